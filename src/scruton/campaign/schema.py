@@ -1,0 +1,149 @@
+"""What a campaign is, in SI units and frozen: one body, the rigs it hung in, the tests made in the wind.
+
+Nothing here reads a file or knows a unit; `scruton.campaign.load` does both and builds these.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+class Motion(StrEnum):
+    """The degree of freedom that the section moves in."""
+
+    HEAVING = "heaving"
+    TORSIONAL = "torsional"
+
+
+class Kind(StrEnum):
+    """What happens in a record: FREE_DECAY in still air, the others in wind."""
+
+    FREE_DECAY = "free-decay"
+    GROWTH = "growth"  # grow-to-resonance, GTR
+    DECAY = "decay"  # decay-to-resonance, DTR
+    STEADY = "steady"  # lock-in without any release
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number as the laboratory states it, SI; `sd` is None where no uncertainty was stated."""
+
+    mean: float
+    sd: float | None = None
+
+
+@dataclass(frozen=True)
+class Section:
+    """The body: `width` is B [m], along the wind; `depth` is D [m], across it."""
+
+    motion: Motion
+    width: float
+    depth: float
+
+    @property
+    def amplitude_unit(self) -> str:
+        """Unit of every amplitude in the program: A/D for heaving, rad for torsional."""
+        return "A/D" if self.motion is Motion.HEAVING else "rad"
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """One time history.
+
+    Attributes
+    ----------
+    name : str
+        Unique in the campaign: the file's name, with a suffix where one file holds several records.
+    path : Path
+        The file it was read from.
+    kind : Kind
+    time : (N,) array
+        Seconds, strictly increasing, as in the file (not shifted to zero).
+    response : (N,) array
+        y/D (heaving, dimensionless) or rotation [rad] (torsional), or its amplitude if `is_envelope`.
+    is_envelope : bool
+        True where the file holds an amplitude that was extracted elsewhere.
+    field : str
+        Where the record is named in campaign.toml, for error messages: "tests[0].records[1]".
+    """
+
+    name: str
+    path: Path
+    kind: Kind
+    time: FloatArray
+    response: FloatArray
+    is_envelope: bool = False
+    field: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """One mass-damping setting of the suspension.
+
+    `mass` is kg/m (heaving) or kg m^2/m (torsional, inertia per unit length), None for a rig that no test
+    uses; `frequency` is f0 [Hz] in still air; `damping_ratio` is xi_s as stated, None if only ring-downs tell it.
+    """
+
+    name: str
+    frequency: Quantity
+    mass: Quantity | None = None
+    damping_ratio: Quantity | None = None
+    records: tuple[Record, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Test:
+    """One rig in one wind.
+
+    `air_density` kg/m^3, `wind_speed` m/s; `peak` as the file states it (None where it does not);
+    `stable_amplitude` is A/D or rad.
+    """
+
+    __test__ = False  # not a pytest class
+
+    name: str
+    rig: str
+    air_density: Quantity
+    wind_speed: Quantity
+    peak: bool | None = None
+    stable_amplitude: Quantity | None = None
+    records: tuple[Record, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """Steady amplitudes against wind speed for one rig: `wind_speed` [m/s] and `amplitude` (A/D or rad), (M,)."""
+
+    rig: str
+    air_density: Quantity
+    wind_speed: FloatArray
+    amplitude: FloatArray
+    path: Path
+
+
+@dataclass(frozen=True, eq=False)
+class Campaign:
+    """A whole campaign; `sha256` maps every file that was read to the digest of its bytes."""
+
+    path: Path
+    title: str
+    source: str
+    section: Section
+    rigs: tuple[Rig, ...]
+    tests: tuple[Test, ...] = ()
+    sweeps: tuple[Sweep, ...] = ()
+    sha256: Mapping[str, str] | None = None
+
+    def rig(self, name: str) -> Rig:
+        """Return the rig called `name` (KeyError if there is none)."""
+        return {rig.name: rig for rig in self.rigs}[name]
+
+    def test(self, name: str) -> Test:
+        """Return the test called `name` (KeyError if there is none)."""
+        return {test.name: test for test in self.tests}[name]

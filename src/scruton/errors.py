@@ -1,0 +1,24 @@
+"""The one error that means "the input is at fault": the command line turns it into exit code 2."""
+
+from pathlib import Path
+
+
+class InputError(ValueError):
+    """Input that cannot be used, said so that the user can mend it.
+
+    Parameters
+    ----------
+    file : path or str
+        The file at fault.
+    field : str
+        The field, column or table in it, as the user spells it; empty when it is the whole file.
+    found : str
+        What stands there.
+    wanted : str
+        What should stand there, with an example of the spelling.
+    """
+
+    def __init__(self, file: Path | str, field: str, found: str, wanted: str) -> None:
+        self.file, self.field, self.found, self.wanted = str(file), field, found, wanted
+        place = f"{file}: {field}" if field else f"{file}"
+        super().__init__(f"{place}: found {found}; wanted {wanted}.")
