@@ -1,0 +1,253 @@
+"""Model cards: the TOML files that name a law, its priors with a reason for each, likelihood, discrepancy, sampler."""
+
+import difflib
+import hashlib
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from scruton.campaign.schema import Motion
+from scruton.errors import InputError
+from scruton.infer.priors import FAMILIES, Prior
+
+# Parameters that a card gives a prior; those that depend on the motion have one table each.
+PRIOR_NAMES = (
+    "stable_amplitude",
+    "relaxation_ratio",
+    "amplitude_scatter",
+    "noise_factor",
+    "structural_damping",
+    "still_air_scatter",
+    "trial_amplitude",
+    "trial_slow_rate",
+    "trial_rate_gap",
+    "trial_residual",
+    "trial_residual_rate",
+)
+
+
+@dataclass(frozen=True)
+class SamplerSettings:
+    """How long to sample and with which moves; see `scruton.infer.sampler`."""
+
+    ensembles: int = 4
+    walkers: int = 32
+    draws: int = 32
+    min_ess: float = 1000.0
+    max_rhat: float = 1.01
+    max_steps: int = 40000
+    independence: float = 0.7
+    differential_evolution: float = 0.2
+    stretch: float = 0.1
+
+
+@dataclass(frozen=True)
+class ModelCard:
+    """A model as its card states it.
+
+    Attributes
+    ----------
+    name, title : str
+    law_n : float
+        Exponent of the n-family; -1 is the paper's law.
+    priors : mapping
+        By parameter, or "parameter.motion" where heaving and torsional differ.
+    initial_amplitude_sd : float
+        Normal prior of each record's initial amplitude, A/D or rad.
+    damping_relative_sd : float
+        Relative uncertainty of a damping ratio that the laboratory states without any.
+    discrepancy_sd : float
+        Standard deviation of ln(amplitude) between a prediction from one setting and another setting.
+    sampler : SamplerSettings
+    reasons : mapping
+        Why, for what is not a prior.
+    text : str
+        The card as it was written.
+    """
+
+    name: str
+    title: str
+    law_n: float
+    priors: Mapping[str, Prior]
+    initial_amplitude_sd: float
+    damping_relative_sd: float
+    discrepancy_sd: float
+    sampler: SamplerSettings
+    reasons: Mapping[str, str]
+    text: str
+
+    def prior(self, name: str, motion: Motion) -> Prior:
+        """Return the prior of a parameter, for this motion."""
+        return self.priors.get(name) or self.priors[f"{name}.{motion.value}"]
+
+    @property
+    def sha256(self) -> str:
+        """Digest of the card's text."""
+        return hashlib.sha256(self.text.encode()).hexdigest()
+
+
+def shipped_cards() -> dict[str, Path]:
+    """Return the cards that come with the package, by name."""
+    folder = files("scruton") / "models"
+    return {
+        Path(str(one)).stem: Path(str(one)) for one in sorted(folder.iterdir(), key=str) if str(one).endswith(".toml")
+    }
+
+
+def load_card(name_or_path: str | Path = "default") -> ModelCard:
+    """Read a model card, by the name of a shipped one or by its path.
+
+    Raises
+    ------
+    InputError
+        If there is no such card, or it does not say what a card must.
+    """
+    shipped = shipped_cards()
+    path = shipped.get(str(name_or_path), Path(name_or_path))
+    if not path.is_file():
+        raise InputError(path, "", "no such model card", f"the path of a card, or one of: {', '.join(shipped)}")
+    try:
+        text = path.read_text(encoding="utf-8")
+        table = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(
+            path, "", f"no valid TOML ({error})", "a model card such as the shipped default.toml"
+        ) from error
+    return _Reader(path).card(table, text)
+
+
+class _Reader:
+    """Turns the table of a card into a ModelCard; every complaint names the file and the field."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def card(self, table: dict[str, Any], text: str) -> ModelCard:
+        sections = (
+            "format",
+            "name",
+            "title",
+            "law",
+            "priors",
+            "likelihood",
+            "structural_damping",
+            "discrepancy",
+            "sampler",
+        )
+        self.known("", table, sections)
+        if table.get("format") != 1:
+            raise InputError(self.path, "format", repr(table.get("format")), "format = 1")
+        likelihood = self.table(table, "likelihood", ("kind", "initial_amplitude_sd"))
+        if likelihood.get("kind") != "state-space":
+            raise InputError(self.path, "likelihood.kind", repr(likelihood.get("kind")), 'kind = "state-space"')
+        damping = self.table(table, "structural_damping", ("relative_sd", "reason"))
+        discrepancy = self.table(table, "discrepancy", ("sd", "reason"))
+        law = self.table(table, "law", ("n", "reason"))
+        n = self.number("law", law, "n", low=-2.0, high=12.0)
+        return ModelCard(
+            name=str(table.get("name", self.path.stem)),
+            title=str(table.get("title", "")),
+            law_n=n,
+            priors=self.priors(self.table(table, "priors", PRIOR_NAMES)),
+            initial_amplitude_sd=self.number("likelihood", likelihood, "initial_amplitude_sd", low=1e-6),
+            damping_relative_sd=self.number("structural_damping", damping, "relative_sd", low=1e-6, high=2.0),
+            discrepancy_sd=self.number("discrepancy", discrepancy, "sd", low=0.0, high=3.0),
+            sampler=self.sampler(self.table(table, "sampler", tuple(f.name for f in fields(SamplerSettings)))),
+            reasons={
+                "structural_damping": str(damping.get("reason", "")),
+                "discrepancy": str(discrepancy.get("reason", "")),
+            },
+            text=text,
+        )
+
+    def known(self, field: str, table: Mapping[str, Any], names: tuple[str, ...]) -> None:
+        for key in table:
+            if key not in names:
+                near = difflib.get_close_matches(key, names, 1)
+                hint = f"did you mean '{near[0]}'?" if near else f"one of: {', '.join(names)}"
+                raise InputError(self.path, f"{field}.{key}".lstrip("."), "an unknown key", hint)
+
+    def table(self, parent: Mapping[str, Any], name: str, keys: tuple[str, ...]) -> dict[str, Any]:
+        table = parent.get(name)
+        if not isinstance(table, dict):
+            raise InputError(self.path, name, "nothing" if table is None else repr(table), f"a table [{name}]")
+        self.known(name, table, keys)
+        return table
+
+    def number(
+        self,
+        field: str,
+        table: Mapping[str, Any],
+        key: str,
+        low: float = float("-inf"),
+        high: float = float("inf"),
+    ) -> float:
+        value = table.get(key)
+        if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
+            raise InputError(self.path, f"{field}.{key}", repr(value), f"a number from {low:g} to {high:g}")
+        return float(value)
+
+    def priors(self, table: Mapping[str, Any]) -> dict[str, Prior]:
+        found: dict[str, Prior] = {}
+        for name in PRIOR_NAMES:
+            entry = table.get(name)
+            if not isinstance(entry, dict):
+                raise InputError(self.path, f"priors.{name}", repr(entry), f"a table [priors.{name}]")
+            if "family" in entry:
+                found[name] = self.prior(name, f"priors.{name}", entry)
+                continue
+            for motion in Motion:
+                field = f"priors.{name}.{motion.value}"
+                if not isinstance(entry.get(motion.value), dict):
+                    raise InputError(self.path, field, repr(entry.get(motion.value)), f"a table [{field}]")
+                found[f"{name}.{motion.value}"] = self.prior(name, field, entry[motion.value])
+        return found
+
+    def prior(self, name: str, field: str, entry: Mapping[str, Any]) -> Prior:
+        family = entry.get("family")
+        if family not in FAMILIES:
+            raise InputError(self.path, f"{field}.family", repr(family), f"one of: {', '.join(FAMILIES)}")
+        (one, two), _ = FAMILIES[family]
+        self.known(field, entry, ("family", one, two, "unit", "reason"))
+        for key in ("unit", "reason"):
+            if not str(entry.get(key, "")).strip():
+                raise InputError(self.path, f"{field}.{key}", "nothing", f"a {key}: every prior says its {key}")
+        try:
+            return Prior(
+                name,
+                family,
+                self.number(field, entry, one),
+                self.number(field, entry, two),
+                entry["unit"],
+                entry["reason"],
+            )
+        except ValueError as error:
+            if isinstance(error, InputError):
+                raise
+            raise InputError(self.path, field, str(error), "numbers that make a distribution") from error
+
+    def sampler(self, table: Mapping[str, Any]) -> SamplerSettings:
+        values: dict[str, Any] = {}
+        for one in fields(SamplerSettings):
+            if one.name not in table:
+                continue
+            whole = one.type is int
+            value = self.number("sampler", table, one.name, low=0.0)
+            if whole and value != int(value):
+                raise InputError(self.path, f"sampler.{one.name}", repr(value), "a whole number")
+            values[one.name] = int(value) if whole else value
+        settings = SamplerSettings(**values)
+        for name, low in (("ensembles", 2), ("walkers", 4), ("draws", 8), ("max_steps", 100)):
+            if getattr(settings, name) < low:
+                raise InputError(self.path, f"sampler.{name}", str(getattr(settings, name)), f"at least {low}")
+        if settings.differential_evolution + settings.stretch <= 0:
+            raise InputError(
+                self.path,
+                "sampler.stretch",
+                "0",
+                "some differential evolution or stretch beside the independence move",
+            )
+        return settings

@@ -1,0 +1,220 @@
+"""From a campaign to its posteriors: envelopes, ring-downs, tests in wind, trial functions.
+
+Every posterior is sampled on its own, with a seed of its own that depends on the run's seed and on its name alone,
+so that leaving one test out changes no number of another.
+"""
+
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from scruton.campaign import peak_tests
+from scruton.campaign.schema import Campaign, Kind, Quantity, Record, Rig, Test
+from scruton.envelope import Cycles, FrontEnd, cycles_from_envelope, demodulate, front_end, ring_down
+from scruton.envelope.trial import ExponentialFit, SecondOrderExponential
+from scruton.errors import InputError
+from scruton.infer.cards import ModelCard
+from scruton.infer.likelihood import EnvelopeData
+from scruton.infer.models import SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
+from scruton.infer.priors import Prior
+from scruton.infer.results import Fit, RigResult, TestResult, TrialResult
+from scruton.infer.run import Report, Sampling
+from scruton.infer.settings import carry, derive
+from scruton.infer.tree import assemble
+
+TRANSIENTS = (Kind.GROWTH, Kind.DECAY)
+# Below this a steady amplitude is not known, however long the record: calibration of the sensor, drift of the wind.
+STEADY_FLOOR = 0.005
+
+
+def fit_campaign(
+    campaign: Campaign,
+    card: ModelCard,
+    *,
+    seed: int = 0,
+    checkpoints: Path | None = None,
+    report: Report | None = None,
+    command: str = "",
+    only: tuple[str, ...] = (),
+) -> Fit:
+    """Sample every posterior of a campaign.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Restricted beforehand to the tests that shall be used.
+    card : ModelCard
+    seed : int
+        The one source of randomness.
+    checkpoints : path, optional
+        Folder for checkpoints; removed when the fit is complete.
+    report : callable, optional
+        Told the name of the posterior being sampled and the fraction done.
+    command : str
+        What the user asked for, for the provenance.
+    only : tuple of str
+        Names of the tests that the campaign was restricted to, for the provenance.
+
+    Raises
+    ------
+    InputError
+        If the campaign holds nothing to fit, or a record cannot be used.
+    """
+    records = [r for rig in campaign.rigs for r in rig.records] + [r for test in campaign.tests for r in test.records]
+    if not records:
+        raise InputError(
+            campaign.path,
+            "",
+            "no record in any rig or test",
+            "at least one [[rigs.records]] or [[tests.records]]",
+        )
+    sampling = Sampling(card, seed, checkpoints, report)
+    frequency = {rig.name: rig.frequency.mean for rig in campaign.rigs}
+    cycles = {r.name: envelope(r, frequency[rig.name]) for rig in campaign.rigs for r in rig.records}
+    cycles |= {r.name: envelope(r, frequency[test.rig]) for test in campaign.tests for r in test.records}
+    ringdowns = {rig.name: ring_down([cycles[r.name] for r in rig.records]) for rig in campaign.rigs if rig.records}
+    rigs = {rig.name: fit_rig(campaign, rig, cycles, sampling) for rig in campaign.rigs}
+    tests = [fit_test(campaign, test, rigs[test.rig], cycles, sampling) for test in campaign.tests if test.records]
+    fronts = {
+        record.name: deterministic(result, record)
+        for result in tests
+        for record in result.test.records
+        if record.kind in TRANSIENTS
+    }
+    trials = [
+        fit_trial(campaign, result, record, cycles[record.name], sampling)
+        for result in tests
+        for record in result.test.records
+        if record.kind in TRANSIENTS
+    ]
+    peaks = peak_tests(campaign, {one.test.name: float(np.median(one.derived["a_star"])) for one in tests})
+    fit = assemble(
+        campaign, card, rigs, tests, trials, cycles, ringdowns, fronts, sampling,
+        peaks=tuple(one.name for one in peaks), command=command, only=only,
+    )  # fmt: skip
+    if checkpoints is not None and checkpoints.is_dir():
+        shutil.rmtree(checkpoints)
+    return fit
+
+
+def envelope(record: Record, still_air_frequency: float) -> Cycles:
+    """Cycle-wise envelope of a record, demodulated unless the file holds an amplitude already."""
+    if record.is_envelope:
+        return cycles_from_envelope(record.time, record.response, still_air_frequency)
+    return demodulate(record.time, record.response)
+
+
+def stated_damping(rig: Rig, card: ModelCard, campaign: Campaign) -> Prior:
+    """Prior of xi_s: what the laboratory states, with the card's relative uncertainty where it states none."""
+    if rig.damping_ratio is None:
+        one = card.prior("structural_damping", campaign.section.motion)
+        return Prior("damping_ratio", one.family, one.first, one.second, one.unit, one.reason)
+    stated: Quantity = rig.damping_ratio
+    sd = card.damping_relative_sd * stated.mean if stated.sd is None else stated.sd
+    log_sd = float(np.sqrt(np.log1p((max(sd, 1e-6 * stated.mean) / stated.mean) ** 2)))
+    return Prior("damping_ratio", "lognormal", stated.mean, log_sd, "-", f"as stated for rig {rig.name}")
+
+
+def fit_rig(campaign: Campaign, rig: Rig, cycles: Mapping[str, Cycles], sampling: Sampling) -> RigResult:
+    """Posterior of a rig's structural damping ratio, from its ring-downs and what the laboratory states."""
+    card, motion = sampling.card, campaign.section.motion
+    prior = stated_damping(rig, card, campaign)
+    name = f"rig {rig.name}"
+    data = EnvelopeData.join({r.name: cycles[r.name] for r in rig.records})
+    if not data.size:
+        rng = np.random.default_rng(sampling.seed_of(name))
+        shape = (card.sampler.ensembles * card.sampler.walkers, card.sampler.draws)
+        draws = prior.from_sampled(prior.draw(rng, shape[0] * shape[1])).reshape(shape)
+        return RigResult(rig, None, None, draws, prior)
+    priors = (prior, card.prior("still_air_scatter", motion), card.prior("noise_factor", motion))
+    posterior = StillAirPosterior(
+        priors, data, 2 * np.pi * rig.frequency.mean, float(data.amplitude.max()), card.initial_amplitude_sd
+    )
+    samples = sampling.run(name, posterior, data.amplitude, data.standard_error, data.time)
+    return RigResult(rig, posterior, samples, np.exp(samples.chain[..., 0]), prior)
+
+
+def fit_test(
+    campaign: Campaign, test: Test, rig: RigResult, cycles: Mapping[str, Cycles], sampling: Sampling
+) -> TestResult:
+    """Posterior of one test in wind."""
+    card, motion = sampling.card, campaign.section.motion
+    data = EnvelopeData.join({r.name: cycles[r.name] for r in test.records if r.kind in TRANSIENTS})
+    steady = [steady_amplitude(cycles[r.name]) for r in test.records if r.kind is Kind.STEADY]
+    name = f"test {test.name}"
+    if not data.size:
+        sampling.flags.append(
+            f"{name}: no growth or decay record, so its lock-in records give the stable amplitude alone; the relaxation "
+            "rate, and with it Y1, epsilon and amplitudes at other Scruton numbers, rest on the prior"
+        )
+    # The rig's posterior of ln xi_s enters as a normal prior: it is close to one, and the wind-on records add little.
+    log_damping = np.log(rig.damping)
+    damping = Prior(
+        "damping_ratio", "lognormal", float(np.exp(log_damping.mean())), float(max(log_damping.std(), 1e-6)), "-",
+        f"posterior of rig {rig.rig.name}",
+    )  # fmt: skip
+    names = ("stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor")
+    posterior = WindPosterior(
+        (*(card.prior(one, motion) for one in names), damping), data, steady,
+        2 * np.pi * rig.rig.frequency.mean, card.law_n, card.initial_amplitude_sd,
+    )  # fmt: skip
+    levels = np.array([[one.mean, one.standard_error] for one in steady])
+    samples = sampling.run(name, posterior, data.amplitude, data.standard_error, data.time, levels)
+    frequency = float(np.median([cycles[r.name].reference_frequency for r in test.records]))
+    carried = carry(campaign, test, rig.rig, sampling.seed_of, samples.log_prob.shape)
+    derived = derive(campaign.section, carried, posterior, samples.chain, frequency)
+    return TestResult(test, rig.rig, posterior, samples, carried, frequency, derived)
+
+
+def steady_amplitude(cycles: Cycles) -> SteadyAmplitude:
+    """Mean amplitude of a lock-in record and its standard error, autocorrelation allowed for."""
+    from arviz_stats.base import array_stats
+
+    a = cycles.amplitude
+    mean = float(a.mean())
+    ess = float(array_stats.ess(a[None, :], method="mean", chain_axis=0, draw_axis=1)) if a.size >= 8 else 1.0
+    ess = ess if np.isfinite(ess) and ess >= 1.0 else 1.0
+    return SteadyAmplitude(mean, float(np.hypot(a.std() / np.sqrt(ess), STEADY_FLOOR * mean)))
+
+
+def fit_trial(
+    campaign: Campaign, result: TestResult, record: Record, cycles: Cycles, sampling: Sampling
+) -> TrialResult:
+    """Posterior of the constants a, b, c, d of one transient record (Eq. 4)."""
+    card, motion = sampling.card, campaign.section.motion
+    data = EnvelopeData.join({record.name: cycles})
+    start = SecondOrderExponential().fit(data.time, data.amplitude)
+    assert isinstance(start, ExponentialFit)
+    amplitude, slow, gap, residual, rate, noise = (
+        card.prior(name, motion)
+        for name in (
+            "trial_amplitude", "trial_slow_rate", "trial_rate_gap", "trial_residual", "trial_residual_rate", "noise_factor",
+        )
+    )  # fmt: skip
+    named = tuple(
+        Prior(name, one.family, one.first, one.second, one.unit, one.reason)
+        for name, one in (("a", amplitude), ("c", amplitude), ("b", slow), ("rate_gap", gap))
+    )
+    posterior = TrialPosterior(
+        (*named, residual, rate, noise), data, 2 * np.pi * cycles.reference_frequency,
+        float(data.amplitude.max()), (start.a, start.b, start.c, start.d),
+    )  # fmt: skip
+    samples = sampling.run(
+        f"trial function of {record.name}", posterior, data.amplitude, data.standard_error, data.time
+    )
+    return TrialResult(record, result.test, posterior, samples)
+
+
+def deterministic(result: TestResult, record: Record) -> FrontEnd:
+    """Eqs. (2) to (8) on one transient record, with the posterior median of the structural damping ratio."""
+    return front_end(
+        record.time, record.response,
+        frequency=result.wind_frequency,
+        still_air_frequency=result.rig.frequency.mean,
+        damping_ratio=float(np.median(result.derived["damping_ratio"])),
+        mass_damping_factor=float(np.median(result.derived["mass_damping_factor"])),
+        is_envelope=record.is_envelope,
+        name=record.name,
+    )  # fmt: skip

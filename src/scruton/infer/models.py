@@ -1,0 +1,231 @@
+"""The posteriors that are sampled: a test in wind, a rig in still air, the trial function of one record.
+
+Each is a `Posterior`: its priors, and a log likelihood over an array of walkers.  They know arrays only; the
+campaign is unpacked in `scruton.infer.fit`.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from scruton.campaign.schema import FloatArray
+from scruton.infer.likelihood import (
+    EnvelopeData,
+    innovations,
+    log_likelihood,
+    pointwise_log_likelihood,
+    trial_log_likelihood,
+)
+from scruton.infer.priors import Prior
+
+
+class Posterior(ABC):
+    """A log posterior over sampled coordinates u, (W, d), vectorised over walkers."""
+
+    priors: tuple[Prior, ...]
+
+    @cached_property
+    def _normal_priors(self) -> tuple[FloatArray, FloatArray, float] | None:
+        """Locations, scales and log normalisation where every prior is normal in its sampled coordinate."""
+        if any(one.family.endswith("uniform") for one in self.priors):
+            return None
+        location, scale = (np.array([getattr(one, key) for one in self.priors]) for key in ("location", "scale"))
+        return location, scale, float(-np.log(scale).sum() - 0.5 * scale.size * np.log(2.0 * np.pi))
+
+    def log_prior(self, u: FloatArray) -> FloatArray:
+        """Log prior density without the joint constraint, (W,)."""
+        if self._normal_priors is None:
+            total: FloatArray = self.log_prior_terms(u).sum(axis=1)
+            return total
+        location, scale, constant = self._normal_priors
+        z = (u - location) / scale
+        return constant - 0.5 * np.einsum("ij,ij->i", z, z)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters, in the order of the columns."""
+        return tuple(one.name for one in self.priors)
+
+    @abstractmethod
+    def log_likelihood(self, u: FloatArray) -> FloatArray:
+        """Log likelihood, (W,)."""
+
+    def inside(self, u: FloatArray) -> np.ndarray:
+        """Whether each walker satisfies the joint constraint of the model, (W,) of bool."""
+        return np.ones(len(u), dtype=bool)
+
+    def log_prior_terms(self, u: FloatArray) -> FloatArray:
+        """Log prior of every parameter, (W, d)."""
+        return np.stack([one.log_density(u[:, i]) for i, one in enumerate(self.priors)], axis=1)
+
+    def log_prob(self, u: FloatArray) -> FloatArray:
+        """Log posterior up to a constant, (W,); -inf outside the support, never NaN."""
+        total = self.log_prior(u)
+        alive = np.isfinite(total) & self.inside(u)
+        if not alive.all():
+            total[~alive] = -np.inf
+            if not alive.any():
+                return total
+        like = np.full_like(total, -np.inf)
+        with np.errstate(all="ignore"):
+            like[alive] = self.log_likelihood(u if alive.all() else u[alive])
+        total += np.where(np.isfinite(like), like, -np.inf)
+        return total
+
+    def prior_draws(self, rng: np.random.Generator, size: int) -> FloatArray:
+        """Draws from the prior within the constraint, (size, d)."""
+        kept: list[FloatArray] = []
+        count = 0
+        while count < size:
+            u = np.stack([one.draw(rng, 2 * size) for one in self.priors], axis=1)
+            kept.append(u[self.inside(u)])
+            count += len(kept[-1])
+        return np.concatenate(kept)[:size]
+
+    def guesses(self, rng: np.random.Generator, size: int) -> FloatArray:
+        """Starting points of the search for the optimum, (size, d): the prior's unless the model knows better."""
+        return self.prior_draws(rng, size)
+
+    def natural(self, u: FloatArray) -> dict[str, FloatArray]:
+        """Parameters in their own units, by name, from coordinates with the parameters on the last axis."""
+        return {one.name: one.from_sampled(u[..., i]) for i, one in enumerate(self.priors)}
+
+
+@dataclass(frozen=True, eq=False)
+class SteadyAmplitude:
+    """What a lock-in record without release says by itself: its mean amplitude and the standard error of that."""
+
+    mean: float
+    standard_error: float
+
+
+@dataclass(frozen=True, eq=False)
+class WindPosterior(Posterior):
+    """One test in wind: (a*, lambda/omega0, scatter, noise factor, xi_s) from the envelopes of its records.
+
+    Attributes
+    ----------
+    data : EnvelopeData
+        Cycles of the transient records, end to end.
+    steady : sequence of SteadyAmplitude
+        Lock-in records, each of which gives the stable amplitude alone.
+    omega0 : float
+        Natural circular frequency in still air [rad/s].
+    n : float
+        The law.
+    initial_sd : float
+        Prior of the initial amplitude.
+
+    Notes
+    -----
+    Under the paper's law the stable amplitude at zero damping is finite only if lambda > omega0 xi_s, that is Y1 < 0
+    (Eq. 11): the joint prior is cut there.
+    """
+
+    priors: tuple[Prior, ...]
+    data: EnvelopeData
+    steady: Sequence[SteadyAmplitude]
+    omega0: float
+    n: float = -1.0
+    initial_sd: float = 1.0
+
+    def state_space(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """(a_star, lambda [1/s], q, r) of the filter from sampled coordinates, each (W,)."""
+        a_star, lam = np.exp(u[:, 0]), np.exp(u[:, 1]) * self.omega0
+        # Stationary sd of an Ornstein-Uhlenbeck process: q / sqrt(2 lambda).
+        return a_star, lam, np.exp(u[:, 2]) * a_star * np.sqrt(2.0 * lam), np.exp(u[:, 3])
+
+    def inside(self, u: FloatArray) -> np.ndarray:
+        """Y1 < 0 for laws in which the amplitude would otherwise diverge as damping falls."""
+        return u[:, 1] > u[:, 4] if self.n < 0 else np.ones(len(u), dtype=bool)
+
+    def log_likelihood(self, u: FloatArray) -> FloatArray:
+        """State-space likelihood of the transients, normal likelihood of the steady amplitudes, (W,)."""
+        a_star, lam, q, r = self.state_space(u)
+        total = np.zeros(len(u))
+        if self.data.size:
+            total = log_likelihood(self.data, a_star, lam, q, r, n=self.n, initial_sd=self.initial_sd)
+        for one in self.steady:
+            total = total - 0.5 * ((one.mean - a_star) / one.standard_error) ** 2 - np.log(one.standard_error)
+        return total
+
+    def pointwise(self, u: FloatArray) -> FloatArray:
+        """Conditional log likelihood of every cycle, (W, N)."""
+        terms = pointwise_log_likelihood(*self.innovations(u))
+        return terms.T
+
+    def innovations(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Innovations and their variances, (N, W)."""
+        return innovations(self.data, *self.state_space(u), n=self.n, initial_sd=self.initial_sd)
+
+
+@dataclass(frozen=True, eq=False)
+class StillAirPosterior(Posterior):
+    """The ring-downs of one rig: (xi_s, scatter, noise factor); the envelope relaxes to zero at omega0 xi_s.
+
+    The scatter is the sd that the process noise builds up over one radian of decay, over the first amplitude: it
+    takes up draughts and what a constant damping ratio leaves out, so that the posterior of xi_s is honest about both.
+    """
+
+    priors: tuple[Prior, ...]
+    data: EnvelopeData
+    omega0: float
+    first_amplitude: float
+    initial_sd: float = 1.0
+
+    def state_space(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """(0, omega0 xi_s, q, r) of the filter, each (W,)."""
+        lam = np.exp(u[:, 0]) * self.omega0
+        q = np.exp(u[:, 1]) * self.first_amplitude * np.sqrt(2.0 * lam)
+        return np.zeros(len(u)), lam, q, np.exp(u[:, 2])
+
+    def log_likelihood(self, u: FloatArray) -> FloatArray:
+        """Exact state-space likelihood, (W,)."""
+        return log_likelihood(self.data, *self.state_space(u), initial_sd=self.initial_sd)
+
+    def innovations(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Innovations and their variances, (N, W)."""
+        return innovations(self.data, *self.state_space(u), initial_sd=self.initial_sd)
+
+
+@dataclass(frozen=True, eq=False)
+class TrialPosterior(Posterior):
+    r"""The constants of :math:`\bar A(t) = a e^{bt} + c e^{dt}` (Eq. 4) for one record.
+
+    Sampled: a and c over the record's largest amplitude, b and b - d over omega, so that b > d and the twin in
+    which the terms change places is excluded.  The residual is an Ornstein-Uhlenbeck process plus sensor noise:
+    neighbouring cycles of a turbulent record are not independent, and constants fitted as if they were have bands
+    that are several times too narrow.
+    """
+
+    priors: tuple[Prior, ...]
+    data: EnvelopeData
+    omega: float
+    scale: float
+    start: tuple[float, float, float, float]
+
+    def constants(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """(a, b, c, d) in A/D or rad and 1/s, time from the record's first cycle; arrays of the leading shape."""
+        a, c = u[..., 0] * self.scale, u[..., 1] * self.scale
+        b = u[..., 2] * self.omega
+        return a, b, c, b - np.exp(u[..., 3]) * self.omega
+
+    def log_likelihood(self, u: FloatArray) -> FloatArray:
+        """Exact likelihood of trial function plus correlated residual plus sensor noise, (W,)."""
+        sd, rate, r = np.exp(u[:, 4]) * self.scale, np.exp(u[:, 5]) * self.omega, np.exp(u[:, 6])
+        return trial_log_likelihood(self.data, self.constants(u), sd, rate, r)
+
+    def guesses(self, rng: np.random.Generator, size: int) -> FloatArray:
+        """Prior draws with the constants replaced by the least-squares fit, scattered."""
+        u = self.prior_draws(rng, size)
+        a, b, c, d = self.start
+        centre = [a / self.scale, c / self.scale, b / self.omega, np.log(max((b - d) / self.omega, 1e-8))]
+        for i, value in enumerate(centre):
+            spread = 0.2 * (abs(value) + 0.05) if i != 2 else 0.2 * self.priors[2].scale
+            bound = 3.0 * self.priors[i].scale
+            value = float(np.clip(value, self.priors[i].location - bound, self.priors[i].location + bound))
+            u[: size // 2, i] = value + spread * rng.standard_normal(size // 2)
+        return u

@@ -1,0 +1,80 @@
+"""Free runs of the fitted model: the curve that a draw implies, and records that it would produce."""
+
+import numpy as np
+from numba import njit
+
+from scruton.campaign.schema import FloatArray
+from scruton.infer.likelihood import _advance, _flow, _noise_moments
+from scruton.infer.models import WindPosterior
+
+RUNS = 400
+
+
+def free_runs(posterior: WindPosterior, chain: FloatArray, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+    """Run the model from the start of every record, never corrected by the data on the way.
+
+    Parameters
+    ----------
+    posterior : WindPosterior
+    chain : (chains, draws, d) array
+        Sampled coordinates; `RUNS` of them are used, spread evenly.
+    rng : Generator
+
+    Returns
+    -------
+    mean, replicate : (RUNS, N) arrays
+        The amplitude without noise, and a replicate of the data with turbulence and sensor noise.
+
+    Notes
+    -----
+    The initial state of a record is drawn from its distribution after the record's first amplitude.
+    """
+    flat = chain.reshape(-1, chain.shape[-1])
+    u = flat[np.linspace(0, len(flat) - 1, RUNS).round().astype(int)]
+    a_star, lam, q, r = posterior.state_space(u)
+    data = posterior.data
+    size = (RUNS, data.size)
+    first = rng.standard_normal(size)  # used at the first cycle of a record only
+    mean, replicate = np.empty(size), np.empty(size)
+    _run(
+        data.amplitude, data.standard_error, data.gap, data.period, a_star, lam, q, r, posterior.n,
+        posterior.initial_sd**2, first, rng.standard_normal((2, *size)), mean, replicate,
+    )  # fmt: skip
+    return mean, replicate
+
+
+@njit(cache=True)
+def _run(y, se, gap, period, a_star, lam, q, r, n, p0, first, noise, mean, replicate):  # type: ignore[no-untyped-def]
+    for w in range(a_star.size):
+        curve, state = 0.0, 0.0
+        q2 = q[w] * q[w]
+        for k in range(y.size):
+            dt = period[k]
+            r2 = (r[w] * se[k]) ** 2
+            if gap[k] < 0.0:
+                # The first amplitude is that of mid-cycle: draw it, and carry it on for half a cycle.
+                gain = p0 / (p0 + r2)
+                curve = gain * y[k] + np.sqrt(gain * r2) * first[w, k]
+                state = curve
+                mean[w, k] = curve
+                replicate[w, k] = state + np.sqrt(r2) * noise[0, w, k]
+                curve, _ = _flow(curve, a_star[w], lam[w], n, 0.5 * dt)
+                state, spread = _advance(state, 0.0, a_star[w], lam[w], q2, n, 0.5 * dt)
+                state += np.sqrt(spread) * noise[1, w, k]
+                continue
+            if gap[k] > 0.0:
+                curve, _ = _flow(curve, a_star[w], lam[w], n, gap[k])
+                state, spread = _advance(state, 0.0, a_star[w], lam[w], q2, n, gap[k])
+                state += np.sqrt(spread) * first[w, k]
+            middle, _ = _flow(curve, a_star[w], lam[w], n, 0.5 * dt)
+            end, _ = _flow(curve, a_star[w], lam[w], n, dt)
+            mean[w, k] = (curve + 4.0 * middle + end) / 6.0
+            curve = end
+            half, _ = _flow(state, a_star[w], lam[w], n, 0.5 * dt)
+            new, spread = _advance(state, 0.0, a_star[w], lam[w], q2, n, dt)
+            kick = np.sqrt(spread) * noise[1, w, k]
+            # The noise of the cycle enters its mean by its covariance with the state at the end, about one half.
+            e, c, z = _noise_moments(lam[w], dt)
+            rest = max(z - c * c / e, 0.0) * q2
+            replicate[w, k] = (state + 4.0 * half + new) / 6.0 + c / e * kick + np.sqrt(rest + r2) * noise[0, w, k]
+            state = new + kick

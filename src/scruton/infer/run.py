@@ -1,0 +1,64 @@
+"""One run: which card and seed, where its checkpoints lie, whom it tells how far it is."""
+
+import hashlib
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from scruton.campaign.schema import FloatArray
+from scruton.errors import InputError
+from scruton.infer.cards import ModelCard
+from scruton.infer.checkpoint import Checkpoint
+from scruton.infer.convergence import Convergence
+from scruton.infer.models import Posterior
+from scruton.infer.sampler import Samples, sample
+
+Report = Callable[[str, float], None]
+
+
+@dataclass(eq=False)
+class Sampling:
+    """How the posteriors of one run are sampled: card, seed, where checkpoints lie, whom to tell."""
+
+    card: ModelCard
+    seed: int
+    checkpoints: Path | None = None
+    report: Report | None = None
+    flags: list[str] = field(default_factory=list)
+
+    def seed_of(self, name: str) -> np.random.SeedSequence:
+        """Seed of the posterior called `name`."""
+        return np.random.SeedSequence([self.seed, zlib.crc32(name.encode())])
+
+    def run(self, name: str, posterior: Posterior, *arrays: FloatArray) -> Samples:
+        """Sample, with a checkpoint that knows the data by their digest."""
+        from scruton import __version__
+
+        checkpoint = None
+        if self.checkpoints is not None:
+            digest = hashlib.sha256(
+                f"{__version__}|{self.seed}|{name}|{posterior.priors!r}|{self.card.sha256}".encode()
+            )
+            for one in arrays:
+                digest.update(np.ascontiguousarray(one).tobytes())
+            checkpoint = Checkpoint(self.checkpoints / f"{zlib.crc32(name.encode()):08x}.npz", digest.hexdigest())
+        settings = self.card.sampler
+
+        def progress(steps: int, verdict: Convergence) -> None:
+            if self.report:
+                done = min(verdict.ess_bulk.min(), verdict.ess_tail.min()) / settings.min_ess
+                self.report(name, float(min(done, 1.0)) if np.isfinite(done) else 0.0)
+
+        try:
+            samples = sample(posterior, settings, self.seed_of(name), checkpoint, progress)
+        except ValueError as error:
+            if isinstance(error, InputError):
+                raise
+            raise InputError(name, "", str(error), "a record and priors that agree") from error
+        fault = samples.convergence.explain(posterior.names, settings)
+        if fault:
+            self.flags.append(f"{name}: {fault}")
+        return samples

@@ -1,0 +1,85 @@
+"""Mass, density, wind speed and frequency with their uncertainty, and the quantities derived from every draw."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from scruton.aero import Setting, force_parameters
+from scruton.campaign.schema import Campaign, FloatArray, Quantity, Rig, Section, Test
+from scruton.infer.models import WindPosterior
+
+
+@dataclass(frozen=True, eq=False)
+class Carried:
+    """Draws of what the records do not inform: (chains, draws) arrays, constant where no sd is stated.
+
+    Mass and frequency belong to the rig and are the same draws in all its tests.
+    """
+
+    mass: FloatArray
+    frequency: FloatArray
+    air_density: FloatArray
+    wind_speed: FloatArray
+
+
+def carry(
+    campaign: Campaign,
+    test: Test,
+    rig: Rig,
+    seed_of: Callable[[str], np.random.SeedSequence],
+    shape: tuple[int, ...],
+) -> Carried:
+    """Draw mass, frequency, density and wind speed, each lognormal about what is stated."""
+    assert rig.mass is not None, "the loader refuses a test whose rig has no mass"
+
+    def draws(name: str, quantity: Quantity) -> FloatArray:
+        if not quantity.sd:
+            return np.full(shape, quantity.mean)
+        log_sd = np.sqrt(np.log1p((quantity.sd / quantity.mean) ** 2))
+        z = np.random.default_rng(seed_of(name)).standard_normal(shape)
+        return quantity.mean * np.exp(log_sd * z)
+
+    return Carried(
+        draws(f"mass of {rig.name}", rig.mass),
+        draws(f"frequency of {rig.name}", rig.frequency),
+        draws(f"air density of {test.name}", test.air_density),
+        draws(f"wind speed of {test.name}", test.wind_speed),
+    )
+
+
+def derive(
+    section: Section, carried: Carried, posterior: WindPosterior, chain: FloatArray, wind_frequency: float
+) -> Mapping[str, FloatArray]:
+    """Every quantity of a test in its own unit, (chains, draws) each.
+
+    Y1 and epsilon are derived only under the paper's law (n = -1): other laws have parameters of their own.
+    """
+    natural = posterior.natural(chain)
+    a_star, damping = natural["stable_amplitude"], natural["damping_ratio"]
+    rate = natural["relaxation_ratio"] * posterior.omega0
+    setting = Setting(
+        motion=section.motion,
+        width=section.width,
+        depth=section.depth,
+        mass=carried.mass,
+        air_density=carried.air_density,
+        wind_speed=carried.wind_speed,
+        frequency=carried.frequency,
+        wind_frequency=wind_frequency * carried.frequency / carried.frequency.mean(),
+        damping_ratio=damping,
+    )
+    sc = setting.scruton_number
+    found = {
+        "a_star": a_star,
+        "relaxation_rate": rate,
+        "amplitude_scatter": natural["amplitude_scatter"],
+        "noise_factor": natural["noise_factor"],
+        "damping_ratio": damping,
+        "scruton_number": sc,
+        "relaxation_scruton_number": sc * natural["relaxation_ratio"] / damping,
+        "mass_damping_factor": sc / damping,
+    }
+    if posterior.n == -1.0:
+        found["Y1"], found["epsilon"] = force_parameters(a_star, rate, setting)
+    return found

@@ -1,0 +1,372 @@
+"""The arviz DataTree of a fit, its summary, and both on disk."""
+
+import json
+import os
+import platform
+from collections.abc import Mapping, Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from scruton.campaign.schema import Campaign, FloatArray
+from scruton.envelope import Cycles, FrontEnd, RingDown
+from scruton.errors import InputError
+from scruton.infer.cards import ModelCard
+from scruton.infer.predictive import free_runs
+from scruton.infer.results import Fit, RigResult, TestResult, TrialResult
+from scruton.infer.run import Sampling
+from scruton.infer.sampler import Samples
+
+POINTWISE_THIN = 4  # the pointwise log likelihood is kept for every fourth draw
+PRIOR_DRAWS = 1000
+INTERVALS = (0.50, 0.90, 0.95)
+PACKAGES = ("scruton", "numpy", "scipy", "emcee", "arviz", "numba")
+
+
+def assemble(
+    campaign: Campaign,
+    card: ModelCard,
+    rigs: Mapping[str, RigResult],
+    tests: Sequence[TestResult],
+    trials: Sequence[TrialResult],
+    cycles: Mapping[str, Cycles],
+    ringdowns: Mapping[str, RingDown],
+    fronts: Mapping[str, FrontEnd],
+    sampling: Sampling,
+    *,
+    peaks: tuple[str, ...],
+    command: str,
+    only: tuple[str, ...],
+) -> Fit:
+    """Put the results of every posterior into one `Fit`."""
+    provenance = {
+        "command": command,
+        "seed": sampling.seed,
+        "tests": list(only),
+        "versions": {"python": platform.python_version()} | {name: version(name) for name in PACKAGES},
+        "sha256": dict(campaign.sha256 or {}),
+        "card": {"name": card.name, "sha256": card.sha256, "text": card.text},
+        "campaign": {
+            "title": campaign.title,
+            "source": campaign.source,
+            "motion": campaign.section.motion.value,
+            "width": campaign.section.width,
+            "depth": campaign.section.depth,
+        },
+    }
+    groups: dict[str, xr.Dataset] = {}
+    rig_list = list(rigs.values())
+    groups["rig_posterior"] = _dataset(
+        {"damping_ratio": np.stack([one.damping for one in rig_list], axis=-1)},
+        "rig", [one.rig.name for one in rig_list],
+        _ensembles(next((one.samples for one in rig_list if one.samples), None), len(rig_list[0].damping)),
+    )  # fmt: skip
+    groups["constant_data"] = xr.Dataset(
+        {"width": campaign.section.width, "depth": campaign.section.depth, "law_n": card.law_n}
+    ).assign(motion=campaign.section.motion.value, amplitude_unit=campaign.section.amplitude_unit)
+    if tests:
+        groups |= _test_groups(campaign, tests, sampling, peaks, groups["constant_data"])
+    if trials:
+        groups["trial_function"] = _trial_group(trials)
+    tree = xr.DataTree.from_dict({f"/{name}": one for name, one in groups.items()})
+    tree.attrs["provenance"] = json.dumps(provenance, sort_keys=True)
+    convergence = _convergence(rig_list, tests, trials)
+    converged = bool(convergence["converged"].all()) if len(convergence) else True
+    summary = {
+        "format": 1,
+        "title": campaign.title,
+        "converged": converged,
+        "flags": list(sampling.flags),
+        "discrepancy_sd": card.discrepancy_sd,
+        "law_n": card.law_n,
+        "amplitude_unit": campaign.section.amplitude_unit,
+        "tests": [
+            {
+                "name": one.test.name,
+                "rig": one.rig.name,
+                "peak": one.test.name in peaks,
+                "wind_frequency": one.wind_frequency,
+                "parameters": _parameters(one.derived, f"test {one.test.name}", convergence),
+            }
+            for one in tests
+        ],
+        "rigs": [
+            {
+                "name": one.rig.name,
+                "parameters": _parameters({"damping_ratio": one.damping}, f"rig {one.rig.name}", convergence),
+            }
+            for one in rig_list
+        ],
+        "records": [
+            {
+                "name": one.record.name,
+                "test": one.test.name,
+                "parameters": _parameters(_trial_constants(one), f"trial function of {one.record.name}", convergence),
+            }
+            for one in trials
+        ],
+        "provenance": provenance,
+    }
+    return Fit(
+        campaign,
+        card,
+        tree,
+        cycles,
+        ringdowns,
+        fronts,
+        convergence,
+        tuple(sampling.flags),
+        converged,
+        summary,
+    )
+
+
+def _dataset(arrays: Mapping[str, FloatArray], dim: str, labels: Sequence[str], ensemble: np.ndarray) -> xr.Dataset:
+    dataset = xr.Dataset({name: (("chain", "draw", dim), one) for name, one in arrays.items()})
+    sizes = dataset.sizes
+    return dataset.assign_coords(
+        {
+            "chain": np.arange(sizes["chain"]),
+            "draw": np.arange(sizes["draw"]),
+            dim: list(labels),
+            "ensemble": ("chain", ensemble),
+        }
+    )
+
+
+def _ensembles(samples: Samples | None, chains: int) -> np.ndarray:
+    return np.zeros(chains, dtype=int) if samples is None else samples.ensemble
+
+
+def _test_groups(
+    campaign: Campaign,
+    tests: Sequence[TestResult],
+    sampling: Sampling,
+    peaks: tuple[str, ...],
+    constants: xr.Dataset,
+) -> dict[str, xr.Dataset]:
+    names = [one.test.name for one in tests]
+    ensemble = tests[0].samples.ensemble
+    parameters = tests[0].posterior.names
+
+    def stack(of: Any) -> FloatArray:
+        return np.stack([of(one) for one in tests], axis=-1)
+
+    groups = {
+        "posterior": _dataset(
+            {key: stack(lambda t, k=key: t.derived[k]) for key in tests[0].derived}, "test", names, ensemble
+        ),
+        "sample_stats": _dataset({"lp": stack(lambda t: t.samples.log_prob)}, "test", names, ensemble),
+    }
+    terms = []
+    for one in tests:
+        chain = one.samples.chain
+        terms.append(one.posterior.log_prior_terms(chain.reshape(-1, chain.shape[-1])).reshape(chain.shape))
+    groups["log_prior"] = _dataset(
+        {name: np.stack([t[..., i] for t in terms], axis=-1) for i, name in enumerate(parameters)},
+        "test",
+        names,
+        ensemble,
+    )
+    rng = np.random.default_rng(sampling.seed_of("prior"))
+    draws = [one.posterior.natural(one.posterior.prior_draws(rng, PRIOR_DRAWS)) for one in tests]
+    groups["prior"] = _dataset(
+        {name: np.stack([one[name] for one in draws], axis=-1)[None] for name in parameters},
+        "test",
+        names,
+        np.zeros(1, int),
+    )
+    per_cycle = [one for one in tests if one.posterior.data.size]
+    if per_cycle:
+        groups |= _cycle_groups(per_cycle, sampling)
+    test_constants = {
+        "mass": [one.rig.mass.mean for one in tests if one.rig.mass],
+        "air_density": [one.test.air_density.mean for one in tests],
+        "wind_speed": [one.test.wind_speed.mean for one in tests],
+        "frequency": [one.rig.frequency.mean for one in tests],
+        "wind_frequency": [one.wind_frequency for one in tests],
+        "rig": [one.rig.name for one in tests],
+        "peak": [int(one.test.name in peaks) for one in tests],
+        "stable_amplitude": [one.test.stable_amplitude.mean if one.test.stable_amplitude else np.nan for one in tests],
+        "stable_amplitude_sd": [
+            one.test.stable_amplitude.sd if one.test.stable_amplitude and one.test.stable_amplitude.sd else np.nan
+            for one in tests
+        ],
+    }
+    constants = constants.assign({key: ("test", value) for key, value in test_constants.items()}).assign_coords(
+        test=names
+    )
+    if per_cycle:
+        data = [one.posterior.data for one in per_cycle]
+        constants = constants.assign(
+            time=("cycle", np.concatenate([one.time for one in data])),
+            standard_error=("cycle", np.concatenate([one.standard_error for one in data])),
+            record=("cycle", np.concatenate([one.record for one in data]).astype(str)),
+            record_test=(
+                "cycle",
+                np.repeat([one.test.name for one in per_cycle], [one.size for one in data]),
+            ),
+        )
+    groups["constant_data"] = constants
+    return groups
+
+
+def _cycle_groups(tests: Sequence[TestResult], sampling: Sampling) -> dict[str, xr.Dataset]:
+    pointwise, runs = [], []
+    for one in tests:
+        chain = one.samples.chain[:, ::POINTWISE_THIN]
+        flat = one.posterior.pointwise(chain.reshape(-1, chain.shape[-1]))
+        pointwise.append(flat.reshape(*chain.shape[:2], -1))
+        rng = np.random.default_rng(sampling.seed_of(f"predictive of {one.test.name}"))
+        runs.append(free_runs(one.posterior, one.samples.chain, rng))
+    log_likelihood = np.concatenate(pointwise, axis=-1)
+    mean, replicate = (np.concatenate([run[i] for run in runs], axis=-1) for i in (0, 1))
+    observed = np.concatenate([one.posterior.data.amplitude for one in tests])
+    cycle = np.arange(observed.size)
+    dims = ("chain", "draw", "cycle")
+    return {
+        "log_likelihood": xr.Dataset({"amplitude": (dims, log_likelihood)}).assign_coords(
+            chain=np.arange(log_likelihood.shape[0]),
+            draw=np.arange(log_likelihood.shape[1]) * POINTWISE_THIN,
+            cycle=cycle,
+        ),
+        "posterior_predictive": xr.Dataset(
+            {"amplitude": (dims, replicate[None]), "mean_amplitude": (dims, mean[None])}
+        ).assign_coords(chain=[0], draw=np.arange(len(mean)), cycle=cycle),
+        "observed_data": xr.Dataset({"amplitude": ("cycle", observed)}).assign_coords(cycle=cycle),
+    }
+
+
+def _trial_constants(one: TrialResult) -> dict[str, FloatArray]:
+    chain = one.samples.chain
+    a, b, c, d = one.posterior.constants(chain)
+    return {
+        "a": a,
+        "b": b,
+        "c": c,
+        "d": d,
+        "residual_sd": np.exp(chain[..., 4]) * one.posterior.scale,
+        "residual_rate": np.exp(chain[..., 5]) * one.posterior.omega,
+    }
+
+
+def _trial_group(trials: Sequence[TrialResult]) -> xr.Dataset:
+    constants = [_trial_constants(one) for one in trials]
+    group = _dataset(
+        {key: np.stack([one[key] for one in constants], axis=-1) for key in constants[0]},
+        "record", [one.record.name for one in trials], trials[0].samples.ensemble,
+    )  # fmt: skip
+    return group.assign(
+        origin=("record", [one.posterior.data.time[0] for one in trials]),
+        end=("record", [one.posterior.data.time[-1] for one in trials]),
+        record_test=("record", [one.test.name for one in trials]),
+    )
+
+
+def _convergence(rigs: Sequence[RigResult], tests: Sequence[TestResult], trials: Sequence[TrialResult]) -> pd.DataFrame:
+    sampled = [(f"rig {one.rig.name}", one.samples) for one in rigs if one.samples]
+    sampled += [(f"test {one.test.name}", one.samples) for one in tests]
+    sampled += [(f"trial function of {one.record.name}", one.samples) for one in trials]
+    rows = []
+    for posterior, samples in sampled:
+        verdict = samples.convergence
+        for i, name in enumerate(samples.names):
+            rows.append(
+                {
+                    "posterior": posterior,
+                    "parameter": name,
+                    "rhat_nested": verdict.rhat_nested[i],
+                    "ess_bulk": verdict.ess_bulk[i],
+                    "ess_tail": verdict.ess_tail[i],
+                    "tau": verdict.tau[i],
+                    "steps": verdict.steps,
+                    "acceptance": verdict.acceptance,
+                    "stuck": verdict.stuck,
+                    "converged": verdict.converged,
+                }
+            )
+    columns = [
+        "posterior",
+        "parameter",
+        "rhat_nested",
+        "ess_bulk",
+        "ess_tail",
+        "tau",
+        "steps",
+        "acceptance",
+        "stuck",
+        "converged",
+    ]
+    return pd.DataFrame(rows, columns=columns).set_index(["posterior", "parameter"])
+
+
+# Sampled parameters under the names that users meet.
+_SAMPLED = {"a_star": "stable_amplitude", "relaxation_rate": "relaxation_ratio", "d": "rate_gap"}
+
+
+def _parameters(values: Mapping[str, FloatArray], posterior: str, convergence: pd.DataFrame) -> dict[str, Any]:
+    found = {}
+    for name, draws in values.items():
+        entry: dict[str, Any] = {
+            "median": float(np.median(draws)),
+            "mean": float(draws.mean()),
+            "sd": float(draws.std()),
+            "interval": {
+                f"{p:.2f}": [float(x) for x in np.quantile(draws, [0.5 - p / 2, 0.5 + p / 2])] for p in INTERVALS
+            },
+        }
+        key = (posterior, _SAMPLED.get(name, name))
+        if key in convergence.index:
+            row = convergence.loc[key]
+            entry |= {column: float(row[column]) for column in ("rhat_nested", "ess_bulk", "ess_tail")}
+        found[name] = entry
+    return found
+
+
+def write_fit(fit: Fit, folder: Path) -> tuple[Path, Path]:
+    """Write posterior.nc and fit.json, each in one atomic step.
+
+    Returns
+    -------
+    paths : (Path, Path)
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    posterior, summary = folder / "posterior.nc", folder / "fit.json"
+    temporary = folder / "posterior.nc.tmp"
+    fit.tree.to_netcdf(temporary, engine="h5netcdf")
+    os.replace(temporary, posterior)  # noqa: PTH105
+    write_json(summary, fit.summary)
+    return posterior, summary
+
+
+def write_json(path: Path, content: Any) -> None:
+    """Write JSON in one atomic step."""
+    temporary = path.with_name(path.name + ".tmp")
+    temporary.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+    os.replace(temporary, path)  # noqa: PTH105
+
+
+def read_tree(folder: Path) -> tuple[xr.DataTree, dict[str, Any]]:
+    """Read what `write_fit` wrote: the tree and the summary.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no fit.
+    """
+    posterior, summary = folder / "posterior.nc", folder / "fit.json"
+    for path in (posterior, summary):
+        if not path.is_file():
+            raise InputError(path, "", "no such file", "a folder that `scruton fit` or `scruton report` wrote")
+    try:
+        tree = xr.load_datatree(posterior, engine="h5netcdf")
+        content: dict[str, Any] = json.loads(summary.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(
+            folder, "", f"results that cannot be read ({error})", "the folder of a complete fit"
+        ) from error
+    return tree, content

@@ -1,0 +1,177 @@
+"""The sampled posteriors: constraints, coordinates, and whether their bands cover."""
+
+import numpy as np
+import pytest
+
+from scruton.campaign.schema import Motion
+from scruton.infer.cards import load_card
+from scruton.infer.likelihood import EnvelopeData
+from scruton.infer.models import SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
+from scruton.infer.predictive import free_runs
+from scruton.infer.priors import Prior
+from scruton.infer.sampler import sample
+
+CARD = load_card()
+PERIOD = 0.125
+OMEGA0 = 2 * np.pi / PERIOD
+
+
+def simulate(rng, a_star, lam, q, start, cycles, se, sub=40):
+    """Cycle means of the amplitude equation (n = -1) by small exact steps of the Ornstein-Uhlenbeck process."""
+    h = PERIOD / sub
+    phi = np.exp(-lam * h)
+    kick = q * np.sqrt((1 - phi**2) / (2 * lam)) if lam else q * np.sqrt(h)
+    a, means = start, np.empty(cycles)
+    for k in range(cycles):
+        values = np.empty(sub + 1)
+        values[0] = a
+        for i in range(sub):
+            values[i + 1] = a_star + (values[i] - a_star) * phi + kick * rng.standard_normal()
+        a = values[-1]
+        means[k] = np.trapezoid(values, dx=1 / sub)
+    return means + se * rng.standard_normal(cycles)
+
+
+def envelope(records, se):
+    n = sum(map(len, records))
+    gap = np.zeros(n)
+    gap[np.cumsum([0, *[len(r) for r in records[:-1]]])] = -1.0
+    return EnvelopeData(
+        np.concatenate(records),
+        np.full(n, se),
+        gap,
+        np.full(n, PERIOD),
+        np.concatenate([np.arange(len(r)) * PERIOD for r in records]),
+        np.concatenate([np.full(len(r), f"r{i}") for i, r in enumerate(records)]),
+    )
+
+
+def wind(data, damping=0.004, n=-1.0, steady=()):
+    names = ("stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor")
+    priors = tuple(CARD.prior(name, Motion.HEAVING) for name in names)
+    return WindPosterior(
+        (*priors, Prior("damping_ratio", "lognormal", damping, 0.03, "-", "-")), data, steady, OMEGA0, n
+    )
+
+
+def test_prior_keeps_y1_negative_under_the_papers_law():
+    posterior = wind(envelope([np.full(20, 0.05)], 1e-3))
+    u = posterior.prior_draws(np.random.default_rng(0), 4000)
+    assert (np.exp(u[:, 1]) > np.exp(u[:, 4])).all()
+    bad = u[:1].copy()
+    bad[0, 1] = np.log(0.002)
+    assert posterior.log_prob(bad)[0] == -np.inf
+    assert np.isfinite(wind(posterior.data, n=2.0).log_prob(bad)[0]), "the other laws have no such bound"
+
+
+def test_log_prob_is_prior_plus_likelihood_and_never_nan():
+    rng = np.random.default_rng(2)
+    posterior = wind(envelope([simulate(rng, 0.05, 0.7, 0.001, 0.1, 30, 2e-4)], 2e-4))
+    u = posterior.prior_draws(rng, 50)
+    want = posterior.log_prior_terms(u).sum(axis=1) + posterior.log_likelihood(u)
+    np.testing.assert_allclose(posterior.log_prob(u), want, rtol=1e-10)
+    wild = rng.normal(0, 300, (200, 5))
+    assert not np.isnan(posterior.log_prob(wild)).any()
+
+
+def test_pointwise_terms_add_up():
+    rng = np.random.default_rng(3)
+    posterior = wind(envelope([simulate(rng, 0.05, 0.7, 0.001, s, 30, 2e-4) for s in (0.1, 0.005)], 2e-4))
+    u = posterior.prior_draws(rng, 20)
+    np.testing.assert_allclose(posterior.pointwise(u).sum(axis=1), posterior.log_likelihood(u), rtol=1e-9)
+
+
+def test_steady_records_alone_give_the_amplitude_and_leave_the_rate_to_its_prior():
+    posterior = wind(EnvelopeData.join({}), steady=(SteadyAmplitude(0.08, 0.001), SteadyAmplitude(0.082, 0.001)))
+    samples = sample(posterior, CARD.sampler, np.random.SeedSequence(1))
+    assert samples.convergence.converged
+    natural = posterior.natural(samples.chain)
+    assert np.median(natural["stable_amplitude"]) == pytest.approx(0.081, abs=2e-4)
+    prior = posterior.prior_draws(np.random.default_rng(0), 20000)[:, 1]
+    assert samples.chain[..., 1].std() == pytest.approx(prior.std(), rel=0.08)
+
+
+def test_still_air_recovers_the_damping_of_two_plucks():
+    rng = np.random.default_rng(4)
+    xi = 0.006
+    plucks = [simulate(rng, 0.0, xi * OMEGA0, 2e-5, s, 80, 1e-4) for s in (0.06, 0.09)]
+    priors = (
+        CARD.prior("structural_damping", Motion.HEAVING),
+        CARD.prior("still_air_scatter", Motion.HEAVING),
+        CARD.prior("noise_factor", Motion.HEAVING),
+    )
+    posterior = StillAirPosterior(priors, envelope(plucks, 1e-4), OMEGA0, 0.09)
+    samples = sample(posterior, CARD.sampler, np.random.SeedSequence(1))
+    assert samples.convergence.converged
+    draws = np.exp(samples.chain[..., 0])
+    low, high = np.quantile(draws, [0.005, 0.995])
+    assert low < xi < high
+    assert draws.std() / xi < 0.02
+
+
+def test_trial_constants_are_ordered_and_converge():
+    rng = np.random.default_rng(5)
+    amplitude = simulate(rng, 0.05, 0.5, 0.0005, 0.12, 90, 2e-4)
+    prior = {
+        name: CARD.prior(name, Motion.HEAVING)
+        for name in (
+            "trial_amplitude",
+            "trial_slow_rate",
+            "trial_rate_gap",
+            "trial_residual",
+            "trial_residual_rate",
+            "noise_factor",
+        )
+    }
+    order = ("trial_amplitude", "trial_amplitude", "trial_slow_rate", "trial_rate_gap", "trial_residual",
+             "trial_residual_rate", "noise_factor")  # fmt: skip
+    posterior = TrialPosterior(tuple(prior[name] for name in order), envelope([amplitude], 2e-4), OMEGA0, 0.12,
+                               (0.05, 0.0, 0.07, -0.5))  # fmt: skip
+    samples = sample(posterior, CARD.sampler, np.random.SeedSequence(3))
+    assert samples.convergence.converged
+    a, b, c, d = posterior.constants(samples.chain)
+    assert (b > d).all()
+    t = np.arange(90) * PERIOD
+    curve = a[..., None] * np.exp(b[..., None] * t) + c[..., None] * np.exp(d[..., None] * t)
+    truth = 0.05 + 0.07 * np.exp(-0.5 * t)
+    inside = (np.quantile(curve, 0.01, axis=(0, 1)) < truth) & (truth < np.quantile(curve, 0.99, axis=(0, 1)))
+    assert inside.mean() > 0.8
+
+
+@pytest.mark.parametrize(("n", "start"), [(-1.0, 0.1), (2.0, 0.052)])
+def test_free_runs_reproduce_the_data(n, start):
+    """A replicate has the scatter of the data; the mean curve runs through it (near a_star all laws are one)."""
+    rng = np.random.default_rng(6)
+    y = simulate(rng, 0.05, 0.7, 0.0012, start, 200, 2e-4)
+    posterior = wind(envelope([y], 2e-4), n=n)
+    samples = sample(posterior, CARD.sampler, np.random.SeedSequence(2))
+    mean, replicate = free_runs(posterior, samples.chain, rng)
+    late = slice(80, None)
+    assert replicate[:, late].std(axis=1).mean() == pytest.approx(y[late].std(), rel=0.3)
+    assert np.median(mean[:, -1]) == pytest.approx(y[late].mean(), rel=0.01)
+    inside = (np.quantile(replicate, 0.05, axis=0) <= y) & (y <= np.quantile(replicate, 0.95, axis=0))
+    assert 0.75 < inside.mean() <= 1.0
+
+
+@pytest.mark.slow
+def test_intervals_cover_at_their_nominal_rate():
+    """90 % intervals of ln a_star, ln lambda over 200 records with 1.5 % turbulence; must fail for a wrong likelihood."""
+    rng = np.random.default_rng(8)
+    hits, narrow = np.zeros(2), np.zeros(2)
+    cases = 200
+    for case in range(cases):
+        a_star, lam = 0.05 * np.exp(0.3 * rng.standard_normal()), 0.6 * np.exp(0.4 * rng.standard_normal())
+        q = 0.015 * a_star * np.sqrt(2 * lam)
+        data = envelope([simulate(rng, a_star, lam, q, s * a_star, 60, 2e-4) for s in (2.0, 0.15)], 2e-4)
+        for count, fixed in ((hits, False), (narrow, True)):
+            posterior = wind(data)
+            if fixed:  # independent errors: no turbulence in the model
+                scatter = Prior("amplitude_scatter", "lognormal", 1e-4, 1e-3, "-", "-")
+                posterior = WindPosterior((*posterior.priors[:2], scatter, *posterior.priors[3:]), data, (), OMEGA0)
+            chain = sample(posterior, CARD.sampler, np.random.SeedSequence(case)).chain
+            for i, truth in enumerate((np.log(a_star), np.log(lam / OMEGA0))):
+                low, high = np.quantile(chain[..., i], [0.05, 0.95])
+                count[i] += low < truth < high
+    error = 3 * np.sqrt(0.9 * 0.1 / cases)
+    assert np.abs(hits / cases - 0.9).max() < error, hits / cases
+    assert (narrow / cases).min() < 0.75, "independent errors must be seen to fail"
