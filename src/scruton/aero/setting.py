@@ -1,0 +1,95 @@
+"""One rig in one wind, in the symbols of the paper."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from scruton.campaign.schema import FloatArray, Motion
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """Everything that the equations need to know of a rig in a wind; numbers or arrays that broadcast.
+
+    Attributes
+    ----------
+    motion : Motion
+    width, depth : array_like
+        B and D [m].
+    mass : array_like
+        m [kg/m] for heaving, inertia J_m [kg m^2/m] for torsion.
+    air_density : array_like
+        rho [kg/m^3].
+    wind_speed : array_like
+        U [m/s].
+    frequency, wind_frequency : array_like
+        f0 in still air and f in the wind [Hz].
+    damping_ratio : array_like
+        Structural damping ratio xi_s.
+    """
+
+    motion: Motion
+    width: ArrayLike
+    depth: ArrayLike
+    mass: ArrayLike
+    air_density: ArrayLike
+    wind_speed: ArrayLike
+    frequency: ArrayLike
+    wind_frequency: ArrayLike
+    damping_ratio: ArrayLike
+
+    @property
+    def torsional(self) -> bool:
+        """Whether the section rotates."""
+        return self.motion is Motion.TORSIONAL
+
+    @property
+    def omega0(self) -> FloatArray:
+        """Natural circular frequency in still air [rad/s]."""
+        return 2.0 * np.pi * np.asarray(self.frequency, dtype=np.float64)
+
+    @property
+    def omega(self) -> FloatArray:
+        """Circular frequency in the wind [rad/s]."""
+        return 2.0 * np.pi * np.asarray(self.wind_frequency, dtype=np.float64)
+
+    @property
+    def K0(self) -> FloatArray:
+        """Reduced frequency in still air, omega0 D/U."""
+        return self.omega0 * np.asarray(self.depth) / np.asarray(self.wind_speed)
+
+    @property
+    def K(self) -> FloatArray:
+        """Reduced frequency, omega D/U."""
+        return self.omega * np.asarray(self.depth) / np.asarray(self.wind_speed)
+
+    @property
+    def reduced_velocity(self) -> FloatArray:
+        """U/(f0 D)."""
+        return 2.0 * np.pi / self.K0
+
+    @property
+    def side_ratio(self) -> FloatArray:
+        """B/D."""
+        return np.asarray(self.width, dtype=np.float64) / np.asarray(self.depth)
+
+    @property
+    def mass_ratio(self) -> FloatArray:
+        """m_r = rho D^2/m; for torsion mu_r = rho B^2 D^2/J_m."""
+        lengths = np.square(np.asarray(self.depth, dtype=np.float64))
+        if self.torsional:
+            lengths = lengths * np.square(np.asarray(self.width))
+        return np.asarray(self.air_density) * lengths / np.asarray(self.mass)
+
+    @property
+    def mass_damping_factor(self) -> FloatArray:
+        """Scruton number per unit of damping ratio: 4 pi m/(rho B D), or 4 pi J_m/(rho B^3 D) (Eqs. 7 and 8)."""
+        power = 3 if self.torsional else 1
+        area = np.asarray(self.width, dtype=np.float64) ** power * np.asarray(self.depth)
+        return 4.0 * np.pi * np.asarray(self.mass) / (np.asarray(self.air_density) * area)
+
+    @property
+    def scruton_number(self) -> FloatArray:
+        """Sc of Eq. (7) or (8)."""
+        return self.mass_damping_factor * np.asarray(self.damping_ratio)
