@@ -1,0 +1,49 @@
+"""From a record to its envelope: the paper's front end, Eqs. (2) to (8), and the demodulation that feeds inference."""
+
+from scruton.envelope.cycles import cycles_from_envelope, demodulate
+from scruton.envelope.damping import GriffinCurve, aerodynamic_damping, griffin_curve, total_damping
+from scruton.envelope.frequency import dominant_frequency
+from scruton.envelope.front_end import FrontEnd, front_end
+from scruton.envelope.lines import Line
+from scruton.envelope.quality import RecordQuality, assess
+from scruton.envelope.relaxation import Relaxation, relaxation
+from scruton.envelope.ringdown import DampingBand, LinearDamping, RingDown, ring_down
+from scruton.envelope.trial import (
+    TRIAL_FUNCTIONS,
+    CubicSpline,
+    Polynomial,
+    SecondOrderExponential,
+    TrialFit,
+    TrialFunction,
+    trial_function,
+)
+from scruton.envelope.types import Cycles
+
+__all__ = [
+    "TRIAL_FUNCTIONS",
+    "CubicSpline",
+    "Cycles",
+    "DampingBand",
+    "FrontEnd",
+    "GriffinCurve",
+    "Line",
+    "LinearDamping",
+    "Polynomial",
+    "RecordQuality",
+    "Relaxation",
+    "RingDown",
+    "SecondOrderExponential",
+    "TrialFit",
+    "TrialFunction",
+    "aerodynamic_damping",
+    "assess",
+    "cycles_from_envelope",
+    "demodulate",
+    "dominant_frequency",
+    "front_end",
+    "griffin_curve",
+    "relaxation",
+    "ring_down",
+    "total_damping",
+    "trial_function",
+]

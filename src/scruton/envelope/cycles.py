@@ -1,0 +1,279 @@
+"""The envelope that feeds inference: amplitude, phase and standard error of every cycle."""
+
+import numpy as np
+
+from scruton.campaign.schema import FloatArray
+from scruton.envelope.frequency import dominant_frequency
+from scruton.envelope.sampling import quantum_of, sampling
+from scruton.envelope.tracking import Track, box_sum, follow
+from scruton.envelope.types import Cycles
+from scruton.envelope.windows import ComplexArray, CycleFit, Windows, cut, fit_cycles
+from scruton.errors import InputError
+
+_NEIGHBOURHOOD = 8  # cycles on either side that share one level of noise
+_PASSES = 3  # regressions that carry the local rate; each leaves about a tenth of the error of the one before
+_MANY = 10.0  # samples per cycle from which a second harmonic can be told apart
+
+
+def demodulate(
+    time: FloatArray, response: FloatArray, frequency: float | None = None, *, name: str = "record"
+) -> Cycles:
+    """Amplitude, phase and standard error of every cycle, by least squares.
+
+    Parameters
+    ----------
+    time, response : (N,) array
+        Seconds, strictly increasing, and y/D or rotation [rad]. Steps may be slightly unequal; a cycle that a gap
+        touches is left out.
+    frequency : float, optional
+        Reference frequency [Hz]; by default the record's own, weighted by the squared amplitude.
+    name : str, optional
+        The record's file, for error messages.
+
+    Returns
+    -------
+    Cycles
+        One estimate per cycle, in the response's unit.
+
+    Raises
+    ------
+    InputError
+        If the response is constant or shows no oscillation, or has fewer than five cycles or six samples per cycle.
+
+    Notes
+    -----
+    Each cycle is regressed on [cos, sin, 1] and, from ten samples per cycle, a second harmonic. A first pass finds
+    the local frequency, growth and drift of the offset; in the second the regressors carry them, so that the
+    amplitude is that at mid-cycle however fast it grows or the frequency wanders.
+
+    The length of the complex amplitude, |z|, is too large by sigma^2/2a (Rice). So z is projected on the direction
+    of its neighbours, itself left out, extrapolated along the tracked phase: linear in the noise, unbiased, and
+    sometimes negative where the motion is below the noise. Above 30 standard errors |z| itself is taken, so that
+    true jitter of the phase costs nothing. Windows do not overlap: white noise leaves neighbours uncorrelated.
+
+    The standard error is from the residual of eight cycles on either side, as for white noise, times one factor for
+    the record: the noise at the response's frequency is estimated as the geometric mean of that at half and at twice
+    of it, seen in second differences of the offset and of the second harmonic from cycle to cycle. The factor
+    stays at 1 unless the record shows otherwise. Rounding to a coarse quantum q adds its own part, since it repeats
+    from cycle to cycle: the fundamental of a rounded sine is off by some (2/pi^2) q (q/a)^0.5, unless noise
+    blurs the steps.
+    """
+    _refuse_unusable(time, response, frequency, name)
+    reference = dominant_frequency(time, response) if frequency is None else frequency
+    if not np.isfinite(reference):
+        raise InputError(name, "", "no line in the spectrum", "a record that oscillates")
+    response = response - np.mean(response)
+    windows = _cut(time, reference, name)
+    fit = fit_cycles(time, response, windows)
+    if frequency is None:
+        advance = _track(windows, fit, int(windows.number[-1]) + 1).rate[windows.number].imag
+        power = np.abs(fit.z) ** 2
+        reference *= 1.0 + float(np.sum(power * advance) / np.sum(power)) / (2.0 * np.pi)
+        windows = _cut(time, reference, name)
+        fit = fit_cycles(time, response, windows)
+    grid = int(windows.number[-1]) + 1
+    number = windows.number
+    harmonic = len(time) / ((time[-1] - time[0]) * reference) >= _MANY
+    track = _track(windows, fit, grid)
+    for _ in range(_PASSES):
+        rate = track.rate[number] * reference
+        drift = _offset_slope(fit.offset, number, grid) * reference
+        fit = fit_cycles(time, response, windows, rate=rate, drift=drift, harmonic=harmonic)
+        track = _track(windows, fit, grid)
+    direction, smooth_phase = track.direction[number], track.phase[number]
+    quantum = quantum_of(response)
+    sigma2 = np.maximum(_local_variance(fit), quantum**2 / 12.0 + np.finfo(float).tiny)
+    amplitude = (fit.z * np.conj(direction)).real
+    c, s = direction.real, direction.imag
+    unit_variance = c * c * fit.cov_rr + 2.0 * c * s * fit.cov_ri + s * s * fit.cov_ii
+    variance = sigma2 * unit_variance * _colour(fit, smooth_phase, sigma2, number, harmonic)
+    error = np.sqrt(variance + _staircase(amplitude, sigma2, quantum))
+    if not _oscillates(fit.z, smooth_phase, error):
+        raise InputError(name, "", "no oscillation that stands out from the noise", "a record that oscillates")
+    phase = smooth_phase + np.angle(fit.z * np.exp(-1j * smooth_phase))
+    local, local_error = _local_frequency(number, phase, amplitude, error, reference)
+    return Cycles(
+        time=windows.middle,
+        amplitude=amplitude,
+        standard_error=error,
+        phase=phase,
+        frequency=local,
+        frequency_error=local_error,
+        reference_frequency=float(reference),
+        noise_sd=float(np.sqrt(np.sum(fit.squares) / np.sum(fit.freedom))),
+    )
+
+
+def cycles_from_envelope(time: FloatArray, amplitude: FloatArray, frequency: float, *, name: str = "record") -> Cycles:
+    """One value per cycle of an envelope that was extracted elsewhere.
+
+    Parameters
+    ----------
+    time, amplitude : (N,) array
+        Seconds, and the amplitude (A/D or rad).
+    frequency : float
+        Frequency of the oscillation [Hz], which an envelope does not tell.
+    name : str, optional
+        The record's file, for error messages.
+
+    Returns
+    -------
+    Cycles
+        The mean of every cycle that holds samples, at their mean time; an envelope coarser than one sample per cycle is
+        taken as it stands. `phase` is zero, `frequency` is `frequency`, `frequency_error` is infinite.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than five values.
+
+    Notes
+    -----
+    The standard error is one number for the record, from a_k - (a_{k-1} a_{k+1})^0.5: an exponential growth or decay
+    leaves nothing in it, noise leaves (3/2)^0.5 of its standard deviation. The scatter is taken robustly (median), and
+    not below the rounding of the file. Noise that the extraction has smoothed away cannot be seen: then the standard
+    error is too small, and turbulence counts as noise, which makes it too large.
+    """
+    if np.any(~np.isfinite(amplitude)) or len(time) < 5 or frequency <= 0.0:
+        raise InputError(name, "amplitude", f"{len(time)} values", "at least five finite values of an envelope")
+    cycle = np.floor((time - time[0]) * frequency * (1.0 + 1e-9)).astype(np.intp)
+    starts = np.flatnonzero(np.diff(cycle, prepend=-1))
+    counts = np.diff(starts, append=len(time))
+    if len(starts) < 5:
+        raise InputError(name, "amplitude", f"{len(starts)} cycles", "an envelope of at least five cycles")
+    t, a = np.add.reduceat(time, starts) / counts, np.add.reduceat(amplitude, starts) / counts
+    before, after = np.maximum(a[:-2], 0.0), np.maximum(a[2:], 0.0)
+    middle = np.sqrt(before * after)
+    lever = np.where(middle > 0.0, (before**2 + after**2) / np.maximum(4.0 * middle**2, 1e-300), np.inf)
+    scatter = float(np.median(np.abs(a[1:-1] - middle) / np.sqrt(1.0 + lever)) / 0.6745)
+    largest = float(np.max(np.abs(a)))
+    error = max(scatter, quantum_of(amplitude) / np.sqrt(12.0), 1e-9 * largest, np.finfo(float).tiny)
+    n = len(t)
+    return Cycles(
+        time=t,
+        amplitude=a,
+        standard_error=np.full(n, error),
+        phase=np.zeros(n),
+        frequency=np.full(n, float(frequency)),
+        frequency_error=np.full(n, np.inf),
+        reference_frequency=float(frequency),
+        noise_sd=error * float(np.sqrt(np.median(counts))),
+    )
+
+
+def _refuse_unusable(time: FloatArray, response: FloatArray, frequency: float | None, name: str) -> None:
+    if len(time) != len(response) or len(time) < 30:
+        raise InputError(name, "", f"{len(response)} samples", "at least 30 samples, six to each of five cycles")
+    if not (np.all(np.isfinite(response)) and np.all(np.isfinite(time))):
+        raise InputError(name, "", "values that are not finite", "numbers only")
+    if np.any(np.diff(time) <= 0.0):
+        raise InputError(name, "time", "time that does not increase", "strictly increasing time")
+    if np.ptp(response) == 0.0:
+        raise InputError(name, "", f"a constant signal ({response[0]:g})", "a record that oscillates")
+    if frequency is not None and not frequency > 0.0:
+        raise InputError(name, "frequency", f"{frequency:g} Hz", "a positive frequency")
+
+
+def _cut(time: FloatArray, frequency: float, name: str) -> Windows:
+    step = sampling(time).step
+    per_cycle = 1.0 / (frequency * step)
+    if per_cycle < 5.999:
+        raise InputError(name, "", f"{per_cycle:.1f} samples per cycle at {frequency:.4g} Hz",
+                         "at least six samples per cycle")  # fmt: skip
+    cycles = float(time[-1] - time[0]) * frequency
+    if cycles > 5.0 * len(time) + 1e6:
+        raise InputError(name, "time", f"{cycles:.3g} cycles in {len(time)} samples", "a record without such gaps")
+    windows = cut(time, frequency)
+    if len(windows.number) < 5:
+        raise InputError(name, "", f"{len(windows.number)} whole cycles at {frequency:.4g} Hz",
+                         "at least five whole cycles")  # fmt: skip
+    return windows
+
+
+def _track(windows: Windows, fit: CycleFit, grid: int) -> Track:
+    """Follow the phase on the unbroken grid of cycles, where missing cycles count nothing."""
+    z, variance, present = np.zeros(grid, dtype=complex), np.zeros(grid), np.zeros(grid, dtype=bool)
+    z[windows.number], present[windows.number] = fit.z, True
+    variance[windows.number] = _local_variance(fit) * 0.5 * (fit.cov_rr + fit.cov_ii)
+    return follow(z, variance, present)
+
+
+def _local_variance(fit: CycleFit) -> FloatArray:
+    return box_sum(fit.squares, _NEIGHBOURHOOD) / box_sum(fit.freedom, _NEIGHBOURHOOD)
+
+
+def _offset_slope(offset: FloatArray, number: np.ndarray, grid: int) -> FloatArray:
+    """Slope of the offset per cycle, from a line through five cycles."""
+    full = np.interp(np.arange(grid), number, offset)
+    if len(full) < 5:
+        return np.zeros(len(number))
+    padded = np.concatenate([2 * full[0] - full[2:0:-1], full, 2 * full[-1] - full[-2:-4:-1]])
+    slope = np.convolve(padded, np.array([2.0, 1.0, 0.0, -1.0, -2.0]) / 10.0, mode="valid")
+    return np.asarray(slope[number])
+
+
+def _colour(fit: CycleFit, phase: FloatArray, sigma2: FloatArray, number: np.ndarray, harmonic: bool) -> float:
+    """Noise power at the response's frequency over that of white noise with the same residual."""
+    triple = (number[2:] - number[:-2]) == 2
+    if np.count_nonzero(triple) < 8:
+        return 1.0
+
+    def ratio(x: ComplexArray | FloatArray, unit: FloatArray, median: float) -> float:
+        difference = x[2:] - 2.0 * x[1:-1] + x[:-2]
+        expected = (sigma2 * unit)[1:-1] * 6.0
+        return float(np.median((np.abs(difference) ** 2 / expected)[triple])) / median
+
+    # medians of chi-square with one degree of freedom, and with two, over their means
+    low = ratio(fit.offset, fit.cov_offset, 0.4549)
+    high = ratio(fit.second * np.exp(-2j * phase), fit.cov_second, 0.6931) if harmonic else 1.0
+    if not (low > 0.0 and high > 0.0):
+        return 1.0
+    log_ratio = 0.5 * (np.log(low) + np.log(high))
+    scatter2 = 3.5 / np.count_nonzero(triple)  # of log_ratio under white noise
+    shrink = max(0.0, 1.0 - 4.0 * scatter2 / max(log_ratio**2, 1e-300))
+    return float(np.clip(np.exp(shrink * log_ratio), 0.1, 1e6))
+
+
+def _staircase(amplitude: FloatArray, sigma2: FloatArray, quantum: float) -> FloatArray:
+    """Variance of the amplitude of a rounded sine: leading Bessel term of the staircase, blurred by noise."""
+    if quantum == 0.0:
+        return np.zeros_like(amplitude)
+    steps = np.maximum(np.abs(amplitude) / quantum, 0.25)
+    blur = np.exp(-4.0 * np.pi**2 * np.maximum(sigma2 / quantum**2 - 1.0 / 12.0, 0.0))
+    return quantum**2 * blur * 2.0 / (np.pi**4 * steps)
+
+
+def _oscillates(z: ComplexArray, phase: FloatArray, error: FloatArray) -> bool:
+    """True where some stretch of the record stands out: no noise reaches nine standard errors of its mean."""
+    steady, variance = z * np.exp(-1j * phase), error**2
+    half = 1
+    while half < 2 * len(z):
+        if np.any(np.abs(box_sum(steady, half)) > 9.0 * np.sqrt(np.maximum(box_sum(variance, half), 0.0))):
+            return True
+        half *= 4
+    return False
+
+
+def _local_frequency(
+    number: np.ndarray, phase: FloatArray, amplitude: FloatArray, error: FloatArray, reference: float
+) -> tuple[FloatArray, FloatArray]:
+    """Frequency of each cycle from a line through the phases of five, weighted by their precision."""
+    n = len(number)
+    weight = np.maximum((amplitude / error) ** 2, 1e-6)
+    sums = np.zeros((5, n))
+    for shift in range(-2, 3):
+        here = np.arange(n) + shift
+        inside = (here >= 0) & (here < n)
+        at = np.clip(here, 0, n - 1)
+        x = (number[at] - number).astype(float)
+        inside &= np.abs(x) <= 2
+        w = np.where(inside, weight[at], 0.0)
+        y = phase[at] - phase
+        sums += w * np.stack([np.ones(n), x, x * x, y, x * y])
+    s0, s1, s2, sy, sxy = sums
+    spread = s2 - s1 * s1 / s0
+    known = spread > 0.0
+    safe = np.where(known, spread, 1.0)
+    per_cycle = np.where(known, (sxy - s1 * sy / s0) / safe, 0.0)
+    relative = np.where(known, 1.0 / np.sqrt(safe), np.inf) / (2.0 * np.pi)
+    return reference * (1.0 + per_cycle / (2.0 * np.pi)), reference * np.minimum(relative, 1.0)

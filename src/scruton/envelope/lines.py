@@ -1,0 +1,121 @@
+"""A second line in a record's spectrum: another mode close by (beating), or elsewhere, or a harmonic."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scruton.campaign.schema import FloatArray
+from scruton.envelope.sampling import sampling
+from scruton.envelope.types import Cycles
+
+_STANDS_OUT = 5.0  # height of a line over the median around it; noise reaches 3 to 4
+_ONE_SIDED = 2.0  # a second line lies on one side of the main one, a modulation on both
+_CLOSE = 0.4  # of the frequency: nearer lines are sought in the cycles, farther ones in the record
+_LONGEST = 2**19  # samples that the spectrum looks at
+
+
+@dataclass(frozen=True)
+class Line:
+    """A spectral line besides the main one.
+
+    `relative` is its height over the main line's; `harmonic` is its order where it is a multiple of the main
+    frequency (a distorted wave rather than another motion), otherwise 0.
+    """
+
+    frequency: float
+    relative: float
+    harmonic: int = 0
+
+
+def second_line(time: FloatArray, response: FloatArray, cycles: Cycles) -> Line | None:
+    """Find the strongest line besides the main one; None where nothing stands out.
+
+    Parameters
+    ----------
+    time, response : (N,) array
+        Seconds, and the response.
+    cycles : Cycles
+        Its demodulation.
+
+    Notes
+    -----
+    A decay widens the main line, and turbulence surrounds it with a pedestal on both sides: neither is a second
+    line. So close by, the complex amplitudes of the cycles are divided into a smooth course (a polynomial in
+    the logarithm) and a rest, and the rest must show a line on one side only. Farther away the main motion, as
+    demodulated, is subtracted from the record first.
+    """
+    found = [line for line in (_near(cycles), _far(time, response, cycles)) if line is not None]
+    return max(found, key=lambda line: line.relative, default=None)
+
+
+def _near(cycles: Cycles) -> Line | None:
+    period = 1.0 / cycles.reference_frequency
+    number = np.round((cycles.time - cycles.time[0]) / period).astype(np.intp)
+    strong = cycles.amplitude > 4.0 * cycles.standard_error
+    if np.count_nonzero(strong) < 24:
+        return None
+    n = int(number[-1]) + 1
+    a = np.where(strong, cycles.amplitude, 0.0)
+    z = a * np.exp(1j * cycles.phase)
+    x = 2.0 * (cycles.time - cycles.time[0]) / (cycles.time[-1] - cycles.time[0]) - 1.0
+    # the weight is that of a logarithm under equal noise
+    order = 4 if np.count_nonzero(strong) > 60 else 3
+    course = np.polynomial.Polynomial.fit(x[strong], np.log(a[strong]), order, w=a[strong], domain=[-1, 1])
+    turn = np.polynomial.Polynomial.fit(x[strong], cycles.phase[strong], order, w=a[strong], domain=[-1, 1])
+    main = np.where(strong, np.exp(course(x) + 1j * turn(x)), 0.0)
+    rest = np.zeros(n, dtype=complex)
+    # a rest that decays as the motion does would be as wide as the main line: compare like with like
+    taper = np.hanning(n + 2)[1:-1]
+    rest[number] = (z - main) * np.exp(-1j * turn(x)) * strong
+    whole = np.zeros(n)
+    whole[number] = np.abs(main)
+    size = 1 << int(np.ceil(np.log2(4 * n)))
+    height = np.abs(np.fft.fft(rest * taper, size)) / np.sum(whole * taper)
+    frequency = np.fft.fftfreq(size)
+    # the polynomial absorbs what turns fewer than three times in the record
+    usable = (np.abs(frequency) > 3.0 / n) & (np.abs(frequency) < _CLOSE)
+    k = int(np.argmax(np.where(usable, height, 0.0)))
+    around = usable & (np.abs(np.abs(frequency) - abs(frequency[k])) < 0.5 * abs(frequency[k]) + 8.0 / n)
+    mirror = usable & (np.abs(frequency + frequency[k]) < 1.5 / n)
+    if height[k] < _STANDS_OUT * np.median(height[around]) or height[k] < _ONE_SIDED * np.max(height[mirror]):
+        return None
+    # one cycle's regression passes a line off its frequency by the sinc of the distance
+    passed = float(np.sinc(frequency[k]))
+    mean_turn = float(np.average(turn.deriv()(x[strong]), weights=a[strong] ** 2)) * 2.0
+    drift = mean_turn / (2.0 * np.pi * (cycles.time[-1] - cycles.time[0]))
+    return Line(float(cycles.reference_frequency * (1.0 + frequency[k]) + drift), float(height[k]) / passed)
+
+
+def _far(time: FloatArray, response: FloatArray, cycles: Cycles) -> Line | None:
+    from scipy import fft
+
+    steps = sampling(time)
+    n = min(round(float(time[-1] - time[0]) / steps.step) + 1, _LONGEST)
+    t = time[:n] if steps.uniform else time[0] + steps.step * np.arange(n)
+    y = response[:n] if steps.uniform else np.interp(t, time, response)
+    f = cycles.reference_frequency
+    # amplitude and phase of the main motion between the cycles; beyond them the signal is left out
+    inside = (t >= cycles.time[0]) & (t <= cycles.time[-1])
+    t, y = t[inside], y[inside] - np.mean(y[inside])
+    a = np.interp(t, cycles.time, cycles.amplitude)
+    phase = np.interp(t, cycles.time, cycles.phase) + 2.0 * np.pi * f * (t - cycles.time[0])
+    main = a * np.cos(phase)
+    taper = np.hanning(len(t))
+    size = fft.next_fast_len(len(t), real=True)
+    height = np.abs(fft.rfft((y - main) * taper, size))
+    top = float(np.max(np.abs(fft.rfft(y * taper, size))))
+    grid = np.arange(len(height)) / (size * steps.step)
+    outside = (np.abs(grid - f) >= _CLOSE * f) & (grid > max(3.0 / (t[-1] - t[0]), 0.1 * f))
+    outside[-2:] = False
+    if not outside.any():
+        return None
+    k = int(np.argmax(np.where(outside, height, 0.0)))
+    around = height[int(k * 0.7) : int(k * 1.4) + 2]
+    if height[k] < _STANDS_OUT * np.median(around):
+        return None
+    order = round(grid[k] / f)
+    width = max(0.02 * f, 3.0 / (t[-1] - t[0]))
+    harmonic = order if order >= 2 and abs(grid[k] - order * f) < order * width else 0
+    # the demodulation, interpolated, has taken a part of the line along
+    taken = float(np.sinc(grid[k] / f - 1.0) ** 3)
+    return Line(float(grid[k]), float(height[k]) / top / (1.0 - taken), harmonic)

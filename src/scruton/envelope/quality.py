@@ -1,0 +1,238 @@
+"""What a record is good for: its size, its noise, and every warning that `scruton check` prints."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scruton.campaign.schema import Kind, Record
+from scruton.envelope.clipping import clipped_side
+from scruton.envelope.cycles import cycles_from_envelope, demodulate
+from scruton.envelope.lines import Line, second_line
+from scruton.envelope.relaxation import Relaxation, relaxation
+from scruton.envelope.sampling import Sampling, sampling
+from scruton.envelope.types import Cycles
+from scruton.errors import InputError
+
+_DECAY_FROM, _GROWTH_FROM = 1.5, 0.3  # times the stable amplitude
+_RELAXATIONS = 3.0
+_OFFSET = _DRIFT = 0.1  # of the largest amplitude
+_FREQUENCY_DRIFT = 0.01
+_SECOND_LINE = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class RecordQuality:
+    """What `assess` finds; amplitudes in A/D or rad.
+
+    Attributes
+    ----------
+    name : str
+        The record.
+    duration : float
+        Length [s].
+    sample_rate : float
+        Samples per second [Hz].
+    cycles : int
+        Whole cycles that could be demodulated.
+    amplitude_range : (float, float)
+        Smallest and largest amplitude, over five cycles each.
+    signal_to_noise : float
+        Root mean square of the oscillation over that of the noise per sample.
+    frequency : float
+        Dominant frequency [Hz].
+    second_line : Line or None
+        The strongest other line of the spectrum, if there is one.
+    stable_amplitude : float
+        As given, or from the exponential fitted to the envelope; NaN where neither applies (free decay).
+    relaxation_time : float
+        Of that exponential [s]; NaN for steady records.
+    warnings : tuple of str
+        Plain sentences, each naming the record.
+    """
+
+    name: str
+    duration: float
+    sample_rate: float
+    cycles: int
+    amplitude_range: tuple[float, float]
+    signal_to_noise: float
+    frequency: float
+    second_line: Line | None
+    stable_amplitude: float
+    relaxation_time: float
+    warnings: tuple[str, ...]
+
+
+def assess(
+    record: Record,
+    *,
+    frequency: float | None = None,
+    stable_amplitude: float | None = None,
+    cycles: Cycles | None = None,
+) -> RecordQuality:
+    """Measure a record and collect its warnings.
+
+    Parameters
+    ----------
+    record : Record
+        As the campaign gives it.
+    frequency : float, optional
+        Frequency [Hz] of the oscillation; needed for an envelope that was extracted elsewhere.
+    stable_amplitude : float, optional
+        As the laboratory states it (A/D or rad); otherwise the fitted exponential tells it.
+    cycles : Cycles, optional
+        The record's demodulation, if it is at hand.
+
+    Raises
+    ------
+    InputError
+        If the record does not oscillate, or is too short or too coarse to say so.
+    """
+    name = str(record.path)
+    if cycles is None and record.is_envelope:
+        if frequency is None:
+            raise InputError(name, record.field, "an envelope without a frequency",
+                             "the frequency of the oscillation beside it")  # fmt: skip
+        cycles = cycles_from_envelope(record.time, record.response, frequency, name=name)
+    elif cycles is None:
+        cycles = demodulate(record.time, record.response, name=name)
+    steps = sampling(record.time)
+    smooth = np.convolve(cycles.amplitude, np.ones(5) / 5.0, mode="valid")
+    transient = record.kind in (Kind.GROWTH, Kind.DECAY)
+    relaxed = relaxation(cycles) if record.kind is not Kind.STEADY else None
+    stable = _stable(stable_amplitude, relaxed if transient else None, record, smooth)
+    line = None if record.is_envelope else second_line(record.time, record.response, cycles)
+    warnings = [
+        *(_transient_warnings(record, smooth, stable, relaxed) if transient and relaxed else ()),
+        *_sampling_warnings(record, steps),
+        *([] if record.is_envelope else _signal_warnings(record, cycles, line)),
+    ]
+    return RecordQuality(
+        name=record.name,
+        duration=float(record.time[-1] - record.time[0]),
+        sample_rate=1.0 / steps.step,
+        cycles=len(cycles.time),
+        amplitude_range=(float(np.min(smooth)), float(np.max(smooth))),
+        signal_to_noise=float(np.sqrt(np.mean(cycles.amplitude**2) / 2.0) / cycles.noise_sd),
+        frequency=cycles.reference_frequency,
+        second_line=line,
+        stable_amplitude=stable,
+        relaxation_time=relaxed.time if relaxed else float("nan"),
+        warnings=tuple(warnings),
+    )
+
+
+def _stable(stated: float | None, relaxed: Relaxation | None, record: Record, smooth: np.ndarray) -> float:
+    if stated is not None:
+        return stated
+    if relaxed is not None:
+        return relaxed.stable_amplitude
+    return float(np.sqrt(np.mean(smooth**2))) if record.kind is Kind.STEADY else float("nan")
+
+
+def _transient_warnings(record: Record, smooth: np.ndarray, stable: float, relaxed: Relaxation) -> list[str]:
+    found = []
+    first, name = relaxed.first_amplitude, record.name
+    duration = float(record.time[-1] - record.time[0])
+    if record.kind is Kind.DECAY and first < _DECAY_FROM * stable:
+        found.append(
+            f"{name}: the decay starts at {first / stable:.2f} times the stable amplitude; from below "
+            f"{_DECAY_FROM} times, the rate of decay is hardly told from turbulence."
+        )
+    if record.kind is Kind.GROWTH and first > _GROWTH_FROM * stable:
+        found.append(
+            f"{name}: the growth starts at {first / stable:.2f} times the stable amplitude; it should start "
+            f"below {_GROWTH_FROM}, so that the damping at small amplitude is seen."
+        )
+    if duration < _RELAXATIONS * relaxed.time:
+        found.append(
+            f"{name}: the record lasts {duration:.3g} s, {duration / relaxed.time:.1f} relaxation times of "
+            f"{relaxed.time:.3g} s; below {_RELAXATIONS:g} the stable amplitude is an extrapolation."
+        )
+    return found
+
+
+def _sampling_warnings(record: Record, steps: Sampling) -> list[str]:
+    found = []
+    if steps.jitter > 0.01:
+        found.append(
+            f"{record.name}: the sampling is not uniform; steps depart from {steps.step:.4g} s by up to "
+            f"{100.0 * steps.jitter:.0f} %."
+        )
+    if len(steps.gaps):
+        longest = float(np.max(np.diff(steps.gaps, axis=1)))
+        found.append(
+            f"{record.name}: {len(steps.gaps)} gap{'s' if len(steps.gaps) > 1 else ''} in the record, the longest "
+            f"{longest:.3g} s, the first at {steps.gaps[0, 0]:.4g} s; cycles inside are left out."
+        )
+    return found
+
+
+def _signal_warnings(record: Record, cycles: Cycles, line: Line | None) -> list[str]:
+    name, found = record.name, []
+    largest = float(np.max(cycles.amplitude))
+    side = clipped_side(record.time, record.response, cycles)
+    if side:
+        found.append(f"{name}: the signal is clipped {side}: samples pile up at the extreme reading.")
+    offset, drift = _offset_and_drift(record, cycles)
+    if abs(offset) > _OFFSET * largest:
+        found.append(
+            f"{name}: the signal has an offset of {offset:.3g}, {100 * abs(offset) / largest:.0f} % of the largest "
+            "amplitude; it is removed."
+        )
+    if abs(drift) > _DRIFT * largest:
+        found.append(
+            f"{name}: the mean drifts by {drift:.3g} over the record, {100 * abs(drift) / largest:.0f} % of the "
+            "largest amplitude; it is removed."
+        )
+    change, low, high = _frequency_drift(cycles)
+    if change > _FREQUENCY_DRIFT:
+        found.append(
+            f"{name}: the frequency drifts by {100 * change:.1f} %, between {low:.4g} and {high:.4g} Hz; stiffness, "
+            "wind speed or lock-in changes while the record runs."
+        )
+    if line is not None and line.relative > _SECOND_LINE:
+        what = f"the harmonic of order {line.harmonic}" if line.harmonic else "another motion or pick-up"
+        found.append(
+            f"{name}: a second line at {line.frequency:.4g} Hz has {100 * line.relative:.0f} % of the height of the "
+            f"main one at {cycles.reference_frequency:.4g} Hz ({what})."
+        )
+    return found
+
+
+def _offset_and_drift(record: Record, cycles: Cycles) -> tuple[float, float]:
+    """Offset, and change of the mean over the record, from a line through the means of whole cycles."""
+    f = cycles.reference_frequency
+    block = np.floor((record.time - record.time[0]) * f).astype(np.intp)
+    starts = np.flatnonzero(np.diff(block, prepend=-1))[:-1]  # the last cycle is not whole
+    stops = np.flatnonzero(np.diff(block, prepend=-1))[1:]
+    means = np.add.reduceat(record.response, starts)[: len(starts)]
+    means[-1] = np.sum(record.response[starts[-1] : stops[-1]])
+    means /= stops - starts
+    x = np.linspace(-0.5, 0.5, len(means))
+    return float(np.mean(means)), float(np.sum(x * means) / np.sum(x * x))
+
+
+def _frequency_drift(cycles: Cycles) -> tuple[float, float, float]:
+    """Relative range of the frequency over stretches of the record that show it clearly, with both ends."""
+    count = max(2, min(20, len(cycles.time) // 10))
+    f, precision = [], []
+    for part in np.array_split(np.arange(len(cycles.time)), count):
+        usable = part[cycles.amplitude[part] > 4.0 * cycles.standard_error[part]]
+        if len(usable) < 5:
+            continue
+        w = (cycles.amplitude[usable] / cycles.standard_error[usable]) ** 2
+        t = cycles.time[usable] - np.average(cycles.time[usable], weights=w)
+        spread = float(np.sum(w * t * t))
+        slope = float(np.sum(w * t * cycles.phase[usable])) / spread
+        residual = cycles.phase[usable] - np.average(cycles.phase[usable], weights=w) - slope * t
+        chi2 = max(1.0, float(np.sum(w * residual**2)) / (len(usable) - 2))
+        f.append(cycles.reference_frequency + slope / (2.0 * np.pi))
+        precision.append(np.sqrt(chi2 / spread) / (2.0 * np.pi))
+    if len(f) < 2:
+        return 0.0, cycles.reference_frequency, cycles.reference_frequency
+    low, high = int(np.argmin(f)), int(np.argmax(f))
+    change = f[high] - f[low]
+    # only what the precision of the stretches cannot explain
+    certain = change > 4.0 * np.hypot(precision[low], precision[high])
+    return (change / cycles.reference_frequency if certain else 0.0), f[low], f[high]

@@ -1,0 +1,59 @@
+"""How a record was sampled: its step, its regularity, its gaps."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scruton.campaign.schema import FloatArray
+
+_JITTER = 0.01  # steps that vary by less count as equal
+_GAP = 1.75  # a step so many times the usual one misses at least a sample
+
+
+@dataclass(frozen=True, eq=False)
+class Sampling:
+    """The time steps of a record.
+
+    Attributes
+    ----------
+    step : float
+        Usual (median) step [s].
+    jitter : float
+        Largest departure of a step from the usual one, gaps left out, over the usual one.
+    gaps : (m, 2) array
+        Times [s] of the samples before and after each gap.
+    """
+
+    step: float
+    jitter: float
+    gaps: FloatArray
+
+    @property
+    def uniform(self) -> bool:
+        """True where no step differs by more than 1 % and there is no gap."""
+        return self.jitter <= _JITTER and len(self.gaps) == 0
+
+
+def sampling(time: FloatArray) -> Sampling:
+    """Look at the steps of `time` (N,), N >= 2, strictly increasing [s]."""
+    steps = np.diff(time)
+    step = float(np.median(steps))
+    if max(np.max(steps) - step, step - np.min(steps)) <= _JITTER * step:
+        # the mean is better rounded than any one difference of large times
+        mean = float(time[-1] - time[0]) / len(steps)
+        return Sampling(mean, float(np.max(np.abs(steps - step))) / step, np.empty((0, 2)))
+    wide = steps > _GAP * step
+    jitter = float(np.max(np.abs(steps[~wide] - step)) / step)
+    at = np.flatnonzero(wide)
+    return Sampling(step, jitter, np.stack([time[at], time[at + 1]], axis=1))
+
+
+def quantum_of(response: FloatArray) -> float:
+    """Quantum of a rounded record: the step that all its steps are multiples of; 0 where there is none."""
+    steps = np.abs(np.diff(response[:20_000]))
+    steps = steps[steps > 1e-7 * np.ptp(response)]
+    if len(steps) == 0:
+        return 0.0
+    quantum = float(np.min(steps))
+    multiples = steps / quantum
+    return quantum if np.median(np.abs(multiples - np.round(multiples))) < 0.02 else 0.0

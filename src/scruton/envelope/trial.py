@@ -1,0 +1,269 @@
+"""Trial functions that smooth the transient amplitude: Eq. (4) of the paper and what its Fig. 13 compares."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Protocol
+
+import numpy as np
+
+from scruton.campaign.schema import FloatArray
+
+_POINTS = 2000  # least squares runs on at most so many block means
+_SHORTEST, _FASTEST = 12.0, 300.0  # growth and decay over the record, as exponents, that the search covers
+_CLOSEST = 0.02  # smallest (b - d) times the record's length: below it a and c grow without bound
+
+
+class TrialFit(Protocol):
+    """A trial function with its constants found."""
+
+    @property
+    def constants(self) -> Mapping[str, float]:
+        """The constants by name."""
+
+    def value(self, time: FloatArray) -> FloatArray:
+        """Smoothed amplitude at `time` [s], the record's own time."""
+
+    def derivative(self, time: FloatArray) -> FloatArray:
+        """Its rate [1/s times the amplitude's unit]."""
+
+
+class TrialFunction(Protocol):
+    """A form to fit; `fit` finds its constants by least squares."""
+
+    def fit(self, time: FloatArray, amplitude: FloatArray) -> TrialFit:
+        """Fit to `amplitude` at `time`, both (N,)."""
+
+
+def block_means(time: FloatArray, amplitude: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Thin a long series to block means and their counts, for weighted least squares.
+
+    A sum of squares about a curve is that of the block means, weighted by counts, plus the scatter inside the
+    blocks, which does not depend on the curve while it is straight over one block (1/2000 of the record).
+    """
+    n = len(time)
+    if n <= _POINTS:
+        return time, amplitude, np.ones(n)
+    starts = np.linspace(0, n, _POINTS, endpoint=False).astype(np.intp)
+    counts = np.diff(starts, append=n).astype(float)
+    return np.add.reduceat(time, starts) / counts, np.add.reduceat(amplitude, starts) / counts, counts
+
+
+@dataclass(frozen=True)
+class ExponentialFit:
+    """Eq. (4), A = a exp(b t) + c exp(d t) with b > d; t counts from `origin`, the first time fitted [s]."""
+
+    a: float
+    b: float
+    c: float
+    d: float
+    origin: float
+
+    @property
+    def constants(self) -> Mapping[str, float]:
+        """The four constants of Eq. (4)."""
+        return MappingProxyType({"a": self.a, "b": self.b, "c": self.c, "d": self.d})
+
+    def value(self, time: FloatArray) -> FloatArray:
+        """Eq. (4)."""
+        t = np.asarray(time) - self.origin
+        return self.a * np.exp(self.b * t) + self.c * np.exp(self.d * t)
+
+    def derivative(self, time: FloatArray) -> FloatArray:
+        """Derivative of Eq. (4) with respect to time."""
+        t = np.asarray(time) - self.origin
+        return self.a * self.b * np.exp(self.b * t) + self.c * self.d * np.exp(self.d * t)
+
+
+@dataclass(frozen=True)
+class SecondOrderExponential:
+    """The form that the paper recommends, Eq. (4).
+
+    The amplitudes a and c enter linearly, so that they are solved for while only the two rates are searched
+    (variable projection): all pairs of a grid of rates, then least squares from the best few.
+    """
+
+    starts: int = 5
+
+    def fit(self, time: FloatArray, amplitude: FloatArray) -> ExponentialFit:
+        """Fit a, b, c, d by least squares with b > d.
+
+        Raises
+        ------
+        ValueError
+            If there are fewer than five points.
+        """
+        from scipy.optimize import least_squares
+
+        if len(time) < 5:
+            raise ValueError(f"four constants need five or more amplitudes; found {len(time)}")
+        t, y, weight = block_means(time, amplitude)
+        origin, length = float(time[0]), float(time[-1] - time[0])
+        x, root = (t - origin) / length, np.sqrt(weight / weight.sum())
+
+        def basis(fast: float, gap: float) -> FloatArray:
+            # e^(bx) and the divided difference [e^(bx) - e^(dx)]/(b - d): well conditioned even where b is near d
+            first = np.exp(fast * (x if fast <= 0.0 else x - 1.0))
+            return np.stack([first, first * -np.expm1(-gap * x) / gap], axis=1)
+
+        def project(p: FloatArray) -> tuple[FloatArray, FloatArray]:
+            design = basis(p[0], np.exp(p[1])) * root[:, None]
+            linear = np.linalg.lstsq(design, y * root, rcond=None)[0]
+            return linear, y * root - design @ linear
+
+        def residual(p: FloatArray) -> FloatArray:
+            return project(p)[1]
+
+        lower, upper = [-_FASTEST, np.log(_CLOSEST)], [_SHORTEST, np.log(_FASTEST)]
+        best: tuple[float, FloatArray] | None = None
+        for start in _grid_minima(x, y, root, self.starts):
+            found = least_squares(
+                residual, np.clip(start, lower, upper), bounds=(lower, upper), xtol=1e-12, ftol=1e-12, gtol=1e-12
+            )
+            if best is None or found.cost < best[0]:
+                best = (float(found.cost), found.x)
+        assert best is not None
+        rate, gap = best[1][0], np.exp(best[1][1])
+        u, v = project(best[1])[0]
+        scale = np.exp(-max(rate, 0.0))
+        return ExponentialFit(
+            a=float(scale * (u + v / gap)),
+            b=float(rate / length),
+            c=float(-scale * v / gap),
+            d=float((rate - gap) / length),
+            origin=origin,
+        )
+
+
+def _grid_minima(x: FloatArray, y: FloatArray, root: FloatArray, count: int) -> list[FloatArray]:
+    """The best `count` pairs (rate, log gap) of a grid, by the projected sum of squares of every pair at once."""
+    steps = np.concatenate([-np.geomspace(_FASTEST, 0.05, 28), [0.0], np.geomspace(0.05, _SHORTEST, 12)])
+    columns = np.exp(np.minimum(steps, 0.0) * x[:, None] + np.maximum(steps, 0.0) * (x[:, None] - 1.0))
+    columns *= root[:, None]
+    norm = np.sqrt(np.sum(columns**2, axis=0))
+    columns /= norm
+    target = columns.T @ (y * root)
+    cosine = columns.T @ columns
+    slow, fast = np.triu_indices(len(steps), 1)
+    i, j = fast, slow  # steps ascend: i holds the larger rate, b
+    r = cosine[i, j]
+    determinant = np.maximum(1.0 - r**2, 1e-12)
+    explained = (target[i] ** 2 + target[j] ** 2 - 2.0 * r * target[i] * target[j]) / determinant
+    chosen: list[FloatArray] = []
+    for k in np.argsort(-explained):
+        point = np.array([steps[i[k]], np.log(steps[i[k]] - steps[j[k]])])
+        # starts that lie in one basin only repeat each other
+        if all(np.abs(np.arcsinh(point[0]) - np.arcsinh(q[0])) + abs(point[1] - q[1]) > 0.7 for q in chosen):
+            chosen.append(point)
+        if len(chosen) == count:
+            break
+    return chosen
+
+
+@dataclass(frozen=True)
+class PolynomialFit:
+    """A polynomial in time; `constants` c0, c1, ... multiply powers of the time mapped on [-1, 1]."""
+
+    polynomial: np.polynomial.Polynomial
+
+    @property
+    def constants(self) -> Mapping[str, float]:
+        """Coefficients of the powers of scaled time."""
+        return MappingProxyType({f"c{i}": float(c) for i, c in enumerate(self.polynomial.coef)})
+
+    def value(self, time: FloatArray) -> FloatArray:
+        """The polynomial at `time`."""
+        return np.asarray(self.polynomial(np.asarray(time)), dtype=float)
+
+    def derivative(self, time: FloatArray) -> FloatArray:
+        """Its derivative at `time`."""
+        return np.asarray(self.polynomial.deriv()(np.asarray(time)), dtype=float)
+
+
+@dataclass(frozen=True)
+class Polynomial:
+    """A polynomial of a stated order."""
+
+    order: int = 6
+
+    def fit(self, time: FloatArray, amplitude: FloatArray) -> PolynomialFit:
+        """Fit by least squares; ValueError if there are not more points than coefficients."""
+        if len(time) <= self.order + 1:
+            raise ValueError(f"a polynomial of order {self.order} needs more than {self.order + 1} amplitudes")
+        t, y, weight = block_means(time, amplitude)
+        return PolynomialFit(np.polynomial.Polynomial.fit(t, y, self.order, w=np.sqrt(weight)))
+
+
+@dataclass(frozen=True)
+class SplineFit:
+    """A cubic spline; `constants` c0, c1, ... are its B-spline coefficients."""
+
+    knots: tuple[float, ...]
+    coefficients: tuple[float, ...]
+
+    @property
+    def constants(self) -> Mapping[str, float]:
+        """B-spline coefficients."""
+        return MappingProxyType({f"c{i}": c for i, c in enumerate(self.coefficients)})
+
+    def value(self, time: FloatArray) -> FloatArray:
+        """The spline at `time`."""
+        return self._evaluate(time, 0)
+
+    def derivative(self, time: FloatArray) -> FloatArray:
+        """Its derivative at `time`."""
+        return self._evaluate(time, 1)
+
+    def _evaluate(self, time: FloatArray, order: int) -> FloatArray:
+        from scipy.interpolate import BSpline
+
+        spline = BSpline(np.array(self.knots), np.array(self.coefficients), 3)
+        return np.asarray(spline(np.asarray(time), nu=order), dtype=float)
+
+
+@dataclass(frozen=True)
+class CubicSpline:
+    """A least-squares cubic spline with so many knots equally spaced inside the record."""
+
+    knots: int = 8
+
+    def fit(self, time: FloatArray, amplitude: FloatArray) -> SplineFit:
+        """Fit by least squares; ValueError if there are too few points for the knots."""
+        from scipy.interpolate import make_lsq_spline
+
+        if len(time) < 2 * (self.knots + 4):
+            raise ValueError(f"a spline with {self.knots} knots needs {2 * (self.knots + 4)} or more amplitudes")
+        t, y, weight = block_means(time, amplitude)
+        inner = np.linspace(time[0], time[-1], self.knots + 2)
+        # the record's own ends close the spline; block means lie inside them
+        knots = np.concatenate([[inner[0]] * 3, inner, [inner[-1]] * 3])
+        spline = make_lsq_spline(t, y, knots, k=3, w=np.sqrt(weight))
+        return SplineFit(tuple(map(float, knots)), tuple(map(float, spline.c)))
+
+
+TRIAL_FUNCTIONS: Mapping[str, TrialFunction] = MappingProxyType(
+    {
+        "second-order exponential": SecondOrderExponential(),
+        "polynomial": Polynomial(),
+        "cubic spline": CubicSpline(),
+    }
+)
+"""The trial functions of the paper's Fig. 13 by name, with orders that suit a record of some hundred cycles."""
+
+
+def trial_function(name: str) -> TrialFunction:
+    """Look a trial function up by name; "polynomial 8" and "cubic spline 12" set the order or the knots.
+
+    Raises
+    ------
+    ValueError
+        If the name is unknown; the message lists the names.
+    """
+    form, _, number = name.rpartition(" ")
+    if number.isdigit() and form == "polynomial":
+        return Polynomial(int(number))
+    if number.isdigit() and form == "cubic spline":
+        return CubicSpline(int(number))
+    if name not in TRIAL_FUNCTIONS:
+        raise ValueError(f"unknown trial function {name!r}; known are {', '.join(TRIAL_FUNCTIONS)}")
+    return TRIAL_FUNCTIONS[name]

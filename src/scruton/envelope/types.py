@@ -1,0 +1,39 @@
+"""What the envelope room hands on: arrays with their meaning, frozen."""
+
+from dataclasses import dataclass
+
+from scruton.campaign.schema import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Cycles:
+    """The envelope that feeds inference: one least-squares demodulation per cycle.
+
+    Attributes
+    ----------
+    time : (n,) array
+        Middle of each cycle [s], equally spaced by 1/`reference_frequency` except across gaps.
+    amplitude : (n,) array
+        Amplitude (A/D or rad), unbiased: may be slightly negative when noise exceeds motion.
+    standard_error : (n,) array
+        Standard error of each amplitude from the residual of its own neighbourhood, > 0.
+    phase : (n,) array
+        Phase against the reference frequency, unwrapped [rad].
+    frequency : (n,) array
+        Local frequency [Hz], from the slope of the phase.
+    frequency_error : (n,) array
+        Standard error of `frequency` [Hz].
+    reference_frequency : float
+        Frequency of the demodulation [Hz].
+    noise_sd : float
+        Standard deviation of the broadband residual per sample, in the record's unit.
+    """
+
+    time: FloatArray
+    amplitude: FloatArray
+    standard_error: FloatArray
+    phase: FloatArray
+    frequency: FloatArray
+    frequency_error: FloatArray
+    reference_frequency: float
+    noise_sd: float
