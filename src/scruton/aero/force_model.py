@@ -25,7 +25,7 @@ def _beta(setting: Setting) -> FloatArray | float:
 
 def _per_s(setting: Setting) -> FloatArray:
     """Seconds per unit of dimensionless time s = Ut/D."""
-    return np.asarray(setting.depth) / np.asarray(setting.wind_speed)
+    return np.asarray(setting.depth, dtype=np.float64) / np.asarray(setting.wind_speed, dtype=np.float64)
 
 
 def force_parameters(a_star: ArrayLike, lam: ArrayLike, setting: Setting) -> tuple[FloatArray, FloatArray]:

@@ -65,7 +65,7 @@ def factor(
             raise ValueError("the Skop-Griffin parameter needs a Strouhal number > 0")
         griffin: FloatArray = 2.0 * np.pi**3 * strouhal**2 * m_star
         return griffin
-    constants = {
+    constants: dict[str, FloatArray | float] = {
         "paper": np.pi**2 * D / B,
         "scruton": np.pi / 2.0,
         "stability": np.pi**2,
@@ -95,7 +95,7 @@ def damping_ratio(
     per_unit = factor(
         definition, mass=mass, air_density=air_density, width=width, depth=depth, torsional=torsional, strouhal=strouhal
     )
-    return np.asarray(number) / per_unit
+    return np.asarray(number, dtype=np.float64) / per_unit
 
 
 def convert(

@@ -8,6 +8,10 @@ from numpy.typing import ArrayLike
 from scruton.campaign.schema import FloatArray, Motion
 
 
+def _f(value: ArrayLike) -> FloatArray:
+    return np.asarray(value, dtype=np.float64)
+
+
 @dataclass(frozen=True, eq=False)
 class Setting:
     """Everything that the equations need to know of a rig in a wind; numbers or arrays that broadcast.
@@ -47,22 +51,22 @@ class Setting:
     @property
     def omega0(self) -> FloatArray:
         """Natural circular frequency in still air [rad/s]."""
-        return 2.0 * np.pi * np.asarray(self.frequency, dtype=np.float64)
+        return 2.0 * np.pi * _f(self.frequency)
 
     @property
     def omega(self) -> FloatArray:
         """Circular frequency in the wind [rad/s]."""
-        return 2.0 * np.pi * np.asarray(self.wind_frequency, dtype=np.float64)
+        return 2.0 * np.pi * _f(self.wind_frequency)
 
     @property
     def K0(self) -> FloatArray:
         """Reduced frequency in still air, omega0 D/U."""
-        return self.omega0 * np.asarray(self.depth) / np.asarray(self.wind_speed)
+        return self.omega0 * _f(self.depth) / _f(self.wind_speed)
 
     @property
     def K(self) -> FloatArray:
         """Reduced frequency, omega D/U."""
-        return self.omega * np.asarray(self.depth) / np.asarray(self.wind_speed)
+        return self.omega * _f(self.depth) / _f(self.wind_speed)
 
     @property
     def reduced_velocity(self) -> FloatArray:
@@ -72,24 +76,24 @@ class Setting:
     @property
     def side_ratio(self) -> FloatArray:
         """B/D."""
-        return np.asarray(self.width, dtype=np.float64) / np.asarray(self.depth)
+        return _f(self.width) / _f(self.depth)
 
     @property
     def mass_ratio(self) -> FloatArray:
         """m_r = rho D^2/m; for torsion mu_r = rho B^2 D^2/J_m."""
-        lengths = np.square(np.asarray(self.depth, dtype=np.float64))
+        lengths = np.square(_f(self.depth))
         if self.torsional:
-            lengths = lengths * np.square(np.asarray(self.width))
-        return np.asarray(self.air_density) * lengths / np.asarray(self.mass)
+            lengths = lengths * np.square(_f(self.width))
+        return _f(self.air_density) * lengths / _f(self.mass)
 
     @property
     def mass_damping_factor(self) -> FloatArray:
         """Scruton number per unit of damping ratio: 4 pi m/(rho B D), or 4 pi J_m/(rho B^3 D) (Eqs. 7 and 8)."""
         power = 3 if self.torsional else 1
-        area = np.asarray(self.width, dtype=np.float64) ** power * np.asarray(self.depth)
-        return 4.0 * np.pi * np.asarray(self.mass) / (np.asarray(self.air_density) * area)
+        area = _f(self.width) ** power * _f(self.depth)
+        return 4.0 * np.pi * _f(self.mass) / (_f(self.air_density) * area)
 
     @property
     def scruton_number(self) -> FloatArray:
         """Sc of Eq. (7) or (8)."""
-        return self.mass_damping_factor * np.asarray(self.damping_ratio)
+        return self.mass_damping_factor * _f(self.damping_ratio)

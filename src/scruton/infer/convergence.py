@@ -1,4 +1,4 @@
-"""Convergence as a verdict: nested R-hat over independent ensembles, bulk and tail ESS, autocorrelation, stuck walkers."""
+"""Convergence as a verdict: nested R-hat over ensembles, bulk and tail ESS, autocorrelation, stuck walkers."""
 
 from dataclasses import dataclass
 

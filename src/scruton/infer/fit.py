@@ -25,6 +25,14 @@ from scruton.infer.settings import carry, derive
 from scruton.infer.tree import assemble
 
 TRANSIENTS = (Kind.GROWTH, Kind.DECAY)
+TRIAL_PRIORS = (
+    "trial_amplitude",
+    "trial_slow_rate",
+    "trial_rate_gap",
+    "trial_residual",
+    "trial_residual_rate",
+    "noise_factor",
+)
 # Below this a steady amplitude is not known, however long the record: calibration of the sensor, drift of the wind.
 STEADY_FLOOR = 0.005
 
@@ -146,8 +154,8 @@ def fit_test(
     name = f"test {test.name}"
     if not data.size:
         sampling.flags.append(
-            f"{name}: no growth or decay record, so its lock-in records give the stable amplitude alone; the relaxation "
-            "rate, and with it Y1, epsilon and amplitudes at other Scruton numbers, rest on the prior"
+            f"{name}: no growth or decay record, so its lock-in records give the stable amplitude alone; the "
+            "relaxation rate, and with it Y1, epsilon and amplitudes at other Scruton numbers, rest on the prior"
         )
     # The rig's posterior of ln xi_s enters as a normal prior: it is close to one, and the wind-on records add little.
     log_damping = np.log(rig.damping)
@@ -187,12 +195,7 @@ def fit_trial(
     data = EnvelopeData.join({record.name: cycles})
     start = SecondOrderExponential().fit(data.time, data.amplitude)
     assert isinstance(start, ExponentialFit)
-    amplitude, slow, gap, residual, rate, noise = (
-        card.prior(name, motion)
-        for name in (
-            "trial_amplitude", "trial_slow_rate", "trial_rate_gap", "trial_residual", "trial_residual_rate", "noise_factor",
-        )
-    )  # fmt: skip
+    amplitude, slow, gap, residual, rate, noise = (card.prior(name, motion) for name in TRIAL_PRIORS)
     named = tuple(
         Prior(name, one.family, one.first, one.second, one.unit, one.reason)
         for name, one in (("a", amplitude), ("c", amplitude), ("b", slow), ("rate_gap", gap))

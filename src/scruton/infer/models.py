@@ -42,7 +42,8 @@ class Posterior(ABC):
             return total
         location, scale, constant = self._normal_priors
         z = (u - location) / scale
-        return constant - 0.5 * np.einsum("ij,ij->i", z, z)
+        density: FloatArray = constant - 0.5 * np.einsum("ij,ij->i", z, z)
+        return density
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -42,7 +42,7 @@ class StudentT:
         return density
 
 
-class IndependenceMove(emcee.moves.MHMove):  # type: ignore[misc]
+class IndependenceMove(emcee.moves.MHMove):
     """Metropolis-Hastings with proposals drawn from one fixed distribution.
 
     Near-normal posteriors accept almost every proposal, so that successive draws are nearly independent.

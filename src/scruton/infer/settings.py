@@ -38,7 +38,8 @@ def carry(
             return np.full(shape, quantity.mean)
         log_sd = np.sqrt(np.log1p((quantity.sd / quantity.mean) ** 2))
         z = np.random.default_rng(seed_of(name)).standard_normal(shape)
-        return quantity.mean * np.exp(log_sd * z)
+        scattered: FloatArray = quantity.mean * np.exp(log_sd * z)
+        return scattered
 
     return Carried(
         draws(f"mass of {rig.name}", rig.mass),

@@ -76,6 +76,7 @@ def assemble(
     tree.attrs["provenance"] = json.dumps(provenance, sort_keys=True)
     convergence = _convergence(rig_list, tests, trials)
     converged = bool(convergence["converged"].all()) if len(convergence) else True
+    verdicts: dict[Any, Any] = convergence.to_dict(orient="index")
     summary = {
         "format": 1,
         "title": campaign.title,
@@ -90,14 +91,14 @@ def assemble(
                 "rig": one.rig.name,
                 "peak": one.test.name in peaks,
                 "wind_frequency": one.wind_frequency,
-                "parameters": _parameters(one.derived, f"test {one.test.name}", convergence),
+                "parameters": _parameters(one.derived, f"test {one.test.name}", verdicts),
             }
             for one in tests
         ],
         "rigs": [
             {
                 "name": one.rig.name,
-                "parameters": _parameters({"damping_ratio": one.damping}, f"rig {one.rig.name}", convergence),
+                "parameters": _parameters({"damping_ratio": one.damping}, f"rig {one.rig.name}", verdicts),
             }
             for one in rig_list
         ],
@@ -105,7 +106,7 @@ def assemble(
             {
                 "name": one.record.name,
                 "test": one.test.name,
-                "parameters": _parameters(_trial_constants(one), f"trial function of {one.record.name}", convergence),
+                "parameters": _parameters(_trial_constants(one), f"trial function of {one.record.name}", verdicts),
             }
             for one in trials
         ],
@@ -308,7 +309,9 @@ def _convergence(rigs: Sequence[RigResult], tests: Sequence[TestResult], trials:
 _SAMPLED = {"a_star": "stable_amplitude", "relaxation_rate": "relaxation_ratio", "d": "rate_gap"}
 
 
-def _parameters(values: Mapping[str, FloatArray], posterior: str, convergence: pd.DataFrame) -> dict[str, Any]:
+def _parameters(
+    values: Mapping[str, FloatArray], posterior: str, convergence: Mapping[Any, Mapping[str, Any]]
+) -> dict[str, Any]:
     found = {}
     for name, draws in values.items():
         entry: dict[str, Any] = {
@@ -319,9 +322,8 @@ def _parameters(values: Mapping[str, FloatArray], posterior: str, convergence: p
                 f"{p:.2f}": [float(x) for x in np.quantile(draws, [0.5 - p / 2, 0.5 + p / 2])] for p in INTERVALS
             },
         }
-        key = (posterior, _SAMPLED.get(name, name))
-        if key in convergence.index:
-            row = convergence.loc[key]
+        row = convergence.get((posterior, _SAMPLED.get(name, name)))
+        if row is not None:
             entry |= {column: float(row[column]) for column in ("rhat_nested", "ess_bulk", "ess_tail")}
         found[name] = entry
     return found
