@@ -1,0 +1,178 @@
+"""The command line: verbs, no logic.
+
+Exit codes: 0 done; 1 done but not to be trusted; 2 bad input; 130 interrupted.
+"""
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scruton.errors import InputError
+
+if TYPE_CHECKING:
+    from scruton.infer.results import Fit
+
+DONE, NOT_TRUSTED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code."""
+    arguments = parser().parse_args(argv)
+    verb: Callable[[argparse.Namespace], int] = arguments.verb
+    try:
+        return verb(arguments)
+    except InputError as error:
+        print(f"scruton: {error}", file=sys.stderr)
+        return BAD_INPUT
+    except KeyboardInterrupt:
+        print("\nscruton: interrupted. What was done is kept: the same command with --resume goes on.", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:
+        sys.stderr.close()
+        return DONE
+
+
+def parser() -> argparse.ArgumentParser:
+    """Build the parser of all commands."""
+    top = argparse.ArgumentParser(
+        prog="scruton", description="Bayesian uncertainty quantification for vortex-induced vibration."
+    )
+    top.add_argument("--version", action="version", version=f"scruton {_version()}")
+    verbs = top.add_subparsers(metavar="COMMAND", required=True)
+
+    def add(name: str, verb: Callable[[argparse.Namespace], int], text: str) -> argparse.ArgumentParser:
+        one = verbs.add_parser(name, help=text, description=text)
+        one.add_argument("--seed", type=int, default=0, help="seed of all randomness (default 0)")
+        one.add_argument("--quiet", action="store_true", help="no progress, no tables: only errors and paths")
+        one.set_defaults(verb=verb)
+        return one
+
+    check = add("check", _check, "read a campaign, print what it holds and every warning")
+    check.add_argument("campaign", type=Path, help="folder with a campaign.toml")
+
+    fit = add("fit", _fit, "front end and posteriors: writes posterior.nc and fit.json")
+    report = add("report", _report, "fit, predict and write the report")
+    for one in (fit, report):
+        one.add_argument("campaign", type=Path, help="folder with a campaign.toml")
+        one.add_argument(
+            "-o", "--out", type=Path, help="folder for the results (default: out/NAME of the campaign's folder)"
+        )
+        one.add_argument("--model", default="default", metavar="CARD", help="model card: a shipped name or a TOML file")
+        one.add_argument("--tests", metavar="NAME,...", help="use only these tests")
+        one.add_argument("--force", action="store_true", help="replace the results that lie in the folder")
+        one.add_argument("--resume", action="store_true", help="go on with an interrupted run")
+    report.add_argument(
+        "--sc", type=float, action="append", default=[], metavar="SC", help="design Scruton number; may be repeated"
+    )
+
+    predict = add("predict", _predict, "predictive stable amplitude at a design Scruton number")
+    predict.add_argument("results", type=Path, help="folder that fit or report wrote")
+    predict.add_argument(
+        "--sc", type=float, action="append", default=[], metavar="SC", help="design Scruton number; may be repeated"
+    )
+    predict.add_argument(
+        "--damping",
+        action="append",
+        default=[],
+        metavar="XI[+/-SD]",
+        help='design damping ratio, "0.003" or "0.003 +/- 0.001"',
+    )
+    predict.add_argument("--rig", help="rig whose mass, frequency and wind are meant (default: the first)")
+    predict.add_argument("--law", type=float, metavar="N", help="exponent of the law (default: the model card's)")
+    predict.add_argument("--json", action="store_true", help="print JSON")
+
+    simulate = add("simulate", _simulate, "write a synthetic campaign from the full equation of motion")
+    simulate.add_argument("spec", type=Path, help="TOML file with the section, the rigs, the tests and the truth")
+    simulate.add_argument("-o", "--out", type=Path, required=True, help="folder for the campaign")
+    simulate.add_argument("--force", action="store_true", help="replace the campaign that lies in the folder")
+    return top
+
+
+def _version() -> str:
+    from scruton import __version__
+
+    return __version__
+
+
+def _check(arguments: argparse.Namespace) -> int:
+    from scruton.report.check import check
+
+    text, usable = check(arguments.campaign)
+    if not arguments.quiet or not usable:
+        print(text)
+    return DONE if usable else BAD_INPUT
+
+
+def _run_fit(arguments: argparse.Namespace) -> tuple["Fit", Path]:
+    from scruton.report.run import run_fit
+
+    return run_fit(
+        arguments.campaign,
+        arguments.out,
+        model=arguments.model,
+        tests=arguments.tests,
+        seed=arguments.seed,
+        force=arguments.force,
+        resume=arguments.resume,
+        quiet=arguments.quiet,
+    )
+
+
+def _fit(arguments: argparse.Namespace) -> int:
+    from scruton.report.run import fit_text
+
+    fit, folder = _run_fit(arguments)
+    if not arguments.quiet:
+        print(fit_text(fit))
+    print(f"posterior: {folder / 'posterior.nc'}\nsummary:   {folder / 'fit.json'}")
+    return _trust(fit)
+
+
+def _report(arguments: argparse.Namespace) -> int:
+    from scruton.report import build_report
+    from scruton.report.run import fit_text
+
+    fit, folder = _run_fit(arguments)
+    paths = build_report(fit, folder, design_sc=arguments.sc)
+    if not arguments.quiet:
+        print(fit_text(fit))
+    print(f"report:       {paths.report}")
+    if paths.griffin is not None:
+        print(f"Griffin plot: {paths.griffin}")
+    return _trust(fit)
+
+
+def _trust(fit: "Fit") -> int:
+    for flag in fit.flags:
+        print(f"scruton: {flag}", file=sys.stderr)
+    return DONE if fit.converged else NOT_TRUSTED
+
+
+def _predict(arguments: argparse.Namespace) -> int:
+    from scruton.report.run import predict_text
+
+    text, trusted = predict_text(
+        arguments.results,
+        scruton_numbers=arguments.sc,
+        damping_ratios=arguments.damping,
+        rig=arguments.rig,
+        law_n=arguments.law,
+        seed=arguments.seed,
+        as_json=arguments.json,
+    )
+    print(text)
+    return DONE if trusted else NOT_TRUSTED
+
+
+def _simulate(arguments: argparse.Namespace) -> int:
+    from scruton.simulate import write_campaign
+
+    folder = write_campaign(arguments.spec, arguments.out, seed=arguments.seed, force=arguments.force)
+    print(f"campaign: {folder}")
+    return DONE
+
+
+if __name__ == "__main__":
+    sys.exit(main())

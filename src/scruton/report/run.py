@@ -1,0 +1,199 @@
+"""What the commands do: from arguments to results in a folder and text for the terminal."""
+
+import json
+import re
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from scruton.campaign import Quantity, load_campaign, tests_used
+from scruton.errors import InputError
+from scruton.report.text import number, table
+
+if TYPE_CHECKING:
+    from scruton.infer.results import Fit
+
+# Parameters that the terminal shows, and how: key, heading, factor.
+SHOWN = (
+    ("scruton_number", "Sc", 1.0),
+    ("a_star", "stable amplitude", 1.0),
+    ("relaxation_rate", "lambda [1/s]", 1.0),
+    ("Y1", "Y1", 1.0),
+    ("epsilon", "epsilon", 1.0),
+)
+
+
+def default_folder(campaign: Path) -> Path:
+    """Where results go when no folder is named: out/NAME below the working folder."""
+    folder = campaign.parent if campaign.name == "campaign.toml" else campaign
+    return Path("out") / folder.resolve().name
+
+
+def run_fit(
+    path: Path,
+    out: Path | None,
+    *,
+    model: str = "default",
+    tests: str | None = None,
+    seed: int = 0,
+    force: bool = False,
+    resume: bool = False,
+    quiet: bool = False,
+) -> tuple["Fit", Path]:
+    """Fit a campaign into a folder.
+
+    Returns
+    -------
+    fit, folder : (Fit, Path)
+
+    Raises
+    ------
+    InputError
+        For bad input; nothing is written then.
+    """
+    from scruton.infer.output import CHECKPOINTS, claim_folder
+
+    folder = out if out is not None else default_folder(path)
+    if seed < 0:
+        raise InputError("command line", "--seed", str(seed), "a whole number, zero or more")
+    campaign = load_campaign(path)
+    names = tuple(name.strip() for name in tests.split(",")) if tests is not None else ()
+    if names:
+        campaign = tests_used(campaign, names)
+
+    from scruton.infer.cards import load_card
+
+    card = load_card(model)
+    claim_folder(folder, force=force, resume=resume)
+
+    from scruton.infer.fit import fit_campaign
+    from scruton.infer.tree import write_fit
+
+    with Bar(quiet) as bar:
+        fit = fit_campaign(
+            campaign,
+            card,
+            seed=seed,
+            checkpoints=folder / CHECKPOINTS,
+            report=bar,
+            command=f"fit --seed {seed} --model {card.name}" + (f" --tests {','.join(names)}" if names else ""),
+            only=names,
+        )
+    write_fit(fit, folder)
+    return fit, folder
+
+
+class Bar:
+    """Progress on standard error: one line that names what is being sampled and how far it is."""
+
+    def __init__(self, quiet: bool) -> None:
+        self.shown = not quiet and sys.stderr.isatty()
+        self.name = ""
+
+    def __enter__(self) -> "Bar":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._end()
+
+    def __call__(self, name: str, fraction: float) -> None:
+        """Show that `fraction` of the effective draws wanted of `name` is there."""
+        if not self.shown:
+            return
+        if name != self.name:
+            self._end()
+            self.name = name
+        filled = round(24 * fraction)
+        print(f"\r  [{'#' * filled}{'.' * (24 - filled)}] {name}"[:110], end="", file=sys.stderr, flush=True)
+
+    def _end(self) -> None:
+        if self.shown and self.name:
+            print(file=sys.stderr)
+
+
+def fit_text(fit: "Fit") -> str:
+    """Tables of a fit for the terminal."""
+    parts = [fit.campaign.title]
+    unit = fit.campaign.section.amplitude_unit
+    if fit.summary["rigs"]:
+        rows = [[one["name"], *_spread(one["parameters"]["damping_ratio"], 100.0)] for one in fit.summary["rigs"]]
+        parts.append("Structural damping ratio [%]\n" + table(["rig", "median", "90 % interval"], rows))
+    for key, heading, factor in SHOWN:
+        rows = [
+            [one["name"], one["rig"], *_spread(one["parameters"][key], factor)]
+            for one in fit.summary["tests"]
+            if key in one["parameters"]
+        ]
+        if rows:
+            title = f"{heading} [{unit}]" if key == "a_star" else heading
+            parts.append(f"{title}\n" + table(["test", "rig", "median", "90 % interval"], rows))
+    state = "converged" if fit.converged else "NOT CONVERGED: not to be trusted"
+    parts.append(f"Sampling: {state}")
+    return "\n\n".join(parts)
+
+
+def _spread(entry: dict[str, Any], factor: float) -> list[str]:
+    low, high = entry["interval"]["0.90"]
+    return [number(entry["median"] * factor), f"{number(low * factor)} .. {number(high * factor)}"]
+
+
+def parse_damping(text: str) -> Quantity:
+    """Read a design damping ratio from the command line: "0.003", "0.003 +/- 0.001"."""
+    wanted = 'a damping ratio such as "0.003" or "0.003 +/- 0.001"'
+    try:
+        values = [float(part) for part in re.split(r"\s*(?:\+/-|±)\s*", text.strip())]
+    except ValueError:
+        raise InputError("command line", "--damping", f'"{text}"', wanted) from None
+    if len(values) > 2 or not 0 < values[0] < 1 or (len(values) == 2 and values[1] < 0):
+        raise InputError("command line", "--damping", f'"{text}"', wanted + ", between 0 and 1")
+    return Quantity(values[0], values[1] if len(values) == 2 else None)
+
+
+def predict_text(
+    results: Path,
+    *,
+    scruton_numbers: Sequence[float],
+    damping_ratios: Sequence[str],
+    rig: str | None = None,
+    law_n: float | None = None,
+    seed: int = 0,
+    as_json: bool = False,
+) -> tuple[str, bool]:
+    """Predict from a folder of results; the text to print, and whether it is to be trusted."""
+    from scruton.griffin import predict
+    from scruton.infer.tree import read_tree
+
+    if not scruton_numbers and not damping_ratios:
+        raise InputError("command line", "--sc", "no design Scruton number", "--sc 30, or --damping 0.003")
+    tree, summary = read_tree(results)
+    if not summary["tests"]:
+        raise InputError(
+            results, "", "a campaign without tests in wind", "a fit of at least one test: still air says nothing of it"
+        )
+    rigs = [one["name"] for one in summary["rigs"]]
+    if rig is not None and rig not in rigs:
+        raise InputError(results, "--rig", f"'{rig}'", f"one of: {', '.join(rigs)}")
+    common = {"rig": rig, "law_n": law_n, "discrepancy_sd": summary["discrepancy_sd"], "seed": seed}
+    found = [predict(tree, scruton_number=one, **common) for one in scruton_numbers]
+    found += [predict(tree, damping_ratio=parse_damping(one), **common) for one in damping_ratios]
+    trusted = bool(summary["converged"])
+    if as_json:
+        return json.dumps({"predictions": [one.to_json() for one in found]}), trusted
+    rows = []
+    for one in found:
+        entry = one.to_json()
+        amplitude = entry["amplitude"]
+        low, high = amplitude["interval"]["0.90"]
+        rows.append(
+            [
+                number(entry["sc"]), number(entry["damping_ratio"]), number(amplitude["median"]),
+                f"{number(low)} .. {number(high)}", number(amplitude["sd"]), number(one.extrapolation_index, 2),
+            ]
+        )  # fmt: skip
+    header = ["Sc", "damping ratio", f"amplitude [{summary['amplitude_unit']}]", "90 % interval", "sd", "x"]
+    lines = [table(header, rows), "x: extrapolation index; laws agree for |x| < 0.2 and part beyond 0.3."]
+    lines += [f"! {flag}" for one in found for flag in one.flags]
+    if not trusted:
+        lines.append("! the fit did not converge: " + "; ".join(summary["flags"]))
+    return "\n".join(lines), trusted
