@@ -84,7 +84,8 @@ def scruton_number(
     per_unit = factor(
         definition, mass=mass, air_density=air_density, width=width, depth=depth, torsional=torsional, strouhal=strouhal
     )
-    return per_unit * np.asarray(damping_ratio)
+    number: FloatArray = per_unit * np.asarray(damping_ratio, dtype=np.float64)
+    return number
 
 
 def damping_ratio(

@@ -12,10 +12,11 @@ import numpy as np
 
 from scruton.campaign import peak_tests
 from scruton.campaign.schema import Campaign, Kind, Quantity, Record, Rig, Test
-from scruton.envelope import Cycles, FrontEnd, cycles_from_envelope, demodulate, front_end, ring_down
+from scruton.envelope import Cycles, FrontEnd, RingDown, cycles_from_envelope, demodulate, front_end, ring_down
 from scruton.envelope.trial import ExponentialFit, SecondOrderExponential
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
+from scruton.infer.flags import damping_varies, unconstrained, varying_damping
 from scruton.infer.likelihood import EnvelopeData
 from scruton.infer.models import SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
 from scruton.infer.priors import Prior
@@ -85,8 +86,9 @@ def fit_campaign(
     ringdowns = {rig.name: ring_down([cycles[r.name] for r in rig.records]) for rig in campaign.rigs if rig.records}
     rigs = {rig.name: fit_rig(campaign, rig, cycles, sampling) for rig in campaign.rigs}
     tests = [fit_test(campaign, test, rigs[test.rig], cycles, sampling) for test in campaign.tests if test.records]
+    sampling.flags += [*varying_damping(campaign, ringdowns), *unconstrained(tests)]
     fronts = {
-        record.name: deterministic(result, record)
+        record.name: deterministic(result, record, ringdowns.get(result.rig.name))
         for result in tests
         for record in result.test.records
         if record.kind in TRANSIENTS
@@ -152,11 +154,6 @@ def fit_test(
     data = EnvelopeData.join({r.name: cycles[r.name] for r in test.records if r.kind in TRANSIENTS})
     steady = [steady_amplitude(cycles[r.name]) for r in test.records if r.kind is Kind.STEADY]
     name = f"test {test.name}"
-    if not data.size:
-        sampling.flags.append(
-            f"{name}: no growth or decay record, so its lock-in records give the stable amplitude alone; the "
-            "relaxation rate, and with it Y1, epsilon and amplitudes at other Scruton numbers, rest on the prior"
-        )
     # The rig's posterior of ln xi_s enters as a normal prior: it is close to one, and the wind-on records add little.
     log_damping = np.log(rig.damping)
     damping = Prior(
@@ -210,14 +207,21 @@ def fit_trial(
     return TrialResult(record, result.test, posterior, samples)
 
 
-def deterministic(result: TestResult, record: Record) -> FrontEnd:
-    """Eqs. (2) to (8) on one transient record, with the posterior median of the structural damping ratio."""
+def deterministic(result: TestResult, record: Record, ringdown: RingDown | None) -> FrontEnd:
+    """Eqs. (2) to (8) on one transient record.
+
+    The structural damping in Eq. (6) is xi_s(A) from the ring-downs where it varies with amplitude, else the
+    posterior median of the constant.
+    """
+    varies = ringdown is not None and damping_varies(ringdown) is not None
+    constant = float(np.median(result.derived["damping_ratio"]))
     return front_end(
-        record.time, record.response,
+        record.time,
+        record.response,
         frequency=result.wind_frequency,
         still_air_frequency=result.rig.frequency.mean,
-        damping_ratio=float(np.median(result.derived["damping_ratio"])),
+        damping_ratio=ringdown.structural_damping if ringdown is not None and varies else constant,
         mass_damping_factor=float(np.median(result.derived["mass_damping_factor"])),
         is_envelope=record.is_envelope,
         name=record.name,
-    )  # fmt: skip
+    )

@@ -7,7 +7,7 @@ from scruton.campaign.schema import FloatArray
 from scruton.infer.likelihood import _advance, _flow, _noise_moments
 from scruton.infer.models import WindPosterior
 
-RUNS = 400
+RUNS = 250
 
 
 def free_runs(posterior: WindPosterior, chain: FloatArray, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:

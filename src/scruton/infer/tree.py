@@ -21,7 +21,7 @@ from scruton.infer.results import Fit, RigResult, TestResult, TrialResult
 from scruton.infer.run import Sampling
 from scruton.infer.sampler import Samples
 
-POINTWISE_THIN = 4  # the pointwise log likelihood is kept for every fourth draw
+POINTWISE_THIN = 8  # the pointwise log likelihood is kept for every eighth draw
 PRIOR_DRAWS = 1000
 INTERVALS = (0.50, 0.90, 0.95)
 PACKAGES = ("scruton", "numpy", "scipy", "emcee", "arviz", "numba")
@@ -99,6 +99,7 @@ def assemble(
             {
                 "name": one.rig.name,
                 "parameters": _parameters({"damping_ratio": one.damping}, f"rig {one.rig.name}", verdicts),
+                "bands": _bands(ringdowns.get(one.rig.name)),
             }
             for one in rig_list
         ],
@@ -327,6 +328,16 @@ def _parameters(
             entry |= {column: float(row[column]) for column in ("rhat_nested", "ess_bulk", "ess_tail")}
         found[name] = entry
     return found
+
+
+def _bands(ringdown: RingDown | None) -> list[dict[str, Any]]:
+    """Structural damping by band of amplitude, as the ring-downs show it."""
+    if ringdown is None:
+        return []
+    return [
+        {"amplitude": [one.lower, one.upper], "damping_ratio": one.damping_ratio, "sd": one.sd, "plucks": one.plucks}
+        for one in ringdown.bands
+    ]
 
 
 def write_fit(fit: Fit, folder: Path) -> tuple[Path, Path]:

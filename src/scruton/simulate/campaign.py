@@ -154,7 +154,7 @@ def _truth(spec: Path, campaign: Campaign, key: str, i: int, damping: list[Any],
     if stated is None and rig.damping_ratio is None:
         raise InputError(spec, f"rigs[{place}].damping_ratio", "nothing", "a damping_ratio, or a true_damping_ratio")
     ratio = rig.damping_ratio.mean if stated is None and rig.damping_ratio else stated
-    body = {
+    body: dict[str, Any] = {
         "motion": campaign.section.motion,
         "width": campaign.section.width,
         "depth": campaign.section.depth,
