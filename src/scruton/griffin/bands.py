@@ -1,0 +1,258 @@
+"""Credible bands of the Griffin curve, from the posterior of the law and from that of the trial function."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scruton.aero.laws import amplitude_ratio, extrapolation_index
+from scruton.campaign.schema import FloatArray
+from scruton.envelope.damping import aerodynamic_damping, griffin_curve, total_damping
+from scruton.errors import InputError
+from scruton.griffin.posterior import draws_of, law_of, mass_damping_draws, peak_names, unit_of
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+INTERVALS = (0.50, 0.90, 0.95)
+X_TRUSTED = 0.3  # laws of aerodynamic damping agree to 2 % in amplitude for |x| < 0.2 and part beyond this
+_BEYOND = 0.5  # the trial function is drawn, dashed, for this part of the record's length before and after it
+_TIMES = 200
+_TRIAL_DRAWS = 1000
+_ENOUGH = 0.9  # a band is given where this part of the draws has an amplitude
+
+
+@dataclass(frozen=True, eq=False)
+class GriffinBand:
+    """Credible band of the stable amplitude against the Scruton number.
+
+    Attributes
+    ----------
+    scruton_number : (n,) array
+        Sc; negative values are kept: there the air would have to be met by negative structural damping.
+    median : (n,) array
+        Stable amplitude (or its reciprocal): zero where vibration dies, inf where no amplitude is stable, NaN
+        where too few draws say anything.
+    intervals : mapping
+        Equal-tailed intervals by probability (0.50, 0.90, 0.95), each a (2, n) array.
+    unit : str
+        "A/D" or "rad"; "D/A" or "1/rad" for the reciprocal.
+    label : str
+        The test or record that it comes from.
+    extrapolated : (n,) array of bool
+        Beyond the amplitudes of the record (trial function), or |x| > 0.3 (law).
+    """
+
+    scruton_number: FloatArray
+    median: FloatArray
+    intervals: Mapping[float, FloatArray]
+    unit: str
+    label: str
+    extrapolated: np.ndarray
+
+    @property
+    def negative(self) -> np.ndarray:
+        """Where Sc is negative: kept to show the trend, without physical meaning, (n,) of bool."""
+        return np.asarray(self.scruton_number < 0.0)
+
+    def reciprocal(self) -> "GriffinBand":
+        """The same band as D/A (or 1/rad), in which the paper's law is a straight line."""
+
+        def over(value: FloatArray) -> FloatArray:
+            with np.errstate(divide="ignore"):
+                return np.asarray(1.0 / value, dtype=float)
+
+        units = {"A/D": "D/A", "D/A": "A/D", "rad": "1/rad", "1/rad": "rad"}
+        return GriffinBand(
+            self.scruton_number,
+            over(self.median),
+            MappingProxyType({p: over(one)[::-1] for p, one in self.intervals.items()}),
+            units[self.unit],
+            self.label,
+            self.extrapolated,
+        )
+
+
+def index_draws(tree: "xr.DataTree", scruton_numbers: FloatArray, test: str) -> FloatArray:
+    """Draws of the extrapolation index x = (Sc' - Sc)/Sc_lambda, (S, n_sc).
+
+    `scruton_numbers` is (n_sc,), or (S, n_sc) where the design Scruton number is itself uncertain.
+    """
+    own, relaxation = (draws_of(tree, name, test)[:, None] for name in ("scruton_number", "relaxation_scruton_number"))
+    return extrapolation_index(np.atleast_1d(scruton_numbers), own, relaxation)
+
+
+def griffin_draws(
+    tree: "xr.DataTree",
+    scruton_numbers: FloatArray | Sequence[float],
+    test: str | None = None,
+    *,
+    law_n: float | None = None,
+) -> tuple[FloatArray, int]:
+    """Stable amplitudes that one test's posterior predicts at other Scruton numbers.
+
+    Parameters
+    ----------
+    tree : xarray.DataTree
+        Posterior of a fit.
+    scruton_numbers : (n_sc,) array, or (S, n_sc)
+        Sc'; negative values are allowed.
+    test : str, optional
+        The first peak test if left out.
+    law_n : float, optional
+        Exponent of the law that carries the posterior to other Scruton numbers; the fitted one if left out.
+
+    Returns
+    -------
+    draws : (S, n_sc) array
+        A/D or rad; zero where vibration dies, inf where no amplitude is stable.
+    n_sc : int
+
+    Raises
+    ------
+    InputError
+        If there is no such test.
+
+    Notes
+    -----
+    A'(Sc') = a_star (1 - n x)^(1/n) with x = (Sc' - Sc)/Sc_lambda and Sc_lambda = Sc lambda/(omega0 xi_s), the
+    Scruton number that one relaxation rate is worth; for n = -1 this is Eq. (11).
+    """
+    grid = np.asarray(scruton_numbers, dtype=float)
+    name = peak_names(tree)[0] if test is None else test
+    n = law_of(tree) if law_n is None else law_n
+    a_star = draws_of(tree, "a_star", name)
+    draws = a_star[:, None] * amplitude_ratio(index_draws(tree, grid, name), n)
+    return draws, draws.shape[1]
+
+
+def band(
+    scruton_numbers: FloatArray, draws: FloatArray, unit: str, label: str, extrapolated: np.ndarray | None = None
+) -> GriffinBand:
+    """Summarise draws (S, n) at `scruton_numbers` (n,) into a band; NaN draws say nothing and are left out."""
+    known = np.isfinite(draws) | np.isinf(draws)
+    enough = known.mean(axis=0) >= _ENOUGH
+    outside = np.zeros(len(scruton_numbers), dtype=bool) if extrapolated is None else extrapolated
+
+    def at(*probability: float) -> FloatArray:
+        found = np.full((len(probability), len(scruton_numbers)), np.nan)
+        for i in np.flatnonzero(enough):
+            found[:, i] = quantiles(draws[known[:, i], i], probability)
+        return found
+
+    return GriffinBand(
+        np.asarray(scruton_numbers, dtype=float),
+        at(0.5)[0],
+        MappingProxyType({p: at(0.5 - p / 2, 0.5 + p / 2) for p in INTERVALS}),
+        unit,
+        label,
+        outside,
+    )
+
+
+def quantiles(draws: FloatArray, probability: Sequence[float]) -> FloatArray:
+    """Quantiles of draws that may hold inf: no interpolation then, which would turn inf into NaN."""
+    wanted = np.asarray(probability, dtype=np.float64)
+    if np.isfinite(draws).all():
+        return np.asarray(np.quantile(draws, wanted), dtype=np.float64)
+    return np.asarray(np.quantile(draws, wanted, method="inverted_cdf"), dtype=np.float64)
+
+
+def griffin_band(
+    tree: "xr.DataTree",
+    scruton_numbers: FloatArray | Sequence[float],
+    test: str | None = None,
+    *,
+    law_n: float | None = None,
+) -> GriffinBand:
+    """Credible band of the Griffin curve from one test; parameters as of `griffin_draws`."""
+    grid = np.asarray(scruton_numbers, dtype=float)
+    name = peak_names(tree)[0] if test is None else test
+    draws, _ = griffin_draws(tree, grid, name, law_n=law_n)
+    x = np.median(index_draws(tree, grid, name), axis=0)
+    return band(grid, draws, unit_of(tree), name, np.abs(x) > X_TRUSTED)
+
+
+def trial_griffin_draws(
+    tree: "xr.DataTree", scruton_numbers: FloatArray | Sequence[float], record: str
+) -> tuple[FloatArray, tuple[float, float]]:
+    """Griffin curve of the paper's procedure, one for every draw of the trial function's constants.
+
+    Parameters
+    ----------
+    tree : xarray.DataTree
+    scruton_numbers : (n_sc,) array
+    record : str
+        Name of a growth or decay record.
+
+    Returns
+    -------
+    draws : (S, n_sc) array
+        Amplitude (A/D or rad) at each Scruton number; NaN where that draw's curve does not reach it. At most 1000
+        draws are used.
+    amplitude_range : (float, float)
+        Smallest and largest amplitude of the record: beyond it a draw is extrapolation.
+
+    Raises
+    ------
+    InputError
+        If no trial function was fitted to such a record.
+
+    Notes
+    -----
+    Eq. (4) gives A(t), Eq. (5) the total and Eq. (6) the aerodynamic damping, and xi_s = -xi_aero omega/omega0,
+    with its sign, is what would make that amplitude stable; Eqs. (7) and (8) turn it into Sc.
+    """
+    group = tree.get("trial_function")
+    known = [] if group is None else [str(one) for one in group["record"].to_numpy()]
+    if group is None or record not in known:
+        raise InputError("posterior", "record", f"'{record}'", f"one of: {', '.join(known) or 'none was fitted'}")
+    time, amplitudes, test = _record_data(tree, record)
+    constants = {name: group[name].sel(record=record).to_numpy().reshape(-1) for name in "abcd"}
+    size = min(len(one) for one in (constants["a"], draws_of(tree, "damping_ratio", test)))
+    pick = np.unique(np.linspace(0, size - 1, min(size, _TRIAL_DRAWS)).astype(int))
+    a, b, c, d = (constants[name][pick, None] for name in "abcd")
+    length = time[-1] - time[0]
+    t = np.linspace(-_BEYOND * length, (1.0 + _BEYOND) * length, _TIMES)
+    slow, fast = a * np.exp(b * t), c * np.exp(d * t)
+    amplitude, rate = slow + fast, b * slow + d * fast
+
+    constant = tree["constant_data"]
+    omega, omega0 = (2.0 * np.pi * float(constant[k].sel(test=test)) for k in ("wind_frequency", "frequency"))
+    xi_s = draws_of(tree, "damping_ratio", test)[pick, None]
+    aero = aerodynamic_damping(total_damping(amplitude, rate, omega), amplitude, lambda _: xi_s, omega, omega0)
+    curve = griffin_curve(aero, amplitude, 1.0, omega, omega0)
+    sc = mass_damping_draws(tree, test)[pick, None] * curve.scruton_number
+    grid = np.asarray(scruton_numbers, dtype=float)
+    draws = np.stack([_read(grid, one, values) for one, values in zip(sc, amplitude, strict=True)])
+    return draws, (float(amplitudes.min()), float(amplitudes.max()))
+
+
+def trial_griffin_band(tree: "xr.DataTree", scruton_numbers: FloatArray | Sequence[float], record: str) -> GriffinBand:
+    """Credible band of the paper's procedure for one record; parameters as of `trial_griffin_draws`."""
+    grid = np.asarray(scruton_numbers, dtype=float)
+    draws, (low, high) = trial_griffin_draws(tree, grid, record)
+    found = band(grid, draws, unit_of(tree), record)
+    with np.errstate(invalid="ignore"):
+        outside = ~((found.median >= low) & (found.median <= high))
+    return GriffinBand(grid, found.median, found.intervals, found.unit, record, outside)
+
+
+def _record_data(tree: "xr.DataTree", record: str) -> tuple[FloatArray, FloatArray, str]:
+    """Times and amplitudes of a record's cycles, and its test."""
+    constant = tree["constant_data"]
+    mine = constant["record"].to_numpy().astype(str) == record
+    test = str(constant["record_test"].to_numpy()[mine][0])
+    amplitude = tree["observed_data"]["amplitude"].to_numpy()[mine]
+    return np.asarray(constant["time"].to_numpy()[mine]), np.asarray(amplitude), test
+
+
+def _read(grid: FloatArray, scruton_number: FloatArray, amplitude: FloatArray) -> FloatArray:
+    """Amplitude at each Sc of the grid along one curve, NaN beyond its ends."""
+    good = np.isfinite(scruton_number) & (amplitude > 0.0)
+    if good.sum() < 2:
+        return np.full(grid.shape, np.nan)
+    order = np.argsort(scruton_number[good], kind="stable")
+    return np.interp(grid, scruton_number[good][order], amplitude[good][order], left=np.nan, right=np.nan)

@@ -1,0 +1,90 @@
+"""What this room reads from the tree of a fit: draws by test, peak tests, and whose mass a rig has."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scruton.campaign.schema import FloatArray, Motion
+from scruton.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+WANTED_TEST = "a test that was fitted"
+
+
+def test_names(tree: "xr.DataTree") -> tuple[str, ...]:
+    """Names of the tests in wind, in the campaign's order; empty for a still-air campaign."""
+    return tuple(str(name) for name in tree["posterior"]["test"].to_numpy()) if "posterior" in tree else ()
+
+
+def peak_names(tree: "xr.DataTree") -> tuple[str, ...]:
+    """Names of the peak tests, which share one Griffin curve; all tests where none is marked."""
+    names = test_names(tree)
+    peak = [name for name in names if bool(tree["constant_data"]["peak"].sel(test=name))]
+    return tuple(peak) or names
+
+
+def draws_of(tree: "xr.DataTree", name: str, test: str) -> FloatArray:
+    """Draws of one parameter of one test, (S,), chain after chain.
+
+    Raises
+    ------
+    InputError
+        If the tree holds no such test.
+    """
+    known = test_names(tree)
+    if test not in known:
+        raise InputError("posterior", "test", f"'{test}'", f"one of: {', '.join(known) or 'none, still air only'}")
+    return np.asarray(tree["posterior"][name].sel(test=test).to_numpy(), dtype=float).reshape(-1)
+
+
+def motion_of(tree: "xr.DataTree") -> Motion:
+    """Heaving or torsional."""
+    return Motion(str(tree["constant_data"]["motion"].to_numpy()))
+
+
+def law_of(tree: "xr.DataTree") -> float:
+    """Exponent n of the law that was fitted."""
+    return float(tree["constant_data"]["law_n"])
+
+
+def unit_of(tree: "xr.DataTree") -> str:
+    """Unit of amplitudes: A/D or rad."""
+    return "A/D" if motion_of(tree) is Motion.HEAVING else "rad"
+
+
+def chosen_rig(tree: "xr.DataTree", rig: str | None) -> str:
+    """Name of the rig meant: the first that hung in the wind where none is named.
+
+    Raises
+    ------
+    InputError
+        If the named rig has no test: its mass in the wind is not known then.
+    """
+    in_wind = rigs_in_wind(tree)
+    if rig is None:
+        return in_wind[0]
+    if rig not in in_wind:
+        raise InputError("posterior", "rig", f"'{rig}'", f"a rig with a test in wind, one of: {', '.join(in_wind)}")
+    return rig
+
+
+def rigs_in_wind(tree: "xr.DataTree") -> Sequence[str]:
+    """Rigs that a test uses, in the order of the rigs."""
+    used = [str(one) for one in tree["constant_data"]["rig"].to_numpy()]
+    order = [str(one) for one in tree["rig_posterior"]["rig"].to_numpy()] if "rig_posterior" in tree else used
+    return [one for one in dict.fromkeys([*order, *used]) if one in used]
+
+
+def mass_damping_draws(tree: "xr.DataTree", test: str) -> FloatArray:
+    """Draws of Scruton number per unit of damping ratio, 4 pi m/(rho B D) or 4 pi J/(rho B^3 D), (S,)."""
+    return draws_of(tree, "scruton_number", test) / draws_of(tree, "damping_ratio", test)
+
+
+def rig_mass_damping_draws(tree: "xr.DataTree", rig: str) -> FloatArray:
+    """The same for a rig, in the air of its first test, (S,)."""
+    rigs = [str(one) for one in tree["constant_data"]["rig"].to_numpy()]
+    tests = [str(one) for one in tree["constant_data"]["test"].to_numpy()]
+    return mass_damping_draws(tree, tests[rigs.index(rig)])

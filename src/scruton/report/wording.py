@@ -1,0 +1,102 @@
+"""Names, numbers and units as a reader of the report meets them."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+PARAMETERS = {
+    "a_star": "stable amplitude a*",
+    "relaxation_rate": "relaxation rate λ",
+    "amplitude_scatter": "scatter of the amplitude from turbulence",
+    "noise_factor": "factor on the standard errors of the cycles",
+    "damping_ratio": "structural damping ratio ξₛ",
+    "scruton_number": "Scruton number Sc",
+    "relaxation_scruton_number": "Scruton number that one λ is worth",
+    "mass_damping_factor": "Sc per unit of damping ratio",
+    "Y1": "Y₁",
+    "epsilon": "ε",
+    "stable_amplitude": "stable amplitude a*",
+    "relaxation_ratio": "relaxation ratio λ/ω₀",
+    "still_air_scatter": "scatter of the amplitude in still air",
+    "rate_gap": "b − d",
+    "residual_sd": "standard deviation of the residual",
+    "residual_rate": "rate of the residual",
+    "residual": "standard deviation of the residual",
+}
+
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+_UNITS = {"kg/m^3": "kg/m³", "kg m^2/m": "kg m²/m", "1/s": "1/s", "-": ""}
+
+
+def parameter_name(name: str) -> str:
+    """Name of a parameter in words."""
+    return PARAMETERS.get(name, name)
+
+
+def unit_text(unit: str) -> str:
+    """A unit with its powers raised; empty where there is none."""
+    return _UNITS.get(unit, unit)
+
+
+def decimals(width: float) -> int:
+    """Decimals that an interval so wide is worth: its last digit is at most a thirtieth of it."""
+    return max(0, math.ceil(-math.log10(width / 30.0)))
+
+
+def number(value: Any, digits: int = 4) -> str:
+    """Write a number with so many significant digits, without exponents where a reader would stumble over them."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return str(value)
+    if math.isnan(value):
+        return "–"
+    if math.isinf(value):
+        return "∞" if value > 0 else "−∞"
+    if value == 0 or (isinstance(value, int) and abs(value) < 10**7):
+        return str(value).replace("-", "−") if value else "0"
+    size = math.floor(math.log10(abs(value)))
+    if size >= 7 or size < -5:
+        mantissa = f"{value / 10.0**size:.{digits - 1}f}"
+        return f"{mantissa} × 10{str(size).translate(_RAISED)}".replace("-", "−")
+    return f"{value:.{max(0, digits - 1 - size)}f}".replace("-", "−")
+
+
+def stated(value: float) -> str:
+    """Write a number as somebody stated it: up to six digits, none of them padding."""
+    return "–" if math.isnan(value) else f"{value:.6g}".replace("-", "−")
+
+
+def column(values: Sequence[float], digits: int = 4) -> list[str]:
+    """Write the numbers of a column with one number of decimals, no more than the most precise of them needs."""
+    sizes = [abs(one) for one in values if math.isfinite(one) and one != 0]
+    if not sizes or min(sizes) < 1e-6 or max(sizes) >= 1e7:
+        return [number(one, digits) for one in values]
+    rounded = [float(f"{one:.{digits}g}") for one in sizes]
+    places = max(len(f"{one:.10f}".rstrip("0").partition(".")[2]) for one in rounded)
+    return [f"{one:.{places}f}".replace("-", "−") if math.isfinite(one) else number(one) for one in values]
+
+
+def estimate(entry: dict[str, Any], scale: float = 1.0) -> tuple[str, str]:
+    """Median and 90 % interval of a summary entry, with the digits that the interval's width is worth.
+
+    A bound that is missing is infinite; a quantity without any spread is "as stated".
+    """
+    median, (low, high) = entry["median"], entry["interval"]["0.90"]
+    values = [math.nan if one is None else one * scale for one in (median, low, high)]
+    finite = [one for one in values if math.isfinite(one)]
+    width = max(finite) - min(finite) if finite else 0.0
+    if width <= 1e-9 * max(map(abs, finite), default=0.0):
+        return number(values[0]), "as stated"
+    if max(map(abs, finite)) < 1e-4:
+        texts = [number(one, 3) for one in values]
+    else:
+        # more than five significant digits are beyond any laboratory, however narrow the interval
+        most = 4 - math.floor(math.log10(max(map(abs, finite))))
+        places = max(0, min(decimals(width), most))
+        texts = [f"{one:.{places}f}".replace("-", "−") if math.isfinite(one) else "∞" for one in values]
+    return texts[0], f"{texts[1]} to {texts[2]}"
+
+
+def percent(value: float, digits: int = 3) -> str:
+    """Write a fraction in per cent."""
+    return f"{number(100.0 * value, digits)} %"

@@ -1,0 +1,315 @@
+"""The report as a file: what it says, that it says it safely, and that it is never half-written."""
+
+import itertools
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import xarray as xr
+from fake_fit import fake_fit
+from matplotlib.figure import Figure
+
+from scruton.campaign.schema import Kind, Motion
+from scruton.errors import InputError
+from scruton.griffin import predict
+from scruton.report import build_report, figures
+from scruton.report.html import TEMPLATES, Picture, render, within_size
+from scruton.report.tables import tables
+from scruton.report.wording import column, estimate, number, stated
+
+VOID = {"meta", "img", "br", "link", "input", "hr"}
+EVIL = """<script>alert('1')</script> "B/D" & 4:1 矩形断面 ξ_s → λ 🌉 {{ 7 * 7 }}"""
+
+
+class Page(HTMLParser):
+    """Reads a page: its text, its tags with attributes, whether they nest."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.open: list[str] = []
+        self.tags: list[tuple[str, dict]] = []
+        self.texts: list[str] = []
+        self.faults: list[str] = []
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list) -> None:
+        self.tags.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        if not self.open or self.open.pop() != tag:
+            self.faults.append(tag)
+
+    def handle_data(self, data: str) -> None:
+        if self.open and self.open[-1] != "style":
+            self.texts.append(data)
+
+    @property
+    def text(self) -> str:
+        return re.sub(r"\s+", " ", "".join(self.texts))
+
+
+def change(fit, **values):
+    return SimpleNamespace(**(vars(fit) | values)) if isinstance(fit, SimpleNamespace) else replace(fit, **values)
+
+
+def groups(tree: xr.DataTree, *names: str) -> xr.DataTree:
+    kept = xr.DataTree.from_dict({f"/{name}": tree[name].to_dataset() for name in names if name in tree})
+    kept.attrs.update(tree.attrs)
+    return kept
+
+
+def still_air_fit():
+    fit = fake_fit(tests=2, growth=False, sweeps=False)
+    tree = groups(fit.tree, "rig_posterior", "constant_data")
+    constant = tree["constant_data"].to_dataset()
+    tree["constant_data"] = xr.DataTree(constant[["width", "depth", "law_n", "motion", "amplitude_unit"]])
+    convergence = fit.convergence[[str(one).startswith("rig") for one in fit.convergence.index.get_level_values(0)]]
+    return change(
+        fit, campaign=replace(fit.campaign, tests=(), sweeps=()), tree=tree, front_ends={}, convergence=convergence,
+        summary=fit.summary | {"tests": [], "records": []},
+    )  # fmt: skip
+
+
+def steady_fit():
+    fit = fake_fit(tests=1, growth=False, sweeps=False)
+    test = fit.campaign.tests[0]
+    record = replace(test.records[0], kind=Kind.STEADY)
+    flag = "test Sc 1.9: no growth or decay record, so lambda rests on the prior"
+    tree = groups(fit.tree, "posterior", "rig_posterior", "sample_stats", "constant_data")
+    constant = tree["constant_data"].to_dataset()
+    tree["constant_data"] = xr.DataTree(constant.drop_vars(["time", "standard_error", "record", "record_test"]))
+    return change(
+        fit, campaign=replace(fit.campaign, tests=(replace(test, records=(record,)),)), tree=tree, front_ends={},
+        flags=(flag,), summary=fit.summary | {"records": [], "flags": [flag]},
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def three():
+    return fake_fit(growth=False, sweeps=False)
+
+
+def page_of(fit, **kwargs) -> Page:
+    pictures = [Picture("griffin", "a caption", "an alternative", "data:image/png;base64,AA")]
+    return Page(render(fit, tables(fit), pictures, **kwargs))
+
+
+@pytest.fixture
+def one_figure(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw one small figure in place of all of them, to save time."""
+
+    def drawn(_: object) -> list[figures.FigureWithCaption]:
+        figure = Figure(figsize=(2, 1))
+        figure.subplots().plot([0, 1])
+        return [figures.FigureWithCaption(figure, "griffin", "a caption", "an alternative")]
+
+    monkeypatch.setattr(figures, "all_figures", drawn)
+
+
+def check_page(page: Page) -> None:
+    assert page.faults == []
+    assert page.open == []
+    ids = [one["id"] for _, one in page.tags if "id" in one]
+    assert len(ids) == len(set(ids))
+    for tag, attributes in page.tags:
+        assert tag not in ("script", "iframe", "object", "link", "base", "form")
+        assert not [name for name in attributes if name.startswith("on")]
+        for name in ("src", "href"):
+            assert attributes.get(name, "#").startswith(("#", "data:image/"))
+        if tag == "img":
+            assert attributes["alt"].strip()
+        if tag == "a":
+            assert attributes["href"][1:] in ids
+    levels = [int(tag[1]) for tag, _ in page.tags if re.fullmatch(r"h[1-6]", tag)]
+    assert levels[0] == 1
+    assert levels.count(1) == 1
+    assert all(below - above <= 1 for above, below in itertools.pairwise(levels))
+
+
+def some_figures(fit) -> list[figures.FigureWithCaption]:
+    return [figures.griffin_plot(fit), figures.reciprocal_plot(fit), *figures.record_figures(fit)]
+
+
+@pytest.mark.parametrize("drawn", [some_figures, pytest.param(figures.all_figures, marks=pytest.mark.slow)])
+def test_a_whole_report_with_its_figures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, drawn) -> None:
+    monkeypatch.setattr(figures, "all_figures", drawn)
+    fit = fake_fit(tests=1, sweeps=False, ringdowns=False)
+    paths = build_report(fit, tmp_path, design_sc=[5.0])
+    page = Page(paths.report.read_text(encoding="utf-8"))
+    check_page(page)
+    assert paths.griffin == tmp_path / "figures" / "griffin.png"
+    assert all(path.stat().st_size > 0 for path in (*paths.figures, *paths.tables, paths.griffin))
+    names = {path.stem for path in paths.figures}
+    assert {one["id"] for tag, one in page.tags if tag == "figure"} == {f"figure-{name}" for name in names}
+    assert paths.report.stat().st_size < 5_000_000
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["figures", "report.html", "tables"]
+
+
+def test_the_answer_comes_first_and_is_the_prediction(three) -> None:
+    one = predict(three.tree, scruton_number=30.0, discrepancy_sd=0.2, seed=1)
+    page = page_of(three, design=[one])
+    low, high = one.interval(0.90)
+    said = f"At the design Scruton number 30 (structural damping ratio {100 * one.damping_ratio:.3f} % on rig 1#)"
+    assert said in page.text
+    assert f"amplitude is {one.median:.4f} A/D, 90 % interval {low:.4f} to {high:.4f} A/D" in page.text
+    assert f"{75 * one.median:.2f} ({75 * low:.2f} to {75 * high:.2f}) mm" in page.text
+    assert page.text.index(said) < page.text.index("One section in heave")
+
+
+def test_without_a_design_each_test_is_answered(three) -> None:
+    assert page_of(three).text.count("the stable amplitude is") == 3
+
+
+def test_a_title_is_text_whatever_it_holds(three) -> None:
+    fit = change(three, campaign=replace(three.campaign, title=EVIL, source=EVIL))
+    page = page_of(fit)
+    check_page(page)
+    assert page.text.count(EVIL) == 3  # title, heading, source
+    assert "alert('1')</script>" not in render(fit, tables(fit), [])
+
+
+def test_flags_stand_in_red_before_the_answer(three) -> None:
+    flag = "test Sc 1.9: not converged after <40000> steps"
+    fit = change(three, flags=(flag,), converged=False)
+    page = page_of(fit)
+    assert any(one.get("class") == "alarm" for _, one in page.tags)
+    assert page.text.index(flag) < page.text.index("the stable amplitude is")
+    assert "Not to be trusted" in page.text
+    assert not any(one.get("class") == "alarm" for _, one in page_of(three).tags)
+
+
+def test_cautions_of_a_far_prediction_are_shown(three) -> None:
+    one = predict(three.tree, scruton_number=300.0, discrepancy_sd=0.2)
+    page = page_of(three, design=[one])
+    assert one.flags
+    assert one.flags[0] in page.text
+
+
+def test_still_air_speaks_of_structural_damping_alone(tmp_path: Path) -> None:
+    fit = still_air_fit()
+    paths = build_report(fit, tmp_path)
+    page = Page(paths.report.read_text(encoding="utf-8"))
+    check_page(page)
+    assert paths.griffin is None
+    assert "Rig 1#: the structural damping ratio is" in page.text
+    assert "no test in wind" in page.text
+    assert "Griffin plot" not in page.text.partition("Methods in short")[0]
+    with pytest.raises(InputError, match="no test in wind"):
+        build_report(fit, tmp_path, design_sc=[3.0])
+
+
+@pytest.mark.usefixtures("one_figure")
+def test_steady_records_alone_make_a_report_with_its_flag(tmp_path: Path) -> None:
+    paths = build_report(steady_fit(), tmp_path)
+    page = Page(paths.report.read_text(encoding="utf-8"))
+    check_page(page)
+    assert "rests on the prior" in page.text
+    assert "Trial functions" not in page.text
+
+
+def test_torsional_amplitudes_are_in_rad_and_degrees() -> None:
+    fit = fake_fit(motion=Motion.TORSIONAL, growth=False, sweeps=False, ringdowns=False)
+    one = predict(fit.tree, scruton_number=0.8, discrepancy_sd=0.2)
+    page = page_of(fit, design=[one])
+    assert f"{one.median:.4f} rad" in page.text
+    assert f"{np.rad2deg(one.median):.2f} (" in page.text
+    assert "kg m²/m" in page.text
+
+
+@pytest.mark.usefixtures("one_figure")
+def test_a_failure_leaves_the_old_report_whole(three, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    build_report(three, tmp_path)
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+
+    def fail(*_: object, **__: object) -> str:
+        raise RuntimeError("no ink")
+
+    monkeypatch.setattr("scruton.report.html.render", fail)
+    with pytest.raises(RuntimeError, match="no ink"):
+        build_report(change(three, campaign=replace(three.campaign, title="another")), tmp_path)
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
+
+
+@pytest.mark.usefixtures("one_figure")
+def test_building_again_gives_the_same_bytes(three, tmp_path: Path) -> None:
+    paths = build_report(three, tmp_path)
+    assert {path.suffix for path in paths.figures} == {".svg", ".png", ".pdf"}
+    first = paths.report.read_bytes()
+    (tmp_path / "figures" / "stale.png").write_bytes(b"old")
+    assert build_report(three, tmp_path).report.read_bytes() == first
+    assert not (tmp_path / "figures" / "stale.png").exists()
+
+
+def test_each_peak_test_beside_its_prediction_from_the_others(three) -> None:
+    from scruton.griffin import cross_predictions
+
+    crossed = cross_predictions(three.tree, discrepancy_sd=0.001)
+    page = page_of(three, crossed=crossed)
+    assert "OUTSIDE" in page.text
+    assert "OUTSIDE" not in page_of(three, crossed=cross_predictions(three.tree, discrepancy_sd=0.3)).text
+
+
+def test_too_many_pictures_leave_the_names_of_their_files(three) -> None:
+    many = [Picture(f"corner_{i}", "c", "a", "x" * 100) for i in range(5)]
+    kept = within_size(many, 250)
+    assert [bool(one.uri) for one in kept] == [True, True, False, False, False]
+    page = Page(render(three, tables(three), [replace(one, uri=one.uri and "data:image/png;base64,A") for one in kept]))
+    check_page(page)
+    assert "keep this file small: figures/corner_2.svg, figures/corner_3.svg, figures/corner_4.svg" in page.text
+
+
+def test_colours_have_the_contrast_that_wcag_aa_wants() -> None:
+    css = (TEMPLATES / "report.css").read_text(encoding="utf-8")
+    names = dict(re.findall(r"--(\w+): (#\w+)", css))
+    pairs = [(names["ink"], "#ffffff"), (names["soft"], "#ffffff")]
+    pairs += [(two, one) for one, two in re.findall(r"background: (#\w{6}); color: (#\w{6})", css)]
+    pairs += [(one, "#ffffff") for one in re.findall(r"a \{ color: (#\w{6})", css)]
+    assert len(pairs) == 5
+    for ink, paper in pairs:
+        light, dark = sorted((_luminance(ink), _luminance(paper)), reverse=True)
+        assert (light + 0.05) / (dark + 0.05) >= 4.5, (ink, paper)
+
+
+def _luminance(colour: str) -> float:
+    linear = [
+        part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4
+        for part in (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    ]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+def entry(median: float, low: float | None, high: float | None) -> dict:
+    return {"median": median, "interval": {"0.90": [low, high]}}
+
+
+@pytest.mark.parametrize(
+    ("given", "text"),
+    [
+        (entry(0.02333, 0.0214, 0.0254), ("0.0233", "0.0214 to 0.0254")),
+        (entry(-8.0, -14.2, -2.91), ("−8.0", "−14.2 to −2.9")),
+        (entry(0.5, 0.5, 0.5), ("0.5000", "as stated")),
+        (entry(0.05, 0.01, None), ("0.050", "0.010 to ∞")),
+        (entry(0.0579969, 0.0579836, 0.0580094), ("0.057997", "0.057984 to 0.058009")),
+        (entry(0.0, 0.0, 0.021), ("0.0000", "0.0000 to 0.0210")),
+    ],
+)
+def test_estimates_have_the_digits_that_they_are_worth(given: dict, text: tuple[str, str]) -> None:
+    assert estimate(given) == text
+
+
+def test_numbers_read_as_people_write_them() -> None:
+    assert number(0.00012347) == "0.0001235"
+    assert number(-1234.7) == "−1235"
+    assert number(3.2e-7, 2) == "3.2 × 10⁻⁷"
+    assert number(float("nan")) == "–"
+    assert number(float("inf")) == "∞"
+    assert stated(30.0) == "30"
+    assert column([0.00058, 0.0065, 0.0234]) == ["0.00058", "0.00650", "0.02340"]
+    assert column([7.97, float("nan")]) == ["7.97", "–"]
