@@ -19,3 +19,72 @@ def shared_data() -> Callable[[str], Path]:
         return folder
 
     return find
+
+
+SPEC = """
+format = 1
+title = "A small campaign <b>with</b> 漢字 and ξ"
+source = "simulated for the tests"
+
+[section]
+motion = "heaving"
+width = "0.3 m"
+depth = "0.075 m"
+
+[simulation]
+sample_rate = 100
+turbulence = 0.01
+sensor_noise = 0.0001
+
+[[rigs]]
+name = "6#"
+mass = { mean = "7.292 kg/m", sd = "0.04 kg/m" }
+frequency = "7.87 Hz"
+damping_ratio = { mean = 0.0065, sd = 0.0004 }
+
+[[rigs.records]]
+file = "still.csv"
+kind = "free-decay"
+initial_amplitude = 0.06
+duration = 8
+
+[[tests]]
+name = "Sc 21.7"
+rig = "6#"
+air_density = "1.22 kg/m^3"
+wind_speed = "5.036 m/s"
+stable_amplitude = 0.0292
+truth = { Y1 = -11.111, epsilon = 0.03235 }
+
+[[tests.records]]
+file = "decay.csv"
+kind = "decay"
+initial_amplitude = 2.5
+duration = 9
+
+[[tests.records]]
+file = "growth.csv"
+kind = "growth"
+initial_amplitude = 0.1
+duration = 9
+"""
+
+
+@pytest.fixture(scope="session")
+def small_campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Make a campaign of one rig, one test in wind, three records; read only, copy it to change it."""
+    from scruton.simulate import write_campaign
+
+    folder = tmp_path_factory.mktemp("small")
+    (folder / "spec.toml").write_text(SPEC, encoding="utf-8")
+    return write_campaign(folder / "spec.toml", folder / "campaign", seed=1)
+
+
+@pytest.fixture(scope="session")
+def small_results(small_campaign: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Fit the small campaign once; read only."""
+    from scruton.cli import main
+
+    out = tmp_path_factory.mktemp("results") / "fit"
+    assert main(["fit", str(small_campaign), "-o", str(out), "--quiet"]) == 0
+    return out

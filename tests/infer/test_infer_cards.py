@@ -62,5 +62,5 @@ def test_mistakes_are_named(tmp_path, pattern, replacement, message):
 
 
 def test_no_such_card():
-    with pytest.raises(InputError, match="no such model card; wanted the path of a card, or one of: .*default"):
+    with pytest.raises(InputError, match=r"no such model card; wanted the path of a card, or one of: .*default"):
         load_card("defualt")

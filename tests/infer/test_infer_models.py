@@ -155,7 +155,7 @@ def test_free_runs_reproduce_the_data(n, start):
 
 @pytest.mark.slow
 def test_intervals_cover_at_their_nominal_rate():
-    """90 % intervals of ln a_star, ln lambda over 200 records with 1.5 % turbulence; must fail for a wrong likelihood."""
+    """90 % intervals over 200 pairs of records with 1.5 % turbulence; a likelihood without turbulence must fail."""
     rng = np.random.default_rng(8)
     hits, narrow = np.zeros(2), np.zeros(2)
     cases = 200

@@ -89,7 +89,7 @@ def test_this_test_of_moves_can_fail():
 
 def test_student_t_density_and_draws():
     t = StudentT(MEAN, np.linalg.cholesky(COVARIANCE), 6.0)
-    x = t.draw(np.random.RandomState(0), 200000)  # noqa: NPY002
+    x = t.draw(np.random.RandomState(0), 200000)
     want = stats.multivariate_t(MEAN, COVARIANCE, df=6)
     np.testing.assert_allclose(t.log_density(x[:5]), want.logpdf(x[:5]))
     np.testing.assert_allclose(np.cov(x.T), COVARIANCE * 6 / 4, atol=0.1)
@@ -132,7 +132,7 @@ def test_one_seed_one_chain():
     assert one.chain.tobytes() != other.chain.tobytes()
 
 
-class Interrupted(Exception):
+class KilledError(Exception):
     """Stands for a kill between two chunks."""
 
 
@@ -145,10 +145,10 @@ def test_resumed_is_bit_for_bit_uninterrupted(tmp_path, chunks):
     def interrupt(steps, verdict):
         seen.append(steps)
         if len(seen) == chunks:
-            raise Interrupted
+            raise KilledError
 
     checkpoint = Checkpoint(tmp_path / "c.npz", "print")
-    with pytest.raises(Interrupted):
+    with pytest.raises(KilledError):
         sample(Banana(), settings, np.random.SeedSequence(4), checkpoint, interrupt)
     resumed = sample(Banana(), settings, np.random.SeedSequence(4), checkpoint, lambda steps, _: seen.append(steps))
     assert seen[chunks] > seen[chunks - 1], "the second run went on, it did not start again"

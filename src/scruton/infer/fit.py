@@ -111,9 +111,12 @@ def fit_campaign(
 
 def envelope(record: Record, still_air_frequency: float) -> Cycles:
     """Cycle-wise envelope of a record, demodulated unless the file holds an amplitude already."""
-    if record.is_envelope:
-        return cycles_from_envelope(record.time, record.response, still_air_frequency)
-    return demodulate(record.time, record.response)
+    try:
+        if record.is_envelope:
+            return cycles_from_envelope(record.time, record.response, still_air_frequency)
+        return demodulate(record.time, record.response)
+    except InputError as error:
+        raise InputError(record.path, record.field, error.found, error.wanted) from error
 
 
 def stated_damping(rig: Rig, card: ModelCard, campaign: Campaign) -> Prior:

@@ -25,7 +25,8 @@ def check(path: Path) -> tuple[str, bool]:
     """
     problems: list[InputError] = []
     campaign = load_campaign(path, problems)
-    rows, warnings = [], []
+    rows: list[list[str]] = []
+    warnings: list[str] = []
     for record, owner, frequency, stable in _records(campaign):
         try:
             quality = assess(record, frequency=frequency, stable_amplitude=stable)
