@@ -93,6 +93,20 @@ def test_an_unconverged_fit_says_what_to_do_and_exits_1(small_campaign, tmp_path
     assert not json.loads((tmp_path / "o" / "fit.json").read_text(encoding="utf-8"))["converged"]
 
 
+def test_a_prior_that_excludes_the_record_is_named(small_campaign, tmp_path, capsys):
+    card = load_card().text.replace(
+        'family = "lognormal"\nmedian = 0.05\nlog_sd = 1.5', 'family = "loguniform"\nlow = 0.1\nhigh = 0.5'
+    )
+    (tmp_path / "card.toml").write_text(card, encoding="utf-8")
+    code = main(
+        ["fit", str(small_campaign), "-o", str(tmp_path / "o"), "--model", str(tmp_path / "card.toml"), "--quiet"]
+    )
+    assert code == 2
+    message = capsys.readouterr().err
+    assert "stable_amplitude = 0.029" in message
+    assert "lies outside its prior, loguniform(low = 0.1, high = 0.5)" in message
+
+
 @pytest.mark.real
 @pytest.mark.parametrize(
     ("name", "low", "high"),

@@ -29,6 +29,10 @@ PRIOR_NAMES = (
 )
 
 
+# Parameters that may have either sign.
+SIGNED = ("trial_amplitude", "trial_slow_rate")
+
+
 @dataclass(frozen=True)
 class SamplerSettings:
     """How long to sample and with which moves; see `scruton.infer.sampler`."""
@@ -208,8 +212,10 @@ class _Reader:
 
     def prior(self, name: str, field: str, entry: Mapping[str, Any]) -> Prior:
         family = entry.get("family")
-        if family not in FAMILIES:
-            raise InputError(self.path, f"{field}.family", repr(family), f"one of: {', '.join(FAMILIES)}")
+        # What must be positive is sampled by its logarithm; only two parameters may have either sign.
+        allowed = [one for one, (_, logarithmic) in FAMILIES.items() if logarithmic == (name not in SIGNED)]
+        if family not in allowed:
+            raise InputError(self.path, f"{field}.family", repr(family), f"one of: {', '.join(allowed)}")
         (one, two), _ = FAMILIES[family]
         self.known(field, entry, ("family", one, two, "unit", "reason"))
         for key in ("unit", "reason"):
@@ -240,9 +246,11 @@ class _Reader:
                 raise InputError(self.path, f"sampler.{one.name}", repr(value), "a whole number")
             values[one.name] = int(value) if whole else value
         settings = SamplerSettings(**values)
-        for name, low in (("ensembles", 2), ("walkers", 4), ("draws", 8), ("max_steps", 100)):
+        for name, low in (("ensembles", 2), ("walkers", 14), ("draws", 8), ("max_steps", 100)):
             if getattr(settings, name) < low:
                 raise InputError(self.path, f"sampler.{name}", str(getattr(settings, name)), f"at least {low}")
+        if settings.draws > settings.max_steps // 2:
+            raise InputError(self.path, "sampler.draws", str(settings.draws), "at most half of max_steps")
         if settings.differential_evolution + settings.stretch <= 0:
             raise InputError(
                 self.path,

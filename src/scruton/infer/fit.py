@@ -5,7 +5,7 @@ so that leaving one test out changes no number of another.
 """
 
 import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +19,7 @@ from scruton.infer.cards import ModelCard
 from scruton.infer.flags import damping_varies, unconstrained, varying_damping
 from scruton.infer.likelihood import EnvelopeData
 from scruton.infer.models import SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
-from scruton.infer.priors import Prior
+from scruton.infer.priors import Prior, check_support
 from scruton.infer.results import Fit, RigResult, TestResult, TrialResult
 from scruton.infer.run import Report, Sampling
 from scruton.infer.settings import carry, derive
@@ -84,7 +84,7 @@ def fit_campaign(
     cycles = {r.name: envelope(r, frequency[rig.name]) for rig in campaign.rigs for r in rig.records}
     cycles |= {r.name: envelope(r, frequency[test.rig]) for test in campaign.tests for r in test.records}
     ringdowns = {rig.name: ring_down([cycles[r.name] for r in rig.records]) for rig in campaign.rigs if rig.records}
-    rigs = {rig.name: fit_rig(campaign, rig, cycles, sampling) for rig in campaign.rigs}
+    rigs = {rig.name: fit_rig(campaign, rig, cycles, ringdowns.get(rig.name), sampling) for rig in campaign.rigs}
     tests = [fit_test(campaign, test, rigs[test.rig], cycles, sampling) for test in campaign.tests if test.records]
     sampling.flags += [*varying_damping(campaign, ringdowns), *unconstrained(tests)]
     fronts = {
@@ -130,13 +130,24 @@ def stated_damping(rig: Rig, card: ModelCard, campaign: Campaign) -> Prior:
     return Prior("damping_ratio", "lognormal", stated.mean, log_sd, "-", f"as stated for rig {rig.name}")
 
 
-def fit_rig(campaign: Campaign, rig: Rig, cycles: Mapping[str, Cycles], sampling: Sampling) -> RigResult:
+def admit(card: ModelCard, where: str, priors: Sequence[Prior], values: Sequence[float]) -> None:
+    """Raise InputError, naming the parameters, where the records show what the card's priors exclude."""
+    try:
+        check_support(priors, values)
+    except ValueError as error:
+        wanted = f"priors in the model card '{card.name}' that admit what the records show"
+        raise InputError(where, "", str(error), wanted) from error
+
+
+def fit_rig(
+    campaign: Campaign, rig: Rig, cycles: Mapping[str, Cycles], ringdown: RingDown | None, sampling: Sampling
+) -> RigResult:
     """Posterior of a rig's structural damping ratio, from its ring-downs and what the laboratory states."""
     card, motion = sampling.card, campaign.section.motion
     prior = stated_damping(rig, card, campaign)
     name = f"rig {rig.name}"
     data = EnvelopeData.join({r.name: cycles[r.name] for r in rig.records})
-    if not data.size:
+    if not data.size or ringdown is None:
         rng = np.random.default_rng(sampling.seed_of(name))
         shape = (card.sampler.ensembles * card.sampler.walkers, card.sampler.draws)
         draws = prior.from_sampled(prior.draw(rng, shape[0] * shape[1])).reshape(shape)
@@ -145,6 +156,7 @@ def fit_rig(campaign: Campaign, rig: Rig, cycles: Mapping[str, Cycles], sampling
     posterior = StillAirPosterior(
         priors, data, 2 * np.pi * rig.frequency.mean, float(data.amplitude.max()), card.initial_amplitude_sd
     )
+    admit(card, name, [prior], [ringdown.damping_ratio])
     samples = sampling.run(name, posterior, data.amplitude, data.standard_error, data.time)
     return RigResult(rig, posterior, samples, np.exp(samples.chain[..., 0]), prior)
 
@@ -169,6 +181,8 @@ def fit_test(
         2 * np.pi * rig.rig.frequency.mean, card.law_n, card.initial_amplitude_sd,
     )  # fmt: skip
     levels = np.array([[one.mean, one.standard_error] for one in steady])
+    tails = [max(float(cycles[r.name].amplitude[-10:].mean()), 1e-9) for r in test.records]
+    admit(card, name, posterior.priors[:1] * len(tails), tails)
     samples = sampling.run(name, posterior, data.amplitude, data.standard_error, data.time, levels)
     frequency = float(np.median([cycles[r.name].reference_frequency for r in test.records]))
     carried = carry(campaign, test, rig.rig, sampling.seed_of, samples.log_prob.shape)
@@ -204,9 +218,9 @@ def fit_trial(
         (*named, residual, rate, noise), data, 2 * np.pi * cycles.reference_frequency,
         float(data.amplitude.max()), (start.a, start.b, start.c, start.d),
     )  # fmt: skip
-    samples = sampling.run(
-        f"trial function of {record.name}", posterior, data.amplitude, data.standard_error, data.time
-    )
+    where = f"trial function of {record.name}"
+    admit(card, where, named[:2], [start.a / posterior.scale, start.c / posterior.scale])
+    samples = sampling.run(where, posterior, data.amplitude, data.standard_error, data.time)
     return TrialResult(record, result.test, posterior, samples)
 
 

@@ -68,7 +68,7 @@ def run_fit(
     claim_folder(folder, force=force, resume=resume)
 
     from scruton.infer.fit import fit_campaign
-    from scruton.infer.tree import write_fit
+    from scruton.infer.store import write_fit
 
     with Bar(quiet) as bar:
         fit = fit_campaign(
@@ -162,7 +162,7 @@ def predict_text(
 ) -> tuple[str, bool]:
     """Predict from a folder of results; the text to print, and whether it is to be trusted."""
     from scruton.griffin import predict
-    from scruton.infer.tree import read_tree
+    from scruton.infer.store import read_tree
 
     if not scruton_numbers and not damping_ratios:
         raise InputError("command line", "--sc", "no design Scruton number", "--sc 30, or --damping 0.003")
