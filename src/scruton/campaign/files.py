@@ -1,0 +1,70 @@
+"""The files of one campaign: each is read and hashed once, however many records lie in it."""
+
+import os
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scruton.errors import InputError
+
+if TYPE_CHECKING:
+    from scruton.campaign.readers import Container, CsvDialect
+
+
+@dataclass
+class Files:
+    """Files below (or beside) a campaign's folder.
+
+    Attributes
+    ----------
+    folder : Path
+        What relative paths start from.
+    sha256 : dict
+        Digest of every file that was read, by its path relative to `folder`.
+    """
+
+    folder: Path
+    sha256: dict[str, str] = field(default_factory=dict)
+    _bytes: dict[Path, bytes] = field(default_factory=dict)
+    _open: "dict[tuple[Path, CsvDialect], Container]" = field(default_factory=dict)
+
+    def read(self, path: Path) -> bytes:
+        """Read a file and note its digest (InputError if it is missing, a folder, or not to be read)."""
+        if path in self._bytes:
+            return self._bytes[path]
+        try:
+            data = path.read_bytes()
+        except FileNotFoundError:
+            raise InputError(path, "", "no such file", self._hint(path)) from None
+        except IsADirectoryError:
+            raise InputError(path, "", "a folder", "a file") from None
+        except (OSError, ValueError) as error:  # ValueError: a path with a null character
+            reason = getattr(error, "strerror", None) or error
+            raise InputError(path, "", f"a file that cannot be opened ({reason})", "one that can be read") from None
+        self._bytes[path] = data
+        self.sha256[self.key(path)] = sha256(data).hexdigest()
+        return data
+
+    def open(self, path: Path, dialect: "CsvDialect") -> "Container":
+        """Open a file of records (InputError as `read`, or as its reader)."""
+        from scruton.campaign.readers import open_container
+
+        if (path, dialect) not in self._open:
+            self._open[path, dialect] = open_container(self.read(path), path, dialect)
+        return self._open[path, dialect]
+
+    def key(self, path: Path) -> str:
+        """Return a path relative to the campaign's folder, with forward slashes."""
+        try:
+            return Path(os.path.relpath(path, self.folder)).as_posix()
+        except ValueError:  # another drive
+            return path.as_posix()
+
+    def _hint(self, path: Path) -> str:
+        if not path.parent.is_dir():
+            return f"a file; its folder {path.parent} is not there either"
+        names = [one.name for one in path.parent.iterdir() if one.is_file()]
+        close = get_close_matches(path.name, names, n=1)
+        return f'a file that is there, "{close[0]}" perhaps' if close else "a file that is there"

@@ -1,0 +1,276 @@
+"""Reader of delimited text (.csv, .txt, .dat) in the dialects that laboratories write."""
+
+import codecs
+import csv
+import io
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from scruton.campaign.readers.columns import Column
+from scruton.campaign.schema import FloatArray
+from scruton.campaign.tables import nearest
+from scruton.errors import InputError
+
+# "displacement [mm]" or "displacement (mm)": a name, then a unit at the end.
+_HEADING = re.compile(r"^(?P<name>.*?)\s*(?:\[(?P<unit>[^\[\]]*)\]|\((?P<unit2>[^()]*)\))\s*$")
+_LINE_END = re.compile(r"\r\n|\r|\n")
+_WHITESPACE_SPLIT = re.compile(r"\s+(?![\[(])")  # keeps "time [s]" together
+
+
+@dataclass(frozen=True)
+class CsvDialect:
+    """How a text file is laid out.
+
+    Attributes
+    ----------
+    skip_rows : int
+        Lines before the header.
+    delimiter : str
+        Between columns; a space stands for any run of white space. Empty: a comma, or a semicolon beside a decimal
+        comma.
+    decimal : str
+        Decimal sign, point or comma.
+    encoding : str
+        Of the text; a byte-order mark is always understood.
+    """
+
+    skip_rows: int = 0
+    delimiter: str = ""
+    decimal: str = "."
+    encoding: str = "utf-8"
+
+    @property
+    def separator(self) -> str:
+        """The delimiter in force."""
+        return self.delimiter or (";" if self.decimal == "," else ",")
+
+    @property
+    def codec(self) -> str:
+        """The encoding in force: UTF-8 with or without a byte-order mark."""
+        return "utf-8-sig" if codecs.lookup(self.encoding).name == "utf-8" else self.encoding
+
+
+@dataclass(frozen=True)
+class Heading:
+    """Name and unit of one column; `text` is both, as the file spells them."""
+
+    text: str
+    name: str
+    unit: str | None
+
+
+@dataclass(frozen=True, eq=False)
+class Delimited:
+    """A text file whose header has been read; columns go by name, by full heading, or by position from 0."""
+
+    path: Path
+    text: str  # what follows the header
+    first_line: int  # the number of its first line in the file, from 1
+    dialect: CsvDialect
+    headings: tuple[Heading, ...]  # empty where the file has no header line
+    width: int
+    parsed: dict[int, FloatArray] = field(default_factory=dict)  # columns by position, once they were read
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns, without units."""
+        return tuple(heading.name for heading in self.headings)
+
+    def read(self, names: Sequence[str | int]) -> tuple[Column, ...]:
+        """Read columns in one pass."""
+        positions = [self._position(name) for name in names]
+        self._parse([position for position in sorted(set(positions)) if position not in self.parsed])
+        return tuple(
+            Column(
+                self.headings[position].text if self.headings else f"column {position}",
+                self.parsed[position],
+                self.headings[position].unit if self.headings else None,
+                partial(self._where, position),
+            )
+            for position in positions
+        )
+
+    def _position(self, name: str | int) -> int:
+        if isinstance(name, int):
+            if not 0 <= name < self.width:
+                raise InputError(self.path, f"column {name}", f"{self.width} columns", "a position counted from 0")
+            return name
+        if not self.headings:
+            raise InputError(
+                self.path, f'column "{name}"', "no header line: the first line holds numbers",
+                'a header line such as "time [s],displacement [m]", or columns by position: '
+                "columns = { time = 0, displacement = 1 }",
+            )  # fmt: skip
+        wanted = _plain(name)
+        exact = [i for i, one in enumerate(self.headings) if name in (one.text, one.name)]
+        found = exact or [i for i, one in enumerate(self.headings) if wanted in (_plain(one.text), _plain(one.name))]
+        if not found:
+            raise InputError(self.path, f'column "{name}"', "no such column", self._hint(name))
+        if len(found) > 1:
+            raise InputError(
+                self.path, f'column "{name}"', f"{len(found)} columns of this name",
+                "one, or its position counted from 0: columns = { displacement = 1 }",
+            )  # fmt: skip
+        return found[0]
+
+    def _hint(self, name: str) -> str:
+        text = nearest(name, self.names)
+        if len(self.headings) == 1:
+            other = [sign for sign in (";", "\t", ",", " ") if sign in self.headings[0].text]
+            if other:
+                shown = "\\t" if other[0] == "\t" else other[0]
+                text += f'; the columns may want another delimiter, such as delimiter = "{shown}"'
+        return text
+
+    def _parse(self, needed: list[int]) -> None:
+        """Parse columns by pandas' C engine."""
+        import pandas as pd
+
+        if next(self._rows(), None) is None:
+            raise InputError(self.path, "", "a header and no numbers", "one line of numbers a sample")
+        if not needed:
+            return
+        separator = self.dialect.separator
+        try:
+            frame = pd.read_csv(
+                io.StringIO(self.text),
+                sep=r"\s+" if separator == " " else separator,
+                decimal=self.dialect.decimal,
+                header=None,
+                names=list(range(self.width)),
+                # All columns: pandas then complains of lines that are too long, which it lets pass otherwise.
+                usecols=None if len(needed) == self.width else needed,
+                index_col=False,
+                dtype=np.float64,
+                engine="c",
+            )
+        except (ValueError, OverflowError) as error:  # pandas' ParserError is a ValueError
+            raise self._bad_cell(needed, error) from None
+        self.parsed.update({position: frame[position].to_numpy(dtype=np.float64) for position in needed})
+
+    def _rows(self) -> Iterator[tuple[int, list[str]]]:
+        """Go through the data line by line, slowly: the number of the line in the file and its cells."""
+        for number, (line, *_) in enumerate(_lines(self.text), start=self.first_line):
+            if line.strip():
+                yield number, split_line(line, self.dialect)
+
+    def _bad_cell(self, needed: Sequence[int], error: Exception) -> InputError:
+        """Find what pandas could not read, and say its line and column."""
+        for line, cells in self._rows():
+            if len(_strip_empty(cells)) > self.width:
+                return InputError(
+                    self.path, f"line {line}", f"{len(cells)} columns", f"{self.width}, as in the line of the header"
+                )
+            for position in needed:
+                cell = cells[position].strip() if position < len(cells) else ""
+                if cell and not _is_number(cell, self.dialect.decimal):
+                    column = f'column "{self.headings[position].text}"' if self.headings else f"column {position}"
+                    return InputError(
+                        self.path, f"line {line}, {column}", f'the text "{_printable(cell)}"', self._number(cell)
+                    )
+        reason = str(error).strip().splitlines()[0]
+        return InputError(self.path, "", f"text that cannot be read ({reason})", "columns of numbers")
+
+    def _number(self, cell: str) -> str:
+        if self.dialect.decimal == "." and re.fullmatch(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?", cell):
+            return 'a number with a decimal point, or decimal = "," in the record\'s table'
+        return "a number"
+
+    def _where(self, position: int, index: int) -> str:
+        """Place of a sample: pandas leaves blank lines out, so lines are counted again."""
+        for i, (line, _) in enumerate(self._rows()):
+            if i == index:
+                return f"line {line}"
+        return f"row {index}"
+
+
+def open_delimited(data: bytes, path: Path, dialect: CsvDialect) -> Delimited:
+    """Read the header of a text file.
+
+    Raises
+    ------
+    InputError
+        Wrong encoding, a file that ends before the header, fewer names than columns.
+    """
+    try:
+        text = data.decode(dialect.codec)
+    except UnicodeError as error:
+        place = f" (at byte {error.start})" if isinstance(error, UnicodeDecodeError) else ""
+        raise InputError(
+            path, "", f"bytes that are not {dialect.encoding}{place}",
+            'the encoding of the file in the record\'s table, such as encoding = "gbk"',
+        ) from None  # fmt: skip
+    lines = enumerate(_lines(text), start=1)
+    full = ((number, *line) for number, line in lines if number > dialect.skip_rows and line[0].strip())
+    number, line, start, end = next(full, (0, "", 0, 0))
+    _, after, *_ = next(full, (0, ""))
+    if not line:
+        what = f"nothing after the {dialect.skip_rows} lines to skip" if dialect.skip_rows else "only blank lines"
+        raise InputError(path, "", what, 'a header line such as "time [s],displacement [m]"')
+    cells = [cell.strip() for cell in _strip_empty(split_line(line, dialect))]
+    if all(_is_number(cell, dialect.decimal) for cell in cells):
+        return Delimited(path, text[start:], number, dialect, (), len(cells))
+    cells[0] = cells[0].lstrip("#% ")  # a header that numpy.savetxt or MATLAB wrote as a comment
+    width = len(_strip_empty(split_line(after, dialect)))
+    if width > len(cells):
+        raise InputError(
+            path, f"line {number + 1}", f"{width} columns under a header of {len(cells)}",
+            'as many as in the header (a decimal comma wants decimal = "," and delimiter = ";")',
+        )  # fmt: skip
+    return Delimited(path, text[end:], number + 1, dialect, tuple(_heading(cell) for cell in cells), len(cells))
+
+
+def _lines(text: str) -> Iterator[tuple[str, int, int]]:
+    """Go through the lines of a text, whichever way they end: the line without its end, its start and the next's."""
+    position = 0
+    for match in _LINE_END.finditer(text):
+        yield text[position : match.start()], position, match.end()
+        position = match.end()
+    if position < len(text):
+        yield text[position:], position, len(text)
+
+
+def split_line(line: str, dialect: CsvDialect) -> list[str]:
+    """Split a line into cells."""
+    if dialect.separator == " ":
+        return _WHITESPACE_SPLIT.split(line.strip())
+    return next(csv.reader([line.rstrip("\r\n")], delimiter=dialect.separator), [])
+
+
+def _heading(text: str) -> Heading:
+    match = _HEADING.match(text)
+    if match is None or not match["name"]:
+        return Heading(text, text, None)
+    unit = match["unit"] if match["unit"] is not None else match["unit2"]
+    return Heading(text, match["name"].strip(), unit.strip() or None)
+
+
+def _plain(name: str) -> str:
+    """Fold case, underscores and spaces, so that "Wind_speed" is "wind speed"."""
+    return " ".join(name.replace("_", " ").lower().split())
+
+
+def _printable(text: str) -> str:
+    return "".join(sign if sign.isprintable() else "?" for sign in text[:60])
+
+
+def _strip_empty(cells: list[str]) -> list[str]:
+    """Drop the empty cells that trailing delimiters leave."""
+    while cells and not cells[-1].strip():
+        cells = cells[:-1]
+    return cells
+
+
+def _is_number(cell: str, decimal: str) -> bool:
+    if "_" in cell or (decimal == "," and "." in cell):
+        return False
+    try:
+        float(cell.replace(decimal, "."))
+    except ValueError:
+        return False
+    return True

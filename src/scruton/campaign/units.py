@@ -1,0 +1,254 @@
+"""Quantities as a laboratory writes them, to SI: the only place that knows pint.
+
+pint takes half a second to import and build its registry, hence the import inside a function.
+"""
+
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scruton.campaign.schema import Motion, Quantity, Section
+from scruton.errors import InputError
+
+if TYPE_CHECKING:
+    import pint
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """What a number stands for.
+
+    Attributes
+    ----------
+    name : str
+        As an error message calls it.
+    unit : str
+        The SI unit that it is converted to; empty for bare numbers.
+    example : float
+        A usual value in that unit.
+    positive : bool
+        Whether zero and negative values are errors.
+    """
+
+    name: str
+    unit: str
+    example: float
+    positive: bool = True
+
+    @property
+    def spelling(self) -> str:
+        """A usual value as it stands in a TOML file."""
+        return f'"{self.example:g} {self.unit}"' if self.unit else f"{self.example:g}"
+
+
+LENGTH = Dimension("a length", "m", 0.075)
+MASS = Dimension("a mass per unit length", "kg/m", 7.089)
+INERTIA = Dimension("a mass moment of inertia per unit length", "kg*m^2/m", 0.183)
+FREQUENCY = Dimension("a frequency", "Hz", 7.97)
+DENSITY = Dimension("a density", "kg/m^3", 1.19)
+SPEED = Dimension("a speed", "m/s", 5.735)
+TIME = Dimension("a time", "s", 3.2, positive=False)
+ANGLE = Dimension("an angle", "rad", 0.02)
+DAMPING_RATIO = Dimension("a damping ratio, a bare number", "", 0.0058)
+REDUCED_VELOCITY = Dimension("a reduced velocity U/(f0 D), a bare number", "", 9.594)
+HEAVING_AMPLITUDE = Dimension("an amplitude A/D, or a length with its unit", "", 0.0655)
+TORSIONAL_AMPLITUDE = Dimension("an amplitude in radians, or an angle with its unit", "", 0.02)
+
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+_PLUS_MINUS = re.compile(r"±|\+\s*/\s*-|\+-")
+_OVER_DEPTH = frozenset({"-", "1", "A/D", "y/D"})  # ways to write "already divided by D"
+
+# From a unit as the user writes it to the factor that makes the number SI; ValueError if it has another dimension.
+Factor = Callable[[str], float]
+
+
+def parse_quantity(value: object, dimension: Dimension, file: Path | str, field: str) -> Quantity:
+    """Read a quantity from a value of a TOML file.
+
+    Parameters
+    ----------
+    value : str, float or mapping
+        `"7.089 kg/m"`, `"7.089 +/- 0.03 kg/m"`, or `{mean = ..., sd = ...}` of two of the former; numbers without
+        a unit where `dimension` has none.
+    dimension : Dimension
+        What it must be.
+    file, field : Path, str
+        Where it stands, for error messages.
+
+    Returns
+    -------
+    Quantity
+        In the SI unit of `dimension`.
+
+    Raises
+    ------
+    InputError
+        Unit missing or of another dimension; not a number; not positive where it must be; bad standard deviation.
+    """
+    return _parse(value, dimension, partial(unit_factor, dimension=dimension), file, field)
+
+
+def parse_amplitude(value: object, section: Section, file: Path | str, field: str) -> Quantity:
+    """Read an amplitude: bare (A/D, or rad for torsion) or with a unit ("4.91 mm", "1.2 deg").
+
+    Returns
+    -------
+    Quantity
+        A/D for heaving, rad for torsion.
+
+    Raises
+    ------
+    InputError
+        As `parse_quantity`.
+    """
+    dimension = HEAVING_AMPLITUDE if section.motion is Motion.HEAVING else TORSIONAL_AMPLITUDE
+    return _parse(value, dimension, lambda unit: amplitude_factor(unit, section) if unit else 1.0, file, field)
+
+
+def amplitude_factor(unit: str, section: Section) -> float:
+    """Factor from `unit` to A/D (heaving: a length over the depth) or to rad (torsion).
+
+    Raises
+    ------
+    ValueError
+        A unit of another dimension, or one that is not known.
+    """
+    if section.motion is Motion.TORSIONAL:
+        return unit_factor(unit, ANGLE)
+    return 1.0 if unit in _OVER_DEPTH else unit_factor(unit, LENGTH) / section.depth
+
+
+@lru_cache(maxsize=256)
+def unit_factor(unit: str, dimension: Dimension) -> float:
+    """Factor from `unit` to the SI unit of `dimension`.
+
+    Raises
+    ------
+    ValueError
+        A unit of another dimension, or one that is not known.
+    """
+    if not dimension.unit:
+        if unit in ("", "-", "1"):
+            return 1.0
+        raise ValueError(f'the unit "{unit}", where none belongs')
+    if not unit:
+        raise ValueError("no unit")
+    factor, root = _root(unit)
+    si_factor, si_root = _root(dimension.unit)
+    if root == si_root:
+        return factor / si_factor
+    # An angular frequency is not a frequency: rad/s and revolutions per minute turn into Hz through 2 pi.
+    if dimension is FREQUENCY and root == _root("rad/s")[1]:
+        return factor / (2.0 * math.pi)
+    raise ValueError(f'the unit "{unit}", which is not that of {dimension.name}')
+
+
+def show(value: object) -> str:
+    """Show a value as TOML spells it, shortly."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, str):
+        return f'"{value}"' if len(value) <= 60 else f'"{value[:57]}..."'
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{key} = {show(one)}" for key, one in list(value.items())[:4]) + " }"
+    if isinstance(value, list):
+        return "a list"
+    return str(value)
+
+
+def _root(unit: str) -> "tuple[float, pint.Unit]":
+    """Split a unit into a factor and pint's base units (which keep radians, unlike the dimensionality)."""
+    registry = _registry()
+    try:
+        base = registry.Quantity(1.0, registry.parse_units(unit)).to_root_units()
+        return float(base.magnitude), base.units
+    except Exception:  # pint raises its own, tokenize's and Python's errors on what it cannot read
+        raise ValueError(f'the unit "{unit}", which is not known') from None
+
+
+@lru_cache(maxsize=1)
+def _registry() -> "pint.UnitRegistry[float]":
+    import pint
+
+    return pint.UnitRegistry()
+
+
+def _parse(value: object, dimension: Dimension, factor: Factor, file: Path | str, field: str) -> Quantity:
+    leaf = field.rpartition(".")[2]
+    wanted = f"{dimension.name}, such as {leaf} = {dimension.spelling}"
+    if dimension.unit and isinstance(value, int | float) and not isinstance(value, bool):
+        # The user's own number, in the spelling that is wanted.
+        wanted = f'{dimension.name} with its unit, such as {leaf} = "{value} {dimension.unit}"'
+        raise InputError(file, field, f"{value} without a unit", wanted)
+    try:
+        mean, sd = _from_table(value, factor) if isinstance(value, Mapping) else _from_text(value, factor)
+    except ValueError as error:
+        raise InputError(file, field, f"{show(value)} ({error})", wanted) from None
+    if dimension.positive and mean <= 0.0:
+        raise InputError(file, field, show(value), f"{wanted}, greater than zero")
+    if sd is not None and sd <= 0.0:
+        raise InputError(
+            file, field, f"{show(value)} (its standard deviation is not greater than zero)",
+            "a standard deviation greater than zero, or none at all",
+        )  # fmt: skip
+    return Quantity(mean, sd)
+
+
+def _from_table(table: Mapping[str, object], factor: Factor) -> tuple[float, float | None]:
+    """Read `{mean, sd}`."""
+    unknown = sorted(set(table) - {"mean", "sd"})
+    if unknown:
+        raise ValueError(f'the key "{unknown[0]}" is not known here, only mean and sd are')
+    if "mean" not in table:
+        raise ValueError("it has no mean")
+    mean = _single(table, "mean", factor)
+    return mean, _single(table, "sd", factor) if "sd" in table else None
+
+
+def _single(table: Mapping[str, object], key: str, factor: Factor) -> float:
+    try:
+        number, sd = _from_text(table[key], factor)
+    except ValueError as error:
+        raise ValueError(f"{key}: {error}") from None
+    if sd is not None:
+        raise ValueError(f"{key} has a standard deviation of its own")
+    return number
+
+
+def _from_text(value: object, factor: Factor) -> tuple[float, float | None]:
+    """Read a number, or a text with a unit and perhaps "+/-"."""
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        return _finite(float(value)) * factor(""), None
+    if not isinstance(value, str):
+        raise ValueError("neither a number nor a text")
+    left, *rest = _PLUS_MINUS.split(value, maxsplit=1)
+    if not rest:
+        number, unit = _number_and_unit(left)
+        return number * factor(unit), None
+    right = rest[0]
+    if left.lstrip().startswith("("):  # "(7.089 +/- 0.03) kg/m"
+        left, right = left.replace("(", "", 1), right.replace(")", "", 1)
+    mean, mean_unit = _number_and_unit(left)
+    sd, sd_unit = _number_and_unit(right)
+    return mean * factor(mean_unit or sd_unit), sd * factor(sd_unit)
+
+
+def _number_and_unit(text: str) -> tuple[float, str]:
+    text = text.strip()
+    match = _NUMBER.match(text)
+    if match is None:
+        raise ValueError("it does not begin with a number")
+    unit = text[match.end() :].strip()
+    if unit.startswith(","):
+        raise ValueError("a decimal comma, where a point belongs")
+    return _finite(float(match[0])), unit
+
+
+def _finite(number: float) -> float:
+    if not math.isfinite(number):
+        raise ValueError("not a finite number")
+    return number
