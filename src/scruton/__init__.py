@@ -18,10 +18,10 @@ _HOMES = {
     "load_campaign": "scruton.campaign",
     "load_card": "scruton.infer",
     "predict": "scruton.griffin",
-    "read_tree": "scruton.infer.tree",
+    "read_tree": "scruton.infer.store",
     "tests_used": "scruton.campaign",
     "write_campaign": "scruton.simulate",
-    "write_fit": "scruton.infer.tree",
+    "write_fit": "scruton.infer.store",
 }
 
 __all__ = [*_HOMES, "__version__"]

@@ -1,0 +1,53 @@
+# make demo    set up, then the shipped example from records to report
+# make test    the test suite;  make slow  the statistical suites that take minutes
+# make bench   speed, beside other samplers, on one core
+# make lint    style, types, arrows between the rooms
+# make docs    HTML in docs/_build/html
+# make lock    new lock files (needs uv);  make clean  remove everything that was built
+#
+# Every target makes the environment that it needs. PYTHON=/path/to/python3.13 chooses the interpreter.
+
+.PHONY: demo test slow bench lint docs lock clean
+
+# The arrays are small: threads of the linear algebra library would only get in each other's way.
+export OMP_NUM_THREADS := 1
+export OPENBLAS_NUM_THREADS := 1
+
+ONE_CORE := $(shell command -v taskset >/dev/null 2>&1 && echo taskset -c 0)
+
+demo: .venv/ready
+	.venv/bin/scruton report examples/rectangle-4to1 -o out/rectangle-4to1 --force
+
+test: .venv/ready
+	.venv/bin/python -m pytest -n auto
+
+slow: .venv/ready
+	.venv/bin/python -m pytest -n auto -m slow
+
+bench: .venv-bench/ready
+	$(ONE_CORE) .venv-bench/bin/python -m benchmarks
+
+lint: .venv/ready
+	.venv/bin/ruff check
+	.venv/bin/ruff format --check
+	.venv/bin/mypy
+	.venv/bin/lint-imports
+
+docs: .venv/ready
+	.venv/bin/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
+	@echo "docs/_build/html/index.html"
+
+lock:
+	tools/lock.sh
+
+clean:
+	rm -rf .venv .venv-bench docs/_build build .pytest_cache .mypy_cache .ruff_cache .import_linter_cache
+	find src tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
+
+.venv/ready: requirements.lock pyproject.toml tools/setup.sh
+	tools/setup.sh .venv requirements.lock
+	@touch $@
+
+.venv-bench/ready: requirements-bench.lock pyproject.toml tools/setup.sh
+	tools/setup.sh .venv-bench requirements-bench.lock
+	@touch $@
