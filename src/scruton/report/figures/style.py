@@ -1,0 +1,272 @@
+"""How every figure looks: page width, type, colours that a colour-blind reader tells apart, and decimation."""
+
+import logging
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scruton.campaign.schema import FloatArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
+
+WIDTH = 160.0 / 25.4  # inches: the text width of an A4 page
+
+# Okabe and Ito (2008), "Color Universal Design": told apart under every common colour blindness.
+BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
+YELLOW, BLUE, VERMILLION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
+GREY, LIGHT = "#6E6E6E", "#C8C8C8"
+
+# Colour never speaks alone: each comes with a line style and a marker of its own.
+_COLOURS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK)
+_LINES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (6, 1.5, 1, 1.5)), (0, (1.2, 1.2)), (0, (8, 2)))
+_MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+
+_SCRIPTS = (  # typefaces for what DejaVu lacks, above all Chinese names of tests; those installed are used
+    "Noto Sans CJK SC", "Source Han Sans SC", "Microsoft YaHei", "SimHei", "PingFang SC", "Hiragino Sans",
+    "WenQuanYi Micro Hei", "Arial Unicode MS",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class FigureWithCaption:
+    """A figure ready to be placed.
+
+    Attributes
+    ----------
+    figure : matplotlib.figure.Figure
+    name : str
+        Stem of the file it is saved under.
+    caption : str
+        What stands below it.
+    alt : str
+        What it shows, for a reader who cannot see it.
+    """
+
+    figure: "Figure"
+    name: str
+    caption: str
+    alt: str
+
+
+@dataclass(frozen=True)
+class Look:
+    """Colour, line style and marker of one test."""
+
+    colour: str
+    line: Any
+    marker: str
+
+
+def look(index: int) -> Look:
+    """Look of the test at this place in the campaign; distinct for the first 35."""
+    round_trip, colour = divmod(index, len(_COLOURS))
+    return Look(_COLOURS[colour], _LINES[(colour + round_trip) % len(_LINES)], _MARKERS[(colour + round_trip) % 7])
+
+
+@cache
+def _families() -> tuple[str, ...]:
+    from matplotlib.font_manager import fontManager
+
+    installed = {font.name for font in fontManager.ttflist}
+    return ("DejaVu Sans", *(name for name in _SCRIPTS if name in installed))
+
+
+@contextmanager
+def house_style() -> Iterator[None]:
+    """Set matplotlib's parameters for the time of drawing or saving, and put them back."""
+    import matplotlib as mpl
+
+    parameters: Any = {
+        "font.family": list(_families()),
+        "font.size": 8.0,
+        "axes.titlesize": 8.5,
+        "axes.labelsize": 8.0,
+        "xtick.labelsize": 7.5,
+        "ytick.labelsize": 7.5,
+        "legend.fontsize": 7.5,
+        "figure.titlesize": 9.0,
+        "axes.titlelocation": "left",
+        "axes.linewidth": 0.6,
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+        "axes.axisbelow": True,
+        "axes.formatter.use_mathtext": True,
+        "axes.formatter.limits": (-4, 5),
+        "axes.xmargin": 0.02,
+        "xtick.major.width": 0.6,
+        "ytick.major.width": 0.6,
+        "lines.linewidth": 1.2,
+        "lines.markersize": 4.5,
+        "patch.linewidth": 0.6,
+        "hatch.linewidth": 0.4,
+        "legend.frameon": False,
+        "legend.handlelength": 2.4,
+        "figure.constrained_layout.w_pad": 0.04,
+        "figure.constrained_layout.h_pad": 0.04,
+        "figure.facecolor": "white",
+        "savefig.facecolor": "white",
+        "path.simplify": True,
+        "svg.fonttype": "path",  # glyphs as shapes: the page looks alike where the typeface is not installed
+        "svg.hashsalt": "scruton",
+        "pdf.fonttype": 3,
+    }
+    log = logging.getLogger("matplotlib.font_manager")
+    level = log.level
+    with mpl.rc_context(parameters):
+        log.setLevel(logging.ERROR)
+        try:
+            yield
+        finally:
+            log.setLevel(level)
+
+
+def new_figure(height_mm: float, *, width: float = WIDTH) -> "Figure":
+    """Start an empty figure of the page's width, laid out so that nothing overlaps."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height_mm / 25.4), layout="constrained")
+
+
+def panels(count: int, *, columns: int = 2, height_mm: float = 52.0, **kwargs: Any) -> "tuple[Figure, list[Axes]]":
+    """Lay out a figure with `count` panels, at most `columns` abreast, `height_mm` a row; unused places stay empty."""
+    columns = min(columns, count)
+    rows = -(-count // columns)
+    # one panel alone is drawn wide, hence a little higher
+    figure = new_figure(rows * height_mm * (1.35 if count == 1 else 1.0) + 8.0)
+    axes = figure.subplots(rows, columns, squeeze=False, **kwargs)
+    flat = list(axes.flat)
+    for spare in flat[count:]:
+        spare.set_visible(False)
+    return figure, flat[:count]
+
+
+def pages(items: Sequence[Any], size: int) -> list[Sequence[Any]]:
+    """Split into pages of at most `size`, evenly filled."""
+    if not items:
+        return []
+    count = -(-len(items) // size)
+    each = -(-len(items) // count)
+    return [items[i : i + each] for i in range(0, len(items), each)]
+
+
+def below(figure: "Figure", axes: "Sequence[Axes]", *, columns: int = 3) -> None:
+    """Put one legend for all panels below them, or in a place that no panel fills, with every label once."""
+    handles: dict[str, Any] = {}
+    for one in axes:
+        for handle, label in zip(*one.get_legend_handles_labels(), strict=True):
+            handles.setdefault(label, handle)
+    spare = [one for one in figure.axes if not one.get_visible()]
+    if spare:
+        spare[0].set_visible(True)
+        spare[0].set_axis_off()
+        spare[0].legend(handles.values(), handles.keys(), loc="center")
+    elif handles:
+        count = _columns(list(handles), columns)
+        figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=count)
+    figure.align_ylabels()
+
+
+def _columns(labels: Sequence[str], most: int) -> int:
+    """Columns of a legend that fit on the page: some 105 letters, of which each handle takes the room of eight."""
+    for count in range(min(most, len(labels)), 1, -1):
+        chunks = np.array_split(np.array([_width(one) for one in labels]), count)
+        if sum(int(one.max()) + 8 for one in chunks) <= 105:
+            return count
+    return 1
+
+
+def _width(text: str) -> int:
+    """Width of a text in letters; a Chinese character takes two."""
+    return sum(2 if ord(letter) > 0x2E7F else 1 for letter in text)
+
+
+def shorten(text: str, length: int = 34) -> str:
+    """Cut a long name in its middle, where names differ least."""
+    if len(text) <= length:
+        return literal(text)
+    tail = (length - 1) // 2
+    return literal(f"{text[: length - 1 - tail]}\N{HORIZONTAL ELLIPSIS}{text[-tail:]}")
+
+
+def literal(text: str) -> str:
+    """Keep dollar signs in names from being read as mathematics, and line breaks from breaking a label."""
+    return " ".join(text.split()).replace("$", r"\$")
+
+
+def decimate(x: FloatArray, y: FloatArray, bins: int = 700) -> tuple[FloatArray, FloatArray]:
+    """Keep the smallest and largest sample of every bin, so that a long record draws alike from few points.
+
+    Parameters
+    ----------
+    x, y : (N,) array
+    bins : int
+        Number of stretches of equal sample count; records of up to 2 `bins` samples are left as they are.
+
+    Returns
+    -------
+    x, y : (M,) array, M <= 2 `bins`
+    """
+    size = len(y)
+    if size <= 2 * bins:
+        return x, y
+    edges = np.linspace(0, size, bins + 1).astype(int)
+    keep = np.empty(2 * bins, dtype=int)
+    for i, (begin, end) in enumerate(pairwise(edges)):
+        part = y[begin:end]
+        keep[2 * i : 2 * i + 2] = sorted((begin + int(part.argmin()), begin + int(part.argmax())))
+    return x[keep], y[keep]
+
+
+def extremes(x: FloatArray, y: FloatArray, bins: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Smallest and largest sample of every bin, to be filled between where the cycles themselves cannot be seen.
+
+    Returns
+    -------
+    x, low, high : (`bins`,) arrays
+        Middle of each bin, and its extremes.
+    """
+    starts = np.linspace(0, len(y), bins, endpoint=False).astype(int)
+    middle = np.append((starts[:-1] + starts[1:]) // 2, (starts[-1] + len(y)) // 2)
+    return x[middle], np.minimum.reduceat(y, starts), np.maximum.reduceat(y, starts)
+
+
+def thin_along(values: FloatArray, count: int) -> np.ndarray:
+    """Indices of at most `count` points along a curve, dense where `values` change, so that corners stay round."""
+    if len(values) <= count:
+        return np.arange(len(values))
+    path = np.append(0.0, np.cumsum(np.abs(np.diff(np.nan_to_num(values)))))
+    position = path / (path[-1] or 1.0) + 0.2 * np.linspace(0.0, 1.0, len(values))
+    return np.unique(np.searchsorted(position, np.linspace(0.0, position[-1], count)).clip(0, len(values) - 1))
+
+
+def thin(size: int, count: int) -> np.ndarray:
+    """Indices of at most `count` of `size` points, evenly spread, first and last among them."""
+    return np.unique(np.linspace(0, size - 1, min(size, count)).round().astype(int))
+
+
+def plain_log(axis: "Axis") -> None:
+    """Label a logarithmic axis with plain numbers: at 1, 2 and 5 of each decade, or at decades where it spans many."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    low, high = axis.get_view_interval()
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 80.0 * low else (1.0,), numticks=12))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def amplitude_label(unit: str) -> str:
+    """Axis label of an amplitude."""
+    return "Amplitude A/D [-]" if unit == "A/D" else "Amplitude [rad]"
+
+
+def add_degrees(axes: "Axes") -> None:
+    """Give a vertical axis in rad a second scale in degrees."""
+    axes.secondary_yaxis("right", functions=(np.rad2deg, np.deg2rad)).set_ylabel("Amplitude [deg]")
