@@ -181,3 +181,23 @@ def test_a_record_without_trial_function_is_named() -> None:
         trial_griffin_draws(trial_tree()[0], [1.0], "x.csv")
     with pytest.raises(InputError, match="none was fitted"):
         trial_griffin_draws(make_tree(), [1.0], "x.csv")
+
+
+def test_trial_band_of_a_steep_growth_is_the_papers_law(small_results):
+    """A growth from a tenth of a* is a exp(0 t) + c exp(-lambda t): exactly A' = a*/(1 + x), without chord errors."""
+    from scruton.infer.store import read_tree
+
+    tree, _ = read_tree(small_results)
+    name = "growth.csv"
+    exact = {"a": 0.03, "b": 0.0, "c": -0.027, "d": -6.0}
+    group = tree["trial_function"].to_dataset()
+    for key, value in exact.items():
+        group[key] = group[key] * 0 + value
+    tree["trial_function"] = group
+    constants = tree["constant_data"]
+    omega0 = 2 * np.pi * float(constants["frequency"].item())
+    factor = float((tree["posterior"]["scruton_number"] / tree["posterior"]["damping_ratio"]).median())
+    xi = float(tree["posterior"]["damping_ratio"].median())
+    sc = factor * (xi + np.array([0.5, 2.0, 5.0]) * 6.0 / omega0)
+    draws, _ = trial_griffin_draws(tree, sc, name)
+    np.testing.assert_allclose(np.nanmedian(draws, axis=0), 0.03 / (1 + np.array([0.5, 2.0, 5.0])), rtol=5e-3)

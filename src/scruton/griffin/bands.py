@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 INTERVALS = (0.50, 0.90, 0.95)
 X_TRUSTED = 0.3  # laws of aerodynamic damping agree to 2 % in amplitude for |x| < 0.2 and part beyond this
 _BEYOND = 0.5  # the trial function is drawn, dashed, for this part of the record's length before and after it
-_TIMES = 200
+_TIMES = 400
 _TRIAL_DRAWS = 1000
 _ENOUGH = 0.9  # a band is given where this part of the draws has an amplitude
 
@@ -137,6 +137,8 @@ def band(
     outside = np.zeros(len(scruton_numbers), dtype=bool) if extrapolated is None else extrapolated
 
     def at(*probability: float) -> FloatArray:
+        if np.isfinite(draws).all():  # the common case, all columns at once
+            return quantiles(draws, probability)
         found = np.full((len(probability), len(scruton_numbers)), np.nan)
         for i in np.flatnonzero(enough):
             found[:, i] = quantiles(draws[known[:, i], i], probability)
@@ -156,7 +158,7 @@ def quantiles(draws: FloatArray, probability: Sequence[float]) -> FloatArray:
     """Quantiles of draws that may hold inf: no interpolation then, which would turn inf into NaN."""
     wanted = np.asarray(probability, dtype=np.float64)
     if np.isfinite(draws).all():
-        return np.asarray(np.quantile(draws, wanted), dtype=np.float64)
+        return np.asarray(np.quantile(draws, wanted, axis=0), dtype=np.float64)
     return np.asarray(np.quantile(draws, wanted, method="inverted_cdf"), dtype=np.float64)
 
 
@@ -250,9 +252,13 @@ def _record_data(tree: "xr.DataTree", record: str) -> tuple[FloatArray, FloatArr
 
 
 def _read(grid: FloatArray, scruton_number: FloatArray, amplitude: FloatArray) -> FloatArray:
-    """Amplitude at each Sc of the grid along one curve, NaN beyond its ends."""
+    """Amplitude at each Sc of the grid along one curve, NaN beyond its ends.
+
+    Interpolated in 1/A, which is linear in Sc under the paper's law: chords of A itself would lie above the curve.
+    """
     good = np.isfinite(scruton_number) & (amplitude > 0.0)
     if good.sum() < 2:
         return np.full(grid.shape, np.nan)
     order = np.argsort(scruton_number[good], kind="stable")
-    return np.interp(grid, scruton_number[good][order], amplitude[good][order], left=np.nan, right=np.nan)
+    reciprocal = 1.0 / amplitude[good][order]
+    return 1.0 / np.interp(grid, scruton_number[good][order], reciprocal, left=np.nan, right=np.nan)

@@ -67,7 +67,7 @@ def build_report(fit: "Fit", out: Path, *, design_sc: Sequence[float] = ()) -> R
         work = Path(name)
         figures, pictures = [], []
         for one in all_figures(fit):
-            paths = save(one, work / FIGURES)
+            paths = save(one, work / FIGURES, formats=("svg", "png"))
             figures += [path.name for path in paths]
             pictures.append(picture(one.name, one.caption, one.alt, paths))
         csv = [path.name for path in write_csv(frames, work / TABLES)]
