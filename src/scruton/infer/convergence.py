@@ -9,6 +9,10 @@ from scruton.infer.cards import SamplerSettings
 
 # A walker whose mean log posterior lies this far below the best walker's is not in the same mode.
 STUCK = 20.0
+PATIENCE = 100  # steps
+# Autocorrelation times that a run must span, unless it is as long as PATIENCE.  A run that has not yet left its start
+# looks converged, ensemble for ensemble; but its autocorrelation time then grows with its length.
+SPAN = 6.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +51,8 @@ class Convergence:
                 faults.append(f"nested R-hat of {name} is {rhat:.3f} (wanted < {settings.max_rhat:g})")
             elif not min(bulk, tail) >= settings.min_ess:
                 faults.append(f"{name} has {min(bulk, tail):.0f} effective draws (wanted {settings.min_ess:g})")
+        if not self.steps >= min(SPAN * self.tau.max(), PATIENCE):
+            faults.append(f"the run spans {self.steps / self.tau.max():.1f} autocorrelation times (wanted {SPAN:g})")
         if self.stuck:
             faults.append(f"{self.stuck} walkers are stuck in a mode of their own")
         return (
@@ -80,12 +86,14 @@ def judge(
     rhat = np.atleast_1d(array_stats.rhat_nested(chain, superchain_ids=ids, **axes))
     mean = log_prob.mean(axis=1)
     stuck = int((mean < np.median(mean) - STUCK).sum() + (mean > np.median(mean) + STUCK).sum())
-    frozen = np.ptp(chain, axis=1).max(axis=1) == 0.0
+    # In a short run an honest walker may reject every proposal; in a long one it may not.
+    frozen = (np.ptp(chain, axis=1).max(axis=1) == 0.0) & (draws >= PATIENCE)
     tau = chains * draws / bulk
     good = (
         bool(np.isfinite(rhat).all() and np.isfinite(bulk).all() and np.isfinite(tail).all())
         and bool((rhat < settings.max_rhat).all())
         and float(min(bulk.min(), tail.min())) >= settings.min_ess
+        and draws >= min(SPAN * float(tau.max()), PATIENCE)
         and stuck == 0
         and not frozen.any()
     )

@@ -1,5 +1,6 @@
 """emcee ensembles, each from its own optimised start, run in chunks until the verdict is good."""
 
+import contextlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -12,14 +13,14 @@ from scruton.infer.cards import SamplerSettings
 from scruton.infer.checkpoint import Checkpoint, pack_random_state, unpack_random_state
 from scruton.infer.convergence import Convergence, judge
 from scruton.infer.models import Posterior
-from scruton.infer.moves import StudentT, moves
+from scruton.infer.moves import FITTED_TO_DRAWS, StudentT, moves
 from scruton.infer.optimum import find_optimum
 
-FIRST_CHUNK = 48  # steps; then as many as the run already has, so that checks cost a fixed share
-LARGEST_CHUNK = 1024
-WARM_UP = 24  # steps of a warm-up round
-WARM_UP_ROUNDS = 8
-GOOD_ACCEPTANCE = 0.45  # below it the Student-t does not fit, and is fitted anew to the warm-up's draws
+FIRST_CHUNK = 20  # steps; then as many as the run already has, so that checks cost a fixed share
+LARGEST_CHUNK = 256
+OVERDISPERSED = 1.5  # scale of the walkers' start over that of the proposal
+FAR = 25.0  # in log posterior below the optimum: no walker starts there
+ADAPTATIONS = 3  # times that a run which has not converged fits its proposals to its draws and starts again
 
 Progress = Callable[[int, Convergence], None]
 
@@ -49,6 +50,17 @@ class Samples:
     proposals: tuple[StudentT, ...]
 
 
+class _Vectorised(emcee.EnsembleSampler):
+    """emcee's `vectorize=True` without its loop over the walkers: the posterior returns one array, never NaN."""
+
+    def __init__(self, walkers: int, dimensions: int, log_prob: Callable[[FloatArray], FloatArray], moves: Any) -> None:
+        super().__init__(walkers, dimensions, log_prob, vectorize=True, moves=moves)
+        self.posterior = log_prob
+
+    def compute_log_prob(self, coords: FloatArray) -> tuple[FloatArray, None]:
+        return self.posterior(coords), None
+
+
 @dataclass(eq=False)
 class _Ensemble:
     """One ensemble between chunks: everything that the next chunk depends on, and the chunks so far."""
@@ -61,13 +73,14 @@ class _Ensemble:
     log_probs: list[FloatArray]
     accepted: float = 0.0
 
+    @property
+    def steps(self) -> int:
+        """Steps since the last adaptation."""
+        return sum(len(one) for one in self.chain)
+
     def advance(self, posterior: Posterior, steps: int, settings: SamplerSettings) -> None:
-        sampler = emcee.EnsembleSampler(
-            len(self.coords),
-            self.coords.shape[1],
-            posterior.log_prob,
-            vectorize=True,
-            moves=moves(self.proposal, settings),
+        sampler = _Vectorised(
+            len(self.coords), self.coords.shape[1], posterior.log_prob, moves=moves(self.proposal, settings)
         )
         state = emcee.State(self.coords, log_prob=self.log_prob, random_state=self.random_state)
         last = sampler.run_mcmc(state, steps, skip_initial_state_check=True)
@@ -75,6 +88,30 @@ class _Ensemble:
         self.chain.append(sampler.get_chain())
         self.log_probs.append(sampler.get_log_prob())
         self.accepted += float(sampler.backend.accepted.mean())
+
+    def adapt(self) -> None:
+        """Fit the proposal to the recent half of the draws, and forget them: they were for finding the posterior."""
+        chain = np.concatenate(self.chain)
+        recent = chain[len(chain) // 2 :].reshape(-1, self.coords.shape[1])
+        covariance = np.cov(recent.T) + np.diag(1e-12 * recent.var(axis=0) + 1e-300)
+        # Where the walkers fill no volume the old proposal stays: DE and stretch must do.
+        with contextlib.suppress(np.linalg.LinAlgError):
+            self.proposal = StudentT(recent.mean(axis=0), np.linalg.cholesky(covariance), FITTED_TO_DRAWS)
+        self.chain, self.log_probs, self.accepted = [], [], 0.0
+
+
+@dataclass(eq=False)
+class _Run:
+    """All ensembles between chunks, the steps run so far and the adaptations made."""
+
+    ensembles: list[_Ensemble]
+    total: int = 0
+    rounds: int = 0
+
+    def adapt(self) -> None:
+        self.rounds += 1
+        for one in self.ensembles:
+            one.adapt()
 
 
 def sample(
@@ -104,20 +141,24 @@ def sample(
         Also where the run did not converge: `Samples.convergence` says so.
     """
     stored = checkpoint.load() if checkpoint else None
-    ensembles = _restore(stored) if stored is not None else _start(posterior, settings, seed)
-    steps = sum(len(one) for one in ensembles[0].chain)
-    verdict = _verdict(ensembles, steps, settings) if steps else None
-    while verdict is None or not (steps >= settings.max_steps or _enough(verdict, settings)):
-        chunk = min(max(FIRST_CHUNK, steps), LARGEST_CHUNK, settings.max_steps - steps)
-        for one in ensembles:
+    run = _restore(stored) if stored is not None else _Run(_start(posterior, settings, seed))
+    while True:
+        verdict = _verdict(run.ensembles, settings) if run.total else None
+        if verdict is not None:
+            if progress:
+                progress(run.total, verdict)
+            if _enough(verdict, settings) or run.total >= settings.max_steps:
+                break
+            if run.rounds < ADAPTATIONS:
+                run.adapt()
+        chunk = min(max(FIRST_CHUNK, run.total), LARGEST_CHUNK, settings.max_steps - run.total)
+        for one in run.ensembles:
             one.advance(posterior, chunk, settings)
-        steps += chunk
+        run.total += chunk
         if checkpoint:
-            checkpoint.save(_pack(ensembles))
-        verdict = _verdict(ensembles, steps, settings)
-        if progress:
-            progress(steps, verdict)
-    chain, log_prob = _kept(ensembles, steps)
+            checkpoint.save(_pack(run))
+    ensembles = run.ensembles
+    chain, log_prob = _kept(ensembles)
     pick = np.unique(np.linspace(0, chain.shape[1] - 1, settings.draws).round().astype(int))
     return Samples(
         posterior.names,
@@ -141,63 +182,48 @@ def _start(posterior: Posterior, settings: SamplerSettings, seed: np.random.Seed
         rng = np.random.RandomState(np.random.MT19937(chain))
         walkers = max(settings.walkers, 2 * len(posterior.priors))
         coords, log_prob = _walkers(posterior, proposal, rng, walkers)
-        one = _Ensemble(proposal, coords, log_prob, rng.get_state(), [], [])
-        _warm_up(one, posterior, settings)
-        ensembles.append(one)
+        ensembles.append(_Ensemble(proposal, coords, log_prob, rng.get_state(), [], []))
     return ensembles
-
-
-def _warm_up(one: _Ensemble, posterior: Posterior, settings: SamplerSettings) -> None:
-    """Bring the walkers into the posterior and the proposal to its shape; these steps are thrown away."""
-    for step in range(WARM_UP_ROUNDS):
-        one.accepted = 0.0
-        one.advance(posterior, WARM_UP * (1 + step // 2), settings)
-        if one.accepted >= GOOD_ACCEPTANCE * WARM_UP * (1 + step // 2):
-            break
-        recent = np.concatenate(one.chain)[-(len(one.chain) * WARM_UP) // 2 :].reshape(-1, one.coords.shape[1])
-        covariance = np.cov(recent.T) + 1e-12 * np.diag(recent.var(axis=0)) + 1e-300 * np.eye(recent.shape[1])
-        try:
-            one.proposal = StudentT(recent.mean(axis=0), np.linalg.cholesky(covariance))
-        except np.linalg.LinAlgError:
-            break  # the walkers fill no volume: DE and stretch must do
-    one.chain, one.log_probs, one.accepted = [], [], 0.0
 
 
 def _walkers(
     posterior: Posterior, proposal: StudentT, rng: np.random.RandomState, count: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Walkers drawn round the optimum, those with a finite posterior and not absurdly low."""
+    """Walkers drawn round the optimum, wider than the posterior seems, so that ensembles that agree have mixed."""
     coords, log_prob = np.empty((0, proposal.centre.size)), np.empty(0)
     top = posterior.log_prob(proposal.centre[None])[0]
-    width = 1.0
+    width = OVERDISPERSED
     while len(coords) < count:
         tight = StudentT(proposal.centre, proposal.cholesky * width)
         new = tight.draw(rng, count)
         value = posterior.log_prob(new)
-        good = value > top - 15.0
+        good = value > top - FAR
         coords, log_prob = np.concatenate([coords, new[good]]), np.concatenate([log_prob, value[good]])
         width *= 0.7
     return coords[:count].copy(), log_prob[:count].copy()
 
 
-def _kept(ensembles: list[_Ensemble], steps: int) -> tuple[FloatArray, FloatArray]:
+def _kept(ensembles: list[_Ensemble]) -> tuple[FloatArray, FloatArray]:
     """Chains without their first quarter, (chains, draws, d) and (chains, draws)."""
-    burn = steps // 4
+    burn = ensembles[0].steps // 4
     chain = np.concatenate([np.swapaxes(np.concatenate(one.chain)[burn:], 0, 1) for one in ensembles])
     log_prob = np.concatenate([np.concatenate(one.log_probs)[burn:].T for one in ensembles])
     return chain, log_prob
 
 
-def _verdict(ensembles: list[_Ensemble], steps: int, settings: SamplerSettings) -> Convergence:
-    chain, log_prob = _kept(ensembles, steps)
-    acceptance = sum(one.accepted for one in ensembles) / (len(ensembles) * steps)
+def _verdict(ensembles: list[_Ensemble], settings: SamplerSettings) -> Convergence:
+    chain, log_prob = _kept(ensembles)
+    acceptance = sum(one.accepted for one in ensembles) / (len(ensembles) * ensembles[0].steps)
     return judge(chain, log_prob, len(ensembles), acceptance, settings)
 
 
-def _pack(ensembles: list[_Ensemble]) -> dict[str, Any]:
+def _pack(run: _Run) -> dict[str, Any]:
+    ensembles = run.ensembles
     return {
+        "counts": np.array([run.total, run.rounds]),
         "centre": np.array([one.proposal.centre for one in ensembles]),
         "cholesky": np.array([one.proposal.cholesky for one in ensembles]),
+        "degrees_of_freedom": np.array([one.proposal.degrees_of_freedom for one in ensembles]),
         "coords": np.array([one.coords for one in ensembles]),
         "log_prob": np.array([one.log_prob for one in ensembles]),
         "random_state": np.array([pack_random_state(one.random_state) for one in ensembles]),
@@ -207,10 +233,10 @@ def _pack(ensembles: list[_Ensemble]) -> dict[str, Any]:
     }
 
 
-def _restore(stored: dict[str, Any]) -> list[_Ensemble]:
-    return [
+def _restore(stored: dict[str, Any]) -> _Run:
+    ensembles = [
         _Ensemble(
-            StudentT(stored["centre"][i], stored["cholesky"][i]),
+            StudentT(stored["centre"][i], stored["cholesky"][i], float(stored["degrees_of_freedom"][i])),
             stored["coords"][i],
             stored["log_prob"][i],
             unpack_random_state(str(stored["random_state"][i])),
@@ -220,3 +246,5 @@ def _restore(stored: dict[str, Any]) -> list[_Ensemble]:
         )
         for i in range(len(stored["coords"]))
     ]
+    total, rounds = (int(x) for x in stored["counts"])
+    return _Run(ensembles, total, rounds)
