@@ -27,7 +27,7 @@ class ReportPaths:
     griffin : Path or None
         The Griffin plot as PNG; None for a campaign without tests in wind.
     figures, tables : tuple of Path
-        Figures as SVG, PNG and PDF; tables as CSV.
+        Figures as SVG and PNG; tables as CSV.
     """
 
     report: Path
