@@ -132,8 +132,9 @@ def _fit(arguments: argparse.Namespace) -> int:
 
 def _report(arguments: argparse.Namespace) -> int:
     from scruton.report import build_report
-    from scruton.report.run import fit_text
+    from scruton.report.run import check_design, fit_text
 
+    check_design(arguments.sc)
     fit, folder = _run_fit(arguments)
     paths = build_report(fit, folder, design_sc=arguments.sc)
     if not arguments.quiet:

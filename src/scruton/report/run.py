@@ -1,13 +1,14 @@
 """What the commands do: from arguments to results in a folder and text for the terminal."""
 
 import json
+import math
 import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scruton.campaign import Quantity, load_campaign, tests_used
+from scruton.campaign import Campaign, Quantity, load_campaign, tests_used
 from scruton.errors import InputError
 from scruton.report.text import number, table
 
@@ -66,6 +67,8 @@ def run_fit(
 
     card = load_card(model)
     claim_folder(folder, force=force, resume=resume)
+    if resume:
+        _same_run(folder, campaign, card.sha256, seed, names)
 
     from scruton.infer.fit import fit_campaign
     from scruton.infer.store import write_fit
@@ -82,6 +85,31 @@ def run_fit(
         )
     write_fit(fit, folder)
     return fit, folder
+
+
+def _same_run(folder: Path, campaign: Campaign, card: str, seed: int, tests: tuple[str, ...]) -> None:
+    """Refuse to resume into the finished results of another run: they would be lost."""
+    path = folder / "fit.json"
+    if not path.is_file():
+        return
+    found = json.loads(path.read_text(encoding="utf-8"))["provenance"]
+    ours = {"seed": seed, "tests": list(tests), "sha256": dict(campaign.sha256 or {}), "card": card}
+    theirs = {**{key: found[key] for key in ("seed", "tests", "sha256")}, "card": found["card"]["sha256"]}
+    differing = [key for key in ours if ours[key] != theirs[key]]
+    if differing:
+        raise InputError(
+            folder,
+            "--resume",
+            f"finished results with other {', '.join(differing)}",
+            "the same command as before, another folder, or --force to replace them",
+        )
+
+
+def check_design(scruton_numbers: Sequence[float]) -> None:
+    """Refuse design Scruton numbers that are no numbers, before any work is done."""
+    for one in scruton_numbers:
+        if not math.isfinite(one):
+            raise InputError("command line", "--sc", str(one), "a finite number such as --sc 30")
 
 
 class Bar:
