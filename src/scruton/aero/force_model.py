@@ -19,10 +19,6 @@ from scruton.aero.setting import Setting
 from scruton.campaign.schema import FloatArray
 
 
-def _beta(setting: Setting) -> FloatArray | float:
-    return setting.side_ratio if setting.torsional else 1.0
-
-
 def _per_s(setting: Setting) -> FloatArray:
     """Seconds per unit of dimensionless time s = Ut/D."""
     return np.asarray(setting.depth, dtype=np.float64) / np.asarray(setting.wind_speed, dtype=np.float64)
@@ -36,14 +32,14 @@ def force_parameters(a_star: ArrayLike, lam: ArrayLike, setting: Setting) -> tup
     Y1, epsilon : arrays, broadcast
     """
     lam_s = np.asarray(lam) * _per_s(setting)
-    Y1 = 2.0 / (setting.mass_ratio * _beta(setting)) * (setting.K0 * np.asarray(setting.damping_ratio) - lam_s)
+    Y1 = 2.0 / (setting.mass_ratio * setting.beta) * (setting.K0 * np.asarray(setting.damping_ratio) - lam_s)
     Y1_epsilon = -np.pi * setting.K * lam_s * np.asarray(a_star) / (2.0 * setting.mass_ratio)
     return Y1, Y1_epsilon / Y1
 
 
 def relaxation(Y1: ArrayLike, epsilon: ArrayLike, setting: Setting) -> tuple[FloatArray, FloatArray]:
     """Stable amplitude and relaxation rate [1/s] from Y1 and epsilon: the inverse of `force_parameters`."""
-    lam_s = setting.K0 * np.asarray(setting.damping_ratio) - setting.mass_ratio * _beta(setting) * np.asarray(Y1) / 2.0
+    lam_s = setting.K0 * np.asarray(setting.damping_ratio) - setting.mass_ratio * setting.beta * np.asarray(Y1) / 2.0
     a_star = -2.0 * setting.mass_ratio * np.asarray(Y1) * np.asarray(epsilon) / (np.pi * setting.K * lam_s)
     return a_star, lam_s / _per_s(setting)
 
@@ -55,7 +51,7 @@ def ehsan_scanlan_parameters(a_star: ArrayLike, lam: ArrayLike, setting: Setting
     """
     sigma = 0.5 * np.asarray(lam) * _per_s(setting)
     K0_xi = setting.K0 * np.asarray(setting.damping_ratio)
-    m_beta = setting.mass_ratio * _beta(setting)
+    m_beta = setting.mass_ratio * setting.beta
     Y1 = 2.0 * (sigma + K0_xi) / m_beta
     return Y1, 4.0 / np.square(np.asarray(a_star)) * (1.0 - 2.0 * K0_xi / (m_beta * Y1))
 
@@ -63,7 +59,7 @@ def ehsan_scanlan_parameters(a_star: ArrayLike, lam: ArrayLike, setting: Setting
 def ehsan_scanlan_relaxation(Y1: ArrayLike, epsilon: ArrayLike, setting: Setting) -> tuple[FloatArray, FloatArray]:
     """Stable amplitude and relaxation rate [1/s] under Ehsan and Scanlan's force; amplitude 0 where it is stable."""
     K0_xi = setting.K0 * np.asarray(setting.damping_ratio)
-    m_beta_Y1 = setting.mass_ratio * _beta(setting) * np.asarray(Y1)
+    m_beta_Y1 = setting.mass_ratio * setting.beta * np.asarray(Y1)
     sigma = 0.5 * m_beta_Y1 - K0_xi
     a_star = 2.0 / np.sqrt(np.asarray(epsilon)) * np.sqrt(np.maximum(1.0 - 2.0 * K0_xi / m_beta_Y1, 0.0))
     return a_star, 2.0 * sigma / _per_s(setting)
@@ -78,7 +74,7 @@ def stiffness_parameter(setting: Setting) -> FloatArray:
 def aerodynamic_damping(a: ArrayLike, Y1: ArrayLike, epsilon: ArrayLike, setting: Setting) -> FloatArray:
     """Aerodynamic damping ratio at amplitude a (Eq. 15 and its torsional twin); negative where the wind drives."""
     m_r, K = setting.mass_ratio, setting.K
-    linear = -m_r * _beta(setting) * np.asarray(Y1) / (2.0 * K)
+    linear = -m_r * setting.beta * np.asarray(Y1) / (2.0 * K)
     damping: FloatArray = linear + 2.0 * m_r * np.asarray(Y1) * np.asarray(epsilon) / (np.pi * K**2 * np.asarray(a))
     return damping
 

@@ -9,8 +9,9 @@ from scruton.campaign.schema import FloatArray
 
 def _bracket(scruton_number: ArrayLike, Y1: ArrayLike, setting: Setting) -> FloatArray:
     """1 - (B/D) K0 Sc/(2 pi Y1); for torsion without B/D, since Sc is made with B^3 D."""
-    side = 1.0 if setting.torsional else setting.side_ratio
-    bracket: FloatArray = 1.0 - side * setting.K0 * np.asarray(scruton_number) / (2.0 * np.pi * np.asarray(Y1))
+    bracket: FloatArray = 1.0 - setting.scruton_side * setting.K0 * np.asarray(scruton_number) / (
+        2.0 * np.pi * np.asarray(Y1)
+    )
     return bracket
 
 
@@ -19,8 +20,7 @@ def stable_amplitude(scruton_number: ArrayLike, Y1: ArrayLike, epsilon: ArrayLik
 
     Negative Scruton numbers are allowed: they have no physical meaning but show the trend, as the paper draws it.
     """
-    beta = setting.side_ratio if setting.torsional else 1.0
-    front = 4.0 * np.asarray(epsilon) / (np.pi * setting.K * beta)
+    front = 4.0 * np.asarray(epsilon) / (np.pi * setting.K * setting.beta)
     amplitude: FloatArray = front / _bracket(scruton_number, Y1, setting)
     return amplitude
 

@@ -7,14 +7,6 @@ from scruton.aero.setting import Setting
 from scruton.campaign.schema import FloatArray
 
 
-def _side(setting: Setting) -> FloatArray | float:
-    return 1.0 if setting.torsional else setting.side_ratio
-
-
-def _beta(setting: Setting) -> FloatArray | float:
-    return setting.side_ratio if setting.torsional else 1.0
-
-
 def Y1_epsilon_from_damping(amplitude: ArrayLike, aerodynamic_damping: ArrayLike, setting: Setting) -> float:
     """Y1 epsilon from the slope of aerodynamic damping against 1/a (Eq. 16).
 
@@ -36,13 +28,13 @@ def Y1_epsilon_from_griffin(slope: ArrayLike, setting: Setting) -> FloatArray:
 
 def Y1_from_amplitude(Y1_epsilon: ArrayLike, a_star: ArrayLike, setting: Setting) -> FloatArray:
     """Y1 from the stable amplitude (Eq. 18)."""
-    first = 8.0 * np.asarray(Y1_epsilon) / (_beta(setting) * setting.K * np.asarray(a_star))
-    Y1: FloatArray = (first + _side(setting) * setting.K0 * setting.scruton_number) / (2.0 * np.pi)
+    first = 8.0 * np.asarray(Y1_epsilon) / (setting.beta * setting.K * np.asarray(a_star))
+    Y1: FloatArray = (first + setting.scruton_side * setting.K0 * setting.scruton_number) / (2.0 * np.pi)
     return Y1
 
 
 def epsilon_from_amplitude(Y1_epsilon: ArrayLike, a_star: ArrayLike, setting: Setting) -> FloatArray:
     """Epsilon from the stable amplitude (Eq. 19)."""
-    linear = _side(setting) * setting.K0 * setting.scruton_number / (2.0 * np.pi * np.asarray(Y1_epsilon))
-    epsilon: FloatArray = 1.0 / (linear + 4.0 / (np.pi * setting.K * _beta(setting) * np.asarray(a_star)))
+    linear = setting.scruton_side * setting.K0 * setting.scruton_number / (2.0 * np.pi * np.asarray(Y1_epsilon))
+    epsilon: FloatArray = 1.0 / (linear + 4.0 / (np.pi * setting.K * setting.beta * np.asarray(a_star)))
     return epsilon

@@ -54,19 +54,19 @@ def factor(
     if definition not in DEFINITIONS:
         raise ValueError(f"unknown definition of the Scruton number '{definition}'; one of {', '.join(DEFINITIONS)}")
     m, rho, B, D = (np.asarray(one, dtype=np.float64) for one in (mass, air_density, width, depth))
-    if torsional:
-        if definition != "paper":
-            raise ValueError(f"the definition '{definition}' has no torsional form; 'paper' has one (Eq. 8)")
-        inertial: FloatArray = 4.0 * np.pi * m / (rho * B**3 * D)
-        return inertial
+    if torsional and definition != "paper":
+        raise ValueError(f"the definition '{definition}' has no torsional form; 'paper' has one (Eq. 8)")
+    if definition == "paper":
+        area = (B**3 if torsional else B) * D
+        paper: FloatArray = 4.0 * np.pi * m / (rho * area)
+        return paper
     m_star = 4.0 * m / (np.pi * rho * D**2)
     if definition == "skop-griffin":
         if strouhal is None or not strouhal > 0:
             raise ValueError("the Skop-Griffin parameter needs a Strouhal number > 0")
         griffin: FloatArray = 2.0 * np.pi**3 * strouhal**2 * m_star
         return griffin
-    constants: dict[str, FloatArray | float] = {
-        "paper": np.pi**2 * D / B,
+    constants = {
         "scruton": np.pi / 2.0,
         "stability": np.pi**2,
         "mass-damping": 1.0,

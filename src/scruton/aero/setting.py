@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from scruton.aero.scruton_number import factor
 from scruton.campaign.schema import FloatArray, Motion
 
 
@@ -79,6 +80,16 @@ class Setting:
         return _f(self.width) / _f(self.depth)
 
     @property
+    def beta(self) -> FloatArray:
+        """B/D for torsion, 1 for heaving: the factor of Y1 in the averaged equation (Eq. 10 and its twin)."""
+        return self.side_ratio if self.torsional else np.asarray(1.0)
+
+    @property
+    def scruton_side(self) -> FloatArray:
+        """Factor of K0 Sc in Eqs. (11) to (21): B/D for heaving; 1 for torsion, whose Sc is made with B^3 D."""
+        return np.asarray(1.0) if self.torsional else self.side_ratio
+
+    @property
     def mass_ratio(self) -> FloatArray:
         """m_r = rho D^2/m; for torsion mu_r = rho B^2 D^2/J_m."""
         lengths = np.square(_f(self.depth))
@@ -89,9 +100,14 @@ class Setting:
     @property
     def mass_damping_factor(self) -> FloatArray:
         """Scruton number per unit of damping ratio: 4 pi m/(rho B D), or 4 pi J_m/(rho B^3 D) (Eqs. 7 and 8)."""
-        power = 3 if self.torsional else 1
-        area = _f(self.width) ** power * _f(self.depth)
-        return 4.0 * np.pi * _f(self.mass) / (_f(self.air_density) * area)
+        return factor(
+            "paper",
+            mass=self.mass,
+            air_density=self.air_density,
+            width=self.width,
+            depth=self.depth,
+            torsional=self.torsional,
+        )
 
     @property
     def scruton_number(self) -> FloatArray:
