@@ -8,17 +8,19 @@ from scruton.griffin.bands import (
     trial_griffin_band,
     trial_griffin_draws,
 )
-from scruton.griffin.predict import Prediction, cross_predictions, predict, predictive_draws
+from scruton.griffin.predict import Prediction, SharedCurve, predict, predictive_draws, shared_curve, single_draws
 
 __all__ = [
     "GriffinBand",
     "Prediction",
+    "SharedCurve",
     "band",
-    "cross_predictions",
     "griffin_band",
     "griffin_draws",
     "predict",
     "predictive_draws",
+    "shared_curve",
+    "single_draws",
     "trial_griffin_band",
     "trial_griffin_draws",
 ]

@@ -11,7 +11,7 @@ from scruton.aero.laws import amplitude_ratio, extrapolation_index
 from scruton.campaign.schema import FloatArray
 from scruton.envelope.damping import aerodynamic_damping, griffin_curve, total_damping
 from scruton.errors import InputError
-from scruton.griffin.posterior import draws_of, law_of, mass_damping_draws, peak_names, unit_of
+from scruton.griffin.posterior import draws_of, exponent_draws, mass_damping_draws, peak_names, unit_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -122,7 +122,7 @@ def griffin_draws(
     """
     grid = np.asarray(scruton_numbers, dtype=float)
     name = peak_names(tree)[0] if test is None else test
-    n = law_of(tree) if law_n is None else law_n
+    n = exponent_draws(tree, name)[:, None] if law_n is None else law_n
     a_star = draws_of(tree, "a_star", name)
     draws = a_star[:, None] * amplitude_ratio(index_draws(tree, grid, name), n)
     return draws, draws.shape[1]

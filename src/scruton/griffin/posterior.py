@@ -45,9 +45,11 @@ def motion_of(tree: "xr.DataTree") -> Motion:
     return Motion(str(tree["constant_data"]["motion"].to_numpy()))
 
 
-def law_of(tree: "xr.DataTree") -> float:
-    """Exponent n of the law that was fitted."""
-    return float(tree["constant_data"]["law_n"])
+def exponent_draws(tree: "xr.DataTree", test: str) -> FloatArray:
+    """Draws of the exponent n that a test's posterior was sampled under, (S,): the reference law's unless it is free."""
+    if "law_exponent" in tree["posterior"]:
+        return draws_of(tree, "law_exponent", test)
+    return np.full(draws_of(tree, "a_star", test).shape, float(tree["constant_data"]["law_n"]))
 
 
 def unit_of(tree: "xr.DataTree") -> str:

@@ -1,4 +1,4 @@
-"""Predictive stable amplitude at a design Scruton number."""
+"""Predictive stable amplitude at a design Scruton number, laws weighed, with the discrepancy between settings."""
 
 import zlib
 from collections.abc import Mapping, Sequence
@@ -9,11 +9,12 @@ import numpy as np
 
 from scruton.campaign.schema import FloatArray, Quantity
 from scruton.errors import InputError
-from scruton.griffin.bands import INTERVALS, X_TRUSTED, griffin_draws, index_draws, quantiles
+from scruton.aero.laws import amplitude_ratio
+from scruton.griffin.bands import INTERVALS, X_TRUSTED, index_draws, quantiles
 from scruton.griffin.posterior import (
     chosen_rig,
     draws_of,
-    law_of,
+    exponent_draws,
     peak_names,
     rig_mass_damping_draws,
     test_names,
@@ -36,16 +37,14 @@ class Prediction:
         "A/D" or "rad".
     draws : (S,) array
         Predictive draws: zero where vibration dies, inf where no amplitude is stable.
-    law_n : float
-        Exponent of the law.
+    laws : mapping
+        Weight of each law that the draws come from, by its label ("n=-1").
     rig : str
         Whose mass and air link Sc and damping ratio.
     extrapolation_indices : mapping
-        Median x = (Sc' - Sc)/Sc_lambda from each test used.
-    weights : mapping
-        Weight of each test used.
+        Median x = (Sc' - Sc)/Sc_lambda from each peak test.
     discrepancy_sd : float
-        Standard deviation of ln(amplitude) between settings.
+        Median of tau, the standard deviation of ln(amplitude) of one setting about the shared curve.
     flags : tuple of str
         What the reader must know before trusting the numbers.
     """
@@ -54,10 +53,9 @@ class Prediction:
     damping_ratio: float
     unit: str
     draws: FloatArray
-    law_n: float
+    laws: Mapping[str, float]
     rig: str
     extrapolation_indices: Mapping[str, float]
-    weights: Mapping[str, float]
     discrepancy_sd: float
     flags: tuple[str, ...]
 
@@ -112,12 +110,11 @@ class Prediction:
                 "interval": {f"{p:.2f}": [_number(one) for one in self.interval(p)] for p in INTERVALS},
             },
             "rig": self.rig,
-            "law_n": self.law_n,
+            "laws": dict(self.laws),
             "extrapolation_index": _number(self.extrapolation_index),
             "discrepancy_sd": self.discrepancy_sd,
             "probability_no_vibration": self.dies,
             "fraction_unbounded": self.unbounded,
-            "weights": dict(self.weights),
             "flags": list(self.flags),
         }
 
@@ -129,9 +126,7 @@ def predict(
     damping_ratio: float | Quantity | None = None,
     rig: str | None = None,
     law_n: float | None = None,
-    discrepancy_sd: float,
     seed: int = 0,
-    tests: Sequence[str] | None = None,
 ) -> Prediction:
     """Predict the stable amplitude at a design Scruton number, or at a design damping ratio.
 
@@ -146,14 +141,11 @@ def predict(
     rig : str, optional
         Whose mass and air turn a damping ratio into Sc and back; the first rig in wind if left out.
     law_n : float, optional
-        Exponent of the law that carries the tests to the design; the fitted one if left out.
-    discrepancy_sd : float
-        Standard deviation sigma_d of ln(amplitude) between a test's prediction and another setting's measurement.
+        Predict under this law alone. One that was not fitted carries the reference law's curve from the reference
+        Scruton number.
     seed : int
-        Seed of the discrepancy and of an uncertain design damping ratio; predictions of one seed share them, so that
-        differences between designs are not noise.
-    tests : sequence of str, optional
-        Predict from these tests instead of all peak tests.
+        Seed of the new setting's discrepancy, of the choice between laws and of an uncertain design damping ratio;
+        predictions of one seed share them, so that differences between designs are not noise.
 
     Raises
     ------
@@ -162,13 +154,7 @@ def predict(
 
     Notes
     -----
-    The peak tests share one Griffin curve. Each test lies off it by a factor exp(sigma_d/sqrt(2) z_j), and so does the
-    new setting, so that one test misses another setting by sigma_d in all. With J equally informative tests
-
-        var ln A' = sigma_d^2/(2 J) + sigma_d^2/2,
-
-    and posterior uncertainty v_j of ln A'_j on top: the tests are weighed by 1/(v_j + sigma_d^2/2). Where some tests
-    say that vibration dies (or that no amplitude is stable), as many draws die as these tests have weight.
+    The new setting lies off the curve that the peak tests share by a factor exp(tau z), as they do.
     """
     if not test_names(tree):
         raise InputError("posterior", "", "no test in wind", "a fit of at least one test: still air says nothing of it")
@@ -176,10 +162,7 @@ def predict(
         raise InputError("prediction", "", "no design or two", "either scruton_number or damping_ratio")
     if seed < 0:
         raise InputError("prediction", "seed", str(seed), "a whole number, zero or more")
-    if not discrepancy_sd >= 0.0:
-        raise InputError("prediction", "discrepancy_sd", repr(discrepancy_sd), "a number, zero or more")
     name = chosen_rig(tree, rig)
-    n = law_of(tree) if law_n is None else float(law_n)
     factor = rig_mass_damping_draws(tree, name)
     if scruton_number is not None:
         if not np.isfinite(scruton_number):
@@ -192,14 +175,76 @@ def predict(
         # a stream of its own: the discrepancy of a design is the same however its damping is stated
         xi_draws = _damping_draws(design, len(factor), _stream(seed, "design damping"))
         sc, xi = xi_draws * factor, float(np.median(xi_draws))
-    tests = peak_names(tree) if tests is None else tuple(tests)
-    draws, weights = predictive_draws(tree, sc[:, None], law_n=n, discrepancy_sd=discrepancy_sd, seed=seed, tests=tests)
-    indices = {test: float(np.median(index_draws(tree, sc[:, None], test))) for test in tests}
+    curve = shared_curve(tree, law_n=law_n, seed=seed)
+    draws = predictive_draws(tree, sc[:, None], law_n=law_n, seed=seed)[:, 0]
+    indices = {test: float(np.median(index_draws(tree, sc[:, None], test))) for test in peak_names(tree)}
     found = Prediction(
-        float(np.median(sc)), xi, unit_of(tree), draws[:, 0], n, name, indices,
-        dict(zip(tests, map(float, weights[:, 0]), strict=True)), discrepancy_sd, (),
+        float(np.median(sc)), xi, unit_of(tree), draws, curve.laws, name, indices,
+        float(np.median(curve.discrepancy)), (),
     )  # fmt: skip
     return Prediction(**(vars(found) | {"flags": _flags(found)}))
+
+
+@dataclass(frozen=True, eq=False)
+class SharedCurve:
+    """Draws of the Griffin curve that the peak tests share, laws mixed by their weights; (S,) arrays.
+
+    `amplitude` and `relaxation` are A and Sc_lambda at the Scruton number `reference`; `discrepancy` is tau.
+    """
+
+    reference: float
+    amplitude: FloatArray
+    relaxation: FloatArray
+    n: FloatArray
+    discrepancy: FloatArray
+    laws: Mapping[str, float]
+
+    def at(self, scruton_numbers: FloatArray) -> FloatArray:
+        """Stable amplitude on the curve, (S, n_sc), at (n_sc,) or (S, n_sc) Scruton numbers."""
+        x = (np.atleast_1d(scruton_numbers) - self.reference) / self.relaxation[:, None]
+        amplitude: FloatArray = self.amplitude[:, None] * amplitude_ratio(x, self.n[:, None])
+        return amplitude
+
+
+def shared_curve(tree: "xr.DataTree", *, law_n: float | None = None, seed: int = 0) -> SharedCurve:
+    """Draws of the shared curve: each draw from one law, as many of each law as it has weight.
+
+    Raises
+    ------
+    InputError
+        If the tree holds no campaign posterior.
+    """
+    if "campaign_posterior" not in tree:
+        raise InputError("posterior", "", "no campaign posterior", "a fit of at least one test in wind")
+    group = tree["campaign_posterior"]
+    labels = [str(one) for one in group["law"].to_numpy()]
+    weights = tree["laws"]["weight"].sel(law=labels).to_numpy()
+
+    def draws(name: str) -> FloatArray:
+        return np.asarray(group[name].to_numpy(), dtype=float).reshape(len(labels), -1)
+
+    exponents = draws("n")
+    override = None
+    if law_n is not None:
+        fitted = [k for k in range(len(labels)) if np.all(exponents[k] == law_n)]
+        weights = np.zeros(len(labels))
+        weights[fitted[0] if fitted else 0] = 1.0
+        override = float(law_n)
+    size = exponents.shape[1]
+    # Systematic allocation: as many draws of a law as its weight says, to one; scattered, since chains are ordered.
+    rng = _stream(seed, "laws")
+    place = np.searchsorted(np.cumsum(weights / weights.sum()), (np.arange(size) + rng.random()) / size)
+    choice = rng.permutation(np.minimum(place, len(labels) - 1)), np.arange(size)
+    n = exponents[choice] if override is None else np.full(size, override)
+    counts = {label: float(weight) for label, weight in zip(labels, weights / weights.sum(), strict=True) if weight}
+    return SharedCurve(
+        float(group.attrs["reference_scruton_number"]),
+        draws("reference_amplitude")[choice],
+        draws("reference_relaxation")[choice],
+        n,
+        draws("discrepancy_amplitude")[choice],
+        counts if override is None else {f"n={override:g}": 1.0},
+    )
 
 
 def predictive_draws(
@@ -207,88 +252,58 @@ def predictive_draws(
     scruton_numbers: FloatArray | Sequence[float],
     *,
     law_n: float | None = None,
-    discrepancy_sd: float,
     seed: int = 0,
-    tests: Sequence[str] | None = None,
-) -> tuple[FloatArray, FloatArray]:
-    """Predictive stable amplitudes from all peak tests together, with the discrepancy between settings.
+) -> FloatArray:
+    """Predictive stable amplitudes of a new setting, from all peak tests together.
 
     Parameters
     ----------
     tree : xarray.DataTree
     scruton_numbers : (n_sc,) array, or (S, n_sc) where the design is uncertain
-    law_n, discrepancy_sd, seed, tests
+    law_n, seed
         As of `predict`.
 
     Returns
     -------
-    draws : (S, n_sc) array
-        Amplitudes; the columns share their discrepancies, so each row is one whole Griffin curve.
-    weights : (J, n_sc) array
-        Weight of each peak test.
+    (S, n_sc) array
+        Amplitudes: zero where vibration dies, inf where no amplitude is stable. The columns share their discrepancy,
+        so each row is one whole Griffin curve.
     """
-    grid = np.asarray(scruton_numbers, dtype=float)
-    used = peak_names(tree) if tests is None else tests
-    single = np.stack([griffin_draws(tree, grid, test, law_n=law_n)[0] for test in used])
-    return pool(single, discrepancy_sd, _stream(seed, "discrepancy"))
+    curve = shared_curve(tree, law_n=law_n, seed=seed)
+    z = _stream(seed, "discrepancy").standard_normal(len(curve.n))
+    draws: FloatArray = curve.at(np.asarray(scruton_numbers, dtype=float)) * np.exp(curve.discrepancy * z)[:, None]
+    return draws
 
 
-def cross_predictions(tree: "xr.DataTree", *, discrepancy_sd: float, seed: int = 0) -> dict[str, Prediction]:
-    """Predict every peak test at its own median Scruton number from the other peak tests alone.
+def single_draws(
+    tree: "xr.DataTree", scruton_numbers: FloatArray | Sequence[float], test: str, *, seed: int = 0
+) -> FloatArray:
+    """Predictive stable amplitudes of a new setting from one test's own posterior under the reference law.
 
-    Returns
-    -------
-    dict of str to Prediction
-        By test; empty where there are fewer than two peak tests. What a test itself found, or what was measured,
-        should lie in the 90 % interval nine times in ten: if it does not, `discrepancy_sd` is too small.
+    The campaign model with that test alone: its amplitude and its strength of the wind G = Sc_lambda + n Sc each lie
+    off the shared curve by their discrepancy, and the new setting's amplitude again.  Arguments and result as of
+    `predictive_draws`.
     """
-    peaks = peak_names(tree)
-    return {
-        test: predict(
-            tree,
-            scruton_number=float(np.median(draws_of(tree, "scruton_number", test))),
-            discrepancy_sd=discrepancy_sd,
-            seed=seed,
-            tests=[other for other in peaks if other != test],
-        )
-        for test in peaks
-        if len(peaks) > 1
-    }
-
-
-def pool(single: FloatArray, discrepancy_sd: float, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """Pool the predictions (J, S, n) of J tests into predictive draws (S, n) and weights (J, n); see `predict`."""
-    count, size, width = single.shape
-    each = discrepancy_sd / np.sqrt(2.0)
-    z: FloatArray = rng.standard_normal((count + 1, size))
-    u = np.asarray(rng.random(size), dtype=np.float64)
-    alive = np.isfinite(single) & (single > 0.0)
-    log = np.log(np.where(alive, single, 1.0))
-    weights = _weights(log, alive, each)
-    # (J, S, n): the weight that a test has among those that give this draw an amplitude
-    share = weights[:, None, :] * alive
-    total = share.sum(axis=0)
-    shifted = (log + each * z[:count, :, None]) * share
-    with np.errstate(divide="ignore", invalid="ignore"):
-        amplitude = np.exp(shifted.sum(axis=0) / total + each * z[count, :, None])
-    dead, unbounded = ((weights[:, None, :] * where).sum(axis=0) for where in (single == 0.0, np.isinf(single)))
-    vote = np.broadcast_to(u[:, None], (size, width))
-    found = np.select([vote < dead, vote < dead + unbounded, total <= 0.0], [0.0, np.inf, 0.0], amplitude)
-    return np.asarray(found), weights
+    group = tree["campaign_posterior"]
+    tau, kappa = (
+        np.asarray(group[name].isel(law=0).to_numpy(), dtype=float).reshape(-1)
+        for name in ("discrepancy_amplitude", "discrepancy_relaxation")
+    )
+    n = exponent_draws(tree, test)
+    own, relaxation = (draws_of(tree, name, test) for name in ("scruton_number", "relaxation_scruton_number"))
+    z = _stream(seed, "single test").standard_normal((3, len(own)))
+    strength = (relaxation + n * own) * np.exp(-kappa * z[0])
+    shared = strength - n * own
+    x = (np.atleast_1d(np.asarray(scruton_numbers, dtype=float)) - own[:, None]) / shared[:, None]
+    # For n > 0 the wind may be too weak for a vibration at the tested setting: such a draw says that it dies beyond.
+    ratio = np.where(shared[:, None] > 0.0, amplitude_ratio(x, n[:, None]), np.where(x < 0.0, 0.0, np.inf))
+    draws: FloatArray = draws_of(tree, "a_star", test)[:, None] * ratio * np.exp(tau * (z[1] - z[2]))[:, None]
+    return draws
 
 
 def _stream(seed: int, purpose: str) -> np.random.Generator:
     """Random numbers of their own for each purpose, which nothing else that starts from the same seed shares."""
     return np.random.default_rng([seed, zlib.crc32(f"griffin: {purpose}".encode())])
-
-
-def _weights(log: FloatArray, alive: np.ndarray, each: float) -> FloatArray:
-    """Precision weights of the tests at every Scruton number, (J, n), that sum to one."""
-    number = np.maximum(alive.sum(axis=1), 1)
-    mean = (log * alive).sum(axis=1) / number
-    variance = (((log - mean[:, None, :]) * alive) ** 2).sum(axis=1) / number
-    precision = 1.0 / np.maximum(variance + each**2, 1e-12)
-    return np.asarray(precision / precision.sum(axis=0))
 
 
 def _damping_draws(design: Quantity, size: int, rng: np.random.Generator) -> FloatArray:
@@ -311,7 +326,8 @@ def _flags(one: Prediction) -> tuple[str, ...]:
     if abs(one.extrapolation_index) > X_TRUSTED:
         flags.append(
             f"{place}: extrapolation index x = {one.extrapolation_index:.2f} from the nearest test; beyond "
-            f"|x| = {X_TRUSTED:g} laws of aerodynamic damping part, and the interval holds under n = {one.law_n:g} only"
+            f"|x| = {X_TRUSTED:g} laws of aerodynamic damping part, and the interval is that of the laws used: "
+            + ", ".join(f"{law} ({weight:.0%})" for law, weight in one.laws.items() if weight > 0.005)
         )
     if one.scruton_number < 0.0:
         flags.append(f"{place}: a negative Scruton number has no physical meaning; it shows the trend only")

@@ -26,11 +26,17 @@ PRIOR_NAMES = (
     "trial_rate_gap",
     "trial_residual",
     "trial_residual_rate",
+    "discrepancy_amplitude",
+    "discrepancy_relaxation",
+    "speed_scale_amplitude",
+    "speed_scale_relaxation",
+    "speed_length",
 )
-
+EXPONENT = "law_exponent"  # has a prior where the law is free, and only then
+AVERAGING = ("evidence", "stacking")
 
 # Parameters that may have either sign.
-SIGNED = ("trial_amplitude", "trial_slow_rate")
+SIGNED = ("trial_amplitude", "trial_slow_rate", EXPONENT)
 
 
 @dataclass(frozen=True)
@@ -55,16 +61,19 @@ class ModelCard:
     Attributes
     ----------
     name, title : str
-    law_n : float
-        Exponent of the n-family; -1 is the paper's law.
+    laws : tuple of float
+        Exponents of the n-family that are weighed against each other, the reference law first; -1 is the paper's.
+        Empty where n is free.
+    law_weights : tuple of float
+        Their prior probabilities.
+    averaging : {"evidence", "stacking"}
+        What weighs them.
     priors : mapping
         By parameter, or "parameter.motion" where heaving and torsional differ.
     initial_amplitude_sd : float
         Normal prior of each record's initial amplitude, A/D or rad.
     damping_relative_sd : float
         Relative uncertainty of a damping ratio that the laboratory states without any.
-    discrepancy_sd : float
-        Standard deviation of ln(amplitude) between a prediction from one setting and another setting.
     sampler : SamplerSettings
     reasons : mapping
         Why, for what is not a prior.
@@ -74,11 +83,12 @@ class ModelCard:
 
     name: str
     title: str
-    law_n: float
+    laws: tuple[float, ...]
+    law_weights: tuple[float, ...]
+    averaging: str
     priors: Mapping[str, Prior]
     initial_amplitude_sd: float
     damping_relative_sd: float
-    discrepancy_sd: float
     sampler: SamplerSettings
     reasons: Mapping[str, str]
     text: str
@@ -86,6 +96,16 @@ class ModelCard:
     def prior(self, name: str, motion: Motion) -> Prior:
         """Return the prior of a parameter, for this motion."""
         return self.priors.get(name) or self.priors[f"{name}.{motion.value}"]
+
+    @property
+    def law_n(self) -> float | None:
+        """Exponent of the reference law; None where n is free."""
+        return self.laws[0] if self.laws else None
+
+    @property
+    def exponent(self) -> Prior | None:
+        """Prior of n where it is free."""
+        return None if self.laws else self.priors[EXPONENT]
 
     @property
     def sha256(self) -> str:
@@ -113,14 +133,36 @@ def load_card(name_or_path: str | Path = "default") -> ModelCard:
     path = shipped.get(str(name_or_path), Path(name_or_path))
     if not path.is_file():
         raise InputError(path, "", "no such model card", f"the path of a card, or one of: {', '.join(shipped)}")
+    table, text = _read(path, shipped, ())
+    return _Reader(path).card(table, text)
+
+
+def _read(path: Path, shipped: Mapping[str, Path], seen: tuple[Path, ...]) -> tuple[dict[str, Any], str]:
+    """Table and text of a card; of one that extends another, both texts and the tables merged."""
     try:
         text = path.read_text(encoding="utf-8")
         table = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, OSError) as error:
         raise InputError(
             path, "", f"no valid TOML ({error})", "a model card such as the shipped default.toml"
         ) from error
-    return _Reader(path).card(table, text)
+    if "extends" not in table:
+        return table, text
+    name = str(table.pop("extends"))
+    base = shipped.get(name, path.parent / name)
+    if not base.is_file() or base in (*seen, path):
+        raise InputError(path, "extends", repr(name), f"another card's path, or one of: {', '.join(shipped)}")
+    below, base_text = _read(base, shipped, (*seen, path))
+    return _merge(below, table), f"{base_text}\n# ---- extended by {path.name}\n{text}"
+
+
+def _merge(base: dict[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of `over` where it has any; a prior that names its family replaces the other whole."""
+    found = dict(base)
+    for key, value in over.items():
+        whole = not isinstance(value, dict) or not isinstance(found.get(key), dict) or "family" in value
+        found[key] = value if whole else _merge(found[key], value)
+    return found
 
 
 class _Reader:
@@ -138,7 +180,6 @@ class _Reader:
             "priors",
             "likelihood",
             "structural_damping",
-            "discrepancy",
             "sampler",
         )
         self.known("", table, sections)
@@ -148,24 +189,47 @@ class _Reader:
         if likelihood.get("kind") != "state-space":
             raise InputError(self.path, "likelihood.kind", repr(likelihood.get("kind")), 'kind = "state-space"')
         damping = self.table(table, "structural_damping", ("relative_sd", "reason"))
-        discrepancy = self.table(table, "discrepancy", ("sd", "reason"))
-        law = self.table(table, "law", ("n", "reason"))
-        n = self.number("law", law, "n", low=-2.0, high=12.0)
+        laws, weights, averaging = self.law(self.table(table, "law", ("n", "prior_weights", "averaging", "reason")))
+        names = PRIOR_NAMES if laws else (*PRIOR_NAMES, EXPONENT)
         return ModelCard(
             name=str(table.get("name", self.path.stem)),
             title=str(table.get("title", "")),
-            law_n=n,
-            priors=self.priors(self.table(table, "priors", PRIOR_NAMES)),
+            laws=laws,
+            law_weights=weights,
+            averaging=averaging,
+            priors=self.priors(self.table(table, "priors", (*PRIOR_NAMES, EXPONENT)), names),
             initial_amplitude_sd=self.number("likelihood", likelihood, "initial_amplitude_sd", low=1e-6),
             damping_relative_sd=self.number("structural_damping", damping, "relative_sd", low=1e-6, high=2.0),
-            discrepancy_sd=self.number("discrepancy", discrepancy, "sd", low=0.0, high=3.0),
             sampler=self.sampler(self.table(table, "sampler", tuple(f.name for f in fields(SamplerSettings)))),
             reasons={
+                "law": str(table["law"].get("reason", "")),
                 "structural_damping": str(damping.get("reason", "")),
-                "discrepancy": str(discrepancy.get("reason", "")),
             },
             text=text,
         )
+
+    def law(self, table: Mapping[str, Any]) -> tuple[tuple[float, ...], tuple[float, ...], str]:
+        """Exponents, prior weights and averaging; no exponents where n is free."""
+        averaging = table.get("averaging", AVERAGING[0])
+        if averaging not in AVERAGING:
+            raise InputError(self.path, "law.averaging", repr(averaging), f"one of: {', '.join(AVERAGING)}")
+        n = table.get("n")
+        if n == "free":
+            return (), (), str(averaging)
+        several = n if isinstance(n, list) and n else [n]
+        wanted = 'a number from -2 to 12, a list of such numbers, or "free"'
+        for one in several:
+            if isinstance(one, bool) or not isinstance(one, int | float) or not -2.0 <= one <= 12.0:
+                raise InputError(self.path, "law.n", repr(n), wanted)
+        if len(set(several)) < len(several):
+            raise InputError(self.path, "law.n", repr(n), "every law once")
+        weights = table.get("prior_weights", [1.0 / len(several)] * len(several))
+        good = isinstance(weights, list) and len(weights) == len(several)
+        good = good and all(isinstance(w, int | float) and not isinstance(w, bool) and w > 0 for w in weights)
+        if not good:
+            raise InputError(self.path, "law.prior_weights", repr(weights), f"{len(several)} positive numbers")
+        total = float(sum(weights))
+        return tuple(map(float, several)), tuple(float(w) / total for w in weights), str(averaging)
 
     def known(self, field: str, table: Mapping[str, Any], names: tuple[str, ...]) -> None:
         for key in table:
@@ -194,9 +258,9 @@ class _Reader:
             raise InputError(self.path, f"{field}.{key}", repr(value), f"a number from {low:g} to {high:g}")
         return float(value)
 
-    def priors(self, table: Mapping[str, Any]) -> dict[str, Prior]:
+    def priors(self, table: Mapping[str, Any], names: tuple[str, ...]) -> dict[str, Prior]:
         found: dict[str, Prior] = {}
-        for name in PRIOR_NAMES:
+        for name in names:
             entry = table.get(name)
             if not isinstance(entry, dict):
                 raise InputError(self.path, f"priors.{name}", repr(entry), f"a table [priors.{name}]")
@@ -212,7 +276,7 @@ class _Reader:
 
     def prior(self, name: str, field: str, entry: Mapping[str, Any]) -> Prior:
         family = entry.get("family")
-        # What must be positive is sampled by its logarithm; only two parameters may have either sign.
+        # What must be positive is sampled by its logarithm; only a few parameters may have either sign.
         allowed = [one for one, (_, logarithmic) in FAMILIES.items() if logarithmic == (name not in SIGNED)]
         if family not in allowed:
             raise InputError(self.path, f"{field}.family", repr(family), f"one of: {', '.join(allowed)}")

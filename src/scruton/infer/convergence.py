@@ -13,6 +13,7 @@ PATIENCE = 100  # steps
 # Autocorrelation times that a run must span, unless it is as long as PATIENCE.  A run that has not yet left its start
 # looks converged, ensemble for ensemble; but its autocorrelation time then grows with its length.
 SPAN = 6.0
+MOST = 64  # draws a walker that the diagnostics look at; of a longer run evenly thinned ones, which say as much
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +80,8 @@ def judge(
     from arviz_stats.base import array_stats
 
     chains, draws, _ = chain.shape
+    thin = -(-draws // MOST)
+    chain, log_prob = chain[:, ::thin], log_prob[:, ::thin]
     ids = np.repeat(np.arange(ensembles), chains // ensembles)
     axes = {"chain_axis": 0, "draw_axis": 1}
     bulk = np.atleast_1d(array_stats.ess(chain, method="bulk", **axes))
@@ -88,7 +91,7 @@ def judge(
     stuck = int((mean < np.median(mean) - STUCK).sum() + (mean > np.median(mean) + STUCK).sum())
     # In a short run an honest walker may reject every proposal; in a long one it may not.
     frozen = (np.ptp(chain, axis=1).max(axis=1) == 0.0) & (draws >= PATIENCE)
-    tau = chains * draws / bulk
+    tau = chains * draws / bulk  # in steps, whatever the thinning
     good = (
         bool(np.isfinite(rhat).all() and np.isfinite(bulk).all() and np.isfinite(tail).all())
         and bool((rhat < settings.max_rhat).all())

@@ -18,6 +18,7 @@ from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
 from scruton.infer.flags import damping_varies, unconstrained, varying_damping
 from scruton.infer.likelihood import EnvelopeData
+from scruton.infer.peaks import fit_peaks, stack
 from scruton.infer.models import SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
 from scruton.infer.priors import Prior, check_support
 from scruton.infer.results import Fit, RigResult, TestResult, TrialResult
@@ -47,6 +48,7 @@ def fit_campaign(
     report: Report | None = None,
     command: str = "",
     only: tuple[str, ...] = (),
+    thorough: bool = True,
 ) -> Fit:
     """Sample every posterior of a campaign.
 
@@ -65,6 +67,9 @@ def fit_campaign(
         What the user asked for, for the provenance.
     only : tuple of str
         Names of the tests that the campaign was restricted to, for the provenance.
+    thorough : bool
+        False leaves out all that predictions of stable amplitudes do not need (trial functions, free runs, stacking,
+        other wind speeds), for studies that fit many campaigns.
 
     Raises
     ------
@@ -86,23 +91,22 @@ def fit_campaign(
     ringdowns = {rig.name: ring_down([cycles[r.name] for r in rig.records]) for rig in campaign.rigs if rig.records}
     rigs = {rig.name: fit_rig(campaign, rig, cycles, ringdowns.get(rig.name), sampling) for rig in campaign.rigs}
     tests = [fit_test(campaign, test, rigs[test.rig], cycles, sampling) for test in campaign.tests if test.records]
-    sampling.flags += [*varying_damping(campaign, ringdowns), *unconstrained(tests)]
-    fronts = {
-        record.name: deterministic(result, record, ringdowns.get(result.rig.name))
-        for result in tests
-        for record in result.test.records
-        if record.kind in TRANSIENTS
-    }
-    trials = [
-        fit_trial(campaign, result, record, cycles[record.name], sampling)
-        for result in tests
-        for record in result.test.records
-        if record.kind in TRANSIENTS
+    names = {one.name for one in peak_tests(campaign, {t.test.name: float(np.median(t.derived["a_star"])) for t in tests})}
+    peaks = [one for one in tests if one.test.name in names]
+    joint = fit_peaks(campaign, peaks, sampling) if peaks else None
+    if joint and (thorough or card.averaging == "stacking"):
+        joint = stack(joint, sampling)
+    sampling.flags += [*varying_damping(campaign, ringdowns), *unconstrained(tests), *([joint.weights.flag] if joint and joint.weights.flag else [])]
+    transients = [
+        (result, record) for result in tests for record in result.test.records if record.kind in TRANSIENTS and thorough
     ]
-    peaks = peak_tests(campaign, {one.test.name: float(np.median(one.derived["a_star"])) for one in tests})
+    fronts = {
+        record.name: deterministic(result, record, ringdowns.get(result.rig.name)) for result, record in transients
+    }
+    trials = [fit_trial(campaign, result, record, cycles[record.name], sampling) for result, record in transients]
     fit = assemble(
-        campaign, card, rigs, tests, trials, cycles, ringdowns, fronts, sampling,
-        peaks=tuple(one.name for one in peaks), command=command, only=only,
+        campaign, card, rigs, tests, joint, trials, cycles, ringdowns, fronts, sampling,
+        command=command, only=only, thorough=thorough,
     )  # fmt: skip
     if checkpoints is not None and checkpoints.is_dir():
         shutil.rmtree(checkpoints)
@@ -176,8 +180,9 @@ def fit_test(
         f"posterior of rig {rig.rig.name}",
     )  # fmt: skip
     names = ("stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor")
+    exponent = (card.exponent,) if card.exponent else ()
     posterior = WindPosterior(
-        (*(card.prior(one, motion) for one in names), damping), data, steady,
+        (*(card.prior(one, motion) for one in names), damping, *exponent), data, steady,
         2 * np.pi * rig.rig.frequency.mean, card.law_n, card.initial_amplitude_sd,
     )  # fmt: skip
     levels = np.array([[one.mean, one.standard_error] for one in steady])

@@ -72,6 +72,11 @@ class EnvelopeData:
             record=np.concatenate([np.full(one.time.size, name) for name, one in parts]),
         )
 
+    def without(self, record: str) -> "EnvelopeData":
+        """Leave one record out."""
+        keep = self.record != record
+        return EnvelopeData(**{name: value[keep] for name, value in vars(self).items()})
+
     @property
     def size(self) -> int:
         """Number of cycles."""
@@ -103,6 +108,22 @@ def _noise_moments(lam, dt):  # type: ignore[no-untyped-def]
     q_cross = one * one / (2.0 * lam * x)
     q_mean = (dt - 2.0 * one / lam + two / (2.0 * lam)) / (x * x)
     return q_end, q_cross, q_mean
+
+
+@njit(cache=True, inline="always")
+def _moments_along(slope, dt):  # type: ignore[no-untyped-def]
+    """`_noise_moments` for the local rate -ln(slope)/dt of a flow; logarithms cost more than a series near 1."""
+    x = 1.0 - slope
+    if abs(x) < 0.05:
+        x = x * (1.0 + x * (0.5 + x * (1.0 / 3.0 + x * (0.25 + x * (0.2 + x / 6.0)))))
+    else:
+        x = -np.log(max(slope, 1e-300))
+    if abs(x) < 0.06:
+        q_end = dt * (1.0 + x * (-1.0 + x * (2.0 / 3.0 + x * (-1.0 / 3.0 + x * (2.0 / 15.0 - x * 2.0 / 45.0)))))
+        q_cross = dt * (0.5 + x * (-0.5 + x * (7.0 / 24.0 + x * (-0.125 + x * (31.0 / 720.0 - x / 80.0)))))
+        q_mean = dt * (1.0 / 3.0 + x * (-0.25 + x * (7.0 / 60.0 + x * (-1.0 / 24.0 + x * (31.0 / 2520.0 - x / 320.0)))))
+        return q_end, q_cross, q_mean
+    return _noise_moments(x / dt, dt)
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
@@ -161,20 +182,28 @@ def _linear_filter(y, se, gap, period, a_star, lam, q, r, m0, p0, log_like):  # 
 
 
 @njit(cache=True, inline="always")
-def _flow(a, a_star, lam, n, dt):  # type: ignore[no-untyped-def]
-    """Closed form of the amplitude equation over dt, and its derivative in the starting amplitude."""
-    decay = np.exp(-lam * dt)
+def _flow(a, a_star, decay, n):  # type: ignore[no-untyped-def]
+    """Closed form of the amplitude equation over a time with exp(-lambda t) = `decay`, and its derivative in a."""
     if n == -1.0:
         return a_star + (a - a_star) * decay, decay
     a = max(a, 1e-6 * a_star)  # the other laws live on a > 0; the filtered mean may stray below
+    if n == 2.0:
+        end = a_star / np.sqrt(1.0 + ((a_star / a) ** 2 - 1.0) * decay)
+        ratio = end / a
+        return end, ratio * ratio * ratio * decay
+    if n == 1.0:
+        end = a_star / (1.0 + (a_star / a - 1.0) * decay)
+        ratio = end / a
+        return end, ratio * ratio * decay
+    deviation = np.log(a / a_star)
     if n == 0.0:
-        end = a_star * (a / a_star) ** decay
+        end = a_star * np.exp(deviation * decay)
         return end, end / a * decay
-    base = 1.0 + ((a_star / a) ** n - 1.0) * decay
-    if base <= 0.0:  # n < 0 and far below: the state has no real image; hold it at the floor
+    shape = np.expm1(-n * deviation) * decay
+    if shape <= -1.0:  # n < 0 and far below: the state has no real image; hold it at the floor
         return 1e-6 * a_star, decay
-    end = a_star * base ** (-1.0 / n)
-    return end, (end / a) ** (n + 1.0) * decay
+    log_end = -np.log1p(shape) / n
+    return a_star * np.exp(log_end), np.exp((n + 1.0) * (log_end - deviation)) * decay
 
 
 @njit(cache=True, inline="always")
@@ -193,9 +222,8 @@ def _noise_drift(a, p, q2, dt):  # type: ignore[no-untyped-def]
 @njit(cache=True, inline="always")
 def _advance(m, p, a_star, lam, q2, n, dt):  # type: ignore[no-untyped-def]
     """Mean and variance of the state after dt without observation (linearised unless n = -1)."""
-    end, slope = _flow(m, a_star, lam, n, dt)
-    local = -np.log(max(slope, 1e-300)) / dt
-    e, _, _ = _noise_moments(local, dt)
+    end, slope = _flow(m, a_star, np.exp(-lam * dt), n)
+    e, _, _ = _moments_along(slope, dt)
     if n != -1.0:
         end += _noise_drift(m, p, q2, dt) + _curvature(m, end, slope, n, p)
     return end, slope * slope * p + q2 * e
@@ -206,36 +234,40 @@ def _filter(y, se, gap, period, a_star, lam, q, r, n, m0, p0, innovation, varian
     """Innovations and their variances, (N, W), for any law: the plain form, one walker after another."""
     for w in range(a_star.size):
         m, p, q2 = m0, p0, q[w] * q[w]
+        dt, decay, decay_middle = -1.0, 1.0, 1.0
         for k in range(y.size):
             r2 = (r[w] * se[k]) ** 2
+            if period[k] != dt:
+                dt = period[k]
+                decay_middle = np.exp(-0.5 * lam[w] * dt)
+                decay = decay_middle * decay_middle
             if gap[k] < 0.0:
                 m, p = m0, p0
-                if n != -1.0:
+                if n[w] != -1.0:
                     # A diffuse state cannot be linearised: the first cycle fixes the state at its start.
                     innovation[k, w] = y[k] - m0
                     variance[k, w] = p0 + r2
                     gain = p0 / (p0 + r2)
                     m = m0 + gain * (y[k] - m0)
-                    m, p = _advance(m, gain * r2, a_star[w], lam[w], q2, n, 0.5 * period[k])
+                    m, p = _advance(m, gain * r2, a_star[w], lam[w], q2, n[w], 0.5 * dt)
                     continue
             elif gap[k] > 0.0:
-                m, p = _advance(m, p, a_star[w], lam[w], q2, n, gap[k])
-            dt = period[k]
-            end, phi = _flow(m, a_star[w], lam[w], n, dt)
-            if n == -1.0:
+                m, p = _advance(m, p, a_star[w], lam[w], q2, n[w], gap[k])
+            end, phi = _flow(m, a_star[w], decay, n[w])
+            if n[w] == -1.0:
                 weight = _mean_weight(lam[w], dt)
                 mean = a_star[w] + weight * (m - a_star[w])
                 e, c, z = _noise_moments(lam[w], dt)
             else:
                 # The mean over the cycle by Simpson's rule; curvature of the flow to second order.
-                middle, phi_middle = _flow(m, a_star[w], lam[w], n, 0.5 * dt)
+                middle, phi_middle = _flow(m, a_star[w], decay_middle, n[w])
                 drift = _noise_drift(m, p, q2, dt)
-                bend = _curvature(m, end, phi, n, p)
-                mean = (m + 4.0 * middle + end + 4.0 * _curvature(m, middle, phi_middle, n, p) + bend) / 6.0
+                bend = _curvature(m, end, phi, n[w], p)
+                mean = (m + 4.0 * middle + end + 4.0 * _curvature(m, middle, phi_middle, n[w], p) + bend) / 6.0
                 mean += 0.5 * drift
                 end += drift + bend
                 weight = (1.0 + 4.0 * phi_middle + phi) / 6.0
-                e, c, z = _noise_moments(-np.log(max(phi, 1e-300)) / dt, dt)
+                e, c, z = _moments_along(phi, dt)
             s = weight * weight * p + q2 * z + r2
             cross = phi * weight * p + q2 * c
             v = y[k] - mean
@@ -245,6 +277,164 @@ def _filter(y, se, gap, period, a_star, lam, q, r, n, m0, p0, innovation, varian
             variance[k, w] = s
 
 
+@njit(cache=True, inline="always")
+def _short_moments(x, dt):  # type: ignore[no-untyped-def]
+    """`_noise_moments` as series in x = lambda dt, to 1e-9 for abs(x) < 0.36: no branch, so that loops vectorise."""
+    y = -2.0 * x
+    g2 = 1.0 + y / 2 * (1.0 + y / 3 * (1.0 + y / 4 * (1.0 + y / 5 * (1.0 + y / 6 * (1.0 + y / 7 * (1.0 + y / 8))))))
+    g2 += y**8 / 362880.0 * (1.0 + y / 10 * (1.0 + y / 11))
+    x = -x
+    g = 1.0 + x / 2 * (1.0 + x / 3 * (1.0 + x / 4 * (1.0 + x / 5 * (1.0 + x / 6 * (1.0 + x / 7 * (1.0 + x / 8))))))
+    q_mean = 1.0 / 3.0 + x * (0.25 + x * (7.0 / 60.0 + x * (1.0 / 24.0 + x * (31.0 / 2520.0 + x * (1.0 / 320.0)))))
+    q_mean += x**6 * (127.0 / 181440.0 + x * (17.0 / 120960.0 + x * (73.0 / 2851200.0)))
+    return dt * g2, dt * 0.5 * g * g, dt * q_mean
+
+
+@njit(cache=True, inline="always")
+def _near_one(u):  # type: ignore[no-untyped-def]
+    """-ln(1 - u) to 1e-8 for abs(u) < 0.3, without a branch."""
+    u = u / (2.0 - u)
+    v = u * u
+    return 2.0 * u * (1.0 + v * (1.0 / 3.0 + v * (0.2 + v * (1.0 / 7.0 + v * (1.0 / 9.0)))))
+
+
+@njit(cache=True, inline="always")
+def _near_zero(u):  # type: ignore[no-untyped-def]
+    """exp(u) to 1e-10 for abs(u) < 0.5, without a branch."""
+    u *= 0.25
+    e = 1.0 + u * (1.0 + u / 2 * (1.0 + u / 3 * (1.0 + u / 4 * (1.0 + u / 5 * (1.0 + u / 6 * (1.0 + u / 7))))))
+    e *= e
+    return e * e
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def _curved_filter(y, se, gap, period, a_star, lam, q, r, n, m0, p0, log_like):  # type: ignore[no-untyped-def]
+    """Log likelihood for one law n != -1: `_filter` with all walkers in the inner loops, which vectorise."""
+    size = a_star.size
+    inverse_star = 1.0 / a_star
+    q2 = q * q
+    r2 = r * r
+    m, p, decay, decay_middle = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    power, ratio, ratio_middle = np.empty(size), np.empty(size), np.empty(size)
+    level = np.zeros(size)  # ln(m/a*), kept up to date for n = 0
+    stale = True
+    back, back_middle, x = np.empty(size), np.empty(size), np.empty(size)
+    q_end, q_cross, q_mean = np.empty(size), np.empty(size), np.empty(size)
+    quad, prod = np.zeros(size), np.ones(size)
+    log_like[:] = 0.0
+    dt = -1.0
+    for k in range(y.size):
+        if period[k] != dt:
+            dt = period[k]
+            for w in range(size):
+                decay_middle[w] = np.exp(-0.5 * lam[w] * dt)
+                decay[w] = decay_middle[w] * decay_middle[w]
+        yk, s2 = y[k], se[k] * se[k]
+        if gap[k] != 0.0:
+            stale = True
+        if gap[k] < 0.0:
+            for w in range(size):
+                s = p0 + r2[w] * s2
+                gain = p0 / s
+                start = m0 + gain * (yk - m0)
+                m[w], p[w] = _advance(start, gain * r2[w] * s2, a_star[w], lam[w], q2[w], n, 0.5 * dt)
+                quad[w] += (yk - m0) * (yk - m0) / s
+                prod[w] *= s
+        else:
+            if gap[k] > 0.0:
+                for w in range(size):
+                    m[w], p[w] = _advance(m[w], p[w], a_star[w], lam[w], q2[w], n, gap[k])
+            # The flow is a -> a B^(-1/n), B = E + (a/a*)^n (1 - E), E = exp(-lambda dt); its slope E B^(-1/n - 1).
+            if n == 2.0:
+                for w in range(size):
+                    rel = max(m[w] * inverse_star[w], 1e-6)
+                    power[w] = rel * rel
+                for w in range(size):
+                    back[w] = 1.0 / (decay[w] + power[w] * (1.0 - decay[w]))
+                    back_middle[w] = 1.0 / (decay_middle[w] + power[w] * (1.0 - decay_middle[w]))
+                    ratio[w], ratio_middle[w] = np.sqrt(back[w]), np.sqrt(back_middle[w])
+            elif n == 1.0:
+                for w in range(size):
+                    rel = max(m[w] * inverse_star[w], 1e-6)
+                    back[w] = 1.0 / (decay[w] + rel * (1.0 - decay[w]))
+                    back_middle[w] = 1.0 / (decay_middle[w] + rel * (1.0 - decay_middle[w]))
+                    ratio[w], ratio_middle[w] = back[w], back_middle[w]
+            elif n == 0.0:
+                largest = 0.0
+                for w in range(size):
+                    if stale or m[w] * inverse_star[w] < 1e-5:
+                        level[w] = np.log(max(m[w] * inverse_star[w], 1e-6))
+                    largest = max(largest, abs(level[w] * (1.0 - decay[w])))
+                if largest < 0.5:
+                    for w in range(size):
+                        ratio[w] = _near_zero(-level[w] * (1.0 - decay[w]))
+                        ratio_middle[w] = _near_zero(-level[w] * (1.0 - decay_middle[w]))
+                else:
+                    for w in range(size):
+                        ratio[w] = np.exp(-level[w] * (1.0 - decay[w]))
+                        ratio_middle[w] = np.exp(-level[w] * (1.0 - decay_middle[w]))
+                back[:] = 1.0
+                back_middle[:] = 1.0
+            else:
+                for w in range(size):
+                    rel = max(m[w] * inverse_star[w], 1e-6)
+                    end, phi = _flow(rel, 1.0, decay[w], n)
+                    middle, phi_middle = _flow(rel, 1.0, decay_middle[w], n)
+                    ratio[w], ratio_middle[w] = end / rel, middle / rel
+                    back[w] = phi / (ratio[w] * decay[w])
+                    back_middle[w] = phi_middle / (ratio_middle[w] * decay_middle[w])
+            largest = 0.0
+            for w in range(size):
+                # -ln(slope) by a series, and how far it may be trusted
+                u = 1.0 - ratio[w] * back[w] * decay[w]
+                largest = max(largest, abs(u))
+                x[w] = _near_one(u)
+            if largest < 0.3:
+                for w in range(size):
+                    q_end[w], q_cross[w], q_mean[w] = _short_moments(x[w], dt)
+            else:
+                for w in range(size):
+                    q_end[w], q_cross[w], q_mean[w] = _moments_along(ratio[w] * back[w] * decay[w], dt)
+            for w in range(size):
+                pw = p[w]
+                a = max(m[w], 1e-6 * a_star[w])
+                inverse = 1.0 / a
+                # `_curvature` with slope/end written out
+                far = 1.0 / max(m[w], 3.0 * np.sqrt(pw), 1e-300)
+                phi, phi_middle = ratio[w] * back[w] * decay[w], ratio_middle[w] * back_middle[w] * decay_middle[w]
+                half = 0.5 * pw * (n + 1.0)
+                bend = half * phi * (back[w] * decay[w] * inverse - far)
+                bend_middle = half * phi_middle * (back_middle[w] * decay_middle[w] * inverse - far)
+                drift = 0.5 * q2[w] * dt * m[w] / (m[w] * m[w] + pw + 1e-300)
+                end = a * ratio[w]
+                power[w] = end
+                mean = (m[w] + 4.0 * (a * ratio_middle[w] + bend_middle) + end + bend) * (1.0 / 6.0) + 0.5 * drift
+                weight = (1.0 + 4.0 * phi_middle + phi) * (1.0 / 6.0)
+                s = weight * weight * pw + q2[w] * q_mean[w] + r2[w] * s2
+                cross = phi * weight * pw + q2[w] * q_cross[w]
+                v = yk - mean
+                inverse = 1.0 / s
+                gain = cross * inverse
+                m[w] = end + drift + bend + gain * v
+                p[w] = phi * phi * pw + q2[w] * q_end[w] - gain * cross
+                quad[w] += v * v * inverse
+                prod[w] *= s
+            if n == 0.0:
+                largest = 0.0
+                for w in range(size):
+                    end = max(power[w], 1e-300)
+                    u = 1.0 - m[w] / end
+                    largest = max(largest, abs(u))
+                    level[w] = level[w] * decay[w] - _near_one(u)
+                stale = largest > 0.3
+        if k % 8 == 7:
+            for w in range(size):
+                log_like[w] -= 0.5 * np.log(prod[w])
+                prod[w] = 1.0
+    for w in range(size):
+        log_like[w] -= 0.5 * (np.log(prod[w]) + quad[w] + y.size * _LOG_2PI)
+
+
 def innovations(
     data: EnvelopeData,
     a_star: FloatArray,
@@ -252,7 +442,7 @@ def innovations(
     q: FloatArray,
     r: FloatArray,
     *,
-    n: float = -1.0,
+    n: float | FloatArray = -1.0,
     initial_sd: float = 1.0,
 ) -> tuple[FloatArray, FloatArray]:
     """One-step prediction errors of the filter and their variances.
@@ -263,7 +453,7 @@ def innovations(
     a_star, lam, q, r : (W,) arrays
         Stable amplitude (A/D or rad), relaxation rate [1/s], process noise [amplitude per sqrt(s)], and
         the factor on the cycles' standard errors.
-    n : float
+    n : float or (W,) array
         The law: -1 is the paper's.
     initial_sd : float
         Standard deviation of the normal prior, mean 0, of each record's initial amplitude.
@@ -276,7 +466,7 @@ def innovations(
     innovation, variance = np.empty(shape), np.empty(shape)
     _filter(
         data.amplitude, data.standard_error, data.gap, data.period,
-        *_walkers(a_star, lam, q, r), float(n), 0.0, initial_sd**2, innovation, variance,
+        *_walkers(a_star, lam, q, r, np.broadcast_to(n, shape[1:])), 0.0, initial_sd**2, innovation, variance,
     )  # fmt: skip
     return innovation, variance
 
@@ -294,19 +484,22 @@ def log_likelihood(
     q: FloatArray,
     r: FloatArray,
     *,
-    n: float = -1.0,
+    n: float | FloatArray = -1.0,
     initial_sd: float = 1.0,
 ) -> FloatArray:
     """Joint log density of all cycles of all records, (W,); see `innovations` for the arguments."""
-    if n != -1.0:
+    out = np.empty(np.size(a_star))
+    exponents = np.broadcast_to(np.asarray(n, dtype=np.float64), out.shape)
+    if out.size and np.any(exponents != exponents[0]):  # n is free: every walker has a law of its own
         terms = pointwise_log_likelihood(*innovations(data, a_star, lam, q, r, n=n, initial_sd=initial_sd))
         total: FloatArray = terms.sum(axis=0)
         return total
-    out = np.empty(np.size(a_star))
-    _linear_filter(
-        data.amplitude, data.standard_error, data.gap, data.period,
-        *_walkers(a_star, lam, q, r), 0.0, initial_sd**2, out,
-    )  # fmt: skip
+    walkers = _walkers(a_star, lam, q, r)
+    arrays = (data.amplitude, data.standard_error, data.gap, data.period)
+    if np.all(exponents == -1.0):
+        _linear_filter(*arrays, *walkers, 0.0, initial_sd**2, out)
+    else:
+        _curved_filter(*arrays, *walkers, float(exponents[0]), 0.0, initial_sd**2, out)
     return out
 
 

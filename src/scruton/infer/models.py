@@ -76,13 +76,18 @@ class Posterior(ABC):
         total += np.where(np.isfinite(like), like, -np.inf)
         return total
 
+    def prior_sample(self, rng: np.random.Generator, size: int) -> tuple[FloatArray, np.ndarray]:
+        """Draws from the prior, (size, d), and whether each lies within the constraint, (size,) of bool."""
+        u = np.stack([one.draw(rng, size) for one in self.priors], axis=1)
+        return u, self.inside(u)
+
     def prior_draws(self, rng: np.random.Generator, size: int) -> FloatArray:
         """Draws from the prior within the constraint, (size, d)."""
         kept: list[FloatArray] = []
         count = 0
         while count < size:
-            u = np.stack([one.draw(rng, 2 * size) for one in self.priors], axis=1)
-            kept.append(u[self.inside(u)])
+            u, inside = self.prior_sample(rng, 2 * size)
+            kept.append(u[inside])
             count += len(kept[-1])
         return np.concatenate(kept)[:size]
 
@@ -115,23 +120,27 @@ class WindPosterior(Posterior):
         Lock-in records, each of which gives the stable amplitude alone.
     omega0 : float
         Natural circular frequency in still air [rad/s].
-    n : float
-        The law.
+    n : float or None
+        The law; None where n is free, which makes it the sixth coordinate.
     initial_sd : float
         Prior of the initial amplitude.
 
     Notes
     -----
-    Under the paper's law the stable amplitude at zero damping is finite only if lambda > omega0 xi_s, that is Y1 < 0
-    (Eq. 11): the joint prior is cut there.
+    For n < 0 the stable amplitude at zero damping is finite only if lambda + n omega0 xi_s > 0, under the paper's law
+    lambda > omega0 xi_s, that is Y1 < 0 (Eq. 11): the joint prior is cut there.
     """
 
     priors: tuple[Prior, ...]
     data: EnvelopeData
     steady: Sequence[SteadyAmplitude]
     omega0: float
-    n: float = -1.0
+    n: float | None = -1.0
     initial_sd: float = 1.0
+
+    def exponents(self, u: FloatArray) -> FloatArray:
+        """n of every walker, (W,)."""
+        return u[..., 5] if self.n is None else np.full(u.shape[:-1], self.n)
 
     def state_space(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """(a_star, lambda [1/s], q, r) of the filter from sampled coordinates, each (W,)."""
@@ -141,14 +150,18 @@ class WindPosterior(Posterior):
 
     def inside(self, u: FloatArray) -> np.ndarray:
         """Y1 < 0 for laws in which the amplitude would otherwise diverge as damping falls."""
-        return u[:, 1] > u[:, 4] if self.n < 0 else np.ones(len(u), dtype=bool)
+        if self.n is not None:
+            return u[:, 1] > u[:, 4] + np.log(-self.n) if self.n < 0 else np.ones(len(u), dtype=bool)
+        found: np.ndarray = np.exp(u[:, 1] - u[:, 4]) + u[:, 5] > 0.0
+        return found
 
     def log_likelihood(self, u: FloatArray) -> FloatArray:
         """State-space likelihood of the transients, normal likelihood of the steady amplitudes, (W,)."""
         a_star, lam, q, r = self.state_space(u)
         total = np.zeros(len(u))
         if self.data.size:
-            total = log_likelihood(self.data, a_star, lam, q, r, n=self.n, initial_sd=self.initial_sd)
+            n = self.exponents(u) if self.n is None else self.n
+            total = log_likelihood(self.data, a_star, lam, q, r, n=n, initial_sd=self.initial_sd)
         for one in self.steady:
             total = total - 0.5 * ((one.mean - a_star) / one.standard_error) ** 2 - np.log(one.standard_error)
         return total
@@ -160,7 +173,7 @@ class WindPosterior(Posterior):
 
     def innovations(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Innovations and their variances, (N, W)."""
-        return innovations(self.data, *self.state_space(u), n=self.n, initial_sd=self.initial_sd)
+        return innovations(self.data, *self.state_space(u), n=self.exponents(u), initial_sd=self.initial_sd)
 
 
 @dataclass(frozen=True, eq=False)

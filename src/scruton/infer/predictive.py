@@ -37,7 +37,7 @@ def free_runs(posterior: WindPosterior, chain: FloatArray, rng: np.random.Genera
     first = rng.standard_normal(size)  # used at the first cycle of a record only
     mean, replicate = np.empty(size), np.empty(size)
     _run(
-        data.amplitude, data.standard_error, data.gap, data.period, a_star, lam, q, r, posterior.n,
+        data.amplitude, data.standard_error, data.gap, data.period, a_star, lam, q, r, posterior.exponents(u),
         posterior.initial_sd**2, first, rng.standard_normal((2, *size)), mean, replicate,
     )  # fmt: skip
     return mean, replicate
@@ -58,20 +58,20 @@ def _run(y, se, gap, period, a_star, lam, q, r, n, p0, first, noise, mean, repli
                 state = curve
                 mean[w, k] = curve
                 replicate[w, k] = state + np.sqrt(r2) * noise[0, w, k]
-                curve, _ = _flow(curve, a_star[w], lam[w], n, 0.5 * dt)
-                state, spread = _advance(state, 0.0, a_star[w], lam[w], q2, n, 0.5 * dt)
+                curve, _ = _flow(curve, a_star[w], np.exp(-0.5 * lam[w] * dt), n[w])
+                state, spread = _advance(state, 0.0, a_star[w], lam[w], q2, n[w], 0.5 * dt)
                 state += np.sqrt(spread) * noise[1, w, k]
                 continue
             if gap[k] > 0.0:
-                curve, _ = _flow(curve, a_star[w], lam[w], n, gap[k])
-                state, spread = _advance(state, 0.0, a_star[w], lam[w], q2, n, gap[k])
+                curve, _ = _flow(curve, a_star[w], np.exp(-lam[w] * gap[k]), n[w])
+                state, spread = _advance(state, 0.0, a_star[w], lam[w], q2, n[w], gap[k])
                 state += np.sqrt(spread) * first[w, k]
-            middle, _ = _flow(curve, a_star[w], lam[w], n, 0.5 * dt)
-            end, _ = _flow(curve, a_star[w], lam[w], n, dt)
+            middle, _ = _flow(curve, a_star[w], np.exp(-0.5 * lam[w] * dt), n[w])
+            end, _ = _flow(curve, a_star[w], np.exp(-lam[w] * dt), n[w])
             mean[w, k] = (curve + 4.0 * middle + end) / 6.0
             curve = end
-            half, _ = _flow(state, a_star[w], lam[w], n, 0.5 * dt)
-            new, spread = _advance(state, 0.0, a_star[w], lam[w], q2, n, dt)
+            half, _ = _flow(state, a_star[w], np.exp(-0.5 * lam[w] * dt), n[w])
+            new, spread = _advance(state, 0.0, a_star[w], lam[w], q2, n[w], dt)
             kick = np.sqrt(spread) * noise[1, w, k]
             # The noise of the cycle enters its mean by its covariance with the state at the end, about one half.
             e, c, z = _noise_moments(lam[w], dt)

@@ -10,7 +10,7 @@ import numpy as np
 
 from scruton.campaign.schema import FloatArray
 from scruton.errors import InputError
-from scruton.infer.cards import ModelCard
+from scruton.infer.cards import ModelCard, SamplerSettings
 from scruton.infer.checkpoint import Checkpoint
 from scruton.infer.convergence import Convergence
 from scruton.infer.models import Posterior
@@ -33,8 +33,10 @@ class Sampling:
         """Seed of the posterior called `name`."""
         return np.random.SeedSequence([self.seed, zlib.crc32(name.encode())])
 
-    def run(self, name: str, posterior: Posterior, *arrays: FloatArray) -> Samples:
-        """Sample, with a checkpoint that knows the data by their digest."""
+    def run(
+        self, name: str, posterior: Posterior, *arrays: FloatArray, settings: SamplerSettings | None = None
+    ) -> Samples:
+        """Sample, with a checkpoint that knows the data by their digest; with the card's settings unless others."""
         from scruton import __version__
 
         checkpoint = None
@@ -45,7 +47,7 @@ class Sampling:
             for one in arrays:
                 digest.update(np.ascontiguousarray(one).tobytes())
             checkpoint = Checkpoint(self.checkpoints / f"{zlib.crc32(name.encode()):08x}.npz", digest.hexdigest())
-        settings = self.card.sampler
+        settings = settings or self.card.sampler
 
         def progress(steps: int, verdict: Convergence) -> None:
             if self.report:

@@ -81,6 +81,8 @@ def derive(
         "relaxation_scruton_number": sc * natural["relaxation_ratio"] / damping,
         "mass_damping_factor": sc / damping,
     }
+    if posterior.n is None:
+        found["law_exponent"] = natural["law_exponent"]
     if posterior.n == -1.0:
         found["Y1"], found["epsilon"] = force_parameters(a_star, rate, setting)
     return found

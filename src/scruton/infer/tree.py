@@ -13,6 +13,7 @@ import xarray as xr
 from scruton.campaign.schema import Campaign, FloatArray
 from scruton.envelope import Cycles, FrontEnd, RingDown
 from scruton.infer.cards import ModelCard
+from scruton.infer.peaks import PeakResult
 from scruton.infer.predictive import free_runs
 from scruton.infer.results import Fit, RigResult, TestResult, TrialResult
 from scruton.infer.run import Sampling
@@ -29,15 +30,16 @@ def assemble(
     card: ModelCard,
     rigs: Mapping[str, RigResult],
     tests: Sequence[TestResult],
+    joint: PeakResult | None,
     trials: Sequence[TrialResult],
     cycles: Mapping[str, Cycles],
     ringdowns: Mapping[str, RingDown],
     fronts: Mapping[str, FrontEnd],
     sampling: Sampling,
     *,
-    peaks: tuple[str, ...],
     command: str,
     only: tuple[str, ...],
+    thorough: bool,
 ) -> Fit:
     """Put the results of every posterior into one `Fit`."""
     provenance = {
@@ -63,15 +65,18 @@ def assemble(
         _ensembles(next((one.samples for one in rig_list if one.samples), None), len(rig_list[0].damping)),
     )  # fmt: skip
     groups["constant_data"] = xr.Dataset(
-        {"width": campaign.section.width, "depth": campaign.section.depth, "law_n": card.law_n}
+        {"width": campaign.section.width, "depth": campaign.section.depth, "law_n": _law(card)}
     ).assign(motion=campaign.section.motion.value, amplitude_unit=campaign.section.amplitude_unit)
+    peaks = joint.tests if joint else ()
     if tests:
-        groups |= _test_groups(campaign, tests, sampling, peaks, groups["constant_data"])
+        groups |= _test_groups(campaign, tests, sampling, peaks, groups["constant_data"], thorough)
+    if joint:
+        groups |= _campaign_groups(joint)
     if trials:
         groups["trial_function"] = _trial_group(trials)
     tree = xr.DataTree.from_dict({f"/{name}": one for name, one in groups.items()})
     tree.attrs["provenance"] = json.dumps(provenance, sort_keys=True)
-    convergence = _convergence(rig_list, tests, trials)
+    convergence = _convergence(rig_list, tests, joint, trials)
     converged = bool(convergence["converged"].all()) if len(convergence) else True
     verdicts: dict[Any, Any] = convergence.to_dict(orient="index")
     summary = {
@@ -79,8 +84,9 @@ def assemble(
         "title": campaign.title,
         "converged": converged,
         "flags": list(sampling.flags),
-        "discrepancy_sd": card.discrepancy_sd,
-        "law_n": card.law_n,
+        "law_n": _law(card),
+        "laws": _laws(joint),
+        "campaign": _campaign_parameters(joint),
         "amplitude_unit": campaign.section.amplitude_unit,
         "tests": [
             {
@@ -147,6 +153,7 @@ def _test_groups(
     sampling: Sampling,
     peaks: tuple[str, ...],
     constants: xr.Dataset,
+    thorough: bool,
 ) -> dict[str, xr.Dataset]:
     names = [one.test.name for one in tests]
     ensemble = tests[0].samples.ensemble
@@ -180,7 +187,7 @@ def _test_groups(
         np.zeros(1, int),
     )
     per_cycle = [one for one in tests if one.posterior.data.size]
-    if per_cycle:
+    if per_cycle and thorough:
         groups |= _cycle_groups(per_cycle, sampling)
     test_constants = {
         "mass": [one.rig.mass.mean for one in tests if one.rig.mass],
@@ -212,6 +219,74 @@ def _test_groups(
         )
     groups["constant_data"] = constants
     return groups
+
+
+def _law(card: ModelCard) -> float:
+    """Exponent of the reference law; NaN where it is free."""
+    return np.nan if card.law_n is None else card.law_n
+
+
+def _campaign_groups(joint: PeakResult) -> dict[str, xr.Dataset]:
+    """The campaign model: (law, chain, draw) of the shared curve, (law, chain, draw, peak_test) of the tests."""
+    laws = joint.laws
+    variables = {}
+    for key, first in laws[0].derived.items():
+        dims = ("law", "chain", "draw") if first.ndim == 2 else ("law", "chain", "draw", "peak_test")
+        variables[key] = (dims, np.stack([one.derived[key] for one in laws]))
+    chains, draws = laws[0].samples.log_prob.shape
+    labels = [one.label for one in laws]
+    group = xr.Dataset(variables).assign_coords(
+        law=labels,
+        chain=np.arange(chains),
+        draw=np.arange(draws),
+        peak_test=list(joint.tests),
+        ensemble=("chain", laws[0].samples.ensemble),
+    )
+    group.attrs["reference_scruton_number"], group.attrs["reference_mass_damping_factor"] = laws[0].posterior.reference
+    weights = joint.weights
+    rows = {
+        "prior_weight": weights.prior,
+        "weight": weights.weight,
+        "stacking_weight": weights.stacking,
+        "log_evidence": weights.log_evidence,
+        "log_evidence_error": weights.error,
+        "sampled": weights.sampled,
+    }
+    table = xr.Dataset({key: ("law", np.asarray(value, dtype=float)) for key, value in rows.items()})
+    return {"campaign_posterior": group, "laws": table.assign_coords(law=list(weights.labels))}
+
+
+def _laws(joint: PeakResult | None) -> dict[str, Any]:
+    """Laws and their weights, as fit.json has them; numbers that do not exist are null."""
+    if joint is None:
+        return {}
+    one = joint.weights
+    rows = zip(
+        one.labels, one.prior, one.weight, one.stacking, one.log_evidence, one.error, one.sampled, strict=True
+    )
+    return {
+        "flag": bool(one.flag),
+        "weights": {
+            label: {
+                "prior": float(prior),
+                "weight": float(weight),
+                "stacking": float(stacked) if np.isfinite(stacked) else None,
+                "log_evidence": float(log_z) if np.isfinite(log_z) else None,
+                "log_evidence_error": float(error) if np.isfinite(error) else None,
+                "sampled": bool(sampled),
+            }
+            for label, prior, weight, stacked, log_z, error, sampled in rows
+        },
+    }
+
+
+def _campaign_parameters(joint: PeakResult | None) -> dict[str, Any]:
+    """The shared curve and the discrepancies under the reference law."""
+    if joint is None:
+        return {}
+    sc, _ = joint.laws[0].posterior.reference
+    shared = {key: value for key, value in joint.laws[0].derived.items() if value.ndim == 2}
+    return {"reference_scruton_number": sc, "parameters": _parameters(shared, "", {})}
 
 
 def _cycle_groups(tests: Sequence[TestResult], sampling: Sampling) -> dict[str, xr.Dataset]:
@@ -266,9 +341,12 @@ def _trial_group(trials: Sequence[TrialResult]) -> xr.Dataset:
     )
 
 
-def _convergence(rigs: Sequence[RigResult], tests: Sequence[TestResult], trials: Sequence[TrialResult]) -> pd.DataFrame:
+def _convergence(
+    rigs: Sequence[RigResult], tests: Sequence[TestResult], joint: PeakResult | None, trials: Sequence[TrialResult]
+) -> pd.DataFrame:
     sampled = [(f"rig {one.rig.name}", one.samples) for one in rigs if one.samples]
     sampled += [(f"test {one.test.name}", one.samples) for one in tests]
+    sampled += [(f"campaign, {one.label}", one.samples) for one in (joint.laws if joint else ())]
     sampled += [(f"trial function of {one.record.name}", one.samples) for one in trials]
     rows = []
     for posterior, samples in sampled:

@@ -89,12 +89,13 @@ def _predictions(
     fit: "Fit", design_sc: Sequence[float]
 ) -> tuple[list["Prediction"], dict[str, "Prediction"], dict[str, "Prediction"]]:
     """Predictions at the design, for another setting at each test's Scruton number, and of each peak test."""
-    from scruton.griffin import cross_predictions, predict
+    from scruton.griffin import predict
+    from scruton.griffin.validate import validate
 
-    discrepancy, seed = fit.card.discrepancy_sd, int(fit.summary["provenance"]["seed"])
+    seed = int(fit.summary["provenance"]["seed"])
 
     def at(sc: float) -> "Prediction":
-        return predict(fit.tree, scruton_number=sc, discrepancy_sd=discrepancy, seed=seed)
+        return predict(fit.tree, scruton_number=sc, seed=seed)
 
     design = [at(float(sc)) for sc in design_sc]
     if not fit.summary["tests"]:
@@ -102,7 +103,10 @@ def _predictions(
     tested = {
         one["name"]: at(one["parameters"]["scruton_number"]["median"]) for one in fit.summary["tests"] if one["peak"]
     }
-    return design, tested, cross_predictions(fit.tree, discrepancy_sd=discrepancy, seed=seed)
+    if len(tested) < 2:
+        return design, tested, {}
+    crossed = validate(fit.campaign, fit.card, seed=seed, singles=False)
+    return design, tested, {one.test: one.prediction for one in crossed}
 
 
 def _replace(new: Path, old: Path) -> None:

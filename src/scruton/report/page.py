@@ -121,9 +121,43 @@ def crossed_table(fit: "Fit", crossed: Mapping[str, "Prediction"]) -> Table | No
         f"Each peak test predicted from the other peak tests [{unit}]",
         ["test", "Sc", "predicted", "90 % interval", "found", "how", "error", "90 % interval"],
         rows,
-        "Nine in ten should lie inside; where they do not, the discrepancy of the model card is too small.",
+        "Each is a fit of its own that never sees the records of the test it predicts. Nine in ten should lie inside.",
         [False, True, True, True, True, False, True, False],
     )
+
+
+def law_table(fit: "Fit") -> Table | None:
+    """The laws of the model card and what the records say of them."""
+    weights = fit.summary["laws"].get("weights", {})
+    if len(weights) < 2:
+        return None
+    best = max((one["log_evidence"] for one in weights.values() if one["log_evidence"] is not None), default=0.0)
+    rows = []
+    for label, one in weights.items():
+        gap = None if one["log_evidence"] is None else one["log_evidence"] - best
+        text = "–" if gap is None else f"{gap:.1f}".replace("-", "−")
+        error = "by Laplace's approximation" if one["log_evidence_error"] is None else f"± {one['log_evidence_error']:.2f}"
+        stacked = "–" if one["stacking"] is None else f"{one['stacking']:.3f}"
+        rows.append([label, f"{one['prior']:.2f}", text, error, f"{one['weight']:.3f}", stacked])
+    return Table(
+        "Laws of aerodynamic damping, weighed by the records of the peak tests",
+        ["law", "prior", "log evidence below the best", "error", "weight in predictions", "stacking"],
+        rows,
+        "Stacking scores each record, left out, by its joint density given all others. A law far below the best is not "
+        "sampled. Predictions draw on each law as often as its weight says.",
+        [False, True, True, False, True, True],
+    )
+
+
+def discrepancy(fit: "Fit") -> str:
+    """What was found of the discrepancy between settings, in words."""
+    found = fit.summary["campaign"].get("parameters")
+    if not found:
+        return ""
+    texts = [
+        "{} (90 %: {})".format(*estimate(found[key])) for key in ("discrepancy_amplitude", "discrepancy_relaxation")
+    ]
+    return f"{texts[0]} in the logarithm of the amplitude and {texts[1]} in that of G"
 
 
 def damping_table(fit: "Fit") -> Table:

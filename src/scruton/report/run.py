@@ -202,7 +202,7 @@ def predict_text(
     rigs = [one["name"] for one in summary["rigs"]]
     if rig is not None and rig not in rigs:
         raise InputError(results, "--rig", f"'{rig}'", f"one of: {', '.join(rigs)}")
-    common = {"rig": rig, "law_n": law_n, "discrepancy_sd": summary["discrepancy_sd"], "seed": seed}
+    common: dict[str, Any] = {"rig": rig, "law_n": law_n, "seed": seed}
     found = [predict(tree, scruton_number=one, **common) for one in scruton_numbers]
     found += [predict(tree, damping_ratio=parse_damping(one), **common) for one in damping_ratios]
     trusted = bool(summary["converged"])

@@ -43,7 +43,7 @@ def tables(fit: "Fit", predictions: Sequence["Prediction"] = ()) -> dict[str, "p
     Returns
     -------
     dict of str to DataFrame
-        By name: rigs, tests, records, posterior, convergence, predictions, ring_downs. Units stand in the
+        By name: rigs, tests, records, posterior, laws, convergence, predictions, ring_downs. Units stand in the
         names of the columns, or in a column of their own where rows differ.
     """
     frames = {
@@ -51,6 +51,7 @@ def tables(fit: "Fit", predictions: Sequence["Prediction"] = ()) -> dict[str, "p
         "tests": wind_tests(fit),
         "records": records(fit),
         "posterior": posterior(fit),
+        "laws": laws(fit),
         "convergence": convergence(fit),
         "predictions": prediction_table(predictions),
         "ring_downs": ring_downs(fit),
@@ -158,6 +159,23 @@ def convergence(fit: "Fit") -> "pd.DataFrame":
     return fit.convergence.reset_index()
 
 
+def laws(fit: "Fit") -> "pd.DataFrame":
+    """One row a law of the model card: its prior and posterior probability, evidence and stacking weight."""
+    rows = [
+        {
+            "law": label,
+            "prior probability": one["prior"],
+            "posterior probability": one["weight"],
+            "stacking weight": _finite(one["stacking"]),
+            "log evidence": _finite(one["log_evidence"]),
+            "log evidence error": _finite(one["log_evidence_error"]),
+            "sampled": one["sampled"],
+        }
+        for label, one in fit.summary["laws"].get("weights", {}).items()
+    ]
+    return _frame(rows)
+
+
 def prediction_table(predictions: Sequence["Prediction"]) -> "pd.DataFrame":
     """One row a prediction."""
     rows = []
@@ -169,7 +187,7 @@ def prediction_table(predictions: Sequence["Prediction"]) -> "pd.DataFrame":
                 "Sc [-]": entry["sc"],
                 "damping ratio [-]": entry["damping_ratio"],
                 "rig": one.rig,
-                "law n": one.law_n,
+                "laws": ", ".join(f"{law} {weight:.3g}" for law, weight in one.laws.items() if weight > 5e-4),
                 "unit": amplitude["unit"],
                 **{key: _finite(amplitude[key]) for key in ("median", "mean", "sd")},
                 **_bounds({p: [_finite(x) for x in pair] for p, pair in amplitude["interval"].items()}),

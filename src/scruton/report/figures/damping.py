@@ -9,7 +9,7 @@ from scruton.aero import rate as amplitude_rate
 from scruton.campaign.schema import FloatArray
 from scruton.envelope.damping import aerodynamic_damping, total_damping
 from scruton.griffin.bands import trial_griffin_draws
-from scruton.griffin.posterior import draws_of, law_of, mass_damping_draws, peak_names, test_names, unit_of
+from scruton.griffin.posterior import draws_of, exponent_draws, mass_damping_draws, peak_names, test_names, unit_of
 from scruton.report.figures.griffin import looks
 from scruton.report.figures.style import (
     BLACK,
@@ -198,8 +198,9 @@ def total_draws(tree: "xr.DataTree", test: str, amplitude: FloatArray) -> FloatA
     """Draws of the total damping ratio at `amplitude` (n,), from Eq. (5) on the fitted law; (S, n), S <= 1000."""
     pick = thin(draws_of(tree, "a_star", test).size, _DRAWS)
     a_star, rate = (draws_of(tree, key, test)[pick, None] for key in ("a_star", "relaxation_rate"))
+    n = exponent_draws(tree, test)[pick, None]
     omega = 2 * np.pi * float(tree["constant_data"]["wind_frequency"].sel(test=test))
-    return total_damping(amplitude, amplitude_rate(amplitude, a_star, rate, law_of(tree)), omega)
+    return total_damping(amplitude, amplitude_rate(amplitude, a_star, rate, n), omega)
 
 
 def aerodynamic_draws(tree: "xr.DataTree", test: str, amplitude: FloatArray) -> FloatArray:

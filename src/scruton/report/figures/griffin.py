@@ -8,7 +8,7 @@ import numpy as np
 from scruton.campaign.schema import FloatArray
 from scruton.griffin.bands import X_TRUSTED, GriffinBand, band, griffin_band, griffin_draws, index_draws
 from scruton.griffin.posterior import draws_of, mass_damping_draws, peak_names, test_names, unit_of
-from scruton.griffin.predict import pool, predictive_draws
+from scruton.griffin.predict import predictive_draws, shared_curve, single_draws
 from scruton.report.figures.style import (
     BLACK,
     GREY,
@@ -81,7 +81,8 @@ def _plot(fit: "Fit", *, reciprocal: bool) -> FigureWithCaption:
     low, high = sc_range(tree, tests)
     grid = np.linspace(low, high, GRID)
     seed = int(fit.summary["provenance"]["seed"])
-    draws, _ = predictive_draws(tree, grid, discrepancy_sd=fit.card.discrepancy_sd, seed=seed)
+    draws = predictive_draws(tree, grid, seed=seed)
+    discrepancy = float(np.median(shared_curve(tree, seed=seed).discrepancy))
     predictive = _as(band(grid, draws, unit, "predictive"), reciprocal)
     with house_style():
         figure = new_figure(108.0)
@@ -107,7 +108,7 @@ def _plot(fit: "Fit", *, reciprocal: bool) -> FigureWithCaption:
         "griffin_reciprocal" if reciprocal else "griffin",
         f"{what} against the Scruton number, {figures}. Coloured: what each peak test's records alone predict, median "
         "with 50 and 90 % credible bands, thin beyond an extrapolation index of 0.3. Grey: 90 % predictive band of all "
-        f"peak tests together with a between-test discrepancy of {fit.card.discrepancy_sd:.0%} in amplitude. Dotted: "
+        f"peak tests together, laws weighed, for a setting that lies {discrepancy:.0%} off their curve. Dotted: "
         "the deterministic procedure of Eqs. (2) to (8). Filled points are measured, open ones are the posterior of "
         "each test's own stable amplitude with its 90 % interval. Negative Scruton numbers have no physical meaning.",
         _alt(fit, tests, what),
@@ -125,10 +126,8 @@ def griffin_by_test(fit: "Fit") -> list[FigureWithCaption]:
         with house_style():
             figure, axes = panels(len(page), height_mm=58.0, sharey=True)
             for one, name in zip(axes, page, strict=True):
-                draws, _ = griffin_draws(tree, grid, name)
-                rng = np.random.default_rng([int(fit.summary["provenance"]["seed"]), 0])
-                pooled, _ = pool(draws[None], fit.card.discrepancy_sd, rng)
-                predictive = band(grid, pooled, unit, "predictive")
+                draws = single_draws(tree, grid, name, seed=int(fit.summary["provenance"]["seed"]))
+                predictive = band(grid, draws, unit, "predictive")
                 shade(one, grid, predictive)
                 draw_band(one, griffin_band(tree, grid, name), style[name], "")
                 deterministic(one, fit, [name])
@@ -146,7 +145,7 @@ def griffin_by_test(fit: "Fit") -> list[FigureWithCaption]:
                 figure,
                 "griffin_by_test" if number == 1 else f"griffin_by_test_{number}",
                 "The Griffin plot from one test at a time: 50 and 90 % credible bands of that test's curve, the 90 % "
-                f"predictive band with a discrepancy of {fit.card.discrepancy_sd:.0%}, the deterministic curve of its "
+                "predictive band with the discrepancy between settings, the deterministic curve of its "
                 "records (dotted), and the points of every test. A test that predicts the others' points within the "
                 "grey band bears the self-similarity out.",
                 _alt(fit, page, "Stable amplitude from one test at a time"),

@@ -1,9 +1,12 @@
 """Amplitude against reduced velocity through the lock-in range, as the paper's Figs. 1 and 6a."""
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from scruton.campaign.schema import FloatArray
+from scruton.griffin.lock_in import LockInBand, has_speeds, lock_in_band
 from scruton.griffin.posterior import draws_of, test_names
 from scruton.report.figures.style import (
     BLACK,
@@ -19,9 +22,13 @@ from scruton.report.figures.style import (
 )
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from scruton.infer.results import Fit
 
 _SPEEDS = 1.005  # wind speeds of one rig that differ by more are several speeds
+_GAP = 2.0  # ratio of Scruton numbers between which one is worth predicting
+_BANDS = 4  # rigs whose bands are drawn; of more only the medians
 
 
 def has_lock_in(fit: "Fit") -> bool:
@@ -32,63 +39,163 @@ def has_lock_in(fit: "Fit") -> bool:
     return bool(fit.campaign.sweeps) or any(max(one) > _SPEEDS * min(one) for one in speeds.values())
 
 
-def lock_in_plot(fit: "Fit") -> FigureWithCaption:
-    """Steady amplitudes of the sweeps by rig, and each test's posterior where it was made.
+def lock_in_plot(fit: "Fit", *, scruton_number: float | None = None) -> FigureWithCaption:
+    """Steady amplitudes of sweeps and tests by rig, with the bands of the smooth model where the fit has it.
 
     Parameters
     ----------
     fit : Fit
         With sweeps, or tests at several speeds; see `has_lock_in`.
+    scruton_number : float, optional
+        Untested Scruton number that the second panel is for; in the widest gap between the tested ones, or
+        twice the largest, if left out.
     """
-    campaign, tree = fit.campaign, fit.tree
-    depth, unit = campaign.section.depth, campaign.section.amplitude_unit
-    wanted = {sweep.rig for sweep in campaign.sweeps} | {test.rig for test in campaign.tests}
-    used = [rig.name for rig in campaign.rigs if rig.name in wanted]
-    style: dict[str, Look] = {name: look(i) for i, name in enumerate(used)}
+    tree = fit.tree
+    wanted = {sweep.rig for sweep in fit.campaign.sweeps} | {test.rig for test in fit.campaign.tests}
+    used = [rig.name for rig in fit.campaign.rigs if rig.name in wanted]
+    style = {name: look(i) for i, name in enumerate(used)}
+    unit, smooth = fit.campaign.section.amplitude_unit, has_speeds(tree)
+    untested = scruton_number if scruton_number is not None or not smooth else _untested(fit)
+    with house_style():
+        figure = new_figure(140.0 if smooth else 95.0)
+        axes = list(figure.subplots(2 if smooth else 1, 1, sharex=True, squeeze=False).flat)
+        top = _points(axes[0], fit, style)
+        if smooth and untested is not None:
+            top = max(top, _own_bands(axes[0], fit, style))
+            axes[0].set_title("Each rig at its own Scruton number")
+            _untested_band(axes[1], fit, style, untested)
+            axes[1].set_title(f"Sc = {untested:.3g}, untested")
+        axes[0].set_ylim(0.0, 1.08 * top)
+        axes[-1].set_xlabel(r"Reduced velocity $U/(f_0 D)$ [-]")
+        for one in axes:
+            one.set_ylabel(amplitude_label(unit))
+            if unit == "rad":
+                add_degrees(one)
+        below(figure, axes)
+    caption = (
+        "Steady amplitude against reduced velocity, with the still-air frequency of each rig: sweeps where the "
+        "campaign has them, and the stable amplitude of every test's posterior with its 90 % interval."
+    )
+    if smooth:
+        caption += (
+            " Bands: stable amplitude and relaxation smooth in the reduced velocity, median with 50 and 90 % bands "
+            "of a new test of the same rig (above) or of a new rig (below), with its discrepancy and, for a new rig, "
+            "with the uncertain place of its lock-in. Thin: beyond the outermost test within lock-in, or an "
+            "extrapolation index of 0.3. Amplitudes below a tenth of a rig's largest lie outside lock-in: they enter "
+            "no band, and end it."
+        )
+    alt = f"Amplitude through the lock-in range for rig(s) {', '.join(used)}."
+    if smooth and untested is not None:
+        peak = lock_in_band(tree, untested, seed=_seed(fit))
+        i = int(np.nanargmax(np.where(np.isfinite(peak.median), peak.median, -1.0)))
+        low, high = peak.intervals[0.90][:, i]
+        alt += (
+            f" At Sc = {untested:.3g} the median is largest at a reduced velocity of {peak.velocity[i]:.3g}: "
+            f"{peak.median[i]:.3g} {unit} (90 % {low:.3g} to {high:.3g})."
+        )
+    return FigureWithCaption(figure, "lock_in", caption, alt)
+
+
+def _points(axes: "Axes", fit: "Fit", style: Mapping[str, Look]) -> float:
+    """Sweeps, posteriors of the tests and what was measured; the largest amplitude drawn."""
+    campaign, tree, depth = fit.campaign, fit.tree, fit.campaign.section.depth
     frequency = {rig.name: rig.frequency.mean for rig in campaign.rigs}
     top = 0.0
-    with house_style():
-        figure = new_figure(95.0)
-        axes = figure.subplots()
-        for sweep in campaign.sweeps:
-            one = style[sweep.rig]
-            order = np.argsort(sweep.wind_speed, kind="stable")
-            axes.plot(
-                sweep.wind_speed[order] / (frequency[sweep.rig] * depth), sweep.amplitude[order], color=one.colour,
-                ls=one.line, lw=0.8, marker=one.marker, ms=3.5, label=shorten(f"rig {sweep.rig}, sweep"),
-            )  # fmt: skip
-            top = max(top, float(sweep.amplitude.max()))
-        for rig in used:
-            mine = [test for test in campaign.tests if test.rig == rig and test.name in test_names(tree)]
-            if not mine:
-                continue
-            x = [test.wind_speed.mean / (frequency[rig] * depth) for test in mine]
-            low, middle, high = np.array(
-                [np.quantile(draws_of(tree, "a_star", test.name), [0.05, 0.5, 0.95]) for test in mine]
-            ).T
-            one = style[rig]
-            axes.errorbar(
-                x, middle, [middle - low, high - middle], fmt=one.marker, ms=7.5, mfc="none", color=one.colour,
-                elinewidth=0.9, capsize=2.5, label=f"rig {shorten(rig, 20)}, posterior, 90 %", zorder=4,
-            )  # fmt: skip
-            top = max(top, float(high.max()))
-        stated = [test for test in campaign.tests if test.stable_amplitude is not None]
-        if stated:
-            axes.plot(
-                [test.wind_speed.mean / (frequency[test.rig] * depth) for test in stated],
-                [test.stable_amplitude.mean for test in stated if test.stable_amplitude is not None],
-                "x", color=BLACK, ms=5, mew=1.1, label="measured stable amplitude", zorder=5,
-            )  # fmt: skip
-        axes.set_ylim(0.0, 1.08 * top)
-        axes.set_xlabel(r"Reduced velocity $U/(f_0 D)$ [-]")
-        axes.set_ylabel(amplitude_label(unit))
-        if unit == "rad":
-            add_degrees(axes)
-        below(figure, [axes])
-    return FigureWithCaption(
-        figure,
-        "lock_in",
-        "Steady amplitude against reduced velocity, with the still-air frequency of each rig: sweeps where the "
-        "campaign has them, and the stable amplitude of every test's posterior with its 90 % interval.",
-        f"Amplitude through the lock-in range for rig(s) {', '.join(used)}.",
-    )
+    for sweep in campaign.sweeps:
+        one = style[sweep.rig]
+        order = np.argsort(sweep.wind_speed, kind="stable")
+        axes.plot(
+            sweep.wind_speed[order] / (frequency[sweep.rig] * depth), sweep.amplitude[order], color=one.colour,
+            ls=one.line, lw=0.8, marker=one.marker, ms=3.5, label=shorten(f"rig {sweep.rig}, sweep"),
+        )  # fmt: skip
+        top = max(top, float(sweep.amplitude.max()))
+    for rig, one in style.items():
+        mine = [test for test in campaign.tests if test.rig == rig and test.name in test_names(tree)]
+        if not mine:
+            continue
+        x = [test.wind_speed.mean / (frequency[rig] * depth) for test in mine]
+        low, middle, high = np.array(
+            [np.quantile(draws_of(tree, "a_star", test.name), [0.05, 0.5, 0.95]) for test in mine]
+        ).T
+        axes.errorbar(
+            x, middle, [middle - low, high - middle], fmt=one.marker, ms=7.5, mfc="none", color=one.colour,
+            elinewidth=0.9, capsize=2.5, label=f"rig {shorten(rig, 20)}, posterior, 90 %", zorder=4,
+        )  # fmt: skip
+        top = max(top, float(high.max()))
+    stated = [test for test in campaign.tests if test.stable_amplitude is not None]
+    if stated:
+        axes.plot(
+            [test.wind_speed.mean / (frequency[test.rig] * depth) for test in stated],
+            [test.stable_amplitude.mean for test in stated if test.stable_amplitude is not None],
+            "x", color=BLACK, ms=5, mew=1.1, label="measured stable amplitude", zorder=5,
+        )  # fmt: skip
+    return top
+
+
+def _own_bands(axes: "Axes", fit: "Fit", style: Mapping[str, Look]) -> float:
+    """Band of every rig in the smooth model at its own Sc; the largest upper end of the 50 % bands."""
+    own = _own_scruton_numbers(fit)
+    top = 0.0
+    for rig in (one for one in style if one in own):
+        found = lock_in_band(fit.tree, own[rig], rig=rig, seed=_seed(fit))
+        label = shorten(f"rig {rig}, Sc = {own[rig]:.3g}, band")
+        _draw(axes, found, style[rig], label, bands=len(own) <= _BANDS)
+        inside = ~_beyond(fit, found) & np.isfinite(found.intervals[0.50][1])
+        top = max(top, float(found.intervals[0.50][1][inside].max(initial=0.0)))
+    return top
+
+
+def _untested_band(axes: "Axes", fit: "Fit", style: Mapping[str, Look], untested: float) -> None:
+    """Band of a new rig at an untested Sc, with the medians of the tested rigs for comparison."""
+    largest = 0.0
+    for rig, sc in _own_scruton_numbers(fit).items():
+        one = lock_in_band(fit.tree, sc, rig=rig, seed=_seed(fit))
+        axes.plot(one.velocity, _finite(one.median), color=style[rig].colour, ls=style[rig].line, lw=0.7, zorder=3)
+        largest = max(largest, float(one.median[np.isfinite(one.median)].max(initial=0.0)))
+    found = lock_in_band(fit.tree, untested, seed=_seed(fit))
+    _draw(axes, found, Look(BLACK, "-", ""), f"Sc = {untested:.3g}, median, 50 and 90 %")
+    upper = found.intervals[0.90][1]
+    upper = upper[np.isfinite(upper) & ~_beyond(fit, found)]
+    axes.set_ylim(0.0, 1.08 * min(max(largest, float(upper.max(initial=0.0))), 2.0 * largest))
+
+
+def _beyond(fit: "Fit", found: LockInBand) -> np.ndarray:
+    """Where a band lies beyond the outermost test."""
+    group = fit.tree["speeds"]
+    return np.asarray((found.velocity < group.attrs["tested_low"]) | (found.velocity > group.attrs["tested_high"]))
+
+
+def _draw(axes: "Axes", found: LockInBand, one: Look, label: str, *, bands: bool = True) -> None:
+    """Median with 50 and 90 % bands, thin where extrapolated."""
+    v, median = found.velocity, _finite(found.median)
+    if bands:
+        for probability, alpha in ((0.90, 0.14), (0.50, 0.25)):
+            axes.fill_between(v, *_finite(found.intervals[probability]), color=one.colour, alpha=alpha, lw=0, zorder=1)
+    axes.plot(v, median, color=one.colour, ls=one.line, lw=0.7, zorder=2, label=shorten(label, 40))
+    axes.plot(v, np.where(found.extrapolated, np.nan, median), color=one.colour, ls=one.line, lw=1.7, zorder=2)
+
+
+def _own_scruton_numbers(fit: "Fit") -> dict[str, float]:
+    """Scruton number of every rig in the smooth model: the median over its tests and sweeps."""
+    group = fit.tree["speeds"]
+    rig, sc = (group[key].to_numpy() for key in ("point_rig", "point_scruton_number"))
+    return {str(one): float(np.median(sc[rig == one])) for one in group["rig"].to_numpy()}
+
+
+def _untested(fit: "Fit") -> float:
+    """In the widest gap between tested Scruton numbers a factor two or more apart, else twice the largest."""
+    tested = np.sort(list(_own_scruton_numbers(fit).values()))
+    ratio = tested[1:] / tested[:-1]
+    if ratio.max(initial=0.0) < _GAP:
+        return float(f"{2.0 * tested[-1]:.2g}")
+    i = int(ratio.argmax())
+    return float(f"{np.sqrt(tested[i] * tested[i + 1]):.2g}")
+
+
+def _finite(values: FloatArray) -> FloatArray:
+    """Draw infinity as far out as no axis reaches."""
+    return np.where(np.isinf(values), 1e6, values)
+
+
+def _seed(fit: "Fit") -> int:
+    return int(fit.summary["provenance"]["seed"])

@@ -1,0 +1,195 @@
+"""The arithmetic of calibration: coverage of central intervals, pooled coverage, uniformity of the ranks."""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from scruton.calibrate.quantities import INTERVALS, kind_of
+from scruton.campaign.schema import FloatArray
+
+LIMIT = 4.0  # standard errors
+LIMIT_P = 6.334e-5  # two-sided probability of a normal deviate beyond LIMIT
+EVERYTHING = "all"
+
+Ranks = Mapping[str, Mapping[str, FloatArray]]  # regime -> quantity -> (campaigns,)
+Key = tuple[str, str]  # regime, quantity
+
+
+@dataclass(frozen=True)
+class Cell:
+    """Coverage of one interval of one quantity in one regime.
+
+    Attributes
+    ----------
+    regime, quantity : str
+    interval : float
+        Nominal probability.
+    campaigns : int
+    coverage : float
+    standard_error : float
+        Binomial, at the nominal probability.
+    left_out : bool
+        Not identifiable by design, and no part of any verdict.
+    """
+
+    regime: str
+    quantity: str
+    interval: float
+    campaigns: int
+    coverage: float
+    standard_error: float
+    left_out: bool = False
+
+    @property
+    def z(self) -> float:
+        """Deviation from nominal in standard errors."""
+        return (self.coverage - self.interval) / self.standard_error
+
+    @property
+    def beyond(self) -> bool:
+        """Whether the cell fails: further than four standard errors from nominal."""
+        return not self.left_out and abs(self.z) > LIMIT
+
+
+@dataclass(frozen=True)
+class Pooled:
+    """Coverage over all regimes, of one quantity or of all.
+
+    `standard_error` is from the scatter between campaigns, whose quantities are not independent of each other.
+    """
+
+    quantity: str
+    interval: float
+    campaigns: int
+    coverage: float
+    standard_error: float
+
+    @property
+    def points(self) -> float:
+        """Deviation from nominal in percentage points."""
+        return 100.0 * (self.coverage - self.interval)
+
+
+@dataclass(frozen=True)
+class Uniformity:
+    """Whether the ranks of one quantity in one regime are uniform.
+
+    `p_value` is of a chi-square test over `bins` equal bins, `ecdf_deviation` the largest distance of the ranks'
+    distribution function from the diagonal, `mean_z` and `sd_z` those of the standardised deviations from the truth.
+    """
+
+    regime: str
+    quantity: str
+    campaigns: int
+    bins: int
+    p_value: float
+    ecdf_deviation: float
+    left_out: bool = False
+
+    @property
+    def beyond(self) -> bool:
+        """Whether the ranks fail: less probable than a normal deviate beyond four."""
+        return not self.left_out and self.p_value < LIMIT_P
+
+
+def covered(rank: FloatArray, probability: float) -> np.ndarray:
+    """Whether the central interval of this probability holds the truth whose rank is given, same shape."""
+    found: np.ndarray = np.abs(np.asarray(rank) - 0.5) <= 0.5 * probability
+    return found
+
+
+def cells(ranks: Ranks, left_out: Collection[Key] = ()) -> tuple[Cell, ...]:
+    """Coverage of every interval of every quantity in every regime."""
+    return tuple(
+        Cell(
+            regime, name, p, len(rank), float(covered(rank, p).mean()), float(np.sqrt(p * (1.0 - p) / len(rank))),
+            (regime, name) in left_out,
+        )
+        for regime, table in ranks.items()
+        for name, rank in table.items()
+        if len(rank)
+        for p in INTERVALS
+    )  # fmt: skip
+
+
+def pooled(ranks: Ranks, left_out: Collection[Key] = ()) -> tuple[Pooled, ...]:
+    """Coverage over regimes by kind of quantity, and over everything, which comes first."""
+    kinds = [EVERYTHING, *dict.fromkeys(kind_of(name) for table in ranks.values() for name in table)]
+    found = []
+    for kind in kinds:
+        kept = [
+            np.stack(part)
+            for regime, table in ranks.items()
+            if (
+                part := [
+                    rank
+                    for name, rank in table.items()
+                    if kind in (EVERYTHING, kind_of(name)) and (regime, name) not in left_out and len(rank)
+                ]
+            )
+        ]
+        for p in INTERVALS if kept else ():
+            each = np.concatenate([covered(one, p).mean(axis=0) for one in kept])  # share of a campaign's quantities
+            error = float(each.std(ddof=1) / np.sqrt(each.size)) if each.size > 1 else float("nan")
+            found.append(Pooled(kind, p, each.size, float(each.mean()), error))
+    return tuple(found)
+
+
+def uniformity(ranks: Ranks, left_out: Collection[Key] = ()) -> tuple[Uniformity, ...]:
+    """Test the ranks of every quantity in every regime."""
+    from scipy.stats import chisquare
+
+    found = []
+    for regime, table in ranks.items():
+        for name, rank in table.items():
+            if not len(rank):
+                continue
+            bins = int(np.clip(len(rank) // 5, 2, 20))
+            counts, _ = np.histogram(rank, bins=bins, range=(0.0, 1.0))
+            p = float(chisquare(counts).pvalue)
+            found.append(Uniformity(regime, name, len(rank), bins, p, _deviation(rank), (regime, name) in left_out))
+    return tuple(found)
+
+
+def _deviation(rank: FloatArray) -> float:
+    """Largest distance of the empirical distribution function from the diagonal."""
+    ordered, size = np.sort(rank), len(rank)
+    steps = np.arange(1, size + 1) / size
+    return float(max(np.abs(steps - ordered).max(), np.abs(steps - 1.0 / size - ordered).max()))
+
+
+@dataclass(frozen=True)
+class LawCheck:
+    """What a regime that weighs laws shows.
+
+    Attributes
+    ----------
+    regime : str
+    campaigns : int
+    flagged : float
+        Share of campaigns in which the fit said that the data speak against the first law; NaN where it never says.
+    weights : tuple of float
+        Mean weight of every law.
+    coverage : mapping
+        Of the closed 90 % interval of the law-averaged prediction, by quantity.
+    """
+
+    regime: str
+    campaigns: int
+    flagged: float
+    weights: tuple[float, ...]
+    coverage: Mapping[str, float]
+
+
+def law_check(regime: str, records: Sequence[Mapping[str, object]], probability: str = "0.9") -> LawCheck:
+    """Summarise the campaigns of a regime that weighs laws; see `scruton.calibrate.one.run_one` for the records."""
+    scores: list[Mapping[str, Mapping[str, Mapping[str, bool]]]] = [one["scores"] for one in records]  # type: ignore[misc]
+    flags = [bool(one["law_flag"]) for one in records if one["law_flag"] is not None]
+    weights = np.array([one["weights"] for one in records], dtype=np.float64)
+    names = list(scores[0]) if scores else []
+    return LawCheck(
+        regime, len(records), float(np.mean(flags)) if flags else float("nan"),
+        tuple(float(one) for one in weights.mean(axis=0)) if len(weights) else (),
+        {name: float(np.mean([one[name]["inside"][probability] for one in scores])) for name in names},
+    )  # fmt: skip

@@ -1,0 +1,131 @@
+"""Pictures of a calibration: coverage of every cell, and how the ranks depart from uniform."""
+
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scruton.calibrate.coverage import LIMIT, Cell
+from scruton.calibrate.quantities import INTERVALS, kind_of
+from scruton.campaign.schema import FloatArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from scruton.calibrate.run import CalibrationResult
+
+_LOOKS = (("#56B4E9", "o"), ("#0072B2", "s"), ("#D55E00", "^"))  # of the three intervals, Okabe and Ito
+_WIDTH = 180.0 / 25.4
+_DPI = 160
+_COLUMNS = 4
+
+
+def draw(result: "CalibrationResult", folder: Path) -> list[Path]:
+    """Write the coverage picture and the rank pictures, one of all regimes together and one of each."""
+    if not result.cells:
+        return []
+    paths = [_save(coverage_picture(result), folder / "coverage.png")]
+    firsts = [_of_first_test(table) for table in result.ranks.values() if table]
+    together = {name: np.concatenate([one[name] for one in firsts]) for name in firsts[0]}
+    paths.append(_save(rank_picture(together, "all regimes, first test of each campaign"), folder / "ranks.png"))
+    for regime, table in result.ranks.items():
+        if table:
+            paths.append(_save(rank_picture(table, regime), folder / f"ranks-{regime}.png"))
+    return paths
+
+
+def _of_first_test(table: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """Ranks by kind of quantity, of the first test where there are several: one of each kind a campaign."""
+    found: dict[str, FloatArray] = {}
+    for name, rank in table.items():
+        found.setdefault(kind_of(name), rank)
+    return found
+
+
+def coverage_picture(result: "CalibrationResult") -> "Figure":
+    """Draw coverage less nominal, in points: one panel a kind of quantity, one row a regime, one mark a test."""
+    from matplotlib.figure import Figure
+
+    regimes = list(dict.fromkeys(one.regime for one in result.cells))
+    kinds = list(dict.fromkeys(kind_of(one.quantity) for one in result.cells))
+    rows = -(-len(kinds) // _COLUMNS)
+    figure = Figure(figsize=(_WIDTH * 1.35, rows * (0.9 + 0.26 * len(regimes)) + 0.6), layout="constrained")
+    panels = figure.subplots(rows, min(_COLUMNS, len(kinds)), sharex=True, sharey=True, squeeze=False)
+    for axes, kind in zip(panels.flat, kinds, strict=False):
+        _coverage_panel(axes, [one for one in result.cells if kind_of(one.quantity) == kind], regimes)
+        axes.set_title(kind, fontsize=8, loc="left")
+    for axes in panels.flat[len(kinds) :]:
+        axes.set_visible(False)
+    first = panels[0, 0]
+    first.set_yticks(range(len(regimes)), regimes)
+    first.set_ylim(len(regimes) - 0.4, -0.6)
+    figure.supxlabel("coverage less nominal [percentage points]", fontsize=8)
+    handles, labels = first.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels), fontsize=8, frameon=False)
+    return figure
+
+
+def _coverage_panel(axes: "Axes", cells: list[Cell], regimes: list[str]) -> None:
+    axes.axvline(0.0, color="#6E6E6E", lw=0.8)
+    for i, (p, (colour, marker)) in enumerate(zip(INTERVALS, _LOOKS, strict=True)):
+        mine = [one for one in cells if one.interval == p]
+        offset = 0.26 * (i - 1)
+        for row, regime in enumerate(regimes):
+            here = [one for one in mine if one.regime == regime]
+            if here:
+                reach = 100.0 * LIMIT * here[0].standard_error
+                axes.barh(row + offset, 2 * reach, 0.22, left=-reach, color=colour, alpha=0.18, lw=0)
+        x = [100.0 * (one.coverage - p) for one in mine]
+        y = [regimes.index(one.regime) + offset for one in mine]
+        faces = ["white" if one.left_out else colour for one in mine]
+        edges = ["black" if one.beyond else colour for one in mine]
+        axes.scatter(x, y, s=14, marker=marker, c=faces, edgecolors=edges, lw=0.8, zorder=3, label=f"{100 * p:.0f} %")
+    axes.fill_between([], [], [], color="#6E6E6E", alpha=0.25, lw=0, label=f"bars: $\\pm${LIMIT:g} s.e.")
+    axes.tick_params(labelsize=7)
+    axes.grid(axis="x", color="#E4E4E4", lw=0.5)
+    axes.set_axisbelow(True)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+
+
+def rank_picture(ranks: Mapping[str, FloatArray], title: str) -> "Figure":
+    """Draw the difference between the ranks' distribution function and the uniform one, by arviz's SBC plot.
+
+    Parameters
+    ----------
+    ranks : mapping
+        By quantity, (campaigns,) each.
+    title : str
+    """
+    import arviz as az
+    import matplotlib.pyplot as plt
+
+    rows = -(-len(ranks) // _COLUMNS)
+    tree = az.from_dict({"prior_sbc": {name: rank[None, :] for name, rank in ranks.items()}})
+    size = (_WIDTH * 1.35, 1.55 * rows + 0.6)
+    with warnings.catch_warnings(), plt.rc_context({"font.size": 7, "axes.titlesize": 8}):
+        warnings.simplefilter("ignore")
+        plot = az.plot_ecdf_pit(
+            tree, group="prior_sbc", backend="matplotlib", col_wrap=_COLUMNS, visuals={"xlabel": False},
+            figure_kwargs={"figsize": size, "layout": "constrained"},
+        )  # fmt: skip
+        figure: Figure = plot.viz["figure"].item()
+        u = np.linspace(0.0, 1.0, 201)
+        for name, rank in ranks.items():
+            reach = LIMIT * np.sqrt(u * (1.0 - u) / len(rank))
+            axes = plot.get_viz("plot", name)
+            axes.fill_between(u, -reach, reach, color="#0072B2", alpha=0.12, lw=0)
+            axes.set_ylim(-1.5 * reach.max(), 1.9 * reach.max())
+        figure.suptitle(f"{title}: distribution of the ranks less uniform; band {LIMIT:g} s.e.", fontsize=9)
+        figure.supxlabel("rank of the truth", fontsize=8)
+    plt.close(figure)
+    return figure
+
+
+def _save(figure: "Figure", path: Path) -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(path, dpi=_DPI, metadata={"Software": None})
+    return path

@@ -1,0 +1,108 @@
+"""What is scored: Y1, epsilon and stable amplitudes at half, once and three times the tested Scruton number."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scruton.aero import amplitude_ratio
+from scruton.calibrate.regimes import Regime
+from scruton.calibrate.truths import Drawn, omega0
+from scruton.campaign.schema import FloatArray
+
+MULTIPLES = (0.5, 1.0, 3.0)
+INTERVALS = (0.50, 0.90, 0.95)
+
+
+@dataclass(frozen=True)
+class Score:
+    """How a posterior stands to the truth.
+
+    Attributes
+    ----------
+    truth : float
+    rank : float
+        Share of draws below the truth, half of those equal to it: uniform where the posterior is calibrated.
+    z : float
+        Truth less posterior mean over posterior sd, of the logarithm of the magnitude.
+    posterior_sd : float
+        Of the same logarithm.
+    """
+
+    truth: float
+    rank: float
+    z: float
+    posterior_sd: float
+
+
+def quantities(drawn: Drawn, regime: Regime, z_new: FloatArray) -> dict[str, FloatArray]:
+    """Every quantity of a regime, (S,) each.
+
+    Parameters
+    ----------
+    drawn : Drawn
+        Draws of a posterior, or the truth.
+    regime : Regime
+    z_new : (S,) array
+        Standard normal deviation of a new setting from the curve.
+
+    Returns
+    -------
+    dict
+        "Y1", "epsilon", "A(3 Sc)" by the test's own Griffin curve, "A_new(3 Sc)" for a new setting with its own
+        discrepancy. With several tests, the first three are "... of test 2", and new settings are at multiples of the
+        geometric mean of the tested Scruton numbers; regimes that weigh laws have new settings at multiples of every
+        one, and nothing else.
+    """
+    found: dict[str, FloatArray] = {}
+    tested = regime.scruton_numbers
+    suffix = [f" of test {j + 1}" if len(tested) > 1 else "" for j in range(len(tested))]
+    if not regime.weighs_laws:
+        for j, sc in enumerate(tested):
+            found["Y1" + suffix[j]] = drawn.Y1[:, j]
+            found["epsilon" + suffix[j]] = drawn.epsilon[:, j]
+            for k in MULTIPLES:
+                found[f"A({k:g} Sc){suffix[j]}"] = own_curve(drawn, j, k * sc, omega0(regime.motion))
+        mean = float(np.exp(np.log(tested).mean()))
+        return found | {f"A_new({k:g} Sc)": new_setting(drawn, k * mean, z_new) for k in MULTIPLES}
+    for j, sc in enumerate(tested):
+        found |= {f"A_new({k:g} Sc){suffix[j]}": new_setting(drawn, k * sc, z_new) for k in MULTIPLES}
+    return found
+
+
+def own_curve(drawn: Drawn, test: int, scruton_number: float, natural: float) -> FloatArray:
+    """Stable amplitude at another Scruton number on the Griffin curve of one test, (S,)."""
+    factor = drawn.mass_damping_factor[:, test]
+    relaxation = factor * drawn.relaxation_rate[:, test] / natural
+    x = (scruton_number - factor * drawn.damping_ratio[:, test]) / relaxation
+    amplitude: FloatArray = drawn.a_star[:, test] * amplitude_ratio(x, drawn.n)
+    return amplitude
+
+
+def new_setting(drawn: Drawn, scruton_number: float, z_new: FloatArray) -> FloatArray:
+    """Stable amplitude of a new setting on the shared curve, off it by its own discrepancy, (S,)."""
+    x = (scruton_number - drawn.reference_scruton_number) / drawn.reference_relaxation
+    curve = drawn.reference_amplitude * amplitude_ratio(x, drawn.n)
+    amplitude: FloatArray = curve * np.exp(drawn.discrepancy_amplitude * z_new)
+    return amplitude
+
+
+def kind_of(quantity: str) -> str:
+    """Quantity without the test that it belongs to: what cells are pooled by."""
+    return quantity.split(" of test ")[0]
+
+
+def score(truth: float, draws: FloatArray) -> Score:
+    """Score one quantity."""
+    rank = float(np.mean(draws < truth) + 0.5 * np.mean(draws == truth))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        log, true = np.log(np.abs(draws)), np.log(abs(truth))
+        log = log[np.isfinite(log)]
+        mean, sd = (float(log.mean()), float(log.std())) if log.size else (np.nan, np.nan)
+        return Score(float(truth), rank, float((true - mean) / sd), sd)
+
+
+def inside(truth: float, draws: FloatArray, probability: float) -> bool:
+    """Whether the closed central interval holds the truth; zero amplitudes and infinite ones may be its ends."""
+    tail = 0.5 * (1.0 - probability)
+    low, high = np.quantile(draws, [tail, 1.0 - tail], method="inverted_cdf")
+    return bool(low <= truth <= high)

@@ -1,0 +1,190 @@
+"""The whole calibration: regimes, processes, resumption, and what comes out."""
+
+import multiprocessing
+import platform
+import signal
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from scruton.calibrate import store
+from scruton.calibrate.coverage import (
+    Cell,
+    LawCheck,
+    Pooled,
+    Ranks,
+    Uniformity,
+    cells,
+    law_check,
+    pooled,
+    uniformity,
+)
+from scruton.calibrate.identifiability import Identifiability, identifiability
+from scruton.calibrate.one import run_one
+from scruton.calibrate.regimes import Regime, chosen
+from scruton.errors import InputError
+from scruton.infer.cards import ModelCard, load_card
+
+PACKAGES = ("scruton", "numpy", "scipy", "emcee", "arviz", "numba")
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationResult:
+    """What a calibration shows.
+
+    Attributes
+    ----------
+    folder : Path
+    settings : mapping
+        Seed, model card, versions.
+    regimes : tuple of Regime
+    ranks : mapping
+        Regime to quantity to the ranks of the truths, (campaigns,), in the order of the campaigns.
+    cells, pooled, uniformity, identifiability, laws
+        See `scruton.calibrate.coverage` and `scruton.calibrate.identifiability`.
+    failed : mapping
+        Regime to the reasons of campaigns that could not be fitted.
+    unconverged : mapping
+        Regime to the number of campaigns whose sampling did not converge; they count in all tables.
+    """
+
+    folder: Path
+    settings: Mapping[str, Any]
+    regimes: tuple[Regime, ...]
+    ranks: Ranks
+    cells: tuple[Cell, ...]
+    pooled: tuple[Pooled, ...]
+    uniformity: tuple[Uniformity, ...]
+    identifiability: tuple[Identifiability, ...]
+    laws: tuple[LawCheck, ...]
+    failed: Mapping[str, tuple[str, ...]]
+    unconverged: Mapping[str, int]
+
+    @property
+    def calibrated(self) -> bool:
+        """Whether no cell and no set of ranks lies beyond four standard errors, and no campaign failed."""
+        beyond = [one.beyond for one in self.cells] + [one.beyond for one in self.uniformity]
+        return not any(beyond) and not any(self.failed.values())
+
+
+def run_calibration(
+    out: Path,
+    *,
+    regimes: Sequence[str] | None = None,
+    campaigns: int = 500,
+    seed: int = 0,
+    jobs: int = 1,
+    force: bool = False,
+    resume: bool = False,
+    progress: Progress | None = None,
+    model: str = "default",
+) -> CalibrationResult:
+    """Simulate and fit campaigns whose truths come from the prior, and see how often the intervals hold them.
+
+    Parameters
+    ----------
+    out : Path
+        Folder for the results; every campaign is kept as soon as it is done.
+    regimes : sequence of str, optional
+        Some of `REGIMES`; all by default.
+    campaigns : int
+        In every regime.
+    seed : int
+        The one source of randomness; results do not depend on `jobs`.
+    jobs : int
+        Processes.
+    force, resume : bool
+        Replace the results that lie in the folder, or go on with them.
+    progress : callable, optional
+        Told the regime, the number of campaigns done in it, and their whole number.
+    model : str
+        Model card: a shipped name or a TOML file. A regime replaces some of its priors; see `Regime.card`.
+
+    Raises
+    ------
+    InputError
+        For unknown regimes, a card that cannot be read, or a folder that holds results.
+    """
+    if campaigns < 2:
+        raise InputError("calibration", "campaigns", str(campaigns), "at least 2")
+    if jobs < 1:
+        raise InputError("calibration", "jobs", str(jobs), "at least 1")
+    wanted, base = chosen(regimes), load_card(model)
+    settings = _settings(seed, base)
+    store.claim(out, settings, force=force, resume=resume)
+    design = tuple(row for one in wanted if not one.weighs_laws for row in identifiability(one, one.card(base)))
+    done = {one.name: store.load(out, one.name) for one in wanted}
+    # Campaign by campaign through all regimes, so that a run that is stopped early tells something of each.
+    tasks = [(one.name, i) for i in range(campaigns) for one in wanted if i not in done[one.name]]
+    for record in _work(tasks, seed, base, jobs):
+        store.append(out, record)
+        mine = done[record["regime"]]
+        mine[record["index"]] = record
+        if progress:
+            progress(record["regime"], len(mine), campaigns)
+    kept = {name: [mine[i] for i in range(campaigns)] for name, mine in done.items()}
+    result = summarise(out, settings, wanted, kept, design)
+    from scruton.calibrate.tables import write_tables
+
+    write_tables(result)
+    return result
+
+
+def summarise(
+    folder: Path,
+    settings: Mapping[str, Any],
+    regimes: tuple[Regime, ...],
+    records: Mapping[str, Sequence[Mapping[str, Any]]],
+    design: tuple[Identifiability, ...],
+) -> CalibrationResult:
+    """Turn the campaigns' records into coverage, ranks and law checks."""
+    good = {name: [one for one in mine if "failed" not in one] for name, mine in records.items()}
+    ranks = {
+        one.name: {
+            key: np.array([record["scores"][key]["rank"] for record in good[one.name]])
+            for key in (good[one.name][0]["scores"] if good[one.name] else ())
+        }
+        for one in regimes
+        if not one.weighs_laws
+    }
+    left_out = {(row.regime, row.quantity) for row in design if row.left_out}
+    return CalibrationResult(
+        folder, settings, regimes, ranks, cells(ranks, left_out), pooled(ranks, left_out), uniformity(ranks, left_out),
+        design,
+        tuple(law_check(one.name, good[one.name]) for one in regimes if one.weighs_laws),
+        {name: tuple(str(one["failed"]) for one in mine if "failed" in one) for name, mine in records.items()},
+        {name: sum(not one["converged"] for one in mine) for name, mine in good.items()},
+    )  # fmt: skip
+
+
+def _settings(seed: int, card: ModelCard) -> dict[str, Any]:
+    versions = {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}
+    return {"seed": seed, "model": card.name, "model_sha256": card.sha256, "versions": versions}
+
+
+def _work(tasks: Sequence[tuple[str, int]], seed: int, base: ModelCard, jobs: int) -> Iterator[dict[str, Any]]:
+    """Run every task, in this process or in several; records come as they are done."""
+    if jobs == 1 or len(tasks) < 2:
+        for name, index in tasks:
+            yield run_one(name, index, seed, base)
+        return
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(min(jobs, len(tasks)), mp_context=context, initializer=_leave_interrupts)
+    try:
+        futures = [pool.submit(run_one, name, index, seed, base) for name, index in tasks]
+        for future in as_completed(futures):
+            yield future.result()
+    finally:
+        # An interruption ends here too: what runs is finished, what waits is dropped.
+        pool.shutdown(cancel_futures=True)
+
+
+def _leave_interrupts() -> None:
+    """Interrupts are for the parent, which keeps what is done."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,0 +1,180 @@
+r"""Truths from the prior: the hierarchical campaign model written down once more, from standard normals forward.
+
+Nothing here is taken from the code that fits: what is drawn is what the documentation of the model says,
+
+.. math:: \ln a^*_j = \ln A(Sc_j) + \tau z_j, \qquad \ln G_j = \ln G + \kappa w_j, \qquad G = R_{ref} + n\,Sc_{ref}
+
+with :math:`A(Sc) = A_{ref}(1 - n x)^{1/n}`, :math:`x = (Sc - Sc_{ref})/R_{ref}`.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtr
+
+from scruton.aero import Setting, amplitude_ratio, force_parameters
+from scruton.calibrate.regimes import (
+    AIR_DENSITY,
+    DEPTH,
+    FREQUENCY,
+    MASS,
+    REDUCED_VELOCITY,
+    WIDTH,
+    Regime,
+)
+from scruton.campaign.schema import FloatArray, Motion
+from scruton.infer.cards import ModelCard
+from scruton.infer.priors import Prior
+
+SHARED, OWN = 4, 5  # normals of the curve, and of every test: z, w, damping, mass, density
+_TRIES = 1000
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """Draws of the campaign model, of the prior or of a posterior.
+
+    Attributes
+    ----------
+    n : (S,) array
+        Law of every draw.
+    reference_scruton_number : float
+    reference_amplitude, reference_relaxation : (S,) arrays
+        A_ref [A/D or rad] and R_ref, the Scruton number that belongs to the relaxation rate there.
+    discrepancy_amplitude : (S,) array
+        tau.
+    a_star, relaxation_rate, damping_ratio, mass_damping_factor, Y1, epsilon : (S, J) arrays
+        A/D or rad, 1/s, and without unit; Y1 and epsilon are NaN unless n = -1.
+    """
+
+    n: FloatArray
+    reference_scruton_number: float
+    reference_amplitude: FloatArray
+    reference_relaxation: FloatArray
+    discrepancy_amplitude: FloatArray
+    a_star: FloatArray
+    relaxation_rate: FloatArray
+    damping_ratio: FloatArray
+    mass_damping_factor: FloatArray
+    Y1: FloatArray
+    epsilon: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """Mass [kg/m or kg m^2/m] and air density [kg/m^3] of every test, (S, J) each, true or as stated."""
+
+    mass: FloatArray
+    air_density: FloatArray
+
+
+def omega0(motion: Motion) -> float:
+    """Natural circular frequency [rad/s] of every rig."""
+    return 2.0 * np.pi * FREQUENCY[motion]
+
+
+def wind_speed(motion: Motion) -> float:
+    """Wind speed [m/s] of every test."""
+    return REDUCED_VELOCITY * FREQUENCY[motion] * DEPTH
+
+
+def setting(motion: Motion, body: Body, damping_ratio: FloatArray) -> Setting:
+    """Settings of all tests; the force has no stiffness, so that the frequency in the wind is that in still air."""
+    return Setting(
+        motion=motion, width=WIDTH, depth=DEPTH, mass=body.mass, air_density=body.air_density,
+        wind_speed=wind_speed(motion), frequency=FREQUENCY[motion], wind_frequency=FREQUENCY[motion],
+        damping_ratio=damping_ratio,
+    )  # fmt: skip
+
+
+def stated(regime: Regime) -> tuple[Body, FloatArray]:
+    """Mass and density as stated, and the damping ratios that give the regime's Scruton numbers, (J,)."""
+    tests = len(regime.scruton_numbers)
+    body = Body(np.full(tests, MASS[regime.motion]), np.full(tests, AIR_DENSITY))
+    factor = setting(regime.motion, body, np.zeros(tests)).mass_damping_factor
+    return body, np.asarray(regime.scruton_numbers) / factor
+
+
+def log_sd(relative: float) -> float:
+    """Standard deviation of the logarithm of a lognormal quantity with this relative uncertainty."""
+    return float(np.sqrt(np.log1p(relative**2)))
+
+
+def dimension(regime: Regime) -> int:
+    """Number of standard normals that make one truth."""
+    return SHARED + OWN * len(regime.scruton_numbers)
+
+
+def from_normals(z: FloatArray, regime: Regime, card: ModelCard) -> tuple[Drawn, Body, np.ndarray]:
+    """Campaigns that standard normals stand for.
+
+    Parameters
+    ----------
+    z : (S, d) array
+        See `dimension`.
+    regime : Regime
+    card : ModelCard
+        Of the regime; see `Regime.card`.
+
+    Returns
+    -------
+    drawn : Drawn
+    body : Body
+        True mass and density.
+    possible : (S,) array of bool
+        Whether every test has a stable amplitude, for n < 0 at zero damping too; what is not is drawn again.
+    """
+    tests, n = len(regime.scruton_numbers), regime.n
+    shared = [
+        _value(card.prior(name, regime.motion), z[:, i])
+        for i, name in enumerate(
+            ("stable_amplitude", "relaxation_ratio", "discrepancy_amplitude", "discrepancy_relaxation")
+        )
+    ]
+    own = z[:, SHARED:].reshape(len(z), tests, OWN)
+    body, damping = stated(regime)
+    factor = setting(regime.motion, body, damping).mass_damping_factor
+    reference = float(np.exp(np.log(regime.scruton_numbers).mean()))
+    amplitude, tau, kappa = shared[0], shared[2], shared[3]
+    relaxation = shared[1] * float(np.exp(np.log(factor).mean()))
+    at_zero = relaxation + n * reference
+
+    true = Body(
+        body.mass * np.exp(log_sd(regime.mass_sd) * own[..., 3]),
+        body.air_density * np.exp(log_sd(regime.density_sd) * own[..., 4]),
+    )
+    xi = damping * np.exp(log_sd(regime.damping_sd) * own[..., 2])
+    places = setting(regime.motion, true, xi)
+    sc = places.scruton_number
+    with np.errstate(all="ignore"):
+        curve = amplitude[:, None] * amplitude_ratio((sc - reference) / relaxation[:, None], n)
+        a_star = curve * np.exp(tau[:, None] * own[..., 0])
+        here = at_zero[:, None] * np.exp(kappa[:, None] * own[..., 1]) - n * sc
+        rate = here / places.mass_damping_factor * omega0(regime.motion)
+        possible = np.isfinite(a_star) & (a_star > 0.0) & (rate > 0.0)
+        if n < 0.0:
+            possible &= at_zero[:, None] > 0.0
+        forces = force_parameters(a_star, rate, places) if n == -1.0 else np.full((2, *sc.shape), np.nan)
+    drawn = Drawn(
+        np.full(len(z), n), reference, amplitude, relaxation, tau, a_star, rate, xi, places.mass_damping_factor, *forces
+    )
+    return drawn, true, possible.all(axis=1)
+
+
+def draw_normals(rng: np.random.Generator, regime: Regime, card: ModelCard, size: int) -> FloatArray:
+    """Draw standard normals whose campaigns are possible, (size, d); those that are not are drawn again whole."""
+    kept: list[FloatArray] = []
+    for _ in range(_TRIES):
+        z = rng.standard_normal((2 * size + 8, dimension(regime)))
+        kept.append(z[from_normals(z, regime, card)[2]])
+        if sum(map(len, kept)) >= size:
+            return np.concatenate(kept)[:size]
+    raise ValueError(f"regime {regime.name}: its priors allow hardly any campaign with a stable amplitude")
+
+
+def _value(prior: Prior, z: FloatArray) -> FloatArray:
+    """Prior quantile of a standard normal."""
+    if prior.family.endswith("uniform"):
+        half = np.sqrt(3.0) * prior.scale
+        return prior.from_sampled(prior.location + half * (2.0 * ndtr(z) - 1.0))
+    return prior.from_sampled(prior.location + prior.scale * z)

@@ -1,0 +1,161 @@
+"""Leave a test out: every rig's stable amplitude predicted from the others, and from each single one."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scruton.campaign import peak_tests, tests_used
+from scruton.campaign.schema import Campaign
+from scruton.errors import InputError
+from scruton.griffin.predict import Prediction, predict
+
+if TYPE_CHECKING:
+    from scruton.infer.cards import ModelCard
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Validation:
+    """One stable amplitude, predicted without its own records.
+
+    Attributes
+    ----------
+    test : str
+        The peak test that is predicted.
+    source : tuple of str
+        The peak tests that it is predicted from.
+    prediction : Prediction
+    amplitude : float
+        What was found there, A/D or rad.
+    measured : bool
+        Whether the campaign states it; else it is the median of the test's own posterior.
+    trusted : bool
+        Whether the fit that predicts has converged.
+    """
+
+    test: str
+    source: tuple[str, ...]
+    prediction: Prediction
+    amplitude: float
+    measured: bool
+    trusted: bool
+
+    @property
+    def error(self) -> float:
+        """Median predicted over found, less one."""
+        return self.prediction.median / self.amplitude - 1.0
+
+    @property
+    def factor(self) -> float:
+        """How far the 90 % interval reaches from its median, as the larger factor of both sides."""
+        low, high = self.prediction.interval(0.90)
+        median = self.prediction.median
+        return float(max(median / low if low > 0.0 else np.inf, high / median if median > 0.0 else np.inf))
+
+    def inside(self, probability: float = 0.90) -> bool:
+        """Whether the interval of this probability holds what was found."""
+        low, high = self.prediction.interval(probability)
+        return low <= self.amplitude <= high
+
+    @property
+    def z(self) -> float:
+        """Normal score of what was found among the predictive draws, within what their number can tell."""
+        from scipy.special import ndtri
+
+        draws = self.prediction.draws
+        rank = np.mean(draws < self.amplitude) + 0.5 * np.mean(draws == self.amplitude)
+        edge = 0.5 / len(draws)
+        return float(ndtri(np.clip(rank, edge, 1.0 - edge)))
+
+    @property
+    def log_score(self) -> float:
+        """Log predictive density of ln(amplitude) at what was found, by a kernel estimate over the living draws."""
+        from scipy.stats import gaussian_kde
+
+        draws = self.prediction.draws
+        alive = np.log(draws[np.isfinite(draws) & (draws > 0.0)])
+        if len(alive) < 10 or np.ptp(alive) == 0.0:
+            return -np.inf
+        density = float(gaussian_kde(alive)(np.log(self.amplitude))[0]) * len(alive) / len(draws)
+        return float(np.log(density)) if density > 0.0 else -np.inf
+
+
+def validate(
+    campaign: Campaign,
+    card: "ModelCard",
+    *,
+    seed: int = 0,
+    progress: Progress | None = None,
+    singles: bool = True,
+) -> list[Validation]:
+    """Predict every peak test from the other peak tests, and from each one of them.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        With peak tests of two rigs or more.
+    card : ModelCard
+    seed : int
+    progress : callable, optional
+        Told what is being predicted and the fraction done.
+    singles : bool
+        False leaves out predictions from single tests.
+
+    Returns
+    -------
+    list of Validation
+        First from all others, then from single tests, in the order of the rigs.
+
+    Raises
+    ------
+    InputError
+        If fewer than two rigs were tested in wind.
+
+    Notes
+    -----
+    Each prediction is a fit of its own, laws and discrepancies included, that never sees the records of the test that
+    it predicts.  What was found is the stable amplitude that the campaign states, else the posterior of the test.
+    """
+    from scruton.infer.fit import fit_campaign
+
+    whole = fit_campaign(campaign, card, seed=seed, thorough=False, report=_part(progress, "all tests", 0.0))
+    fitted = {one["name"]: one["parameters"] for one in whole.summary["tests"]}
+    with_records = tests_used(campaign, tuple(fitted))
+    peaks = [one.name for one in peak_tests(with_records, {k: v["a_star"]["median"] for k, v in fitted.items()})]
+    if len(peaks) < 2:
+        raise InputError(
+            campaign.path, "tests", f"{len(peaks)} rigs with records in wind", "two or more: one predicts the other"
+        )
+    plan = [(test, tuple(other for other in peaks if other != test)) for test in peaks]
+    if singles and len(peaks) > 2:
+        plan += [(test, (other,)) for other in peaks for test in peaks if test != other]
+    trees: dict[tuple[str, ...], tuple[object, bool]] = {}
+    found = []
+    for i, (test, source) in enumerate(plan):
+        if source not in trees:
+            told = _part(progress, f"{test} from {', '.join(source)}", i / len(plan))
+            fit = fit_campaign(tests_used(campaign, source), card, seed=seed, thorough=False, report=told)
+            trees[source] = fit.tree, fit.converged
+        tree, trusted = trees[source]
+        stated = campaign.test(test).stable_amplitude
+        sc = fitted[test]["scruton_number"]["median"]
+        found.append(
+            Validation(
+                test,
+                source,
+                predict(tree, scruton_number=sc, seed=seed),  # type: ignore[arg-type]
+                stated.mean if stated is not None else fitted[test]["a_star"]["median"],
+                stated is not None,
+                trusted and whole.converged,
+            )
+        )
+    return found
+
+
+def _part(progress: Progress | None, what: str, done: float) -> Progress | None:
+    if progress is None:
+        return None
+    return lambda name, fraction: progress(what, done)

@@ -1,0 +1,360 @@
+"""Everything that a statistician asks of a fit, from its results alone, and what of the answers needs a look.
+
+The checks themselves live in `replication` (prior and posterior predictive), `whiteness` (innovations) and
+`sensitivity` (power scaling, identifiability, influence).  Here they are run over tests and records, and every answer
+that is out of the ordinary becomes a flag with a sentence of its own.
+"""
+
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scruton.campaign.schema import FloatArray
+from scruton.infer import replication, sensitivity, whiteness
+from scruton.infer.replication import BandShare, PriorCheck
+from scruton.infer.sensitivity import Influence, Moved, Scaling
+from scruton.infer.whiteness import Check
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+LOOK = 0.01  # an adjusted p-value below this is worth a look
+SERIOUS_WHITENESS, SERIOUS_PREDICTIVE = 0.01, 0.002  # below these the fit is not to be trusted
+ABSURD = 0.5  # share of prior draws that are absurd
+MOVES, DISAGREES = 2.0, 3.0  # shift by one record, in posterior sds; its disagreement with the others, in its own sds
+# Parameters whose prior is meant to speak, or of which nothing hangs: no flag where the data leave them where they are.
+MEANT_TO_STAY = (
+    "amplitude_scatter",
+    "noise_factor",
+    "damping_ratio",
+    "discrepancy_amplitude",
+    "discrepancy_relaxation",
+)
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+
+
+@dataclass(frozen=True)
+class Flag:
+    """One thing to look at.
+
+    Attributes
+    ----------
+    check : str
+        The part of the criticism that it comes from.
+    where : str
+        Test, record and parameter.
+    text : str
+        A sentence: what was found, and what it means.
+    serious : bool
+        Whether the fit is not to be trusted for it.
+    """
+
+    check: str
+    where: str
+    text: str
+    serious: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Criticism:
+    """The answers.
+
+    Attributes
+    ----------
+    innovations, predictive : tuple of Check
+        p-values adjusted over records.
+    shares : tuple of BandShare
+    prior : tuple of PriorCheck
+    scaling : tuple of Scaling
+    moved : tuple of Moved
+        Of the tests; then those of the campaign model, whose `test` is empty.
+    influence : tuple of Influence
+    missing : tuple of str
+        Checks that could not be made, with the reason.
+    flags : tuple of Flag
+    bands : mapping
+        Prior predictive quantiles (5, 25, 50, 75, 95 %) of every (test, record), (5, N).
+    """
+
+    innovations: tuple[Check, ...]
+    predictive: tuple[Check, ...]
+    shares: tuple[BandShare, ...]
+    prior: tuple[PriorCheck, ...]
+    scaling: tuple[Scaling, ...]
+    moved: tuple[Moved, ...]
+    influence: tuple[Influence, ...]
+    missing: tuple[str, ...]
+    flags: tuple[Flag, ...]
+    bands: Mapping[tuple[str, str], FloatArray] = field(default_factory=dict)
+
+    @property
+    def ok(self) -> bool:
+        """Whether nothing serious was found."""
+        return not any(one.serious for one in self.flags)
+
+    def rows(self) -> dict[str, list[dict[str, Any]]]:
+        """Every answer as rows, by part."""
+        parts: dict[str, Sequence[Any]] = {
+            "innovations": self.innovations,
+            "posterior_predictive": self.predictive,
+            "predictive_bands": self.shares,
+            "prior_predictive": self.prior,
+            "prior_sensitivity": self.scaling,
+            "identifiability": self.moved,
+            "influence": self.influence,
+        }
+        return {name: [asdict(one) for one in part] for name, part in parts.items()}
+
+    def to_json(self) -> dict[str, Any]:
+        """Everything but the bands, with null for numbers that are missing."""
+        content = {"format": 1, "ok": self.ok, "flags": [asdict(one) for one in self.flags]}
+        return plain(content | {"missing": list(self.missing)} | self.rows())  # type: ignore[no-any-return]
+
+
+def plain(value: Any) -> Any:
+    """Numbers that JSON knows: NaN and infinities become null."""
+    if isinstance(value, dict):
+        return {key: plain(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(one) for one in value]
+    if isinstance(value, float):
+        return value if np.isfinite(value) else None
+    return value
+
+
+@dataclass(frozen=True, eq=False)
+class RecordOf:
+    """Where a transient record's cycles lie in the tree, and what they are."""
+
+    test: str
+    record: str
+    index: np.ndarray
+    time: FloatArray
+    amplitude: FloatArray
+    standard_error: FloatArray
+
+
+def records(tree: "xr.DataTree") -> Iterator[RecordOf]:
+    """Every transient record of every test, in the order of the tree."""
+    if "observed_data" not in tree or "record" not in tree["constant_data"]:
+        return
+    constant = tree["constant_data"]
+    test, record = (constant[key].to_numpy().astype(str) for key in ("record_test", "record"))
+    arrays = [constant["time"], tree["observed_data"]["amplitude"], constant["standard_error"]]
+    values = [np.asarray(one.to_numpy(), dtype=float) for one in arrays]
+    for pair in dict.fromkeys(zip(test.tolist(), record.tolist(), strict=True)):
+        index = np.flatnonzero((test == pair[0]) & (record == pair[1]))
+        yield RecordOf(pair[0], pair[1], index, *(one[index] for one in values))
+
+
+def criticise_tree(tree: "xr.DataTree", summary: Mapping[str, Any], *, seed: int = 0) -> Criticism:
+    """Run every check that the results of a fit allow.
+
+    Parameters
+    ----------
+    tree : DataTree
+        With a group `posterior`; a campaign of still air alone has none.
+    summary : mapping
+        What fit.json holds.
+    seed : int
+        Of the prior predictive replicates, the only randomness.
+    """
+    missing = []
+    judged = [one for one in records(tree) if one.time.size >= replication.FEWEST]
+    if not judged:
+        missing.append("innovations, predictive checks, influence: no transient record holds enough cycles")
+    innovations: tuple[Check, ...] = ()
+    if judged and "innovations" in tree:
+        innovations = _innovations(tree)
+    elif judged:
+        missing.append("whiteness of the innovations: the results do not hold them; fit again")
+    predictive: list[Check] = []
+    shares: list[BandShare] = []
+    if judged and "posterior_predictive" in tree:
+        group = tree["posterior_predictive"]
+        runs = [group[name].to_numpy() for name in ("amplitude", "mean_amplitude")]
+        runs = [one.reshape(-1, one.shape[-1]) for one in runs]
+        for one in judged:
+            replicate, mean = (run[:, one.index] for run in runs)
+            checks, share = replication.posterior_check(one.test, one.record, one.time, one.amplitude, replicate, mean)
+            predictive += checks
+            shares += share
+    elif judged:
+        missing.append("posterior predictive: the results hold no free runs; fit again")
+    prior, bands = _prior(tree, judged, seed) if judged and "prior" in tree else ((), {})
+    scaling = sensitivity.power_scaling(tree)
+    if not scaling:
+        missing.append("prior sensitivity: the results hold no log prior; fit again")
+    moved = (*sensitivity.identifiability(tree), *sensitivity.campaign_identifiability(tree, summary))
+    influence = sensitivity.influences(tree)
+    alone = _alone(judged, influence)
+    if alone:
+        missing.append(f"influence: {', '.join(alone)} rests on one record, which cannot be left out")
+    adjusted = whiteness.adjust(predictive, [replication.STATISTICS])
+    flags = (
+        *_convergence(summary),
+        *_whiteness_flags(innovations),
+        *_predictive_flags(adjusted),
+        *_prior_flags(prior),
+        *_scaling_flags(scaling),
+        *_moved_flags(moved),
+        *_influence_flags(influence),
+    )
+    return Criticism(
+        innovations, adjusted, tuple(shares), prior, scaling, moved, influence, tuple(missing), flags, bands
+    )
+
+
+def _innovations(tree: "xr.DataTree") -> tuple[Check, ...]:
+    constant = tree["constant_data"]
+    return whiteness.judge(
+        np.asarray(tree["innovations"]["amplitude"].to_numpy(), dtype=float).reshape(-1),
+        np.asarray(tree["observed_data"]["amplitude"].to_numpy(), dtype=float),
+        constant["record_test"].to_numpy().astype(str),
+        constant["record"].to_numpy().astype(str),
+    )
+
+
+def _prior(
+    tree: "xr.DataTree", judged: Sequence[RecordOf], seed: int
+) -> tuple[tuple[PriorCheck, ...], dict[tuple[str, str], FloatArray]]:
+    group, constant = tree["prior"], tree["constant_data"]
+    checks, bands = [], {}
+    largest = max(float(one.amplitude.max()) for one in judged)
+    for one in judged:
+        draws = {
+            str(name): group[name].sel(test=one.test).to_numpy().reshape(-1) for name in group.to_dataset().data_vars
+        }
+        omega0 = 2.0 * np.pi * float(constant["frequency"].sel(test=one.test))
+        rate = draws["relaxation_ratio"] * omega0
+        law = draws.get("law_exponent", np.full_like(rate, float(constant["law_n"])))
+        prior = {
+            "a_star": draws["stable_amplitude"],
+            "relaxation_rate": rate,
+            "n": law,
+            "amplitude_scatter": draws["amplitude_scatter"],
+            "noise_factor": draws["noise_factor"],
+        }
+        # A seed of its own for every record: leaving one out changes no number of another.
+        rng = np.random.default_rng([seed, zlib.crc32(f"{one.test}/{one.record}".encode())])
+        replicate = replication.prior_replicates(one.time, one.standard_error, float(one.amplitude[0]), prior, rng)
+        checks.append(replication.prior_check(one.test, one.record, one.time, one.amplitude, replicate, rate, largest))
+        bands[one.test, one.record] = np.quantile(replicate, QUANTILES, axis=0)
+    return tuple(checks), bands
+
+
+def _alone(judged: Sequence[RecordOf], influence: Sequence[Influence]) -> list[str]:
+    known = {one.test for one in influence}
+    return [name for name in dict.fromkeys(one.test for one in judged) if name not in known]
+
+
+def _where(test: str, record: str = "", parameter: str = "") -> str:
+    return ", ".join(one for one in (test, record, parameter) if one)
+
+
+def _convergence(summary: Mapping[str, Any]) -> list[Flag]:
+    if summary.get("converged", True):
+        return []
+    return [
+        Flag("sampling", "", "the fit did not converge: what follows judges draws that are not the posterior's", True)
+    ]
+
+
+_MEANING = {
+    whiteness.MEMORY: "the innovations have a memory: the state relaxes otherwise than the model says",
+    whiteness.TREND: "the innovations follow the amplitude: the law of damping has another shape",
+    whiteness.LAW: "over all records the innovations bend with the amplitude: the law of damping has another shape, "
+    "compare the weights of other laws",
+    whiteness.MEAN: "the innovations are not centred: the filter expects too much or too little throughout",
+    whiteness.VARIANCE: "the innovations are not of unit variance: scatter or noise differ between the records",
+    whiteness.NORMALITY: "the innovations are not normal: heavy tails or outliers, look for cycles gone wrong",
+}
+
+
+def _whiteness_flags(checks: Sequence[Check]) -> Iterator[Flag]:
+    for one in checks:
+        if one.adjusted < LOOK:
+            text = f"{_MEANING[one.name]} ({one.name} {one.value:.3g}, expected {_interval(one)}, p = {_p(one)})"
+            serious = one.name in whiteness.PREDICTABLE and one.adjusted < SERIOUS_WHITENESS
+            yield Flag("innovations", _where(one.test, one.record), text, serious)
+
+
+def _predictive_flags(checks: Sequence[Check]) -> Iterator[Flag]:
+    for one in checks:
+        if one.adjusted < LOOK:
+            side = "more" if one.value > 0.5 * (one.low + one.high) else "less"
+            text = f"{one.name} of {one.value:.3g} is {side} than the fitted model produces ({_interval(one)}, p = {_p(one)})"
+            yield Flag("posterior predictive", _where(one.test, one.record), text, one.adjusted < SERIOUS_PREDICTIVE)
+
+
+def _prior_flags(checks: Sequence[PriorCheck]) -> Iterator[Flag]:
+    for one in checks:
+        where = _where(one.test, one.record)
+        for name, p in ((replication.HALF, one.p_half), (replication.FINAL, one.p_final)):
+            if p < LOOK:
+                text = (
+                    f"the prior hardly admits this record's {name.removesuffix(' [s]')} (p = {p:.2g}): widen or move it"
+                )
+                yield Flag("prior predictive", where, text)
+        if one.huge > ABSURD:
+            text = f"{one.huge:.0%} of the prior exceeds ten times the campaign's largest amplitude: it says too little"
+            yield Flag("prior predictive", where, text)
+        if one.instant > ABSURD:
+            text = (
+                f"{one.instant:.0%} of the prior relaxes within one cycle, where the amplitude equation has no meaning"
+            )
+            yield Flag("prior predictive", where, text)
+
+
+def _scaling_flags(rows: Sequence[Scaling]) -> Iterator[Flag]:
+    for one in rows:
+        where = _where(one.test, "", one.parameter)
+        if one.diagnosis == sensitivity.CONFLICT:
+            text = (
+                f"prior-data conflict: the posterior follows both the card's priors ({one.prior:.2f}) and the records "
+                f"({one.likelihood:.2f}); ask whether the prior or the model is wrong"
+            )
+            yield Flag("prior sensitivity", where, text)
+        elif one.diagnosis == sensitivity.WEAK:
+            text = (
+                f"weak likelihood: the posterior follows the card's priors ({one.prior:.2f}) rather than the records "
+                f"({one.likelihood:.2f})"
+            )
+            yield Flag("prior sensitivity", where, text)
+
+
+def _moved_flags(rows: Sequence[Moved]) -> Iterator[Flag]:
+    for one in rows:
+        if one.parameter in MEANT_TO_STAY or not one.ratio > sensitivity.BARELY:
+            continue
+        text = f"{one.verdict}: its posterior sd is {one.ratio:.2f} of the prior's"
+        yield Flag("identifiability", _where(one.test or "campaign", "", one.parameter), text)
+
+
+def _influence_flags(rows: Sequence[Influence]) -> Iterator[Flag]:
+    doubtful: set[tuple[str, str]] = set()
+    for one in rows:
+        if not one.trusted:
+            if (one.test, one.record) not in doubtful:
+                doubtful.add((one.test, one.record))
+                text = (
+                    f"this record dominates the test (k-hat {one.khat:.2f} > {sensitivity.TRUSTED_KHAT}): reweighting "
+                    "cannot tell what the others say; refit without it"
+                )
+                yield Flag("influence", _where(one.test, one.record), text)
+        elif abs(one.shift) > MOVES or abs(one.z) > DISAGREES:
+            text = f"leaving this record out moves the posterior by {one.shift:+.1f} of its sds"
+            if abs(one.z) > DISAGREES:
+                text += f": it disagrees with the other records (z = {one.z:.1f})"
+            yield Flag("influence", _where(one.test, one.record, one.parameter), text)
+
+
+def _interval(one: Check) -> str:
+    return f"{one.low:.3g} to {one.high:.3g} in 90 % of cases"
+
+
+def _p(one: Check) -> str:
+    return f"{one.adjusted:.1g}" if one.adjusted >= 1e-6 else "1e-6 or less"

@@ -1,0 +1,304 @@
+r"""The hierarchical campaign model: the peak tests of all rigs, joined by one Griffin curve and a discrepancy.
+
+The tests share the curve of law n through a reference Scruton number,
+
+.. math:: A(Sc) = A_{ref}\,(1 - n x)^{1/n}, \quad x = (Sc - Sc_{ref})/R_{ref}, \quad
+   Sc_\lambda(Sc) = R_{ref} - n\,(Sc - Sc_{ref})
+
+with Sc_lambda the Scruton number that belongs to the relaxation rate.  Its value at zero damping,
+:math:`G = R_{ref} + n\,Sc_{ref}`, stands for the strength of the wind: for n = -1 it is proportional to -Y1.  Test j
+lies off the shared curve by
+
+.. math:: \ln a^*_j = \ln A(Sc_j) + \tau z_j, \qquad \ln G_j = \ln G + \kappa w_j
+
+with z, w standard normal, and so will the next setting.  Amplitudes of different settings lie on one curve more closely
+than the slopes of their transients say, hence two scales; both have a prior in the model card, and two rigs or more
+inform them.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from scruton.aero.laws import amplitude_ratio
+from scruton.campaign.schema import FloatArray
+from scruton.infer.models import Posterior, WindPosterior
+from scruton.infer.priors import Prior
+
+SHARED = ("reference_amplitude", "reference_relaxation_ratio", "discrepancy_amplitude", "discrepancy_relaxation")
+_OWN = ("stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor", "damping_ratio", "mass_factor")
+_LOG_2PI = float(np.log(2.0 * np.pi))
+
+
+@dataclass(frozen=True, eq=False)
+class PeakTest:
+    """One peak test in the campaign model.
+
+    Attributes
+    ----------
+    name : str
+    wind : WindPosterior
+        Its likelihood and the priors of its scatter, noise factor and damping ratio.
+    mass_damping_factor : float
+        Scruton number per unit of damping ratio, at the stated mass and density.
+    draws : (S, d) array
+        Coordinates near the mode of `wind`, such as draws under any law: where the search for the optimum starts.
+    factor_log_sd : float
+        Standard deviation of the factor's logarithm, from mass and density.
+    """
+
+    name: str
+    wind: WindPosterior
+    mass_damping_factor: float
+    draws: FloatArray
+    factor_log_sd: float = 0.0
+
+    @property
+    def relaxes(self) -> bool:
+        """Whether the records inform the relaxation rate."""
+        return bool(self.wind.data.size)
+
+
+@dataclass(frozen=True, eq=False)
+class Settings:
+    """Every test's parameters in physical units, (W, J) each; what the coordinates of walkers stand for."""
+
+    a_star: FloatArray
+    relaxation_ratio: FloatArray
+    damping_ratio: FloatArray
+    mass_damping_factor: FloatArray
+    amplitude_scatter: FloatArray
+    noise_factor: FloatArray
+
+    @property
+    def scruton_number(self) -> FloatArray:
+        """Sc of every test."""
+        return self.mass_damping_factor * self.damping_ratio
+
+    @property
+    def relaxation(self) -> FloatArray:
+        """Scruton number that belongs to every test's relaxation rate."""
+        return self.mass_damping_factor * self.relaxation_ratio
+
+
+@dataclass(frozen=True, eq=False)
+class CampaignPosterior(Posterior):
+    """Joint posterior of the peak tests.
+
+    Sampled: the logarithms of A_ref, R_ref over the reference mass-damping factor, tau and kappa; n where it is free;
+    and for every test those of a*, lambda/omega0, scatter, noise factor, xi_s, and the standardised deviation of the
+    mass-damping factor.  Where a test's records say nothing of lambda its coordinate is w_j instead (non-centred), which
+    the discrepancy's scale does not squeeze.
+
+    Attributes
+    ----------
+    tests : sequence of PeakTest
+    shared : tuple of Prior
+        Of A_ref, of lambda/omega0 at the reference, of tau and of kappa.
+    n : float
+        The law; ignored where `exponent` is given.
+    exponent : Prior, optional
+        Prior of n, where n is free.
+    """
+
+    tests: Sequence[PeakTest]
+    shared: tuple[Prior, Prior, Prior, Prior]
+    n: float = -1.0
+    exponent: Prior | None = None
+
+    @cached_property
+    def reference(self) -> tuple[float, float]:
+        """Fixed reference: Scruton number and mass-damping factor, geometric means over the tests as stated."""
+        factor = np.array([one.mass_damping_factor for one in self.tests])
+        damping = np.array([one.wind.priors[4].location for one in self.tests])
+        return float(np.exp(np.mean(np.log(factor) + damping))), float(np.exp(np.log(factor).mean()))
+
+    @cached_property
+    def priors(self) -> tuple[Prior, ...]:  # type: ignore[override]
+        """One a coordinate: exact for the shared, scatter, noise, damping and mass; a* and lambda follow the curve."""
+        found = [replace(prior, name=name) for name, prior in zip(SHARED, self.shared, strict=True)]
+        found += [self.exponent] if self.exponent else []
+        for one in self.tests:
+            own = [one.wind.priors[0], one.wind.priors[1] if one.relaxes else Prior("w", "normal", 0.0, 1.0)]
+            own += [*one.wind.priors[2:5], Prior("mass_factor", "normal", 0.0, 1.0)]
+            if not one.factor_log_sd:
+                own.pop()
+            found += [replace(prior, name=f"{prior.name} of {one.name}") for prior in own]
+        return tuple(found)
+
+    @cached_property
+    def _normals(self) -> tuple[FloatArray, FloatArray]:
+        return np.array([one.location for one in self.priors]), np.array([one.scale for one in self.priors])
+
+    @cached_property
+    def _columns(self) -> list[slice]:
+        start = len(SHARED) + (self.exponent is not None)
+        found = []
+        for one in self.tests:
+            width = len(_OWN) if one.factor_log_sd else len(_OWN) - 1
+            found.append(slice(start, start + width))
+            start += width
+        return found
+
+    @property
+    def blocks(self) -> tuple[slice, ...]:
+        """Coordinates that belong together: the shared ones, then those of every test."""
+        return (slice(0, self._columns[0].start), *self._columns)
+
+    def without(self, record: str) -> "CampaignPosterior":
+        """The same model of all records but one."""
+        tests = [replace(one, wind=replace(one.wind, data=one.wind.data.without(record))) for one in self.tests]
+        return replace(self, tests=tests)
+
+    def exponents(self, u: FloatArray) -> FloatArray:
+        """n of every walker, (W,)."""
+        return u[:, len(SHARED)] if self.exponent else np.full(len(u), self.n)
+
+    def curve(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """A_ref, R_ref, n and G of the shared curve, (W,) each."""
+        sc, factor = self.reference
+        n, relaxation = self.exponents(u), factor * np.exp(u[:, 1])
+        return np.exp(u[:, 0]), relaxation, n, relaxation + n * sc
+
+    def settings(self, u: FloatArray) -> Settings:
+        """Every test's parameters, (W, J) each; NaN where the coordinates mean none."""
+        _, _, n, at_zero = self.curve(u)
+        rows = []
+        for one, columns in zip(self.tests, self._columns, strict=True):
+            v = u[:, columns]
+            damping = np.exp(v[:, 4])
+            factor = np.full(len(u), one.mass_damping_factor)
+            if one.factor_log_sd:
+                factor = factor * np.exp(one.factor_log_sd * v[:, 5])
+            if one.relaxes:
+                ratio = np.exp(v[:, 1])
+            else:
+                own = at_zero * np.exp(np.exp(u[:, 3]) * v[:, 1]) - n * factor * damping
+                ratio = np.where(own > 0.0, own, np.nan) / factor
+            rows.append((np.exp(v[:, 0]), ratio, damping, factor, np.exp(v[:, 2]), np.exp(v[:, 3])))
+        return Settings(*(np.stack(one, axis=1) for one in zip(*rows, strict=True)))
+
+    def _deviations(self, u: FloatArray, s: Settings) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Deviations of ln a* and ln G from the shared curve, and G_j, (W, J) each; NaN off the constraint."""
+        a_ref, relaxation, n, at_zero = (one[:, None] for one in self.curve(u))
+        sc = s.scruton_number
+        x = (sc - self.reference[0]) / relaxation
+        own = s.relaxation + n * sc
+        with np.errstate(all="ignore"):
+            amplitude = np.log(s.a_star) - np.log(a_ref * amplitude_ratio(x, n))
+            return amplitude, np.log(own) - np.log(at_zero), own
+
+    def log_prob(self, u: FloatArray) -> FloatArray:
+        """Log posterior up to a constant, (W,); -inf outside the support, never NaN."""
+        s = self.settings(u)
+        total = self._prior_terms(u, s).sum(axis=1)
+        alive = np.isfinite(total) & self._inside(u, s)
+        found = np.full(len(u), -np.inf)
+        if alive.any():
+            with np.errstate(all="ignore"):
+                value = total[alive] + self.log_likelihood(u if alive.all() else u[alive])
+            found[alive] = np.where(np.isfinite(value), value, -np.inf)
+        return found
+
+    def inside(self, u: FloatArray) -> np.ndarray:
+        """A stable amplitude at every tested setting, and for n < 0 at zero damping (Y1 < 0), (W,) of bool."""
+        return self._inside(u, self.settings(u))
+
+    def _inside(self, u: FloatArray, s: Settings) -> np.ndarray:
+        amplitude, strength, own = self._deviations(u, s)
+        good = np.isfinite(amplitude) & np.isfinite(strength) & (own > 0.0) & (s.relaxation_ratio > 0.0)
+        found: np.ndarray = good.all(axis=1)
+        return found
+
+    def log_prior(self, u: FloatArray) -> FloatArray:
+        """Log prior density of the coordinates without the joint constraint, (W,); NaN where a parameter is none."""
+        total = self.log_prior_terms(u).sum(axis=1)
+        return np.where(np.isnan(total), -np.inf, total)
+
+    def log_prior_terms(self, u: FloatArray) -> FloatArray:
+        """Log prior of every coordinate given those before it, (W, d)."""
+        return self._prior_terms(u, self.settings(u))
+
+    def _prior_terms(self, u: FloatArray, s: Settings) -> FloatArray:
+        if all(not one.family.endswith("uniform") for one in self.priors):
+            location, scale = self._normals
+            z = (u - location) / scale
+            terms = -0.5 * (z * z + _LOG_2PI) - np.log(scale)
+        else:
+            terms = np.stack([one.log_density(u[:, i]) for i, one in enumerate(self.priors)], axis=1)
+        amplitude, strength, own = self._deviations(u, s)
+        tau, kappa = u[:, 2], u[:, 3]
+        for j, (one, columns) in enumerate(zip(self.tests, self._columns, strict=True)):
+            terms[:, columns.start] = _normal(amplitude[:, j], tau)
+            if one.relaxes:
+                with np.errstate(all="ignore"):
+                    # ln G_j is normal; the coordinate is ln(lambda/omega0).
+                    jacobian = np.log(s.relaxation[:, j] / own[:, j])
+                terms[:, columns.start + 1] = _normal(strength[:, j], kappa) + jacobian
+        return terms
+
+    def log_likelihood(self, u: FloatArray) -> FloatArray:
+        """Sum of the tests' log likelihoods, (W,)."""
+        total = np.zeros(len(u))
+        for one, v in zip(self.tests, self.wind_coordinates(u), strict=True):
+            total += one.wind.log_likelihood(v)
+        return total
+
+    def wind_coordinates(self, u: FloatArray) -> list[FloatArray]:
+        """Coordinates of every test's own posterior, (W, 5), or (W, 6) where n is free."""
+        s, found = self.settings(u), []
+        for j, columns in enumerate(self._columns):
+            v = u[:, columns][:, :5].copy()
+            v[:, 1] = np.log(s.relaxation_ratio[:, j])
+            found.append(np.concatenate([v, self.exponents(u)[:, None]], axis=1) if self.exponent else v)
+        return found
+
+    def prior_sample(self, rng: np.random.Generator, size: int) -> tuple[FloatArray, np.ndarray]:
+        """Draws of the generative prior and whether each satisfies the constraint; see `Posterior.prior_sample`."""
+        u = np.stack([one.draw(rng, size) for one in self.priors], axis=1)
+        z = rng.standard_normal((2, size, len(self.tests)))
+        a_ref, relaxation, n, at_zero = self.curve(u)
+        good = at_zero > 0.0 if np.any(n < 0) else np.ones(size, dtype=bool)
+        good = np.where(n < 0, at_zero > 0.0, good)
+        s = self.settings(u)
+        sc = s.scruton_number
+        with np.errstate(all="ignore"):
+            for j, (one, columns) in enumerate(zip(self.tests, self._columns, strict=True)):
+                x = (sc[:, j] - self.reference[0]) / relaxation
+                u[:, columns.start] = np.log(a_ref * amplitude_ratio(x, n)) + np.exp(u[:, 2]) * z[0, :, j]
+                good &= np.isfinite(u[:, columns.start])
+                if one.relaxes:
+                    own = at_zero * np.exp(np.exp(u[:, 3]) * z[1, :, j])
+                    u[:, columns.start + 1] = np.log((own - n * sc[:, j]) / s.mass_damping_factor[:, j])
+                    good &= np.isfinite(u[:, columns.start + 1])
+        good[good] = self.inside(u[good])
+        return u, good
+
+    def guesses(self, rng: np.random.Generator, size: int) -> FloatArray:
+        """Prior draws whose tests are put where their own records see them, and the shared curve near them."""
+        u = self.prior_draws(rng, size)
+        for one, columns in zip(self.tests, self._columns, strict=True):
+            near = one.draws[rng.integers(0, len(one.draws), size)]
+            for i in (0, 1, 2, 3, 4) if one.relaxes else (0, 2, 3, 4):
+                u[:, columns.start + i] = near[:, i]
+        s = self.settings(u)
+        sc, factor = self.reference
+        n = self.exponents(u)[:, None]
+        known = [j for j, one in enumerate(self.tests) if one.relaxes]
+        if known:
+            # The tests' own strengths of the wind, where they agree with a positive one.
+            strength = np.log(np.maximum((s.relaxation + n * s.scruton_number)[:, known], 1e-3)).mean(axis=1)
+            at_reference = np.exp(strength + 0.3 * rng.standard_normal(size)) - n[:, 0] * sc
+            u[:, 1] = np.where(at_reference > 0.0, np.log(np.maximum(at_reference, 1e-12) / factor), u[:, 1])
+        x = (s.scruton_number - sc) / (factor * np.exp(u[:, 1]))[:, None]
+        with np.errstate(all="ignore"):
+            level = (np.log(s.a_star) - np.log(amplitude_ratio(x, n))).mean(axis=1)
+        u[:, 0] = np.where(np.isfinite(level), level, u[:, 0]) + 0.05 * rng.standard_normal(size)
+        return u
+
+
+def _normal(deviation: FloatArray, log_sd: FloatArray) -> FloatArray:
+    density: FloatArray = -0.5 * (np.square(deviation * np.exp(-log_sd)) + _LOG_2PI) - log_sd
+    return density

@@ -1,0 +1,281 @@
+"""The campaign model of the peak tests, under every law of the model card, and the weights of the laws."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scruton.aero import Setting, force_parameters
+from scruton.campaign.schema import Campaign, FloatArray, Quantity
+from scruton.infer.cards import SamplerSettings
+from scruton.infer.evidence import evidence_by_importance, log_evidence, posterior_weights
+from scruton.infer.hierarchy import CampaignPosterior, PeakTest
+from scruton.infer.optimum import WIDEN, find_optimum
+from scruton.infer.results import TestResult
+from scruton.infer.run import Sampling
+from scruton.infer.sampler import Samples
+from scruton.infer.stacking import stacking_weights
+
+# Odds at which the data speak against the reference law: 20 to 1, which a true law meets once in twenty at most.
+FAVOURED = float(np.log(20.0))
+# Log evidence below the best, by Laplace's approximation (good to one or two), beyond which a law is not sampled.
+HOPELESS = 15.0
+
+
+@dataclass(frozen=True, eq=False)
+class LawResult:
+    """The campaign model under one law, sampled.
+
+    Attributes
+    ----------
+    label : str
+        "n=-1", or "n free".
+    posterior, samples
+    derived : mapping
+        (chains, draws) arrays of the shared curve, (chains, draws, tests) arrays of the tests; see `derive`.
+    """
+
+    label: str
+    posterior: CampaignPosterior
+    samples: Samples
+    derived: Mapping[str, FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class LawWeights:
+    """Every law of the card against the others, (K,) each; the reference law first.
+
+    Attributes
+    ----------
+    labels : tuple of str
+    prior, weight : array
+        Prior and posterior probability.
+    log_evidence, error : array
+        Of a law that was not sampled, by Laplace's approximation and without an error; NaN where there is one law.
+    sampled : array of bool
+    stacking : array
+        Weights by stacking whose unit is a record left out; NaN where they were not asked for. A law that was not
+        sampled takes no part and has none.
+    """
+
+    labels: tuple[str, ...]
+    prior: FloatArray
+    weight: FloatArray
+    log_evidence: FloatArray
+    error: FloatArray
+    sampled: np.ndarray
+    stacking: FloatArray
+
+    @property
+    def flag(self) -> str:
+        """A sentence where the data favour another law than the first: by evidence, not by the laws' prior weights."""
+        best = int(np.argmax(self.log_evidence)) if len(self.labels) > 1 else 0
+        gap = float(self.log_evidence[best] - self.log_evidence[0])
+        if best == 0 or gap - 2.0 * float(np.nansum(self.error[[0, best]])) < FAVOURED:
+            return ""
+        return (
+            f"the records favour the law {self.labels[best]} over {self.labels[0]}: log evidence {gap:.1f} higher. What "
+            f"is inferred under {self.labels[0]}, Y1 and epsilon among it, describes these records badly; predictions "
+            "weigh the laws"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class PeakResult:
+    """The campaign model of the peak tests: the laws that were sampled, and the weights of all."""
+
+    tests: tuple[str, ...]
+    laws: tuple[LawResult, ...]
+    weights: LawWeights
+
+
+def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Sampling) -> PeakResult:
+    """Sample the joint posterior of the peak tests under the laws of the card, and weigh the laws.
+
+    A law other than the reference that Laplace's approximation puts beyond any doubt is not sampled.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    tests : sequence of TestResult
+        The peak tests, one a rig.
+    sampling : Sampling
+    """
+    card = sampling.card
+    posteriors = [campaign_posterior(campaign, tests, sampling, n) for n in card.laws or (None,)]
+    labels = tuple("n free" if one.exponent else f"n={one.n:g}" for one in posteriors)
+    prior = np.array(card.law_weights or (1.0,))
+    several = len(labels) > 1
+    log_z, error = np.full(len(labels), np.nan), np.full(len(labels), np.nan)
+    if several:
+        log_z[:] = [_laplace(one, sampling.seed_of(f"screening, {label}")) for one, label in zip(posteriors, labels)]
+    sampled = np.array([k == 0 or log_z[k] > log_z.max() - HOPELESS for k in range(len(labels))])
+    found = []
+    for k in np.flatnonzero(sampled):
+        posterior, name = posteriors[k], f"campaign, {labels[k]}"
+        settings = _settings(card.sampler, posterior)
+        samples = sampling.run(name, posterior, *data_of(posterior), settings=settings)
+        if several:
+            evidence = log_evidence(posterior, samples, sampling.seed_of(f"evidence, {labels[k]}"))
+            log_z[k], error[k] = evidence.log_z, evidence.error
+        found.append(LawResult(labels[k], posterior, samples, derive(campaign, tests, posterior, samples)))
+    weight = posterior_weights(np.where(sampled, log_z, -np.inf), prior) if several else prior
+    weights = LawWeights(labels, prior, weight, log_z, error, sampled, np.full(len(labels), np.nan))
+    return PeakResult(tuple(one.test.name for one in tests), tuple(found), weights)
+
+
+def stack(result: PeakResult, sampling: Sampling) -> PeakResult:
+    """Weigh the sampled laws by stacking too: each record scored by its joint density given all others.
+
+    The density is the ratio of two evidences, with the record and without it, both integrals over all parameters; one
+    step ahead a filter would forgive a wrong law.  Where the card averages by stacking these are the weights used.
+    """
+    weights = result.weights
+    chosen = np.flatnonzero(weights.sampled)
+    records = [name for test in result.laws[0].posterior.tests for name in dict.fromkeys(test.wind.data.record.tolist())]
+    stacking = np.where(weights.sampled, 1.0, 0.0)
+    if len(chosen) > 1 and records:
+        scores = np.empty((len(chosen), len(records)))
+        for i, law in enumerate(result.laws):
+            for j, record in enumerate(records):
+                what = f"stacking, {law.label}, without {record}"
+                if sampling.report:
+                    sampling.report(what, (j + 1) / len(records))
+                start = find_optimum(law.posterior.without(record), np.random.default_rng(sampling.seed_of(what)), starts=1)
+                without = evidence_by_importance(law.posterior.without(record), sampling.seed_of(what), start)
+                scores[i, j] = weights.log_evidence[chosen[i]] - without.log_z
+        stacking[chosen] = stacking_weights(scores)
+    use = stacking if sampling.card.averaging == "stacking" else weights.weight
+    return replace(result, weights=replace(weights, stacking=stacking, weight=use))
+
+
+def _laplace(posterior: CampaignPosterior, seed: np.random.SeedSequence) -> float:
+    """Log evidence by Laplace's approximation; the prior mass of the constraint, of order one, is left out."""
+    try:
+        peak = find_optimum(posterior, np.random.default_rng(seed))
+    except ValueError:
+        return -np.inf
+    d = peak.centre.size
+    log_det = float(np.log(np.diag(peak.cholesky) / WIDEN).sum())
+    return float(posterior.log_prob(peak.centre[None])[0]) + 0.5 * d * np.log(2.0 * np.pi) + log_det
+
+
+def _settings(settings: SamplerSettings, posterior: CampaignPosterior) -> SamplerSettings:
+    """Fewer walkers, each of which keeps more draws: many dimensions need steps rather than walkers."""
+    needed = 4 * len(posterior.priors)
+    for k in (4, 2):
+        if settings.walkers % k == 0 and settings.walkers // k >= needed:
+            return replace(settings, walkers=settings.walkers // k, draws=settings.draws * k)
+    return settings
+
+
+def campaign_posterior(
+    campaign: Campaign, tests: Sequence[TestResult], sampling: Sampling, n: float | None
+) -> CampaignPosterior:
+    """Build the joint posterior of these tests under one law; n is free where it is None."""
+    card, motion = sampling.card, campaign.section.motion
+    names = ("stable_amplitude", "relaxation_ratio", "discrepancy_amplitude", "discrepancy_relaxation")
+    peaks = []
+    for one in tests:
+        factor, log_sd = _factor(campaign, one)
+        own = replace(one.posterior, priors=one.posterior.priors[:5], n=n)
+        draws = one.samples.chain.reshape(-1, one.samples.chain.shape[-1])
+        peaks.append(PeakTest(one.test.name, own, factor, draws, log_sd))
+    shared = tuple(card.prior(name, motion) for name in names)
+    assert len(shared) == 4
+    return CampaignPosterior(
+        peaks, shared, -1.0 if n is None else n, card.exponent if n is None else None
+    )
+
+
+def data_of(posterior: CampaignPosterior) -> list[FloatArray]:
+    """All arrays that the likelihood reads, for a checkpoint's fingerprint."""
+    found = []
+    for one in posterior.tests:
+        data = one.wind.data
+        found += [data.amplitude, data.standard_error, data.time]
+        found.append(np.array([[level.mean, level.standard_error] for level in one.wind.steady]))
+        found.append(np.array([[prior.location, prior.scale] for prior in one.wind.priors]))
+        found.append(np.array([one.mass_damping_factor, one.factor_log_sd]))
+    return found
+
+
+def derive(
+    campaign: Campaign, tests: Sequence[TestResult], posterior: CampaignPosterior, samples: Samples
+) -> dict[str, FloatArray]:
+    """Every quantity of the campaign model in its own unit.
+
+    Returns
+    -------
+    dict
+        (chains, draws): n, reference_amplitude, reference_relaxation, discrepancy_amplitude, discrepancy_relaxation;
+        (chains, draws, tests): a_star, relaxation_rate [1/s], damping_ratio, scruton_number, mass_damping_factor,
+        amplitude_scatter, noise_factor, Y1 and epsilon (NaN unless n = -1).
+    """
+    shape = samples.log_prob.shape
+    u = samples.chain.reshape(-1, samples.chain.shape[-1])
+    amplitude, relaxation, n, _ = posterior.curve(u)
+    s = posterior.settings(u)
+    omega0 = np.array([one.wind.omega0 for one in posterior.tests])
+    shared = {
+        "n": n,
+        "reference_amplitude": amplitude,
+        "reference_relaxation": relaxation,
+        "discrepancy_amplitude": np.exp(u[:, 2]),
+        "discrepancy_relaxation": np.exp(u[:, 3]),
+    }
+    own = {
+        "a_star": s.a_star,
+        "relaxation_rate": s.relaxation_ratio * omega0,
+        "damping_ratio": s.damping_ratio,
+        "scruton_number": s.scruton_number,
+        "mass_damping_factor": s.mass_damping_factor,
+        "amplitude_scatter": s.amplitude_scatter,
+        "noise_factor": s.noise_factor,
+    }
+    forces = np.full((2, *s.a_star.shape), np.nan)
+    if posterior.exponent is None and posterior.n == -1.0:
+        for j, one in enumerate(tests):
+            setting = _setting(campaign, one, s.mass_damping_factor[:, j], s.damping_ratio[:, j])
+            forces[:, :, j] = force_parameters(own["a_star"][:, j], own["relaxation_rate"][:, j], setting)
+    own["Y1"], own["epsilon"] = forces
+    return {key: value.reshape(shape) for key, value in shared.items()} | {
+        key: value.reshape(*shape, -1) for key, value in own.items()
+    }
+
+
+def _factor(campaign: Campaign, one: TestResult) -> tuple[float, float]:
+    """Mass-damping factor as stated, and the sd of its logarithm from mass and density."""
+    setting = _setting(campaign, one, None, 0.0)
+    assert one.rig.mass is not None
+
+    def relative(quantity: Quantity) -> float:
+        return float(np.log1p(((quantity.sd or 0.0) / quantity.mean) ** 2))
+
+    return float(setting.mass_damping_factor), float(np.sqrt(relative(one.rig.mass) + relative(one.test.air_density)))
+
+
+def _setting(campaign: Campaign, one: TestResult, factor: FloatArray | None, damping: FloatArray | float) -> Setting:
+    """Setting of a test, at the mass that a drawn mass-damping factor means."""
+    assert one.rig.mass is not None, "the loader refuses a test whose rig has no mass"
+    section = campaign.section
+    stated = Setting(
+        motion=section.motion,
+        width=section.width,
+        depth=section.depth,
+        mass=one.rig.mass.mean,
+        air_density=one.test.air_density.mean,
+        wind_speed=one.carried.wind_speed.reshape(-1) if factor is not None else one.test.wind_speed.mean,
+        frequency=one.carried.frequency.reshape(-1) if factor is not None else one.rig.frequency.mean,
+        wind_frequency=one.wind_frequency,
+        damping_ratio=damping,
+    )
+    if factor is None:
+        return stated
+    # m_r and the factor are reciprocal to each other: scaling the mass carries both.
+    frequency = one.carried.frequency.reshape(-1)
+    return replace(
+        stated,
+        mass=one.rig.mass.mean * factor / float(stated.mass_damping_factor),
+        wind_frequency=one.wind_frequency * frequency / frequency.mean(),
+    )

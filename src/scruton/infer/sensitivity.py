@@ -1,0 +1,345 @@
+r"""What moved the posterior: the prior, the still-air records, the records in wind, and which of them.
+
+Power scaling (Kallioinen et al., Statistics and Computing 34, 57, 2024) raises one factor of the posterior to a power
+near one and asks how far each parameter's distribution moves: by the cumulative Jensen-Shannon distance, per doubling
+of the power.  Records are left out by importance weights, smoothed by a Pareto distribution whose shape k says whether
+the weights can be trusted (Vehtari et al., JMLR 25, 2024).
+"""
+
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scruton.campaign.schema import FloatArray, Motion
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+THRESHOLD = 0.05  # Kallioinen et al., Section 3.2
+ALPHAS = (0.99, 1.01)
+NOT_MOVED, BARELY = 0.8, 0.5
+TRUSTED_KHAT = 0.7
+CONFLICT, WEAK, STILL_AIR, FINE = "prior-data conflict", "weak likelihood", "from still air", "-"
+STEADY = "(steady records)"
+# Parameters of a test beside the coordinates that have a prior of their own.
+SCALED = ("a_star", "relaxation_rate", "Y1", "epsilon", "damping_ratio")
+PRIOR_OF = {
+    "a_star": "stable_amplitude",
+    "relaxation_rate": "relaxation_ratio",
+    "amplitude_scatter": "amplitude_scatter",
+    "noise_factor": "noise_factor",
+    "damping_ratio": "damping_ratio",
+    "law_exponent": "law_exponent",
+}
+FORCES = ("Y1", "epsilon")
+# Parameters of the campaign model, and the priors of the card that they have.
+SHARED_PRIOR = {
+    "reference_amplitude": "stable_amplitude",
+    "reference_relaxation": "relaxation_ratio",
+    "discrepancy_amplitude": "discrepancy_amplitude",
+    "discrepancy_relaxation": "discrepancy_relaxation",
+}
+
+
+@dataclass(frozen=True)
+class Scaling:
+    """How far one parameter's posterior follows a factor that is raised to a power.
+
+    Attributes
+    ----------
+    test, parameter : str
+    prior, still_air, likelihood : float
+        Sensitivity to the card's priors together, to the prior of the damping ratio, which is what the records in
+        still air say, and to the records in wind.  NaN where the fit does not hold what it takes.
+    diagnosis : str
+    """
+
+    test: str
+    parameter: str
+    prior: float
+    still_air: float
+    likelihood: float
+    diagnosis: str
+
+
+@dataclass(frozen=True)
+class Moved:
+    """How much narrower than its prior a parameter's posterior is, in the coordinate in which it is sampled.
+
+    Attributes
+    ----------
+    test : str
+        Empty for the campaign model.
+    parameter : str
+    prior_sd, posterior_sd, ratio : float
+        Standard deviations, of the logarithm for positive parameters, and posterior over prior.
+    verdict : str
+    """
+
+    test: str
+    parameter: str
+    prior_sd: float
+    posterior_sd: float
+    ratio: float
+    verdict: str
+
+
+@dataclass(frozen=True)
+class Influence:
+    """How far the posterior of one parameter moves when one record is left out.
+
+    Attributes
+    ----------
+    test, record, parameter : str
+    shift : float
+        Of the mean of the logarithm, in standard deviations of the posterior with all records.
+    widening : float
+        Standard deviation without the record over that with it.
+    z : float
+        Disagreement of the record with the others: the shift over what its information would explain; NaN where the
+        record adds too little to tell.
+    khat : float
+        Shape of the weights' tail; above `TRUSTED_KHAT` the reweighting cannot tell what a refit would.
+    """
+
+    test: str
+    record: str
+    parameter: str
+    shift: float
+    widening: float
+    z: float
+    khat: float
+
+    @property
+    def trusted(self) -> bool:
+        """Whether reweighting tells what a refit would."""
+        return bool(self.khat <= TRUSTED_KHAT)
+
+
+def power_scaling(tree: "xr.DataTree") -> tuple[Scaling, ...]:
+    """Sensitivity of every test's parameters; empty where the fit holds no log prior.
+
+    Notes
+    -----
+    The log likelihood of a draw is its log posterior less its log prior: all draws enter, and the steady records too.
+    """
+    if "log_prior" not in tree or "sample_stats" not in tree:
+        return ()
+    terms, lp = tree["log_prior"].to_dataset(), tree["sample_stats"]["lp"]
+    found = []
+    for test in _tests(tree):
+        own = {str(name): _flat(terms[name].sel(test=test)) for name in terms.data_vars}
+        total = np.sum(list(own.values()), axis=0)
+        still = own.pop("damping_ratio", np.zeros_like(total))
+        weights = [
+            _weights(one) for one in (np.sum(list(own.values()), axis=0), still, _flat(lp.sel(test=test)) - total)
+        ]
+        for name in SCALED:
+            if name not in tree["posterior"].data_vars:
+                continue
+            draws = _flat(tree["posterior"][name].sel(test=test))
+            prior, damping, likelihood = (sensitivity(draws, one) for one in weights)
+            found.append(Scaling(str(test), name, prior, damping, likelihood, diagnose(prior, damping, likelihood)))
+    return tuple(found)
+
+
+def diagnose(prior: float, still_air: float, likelihood: float) -> str:
+    """Say what the sensitivities mean, by the threshold 0.05."""
+    if not np.isfinite([prior, still_air, likelihood]).all():
+        return "cannot be told"
+    if prior >= THRESHOLD:
+        return CONFLICT if likelihood >= THRESHOLD else WEAK
+    if likelihood < THRESHOLD <= still_air:
+        return STILL_AIR
+    return FINE
+
+
+def _weights(log_density: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+    """Weights of the draws at the lower and at the upper power; None where the factor is flat, and scaling it idle."""
+    from arviz_stats.base import array_stats
+
+    if not np.isfinite(log_density).all():
+        return (np.full_like(log_density, np.nan),) * 2
+    if float(np.ptp(log_density)) <= 1e-10 * max(1.0, float(np.abs(log_density).max())):
+        return None  # a uniform prior has no tail to smooth
+    found = []
+    for alpha in ALPHAS:
+        try:
+            log_weights = np.asarray(array_stats.power_scale_lw(log_density, alpha=alpha, axis=-1))
+        except ValueError:  # tails without any spread: unsmoothed weights are as good
+            log_weights = (alpha - 1.0) * log_density
+        weights = np.exp(log_weights - log_weights.max())
+        found.append(weights / weights.sum())
+    return found[0], found[1]
+
+
+def sensitivity(draws: FloatArray, weights: tuple[FloatArray, FloatArray] | None) -> float:
+    """Cumulative Jensen-Shannon distance that the draws move per doubling of the power; 0 for a flat factor."""
+    from arviz_stats.base import array_stats
+
+    if weights is None or float(np.ptp(draws)) == 0.0:
+        return 0.0
+    lower, upper = weights
+    value = array_stats.power_scale_sense(
+        draws[None], lower[None], upper[None], lower_alpha=ALPHAS[0], upper_alpha=ALPHAS[1], chain_axis=0, draw_axis=1
+    )
+    return float(value)
+
+
+def identifiability(tree: "xr.DataTree") -> tuple[Moved, ...]:
+    """Posterior over prior standard deviation of every parameter of every test; empty without prior draws."""
+    if "prior" not in tree:
+        return ()
+    posterior, prior = tree["posterior"], tree["prior"]
+    found = []
+    for test in _tests(tree):
+        names = [one for one in (*PRIOR_OF, *FORCES) if one in posterior.data_vars]
+        forces = prior_forces(tree, test) if "Y1" in names else {}
+        for name in names:
+            before = forces[name] if name in FORCES else _flat(prior[PRIOR_OF[name]].sel(test=test))
+            after = _flat(posterior[name].sel(test=test))
+            found.append(moved(test, name, _sd(before, name), _sd(after, name)))
+    return tuple(found)
+
+
+def moved(test: str, parameter: str, prior_sd: float, posterior_sd: float) -> Moved:
+    """Put the two standard deviations beside each other and say what they mean."""
+    ratio = posterior_sd / prior_sd if prior_sd > 0.0 else float("nan")
+    verdict = FINE
+    if ratio > BARELY:
+        verdict = "not moved by the data" if ratio > NOT_MOVED else "barely moved by the data"
+    if parameter == "damping_ratio":
+        verdict = STILL_AIR if ratio > BARELY else "moved by the records in wind"
+    return Moved(test, parameter, prior_sd, posterior_sd, ratio, verdict)
+
+
+def prior_forces(tree: "xr.DataTree", test: str) -> dict[str, FloatArray]:
+    """Y1 and epsilon that the prior means at a test's setting, under the paper's law."""
+    from scruton.aero import Setting, force_parameters
+
+    constant, prior = tree["constant_data"].to_dataset(), tree["prior"]
+
+    def at(name: str) -> float:
+        return float(constant[name].sel(test=test))
+
+    a_star, ratio, damping = (
+        _flat(prior[name].sel(test=test)) for name in ("stable_amplitude", "relaxation_ratio", "damping_ratio")
+    )
+    setting = Setting(
+        motion=Motion(str(constant["motion"].item())), width=float(constant["width"]), depth=float(constant["depth"]),
+        mass=at("mass"), air_density=at("air_density"), wind_speed=at("wind_speed"), frequency=at("frequency"),
+        wind_frequency=at("wind_frequency"), damping_ratio=damping,
+    )  # fmt: skip
+    y1, epsilon = force_parameters(a_star, 2.0 * np.pi * at("frequency") * ratio, setting)
+    return {"Y1": y1, "epsilon": epsilon}
+
+
+def campaign_identifiability(tree: "xr.DataTree", summary: Mapping[str, Any]) -> tuple[Moved, ...]:
+    """Posterior over prior standard deviation of the shared curve and of the discrepancies, under the reference law."""
+    if "campaign_posterior" not in tree:
+        return ()
+    group = tree["campaign_posterior"].isel(law=0)
+    priors = card_priors(str(summary["provenance"]["card"]["text"]), str(tree["constant_data"]["motion"].item()))
+    found = []
+    for name, prior in SHARED_PRIOR.items():
+        if name in group.data_vars and prior in priors:
+            draws = np.log(_flat(group[name]))
+            found.append(moved("", name, priors[prior], float(draws.std())))
+    return tuple(found)
+
+
+def card_priors(text: str, motion: str) -> dict[str, float]:
+    """Standard deviations of a card's priors in the sampled coordinate, from the text that a fit keeps of it."""
+    from scruton.infer.priors import FAMILIES, Prior
+
+    entries: dict[str, dict[str, Any]] = {}
+    # The text of a card that extends another stands below that of the other.
+    for part in re.split(r"(?m)^# ---- extended by .*$", text):
+        for name, entry in tomllib.loads(part).get("priors", {}).items():
+            if motion in entry and "family" not in entry:
+                entry = entry[motion]
+            entries[name] = entry if "family" in entry else entries.get(name, {}) | entry
+    found = {}
+    for name, entry in entries.items():
+        if entry.get("family") in FAMILIES:
+            (one, two), _ = FAMILIES[entry["family"]]
+            found[name] = Prior(name, entry["family"], float(entry[one]), float(entry[two])).scale
+    return found
+
+
+def influences(tree: "xr.DataTree") -> tuple[Influence, ...]:
+    """Every record of every test left out by reweighting; a test's only record cannot be, and is not among them.
+
+    Notes
+    -----
+    Records of a test are independent given its parameters, so that the weight of a draw is one over the record's joint
+    density, the product of the conditional densities of its cycles.  Steady records have one density together.
+    """
+    if "log_likelihood" not in tree:
+        return ()
+    pointwise = tree["log_likelihood"]["amplitude"].transpose("chain", "draw", "cycle")
+    constant, posterior = tree["constant_data"], tree["posterior"]
+    of_test, of_record = (constant[key].to_numpy().astype(str) for key in ("record_test", "record"))
+    at = {"chain": pointwise["chain"], "draw": pointwise["draw"]}
+    found: list[Influence] = []
+    for test in _tests(tree):
+        mine = of_test == test
+        densities = {
+            name: pointwise.to_numpy()[..., mine & (of_record == name)].sum(axis=-1).reshape(-1)
+            for name in dict.fromkeys(of_record[mine].tolist())
+        }
+        steady = _steady_density(tree, test, at, np.sum(list(densities.values()), axis=0)) if densities else None
+        if steady is not None:
+            densities[STEADY] = steady
+        if len(densities) < 2:
+            continue
+        draws = {name: np.log(_flat(posterior[name].sel(test=test).sel(at))) for name in ("a_star", "relaxation_rate")}
+        for record, density in densities.items():
+            found += [replace(one, test=test) for one in left_out(record, density, draws)]
+    return tuple(found)
+
+
+def left_out(record: str, log_density: FloatArray, draws: Mapping[str, FloatArray]) -> list[Influence]:
+    """Move of every parameter when the factor with this log density, (S,), is taken out of the posterior."""
+    from arviz_stats.base import array_stats
+
+    log_weights, khat = array_stats.psislw(log_density, axis=-1)
+    weights = np.exp(np.asarray(log_weights) - np.max(log_weights))
+    weights /= weights.sum()
+    found = []
+    for name, one in draws.items():
+        mean, sd = float(one.mean()), float(one.std())
+        without = float(weights @ one)
+        widening = float(np.sqrt(weights @ (one - without) ** 2)) / sd
+        shift = (without - mean) / sd
+        # With and without are jointly normal: the difference has the difference of the variances (Hausman, 1978).
+        z = shift / np.sqrt(widening**2 - 1.0) if widening > 1.1 else float("nan")
+        found.append(Influence("", record, name, shift, widening, float(z), float(khat)))
+    return found
+
+
+def _steady_density(tree: "xr.DataTree", test: str, at: Mapping[str, Any], transients: FloatArray) -> FloatArray | None:
+    """Log density of a test's steady records: what the likelihood holds beside the cycles; None without any."""
+    if "log_prior" not in tree or "sample_stats" not in tree:
+        return None
+    terms = tree["log_prior"].to_dataset().sel(test=test).sel(at)
+    total = _flat(tree["sample_stats"]["lp"].sel(test=test).sel(at))
+    rest: FloatArray = total - np.sum([_flat(terms[name]) for name in terms.data_vars], axis=0) - transients
+    return rest if float(np.ptp(rest)) > 1e-6 else None
+
+
+def _tests(tree: "xr.DataTree") -> Sequence[str]:
+    return [str(one) for one in tree["posterior"]["test"].to_numpy()]
+
+
+def _flat(array: Any) -> FloatArray:
+    return np.asarray(array.to_numpy(), dtype=float).reshape(-1)
+
+
+def _sd(draws: FloatArray, name: str) -> float:
+    """Standard deviation in the sampled coordinate: of the logarithm but for the exponent of the law."""
+    return float(draws.std() if name == "law_exponent" else np.log(np.abs(draws)).std())

@@ -1,0 +1,373 @@
+"""Tests at other wind speeds: from a fit's tests and sweeps to draws of the model in `scruton.infer.smooth`."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scruton.aero.scruton_number import factor
+from scruton.campaign.schema import Campaign, FloatArray, Motion, Sweep
+from scruton.infer.optimum import find_optimum
+from scruton.infer.priors import Prior
+from scruton.infer.run import Sampling
+from scruton.infer.sampler import Samples
+from scruton.infer.smooth import Observations, SpeedPoint, SpeedPosterior
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+PRIORS = (
+    "stable_amplitude",
+    "relaxation_ratio",
+    "speed_scale_amplitude",
+    "speed_scale_relaxation",
+    "speed_length",
+)
+SHIFT = Prior(
+    "speed_shift", "lognormal", 0.03, 0.7, "-",
+    "Between rigs, sd of ln of the reduced velocity where lock-in sits: wind speed and frequency are known to 1 or "
+    "2 %, and the peak of the 4:1 rectangle moves from 9.6 to 8.1 between Sc = 1.9 and 78.",
+)  # fmt: skip
+NAME = "speeds"  # of the posterior
+# Of a rig's largest amplitude: below this there is no lock-in, and a logarithm would be one of noise. Records beyond
+# the edge of lock-in buffet at some 5 % of the peak.
+OUTSIDE = 0.1
+DISTINCT = 1.005  # reduced velocities that differ by less are one
+HYPERPARAMETERS = (  # as a Speeds and the tree name them
+    "scale_amplitude", "scale_relaxation", "length", "scale_shift", "discrepancy_amplitude", "discrepancy_relaxation",
+)  # fmt: skip
+FEWEST = 3  # distinct reduced velocities
+SWEEP_LOG_SD = 0.02  # a sweep states no uncertainty: calibration, and reading a modulated amplitude
+SWEEP_POINTS = 40  # of one sweep at most
+GRID, DRAWS = 61, 2000
+WALKERS, ESS, STEPS = 64, 400.0, 1500
+FEW = 200.0  # effective draws below which the linearisation is not to be trusted
+
+
+@dataclass(frozen=True, eq=False)
+class Speeds:
+    """Posterior draws of the smooth functions.
+
+    Attributes
+    ----------
+    velocity : (V,) array
+        Grid of U/(f0 D).
+    ln_amplitude, ln_relaxation : (S, V) array
+        ln A at the reference Scruton number (A/D or rad), and ln G.
+    scale_amplitude, scale_relaxation, length, scale_shift : (S,) array
+        Hyperparameters s_A, s_G, l and s_v.
+    shift : (S, R) array
+        Shift of ln v of every rig: the functions are met at v exp(shift).
+    rigs : tuple of str
+    discrepancy_amplitude, discrepancy_relaxation : (S,) array
+        tau and kappa of each draw.
+    reference_scruton_number, n : float
+    tested : (float, float)
+        Outermost reduced velocities used.
+    drawn : (1 + R, 2) array
+        Speeds worth drawing for a new rig, and for each of the rigs: half a length beyond the tests, but not past one
+        outside lock-in. The grid reaches farther by the shifts.
+    points, left_out : tuple of SpeedPoint
+        Used, and outside lock-in.
+    samples : Samples
+        Of the hyperparameters, for the verdict on convergence.
+    effective : float
+        Effective number of draws after the exact law has replaced its linearisation.
+    """
+
+    velocity: FloatArray
+    ln_amplitude: FloatArray
+    ln_relaxation: FloatArray
+    scale_amplitude: FloatArray
+    scale_relaxation: FloatArray
+    length: FloatArray
+    scale_shift: FloatArray
+    shift: FloatArray
+    rigs: tuple[str, ...]
+    discrepancy_amplitude: FloatArray
+    discrepancy_relaxation: FloatArray
+    reference_scruton_number: float
+    n: float
+    tested: tuple[float, float]
+    drawn: FloatArray
+    points: tuple[SpeedPoint, ...]
+    left_out: tuple[SpeedPoint, ...]
+    samples: Samples
+    effective: float
+
+
+def fit_speeds(
+    tree: "xr.DataTree",
+    campaign: Campaign,
+    priors: Mapping[str, Prior],
+    discrepancy: tuple[Prior, Prior],
+    sampling: Sampling,
+    *,
+    law_n: float | None = None,
+) -> Speeds | None:
+    """Fit the smooth model to every test and sweep of a campaign.
+
+    Parameters
+    ----------
+    tree : xarray.DataTree
+        With the groups posterior, rig_posterior and constant_data; tau, kappa and the reference Scruton number are
+        taken from campaign_posterior where it is there.
+    campaign : Campaign
+        For its sweeps, and the rigs that they were made with.
+    priors : mapping
+        By the names in `PRIORS`, for the campaign's motion, and "speed_shift"; `SHIFT` where it holds none.
+    discrepancy : (Prior, Prior)
+        Of tau and kappa, drawn from where the tree has no campaign_posterior.
+    sampling : Sampling
+        Says which sampler's settings and seed; flags are appended to it.
+    law_n : float, optional
+        Exponent of the law; the reference law, or the median of a free one, if left out.
+
+    Returns
+    -------
+    Speeds or None
+        None where fewer than three distinct reduced velocities lie within lock-in.
+    """
+    n = _law(tree) if law_n is None else float(law_n)
+    points = speed_points(tree, campaign, n)
+    drawn, reference = _from_peaks(tree, n)
+    if drawn is None:
+        rng = np.random.default_rng(sampling.seed_of(f"{NAME}: discrepancy"))
+        first, second = (one.from_sampled(one.draw(rng, DRAWS)) for one in discrepancy)
+        drawn = first, second
+    per_damping = float(np.exp(np.log(tree["posterior"]["mass_damping_factor"].to_numpy()).mean()))
+    return fit_points(points, n, priors, drawn, sampling, mass_damping_factor=per_damping, reference=reference)
+
+
+def speed_points(tree: "xr.DataTree", campaign: Campaign, n: float) -> tuple[SpeedPoint, ...]:
+    """Normal summaries of every fitted test, then the points of the sweeps; parameters as of `fit_speeds`."""
+    constant, posterior = tree["constant_data"], tree["posterior"]
+    transient = set(map(str, constant["record_test"].to_numpy())) if "record_test" in constant else set()
+    found = []
+    for name in map(str, posterior["test"].to_numpy()):
+        a_star, sc, relaxation = (
+            np.asarray(posterior[key].sel(test=name).to_numpy(), dtype=float).reshape(-1)
+            for key in ("a_star", "scruton_number", "relaxation_scruton_number")
+        )
+        rows = [np.log(a_star)]
+        if name in transient:
+            own = relaxation + n * sc
+            rows.append(np.log(np.where(own > 0.0, own, np.nan)))
+        values = np.stack(rows)
+        values = values[:, np.isfinite(values).all(axis=0)]
+        at = {key: constant[key].sel(test=name).item() for key in ("wind_speed", "frequency", "rig")}
+        found.append(
+            SpeedPoint(
+                name, str(at["rig"]), at["wind_speed"] / (at["frequency"] * campaign.section.depth),
+                float(np.median(sc)), float(np.log(sc).std()), values.mean(axis=1), np.atleast_2d(np.cov(values)),
+            )
+        )  # fmt: skip
+    return (*found, *(point for sweep in campaign.sweeps for point in _sweep_points(tree, campaign, sweep)))
+
+
+def _sweep_points(tree: "xr.DataTree", campaign: Campaign, sweep: Sweep) -> Iterator[SpeedPoint]:
+    rig, section = campaign.rig(sweep.rig), campaign.section
+    if rig.mass is None or "rig_posterior" not in tree:
+        return
+    per_damping = factor(
+        "paper", mass=rig.mass.mean, air_density=sweep.air_density.mean, width=section.width, depth=section.depth,
+        torsional=section.motion is Motion.TORSIONAL,
+    )  # fmt: skip
+    sc = float(per_damping) * tree["rig_posterior"]["damping_ratio"].sel(rig=rig.name).to_numpy()
+    mass_sd = (rig.mass.sd or 0.0) / rig.mass.mean
+    good = np.flatnonzero((sweep.amplitude > 0.0) & (sweep.wind_speed > 0.0))
+    keep = good[np.unique(np.linspace(0, good.size - 1, min(good.size, SWEEP_POINTS)).round().astype(int))]
+    for i in keep:
+        yield SpeedPoint(
+            f"sweep of {rig.name}, point {i + 1}", rig.name, sweep.wind_speed[i] / (rig.frequency.mean * section.depth),
+            float(np.median(sc)), float(np.hypot(np.log(sc).std(), mass_sd)),
+            np.log(sweep.amplitude[[i]]), np.array([[SWEEP_LOG_SD**2]]),
+        )  # fmt: skip
+
+
+def in_lock_in(points: Sequence[SpeedPoint]) -> tuple[tuple[SpeedPoint, ...], tuple[SpeedPoint, ...]]:
+    """Split into the points within lock-in, and those below a tenth of their rig's largest amplitude."""
+    largest: dict[str, float] = {}
+    for one in points:
+        largest[one.rig] = max(largest.get(one.rig, -np.inf), float(one.mean[0]))
+    inside = [bool(one.mean[0] >= largest[one.rig] + np.log(OUTSIDE)) for one in points]
+    used, rest = (tuple(p for p, good in zip(points, inside, strict=True) if good is want) for want in (True, False))
+    return used, rest
+
+
+def fit_points(
+    points: Sequence[SpeedPoint],
+    n: float,
+    priors: Mapping[str, Prior],
+    discrepancy: tuple[FloatArray, FloatArray],
+    sampling: Sampling,
+    *,
+    mass_damping_factor: float,
+    reference: float | None = None,
+) -> Speeds | None:
+    """Fit the smooth model to summaries; see `fit_speeds`.
+
+    Parameters
+    ----------
+    points : sequence of SpeedPoint
+    n : float
+        The law.
+    priors : mapping
+    discrepancy : pair of (T,) arrays
+        Draws of tau and kappa.
+    sampling : Sampling
+    mass_damping_factor : float
+        Scruton number per unit of damping ratio: turns the prior of lambda/omega0 into one of G.
+    reference : float, optional
+        Reference Scruton number; the geometric mean over the points if left out.
+    """
+    used, left_out = in_lock_in(points)
+    v = np.array([one.velocity for one in used])
+    if not used or 1 + np.count_nonzero(np.diff(np.log(np.sort(v))) > np.log(DISTINCT)) < FEWEST:
+        return None
+    at = float(np.exp(np.mean([np.log(one.scruton_number) for one in used]))) if reference is None else reference
+    relaxation = priors["relaxation_ratio"]
+    scales = tuple(priors[name] for name in PRIORS[2:])
+    means = (
+        (priors["stable_amplitude"].location, priors["stable_amplitude"].scale),
+        (relaxation.location + float(np.log(mass_damping_factor)), relaxation.scale),
+    )
+    centre = np.array([one.location for one in scales] + [0.0] * len({one.rig for one in used}))
+    data = Observations(used, n, at, (float(np.median(discrepancy[0])), float(np.median(discrepancy[1]))), means[1][0])
+    posterior = _linearised(SpeedPosterior(scales, priors.get("speed_shift", SHIFT), data, means), centre)
+    # The optimum is found with the law linearised under the priors' medians, and the law is linearised again there.
+    rng = np.random.default_rng(sampling.seed_of(f"{NAME}: optimum"))
+    posterior = _linearised(posterior, find_optimum(posterior, rng).centre)
+    samples = _second_stage(sampling).run(NAME, posterior, *posterior.arrays)
+    rng = np.random.default_rng(sampling.seed_of(f"{NAME}: functions"))
+    u = samples.chain.reshape(-1, len(posterior.priors))
+    u = u[rng.permutation(len(u))[: 2 * DRAWS]]
+    s_v = posterior.scale_shift(u, rng)
+    drawn = _drawn(used, left_out, float(np.exp(np.median(u[:, 2]))))
+    shift = np.median(s_v)
+    grid = np.linspace(drawn[0, 0] * np.exp(-2.5 * shift), drawn[0, 1] * np.exp(2.5 * shift), GRID)
+    pair = np.stack(discrepancy, axis=1)[rng.integers(0, len(discrepancy[0]), len(u))]
+    values, log_weight = posterior.functions(u, pair, grid, rng)
+    keep, effective = _resample(log_weight, DRAWS, rng)
+    if effective < FEW:
+        sampling.flags.append(
+            f"{NAME}: the amplitude against reduced velocity rests on {effective:.0f} effective draws (wanted "
+            f"{FEW:g}): the tests say too little of the relaxation at their Scruton numbers"
+        )
+    u, values, pair = u[keep], values[keep], pair[keep]
+    s_a, s_g, length = np.exp(u[:, : len(scales)]).T
+    return Speeds(
+        grid, values[:, 0], values[:, 1], s_a, s_g, length, s_v[keep], u[:, len(scales) :], data.rigs,
+        pair[:, 0], pair[:, 1], at, n, (float(v.min()), float(v.max())), drawn, used, left_out, samples, effective,
+    )  # fmt: skip
+
+
+def _second_stage(sampling: Sampling) -> Sampling:
+    """Sample with fewer walkers: few coordinates, a likelihood that is dear, and 2,000 draws wanted of them."""
+    card = sampling.card
+    walkers = min(card.sampler.walkers, WALKERS)
+    draws = -(-2 * DRAWS // (card.sampler.ensembles * walkers))
+    few = replace(
+        card.sampler, walkers=walkers, draws=max(draws, card.sampler.draws),
+        min_ess=min(card.sampler.min_ess, ESS), max_steps=min(card.sampler.max_steps, STEPS),
+    )  # fmt: skip
+    return replace(sampling, card=replace(card, sampler=few))
+
+
+def _drawn(used: Sequence[SpeedPoint], left_out: Sequence[SpeedPoint], length: float) -> FloatArray:
+    """Speeds worth drawing, (1 + R, 2): of a new rig, then of every rig.
+
+    Half a length beyond the tests, but not past what lies outside lock-in: of any rig for a new one, its own for each.
+    """
+    v = [one.velocity for one in used]
+    rigs = dict.fromkeys(one.rig for one in used)
+
+    def cut(low: float, high: float, rig: str | None) -> tuple[float, float]:
+        mine = [one.velocity for one in used if rig in (None, one.rig)]
+        outside = [one.velocity for one in left_out if rig in (None, one.rig)]
+        below, above = [x for x in outside if x < min(mine)], [x for x in outside if x > max(mine)]
+        return max([low, *below]), min([high, *above])
+
+    whole = cut(max(min(v) - 0.5 * length, 0.5 * min(v)), max(v) + 0.5 * length, None)
+    return np.array([whole, *(cut(*whole, rig) for rig in rigs)])
+
+
+def _linearised(posterior: SpeedPosterior, u: FloatArray) -> SpeedPosterior:
+    """Linearise the law where the points put G under these hyperparameters (Gauss and Newton)."""
+    for _ in range(20):
+        step = np.clip(posterior.smoothed_relaxation(u) - posterior.data.ln_relaxation, -1.0, 1.0)
+        moved = replace(posterior.data, ln_relaxation=posterior.data.ln_relaxation + step)
+        posterior = replace(posterior, data=moved)
+        if np.abs(step).max() < 1e-3:
+            break
+    return posterior
+
+
+def _resample(log_weight: FloatArray, size: int, rng: np.random.Generator) -> tuple[np.ndarray, float]:
+    """Systematic resampling: indices (size,), and the effective number of draws behind them."""
+    weight = np.exp(log_weight - log_weight.max())
+    weight /= weight.sum()
+    at = (np.arange(size) + rng.random()) / size
+    return np.searchsorted(np.cumsum(weight), at).clip(0, weight.size - 1), float(1.0 / np.square(weight).sum())
+
+
+def speeds_dataset(speeds: Speeds) -> "xr.Dataset":
+    """Group `speeds` of the tree: draws by (chain, draw, velocity), the points used, and what it was conditioned on."""
+    import xarray as xr
+
+    found = xr.Dataset(
+        {
+            key: (("chain", "draw", "velocity"), getattr(speeds, key)[None])
+            for key in ("ln_amplitude", "ln_relaxation")
+        }
+        | {
+            key: (("chain", "draw"), getattr(speeds, key)[None])
+            for key in HYPERPARAMETERS
+        }
+        | {
+            "shift": (("chain", "draw", "rig"), speeds.shift[None]),
+            "rig_low": ("rig", speeds.drawn[1:, 0]),
+            "rig_high": ("rig", speeds.drawn[1:, 1]),
+            "point_velocity": ("point", [one.velocity for one in speeds.points]),
+            "point_scruton_number": ("point", [one.scruton_number for one in speeds.points]),
+            "point_rig": ("point", [one.rig for one in speeds.points]),
+        }
+    )  # fmt: skip
+    found = found.assign_coords(
+        chain=[0],
+        draw=np.arange(len(speeds.length)),
+        velocity=speeds.velocity,
+        rig=list(speeds.rigs),
+        point=[one.name for one in speeds.points],
+    )
+    return found.assign_attrs(
+        reference_scruton_number=speeds.reference_scruton_number,
+        law_n=speeds.n,
+        tested_low=speeds.tested[0],
+        tested_high=speeds.tested[1],
+        drawn_low=float(speeds.drawn[0, 0]),
+        drawn_high=float(speeds.drawn[0, 1]),
+        effective_draws=speeds.effective,
+    )
+
+
+def _law(tree: "xr.DataTree") -> float:
+    """Exponent of the reference law; the median where it is free."""
+    n = float(tree["constant_data"]["law_n"])
+    return float(np.median(tree["posterior"]["law_exponent"])) if np.isnan(n) else n
+
+
+def _from_peaks(tree: "xr.DataTree", n: float) -> tuple[tuple[FloatArray, FloatArray] | None, float | None]:
+    """Draws of tau and kappa from the peak tests under the law nearest to n, and their reference Scruton number."""
+    group = tree.get("campaign_posterior")
+    if group is None:
+        return None, None
+    wanted = ("discrepancy_amplitude", "discrepancy_relaxation", "n")
+    arrays = {key: group[key] for key in wanted if key in group}
+    if "law" in group.dims:
+        laws = [float(np.median(arrays["n"].isel(law=i))) for i in range(group.sizes["law"])]
+        arrays = {key: one.isel(law=int(np.argmin(np.abs(np.array(laws) - n)))) for key, one in arrays.items()}
+    tau, kappa = (np.asarray(arrays[key].to_numpy(), dtype=float).reshape(-1) for key in wanted[:2])
+    reference = group.attrs.get("reference_scruton_number")
+    return (tau, kappa), None if reference is None else float(reference)

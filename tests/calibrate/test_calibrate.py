@@ -1,0 +1,294 @@
+"""Calibration: the arithmetic against hand-made ranks, the truths against their prior, and the whole pipe."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from scruton.aero import closed_form, relaxation
+from scruton.calibrate import REGIMES, calibration_text, run_calibration
+from scruton.calibrate.coverage import LIMIT_P, cells, covered, pooled, uniformity
+from scruton.calibrate.identifiability import Identifiability, identifiability, information
+from scruton.calibrate.quantities import inside, quantities, score
+from scruton.calibrate.records import simulate_campaign
+from scruton.calibrate.regimes import LAW_REGIMES, TWELVE, chosen
+from scruton.calibrate.run import summarise
+from scruton.calibrate.truths import draw_normals, from_normals, omega0, setting
+from scruton.campaign import Kind, Motion
+from scruton.errors import InputError
+from scruton.infer.cards import load_card
+
+TINY = ("turbulence-1", "growth")
+FINAL = ("calibration.json", "calibration.txt", "coverage.csv", "pooled.csv", "ranks.csv", "identifiability.csv",
+         "regimes.csv", "figures/coverage.png")  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def card():
+    return load_card("default")
+
+
+# Short runs: these tests ask whether the pipe holds, not whether the bands do.
+CARD = 'format = 1\nname = "short"\nextends = "default"\n[sampler]\nmin_ess = 100\nmax_rhat = 1.1\n'
+
+
+def tiny(out: Path, **options):
+    short = out.parent / "short.toml"
+    short.write_text(CARD, encoding="utf-8")
+    return run_calibration(out, **{"regimes": TINY, "campaigns": 4, "seed": 3, "model": str(short), **options})
+
+
+@pytest.fixture(scope="module")
+def one_job(tmp_path_factory) -> Path:
+    out = tmp_path_factory.mktemp("calibration") / "one"
+    tiny(out)
+    return out
+
+
+def same(one: Path, other: Path) -> bool:
+    return all((one / name).read_bytes() == (other / name).read_bytes() for name in FINAL)
+
+
+# ---- arithmetic
+
+
+def test_coverage_of_hand_made_ranks():
+    rank = np.array([0.01, 0.03, 0.2, 0.3, 0.5, 0.7, 0.8, 0.93, 0.97, 0.99])
+    found = {one.interval: one for one in cells({"r": {"q": rank}})}
+    assert found[0.50].coverage == 0.3  # 0.3, 0.5, 0.7
+    assert found[0.90].coverage == 0.6
+    assert found[0.95].coverage == 0.8
+    assert found[0.90].standard_error == pytest.approx(np.sqrt(0.9 * 0.1 / 10))
+    assert found[0.90].z == pytest.approx((0.6 - 0.9) / np.sqrt(0.9 * 0.1 / 10))
+    assert covered(np.array([0.25, 0.75, 0.751]), 0.5).tolist() == [True, True, False]
+
+
+def test_pooled_coverage_leaves_out_and_weighs_campaigns_alike():
+    good, bad = np.full(10, 0.5), np.full(10, 0.999)
+    ranks = {"one": {"Y1": good, "epsilon": bad}, "three": {"Y1 of test 1": good, "Y1 of test 2": bad}}
+    found = {(one.quantity, one.interval): one for one in pooled(ranks, {("one", "epsilon")})}
+    assert found["Y1", 0.9].coverage == 0.75  # ten campaigns with all of it, ten with half of it
+    assert found["all", 0.9].points == pytest.approx(-15.0)
+    assert ("epsilon", 0.9) not in found
+
+
+def test_calibrated_ranks_pass_and_halved_intervals_are_beyond_four_standard_errors():
+    rng = np.random.default_rng(0)
+    truth, noise = rng.standard_normal(60), rng.standard_normal(60)
+    for scale, wrong in ((1.0, False), (0.5, True)):
+        draws = truth[:, None] + noise[:, None] + scale * rng.standard_normal((60, 2000))
+        rank = np.array([score(np.exp(t), np.exp(d)).rank for t, d in zip(truth, draws, strict=True)])
+        assert any(one.beyond for one in cells({"r": {"q": rank}})) is wrong
+        assert any(one.beyond for one in cells({"r": {"q": rank}}, {("r", "q")})) is False
+
+
+def test_shifted_ranks_are_not_uniform():
+    rank = np.random.default_rng(0).random(500)
+    (fine,), (bad,) = uniformity({"r": {"q": rank}}), uniformity({"r": {"q": np.sqrt(rank)}})
+    assert not fine.beyond
+    assert fine.p_value > 0.001
+    assert bad.beyond
+    assert bad.p_value < LIMIT_P
+    # the largest distance of u^2 from u is a quarter
+    assert bad.ecdf_deviation == pytest.approx(0.25, abs=0.05)
+    assert fine.ecdf_deviation < 0.07
+
+
+def test_score_and_closed_intervals():
+    draws = np.exp(np.random.default_rng(0).normal(1.0, 0.1, 50_000))
+    one = score(float(np.exp(1.1)), draws)
+    assert one.rank == pytest.approx(0.841, abs=0.01)
+    assert one.z == pytest.approx(1.0, abs=0.02)
+    assert one.posterior_sd == pytest.approx(0.1, rel=0.02)
+    assert score(-2.0, -draws).z == pytest.approx(score(2.0, draws).z)
+    dying = np.r_[np.zeros(90), np.linspace(0.1, 0.2, 10)]
+    assert score(0.0, dying).rank == pytest.approx(0.45)
+    assert inside(0.0, dying, 0.9)
+    assert not inside(0.3, dying, 0.9)
+
+
+# ---- truths
+
+
+def test_twelve_regimes_span_what_they_should():
+    assert len(TWELVE) == 12
+    assert len(REGIMES) == 14
+    assert {one.turbulence for one in TWELVE} == {0.0, 0.01, 0.03}
+    assert {one.kinds for one in TWELVE} == {(Kind.GROWTH,), (Kind.DECAY,), (Kind.GROWTH, Kind.DECAY)}
+    assert {one.motion for one in TWELVE} == set(Motion)
+    assert {len(one.scruton_numbers) for one in TWELVE} == {1, 3}
+    heaving = [one.scruton_numbers[0] for one in TWELVE if one.motion is Motion.HEAVING]
+    assert min(heaving) < 5 < 22 < max(heaving)
+    assert any(one.ring_downs for one in TWELVE)
+
+
+@pytest.mark.parametrize("name", ["turbulence-1", "three-tests", "van-der-pol"])
+def test_truths_follow_the_hierarchy(name, card):
+    regime = REGIMES[name]
+    own = regime.card(card)
+    z = draw_normals(np.random.default_rng(1), regime, own, 2000)
+    drawn, body, possible = from_normals(z, regime, own)
+    assert possible.all()
+    # a truth without any deviation lies on the curve, in amplitude and in rate
+    zero = z.copy()
+    zero[:, 4:] = 0.0
+    plain, _, _ = from_normals(zero, regime, own)
+    sc = plain.mass_damping_factor * plain.damping_ratio
+    np.testing.assert_allclose(sc, np.broadcast_to(regime.scruton_numbers, sc.shape))
+    here = plain.relaxation_rate * plain.mass_damping_factor / omega0(regime.motion)
+    line = plain.reference_relaxation[:, None] - regime.n * (sc - plain.reference_scruton_number)
+    np.testing.assert_allclose(here, line, rtol=1e-10)
+    x = (sc - plain.reference_scruton_number) / plain.reference_relaxation[:, None]
+    base = 1.0 - regime.n * x
+    good = (base > 0).all(axis=1)
+    curve = plain.reference_amplitude[:, None] * np.abs(base) ** (1.0 / regime.n)
+    np.testing.assert_allclose(plain.a_star[good], curve[good], rtol=1e-10)
+    if regime.n == -1.0:
+        place = setting(regime.motion, body, drawn.damping_ratio)
+        a_star, rate = relaxation(drawn.Y1, drawn.epsilon, place)
+        np.testing.assert_allclose(a_star, drawn.a_star, rtol=1e-9)
+        np.testing.assert_allclose(rate, drawn.relaxation_rate, rtol=1e-9)
+        assert (drawn.Y1 < 0).all()
+
+
+def test_quantities_at_the_tested_setting_are_the_stable_amplitude(card):
+    regime = REGIMES["turbulence-1"]
+    own = regime.card(card)
+    z = draw_normals(np.random.default_rng(1), regime, own, 50)
+    z[:, 6:] = 0.0  # damping, mass and density as stated
+    drawn, _, possible = from_normals(z, regime, own)
+    found = {name: value[possible] for name, value in quantities(drawn, regime, np.zeros(len(z))).items()}
+    np.testing.assert_allclose(found["A(1 Sc)"], drawn.a_star[possible, 0], rtol=1e-12)
+    np.testing.assert_allclose(found["A_new(1 Sc)"], drawn.reference_amplitude[possible], rtol=1e-12)
+    assert (found["A(0.5 Sc)"] > found["A(1 Sc)"]).all()
+    assert (found["A(3 Sc)"] < found["A(1 Sc)"]).all()
+
+
+@pytest.mark.parametrize("regime", [REGIMES["ring-downs"], *LAW_REGIMES], ids=lambda one: one.name)
+def test_records_relax_to_the_true_amplitude(regime, card):
+    own = regime.card(card)
+    z = draw_normals(np.random.default_rng(5), regime, own, 1)
+    drawn, body, _ = from_normals(z, regime, own)
+    campaign = simulate_campaign(regime, drawn, body, np.random.SeedSequence(1))
+    assert [len(rig.records) for rig in campaign.rigs] == [regime.ring_downs] * len(regime.scruton_numbers)
+    for j, test in enumerate(campaign.tests):
+        for record in test.records:
+            start, end = (np.sqrt(2.0 * np.mean(part**2)) for part in (record.response[:28], record.response[-28:]))
+            lasts = record.time[-28] - record.time[0]
+            wanted = closed_form(lasts, start, drawn.a_star[0, j], drawn.relaxation_rate[0, j], regime.n)
+            assert end == pytest.approx(float(wanted), rel=0.06), record.name
+
+
+# ---- identifiability
+
+
+def test_information_of_known_moments():
+    """A normal sample of N: N/sigma^2 about the mean, 2 N about ln sigma, nothing between them."""
+
+    def moments(p):
+        return np.full(50, p[0]), np.exp(2.0 * p[1]) * np.eye(50)
+
+    found = information(moments, np.array([3.0, np.log(0.5)]), np.array([1e-4, 1e-4]))
+    np.testing.assert_allclose(found, [[200.0, 0.0], [0.0, 100.0]], atol=1e-3)
+
+
+def test_information_expects_less_of_a_growth_alone_and_leaves_out_what_nothing_informs(card):
+    both, growth = (
+        {row.quantity: row for row in identifiability(REGIMES[name], REGIMES[name].card(card), truths=6)}
+        for name in ("turbulence-1", "growth")
+    )
+    for name in ("Y1", "epsilon", "A(3 Sc)"):
+        assert both[name].expected_sd <= growth[name].expected_sd
+    assert not any(row.left_out for row in both.values())
+    assert Identifiability("r", "q", 0.4, 0.21).left_out
+    assert not Identifiability("r", "q", 0.4, 0.2).left_out
+
+
+# ---- the whole pipe
+
+
+def test_whole_pipe(one_job):
+    content = json.loads((one_job / "calibration.json").read_text(encoding="utf-8"))
+    assert content["settings"]["seed"] == 3
+    assert [one["regime"] for one in content["regimes"]] == list(TINY)
+    assert all(len(rank) == 4 for table in content["rank_of_truth"].values() for rank in table.values())
+    lines = (one_job / "coverage.csv").read_text(encoding="utf-8").splitlines()
+    assert len(lines) == 1 + 2 * 8 * 3
+    text = (one_job / "calibration.txt").read_text(encoding="utf-8")
+    assert "Coverage in percent (50/90/95 % intervals" in text
+    assert (one_job / "figures" / "ranks-growth.png").is_file()
+    one = json.loads((one_job / "campaigns" / "growth.jsonl").read_text(encoding="utf-8").splitlines()[0])
+    assert 0.0 <= one["scores"]["epsilon"]["rank"] <= 1.0
+    assert one["scores"]["epsilon"]["posterior_sd"] < 1.0
+
+
+def test_jobs_do_not_change_a_byte(one_job, tmp_path):
+    told = []
+    few = {"regimes": ("growth",), "campaigns": 2}
+    result = tiny(tmp_path / "two", jobs=2, progress=lambda *what: told.append(what), **few)
+    assert told == [("growth", 1, 2), ("growth", 2, 2)]
+    copy = shutil.copytree(one_job, tmp_path / "copy")
+    first = tiny(copy, resume=True, **few)  # the first two of the four that one process made
+    assert same(copy, tmp_path / "two")
+    assert calibration_text(result) == calibration_text(first)
+
+
+def test_resume_after_an_interruption_gives_the_same_bytes(one_job, tmp_path):
+    out = tmp_path / "cut"
+
+    def stop(regime, done, whole):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        tiny(out, progress=stop)
+    assert not (out / "calibration.json").exists()
+    path = out / "campaigns" / "turbulence-1.jsonl"
+    kept = path.read_text(encoding="utf-8")
+    assert json.loads(kept)["index"] == 0
+    # as if it had been interrupted later, in the middle of a line
+    shutil.copy(one_job / "campaigns" / "growth.jsonl", out / "campaigns" / "growth.jsonl")
+    path.write_text(kept + '{"index": 1, "cut', encoding="utf-8")
+    with pytest.raises(InputError, match=r"results of an earlier run .*--resume .*--force"):
+        tiny(out)
+    with pytest.raises(InputError, match=r"settings.json: seed: found 3; wanted 4"):
+        tiny(out, resume=True, seed=4)
+    told = []
+    tiny(out, resume=True, progress=lambda *what: told.append(what))
+    assert told == [("turbulence-1", done, 4) for done in (2, 3, 4)]
+    assert same(one_job, out)
+
+
+def test_bad_input_is_named(tmp_path):
+    with pytest.raises(InputError, match=r"regimes: found 'calm'; wanted some of: sensor-noise, "):
+        chosen(["calm"])
+    with pytest.raises(InputError, match=r"campaigns: found 1; wanted at least 2"):
+        tiny(tmp_path, campaigns=1)
+    with pytest.raises(InputError, match=r"jobs: found 0; wanted at least 1"):
+        tiny(tmp_path, jobs=0)
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    with pytest.raises(InputError, match=r"found a file; wanted the path of a folder"):
+        tiny(tmp_path / "file")
+
+
+def test_campaigns_that_cannot_be_fitted_are_counted(card):
+    regime = REGIMES["growth"]
+    scores = {"Y1": {"truth": -1.0, "rank": 0.4, "z": 0.1, "posterior_sd": 0.2}}
+    records = [
+        {"index": 0, "converged": False, "scores": scores},
+        {"index": 1, "failed": "no oscillation"},
+        {"index": 2, "converged": True, "scores": scores},
+    ]
+    result = summarise(Path("nowhere"), {}, (regime,), {"growth": records}, ())
+    assert not result.calibrated
+    assert "1 campaigns could not be fitted; the first: no oscillation" in calibration_text(result)
+    assert "growth: 1 campaigns did not converge" in calibration_text(result)
+
+
+@pytest.mark.slow
+def test_three_regimes_within_four_standard_errors(tmp_path):
+    result = run_calibration(
+        tmp_path / "slow", regimes=("sensor-noise", "torsional-growth-3", "ring-downs"), campaigns=60, seed=11, jobs=2
+    )
+    assert result.calibrated, calibration_text(result)
