@@ -9,6 +9,7 @@ from importlib.metadata import version
 TITLES = {
     "startup": "Start",
     "fit": "One test of 120 cycles: envelope to converged posterior, compiled beforehand",
+    "campaign": "Three rigs, 18 records, about 2,000 cycles: the hierarchical posterior, laws weighed",
     "samplers": "Other samplers on the same posterior",
     "likelihood": "The compiled likelihood, exact for n = -1",
     "front_end": "Front end on 1,000,000 samples",

@@ -48,8 +48,8 @@ def run() -> list[Figure]:
             rig = fit_rig(campaign, campaign.rigs[0], cycles, None, sampling)
             test = fit_test(campaign, campaign.tests[0], rig, cycles, sampling)
         assemble(
-            campaign, card, {rig.rig.name: rig}, [test], [], cycles, {}, {}, sampling,
-            peaks=(test.test.name,), command="benchmark", only=(),
+            campaign, card, {rig.rig.name: rig}, [test], None, [], cycles, {}, {}, sampling,
+            command="benchmark", only=(), thorough=True, misfit=False,
         )  # fmt: skip
         verdict = test.samples.convergence
         assert verdict.converged, verdict.explain(test.samples.names, card.sampler)

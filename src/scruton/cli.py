@@ -83,6 +83,21 @@ def parser() -> argparse.ArgumentParser:
     predict.add_argument("--law", type=float, metavar="N", help="exponent of the law (default: the model card's)")
     predict.add_argument("--json", action="store_true", help="print JSON")
 
+    criticise = add(
+        "criticise", _criticise, "checks of a fit: predictive, innovations, priors, identifiability, influence"
+    )
+    criticise.add_argument("results", type=Path, help="folder that fit or report wrote")
+    criticise.add_argument("-o", "--out", type=Path, help="folder for the criticism (default: RESULTS/criticism)")
+    criticise.add_argument("--force", action="store_true", help="replace the criticism that lies in the folder")
+
+    validate = add("validate", _validate, "predict every rig from the others and from each single one")
+    validate.add_argument("campaign", type=Path, help="folder with a campaign.toml")
+    validate.add_argument("-o", "--out", type=Path, help="folder for the results (default: out/NAME/validation)")
+    validate.add_argument(
+        "--model", default="default", metavar="CARD", help="model card: a shipped name or a TOML file"
+    )
+    validate.add_argument("--force", action="store_true", help="replace the validation that lies in the folder")
+
     simulate = add("simulate", _simulate, "write a synthetic campaign from the full equation of motion")
     simulate.add_argument("spec", type=Path, help="TOML file with the section, the rigs, the tests and the truth")
     simulate.add_argument("-o", "--out", type=Path, required=True, help="folder for the campaign")
@@ -164,6 +179,37 @@ def _predict(arguments: argparse.Namespace) -> int:
         as_json=arguments.json,
     )
     print(text)
+    return DONE if trusted else NOT_TRUSTED
+
+
+def _criticise(arguments: argparse.Namespace) -> int:
+    from scruton.report.criticise import criticise
+
+    text, trusted, paths = criticise(arguments.results, out=arguments.out, force=arguments.force, seed=arguments.seed)
+    if not arguments.quiet:
+        print(text)
+    for path in paths if not arguments.quiet else paths[:1]:
+        print(path)
+    return DONE if trusted else NOT_TRUSTED
+
+
+def _validate(arguments: argparse.Namespace) -> int:
+    from scruton.report.run import default_folder
+    from scruton.report.validation import run_validate
+
+    out = arguments.out if arguments.out is not None else default_folder(arguments.campaign) / "validation"
+    text, trusted, paths = run_validate(
+        arguments.campaign,
+        out,
+        model=arguments.model,
+        seed=arguments.seed,
+        force=arguments.force,
+        quiet=arguments.quiet,
+    )
+    if not arguments.quiet:
+        print(text)
+    for path in paths:
+        print(path)
     return DONE if trusted else NOT_TRUSTED
 
 

@@ -213,7 +213,7 @@ def test_whole_pipe(one_job):
     content = json.loads((one_job / "calibration.json").read_text(encoding="utf-8"))
     assert content["settings"]["seed"] == 3
     assert [one["regime"] for one in content["regimes"]] == list(TINY)
-    assert all(len(rank) == 4 for table in content["rank_of_truth"].values() for rank in table.values())
+    assert all(len(one["z"]) == 4 for table in content["scores"].values() for one in table.values())
     lines = (one_job / "coverage.csv").read_text(encoding="utf-8").splitlines()
     assert len(lines) == 1 + 2 * 8 * 3
     text = (one_job / "calibration.txt").read_text(encoding="utf-8")

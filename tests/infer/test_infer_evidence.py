@@ -19,10 +19,12 @@ from scruton.infer.evidence import (
     log_prior_mass,
     posterior_weight_errors,
     posterior_weights,
+    widened,
 )
 from scruton.infer.likelihood import EnvelopeData
 from scruton.infer.models import Posterior, WindPosterior
 from scruton.infer.moves import StudentT
+from scruton.infer.optimum import find_optimum
 from scruton.infer.priors import Prior
 from scruton.infer.sampler import Samples, sample
 from scruton.infer.stacking import leave_one_out_scores, stacking_weights
@@ -168,9 +170,47 @@ def test_the_mass_of_the_constraint_is_allowed_for(method):
         found.append(log_evidence(posterior, samples_of(kept, posterior), np.random.SeedSequence(i), 2048))
     z = z_scores(found, posterior.exact_cut)
     assert honest(z), z
+    assert all(one.reliable for one in found)
     assert found[0].log_prior_mass == pytest.approx(posterior.log_mass, abs=0.04)
     uncut = z_scores(found, posterior.exact_cut + posterior.log_mass)
     assert not honest(uncut), "without the mass it is another number, and this test would see it"
+
+
+def test_an_optimum_that_leans_on_the_constraint_still_starts_wide_enough():
+    """The curvature there is the wall's: a sliver in which all weights look well, however wrong the evidence."""
+    posterior = HalfSpace(3)
+    _, _, factor = posterior.exact
+    slivers = 0
+    for i in range(12):
+        laplace = find_optimum(posterior, np.random.default_rng(i))
+        sd, wide = (
+            np.linalg.svd(np.linalg.solve(factor, one.cholesky), compute_uv=False)[-1]
+            for one in (laplace, widened(posterior, laplace))
+        )
+        slivers += sd < 0.01
+        assert wide > 0.3
+    assert slivers >= 4, "the case that this is about"
+
+
+def test_widening_an_optimum_that_leans_on_nothing_changes_little():
+    posterior = Conjugate(8)
+    laplace = find_optimum(posterior, np.random.default_rng(0))
+    ratio = np.linalg.svd(np.linalg.solve(laplace.cholesky, widened(posterior, laplace).cholesky), compute_uv=False)
+    assert (ratio > 0.999).all()
+    assert (ratio < 1.3).all()
+
+
+def test_a_proposal_narrower_than_the_posterior_is_found_out(monkeypatch):
+    """The weights alone may pass: enough of them, of finite variance, and an evidence that is far too low."""
+    posterior = HalfSpace(3)
+    _, centre, factor = posterior.exact
+    narrow = StudentT(centre, factor @ np.diag([0.25, 1.0, 1.0]), 5.0)
+    monkeypatch.setattr("scruton.infer.evidence.PATIENCE", 1)
+    found = [evidence_by_importance(posterior, np.random.SeedSequence(i), narrow, 1024, 1) for i in range(100)]
+    z = np.abs(z_scores(found, posterior.exact_cut))
+    fooled = [one.effective_size >= 100 and one.pareto_k <= 0.7 for one in found]
+    assert (z[fooled] > 4).any(), "the case that this is about"
+    assert not any(one.reliable for one, off in zip(found, z, strict=True) if off > 4)
 
 
 def test_prior_mass_is_one_where_nothing_is_cut_and_honest_where_something_is():
@@ -197,6 +237,8 @@ def test_a_curved_posterior_against_quadrature():
         assert abs(found.log_z - exact) < 4 * found.error
         assert found.error < 0.06
         assert found.overlap < 0.7, "no Student-t fits it"
+    assert found.pareto_k > 0.7
+    assert not found.reliable, "and importance sampling says so"
 
 
 def test_draws_that_fitted_the_proposal_give_a_biased_evidence():

@@ -76,7 +76,7 @@ class Uniformity:
     """Whether the ranks of one quantity in one regime are uniform.
 
     `p_value` is of a chi-square test over `bins` equal bins, `ecdf_deviation` the largest distance of the ranks'
-    distribution function from the diagonal, `mean_z` and `sd_z` those of the standardised deviations from the truth.
+    distribution function from the diagonal.
     """
 
     regime: str

@@ -102,7 +102,9 @@ class Regime:
             for key in (name, f"{name}.{self.motion.value}"):
                 if key in priors:
                     priors[key] = Prior(name, "lognormal", median, log_sd, unit, _WHY)
-        weights = ALL_LAW_WEIGHTS if self.weighs_laws else (1.0,)
+        weights: tuple[float, ...] = (1.0,)
+        if self.weighs_laws:
+            weights = base.law_weights if base.laws == self.laws else ALL_LAW_WEIGHTS
         text = f"{base.text}\n# calibration regime {self.name}: {self.overrides!r}, n = {self.laws!r}\n"
         return replace(
             base, name=f"{base.name}, {self.name}", laws=self.laws, law_weights=weights, priors=priors, text=text

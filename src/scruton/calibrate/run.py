@@ -27,6 +27,7 @@ from scruton.calibrate.coverage import (
 from scruton.calibrate.identifiability import Identifiability, identifiability
 from scruton.calibrate.one import run_one
 from scruton.calibrate.regimes import Regime, chosen
+from scruton.campaign.schema import FloatArray
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard, load_card
 
@@ -44,8 +45,8 @@ class CalibrationResult:
     settings : mapping
         Seed, model card, versions.
     regimes : tuple of Regime
-    ranks : mapping
-        Regime to quantity to the ranks of the truths, (campaigns,), in the order of the campaigns.
+    scores : mapping
+        Regime to quantity to the fields of `scruton.calibrate.quantities.Score`, (campaigns,) each, in their order.
     cells, pooled, uniformity, identifiability, laws
         See `scruton.calibrate.coverage` and `scruton.calibrate.identifiability`.
     failed : mapping
@@ -57,7 +58,7 @@ class CalibrationResult:
     folder: Path
     settings: Mapping[str, Any]
     regimes: tuple[Regime, ...]
-    ranks: Ranks
+    scores: Mapping[str, Mapping[str, Mapping[str, FloatArray]]]
     cells: tuple[Cell, ...]
     pooled: tuple[Pooled, ...]
     uniformity: tuple[Uniformity, ...]
@@ -65,6 +66,11 @@ class CalibrationResult:
     laws: tuple[LawCheck, ...]
     failed: Mapping[str, tuple[str, ...]]
     unconverged: Mapping[str, int]
+
+    @property
+    def ranks(self) -> Ranks:
+        """Ranks of the truths."""
+        return _ranks(self.scores)
 
     @property
     def calibrated(self) -> bool:
@@ -145,22 +151,30 @@ def summarise(
 ) -> CalibrationResult:
     """Turn the campaigns' records into coverage, ranks and law checks."""
     good = {name: [one for one in mine if "failed" not in one] for name, mine in records.items()}
-    ranks = {
-        one.name: {
-            key: np.array([record["scores"][key]["rank"] for record in good[one.name]])
-            for key in (good[one.name][0]["scores"] if good[one.name] else ())
-        }
-        for one in regimes
-        if not one.weighs_laws
-    }
+    scores = {one.name: _columns(good[one.name]) for one in regimes if not one.weighs_laws}
+    ranks = _ranks(scores)
     left_out = {(row.regime, row.quantity) for row in design if row.left_out}
     return CalibrationResult(
-        folder, settings, regimes, ranks, cells(ranks, left_out), pooled(ranks, left_out), uniformity(ranks, left_out),
+        folder, settings, regimes, scores, cells(ranks, left_out), pooled(ranks, left_out), uniformity(ranks, left_out),
         design,
         tuple(law_check(one.name, good[one.name]) for one in regimes if one.weighs_laws),
         {name: tuple(str(one["failed"]) for one in mine if "failed" in one) for name, mine in records.items()},
         {name: sum(not one["converged"] for one in mine) for name, mine in good.items()},
     )  # fmt: skip
+
+
+def _columns(records: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, FloatArray]]:
+    """Scores of many campaigns, by quantity and field."""
+    if not records:
+        return {}
+    return {
+        name: {key: np.array([one["scores"][name][key] for one in records]) for key in first}
+        for name, first in records[0]["scores"].items()
+    }
+
+
+def _ranks(scores: Mapping[str, Mapping[str, Mapping[str, FloatArray]]]) -> Ranks:
+    return {regime: {name: one["rank"] for name, one in table.items()} for regime, table in scores.items()}
 
 
 def _settings(seed: int, card: ModelCard) -> dict[str, Any]:

@@ -11,7 +11,9 @@ import numpy as np
 
 from scruton.calibrate import store
 from scruton.calibrate.coverage import EVERYTHING, LIMIT
+from scruton.calibrate.identifiability import Identifiability
 from scruton.calibrate.quantities import INTERVALS, kind_of
+from scruton.calibrate.regimes import Regime
 
 if TYPE_CHECKING:
     from scruton.calibrate.run import CalibrationResult
@@ -28,7 +30,8 @@ def write_tables(result: "CalibrationResult") -> None:
         "pooled": [asdict(one) | {"points": one.points} for one in result.pooled],
         "ranks": [asdict(one) | {"beyond": one.beyond} for one in result.uniformity],
         "identifiability": [
-            asdict(one) | {"ratio": one.ratio, "left_out": one.left_out} for one in result.identifiability
+            asdict(one) | {"ratio": one.ratio, "measured_sd": _measured(result, one), "left_out": one.left_out}
+            for one in result.identifiability
         ],
         "laws": [asdict(one) for one in result.laws],
     }
@@ -37,8 +40,9 @@ def write_tables(result: "CalibrationResult") -> None:
         "calibrated": result.calibrated,
         "failed": result.failed,
         "unconverged": result.unconverged,
-        "rank_of_truth": {
-            regime: {name: rank.tolist() for name, rank in table.items()} for regime, table in result.ranks.items()
+        "scores": {
+            regime: {name: {key: one.tolist() for key, one in fields.items()} for name, fields in table.items()}
+            for regime, table in result.scores.items()
         },
     }
     text = json.dumps(_plain(everything), indent=1, sort_keys=True, allow_nan=False)
@@ -135,7 +139,13 @@ def _verdict(result: "CalibrationResult") -> str:
     return "\n".join([head, *lines])
 
 
-def _regime(one: Any) -> dict[str, Any]:
+def _measured(result: "CalibrationResult", row: Identifiability) -> float:
+    """Median posterior sd over the campaigns, beside what was expected."""
+    fields = result.scores.get(row.regime, {}).get(row.quantity)
+    return float("nan") if fields is None else float(np.median(fields["posterior_sd"]))
+
+
+def _regime(one: Regime) -> dict[str, Any]:
     """What a regime is, for the tables; the truths of scatter and noise factor are its own, not the prior's."""
     return {
         "regime": one.name,

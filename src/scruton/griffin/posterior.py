@@ -46,7 +46,7 @@ def motion_of(tree: "xr.DataTree") -> Motion:
 
 
 def exponent_draws(tree: "xr.DataTree", test: str) -> FloatArray:
-    """Draws of the exponent n that a test's posterior was sampled under, (S,): the reference law's unless it is free."""
+    """Draws of the exponent n that a test's posterior was sampled under, (S,): the reference law's unless free."""
     if "law_exponent" in tree["posterior"]:
         return draws_of(tree, "law_exponent", test)
     return np.full(draws_of(tree, "a_star", test).shape, float(tree["constant_data"]["law_n"]))

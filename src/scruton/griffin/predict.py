@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scruton.aero.laws import amplitude_ratio
 from scruton.campaign.schema import FloatArray, Quantity
 from scruton.errors import InputError
-from scruton.aero.laws import amplitude_ratio
 from scruton.griffin.bands import INTERVALS, X_TRUSTED, index_draws, quantiles
 from scruton.griffin.posterior import (
     chosen_rig,

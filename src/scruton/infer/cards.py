@@ -31,6 +31,7 @@ PRIOR_NAMES = (
     "speed_scale_amplitude",
     "speed_scale_relaxation",
     "speed_length",
+    "speed_shift",
 )
 EXPONENT = "law_exponent"  # has a prior where the law is free, and only then
 AVERAGING = ("evidence", "stacking")

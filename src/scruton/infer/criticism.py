@@ -221,13 +221,11 @@ def _innovations(tree: "xr.DataTree") -> tuple[Check, ...]:
 def _prior(
     tree: "xr.DataTree", judged: Sequence[RecordOf], seed: int
 ) -> tuple[tuple[PriorCheck, ...], dict[tuple[str, str], FloatArray]]:
-    group, constant = tree["prior"], tree["constant_data"]
+    group, constant = tree["prior"].to_dataset(), tree["constant_data"]
     checks, bands = [], {}
     largest = max(float(one.amplitude.max()) for one in judged)
     for one in judged:
-        draws = {
-            str(name): group[name].sel(test=one.test).to_numpy().reshape(-1) for name in group.to_dataset().data_vars
-        }
+        draws = {str(name): group[name].sel(test=one.test).to_numpy().reshape(-1) for name in group.data_vars}
         omega0 = 2.0 * np.pi * float(constant["frequency"].sel(test=one.test))
         rate = draws["relaxation_ratio"] * omega0
         law = draws.get("law_exponent", np.full_like(rate, float(constant["law_n"])))
@@ -259,7 +257,9 @@ def _convergence(summary: Mapping[str, Any]) -> list[Flag]:
     if summary.get("converged", True):
         return []
     return [
-        Flag("sampling", "", "the fit did not converge: what follows judges draws that are not the posterior's", True)
+        Flag(
+            "sampling", "", "the fit did not converge: what follows may judge draws that are not the posterior's", True
+        )
     ]
 
 
@@ -286,7 +286,7 @@ def _predictive_flags(checks: Sequence[Check]) -> Iterator[Flag]:
     for one in checks:
         if one.adjusted < LOOK:
             side = "more" if one.value > 0.5 * (one.low + one.high) else "less"
-            text = f"{one.name} of {one.value:.3g} is {side} than the fitted model produces ({_interval(one)}, p = {_p(one)})"
+            text = f"{one.name} {one.value:.3g} is {side} than the model produces ({_interval(one)}, p = {_p(one)})"
             yield Flag("posterior predictive", _where(one.test, one.record), text, one.adjusted < SERIOUS_PREDICTIVE)
 
 
@@ -295,17 +295,16 @@ def _prior_flags(checks: Sequence[PriorCheck]) -> Iterator[Flag]:
         where = _where(one.test, one.record)
         for name, p in ((replication.HALF, one.p_half), (replication.FINAL, one.p_final)):
             if p < LOOK:
+                what = name.removesuffix(" [s]")
                 text = (
-                    f"the prior hardly admits this record's {name.removesuffix(' [s]')} (p = {p:.2g}): widen or move it"
+                    f"the prior under this law hardly admits the record's {what} (p = {p:.2g}): mend one or the other"
                 )
                 yield Flag("prior predictive", where, text)
         if one.huge > ABSURD:
             text = f"{one.huge:.0%} of the prior exceeds ten times the campaign's largest amplitude: it says too little"
             yield Flag("prior predictive", where, text)
         if one.instant > ABSURD:
-            text = (
-                f"{one.instant:.0%} of the prior relaxes within one cycle, where the amplitude equation has no meaning"
-            )
+            text = f"{one.instant:.0%} of the prior relaxes within one cycle, where no amplitude equation holds"
             yield Flag("prior predictive", where, text)
 
 

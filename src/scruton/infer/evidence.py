@@ -31,8 +31,9 @@ from scruton.infer.sampler import Samples
 MASS_ERROR, MASS_BATCH, MOST_MASS_DRAWS = 0.01, 8192, 2**18
 # Weighted draws, in multiples of the dimensions, that a Student-t is fitted to; fewer say nothing of a covariance.
 FITTED_TO = 10
+PROBES = 24  # along every half-axis of a starting proposal
 PATIENCE = 3  # times the rounds asked for that a poor start may need
-GOOD_K, GOOD_SIZE = 0.7, 100.0
+GOOD_K, GOOD_SIZE, GOOD_WIDENING = 0.7, 100.0, 1.15
 _SPAWN = 0xE71DE5CE  # sets the streams of this module apart from others of the same seed
 
 
@@ -56,6 +57,10 @@ class Evidence:
     pareto_k : float
         Shape of the tail of the importance weights (Vehtari et al., JMLR 25, 2024); NaN by bridge sampling, whose
         terms are bounded.
+    widening : float
+        Standard deviation of the weighted draws over that of their proposal, along the axis where it is largest and
+        less what chance does; NaN by bridge sampling.  A proposal narrower than the posterior sees its own
+        surroundings only, where all weights look well.
     """
 
     log_z: float
@@ -64,11 +69,13 @@ class Evidence:
     effective_size: float
     overlap: float
     pareto_k: float = nan
+    widening: float = nan
 
     @property
     def reliable(self) -> bool:
-        """Whether the error can be believed: enough independent draws, and weights of finite variance."""
-        return bool(self.effective_size >= GOOD_SIZE and not self.pareto_k > GOOD_K and np.isfinite(self.log_z))
+        """Whether the error can be believed: enough independent draws, light tails, a proposal wide enough."""
+        fault = self.pareto_k > GOOD_K or self.widening > GOOD_WIDENING
+        return bool(self.effective_size >= GOOD_SIZE and not fault and np.isfinite(self.log_z))
 
 
 def log_evidence(posterior: Posterior, samples: Samples, seed: np.random.SeedSequence, draws: int = 4096) -> Evidence:
@@ -219,7 +226,7 @@ def evidence_by_importance(
         If no draw meets the posterior's support.
     """
     search, drawing, mass = _streams(seed, 3)
-    proposal = start or find_optimum(posterior, np.random.default_rng(search))
+    proposal = start or widened(posterior, find_optimum(posterior, np.random.default_rng(search)))
     rng = np.random.RandomState(np.random.MT19937(drawing))
     log_mass, mass_error = log_prior_mass(posterior, np.random.default_rng(mass))
     proposals: list[StudentT] = []
@@ -229,7 +236,7 @@ def evidence_by_importance(
         height = posterior.log_prob(new)
         proposals.append(proposal)
         if len(proposals) >= rounds:
-            found = _mean_weight(height - proposal.log_density(new), log_mass, mass_error)
+            found = _mean_weight(height - proposal.log_density(new), new, proposal, log_mass, mass_error)
             if found.reliable or len(proposals) >= PATIENCE * rounds:
                 break
         points, heights = np.concatenate([points, new]), np.concatenate([heights, height])
@@ -240,8 +247,10 @@ def evidence_by_importance(
     return found
 
 
-def _mean_weight(log_weight: FloatArray, log_mass: float, mass_error: float) -> Evidence:
-    """Evidence from the log weights of independent draws."""
+def _mean_weight(
+    log_weight: FloatArray, points: FloatArray, proposal: StudentT, log_mass: float, mass_error: float
+) -> Evidence:
+    """Evidence from the log weights of independent draws of the proposal."""
     top = float(log_weight.max())
     if not np.isfinite(top):
         return Evidence(-inf, inf, log_mass, 0.0, 0.0, inf)
@@ -255,7 +264,35 @@ def _mean_weight(log_weight: FloatArray, log_mass: float, mass_error: float) -> 
         size,
         size / count,
         _pareto_k(log_weight[np.isfinite(log_weight)]),
+        _widening(points, weight / weight.sum(), size, proposal),
     )
+
+
+def _widening(points: FloatArray, weight: FloatArray, size: float, proposal: StudentT) -> float:
+    """Largest ratio of standard deviations, weighted draws over proposal, less what so few draws show by chance."""
+    z = np.linalg.solve(proposal.cholesky, (points - proposal.centre).T)
+    # About the proposal's centre: a posterior that lies to one side is as bad as one too wide.
+    largest = float(np.linalg.eigvalsh((z * weight) @ z.T)[-1])
+    return sqrt(largest) / (1.0 + sqrt(len(z) / size))
+
+
+def widened(posterior: Posterior, proposal: StudentT) -> StudentT:
+    """Widen a proposal along its axes to where the posterior falls by half a nat on the farther side.
+
+    The curvature at an optimum that leans on the joint constraint is that of the wall, and the Student-t there has next
+    to no width across it.
+    """
+    variance, axes = np.linalg.eigh(proposal.cholesky @ proposal.cholesky.T)
+    sd = np.sqrt(np.maximum(variance, 0.0))
+    largest = np.array([one.scale for one in posterior.priors]) @ np.abs(axes)
+    # From one sd to the prior's, in equal ratios, on both sides of every axis.
+    ratio = np.maximum(largest / np.maximum(sd, 1e-300), 1.0)
+    reach = sd * ratio ** np.linspace(0.0, 1.0, PROBES)[:, None]
+    offset = np.einsum("s,pj,ij->spji", np.array([1.0, -1.0]), reach, axes).reshape(-1, sd.size)
+    height = posterior.log_prob(np.concatenate([proposal.centre[None], proposal.centre + offset]))
+    near = (height[1:] >= height[0] - 0.5).reshape(2, PROBES, -1).any(axis=0)
+    sd = np.maximum(sd, np.where(near, reach, 0.0).max(axis=0))
+    return StudentT(proposal.centre, np.linalg.cholesky((axes * sd**2) @ axes.T), proposal.degrees_of_freedom)
 
 
 def _tempered(log_weight: FloatArray, least: float) -> FloatArray:

@@ -16,10 +16,10 @@ from scruton.envelope import Cycles, FrontEnd, RingDown, cycles_from_envelope, d
 from scruton.envelope.trial import ExponentialFit, SecondOrderExponential
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
-from scruton.infer.flags import damping_varies, unconstrained, varying_damping
+from scruton.infer.flags import damping_varies, misfit, unconstrained, varying_damping
 from scruton.infer.likelihood import EnvelopeData
-from scruton.infer.peaks import fit_peaks, stack
 from scruton.infer.models import SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
+from scruton.infer.peaks import fit_peaks, stack
 from scruton.infer.priors import Prior, check_support
 from scruton.infer.results import Fit, RigResult, TestResult, TrialResult
 from scruton.infer.run import Report, Sampling
@@ -91,12 +91,20 @@ def fit_campaign(
     ringdowns = {rig.name: ring_down([cycles[r.name] for r in rig.records]) for rig in campaign.rigs if rig.records}
     rigs = {rig.name: fit_rig(campaign, rig, cycles, ringdowns.get(rig.name), sampling) for rig in campaign.rigs}
     tests = [fit_test(campaign, test, rigs[test.rig], cycles, sampling) for test in campaign.tests if test.records]
-    names = {one.name for one in peak_tests(campaign, {t.test.name: float(np.median(t.derived["a_star"])) for t in tests})}
+    names = {
+        one.name for one in peak_tests(campaign, {t.test.name: float(np.median(t.derived["a_star"])) for t in tests})
+    }
     peaks = [one for one in tests if one.test.name in names]
     joint = fit_peaks(campaign, peaks, sampling) if peaks else None
     if joint and (thorough or card.averaging == "stacking"):
         joint = stack(joint, sampling)
-    sampling.flags += [*varying_damping(campaign, ringdowns), *unconstrained(tests), *([joint.weights.flag] if joint and joint.weights.flag else [])]
+    misfits = misfit(tests)
+    sampling.flags += [
+        *misfits,
+        *varying_damping(campaign, ringdowns),
+        *unconstrained(tests),
+        *([joint.weights.flag] if joint and joint.weights.flag else []),
+    ]
     transients = [
         (result, record) for result in tests for record in result.test.records if record.kind in TRANSIENTS and thorough
     ]
@@ -106,7 +114,7 @@ def fit_campaign(
     trials = [fit_trial(campaign, result, record, cycles[record.name], sampling) for result, record in transients]
     fit = assemble(
         campaign, card, rigs, tests, joint, trials, cycles, ringdowns, fronts, sampling,
-        command=command, only=only, thorough=thorough,
+        command=command, only=only, thorough=thorough, misfit=bool(misfits),
     )  # fmt: skip
     if checkpoints is not None and checkpoints.is_dir():
         shutil.rmtree(checkpoints)

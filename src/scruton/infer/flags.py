@@ -4,13 +4,15 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from scruton.campaign.schema import Campaign
+from scruton.campaign.schema import Campaign, FloatArray
 from scruton.envelope import RingDown
+from scruton.infer import whiteness
 from scruton.infer.results import TestResult
 
 # Two bands of amplitude differ in damping where they are apart by both of these.
 VARIATION = 0.2  # of the mean
 CERTAINTY = 3.0  # joint standard errors
+SERIOUS = 0.01  # p-value, adjusted over the records, below which innovations are not white
 FLOOR = 0.02  # relative error of a band that its scatter cannot show
 
 
@@ -46,6 +48,39 @@ def varying_damping(campaign: Campaign, ringdowns: Mapping[str, RingDown]) -> li
             "constant is an average over the ring-downs, and Eq. (6) takes the measured xi_s(A)"
         )
     return lines
+
+
+def misfit(tests: Sequence[TestResult]) -> list[str]:
+    """Records whose innovations can be predicted: the law or the noise of the model is not theirs.
+
+    The innovations are those of each test's own posterior at its median; p-values are adjusted over all records.
+    """
+    parts = [(one, standardised_innovations(one)) for one in tests if one.posterior.data.size]
+    if not parts:
+        return []
+    checks = whiteness.judge(
+        np.concatenate([innovation for _, innovation in parts]),
+        np.concatenate([one.posterior.data.amplitude for one, _ in parts]),
+        np.concatenate([np.full(one.posterior.data.size, one.test.name) for one, _ in parts]),
+        np.concatenate([one.posterior.data.record for one, _ in parts]),
+    )
+    found: dict[str, list[str]] = {}
+    for one in checks:
+        if one.name in whiteness.PREDICTABLE and one.adjusted < SERIOUS:
+            found.setdefault(one.test, []).append(f"{one.name}{f' of {one.record}' if one.record else ''}")
+    return [
+        f"test {test}: the innovations of the filter are not white ({'; '.join(what)}); the law or the noise of the "
+        "model is not that of the records, `scruton criticise` says more"
+        for test, what in found.items()
+    ]
+
+
+def standardised_innovations(one: TestResult) -> FloatArray:
+    """One-step errors over their standard deviations at the posterior median, (N,)."""
+    middle = np.median(one.samples.chain.reshape(-1, one.samples.chain.shape[-1]), axis=0)
+    innovation, variance = one.posterior.innovations(middle[None])
+    found: FloatArray = innovation[:, 0] / np.sqrt(variance[:, 0])
+    return found
 
 
 def unconstrained(tests: Sequence[TestResult]) -> list[str]:

@@ -89,8 +89,8 @@ class CampaignPosterior(Posterior):
 
     Sampled: the logarithms of A_ref, R_ref over the reference mass-damping factor, tau and kappa; n where it is free;
     and for every test those of a*, lambda/omega0, scatter, noise factor, xi_s, and the standardised deviation of the
-    mass-damping factor.  Where a test's records say nothing of lambda its coordinate is w_j instead (non-centred), which
-    the discrepancy's scale does not squeeze.
+    mass-damping factor.  Where a test's records say nothing of lambda its coordinate is w_j instead (non-centred),
+    which the discrepancy's scale does not squeeze.
 
     Attributes
     ----------
@@ -153,7 +153,7 @@ class CampaignPosterior(Posterior):
         return replace(self, tests=tests)
 
     def exponents(self, u: FloatArray) -> FloatArray:
-        """n of every walker, (W,)."""
+        """N of every walker, (W,)."""
         return u[:, len(SHARED)] if self.exponent else np.full(len(u), self.n)
 
     def curve(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
@@ -175,7 +175,7 @@ class CampaignPosterior(Posterior):
             if one.relaxes:
                 ratio = np.exp(v[:, 1])
             else:
-                own = at_zero * np.exp(np.exp(u[:, 3]) * v[:, 1]) - n * factor * damping
+                own = at_zero * _exp(_exp(u[:, 3]) * v[:, 1]) - n * factor * damping
                 ratio = np.where(own > 0.0, own, np.nan) / factor
             rows.append((np.exp(v[:, 0]), ratio, damping, factor, np.exp(v[:, 2]), np.exp(v[:, 3])))
         return Settings(*(np.stack(one, axis=1) for one in zip(*rows, strict=True)))
@@ -297,6 +297,12 @@ class CampaignPosterior(Posterior):
             level = (np.log(s.a_star) - np.log(amplitude_ratio(x, n))).mean(axis=1)
         u[:, 0] = np.where(np.isfinite(level), level, u[:, 0]) + 0.05 * rng.standard_normal(size)
         return u
+
+
+def _exp(value: FloatArray) -> FloatArray:
+    """Exponential of a coordinate that a search may take far out: no overflow."""
+    found: FloatArray = np.exp(np.minimum(value, 300.0))
+    return found
 
 
 def _normal(deviation: FloatArray, log_sd: FloatArray) -> FloatArray:

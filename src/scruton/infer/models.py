@@ -139,7 +139,7 @@ class WindPosterior(Posterior):
     initial_sd: float = 1.0
 
     def exponents(self, u: FloatArray) -> FloatArray:
-        """n of every walker, (W,)."""
+        """N of every walker, (W,)."""
         return u[..., 5] if self.n is None else np.full(u.shape[:-1], self.n)
 
     def state_space(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:

@@ -8,7 +8,7 @@ import numpy as np
 from scruton.aero import Setting, force_parameters
 from scruton.campaign.schema import Campaign, FloatArray, Quantity
 from scruton.infer.cards import SamplerSettings
-from scruton.infer.evidence import evidence_by_importance, log_evidence, posterior_weights
+from scruton.infer.evidence import evidence_by_importance, fit_student_t, log_evidence, posterior_weights
 from scruton.infer.hierarchy import CampaignPosterior, PeakTest
 from scruton.infer.optimum import WIDEN, find_optimum
 from scruton.infer.results import TestResult
@@ -74,8 +74,9 @@ class LawWeights:
         if best == 0 or gap - 2.0 * float(np.nansum(self.error[[0, best]])) < FAVOURED:
             return ""
         return (
-            f"the records favour the law {self.labels[best]} over {self.labels[0]}: log evidence {gap:.1f} higher. What "
-            f"is inferred under {self.labels[0]}, Y1 and epsilon among it, describes these records badly; predictions "
+            f"the records favour the law {self.labels[best]} over {self.labels[0]}: log evidence {gap:.1f} higher. "
+            f"What is inferred under {self.labels[0]}, Y1 and epsilon among it, describes these records badly; "
+            "predictions "
             "weigh the laws"
         )
 
@@ -108,7 +109,10 @@ def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Samplin
     several = len(labels) > 1
     log_z, error = np.full(len(labels), np.nan), np.full(len(labels), np.nan)
     if several:
-        log_z[:] = [_laplace(one, sampling.seed_of(f"screening, {label}")) for one, label in zip(posteriors, labels)]
+        log_z[:] = [
+            _laplace(one, sampling.seed_of(f"screening, {label}"))
+            for one, label in zip(posteriors, labels, strict=True)
+        ]
     sampled = np.array([k == 0 or log_z[k] > log_z.max() - HOPELESS for k in range(len(labels))])
     found = []
     for k in np.flatnonzero(sampled):
@@ -132,17 +136,23 @@ def stack(result: PeakResult, sampling: Sampling) -> PeakResult:
     """
     weights = result.weights
     chosen = np.flatnonzero(weights.sampled)
-    records = [name for test in result.laws[0].posterior.tests for name in dict.fromkeys(test.wind.data.record.tolist())]
+    records = [
+        name for test in result.laws[0].posterior.tests for name in dict.fromkeys(test.wind.data.record.tolist())
+    ]
     stacking = np.where(weights.sampled, 1.0, 0.0)
     if len(chosen) > 1 and records:
         scores = np.empty((len(chosen), len(records)))
         for i, law in enumerate(result.laws):
+            draws = law.samples.chain.reshape(-1, law.samples.chain.shape[-1])
+            near = fit_student_t(draws, np.full(len(draws), 1.0 / len(draws)))
             for j, record in enumerate(records):
                 what = f"stacking, {law.label}, without {record}"
                 if sampling.report:
                     sampling.report(what, (j + 1) / len(records))
-                start = find_optimum(law.posterior.without(record), np.random.default_rng(sampling.seed_of(what)), starts=1)
-                without = evidence_by_importance(law.posterior.without(record), sampling.seed_of(what), start)
+                rest = law.posterior.without(record)
+                # A test that keeps no transient has another coordinate: then the search starts anew.
+                start = near if rest.names == law.posterior.names else None
+                without = evidence_by_importance(rest, sampling.seed_of(what), start)
                 scores[i, j] = weights.log_evidence[chosen[i]] - without.log_z
         stacking[chosen] = stacking_weights(scores)
     use = stacking if sampling.card.averaging == "stacking" else weights.weight
@@ -157,7 +167,7 @@ def _laplace(posterior: CampaignPosterior, seed: np.random.SeedSequence) -> floa
         return -np.inf
     d = peak.centre.size
     log_det = float(np.log(np.diag(peak.cholesky) / WIDEN).sum())
-    return float(posterior.log_prob(peak.centre[None])[0]) + 0.5 * d * np.log(2.0 * np.pi) + log_det
+    return float(posterior.log_prob(peak.centre[None])[0] + 0.5 * d * np.log(2.0 * np.pi) + log_det)
 
 
 def _settings(settings: SamplerSettings, posterior: CampaignPosterior) -> SamplerSettings:
@@ -183,9 +193,7 @@ def campaign_posterior(
         peaks.append(PeakTest(one.test.name, own, factor, draws, log_sd))
     shared = tuple(card.prior(name, motion) for name in names)
     assert len(shared) == 4
-    return CampaignPosterior(
-        peaks, shared, -1.0 if n is None else n, card.exponent if n is None else None
-    )
+    return CampaignPosterior(peaks, shared, -1.0 if n is None else n, card.exponent if n is None else None)
 
 
 def data_of(posterior: CampaignPosterior) -> list[FloatArray]:

@@ -26,7 +26,8 @@ class Fit:
     campaign : Campaign
     card : ModelCard
     tree : xarray.DataTree
-        posterior, campaign_posterior, laws, rig_posterior, trial_function, posterior_predictive, prior, log_likelihood, log_prior,
+        posterior, campaign_posterior, laws, speeds, innovations, rig_posterior,
+        trial_function, posterior_predictive, prior, log_likelihood, log_prior,
         sample_stats, observed_data, constant_data; the provenance is a JSON text among its attributes.
     cycles, front_ends : mapping
         By record name: the envelope that fed inference; the deterministic result of Eqs. (2) to (8).

@@ -13,11 +13,16 @@ import xarray as xr
 from scruton.campaign.schema import Campaign, FloatArray
 from scruton.envelope import Cycles, FrontEnd, RingDown
 from scruton.infer.cards import ModelCard
+from scruton.infer.flags import standardised_innovations
 from scruton.infer.peaks import PeakResult
 from scruton.infer.predictive import free_runs
+from scruton.infer.priors import Prior
 from scruton.infer.results import Fit, RigResult, TestResult, TrialResult
 from scruton.infer.run import Sampling
 from scruton.infer.sampler import Samples
+from scruton.infer.speeds import NAME as SPEEDS
+from scruton.infer.speeds import PRIORS as SPEED_PRIORS
+from scruton.infer.speeds import fit_speeds, speeds_dataset
 
 POINTWISE_THIN = 8  # the pointwise log likelihood is kept for every eighth draw
 PRIOR_DRAWS = 1000
@@ -40,6 +45,7 @@ def assemble(
     command: str,
     only: tuple[str, ...],
     thorough: bool,
+    misfit: bool,
 ) -> Fit:
     """Put the results of every posterior into one `Fit`."""
     provenance = {
@@ -76,7 +82,13 @@ def assemble(
         groups["trial_function"] = _trial_group(trials)
     tree = xr.DataTree.from_dict({f"/{name}": one for name, one in groups.items()})
     tree.attrs["provenance"] = json.dumps(provenance, sort_keys=True)
-    convergence = _convergence(rig_list, tests, joint, trials)
+    sampled = _sampled(rig_list, tests, joint, trials)
+    if joint and thorough:
+        speeds = fit_speeds(tree, campaign, *_speed_priors(campaign, card), sampling)
+        if speeds is not None:
+            tree["speeds"] = xr.DataTree(speeds_dataset(speeds))
+            sampled.append((SPEEDS, speeds.samples))
+    convergence = _convergence(sampled)
     converged = bool(convergence["converged"].all()) if len(convergence) else True
     verdicts: dict[Any, Any] = convergence.to_dict(orient="index")
     summary = {
@@ -85,7 +97,7 @@ def assemble(
         "converged": converged,
         "flags": list(sampling.flags),
         "law_n": _law(card),
-        "laws": _laws(joint),
+        "laws": _laws(joint, misfit),
         "campaign": _campaign_parameters(joint),
         "amplitude_unit": campaign.section.amplitude_unit,
         "tests": [
@@ -256,16 +268,17 @@ def _campaign_groups(joint: PeakResult) -> dict[str, xr.Dataset]:
     return {"campaign_posterior": group, "laws": table.assign_coords(law=list(weights.labels))}
 
 
-def _laws(joint: PeakResult | None) -> dict[str, Any]:
-    """Laws and their weights, as fit.json has them; numbers that do not exist are null."""
+def _laws(joint: PeakResult | None, misfit: bool) -> dict[str, Any]:
+    """Laws and their weights, as fit.json has them; numbers that do not exist are null.
+
+    The flag says that the data speak against the reference law: by evidence, or by its innovations where it is alone.
+    """
     if joint is None:
         return {}
     one = joint.weights
-    rows = zip(
-        one.labels, one.prior, one.weight, one.stacking, one.log_evidence, one.error, one.sampled, strict=True
-    )
+    rows = zip(one.labels, one.prior, one.weight, one.stacking, one.log_evidence, one.error, one.sampled, strict=True)
     return {
-        "flag": bool(one.flag),
+        "flag": bool(one.flag) or (len(one.labels) == 1 and misfit),
         "weights": {
             label: {
                 "prior": float(prior),
@@ -297,6 +310,7 @@ def _cycle_groups(tests: Sequence[TestResult], sampling: Sampling) -> dict[str, 
         pointwise.append(flat.reshape(*chain.shape[:2], -1))
         rng = np.random.default_rng(sampling.seed_of(f"predictive of {one.test.name}"))
         runs.append(free_runs(one.posterior, one.samples.chain, rng))
+    standardised = [standardised_innovations(one) for one in tests]
     log_likelihood = np.concatenate(pointwise, axis=-1)
     mean, replicate = (np.concatenate([run[i] for run in runs], axis=-1) for i in (0, 1))
     observed = np.concatenate([one.posterior.data.amplitude for one in tests])
@@ -311,6 +325,7 @@ def _cycle_groups(tests: Sequence[TestResult], sampling: Sampling) -> dict[str, 
         "posterior_predictive": xr.Dataset(
             {"amplitude": (dims, replicate[None]), "mean_amplitude": (dims, mean[None])}
         ).assign_coords(chain=[0], draw=np.arange(len(mean)), cycle=cycle),
+        "innovations": xr.Dataset({"amplitude": ("cycle", np.concatenate(standardised))}).assign_coords(cycle=cycle),
         "observed_data": xr.Dataset({"amplitude": ("cycle", observed)}).assign_coords(cycle=cycle),
     }
 
@@ -341,13 +356,24 @@ def _trial_group(trials: Sequence[TrialResult]) -> xr.Dataset:
     )
 
 
-def _convergence(
+def _speed_priors(campaign: Campaign, card: ModelCard) -> tuple[dict[str, Prior], tuple[Prior, Prior]]:
+    """Priors of the smooth model over wind speeds, and of the discrepancies."""
+    motion = campaign.section.motion
+    own = {name: card.prior(name, motion) for name in (*SPEED_PRIORS, "speed_shift")}
+    return own, (card.prior("discrepancy_amplitude", motion), card.prior("discrepancy_relaxation", motion))
+
+
+def _sampled(
     rigs: Sequence[RigResult], tests: Sequence[TestResult], joint: PeakResult | None, trials: Sequence[TrialResult]
-) -> pd.DataFrame:
+) -> list[tuple[str, Samples]]:
+    """Every sampled posterior by its name."""
     sampled = [(f"rig {one.rig.name}", one.samples) for one in rigs if one.samples]
     sampled += [(f"test {one.test.name}", one.samples) for one in tests]
     sampled += [(f"campaign, {one.label}", one.samples) for one in (joint.laws if joint else ())]
-    sampled += [(f"trial function of {one.record.name}", one.samples) for one in trials]
+    return sampled + [(f"trial function of {one.record.name}", one.samples) for one in trials]
+
+
+def _convergence(sampled: Sequence[tuple[str, Samples]]) -> pd.DataFrame:
     rows = []
     for posterior, samples in sampled:
         verdict = samples.convergence

@@ -136,7 +136,9 @@ def law_table(fit: "Fit") -> Table | None:
     for label, one in weights.items():
         gap = None if one["log_evidence"] is None else one["log_evidence"] - best
         text = "–" if gap is None else f"{gap:.1f}".replace("-", "−")
-        error = "by Laplace's approximation" if one["log_evidence_error"] is None else f"± {one['log_evidence_error']:.2f}"
+        error = (
+            "by Laplace's approximation" if one["log_evidence_error"] is None else f"± {one['log_evidence_error']:.2f}"
+        )
         stacked = "–" if one["stacking"] is None else f"{one['stacking']:.3f}"
         rows.append([label, f"{one['prior']:.2f}", text, error, f"{one['weight']:.3f}", stacked])
     return Table(
