@@ -98,6 +98,19 @@ def parser() -> argparse.ArgumentParser:
     )
     validate.add_argument("--force", action="store_true", help="replace the validation that lies in the folder")
 
+    calibrate = add("calibrate", _calibrate, "simulation-based calibration and coverage of the bands")
+    calibrate.add_argument("-o", "--out", type=Path, required=True, help="folder for the results")
+    calibrate.add_argument("--regimes", metavar="NAME,...", help="only these regimes (default: all)")
+    calibrate.add_argument("--campaigns", type=int, default=500, metavar="N", help="in every regime (default 500)")
+    calibrate.add_argument("--jobs", type=int, default=1, metavar="N", help="processes (results do not depend on it)")
+    calibrate.add_argument(
+        "--model", default="default", metavar="CARD", help="model card: a shipped name or a TOML file"
+    )
+    calibrate.add_argument("--force", action="store_true", help="replace the results that lie in the folder")
+    calibrate.add_argument(
+        "--resume", action="store_true", help="go on with an interrupted run, or with more campaigns"
+    )
+
     simulate = add("simulate", _simulate, "write a synthetic campaign from the full equation of motion")
     simulate.add_argument("spec", type=Path, help="TOML file with the section, the rigs, the tests and the truth")
     simulate.add_argument("-o", "--out", type=Path, required=True, help="folder for the campaign")
@@ -211,6 +224,33 @@ def _validate(arguments: argparse.Namespace) -> int:
     for path in paths:
         print(path)
     return DONE if trusted else NOT_TRUSTED
+
+
+def _calibrate(arguments: argparse.Namespace) -> int:
+    from scruton.calibrate import calibration_text, run_calibration
+    from scruton.report.run import Bar
+
+    for name in ("campaigns", "jobs"):
+        if getattr(arguments, name) < 1:
+            raise InputError("command line", f"--{name}", str(getattr(arguments, name)), "a whole number, one or more")
+    if arguments.seed < 0:
+        raise InputError("command line", "--seed", str(arguments.seed), "a whole number, zero or more")
+    with Bar(arguments.quiet) as bar:
+        result = run_calibration(
+            arguments.out,
+            regimes=None if arguments.regimes is None else [one.strip() for one in arguments.regimes.split(",")],
+            campaigns=arguments.campaigns,
+            seed=arguments.seed,
+            jobs=arguments.jobs,
+            force=arguments.force,
+            resume=arguments.resume,
+            progress=lambda regime, done, total: bar(f"{regime}, {done} of {total}", done / total),
+            model=arguments.model,
+        )
+    if not arguments.quiet:
+        print(calibration_text(result))
+    print(arguments.out / "calibration.json")
+    return DONE if result.calibrated else NOT_TRUSTED
 
 
 def _simulate(arguments: argparse.Namespace) -> int:

@@ -13,9 +13,10 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from scruton.aero.laws import amplitude_ratio
 from scruton.campaign.schema import Campaign, FloatArray, Kind, Motion, Quantity, Record, Rig, Section, Sweep, Test
 from scruton.envelope import Cycles, RingDown, front_end, ring_down
-from scruton.infer.cards import load_card
+from scruton.infer.cards import ModelCard, load_card
 from scruton.infer.results import Fit
 
 CHAINS, DRAWS, RUNS, ENSEMBLES = 8, 60, 100, 4
@@ -62,6 +63,7 @@ def fake_fit(
     names: Sequence[str] = (),
     cycles_per_record: int | None = None,
     law_n: float = -1.0,
+    laws: bool = True,
     seed: int = 1,
 ) -> Fit:
     """Make the fit up.
@@ -80,6 +82,10 @@ def fake_fit(
         Names of the tests in place of "Sc 1.9" and so on.
     cycles_per_record : int
         Length of the records; by default six relaxation times.
+    law_n : float
+        The reference law.
+    laws : bool
+        Under the paper's law: whether the card's other laws are weighed too, of which n = 0 was sampled.
     """
     rng = np.random.default_rng(seed)
     heaving = motion is Motion.HEAVING
@@ -136,8 +142,11 @@ def fake_fit(
         rig.name: ring_down([cycles[record.name] for record in rig.records]) for rig in rigs if rig.records
     }
     card = load_card("default")
+    if law_n != -1.0 or not laws:
+        card = replace(card, laws=(law_n,), law_weights=(1.0,))
     tree = _tree(campaign, truths, cycles, law_n, rng)
-    summary, convergence = _summary(campaign, tree, card.discrepancy_sd, law_n)
+    tree = _with_campaign(tree, card, np.random.default_rng([seed, 1]))
+    summary, convergence = _summary(campaign, tree, law_n)
     return Fit(campaign, card, tree, cycles, plucks, fronts, convergence, (), True, summary)
 
 
@@ -340,6 +349,71 @@ def _tree(
     return tree
 
 
+# What the records are made to say of the card's laws: log evidence, its error (NaN: by Laplace's approximation).
+EVIDENCE = {-1.0: (812.4, 0.04), 0.0: (810.9, 0.05), 1.0: (795.1, np.nan), 2.0: (741.0, np.nan)}
+
+
+def _with_campaign(tree: xr.DataTree, card: ModelCard, rng: np.random.Generator) -> xr.DataTree:
+    """Add the campaign model: each draw of the peak tests has a curve that passes between them."""
+    posterior = tree["posterior"].to_dataset()
+    posterior = posterior.isel(test=np.flatnonzero(tree["constant_data"]["peak"].to_numpy()))
+    labels = [f"n={n:g}" for n in card.laws]
+    evidence, error = np.array([EVIDENCE[n] for n in card.laws]).T
+    sampled = np.isfinite(error)
+    if len(card.laws) == 1:
+        evidence, error, sampled = np.full(1, np.nan), np.full(1, np.nan), np.ones(1, dtype=bool)
+    prior = np.array(card.law_weights)
+    weight = np.where(sampled, prior * np.exp(evidence - evidence[0]), 0.0) if len(card.laws) > 1 else prior
+    reference = float(np.exp(np.log(posterior["scruton_number"].median(("chain", "draw"))).mean()))
+    fitted = [_shared_curve(posterior, n, reference, rng) for n, kept in zip(card.laws, sampled, strict=True) if kept]
+    group = xr.concat(fitted, dim="law", coords="minimal", compat="override")
+    group = group.assign_coords(law=[one for one, kept in zip(labels, sampled, strict=True) if kept])
+    group.attrs["reference_scruton_number"] = reference
+    group.attrs["reference_mass_damping_factor"] = float(np.exp(np.log(posterior["mass_damping_factor"]).mean()))
+    rows = {
+        "prior_weight": prior,
+        "weight": weight / weight.sum(),
+        "stacking_weight": np.where(sampled, 1.0 / sampled.sum(), 0.0) if len(card.laws) > 1 else np.full(1, np.nan),
+        "log_evidence": evidence,
+        "log_evidence_error": error,
+        "sampled": sampled,
+    }
+    table = xr.Dataset({key: ("law", np.asarray(value, dtype=float)) for key, value in rows.items()})
+    groups = {f"/{name}": node.to_dataset() for name, node in tree.children.items()}
+    groups |= {"/campaign_posterior": group, "/laws": table.assign_coords(law=labels)}
+    found = xr.DataTree.from_dict(groups)
+    found.attrs.update(tree.attrs)
+    return found
+
+
+def _shared_curve(tests: xr.Dataset, n: float, reference: float, rng: np.random.Generator) -> xr.Dataset:
+    """The campaign's variables under one law: geometric means over the tests of what each says of the curve."""
+    sc = tests["scruton_number"]
+    # The tests' own strengths of the wind, but enough of it for a vibration at every one.
+    strength = np.exp(np.log(np.maximum(tests["relaxation_scruton_number"] + n * sc, 1.0)).mean("test"))
+    relaxation = np.maximum(strength - n * reference, 1.05 * n * (sc.max("test") - reference))
+    ratio = xr.apply_ufunc(amplitude_ratio, (sc - reference) / relaxation, n)
+    amplitude = np.exp(np.log(tests["a_star"] / ratio).mean("test"))
+
+    def scale(median: float) -> xr.DataArray:
+        return amplitude.copy(data=median * np.exp(0.3 * rng.standard_normal(amplitude.shape)))
+
+    own = (
+        "a_star", "relaxation_rate", "damping_ratio", "scruton_number", "mass_damping_factor", "amplitude_scatter",
+        "noise_factor",
+    )  # fmt: skip
+    unknown = xr.full_like(tests["a_star"], np.nan)
+    found = xr.Dataset({key: tests[key] for key in own})
+    found = found.assign({key: tests[key] if n == -1.0 else unknown for key in ("Y1", "epsilon")})
+    return found.rename(test="peak_test").assign(
+        n=xr.full_like(amplitude, n),
+        reference_amplitude=amplitude,
+        reference_relaxation=relaxation,
+        discrepancy_amplitude=scale(0.09),
+        discrepancy_relaxation=scale(0.2),
+    )
+
+
 def _force_parameters(
     section: Section, row: Case, a_star: FloatArray, rate: FloatArray, xi: FloatArray
 ) -> dict[str, FloatArray]:
@@ -372,26 +446,40 @@ def _provenance(campaign: Campaign) -> dict[str, Any]:
     }
 
 
-def _summary(
-    campaign: Campaign, tree: xr.DataTree, discrepancy_sd: float, law_n: float
-) -> tuple[dict[str, Any], pd.DataFrame]:
+def _entry(draws: FloatArray) -> dict[str, Any]:
+    return {
+        "median": float(np.median(draws)),
+        "mean": float(draws.mean()),
+        "sd": float(draws.std()),
+        "interval": {
+            f"{p:.2f}": [float(x) for x in np.quantile(draws, [0.5 - p / 2, 0.5 + p / 2])] for p in INTERVALS
+        },
+    }
+
+
+def _laws(tree: xr.DataTree) -> dict[str, Any]:
+    """Weights of the laws as fit.json has them."""
+    keys = ("prior_weight", "weight", "stacking_weight", "log_evidence", "log_evidence_error")
+    names = ("prior", "weight", "stacking", "log_evidence", "log_evidence_error")
+    weights = {}
+    for label in tree["laws"]["law"].to_numpy():
+        row = tree["laws"].to_dataset().sel(law=label)
+        values = [float(row[key]) for key in keys]
+        weights[str(label)] = {k: v if np.isfinite(v) else None for k, v in zip(names, values, strict=True)}
+        weights[str(label)]["sampled"] = bool(row["sampled"])
+    return {"flag": False, "weights": weights}
+
+
+def _summary(campaign: Campaign, tree: xr.DataTree, law_n: float) -> tuple[dict[str, Any], pd.DataFrame]:
     rows: list[dict[str, Any]] = []
+    quality = {"rhat_nested": 1.001, "ess_bulk": 1500.0, "ess_tail": 1300.0}
 
     def parameters(dataset: xr.Dataset, posterior: str) -> dict[str, Any]:
         found = {}
         for name, array in dataset.data_vars.items():
             if "draw" not in array.dims:
                 continue
-            draws = array.to_numpy()
-            quality = {"rhat_nested": 1.001, "ess_bulk": 1500.0, "ess_tail": 1300.0}
-            found[str(name)] = {
-                "median": float(np.median(draws)),
-                "mean": float(draws.mean()),
-                "sd": float(draws.std()),
-                "interval": {
-                    f"{p:.2f}": [float(x) for x in np.quantile(draws, [0.5 - p / 2, 0.5 + p / 2])] for p in INTERVALS
-                },
-            } | quality
+            found[str(name)] = _entry(array.to_numpy()) | quality
             rows.append(
                 {"posterior": posterior, "parameter": str(name)}
                 | quality
@@ -400,14 +488,20 @@ def _summary(
         return found
 
     posterior, rig = (tree[key].to_dataset() for key in ("posterior", "rig_posterior"))
+    joint = tree["campaign_posterior"].to_dataset()
+    shared = joint[[name for name in joint.data_vars if "peak_test" not in joint[name].dims]].isel(law=0)
     trial = tree["trial_function"].to_dataset() if "trial_function" in tree else None
     summary = {
         "format": 1,
         "title": campaign.title,
         "converged": True,
         "flags": [],
-        "discrepancy_sd": discrepancy_sd,
         "law_n": law_n,
+        "laws": _laws(tree),
+        "campaign": {
+            "reference_scruton_number": joint.attrs["reference_scruton_number"],
+            "parameters": {str(name): _entry(array.to_numpy()) for name, array in shared.data_vars.items()},
+        },
         "amplitude_unit": campaign.section.amplitude_unit,
         "tests": [
             {
@@ -420,7 +514,7 @@ def _summary(
             for test in campaign.tests
         ],
         "rigs": [
-            {"name": one.name, "parameters": parameters(rig.sel(rig=one.name), f"rig {one.name}")}
+            {"name": one.name, "parameters": parameters(rig.sel(rig=one.name), f"rig {one.name}"), "bands": []}
             for one in campaign.rigs
         ],
         "records": [

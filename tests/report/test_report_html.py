@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from scruton.campaign.schema import Kind, Motion
 from scruton.errors import InputError
 from scruton.griffin import predict
+from scruton.griffin.validate import Validation
 from scruton.report import build_report, figures
 from scruton.report.html import TEMPLATES, Picture, render, within_size
 from scruton.report.tables import tables
@@ -73,7 +74,7 @@ def still_air_fit():
     convergence = fit.convergence[[str(one).startswith("rig") for one in fit.convergence.index.get_level_values(0)]]
     return change(
         fit, campaign=replace(fit.campaign, tests=(), sweeps=()), tree=tree, front_ends={}, convergence=convergence,
-        summary=fit.summary | {"tests": [], "records": []},
+        summary=fit.summary | {"tests": [], "records": [], "laws": {}, "campaign": {}},
     )  # fmt: skip
 
 
@@ -82,7 +83,8 @@ def steady_fit():
     test = fit.campaign.tests[0]
     record = replace(test.records[0], kind=Kind.STEADY)
     flag = "test Sc 1.9: no growth or decay record, so lambda rests on the prior"
-    tree = groups(fit.tree, "posterior", "rig_posterior", "sample_stats", "constant_data")
+    kept = ("posterior", "campaign_posterior", "laws", "rig_posterior", "sample_stats", "constant_data")
+    tree = groups(fit.tree, *kept)
     constant = tree["constant_data"].to_dataset()
     tree["constant_data"] = xr.DataTree(constant.drop_vars(["time", "standard_error", "record", "record_test"]))
     return change(
@@ -99,6 +101,33 @@ def three():
 def page_of(fit, **kwargs) -> Page:
     pictures = [Picture("griffin", "a caption", "an alternative", "data:image/png;base64,AA")]
     return Page(render(fit, tables(fit), pictures, **kwargs))
+
+
+def spaced(page: Page) -> str:
+    """Text of a page with its cells apart."""
+    return re.sub(r"\s+", " ", " ".join(page.texts))
+
+
+def validations(fit, level: float = 1.0) -> list[Validation]:
+    """Every peak test predicted by the curve that the tests share times `level`, as if the others had given it."""
+    tree = fit.tree.copy()
+    group = tree["campaign_posterior"].to_dataset()
+    amplitude = level * group["reference_amplitude"]
+    tree["campaign_posterior"] = xr.DataTree(group.assign(reference_amplitude=amplitude))
+    found, names = [], [test.name for test in fit.campaign.tests if test.peak]
+    for one in fit.summary["tests"]:
+        if one["name"] in names:
+            prediction = predict(tree, scruton_number=one["parameters"]["scruton_number"]["median"])
+            measured = fit.campaign.test(one["name"]).stable_amplitude.mean
+            others = tuple(name for name in names if name != one["name"])
+            found.append(Validation(one["name"], others, prediction, measured, True, True))
+    return found
+
+
+@pytest.fixture
+def crossed(three, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No fits for the crossed predictions of the report of `three`: its records are made up."""
+    monkeypatch.setattr("scruton.griffin.validate.validate", lambda *_, **__: validations(three))
 
 
 @pytest.fixture
@@ -153,7 +182,7 @@ def test_a_whole_report_with_its_figures(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 def test_the_answer_comes_first_and_is_the_prediction(three) -> None:
-    one = predict(three.tree, scruton_number=30.0, discrepancy_sd=0.2, seed=1)
+    one = predict(three.tree, scruton_number=30.0, seed=1)
     page = page_of(three, design=[one])
     low, high = one.interval(0.90)
     said = f"At the design Scruton number 30 (structural damping ratio {100 * one.damping_ratio:.3f} % on rig 1#)"
@@ -186,7 +215,7 @@ def test_flags_stand_in_red_before_the_answer(three) -> None:
 
 
 def test_cautions_of_a_far_prediction_are_shown(three) -> None:
-    one = predict(three.tree, scruton_number=300.0, discrepancy_sd=0.2)
+    one = predict(three.tree, scruton_number=300.0)
     page = page_of(three, design=[one])
     assert one.flags
     assert one.flags[0] in page.text
@@ -216,14 +245,14 @@ def test_steady_records_alone_make_a_report_with_its_flag(tmp_path: Path) -> Non
 
 def test_torsional_amplitudes_are_in_rad_and_degrees() -> None:
     fit = fake_fit(motion=Motion.TORSIONAL, growth=False, sweeps=False, ringdowns=False)
-    one = predict(fit.tree, scruton_number=0.8, discrepancy_sd=0.2)
+    one = predict(fit.tree, scruton_number=0.8)
     page = page_of(fit, design=[one])
     assert f"{one.median:.4f} rad" in page.text
     assert f"{np.rad2deg(one.median):.2f} (" in page.text
     assert "kg m²/m" in page.text
 
 
-@pytest.mark.usefixtures("one_figure")
+@pytest.mark.usefixtures("one_figure", "crossed")
 def test_a_failure_leaves_the_old_report_whole(three, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     build_report(three, tmp_path)
     before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
@@ -237,7 +266,7 @@ def test_a_failure_leaves_the_old_report_whole(three, tmp_path: Path, monkeypatc
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
 
 
-@pytest.mark.usefixtures("one_figure")
+@pytest.mark.usefixtures("one_figure", "crossed")
 def test_building_again_gives_the_same_bytes(three, tmp_path: Path) -> None:
     paths = build_report(three, tmp_path)
     assert {path.suffix for path in paths.figures} == {".svg", ".png"}
@@ -248,12 +277,46 @@ def test_building_again_gives_the_same_bytes(three, tmp_path: Path) -> None:
 
 
 def test_each_peak_test_beside_its_prediction_from_the_others(three) -> None:
-    from scruton.griffin import cross_predictions
+    good, bad = ({one.test: one.prediction for one in validations(three, level)} for level in (1.0, 0.6))
+    page = spaced(page_of(three, crossed=good))
+    assert page.count(" % inside ") == 3
+    assert "OUTSIDE" not in page
+    one, measured = bad["Sc 21.7"], three.campaign.test("Sc 21.7").stable_amplitude.mean
+    error = f"{100 * (one.median / measured - 1):+.0f} %".replace("-", "−")
+    page = spaced(page_of(three, crossed=bad))
+    assert page.count(" % OUTSIDE ") == 3
+    assert f"{one.median:.4f} {one.interval(0.9)[0]:.4f} to {one.interval(0.9)[1]:.4f} 0.0292 measured {error}" in page
 
-    crossed = cross_predictions(three.tree, discrepancy_sd=0.001)
-    page = page_of(three, crossed=crossed)
-    assert "OUTSIDE" in page.text
-    assert "OUTSIDE" not in page_of(three, crossed=cross_predictions(three.tree, discrepancy_sd=0.3)).text
+
+@pytest.mark.usefixtures("one_figure")
+def test_a_report_of_several_rigs_validates_its_own_campaign(
+    three, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def validate(*arguments: object, **keywords: object) -> list[Validation]:
+        asked.append((arguments, keywords))
+        return validations(three, 0.6)
+
+    monkeypatch.setattr("scruton.griffin.validate.validate", validate)
+    paths = build_report(three, tmp_path, design_sc=[30.0])
+    assert asked == [((three.campaign, three.card), {"seed": 1, "singles": False})]
+    assert "OUTSIDE" in Page(paths.report.read_text(encoding="utf-8")).text
+
+
+def test_laws_stand_with_their_weights_and_the_unsampled_without_an_error(three) -> None:
+    text = spaced(page_of(three))
+    assert "weighed by the records of the peak tests" in text
+    assert "n=-1 0.70 0.0 ± 0.04 0.969 0.500" in text
+    assert "n=2 0.10 −71.4 by Laplace's approximation 0.000 0.000" in text
+    alone = fake_fit(tests=1, growth=False, sweeps=False, ringdowns=False, laws=False)
+    assert "weighed by the records of the peak tests" not in page_of(alone).text
+
+
+def test_the_discrepancy_between_settings_is_said(three) -> None:
+    found = three.summary["campaign"]["parameters"]
+    for key in ("discrepancy_amplitude", "discrepancy_relaxation"):
+        assert "{} (90 %: {})".format(*estimate(found[key])) in page_of(three).text
 
 
 def test_too_many_pictures_leave_the_names_of_their_files(three) -> None:

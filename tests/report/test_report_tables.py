@@ -19,11 +19,11 @@ def fit():
 
 @pytest.fixture(scope="module")
 def frames(fit) -> dict[str, pd.DataFrame]:
-    return tables(fit, [predict(fit.tree, scruton_number=sc, discrepancy_sd=0.2) for sc in (5.0, 30.0)])
+    return tables(fit, [predict(fit.tree, scruton_number=sc) for sc in (5.0, 30.0)])
 
 
 def test_every_table_is_there(frames: dict[str, pd.DataFrame]) -> None:
-    assert list(frames) == ["rigs", "tests", "records", "posterior", "convergence", "predictions", "ring_downs"]
+    assert list(frames) == ["rigs", "tests", "records", "posterior", "laws", "convergence", "predictions", "ring_downs"]
 
 
 def test_the_posterior_table_holds_the_quantiles_of_the_draws(fit, frames: dict[str, pd.DataFrame]) -> None:
@@ -49,10 +49,22 @@ def test_rows_match_the_campaign(fit, frames: dict[str, pd.DataFrame]) -> None:
 
 def test_predictions_are_those_of_the_json(fit, frames: dict[str, pd.DataFrame]) -> None:
     row = frames["predictions"].iloc[1]
-    amplitude = predict(fit.tree, scruton_number=30.0, discrepancy_sd=0.2).to_json()["amplitude"]
+    amplitude = predict(fit.tree, scruton_number=30.0).to_json()["amplitude"]
     assert row["Sc [-]"] == 30.0
     assert [row["q05"], row["q95"]] == amplitude["interval"]["0.90"]
     assert row["unit"] == "A/D"
+
+
+def test_laws_by_weight(fit, frames: dict[str, pd.DataFrame]) -> None:
+    table = frames["laws"].set_index("law")
+    assert table.index.tolist() == [f"n={n:g}" for n in fit.card.laws]
+    assert table["prior probability"].tolist() == [0.7, 0.1, 0.1, 0.1]
+    assert table["posterior probability"].sum() == pytest.approx(1.0)
+    odds = table["posterior probability"]["n=-1"] / table["posterior probability"]["n=0"]
+    assert np.log(odds / 7) == pytest.approx(table["log evidence"]["n=-1"] - table["log evidence"]["n=0"])
+    assert table["sampled"].tolist() == [True, True, False, False]
+    assert table["log evidence error"].isna().tolist() == [False, False, True, True]
+    assert frames["predictions"]["laws"].tolist() == ["n=-1 0.969, n=0 0.0309"] * 2
 
 
 def test_ring_downs_by_amplitude(fit, frames: dict[str, pd.DataFrame]) -> None:
@@ -76,6 +88,7 @@ def test_an_empty_table_is_left_out() -> None:
     frames = tables(fit)
     assert "ring_downs" not in frames
     assert "predictions" not in frames
+    assert np.isnan(tables(fake_fit(tests=1, growth=False, laws=False))["laws"]["log evidence"]).all()
     assert np.isnan(frames["tests"]["stable amplitude measured [A/D]"]).all()
 
 

@@ -41,18 +41,19 @@ def fit_quick(campaign: Campaign, card: ModelCard, seed: np.random.SeedSequence)
     fit = fit_campaign(campaign, replace(card, sampler=sampler), seed=int(chain.generate_state(1)[0]), thorough=False)
     group = fit.tree["campaign_posterior"]
     reference = float(group.attrs["reference_scruton_number"])
-    weights = np.asarray(fit.tree["laws"]["weight"].to_numpy(), dtype=np.float64)
-    # (law, draw[, test])
+    weight = fit.tree["laws"]["weight"]
+    # (law, draw[, test]); laws of no weight need not have draws
     values = {name: _flat(group[name].to_numpy()) for name in _NAMES}
     size = values["n"].shape[1]
-    law = np.random.default_rng(choice).choice(len(weights), size=size, p=weights / weights.sum())
+    share = np.nan_to_num(weight.sel(law=group["law"].to_numpy()).to_numpy().astype(np.float64))
+    law = np.random.default_rng(choice).choice(share.size, size=size, p=share / share.sum())
     here = np.arange(size)
     return Fitted(
         Drawn(reference_scruton_number=reference, **{key: one[0] for key, one in values.items()}),
         Drawn(reference_scruton_number=reference, **{key: one[law, here] for key, one in values.items()}),
         fit.converged,
         fit.summary.get("laws", {}).get("flag"),
-        tuple(float(one) for one in weights),
+        tuple(float(one) for one in weight.to_numpy()),
     )
 
 

@@ -93,7 +93,8 @@ def kind_of(quantity: str) -> str:
 
 def score(truth: float, draws: FloatArray) -> Score:
     """Score one quantity."""
-    rank = float(np.mean(draws < truth) + 0.5 * np.mean(draws == truth))
+    # Between 0 and 1, never at an end: the truth is one more draw of its own, at the middle of those equal to it.
+    rank = float((np.sum(draws < truth) + 0.5 * (np.sum(draws == truth) + 1.0)) / (draws.size + 1.0))
     with np.errstate(divide="ignore", invalid="ignore"):
         log, true = np.log(np.abs(draws)), np.log(abs(truth))
         log = log[np.isfinite(log)]

@@ -128,7 +128,7 @@ def run_calibration(
     done = {one.name: store.load(out, one.name) for one in wanted}
     # Campaign by campaign through all regimes, so that a run that is stopped early tells something of each.
     tasks = [(one.name, i) for i in range(campaigns) for one in wanted if i not in done[one.name]]
-    for record in _work(tasks, seed, base, jobs):
+    for record in simulated(tasks, seed, base, jobs):
         store.append(out, record)
         mine = done[record["regime"]]
         mine[record["index"]] = record
@@ -182,7 +182,7 @@ def _settings(seed: int, card: ModelCard) -> dict[str, Any]:
     return {"seed": seed, "model": card.name, "model_sha256": card.sha256, "versions": versions}
 
 
-def _work(tasks: Sequence[tuple[str, int]], seed: int, base: ModelCard, jobs: int) -> Iterator[dict[str, Any]]:
+def simulated(tasks: Sequence[tuple[str, int]], seed: int, base: ModelCard, jobs: int) -> Iterator[dict[str, Any]]:
     """Run every task, in this process or in several; records come as they are done."""
     if jobs == 1 or len(tasks) < 2:
         for name, index in tasks:

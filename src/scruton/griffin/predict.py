@@ -176,7 +176,8 @@ def predict(
         xi_draws = _damping_draws(design, len(factor), _stream(seed, "design damping"))
         sc, xi = xi_draws * factor, float(np.median(xi_draws))
     curve = shared_curve(tree, law_n=law_n, seed=seed)
-    draws = predictive_draws(tree, sc[:, None], law_n=law_n, seed=seed)[:, 0]
+    # A short run may have kept another number of draws of the rig than of the curve.
+    draws = predictive_draws(tree, np.resize(sc, curve.n.size)[:, None], law_n=law_n, seed=seed)[:, 0]
     indices = {test: float(np.median(index_draws(tree, sc[:, None], test))) for test in peak_names(tree)}
     found = Prediction(
         float(np.median(sc)), xi, unit_of(tree), draws, curve.laws, name, indices,
@@ -285,12 +286,12 @@ def single_draws(
     `predictive_draws`.
     """
     group = tree["campaign_posterior"]
-    tau, kappa = (
-        np.asarray(group[name].isel(law=0).to_numpy(), dtype=float).reshape(-1)
-        for name in ("discrepancy_amplitude", "discrepancy_relaxation")
-    )
     n = exponent_draws(tree, test)
     own, relaxation = (draws_of(tree, name, test) for name in ("scruton_number", "relaxation_scruton_number"))
+    tau, kappa = (
+        np.resize(np.asarray(group[name].isel(law=0).to_numpy(), dtype=float), own.shape)
+        for name in ("discrepancy_amplitude", "discrepancy_relaxation")
+    )
     z = _stream(seed, "single test").standard_normal((3, len(own)))
     strength = (relaxation + n * own) * np.exp(-kappa * z[0])
     shared = strength - n * own

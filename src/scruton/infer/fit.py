@@ -24,6 +24,7 @@ from scruton.infer.priors import Prior, check_support
 from scruton.infer.results import Fit, RigResult, TestResult, TrialResult
 from scruton.infer.run import Report, Sampling
 from scruton.infer.settings import carry, derive
+from scruton.infer.steady import SteadyVerdict, judge_steady, steady_posterior
 from scruton.infer.tree import assemble
 
 TRANSIENTS = (Kind.GROWTH, Kind.DECAY)
@@ -103,6 +104,7 @@ def fit_campaign(
         *misfits,
         *varying_damping(campaign, ringdowns),
         *unconstrained(tests),
+        *(one.explain() for test in tests for one in test.steady if not one.usable),
         *([joint.weights.flag] if joint and joint.weights.flag else []),
     ]
     transients = [
@@ -178,9 +180,8 @@ def fit_test(
 ) -> TestResult:
     """Posterior of one test in wind."""
     card, motion = sampling.card, campaign.section.motion
-    data = EnvelopeData.join({r.name: cycles[r.name] for r in test.records if r.kind in TRANSIENTS})
-    steady = [steady_amplitude(cycles[r.name]) for r in test.records if r.kind is Kind.STEADY]
     name = f"test {test.name}"
+    omega0 = 2 * np.pi * rig.rig.frequency.mean
     # The rig's posterior of ln xi_s enters as a normal prior: it is close to one, and the wind-on records add little.
     log_damping = np.log(rig.damping)
     damping = Prior(
@@ -188,11 +189,21 @@ def fit_test(
         f"posterior of rig {rig.rig.name}",
     )  # fmt: skip
     names = ("stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor")
-    exponent = (card.exponent,) if card.exponent else ()
+    priors = (*(card.prior(one, motion) for one in names), damping)
+    verdicts = [judge_lock_in(r, cycles[r.name], priors, omega0, sampling) for r in test.records if is_steady(r)]
+    # Lock-in that fluctuates as broad-band turbulence makes it counts like a transient; of other lock-in, the mean.
+    told = {r.name: cycles[r.name] for r in test.records if r.kind in TRANSIENTS}
+    told |= {one.record: one.cycles for one in verdicts if one.usable}
+    data = EnvelopeData.join(told)
+    steady = [steady_amplitude(cycles[one.record]) for one in verdicts if not one.usable]
     posterior = WindPosterior(
-        (*(card.prior(one, motion) for one in names), damping, *exponent), data, steady,
-        2 * np.pi * rig.rig.frequency.mean, card.law_n, card.initial_amplitude_sd,
-    )  # fmt: skip
+        priors + ((card.exponent,) if card.exponent else ()),
+        data,
+        steady,
+        omega0,
+        card.law_n,
+        card.initial_amplitude_sd,
+    )
     levels = np.array([[one.mean, one.standard_error] for one in steady])
     tails = [max(float(cycles[r.name].amplitude[-10:].mean()), 1e-9) for r in test.records]
     admit(card, name, posterior.priors[:1] * len(tails), tails)
@@ -200,7 +211,22 @@ def fit_test(
     frequency = float(np.median([cycles[r.name].reference_frequency for r in test.records]))
     carried = carry(campaign, test, rig.rig, sampling.seed_of, samples.log_prob.shape)
     derived = derive(campaign.section, carried, posterior, samples.chain, frequency)
-    return TestResult(test, rig.rig, posterior, samples, carried, frequency, derived)
+    return TestResult(test, rig.rig, posterior, samples, carried, frequency, derived, tuple(verdicts))
+
+
+def is_steady(record: Record) -> bool:
+    """Whether a record is lock-in without a release."""
+    return record.kind is Kind.STEADY
+
+
+def judge_lock_in(
+    record: Record, cycles: Cycles, priors: tuple[Prior, ...], omega0: float, sampling: Sampling
+) -> SteadyVerdict:
+    """Whether the fluctuations of a lock-in record may tell the relaxation rate, judged by its own posterior."""
+    posterior = steady_posterior(record.name, cycles, priors, omega0, sampling.card.initial_amplitude_sd)
+    data = posterior.data
+    samples = sampling.run(f"lock-in of {record.name}", posterior, data.amplitude, data.standard_error, data.time)
+    return judge_steady(record.name, cycles, samples, posterior)
 
 
 def steady_amplitude(cycles: Cycles) -> SteadyAmplitude:

@@ -110,7 +110,7 @@ class CampaignPosterior(Posterior):
 
     @cached_property
     def reference(self) -> tuple[float, float]:
-        """Fixed reference: Scruton number and mass-damping factor, geometric means over the tests as stated."""
+        """Fixed reference: Scruton number and mass-damping factor, geometric means over what is known of the rigs."""
         factor = np.array([one.mass_damping_factor for one in self.tests])
         damping = np.array([one.wind.priors[4].location for one in self.tests])
         return float(np.exp(np.mean(np.log(factor) + damping))), float(np.exp(np.log(factor).mean()))

@@ -273,17 +273,16 @@ def _setting(campaign: Campaign, one: TestResult, factor: FloatArray | None, dam
         depth=section.depth,
         mass=one.rig.mass.mean,
         air_density=one.test.air_density.mean,
-        wind_speed=one.carried.wind_speed.reshape(-1) if factor is not None else one.test.wind_speed.mean,
-        frequency=one.carried.frequency.reshape(-1) if factor is not None else one.rig.frequency.mean,
+        wind_speed=one.test.wind_speed.mean if factor is None else np.resize(one.carried.wind_speed, factor.shape),
+        frequency=one.rig.frequency.mean if factor is None else np.resize(one.carried.frequency, factor.shape),
         wind_frequency=one.wind_frequency,
         damping_ratio=damping,
     )
     if factor is None:
         return stated
     # m_r and the factor are reciprocal to each other: scaling the mass carries both.
-    frequency = one.carried.frequency.reshape(-1)
     return replace(
         stated,
         mass=one.rig.mass.mean * factor / float(stated.mass_damping_factor),
-        wind_frequency=one.wind_frequency * frequency / frequency.mean(),
+        wind_frequency=one.wind_frequency * np.asarray(stated.frequency) / one.carried.frequency.mean(),
     )

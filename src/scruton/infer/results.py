@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
+    from scruton.infer.steady import SteadyVerdict
+
 
 @dataclass(frozen=True, eq=False)
 class Fit:
@@ -78,6 +80,7 @@ class TestResult:
     carried: Carried
     wind_frequency: float
     derived: Mapping[str, FloatArray]
+    steady: "tuple[SteadyVerdict, ...]" = ()
 
 
 @dataclass(frozen=True, eq=False)

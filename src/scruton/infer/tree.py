@@ -23,6 +23,7 @@ from scruton.infer.sampler import Samples
 from scruton.infer.speeds import NAME as SPEEDS
 from scruton.infer.speeds import PRIORS as SPEED_PRIORS
 from scruton.infer.speeds import fit_speeds, speeds_dataset
+from scruton.infer.steady import SteadyVerdict
 
 POINTWISE_THIN = 8  # the pointwise log likelihood is kept for every eighth draw
 PRIOR_DRAWS = 1000
@@ -106,6 +107,7 @@ def assemble(
                 "rig": one.rig.name,
                 "peak": one.test.name in peaks,
                 "wind_frequency": one.wind_frequency,
+                "lock_in": [_lock_in(verdict) for verdict in one.steady],
                 "parameters": _parameters(one.derived, f"test {one.test.name}", verdicts),
             }
             for one in tests
@@ -231,6 +233,12 @@ def _test_groups(
         )
     groups["constant_data"] = constants
     return groups
+
+
+def _lock_in(verdict: SteadyVerdict) -> dict[str, Any]:
+    """Whether the fluctuations of a lock-in record were used, and the conditions for it."""
+    conditions = [{"name": one.name, "holds": one.holds, "sentence": one.sentence} for one in verdict.conditions]
+    return {"record": verdict.record, "used": verdict.usable, "conditions": conditions}
 
 
 def _law(card: ModelCard) -> float:
