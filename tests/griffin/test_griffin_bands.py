@@ -64,6 +64,21 @@ def make_tree(
     return xr.DataTree.from_dict({f"/{k}": v for k, v in groups.items()})
 
 
+def test_where_n_is_free_every_draw_has_a_law_of_its_own() -> None:
+    tree = make_tree(n=float("nan"))
+    exponents = np.random.default_rng(2).uniform(-1.5, 3.0, (*SHAPE, len(TABLE_5)))
+    free = tree["posterior"].to_dataset().assign(law_exponent=(("chain", "draw", "test"), exponents))
+    tree["posterior"] = xr.DataTree(free)
+    sc, a_star, slope = TABLE_5[1]
+    x = np.array([-0.2, 0.15])
+    draws, _ = griffin_draws(tree, sc + x / (a_star * slope), "T1")
+    n = exponents[..., 1].reshape(-1, 1)
+    np.testing.assert_allclose(draws, a_star * (1.0 - n * x) ** (1.0 / n), rtol=1e-9)
+    np.testing.assert_allclose(
+        griffin_draws(tree, [sc + 1.0], "T1", law_n=-1.0)[0], griffin_draws(make_tree(), [sc + 1.0], "T1")[0]
+    )
+
+
 def test_the_papers_law_is_a_straight_line_in_one_over_a() -> None:
     grid = np.array([-3.0, 1.93, 20.0, 80.0])
     draws, n_sc = griffin_draws(make_tree(), grid, "T0")

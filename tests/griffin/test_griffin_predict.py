@@ -5,13 +5,41 @@ import json
 import numpy as np
 import pytest
 import xarray as xr
-from test_griffin_bands import TABLE_5, make_tree
+from test_griffin_bands import SHAPE, TABLE_5, make_tree
 
+from scruton.aero.laws import amplitude_ratio
 from scruton.campaign.schema import Quantity
 from scruton.errors import InputError
-from scruton.griffin import cross_predictions, griffin_draws, predict, predictive_draws
+from scruton.griffin import griffin_draws, predict, predictive_draws, shared_curve, single_draws
 
 MANY = (20, 2000)
+ROW = TABLE_5[0]
+# label: n, prior and weight
+ONE = {"n=-1": (-1.0, 1.0)}
+
+
+def campaign_tree(
+    rows=TABLE_5, *, curve=ROW, laws=ONE, unsampled=(), tau=0.0, kappa=0.0, shape=SHAPE, spread=0.0, **keywords
+) -> xr.DataTree:
+    """A posterior with the campaign model beside it, its curve through one row of (Sc, a_star, slope of 1/A)."""
+    tree = make_tree(rows, shape=shape, spread=spread, **keywords)
+    rng = np.random.default_rng(7)
+    sc, a_star, slope = curve
+    size = (len(laws), *shape)
+    values = {
+        "n": np.array([n for n, _ in laws.values()])[:, None, None],
+        "reference_amplitude": a_star * np.exp(spread * rng.standard_normal(size)),
+        "reference_relaxation": 1.0 / (a_star * slope) * np.exp(2 * spread * rng.standard_normal(size)),
+        "discrepancy_amplitude": tau,
+        "discrepancy_relaxation": kappa,
+    }
+    group = xr.Dataset({k: (("law", "chain", "draw"), np.broadcast_to(v, size).copy()) for k, v in values.items()})
+    group.attrs["reference_scruton_number"] = sc
+    weights = [0.0] * len(unsampled) + [weight for _, weight in laws.values()]
+    tree["campaign_posterior"] = xr.DataTree(group.assign_coords(law=list(laws)))
+    table = xr.Dataset({"weight": ("law", weights)}, coords={"law": [*unsampled, *laws]})
+    tree["laws"] = xr.DataTree(table)
+    return tree
 
 
 def log_sd(draws: np.ndarray) -> float:
@@ -19,88 +47,151 @@ def log_sd(draws: np.ndarray) -> float:
 
 
 def with_draws(tree: xr.DataTree, **draws: np.ndarray) -> xr.DataTree:
-    groups = {f"/{name}": node.to_dataset() for name, node in tree.children.items()}
-    groups["/posterior"] = groups["/posterior"].assign({k: (("chain", "draw", "test"), v) for k, v in draws.items()})
-    return xr.DataTree.from_dict(groups)
+    """Change draws of the tests' own posterior."""
+    changed = tree.copy()
+    one = tree["posterior"].to_dataset()
+    changed["posterior"] = xr.DataTree(one.assign({k: (("chain", "draw", "test"), v) for k, v in draws.items()}))
+    return changed
 
 
 def test_rows_of_table_5_predict_each_other_as_well_as_they_do() -> None:
     """Chords of the paper's Table 5: each row with its transient slope predicts the other rows to +18 ... -21 %."""
-    errors = []
-    for i, (_, _, _) in enumerate(TABLE_5):
+    errors, alone = [], []
+    for i, row in enumerate(TABLE_5):
+        tree = campaign_tree([row], curve=row)
         for j, (sc, amplitude, _) in enumerate(TABLE_5):
             if i != j:
-                one = predict(make_tree(TABLE_5[i : i + 1]), scruton_number=sc, discrepancy_sd=0.0)
-                errors.append(100 * (one.median / amplitude - 1))
+                errors.append(100 * (predict(tree, scruton_number=sc).median / amplitude - 1))
+                alone.append(100 * (np.median(single_draws(tree, [sc], "T0")) / amplitude - 1))
     np.testing.assert_allclose(sorted(errors), sorted([4.0, 8.6, -21.0, 17.7, -12.2, -5.8]), atol=0.35)
+    np.testing.assert_allclose(alone, errors, atol=1e-9)
 
 
-def test_one_test_misses_another_setting_by_the_discrepancy() -> None:
-    one = predict(make_tree(TABLE_5[:1], shape=MANY), scruton_number=10.0, discrepancy_sd=0.2)
+# ------------------------------------------------------------------------------------------------ the shared curve
+
+
+@pytest.mark.parametrize("n", [-1.0, -0.5, 0.0, 0.7, 1.0, 2.0])
+def test_without_discrepancy_the_prediction_is_the_shared_curve(n: float) -> None:
+    sc, a_star, slope = ROW
+    grid = np.array([0.5, 1.93, 6.0])
+    draws = predictive_draws(campaign_tree(laws={"one": (n, 1.0)}), grid)
+    np.testing.assert_allclose(draws[3], a_star * amplitude_ratio((grid - sc) * a_star * slope, n), rtol=1e-12)
+
+
+def test_a_new_setting_misses_the_curve_by_the_discrepancy() -> None:
+    one = predict(campaign_tree(tau=0.2, shape=MANY), scruton_number=10.0)
     assert log_sd(one.draws) == pytest.approx(0.2, rel=0.02)
+    assert one.discrepancy_sd == pytest.approx(0.2)
+    assert one.median == pytest.approx(predict(campaign_tree(), scruton_number=10.0).median, rel=0.005)
 
 
-@pytest.mark.parametrize("count", [2, 3, 5])
-def test_several_tests_pin_the_shared_curve(count: int) -> None:
-    rows = [TABLE_5[0]] * count
-    one = predict(make_tree(rows, shape=MANY), scruton_number=10.0, discrepancy_sd=0.2)
-    assert log_sd(one.draws) == pytest.approx(0.2 * np.sqrt(0.5 + 0.5 / count), rel=0.02)
-    np.testing.assert_allclose(list(one.weights.values()), 1 / count)
+def test_one_row_of_draws_is_one_whole_curve() -> None:
+    """The columns share their discrepancy: over the curve it is the same factor at every Scruton number."""
+    tree, grid = campaign_tree(tau=0.3, spread=0.1), np.array([0.0, 10.0, 60.0])
+    factor = predictive_draws(tree, grid, seed=3) / shared_curve(tree, seed=3).at(grid)
+    np.testing.assert_allclose(factor, factor[:, :1] * np.ones(3), rtol=1e-12)
+    assert log_sd(factor[:, 0]) == pytest.approx(0.3, rel=0.1)
 
 
-def test_a_vague_test_weighs_little() -> None:
-    """Precision weights against the same formula by hand."""
-    tree = make_tree([TABLE_5[0], TABLE_5[0]], shape=MANY, spread=0.0)
-    a = tree["posterior"]["a_star"].values.copy()
-    a[..., 1] *= np.exp(1.0 * np.random.default_rng(0).standard_normal(a.shape[:2]))
-    tree = with_draws(tree, a_star=a)
-    one = predict(tree, scruton_number=TABLE_5[0][0], discrepancy_sd=0.2)
-    precision = np.array([1 / 0.02, 1 / 1.02])
-    np.testing.assert_allclose(list(one.weights.values()), precision / precision.sum(), rtol=0.02)
-    assert log_sd(one.draws) == pytest.approx(np.sqrt(1 / precision.sum() + 0.02), rel=0.02)
+def test_the_posterior_of_the_curve_widens_the_prediction() -> None:
+    """At the reference A has the spread of A_ref alone, and tau adds in quadrature."""
+    one = predict(campaign_tree(tau=0.2, spread=0.15, shape=MANY), scruton_number=ROW[0])
+    assert log_sd(one.draws) == pytest.approx(0.25, rel=0.02)
 
 
-def test_only_peak_tests_are_used() -> None:
-    one = predict(make_tree(peak=[1, 0, 1]), scruton_number=10.0, discrepancy_sd=0.1)
-    assert list(one.weights) == ["T0", "T2"]
-
-
-def test_without_discrepancy_one_test_is_its_own_posterior() -> None:
-    tree = make_tree(spread=0.1, peak=[0, 1, 0])
-    one = predict(tree, scruton_number=30.0, discrepancy_sd=0.0)
-    np.testing.assert_allclose(one.draws, griffin_draws(tree, [30.0], "T1")[0][:, 0], rtol=1e-12)
+def test_prediction_on_a_grid_is_the_prediction_at_each_point() -> None:
+    tree = campaign_tree(spread=0.1, tau=0.2)
+    draws = predictive_draws(tree, [5.0, 50.0], seed=3)
+    single = predict(tree, scruton_number=50.0, seed=3)
+    np.testing.assert_allclose(draws[:, 1], single.draws, rtol=1e-12)
 
 
 def test_same_seed_same_numbers_and_another_seed_others() -> None:
-    tree = make_tree(spread=0.1)
+    tree = campaign_tree(spread=0.1, tau=0.2, laws={"n=-1": (-1.0, 0.5), "n=0": (0.0, 0.5)})
 
     def run(seed: int) -> np.ndarray:
-        return predict(tree, damping_ratio=Quantity(0.003, 0.001), discrepancy_sd=0.2, seed=seed).draws
+        return predict(tree, damping_ratio=Quantity(0.003, 0.001), seed=seed).draws
 
     np.testing.assert_array_equal(run(4), run(4))
     assert not np.array_equal(run(4), run(5))
 
 
-def test_prediction_on_a_grid_is_the_prediction_at_each_point() -> None:
-    tree = make_tree(spread=0.1)
-    draws, _ = predictive_draws(tree, [5.0, 50.0], discrepancy_sd=0.2, seed=3)
-    single = predict(tree, scruton_number=50.0, discrepancy_sd=0.2, seed=3)
-    np.testing.assert_allclose(draws[:, 1], single.draws, rtol=1e-12)
+# ------------------------------------------------------------------------------------------------ several laws
+
+
+LAWS = {"n=-1": (-1.0, 0.72), "n=0": (0.0, 0.2), "n=2": (2.0, 0.08)}
+
+
+def test_draws_come_from_each_law_as_often_as_it_has_weight() -> None:
+    tree = campaign_tree(laws=LAWS, unsampled=("n=1",))
+    curve = shared_curve(tree, seed=1)
+    for n, weight in LAWS.values():
+        assert abs(np.sum(curve.n == n) - 1000 * weight) <= 1
+    assert curve.laws == pytest.approx({label: weight for label, (_, weight) in LAWS.items()})
+    found = predict(tree, scruton_number=5.0, seed=1)
+    assert found.laws == curve.laws
+    sc, a_star, slope = ROW
+    expected = {a_star * float(amplitude_ratio((5.0 - sc) * a_star * slope, n)) for n, _ in LAWS.values()}
+    np.testing.assert_allclose(np.unique(found.draws.round(12)), np.unique(np.round(sorted(expected), 12)))
+
+
+def test_weights_need_not_add_up_to_one() -> None:
+    tree = campaign_tree(laws={"n=-1": (-1.0, 0.3), "n=0": (0.0, 0.1)}, unsampled=("n=2",))
+    assert shared_curve(tree).laws == pytest.approx({"n=-1": 0.75, "n=0": 0.25})
+
+
+def test_the_choice_of_law_does_not_follow_the_order_of_chains() -> None:
+    """Chains are ordered by ensemble: half the draws of every quarter come from each of two equal laws."""
+    n = shared_curve(campaign_tree(laws={"a": (-1.0, 0.5), "b": (0.0, 0.5)}, shape=(8, 500))).n
+    quarters = (n.reshape(4, -1) == 0.0).mean(axis=1)
+    np.testing.assert_allclose(quarters, 0.5, atol=0.06)
+
+
+def test_one_law_asked_for_is_that_law_alone() -> None:
+    tree = campaign_tree(laws=LAWS, spread=0.05)
+    alone = campaign_tree(laws=LAWS, spread=0.05)
+    alone["laws"] = xr.DataTree(alone["laws"].to_dataset().assign(weight=("law", [0.0, 1.0, 0.0])))
+    one = predict(tree, scruton_number=9.0, law_n=0.0)
+    np.testing.assert_array_equal(one.draws, predict(alone, scruton_number=9.0).draws)
+    assert one.laws == {"n=0": 1.0}
+
+
+def test_a_law_that_was_not_fitted_carries_the_reference_laws_curve() -> None:
+    tree = campaign_tree(laws=LAWS, spread=0.05)
+    one = predict(tree, scruton_number=6.0, law_n=1.0)
+    curve = shared_curve(tree, law_n=-1.0)
+    x = (6.0 - ROW[0]) / curve.relaxation
+    np.testing.assert_allclose(one.draws, curve.amplitude * (1.0 - x).clip(0.0), rtol=1e-9)
+    assert one.laws == {"n=1": 1.0}
+
+
+def test_a_free_exponent_predicts_with_every_draws_own_law() -> None:
+    tree = campaign_tree(laws={"n free": (0.0, 1.0)})
+    n = np.random.default_rng(0).uniform(-1.0, 2.0, (1, *SHAPE))
+    group = tree["campaign_posterior"].to_dataset()
+    tree["campaign_posterior"] = xr.DataTree(group.assign(n=(("law", "chain", "draw"), n)))
+    sc, a_star, slope = ROW
+    expected = a_star * amplitude_ratio((5.0 - sc) * a_star * slope, n.reshape(-1))
+    found = predict(tree, scruton_number=5.0)
+    np.testing.assert_allclose(found.draws, expected, rtol=1e-12)
+    assert found.laws == {"n free": 1.0}
+
+
+# ------------------------------------------------------------------------------------------------ the design
 
 
 def test_design_damping_becomes_a_scruton_number() -> None:
-    tree = make_tree()
-    by_damping = predict(tree, damping_ratio=0.01, discrepancy_sd=0.2)
-    by_sc = predict(tree, scruton_number=30.0, discrepancy_sd=0.2)
+    tree = campaign_tree(tau=0.2)
+    by_damping = predict(tree, damping_ratio=0.01)
+    by_sc = predict(tree, scruton_number=30.0)
     assert by_damping.scruton_number == pytest.approx(30.0)
     assert by_sc.damping_ratio == pytest.approx(0.01)
     np.testing.assert_allclose(by_damping.draws, by_sc.draws, rtol=1e-12)
 
 
 def test_uncertain_design_damping_widens() -> None:
-    tree = make_tree(TABLE_5[:1], shape=MANY)
-    one = predict(tree, damping_ratio=Quantity(0.01, 0.004), discrepancy_sd=0.0)
-    sc, a, slope = TABLE_5[0]
+    one = predict(campaign_tree(shape=MANY), damping_ratio=Quantity(0.01, 0.004))
+    sc, a, slope = ROW
     log_variance = np.log1p(0.16)
     z = np.array([-1.644854, 1.644854])
     design = 30.0 * np.exp(-0.5 * log_variance + z * np.sqrt(log_variance))
@@ -109,34 +200,36 @@ def test_uncertain_design_damping_widens() -> None:
 
 
 def test_the_rig_sets_the_damping_ratio_not_the_amplitude() -> None:
-    tree = make_tree()
+    tree = campaign_tree(tau=0.1)
     xi = tree["posterior"]["damping_ratio"].values.copy()
     xi[..., 2] /= 2.0  # rig RT2 is twice as heavy: half the damping for the same Sc
     tree = with_draws(tree, damping_ratio=xi)
-    first, heavy = (predict(tree, scruton_number=30.0, rig=rig, discrepancy_sd=0.1) for rig in ("RT0", "RT2"))
+    first, heavy = (predict(tree, scruton_number=30.0, rig=rig) for rig in ("RT0", "RT2"))
     assert heavy.damping_ratio == pytest.approx(first.damping_ratio / 2)
     np.testing.assert_array_equal(first.draws, heavy.draws)
 
 
+# ------------------------------------------------------------------------------------------------ zero and infinity
+
+
 def test_another_law_can_kill_the_vibration_and_zeros_stay() -> None:
-    tree = make_tree(TABLE_5[:1], spread=0.2)
-    one = predict(tree, scruton_number=9.5, law_n=2.0, discrepancy_sd=0.2)
-    direct = griffin_draws(tree, [9.5], "T0", law_n=2.0)[0]
+    tree = campaign_tree(spread=0.2, tau=0.2)
+    one = predict(tree, scruton_number=10.0, law_n=2.0)
+    direct = shared_curve(tree, law_n=2.0).at(np.array([10.0]))
     assert 0.05 < one.dies < 0.95
     assert one.dies == pytest.approx(np.mean(direct == 0.0), abs=1e-12)
     assert len(one.draws) == 1000
     assert any("no vibration in" in flag for flag in one.flags)
 
 
-def test_tests_that_disagree_whether_it_dies_vote_by_weight() -> None:
-    rows = [TABLE_5[0], (60.0, 0.06551, 0.8927)]
-    one = predict(make_tree(rows, shape=MANY), scruton_number=60.0, law_n=2.0, discrepancy_sd=0.2)
-    assert one.dies == pytest.approx(0.5, abs=0.01)
+def test_laws_that_disagree_whether_it_dies_vote_by_weight() -> None:
+    one = predict(campaign_tree(laws=LAWS, tau=0.2, shape=MANY), scruton_number=60.0)
+    assert one.dies == pytest.approx(0.08, abs=1e-3)
     assert np.isfinite(one.draws).all()
 
 
 def test_negative_scruton_number_and_unbounded_draws_are_said() -> None:
-    one = predict(make_tree(TABLE_5[:1], spread=0.3), scruton_number=-15.0, discrepancy_sd=0.1)
+    one = predict(campaign_tree(spread=0.3, tau=0.1), scruton_number=-15.0)
     assert one.unbounded > 0.05
     content = json.loads(json.dumps(one.to_json(), allow_nan=False))
     assert content["amplitude"]["interval"]["0.95"][1] is None
@@ -145,18 +238,75 @@ def test_negative_scruton_number_and_unbounded_draws_are_said() -> None:
     assert any("no stable amplitude in" in flag for flag in one.flags)
 
 
+# ------------------------------------------------------------------------------------------------ one test alone
+
+
+def brute_force_single(row, sc: float, tau: float, kappa: float, n: float, size: int) -> np.ndarray:
+    """The campaign model with one test: its own curve has G = G_j exp(-kappa w), passes a* exp(-tau z), and back."""
+    rng = np.random.default_rng(11)
+    own, a_star, slope = row
+    strength = 1.0 / (a_star * slope) + n * own
+    found = []
+    for w, z, new in rng.standard_normal((size, 3)):
+        shared = strength * np.exp(-kappa * w) - n * own
+        level = a_star * np.exp(-tau * z)
+        found.append(level * float(amplitude_ratio((sc - own) / shared, n)) * np.exp(tau * new))
+    return np.array(found)
+
+
+@pytest.mark.parametrize("n", [-1.0, 0.0, 1.0])
+def test_one_test_alone_carries_both_discrepancies(n: float) -> None:
+    tree = campaign_tree([ROW], tau=0.1, kappa=0.2, shape=MANY, n=n, laws={"one": (n, 1.0)})
+    found = single_draws(tree, [ROW[0], 8.0], "T0", seed=2)
+    assert log_sd(found[:, 0]) == pytest.approx(0.1 * np.sqrt(2), rel=0.02)
+    slow = brute_force_single(ROW, 8.0, 0.1, 0.2, n, 8000)
+    np.testing.assert_allclose(
+        np.quantile(found[:, 1], [0.05, 0.25, 0.5, 0.75, 0.95]), np.quantile(slow, [0.05, 0.25, 0.5, 0.75, 0.95]),
+        rtol=0.025,
+    )  # fmt: skip
+
+
+def test_one_test_alone_without_discrepancies_is_its_own_posterior() -> None:
+    tree = campaign_tree(spread=0.1, peak=[0, 1, 0])
+    np.testing.assert_allclose(single_draws(tree, [30.0], "T1"), griffin_draws(tree, [30.0], "T1")[0], rtol=1e-12)
+
+
+def test_a_wind_too_weak_at_the_tested_setting_says_that_it_dies_beyond() -> None:
+    """n = 2: G = Sc_lambda + 2 Sc; where the discrepancy leaves less than 2 Sc of it no vibration is left."""
+    row = (60.0, 0.02, 2.0)
+    tree = campaign_tree([row], tau=0.0, kappa=0.5, shape=MANY, n=2.0, laws={"n=2": (2.0, 1.0)})
+    found = single_draws(tree, [59.0, 61.0], "T0")
+    weak = np.mean(found[:, 1] == 0.0)
+    strength = 25.0 + 120.0
+    normal = np.random.default_rng(0).standard_normal(40000)
+    slow = np.mean(strength * np.exp(-0.5 * normal) < 120.0 + 2.0)
+    assert weak == pytest.approx(slow, abs=0.01)
+    assert not np.isnan(found).any()
+
+
+# ------------------------------------------------------------------------------------------------ what is said
+
+
 def test_extrapolation_is_flagged_from_the_nearest_test() -> None:
-    near = predict(make_tree(), scruton_number=23.0, discrepancy_sd=0.2)
-    far = predict(make_tree(TABLE_5[:1]), scruton_number=23.0, discrepancy_sd=0.2)
+    near = predict(campaign_tree(), scruton_number=23.0)
+    far = predict(campaign_tree(TABLE_5[:1], laws=LAWS), scruton_number=23.0)
     assert abs(near.extrapolation_index) < 0.3
     assert near.flags == ()
+    assert list(near.extrapolation_indices) == ["T0", "T1", "T2"]
     assert far.extrapolation_index == pytest.approx((23.0 - 1.93) * 0.06551 * 0.8927)
     assert "x = 1.23 from the nearest test" in far.flags[0]
+    assert "n=-1 (72%), n=0 (20%), n=2 (8%)" in far.flags[0]
+
+
+def test_only_peak_tests_count_as_near() -> None:
+    one = predict(campaign_tree(peak=[1, 0, 1]), scruton_number=10.0)
+    assert list(one.extrapolation_indices) == ["T0", "T2"]
 
 
 @pytest.mark.parametrize(("motion", "unit"), [("heaving", "A/D"), ("torsional", "rad")])
 def test_json_is_what_scripts_read(motion: str, unit: str) -> None:
-    content = json.loads(json.dumps(predict(make_tree(motion=motion), scruton_number=30, discrepancy_sd=0.2).to_json()))
+    tree = campaign_tree(motion=motion, tau=0.2, laws=LAWS)
+    content = json.loads(json.dumps(predict(tree, scruton_number=8).to_json()))
     assert list(content)[:3] == ["sc", "damping_ratio", "amplitude"]
     amplitude = content["amplitude"]
     assert list(amplitude) == ["unit", "median", "mean", "sd", "interval"]
@@ -164,7 +314,8 @@ def test_json_is_what_scripts_read(motion: str, unit: str) -> None:
     assert list(amplitude["interval"]) == ["0.50", "0.90", "0.95"]
     lows, highs = zip(*amplitude["interval"].values(), strict=True)
     assert lows[2] < lows[1] < lows[0] < amplitude["median"] < highs[0] < highs[1] < highs[2]
-    assert content["sc"] == 30.0
+    assert content["sc"] == 8.0
+    assert content["laws"] == pytest.approx({label: weight for label, (_, weight) in LAWS.items()})
 
 
 @pytest.mark.parametrize(
@@ -176,27 +327,21 @@ def test_json_is_what_scripts_read(motion: str, unit: str) -> None:
         ({"damping_ratio": 1.2}, "between 0 and 1"),
         ({"damping_ratio": Quantity(0.01, -1.0)}, "between 0 and 1"),
         ({"scruton_number": 3.0, "rig": "R9"}, "found 'R9'; wanted a rig with a test in wind, one of: RT0, RT1, RT2"),
-        ({"scruton_number": 3.0, "discrepancy_sd": -0.1}, "discrepancy_sd"),
         ({"scruton_number": 3.0, "seed": -1}, "seed"),
     ],
 )
 def test_a_design_that_makes_no_sense_is_refused(design: dict, message: str) -> None:
     with pytest.raises(InputError, match=message):
-        predict(make_tree(), **({"discrepancy_sd": 0.2} | design))
+        predict(campaign_tree(), **design)
 
 
 def test_still_air_predicts_nothing() -> None:
-    tree = make_tree()
+    tree = campaign_tree()
     del tree["posterior"]
     with pytest.raises(InputError, match="still air says nothing"):
-        predict(tree, scruton_number=3.0, discrepancy_sd=0.2)
+        predict(tree, scruton_number=3.0)
 
 
-def test_each_test_is_predicted_from_the_others_alone() -> None:
-    tree = make_tree(peak=[1, 0, 1])
-    found = cross_predictions(tree, discrepancy_sd=0.0)
-    assert list(found) == ["T0", "T2"]
-    assert list(found["T0"].weights) == ["T2"]
-    sc, a, slope = TABLE_5[2]
-    assert found["T0"].median == pytest.approx(1 / (1 / a + slope * (TABLE_5[0][0] - sc)))
-    assert cross_predictions(make_tree(TABLE_5[:1]), discrepancy_sd=0.2) == {}
+def test_a_fit_without_the_campaign_model_is_named() -> None:
+    with pytest.raises(InputError, match="found no campaign posterior"):
+        predict(make_tree(), scruton_number=3.0)

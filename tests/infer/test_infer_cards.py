@@ -18,11 +18,92 @@ def test_shipped_cards_load(name):
         assert prior.unit
 
 
-def test_the_default_card_is_the_papers_law():
+def test_the_default_card_weighs_four_laws_and_refers_to_the_papers():
     card = load_card()
+    assert card.laws == (-1.0, 0.0, 1.0, 2.0)
+    assert card.law_weights == pytest.approx((0.7, 0.1, 0.1, 0.1))
+    assert card.averaging == "evidence"
     assert card.law_n == -1
+    assert card.exponent is None
+    for name in ("discrepancy_amplitude", "discrepancy_relaxation", "speed_scale_amplitude", "speed_length"):
+        assert card.prior(name, Motion.HEAVING).logarithmic
     assert card.prior("stable_amplitude", Motion.HEAVING).unit == "A/D"
     assert card.prior("stable_amplitude", Motion.TORSIONAL).unit == "rad"
+
+
+def test_one_law_has_all_the_weight():
+    card = load_card("paper")
+    assert (card.laws, card.law_weights, card.law_n) == ((-1.0,), (1.0,), -1.0)
+
+
+def test_a_free_exponent_has_a_prior_and_no_weights():
+    card = load_card("free-exponent")
+    assert card.laws == card.law_weights == ()
+    assert card.law_n is None
+    assert (card.exponent.name, card.exponent.family) == ("law_exponent", "normal")
+
+
+def test_a_card_that_extends_another_changes_what_it_names(tmp_path):
+    """What it does not name is the other card's; a prior that names its family replaces the other whole."""
+    (tmp_path / "base.toml").write_text(load_card().text, encoding="utf-8")
+    (tmp_path / "mine.toml").write_text(
+        """extends = "base.toml"
+name = "mine"
+[law]
+averaging = "stacking"
+[priors.noise_factor]
+log_sd = 0.3
+[priors.amplitude_scatter]
+family = "loguniform"
+low = 0.001
+high = 0.1
+unit = "-"
+reason = "known"
+[sampler]
+draws = 16
+""",
+        encoding="utf-8",
+    )
+    base, mine = load_card(), load_card(tmp_path / "mine.toml")
+    assert mine.name == "mine"
+    assert (mine.laws, mine.averaging) == (base.laws, "stacking")
+    assert mine.title == base.title
+    noise = mine.prior("noise_factor", Motion.HEAVING)
+    assert (noise.family, noise.first, noise.second) == ("lognormal", 1.0, 0.3)
+    assert mine.prior("amplitude_scatter", Motion.HEAVING).family == "loguniform"
+    assert mine.prior("stable_amplitude", Motion.HEAVING) == base.prior("stable_amplitude", Motion.HEAVING)
+    assert (mine.sampler.draws, mine.sampler.walkers) == (16, base.sampler.walkers)
+    assert base.text in mine.text
+    assert 'name = "mine"' in mine.text
+    assert mine.sha256 != base.sha256
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('extends = "defualt"', "extends: found 'defualt'; wanted another card's path, or one of: default"),
+        ('extends = "card.toml"', "extends: found 'card.toml'"),  # itself
+        ('extends = "default"\n[law]\nn = "free"', r"priors.law_exponent: found None; wanted a table"),
+    ],
+)
+def test_a_card_that_extends_nothing_is_named(tmp_path, text, message):
+    (tmp_path / "card.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=message):
+        load_card(tmp_path / "card.toml")
+
+
+def test_cards_that_extend_each_other_are_named(tmp_path):
+    for one, other in (("a", "b"), ("b", "a")):
+        (tmp_path / f"{one}.toml").write_text(f'extends = "{other}.toml"', encoding="utf-8")
+    with pytest.raises(InputError, match="extends: found"):
+        load_card(tmp_path / "a.toml")
+
+
+def test_prior_weights_of_laws_are_normalised_and_equal_where_none_are_given(tmp_path):
+    some = load_card(changed(tmp_path, r"n = \[-1, 0, 1, 2\]\nprior_weights = .*", "n = [2, 0]\nprior_weights = [3, 1]"))
+    assert (some.laws, some.law_weights, some.law_n) == ((2.0, 0.0), (0.75, 0.25), 2.0)
+    equal = load_card(changed(tmp_path, r"prior_weights = .*\n", ""))
+    assert equal.law_weights == (0.25,) * 4
 
 
 def changed(tmp_path, pattern, replacement):
@@ -59,7 +140,15 @@ def test_a_copied_card_changes_a_prior(tmp_path):
             "heaving.family: found 'normal'; wanted one of: lognormal, loguniform",
         ),
         (r"draws = 8", "draws = 8.5", "sampler.draws: found 8.5; wanted a whole number"),
-        (r"n = -1 ", 'n = "paper" ', "law.n: found 'paper'; wanted a number"),
+        (r"n = \[-1, 0, 1, 2\]", 'n = "paper"', "law.n: found 'paper'; wanted a number from -2 to 12, a list"),
+        (r"n = \[-1, 0, 1, 2\]", "n = []", r"law.n: found \[\]"),
+        (r"n = \[-1, 0, 1, 2\]", "n = [-1, 0, 1, 40]", r"law.n: found \[-1, 0, 1, 40\]"),
+        (r"n = \[-1, 0, 1, 2\]", "n = [-1, 0, 1, true]", "law.n: found"),
+        (r"n = \[-1, 0, 1, 2\]", "n = [-1, 0, 0, 2]", "law.n.*every law once"),
+        (r"prior_weights = .*", "prior_weights = [0.7, 0.3]", "law.prior_weights.*wanted 4 positive numbers"),
+        (r"prior_weights = .*", "prior_weights = [1, 1, 1, 0]", "law.prior_weights.*wanted 4 positive numbers"),
+        (r'averaging = "evidence"', 'averaging = "loo"', "law.averaging: found 'loo'; wanted one of: evidence, stacking"),
+        (r"\[structural_damping\]", "[discrepancy]", "discrepancy: found an unknown key"),
         (r"\[priors\.noise_factor\]", "[priors.nois_factor]", "nois_factor: found an unknown key"),
     ],
 )

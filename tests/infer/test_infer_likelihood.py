@@ -166,6 +166,56 @@ def test_linearised_filter_against_a_grid_filter(rng, n, start):
     assert got == pytest.approx(grid_log_likelihood(data, a_star, lam, q, 1.0, n, 0.3), abs=0.1)
 
 
+def three_records(rng, lam_dt, *, near_floor=False, count=60):
+    """Decay, growth and lock-in with gaps; near the floor nothing but noise about a vanishing amplitude."""
+    parts = []
+    for start, period in ((2.2, 0.125), (0.08, 0.13), (1.0, 0.11)):
+        gap = np.where(rng.random(count) < 0.06, rng.uniform(0.05, 1.5, count), 0.0)
+        y = 0.05 * (1 + (start - 1) * np.exp(-lam_dt / period * np.cumsum(gap + period)))
+        y = 1e-5 * start + 3e-4 * rng.standard_normal(count) if near_floor else y + 1e-3 * rng.standard_normal(count)
+        parts.append((np.abs(y), np.r_[-1.0, gap[1:]], np.full(count, period)))
+    y, gap, period = (np.concatenate(one) for one in zip(*parts, strict=True))
+    se = (3e-4 if near_floor else 1e-3) * (0.5 + rng.random(y.size))
+    return EnvelopeData(y, se, gap, period, np.cumsum(period), np.repeat(list("abc"), count))
+
+
+def walkers_about(rng, lam_dt, size):
+    a_star, lam, r = (m * np.exp(s * rng.standard_normal(size)) for m, s in ((0.05, 0.2), (8 * lam_dt, 0.4), (1, 0.4)))
+    return a_star, lam, 0.01 * a_star * np.sqrt(2 * lam) * np.exp(0.7 * rng.standard_normal(size)), r
+
+
+@pytest.mark.parametrize("near_floor", [False, True])
+@pytest.mark.parametrize("lam_dt", [0.001, 0.01, 0.1, 0.5, 1.0])
+@pytest.mark.parametrize("n", [0.0, 1.0, 2.0, -0.5, 0.7])
+def test_fast_filter_of_a_curved_law_is_the_plain_filter(rng, n, lam_dt, near_floor):
+    data, walkers = three_records(rng, lam_dt, near_floor=near_floor), walkers_about(rng, lam_dt, 64)
+    plain = pointwise_log_likelihood(*innovations(data, *walkers, n=n, initial_sd=0.5)).sum(axis=0)
+    fast = log_likelihood(data, *walkers, n=n, initial_sd=0.5)
+    assert np.isfinite(plain).all()
+    # Of walkers 1e8 nats off no more than eight digits are asked.
+    np.testing.assert_allclose(fast, plain, rtol=1e-8, atol=1e-6)
+
+
+def test_every_walker_may_have_a_law_of_its_own(rng):
+    """The plain filter takes an array of n; each walker gets what the fast filter of its own law says."""
+    laws = np.array([0.0, 1.0, 2.0, -0.5, 0.7, -1.0, 3.3])
+    data, walkers = three_records(rng, 0.05), walkers_about(rng, 0.05, laws.size)
+    alone = [log_likelihood(data, *(one[k : k + 1] for one in walkers), n=n)[0] for k, n in enumerate(laws)]
+    np.testing.assert_allclose(log_likelihood(data, *walkers, n=laws), alone, rtol=1e-8, atol=1e-6)
+    same = log_likelihood(data, *walkers, n=np.full(laws.size, 2.0))
+    np.testing.assert_array_equal(same, log_likelihood(data, *walkers, n=2.0))
+
+
+def test_a_walkers_likelihood_does_not_depend_on_its_neighbours(rng):
+    """The fast filter chooses between a series and the closed form by the worst of all walkers."""
+    data, walkers = three_records(rng, 0.02), walkers_about(rng, 0.02, 9)
+    walkers[1][4] = 40.0
+    for n in (0.0, 2.0):
+        together = log_likelihood(data, *walkers, n=n)
+        alone = [log_likelihood(data, *(one[k : k + 1] for one in walkers), n=n)[0] for k in range(9)]
+        np.testing.assert_allclose(together, alone, rtol=1e-8, atol=1e-6)
+
+
 def test_cost_of_a_wrong_relaxation_rate_is_seen(rng):
     """The likelihood must tell 0.3 from 0.6 per second on a decay of 60 cycles."""
     t = np.arange(60) * 0.125

@@ -373,7 +373,7 @@ def _with_campaign(tree: xr.DataTree, card: ModelCard, rng: np.random.Generator)
     rows = {
         "prior_weight": prior,
         "weight": weight / weight.sum(),
-        "stacking_weight": np.where(sampled, 1.0 / sampled.sum(), 0.0) if len(card.laws) > 1 else np.full(1, np.nan),
+        "stacking_weight": np.where(sampled, 1.0 / sampled.sum(), 0.0),
         "log_evidence": evidence,
         "log_evidence_error": error,
         "sampled": sampled,
@@ -509,6 +509,7 @@ def _summary(campaign: Campaign, tree: xr.DataTree, law_n: float) -> tuple[dict[
                 "rig": test.rig,
                 "peak": bool(test.peak),
                 "wind_frequency": campaign.rig(test.rig).frequency.mean,
+                "lock_in": [],
                 "parameters": parameters(posterior.sel(test=test.name), f"test {test.name}"),
             }
             for test in campaign.tests

@@ -156,9 +156,38 @@ def fit_text(fit: "Fit") -> str:
         if rows:
             title = f"{heading} [{unit}]" if key == "a_star" else heading
             parts.append(f"{title}\n" + table(["test", "rig", "median", "90 % interval"], rows))
+    parts += _campaign_text(fit)
     state = "converged" if fit.converged else "NOT CONVERGED: not to be trusted"
     parts.append(f"Sampling: {state}")
     return "\n\n".join(parts)
+
+
+def _campaign_text(fit: "Fit") -> list[str]:
+    """The laws and what the campaign model says of the discrepancy between settings."""
+    parts = []
+    weights = fit.summary["laws"].get("weights", {})
+    if len(weights) > 1:
+        best = max(one["log_evidence"] for one in weights.values())
+        rows = [
+            [
+                law, number(one["prior"]), number(one["log_evidence"] - best, 3), number(one["weight"], 3),
+                "-" if one["stacking"] is None else number(one["stacking"], 3), "" if one["sampled"] else "not sampled",
+            ]
+            for law, one in weights.items()
+        ]  # fmt: skip
+        header = ["law", "prior", "log evidence", "weight", "stacking", ""]
+        parts.append("Laws of aerodynamic damping; log evidence below the best\n" + table(header, rows))
+    found = fit.summary["campaign"].get("parameters", {})
+    rows = [
+        [name, *_spread(found[key], 1.0)]
+        for key, name in (("discrepancy_amplitude", "ln amplitude"), ("discrepancy_relaxation", "ln G"))
+        if key in found
+    ]
+    if rows:
+        parts.append(
+            "Discrepancy between settings, standard deviation\n" + table(["of", "median", "90 % interval"], rows)
+        )
+    return parts
 
 
 def _spread(entry: dict[str, Any], factor: float) -> list[str]:
@@ -221,6 +250,8 @@ def predict_text(
         )  # fmt: skip
     header = ["Sc", "damping ratio", f"amplitude [{summary['amplitude_unit']}]", "90 % interval", "sd", "x"]
     lines = [table(header, rows), "x: extrapolation index; laws agree for |x| < 0.2 and part beyond 0.3."]
+    shares = [f"{law} {weight:.0%}" for law, weight in found[0].laws.items() if weight > 0.005]
+    lines.append(f"Laws: {', '.join(shares)}. The interval carries the discrepancy between settings.")
     lines += [f"! {flag}" for one in found for flag in one.flags]
     if not trusted:
         lines.append("! the fit did not converge: " + "; ".join(summary["flags"]))
