@@ -18,7 +18,7 @@ autodoc_member_order = "bysource"
 
 def _plain_bars(app, what, name, obj, options, lines):  # type: ignore[no-untyped-def]
     """Keep |x| a modulus: reStructuredText takes it for the name of a substitution."""
-    lines[:] = [re.sub(r"(?<![\w\\])\|(\w+)\|", r"\\|\1\\|", line) for line in lines]
+    lines[:] = [re.sub(r"(?<![\w\\])\|(\w[\w' -]*)\|", r"\\|\1\\|", line) for line in lines]
 
 
 def setup(app):  # type: ignore[no-untyped-def]

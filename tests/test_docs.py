@@ -1,16 +1,19 @@
 """What README and guide show must work as it stands there."""
 
 import re
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from scruton.calibrate import REGIMES
 from scruton.campaign import load_campaign
 from scruton.cli import parser
-from scruton.infer.cards import PRIOR_NAMES, load_card
+from scruton.infer.cards import PRIOR_NAMES, load_card, shipped_cards
 
 ROOT = Path(__file__).resolve().parents[1]
+ROOMS = ("aero", "campaign", "envelope", "infer", "griffin", "report", "calibrate")
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
@@ -36,6 +39,62 @@ def test_the_prior_of_the_guide_is_that_of_the_card():
     prior = load_card().priors["stable_amplitude.heaving"]
     for piece in (f"median = {prior.first:g}", f"log_sd = {prior.second:g}", prior.reason):
         assert piece in text
+
+
+def test_the_card_of_the_guide_loads(tmp_path):
+    text = next(one for one in blocks(ROOT / "docs/guide.md", "toml") if "extends" in one)
+    (tmp_path / "card.toml").write_text(text, encoding="utf-8")
+    card = load_card(tmp_path / "card.toml")
+    assert (card.laws, card.law_weights, card.averaging) == ((-1.0, 2.0), (0.5, 0.5), "stacking")
+
+
+@pytest.mark.parametrize("name", ["models/README.md", "docs/guide.md"])
+def test_the_shipped_cards_are_named(name):
+    text = (ROOT / name).read_text(encoding="utf-8")
+    assert {one for one in shipped_cards() if f"`{one}" not in text} == set()
+
+
+def test_the_priors_that_the_pages_state_are_those_of_the_default_card():
+    card, theory = load_card(), (ROOT / "docs/theory.md").read_text(encoding="utf-8")
+    tau, kappa = (card.priors[f"discrepancy_{one}"] for one in ("amplitude", "relaxation"))
+    assert tau.second == kappa.second
+    stated = f"lognormal with medians {tau.first:g}\n($\\tau$) and {kappa.first:g} ($\\kappa$)"
+    assert f"{stated} and a log standard deviation of {tau.second:g}." in theory
+    guide = (ROOT / "docs/guide.md").read_text(encoding="utf-8")
+    laws, weights = (", ".join(f"{one:g}" for one in values) for values in (card.laws, card.law_weights))
+    assert f"n = {laws} with prior weights {weights}" in guide
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/guide.md"])
+def test_every_command_is_named(page):
+    text = (ROOT / page).read_text(encoding="utf-8")
+    verbs = re.findall(r"^    ([a-z]+) ", parser().format_help(), re.MULTILINE)
+    assert len(verbs) > 7
+    mark = "| `{}` |" if page == "README.md" else "### `scruton {} "
+    assert [one for one in verbs if mark.format(one) not in text] == []
+
+
+def test_every_regime_is_named():
+    text = (ROOT / "docs/calibration.md").read_text(encoding="utf-8")
+    assert [one for one in REGIMES if f"`{one}`" not in text] == []
+
+
+@pytest.mark.parametrize("room", ["", *(f".{one}" for one in ROOMS)])
+def test_the_reference_names_everything_public(room):
+    """Each public name of a room lies in a module of the reference that lists it, or lists all its members."""
+    text = (ROOT / "docs/api.md").read_text(encoding="utf-8")
+    listed = dict(re.findall(r"automodule:: (\S+)\n   :members:(.*)", text))
+    package = import_module(f"scruton{room}")
+    missing = []
+    for name in package.__all__:
+        home = getattr(getattr(package, name), "__module__", None)
+        if home is None or not home.startswith("scruton"):  # a constant, which autodoc does not describe
+            found = f"`{name}`" in text
+        else:
+            found = home in listed and (not listed[home].strip() or name in listed[home].replace(" ", "").split(","))
+        if not found and name != "__version__":
+            missing.append(name)
+    assert missing == []
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
