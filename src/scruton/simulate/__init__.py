@@ -1,6 +1,7 @@
 """Synthetic records from the full equation of motion; it shares no approximation with the rooms that it checks."""
 
 from scruton.simulate.campaign import write_campaign
+from scruton.simulate.disturbances import Disturbances
 from scruton.simulate.motion import Truth, simulate_record
 
-__all__ = ["Truth", "simulate_record", "write_campaign"]
+__all__ = ["Disturbances", "Truth", "simulate_record", "write_campaign"]

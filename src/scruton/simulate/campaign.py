@@ -7,7 +7,9 @@ The specification is the campaign.toml that shall come out, with these additions
 * every rig may carry `true_damping_ratio`, where the truth differs from what the laboratory states;
 * every test carries `truth = { Y1 = ..., epsilon = ... }`, with `Y2` and `force` ("paper" or "ehsan-scanlan") optional;
 * every record carries `duration` [s] and `initial_amplitude`: A/D or rad in still air, multiples of the stable
-  amplitude in wind.
+  amplitude in wind;
+* a rig, for all its records, and a record may carry `disturbances = { friction = 0.5, ... }`: fields of
+  `scruton.simulate.Disturbances`.
 """
 
 import math
@@ -15,6 +17,7 @@ import os
 import tempfile
 import tomllib
 import zlib
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +26,7 @@ import numpy as np
 from scruton.campaign import Campaign, load_campaign
 from scruton.campaign.schema import FloatArray, Motion
 from scruton.errors import InputError
+from scruton.simulate.disturbances import Disturbances
 from scruton.simulate.motion import FORCES, Truth, simulate_record
 
 _SIMULATION = {
@@ -69,6 +73,10 @@ def write_campaign(spec: Path, out: Path, *, seed: int, force: bool = False) -> 
         (key, i, entry.pop("records", [])) for key in ("rigs", "tests") for i, entry in enumerate(content.get(key, []))
     ]
     damping = [rig.pop("true_damping_ratio", None) for rig in content.get("rigs", [])]
+    disturbed = {
+        rig.get("name"): _disturbances(spec, f"rigs[{i}]", rig.pop("disturbances", {}))
+        for i, rig in enumerate(content.get("rigs", []))
+    }
     out.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=out.parent, prefix=".simulating-") as temporary:
         folder = Path(temporary)
@@ -76,9 +84,10 @@ def write_campaign(spec: Path, out: Path, *, seed: int, force: bool = False) -> 
         for key, i, records in planned:
             place = f"{key}[{i}]"
             truth = _truth(spec, campaign, key, i, damping, truths)
+            common = disturbed[campaign.rigs[i].name if key == "rigs" else campaign.tests[i].rig]
             kept = []
             for j, record in enumerate(records):
-                kept.append(_write_record(spec, f"{place}.records[{j}]", record, truth, settings, folder, seed))
+                kept.append(_write_record(spec, f"{place}.records[{j}]", record, truth, settings, folder, seed, common))
             if kept:
                 content[key][i]["records"] = kept
         _write_toml(folder / "campaign.toml", content)
@@ -138,6 +147,29 @@ def _truths(spec: Path, content: dict[str, Any]) -> list[dict[str, Any]]:
     return found
 
 
+def _disturbances(spec: Path, place: str, table: Any) -> dict[str, Any]:
+    """Read fields of `Disturbances`: numbers, names of forms, true or false."""
+    field = f"{place}.disturbances"
+    if not isinstance(table, dict):
+        raise InputError(spec, field, repr(table), "a table, disturbances = { friction = 0.5 }")
+    defaults = {one.name: one.default for one in fields(Disturbances)}
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        if key not in defaults:
+            raise InputError(spec, f"{field}.{key}", "an unknown key", f"some of: {', '.join(defaults)}")
+        if isinstance(defaults[key], float):
+            found[key] = _number(spec, f"{field}.{key}", value, low=-math.inf)
+        elif isinstance(value, type(defaults[key])):
+            found[key] = value
+        else:
+            raise InputError(spec, f"{field}.{key}", repr(value), f"a value such as {defaults[key]!r}")
+    try:
+        Disturbances(**found)
+    except ValueError as error:
+        raise InputError(spec, field, f"what cannot be ({error})", "values as the documentation lists them") from error
+    return found
+
+
 def _without_records(spec: Path, content: dict[str, Any], folder: Path) -> Campaign:
     """Let the campaign's own loader check everything but the records, and give the numbers in SI."""
     _write_toml(folder / "campaign.toml", content)
@@ -169,7 +201,14 @@ def _truth(spec: Path, campaign: Campaign, key: str, i: int, damping: list[Any],
 
 
 def _write_record(
-    spec: Path, field: str, record: Any, truth: Truth, settings: dict[str, float], folder: Path, seed: int
+    spec: Path,
+    field: str,
+    record: Any,
+    truth: Truth,
+    settings: dict[str, Any],
+    folder: Path,
+    seed: int,
+    common: dict[str, Any],
 ) -> dict[str, Any]:
     if (
         not isinstance(record, dict)
@@ -177,7 +216,8 @@ def _write_record(
         or Path(record["file"]).name != record["file"]
     ):
         raise InputError(spec, f"{field}.file", repr(record), 'file = "name.csv", a plain name')
-    kept = {key: value for key, value in record.items() if key not in ("duration", "initial_amplitude")}
+    kept = {key: value for key, value in record.items() if key not in ("duration", "initial_amplitude", "disturbances")}
+    own = _disturbances(spec, field, record.get("disturbances", {}))
     duration = _number(spec, f"{field}.duration", record.get("duration"))
     amplitude = _number(spec, f"{field}.initial_amplitude", record.get("initial_amplitude"))
     try:
@@ -188,6 +228,7 @@ def _write_record(
             initial_amplitude=amplitude,
             duration=duration,
             seed=np.random.SeedSequence([seed, zlib.crc32(record["file"].encode())]),
+            disturbances=Disturbances(**{**common, **own}),
             **settings,
         )
     except (ValueError, ZeroDivisionError) as error:

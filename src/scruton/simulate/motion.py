@@ -16,9 +16,12 @@ import numpy as np
 from numba import njit
 
 from scruton.campaign.schema import FloatArray, Motion
+from scruton.simulate.disturbances import Disturbances, read_out, schedules
+from scruton.simulate.disturbed import integrate
 
 STEPS_PER_CYCLE = 120
 _PAPER, _EHSAN_SCANLAN = 0, 1
+_OWN_STREAM = 0xD157
 FORCES = {"paper": _PAPER, "ehsan-scanlan": _EHSAN_SCANLAN}
 
 
@@ -108,6 +111,7 @@ def simulate_record(
     gust_time: float = 1.0,
     sensor_noise: float = 0.0,
     quantum: float = 0.0,
+    disturbances: Disturbances | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Integrate one record.
 
@@ -127,6 +131,8 @@ def simulate_record(
         Relative standard deviation and time scale [s] of slow fluctuations of the wind speed.
     sensor_noise, quantum : float
         Standard deviation of white noise on the reading and step of its rounding, A/D or rad.
+    disturbances : Disturbances, optional
+        What the bare equation leaves out; the turbulence is scaled without it.
 
     Returns
     -------
@@ -156,19 +162,33 @@ def simulate_record(
     start = np.array([initial_amplitude * np.cos(phase), -initial_amplitude * truth.omega * np.sin(phase)])
     response = np.empty(samples)
     step = 1.0 / (sample_rate * substeps)
-    _integrate(
-        response, start, step, substeps,
-        2.0 * np.pi * truth.frequency, truth.damping_ratio,
-        0.0 if truth.still else truth.pressure, 0.0 if truth.still else truth.passage,
-        truth.Y1, truth.epsilon, truth.Y2, FORCES[truth.force],
-        truth.shedding, 2.0 * np.pi * truth.shedding_frequency, truth.shedding_phase,
-        kick, gust_intensity, gust_time, noise,
-    )  # fmt: skip
+    if disturbances is None or disturbances.off:
+        _integrate(
+            response, start, step, substeps,
+            2.0 * np.pi * truth.frequency, truth.damping_ratio,
+            0.0 if truth.still else truth.pressure, 0.0 if truth.still else truth.passage,
+            truth.Y1, truth.epsilon, truth.Y2, FORCES[truth.force],
+            truth.shedding, 2.0 * np.pi * truth.shedding_frequency, truth.shedding_phase,
+            kick, gust_intensity, gust_time, noise,
+        )  # fmt: skip
+    else:
+        own = np.random.default_rng(_beside(seed))
+        times = schedules(disturbances, np.arange(samples) / sample_rate, still=truth.still, rng=own)
+        integrate(
+            truth, disturbances, response, start, step, substeps, kick, gust_intensity, gust_time, noise, *times
+        )  # fmt: skip
+        response = read_out(disturbances, response, 1.0 / sample_rate, own)
     if sensor_noise:
         response += sensor_noise * rng.standard_normal(samples)
     if quantum:
         response = np.round(response / quantum) * quantum
     return np.arange(samples) / sample_rate, response
+
+
+def _beside(seed: int | np.random.SeedSequence) -> np.random.SeedSequence:
+    """Give disturbances a stream of their own: the turbulence and the noise stay what they are without them."""
+    root = seed if isinstance(seed, np.random.SeedSequence) else np.random.SeedSequence(seed)
+    return np.random.SeedSequence(root.entropy, spawn_key=(*root.spawn_key, _OWN_STREAM))
 
 
 @njit(cache=True)

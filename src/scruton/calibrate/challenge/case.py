@@ -1,0 +1,297 @@
+"""One case of the challenge: a campaign in memory, and the answer to it."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from scruton.calibrate.challenge.outside import OPEN
+from scruton.calibrate.challenge.scenarios import CATALOGUE, apply
+from scruton.calibrate.challenge.scope import IN_WIND, STILL, Parameters
+from scruton.calibrate.challenge.sections import AMPLITUDES, Body, RigTruth, limit_cycle, random_body, scruton_factor
+from scruton.campaign.schema import Campaign, FloatArray, Kind, Quantity, Record, Rig, Test
+from scruton.simulate.disturbances import Disturbances
+from scruton.simulate.motion import Truth, simulate_record
+
+EFFECTS = (*CATALOGUE, *OPEN)
+DESIGNS = {"full": 3, "one-rig": 1}
+TURBULENCE, NOISE = (0.005, 0.015), (0.0, 0.02)
+SAMPLES_PER_CYCLE = 28
+_CYCLES = (40.0, 200.0)
+_RELAXATIONS = (4.0, 6.0)
+_STILL_RELAXATIONS = 3.0
+_START = {Kind.GROWTH: (0.1, 0.2), Kind.DECAY: (2.1, 2.45)}
+_STILL_START = (2.0, 2.4)
+_REST = 0.05  # a still-air record ends where the amplitude has fallen to this part of its start
+_KINDS = (Kind.GROWTH, Kind.GROWTH, Kind.DECAY, Kind.DECAY)
+_TRIES = 400
+_MASS_SD, _DAMPING_SD = 0.01, (0.02, 0.05)
+HELD_OUT = (0.7, 1.4, 3.0)  # of the middle rig's Scruton number
+
+
+@dataclass(frozen=True)
+class Air:
+    """Scatter of the amplitude (relative), noise of the reading (A/D or rad), gusts (relative)."""
+
+    scatter: float
+    hiss: float
+    gusts: float
+
+
+@dataclass(frozen=True)
+class Made:
+    """A body with its effects, and each rig's limit cycle."""
+
+    body: Body
+    without: Body
+    parameters: tuple[Parameters, ...]
+    stable: tuple[tuple[float, float], ...]
+
+
+def simulate_case(
+    seed: int,
+    index: int,
+    effect: str | Sequence[str] | None,
+    severity: float,
+    design: str = "full",
+    turbulence: float | tuple[float, float] | None = None,
+    noise: float | tuple[float, float] | None = None,
+    gusts: float = 0.0,
+) -> tuple[Campaign, dict[str, Any]]:
+    """Simulate one campaign of the challenge.
+
+    Parameters
+    ----------
+    seed, index : int
+        They alone settle what is drawn.
+    effect : str, sequence of str, or None
+        None, one, or several at once, of the catalogue or outside of it.
+    severity : float
+        Of each.
+    design : {"full", "one-rig"}
+        Three rigs with two growths and two decays in wind and two free decays in still air each; or one rig without
+        still-air records.
+    turbulence, noise : float or (float, float), optional
+        Scatter of the amplitude over the stable amplitude, and sensor noise over the smallest stable amplitude, or a
+        range to draw from: 0.5 to 1.5 % and 0 to 2 % by default.
+    gusts : float
+        Relative standard deviation of slow fluctuations of the wind speed, as slow as the relaxation.
+
+    Returns
+    -------
+    campaign : Campaign
+    answer : dict
+        Plain numbers and strings: `effects`, `severity`, `parameters`, `turbulence`, `noise`, and `rigs` with the
+        stable amplitudes with and without the effects.
+
+    Raises
+    ------
+    ValueError
+        For an unknown effect or design, or one that leaves no rig a limit cycle.
+    """
+    if design not in DESIGNS:
+        raise ValueError(f"unknown design {design!r}; one of {', '.join(DESIGNS)}")
+    effects = () if effect is None else (effect,) if isinstance(effect, str) else tuple(effect)
+    draws, records, said = (np.random.SeedSequence([seed, index, k]) for k in range(3))
+    rng = np.random.default_rng(draws)
+    scatter, hiss = _one_of(turbulence, TURBULENCE, rng), _one_of(noise, NOISE, rng)
+    made = _made(effects, severity, DESIGNS[design], rng)
+    air = Air(scatter, hiss * min(a for a, _ in made.stable), gusts)
+    campaign = _campaign(made, air, records, said, f"case-{index:04d}", still=design == "full")
+    answer = {"case": campaign.title, "design": design, "turbulence": scatter, "noise": hiss, "gusts": gusts}
+    return campaign, answer | _answer(made, effects, severity)
+
+
+def _one_of(given: float | tuple[float, float] | None, usual: tuple[float, float], rng: np.random.Generator) -> float:
+    """Draw in any case, so that the rest of the stream does not depend on what is given."""
+    place = float(rng.random())
+    if isinstance(given, int | float):
+        return float(given)
+    low, high = usual if given is None else given
+    return low + (high - low) * place
+
+
+def _made(effects: Sequence[str], severity: float, rigs: int, rng: np.random.Generator) -> Made:
+    for _ in range(_TRIES):
+        body = without = random_body(rng, rigs)
+        parameters = []
+        for name in effects:
+            body, drawn = apply(body, name, severity, rng)
+            parameters.append(drawn)
+        stable = tuple(_stable(one) for one in body.rigs)
+        if all(_fair(a, rate, one, body) for (a, rate), one in zip(stable, without.rigs, strict=True)):
+            return Made(body, without, tuple(parameters), stable)
+    raise ValueError(f"no section was drawn in which {' and '.join(effects)} at {severity:g} leaves a limit cycle")
+
+
+def _fair(amplitude: float, rate: float, bare: RigTruth, body: Body) -> bool:
+    """Whether a limit cycle is left, not much smaller or larger than the bare one."""
+    low, high = AMPLITUDES[body.section.motion]
+    before = bare.bare
+    return (
+        np.isfinite(amplitude)
+        and 0.6 * low <= amplitude <= 1.3 * high
+        and 0.4 * before[0] <= amplitude <= 2.5 * before[0]
+        and 0.25 * before[1] <= rate <= 4.0 * before[1]
+    )
+
+
+def _stable(rig: RigTruth) -> tuple[float, float]:
+    """Stable amplitude and relaxation rate: by work over a cycle; by simulation where the wake has its own equation."""
+    if not rig.disturbances.wake_gain:
+        return limit_cycle(rig.wind, rig.disturbances)
+    bare, rate = rig.bare
+    ends = []
+    for start in (0.12, 2.4):
+        time, x = simulate_record(
+            rig.wind, initial_amplitude=start * bare, duration=16.0 / rate,
+            sample_rate=SAMPLES_PER_CYCLE * rig.wind.frequency, seed=0, disturbances=rig.disturbances,
+        )  # fmt: skip
+        tail = x[time > 12.0 / rate]
+        halves = [float(np.sqrt(2.0) * part.std()) for part in np.array_split(tail, 2)]
+        if abs(halves[1] - halves[0]) > 0.02 * bare:
+            return np.nan, np.nan
+        ends.append(float(np.mean(halves)))
+    if abs(ends[1] - ends[0]) > 0.03 * bare:
+        return np.nan, np.nan
+    return float(np.mean(ends)), rate
+
+
+def _campaign(
+    made: Made, air: Air, seed: np.random.SeedSequence, said: np.random.SeedSequence, title: str, *, still: bool
+) -> Campaign:  # fmt: skip
+    rng = np.random.default_rng(said)
+    children = seed.spawn(len(made.body.rigs))
+    damping_sd = float(rng.uniform(*_DAMPING_SD))
+    rigs, tests = [], []
+    for j, rig in enumerate(made.body.rigs):
+        own = replace(air, scatter=air.scatter * float(rng.uniform(0.85, 1.15)))
+        records = _records(rig, made.stable[j], own, children[j], j, still=still)
+        name = f"rig {j + 1}"
+        mass = rig.wind.mass * (1.0 + _MASS_SD * float(rng.standard_normal()))
+        damping = rig.stated_damping * (1.0 + damping_sd * float(rng.standard_normal()))
+        stated = Quantity(mass, _MASS_SD * mass), Quantity(damping, damping_sd * damping)
+        rigs.append(Rig(name, Quantity(rig.wind.frequency), *stated, tuple(records[IN_WIND:])))
+        wind = Quantity(rig.wind.air_density), Quantity(rig.wind.wind_speed)
+        tests.append(Test(f"test {j + 1}", name, *wind, peak=True, records=tuple(records[:IN_WIND])))
+    return Campaign(
+        Path("campaign.toml"), title, "simulated from the full equation of motion", made.body.section, tuple(rigs),
+        tuple(tests),
+    )  # fmt: skip
+
+
+def _records(
+    rig: RigTruth, stable: tuple[float, float], air: Air, seed: np.random.SeedSequence, j: int, *, still: bool
+) -> list[Record]:
+    """All records of a rig, those in wind first."""
+    amplitude, rate = stable
+    f0 = rig.wind.frequency
+    choices, *children = seed.spawn(1 + IN_WIND + STILL)
+    rng = np.random.default_rng(choices)
+    plans: list[tuple[Kind, Truth, float, float]] = []
+    for kind in _KINDS:
+        cycles = float(np.clip(rng.uniform(*_RELAXATIONS) * f0 / rate, *_CYCLES))
+        phase, start = float(rng.uniform(0.0, 2.0 * np.pi)), amplitude * float(rng.uniform(*_START[kind]))
+        plans.append((kind, replace(rig.wind, shedding_phase=phase), start, cycles))
+    if still:
+        decay = 2.0 * np.pi * f0 * rig.wind.damping_ratio
+        for _ in range(STILL):
+            cycles = float(np.clip(_STILL_RELAXATIONS * f0 / decay, *_CYCLES))
+            plans.append((Kind.FREE_DECAY, rig.still, amplitude * float(rng.uniform(*_STILL_START)), cycles))
+    largest = max(start for _, _, start, _ in plans)
+    # Turbulence is scaled by the bare limit cycle; here it shall scatter the amplitude that is there.
+    bare, bare_rate = rig.bare
+    scatter = air.scatter * amplitude / bare * np.sqrt(rate / bare_rate)
+    made = []
+    for i, (kind, truth, start, cycles) in enumerate(plans):
+        time, response = simulate_record(
+            truth, initial_amplitude=start, duration=cycles / f0, sample_rate=SAMPLES_PER_CYCLE * f0,
+            seed=children[i], turbulence=scatter, sensor_noise=air.hiss,
+            gust_intensity=0.0 if truth.still else air.gusts, gust_time=1.0 / rate,
+            disturbances=_settled(rig.of(i), largest, cycles / f0),
+        )  # fmt: skip
+        if kind is Kind.FREE_DECAY:
+            end = _until_rest(response, max(_REST * start, 3.0 * air.hiss))
+            time, response = time[:end], response[:end]
+        name = f"r{j + 1}_{kind.value.replace('-', '_')}{i % 2 + 1}.csv"
+        made.append(Record(name, Path(name), kind, time, response))
+    return made
+
+
+def _settled(d: Disturbances, largest: float, duration: float) -> Disturbances:
+    """Turn a range over the largest amplitude, and a time over the record's length, into numbers."""
+    return replace(
+        d,
+        clip_level=-d.clip_level * d.gain * largest if d.clip_level < 0.0 else d.clip_level,
+        jump_time=-d.jump_time * duration if d.jump_time < 0.0 else d.jump_time,
+    )
+
+
+def _until_rest(response: FloatArray, level: float) -> int:
+    """Number of samples until the motion is small, never less than twelve cycles."""
+    cycle = SAMPLES_PER_CYCLE
+    whole = len(response) // cycle
+    peaks = np.abs(response[: whole * cycle]).reshape(whole, cycle).max(axis=1)
+    small = np.flatnonzero(peaks < level)
+    return max(int(small[0]), 12) * cycle + 1 if len(small) else len(response)
+
+
+def _answer(made: Made, effects: Sequence[str], severity: float) -> dict[str, Any]:
+    rigs = [
+        _rig_answer(f"rig {j + 1}", rig, before, stable)
+        for j, (rig, before, stable) in enumerate(zip(made.body.rigs, made.without.rigs, made.stable, strict=True))
+    ]
+    return {
+        "kind": _kind(effects), "effects": list(effects), "severity": severity if effects else 0.0,
+        "motion": made.body.section.motion.value, "parameters": dict(zip(effects, made.parameters, strict=True)),
+        "rigs": rigs, "held_out": _held_out(made),
+    }  # fmt: skip
+
+
+def _rig_answer(name: str, rig: RigTruth, before: RigTruth, stable: tuple[float, float]) -> dict[str, Any]:
+    own = {
+        "": (rig.wind, rig.scruton_number, *stable),
+        "_without": (before.wind, before.scruton_number, *before.bare),
+    }
+    answer: dict[str, Any] = {"name": name, "mass_damping_factor": scruton_factor(rig.wind)}
+    for suffix, (truth, number, amplitude, rate) in own.items():
+        answer |= {
+            f"scruton_number{suffix}": number,
+            f"damping_ratio{suffix}": truth.damping_ratio,
+            f"Y1{suffix}": truth.Y1,
+            f"epsilon{suffix}": truth.epsilon,
+            f"stable_amplitude{suffix}": amplitude,
+            f"relaxation_rate{suffix}": rate,
+        }
+    records = {str(i): dict(one) for i, one in rig.own.items()}
+    return answer | {"disturbances": _changed(rig.disturbances), "records": records}
+
+
+def _held_out(made: Made) -> list[dict[str, float | None]]:
+    """Stable amplitudes of the middle rig at Scruton numbers that were not tested; None where it has no limit cycle."""
+    found = []
+    for ratio in HELD_OUT:
+        amplitudes = []
+        for body in (made.body, made.without):
+            rig = body.middle
+            ratio_xi = rig.wind.damping_ratio + (ratio - 1.0) * made.without.middle.wind.damping_ratio
+            amplitudes.append(_stable(replace(rig, wind=replace(rig.wind, damping_ratio=ratio_xi)))[0])
+        number = ratio * made.without.middle.scruton_number
+        with_, without = (None if np.isnan(a) else a for a in amplitudes)
+        found.append({"scruton_number": number, "stable_amplitude": with_, "stable_amplitude_without": without})
+    return found
+
+
+def _kind(effects: Sequence[str]) -> str:
+    if not effects:
+        return "none"
+    if any(name in OPEN for name in effects):
+        return "open"
+    return "catalogue" if len(effects) == 1 else "two"
+
+
+def _changed(d: Disturbances) -> dict[str, Any]:
+    default = asdict(Disturbances())
+    return {key: value for key, value in asdict(d).items() if value != default[key]}

@@ -1,0 +1,86 @@
+"""Effects of the challenge that are not in the catalogue: what a diagnosis should call unknown."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from scruton.calibrate.challenge.scope import Parameters, every, records, set_record, set_rigs
+from scruton.calibrate.challenge.sections import Body
+from scruton.calibrate.challenge.wake import in_phase
+
+
+def damping_bump(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
+    """Damping near one amplitude, below or above the stable one."""
+    amplitude, rate = body.middle.bare
+    centre = float(rng.uniform(0.4, 0.65) if rng.random() < 0.5 else rng.uniform(1.2, 1.6))
+    fields = {
+        "bump_rate": 1.5 * severity * rate,
+        "bump_amplitude": centre * amplitude,
+        "bump_width": float(rng.uniform(0.1, 0.16)) * amplitude,
+        "bump_in_still_air": bool(rng.random() < 0.4),
+    }
+    return set_rigs(body, every(body), **fields), {"rigs": every(body), **fields}
+
+
+def time_jump(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
+    """The drive, or the damping, is another from some moment on; times are over the record's length."""
+    form = str(rng.choice(["jump_drive", "jump_rate"]))
+    chosen = records(body, rng)
+    made = list(body.rigs)
+    for j, i in chosen:
+        sign = float(rng.choice([-1.0, 1.0]))
+        size = sign * severity * (body.middle.bare[1] if form == "jump_rate" else 1.0)
+        made[j] = set_record(made[j], i, jump_time=-float(rng.uniform(0.3, 0.7)), **{form: size})
+    return replace(body, rigs=tuple(made)), {
+        "rigs": sorted({j for j, _ in chosen}), "records": chosen, "form": form, "size": severity,
+    }  # fmt: skip
+
+
+def intermittent_lock_in(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
+    """Part of the drive is lost for spells."""
+    rate = body.middle.bare[1]
+    fields = {
+        "spell_depth": min(1.0, 2.0 * severity),
+        "spell_on": float(rng.uniform(1.0, 2.0)) / rate,
+        "spell_off": float(rng.uniform(0.3, 0.7)) / rate,
+    }
+    return set_rigs(body, every(body), **fields), {"rigs": every(body), **fields}
+
+
+def second_mode(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
+    """Another mode in the channel, released with the first and kept up by turbulence."""
+    amplitude, rate = body.middle.bare
+    ratio = float(rng.uniform(1.12, 1.7) if rng.random() < 0.7 else rng.uniform(0.6, 0.88))
+    size = 0.5 * severity * amplitude
+    fields = {
+        "second_amplitude": size,
+        "second_rate": float(rng.uniform(0.3, 1.0)) * rate,
+        "second_scatter": 0.25 * size,
+    }
+    frequencies = [ratio * rig.wind.frequency for rig in body.rigs]
+    made = set_rigs(body, every(body), second_frequency=frequencies, **fields)
+    return made, {"rigs": every(body), "frequency_ratio": ratio, **fields}
+
+
+def wake_oscillator(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
+    """A wake with an equation of motion of its own takes over part of the drive, all of it at 0.4.
+
+    Its force is scaled so that at the middle rig's a* it does the work of what it replaces.
+    """
+    amplitude, _ = body.middle.bare
+    wind = body.middle.wind
+    damping, lock = float(rng.uniform(0.1, 0.3)), float(rng.uniform(0.06, 0.15))
+    coupling = 4.0 * lock / amplitude
+    detuning = 1.0 + float(rng.uniform(-0.006, 0.006))
+    share = min(1.0, 2.5 * severity)
+    response = in_phase(amplitude, wind.omega, damping, coupling, detuning)
+    drive = -4.0 / np.pi * wind.pressure * wind.Y1 * wind.epsilon  # first harmonic of the second term
+    gain = share * drive / response
+    gains = [gain * rig.wind.pressure / wind.pressure for rig in body.rigs]
+    fields = {
+        "wake_share": share, "wake_damping": damping, "wake_coupling": coupling, "wake_frequency": detuning,
+    }  # fmt: skip
+    return set_rigs(body, every(body), wake_gain=gains, **fields), {"rigs": every(body), "wake_gain": gain, **fields}
+
+
+OPEN = {one.__name__: one for one in (damping_bump, time_jump, intermittent_lock_in, second_mode, wake_oscillator)}

@@ -1,0 +1,47 @@
+"""A wind that changes while the record runs."""
+
+import numpy as np
+
+from scruton.campaign.schema import FloatArray
+from scruton.effects.terms import Effect, IntArray, Layout, Term, Values, Variant, add, size_prior
+
+
+def _apply(table: FloatArray, values: Values, layout: Layout) -> None:
+    del layout
+    add(table, Term.TREND, values["size"])
+
+
+def _sine(table: FloatArray, values: Values, layout: Layout) -> None:
+    del layout
+    add(table, Term.TREND_SINE, values["size"])
+
+
+def _variants(layout: Layout) -> tuple[Variant, ...]:
+    if not layout.wind.any():
+        return ()
+    scopes: list[tuple[str, IntArray, float]] = [("the same in every record in wind", layout.in_wind(), 2.0)]
+    tests = np.unique(layout.test[layout.wind])
+    records = np.flatnonzero(layout.wind)
+    if tests.size > 1:
+        scopes += [(f"in one test#{i}", layout.only(layout.test == i), 0.7 / tests.size) for i in tests]
+    if records.size > 1:
+        scopes.append(("in every record by its own", layout.each(layout.wind), 1.0))
+        names = np.arange(len(layout.records))
+        scopes += [(f"in one record#{i}", layout.only(names == i), 1.0 / records.size) for i in records]
+    return tuple(
+        Variant(f"{form} drift, {where}", (size_prior("size", members),), apply, members >= 0, weight)
+        for form, apply in (("linear", _apply), ("S-shaped", _sine))
+        for where, members, weight in scopes
+    )
+
+
+EFFECT = Effect(
+    "wind_speed_drift",
+    "The wind changes during the record",
+    "The wind speed, or the temperature, drifts while a record runs: the aerodynamic damping goes with U and the drive "
+    "with U^2, so that the amplitude follows.",
+    "Any log of a wind tunnel that was started a minute ago.",
+    "Damping at the same amplitude changes with time; the end of the record is not steady. Frequency hardly moves.",
+    "amplitude",
+    _variants,
+)
