@@ -88,3 +88,78 @@ def small_results(small_campaign: Path, tmp_path_factory: pytest.TempPathFactory
     out = tmp_path_factory.mktemp("results") / "fit"
     assert main(["fit", str(small_campaign), "-o", str(out), "--quiet"]) == 0
     return out
+
+
+# Two rigs in one wind under one law: what the campaign model, predictions and validation need at least.
+TWO_RIGS = """
+format = 1
+title = "Two rigs"
+source = "simulated for the tests"
+
+[section]
+motion = "heaving"
+width = "0.3 m"
+depth = "0.075 m"
+
+[simulation]
+sample_rate = 100
+turbulence = 0.01
+sensor_noise = 0.0001
+"""
+
+RIG = """
+[[rigs]]
+name = "{name}"
+mass = "7.292 kg/m"
+frequency = "7.87 Hz"
+damping_ratio = {{ mean = {damping}, sd = {sd} }}
+
+[[tests]]
+name = "{name} in wind"
+rig = "{name}"
+air_density = "1.22 kg/m^3"
+wind_speed = "5.036 m/s"
+stable_amplitude = {amplitude}
+truth = {{ {truth} }}
+
+[[tests.records]]
+file = "{name}-decay.csv"
+kind = "decay"
+initial_amplitude = 2.5
+duration = 9
+
+[[tests.records]]
+file = "{name}-growth.csv"
+kind = "growth"
+initial_amplitude = 0.1
+duration = 9
+"""
+
+# Van der Pol's force: 1.2428/s of negative damping, of which 2 xi omega0 is met; A^2 = (4/epsilon)(1 - 0.6429/1.2428).
+FORCES = {
+    "paper": ("Y1 = -11.111, epsilon = 0.03235", 0.0292, 0.0358),
+    "ehsan-scanlan": ('Y1 = 19.67, epsilon = 2146, force = "ehsan-scanlan"', 0.0300, 0.0357),
+}
+
+
+@pytest.fixture(scope="session")
+def two_rigs(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+    """Make a campaign of two rigs under a force, "paper" or "ehsan-scanlan", once; read only."""
+    from scruton.simulate import write_campaign
+
+    made: dict[str, Path] = {}
+
+    def make(force: str) -> Path:
+        if force not in made:
+            truth, high, low = FORCES[force]
+            rigs = (("heavy", 0.0065, high), ("light", 0.004, low))
+            spec = TWO_RIGS + "".join(
+                RIG.format(name=name, damping=damping, sd=0.02 * damping, amplitude=amplitude, truth=truth)
+                for name, damping, amplitude in rigs
+            )
+            folder = tmp_path_factory.mktemp("two")
+            (folder / "spec.toml").write_text(spec, encoding="utf-8")
+            made[force] = write_campaign(folder / "spec.toml", folder / "campaign", seed=2)
+        return made[force]
+
+    return make

@@ -61,6 +61,9 @@ def parser() -> argparse.ArgumentParser:
         )
         one.add_argument("--model", default="default", metavar="CARD", help="model card: a shipped name or a TOML file")
         one.add_argument("--tests", metavar="NAME,...", help="use only these tests")
+        one.add_argument(
+            "--effect", metavar="NAME", help='carry an unmodelled effect into the predictions; "auto": what is found'
+        )
         one.add_argument("--force", action="store_true", help="replace the results that lie in the folder")
         one.add_argument("--resume", action="store_true", help="go on with an interrupted run")
     report.add_argument(
@@ -111,11 +114,51 @@ def parser() -> argparse.ArgumentParser:
         "--resume", action="store_true", help="go on with an interrupted run, or with more campaigns"
     )
 
+    diagnose = add("diagnose", _diagnose, "the sim-to-real gap: where, which effect, how far it shrinks")
+    diagnose.add_argument("campaign", type=Path, help="folder with a campaign.toml")
+    diagnose.add_argument("-o", "--out", type=Path, help="folder for the results (default: out/NAME/gap)")
+    diagnose.add_argument(
+        "--model", default="default", metavar="CARD", help="model card: a shipped name or a TOML file"
+    )
+    diagnose.add_argument("--workers", type=int, default=2, metavar="N", help="threads (results do not depend on it)")
+    diagnose.add_argument("--force", action="store_true", help="replace the diagnosis that lies in the folder")
+
+    challenge = add("challenge", _challenge, "the blind check of diagnose: make campaigns, run, score")
+    _challenge_verbs(challenge)
+
     simulate = add("simulate", _simulate, "write a synthetic campaign from the full equation of motion")
     simulate.add_argument("spec", type=Path, help="TOML file with the section, the rigs, the tests and the truth")
     simulate.add_argument("-o", "--out", type=Path, required=True, help="folder for the campaign")
     simulate.add_argument("--force", action="store_true", help="replace the campaign that lies in the folder")
     return top
+
+
+def _challenge_verbs(challenge: argparse.ArgumentParser) -> None:
+    """Add make, run and score."""
+    verbs = challenge.add_subparsers(metavar="STEP", required=True, dest="step")
+    make = verbs.add_parser("make", help="write campaigns with a hidden effect and seal the answers")
+    make.add_argument("-o", "--out", type=Path, required=True, help="folder for the challenge")
+    make.add_argument("--cases", type=int, default=65, metavar="N", help="campaigns; blocks of 65 hold every kind")
+    make.add_argument("--seed", type=int, default=0, help="seed of all randomness (default 0)")
+    make.add_argument("--effects", metavar="NAME,...", help='only these; "none" and "two" count (default: all)')
+    make.add_argument("--severities", default="0.1,0.2,0.4", metavar="S,...", help="default 0.1,0.2,0.4")
+    make.add_argument("--design", choices=("full", "one-rig"), default="full", help="or one rig, no still air")
+    make.add_argument("--turbulence", default="0.005,0.015", metavar="LOW,HIGH", help="scatter of the amplitude")
+    run = verbs.add_parser("run", help="diagnose every campaign, without the answers")
+    run.add_argument("folder", type=Path, help="folder that make wrote")
+    run.add_argument("-o", "--out", type=Path, required=True, help="folder for the results")
+    score = verbs.add_parser("score", help="open the answers and score")
+    score.add_argument("folder", type=Path, help="folder that make wrote")
+    score.add_argument("results", type=Path, help="folder that run wrote")
+    score.add_argument("-o", "--out", type=Path, help="folder for tables and pictures (default: RESULTS/score)")
+    score.add_argument("--baselines", action="store_true", help="score simpler methods beside")
+    score.add_argument("--markdown", type=Path, metavar="FILE", help="write the table as Markdown, too")
+    for one in (make, run, score):
+        one.add_argument("--quiet", action="store_true", help="no progress, no tables: only errors and paths")
+        one.add_argument("--force", action="store_true", help="replace what lies in the folder")
+    for one in (make, run):
+        one.add_argument("--jobs", type=int, default=1, metavar="N", help="processes (results do not depend on it)")
+        one.add_argument("--resume", action="store_true", help="go on with an interrupted run")
 
 
 def _version() -> str:
@@ -145,6 +188,7 @@ def _run_fit(arguments: argparse.Namespace) -> tuple["Fit", Path]:
         force=arguments.force,
         resume=arguments.resume,
         quiet=arguments.quiet,
+        effect=arguments.effect,
     )
 
 
@@ -251,6 +295,109 @@ def _calibrate(arguments: argparse.Namespace) -> int:
         print(calibration_text(result))
     print(arguments.out / "calibration.json")
     return DONE if result.calibrated else NOT_TRUSTED
+
+
+def _diagnose(arguments: argparse.Namespace) -> int:
+    from scruton.report.gap import run_diagnose
+    from scruton.report.run import default_folder
+
+    if arguments.workers < 1:
+        raise InputError("command line", "--workers", str(arguments.workers), "a whole number, one or more")
+    out = arguments.out if arguments.out is not None else default_folder(arguments.campaign) / "gap"
+    text, paths = run_diagnose(
+        arguments.campaign,
+        out,
+        model=arguments.model,
+        workers=arguments.workers,
+        force=arguments.force,
+        quiet=arguments.quiet,
+    )
+    if not arguments.quiet:
+        print(text)
+    for path in paths:
+        print(path)
+    return DONE
+
+
+def _challenge(arguments: argparse.Namespace) -> int:
+    from scruton.report.run import Bar
+
+    if getattr(arguments, "jobs", 1) < 1:
+        raise InputError("command line", "--jobs", str(arguments.jobs), "a whole number, one or more")
+    with Bar(arguments.quiet) as bar:
+
+        def progress(done: int, total: int) -> None:
+            bar(f"{arguments.step}, {done} of {total}", done / max(total, 1))
+
+        if arguments.step == "make":
+            return _challenge_make(arguments, progress)
+        if arguments.step == "run":
+            return _challenge_run(arguments, progress)
+    return _challenge_score(arguments)
+
+
+def _challenge_make(arguments: argparse.Namespace, progress: Callable[[int, int], None]) -> int:
+    from scruton.calibrate.challenge.make import make_challenge
+
+    low, high = _numbers("--turbulence", arguments.turbulence, 2)
+    folder = make_challenge(
+        arguments.out,
+        cases=arguments.cases,
+        seed=arguments.seed,
+        effects=None if arguments.effects is None else [one.strip() for one in arguments.effects.split(",")],
+        severities=_numbers("--severities", arguments.severities),
+        design=arguments.design,
+        turbulence=(low, high),
+        jobs=arguments.jobs,
+        force=arguments.force,
+        resume=arguments.resume,
+        progress=progress,
+    )
+    print(f"challenge: {folder}")
+    return DONE
+
+
+def _numbers(option: str, text: str, count: int | None = None) -> tuple[float, ...]:
+    try:
+        found = tuple(float(one) for one in text.split(","))
+    except ValueError:
+        found = ()
+    if not found or (count is not None and len(found) != count):
+        raise InputError("command line", option, repr(text), f"{count or 'some'} numbers with commas between them")
+    return found
+
+
+def _challenge_run(arguments: argparse.Namespace, progress: Callable[[int, int], None]) -> int:
+    from scruton.calibrate.challenge.run import run_challenge
+
+    run_challenge(
+        arguments.folder,
+        arguments.out,
+        jobs=arguments.jobs,
+        force=arguments.force,
+        resume=arguments.resume,
+        progress=progress,
+    )
+    print(f"results: {arguments.out}")
+    return DONE
+
+
+def _challenge_score(arguments: argparse.Namespace) -> int:
+    from scruton.calibrate.challenge.score import score_challenge, score_text
+
+    out = arguments.out if arguments.out is not None else arguments.results / "score"
+    score = score_challenge(
+        arguments.folder,
+        arguments.results,
+        out,
+        baselines=arguments.baselines,
+        markdown=arguments.markdown,
+        force=arguments.force,
+    )
+    if not arguments.quiet:
+        print(score_text(score))
+    print(out / "challenge-score.json")
+    return DONE
 
 
 def _simulate(arguments: argparse.Namespace) -> int:

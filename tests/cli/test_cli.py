@@ -12,7 +12,15 @@ import numpy as np
 import pytest
 
 from scruton.cli import main
-from scruton.infer.cards import load_card
+from scruton.report.figures import all_figures, griffin_plot, record_figures
+
+CARD = """extends = "paper"
+name = "quick"
+[sampler]
+walkers = 64
+draws = 16
+min_ess = {min_ess}
+"""
 
 
 @pytest.fixture
@@ -64,12 +72,33 @@ def test_predict_with_another_law_is_another_prediction(small_results, capsys):
     medians = []
     for law in ("-1", "2"):
         _, out, _ = run("predict", small_results, "--sc", 60, "--law", law, "--json", capsys=capsys)
-        medians.append(json.loads(out)["predictions"][0]["amplitude"]["median"])
+        entry = json.loads(out)["predictions"][0]
+        assert entry["laws"] == {f"n={law}": 1.0}
+        medians.append(entry["amplitude"]["median"])
     assert medians[1] < 0.8 * medians[0]
 
 
-def test_report_ends_with_the_paths(small_campaign, tmp_path, capsys):
-    code, out, _ = run("report", small_campaign, "-o", tmp_path / "r", "--sc", 40, "--quiet", capsys=capsys)
+def test_predictions_say_how_the_laws_were_weighed(small_results, capsys):
+    _, out, _ = run("predict", small_results, "--sc", 30, "--json", capsys=capsys)
+    entry = json.loads(out)["predictions"][0]
+    assert sum(entry["laws"].values()) == pytest.approx(1.0)
+    assert entry["laws"]["n=-1"] > 0.99
+    assert entry["discrepancy_sd"] == pytest.approx(0.09, rel=0.1), "one rig: the median of the prior"
+
+
+def few_figures(fit):
+    """Figures are what takes the time."""
+    return [griffin_plot(fit), *record_figures(fit)]
+
+
+@pytest.mark.parametrize("drawn", [few_figures, pytest.param(all_figures, marks=pytest.mark.slow)])
+def test_report_ends_with_the_paths(small_campaign, tmp_path, capsys, monkeypatch, drawn):
+    monkeypatch.setattr("scruton.report.figures.all_figures", drawn)
+    (tmp_path / "card.toml").write_text(CARD.format(min_ess=400), encoding="utf-8")
+    code, out, _ = run(
+        "report", small_campaign, "-o", tmp_path / "r", "--sc", 40, "--quiet", "--model", tmp_path / "card.toml",
+        capsys=capsys,
+    )  # fmt: skip
     assert code == 0
     *_, report, griffin = out.splitlines()
     assert report.split(maxsplit=1)[1] == str(tmp_path / "r" / "report.html")
@@ -161,29 +190,16 @@ def test_other_bad_arguments(small_campaign, small_results, tmp_path, capsys):
     assert not (tmp_path / "o").exists()
 
 
-def test_killed_and_resumed_is_bit_for_bit_the_uninterrupted_run(small_campaign, tmp_path):
-    text = load_card().text.replace("min_ess = 1000", "min_ess = 20000")
+def test_killed_and_resumed_is_bit_for_bit_the_uninterrupted_run(small_campaign, tmp_path, capsys):
     card = tmp_path / "card.toml"
-    card.write_text(text, encoding="utf-8")
+    card.write_text(CARD.format(min_ess=400), encoding="utf-8")
 
-    def command(out, *more):
-        return [
-            sys.executable,
-            "-m",
-            "scruton.cli",
-            "fit",
-            str(small_campaign),
-            "-o",
-            str(out),
-            "--model",
-            str(card),
-            "--quiet",
-            *more,
-        ]
+    def arguments(out):
+        return ["fit", str(small_campaign), "-o", str(out), "--model", str(card), "--quiet"]
 
-    subprocess.run(command(tmp_path / "whole"), check=True, stdout=subprocess.DEVNULL)
+    assert main(arguments(tmp_path / "whole")) == 0
     out = tmp_path / "killed"
-    process = subprocess.Popen(command(out), stdout=subprocess.DEVNULL)
+    process = subprocess.Popen([sys.executable, "-m", "scruton.cli", *arguments(out)], stdout=subprocess.DEVNULL)
     deadline = time.monotonic() + 120
     while time.monotonic() < deadline and len(list((out / ".checkpoints").glob("*.npz"))) < 3:
         time.sleep(0.02)
@@ -191,10 +207,10 @@ def test_killed_and_resumed_is_bit_for_bit_the_uninterrupted_run(small_campaign,
     process.wait()
     assert not (out / "posterior.nc").exists(), "it was killed before the end"
     assert len(list((out / ".checkpoints").glob("*.npz"))) >= 2
-    refusal = subprocess.run(command(out), capture_output=True, text=True, check=False)
-    assert refusal.returncode == 2
-    assert "--resume" in refusal.stderr
-    subprocess.run(command(out, "--resume"), check=True, stdout=subprocess.DEVNULL)
+    capsys.readouterr()
+    assert main(arguments(out)) == 2
+    assert "--resume" in capsys.readouterr().err
+    assert main([*arguments(out), "--resume"]) == 0
     for name in ("posterior.nc", "fit.json"):
         assert (out / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
     assert not (out / ".checkpoints").exists()

@@ -100,7 +100,8 @@ def test_cards_that_extend_each_other_are_named(tmp_path):
 
 
 def test_prior_weights_of_laws_are_normalised_and_equal_where_none_are_given(tmp_path):
-    some = load_card(changed(tmp_path, r"n = \[-1, 0, 1, 2\]\nprior_weights = .*", "n = [2, 0]\nprior_weights = [3, 1]"))
+    four = r"n = \[-1, 0, 1, 2\]\nprior_weights = .*"
+    some = load_card(changed(tmp_path, four, "n = [2, 0]\nprior_weights = [3, 1]"))
     assert (some.laws, some.law_weights, some.law_n) == ((2.0, 0.0), (0.75, 0.25), 2.0)
     equal = load_card(changed(tmp_path, r"prior_weights = .*\n", ""))
     assert equal.law_weights == (0.25,) * 4
@@ -147,7 +148,7 @@ def test_a_copied_card_changes_a_prior(tmp_path):
         (r"n = \[-1, 0, 1, 2\]", "n = [-1, 0, 0, 2]", "law.n.*every law once"),
         (r"prior_weights = .*", "prior_weights = [0.7, 0.3]", "law.prior_weights.*wanted 4 positive numbers"),
         (r"prior_weights = .*", "prior_weights = [1, 1, 1, 0]", "law.prior_weights.*wanted 4 positive numbers"),
-        (r'averaging = "evidence"', 'averaging = "loo"', "law.averaging: found 'loo'; wanted one of: evidence, stacking"),
+        (r'averaging = "evidence"', 'averaging = "loo"', "law.averaging: found 'loo'; wanted one of: evidence"),
         (r"\[structural_damping\]", "[discrepancy]", "discrepancy: found an unknown key"),
         (r"\[priors\.noise_factor\]", "[priors.nois_factor]", "nois_factor: found an unknown key"),
     ],

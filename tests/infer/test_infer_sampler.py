@@ -136,11 +136,17 @@ class KilledError(Exception):
     """Stands for a kill between two chunks."""
 
 
+SEVERAL_CHUNKS = SamplerSettings(min_ess=12000, walkers=32)
+
+
+@pytest.fixture(scope="module")
+def whole():
+    return sample(Banana(), SEVERAL_CHUNKS, np.random.SeedSequence(4))
+
+
 @pytest.mark.parametrize("chunks", [2, 4])
-def test_resumed_is_bit_for_bit_uninterrupted(tmp_path, chunks):
-    settings = SamplerSettings(min_ess=12000, walkers=32)
-    whole = sample(Banana(), settings, np.random.SeedSequence(4))
-    seen = []
+def test_resumed_is_bit_for_bit_uninterrupted(tmp_path, whole, chunks):
+    settings, seen = SEVERAL_CHUNKS, []
 
     def interrupt(steps, verdict):
         seen.append(steps)

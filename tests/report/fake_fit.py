@@ -451,9 +451,7 @@ def _entry(draws: FloatArray) -> dict[str, Any]:
         "median": float(np.median(draws)),
         "mean": float(draws.mean()),
         "sd": float(draws.std()),
-        "interval": {
-            f"{p:.2f}": [float(x) for x in np.quantile(draws, [0.5 - p / 2, 0.5 + p / 2])] for p in INTERVALS
-        },
+        "interval": {f"{p:.2f}": [float(x) for x in np.quantile(draws, [0.5 - p / 2, 0.5 + p / 2])] for p in INTERVALS},
     }
 
 
@@ -489,7 +487,9 @@ def _summary(campaign: Campaign, tree: xr.DataTree, law_n: float) -> tuple[dict[
 
     posterior, rig = (tree[key].to_dataset() for key in ("posterior", "rig_posterior"))
     joint = tree["campaign_posterior"].to_dataset()
-    shared = joint[[name for name in joint.data_vars if "peak_test" not in joint[name].dims]].isel(law=0)
+    under = joint.isel(law=0)[[name for name in joint.data_vars if np.isfinite(joint[name].isel(law=0)).all()]]
+    shared = under[[name for name in under.data_vars if "peak_test" not in under[name].dims]]
+    own = under[[name for name in under.data_vars if "peak_test" in under[name].dims]]
     trial = tree["trial_function"].to_dataset() if "trial_function" in tree else None
     summary = {
         "format": 1,
@@ -501,6 +501,13 @@ def _summary(campaign: Campaign, tree: xr.DataTree, law_n: float) -> tuple[dict[
         "campaign": {
             "reference_scruton_number": joint.attrs["reference_scruton_number"],
             "parameters": {str(name): _entry(array.to_numpy()) for name, array in shared.data_vars.items()},
+            "tests": [
+                {
+                    "name": str(name),
+                    "parameters": {str(k): _entry(v.to_numpy()) for k, v in own.sel(peak_test=name).data_vars.items()},
+                }
+                for name in joint["peak_test"].to_numpy()
+            ],
         },
         "amplitude_unit": campaign.section.amplitude_unit,
         "tests": [

@@ -1,7 +1,7 @@
 """Predictive stable amplitude at a design Scruton number, laws weighed, with the discrepancy between settings."""
 
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from scruton.aero.laws import amplitude_ratio
 from scruton.campaign.schema import FloatArray, Quantity
+from scruton.effects.terms import COLUMNS
 from scruton.errors import InputError
 from scruton.griffin.bands import INTERVALS, X_TRUSTED, index_draws, quantiles
 from scruton.griffin.posterior import (
@@ -190,7 +191,8 @@ def predict(
 class SharedCurve:
     """Draws of the Griffin curve that the peak tests share, laws mixed by their weights; (S,) arrays.
 
-    `amplitude` and `relaxation` are A and Sc_lambda at the Scruton number `reference`; `discrepancy` is tau.
+    `amplitude` and `relaxation` are A and Sc_lambda at the Scruton number `reference`; `discrepancy` is tau.  Where the
+    fit carries an unmodelled effect that was found, `effect` has its amplitude equation, and the curve is that one's.
     """
 
     reference: float
@@ -199,12 +201,39 @@ class SharedCurve:
     n: FloatArray
     discrepancy: FloatArray
     laws: Mapping[str, float]
+    effect: "EffectCurve | None" = None
 
     def at(self, scruton_numbers: FloatArray) -> FloatArray:
         """Stable amplitude on the curve, (S, n_sc), at (n_sc,) or (S, n_sc) Scruton numbers."""
+        if self.effect is not None:
+            return self.effect.at(scruton_numbers)
         x = (np.atleast_1d(scruton_numbers) - self.reference) / self.relaxation[:, None]
         amplitude: FloatArray = self.amplitude[:, None] * amplitude_ratio(x, self.n[:, None])
         return amplitude
+
+
+@dataclass(frozen=True, eq=False)
+class EffectCurve:
+    """Draws of the amplitude equation with an effect that was found, (S, COLUMNS), and what Sc means in it."""
+
+    coefficients: FloatArray
+    omega0: float
+    mass_damping_factor: float
+    largest: float
+
+    def at(self, scruton_numbers: FloatArray) -> FloatArray:
+        """Stable amplitude, (S, n_sc), at (n_sc,) or (S, n_sc) Scruton numbers."""
+        from scruton.effects import Term
+        from scruton.infer.settled import settled
+
+        sc = np.atleast_2d(np.asarray(scruton_numbers, dtype=float))
+        sc = np.broadcast_to(sc, (len(self.coefficients), sc.shape[1]))
+        found = np.empty(sc.shape)
+        for j in range(sc.shape[1]):
+            rows = self.coefficients.copy()
+            rows[:, Term.STRUCTURAL] = self.omega0 * sc[:, j] / self.mass_damping_factor
+            found[:, j] = settled(rows, None, self.largest)
+        return found
 
 
 def shared_curve(tree: "xr.DataTree", *, law_n: float | None = None, seed: int = 0) -> SharedCurve:
@@ -237,6 +266,8 @@ def shared_curve(tree: "xr.DataTree", *, law_n: float | None = None, seed: int =
     place = np.searchsorted(np.cumsum(weights / weights.sum()), (np.arange(size) + rng.random()) / size)
     choice = rng.permutation(np.minimum(place, len(labels) - 1)), np.arange(size)
     n = exponents[choice] if override is None else np.full(size, override)
+    if "effect" in tree and law_n is None:
+        return _with_effect(tree, draws)
     counts = {label: float(weight) for label, weight in zip(labels, weights / weights.sum(), strict=True) if weight}
     return SharedCurve(
         float(group.attrs["reference_scruton_number"]),
@@ -246,6 +277,23 @@ def shared_curve(tree: "xr.DataTree", *, law_n: float | None = None, seed: int =
         draws("discrepancy_amplitude")[choice],
         counts if override is None else {f"n={override:g}": 1.0},
     )
+
+
+def _with_effect(tree: "xr.DataTree", draws: Callable[[str], FloatArray]) -> SharedCurve:
+    """The curve of the effect that was found: the reference law, and what is unknown added to the discrepancy."""
+    group = tree["effect"]
+    size = draws("n").shape[1]
+    rows = np.resize(group["coefficient"].to_numpy(), (size, group.sizes["term"]))
+    table = np.zeros((size, COLUMNS))
+    table[:, : rows.shape[1]] = rows
+    extra = float(group.attrs["discrepancy_sd"])
+    names = [str(group.attrs["effect"]), *np.atleast_1d(group.attrs["also"]).tolist()]
+    return SharedCurve(
+        float(tree["campaign_posterior"].attrs["reference_scruton_number"]),
+        draws("reference_amplitude")[0], draws("reference_relaxation")[0], draws("n")[0],
+        np.hypot(draws("discrepancy_amplitude")[0], extra), {"n=-1 with " + " and ".join(names): 1.0},
+        EffectCurve(table, *(float(group.attrs[key]) for key in ("omega0", "mass_damping_factor", "largest"))),
+    )  # fmt: skip
 
 
 def predictive_draws(

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from scruton.campaign.schema import Motion
+from scruton.effects import CATALOGUE, UNKNOWN
 from scruton.errors import InputError
 from scruton.infer.priors import FAMILIES, Prior
 
@@ -76,6 +77,10 @@ class ModelCard:
     damping_relative_sd : float
         Relative uncertainty of a damping ratio that the laboratory states without any.
     sampler : SamplerSettings
+    prior_none : float
+        Prior probability that a campaign has no gap.
+    effect_weights : mapping
+        Relative prior weight of unmodelled effects and of "unknown", where it is not 1; 0 leaves an effect out.
     reasons : mapping
         Why, for what is not a prior.
     text : str
@@ -91,6 +96,8 @@ class ModelCard:
     initial_amplitude_sd: float
     damping_relative_sd: float
     sampler: SamplerSettings
+    prior_none: float
+    effect_weights: Mapping[str, float]
     reasons: Mapping[str, str]
     text: str
 
@@ -182,6 +189,7 @@ class _Reader:
             "likelihood",
             "structural_damping",
             "sampler",
+            "effects",
         )
         self.known("", table, sections)
         if table.get("format") != 1:
@@ -202,12 +210,24 @@ class _Reader:
             initial_amplitude_sd=self.number("likelihood", likelihood, "initial_amplitude_sd", low=1e-6),
             damping_relative_sd=self.number("structural_damping", damping, "relative_sd", low=1e-6, high=2.0),
             sampler=self.sampler(self.table(table, "sampler", tuple(f.name for f in fields(SamplerSettings)))),
+            prior_none=self.effects(table)[0],
+            effect_weights=self.effects(table)[1],
             reasons={
                 "law": str(table["law"].get("reason", "")),
                 "structural_damping": str(damping.get("reason", "")),
             },
             text=text,
         )
+
+    def effects(self, table: Mapping[str, Any]) -> tuple[float, dict[str, float]]:
+        """Prior probability of no gap, and the relative weights of effects; the table may be left out."""
+        if "effects" not in table:
+            return 0.5, {}
+        entry = self.table(dict(table), "effects", ("prior_none", "weights", "reason"))
+        none = self.number("effects", {"prior_none": entry.get("prior_none", 0.5)}, "prior_none", 0.01, 0.99)
+        names = (*CATALOGUE, UNKNOWN.name)
+        weights = self.table(entry, "weights", names) if "weights" in entry else {}
+        return none, {name: self.number("effects.weights", weights, name, 0.0, 1e6) for name in weights}
 
     def law(self, table: Mapping[str, Any]) -> tuple[tuple[float, ...], tuple[float, ...], str]:
         """Exponents, prior weights and averaging; no exponents where n is free."""

@@ -302,12 +302,20 @@ def _laws(joint: PeakResult | None, misfit: bool) -> dict[str, Any]:
 
 
 def _campaign_parameters(joint: PeakResult | None) -> dict[str, Any]:
-    """The shared curve and the discrepancies under the reference law."""
+    """The shared curve, the discrepancies and the peak tests in the campaign model, under the reference law."""
     if joint is None:
         return {}
     sc, _ = joint.laws[0].posterior.reference
-    shared = {key: value for key, value in joint.laws[0].derived.items() if value.ndim == 2}
-    return {"reference_scruton_number": sc, "parameters": _parameters(shared, "", {})}
+    derived = {key: value for key, value in joint.laws[0].derived.items() if np.isfinite(value).all()}
+    shared = {key: value for key, value in derived.items() if value.ndim == 2}
+    tests = [
+        {
+            "name": name,
+            "parameters": _parameters({k: v[..., j] for k, v in derived.items() if v.ndim == 3}, "", {}),
+        }
+        for j, name in enumerate(joint.tests)
+    ]
+    return {"reference_scruton_number": sc, "parameters": _parameters(shared, "", {}), "tests": tests}
 
 
 def _cycle_groups(tests: Sequence[TestResult], sampling: Sampling) -> dict[str, xr.Dataset]:

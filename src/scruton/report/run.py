@@ -13,6 +13,7 @@ from scruton.errors import InputError
 from scruton.report.text import number, table
 
 if TYPE_CHECKING:
+    from scruton.infer.cards import ModelCard
     from scruton.infer.results import Fit
 
 # Parameters that the terminal shows, and how: key, heading, factor.
@@ -41,8 +42,11 @@ def run_fit(
     force: bool = False,
     resume: bool = False,
     quiet: bool = False,
+    effect: str | None = None,
 ) -> tuple["Fit", Path]:
     """Fit a campaign into a folder.
+
+    With `effect` (its name, or "auto" for what diagnosis finds) the predictions carry that unmodelled effect.
 
     Returns
     -------
@@ -80,11 +84,30 @@ def run_fit(
             seed=seed,
             checkpoints=folder / CHECKPOINTS,
             report=bar,
-            command=f"fit --seed {seed} --model {card.name}" + (f" --tests {','.join(names)}" if names else ""),
+            command=f"fit --seed {seed} --model {card.name}"
+            + (f" --tests {','.join(names)}" if names else "")
+            + (f" --effect {effect}" if effect else ""),
             only=names,
         )
+        if effect is not None:
+            _carry_effect(fit, effect, card, seed, bar)
     write_fit(fit, folder)
     return fit, folder
+
+
+def _carry_effect(fit: "Fit", effect: str, card: "ModelCard", seed: int, bar: "Bar") -> None:
+    """Diagnose the campaign and put the effect into the tree of the fit."""
+    from scruton.gap.bands import attach
+    from scruton.gap.data import load_gap
+    from scruton.gap.diagnosis import diagnose_data
+
+    data = load_gap(fit.campaign, damping_relative_sd=card.damping_relative_sd)
+    diagnosis = diagnose_data(data, fit.campaign, prior=card.effect_weights, prior_none=card.prior_none, progress=bar)
+    name = attach(fit.tree, diagnosis, effect, seed)
+    fit.summary["effect"] = {
+        "asked": effect, "used": name, "also": list(diagnosis.found[1:]) if name == diagnosis.verdict else [],
+        "probability": diagnosis.probability.get(name, 0.0),
+    }  # fmt: skip
 
 
 def _same_run(folder: Path, campaign: Campaign, card: str, seed: int, tests: tuple[str, ...]) -> None:

@@ -1,0 +1,112 @@
+"""What was found goes back into the bands: draws of the amplitude equation with the effect, for predictions."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scruton.campaign.schema import FloatArray
+from scruton.effects import CATALOGUE
+from scruton.effects.terms import Term
+from scruton.errors import InputError
+from scruton.gap.diagnosis import NONE, UNSEEN, Diagnosis
+from scruton.gap.hypothesis import Evidence
+from scruton.infer.settled import settled, transferred
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+AUTO = "auto"
+GROUP = "effect"
+
+
+def chosen(diagnosis: Diagnosis, effect: str) -> tuple[str, Evidence | None]:
+    """Name and hypothesis of the effect to use: the verdict's for "auto"; nothing where there is no gap.
+
+    Raises
+    ------
+    InputError
+        For a name that is not in the catalogue, or an effect that cannot act in these records.
+    """
+    if effect == AUTO:
+        return diagnosis.verdict, None if diagnosis.verdict == NONE else diagnosis.final
+    if effect not in CATALOGUE:
+        raise InputError("command line", "--effect", repr(effect), f"auto, or one of: {', '.join(CATALOGUE)}")
+    best = diagnosis.singles[effect].best if effect in diagnosis.singles else None
+    if effect in diagnosis.found:
+        best = diagnosis.final
+    if best is None:
+        raise InputError("command line", "--effect", effect, "an effect that these records give any support")
+    return effect, best
+
+
+def posterior_draws(evidence: Evidence, rng: np.random.Generator, size: int) -> FloatArray:
+    """Draws of the Laplace approximation, (size, d), those outside of a prior's cut drawn again."""
+    root = np.linalg.cholesky(evidence.covariance)
+    kept: list[FloatArray] = []
+    count = 0
+    for _ in range(1000):
+        u = evidence.mode + rng.standard_normal((size, evidence.mode.size)) @ root.T
+        good = np.ones(size, dtype=bool)
+        for one in evidence.hypothesis.parameters:
+            if one.positive:
+                good &= (u[:, evidence.hypothesis.places[one.name]] >= 0.0).all(axis=1)
+        kept.append(u[good])
+        count += int(np.count_nonzero(good))
+        if count >= size:
+            return np.concatenate(kept)[:size]
+    raise ValueError("the effect's size is negative almost surely: its records contradict it")
+
+
+def discrepancy_of_the_unknown(diagnosis: Diagnosis) -> float:
+    """Standard deviation of ln(amplitude) that a gap of unknown cause adds.
+
+    The stable amplitudes with the generic term differ from those of the bare model by as much; the root mean square
+    over the tests.
+    """
+    best = diagnosis.singles[UNSEEN].best
+    if best is None or diagnosis.data.middle < 0:
+        return 0.0
+    differences = []
+    bare, other = (e.hypothesis.table(e.mode[None])[0] for e in (diagnosis.bare, best))
+    layout = diagnosis.data.layout
+    for test in np.unique(layout.test[layout.wind]):
+        r = int(np.flatnonzero(layout.test == test)[0])
+        before, after = (
+            settled(table[r][None], diagnosis.data.channels.knots, layout.reference_amplitude)[0]
+            for table in (bare, other)
+        )
+        if before > 0.0 and after > 0.0 and np.isfinite(before * after):
+            differences.append(np.log(after / before))
+    return float(np.sqrt(np.mean(np.square(differences)))) if differences else 0.0
+
+
+def attach(tree: "xr.DataTree", diagnosis: Diagnosis, effect: str, seed: int) -> str:
+    """Add the group `effect` to a tree of posteriors, so that predictions and bands carry it; its name is returned.
+
+    The group holds draws of the amplitude equation's coefficients at the middle setting, without what belongs to the
+    rig or its sensors: those do not go to the bridge.  An unknown cause has no equation: it widens the bands by the
+    discrepancy that was found.
+    """
+    import xarray as xr
+
+    name, evidence = chosen(diagnosis, effect)
+    if evidence is None or diagnosis.data.middle < 0:
+        return NONE
+    layout, middle = diagnosis.data.layout, diagnosis.data.middle
+    group = tree["campaign_posterior"]
+    size = int(group.sizes["chain"] * group.sizes["draw"])
+    rng = np.random.default_rng([seed, 0x6A])
+    attributes = {
+        "effect": name, "also": list(diagnosis.found[1:]), "omega0": float(layout.omega[middle]),
+        "largest": float(layout.largest.max()), "discrepancy_sd": 0.0,
+        "mass_damping_factor": float(layout.scruton_number[middle] / diagnosis.data.nominal_damping[middle]),
+    }  # fmt: skip
+    if name == UNSEEN:
+        evidence = diagnosis.bare
+        attributes["discrepancy_sd"] = discrepancy_of_the_unknown(diagnosis)
+    rows = transferred(evidence.hypothesis.table(posterior_draws(evidence, rng, size))[:, middle])
+    tree[GROUP] = xr.DataTree(
+        xr.Dataset({"coefficient": (("sample", "term"), rows[:, [int(t) for t in Term]])},
+                   coords={"term": [t.name.lower() for t in Term]}, attrs=attributes)
+    )  # fmt: skip
+    return name

@@ -1,0 +1,178 @@
+"""The absolute check: whether a hypothesis leaves what noise would leave, or is the best of a bad lot."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+from scipy.ndimage import median_filter
+
+from scruton.campaign.schema import Campaign, FloatArray
+from scruton.envelope import Cycles
+from scruton.gap.hypothesis import Evidence
+
+_LAGS = 6
+_BLOCKS = 4
+_FEWEST = 16
+_SIGMAS = 2.5
+
+
+@dataclass(frozen=True, eq=False)
+class Check:
+    """p-values of tests on the innovations of one hypothesis.
+
+    Attributes
+    ----------
+    colour, level, spread, tails : float
+        Ljung-Box (six lags), means of the quarters of every record, variances of the quarters, kurtosis: of amplitude.
+    phase : float
+        Ljung-Box of the phase.
+    excess : float
+        What colour and level leave beyond noise, in nats.
+    """
+
+    colour: float
+    level: float
+    spread: float
+    tails: float
+    phase: float
+    excess: float
+
+    @property
+    def worst(self) -> float:
+        """The smallest p-value, times the number of tests."""
+        return min(1.0, 5.0 * min(self.colour, self.level, self.spread, self.tails, self.phase))
+
+
+def check(evidence: Evidence) -> Check:
+    """Test the innovations of a hypothesis at its optimum."""
+    hypothesis = evidence.hypothesis
+    data = hypothesis.bare.data.channels
+    v, s = hypothesis.innovations(evidence.mode[None])
+    z = (v / np.sqrt(s))[0]
+    amplitude, phase = z[: data.size], z[data.size : 2 * data.size]
+    colour = level = spread = angle = 0.0
+    colour_df = level_df = spread_df = angle_df = 0
+    fourth, count = 0.0, 0
+    for r in range(len(hypothesis.bare.data.layout.records)):
+        mine = data.record == r
+        x = amplitude[mine][1:]
+        if x.size < _FEWEST:
+            continue
+        q, df = _ljung_box(x)
+        colour, colour_df = colour + q, colour_df + df
+        for block in np.array_split(x, _BLOCKS):
+            level += float(block.mean() ** 2 * block.size)
+            level_df += 1
+            # Wilson-Hilferty: a standard normal from a sum of squares
+            n = block.size
+            cube = (float(np.sum(block**2)) / n) ** (1.0 / 3.0)
+            spread += ((cube - (1.0 - 2.0 / (9.0 * n))) / np.sqrt(2.0 / (9.0 * n))) ** 2
+            spread_df += 1
+        fourth += float(np.sum(np.minimum(x, 20.0) ** 4))
+        count += x.size
+        y = phase[mine]
+        y = y[y != 0.0]
+        if y.size >= _FEWEST:
+            q, df = _ljung_box(y)
+            angle, angle_df = angle + q, angle_df + df
+    kurtosis = (fourth / max(count, 1) - 3.0) / np.sqrt(24.0 / max(count, 1))
+    return Check(
+        colour=float(stats.chi2.sf(colour, max(colour_df, 1))),
+        level=float(stats.chi2.sf(level, max(level_df, 1))),
+        spread=float(stats.chi2.sf(spread, max(spread_df, 1))),
+        # its distribution has a heavy right tail: half as many standard errors count
+        tails=float(stats.norm.sf(0.6 * kurtosis)),
+        phase=float(stats.chi2.sf(angle, max(angle_df, 1))),
+        excess=_excess(colour, colour_df) + _excess(level, level_df),
+    )
+
+
+def _excess(chi_square: float, freedom: int) -> float:
+    """Nats beyond noise: half of what chi-square exceeds its mean by, less some of its standard deviations."""
+    return max(0.0, 0.5 * (chi_square - freedom) - _SIGMAS * float(np.sqrt(0.5 * max(freedom, 1))))
+
+
+def _ljung_box(x: FloatArray) -> tuple[float, int]:
+    n = x.size
+    x = x - x.mean()
+    power = float(x @ x)
+    lags = min(_LAGS, n // 4)
+    rho = np.array([float(x[k:] @ x[:-k]) / power for k in range(1, lags + 1)])
+    return float(n * (n + 2) * np.sum(rho**2 / (n - np.arange(1, lags + 1)))), lags
+
+
+@dataclass(frozen=True, eq=False)
+class Line:
+    """A second line in the spectrum of a record.
+
+    Attributes
+    ----------
+    record : str
+    frequency : float
+        Hz.
+    amplitude : float
+        A/D or rad, of a steady line of that power.
+    ratio : float
+        Power over the local noise, minus ln of the number of frequencies looked at: nats against chance.
+    """
+
+    record: str
+    frequency: float
+    amplitude: float
+    ratio: float
+
+
+def second_lines(campaign: Campaign, cycles: Mapping[str, Cycles]) -> tuple[Line, ...]:
+    """Look for a line beside the response in every record, the fundamental and its harmonics taken off."""
+    found = []
+    records = [r for rig in campaign.rigs for r in rig.records] + [r for test in campaign.tests for r in test.records]
+    for record in records:
+        if record.is_envelope or record.name not in cycles:
+            continue
+        one = cycles[record.name]
+        line = _line(record.time, record.response, one)
+        if line is not None:
+            found.append(Line(record.name, *line))
+    return tuple(found)
+
+
+def _line(time: FloatArray, response: FloatArray, one: Cycles) -> tuple[float, float, float] | None:
+    omega = 2.0 * np.pi * one.reference_frequency
+    half = 0.5 / one.reference_frequency
+    inside = (time >= one.time[0] - half) & (time <= one.time[-1] + half)
+    t, y = time[inside], response[inside]
+    if t.size < 64:
+        return None
+    # The complex amplitude, smooth over some cycles, through the cycles.
+    z = one.amplitude * np.exp(1j * one.phase)
+    kernel = np.hanning(7)[1:-1]
+    kernel /= kernel.sum()
+    padded = np.concatenate([2 * z[0] - z[2:0:-1], z, 2 * z[-1] - z[-2:-4:-1]])
+    smooth = np.convolve(padded, kernel, mode="valid")
+    a = np.interp(t, one.time, np.abs(smooth))
+    phase = np.interp(t, one.time, np.unwrap(np.angle(smooth)))
+    origin = one.time[0] - half
+    theta = omega * (t - origin) + phase
+    columns = np.stack(
+        [np.ones_like(t), *(f(k * theta) * a for k in (1, 2, 3) for f in (np.cos, np.sin))],
+        axis=1,
+    )
+    residual = y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]
+    residual *= np.hanning(t.size) ** 0.5
+    power = np.abs(np.fft.rfft(residual)) ** 2
+    frequency = np.fft.rfftfreq(t.size, float(np.median(np.diff(t))))
+    f0, resolution = one.reference_frequency, 1.0 / (t[-1] - t[0])
+    use = (frequency > 0.3 * f0) & (frequency < 2.85 * f0)
+    for k in (1, 2):
+        use &= np.abs(frequency - k * f0) > max(4.0 * resolution, 0.08 * f0)
+    if np.count_nonzero(use) < 12:
+        return None
+    # The floor is local: turbulence drives the response, whose skirts are no line.
+    width = max(5, int(0.15 * f0 / resolution))
+    floor = median_filter(power, size=2 * width + 1, mode="nearest") / np.log(2.0)
+    above = np.where(use, power / np.maximum(floor, 1e-300), 0.0)
+    peak = int(np.argmax(above))
+    ratio = float(above[peak] - np.log(np.count_nonzero(use)))
+    window = np.hanning(t.size) ** 0.5
+    return float(frequency[peak]), float(2.0 * np.sqrt(power[peak]) / window.sum()), ratio

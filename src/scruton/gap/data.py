@@ -1,0 +1,282 @@
+"""A campaign as diagnosis reads it: still air and the peak tests, the cycles of every record, what belongs to each."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scruton.aero import Setting
+from scruton.campaign import peak_tests
+from scruton.campaign.schema import Campaign, FloatArray, Kind, Quantity, Record
+from scruton.effects import Layout
+from scruton.effects.terms import HATS
+from scruton.envelope import Cycles
+from scruton.envelope.harmonics import third_harmonic
+from scruton.errors import InputError
+from scruton.infer.extended import Channels
+from scruton.infer.fit import envelope
+
+_DIRECTION = {Kind.GROWTH: 1, Kind.DECAY: -1, Kind.STEADY: 0, Kind.FREE_DECAY: 0}
+_NO_ERROR = 1e6
+FLOOR = 2e-4  # of the amplitude: what a demodulated amplitude may be off by, beside its noise
+
+
+@dataclass(frozen=True, eq=False)
+class GapData:
+    """The data of one campaign.
+
+    Attributes
+    ----------
+    campaign : Campaign
+    channels : Channels
+    layout : Layout
+        Its reference amplitude and rate are first guesses until the bare model has been fitted.
+    tests, rigs : tuple of str
+        Names, in the order of the numbers in the layout.
+    middle : int
+        Record that the shared parameters are referred to (of the test with the middle Scruton number); -1: still air.
+    aero_ratio, drive_ratio : (R,) arrays
+        Linear aerodynamic damping and drive of each record over those of the middle one, for equal Y1 and epsilon.
+    mass_sd : (R,) array
+        Of the logarithm of the mass ratio.
+    damping : (rigs,) array
+        Stated structural damping, NaN where none is.
+    damping_sd : (rigs,) array
+        Relative; 1 where none is stated.
+    nominal_damping : (R,) array
+        Damping ratio of the record's rig as stated, or a typical one.
+    cycles : dict
+        By name of record.
+    """
+
+    campaign: Campaign
+    channels: Channels
+    layout: Layout
+    tests: tuple[str, ...]
+    rigs: tuple[str, ...]
+    middle: int
+    aero_ratio: FloatArray
+    drive_ratio: FloatArray
+    mass_sd: FloatArray
+    damping: FloatArray
+    damping_sd: FloatArray
+    nominal_damping: FloatArray
+    cycles: Mapping[str, Cycles]
+
+    def keep(self, records: np.ndarray) -> "GapData":
+        """Only the records of a mask, (R,) of bool, with the same numbers of tests and rigs."""
+        renumber = np.cumsum(records) - 1
+        inside = records[self.channels.record]
+        arrays = {name: value[inside] if name != "knots" else value for name, value in vars(self.channels).items()}
+        arrays["record"] = renumber[arrays["record"]]
+        layout = self.layout
+        chosen = {
+            name: getattr(layout, name)[records]
+            for name in (
+                "rig", "test", "direction", "duration", "omega", "largest", "reduced_velocity", "scruton_number"
+            )
+        }  # fmt: skip
+        names = tuple(name for name, kept in zip(layout.records, records, strict=True) if kept)
+        return replace(
+            self,
+            channels=Channels(**arrays),
+            layout=replace(layout, records=names, **chosen),
+            middle=self.middle,
+            aero_ratio=self.aero_ratio[records],
+            drive_ratio=self.drive_ratio[records],
+            mass_sd=self.mass_sd[records],
+            nominal_damping=self.nominal_damping[records],
+        )
+
+    def referred_to(self, amplitude: float, rate: float) -> "GapData":
+        """The same data with other reference amplitude and rate."""
+        return replace(self, layout=replace(self.layout, reference_amplitude=amplitude, reference_rate=rate))
+
+
+def load_gap(campaign: Campaign, *, damping_relative_sd: float = 0.1) -> GapData:
+    """Demodulate every record and note what belongs to it.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    damping_relative_sd : float
+        Relative uncertainty of a damping ratio that is stated without.
+
+    Raises
+    ------
+    InputError
+        If there is no record, or one cannot be demodulated.
+    """
+    entries: list[tuple[Record, int, int]] = []
+    rigs = tuple(rig.name for rig in campaign.rigs)
+    tests = tuple(test.name for test in campaign.tests)
+    for i, rig in enumerate(campaign.rigs):
+        entries += [(record, i, -1) for record in rig.records]
+    winds = {r.name: envelope(r, campaign.rig(t.rig).frequency.mean) for t in campaign.tests for r in t.records}
+    stable = {
+        test.name: float(np.median([_tail(winds[record.name]) for record in test.records]))
+        for test in campaign.tests
+        if test.records
+    }
+    peaks = {one.name for one in peak_tests(campaign, stable)} if stable else set()
+    for j, test in enumerate(campaign.tests):
+        if test.name in peaks:
+            entries += [(record, rigs.index(test.rig), j) for record in test.records]
+    if not entries:
+        raise InputError(campaign.path, "", "no record in any rig or peak test", "records to diagnose")
+    cycles = {
+        record.name: winds[record.name] if j >= 0 else envelope(record, campaign.rigs[i].frequency.mean)
+        for record, i, j in entries
+    }
+    of_rig = np.array([i for _, i, _ in entries])
+    of_test = np.array([j for _, _, j in entries])
+    omega = 2.0 * np.pi * np.array([campaign.rigs[i].frequency.mean for i in of_rig])
+    settings = [_setting(campaign, j, cycles) if j >= 0 else None for j in of_test]
+    stated = [one.damping_ratio for one in campaign.rigs]
+    damping = np.array([one.mean if one else np.nan for one in stated])
+    sd = np.array([_relative_sd(one, damping_relative_sd) if one else 1.0 for one in stated])
+    sc = np.array([float(s.mass_damping_factor * _known(s.damping_ratio)) if s else np.nan for s in settings])
+    speed = np.array([float(s.reduced_velocity) if s else np.nan for s in settings])
+    middle = _middle(sc, of_test)
+    aero = np.array(
+        [float(s.mass_ratio * np.asarray(s.wind_speed) / np.asarray(s.depth)) if s else 0.0 for s in settings]
+    )
+    drive = np.array([a / float(s.K) if s else 0.0 for a, s in zip(aero, settings, strict=True)])
+    largest = np.array([float(np.max(cycles[r.name].amplitude)) for r, _, _ in entries])
+    reference = float(stable[tests[of_test[middle]]]) if middle >= 0 else float(np.exp(np.mean(np.log(largest)))) * 0.5
+    rate = omega[middle] * 0.01 if middle >= 0 else omega[0] * 0.005
+    smallest = min(_smallest(cycles[r.name]) for r, _, _ in entries)
+    knots = np.linspace(np.log(max(smallest, largest.max() / 100.0)), np.log(largest.max()), HATS)
+    layout = Layout(
+        records=tuple(record.name for record, _, _ in entries),
+        rig=of_rig,
+        test=of_test,
+        direction=np.array([_DIRECTION[record.kind] for record, _, _ in entries]),
+        duration=np.array([float(np.ptp(cycles[record.name].time)) for record, _, _ in entries]),
+        omega=omega,
+        largest=largest,
+        reduced_velocity=speed,
+        scruton_number=sc,
+        reference_amplitude=reference,
+        reference_rate=float(rate),
+        reference_omega=float(omega[middle] if middle >= 0 else omega[0]),
+        knots=np.exp(knots),
+    )
+    base = middle if middle >= 0 else 0
+    return GapData(
+        campaign=campaign,
+        channels=_channels([record for record, _, _ in entries], cycles, knots),
+        layout=layout,
+        tests=tests,
+        rigs=rigs,
+        middle=middle,
+        aero_ratio=aero / aero[base] if middle >= 0 else aero,
+        drive_ratio=drive / drive[base] if middle >= 0 else drive,
+        mass_sd=np.array([_mass_sd(campaign, i, j) for i, j in zip(of_rig, of_test, strict=True)]),
+        damping=damping,
+        damping_sd=sd,
+        cycles=cycles,
+        nominal_damping=_nominal(campaign, damping, cycles)[of_rig],
+    )
+
+
+def _nominal(campaign: Campaign, stated: FloatArray, cycles: Mapping[str, Cycles]) -> FloatArray:
+    """Damping ratio of every rig as stated, else from its decays' first and last cycles, else a typical one."""
+    found = stated.copy()
+    for i, rig in enumerate(campaign.rigs):
+        if np.isfinite(found[i]):
+            continue
+        rates = []
+        for record in rig.records:
+            one = cycles[record.name]
+            clear = one.amplitude > 5.0 * one.standard_error
+            if np.count_nonzero(clear) > 2:
+                t, a = one.time[clear], one.amplitude[clear]
+                rates.append(np.log(a[0] / a[-1]) / (t[-1] - t[0]) / (2.0 * np.pi * rig.frequency.mean))
+        found[i] = max(float(np.median(rates)), 1e-5) if rates else 0.004
+    return found
+
+
+def _tail(cycles: Cycles) -> float:
+    return float(np.mean(cycles.amplitude[-max(5, cycles.amplitude.size // 5) :]))
+
+
+def _smallest(cycles: Cycles) -> float:
+    clear = cycles.amplitude[cycles.amplitude > 5.0 * cycles.standard_error]
+    return float(clear.min()) if clear.size else float(np.max(cycles.amplitude))
+
+
+def _known(value: object) -> float:
+    number = float(np.asarray(value))
+    return number if np.isfinite(number) else 0.005
+
+
+def _middle(sc: FloatArray, test: np.ndarray) -> int:
+    """First record of the test in the middle of the Scruton numbers."""
+    numbers = np.unique(test[test >= 0])
+    if numbers.size == 0:
+        return -1
+    by_sc = sorted(numbers, key=lambda j: sc[test == j][0])
+    chosen = by_sc[len(by_sc) // 2] if len(by_sc) % 2 else by_sc[(len(by_sc) - 1) // 2]
+    return int(np.flatnonzero(test == chosen)[0])
+
+
+def _setting(campaign: Campaign, j: int, cycles: Mapping[str, Cycles]) -> Setting:
+    test = campaign.tests[j]
+    rig = campaign.rig(test.rig)
+    assert rig.mass is not None, "the loader refuses a test whose rig has no mass"
+    return Setting(
+        motion=campaign.section.motion,
+        width=campaign.section.width,
+        depth=campaign.section.depth,
+        mass=rig.mass.mean,
+        air_density=test.air_density.mean,
+        wind_speed=test.wind_speed.mean,
+        frequency=rig.frequency.mean,
+        wind_frequency=float(np.median([cycles[r.name].reference_frequency for r in test.records])),
+        damping_ratio=rig.damping_ratio.mean if rig.damping_ratio else np.nan,
+    )
+
+
+def _relative_sd(one: Quantity, default: float) -> float:
+    relative = default if one.sd is None else one.sd / one.mean
+    return max(relative, 1e-4)
+
+
+def _mass_sd(campaign: Campaign, i: int, j: int) -> float:
+    if j < 0:
+        return 0.0
+    mass, density = campaign.rigs[i].mass, campaign.tests[j].air_density
+    assert mass is not None
+    parts = [one.sd / one.mean if one.sd else 0.0 for one in (mass, density)]
+    return float(np.hypot(parts[0], parts[1]))
+
+
+def _channels(records: list[Record], cycles: Mapping[str, Cycles], knots: FloatArray) -> Channels:
+    parts: dict[str, list[FloatArray]] = {name: [] for name in Channels.__dataclass_fields__ if name != "knots"}
+    for number, record in enumerate(records):
+        one = cycles[record.name]
+        size, period = one.time.size, 1.0 / one.reference_frequency
+        if record.is_envelope:
+            third, error = np.zeros(size), np.full(size, np.inf)
+        else:
+            third, error = third_harmonic(record.time, record.response, one)
+        steps = np.diff(one.time) - period
+        span = max(float(np.ptp(one.time)), period)
+        columns = {
+            "amplitude": one.amplitude,
+            "standard_error": np.hypot(one.standard_error, FLOOR * np.abs(one.amplitude)),
+            "phase": one.phase - one.phase[0],
+            "third": third,
+            "third_error": np.where(np.isfinite(error), np.hypot(error, FLOOR * one.amplitude), _NO_ERROR),
+            "gap": np.r_[-1.0, np.where(steps > 0.25 * period, steps, 0.0)],
+            "period": np.full(size, period),
+            "time": one.time - one.time[0],
+            "place": (one.time - one.time[0]) / span - 0.5,
+            "record": np.full(size, number, dtype=np.intp),
+            "omega": np.full(size, 2.0 * np.pi * one.reference_frequency),
+            "has_phase": np.full(size, not record.is_envelope),
+        }
+        for name, column in columns.items():
+            parts[name].append(column)
+    return Channels(**{name: np.concatenate(part) for name, part in parts.items()}, knots=knots)

@@ -1,0 +1,278 @@
+"""The verdict: the bare model, one effect, two, or something that is in no catalogue."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import logsumexp
+
+from scruton.campaign.schema import Campaign
+from scruton.effects import CATALOGUE, UNKNOWN, Effect
+from scruton.gap.attribute import Candidate, everything, weigh
+from scruton.gap.bare import bare_model
+from scruton.gap.check import Check, Line, check, second_lines
+from scruton.gap.data import GapData, load_gap
+from scruton.gap.hypothesis import Evidence, Hypothesis
+from scruton.gap.screen import Screen
+
+NONE = "none"
+UNSEEN = UNKNOWN.name
+PRIOR_NONE = 0.5
+SECOND_NATS = 8.0  # that a further effect must gain, beside
+SECOND_SHARE = 0.04  # this part of what the first gained: forms differ, and the difference is no second effect
+SMALLEST = 0.025  # size of a further effect, below which it is nobody's concern
+CHAIN_NATS = 10.0  # by which several effects must beat one generic term, for each beyond the first
+LINE_NATS = 30.0  # over chance: a line in the spectrum beside the response
+ALLOWED_EXCESS = 4.0  # nats of colour and level that noise and fitting leave, with
+ALLOWED_SHARE = 0.12  # this part of the gain, for the form of an effect is never quite its form
+PREFERENCE_NATS = 3.0  # by which the generic term must lead a catalogued effect, with
+PREFERENCE_SHARE = 0.02  # this part of its gain
+GROUP_NATS = 4.0  # effects that close are one group
+# Evidences are divided by these: simulated campaigns say how often such a lead is wrong.
+ANY_TEMPERATURE = 1.5  # of some effect against none
+TEMPERATURE = 4.0  # of one effect against another, whose forms are never quite those of nature
+_MOST = 3  # effects at once
+
+Progress = Callable[[str, float], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What was found in a campaign.
+
+    Attributes
+    ----------
+    data : GapData
+    bare : Evidence
+        Of the bare model.
+    found : tuple of str
+        Effects, strongest first; empty for none; ("unknown",) for what is in no catalogue.
+    final : Evidence
+        Of the hypothesis with the effects found (the best generic term for the unknown; the bare model for none).
+    singles : dict
+        Every effect added to the bare model alone, and the unknown.
+    rivals : dict
+        Every effect in place of the first one found, beside the others found.
+    log_weights : dict
+        Log evidence gain of `none`, every effect and `unknown`, after the absolute check, the others found given.
+    probability : dict
+    groups : tuple of tuple of str
+        Effects that these data cannot tell apart, the verdict's first.
+    checks : dict
+        Absolute checks: of the bare model ("none") and of the verdict's hypothesis.
+    lines : tuple of Line
+    """
+
+    data: GapData
+    bare: Evidence
+    found: tuple[str, ...]
+    final: Evidence
+    singles: Mapping[str, Candidate]
+    rivals: Mapping[str, Candidate]
+    log_weights: Mapping[str, float]
+    probability: Mapping[str, float]
+    groups: tuple[tuple[str, ...], ...]
+    checks: Mapping[str, Check]
+    lines: tuple[Line, ...]
+
+    @property
+    def verdict(self) -> str:
+        """Name of the strongest effect, `none` or `unknown`."""
+        return self.found[0] if self.found else NONE
+
+
+def fit_bare(data: GapData) -> tuple[GapData, Evidence]:
+    """Fit the bare model, refer sizes to its stable amplitude and relaxation rate, and fit it again."""
+    evidence = Hypothesis(bare_model(data)).fit()
+    if data.middle >= 0:
+        amplitude = float(np.exp(evidence.value("stable_amplitude")[0][0]))
+        aero = float(np.exp(evidence.value("aerodynamic_rate")[0][0]))
+        damping = data.layout.omega[data.middle] * data.nominal_damping[data.middle]
+        data = data.referred_to(amplitude, aero + damping)
+    else:
+        data = data.referred_to(
+            float(np.exp(np.mean(np.log(data.layout.largest)))) * 0.5,
+            float(np.median(data.layout.omega * data.nominal_damping)),
+        )
+    return data, Hypothesis(bare_model(data)).fit(evidence.mode)
+
+
+def diagnose_data(
+    data: GapData,
+    campaign: Campaign,
+    *,
+    prior: Mapping[str, float] | None = None,
+    prior_none: float = PRIOR_NONE,
+    workers: int = 2,
+    progress: Progress | None = None,
+) -> Diagnosis:
+    """Weigh the catalogue against the bare model.
+
+    Parameters
+    ----------
+    data : GapData
+    campaign : Campaign
+    prior : mapping, optional
+        Relative prior weight of the effects and of `unknown`; 1 for those that are not named, 0 leaves one out.
+    prior_none : float
+        Prior probability of no gap.
+    workers : int
+        Threads.
+    progress : callable, optional
+        Told what is being done and the fraction done.
+    """
+    tell = progress or (lambda _what, _done: None)
+    tell("bare model", 0.0)
+    data, bare = fit_bare(data)
+    lines = second_lines(campaign, data.cycles)
+    tell("single effects", 0.1)
+    effects = tuple(one for one in everything() if (prior or {}).get(one.name, 1.0) > 0.0)
+    singles = weigh(Screen(bare), effects, workers=workers)
+    chain, bases = _forward(bare, singles, effects, workers, tell)
+    generic = singles[UNSEEN].log_evidence if UNSEEN in singles else -np.inf
+    if len(chain) > 1 and bases[-1].log_evidence < generic + CHAIN_NATS * (len(chain) - 1):
+        chain, bases = chain[:1], bases[:2]
+    tell("absolute check", 0.8)
+    checks = {NONE: check(bare)}
+    base = bases[-2] if len(bases) > 1 else bare
+    if len(chain) > 1:
+        # The strongest effect is judged with the others in place.
+        order = sorted(range(len(chain)), key=lambda i: (_rank(chain[i].name), i))
+        chain = [chain[i] for i in order]
+        others = Hypothesis(bare.hypothesis.bare, tuple(_variant(c) for c in chain[1:]))
+        base = others.fit(_seed(others, bare))
+        rivals = weigh(Screen(base), [e for e in effects if e.name not in {c.name for c in chain[1:]}], workers=workers)
+    else:
+        rivals = dict(singles)
+    gains = {name: c.log_evidence - base.log_evidence for name, c in rivals.items()}
+    names = tuple(c.name for c in chain)
+    catalogued = {name: gain for name, gain in gains.items() if name in CATALOGUE}
+    best = max(catalogued, key=lambda name: catalogued[name])
+    leader = rivals[best].best if rivals[best].best and gains[best] > 0.0 else base
+    assert leader is not None
+    checks[best if leader is not base else NONE] = mark = check(leader)
+    # Forms differ a little: what is left is measured by what was explained, at the noise that is left.
+    explained = max(gains[best], 0.0, _explained(base, leader)) if leader is not base else 0.0
+    left = _left_over(mark, lines, names, data) - ALLOWED_SHARE * explained
+    gains[UNSEEN] -= PREFERENCE_NATS + PREFERENCE_SHARE * max(gains[UNSEEN], 0.0)
+    gains[UNSEEN] = max(gains[UNSEEN], max(gains[best], 0.0) + left)
+    gains[NONE] = 0.0
+    probability = _probabilities(gains, prior or {}, prior_none)
+    top = max(probability, key=lambda name: probability[name])
+    if top == NONE:
+        found: tuple[str, ...] = ()
+        final = bare
+    elif top == UNSEEN:
+        found = (UNSEEN,)
+        final = singles[UNSEEN].best or bare
+    else:
+        found = (top, *(name for name in names if name != top)) if len(names) > 1 else (top,)
+        final = rivals[top].best or bare
+    checks.setdefault(found[0] if found else NONE, check(final))
+    tell("done", 1.0)
+    return Diagnosis(
+        data, bare, found, final, singles, rivals, gains, probability, _groups(gains, found[0] if found else NONE),
+        checks, lines,
+    )  # fmt: skip
+
+
+def diagnose(campaign: Campaign, **options: object) -> Diagnosis:
+    """Load and diagnose; see `diagnose_data` for the options."""
+    return diagnose_data(load_gap(campaign), campaign, **options)  # type: ignore[arg-type]
+
+
+def _rank(name: str) -> int:
+    """Effects on damping come before those that only the frequency or the reading shows."""
+    return {"amplitude": 0, "spectrum": 0, "signal": 0}.get(CATALOGUE[name].channel, 1) if name in CATALOGUE else 2
+
+
+def _variant(candidate: Candidate):  # type: ignore[no-untyped-def]
+    assert candidate.best is not None
+    return candidate.best.hypothesis.variants[-1]
+
+
+def _seed(hypothesis: Hypothesis, bare: Evidence) -> np.ndarray:
+    start = hypothesis.start()
+    start[: bare.mode.size] = bare.mode
+    return start
+
+
+def _forward(
+    bare: Evidence, singles: Mapping[str, Candidate], effects: Sequence[Effect], workers: int, tell: Progress
+) -> tuple[list[Candidate], list[Evidence]]:
+    """Add catalogued effects one by one while each gains enough; the hypotheses on the way, the bare one first."""
+    chain: list[Candidate] = []
+    bases = [bare]
+    candidates = dict(singles)
+    first = 0.0
+    for step in range(_MOST):
+        named = [c for name, c in candidates.items() if name in CATALOGUE and name not in {x.name for x in chain}]
+        best = max(named, key=lambda c: c.log_evidence)
+        gain = best.log_evidence - bases[-1].log_evidence
+        needed = SECOND_NATS + SECOND_SHARE * first if chain else 0.0
+        rival = candidates[UNSEEN].log_evidence if UNSEEN in candidates else -np.inf
+        # A second effect has to beat the generic term: it would mend a first that is wrong, too.
+        slack = PREFERENCE_NATS + 0.15 * max(gain, 0.0)
+        negligible = chain and best.best is not None and _largest_size(best.best) < SMALLEST
+        if gain < needed or best.best is None or negligible or (chain and best.log_evidence < rival - slack):
+            break
+        chain.append(best)
+        bases.append(best.best)
+        first = max(first, gain)
+        if step + 1 < _MOST and gain > 0.0:
+            tell(f"effects beside {best.name}", 0.3 + 0.2 * step)
+            taken = {x.name for x in chain}
+            candidates = weigh(Screen(best.best), [e for e in effects if e.name not in taken], workers=workers)
+    return chain, bases
+
+
+def _largest_size(evidence: Evidence) -> float:
+    """Largest size of the variant that was added last; infinite where it has none (a lag, a level)."""
+    last = len(evidence.hypothesis.variants) - 1
+    variant = evidence.hypothesis.variants[last]
+    sizes = [p for p in variant.parameters if not p.log]
+    if not sizes:
+        return np.inf
+    return max(float(np.abs(evidence.value(f"{last}:{p.name}")[0]).max()) for p in sizes if p.name != variant.scan)
+
+
+def _explained(base: Evidence, leader: Evidence) -> float:
+    """Nats of misfit of the amplitudes that the leader takes away, both hypotheses at its noise."""
+    data = leader.hypothesis.bare.data.channels
+    size = data.size
+    u = base.mode.copy()
+    for name in ("scatter", "noise"):
+        u[base.hypothesis.places[name]] = leader.mode[leader.hypothesis.places[name]]
+    (v0, s0), (v1, s1) = base.hypothesis.innovations(u[None]), leader.hypothesis.innovations(leader.mode[None])
+    chi = [float(np.sum(v[0, :size] ** 2 / s[0, :size])) for v, s in ((v0, s0), (v1, s1))]
+    return 0.5 * (chi[0] - chi[1])
+
+
+def _left_over(mark: Check, lines: Sequence[Line], names: Sequence[str], data: GapData) -> float:
+    """Nats of misfit that no hypothesis of the catalogue has taken up."""
+    excess = mark.excess - ALLOWED_EXCESS
+    still = {name for name, wind in zip(data.layout.records, data.layout.wind, strict=True) if not wind}
+    forced = "vortex_shedding_forcing" in names
+    counted = [one.ratio for one in lines if not forced or one.record in still]
+    line = sum(max(0.0, ratio - LINE_NATS) for ratio in counted)
+    return max(excess, line - ALLOWED_EXCESS if line > 0.0 else -ALLOWED_EXCESS)
+
+
+def _probabilities(gains: Mapping[str, float], prior: Mapping[str, float], prior_none: float) -> dict[str, float]:
+    share = {name: prior.get(name, 1.0) for name in gains if name != NONE}
+    total = sum(share.values())
+    best = max(gain for name, gain in gains.items() if name != NONE)
+    logs = {NONE: np.log(prior_none)}
+    for name in share:
+        weight = (1.0 - prior_none) * share[name] / total
+        gain = best / ANY_TEMPERATURE + (gains[name] - best) / TEMPERATURE
+        logs[name] = np.log(weight) + gain if weight > 0.0 and np.isfinite(gain) else -np.inf
+    norm = logsumexp(list(logs.values()))
+    return {name: float(np.exp(value - norm)) for name, value in logs.items()}
+
+
+def _groups(gains: Mapping[str, float], verdict: str) -> tuple[tuple[str, ...], ...]:
+    if verdict in (NONE, UNSEEN):
+        return ()
+    close = [name for name, gain in gains.items() if name in CATALOGUE and gain > gains[verdict] - GROUP_NATS]
+    return (tuple(sorted(close, key=lambda name: -gains[name])),)

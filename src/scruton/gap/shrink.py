@@ -1,0 +1,327 @@
+"""How far the gap shrinks once the effect is in the model: on the records used, and on Scruton numbers left out."""
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from scruton.campaign.schema import FloatArray
+from scruton.effects import CATALOGUE, UNKNOWN
+from scruton.effects.terms import Term
+from scruton.gap.data import GapData
+from scruton.gap.density import Knowledge, density, learn, parameters_spent, settled_by
+from scruton.gap.diagnosis import Diagnosis
+from scruton.gap.hypothesis import Evidence
+from scruton.gap.predict import stable_amplitude
+from scruton.infer.settled import amplitude_rates
+
+METRIC = (
+    "joint log predictive density of whole records, nats short of the ceiling that the noise sets; held out: "
+    "parameters from the other Scruton numbers and still air alone"
+)
+MEASURABLE_NATS = 10.0  # that the bare model must fall short by, beyond what a right one would
+_RESAMPLES = 2000
+_TAIL = 0.2  # of a record's cycles
+_BAND = 40  # amplitudes at which damping curves are compared
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """The gap on records left out: see `Shrink`."""
+
+    records: tuple[str, ...]
+    before: float
+    after: float
+    fraction: float | None
+    interval90: tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class Settled:
+    """Stable amplitude of a test, predicted from the other Scruton numbers.
+
+    Attributes
+    ----------
+    test : str
+    measured : float
+        Mean of the last fifth of its records, or as stated; A/D or rad, as read.
+    before, after : float
+        As the bare model and the verdict's predict it.
+    error_before, error_after : float
+        Relative.
+    """
+
+    test: str
+    measured: float
+    before: float
+    after: float
+    error_before: float
+    error_after: float
+
+
+@dataclass(frozen=True)
+class RunnerUp:
+    """The next best effect and the part of the held-out gap that it closes."""
+
+    effect: str
+    fraction: float | None
+
+
+@dataclass(frozen=True)
+class Discrepancy:
+    """Mean distance of damping curves from the measured ones over the band of amplitudes, over the relaxation rate."""
+
+    before: float
+    after: float
+    held_out_before: float
+    held_out_after: float
+
+
+@dataclass(frozen=True)
+class Shrink:
+    """How far the gap shrinks.
+
+    Attributes
+    ----------
+    metric : str
+    before, after : float
+        Nats that the bare model and the verdict's fall short of the ceiling, on all records, the parameters that were
+        fitted to them discounted.
+    fraction : float or None
+        (before - after)/before; None where the gap is too small to measure.
+    interval90 : (float, float) or None
+        By bootstrap over records.
+    held_out : HeldOut
+    measurable : bool
+    statement : str
+    runner_up : RunnerUp or None
+    stable_amplitude : tuple of Settled
+        One for each test left out in turn.
+    damping_discrepancy : Discrepancy or None
+        None without wind.
+    """
+
+    metric: str
+    before: float
+    after: float
+    fraction: float | None
+    interval90: tuple[float, float] | None
+    held_out: HeldOut
+    measurable: bool
+    statement: str
+    runner_up: RunnerUp | None
+    stable_amplitude: tuple[Settled, ...]
+    damping_discrepancy: Discrepancy | None
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain numbers, lists and strings."""
+        return _plain(asdict(self))  # type: ignore[no-any-return]
+
+
+def shrink(diagnosis: Diagnosis, *, workers: int = 2, seed: np.random.SeedSequence | None = None) -> Shrink:
+    """Measure the gap before and after the effects found, on the records used and on records held out.
+
+    Every Scruton number is left out in turn (all records in wind of its test; every record in turn where there is one
+    test, or only still air).  A hypothesis is fitted to the rest.  What is left out is scored by the joint density
+    of all its cycles, parameters integrated over what the rest says of them, normal about the optimum; the detuning and
+    reading that are its own, and an effect's parameter that is its own alone, over their priors; and the scatter of
+    its test is that of the other tests, to within 20 per cent, lest a wrong model explain its misses by turbulence.
+
+    The ceiling is the density that a record has when the shared parameters are known, its own integrated as before:
+    its density at the fit to all records, less half the effective number of parameters fitted to it.  Of the bare
+    model, the verdict and the generic one, that which comes highest in all is what noise allows.  On the records used,
+    a model counts by what it would score on a replicate of them: as the ceiling, but less the whole effective number
+    of parameters.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    workers : int
+        Threads.
+    seed : SeedSequence, optional
+        Of the bootstrap.
+    """
+    data = diagnosis.data
+    folds = _folds(data)
+    models = [diagnosis.bare, diagnosis.final]
+    generic = diagnosis.singles[UNKNOWN.name].best if UNKNOWN.name in diagnosis.singles else None
+    runner = _runner_up(diagnosis)
+    references = [*models, *([generic] if generic is not None and generic is not diagnosis.final else [])]
+    learners = [*models, *([runner[1]] if runner else [])]
+    held = [fold for fold, out in folds if out]
+    with ThreadPoolExecutor(workers) as pool:
+        known_jobs = [pool.submit(_known, m, [fold for fold, _ in folds]) for m in references]
+        told_jobs = [[pool.submit(_left_out, m, fold) for fold in held] for m in learners]
+        known = np.array([job.result() for job in known_jobs])
+        told = [[job.result() for job in jobs] for jobs in told_jobs]
+    best = int(np.argmax((known[:, 0] - 0.5 * known[:, 1]).sum(axis=1)))
+    ceiling = known[best, 0] - 0.5 * known[best, 1]
+    used = ceiling - (known[:2, 0] - known[:2, 1])
+    mask = np.any(held, axis=0) if held else np.zeros(len(ceiling), dtype=bool)
+    short = np.array([ceiling[mask] - sum(scores for _, scores, _ in one)[mask] for one in told])  # type: ignore[index]
+    learnt = sum(cost for _, _, cost in told[0])
+    measurable = bool(held) and float(short[0].sum()) - learnt > MEASURABLE_NATS
+    rng = np.random.default_rng(seed or np.random.SeedSequence(0))
+    before, after = (float(x) for x in used.sum(axis=1))
+    fraction = _fraction(used[0], used[1]) if before > MEASURABLE_NATS else None
+    names = tuple(n for n, m in zip(data.layout.records, mask, strict=True) if m)
+    held_out = HeldOut(
+        names, float(short[0].sum()), float(short[1].sum()),
+        _fraction(short[0], short[1]) if measurable else None,
+        _bootstrap(short[0], short[1], rng) if measurable else None,
+    )  # fmt: skip
+    settled, discrepancy = (), None
+    if data.layout.wind.any():
+        by_test = [(fold, *(one[i][0] for one in told[:2])) for i, fold in enumerate(held) if _is_test(data, fold)]
+        misstated = "structural_damping_error" in diagnosis.found
+        settled = tuple(_settled(data, *one, misstated) for one in by_test)
+        discrepancy = _discrepancy(diagnosis, references, best, by_test)
+    return Shrink(
+        METRIC, before, after, fraction, _bootstrap(used[0], used[1], rng) if fraction is not None else None, held_out,
+        measurable, _statement(measurable, held_out, diagnosis.verdict),
+        RunnerUp(runner[0], _fraction(short[0], short[2]) if measurable else None) if runner else None,
+        settled, discrepancy,
+    )  # fmt: skip
+
+
+def _folds(data: GapData) -> list[tuple[np.ndarray, bool]]:
+    """Groups of records that make up the campaign, and whether each is left out in turn."""
+    layout = data.layout
+    tests = np.unique(layout.test[layout.wind])
+    count = len(layout.records)
+    if tests.size > 1:
+        found = [(layout.test == j, True) for j in tests]
+        return found + [(~layout.wind & (layout.rig == i), False) for i in np.unique(layout.rig[~layout.wind])]
+    wind = layout.wind if tests.size else np.ones(count, dtype=bool)
+    return [(np.arange(count) == r, bool(wind[r]) and count > 1) for r in range(count)]
+
+
+def _is_test(data: GapData, fold: np.ndarray) -> bool:
+    test = data.layout.test
+    first = int(np.flatnonzero(fold)[0])
+    return bool(test[first] >= 0 and np.array_equal(fold, test == test[first]))
+
+
+def _runner_up(diagnosis: Diagnosis) -> tuple[str, Evidence] | None:
+    named = [
+        (name, one.best)
+        for name, one in diagnosis.rivals.items()
+        if name in CATALOGUE and name not in diagnosis.found and one.best is not None
+    ]
+    return max(named, key=lambda pair: pair[1].log_evidence) if named else None
+
+
+def _known(model: Evidence, folds: Sequence[np.ndarray]) -> FloatArray:
+    """Density of every record, parameters as all records settle them, and parameters spent on it, (2, R)."""
+    found = np.zeros((2, len(folds[0])))
+    for fold in folds:
+        known = settled_by(model, fold)
+        scored = density(known, fold)
+        found[0, fold] = scored.shares[fold]
+        found[1, fold] = parameters_spent(known, scored, model.covariance) / np.count_nonzero(fold)
+    return found
+
+
+def _left_out(model: Evidence, fold: np.ndarray) -> tuple[Knowledge, FloatArray, float]:
+    """What the other records say, the density of those left out, (R,), and what a right model would lose in all."""
+    known = learn(model, ~fold)
+    scored = density(known, fold)
+    prior = settled_by(model, fold).covariance[np.ix_(scored.where, scored.where)]
+    own = np.diag(prior) > 0.0
+    alone = np.eye(int(own.sum())) + scored.information[np.ix_(own, own)] @ prior[np.ix_(own, own)]
+    cost = scored.learnt - 0.5 * float(np.linalg.slogdet(alone)[1])
+    return known, np.where(fold, scored.shares, 0.0), cost
+
+
+def _fraction(before: FloatArray, after: FloatArray) -> float:
+    return float((before.sum() - after.sum()) / before.sum())
+
+
+def _bootstrap(before: FloatArray, after: FloatArray, rng: np.random.Generator) -> tuple[float, float]:
+    chosen = rng.integers(0, before.size, (_RESAMPLES, before.size))
+    b, a = before[chosen].sum(axis=1), after[chosen].sum(axis=1)
+    found = (b - a)[b > 0.0] / b[b > 0.0]
+    low, high = np.quantile(found, [0.05, 0.95])
+    return float(low), float(high)
+
+
+def _settled(data: GapData, fold: np.ndarray, bare: Knowledge, final: Knowledge, misstated: bool) -> Settled:
+    """The stable amplitude of a test left out, as read; a misstated damping is what the bare model goes by."""
+    records = np.flatnonzero(fold)
+    test = next(t for t in data.campaign.tests if t.name == data.tests[data.layout.test[records[0]]])
+    stated = test.stable_amplitude
+    measured = stated.mean if stated else float(np.mean([_tail(data, int(r)) for r in records]))
+    number = float(data.layout.scruton_number[records[0]]) if misstated else None
+    before, after = (
+        float(np.median([stable_amplitude(k.hypothesis, k.mean[None], int(r), scruton_number=n, reading=True)[0]
+                         for r in records]))
+        for k, n in ((bare, number), (final, None))
+    )  # fmt: skip
+    return Settled(
+        test.name, measured, before, after, abs(before - measured) / measured, abs(after - measured) / measured
+    )
+
+
+def _tail(data: GapData, record: int) -> float:
+    a = data.cycles[data.layout.records[record]].amplitude
+    return float(np.mean(a[-max(5, int(_TAIL * a.size)) :]))
+
+
+def _discrepancy(
+    diagnosis: Diagnosis,
+    references: Sequence[Evidence],
+    best: int,
+    by_test: Sequence[tuple[np.ndarray, Knowledge, Knowledge]],
+) -> Discrepancy:
+    """Damping curves of the models against that of the reference that stands for the noise ceiling."""
+    data = diagnosis.data
+    tests = [np.flatnonzero(data.layout.test == j) for j in np.unique(data.layout.test[data.layout.wind])]
+    truth = references[best]
+    measured = [_curve(truth.hypothesis, truth.mode, data, int(r[0])) for r in tests]
+
+    def distance(pairs: list[tuple[Any, FloatArray]]) -> float:
+        away = [
+            np.mean(np.abs(_curve(h, u, data, int(r[0])) - m)) / data.layout.rate[r[0]]
+            for (h, u), m, r in zip(pairs, measured, tests, strict=True)
+        ]
+        return float(np.mean(away))
+
+    full = [distance([(m.hypothesis, m.mode)] * len(tests)) for m in (diagnosis.bare, diagnosis.final)]
+    out = full
+    if len(by_test) == len(tests):
+        out = [distance([(one[i].hypothesis, one[i].mean) for one in by_test]) for i in (1, 2)]
+    return Discrepancy(*full, *out)
+
+
+def _curve(hypothesis: Any, u: FloatArray, data: GapData, record: int) -> FloatArray:
+    """Damping rate -da/dt/a of a test over the amplitudes of its records [1/s]."""
+    layout = data.layout
+    mine = np.isin(data.channels.record, np.flatnonzero(layout.test == layout.test[record]))
+    a = data.channels.amplitude[mine]
+    band = np.geomspace(max(np.quantile(a, 0.02), 0.03 * a.max()), a.max(), _BAND)
+    table = hypothesis.table(u[None])[:, record]
+    table[:, [int(Term.TREND), int(Term.TREND_SINE)]] = 0.0
+    return np.asarray(-amplitude_rates(table, band, data.channels.knots)[0] / band)
+
+
+def _statement(measurable: bool, held: HeldOut, verdict: str) -> str:
+    if not held.records:
+        return "no record can be left out: the gap is not measured on held-out records"
+    if not measurable or held.fraction is None or held.interval90 is None:
+        return "the gap is too small to measure on held-out records"
+    low, high = held.interval90
+    return (
+        f"{verdict} closes {held.fraction:.0%} of the gap on held-out records (90 % interval {low:.0%} to {high:.0%})"
+    )
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {k: _plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    if isinstance(value, float):
+        return value if np.isfinite(value) else None
+    return value

@@ -1,0 +1,117 @@
+"""`scruton diagnose`: gap.json, its text for the terminal and its picture."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from scruton.effects import CATALOGUE, UNKNOWN
+from scruton.errors import InputError
+from scruton.report.run import Bar
+from scruton.report.text import number, table
+
+RESULT = "gap.json"
+
+
+def run_diagnose(
+    campaign: Path, out: Path, *, model: str = "default", workers: int = 2, force: bool = False, quiet: bool = False
+) -> tuple[str, list[Path]]:
+    """Diagnose a campaign into a folder.
+
+    Returns
+    -------
+    text : str
+        For the terminal.
+    paths : list of Path
+        gap.json first.
+
+    Raises
+    ------
+    InputError
+        For bad input, or a folder that holds a diagnosis already; nothing is written then.
+    """
+    from scruton.gap.run import examine
+    from scruton.infer.cards import load_card
+    from scruton.infer.store import write_json
+
+    path = out / RESULT
+    if path.exists() and not force:
+        raise InputError(out, "-o", f"a {RESULT}", "another folder, or --force to replace the diagnosis in it")
+    card = load_card(model)
+    with Bar(quiet) as bar:
+        diagnosis, content, findings, _ = examine(campaign, card, workers=workers, progress=bar)
+
+    from scruton.report.figures.gap import gap_figure
+    from scruton.report.figures.save import save
+
+    out.mkdir(parents=True, exist_ok=True)
+    pictures = save(gap_figure(diagnosis, findings), out, "gap", formats=("svg", "png"))
+    write_json(path, json.loads(json.dumps(content)))
+    return gap_text(content), [path, *pictures]
+
+
+def gap_text(content: dict[str, Any]) -> str:
+    """Tell what was found, where, how sure, and how far the gap shrinks."""
+    names = [content["verdict"], *content["also"]]
+    parts = [f"Verdict: {' and '.join(names)}. {_titles(names)}"]
+    likely = sorted(content["probability"].items(), key=lambda pair: -pair[1])
+    rows = [[name, f"{p:.3f}"] for name, p in likely if p > 5e-4]
+    parts.append("Probability (calibrated on simulated campaigns)\n" + table(["cause", "probability"], rows))
+    groups = [group for group in content["indistinguishable"] if len(group) > 1]
+    if groups:
+        parts.append("These data cannot tell apart: " + "; ".join(" / ".join(group) for group in groups))
+    rows = [
+        [
+            name, key, number(one["median"]), f"{number(one['interval90'][0])} .. {number(one['interval90'][1])}",
+            one["unit"], one["form"],
+        ]
+        for name, effect in content["effects"].items()
+        for key, one in list(effect["parameters"].items())[:6]
+    ]  # fmt: skip
+    if rows:
+        header = ["effect", "parameter", "median", "90 % interval", "unit", "form"]
+        parts.append("Parameters\n" + table(header, rows))
+    rows = [
+        [
+            one["quantity"], one["rig"] or "-", one["test"] or "still air", one["record"] or "-",
+            _range(one["amplitude"]), _range(one["time_s"]), number(one["excess"], 3),
+        ]
+        for one in content["where"]
+    ]  # fmt: skip
+    if rows:
+        parts.append("Where\n" + table(["quantity", "rig", "test", "record", "amplitude", "time [s]", "excess"], rows))
+    parts += _shrink_text(content["shrink"])
+    parts += [f"- {line}" for line in content["advice"]]
+    if content["invisible"]:
+        parts.append("What these records cannot show, whatever it is:")
+        parts += [f"- {one['text']}" for one in content["invisible"]]
+    return "\n\n".join(parts)
+
+
+def _titles(names: list[str]) -> str:
+    if names == ["none"]:
+        return "The bare model and the records agree within their noise."
+    entries = {**CATALOGUE, UNKNOWN.name: UNKNOWN}
+    return " ".join(f"{entries[name].title}." for name in names if name in entries)
+
+
+def _range(pair: list[float] | None) -> str:
+    return "-" if pair is None else f"{number(pair[0], 3)} .. {number(pair[1], 3)}"
+
+
+def _shrink_text(entry: dict[str, Any]) -> list[str]:
+    if not entry:
+        return []
+    if not entry.get("measurable", True):
+        return ["The gap is too small to measure how far it shrinks."]
+    held = entry["held_out"]
+    parts = [f"The effect closes {_share(entry)} of the gap on the records used, {_share(held)} on records held out"]
+    if runner := entry.get("runner_up"):
+        parts[0] += f"; the runner-up {runner['effect']} would close {runner['fraction']:.0%}"
+    return [parts[0] + "."]
+
+
+def _share(entry: dict[str, Any]) -> str:
+    if entry.get("fraction") is None:
+        return "an unmeasurable part"
+    low, high = entry["interval90"]
+    return f"{entry['fraction']:.0%} ({low:.0%} .. {high:.0%})"

@@ -1,0 +1,265 @@
+"""The campaign model: density against a slow obvious formula, prior draws against the density, a record left out."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from scruton.infer.hierarchy import SHARED, CampaignPosterior, PeakTest
+from scruton.infer.likelihood import EnvelopeData, innovations, pointwise_log_likelihood
+from scruton.infer.models import SteadyAmplitude, WindPosterior
+from scruton.infer.priors import Prior
+
+LAWS = [-1.0, -0.5, 0.0, 1.0, 2.0, None]
+OMEGA0 = 50.0
+EXPONENT = Prior("law_exponent", "normal", -0.5, 0.5)
+
+
+def lognormal(name, median, log_sd):
+    return Prior(name, "lognormal", median, log_sd)
+
+
+def envelope(rng, records):
+    """Records of 15 cycles, as noise about 0.03 to 0.05: the density must be right for any data."""
+    size = 15 * len(records)
+    gap = np.zeros(size)
+    gap[::15] = -1.0
+    gap[7::15] = 0.4
+    return EnvelopeData(
+        np.abs(0.04 + 0.005 * rng.standard_normal(size)), np.full(size, 8e-4), gap, np.full(size, 0.125),
+        np.arange(size) * 0.125, np.repeat(np.array(records, dtype="U8"), 15),
+    )  # fmt: skip
+
+
+def peak_test(name, n, data, damping, factor, log_sd, steady=()):
+    priors = (
+        lognormal("stable_amplitude", 0.05, 1.5),
+        lognormal("relaxation_ratio", 0.01, 1.2),
+        lognormal("amplitude_scatter", 0.02, 0.4),
+        lognormal("noise_factor", 1.0, 0.3),
+        lognormal("damping_ratio", damping, 0.05),
+    )
+    return PeakTest(name, WindPosterior(priors, data, steady, OMEGA0, n), factor, np.zeros((1, 5)), log_sd)
+
+
+def campaign(n):
+    """Three tests: uncertain mass; mass known; lock-in alone, which says nothing of the relaxation."""
+    rng = np.random.default_rng(3)
+    tests = [
+        peak_test("A", n, envelope(rng, ["a1", "a2"]), 0.003, 3000.0, 0.02),
+        peak_test("B", n, envelope(rng, ["b1"]), 0.006, 2800.0, 0.0),
+        peak_test("C", n, EnvelopeData.join({}), 0.009, 3000.0, 0.03, (SteadyAmplitude(0.03, 0.002),)),
+    ]
+    shared = (
+        lognormal("", 0.04, 0.4), lognormal("", 0.03, 0.3), lognormal("", 0.09, 0.4), lognormal("", 0.20, 0.4),
+    )  # fmt: skip
+    free = n is None
+    return CampaignPosterior(tests, shared, -1.0 if free else n, EXPONENT if free else None)
+
+
+normal = stats.norm.logpdf
+
+
+def obvious(posterior, u):
+    """Log density of one walker, read off the model's statement: scalars and scipy's densities only.
+
+    Of the prior and of the likelihood; the first is -inf off the constraint.
+    """
+    u = list(u)
+    factors = [one.mass_damping_factor for one in posterior.tests]
+    dampings = [one.wind.priors[4].first for one in posterior.tests]
+    sc_ref = stats.gmean([f * xi for f, xi in zip(factors, dampings, strict=True)])
+    factor_ref = stats.gmean(factors)
+    prior = 0.0
+    names = ["a_ref", "ratio_ref", "tau", "kappa"]
+    values = {}
+    for name, one in zip(names, posterior.shared, strict=True):
+        coordinate = u.pop(0)
+        prior += normal(coordinate, np.log(one.first), one.second)
+        values[name] = np.exp(coordinate)
+    n = posterior.n
+    if posterior.exponent:
+        n = u.pop(0)
+        prior += normal(n, posterior.exponent.first, posterior.exponent.second)
+    r_ref = factor_ref * values["ratio_ref"]
+    g = r_ref + n * sc_ref
+    likelihood = 0.0
+    for one in posterior.tests:
+        a_star, second, scatter, noise, xi = (u.pop(0) for _ in range(5))
+        for coordinate, own in zip((scatter, noise, xi), one.wind.priors[2:], strict=True):
+            prior += normal(coordinate, np.log(own.first), own.second)
+        factor = one.mass_damping_factor
+        if one.factor_log_sd:
+            z = u.pop(0)
+            prior += normal(z, 0, 1)
+            factor *= np.exp(one.factor_log_sd * z)
+        sc = factor * np.exp(xi)
+        if not g > 0:
+            return -np.inf, 0.0
+        if one.wind.data.size:
+            relaxation = factor * np.exp(second)
+            g_j = relaxation + n * sc
+            if not g_j > 0:
+                return -np.inf, 0.0
+            # ln G_j is normal and the coordinate is ln(lambda): d ln G_j / d ln R_j = R_j/G_j
+            prior += normal(np.log(g_j), np.log(g), values["kappa"]) + np.log(relaxation / g_j)
+        else:
+            prior += normal(second, 0, 1)
+            relaxation = g * np.exp(values["kappa"] * second) - n * sc
+            if not relaxation > 0:
+                return -np.inf, 0.0
+        x = (sc - sc_ref) / r_ref
+        if not 1 - n * x > 0:
+            return -np.inf, 0.0
+        on_curve = values["a_ref"] * (np.exp(-x) if n == 0 else (1 - n * x) ** (1 / n))
+        prior += normal(a_star, np.log(on_curve), values["tau"])
+        a, lam = np.exp(a_star), OMEGA0 * relaxation / factor
+        q = np.exp(scatter) * a * np.sqrt(2 * lam)
+        if one.wind.data.size:
+            walker = (np.array([v]) for v in (a, lam, q, np.exp(noise)))
+            likelihood += pointwise_log_likelihood(*innovations(one.wind.data, *walker, n=n)).sum()
+        for level in one.wind.steady:
+            # up to the constant of the normal density, which no parameter touches
+            likelihood += normal(level.mean, a, level.standard_error) + 0.5 * np.log(2 * np.pi)
+    assert not u, "every coordinate has been read"
+    return prior, likelihood
+
+
+@pytest.mark.parametrize("n", LAWS)
+def test_density_is_that_of_the_models_statement(n):
+    posterior, rng = campaign(n), np.random.default_rng(5)
+    inside = posterior.prior_draws(rng, 30)
+    # and points that have nothing to do with the curve, many of them off the constraint
+    away = posterior.prior_draws(rng, 30) + 0.5 * rng.standard_normal(inside.shape)
+    far = away.copy()
+    far[:, 1] -= 3.0
+    u = np.concatenate([inside, away, far])
+    prior, likelihood = np.array([obvious(posterior, one) for one in u]).T
+    alive = np.isfinite(prior)
+    assert alive[:30].all()
+    if n in (None, -1.0, 1.0, 2.0):
+        assert not alive.all(), "some points must lie off the constraint"
+    np.testing.assert_array_equal(posterior.inside(u), alive)
+    np.testing.assert_allclose(posterior.log_prob(u)[alive], (prior + likelihood)[alive], rtol=1e-8)
+    np.testing.assert_allclose(posterior.log_prior(u)[alive], prior[alive], rtol=1e-9, atol=1e-9)
+    assert (posterior.log_prob(u)[~alive] == -np.inf).all()
+
+
+@pytest.mark.parametrize("n", LAWS)
+def test_prior_draws_have_the_prior_density(n):
+    """E_p[q/p] over draws from p is the integral of q where p lives, for any q: normalisation and Jacobians at once."""
+    posterior, rng = campaign(n), np.random.default_rng(2)
+    u, good = posterior.prior_sample(rng, 60000)
+    centre, covariance = u[good].mean(axis=0), 0.75**2 * np.cov(u[good].T)
+    q = stats.multivariate_normal(centre, covariance)
+    weight = np.zeros(len(u))
+    weight[good] = np.exp(q.logpdf(u[good]) - posterior.log_prior(u[good]))
+    within = posterior.inside(q.rvs(20000, random_state=rng)).mean()
+    error = weight.std() / np.sqrt(len(weight))
+    assert error < 0.04
+    assert weight.mean() == pytest.approx(within, abs=4 * error + 0.01)
+
+
+def test_without_discrepancy_prior_draws_lie_on_one_curve():
+    """tau and kappa of nothing: every test's amplitude and relaxation are the curve's."""
+    posterior = campaign(-1.0)
+    tiny = (*posterior.shared[:2], lognormal("", 1e-9, 0.01), lognormal("", 1e-9, 0.01))
+    posterior = replace(posterior, shared=tiny)
+    u = posterior.prior_draws(np.random.default_rng(0), 50)
+    s, (a_ref, r_ref, _, at_zero) = posterior.settings(u), posterior.curve(u)
+    sc_ref = posterior.reference[0]
+    x = (s.scruton_number - sc_ref) / r_ref[:, None]
+    np.testing.assert_allclose(s.a_star, a_ref[:, None] / (1 + x), rtol=1e-7)
+    np.testing.assert_allclose(s.relaxation, r_ref[:, None] + s.scruton_number - sc_ref, rtol=1e-6)
+    np.testing.assert_allclose(at_zero, r_ref - sc_ref)
+
+
+@pytest.mark.parametrize("n", [-1.0, 2.0])
+def test_scatter_about_the_curve_is_the_discrepancy(n):
+    posterior, rng = campaign(n), np.random.default_rng(1)
+    u, good = posterior.prior_sample(rng, 20000)
+    # without the draws that the constraint takes the normal scores would not be whole
+    assert good.mean() > 0.9
+    u = u[good]
+    s, (a_ref, r_ref, _, at_zero) = posterior.settings(u), posterior.curve(u)
+    x = (s.scruton_number - posterior.reference[0]) / r_ref[:, None]
+    z = np.log(s.a_star / a_ref[:, None] / (1 - n * x) ** (1 / n)) / np.exp(u[:, 2:3])
+    w = np.log((s.relaxation + n * s.scruton_number) / at_zero[:, None]) / np.exp(u[:, 3:4])
+    for scores in (z, w):
+        np.testing.assert_allclose(scores.mean(axis=0), 0.0, atol=0.12)
+        np.testing.assert_allclose(scores.std(axis=0), 1.0, atol=0.08)
+        np.testing.assert_allclose(np.corrcoef(scores.T), np.eye(3), atol=0.06)
+
+
+def test_coordinates_are_named_and_fall_into_blocks():
+    posterior = campaign(None)
+    assert posterior.names[:5] == (*SHARED, "law_exponent")
+    own = ["stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor", "damping_ratio"]
+    assert [name.split(" of ")[0] for name in posterior.names[5:]] == [
+        *own, "mass_factor", *own, own[0], "w", *own[2:], "mass_factor",
+    ]  # fmt: skip
+    assert [one.stop - one.start for one in posterior.blocks] == [5, 6, 5, 6]
+    assert posterior.blocks[-1].stop == len(posterior.priors)
+
+
+# ------------------------------------------------------------------------------------------------ a record left out
+
+
+@pytest.mark.parametrize("n", [-1.0, 1.0, None])
+def test_a_record_left_out_takes_its_own_likelihood_and_nothing_else(n):
+    posterior = campaign(n)
+    u = posterior.prior_draws(np.random.default_rng(4), 20)
+    rest = posterior.without("a2")
+    assert rest.names == posterior.names
+    data = posterior.tests[0].wind.data
+    s = posterior.settings(u)
+    lam = OMEGA0 * s.relaxation_ratio[:, 0]
+    q = s.amplitude_scatter[:, 0] * s.a_star[:, 0] * np.sqrt(2 * lam)
+    own = pointwise_log_likelihood(
+        *innovations(data, s.a_star[:, 0], lam, q, s.noise_factor[:, 0], n=posterior.exponents(u))
+    )[data.record == "a2"]
+    np.testing.assert_allclose(posterior.log_prob(u) - rest.log_prob(u), own.sum(axis=0), rtol=1e-7, atol=1e-7)
+    np.testing.assert_allclose(rest.log_prior(u), posterior.log_prior(u))
+
+
+def test_a_test_without_its_only_transient_keeps_its_place_but_not_its_relaxation():
+    posterior = campaign(-1.0)
+    rest = posterior.without("b1")
+    assert [one.relaxes for one in rest.tests] == [True, False, False]
+    assert rest.names[posterior.blocks[2]] == (
+        "stable_amplitude of B", "w of B", "amplitude_scatter of B", "noise_factor of B", "damping_ratio of B"
+    )  # fmt: skip
+    assert rest.reference == posterior.reference, "the curve's parameters mean the same"
+    u = rest.prior_draws(np.random.default_rng(4), 10)
+    prior, likelihood = np.array([obvious(rest, one) for one in u]).T
+    np.testing.assert_allclose(rest.log_prob(u), prior + likelihood, rtol=1e-8)
+    # the scatter and the noise of a test without records do nothing to the likelihood
+    moved = u.copy()
+    moved[:, rest.blocks[2].start + 2 : rest.blocks[2].start + 4] += 1.0
+    np.testing.assert_allclose(rest.log_likelihood(moved), rest.log_likelihood(u))
+
+
+def test_a_record_that_is_not_there_changes_nothing():
+    posterior = campaign(-1.0)
+    u = posterior.prior_draws(np.random.default_rng(4), 10)
+    np.testing.assert_array_equal(posterior.without("z9").log_prob(u), posterior.log_prob(u))
+
+
+# ------------------------------------------------------------------------------------------------ where to start
+
+
+@pytest.mark.parametrize("n", [-1.0, 0.0, 2.0, None])
+def test_the_search_starts_where_the_tests_see_themselves(n):
+    """Guesses put each test on a draw of its own, and the curve among them; nearly all are within the support."""
+    posterior, rng = campaign(n), np.random.default_rng(9)
+    tests = []
+    for one, level in zip(posterior.tests, (0.05, 0.035, 0.028), strict=True):
+        centre = np.log([level, 0.02, 0.01, 1.0, one.wind.priors[4].first])
+        tests.append(replace(one, draws=centre + 0.02 * rng.standard_normal((200, 5))))
+    posterior = replace(posterior, tests=tests)
+    u = posterior.guesses(rng, 200)
+    s = posterior.settings(u)
+    np.testing.assert_allclose(np.nanmedian(s.a_star, axis=0), [0.05, 0.035, 0.028], rtol=0.03)
+    np.testing.assert_allclose(np.median(s.relaxation_ratio[:, :2], axis=0), 0.02, rtol=0.03)
+    assert np.isfinite(posterior.log_prob(u)).mean() > 0.5

@@ -1,0 +1,240 @@
+"""The campaign model under several laws: what two small campaigns, one of each kind of force, make of them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scruton.campaign import load_campaign
+from scruton.infer.cards import SamplerSettings, load_card
+from scruton.infer.evidence import posterior_weights
+from scruton.infer.fit import envelope, fit_rig, fit_test
+from scruton.infer.models import SteadyAmplitude
+from scruton.infer.peaks import (
+    FAVOURED,
+    HOPELESS,
+    LawWeights,
+    _laplace,
+    _settings,
+    campaign_posterior,
+    data_of,
+    fit_peaks,
+    stack,
+)
+from scruton.infer.run import Sampling
+from scruton.infer.stacking import stacking_weights
+
+LAWS = (-1.0, 0.0, 2.0)
+PRIOR = (0.5, 0.3, 0.2)
+
+
+@pytest.fixture(scope="module")
+def card():
+    small = SamplerSettings(ensembles=2, walkers=64, draws=16, min_ess=300, max_rhat=1.05)
+    return replace(load_card("paper"), laws=LAWS, law_weights=PRIOR, sampler=small)
+
+
+@pytest.fixture(scope="module")
+def tests_of(two_rigs, card):
+    """Each test on its own: what `fit_peaks` starts from."""
+    made = {}
+
+    def fit(force):
+        if force not in made:
+            campaign, sampling = load_campaign(two_rigs(force)), Sampling(card, 0)
+            rigs = {one.name: fit_rig(campaign, one, {}, None, sampling) for one in campaign.rigs}
+            cycles = {r.name: envelope(r, 7.87) for one in campaign.tests for r in one.records}
+            made[force] = campaign, [fit_test(campaign, t, rigs[t.rig], cycles, sampling) for t in campaign.tests]
+        return made[force]
+
+    return fit
+
+
+@pytest.fixture(scope="module")
+def peaks_of(tests_of, card):
+    made = {}
+
+    def fit(force):
+        if force not in made:
+            made[force] = fit_peaks(*tests_of(force), Sampling(card, 0))
+        return made[force]
+
+    return fit
+
+
+@pytest.mark.parametrize("force", ["paper", "ehsan-scanlan"])
+def test_weights_are_prior_times_evidence(peaks_of, force):
+    result = peaks_of(force)
+    weights = result.weights
+    assert weights.labels == ("n=-1", "n=0", "n=2")
+    np.testing.assert_array_equal(weights.prior, PRIOR)
+    assert weights.weight.sum() == pytest.approx(1.0)
+    relative = np.where(weights.sampled, PRIOR * np.exp(weights.log_evidence - weights.log_evidence.max()), 0.0)
+    np.testing.assert_allclose(weights.weight, relative / relative.sum(), rtol=1e-9)
+    np.testing.assert_allclose(
+        weights.weight[weights.sampled],
+        posterior_weights(weights.log_evidence[weights.sampled], np.array(PRIOR)[weights.sampled]),
+    )
+    assert [one.label for one in result.laws] == [weights.labels[k] for k in np.flatnonzero(weights.sampled)]
+    assert np.isfinite(weights.error[weights.sampled]).all()
+    assert np.isnan(weights.error[~weights.sampled]).all()
+    assert (weights.error[weights.sampled] < 0.3).all()
+    assert np.isnan(weights.stacking).all(), "nobody asked for it"
+
+
+def test_records_of_the_papers_law_favour_it(peaks_of):
+    weights = peaks_of("paper").weights
+    assert weights.weight[0] > 0.99
+    assert weights.flag == ""
+
+
+def test_records_of_van_der_pol_damping_favour_it_and_say_so(peaks_of):
+    weights = peaks_of("ehsan-scanlan").weights
+    assert weights.weight[2] > 0.99
+    assert "the records favour the law n=2 over n=-1" in weights.flag
+    assert weights.sampled[0], "the reference law is always sampled"
+
+
+def test_a_law_beyond_doubt_is_not_sampled_and_a_near_one_is(peaks_of, card):
+    for force in ("paper", "ehsan-scanlan"):
+        weights = peaks_of(force).weights
+        behind = weights.log_evidence.max() - weights.log_evidence
+        assert (behind[1:][~weights.sampled[1:]] > HOPELESS - 3.0).all()
+        assert (weights.weight[~weights.sampled] == 0.0).all()
+    assert not all(peaks_of("paper").weights.sampled), "the case that this is about"
+
+
+def test_laplace_is_near_the_evidence(peaks_of, tests_of, card):
+    """The screening may err by one or two; the prior mass of the constraint, which it leaves out, is of order one."""
+    weights = peaks_of("paper").weights
+    campaign, tests = tests_of("paper")
+    posterior = campaign_posterior(campaign, tests, Sampling(card, 0), -1.0)
+    assert _laplace(posterior, np.random.SeedSequence(3)) == pytest.approx(weights.log_evidence[0], abs=2.0)
+
+
+def test_quantities_of_the_tests_are_near_the_truth(peaks_of):
+    result = peaks_of("paper")
+    assert result.tests == ("heavy in wind", "light in wind")
+    derived = result.laws[0].derived
+    for j, (y1, amplitude, damping) in enumerate([(-11.111, 0.0292, 0.0065), (-11.111, 0.0358, 0.004)]):
+        for name, truth, within in (("Y1", y1, 0.1), ("a_star", amplitude, 0.03), ("damping_ratio", damping, 0.05)):
+            assert np.median(derived[name][..., j]) == pytest.approx(truth, rel=within), (name, j)
+    np.testing.assert_allclose(derived["scruton_number"], derived["mass_damping_factor"] * derived["damping_ratio"])
+    # one section in one wind: Eq. (11) through both tests
+    sc, a = (np.median(derived[key], axis=(0, 1)) for key in ("scruton_number", "a_star"))
+    reference = result.laws[0].posterior.reference[0]
+    between = np.interp(reference, sc[::-1], 1.0 / a[::-1])
+    assert 1.0 / np.median(derived["reference_amplitude"]) == pytest.approx(between, rel=0.05)
+
+
+def test_a_law_without_y1_has_none(peaks_of):
+    law = next(one for one in peaks_of("ehsan-scanlan").laws if one.label == "n=2")
+    for name in ("Y1", "epsilon"):
+        assert law.derived[name].shape == law.derived["a_star"].shape
+        assert np.isnan(law.derived[name]).all()
+    assert (law.derived["n"] == 2.0).all()
+
+
+def test_a_free_exponent_is_one_law(tests_of, card):
+    campaign, tests = tests_of("paper")
+    free = load_card("free-exponent")
+    posterior = campaign_posterior(campaign, tests, Sampling(replace(free, sampler=card.sampler), 0), None)
+    assert posterior.names[4] == "law_exponent"
+    assert all(one.wind.n is None for one in posterior.tests)
+    u = posterior.guesses(np.random.default_rng(0), 50)
+    at_two = u.copy()
+    at_two[:, 4] = 2.0
+    fixed = campaign_posterior(campaign, tests, Sampling(card, 0), 2.0)
+    np.testing.assert_allclose(
+        posterior.log_likelihood(at_two), fixed.log_likelihood(np.delete(at_two, 4, axis=1)), rtol=1e-8
+    )
+
+
+# ------------------------------------------------------------------------------------------------ stacking
+
+
+def test_stacking_scores_whole_records_and_leaves_the_unsampled_out(tests_of, card, monkeypatch):
+    """One column of scores a record, not a cycle, and the law of the records foretells them better."""
+    seen = []
+
+    def spy(scores):
+        seen.append(scores)
+        return stacking_weights(scores)
+
+    monkeypatch.setattr("scruton.infer.peaks.stacking_weights", spy)
+    monkeypatch.setattr("scruton.infer.peaks.HOPELESS", 1e9)
+    two = replace(card, laws=(-1.0, 0.0), law_weights=(0.5, 0.5))
+    sampling = Sampling(two, 0)
+    result = fit_peaks(*tests_of("paper"), sampling)
+    assert all(result.weights.sampled)
+    stacked = stack(result, sampling)
+    assert [one.shape for one in seen] == [(2, 4)]
+    assert np.isfinite(seen[0]).all()
+    assert seen[0][0].sum() > seen[0][1].sum() + FAVOURED, "the true law foretells the records left out"
+    assert stacked.weights.stacking.sum() == pytest.approx(1.0)
+    assert stacked.weights.stacking[0] > 0.9
+    np.testing.assert_array_equal(stacked.weights.weight, result.weights.weight)
+    by_stacking = stack(result, Sampling(replace(two, averaging="stacking"), 0))
+    np.testing.assert_array_equal(by_stacking.weights.weight, by_stacking.weights.stacking)
+
+
+def test_laws_that_were_not_sampled_get_nothing_from_stacking(peaks_of, card):
+    weights = stack(peaks_of("paper"), Sampling(card, 0)).weights
+    assert weights.stacking.sum() == pytest.approx(1.0)
+    assert (weights.stacking[~weights.sampled] == 0.0).all()
+
+
+# ------------------------------------------------------------------------------------------------ flags, walkers, data
+
+
+def weights_of(log_evidence, error, sampled=(True, True, True)):
+    third = np.full(3, 1 / 3)
+    return LawWeights(
+        ("n=-1", "n=0", "n=2"), third, third, np.array(log_evidence), np.array(error), np.array(sampled), third
+    )
+
+
+@pytest.mark.parametrize(
+    ("log_evidence", "error", "flag"),
+    [
+        ((0.0, -3.0, -9.0), (0.1, 0.1, 0.1), ""),
+        ((0.0, 2.9, -9.0), (0.01, 0.01, 0.01), ""),
+        ((0.0, 3.3, -9.0), (0.05, 0.05, 0.05), "n=0 over n=-1: log evidence 3.3 higher"),
+        ((0.0, 3.3, -9.0), (0.1, 0.1, 0.1), ""),
+        ((0.0, 3.3, 8.0), (0.1, 0.1, np.nan), "n=2 over n=-1: log evidence 8.0 higher"),
+    ],
+)
+def test_the_flag_wants_twenty_to_one_beyond_what_the_errors_allow(log_evidence, error, flag):
+    found = weights_of(log_evidence, error).flag
+    assert flag in found if flag else found == ""
+
+
+def test_one_law_raises_no_flag():
+    one = np.ones(1)
+    assert LawWeights(("n=-1",), one, one, one * np.nan, one * np.nan, one.astype(bool), one).flag == ""
+
+
+@pytest.mark.parametrize(("walkers", "kept", "draws"), [(1024, 256, 32), (256, 64, 32), (128, 64, 16), (100, 100, 8)])
+def test_walkers_become_draws_as_far_as_the_dimensions_allow(tests_of, card, walkers, kept, draws):
+    campaign, tests = tests_of("paper")
+    posterior = campaign_posterior(campaign, tests, Sampling(card, 0), -1.0)
+    assert len(posterior.priors) == 14
+    found = _settings(SamplerSettings(walkers=walkers, draws=8), posterior)
+    assert (found.walkers, found.draws) == (kept, draws)
+
+
+def test_a_checkpoint_knows_all_that_the_likelihood_reads(tests_of, card):
+    campaign, tests = tests_of("paper")
+    posterior = campaign_posterior(campaign, tests, Sampling(card, 0), -1.0)
+    one = posterior.tests[0]
+    changes = [
+        replace(one, mass_damping_factor=1.01 * one.mass_damping_factor),
+        replace(one, factor_log_sd=0.3),
+        replace(one, wind=replace(one.wind, steady=[SteadyAmplitude(0.03, 0.001)])),
+        replace(one, wind=replace(one.wind, data=one.wind.data.without("heavy-growth.csv"))),
+        replace(one, wind=replace(one.wind, priors=(*one.wind.priors[:4], replace(one.wind.priors[4], first=0.0066)))),
+    ]
+    plain = [array.tobytes() for array in data_of(posterior)]
+    for changed in changes:
+        other = data_of(replace(posterior, tests=[changed, posterior.tests[1]]))
+        assert [array.tobytes() for array in other] != plain
