@@ -42,6 +42,8 @@ class Knowledge:
     covariance : (d, d) array
     start : (d,) array
         From where optima are sought: of what has many.
+    optimum : (d,) array
+        Of the fit to those records and all that was stated.
     stated : dict
         Relative errors of stated damping that are scored with the records: standard deviation by coordinate.
     """
@@ -50,6 +52,7 @@ class Knowledge:
     mean: FloatArray
     covariance: FloatArray
     start: FloatArray
+    optimum: FloatArray
     stated: Mapping[int, float]
 
 
@@ -61,23 +64,22 @@ def learn(full: Evidence, records: np.ndarray) -> Knowledge:
     all records in wind of a rig are left out, so is the damping ratio that was stated for it.
     """
     hypothesis = full.hypothesis
+    found = given(hypothesis, records).fit(full.mode)
     stated = _stated(hypothesis, ~records)
-    told = given(hypothesis, records)
-    if stated:
-        data, places = told.bare.data, told.places["damping"]
-        members = next(p.members for p in told.parameters if p.name == "damping")
-        free = data.damping_sd.copy()
-        free[[data.layout.rig[members == at - places.start][0] for at in stated]] = 1.0
-        told = Hypothesis(replace(told.bare, data=replace(data, damping_sd=free)), told.variants)
-    found = told.fit(full.mode)
-    return _apart(Knowledge(hypothesis, found.mode, found.covariance, full.mode, stated), ~records)
+    # The statements, N(0, sd^2), leave the fit: N(0, 1) takes their place.
+    precision = np.linalg.inv(found.covariance)
+    pull = precision @ found.mode
+    for at, sd in stated.items():
+        precision[at, at] += 1.0 - 1.0 / sd**2
+    covariance = np.linalg.inv(precision)
+    return _apart(Knowledge(hypothesis, covariance @ pull, covariance, full.mode, found.mode, stated), ~records)
 
 
 def settled_by(full: Evidence, left_out: np.ndarray) -> Knowledge:
     """All coordinates as all records settle them, but for what belongs to the records left out alone."""
     nothing = np.zeros_like(full.covariance)
     stated = _stated(full.hypothesis, left_out)
-    return _apart(Knowledge(full.hypothesis, full.mode, nothing, full.mode, stated), left_out)
+    return _apart(Knowledge(full.hypothesis, full.mode, nothing, full.mode, full.mode, stated), left_out)
 
 
 def _stated(hypothesis: Hypothesis, left_out: np.ndarray) -> dict[int, float]:

@@ -24,6 +24,7 @@ _DIRECTION = {1: GROWTH, -1: DECAY, 0: STEADY}
 _SCALE = 0.5  # prior sd of the excess damping over the reference relaxation rate
 _LENGTH = 1.0  # over which it varies, in ln(amplitude)
 _BEND = 0.05  # prior sd of the relative change of frequency up to the largest amplitude
+_FAST = 0.03  # growth ratio beyond which the frequency falls by half its square
 _GRID = 41
 _FALSE = 0.1  # probability that any curve of a campaign leaves zero by chance
 _SHORT = 0.1  # ln(amplitude) that a place covers at least
@@ -135,9 +136,10 @@ def excess_curves(bare: Evidence) -> Curves:
         mine = place == g
         if not data.channels.has_phase[mine[data.channels.record]].any():
             continue
-        grid, record = _grid(data, mine), int(np.flatnonzero(mine)[0])
+        record = int(np.flatnonzero(mine)[0])
+        grid = _grid(data, mine, slopes.slow(record))
         value, rows = slopes.frequency(record, grid)
-        allowed = TOLERANCES["stiffness"] * (grid**2 - grid[0] ** 2) / layout.largest.max() ** 2
+        allowed = slopes.tolerated(record, grid)
         covariance = slopes.covariance(rows) + np.outer(allowed, allowed)
         direction = "in wind" if layout.wind[record] else STILL
         frequency.append(Curve("frequency", direction, record, mine, grid, value, covariance, bends))
@@ -219,8 +221,9 @@ def _bends(layout: Layout, members: np.ndarray) -> Variant:
     return Variant("frequency against amplitude", parameters, apply, members >= 0)
 
 
-def _grid(data: GapData, records: np.ndarray) -> FloatArray:
+def _grid(data: GapData, records: np.ndarray, least: float = 0.0) -> FloatArray:
     low, high = amplitudes_of(data, records)
+    low = min(max(low, least), 0.5 * high)
     return np.geomspace(low, max(high, 1.0001 * low), _GRID)
 
 
@@ -237,7 +240,7 @@ class _Slopes:
 
     def __init__(self, bare: Evidence, fit: Evidence) -> None:
         self.data = bare.hypothesis.bare.data
-        self.fit, self.root = fit, np.linalg.cholesky(fit.covariance)
+        self.fit = fit
         step = 1e-3 * np.sqrt(np.diag(fit.covariance))
         size = fit.mode.size
         self.step = step
@@ -249,8 +252,7 @@ class _Slopes:
 
     def covariance(self, rows: FloatArray) -> FloatArray:
         """Covariance of a curve from its slopes, (G, d)."""
-        half = rows @ self.root
-        return np.asarray(half @ half.T)
+        return np.asarray(rows @ self.fit.covariance @ rows.T)
 
     def damping(self, record: int, grid: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Excess damping ratio, (G,), and its slopes in the coordinates, (G, d)."""
@@ -261,8 +263,20 @@ class _Slopes:
 
         return self._excess(ratio(self.table), ratio(self.bare))
 
+    def slow(self, record: int) -> float:
+        """Amplitude above which the motion grows slowly enough for its frequency to be its own."""
+        aero, drive, still = self.bare[0, record, [Term.AERO, Term.DRIVE, Term.STRUCTURAL]]
+        return float(drive / (aero + still + _FAST * self.data.layout.omega[record]))
+
+    def tolerated(self, record: int, grid: FloatArray) -> FloatArray:
+        """Change of frequency that is too small to count: of stiffness, and half the square of the growth ratio."""
+        ratio = amplitude_rates(self.bare[:, record], grid[:1], self.data.channels.knots)[0, 0] / grid[0]
+        fast = 0.5 * (ratio / self.data.layout.omega[record]) ** 2
+        share = (grid - grid[0]) / (grid[-1] - grid[0])
+        return np.asarray(TOLERANCES["stiffness"] * share + fast * (share > 0.0))
+
     def frequency(self, record: int, grid: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Relative frequency over that at the smallest amplitude, and its slopes; what is tolerated counts as nothing."""
+        """Relative frequency over that at the smallest amplitude, (G,), and its slopes, (G, d)."""
 
         def bend(table: FloatArray) -> FloatArray:
             one, two = table[:, record, Term.STIFFNESS_LINEAR, None], table[:, record, Term.STIFFNESS, None]

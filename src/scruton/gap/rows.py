@@ -112,7 +112,7 @@ def close_rows(rows: Rows) -> tuple[Closed, ...]:
                     tuple(float(e) for e in amplitude / rows.amplitude - 1.0),
                     _named(variant, x),
                     after + cost,
-                )  # fmt: skip
+                )
             )
         best = min(options, key=lambda one: one.penalised, default=None)
         if best is not None and best.fraction > _NOTHING:
@@ -124,7 +124,8 @@ def _layout(rows: Rows) -> Layout:
     count, m = len(rows.amplitude), rows.middle
     index = np.arange(count)
     return Layout(
-        records=tuple(f"row {j + 1}" for j in range(count)), rig=index, test=index, direction=np.zeros(count, dtype=int),
+        records=tuple(f"row {j + 1}" for j in range(count)), rig=index, test=index,
+        direction=np.zeros(count, dtype=int),
         duration=np.ones(count), omega=rows.omega, largest=rows.amplitude, reduced_velocity=rows.reduced_velocity,
         scruton_number=rows.scruton_number, reference_amplitude=float(rows.amplitude[m]),
         reference_rate=float(rows.rate[m]), reference_omega=float(rows.omega[m]),

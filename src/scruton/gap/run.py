@@ -73,7 +73,7 @@ def examine(
         "invisible": invisible(diagnosis),
         "calibrated_on": (
             "simulated campaigns of three rigs from the full equation of motion, 0.5 to 1.5 % turbulence; "
-            f"evidences of one effect against another are divided by {TEMPERATURE:g}, against none by {ANY_TEMPERATURE:g}"
+            f"evidences are divided by {TEMPERATURE:g} between effects, by {ANY_TEMPERATURE:g} against none"
         ),
         "sizes_refer_to": reference(diagnosis.data.layout),
         "evidence": _evidence(diagnosis),

@@ -9,13 +9,12 @@ import numpy as np
 
 from scruton.campaign.schema import FloatArray
 from scruton.effects import CATALOGUE, UNKNOWN
-from scruton.effects.terms import Term
+from scruton.gap.curves import Discrepancy, damping_discrepancy
 from scruton.gap.data import GapData
 from scruton.gap.density import Knowledge, density, learn, parameters_spent, settled_by
 from scruton.gap.diagnosis import Diagnosis
 from scruton.gap.hypothesis import Evidence
 from scruton.gap.predict import stable_amplitude
-from scruton.infer.settled import amplitude_rates
 
 METRIC = (
     "joint log predictive density of whole records, nats short of the ceiling that the noise sets; held out: "
@@ -24,7 +23,6 @@ METRIC = (
 MEASURABLE_NATS = 10.0  # that the bare model must fall short by, beyond what a right one would
 _RESAMPLES = 2000
 _TAIL = 0.2  # of a record's cycles
-_BAND = 40  # amplitudes at which damping curves are compared
 
 
 @dataclass(frozen=True)
@@ -70,16 +68,6 @@ class RunnerUp:
 
 
 @dataclass(frozen=True)
-class Discrepancy:
-    """Mean distance of damping curves from the measured ones over the band of amplitudes, over the relaxation rate."""
-
-    before: float
-    after: float
-    held_out_before: float
-    held_out_after: float
-
-
-@dataclass(frozen=True)
 class Shrink:
     """How far the gap shrinks.
 
@@ -100,7 +88,7 @@ class Shrink:
     stable_amplitude : tuple of Settled
         One for each test left out in turn.
     damping_discrepancy : Discrepancy or None
-        None without wind.
+        Of damping curves; None without wind.
     """
 
     metric: str
@@ -125,9 +113,11 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2, seed: np.random.SeedSequen
 
     Every Scruton number is left out in turn (all records in wind of its test; every record in turn where there is one
     test, or only still air).  A hypothesis is fitted to the rest.  What is left out is scored by the joint density
-    of all its cycles, parameters integrated over what the rest says of them, normal about the optimum; the detuning and
-    reading that are its own, and an effect's parameter that is its own alone, over their priors; and the scatter of
-    its test is that of the other tests, to within 20 per cent, lest a wrong model explain its misses by turbulence.
+    of all its cycles, all records of a test at once, parameters integrated over what the rest says of them, normal
+    about the optimum.  What is its own alone (detuning, reading, imperfections within the tolerances, an effect's
+    parameter of one record) is integrated over its prior; and the scatter of a test is that of the other tests, to
+    within 20 per cent, lest a wrong model explain its misses by turbulence.  The damping ratio that was stated for
+    the rig is scored with the records: still-air decays, which stay, may say another.
 
     The ceiling is the density that a record has when the shared parameters are known, its own integrated as before:
     its density at the fit to all records, less half the effective number of parameters fitted to it.  Of the bare
@@ -177,7 +167,9 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2, seed: np.random.SeedSequen
         by_test = [(fold, *(one[i][0] for one in told[:2])) for i, fold in enumerate(held) if _is_test(data, fold)]
         misstated = "structural_damping_error" in diagnosis.found
         settled = tuple(_settled(data, *one, misstated) for one in by_test)
-        discrepancy = _discrepancy(diagnosis, references, best, by_test)
+        discrepancy = damping_discrepancy(
+            diagnosis.bare, diagnosis.final, [(k.optimum, m.optimum) for _, k, m in by_test]
+        )
     return Shrink(
         METRIC, before, after, fraction, _bootstrap(used[0], used[1], rng) if fraction is not None else None, held_out,
         measurable, _statement(measurable, held_out, diagnosis.verdict),
@@ -255,7 +247,7 @@ def _settled(data: GapData, fold: np.ndarray, bare: Knowledge, final: Knowledge,
     measured = stated.mean if stated else float(np.mean([_tail(data, int(r)) for r in records]))
     number = float(data.layout.scruton_number[records[0]]) if misstated else None
     before, after = (
-        float(np.median([stable_amplitude(k.hypothesis, k.mean[None], int(r), scruton_number=n, reading=True)[0]
+        float(np.median([stable_amplitude(k.hypothesis, k.optimum[None], int(r), scruton_number=n, reading=True)[0]
                          for r in records]))
         for k, n in ((bare, number), (final, None))
     )  # fmt: skip
@@ -267,43 +259,6 @@ def _settled(data: GapData, fold: np.ndarray, bare: Knowledge, final: Knowledge,
 def _tail(data: GapData, record: int) -> float:
     a = data.cycles[data.layout.records[record]].amplitude
     return float(np.mean(a[-max(5, int(_TAIL * a.size)) :]))
-
-
-def _discrepancy(
-    diagnosis: Diagnosis,
-    references: Sequence[Evidence],
-    best: int,
-    by_test: Sequence[tuple[np.ndarray, Knowledge, Knowledge]],
-) -> Discrepancy:
-    """Damping curves of the models against that of the reference that stands for the noise ceiling."""
-    data = diagnosis.data
-    tests = [np.flatnonzero(data.layout.test == j) for j in np.unique(data.layout.test[data.layout.wind])]
-    truth = references[best]
-    measured = [_curve(truth.hypothesis, truth.mode, data, int(r[0])) for r in tests]
-
-    def distance(pairs: list[tuple[Any, FloatArray]]) -> float:
-        away = [
-            np.mean(np.abs(_curve(h, u, data, int(r[0])) - m)) / data.layout.rate[r[0]]
-            for (h, u), m, r in zip(pairs, measured, tests, strict=True)
-        ]
-        return float(np.mean(away))
-
-    full = [distance([(m.hypothesis, m.mode)] * len(tests)) for m in (diagnosis.bare, diagnosis.final)]
-    out = full
-    if len(by_test) == len(tests):
-        out = [distance([(one[i].hypothesis, one[i].mean) for one in by_test]) for i in (1, 2)]
-    return Discrepancy(*full, *out)
-
-
-def _curve(hypothesis: Any, u: FloatArray, data: GapData, record: int) -> FloatArray:
-    """Damping rate -da/dt/a of a test over the amplitudes of its records [1/s]."""
-    layout = data.layout
-    mine = np.isin(data.channels.record, np.flatnonzero(layout.test == layout.test[record]))
-    a = data.channels.amplitude[mine]
-    band = np.geomspace(max(np.quantile(a, 0.02), 0.03 * a.max()), a.max(), _BAND)
-    table = hypothesis.table(u[None])[:, record]
-    table[:, [int(Term.TREND), int(Term.TREND_SINE)]] = 0.0
-    return np.asarray(-amplitude_rates(table, band, data.channels.knots)[0] / band)
 
 
 def _statement(measurable: bool, held: HeldOut, verdict: str) -> str:

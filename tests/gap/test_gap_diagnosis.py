@@ -1,0 +1,121 @@
+"""The verdict on simulated campaigns, and the pieces that it rests on."""
+
+import numpy as np
+import pytest
+
+from scruton.calibrate.challenge.make import simulate_case
+from scruton.effects import CATALOGUE
+from scruton.gap.bare import bare_model
+from scruton.gap.check import check, second_lines
+from scruton.gap.data import load_gap
+from scruton.gap.diagnosis import diagnose, fit_bare
+from scruton.gap.hypothesis import Hypothesis
+from scruton.gap.importance import importance
+from scruton.gap.screen import Screen
+
+SEED = 8101
+
+
+@pytest.fixture(scope="module")
+def clean():
+    campaign, _ = simulate_case(SEED, 1, None, 0.0)
+    data, bare = fit_bare(load_gap(campaign))
+    return campaign, data, bare
+
+
+def test_gradient_and_information_are_those_of_the_log_posterior(clean):
+    _, data, bare = clean
+    hypothesis = Hypothesis(bare_model(data))
+    rng = np.random.default_rng(3)
+    sd = np.sqrt(np.diag(bare.covariance))
+    u = bare.mode + 0.5 * sd * rng.standard_normal(bare.mode.size)
+    _, gradient, fisher = hypothesis.scores(u)
+    for i in rng.choice(u.size, 12, replace=False):
+        step = np.zeros(u.size)
+        step[i] = 1e-3 * sd[i]
+        up, down = (sum(float(x[0]) for x in hypothesis.log_prob((u + s * step)[None])) for s in (1, -1))
+        assert gradient[i] == pytest.approx((up - down) / (2e-3 * sd[i]), rel=2e-3, abs=2e-3 / sd[i])
+    assert np.linalg.eigvalsh(fisher).min() > 0
+
+
+def test_the_optimum_is_one(clean):
+    _, data, bare = clean
+    rng = np.random.default_rng(4)
+    root = np.linalg.cholesky(bare.covariance)
+    u = bare.mode + 0.7 * rng.standard_normal((50, bare.mode.size)) @ root.T
+    like, prior = bare.hypothesis.log_prob(u)
+    assert (like + prior).max() < bare.log_likelihood + bare.log_prior + 0.3
+    again = bare.hypothesis.fit(u[0])
+    assert again.log_evidence == pytest.approx(bare.log_evidence, abs=0.2)
+    assert data.middle >= 0
+
+
+def test_laplace_against_importance_sampling(clean):
+    _, _, bare = clean
+    found = importance(bare, np.random.default_rng(1), 1500)
+    assert found.effective > 10
+    assert found.log_evidence == pytest.approx(found.laplace, abs=1.5 + 4 * found.error)
+
+
+def test_a_clean_campaign_passes_the_absolute_check(clean):
+    campaign, data, bare = clean
+    mark = check(bare)
+    assert min(mark.colour, mark.level, mark.spread, mark.tails) > 1e-4
+    assert mark.excess < 4
+    assert max(line.ratio for line in second_lines(campaign, data.cycles)) < 25
+
+
+def test_a_promise_is_the_gain_of_a_small_effect(clean):
+    """The score test is the second-order gain: of a small effect it is most of what the fit finds."""
+    campaign, _ = simulate_case(SEED, 1, "structural_damping_nonlinearity", 0.005)
+    data, bare = fit_bare(load_gap(campaign))
+    screen = Screen(bare)
+    variant = CATALOGUE["structural_damping_nonlinearity"].variants(data.layout)[0]
+    promise = screen.linear(variant)
+    hypothesis = bare.hypothesis.extended(variant)
+    fitted = hypothesis.fit(hypothesis.start_from(bare.mode, promise.start))
+    gained = fitted.log_evidence - bare.log_evidence
+    assert 0.5 * gained < promise.gain < 1.3 * gained
+
+
+def test_no_effect_is_called_none(clean):
+    campaign, _, _ = clean
+    found = diagnose(campaign)
+    assert found.verdict == "none"
+    assert found.probability["none"] > 0.5
+    assert sum(found.probability.values()) == pytest.approx(1.0)
+    assert set(found.probability) == {*CATALOGUE, "none", "unknown"}
+
+
+@pytest.mark.parametrize("name", ["coulomb_friction", "fluid_memory", "sensor_gain_error"])
+def test_an_effect_is_named(name):
+    campaign, _ = simulate_case(SEED, 2, name, 0.2)
+    found = diagnose(campaign)
+    assert found.verdict == name
+    assert found.groups[0][0] == name
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", CATALOGUE)
+def test_every_effect_is_named(name):
+    verdicts = [diagnose(simulate_case(SEED, i, name, 0.2)[0]).verdict for i in (3, 4, 5)]
+    assert verdicts.count(name) >= 2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["damping_bump", "time_jump", "intermittent_lock_in", "second_mode"])
+def test_what_is_in_no_catalogue_is_unknown(name):
+    verdicts = [diagnose(simulate_case(SEED, i, name, 0.4)[0]).verdict for i in (3, 4, 5)]
+    assert verdicts.count("unknown") >= 2
+
+
+@pytest.mark.real
+@pytest.mark.parametrize(
+    ("folder", "effect"),
+    [("pendulum-dry-friction", "coulomb_friction"), ("ship-roll-decay", "structural_damping_nonlinearity"),
+     ("pendulum-air-drag", "structural_damping_nonlinearity")],
+)  # fmt: skip
+def test_measured_decays(shared_data, folder, effect):
+    from scruton.campaign import load_campaign
+
+    assert diagnose(load_campaign(shared_data(folder))).verdict == effect
