@@ -1,4 +1,4 @@
-"""How far each unmodelled effect would close the gap between the three rows of Table 5, from amplitudes and slopes alone.
+"""How far each unmodelled effect would close the gap between the rows of Table 5, from amplitudes and slopes alone.
 
 Run `python examples/rectangle-4to1/table5.py`.
 """
@@ -36,7 +36,7 @@ def rows() -> Rows:
 
 
 def cross_predictions() -> np.ndarray:
-    """Stable amplitude of every row (columns) from the Y1 and epsilon of every row (rows) over that measured, less one."""
+    """Stable amplitude of every row (columns) from the parameters of every row over that measured, less one."""
     one = rows()
     found = np.empty((3, 3))
     settings = [

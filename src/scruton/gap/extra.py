@@ -173,7 +173,8 @@ def expected(hypothesis: Hypothesis, u: FloatArray, extra: Extra) -> Channels:
     same = old.record == extra.template
     se = float(np.median(np.sqrt(np.maximum(old.standard_error[same] ** 2 - (FLOOR * old.amplitude[same]) ** 2, 0.0))))
     sees = a > 3.0 * se
-    time = np.arange(extra.cycles) * period
+    time: FloatArray = np.arange(extra.cycles, dtype=np.float64) * period
+    place: FloatArray = np.asarray(time / max(float(time[-1]), period) - 0.5)
     size = extra.cycles
     return Channels(
         amplitude=a,
@@ -184,7 +185,7 @@ def expected(hypothesis: Hypothesis, u: FloatArray, extra: Extra) -> Channels:
         gap=np.r_[-1.0, np.zeros(size - 1)],
         period=np.full(size, period),
         time=time,
-        place=time / max(float(time[-1]), period) - 0.5,
+        place=place,
         record=np.full(size, last, dtype=np.intp),
         omega=np.full(size, omega),
         has_phase=sees & bool(old.has_phase[same].any()),

@@ -24,6 +24,7 @@ _DIRECTION = {1: GROWTH, -1: DECAY, 0: STEADY}
 _SCALE = 0.5  # prior sd of the excess damping over the reference relaxation rate
 _LENGTH = 1.0  # over which it varies, in ln(amplitude)
 _BEND = 0.05  # prior sd of the relative change of frequency up to the largest amplitude
+_IN_WIND = 2.0  # times what is tolerated in still air: gusts move phase and amplitude together
 _FAST = 0.03  # growth ratio beyond which the frequency falls by half its square
 _GRID = 41
 _FALSE = 0.1  # probability that any curve of a campaign leaves zero by chance
@@ -273,7 +274,8 @@ class _Slopes:
         ratio = amplitude_rates(self.bare[:, record], grid[:1], self.data.channels.knots)[0, 0] / grid[0]
         fast = 0.5 * (ratio / self.data.layout.omega[record]) ** 2
         share = (grid - grid[0]) / (grid[-1] - grid[0])
-        return np.asarray(TOLERANCES["stiffness"] * share + fast * (share > 0.0))
+        stiffness = TOLERANCES["stiffness"] * (_IN_WIND if self.data.layout.wind[record] else 1.0)
+        return np.asarray(stiffness * share + fast * (share > 0.0))
 
     def frequency(self, record: int, grid: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Relative frequency over that at the smallest amplitude, (G,), and its slopes, (G, d)."""

@@ -23,7 +23,7 @@ _HIGH = 0.8  # of a record's largest amplitude: where its wave would be bent
 
 
 def scatter_findings(fit: Evidence) -> list[Finding]:
-    """Innovations that are coloured, come in bursts, are modulated or have heavy tails, record by record.
+    """Innovations that are coloured, come in bursts, are modulated or have heavy tails, by record in wind.
 
     Parameters
     ----------
@@ -38,10 +38,11 @@ def scatter_findings(fit: Evidence) -> list[Finding]:
     found: list[Finding] = []
     for r in range(len(data.layout.records)):
         cycles = np.flatnonzero(data.channels.record == r)[1:]
-        if cycles.size < _FEWEST:
+        # in still air the innovations are those of the demodulation, whose errors are bounds
+        if cycles.size < _FEWEST or not data.layout.wind[r]:
             continue
         x = z[cycles]
-        critical = float(norm.isf(_FALSE / len(data.layout.records)))
+        critical = float(norm.isf(_FALSE / max(np.count_nonzero(data.layout.wind), 1)))
         level = float(np.median(root[cycles] / np.maximum(data.channels.amplitude[cycles], 1e-12)))
         for one in (_colour(x), _bursts(x), _tails(x), _modulation(x, level, data, cycles)):
             value, sd, significance, quantity, detail, span = one
@@ -144,11 +145,10 @@ def wave_findings(data: GapData) -> list[Finding]:
         if np.count_nonzero(high) < 2 or not np.all(error < 1e5):
             continue
         ratio, se = third[high] / a[high], error[high] / a[high]
-        weight = 1.0 / se**2
-        value = float(np.sum(weight * ratio) / np.sum(weight))
-        scatter = max(1.0, float(np.sum(weight * (ratio - value) ** 2)) / max(ratio.size - 1, 1))
-        sd = float(np.hypot(np.sqrt(scatter / np.sum(weight)), TOLERANCES["third"]))
-        if abs(value) / sd < max(critical, 4.0):
+        # a plain mean: errors grow with the harmonic itself, so that weights would choose the cycles without it
+        value = float(np.mean(ratio))
+        sd = float(np.hypot(np.sqrt(np.mean(se**2) / se.size), TOLERANCES["third"]))
+        if abs(value) / sd < critical:
             continue
         rig, test, record = names_of(data, r)
         span = (float(a[high].min()), float(a.max()))

@@ -202,8 +202,9 @@ def _fit(rows: Rows, layout: Layout, variant: Variant | None) -> tuple[FloatArra
         starts = [np.r_[starts[0], first], np.r_[starts[0], first - 0.1], np.r_[starts[0], first + 0.1]]
 
     def residuals(x: FloatArray) -> FloatArray:
-        low = [1e3 * min(v, 0.0) for p in (variant.parameters if variant else ()) if p.positive
-               for v in np.atleast_1d(_split(variant, x)[p.name][0])]  # fmt: skip
+        values = _split(variant, x) if variant else {}
+        cut = [p.name for p in variant.parameters if p.positive] if variant else []
+        low = [1e3 * min(value, 0.0) for name in cut for value in values[name][0]]
         return np.concatenate([_misfit(rows, layout, variant, x), _prior(variant, x), low])
 
     fits = [least_squares(residuals, start) for start in starts]

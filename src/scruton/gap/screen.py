@@ -106,7 +106,8 @@ class Screen:
             values = {one.name: np.where(one.members >= 0, np.exp(at), 0.0)[None] * np.ones((1, len(layout.records)))}
             tables.append(self._with(variant, values))
         v, s = self._innovations(tables)
-        value = -0.5 * np.sum(v * v / s + np.log(s), axis=1) - self.value
+        with np.errstate(all="ignore"):
+            value = -0.5 * np.sum(v * v / s + np.log(s), axis=1) - self.value
         value = np.where(np.isfinite(value), value, -np.inf)
         best = int(np.argmax(value))
         return Promise(variant, float(value[best]), {one.name: np.full(one.size, float(grid[best]))})

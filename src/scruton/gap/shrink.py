@@ -162,14 +162,14 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2, seed: np.random.SeedSequen
         _fraction(short[0], short[1]) if measurable else None,
         _bootstrap(short[0], short[1], rng) if measurable else None,
     )  # fmt: skip
-    settled, discrepancy = (), None
+    settled: tuple[Settled, ...] = ()
+    discrepancy = None
     if data.layout.wind.any():
-        by_test = [(fold, *(one[i][0] for one in told[:2])) for i, fold in enumerate(held) if _is_test(data, fold)]
+        by_test = [(fold, told[0][i][0], told[1][i][0]) for i, fold in enumerate(held) if _is_test(data, fold)]
         misstated = "structural_damping_error" in diagnosis.found
-        settled = tuple(_settled(data, *one, misstated) for one in by_test)
-        discrepancy = damping_discrepancy(
-            diagnosis.bare, diagnosis.final, [(k.optimum, m.optimum) for _, k, m in by_test]
-        )
+        settled = tuple(_settled(data, fold, bare, final, misstated) for fold, bare, final in by_test)
+        pairs = [(bare.optimum, final.optimum) for _, bare, final in by_test]
+        discrepancy = damping_discrepancy(diagnosis.bare, diagnosis.final, pairs)
     return Shrink(
         METRIC, before, after, fraction, _bootstrap(used[0], used[1], rng) if fraction is not None else None, held_out,
         measurable, _statement(measurable, held_out, diagnosis.verdict),
@@ -267,9 +267,8 @@ def _statement(measurable: bool, held: HeldOut, verdict: str) -> str:
     if not measurable or held.fraction is None or held.interval90 is None:
         return "the gap is too small to measure on held-out records"
     low, high = held.interval90
-    return (
-        f"{verdict} closes {held.fraction:.0%} of the gap on held-out records (90 % interval {low:.0%} to {high:.0%})"
-    )
+    what = "a generic term, for the unknown," if verdict == UNKNOWN.name else verdict
+    return f"{what} closes {held.fraction:.0%} of the gap on held-out records (90 % interval {low:.0%} to {high:.0%})"
 
 
 def _plain(value: Any) -> Any:

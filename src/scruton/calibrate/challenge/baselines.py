@@ -1,0 +1,130 @@
+"""Diagnoses to beat: each from a campaign's envelopes alone, none with a model of what the scatter does to them.
+
+Each takes a case's folder and gives the fields of gap.json that it can: run them as
+`run_challenge(folder, out, diagnose=BASELINES[name])` and score them as any other.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.signal import savgol_filter
+from scipy.special import logsumexp
+from scipy.stats import chi2
+
+from scruton.calibrate.challenge.envelopes import Envelopes, load_envelopes
+from scruton.calibrate.challenge.independent import criteria
+from scruton.campaign.schema import FloatArray
+
+_POWERS = (0, 1, 2, 3, 5)
+_THRESHOLD = 0.06  # of the relaxation damping: a coefficient below is none
+_LEVEL = 0.01  # of the chi-square
+_BINS = 8  # of amplitude, a record
+
+
+def bic(folder: Path) -> dict[str, Any]:
+    """BIC of least-squares fits to the envelopes, as if their errors were independent; knows no `unknown`.
+
+    Of the catalogue it lacks `stiffness_nonlinearity` and `vortex_shedding_forcing`.
+    """
+    found = criteria(load_envelopes(folder))
+    logs = np.array([-0.5 * value for value in found.values()])
+    p = np.exp(logs - logsumexp(logs))
+    probability = dict(zip(found, p.tolist(), strict=True))
+    return _said(max(probability, key=lambda name: probability[name]), probability)
+
+
+def sparse(folder: Path) -> dict[str, Any]:
+    """Sparse regression of da/dt on 1, a, a^2, a^3, a^5, in still air and in wind (STLSQ: Brunton et al., PNAS 2016).
+
+    A constant in still air is friction, a power structural nonlinearity, a linear part beyond the stated damping an
+    error of that; powers in wind are aerodynamic nonlinearity. The strongest has it; no probability.
+    """
+    e = load_envelopes(folder)
+    coefficients, rate = _sparse(e)
+    size = {name: max(abs(c) for c in group) / rate for name, group in coefficients.items()}
+    name = max(size, key=lambda one: size[one])
+    return _said(name if size[name] > 0.0 else "none", {})
+
+
+def chi_square(folder: Path) -> dict[str, Any]:
+    """Chi-square of the bare law against the binned damping curves: `none` or `unknown`, no probability."""
+    e = load_envelopes(folder)
+    rigs = len(e.damping)
+    rows, values, errors = [], [], []
+    for r, (t, a) in enumerate(zip(e.time, e.amplitude, strict=True)):
+        for x, y, se in _binned(t, a):
+            row = np.zeros(rigs + 2)
+            row[e.rig[r]] = e.omega[r] * e.damping[e.rig[r]]
+            if e.wind[r]:
+                row[rigs:] = e.aero[r], -e.drive[r] / x
+            rows.append(row / se)
+            values.append((y - row[e.rig[r]]) / se)
+            errors.append(se)
+    prior = np.hstack([np.diag(1.0 / e.damping_sd), np.zeros((rigs, 2))])
+    X, y = np.vstack([*rows, prior]), np.r_[values, np.zeros(rigs)]
+    if not e.wind.any():
+        X = X[:, :rigs]
+    misfit = float(np.sum((y - X @ np.linalg.lstsq(X, y, rcond=None)[0]) ** 2))
+    return _said("unknown" if chi2.sf(misfit, len(values) - X.shape[1] + rigs) < _LEVEL else "none", {})
+
+
+BASELINES = {"bic": bic, "sparse": sparse, "chi-square": chi_square}
+
+
+def _said(verdict: str, probability: dict[str, float]) -> dict[str, Any]:
+    groups = [] if verdict in ("none", "unknown") else [[verdict]]
+    return {
+        "format": 1, "verdict": verdict, "also": [], "probability": probability, "indistinguishable": groups,
+        "where": [], "shrink": {}, "effects": {}, "advice": [],
+    }  # fmt: skip
+
+
+def _binned(t: FloatArray, a: FloatArray) -> list[tuple[float, float, float]]:
+    """Amplitude, damping rate -d ln a/dt and its standard error, in stretches of a record, by straight lines."""
+    found = []
+    for part in np.array_split(np.arange(t.size), min(_BINS, max(t.size // 5, 1))):
+        x, y = t[part] - t[part].mean(), np.log(np.maximum(a[part], 1e-9))
+        if part.size < 4:
+            continue
+        slope = float(x @ y / (x @ x))
+        left = y - y.mean() - slope * x
+        se = float(np.sqrt(left @ left / (part.size - 2) / (x @ x)))
+        found.append((float(a[part].mean()), -slope, max(se, 1e-9)))
+    return found
+
+
+def _sparse(e: Envelopes) -> tuple[dict[str, list[float]], float]:
+    """Coefficients by effect, at a = 1, after thresholding; and the relaxation rate there."""
+    rows, values = [], []
+    for r, (t, a) in enumerate(zip(e.time, e.amplitude, strict=True)):
+        window = min(11, (t.size - 1) // 2 * 2 + 1)
+        if window < 5:
+            continue
+        step = float(np.median(np.diff(t)))
+        smooth = savgol_filter(a, window, 2)
+        slope = savgol_filter(a, window, 2, deriv=1, delta=step)
+        library = np.stack([smooth**k for k in _POWERS], axis=1)
+        scale = np.array([e.drive[r], *[e.aero[r]] * (len(_POWERS) - 1)]) if e.wind[r] else np.zeros(len(_POWERS))
+        inner = slice(window // 2, t.size - window // 2)
+        rows.append(np.hstack([library, library * scale])[inner])
+        values.append((slope + e.omega[r] * e.damping[e.rig[r]] * smooth)[inner])
+    X, y = np.vstack(rows), np.concatenate(values)
+    n, bare = len(_POWERS), [len(_POWERS), len(_POWERS) + 1]  # the law itself: the drive and the linear part in wind
+    active = np.any(X != 0.0, axis=0)
+    c = np.zeros(2 * n)
+    rate = 1.0
+    for _ in range(10):
+        c[:] = 0.0
+        c[active] = np.linalg.lstsq(X[:, active], y, rcond=None)[0]
+        rate = max(abs(float(c[n])), e.rate)  # n = -1: the drive at the stable amplitude is the relaxation rate
+        keep = (np.abs(c) >= _THRESHOLD * rate) | np.isin(np.arange(2 * n), bare)
+        if np.array_equal(active & keep, active):
+            break
+        active &= keep
+    return {
+        "coulomb_friction": [c[0]],
+        "structural_damping_error": [c[1]],
+        "structural_damping_nonlinearity": list(c[2:n]),
+        "aerodynamic_damping_nonlinearity": list(c[n + 2 :]),
+    }, rate

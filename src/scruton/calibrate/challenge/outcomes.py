@@ -1,0 +1,210 @@
+"""Truth and diagnosis of every case side by side: the sealed answers are opened, their hash is checked."""
+
+import json
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from scruton.calibrate.challenge.make import ANSWERS, CHALLENGE
+from scruton.calibrate.challenge.run import CASE, GAP, cases_of, read_json
+from scruton.errors import InputError
+
+NONE, UNKNOWN, FAILED = "none", "unknown", "failed"
+_ALLOWED = {"wake_oscillator": (UNKNOWN, "fluid_memory")}  # of the cases outside the catalogue
+
+
+@dataclass(frozen=True)
+class Settled:
+    """Stable amplitude of a test left out: A/D or rad.
+
+    Attributes
+    ----------
+    moved : float
+        What the effect does to it, relative.
+    truth, measured, before, after : float
+        As simulated; as measured; as the bare model and the verdict's predict it.
+    """
+
+    moved: float
+    truth: float
+    measured: float
+    before: float
+    after: float
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One case: what is in it, and what was said of it.
+
+    Attributes
+    ----------
+    case, kind : str
+        Kind: none, catalogue, two, or open (outside the catalogue).
+    truth : tuple of str
+        Effects; empty for none.
+    severity : float
+    verdict : str
+        "failed" where there is no diagnosis.
+    also : tuple of str
+    probability : mapping
+        Empty where the diagnosis gives none.
+    group : tuple of str
+        Effects that cannot be told from the verdict, itself among them.
+    shrink : float or None
+        Held-out shrink; None where it was not measured.
+    settled : tuple of Settled
+    rigs, rigs_named : tuple of str
+        Where friction is, and where it is said to be.
+    seconds : float or None
+    """
+
+    case: str
+    kind: str
+    truth: tuple[str, ...]
+    severity: float
+    verdict: str
+    also: tuple[str, ...] = ()
+    probability: Mapping[str, float] = field(default_factory=dict)
+    group: tuple[str, ...] = ()
+    shrink: float | None = None
+    settled: tuple[Settled, ...] = ()
+    rigs: tuple[str, ...] = ()
+    rigs_named: tuple[str, ...] = ()
+    seconds: float | None = None
+
+    @property
+    def name(self) -> str:
+        """Row of the confusion matrix."""
+        return NONE if not self.truth else "two" if len(self.truth) > 1 else self.truth[0]
+
+    @property
+    def accepted(self) -> tuple[str, ...]:
+        """Verdicts that are right; of two effects, either."""
+        if self.kind == NONE:
+            return (NONE,)
+        if self.kind == "open":
+            return _ALLOWED.get(self.truth[0], (UNKNOWN,))
+        return self.truth
+
+    @property
+    def right(self) -> bool:
+        """Whether the verdict is."""
+        return self.verdict in self.accepted
+
+    @property
+    def both_named(self) -> bool:
+        """Whether every effect is named, in `verdict` or `also`."""
+        return set(self.truth) <= {self.verdict, *self.also}
+
+
+def read_outcomes(
+    folder: Path, results: Path, answers: Path | None = None
+) -> tuple[tuple[Outcome, ...], dict[str, Any]]:
+    """Read results and open the sealed answers.
+
+    Parameters
+    ----------
+    folder : Path
+        Of the challenge.
+    results : Path
+        Of the run.
+    answers : Path, optional
+        The sealed file, if it lies elsewhere.
+
+    Returns
+    -------
+    outcomes : tuple of Outcome
+        Of every case that was run.
+    settings : dict
+        Of the challenge, and how many of its cases were not run (`not_run`).
+
+    Raises
+    ------
+    InputError
+        If the hash of the answers is another than stands in challenge.json, or there is nothing to score.
+    """
+    table = read_json(folder / CHALLENGE)
+    sealed = opened(answers or folder / str(table.get("answers", ANSWERS)), table.get("answers_sha256"))
+    names = [name for name in cases_of(folder) if name in sealed]
+    there = [name for name in names if (results / name / CASE).exists() or (results / name / GAP).exists()]
+    if not there:
+        raise InputError(results, "", "no result of any case", "the folder that scruton challenge run wrote")
+    found = tuple(_outcome(folder / name, results / name, sealed[name]) for name in there)
+    return found, dict(table.get("settings", {})) | {"not_run": len(names) - len(there)}
+
+
+def opened(path: Path, digest: object) -> dict[str, Any]:
+    """Open the sealed answers.
+
+    Raises
+    ------
+    InputError
+        If the file is not there, or its SHA-256 is not `digest`.
+    """
+    if not path.is_file():
+        raise InputError(path, "", "no file", "the sealed answers of the challenge (--answers FILE)")
+    text = path.read_bytes()
+    if sha256(text).hexdigest() != digest:
+        raise InputError(
+            path, "SHA-256", sha256(text).hexdigest(),
+            f"{digest} as {CHALLENGE} has it: the answers are not those that were sealed",
+        )  # fmt: skip
+    found = json.loads(text)
+    if not isinstance(found, dict):
+        raise InputError(path, "", type(found).__name__, "one answer a case, by its name")
+    return found
+
+
+def _outcome(campaign: Path, place: Path, answer: Mapping[str, Any]) -> Outcome:
+    note = read_json(place / CASE) if (place / CASE).exists() else {}
+    truth = tuple(str(one) for one in answer["effects"])
+    rigs = answer["parameters"].get("coulomb_friction", {}).get("rigs", ())
+    own: dict[str, Any] = {
+        "case": campaign.name, "kind": str(answer["kind"]), "truth": truth, "severity": float(answer["severity"]),
+        "seconds": note.get("seconds"), "rigs": tuple(str(answer["rigs"][j]["name"]) for j in rigs),
+    }  # fmt: skip
+    if not (place / GAP).exists():
+        return Outcome(**own, verdict=FAILED)
+    gap = read_json(place / GAP)
+    try:
+        verdict = str(gap["verdict"])
+        groups = [tuple(one) for one in gap.get("indistinguishable", ()) if verdict in one]
+        shrink = gap.get("shrink") or {}
+        return Outcome(
+            **own,
+            verdict=verdict,
+            also=tuple(gap.get("also", ())),
+            probability={str(name): float(p) for name, p in gap.get("probability", {}).items()},
+            group=groups[0] if groups else (verdict,),
+            shrink=(shrink.get("held_out") or {}).get("fraction"),
+            settled=_settled(campaign, shrink.get("stable_amplitude") or (), answer),
+            rigs_named=_named(gap.get("where", ())),
+        )
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise InputError(place / GAP, "", f"{type(error).__name__}: {error}", "a gap.json of scruton diagnose") from error
+
+
+def _named(where: Any) -> tuple[str, ...]:
+    """Rigs with friction: those that the diagnosis gives as the scope of it, else those where the damping departs."""
+    scope = {str(one["rig"]) for one in where if one.get("effect") == "coulomb_friction" and one.get("rig")}
+    found = {str(one["rig"]) for one in where if one["quantity"] == "damping" and one.get("rig")}
+    return tuple(sorted(scope or found))
+
+
+def _settled(campaign: Path, entries: Any, answer: Mapping[str, Any]) -> tuple[Settled, ...]:
+    if not entries:
+        return ()
+    tests = tomllib.loads((campaign / "campaign.toml").read_text(encoding="utf-8"))["tests"]
+    rig_of = {test["name"]: test["rig"] for test in tests}
+    rigs = {one["name"]: one for one in answer["rigs"]}
+    found = []
+    for one in entries:
+        rig = rigs[rig_of[one["test"]]]
+        truth, without = float(rig["stable_amplitude"]), float(rig["stable_amplitude_without"])
+        if None not in (one["before"], one["after"]):
+            numbers = (float(one[key]) for key in ("measured", "before", "after"))
+            found.append(Settled(abs(truth / without - 1.0), truth, *numbers))
+    return tuple(found)

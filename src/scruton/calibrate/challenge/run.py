@@ -1,0 +1,211 @@
+"""`challenge run`: the diagnosis of every campaign of a folder, one gap.json a case; the answers are not looked at."""
+
+import json
+import multiprocessing
+import shutil
+import signal
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from hashlib import sha256
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from scruton.calibrate.store import write
+from scruton.errors import InputError
+
+RUN, GAP, CASE = "challenge-run.json", "gap.json", "case.json"
+Diagnose = Callable[[Path], Mapping[str, Any]]
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class ChallengeRun:
+    """What a run left behind.
+
+    Attributes
+    ----------
+    folder : Path
+    cases : tuple of str
+    failed : mapping
+        Case to the reason why it has no diagnosis.
+    """
+
+    folder: Path
+    cases: tuple[str, ...]
+    failed: Mapping[str, str]
+
+
+def diagnose_case(folder: Path) -> Mapping[str, Any]:
+    """Diagnose a campaign with the default card in one thread: the content of gap.json."""
+    from scruton.gap.run import diagnose_campaign
+
+    return diagnose_campaign(folder, workers=1)
+
+
+def run_challenge(
+    folder: Path,
+    out: Path,
+    *,
+    jobs: int = 1,
+    force: bool = False,
+    resume: bool = False,
+    progress: Progress | None = None,
+    diagnose: Diagnose = diagnose_case,
+) -> ChallengeRun:
+    """Diagnose every case of a challenge.
+
+    Parameters
+    ----------
+    folder : Path
+        With one folder a case, each with its campaign.toml.
+    out : Path
+        Gets `case-0001/gap.json` and `case-0001/case.json` (seconds; the reason where a case failed) and so on.
+    jobs : int
+        Processes.
+    force, resume : bool
+        Replace the results that lie in the folder, or keep the cases that are done; failed ones are tried again.
+    progress : callable, optional
+        Told how many cases are done, of how many.
+    diagnose : callable
+        From a case's folder to the content of gap.json; of module level, for several processes.
+
+    Raises
+    ------
+    InputError
+        For a folder without campaigns, or one for results that holds others.
+    """
+    if jobs < 1:
+        raise InputError("challenge", "jobs", str(jobs), "at least 1")
+    cases = cases_of(folder)
+    _claim(out, _settings(folder, cases, diagnose), force=force, resume=resume)
+    missing = [name for name in cases if not (out / name / GAP).exists()]
+    done = len(cases) - len(missing)
+    for _ in _run(folder, out, missing, jobs, diagnose):
+        done += 1
+        if progress:
+            progress(done, len(cases))
+    failed = {name: read_json(out / name / CASE).get("error") for name in cases if not (out / name / GAP).exists()}
+    return ChallengeRun(out, cases, {name: str(reason) for name, reason in failed.items()})
+
+
+def cases_of(folder: Path) -> tuple[str, ...]:
+    """Names of the folders with a campaign.toml, in order.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    found = tuple(sorted(p.parent.name for p in folder.glob("*/campaign.toml") if not p.parent.name.startswith(".")))
+    if not found:
+        wanted = "a folder made by scruton challenge make, with case-0001/campaign.toml and so on"
+        raise InputError(folder, "", "no folder with a campaign.toml" if folder.is_dir() else "no folder", wanted)
+    return found
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Read a JSON object.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or is none.
+    """
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise InputError(path, "", f"no valid JSON ({error})", "a JSON object") from error
+    if not isinstance(found, dict):
+        raise InputError(path, "", type(found).__name__, "a JSON object")
+    return found
+
+
+def _settings(folder: Path, cases: Sequence[str], diagnose: Diagnose) -> dict[str, Any]:
+    """What the results depend on: every campaign.toml, and who diagnoses."""
+    digest = sha256()
+    for name in cases:
+        digest.update(name.encode() + b"\0" + (folder / name / "campaign.toml").read_bytes())
+    called = f"{diagnose.__module__}.{getattr(diagnose, '__qualname__', type(diagnose).__name__)}"
+    return {"format": 1, "campaigns_sha256": digest.hexdigest(), "diagnosis": called, "scruton": version("scruton")}
+
+
+def _claim(out: Path, settings: Mapping[str, Any], *, force: bool, resume: bool) -> None:
+    if out.exists() and not out.is_dir():
+        raise InputError(out, "-o", "a file", "the path of a folder for the results")
+    path = out / RUN
+    if path.exists() and resume:
+        earlier = read_json(path)
+        differ = [key for key, value in settings.items() if earlier.get(key) != value]
+        # A challenge may have grown since; a case that is there is a case of the same name.
+        differ = [key for key in differ if key != "campaigns_sha256"]
+        if differ:
+            raise InputError(
+                path, differ[0], repr(earlier.get(differ[0])),
+                f"{settings[differ[0]]!r} as asked for now: a run is resumed with its own settings",
+            )  # fmt: skip
+    elif path.exists():
+        if not force:
+            raise InputError(
+                out, "-o", "results of an earlier run", "an empty folder, --resume to go on with it, or --force"
+            )
+        for case in out.glob(f"*/{CASE}"):
+            shutil.rmtree(case.parent)
+    write(path, json.dumps(settings, indent=1) + "\n")
+
+
+def _run(folder: Path, out: Path, names: Sequence[str], jobs: int, diagnose: Diagnose) -> Iterator[str]:
+    """Run the cases in this process or in several; names come as they are done."""
+    if jobs == 1 or len(names) < 2:
+        for name in names:
+            yield _one(folder, out, name, diagnose)
+        return
+    left = list(names)
+    try:
+        for name in _pooled(folder, out, names, jobs, diagnose):
+            left.remove(name)
+            yield name
+    except BrokenProcessPool:
+        # A process died and took its neighbours along: the rest one by one, each in a process of its own.
+        for name in left:
+            try:
+                yield from _pooled(folder, out, [name], 1, diagnose)
+            except BrokenProcessPool:
+                _note(out / name, 0.0, "the process died")
+                yield name
+
+
+def _pooled(folder: Path, out: Path, names: Sequence[str], jobs: int, diagnose: Diagnose) -> Iterator[str]:
+    pool = ProcessPoolExecutor(
+        min(jobs, len(names)), mp_context=multiprocessing.get_context("spawn"), initializer=_leave_interrupts
+    )
+    try:
+        for future in as_completed([pool.submit(_one, folder, out, name, diagnose) for name in names]):
+            yield future.result()
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def _leave_interrupts() -> None:
+    """Interrupts are for the parent, which keeps what is done."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _one(folder: Path, out: Path, name: str, diagnose: Diagnose) -> str:
+    """Diagnose one case; gap.json comes last, for it is what says that a case is done."""
+    start = time.perf_counter()
+    try:
+        text = json.dumps(diagnose(folder / name), indent=1, allow_nan=False) + "\n"
+    except Exception as error:
+        _note(out / name, time.perf_counter() - start, f"{type(error).__name__}: {error}")
+        return name
+    _note(out / name, time.perf_counter() - start, None)
+    write(out / name / GAP, text)
+    return name
+
+
+def _note(place: Path, seconds: float, error: str | None) -> None:
+    write(place / CASE, json.dumps({"seconds": round(seconds, 3), "error": error}) + "\n")

@@ -1,0 +1,229 @@
+"""The gap at a glance: excess damping of every test and rig, frequency against amplitude, and what explains it."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scruton.gap.diagnosis import NONE, UNSEEN, Diagnosis
+from scruton.gap.finding import Finding
+from scruton.gap.locate_curves import DECAY, GROWTH, STEADY, STILL, Curve, Curves, excess_curves
+from scruton.report.figures.style import (
+    BLUE,
+    GREEN,
+    GREY,
+    LIGHT,
+    ORANGE,
+    PURPLE,
+    VERMILLION,
+    YELLOW,
+    amplitude_label,
+    house_style,
+    look,
+    new_figure,
+    plain_log,
+    shorten,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure, SubFigure
+
+    from scruton.gap.data import GapData
+
+_ROWS = 6  # tests or rigs that are drawn; of more, those farthest from nothing
+_BARS, _FEWEST_BARS = 7, 4
+_SMALL = 0.03  # of the reference relaxation rate: excess damping below it does not fill a panel
+_Z90 = 1.645
+_LOOKS = {GROWTH: (BLUE, "-"), DECAY: (VERMILLION, (0, (5, 2))), STEADY: (PURPLE, ":"), STILL: (GREEN, "-")}
+
+
+def gap_figure(diagnosis: Diagnosis, findings: Sequence[Finding], curves: Curves | None = None) -> "Figure":
+    """Draw where the bare model and the measurement part, and what explains it.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    findings : sequence of Finding
+        Rigs and tests in which effects of the verdict act are marked.
+    curves : Curves, optional
+        `excess_curves(diagnosis.bare)`, where they are there already.
+
+    Returns
+    -------
+    Figure
+        One row for every test with its rig's still air beside it, and at the bottom frequency against amplitude and
+        the probabilities.
+    """
+    curves = curves or excess_curves(diagnosis.bare)
+    data = diagnosis.data
+    rows = _rows(data, curves)
+    with house_style():
+        figure = new_figure(20.0 + 31.0 * len(rows) + 52.0)
+        parts: Any = figure.subfigures(2, 1, height_ratios=[8.0 + 31.0 * len(rows), 52.0])
+        top, bottom = parts
+        upper = _upper(top, curves, data, rows, findings)
+        left, right = bottom.subplots(1, 2)
+        _frequency(left, curves.frequency, data)
+        _probability(right, diagnosis)
+        _legend(figure, upper)
+        figure.suptitle(_headline(diagnosis), x=0.01, ha="left", weight="bold")
+    return figure
+
+
+def _upper(
+    figure: "SubFigure", curves: Curves, data: "GapData", rows: Sequence[tuple[int, int]], findings: Sequence[Finding]
+) -> "list[Axes]":
+    """Rows of excess damping, in wind on the left and in still air on the right."""
+    pairs = [
+        _pair(curves, data, rig, test, first=all(r != rig for r, _ in rows[:i])) for i, (rig, test) in enumerate(rows)
+    ]
+    columns = [c for c in (0, 1) if any(pair[c] for pair in pairs)]
+    axes = figure.subplots(len(rows), len(columns), sharex=True, squeeze=False)
+    drawn = []
+    for i, ((rig, test), pair) in enumerate(zip(rows, pairs, strict=True)):
+        for j, column in enumerate(columns):
+            one = axes[i, j]
+            if not pair[column]:
+                one.set_axis_off()
+                continue
+            _damping(one, pair[column], 100.0 * _SMALL * data.layout.reference_rate / data.layout.reference_omega)
+            name = data.rigs[rig] if column else data.tests[test]
+            where = (
+                f"{shorten(name, 26)}, still air" if column else f"{shorten(data.rigs[rig], 20)}, {shorten(name, 20)}"
+            )
+            one.set_title(where + _marks(findings, data.rigs[rig], None if column else data.tests[test]))
+            drawn.append(one)
+    drawn[0].set_xscale("log")
+    for j in range(len(columns)):
+        plain_log(axes[-1, j].xaxis)
+        axes[-1, j].set_xlabel(_amplitude(data))
+    figure.supylabel("Excess damping ratio: measured minus bare model [%]", fontsize=8.0)
+    return drawn
+
+
+def _headline(diagnosis: Diagnosis) -> str:
+    names = [_words(name) for name in diagnosis.found]
+    if not names:
+        return "No gap: the bare model and the records agree within their noise"
+    p = diagnosis.probability[diagnosis.verdict]
+    return f"{' and '.join(names).capitalize()} (p {'> 0.99' if p > 0.99 else f'= {p:.2f}'})"
+
+
+def _words(name: str) -> str:
+    return {NONE: "no gap", UNSEEN: "not in the catalogue"}.get(name, name.replace("_", " "))
+
+
+def _rows(data: "GapData", curves: Curves) -> list[tuple[int, int]]:
+    """Rig and test (-1: none in wind) of every row."""
+    layout = data.layout
+    known: list[tuple[int, int]] = []
+    for c in curves.damping:
+        if layout.wind[c.record]:
+            known.append((int(layout.rig[c.record]), int(layout.test[c.record])))
+    in_wind = {rig for rig, _ in known}
+    known += [(int(r), -1) for r in layout.rig[[c.record for c in curves.damping]] if int(r) not in in_wind]
+    known = sorted(set(known))
+    if len(known) <= _ROWS:
+        return known
+
+    def far(row: tuple[int, int]) -> float:
+        mine = [c for c in curves.damping if (int(layout.rig[c.record]), int(layout.test[c.record])) == row]
+        return max((float(np.max(np.abs(c.excess) / c.sd)) for c in mine), default=0.0)
+
+    return sorted(sorted(known, key=far, reverse=True)[:_ROWS])
+
+
+def _pair(curves: Curves, data: "GapData", rig: int, test: int, *, first: bool) -> tuple[list[Curve], list[Curve]]:
+    """Curves in wind and in still air; the latter stand beside the first test of their rig."""
+    layout = data.layout
+    wind = [c for c in curves.damping if test >= 0 and layout.test[c.record] == test]
+    still = [c for c in curves.damping if first and not layout.wind[c.record] and layout.rig[c.record] == rig]
+    return wind, still
+
+
+def _damping(axes: "Axes", curves: Sequence[Curve], least: float) -> None:
+    """Curves with their bands; the axis holds the curves, and as much of the bands as lets them be seen."""
+    low, high = -least, least
+    for curve in curves:
+        colour, line = _LOOKS[curve.direction]
+        a, y, sd = curve.amplitude, 100.0 * curve.excess, 100.0 * curve.sd
+        axes.fill_between(a, y - _Z90 * sd, y + _Z90 * sd, color=colour, alpha=0.22, lw=0)
+        axes.plot(a, y, color=colour, ls=line, lw=1.1, label=f"{curve.direction}, with its 90 % band")
+        for place in curve.places():
+            axes.axvspan(
+                a[place][0], a[place][-1], color=YELLOW, alpha=0.28, lw=0, zorder=0, label="differs from the bare model"
+            )
+            axes.plot(a[place], y[place], color=colour, lw=2.6, solid_capstyle="butt")
+            low, high = min(low, float(y[place].min())), max(high, float(y[place].max()))
+        told = sd <= np.quantile(sd, 0.6)
+        low = min(low, float((y - _Z90 * sd)[told].min()))
+        high = max(high, float((y + _Z90 * sd)[told].max()))
+    axes.axhline(0.0, color=GREY, lw=0.6)
+    margin = 0.12 * (high - low)
+    axes.set_ylim(low - margin, high + margin)
+
+
+def _marks(findings: Sequence[Finding], rig: str, test: str | None) -> str:
+    """Effects of the verdict that act in a row, for its title."""
+    found = [
+        _words(one.effect)
+        for one in findings
+        if one.effect and one.rig == rig and (one.test == test or one.test is None)
+    ]
+    return f": {', '.join(dict.fromkeys(found))}" if found else ""
+
+
+def _frequency(axes: "Axes", curves: Sequence[Curve], data: "GapData") -> None:
+    axes.axhline(0.0, color=GREY, lw=0.6)
+    reach = 0.15
+    for curve in curves:
+        rig = int(data.layout.rig[curve.record])
+        colour, still = look(rig).colour, curve.direction == STILL
+        y, sd = 100.0 * curve.excess, 100.0 * curve.sd
+        label = f"{shorten(data.rigs[rig], 16)}, {curve.direction}"
+        far = bool(curve.places())
+        if far:
+            axes.fill_between(curve.amplitude, y - _Z90 * sd, y + _Z90 * sd, color=colour, alpha=0.2, lw=0)
+        axes.plot(
+            curve.amplitude, y, color=colour, ls=(0, (4, 2)) if still else "-", lw=2.2 if far else 0.9, label=label
+        )
+        reach = max(reach, float(np.abs(y).max()))
+    axes.set_ylim(-1.15 * reach, 1.15 * reach)
+    axes.set_xscale("log")
+    plain_log(axes.xaxis)
+    axes.set_xlabel(_amplitude(data))
+    axes.set_ylabel("Change of frequency [%]")
+    axes.set_title("Frequency against amplitude")
+    if curves:
+        axes.legend(fontsize=6.0, loc="best", ncols=2, handlelength=1.8, columnspacing=0.8, labelspacing=0.25)
+
+
+def _probability(axes: "Axes", diagnosis: Diagnosis) -> None:
+    ranked = sorted(diagnosis.probability.items(), key=lambda pair: -pair[1])[:_BARS]
+    ranked = [pair for i, pair in enumerate(ranked) if i < _FEWEST_BARS or pair[1] >= 5e-4]
+    first = diagnosis.verdict
+    for i, (name, p) in enumerate(ranked):
+        colour = VERMILLION if name == first else ORANGE if name in diagnosis.found else LIGHT
+        axes.barh(i, p, color=colour, height=0.72)
+        weight = "bold" if name == first else "normal"
+        axes.text(max(p, 0.0) + 0.015 if p < 0.8 else p - 0.015, i, f"{p:.3f}", va="center", fontsize=6.5,
+                  ha="left" if p < 0.8 else "right", weight=weight)  # fmt: skip
+    axes.set_yticks(range(len(ranked)), [_words(name) for name, _ in ranked], fontsize=6.5)
+    axes.set_ylim(len(ranked) - 0.4, -0.6)
+    axes.set_xlim(0.0, 1.0)
+    axes.set_xlabel("Probability")
+    axes.set_title("What explains it")
+
+
+def _legend(figure: "Figure", axes: "Sequence[Axes]") -> None:
+    handles: dict[str, Any] = {}
+    for one in axes:
+        for handle, label in zip(*one.get_legend_handles_labels(), strict=True):
+            handles.setdefault(label, handle)
+    order = sorted(handles, key=lambda label: label.startswith("differs"))
+    figure.legend([handles[label] for label in order], order, loc="outside lower center", ncols=2)
+
+
+def _amplitude(data: "GapData") -> str:
+    return amplitude_label(data.campaign.section.amplitude_unit)

@@ -1,0 +1,154 @@
+"""What the data cannot tell, which record would, and what no record in wind shows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scruton.calibrate.challenge.case import simulate_case
+from scruton.effects import CATALOGUE, UNKNOWN
+from scruton.gap.advise import WANTED, _extras, advise, confusions, invisible
+from scruton.gap.attribute import weigh
+from scruton.gap.check import check
+from scruton.gap.data import load_gap
+from scruton.gap.diagnosis import NONE, Diagnosis, _groups, _probabilities, fit_bare
+from scruton.gap.extra import Extra, carried, carry, expected, separation, with_record
+from scruton.gap.hypothesis import Hypothesis
+from scruton.gap.screen import Screen
+
+
+def weighed(effect: str | None, names: tuple[str, ...], index: int, design: str, severity: float = 0.3) -> Diagnosis:
+    """A diagnosis over some effects alone, without the absolute check."""
+    campaign, _ = simulate_case(900, index, effect, severity if effect else 0.0, design)
+    data, bare = fit_bare(load_gap(campaign))
+    effects = [UNKNOWN if name == UNKNOWN.name else CATALOGUE[name] for name in names]
+    found = weigh(Screen(bare), effects, workers=1)
+    gains = {name: c.log_evidence - bare.log_evidence for name, c in found.items()} | {NONE: 0.0}
+    verdict = effect or NONE
+    final = found[effect].best if effect else bare
+    assert final is not None
+    return Diagnosis(
+        data, bare, (effect,) if effect else (), final, found, found, gains, _probabilities(gains, {}, 0.5),
+        _groups(gains, verdict), {verdict: check(final)}, (),
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def alone() -> Diagnosis:
+    """One rig, no still air: structural and aerodynamic damping cannot be told apart."""
+    names = ("structural_damping_nonlinearity", "aerodynamic_damping_nonlinearity", "fluid_memory", "wind_speed_drift")
+    return weighed("structural_damping_nonlinearity", names, 11, "one-rig")
+
+
+@pytest.fixture(scope="module")
+def full() -> Diagnosis:
+    names = ("structural_damping_nonlinearity", "aerodynamic_damping_nonlinearity", "fluid_memory")
+    return weighed("structural_damping_nonlinearity", names, 11, "full")
+
+
+@pytest.fixture(scope="module")
+def nothing() -> Diagnosis:
+    return weighed(None, ("coulomb_friction", "structural_damping_error"), 5, "one-rig")
+
+
+def test_without_still_air_structure_and_wind_are_one_group(alone: Diagnosis) -> None:
+    first = confusions(alone)[0]
+    assert first[0] == "structural_damping_nonlinearity"
+    assert "aerodynamic_damping_nonlinearity" in first
+    assert "wind_speed_drift" not in first
+
+
+def test_still_air_separates_them(full: Diagnosis) -> None:
+    assert confusions(full)[0] == ("structural_damping_nonlinearity",)
+
+
+def test_advice_is_the_still_air_decay_that_is_missing(alone: Diagnosis) -> None:
+    lines = advise(alone)
+    against = [line for line in lines if "from aerodynamic_damping_nonlinearity" in line]
+    assert len(against) == 1
+    assert against[0].startswith("a free decay of rig 1 in still air")
+
+
+def test_advice_asks_for_nothing_more_where_all_is_told(full: Diagnosis) -> None:
+    (line,) = advise(full)
+    assert "no further record is needed" in line
+
+
+def test_friction_hides_behind_none_in_wind_alone(nothing: Diagnosis) -> None:
+    first = confusions(nothing)[0]
+    assert first[0] == NONE
+    assert "coulomb_friction" in first
+    assert any("still air" in line and "coulomb_friction" in line for line in advise(nothing))
+
+
+def test_a_record_in_wind_tells_less_than_one_in_still_air(alone: Diagnosis) -> None:
+    """Friction's twin: the separation is computed, so that it must be small where physics says so."""
+    rival = alone.rivals["aerodynamic_damping_nonlinearity"].best
+    assert rival is not None
+    truth = alone.final.hypothesis, alone.final.mode
+    other = rival.hypothesis, rival.mode, rival.covariance
+    extras = list(_extras(alone))
+    still = [separation(truth, other, one) for one in extras if one.still]
+    wind = [separation(truth, other, one) for one in extras if not one.still and one.damping == 1.0]
+    assert min(still) > WANTED > max(wind)
+
+
+def test_a_hypothesis_is_not_told_from_itself(full: Diagnosis) -> None:
+    final = full.final
+    for extra in list(_extras(full))[:6]:
+        same = separation((final.hypothesis, final.mode), (final.hypothesis, final.mode, final.covariance), extra)
+        assert same == pytest.approx(0.0, abs=1e-9)
+
+
+def test_the_expected_record_is_what_the_filter_expects(full: Diagnosis) -> None:
+    """Innovations of a noise-free run through the filter vanish, against its own standard deviations."""
+    r = full.data.middle
+    extra = Extra("", 1.0, r, False, 0.3 * full.data.layout.reference_amplitude, 80)
+    data = with_record(full.data, extra)
+    hypothesis = carried(full.final.hypothesis, data)
+    u, _ = carry(full.final.hypothesis, hypothesis, full.final.mode, full.final.covariance)
+    channels = expected(hypothesis, u, extra)
+    told = Hypothesis(replace(hypothesis.bare, data=replace(data, channels=channels)), hypothesis.variants)
+    v, s = told.innovations(u[None])
+    z = (v / np.sqrt(s))[0][1:]
+    assert np.max(np.abs(z)) < 0.2
+
+
+def test_old_records_keep_their_coefficients_beside_a_new_one(full: Diagnosis) -> None:
+    for extra in (one for one in _extras(full) if one.damping == 1.0):
+        data = with_record(full.data, extra)
+        hypothesis = carried(full.final.hypothesis, data)
+        u, _ = carry(full.final.hypothesis, hypothesis, full.final.mode, full.final.covariance)
+        before = full.final.hypothesis.table(full.final.mode[None])[0]
+        assert np.allclose(hypothesis.table(u[None])[0, :-1], before, rtol=1e-12)
+
+
+def test_other_damping_moves_the_expected_stable_amplitude(full: Diagnosis) -> None:
+    r = full.data.middle
+    ends = []
+    for damping in (0.5, 1.0, 2.0):
+        extra = Extra("", 1.0, r, False, full.data.layout.reference_amplitude, 400, damping)
+        data = with_record(full.data, extra)
+        hypothesis = carried(full.final.hypothesis, data)
+        u, _ = carry(full.final.hypothesis, hypothesis, full.final.mode, full.final.covariance)
+        ends.append(expected(hypothesis, u, extra).amplitude[-1])
+    assert ends[0] > ends[1] > ends[2]
+
+
+def test_what_is_invisible_is_listed_with_bounds(alone: Diagnosis, full: Diagnosis) -> None:
+    without, beside = ({one["name"]: one for one in invisible(d)} for d in (alone, full))
+    assert set(without) == {"friction_everywhere", "damping_constant", "gain_common", "mass"}
+    assert without["friction_everywhere"]["bound"] > 5.0
+    assert beside["friction_everywhere"]["bound"] < 1.0
+    assert beside["damping_constant"]["bound"] <= without["damping_constant"]["bound"]
+    assert all(f"{one['bound']:.2g} %" in one["text"] for one in without.values())
+    assert without["gain_common"]["bound"] == beside["gain_common"]["bound"] == 5.0
+
+
+def test_still_air_alone_has_no_bridge_to_speak_of(full: Diagnosis) -> None:
+    campaign = replace(full.data.campaign, tests=())
+    data, bare = fit_bare(load_gap(campaign))
+    still = replace(full, data=data, bare=bare, final=bare, found=(), rivals={}, singles={}, groups=())
+    assert invisible(still) == []
+    assert confusions(still)[0][0] == NONE
+    assert advise(still)

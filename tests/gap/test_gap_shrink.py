@@ -1,0 +1,223 @@
+"""Stable amplitudes of a hypothesis, the density of records left out, and how far the gap shrinks."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scruton.calibrate.challenge.case import simulate_case
+from scruton.campaign.schema import Campaign
+from scruton.effects import CATALOGUE, UNKNOWN
+from scruton.effects.terms import COLUMNS, HATS, Term
+from scruton.gap.attribute import Candidate
+from scruton.gap.check import check
+from scruton.gap.data import load_gap
+from scruton.gap.density import density, given, learn, only, settled_by
+from scruton.gap.diagnosis import NONE, Diagnosis, fit_bare
+from scruton.gap.hypothesis import Evidence
+from scruton.gap.predict import stable_amplitude
+from scruton.gap.shrink import shrink
+from scruton.infer.settled import settled
+
+
+def diagnosed(campaign: Campaign, effect: str | None, label: str = "", rival: str = "") -> Diagnosis:
+    """A diagnosis by hand: the effect named, in one form, and one rival."""
+    data, bare = fit_bare(load_gap(campaign))
+
+    def fit(name: str, wanted: str) -> Evidence:
+        variants = (UNKNOWN if name == "unknown" else CATALOGUE[name]).variants(data.layout)
+        one = bare.hypothesis.extended(next(v for v in variants if v.label.startswith(wanted)))
+        return one.fit(
+            one.start_from(bare.mode, {p.name: np.full(p.size, p.starts[0]) for p in one.variants[-1].parameters})
+        )
+
+    fits = {effect: fit(effect, label)} if effect else {}
+    if rival:
+        fits[rival] = fit(rival, "")
+    weights = {name: e.log_evidence - bare.log_evidence for name, e in fits.items()} | {NONE: 0.0}
+    final = fits[effect] if effect else bare
+    candidates = {name: Candidate(name, e.log_evidence, e) for name, e in fits.items()}
+    found = (effect,) if effect else ()
+    return Diagnosis(
+        data, bare, found, final, candidates, candidates, weights, {name: 1.0 / len(weights) for name in weights},
+        (found,) if found else (), {effect or NONE: check(final)}, (),
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def bent() -> tuple[Diagnosis, dict]:  # type: ignore[type-arg]
+    campaign, answer = simulate_case(900, 1, "structural_damping_nonlinearity", 0.4)
+    return diagnosed(campaign, "structural_damping_nonlinearity", "as A^2, in every rig alike", "fluid_memory"), answer
+
+
+@pytest.fixture(scope="module")
+def clean() -> Diagnosis:
+    return diagnosed(simulate_case(900, 2, None, 0.0)[0], None, rival="structural_damping_nonlinearity")
+
+
+def table(**terms: float) -> np.ndarray:
+    row = np.zeros((1, COLUMNS))
+    for name, value in terms.items():
+        row[0, Term[name.upper()]] = value
+    return row
+
+
+KNOTS = np.linspace(-6.0, 0.0, HATS)
+
+
+def test_the_bare_law_settles_at_drive_over_damping() -> None:
+    assert settled(table(structural=0.3, aero=0.7, drive=0.05), KNOTS, 0.05)[0] == pytest.approx(0.05, rel=1e-9)
+
+
+def test_a_square_term_settles_at_the_root_of_its_cubic() -> None:
+    a = settled(table(structural=0.3, aero=0.7, drive=0.05, aero_square=200.0), KNOTS, 0.05)[0]
+    roots = np.roots([200.0, 0.0, 1.0, -0.05])
+    assert a == pytest.approx(float(roots[np.abs(roots.imag) < 1e-12].real[0]), rel=1e-9)
+
+
+def test_friction_above_the_drive_lets_the_motion_die() -> None:
+    assert settled(table(aero=1.0, drive=0.05, friction=0.06, friction_width=1e-5), KNOTS, 0.05)[0] == 0.0
+
+
+def test_of_two_stable_amplitudes_growth_reaches_the_smaller() -> None:
+    # da/dt/a = 1/a (a - 0.01)(a - 0.02)(0.05 - a), up to a constant, by parts of the aerodynamic damping
+    c, l1, l2, l3 = 0.01 * 0.02 * 0.05, 0.01 * 0.02 + 0.05 * 0.03, -0.08, 1.0
+    row = table(drive=c, aero=l1, aero_linear=l2, aero_square=l3)
+    assert settled(row, KNOTS, 0.05)[0] == pytest.approx(0.01, rel=1e-6)
+
+
+def test_friction_does_not_go_to_the_bridge(bent: tuple[Diagnosis, dict]) -> None:  # type: ignore[type-arg]
+    diagnosis, answer = bent
+    h, u, r = diagnosis.final.hypothesis, diagnosis.final.mode[None], diagnosis.data.middle
+    here, there = stable_amplitude(h, u, r)[0], stable_amplitude(h, u, r, bridge=True)[0]
+    rig = answer["rigs"][1]
+    assert here == pytest.approx(rig["stable_amplitude"], rel=0.02)
+    assert there == pytest.approx(rig["stable_amplitude_without"], rel=0.05)
+
+
+def test_other_scruton_numbers_of_the_answer_are_predicted(bent: tuple[Diagnosis, dict]) -> None:  # type: ignore[type-arg]
+    diagnosis, answer = bent
+    for one in answer["held_out"]:
+        a = stable_amplitude(
+            diagnosis.final.hypothesis, diagnosis.final.mode[None], diagnosis.data.middle,
+            scruton_number=one["scruton_number"],
+        )[0]  # fmt: skip
+        assert a == pytest.approx(one["stable_amplitude"], rel=0.03)
+
+
+def test_leaving_cycles_out_leaves_priors_of_what_was_theirs(clean: Diagnosis) -> None:
+    layout = clean.data.layout
+    out = layout.test == 0
+    known = learn(clean.bare, ~out)
+    where = clean.bare.hypothesis.places["detuning"].start + np.flatnonzero(out)
+    assert np.allclose(known.mean[where], 0.0, atol=1e-6)
+    assert np.allclose(np.sqrt(np.diag(known.covariance))[where], 0.02, rtol=1e-3)
+
+
+def test_density_of_a_record_is_the_integral_that_importance_sampling_finds(clean: Diagnosis) -> None:
+    """Laplace's joint density against sampling from a wide normal at the peak."""
+    out = np.arange(len(clean.data.layout.records)) == 0
+    known = learn(clean.bare, clean.data.layout.test != 0)
+    scored = density(known, out)
+    part = given(known.hypothesis, out)
+    free = known.covariance[scored.where, scored.where] > 0.0
+    inside = scored.where[free]
+    prior = known.covariance[np.ix_(inside, inside)]
+    posterior = 1.2 * np.linalg.inv(np.linalg.inv(prior) + scored.information[np.ix_(free, free)])
+    rng = np.random.default_rng(3)
+    root = np.linalg.cholesky(posterior)
+    z = rng.standard_normal((4000, inside.size))
+    u = np.repeat(scored.at[None], len(z), axis=0)
+    u[:, inside] += z @ root.T
+
+    def normal(x: np.ndarray, cov: np.ndarray) -> np.ndarray:
+        solved = np.einsum("wi,ij,wj->w", x, np.linalg.inv(cov), x)
+        return -0.5 * (solved + np.linalg.slogdet(2.0 * np.pi * cov)[1])
+
+    like = np.concatenate([part.log_prob(chunk)[0] for chunk in np.array_split(u, 20)])
+    log_w = like + normal(u[:, inside] - known.mean[inside], prior) - normal(z @ root.T, posterior)
+    sampled = float(np.log(np.mean(np.exp(log_w - log_w.max()))) + log_w.max())
+    assert not known.stated or out.sum() == 1
+    stated = sum(-0.5 * np.log(2.0 * np.pi * sd**2) for sd in known.stated.values())
+    if known.stated:
+        at = np.array(list(known.stated))
+        sds = np.array(list(known.stated.values()))
+        log_w = log_w - 0.5 * np.sum((u[:, at] / sds) ** 2, axis=1) + stated
+        sampled = float(np.log(np.mean(np.exp(log_w - log_w.max()))) + log_w.max())
+    assert scored.value == pytest.approx(sampled, abs=0.4)
+
+
+def test_shares_of_records_add_up(clean: Diagnosis) -> None:
+    fold = clean.data.layout.test == 1
+    scored = density(settled_by(clean.bare, fold), fold)
+    assert np.nansum(scored.shares) == pytest.approx(scored.value)
+    assert np.isnan(scored.shares[~fold]).all()
+
+
+def test_only_keeps_the_numbers_of_records(clean: Diagnosis) -> None:
+    mask = clean.data.layout.test == 2
+    part = only(clean.data.channels, mask)
+    assert set(part.record.tolist()) == set(np.flatnonzero(mask).tolist())
+
+
+def test_the_right_effect_closes_the_gap_and_a_wrong_one_does_not(bent: tuple[Diagnosis, dict]) -> None:  # type: ignore[type-arg]
+    found = shrink(bent[0])
+    assert found.measurable
+    assert found.held_out.fraction is not None
+    assert found.held_out.fraction > 0.9
+    assert found.held_out.interval90 is not None
+    assert found.held_out.interval90[0] > 0.8
+    assert found.fraction is not None
+    assert found.fraction > 0.9
+    assert found.runner_up is not None
+    assert found.runner_up.fraction is not None
+    assert found.runner_up.fraction < found.held_out.fraction - 0.2
+    assert len(found.stable_amplitude) == 3
+    assert np.median([s.error_before / s.error_after for s in found.stable_amplitude]) > 3.0
+    d = found.damping_discrepancy
+    assert d is not None
+    assert d.after < 0.5 * d.before
+    assert d.held_out_after < 0.5 * d.held_out_before
+
+
+def test_without_a_gap_there_is_nothing_to_measure(clean: Diagnosis) -> None:
+    wrong = replace(clean, found=("structural_damping_nonlinearity",),
+                    final=clean.singles["structural_damping_nonlinearity"].best)  # fmt: skip
+    for diagnosis in (clean, wrong):
+        found = shrink(diagnosis)
+        assert not found.measurable
+        assert found.held_out.fraction is None
+        assert found.held_out.interval90 is None
+        assert "too small to measure" in found.statement
+
+
+def test_the_object_of_the_file_is_plain_json(bent: tuple[Diagnosis, dict]) -> None:  # type: ignore[type-arg]
+    found = json.loads(json.dumps(shrink(bent[0]).to_json()))
+    assert {"metric", "before", "after", "fraction", "interval90", "held_out", "runner_up", "stable_amplitude",
+            "damping_discrepancy", "measurable"} <= set(found)  # fmt: skip
+    assert {"records", "before", "after", "fraction", "interval90"} == set(found["held_out"])
+    assert found["held_out"]["fraction"] == pytest.approx(
+        1.0 - found["held_out"]["after"] / found["held_out"]["before"]
+    )
+    assert len(found["held_out"]["records"]) == 12
+
+
+def test_one_rig_leaves_single_records_out() -> None:
+    campaign, _ = simulate_case(900, 3, "aerodynamic_damping_nonlinearity", 0.4, "one-rig")
+    found = shrink(diagnosed(campaign, "aerodynamic_damping_nonlinearity", "a part in A^2"))
+    assert len(found.held_out.records) == 4
+    assert found.stable_amplitude == ()
+    assert found.held_out.fraction is not None
+    assert found.held_out.fraction > 0.5
+
+
+def test_still_air_alone_has_no_stable_amplitude() -> None:
+    campaign, _ = simulate_case(900, 1, "structural_damping_nonlinearity", 0.4)
+    still = replace(campaign, tests=())
+    found = shrink(diagnosed(still, "structural_damping_nonlinearity", "as A^2, in every rig alike"))
+    assert found.stable_amplitude == ()
+    assert found.damping_discrepancy is None
+    assert len(found.held_out.records) == 6
+    assert found.held_out.fraction is not None
+    assert found.held_out.fraction > 0.8

@@ -1,0 +1,60 @@
+"""The picture of a gap: it shows every test and rig, and marks where the effect acts."""
+
+from pathlib import Path
+
+import pytest
+
+from scruton.calibrate.challenge.make import simulate_case
+from scruton.gap.diagnosis import Diagnosis, diagnose
+from scruton.gap.locate import Finding, locate
+from scruton.gap.locate_curves import excess_curves
+from scruton.report.figures.gap import gap_figure
+from scruton.report.figures.save import save
+
+
+@pytest.fixture(scope="module")
+def clipped() -> tuple[Diagnosis, tuple[Finding, ...]]:
+    diagnosis = diagnose(simulate_case(7, 3, "sensor_clipping", 0.4)[0])
+    return diagnosis, locate(diagnosis)
+
+
+def test_every_test_and_rig_has_its_panel_and_the_verdict_its_bar(
+    clipped: tuple[Diagnosis, tuple[Finding, ...]], tmp_path: Path
+) -> None:
+    diagnosis, findings = clipped
+    figure = gap_figure(diagnosis, findings)
+    axes = [one for part in figure.subfigs for one in part.axes]
+    titles = [one.get_title(loc="left") for one in axes]
+    for name in (*diagnosis.data.tests, *diagnosis.data.rigs):
+        assert any(name in title for title in titles)
+    assert any("sensor clipping" in title for title in titles)
+    bars = axes[-1]
+    widest = max(bars.patches, key=lambda bar: bar.get_width())
+    assert widest.get_width() == pytest.approx(max(diagnosis.probability.values()))
+    assert bars.get_yticklabels()[0].get_text() == "sensor clipping"
+    (path,) = save(figure, tmp_path, "gap", formats=("png",))
+    assert path.stat().st_size > 10_000
+
+
+def test_curves_lie_in_their_panels_where_they_leave_zero(clipped: tuple[Diagnosis, tuple[Finding, ...]]) -> None:
+    diagnosis, findings = clipped
+    curves = excess_curves(diagnosis.bare)
+    figure = gap_figure(diagnosis, findings, curves)
+    marked = [c for c in curves.damping if c.places()]
+    assert marked
+    panels = figure.subfigs[0].axes
+    for curve in marked:
+        wind = diagnosis.data.layout.wind[curve.record]
+        name = (diagnosis.data.tests[diagnosis.data.layout.test[curve.record]] if wind else
+                f"{diagnosis.data.rigs[diagnosis.data.layout.rig[curve.record]]}, still air")  # fmt: skip
+        (axes,) = [one for one in panels if name in one.get_title(loc="left")]
+        low, high = axes.get_ylim()
+        for place in curve.places():
+            assert low < 100.0 * curve.excess[place].min()
+            assert 100.0 * curve.excess[place].max() < high
+
+
+def test_the_headline_says_the_verdict(clipped: tuple[Diagnosis, tuple[Finding, ...]]) -> None:
+    diagnosis, findings = clipped
+    figure = gap_figure(diagnosis, findings)
+    assert figure.get_suptitle().startswith("Sensor clipping")
