@@ -152,12 +152,16 @@ def _challenge_verbs(challenge: argparse.ArgumentParser) -> None:
     score.add_argument("results", type=Path, help="folder that run wrote")
     score.add_argument("-o", "--out", type=Path, help="folder for tables and pictures (default: RESULTS/score)")
     score.add_argument("--baselines", action="store_true", help="score simpler methods beside")
-    score.add_argument("--markdown", type=Path, metavar="FILE", help="write the table as Markdown, too")
+    score.add_argument("--markdown", type=Path, metavar="FILE", help="write the tables as Markdown, too")
+    score.add_argument(
+        "--pictures", default=".", metavar="PATH", help="folder of the pictures, as the Markdown sees it"
+    )
     for one in (make, run, score):
         one.add_argument("--quiet", action="store_true", help="no progress, no tables: only errors and paths")
         one.add_argument("--force", action="store_true", help="replace what lies in the folder")
-    for one in (make, run):
+    for one in (make, run, score):
         one.add_argument("--jobs", type=int, default=1, metavar="N", help="processes (results do not depend on it)")
+    for one in (make, run):
         one.add_argument("--resume", action="store_true", help="go on with an interrupted run")
 
 
@@ -333,7 +337,7 @@ def _challenge(arguments: argparse.Namespace) -> int:
             return _challenge_make(arguments, progress)
         if arguments.step == "run":
             return _challenge_run(arguments, progress)
-    return _challenge_score(arguments)
+        return _challenge_score(arguments, progress)
 
 
 def _challenge_make(arguments: argparse.Namespace, progress: Callable[[int, int], None]) -> int:
@@ -382,18 +386,20 @@ def _challenge_run(arguments: argparse.Namespace, progress: Callable[[int, int],
     return DONE
 
 
-def _challenge_score(arguments: argparse.Namespace) -> int:
-    from scruton.calibrate.challenge.score import score_challenge, score_text
+def _challenge_score(arguments: argparse.Namespace, progress: Callable[[int, int], None]) -> int:
+    from scruton.calibrate.challenge.baselines import BASELINES
+    from scruton.calibrate.challenge.run import run_challenge
+    from scruton.calibrate.challenge.score import score_challenge, score_markdown, score_text
 
     out = arguments.out if arguments.out is not None else arguments.results / "score"
-    score = score_challenge(
-        arguments.folder,
-        arguments.results,
-        out,
-        baselines=arguments.baselines,
-        markdown=arguments.markdown,
-        force=arguments.force,
-    )
+    others = {name: arguments.results / "baselines" / name for name in BASELINES} if arguments.baselines else {}
+    for name, place in others.items():
+        run_challenge(
+            arguments.folder, place, jobs=arguments.jobs, resume=True, progress=progress, diagnose=BASELINES[name]
+        )
+    score = score_challenge(arguments.folder, arguments.results, None, out, baselines=others, force=arguments.force)
+    if arguments.markdown is not None:
+        arguments.markdown.write_text(score_markdown(score, arguments.pictures), encoding="utf-8")
     if not arguments.quiet:
         print(score_text(score))
     print(out / "challenge-score.json")

@@ -56,7 +56,7 @@ def test_a_size_of_zero_changes_nothing(name):
         if any(p.log for p in variant.parameters[:1]):
             continue
         table = base(one)
-        start = values(variant, one, lambda p: 0.0 if p.name == variant.size or not p.log else np.exp(p.starts[0]))
+        start = values(variant, one, lambda p: np.exp(p.starts[0]) if p.log else 0.0)
         variant.apply(table, start, one)
         table[:, :, [Term.FRICTION_WIDTH, Term.FORCE_RATE]] = 0.0
         np.testing.assert_allclose(table, base(one), atol=1e-15, err_msg=variant.label)

@@ -132,8 +132,9 @@ def test_bare_filter_is_that_of_the_paper_law(rng):
 def test_rows_that_leave_a_channel_alone_are_copied_exactly(rng):
     """What the first row's neighbours share with it is copied: the same numbers as when every row is run by itself."""
     q, se = 2e-4, 2e-4
-    data = channels(motion(rng, lambda a: LAM * (A_STAR - a), q, se, 0.1, steps=20), se,
-                    phase=np.cumsum(0.01 * rng.standard_normal(100)), third=1e-4 * rng.standard_normal(100))  # fmt: skip
+    y = motion(rng, lambda a: LAM * (A_STAR - a), q, se, 0.1, steps=20)
+    wander, flat = np.cumsum(0.01 * rng.standard_normal(100)), 1e-4 * rng.standard_normal(100)
+    data = channels(y, se, phase=wander, third=flat)
     rows = [bare_table(q), bare_table(q, STIFFNESS=3.0), bare_table(q, THIRD=0.01), bare_table(q, AERO=0.6)]
     rows += [bare_table(q, DETUNING=1e-3), bare_table(q)]
     together = channel_innovations(data, np.concatenate(rows))

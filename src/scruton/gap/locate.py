@@ -31,7 +31,12 @@ def locate(diagnosis: Diagnosis, curves: Curves | None = None) -> tuple[Finding,
     """
     scopes = scope_findings(diagnosis)
     seen = places(diagnosis, curves or excess_curves(diagnosis.bare))
-    return tuple([*scopes, *seen][:MOST])
+    told = {_kind(one) for one in scopes}
+    return tuple([*scopes, *(one for one in seen if _kind(one) not in told)][:MOST])
+
+
+def _kind(one: Finding) -> tuple[object, ...]:
+    return one.quantity, one.rig, one.test, one.record, one.excess > 0.0
 
 
 def places(diagnosis: Diagnosis, curves: Curves) -> list[Finding]:

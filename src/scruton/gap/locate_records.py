@@ -42,7 +42,7 @@ def scatter_findings(fit: Evidence) -> list[Finding]:
         if cycles.size < _FEWEST or not data.layout.wind[r]:
             continue
         x = z[cycles]
-        critical = float(norm.isf(_FALSE / max(np.count_nonzero(data.layout.wind), 1)))
+        critical = float(norm.isf(_FALSE / max(int(np.count_nonzero(data.layout.wind)), 1)))
         level = float(np.median(root[cycles] / np.maximum(data.channels.amplitude[cycles], 1e-12)))
         for one in (_colour(x), _bursts(x), _tails(x), _modulation(x, level, data, cycles)):
             value, sd, significance, quantity, detail, span = one

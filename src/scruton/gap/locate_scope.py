@@ -3,12 +3,13 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import norm
 
 from scruton.campaign.schema import FloatArray
 from scruton.effects import CATALOGUE
 from scruton.effects.terms import Parameter, Term, Variant
 from scruton.gap.diagnosis import UNSEEN, Diagnosis
-from scruton.gap.finding import Z90, Finding, Range, amplitudes_of, interval, names_of, time_of
+from scruton.gap.finding import Finding, Range, amplitudes_of, interval, names_of, time_of
 from scruton.gap.hypothesis import Evidence, Hypothesis
 from scruton.infer.settled import amplitude_rates
 
@@ -113,14 +114,13 @@ def _told_by_rig(scope: _Scope) -> tuple[_Scope, np.ndarray]:
     layout = data.layout
     inside = scope.variant.scope.astype(bool)
     rigs = np.unique(layout.rig[inside])
-    by_rig = scope.size.size > 1 and all(np.unique(layout.rig[scope.size.members == j]).size == 1
-                                         for j in range(scope.size.size))  # fmt: skip
-    if scope.name not in _OF_RIG or rigs.size < 2:
-        return scope, inside
-    if by_rig:
+    if scope.size.size > 1 and not scope.size.log:
+        # sizes of their own: those that chance would hardly give among so many
         value, sd = scope.evidence.value(f"{scope.number}:{scope.size.name}")
-        acts = np.abs(value) > Z90 * sd
-        return scope, inside & acts[scope.size.members]
+        acts = np.abs(value) > norm.isf(0.05 / scope.size.size) * sd
+        return scope, inside & acts[scope.size.members] & (scope.size.members >= 0)
+    if scope.name not in _OF_RIG or rigs.size < 2 or scope.size.log:
+        return scope, inside
     members = np.where(inside, np.searchsorted(rigs, layout.rig), -1)
     freed = replace(
         scope.variant,

@@ -51,7 +51,7 @@ def chi_square(folder: Path) -> dict[str, Any]:
     """Chi-square of the bare law against the binned damping curves: `none` or `unknown`, no probability."""
     e = load_envelopes(folder)
     rigs = len(e.damping)
-    rows, values, errors = [], [], []
+    rows, values = [], []
     for r, (t, a) in enumerate(zip(e.time, e.amplitude, strict=True)):
         for x, y, se in _binned(t, a):
             row = np.zeros(rigs + 2)
@@ -60,7 +60,6 @@ def chi_square(folder: Path) -> dict[str, Any]:
                 row[rigs:] = e.aero[r], -e.drive[r] / x
             rows.append(row / se)
             values.append((y - row[e.rig[r]]) / se)
-            errors.append(se)
     prior = np.hstack([np.diag(1.0 / e.damping_sd), np.zeros((rigs, 2))])
     X, y = np.vstack([*rows, prior]), np.r_[values, np.zeros(rigs)]
     if not e.wind.any():
@@ -81,16 +80,14 @@ def _said(verdict: str, probability: dict[str, float]) -> dict[str, Any]:
 
 
 def _binned(t: FloatArray, a: FloatArray) -> list[tuple[float, float, float]]:
-    """Amplitude, damping rate -d ln a/dt and its standard error, in stretches of a record, by straight lines."""
+    """Amplitude, damping rate -d ln a/dt and its standard error, in stretches of a record, from cycle to cycle."""
     found = []
-    for part in np.array_split(np.arange(t.size), min(_BINS, max(t.size // 5, 1))):
-        x, y = t[part] - t[part].mean(), np.log(np.maximum(a[part], 1e-9))
-        if part.size < 4:
-            continue
-        slope = float(x @ y / (x @ x))
-        left = y - y.mean() - slope * x
-        se = float(np.sqrt(left @ left / (part.size - 2) / (x @ x)))
-        found.append((float(a[part].mean()), -slope, max(se, 1e-9)))
+    decrement = -np.diff(np.log(np.maximum(a, 1e-9))) / np.diff(t)
+    for part in np.array_split(np.arange(decrement.size), min(_BINS, max(decrement.size // 5, 1))):
+        if part.size >= 4:
+            se = float(decrement[part].std(ddof=1)) / np.sqrt(part.size)
+            # The law has a part in 1/a: its mean is that of 1/a.
+            found.append((float(1.0 / np.mean(1.0 / a[part])), float(decrement[part].mean()), max(se, 1e-9)))
     return found
 
 

@@ -1,4 +1,4 @@
-"""What the baselines see of a campaign: envelopes, stated damping, and how the wind force scales from record to record."""
+"""What the baselines see of a campaign: envelopes, stated damping, and how the wind force scales between records."""
 
 from dataclasses import dataclass
 from pathlib import Path

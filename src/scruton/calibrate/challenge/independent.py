@@ -15,6 +15,7 @@ from scruton.campaign.schema import FloatArray
 
 _STEPS, _TOLERANCE = 25, 1e-5
 _FLOOR = 1e-3
+_FAR = 1e6  # a residual that is out of hand
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +129,7 @@ def _fit(e: Envelopes, one: Candidate, start: FloatArray, noise: float) -> tuple
         for _ in range(8):
             trial = u - np.linalg.solve(H + damp * np.diag(np.diag(H) + 1e-9), g)
             new = residuals(trial[None])[0]
-            if np.isfinite(new).all() and new @ new < r @ r:
+            if np.abs(new).max() < _FAR and new @ new < r @ r:  # false for NaN, too
                 break
             damp *= 8.0
         else:
@@ -166,12 +167,13 @@ class _Grid:
         structural = (e.omega * e.damping[e.rig]) * (1.0 + u[:, :rigs][:, e.rig])
         aero = u[:, rigs, None] * e.rate * e.aero
         drive = u[:, rigs + 1, None] * e.rate * e.drive
-        a, own = np.exp(u[:, rigs + 2 : rigs + 2 + records]), u[:, rigs + 2 + records :]
+        a, own = np.exp(np.clip(u[:, rigs + 2 : rigs + 2 + records], -20.0, 7.0)), u[:, rigs + 2 + records :]
         path = np.empty((len(u), *self.step.shape))
         path[:, 0] = a
 
         def rate(x: FloatArray, place: FloatArray) -> FloatArray:
-            return -(structural + aero) * x + drive + one.term(State(x, place, aero, drive, e), own)
+            total: FloatArray = -(structural + aero) * x + drive + one.term(State(x, place, aero, drive, e), own)
+            return total
 
         with np.errstate(all="ignore"):
             for k in range(1, len(self.step)):
@@ -181,5 +183,5 @@ class _Grid:
                 path[:, k] = a
             if one.reading:
                 level = np.maximum(own[:, :1, None], 1e-2)
-                path = path / (1.0 + (path / level) ** 12) ** (1.0 / 12.0)
+                path /= (1.0 + (path / level) ** 12) ** (1.0 / 12.0)
         return path

@@ -184,7 +184,8 @@ def _outcome(campaign: Path, place: Path, answer: Mapping[str, Any]) -> Outcome:
             rigs_named=_named(gap.get("where", ())),
         )
     except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise InputError(place / GAP, "", f"{type(error).__name__}: {error}", "a gap.json of scruton diagnose") from error
+        found = f"{type(error).__name__}: {error}"
+        raise InputError(place / GAP, "", found, "a gap.json of scruton diagnose") from error
 
 
 def _named(where: Any) -> tuple[str, ...]:

@@ -126,9 +126,10 @@ def describe(score: ChallengeScore) -> str:
     ]
     left = f" {s['not_run']} cases have not been run." if s.get("not_run") else ""
     design = {"full": "three rigs with still-air decays", "one-rig": "one rig without still-air records"}
+    made = design.get(str(s.get("design")), "any design")
     return (
-        f"{len(kinds)} campaigns of {design.get(str(s.get('design')), 'any design')} (seed {s.get('seed', 'unknown')}): "
-        f"{counts}; {', '.join(ranges) or 'noise unknown'}.{left}"
+        f"{len(kinds)} campaigns of {made} (seed {s.get('seed', 'unknown')}): {counts}; "
+        f"{', '.join(ranges) or 'noise unknown'}.{left}"
     )
 
 
