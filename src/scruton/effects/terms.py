@@ -61,7 +61,8 @@ class Term(IntEnum):
     STIFFNESS_LINEAR = 34  # relative change of frequency per amplitude
     JUMP_RATE = 35  # added damping rate from that moment on [1/s]
     TREND_SINE = 36  # the same, along half a sine
-    HAT = 37  # first of HATS excess damping rates [1/s]
+    TREND_DRIVE = 37  # relative change of the drive alone over the record, linear
+    HAT = 38  # first of HATS excess damping rates [1/s]
 
 
 COLUMNS = int(Term.HAT) + HATS

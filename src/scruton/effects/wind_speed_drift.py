@@ -16,6 +16,12 @@ def _sine(table: FloatArray, values: Values, layout: Layout) -> None:
     add(table, Term.TREND_SINE, values["size"])
 
 
+def _two(table: FloatArray, values: Values, layout: Layout) -> None:
+    del layout
+    add(table, Term.TREND, values["size"])
+    add(table, Term.TREND_DRIVE, values["drive"])
+
+
 def _variants(layout: Layout) -> tuple[Variant, ...]:
     if not layout.wind.any():
         return ()
@@ -28,6 +34,17 @@ def _variants(layout: Layout) -> tuple[Variant, ...]:
         scopes.append(("in every record by its own", layout.each(layout.wind), 1.0))
         names = np.arange(len(layout.records))
         scopes += [(f"in one record#{i}", layout.only(names == i), 1.0 / records.size) for i in records]
+    both = [
+        Variant(
+            f"linear drift, the drive's part its own, {where}",
+            (size_prior("size", members), size_prior("drive", members)), _two, members >= 0, 0.5 * weight,
+        )
+        for where, members, weight in scopes
+    ]  # fmt: skip
+    return (*both, *_alike(scopes))
+
+
+def _alike(scopes: list[tuple[str, IntArray, float]]) -> tuple[Variant, ...]:
     return tuple(
         Variant(f"{form} drift, {where}", (size_prior("size", members),), apply, members >= 0, weight)
         for form, apply in (("linear", _apply), ("S-shaped", _sine))

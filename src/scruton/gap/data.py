@@ -18,6 +18,7 @@ from scruton.infer.fit import envelope
 
 _DIRECTION = {Kind.GROWTH: 1, Kind.DECAY: -1, Kind.STEADY: 0, Kind.FREE_DECAY: 0}
 _NO_ERROR = 1e6
+STATED_DAMPING_SD = 0.05  # relative, where none is stated: the bare model takes the statement at its word
 FLOOR = 2e-4  # of the amplitude: what a demodulated amplitude may be off by, beside its noise
 
 
@@ -93,7 +94,7 @@ class GapData:
         return replace(self, layout=replace(self.layout, reference_amplitude=amplitude, reference_rate=rate))
 
 
-def load_gap(campaign: Campaign, *, damping_relative_sd: float = 0.1) -> GapData:
+def load_gap(campaign: Campaign, *, damping_relative_sd: float = STATED_DAMPING_SD) -> GapData:
     """Demodulate every record and note what belongs to it.
 
     Parameters

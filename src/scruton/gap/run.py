@@ -29,7 +29,7 @@ def diagnose_campaign(
     folder : Path
         With a campaign.toml.
     card : ModelCard, optional
-        The shipped default by default: its prior weights of effects, and the uncertainty of damping stated without.
+        The shipped default by default: its prior weights of effects.
     workers : int
         Threads.
     progress : callable, optional
@@ -53,7 +53,7 @@ def examine(
 ) -> tuple[Diagnosis, dict[str, Any], tuple[Finding, ...], Shrink | None]:
     """Diagnose a campaign and keep what the pictures need: diagnosis, gap.json, findings, shrink."""
     campaign = load_campaign(folder)
-    data = load_gap(campaign, damping_relative_sd=card.damping_relative_sd)
+    data = load_gap(campaign)
     diagnosis = diagnose_data(
         data, campaign, prior=card.effect_weights, prior_none=card.prior_none, workers=workers, progress=progress
     )

@@ -2,18 +2,19 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from threading import Lock
 
 import numpy as np
 
 from scruton.campaign.schema import FloatArray
-from scruton.effects.terms import Variant
+from scruton.effects.terms import Apply, Variant
 from scruton.gap.hypothesis import Evidence
 from scruton.infer.extended import channel_innovations
 
 _NUDGE = 1e-4
 _BEATS = 1.5  # in a record, at least: slower ones are a drift
 _MOMENTS = np.arange(0.15, 0.86, 0.05)
-_DETUNINGS = np.concatenate([np.arange(-0.12, -0.0045, 0.0008), np.arange(0.0048, 0.1201, 0.0008)])
+_DETUNINGS = np.concatenate([np.arange(-0.2, -0.0045, 0.001), np.arange(0.005, 0.2001, 0.001)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +43,8 @@ class Screen:
         self.v, self.weight, self.log_s = v, np.exp(-log_s), log_s
         self.spread = 1.0 - v * v * self.weight
         self.jv, self.js = jv, js
+        self._scans: dict[Apply, tuple[FloatArray, FloatArray, FloatArray]] = {}
+        self._lock = Lock()
         self.table = self.hypothesis.table(base.mode[None])[0]
         self.value = -0.5 * float(np.sum(v * v * self.weight + log_s))
 
@@ -112,10 +115,18 @@ class Screen:
         best = int(np.argmax(value))
         return Promise(variant, float(value[best]), {one.name: np.full(one.size, float(grid[best]))})
 
-    def scan(self, variant: Variant) -> Promise:
-        """Promise of a variant with many optima: the best place on a grid of its scanned parameter, value by value."""
+    def _scanned(self, variant: Variant) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Grid, gain of every record in wind (G, R), and the best small step there (G, R, probes).
+
+        Variants that differ in their records alone share one scan.
+        """
+        with self._lock:
+            if variant.apply not in self._scans:
+                self._scans[variant.apply] = self._scan_records(variant)
+            return self._scans[variant.apply]
+
+    def _scan_records(self, variant: Variant) -> tuple[FloatArray, FloatArray, FloatArray]:
         layout = self.data.layout
-        (scanned,) = (p for p in variant.parameters if p.name == variant.scan)
         linear = _probes(variant)
         grid = _MOMENTS if variant.scan == "moment" else _DETUNINGS
         records = len(layout.records)
@@ -131,13 +142,13 @@ class Screen:
             for at in part:
                 for p in linear:
                     values = {q.name: zero for q in variant.parameters}
-                    values |= {scanned.name: np.full((1, records), at)} | p.at(variant.scope)
+                    values |= {variant.scan: np.full((1, records), at)} | p.at(layout.wind)
                     tables.append(self._with(variant, values))
             v, s = self._innovations(tables)
             jv, js = (v - self.v) / 1e-3, (np.log(s) - self.log_s) / 1e-3
             for i, at in enumerate(part):
                 mine = slice(i * len(linear), (i + 1) * len(linear))
-                for r in np.flatnonzero(variant.scope):
+                for r in np.flatnonzero(layout.wind):
                     if variant.scan == "detuning" and abs(at) * cycles_in[r] < _BEATS:
                         continue
                     cycles = self.hypothesis._blocks[r][0]
@@ -147,6 +158,14 @@ class Screen:
                     _, logdet = np.linalg.slogdet(own)
                     slopes[begin + i, r] = np.linalg.solve(own, score)
                     gain[begin + i, r] = 0.5 * score @ slopes[begin + i, r] - np.log(scale).sum() - 0.5 * logdet
+        return grid, gain, slopes
+
+    def scan(self, variant: Variant) -> Promise:
+        """Promise of a variant with many optima: the best place on a grid of its scanned parameter, value by value."""
+        (scanned,) = (p for p in variant.parameters if p.name == variant.scan)
+        grid, gain, slopes = self._scanned(variant)
+        gain = np.where(variant.scope, gain, -np.inf)
+        linear = _probes(variant)
         best, total = np.zeros(scanned.size), 0.0
         for g in range(scanned.size):
             # a record too short for the slowest beats has no say, but forbids nothing to the others

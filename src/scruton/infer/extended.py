@@ -21,6 +21,7 @@ _L1, _C, _L2, _L3, _L5 = (
     int(Term.AERO), int(Term.DRIVE), int(Term.AERO_LINEAR), int(Term.AERO_SQUARE), int(Term.AERO_FOURTH)
 )  # fmt: skip
 _COH, _TREND, _SINE = int(Term.COHERENCE), int(Term.TREND), int(Term.TREND_SINE)
+_TREND_DRIVE = int(Term.TREND_DRIVE)
 _LAG, _LAG_KIND, _LAG_START = int(Term.LAG), int(Term.LAG_KIND), int(Term.LAG_START)
 _FC, _FS, _FR = int(Term.FORCE_COS), int(Term.FORCE_SIN), int(Term.FORCE_RATE)
 _GAIN, _CLIP, _SOFT = int(Term.GAIN), int(Term.CLIP), int(Term.CLIP_SOFT)
@@ -103,7 +104,7 @@ def _drift(a, lagged, c, tau, late, force, hats, knots):  # type: ignore[no-unty
     if c[_SINE] != 0.0:
         wind += 0.5 * c[_SINE] * np.sin(np.pi * tau)
     still = c[_S1]
-    drive = c[_C]
+    drive = c[_C] * (1.0 + c[_TREND_DRIVE] * tau)
     if late:
         still += c[_JUMP_RATE]
         drive *= 1.0 + c[_JUMP]

@@ -14,7 +14,8 @@ _HAT = int(Term.HAT)
 _GAIN, _CLIP, _SOFT = int(Term.GAIN), int(Term.CLIP), int(Term.CLIP_SOFT)
 # What belongs to the rig, to one run of the tunnel or to the reading, and does not go to a bridge.
 _OF_RIG = (
-    Term.STRUCTURAL_LINEAR, Term.STRUCTURAL_SQUARE, Term.FRICTION, Term.TREND, Term.TREND_SINE, Term.GAIN, Term.CLIP,
+    Term.STRUCTURAL_LINEAR, Term.STRUCTURAL_SQUARE, Term.FRICTION, Term.TREND, Term.TREND_SINE, Term.TREND_DRIVE,
+    Term.GAIN, Term.CLIP,
     Term.CLIP_SOFT, Term.STIFFNESS, Term.STIFFNESS_LINEAR, Term.JUMP, Term.JUMP_RATE,
 )  # fmt: skip
 

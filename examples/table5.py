@@ -1,6 +1,6 @@
 """How far each unmodelled effect would close the gap between the rows of Table 5, from amplitudes and slopes alone.
 
-Run `python examples/rectangle-4to1/table5.py`.
+Run `python examples/table5.py`.
 """
 
 import numpy as np

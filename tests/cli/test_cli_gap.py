@@ -1,0 +1,104 @@
+"""The verbs of the gap: diagnose, challenge, and what was found carried into predictions."""
+
+import json
+
+import pytest
+
+from scruton.calibrate.challenge.make import make_challenge
+from scruton.cli import main
+
+CARD = """extends = "paper"
+name = "quick"
+[sampler]
+walkers = 64
+draws = 16
+min_ess = 200
+max_steps = 400
+"""
+
+
+@pytest.fixture(scope="module")
+def challenge(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("challenge")
+    make_challenge(folder, cases=1, seed=3, effects=["aerodynamic_damping_nonlinearity"], severities=(0.4,), force=True)
+    return folder
+
+
+def run(*arguments, capsys):
+    code = main([str(one) for one in arguments])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def test_diagnose_writes_what_its_format_says(challenge, tmp_path, capsys):
+    out = tmp_path / "gap"
+    code, text, _ = run("diagnose", challenge / "case-0001", "-o", out, capsys=capsys)
+    assert code == 0
+    assert text.startswith("Verdict: aerodynamic_damping_nonlinearity.")
+    found = json.loads((out / "gap.json").read_text())
+    assert found["format"] == 1
+    assert found["verdict"] == "aerodynamic_damping_nonlinearity"
+    assert sum(found["probability"].values()) == pytest.approx(1.0, abs=1e-4)
+    assert {"none", "unknown", "coulomb_friction"} <= set(found["probability"])
+    assert found["indistinguishable"][0][0] == found["verdict"]
+    assert found["where"]
+    assert {"quantity", "rig", "test", "record", "amplitude", "time_s", "excess", "interval90"} <= set(
+        found["where"][0]
+    )
+    assert found["shrink"]["fraction"] > 0.8
+    assert found["shrink"]["held_out"]["fraction"] > 0.5
+    assert found["advice"]
+    assert (out / "gap.png").stat().st_size > 10_000
+    code, _, error = run("diagnose", challenge / "case-0001", "-o", out, capsys=capsys)
+    assert code == 2
+    assert "--force" in error
+
+
+def test_the_same_campaign_gives_the_same_bytes(challenge, tmp_path, capsys):
+    for name in ("one", "two"):
+        run("diagnose", challenge / "case-0001", "-o", tmp_path / name, "--quiet", "--workers", 1 + (name == "two"),
+            capsys=capsys)  # fmt: skip
+    assert (tmp_path / "one" / "gap.json").read_bytes() == (tmp_path / "two" / "gap.json").read_bytes()
+
+
+def test_an_effect_is_carried_into_the_prediction(challenge, tmp_path, capsys):
+    card = tmp_path / "card.toml"
+    card.write_text(CARD, encoding="utf-8")
+    campaign, truth = challenge / "case-0001", json.loads((challenge / "answers" / "answers.json").read_text())
+    there = truth["case-0001"]["held_out"][-1]
+    errors = {}
+    for name, more in (("with", ["--effect", "auto"]), ("without", [])):
+        run("fit", campaign, "-o", tmp_path / name, "--model", card, "--quiet", *more, capsys=capsys)
+        _, text, _ = run("predict", tmp_path / name, "--sc", there["scruton_number"], "--json", capsys=capsys)
+        entry = json.loads(text)["predictions"][0]
+        errors[name] = abs(entry["amplitude"]["median"] / there["stable_amplitude"] - 1.0)
+        assert ("aerodynamic_damping_nonlinearity" in str(entry["laws"])) == (name == "with")
+    assert errors["with"] < 0.5 * errors["without"]
+    assert (
+        json.loads((tmp_path / "with" / "fit.json").read_text())["effect"]["used"] == "aerodynamic_damping_nonlinearity"
+    )
+
+
+def test_an_effect_that_is_none_is_refused(challenge, tmp_path, capsys):
+    code, _, error = run("fit", challenge / "case-0001", "-o", tmp_path / "x", "--effect", "gremlins", capsys=capsys)
+    assert code == 2
+    assert "coulomb_friction" in error
+
+
+def test_challenge_from_make_to_score(tmp_path, capsys):
+    folder, results = tmp_path / "c", tmp_path / "r"
+    code, _, _ = run("challenge", "make", "-o", folder, "--cases", 2, "--seed", 4, "--effects", "none,sensor_gain_error",
+                     "--severities", "0.4", "--quiet", capsys=capsys)  # fmt: skip
+    assert code == 0
+    assert run("challenge", "run", folder, "-o", results, "--quiet", capsys=capsys)[0] == 0
+    code, text, _ = run("challenge", "score", folder, results, "--markdown", tmp_path / "c.md", capsys=capsys)
+    assert code == 0
+    assert "top-1" in text
+    assert (tmp_path / "c.md").read_text().startswith("# The blind check")
+
+
+def test_bad_arguments_of_the_challenge(tmp_path, capsys):
+    code, _, error = run("challenge", "make", "-o", tmp_path / "c", "--severities", "much", capsys=capsys)
+    assert code == 2
+    assert "--severities" in error
+    assert run("challenge", "run", tmp_path / "none", "-o", tmp_path / "r", capsys=capsys)[0] == 2
