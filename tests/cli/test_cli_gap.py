@@ -87,7 +87,8 @@ def test_an_effect_that_is_none_is_refused(challenge, tmp_path, capsys):
 
 def test_challenge_from_make_to_score(tmp_path, capsys):
     folder, results = tmp_path / "c", tmp_path / "r"
-    code, _, _ = run("challenge", "make", "-o", folder, "--cases", 2, "--seed", 4, "--effects", "none,sensor_gain_error",
+    effects = "none,sensor_gain_error"
+    code, _, _ = run("challenge", "make", "-o", folder, "--cases", 2, "--seed", 4, "--effects", effects,
                      "--severities", "0.4", "--quiet", capsys=capsys)  # fmt: skip
     assert code == 0
     assert run("challenge", "run", folder, "-o", results, "--quiet", capsys=capsys)[0] == 0

@@ -22,8 +22,6 @@ def _linear(table: FloatArray, values: Values, layout: Layout) -> None:
 
 def _variants(layout: Layout) -> tuple[Variant, ...]:
     scopes = [("in every record", layout.everywhere(), 2.0)]
-    if layout.wind.any() and not layout.wind.all():
-        scopes.append(("in wind alone", layout.in_wind(), 0.1))
     if np.unique(layout.rig).size > 1:
         scopes.append(("of every rig by its own", layout.by_rig(), 1.0))
     found = []

@@ -14,6 +14,7 @@ from scruton.gap.data import GapData
 
 TOLERANCES = {
     "stiffness": 5e-4,  # relative change of frequency up to the largest amplitude
+    "wind_stiffness": 3e-3,  # the same in wind, where growth and decay move the frequency a little, too
     "third": 1.5e-3,  # in-phase third harmonic over the amplitude
     "gain": 3e-3,  # of a record
 }
@@ -57,6 +58,8 @@ class BareModel:
         table[:, :, Term.THIRD] = values["third"]
         table[:, :, Term.THIRD_NOISE] = values["third_noise"]
         table[:, :, Term.STIFFNESS] = values["bend"] / layout.largest.max() ** 2
+        if wind.any():
+            table[:, :, Term.STIFFNESS_LINEAR] = values["wind_bend"] / layout.largest.max()
         table[:, :, Term.GAIN] = values["reading"]
         return table
 
@@ -87,6 +90,8 @@ def bare_model(data: GapData) -> BareModel:
     plain("third", TOLERANCES["third"], layout.by_rig())
     log("third_noise", 1.0, 0.25, layout.by_rig())
     plain("bend", TOLERANCES["stiffness"], layout.everywhere())
+    if wind.any():
+        plain("wind_bend", TOLERANCES["wind_stiffness"], layout.in_wind())
     plain("reading", TOLERANCES["gain"], np.arange(len(layout.records)))
     return BareModel(data, tuple(parameters))
 

@@ -45,7 +45,7 @@ class Check:
 
 
 def check(evidence: Evidence) -> Check:
-    """Test the innovations of a hypothesis at its optimum."""
+    """Test the innovations of a hypothesis at its optimum, in wind where there are such records."""
     hypothesis = evidence.hypothesis
     data = hypothesis.bare.data.channels
     v, s = hypothesis.innovations(evidence.mode[None])
@@ -54,7 +54,11 @@ def check(evidence: Evidence) -> Check:
     colour = level = spread = angle = 0.0
     colour_df = level_df = spread_df = angle_df = 0
     fourth, count = 0.0, 0
-    for r in range(len(hypothesis.bare.data.layout.records)):
+    layout = hypothesis.bare.data.layout
+    for r in range(len(layout.records)):
+        # In still air what is left is the demodulation's own: it counts only where there is nothing else.
+        if layout.wind.any() and not layout.wind[r]:
+            continue
         mine = data.record == r
         x = amplitude[mine][1:]
         if x.size < _FEWEST:

@@ -25,11 +25,11 @@ CHAIN_NATS = 10.0  # by which several effects must beat one generic term, for ea
 LINE_NATS = 30.0  # over chance: a line in the spectrum beside the response
 ALLOWED_EXCESS = 4.0  # nats of colour and level that noise and fitting leave, with
 ALLOWED_SHARE = 0.12  # this part of the gain, for the form of an effect is never quite its form
-PREFERENCE_NATS = 3.0  # by which the generic term must lead a catalogued effect, with
+PREFERENCE_NATS = 5.0  # by which the generic term must lead a catalogued effect, with
 PREFERENCE_SHARE = 0.02  # this part of its gain
 GROUP_NATS = 4.0  # effects that close are one group
 # Evidences are divided by these: simulated campaigns say how often such a lead is wrong.
-ANY_TEMPERATURE = 1.5  # of some effect against none
+ANY_TEMPERATURE = 2.5  # of some effect against none
 TEMPERATURE = 4.0  # of one effect against another, whose forms are never quite those of nature
 _MOST = 3  # effects at once
 
@@ -265,7 +265,9 @@ def _probabilities(gains: Mapping[str, float], prior: Mapping[str, float], prior
     logs = {NONE: np.log(prior_none)}
     for name in share:
         weight = (1.0 - prior_none) * share[name] / total
-        gain = best / ANY_TEMPERATURE + (gains[name] - best) / TEMPERATURE
+        # What loses against none is not lifted by another effect's gain.
+        lead = best / ANY_TEMPERATURE + (gains[name] - best) / TEMPERATURE
+        gain = lead if gains[name] > 0.0 else gains[name] / ANY_TEMPERATURE
         logs[name] = np.log(weight) + gain if weight > 0.0 and np.isfinite(gain) else -np.inf
     norm = logsumexp(list(logs.values()))
     return {name: float(np.exp(value - norm)) for name, value in logs.items()}
