@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scruton.calibrate.challenge.make import simulate_case
-from scruton.gap.check import Line
+from scruton.gap.check import SecondLine
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import Diagnosis, diagnose, fit_bare
 from scruton.gap.finding import Finding
@@ -139,7 +139,7 @@ def test_marks_of_scatter_know_noise_from_what_is_none() -> None:
 def test_lines_count_only_far_above_chance(friction: tuple[Diagnosis, list[int]]) -> None:
     data = friction[0].data
     record = data.layout.records[0]
-    lines = [Line(record, 1.5, 0.001, 80.0), Line(record, 2.5, 0.001, 10.0)]
+    lines = [SecondLine(record, 1.5, 0.001, 80.0), SecondLine(record, 2.5, 0.001, 10.0)]
     (found,) = line_findings(lines, data)
     assert found.quantity == "spectrum"
     assert found.excess == 0.001

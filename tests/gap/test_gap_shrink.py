@@ -15,7 +15,7 @@ from scruton.gap.check import check
 from scruton.gap.data import load_gap
 from scruton.gap.density import density, given, learn, only, settled_by
 from scruton.gap.diagnosis import NONE, Diagnosis, fit_bare
-from scruton.gap.hypothesis import Evidence
+from scruton.gap.hypothesis import Weighed
 from scruton.gap.predict import stable_amplitude
 from scruton.gap.shrink import shrink
 from scruton.infer.settled import settled
@@ -25,7 +25,7 @@ def diagnosed(campaign: Campaign, effect: str | None, label: str = "", rival: st
     """A diagnosis by hand: the effect named, in one form, and one rival."""
     data, bare = fit_bare(load_gap(campaign))
 
-    def fit(name: str, wanted: str) -> Evidence:
+    def fit(name: str, wanted: str) -> Weighed:
         variants = (UNKNOWN if name == "unknown" else CATALOGUE[name]).variants(data.layout)
         one = bare.hypothesis.extended(next(v for v in variants if v.label.startswith(wanted)))
         return one.fit(

@@ -9,7 +9,7 @@ from scruton.effects import CATALOGUE
 from scruton.effects.terms import Variant
 from scruton.gap.diagnosis import NONE, TEMPERATURE, UNSEEN, Diagnosis
 from scruton.gap.extra import Extra, separation
-from scruton.gap.hypothesis import Evidence, Hypothesis
+from scruton.gap.hypothesis import Hypothesis, Weighed
 from scruton.gap.invisible import invisible
 from scruton.gap.predict import stable_amplitude
 from scruton.infer.settled import _readings
@@ -68,7 +68,7 @@ def confusions(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
 class _Projector:
     """Whitened innovations of a hypothesis at its optimum, and what of a signature its parameters cannot mimic."""
 
-    def __init__(self, base: Evidence) -> None:
+    def __init__(self, base: Weighed) -> None:
         self.base, self.hypothesis = base, base.hypothesis
         self.v, log_s, jv, _ = self.hypothesis.derivatives(base.mode)
         self.root = np.exp(-0.5 * log_s)
@@ -198,7 +198,7 @@ def advise(diagnosis: Diagnosis) -> list[str]:
     ]
 
 
-def _near(diagnosis: Diagnosis) -> list[tuple[str, Evidence]]:
+def _near(diagnosis: Diagnosis) -> list[tuple[str, Weighed]]:
     """Rivals that were fitted, the nearest first."""
     found = []
     for name, gain in sorted(diagnosis.log_weights.items(), key=lambda pair: -pair[1]):
@@ -213,7 +213,7 @@ def _near(diagnosis: Diagnosis) -> list[tuple[str, Evidence]]:
 
 
 def _line(
-    verdict: str, rival: str, now: float, truth: tuple[Hypothesis, FloatArray], other: Evidence, extras: list[Extra]
+    verdict: str, rival: str, now: float, truth: tuple[Hypothesis, FloatArray], other: Weighed, extras: list[Extra]
 ) -> str:
     """The advice against one rival."""
     options = []
@@ -236,7 +236,7 @@ def _line(
     return f"{text} would tell {verdict} from {rival} by {sigma:.0f} sigma ({now:.1f} now)"
 
 
-def _by_calibration(truth: tuple[Hypothesis, FloatArray], other: Evidence) -> float:
+def _by_calibration(truth: tuple[Hypothesis, FloatArray], other: Weighed) -> float:
     """Standard deviations by which a static calibration to half a per cent would tell two hypotheses apart."""
     found = []
     for hypothesis, u in (truth, (other.hypothesis, other.mode)):

@@ -10,7 +10,7 @@ from scipy.special import logsumexp
 from scruton.campaign.schema import FloatArray
 from scruton.effects import CATALOGUE, UNKNOWN, Effect
 from scruton.effects.terms import Variant
-from scruton.gap.hypothesis import Evidence
+from scruton.gap.hypothesis import Weighed
 from scruton.gap.screen import Promise, Screen
 
 _FITS = 4  # variants of an effect that are fitted, at most
@@ -28,13 +28,13 @@ class Candidate:
     name : str
     log_evidence : float
         Averaged over its variants by their prior weights; -inf where none can act.
-    best : Evidence or None
+    best : Weighed or None
         Of the variant with the highest evidence.
     """
 
     name: str
     log_evidence: float
-    best: Evidence | None
+    best: Weighed | None
 
     @property
     def variant(self) -> Variant | None:
@@ -92,7 +92,7 @@ def weigh(screen: Screen, effects: Sequence[Effect], *, workers: int = 2) -> dic
     """
     base = screen.base
 
-    def one(promise: Promise) -> Evidence:
+    def one(promise: Promise) -> Weighed:
         hypothesis = base.hypothesis.extended(promise.variant)
         return hypothesis.fit(hypothesis.start_from(base.mode, promise.start))
 

@@ -9,7 +9,7 @@ from scruton.effects import CATALOGUE
 from scruton.effects.terms import Term
 from scruton.errors import InputError
 from scruton.gap.diagnosis import NONE, UNSEEN, Diagnosis
-from scruton.gap.hypothesis import Evidence
+from scruton.gap.hypothesis import Weighed
 from scruton.infer.settled import settled, transferred
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ AUTO = "auto"
 GROUP = "effect"
 
 
-def chosen(diagnosis: Diagnosis, effect: str) -> tuple[str, Evidence | None]:
+def chosen(diagnosis: Diagnosis, effect: str) -> tuple[str, Weighed | None]:
     """Name and hypothesis of the effect to use: the verdict's for "auto"; nothing where there is no gap.
 
     Raises
@@ -39,7 +39,7 @@ def chosen(diagnosis: Diagnosis, effect: str) -> tuple[str, Evidence | None]:
     return effect, best
 
 
-def posterior_draws(evidence: Evidence, rng: np.random.Generator, size: int) -> FloatArray:
+def posterior_draws(evidence: Weighed, rng: np.random.Generator, size: int) -> FloatArray:
     """Draws of the Laplace approximation, (size, d), those outside of a prior's cut drawn again."""
     root = np.linalg.cholesky(evidence.covariance)
     kept: list[FloatArray] = []

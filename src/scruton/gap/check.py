@@ -9,7 +9,7 @@ from scipy.ndimage import median_filter
 
 from scruton.campaign.schema import Campaign, FloatArray
 from scruton.envelope import Cycles
-from scruton.gap.hypothesis import Evidence
+from scruton.gap.hypothesis import Weighed
 
 _LAGS = 6
 _BLOCKS = 4
@@ -44,7 +44,7 @@ class Check:
         return min(1.0, 5.0 * min(self.colour, self.level, self.spread, self.tails, self.phase))
 
 
-def check(evidence: Evidence) -> Check:
+def check(evidence: Weighed) -> Check:
     """Test the innovations of a hypothesis at its optimum, in wind where there are such records."""
     hypothesis = evidence.hypothesis
     data = hypothesis.bare.data.channels
@@ -107,7 +107,7 @@ def _ljung_box(x: FloatArray) -> tuple[float, int]:
 
 
 @dataclass(frozen=True, eq=False)
-class Line:
+class SecondLine:
     """A second line in the spectrum of a record.
 
     Attributes
@@ -127,7 +127,7 @@ class Line:
     ratio: float
 
 
-def second_lines(campaign: Campaign, cycles: Mapping[str, Cycles]) -> tuple[Line, ...]:
+def second_lines(campaign: Campaign, cycles: Mapping[str, Cycles]) -> tuple[SecondLine, ...]:
     """Look for a line beside the response in every record, the fundamental and its harmonics taken off."""
     found = []
     records = [r for rig in campaign.rigs for r in rig.records] + [r for test in campaign.tests for r in test.records]
@@ -137,7 +137,7 @@ def second_lines(campaign: Campaign, cycles: Mapping[str, Cycles]) -> tuple[Line
         one = cycles[record.name]
         line = _line(record.time, record.response, one)
         if line is not None:
-            found.append(Line(record.name, *line))
+            found.append(SecondLine(record.name, *line))
     return tuple(found)
 
 

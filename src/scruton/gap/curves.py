@@ -8,7 +8,7 @@ import numpy as np
 from scruton.campaign.schema import FloatArray
 from scruton.effects.generic import discrepancy, hats
 from scruton.effects.terms import Term, Variant
-from scruton.gap.hypothesis import Evidence, Hypothesis
+from scruton.gap.hypothesis import Hypothesis, Weighed
 from scruton.infer.extended import _inverse_reading
 from scruton.infer.settled import amplitude_rates
 
@@ -35,7 +35,7 @@ class Discrepancy:
 
 
 def damping_discrepancy(
-    bare: Evidence, final: Evidence, left_out: Sequence[tuple[FloatArray, FloatArray]]
+    bare: Weighed, final: Weighed, left_out: Sequence[tuple[FloatArray, FloatArray]]
 ) -> Discrepancy:
     """Compare damping curves.
 
@@ -44,7 +44,7 @@ def damping_discrepancy(
 
     Parameters
     ----------
-    bare, final : Evidence
+    bare, final : Weighed
     left_out : sequence of (array, array)
         Coordinates of both, one pair a test in order, from the records of the others.
     """

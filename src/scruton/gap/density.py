@@ -7,7 +7,7 @@ import numpy as np
 
 from scruton.campaign.schema import FloatArray
 from scruton.gap.data import GapData
-from scruton.gap.hypothesis import Evidence, Hypothesis
+from scruton.gap.hypothesis import Hypothesis, Weighed
 from scruton.infer.extended import Channels
 
 _LOG_2PI = float(np.log(2.0 * np.pi))
@@ -56,7 +56,7 @@ class Knowledge:
     stated: Mapping[int, float]
 
 
-def learn(full: Evidence, records: np.ndarray) -> Knowledge:
+def learn(full: Weighed, records: np.ndarray) -> Knowledge:
     """What some records, (R,) of bool, tell of the coordinates, for the records that are left out.
 
     Coordinates that they do not tell keep their priors, and so do small imperfections, which one setting need not
@@ -75,7 +75,7 @@ def learn(full: Evidence, records: np.ndarray) -> Knowledge:
     return _apart(Knowledge(hypothesis, covariance @ pull, covariance, full.mode, found.mode, stated), ~records)
 
 
-def settled_by(full: Evidence, left_out: np.ndarray) -> Knowledge:
+def settled_by(full: Weighed, left_out: np.ndarray) -> Knowledge:
     """All coordinates as all records settle them, but for what belongs to the records left out alone."""
     nothing = np.zeros_like(full.covariance)
     stated = _stated(full.hypothesis, left_out)

@@ -10,9 +10,9 @@ from scruton.campaign.schema import Campaign
 from scruton.effects import CATALOGUE, UNKNOWN, Effect
 from scruton.gap.attribute import Candidate, everything, weigh
 from scruton.gap.bare import bare_model
-from scruton.gap.check import Check, Line, check, second_lines
+from scruton.gap.check import Check, SecondLine, check, second_lines
 from scruton.gap.data import GapData, load_gap
-from scruton.gap.hypothesis import Evidence, Hypothesis
+from scruton.gap.hypothesis import Hypothesis, Weighed
 from scruton.gap.screen import Screen
 
 NONE = "none"
@@ -43,11 +43,11 @@ class Diagnosis:
     Attributes
     ----------
     data : GapData
-    bare : Evidence
+    bare : Weighed
         Of the bare model.
     found : tuple of str
         Effects, strongest first; empty for none; ("unknown",) for what is in no catalogue.
-    final : Evidence
+    final : Weighed
         Of the hypothesis with the effects found (the best generic term for the unknown; the bare model for none).
     singles : dict
         Every effect added to the bare model alone, and the unknown.
@@ -60,20 +60,20 @@ class Diagnosis:
         Effects that these data cannot tell apart, the verdict's first.
     checks : dict
         Absolute checks: of the bare model ("none") and of the verdict's hypothesis.
-    lines : tuple of Line
+    lines : tuple of SecondLine
     """
 
     data: GapData
-    bare: Evidence
+    bare: Weighed
     found: tuple[str, ...]
-    final: Evidence
+    final: Weighed
     singles: Mapping[str, Candidate]
     rivals: Mapping[str, Candidate]
     log_weights: Mapping[str, float]
     probability: Mapping[str, float]
     groups: tuple[tuple[str, ...], ...]
     checks: Mapping[str, Check]
-    lines: tuple[Line, ...]
+    lines: tuple[SecondLine, ...]
 
     @property
     def verdict(self) -> str:
@@ -81,7 +81,7 @@ class Diagnosis:
         return self.found[0] if self.found else NONE
 
 
-def fit_bare(data: GapData) -> tuple[GapData, Evidence]:
+def fit_bare(data: GapData) -> tuple[GapData, Weighed]:
     """Fit the bare model, refer sizes to its stable amplitude and relaxation rate, and fit it again."""
     evidence = Hypothesis(bare_model(data)).fit()
     if data.middle >= 0:
@@ -191,15 +191,15 @@ def _variant(candidate: Candidate):  # type: ignore[no-untyped-def]
     return candidate.best.hypothesis.variants[-1]
 
 
-def _seed(hypothesis: Hypothesis, bare: Evidence) -> np.ndarray:
+def _seed(hypothesis: Hypothesis, bare: Weighed) -> np.ndarray:
     start = hypothesis.start()
     start[: bare.mode.size] = bare.mode
     return start
 
 
 def _forward(
-    bare: Evidence, singles: Mapping[str, Candidate], effects: Sequence[Effect], workers: int, tell: Progress
-) -> tuple[list[Candidate], list[Evidence]]:
+    bare: Weighed, singles: Mapping[str, Candidate], effects: Sequence[Effect], workers: int, tell: Progress
+) -> tuple[list[Candidate], list[Weighed]]:
     """Add catalogued effects one by one while each gains enough; the hypotheses on the way, the bare one first."""
     chain: list[Candidate] = []
     bases = [bare]
@@ -226,7 +226,7 @@ def _forward(
     return chain, bases
 
 
-def _largest_size(evidence: Evidence) -> float:
+def _largest_size(evidence: Weighed) -> float:
     """Largest size of the variant that was added last; infinite where it has none (a lag, a level)."""
     last = len(evidence.hypothesis.variants) - 1
     variant = evidence.hypothesis.variants[last]
@@ -236,7 +236,7 @@ def _largest_size(evidence: Evidence) -> float:
     return max(float(np.abs(evidence.value(f"{last}:{p.name}")[0]).max()) for p in sizes if p.name != variant.scan)
 
 
-def _explained(base: Evidence, leader: Evidence) -> float:
+def _explained(base: Weighed, leader: Weighed) -> float:
     """Nats of misfit of the amplitudes that the leader takes away, both hypotheses at its noise."""
     data = leader.hypothesis.bare.data.channels
     size = data.size
@@ -248,7 +248,7 @@ def _explained(base: Evidence, leader: Evidence) -> float:
     return 0.5 * (chi[0] - chi[1])
 
 
-def _left_over(mark: Check, lines: Sequence[Line], names: Sequence[str], data: GapData) -> float:
+def _left_over(mark: Check, lines: Sequence[SecondLine], names: Sequence[str], data: GapData) -> float:
     """Nats of misfit that no hypothesis of the catalogue has taken up."""
     excess = mark.excess - ALLOWED_EXCESS
     still = {name for name, wind in zip(data.layout.records, data.layout.wind, strict=True) if not wind}

@@ -24,7 +24,7 @@ _DAMPING = (1.0, 0.3, 0.05)
 
 
 @dataclass(frozen=True, eq=False)
-class Evidence:
+class Weighed:
     """A hypothesis at its optimum.
 
     Attributes
@@ -195,7 +195,7 @@ class Hypothesis:
         value = -0.5 * float(np.sum(v * pull + log_s + _LOG_2PI)) + float(self.log_prior(u[None])[0])
         return value, gradient, fisher
 
-    def fit(self, start: FloatArray | None = None, *, iterations: int = 40) -> Evidence:
+    def fit(self, start: FloatArray | None = None, *, iterations: int = 40) -> Weighed:
         """Climb to the optimum and apply Laplace's approximation there.
 
         Parameters
@@ -230,7 +230,7 @@ class Hypothesis:
                 break
         return self.laplace(u, fisher)
 
-    def laplace(self, u: FloatArray, fisher: FloatArray) -> Evidence:
+    def laplace(self, u: FloatArray, fisher: FloatArray) -> Weighed:
         """Evidence from the optimum and the curvature there."""
         like, prior = (float(x[0]) for x in self.log_prob(u[None]))
         covariance = np.linalg.inv(fisher)
@@ -241,7 +241,7 @@ class Hypothesis:
             if one.positive:
                 where = self.places[one.name]
                 evidence += float(np.sum(np.log(2.0) + log_ndtr(u[where] / sd[where])))
-        return Evidence(self, u, covariance, like, prior, evidence)
+        return Weighed(self, u, covariance, like, prior, evidence)
 
     def extended(self, *more: Variant) -> "Hypothesis":
         """Add variants."""

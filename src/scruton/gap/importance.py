@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import gammaln, logsumexp
 
-from scruton.gap.hypothesis import Evidence
+from scruton.gap.hypothesis import Weighed
 
 _FREEDOM = 8.0
 _WIDEN = 1.05
@@ -32,12 +32,12 @@ class Checked:
     laplace: float
 
 
-def importance(evidence: Evidence, rng: np.random.Generator, draws: int = 600) -> Checked:
+def importance(evidence: Weighed, rng: np.random.Generator, draws: int = 600) -> Checked:
     """Importance-sample the evidence of a hypothesis.
 
     Parameters
     ----------
-    evidence : Evidence
+    evidence : Weighed
         Its mode and covariance make the proposal, a little wider, with Student-t tails.
     rng : Generator
     draws : int

@@ -16,7 +16,7 @@ from scruton.effects.terms import HATS, Layout, Parameter, Term, Values, Variant
 from scruton.gap.bare import TOLERANCES
 from scruton.gap.data import GapData
 from scruton.gap.finding import Finding, Range, amplitudes_of, interval, names_of, time_of
-from scruton.gap.hypothesis import Evidence
+from scruton.gap.hypothesis import Weighed
 from scruton.infer.settled import amplitude_rates
 
 GROWTH, DECAY, STEADY, STILL = "growth", "decay", "steady", "still air"
@@ -95,23 +95,23 @@ class Curves:
 
     Attributes
     ----------
-    fit : Evidence
+    fit : Weighed
         Of the bare model with a curve of damping and one of frequency in every group.
     damping, frequency, branch : tuple of Curve
     """
 
-    fit: Evidence
+    fit: Weighed
     damping: tuple[Curve, ...]
     frequency: tuple[Curve, ...]
     branch: tuple[Curve, ...]
 
 
-def excess_curves(bare: Evidence) -> Curves:
+def excess_curves(bare: Weighed) -> Curves:
     """Fit the discrepancy of damping and frequency, from the optimum of the bare model.
 
     Parameters
     ----------
-    bare : Evidence
+    bare : Weighed
         Of the bare model.
     """
     data = bare.hypothesis.bare.data
@@ -239,7 +239,7 @@ def _knots_told(data: GapData, records: np.ndarray) -> int:
 class _Slopes:
     """Curves at the optimum of the wide fit over those at the bare model's, and how they follow its coordinates."""
 
-    def __init__(self, bare: Evidence, fit: Evidence) -> None:
+    def __init__(self, bare: Weighed, fit: Weighed) -> None:
         self.data = bare.hypothesis.bare.data
         self.fit = fit
         step = 1e-3 * np.sqrt(np.diag(fit.covariance))

@@ -8,12 +8,12 @@ from scipy.stats import norm
 from scruton.campaign.schema import FloatArray
 from scruton.effects.terms import Layout, Parameter, Term, Values, Variant, add, size_prior
 from scruton.gap.finding import Z90, Finding, amplitudes_of, interval, names_of, time_of
-from scruton.gap.hypothesis import Evidence
+from scruton.gap.hypothesis import Weighed
 
 _FALSE = 0.03  # probability that any member of a campaign without a gap shows one kind
 
 
-def still_air_findings(bare: Evidence) -> list[Finding]:
+def still_air_findings(bare: Weighed) -> list[Finding]:
     """Rigs whose damping is not what is stated, as the records tell it without that statement."""
     data = bare.hypothesis.bare.data
     value, sd = bare.value("damping")
@@ -40,7 +40,7 @@ def still_air_findings(bare: Evidence) -> list[Finding]:
     return found
 
 
-def drift_findings(bare: Evidence) -> list[Finding]:
+def drift_findings(bare: Weighed) -> list[Finding]:
     """Damping that changes while a record runs: a wind that rises or falls, told record by record."""
     data = bare.hypothesis.bare.data
     layout = data.layout
@@ -70,7 +70,7 @@ def drift_findings(bare: Evidence) -> list[Finding]:
     return found
 
 
-def gain_findings(bare: Evidence) -> list[Finding]:
+def gain_findings(bare: Weighed) -> list[Finding]:
     """Records whose reading is larger or smaller than that of their fellows by a factor."""
     data = bare.hypothesis.bare.data
     layout = data.layout
@@ -103,7 +103,7 @@ def gain_findings(bare: Evidence) -> list[Finding]:
     return found
 
 
-def between_tests(bare: Evidence) -> list[Finding]:
+def between_tests(bare: Weighed) -> list[Finding]:
     """Tests whose aerodynamic damping or drive is not that of the shared (Y1, epsilon)."""
     data = bare.hypothesis.bare.data
     layout = data.layout
@@ -154,13 +154,13 @@ def _beyond(z: float, count: int) -> bool:
     return bool(abs(z) > norm.isf(0.5 * _FALSE / count))
 
 
-def _size(fit: Evidence, parameter: Parameter) -> str:
+def _size(fit: Weighed, parameter: Parameter) -> str:
     return f"{len(fit.hypothesis.variants) - 1}:{parameter.name}"
 
 
 def _each(
-    bare: Evidence, parameter: Parameter, apply: Callable[[FloatArray, Values, Layout], None]
-) -> tuple[Evidence, FloatArray, FloatArray]:
+    bare: Weighed, parameter: Parameter, apply: Callable[[FloatArray, Values, Layout], None]
+) -> tuple[Weighed, FloatArray, FloatArray]:
     """Fit one value for every record; its values and their standard errors."""
     hypothesis = bare.hypothesis.extended(Variant("each", (parameter,), apply, parameter.members >= 0))
     fit = hypothesis.fit(hypothesis.start_from(bare.mode, {}))

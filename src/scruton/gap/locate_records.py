@@ -9,10 +9,10 @@ from scipy.stats import norm
 
 from scruton.campaign.schema import FloatArray
 from scruton.gap.bare import TOLERANCES
-from scruton.gap.check import Line
+from scruton.gap.check import SecondLine
 from scruton.gap.data import GapData
 from scruton.gap.finding import Finding, amplitudes_of, interval, names_of, time_of
-from scruton.gap.hypothesis import Evidence
+from scruton.gap.hypothesis import Weighed
 
 LINE_NATS = 30.0  # over chance
 _FALSE = 0.03  # probability that any record of a campaign without a gap shows one kind of scatter
@@ -22,12 +22,12 @@ _TAKEN = 2
 _HIGH = 0.8  # of a record's largest amplitude: where its wave would be bent
 
 
-def scatter_findings(fit: Evidence) -> list[Finding]:
+def scatter_findings(fit: Weighed) -> list[Finding]:
     """Innovations that are coloured, come in bursts, are modulated or have heavy tails, by record in wind.
 
     Parameters
     ----------
-    fit : Evidence
+    fit : Weighed
         With excess curves of damping: what a curve explains is no scatter.
     """
     data = fit.hypothesis.bare.data
@@ -114,7 +114,7 @@ def _modulation(x: FloatArray, level: float, data: GapData, cycles: np.ndarray) 
     return size, size / np.sqrt(2.0 * power[peak]), significance, "spectrum", text, None
 
 
-def line_findings(lines: Sequence[Line], data: GapData) -> list[Finding]:
+def line_findings(lines: Sequence[SecondLine], data: GapData) -> list[Finding]:
     """Lines beside the response."""
     found = []
     for line in lines:

@@ -10,7 +10,7 @@ from scruton.effects import CATALOGUE
 from scruton.effects.terms import Parameter, Term, Variant
 from scruton.gap.diagnosis import UNSEEN, Diagnosis
 from scruton.gap.finding import Finding, Range, amplitudes_of, interval, names_of, time_of
-from scruton.gap.hypothesis import Evidence, Hypothesis
+from scruton.gap.hypothesis import Hypothesis, Weighed
 from scruton.infer.settled import amplitude_rates
 
 # What an effect is seen in; damping for those that are not named.
@@ -41,7 +41,7 @@ class _Scope:
 
     name: str
     number: int
-    evidence: Evidence
+    evidence: Weighed
 
     @property
     def variant(self) -> Variant:
@@ -92,7 +92,7 @@ def _gathered(places: list[Finding]) -> list[Finding]:
     return found
 
 
-def _number(evidence: Evidence, name: str) -> int | None:
+def _number(evidence: Weighed, name: str) -> int | None:
     """Place of an effect among the variants of a hypothesis."""
     for i, variant in enumerate(evidence.hypothesis.variants):
         if variant.apply.__module__.rsplit(".", 1)[-1] == name:

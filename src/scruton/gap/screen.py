@@ -8,7 +8,7 @@ import numpy as np
 
 from scruton.campaign.schema import FloatArray
 from scruton.effects.terms import Apply, Variant
-from scruton.gap.hypothesis import Evidence
+from scruton.gap.hypothesis import Weighed
 from scruton.infer.extended import channel_innovations
 
 _NUDGE = 1e-4
@@ -31,11 +31,11 @@ class Screen:
 
     Parameters
     ----------
-    base : Evidence
+    base : Weighed
         Of the hypothesis that variants are added to.
     """
 
-    def __init__(self, base: Evidence) -> None:
+    def __init__(self, base: Weighed) -> None:
         self.base = base
         self.hypothesis = base.hypothesis
         self.data = self.hypothesis.bare.data

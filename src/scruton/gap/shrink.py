@@ -13,7 +13,7 @@ from scruton.gap.curves import Discrepancy, damping_discrepancy
 from scruton.gap.data import GapData
 from scruton.gap.density import Knowledge, density, learn, parameters_spent, settled_by
 from scruton.gap.diagnosis import Diagnosis
-from scruton.gap.hypothesis import Evidence
+from scruton.gap.hypothesis import Weighed
 from scruton.gap.predict import stable_amplitude
 
 METRIC = (
@@ -196,7 +196,7 @@ def _is_test(data: GapData, fold: np.ndarray) -> bool:
     return bool(test[first] >= 0 and np.array_equal(fold, test == test[first]))
 
 
-def _runner_up(diagnosis: Diagnosis) -> tuple[str, Evidence] | None:
+def _runner_up(diagnosis: Diagnosis) -> tuple[str, Weighed] | None:
     named = [
         (name, one.best)
         for name, one in diagnosis.rivals.items()
@@ -205,7 +205,7 @@ def _runner_up(diagnosis: Diagnosis) -> tuple[str, Evidence] | None:
     return max(named, key=lambda pair: pair[1].log_evidence) if named else None
 
 
-def _known(model: Evidence, folds: Sequence[np.ndarray]) -> FloatArray:
+def _known(model: Weighed, folds: Sequence[np.ndarray]) -> FloatArray:
     """Density of every record, parameters as all records settle them, and parameters spent on it, (2, R)."""
     found = np.zeros((2, len(folds[0])))
     for fold in folds:
@@ -216,7 +216,7 @@ def _known(model: Evidence, folds: Sequence[np.ndarray]) -> FloatArray:
     return found
 
 
-def _left_out(model: Evidence, fold: np.ndarray) -> tuple[Knowledge, FloatArray, float]:
+def _left_out(model: Weighed, fold: np.ndarray) -> tuple[Knowledge, FloatArray, float]:
     """What the other records say, the density of those left out, (R,), and what a right model would lose in all."""
     known = learn(model, ~fold)
     scored = density(known, fold)
