@@ -1,5 +1,7 @@
 """The verdict on simulated campaigns, and the pieces that it rests on."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,6 +14,7 @@ from scruton.gap.diagnosis import diagnose, fit_bare
 from scruton.gap.hypothesis import Hypothesis
 from scruton.gap.importance import importance
 from scruton.gap.screen import Screen
+from scruton.infer.fit import envelope
 
 SEED = 8101
 
@@ -93,6 +96,24 @@ def test_an_effect_is_named(name):
     found = diagnose(campaign)
     assert found.verdict == name
     assert found.groups[0][0] == name
+
+
+@pytest.mark.parametrize("name", [None, "coulomb_friction"])
+def test_envelopes_without_a_waveform_will_do(name):
+    """Records that hold an amplitude have neither phase nor third harmonic: those channels stay silent."""
+    campaign, _ = simulate_case(SEED, 6, name, 0.2)
+
+    def bare(record, frequency):
+        cycles = envelope(record, frequency)
+        return replace(record, time=cycles.time, response=cycles.amplitude, is_envelope=True)
+
+    rigs = [replace(r, records=tuple(bare(x, r.frequency.mean) for x in r.records)) for r in campaign.rigs]
+    tests = [
+        replace(t, records=tuple(bare(x, campaign.rig(t.rig).frequency.mean) for x in t.records))
+        for t in campaign.tests
+    ]
+    found = diagnose(replace(campaign, rigs=tuple(rigs), tests=tuple(tests)))
+    assert found.verdict == (name or "none")
 
 
 @pytest.mark.slow

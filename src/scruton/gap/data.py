@@ -13,11 +13,10 @@ from scruton.effects.terms import HATS
 from scruton.envelope import Cycles
 from scruton.envelope.harmonics import third_harmonic
 from scruton.errors import InputError
-from scruton.infer.extended import Channels
+from scruton.infer.extended import ABSENT, Channels
 from scruton.infer.fit import envelope
 
 _DIRECTION = {Kind.GROWTH: 1, Kind.DECAY: -1, Kind.STEADY: 0, Kind.FREE_DECAY: 0}
-_NO_ERROR = 1e6
 STATED_DAMPING_SD = 0.05  # relative, where none is stated: the bare model takes the statement at its word
 FLOOR = 2e-4  # of the amplitude: what a demodulated amplitude may be off by, beside its noise
 
@@ -269,7 +268,7 @@ def _channels(records: list[Record], cycles: Mapping[str, Cycles], knots: FloatA
             "standard_error": np.hypot(one.standard_error, FLOOR * np.abs(one.amplitude)),
             "phase": one.phase - one.phase[0],
             "third": third,
-            "third_error": np.where(np.isfinite(error), np.hypot(error, FLOOR * one.amplitude), _NO_ERROR),
+            "third_error": np.where(np.isfinite(error), np.hypot(error, FLOOR * one.amplitude), ABSENT),
             "gap": np.r_[-1.0, np.where(steps > 0.25 * period, steps, 0.0)],
             "period": np.full(size, period),
             "time": one.time - one.time[0],

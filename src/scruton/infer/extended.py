@@ -34,6 +34,7 @@ _HAT = int(Term.HAT)
 # Columns that the amplitude depends on; the others move the phase and the third harmonic alone.
 _DAMPING = np.setdiff1d(np.arange(COLUMNS), [_DET, _ST2, _ST1, _PQ, _H3, _H3R])
 _ANGLES = 16
+ABSENT = 1e6  # standard error of a third harmonic that cannot be told
 _FAINT = 3.0  # standard errors below which an amplitude tells no phase
 
 
@@ -317,6 +318,10 @@ def _extended_filter(  # type: ignore[no-untyped-def]
             # waveform
             _, _, h3 = _reading(max(level, 1e-12), c[_CLIP], c[_SOFT])
             bend = level * (c[_ST1] + level * c[_ST2])
+            if third_se[k] >= ABSENT:
+                v_out[w, 2 * size + k] = 0.0
+                s_out[w, 2 * size + k] = 1.0
+                continue
             v_out[w, 2 * size + k] = third[k] - gain * level * (h3 + c[_H3] + bend / 12.0)
             s_out[w, 2 * size + k] = (c[_H3R] * third_se[k]) ** 2
 
