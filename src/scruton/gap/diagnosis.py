@@ -26,7 +26,7 @@ LINE_NATS = 30.0  # over chance: a line in the spectrum beside the response
 ALLOWED_EXCESS = 4.0  # nats of colour and level that noise and fitting leave, with
 ALLOWED_SHARE = 0.12  # this part of the gain, for the form of an effect is never quite its form
 PREFERENCE_NATS = 5.0  # by which the generic term must lead a catalogued effect, with
-PREFERENCE_SHARE = 0.02  # this part of its gain
+PREFERENCE_SHARE = 0.12  # this part of its gain
 GROUP_NATS = 4.0  # effects that close are one group
 # Evidences are divided by these: simulated campaigns say how often such a lead is wrong.
 ANY_TEMPERATURE = 2.5  # of some effect against none
@@ -152,7 +152,7 @@ def diagnose_data(
     assert leader is not None
     checks[best if leader is not base else NONE] = mark = check(leader)
     # Forms differ a little: what is left is measured by what was explained, at the noise that is left.
-    explained = max(gains[best], 0.0, _explained(base, leader)) if leader is not base else 0.0
+    explained = max(gains[best], 0.0, _explained(bare, leader)) if leader is not base else 0.0
     left = _left_over(mark, lines, names, data) - ALLOWED_SHARE * explained
     gains[UNSEEN] -= PREFERENCE_NATS + PREFERENCE_SHARE * max(gains[UNSEEN], 0.0)
     gains[UNSEEN] = max(gains[UNSEEN], max(gains[best], 0.0) + left)
