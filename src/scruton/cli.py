@@ -267,10 +267,7 @@ def _validate(arguments: argparse.Namespace) -> int:
         force=arguments.force,
         quiet=arguments.quiet,
     )
-    if not arguments.quiet:
-        print(text)
-    for path in paths:
-        print(path)
+    _show(text, paths, quiet=arguments.quiet)
     return DONE if trusted else NOT_TRUSTED
 
 
@@ -279,8 +276,7 @@ def _calibrate(arguments: argparse.Namespace) -> int:
     from scruton.report.run import Bar
 
     for name in ("campaigns", "jobs"):
-        if getattr(arguments, name) < 1:
-            raise InputError("command line", f"--{name}", str(getattr(arguments, name)), "a whole number, one or more")
+        _at_least_one(name, getattr(arguments, name))
     if arguments.seed < 0:
         raise InputError("command line", "--seed", str(arguments.seed), "a whole number, zero or more")
     with Bar(arguments.quiet) as bar:
@@ -301,12 +297,23 @@ def _calibrate(arguments: argparse.Namespace) -> int:
     return DONE if result.calibrated else NOT_TRUSTED
 
 
+def _show(text: str, paths: Sequence[Path], *, quiet: bool) -> None:
+    if not quiet:
+        print(text)
+    for path in paths:
+        print(path)
+
+
+def _at_least_one(option: str, value: int) -> None:
+    if value < 1:
+        raise InputError("command line", f"--{option}", str(value), "a whole number, one or more")
+
+
 def _diagnose(arguments: argparse.Namespace) -> int:
     from scruton.report.gap import run_diagnose
     from scruton.report.run import default_folder
 
-    if arguments.workers < 1:
-        raise InputError("command line", "--workers", str(arguments.workers), "a whole number, one or more")
+    _at_least_one("workers", arguments.workers)
     out = arguments.out if arguments.out is not None else default_folder(arguments.campaign) / "gap"
     text, paths = run_diagnose(
         arguments.campaign,
@@ -316,18 +323,14 @@ def _diagnose(arguments: argparse.Namespace) -> int:
         force=arguments.force,
         quiet=arguments.quiet,
     )
-    if not arguments.quiet:
-        print(text)
-    for path in paths:
-        print(path)
+    _show(text, paths, quiet=arguments.quiet)
     return DONE
 
 
 def _challenge(arguments: argparse.Namespace) -> int:
     from scruton.report.run import Bar
 
-    if getattr(arguments, "jobs", 1) < 1:
-        raise InputError("command line", "--jobs", str(arguments.jobs), "a whole number, one or more")
+    _at_least_one("jobs", arguments.jobs)
     with Bar(arguments.quiet) as bar:
 
         def progress(done: int, total: int) -> None:

@@ -1,9 +1,6 @@
 """What a calibration writes: CSV tables, a text, one JSON with everything, and pictures; the same bytes each time."""
 
-import csv
-import io
 import json
-from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +9,7 @@ import numpy as np
 from scruton.calibrate import store
 from scruton.calibrate.coverage import EVERYTHING, LIMIT
 from scruton.calibrate.identifiability import Identifiability
+from scruton.calibrate.plain import aligned, csv_text, plain
 from scruton.calibrate.quantities import INTERVALS, kind_of
 from scruton.calibrate.regimes import Regime
 
@@ -45,11 +43,11 @@ def write_tables(result: "CalibrationResult") -> None:
             for regime, table in result.scores.items()
         },
     }
-    text = json.dumps(_plain(everything), indent=1, sort_keys=True, allow_nan=False)
+    text = json.dumps(plain(everything), indent=1, sort_keys=True, allow_nan=False)
     store.write(folder / "calibration.json", text + "\n")
     store.write(folder / "calibration.txt", calibration_text(result) + "\n")
     for name, rows in tables.items():
-        store.write(folder / f"{name}.csv", _csv(rows))
+        store.write(folder / f"{name}.csv", csv_text(rows))
     draw(result, folder / store.FIGURES)
 
 
@@ -79,7 +77,7 @@ def _coverage_text(result: "CalibrationResult") -> str:
             row.append("/".join(f"{100 * one:.0f}" for one in means) + mark)
         rows.append(row)
     note = f"{nominal} % intervals; mean over tests; * beyond {LIMIT:g} standard errors; o left out by design"
-    return f"Coverage in percent ({note})\n{_aligned(rows)}"
+    return f"Coverage in percent ({note})\n{aligned(rows)}"
 
 
 def _pooled_text(result: "CalibrationResult") -> str:
@@ -89,7 +87,7 @@ def _pooled_text(result: "CalibrationResult") -> str:
         label = "all quantities" if name == EVERYTHING else name
         cells = [f"{100 * one.coverage:.1f} +/- {100 * one.standard_error:.1f}" for one in mine]
         rows.append([label, *cells, " ".join(f"{one.points:+.1f}" for one in mine)])
-    return _aligned(rows)
+    return aligned(rows)
 
 
 def _left_out_text(result: "CalibrationResult") -> str:
@@ -98,7 +96,7 @@ def _left_out_text(result: "CalibrationResult") -> str:
         return "No quantity is left out: the expected information halves every prior sd in every regime."
     rows = [["left out", "quantity", "prior sd", "expected sd"]]
     rows += [[one.regime, one.quantity, f"{one.prior_sd:.3f}", f"{one.expected_sd:.3f}"] for one in left_out]
-    return "The expected information cannot halve these prior sds (of logarithms):\n" + _aligned(rows)
+    return "The expected information cannot halve these prior sds (of logarithms):\n" + aligned(rows)
 
 
 def _laws_text(result: "CalibrationResult") -> str:
@@ -110,7 +108,7 @@ def _laws_text(result: "CalibrationResult") -> str:
         rows += [[name, f"{100 * value:.1f} %"] for name, value in one.coverage.items()]
         parts.append(
             f"{one.regime}: {one.campaigns} campaigns; law flag raised in {flagged}; mean weights {weights}\n"
-            + _aligned(rows)
+            + aligned(rows)
         )
     return "\n\n".join(parts)
 
@@ -163,36 +161,3 @@ def _regime(one: Regime) -> dict[str, Any]:
         "fitted_laws": list(one.laws),
         "card_overrides": {name: list(value) for name, value in one.overrides.items()},
     }
-
-
-def _csv(rows: Sequence[dict[str, Any]]) -> str:
-    if not rows:
-        return ""
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows({key: _cell(value) for key, value in row.items()} for row in rows)
-    return text.getvalue()
-
-
-def _cell(value: Any) -> Any:
-    if isinstance(value, float):
-        return f"{value:.6g}"
-    return json.dumps(_plain(value)) if isinstance(value, dict | list | tuple) else value
-
-
-def _plain(value: Any) -> Any:
-    """Numbers that JSON has: NaN and infinities become null."""
-    if isinstance(value, dict):
-        return {str(key): _plain(one) for key, one in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(one) for one in value]
-    return None if isinstance(value, float) and not np.isfinite(value) else value
-
-
-def _aligned(rows: Iterable[Sequence[str]]) -> str:
-    rows = list(rows)
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    return "\n".join(
-        "  ".join(one.ljust(width) for one, width in zip(row, widths, strict=True)).rstrip() for row in rows
-    )

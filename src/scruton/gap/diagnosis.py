@@ -139,7 +139,7 @@ def diagnose_data(
         # The strongest effect is judged with the others in place.
         order = sorted(range(len(chain)), key=lambda i: (_rank(chain[i].name), i))
         chain = [chain[i] for i in order]
-        others = Hypothesis(bare.hypothesis.bare, tuple(_variant(c) for c in chain[1:]))
+        others = Hypothesis(bare.hypothesis.bare, tuple(c.variant for c in chain[1:] if c.variant))
         base = others.fit(_seed(others, bare))
         rivals = weigh(Screen(base), [e for e in effects if e.name not in {c.name for c in chain[1:]}], workers=workers)
     else:
@@ -184,11 +184,6 @@ def diagnose(campaign: Campaign, **options: object) -> Diagnosis:
 def _rank(name: str) -> int:
     """Effects on damping come before those that only the frequency or the reading shows."""
     return {"amplitude": 0, "spectrum": 0, "signal": 0}.get(CATALOGUE[name].channel, 1) if name in CATALOGUE else 2
-
-
-def _variant(candidate: Candidate):  # type: ignore[no-untyped-def]
-    assert candidate.best is not None
-    return candidate.best.hypothesis.variants[-1]
 
 
 def _seed(hypothesis: Hypothesis, bare: Weighed) -> np.ndarray:

@@ -6,13 +6,14 @@ from typing import Any
 import numpy as np
 
 from scruton.campaign import load_campaign
+from scruton.effects import Variant
 from scruton.gap.advise import advise, confusions, invisible
 from scruton.gap.bare import reference
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import ANY_TEMPERATURE, NONE, TEMPERATURE, UNSEEN, Diagnosis, Progress, diagnose_data
 from scruton.gap.importance import importance
-from scruton.gap.locate import Finding, locate
-from scruton.gap.shrink import Shrink, shrink
+from scruton.gap.locate import Curves, Finding, excess_curves, locate
+from scruton.gap.shrink import shrink
 from scruton.infer.cards import ModelCard, load_card
 
 FORMAT = 1
@@ -50,15 +51,16 @@ def diagnose_campaign(
 
 def examine(
     folder: Path, card: ModelCard, *, workers: int = 2, progress: Progress | None = None
-) -> tuple[Diagnosis, dict[str, Any], tuple[Finding, ...], Shrink | None]:
-    """Diagnose a campaign and keep what the pictures need: diagnosis, gap.json, findings, shrink."""
+) -> tuple[Diagnosis, dict[str, Any], tuple[Finding, ...], Curves | None]:
+    """Diagnose a campaign and keep what the picture needs: diagnosis, gap.json, findings, and curves where made."""
     campaign = load_campaign(folder)
     data = load_gap(campaign)
     diagnosis = diagnose_data(
         data, campaign, prior=card.effect_weights, prior_none=card.prior_none, workers=workers, progress=progress
     )
     gap = diagnosis.verdict != NONE
-    findings = locate(diagnosis) if gap else ()
+    curves = excess_curves(diagnosis.bare) if gap else None
+    findings = locate(diagnosis, curves) if gap else ()
     shrunk = shrink(diagnosis, workers=workers) if gap else None
     content = {
         "format": FORMAT,
@@ -81,7 +83,7 @@ def examine(
         "card": card.name,
         "sha256": dict(campaign.sha256 or {}),
     }
-    return diagnosis, content, findings, shrunk
+    return diagnosis, content, findings, curves
 
 
 def _evidence(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -107,7 +109,7 @@ def found_parameters(diagnosis: Diagnosis, name: str) -> dict[str, Any]:
     evidence = diagnosis.final
     found: dict[str, Any] = {}
     for i, variant in enumerate(evidence.hypothesis.variants):
-        if not _belongs(name, variant.label, (variant.parameters and variant.apply.__module__) or ""):
+        if not _belongs(name, variant):
             continue
         for p in variant.parameters:
             centre, sd = evidence.value(f"{i}:{p.name}")
@@ -122,10 +124,9 @@ def found_parameters(diagnosis: Diagnosis, name: str) -> dict[str, Any]:
     return found
 
 
-def _belongs(name: str, label: str, module: str) -> bool:
-    del label
-    stem = module.rsplit(".", 1)[-1]
-    return stem == name or (name == UNSEEN and stem == "generic")
+def _belongs(name: str, variant: Variant) -> bool:
+    """Whether a variant is a form of the effect: each effect has a module of its name."""
+    return variant.apply.__module__.rsplit(".", 1)[-1] == ("generic" if name == UNSEEN else name)
 
 
 def _natural(value: float, log: bool) -> float:

@@ -199,6 +199,7 @@ class _Reader:
             raise InputError(self.path, "likelihood.kind", repr(likelihood.get("kind")), 'kind = "state-space"')
         damping = self.table(table, "structural_damping", ("relative_sd", "reason"))
         laws, weights, averaging = self.law(self.table(table, "law", ("n", "prior_weights", "averaging", "reason")))
+        prior_none, effect_weights = self.effects(table)
         names = PRIOR_NAMES if laws else (*PRIOR_NAMES, EXPONENT)
         return ModelCard(
             name=str(table.get("name", self.path.stem)),
@@ -210,8 +211,8 @@ class _Reader:
             initial_amplitude_sd=self.number("likelihood", likelihood, "initial_amplitude_sd", low=1e-6),
             damping_relative_sd=self.number("structural_damping", damping, "relative_sd", low=1e-6, high=2.0),
             sampler=self.sampler(self.table(table, "sampler", tuple(f.name for f in fields(SamplerSettings)))),
-            prior_none=self.effects(table)[0],
-            effect_weights=self.effects(table)[1],
+            prior_none=prior_none,
+            effect_weights=effect_weights,
             reasons={
                 "law": str(table["law"].get("reason", "")),
                 "structural_damping": str(damping.get("reason", "")),

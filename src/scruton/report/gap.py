@@ -38,13 +38,13 @@ def run_diagnose(
         raise InputError(out, "-o", f"a {RESULT}", "another folder, or --force to replace the diagnosis in it")
     card = load_card(model)
     with Bar(quiet) as bar:
-        diagnosis, content, findings, _ = examine(campaign, card, workers=workers, progress=bar)
+        diagnosis, content, findings, curves = examine(campaign, card, workers=workers, progress=bar)
 
     from scruton.report.figures.gap import gap_figure
     from scruton.report.figures.save import save
 
     out.mkdir(parents=True, exist_ok=True)
-    pictures = save(gap_figure(diagnosis, findings), out, "gap", formats=("svg", "png"))
+    pictures = save(gap_figure(diagnosis, findings, curves), out, "gap", formats=("svg", "png"))
     write_json(path, json.loads(json.dumps(content)))
     return gap_text(content), [path, *pictures]
 

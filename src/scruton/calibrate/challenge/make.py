@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from scruton.calibrate.challenge.case import EFFECTS, NOISE, TURBULENCE, simulate_case
-from scruton.calibrate.challenge.files import write_case
+from scruton.calibrate.challenge.files import read_json, write_case
 from scruton.calibrate.challenge.plan import SEVERITIES, checked, planned
 from scruton.errors import InputError
 
@@ -19,6 +19,7 @@ __all__ = ["ANSWERS", "CHALLENGE", "EFFECTS", "make_challenge", "simulate_case"]
 
 CHALLENGE, ANSWERS = "challenge.json", "answers/answers.json"
 _PARTS = "answers/parts"
+_MADE = "a file that a challenge was made with"
 Progress = Callable[[int, int], None]
 
 
@@ -92,7 +93,7 @@ def make_challenge(
         done += 1
         if progress:
             progress(done, cases)
-        answers[names[index]] = _read(out / _PARTS / f"{names[index]}.json")
+        answers[names[index]] = read_json(out / _PARTS / f"{names[index]}.json", _MADE)
     sealed = json.dumps({name: answers[name] for name in names.values()}, indent=1, sort_keys=True) + "\n"
     _write(out / ANSWERS, sealed)
     shutil.rmtree(out / _PARTS, ignore_errors=True)
@@ -110,7 +111,7 @@ def _claim(out: Path, settings: Mapping[str, Any], *, force: bool, resume: bool)
         raise InputError(out, "-o", "a file", "the path of a folder for the challenge")
     path = out / CHALLENGE
     if path.exists() and resume:
-        earlier = _read(path).get("settings", {})
+        earlier = read_json(path, _MADE).get("settings", {})
         differ = [key for key, value in settings.items() if earlier.get(key) != value]
         if differ:
             raise InputError(
@@ -130,9 +131,9 @@ def _claim(out: Path, settings: Mapping[str, Any], *, force: bool, resume: bool)
 
 def _known(out: Path) -> dict[str, Any]:
     """Answers of the cases that are there."""
-    found: dict[str, Any] = _read(out / ANSWERS) if (out / ANSWERS).exists() else {}
+    found: dict[str, Any] = read_json(out / ANSWERS, _MADE) if (out / ANSWERS).exists() else {}
     for path in sorted((out / _PARTS).glob("*.json")):
-        found[path.stem] = _read(path)
+        found[path.stem] = read_json(path, _MADE)
     return found
 
 
@@ -170,16 +171,6 @@ def _make_one(out: Path, index: int, settings: Mapping[str, Any]) -> int:
         os.replace(made, place)  # noqa: PTH105
     _write(out / _PARTS / f"{campaign.title}.json", json.dumps(answer))
     return index
-
-
-def _read(path: Path) -> dict[str, Any]:
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise InputError(path, "", f"no valid JSON ({error})", "a file that a challenge was made with") from error
-    if not isinstance(found, dict):
-        raise InputError(path, "", type(found).__name__, "a JSON object")
-    return found
 
 
 def _write(path: Path, text: str) -> None:

@@ -14,6 +14,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from scruton.calibrate.challenge.files import read_json
 from scruton.calibrate.store import write
 from scruton.errors import InputError
 
@@ -104,23 +105,6 @@ def cases_of(folder: Path) -> tuple[str, ...]:
     if not found:
         wanted = "a folder made by scruton challenge make, with case-0001/campaign.toml and so on"
         raise InputError(folder, "", "no folder with a campaign.toml" if folder.is_dir() else "no folder", wanted)
-    return found
-
-
-def read_json(path: Path) -> dict[str, Any]:
-    """Read a JSON object.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, or is none.
-    """
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise InputError(path, "", f"no valid JSON ({error})", "a JSON object") from error
-    if not isinstance(found, dict):
-        raise InputError(path, "", type(found).__name__, "a JSON object")
     return found
 
 

@@ -1,7 +1,5 @@
 """`challenge score`: confusion, figures and pictures of a run, beside those of the baselines."""
 
-import csv
-import io
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -12,6 +10,7 @@ import numpy as np
 
 from scruton.calibrate.challenge.figures import Figure, by_effect, calibration, confusion, figures
 from scruton.calibrate.challenge.outcomes import Outcome, read_outcomes
+from scruton.calibrate.plain import aligned, csv_text, plain
 from scruton.calibrate.store import write
 from scruton.errors import InputError
 
@@ -86,7 +85,7 @@ def score_challenge(
 
 def score_text(score: ChallengeScore) -> str:
     """Figures, effects and baselines as aligned tables."""
-    return "\n\n".join(f"{title}\n{_aligned(rows)}" for title, rows in _tables(score))
+    return "\n\n".join(f"{title}\n{aligned(rows)}" for title, rows in _tables(score))
 
 
 def score_markdown(score: ChallengeScore, pictures: str = ".") -> str:
@@ -194,10 +193,10 @@ def _write(score: ChallengeScore, out: Path) -> None:
     everything: dict[str, Any] = {"format": 1, "settings": dict(score.settings)} | tables
     everything["baselines"] = {name: [_figure(one) for one in table] for name, table in score.baselines.items()}
     for name, table in tables.items():
-        write(out / f"{name}.csv", _csv(table))
+        write(out / f"{name}.csv", csv_text(table))
     write(out / "challenge-score.txt", f"{describe(score)}\n\n{score_text(score)}\n")
     draw(score.outcomes, out)
-    write(out / SCORE, json.dumps(_plain(everything), indent=1, allow_nan=False) + "\n")
+    write(out / SCORE, json.dumps(plain(everything), indent=1, allow_nan=False) + "\n")
 
 
 def _figure(one: Figure) -> dict[str, Any]:
@@ -209,36 +208,6 @@ def _figure(one: Figure) -> dict[str, Any]:
 
 def _case(one: Outcome) -> dict[str, Any]:
     return asdict(one) | {"probability": dict(one.probability), "right": one.right}
-
-
-def _plain(value: Any) -> Any:
-    """Numbers that JSON has: NaN and infinities become null."""
-    if isinstance(value, dict):
-        return {str(key): _plain(one) for key, one in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(one) for one in value]
-    return None if isinstance(value, float) and not np.isfinite(value) else value
-
-
-def _csv(rows: Sequence[Mapping[str, Any]]) -> str:
-    if not rows:
-        return ""
-    text = io.StringIO()
-    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows({key: _cell(value) for key, value in row.items()} for row in rows)
-    return text.getvalue()
-
-
-def _cell(value: Any) -> Any:
-    if isinstance(value, dict | list | tuple):
-        return json.dumps(_plain(value))
-    return f"{value:.6g}" if isinstance(value, float) else value
-
-
-def _aligned(rows: Sequence[Sequence[str]]) -> str:
-    widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
-    return "\n".join("  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip() for row in rows)
 
 
 def _piped(rows: Sequence[Sequence[str]]) -> str:
