@@ -63,22 +63,23 @@ def second_mode(body: Body, severity: float, rng: np.random.Generator) -> tuple[
 
 
 def wake_oscillator(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
-    """A wake with an equation of motion of its own takes over part of the drive, all of it at 0.4.
+    """A wake with an equation of motion of its own drives the section.
 
-    Its force is scaled so that at the middle rig's a* it does the work of what it replaces.
+    Its own amplitude relaxes at the rate e w of the van der Pol equation, which is lambda/s here: its memory is as long as
+    that of `fluid_memory` at the same severity. Its force is scaled so that at the middle rig's a* it does the work of
+    what it replaces.
     """
-    amplitude, _ = body.middle.bare
+    amplitude, rate = body.middle.bare
     wind = body.middle.wind
-    damping, lock = float(rng.uniform(0.1, 0.3)), float(rng.uniform(0.06, 0.15))
-    coupling = 4.0 * lock / amplitude
-    detuning = 1.0 + float(rng.uniform(-0.006, 0.006))
-    share = min(1.0, 2.5 * severity)
+    damping = rate / wind.omega / severity
+    coupling = float(rng.uniform(1.0, 3.0)) * damping / amplitude
+    detuning = 1.0 + float(rng.uniform(-0.1, 0.1)) * damping  # well within lock-in
     response = in_phase(amplitude, wind.omega, damping, coupling, detuning)
     drive = -4.0 / np.pi * wind.pressure * wind.Y1 * wind.epsilon  # first harmonic of the second term
-    gain = share * drive / response
+    gain = drive / response
     gains = [gain * rig.wind.pressure / wind.pressure for rig in body.rigs]
     fields = {
-        "wake_share": share, "wake_damping": damping, "wake_coupling": coupling, "wake_frequency": detuning,
+        "wake_share": 1.0, "wake_damping": damping, "wake_coupling": coupling, "wake_frequency": detuning,
     }  # fmt: skip
     return set_rigs(body, every(body), wake_gain=gains, **fields), {"rigs": every(body), "wake_gain": gain, **fields}
 

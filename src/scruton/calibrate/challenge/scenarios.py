@@ -17,7 +17,7 @@ jump in time         the drive, or the damping, jumps by s lambda/omega at a*
 bump                 the top of the bump is 1.5 s lambda/omega
 intermittence        2 s of the drive is lost while off
 second mode          its amplitude at release is 0.5 s a*
-wake oscillator      2.5 s of the drive, at most all of it, is taken over
+wake oscillator      its own amplitude relaxes in a time s/lambda, and it drives the section
 ==================== ==============================================================================================
 """
 
