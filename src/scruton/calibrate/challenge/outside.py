@@ -65,9 +65,9 @@ def second_mode(body: Body, severity: float, rng: np.random.Generator) -> tuple[
 def wake_oscillator(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
     """A wake with an equation of motion of its own drives the section.
 
-    Its own amplitude relaxes at the rate e w of the van der Pol equation, which is lambda/s here: its memory is as long
-    as that of `fluid_memory` at the same severity. Its force is scaled so that at the middle rig's a* it does the work of
-    what it replaces.
+    Its own amplitude relaxes at the rate e w of the van der Pol equation, which is lambda/s here: its memory is as
+    long as that of `fluid_memory` at the same severity. Its force is scaled so that at the middle rig's a* it does the
+    work of what it replaces.
     """
     amplitude, rate = body.middle.bare
     wind = body.middle.wind
