@@ -1,7 +1,6 @@
 """Predictive stable amplitude at a design Scruton number, laws weighed, with the discrepancy between settings."""
 
-import zlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -9,9 +8,9 @@ import numpy as np
 
 from scruton.aero.laws import amplitude_ratio
 from scruton.campaign.schema import FloatArray, Quantity
-from scruton.effects.terms import COLUMNS
 from scruton.errors import InputError
 from scruton.griffin.bands import INTERVALS, X_TRUSTED, index_draws, quantiles
+from scruton.griffin.curves import shared_curve, stream
 from scruton.griffin.posterior import (
     chosen_rig,
     draws_of,
@@ -174,7 +173,7 @@ def predict(
         assert damping_ratio is not None
         design = damping_ratio if isinstance(damping_ratio, Quantity) else Quantity(float(damping_ratio))
         # a stream of its own: the discrepancy of a design is the same however its damping is stated
-        xi_draws = _damping_draws(design, len(factor), _stream(seed, "design damping"))
+        xi_draws = _damping_draws(design, len(factor), stream(seed, "design damping"))
         sc, xi = xi_draws * factor, float(np.median(xi_draws))
     curve = shared_curve(tree, law_n=law_n, seed=seed)
     # A short run may have kept another number of draws of the rig than of the curve.
@@ -185,115 +184,6 @@ def predict(
         float(np.median(curve.discrepancy)), (),
     )  # fmt: skip
     return Prediction(**(vars(found) | {"flags": _flags(found)}))
-
-
-@dataclass(frozen=True, eq=False)
-class SharedCurve:
-    """Draws of the Griffin curve that the peak tests share, laws mixed by their weights; (S,) arrays.
-
-    `amplitude` and `relaxation` are A and Sc_lambda at the Scruton number `reference`; `discrepancy` is tau.  Where the
-    fit carries an unmodelled effect that was found, `effect` has its amplitude equation, and the curve is that one's.
-    """
-
-    reference: float
-    amplitude: FloatArray
-    relaxation: FloatArray
-    n: FloatArray
-    discrepancy: FloatArray
-    laws: Mapping[str, float]
-    effect: "EffectCurve | None" = None
-
-    def at(self, scruton_numbers: FloatArray) -> FloatArray:
-        """Stable amplitude on the curve, (S, n_sc), at (n_sc,) or (S, n_sc) Scruton numbers."""
-        if self.effect is not None:
-            return self.effect.at(scruton_numbers)
-        x = (np.atleast_1d(scruton_numbers) - self.reference) / self.relaxation[:, None]
-        amplitude: FloatArray = self.amplitude[:, None] * amplitude_ratio(x, self.n[:, None])
-        return amplitude
-
-
-@dataclass(frozen=True, eq=False)
-class EffectCurve:
-    """Draws of the amplitude equation with an effect that was found, (S, COLUMNS), and what Sc means in it."""
-
-    coefficients: FloatArray
-    omega0: float
-    mass_damping_factor: float
-    largest: float
-
-    def at(self, scruton_numbers: FloatArray) -> FloatArray:
-        """Stable amplitude, (S, n_sc), at (n_sc,) or (S, n_sc) Scruton numbers."""
-        from scruton.effects import Term
-        from scruton.infer.settled import settled
-
-        sc = np.atleast_2d(np.asarray(scruton_numbers, dtype=float))
-        sc = np.broadcast_to(sc, (len(self.coefficients), sc.shape[1]))
-        found = np.empty(sc.shape)
-        for j in range(sc.shape[1]):
-            rows = self.coefficients.copy()
-            rows[:, Term.STRUCTURAL] = self.omega0 * sc[:, j] / self.mass_damping_factor
-            found[:, j] = settled(rows, None, self.largest)
-        return found
-
-
-def shared_curve(tree: "xr.DataTree", *, law_n: float | None = None, seed: int = 0) -> SharedCurve:
-    """Draws of the shared curve: each draw from one law, as many of each law as it has weight.
-
-    Raises
-    ------
-    InputError
-        If the tree holds no campaign posterior.
-    """
-    if "campaign_posterior" not in tree:
-        raise InputError("posterior", "", "no campaign posterior", "a fit of at least one test in wind")
-    group = tree["campaign_posterior"]
-    labels = [str(one) for one in group["law"].to_numpy()]
-    weights = tree["laws"]["weight"].sel(law=labels).to_numpy()
-
-    def draws(name: str) -> FloatArray:
-        return np.asarray(group[name].to_numpy(), dtype=float).reshape(len(labels), -1)
-
-    exponents = draws("n")
-    override = None
-    if law_n is not None:
-        fitted = [k for k in range(len(labels)) if np.all(exponents[k] == law_n)]
-        weights = np.zeros(len(labels))
-        weights[fitted[0] if fitted else 0] = 1.0
-        override = float(law_n)
-    size = exponents.shape[1]
-    # Systematic allocation: as many draws of a law as its weight says, to one; scattered, since chains are ordered.
-    rng = _stream(seed, "laws")
-    place = np.searchsorted(np.cumsum(weights / weights.sum()), (np.arange(size) + rng.random()) / size)
-    choice = rng.permutation(np.minimum(place, len(labels) - 1)), np.arange(size)
-    n = exponents[choice] if override is None else np.full(size, override)
-    if "effect" in tree and law_n is None:
-        return _with_effect(tree, draws)
-    counts = {label: float(weight) for label, weight in zip(labels, weights / weights.sum(), strict=True) if weight}
-    return SharedCurve(
-        float(group.attrs["reference_scruton_number"]),
-        draws("reference_amplitude")[choice],
-        draws("reference_relaxation")[choice],
-        n,
-        draws("discrepancy_amplitude")[choice],
-        counts if override is None else {f"n={override:g}": 1.0},
-    )
-
-
-def _with_effect(tree: "xr.DataTree", draws: Callable[[str], FloatArray]) -> SharedCurve:
-    """The curve of the effect that was found: the reference law, and what is unknown added to the discrepancy."""
-    group = tree["effect"]
-    size = draws("n").shape[1]
-    rows = np.resize(group["coefficient"].to_numpy(), (size, group.sizes["term"]))
-    table = np.zeros((size, COLUMNS))
-    table[:, : rows.shape[1]] = rows
-    extra = float(group.attrs["discrepancy_sd"])
-    names = [str(group.attrs["effect"]), *np.atleast_1d(group.attrs["also"]).tolist()]
-    return SharedCurve(
-        float(tree["campaign_posterior"].attrs["reference_scruton_number"]),
-        draws("reference_amplitude")[0], draws("reference_relaxation")[0], draws("n")[0],
-        np.hypot(draws("discrepancy_amplitude")[0], extra), {"n=-1 with " + " and ".join(names): 1.0},
-        EffectCurve(table, *(float(group.attrs[key]) for key in ("omega0", "mass_damping_factor", "largest"))),
-    )  # fmt: skip
 
 
 def predictive_draws(
@@ -319,7 +209,7 @@ def predictive_draws(
         so each row is one whole Griffin curve.
     """
     curve = shared_curve(tree, law_n=law_n, seed=seed)
-    z = _stream(seed, "discrepancy").standard_normal(len(curve.n))
+    z = stream(seed, "discrepancy").standard_normal(len(curve.n))
     draws: FloatArray = curve.at(np.asarray(scruton_numbers, dtype=float)) * np.exp(curve.discrepancy * z)[:, None]
     return draws
 
@@ -340,7 +230,7 @@ def single_draws(
         np.resize(np.asarray(group[name].isel(law=0).to_numpy(), dtype=float), own.shape)
         for name in ("discrepancy_amplitude", "discrepancy_relaxation")
     )
-    z = _stream(seed, "single test").standard_normal((3, len(own)))
+    z = stream(seed, "single test").standard_normal((3, len(own)))
     strength = (relaxation + n * own) * np.exp(-kappa * z[0])
     shared = strength - n * own
     x = (np.atleast_1d(np.asarray(scruton_numbers, dtype=float)) - own[:, None]) / shared[:, None]
@@ -348,11 +238,6 @@ def single_draws(
     ratio = np.where(shared[:, None] > 0.0, amplitude_ratio(x, n[:, None]), np.where(x < 0.0, 0.0, np.inf))
     draws: FloatArray = draws_of(tree, "a_star", test)[:, None] * ratio * np.exp(tau * (z[1] - z[2]))[:, None]
     return draws
-
-
-def _stream(seed: int, purpose: str) -> np.random.Generator:
-    """Random numbers of their own for each purpose, which nothing else that starts from the same seed shares."""
-    return np.random.default_rng([seed, zlib.crc32(f"griffin: {purpose}".encode())])
 
 
 def _damping_draws(design: Quantity, size: int, rng: np.random.Generator) -> FloatArray:

@@ -1,0 +1,169 @@
+"""The Griffin curve that the peak tests share: its draws, law by law and laws mixed, and with an effect in it."""
+
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scruton.aero.laws import amplitude_ratio
+from scruton.campaign.schema import FloatArray
+from scruton.effects.terms import COLUMNS
+from scruton.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class SharedCurve:
+    """Draws of the Griffin curve that the peak tests share, laws mixed by their weights; (S,) arrays.
+
+    `amplitude` and `relaxation` are A and Sc_lambda at the Scruton number `reference`; `discrepancy` is tau.  Where the
+    fit carries an unmodelled effect that was found, `effect` has its amplitude equation, and the curve is that one's.
+    """
+
+    reference: float
+    amplitude: FloatArray
+    relaxation: FloatArray
+    n: FloatArray
+    discrepancy: FloatArray
+    laws: Mapping[str, float]
+    effect: "EffectCurve | None" = None
+
+    def at(self, scruton_numbers: FloatArray) -> FloatArray:
+        """Stable amplitude on the curve, (S, n_sc), at (n_sc,) or (S, n_sc) Scruton numbers."""
+        if self.effect is not None:
+            return self.effect.at(scruton_numbers)
+        x = (np.atleast_1d(scruton_numbers) - self.reference) / self.relaxation[:, None]
+        amplitude: FloatArray = self.amplitude[:, None] * amplitude_ratio(x, self.n[:, None])
+        return amplitude
+
+
+@dataclass(frozen=True, eq=False)
+class EffectCurve:
+    """Draws of the amplitude equation with an effect that was found, (S, COLUMNS), and what Sc means in it."""
+
+    coefficients: FloatArray
+    omega0: float
+    mass_damping_factor: float
+    largest: float
+
+    def at(self, scruton_numbers: FloatArray) -> FloatArray:
+        """Stable amplitude, (S, n_sc), at (n_sc,) or (S, n_sc) Scruton numbers."""
+        from scruton.effects import Term
+        from scruton.infer.settled import settled
+
+        sc = np.atleast_2d(np.asarray(scruton_numbers, dtype=float))
+        sc = np.broadcast_to(sc, (len(self.coefficients), sc.shape[1]))
+        found = np.empty(sc.shape)
+        for j in range(sc.shape[1]):
+            rows = self.coefficients.copy()
+            rows[:, Term.STRUCTURAL] = self.omega0 * sc[:, j] / self.mass_damping_factor
+            found[:, j] = settled(rows, None, self.largest)
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class LawCurves:
+    """Draws of the shared curve under each law, (L, S) arrays, before any law is chosen.
+
+    Attributes
+    ----------
+    reference : float
+        Scruton number at which `amplitude` and `relaxation` (A and Sc_lambda) are meant.
+    amplitude, relaxation, n, discrepancy : (L, S) array
+        `discrepancy` is tau, the standard deviation of ln(amplitude) of a setting about the curve.
+    weights : (L,) array
+        Of the laws; they sum to one.
+    labels : tuple of str
+    effect : EffectCurve or None
+        Where the fit carries an unmodelled effect; L is 1 then.
+    """
+
+    reference: float
+    amplitude: FloatArray
+    relaxation: FloatArray
+    n: FloatArray
+    discrepancy: FloatArray
+    weights: FloatArray
+    labels: tuple[str, ...]
+    effect: "EffectCurve | None" = None
+
+    def choose(self, law: "np.ndarray[Any, Any]", draw: "np.ndarray[Any, Any]") -> SharedCurve:
+        """Curve whose i-th draw is draw `draw[i]` of law `law[i]`."""
+        effect = None
+        if self.effect is not None:
+            effect = replace(self.effect, coefficients=self.effect.coefficients[draw])
+        return SharedCurve(
+            self.reference, self.amplitude[law, draw], self.relaxation[law, draw], self.n[law, draw],
+            self.discrepancy[law, draw], dict(zip(self.labels, self.weights.tolist(), strict=True)), effect,
+        )  # fmt: skip
+
+
+def law_curves(tree: "xr.DataTree", *, law_n: float | None = None) -> LawCurves:
+    """Draws of the curve that the peak tests share, law by law; `law_n` as of `predict`.
+
+    Raises
+    ------
+    InputError
+        If the tree holds no campaign posterior.
+    """
+    if "campaign_posterior" not in tree:
+        raise InputError("posterior", "", "no campaign posterior", "a fit of at least one test in wind")
+    group = tree["campaign_posterior"]
+    labels = [str(one) for one in group["law"].to_numpy()]
+    weights = np.asarray(tree["laws"]["weight"].sel(law=labels).to_numpy(), dtype=float)
+
+    def draws(name: str) -> FloatArray:
+        return np.asarray(group[name].to_numpy(), dtype=float).reshape(len(labels), -1)
+
+    reference = float(group.attrs["reference_scruton_number"])
+    amplitude, relaxation, n, discrepancy = map(
+        draws, ("reference_amplitude", "reference_relaxation", "n", "discrepancy_amplitude")
+    )
+    if "effect" in tree and law_n is None:
+        found = tree["effect"]
+        rows = np.resize(found["coefficient"].to_numpy(), (n.shape[1], found.sizes["term"]))
+        table = np.zeros((n.shape[1], COLUMNS))
+        table[:, : rows.shape[1]] = rows
+        effect = EffectCurve(table, *(float(found.attrs[key]) for key in ("omega0", "mass_damping_factor", "largest")))
+        names = [str(found.attrs["effect"]), *np.atleast_1d(found.attrs["also"]).tolist()]
+        # The reference law's curve, and what is unknown added to the discrepancy.
+        tau = np.hypot(discrepancy[:1], float(found.attrs["discrepancy_sd"]))
+        label = f"{labels[0]} with " + " and ".join(names)
+        return LawCurves(reference, amplitude[:1], relaxation[:1], n[:1], tau, np.ones(1), (label,), effect)
+    if law_n is None:
+        kept, label_list = list(range(len(labels))), labels
+    else:
+        # One that was not fitted carries the reference law's curve from the reference Scruton number.
+        kept = ([k for k in range(len(labels)) if np.all(n[k] == law_n)] or [0])[:1]
+        n, label_list = np.full_like(n, law_n), [f"n={law_n:g}"]
+    return LawCurves(
+        reference, amplitude[kept], relaxation[kept], n[kept], discrepancy[kept], weights[kept] / weights[kept].sum(),
+        tuple(label_list),
+    )  # fmt: skip
+
+
+def shared_curve(tree: "xr.DataTree", *, law_n: float | None = None, seed: int = 0) -> SharedCurve:
+    """Draws of the shared curve: each draw from one law, as many of each law as it has weight.
+
+    Raises
+    ------
+    InputError
+        If the tree holds no campaign posterior.
+    """
+    laws = law_curves(tree, law_n=law_n)
+    size = laws.n.shape[1]
+    # Systematic allocation: as many draws of a law as its weight says, to one; scattered, since chains are ordered.
+    rng = stream(seed, "laws")
+    place = np.searchsorted(np.cumsum(laws.weights), (np.arange(size) + rng.random()) / size)
+    choice = rng.permutation(np.minimum(place, len(laws.labels) - 1))
+    curve = laws.choose(choice, np.arange(size))
+    return replace(curve, laws={label: weight for label, weight in curve.laws.items() if weight})
+
+
+def stream(seed: int, purpose: str) -> np.random.Generator:
+    """Random numbers of their own for each purpose, which nothing else that starts from the same seed shares."""
+    return np.random.default_rng([seed, zlib.crc32(f"griffin: {purpose}".encode())])
