@@ -1,0 +1,407 @@
+"""`bridge.toml`: the bridge that the section model stands for, its modes, limits, wind and costs."""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from hashlib import sha256
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scruton.campaign.schema import FloatArray, Motion
+from scruton.campaign.tables import Table
+from scruton.campaign.units import (
+    DENSITY,
+    FREQUENCY,
+    INERTIA,
+    LENGTH,
+    MASS,
+    SPEED,
+    Dimension,
+    parse_quantity,
+    show,
+)
+from scruton.errors import InputError
+from scruton.sizing.limits import Limit
+from scruton.sizing.limits import limit as read_limit
+from scruton.sizing.mode_shape import ModeShape, read_shape, sine, uniform
+from scruton.sizing.uncertain import FAMILIES, Uncertain, known
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FORMAT = 1
+AIR_DENSITY = 1.225  # kg/m^3, sea level, 15 degrees
+DAMPING_COV = 0.45  # of a design damping ratio that is stated without one: what repeated measurements scatter by
+FREQUENCY_COV = 0.01  # of a frequency that is stated without one: calculated against built
+# Steel box girders: median 0.3 %, as measured on one suspension bridge's modes and as designs assume.
+DAMPING = Uncertain("lognormal", 0.003 * float(np.sqrt(1.0 + DAMPING_COV**2)), 0.003 * DAMPING_COV * 1.0966, 0.001)
+
+_MODAL_MASS = Dimension("a modal mass", "kg", 2e6)
+_SHARE = Dimension("a bare number", "", 0.5)
+_MONEY = Dimension("an amount of money, a bare number", "", 1e6, positive=False)
+_TOP = (
+    "format", "title", "width", "depth", "air_density", "coherence", "limits", "modes", "wind", "damper", "cost",
+)  # fmt: skip
+_MODE = (
+    "name", "motion", "frequency", "mass", "inertia", "length", "modal_mass", "shape", "half_waves", "damping_ratio",
+    "lock_in",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Mode:
+    """One mode of the bridge.
+
+    Attributes
+    ----------
+    name : str
+    frequency : Uncertain
+        [Hz]; its spread is what a damper's tuning has to live with.
+    mass : Uncertain or None
+        Equivalent mass m [kg/m], or inertia [kg m^2/m] for torsion; None: the mass ratio of the section model.
+    modal_mass : float or None
+        Generalised mass for a shape of largest value 1 [kg], or [kg m^2]; dampers of stated mass need it.
+    shape : ModeShape
+    damping_ratio : Uncertain
+    lock_in : (float, float) or None
+        Reduced velocities U/(fD) between which the mode locks in.
+    """
+
+    name: str
+    frequency: Uncertain
+    mass: Uncertain | None = None
+    modal_mass: float | None = None
+    shape: ModeShape = field(default_factory=sine)
+    damping_ratio: Uncertain = DAMPING
+    lock_in: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Wind:
+    """Hours a year of wind by speed, from directions that matter.
+
+    Attributes
+    ----------
+    speed : (N,) array
+        Upper ends of the classes [m/s], rising.
+    hours : (N,) array
+        Hours a year in each class; the first begins at zero.
+    """
+
+    speed: FloatArray
+    hours: FloatArray
+
+    def between(self, low: float, high: float) -> float:
+        """Hours a year with speeds from `low` to `high` [m/s]."""
+        edges = np.concatenate(([0.0], self.speed))
+        total = np.concatenate(([0.0], np.cumsum(self.hours)))
+        return float(np.interp(high, edges, total) - np.interp(low, edges, total))
+
+
+@dataclass(frozen=True)
+class DamperWish:
+    """What is asked of a tuned mass damper.
+
+    Attributes
+    ----------
+    number : int
+    risk : float
+        Probability of exceeding the limit that may remain.
+    largest_mass_ratio : float
+    largest_stroke : float or None
+        [m], not to be exceeded with 95 % confidence.
+    position : float or None
+        Fraction of the span at which it stands; None: where the mode is largest.
+    lever_arm : float or None
+        Of a damper against torsion: distance from the axis [m]; None: half the width.
+    """
+
+    number: int = 1
+    risk: float = 0.05
+    largest_mass_ratio: float = 0.05
+    largest_stroke: float | None = None
+    position: float | None = None
+    lever_arm: float | None = None
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Costs in one currency.
+
+    Attributes
+    ----------
+    fixed : float
+        Of any damper at all.
+    per_kg : float
+        Of damper mass.
+    per_percent : float
+        Of one percentage point of added damping, where a damper is bought by its damping.
+    failure : float
+        Of a bridge that exceeds its limit.
+    """
+
+    currency: str = ""
+    fixed: float = 0.0
+    per_kg: float = 0.0
+    per_percent: float = 0.0
+    failure: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Bridge:
+    """A bridge of one cross-section."""
+
+    title: str
+    motion: Motion
+    width: float
+    depth: float
+    air_density: float
+    coherence: Uncertain
+    limits: tuple[Limit, ...]
+    modes: tuple[Mode, ...]
+    wind: Wind | None = None
+    damper: DamperWish = field(default_factory=DamperWish)
+    cost: Cost | None = None
+    sha256: Mapping[str, str] = field(default_factory=dict)
+
+    def mass_damping_factor(self, mass: FloatArray | float) -> FloatArray:
+        """Scruton number per unit of damping ratio of a mode of this mass (Eqs. 7 and 8)."""
+        from scruton.aero.scruton_number import factor
+
+        return factor(
+            "paper", mass=mass, air_density=self.air_density, width=self.width, depth=self.depth,
+            torsional=self.motion is Motion.TORSIONAL,
+        )  # fmt: skip
+
+
+def load_bridge(path: Path, motion: Motion) -> Bridge:
+    """Read a `bridge.toml`.
+
+    Parameters
+    ----------
+    path : Path
+        The file, or the folder that holds a bridge.toml.
+    motion : Motion
+        Of the section model: its modes are of this motion.
+
+    Raises
+    ------
+    InputError
+        Whatever is wrong with the file.
+    """
+    path = Path(path)
+    if path.is_dir():
+        path = path / "bridge.toml"
+    try:
+        data = path.read_bytes()
+        content = tomllib.loads(data.decode())
+    except FileNotFoundError:
+        raise InputError(path, "", "no such file", "a bridge.toml") from None
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise InputError(path, "", f"a file that cannot be read ({error})", "TOML in UTF-8") from None
+    digests = {path.name: sha256(data).hexdigest()}
+    top = Table(path, "", content)
+    top.check_keys(_TOP)
+    if top.required("format", f"format = {FORMAT}") != FORMAT:
+        raise top.error("format", show(content["format"]), f"format = {FORMAT}, the one that this version reads")
+    modes = tuple(_mode(table, motion, digests) for table in top.tables("modes"))
+    if not modes:
+        raise top.error("modes", "nothing", "at least one [[modes]]")
+    names = [mode.name for mode in modes]
+    if len(set(names)) < len(names):
+        raise top.error("modes", f'the name "{max(names, key=names.count)}" twice', "a name of its own for each mode")
+    return Bridge(
+        top.text("title", "a text", default=path.resolve().parent.name),
+        motion,
+        top.number("width", LENGTH),
+        top.number("depth", LENGTH),
+        top.number("air_density", DENSITY) if "air_density" in top else AIR_DENSITY,
+        _uncertain(top, "coherence", _SHARE, known(1.0), family="beta"),
+        tuple(_limits(top)),
+        modes,
+        _wind(top.table("wind"), digests) if "wind" in top else None,
+        _damper(top.table("damper"), motion),
+        _cost(top.table("cost")) if "cost" in top else None,
+        digests,
+    )
+
+
+def stand_in(tree: "xr.DataTree", motion: Motion, rig: str, damping_ratio: Uncertain = DAMPING) -> Bridge:
+    """The section model itself as a bridge, for an answer before there is one: its depth, frequency and mass ratio."""
+    data = tree["constant_data"]
+    names = [str(one) for one in data["rig"].to_numpy()]
+    frequency = float(data["frequency"].to_numpy()[names.index(rig)])
+    mode = Mode("section", known(frequency), shape=uniform(), damping_ratio=damping_ratio)
+    return Bridge(
+        "the section model itself", motion, float(data["width"]), float(data["depth"]), AIR_DENSITY, known(1.0), (),
+        (mode,),
+    )  # fmt: skip
+
+
+def _limits(top: Table) -> list[Limit]:
+    found = top.values.get("limits", [])
+    if not isinstance(found, list) or not all(isinstance(one, str) for one in found):
+        raise top.error("limits", show(found), 'a list of limits, such as limits = ["jtg", "0.1 m"]')
+    return [read_limit(one, str(top.file), f"limits[{i}]") for i, one in enumerate(found)]
+
+
+def _mode(table: Table, motion: Motion, digests: dict[str, str]) -> Mode:
+    table.check_keys(_MODE)
+    if "motion" in table and table.choice("motion", [one.value for one in Motion]) != motion.value:
+        raise table.error("motion", show(table.values["motion"]), f'"{motion.value}", the motion of the section model')
+    key, other, dimension = ("mass", "inertia", MASS) if motion is Motion.HEAVING else ("inertia", "mass", INERTIA)
+    if other in table:
+        raise table.error(other, f"{other}, for a {motion.value} mode", key)
+    shape = _shape(table, digests)
+    mass = _uncertain(table, key, dimension, None) if key in table else None
+    modal = table.number("modal_mass", _MODAL_MASS) if "modal_mass" in table else None
+    if modal is None and "length" in table and mass is not None:
+        modal = mass.mean * table.number("length", LENGTH) * shape.integral(2.0)
+    return Mode(
+        table.text("name", "a name"),
+        _uncertain(table, "frequency", FREQUENCY, None, FREQUENCY_COV, family="normal"),
+        mass,
+        modal,
+        shape,
+        _uncertain(
+            table, "damping_ratio", Dimension("a damping ratio, a bare number", "", 0.003), DAMPING, DAMPING_COV
+        ),
+        _pair(table, "lock_in"),
+    )
+
+
+def _shape(table: Table, digests: dict[str, str]) -> ModeShape:
+    name = table.text("shape", 'a name: "sine", "uniform" or a CSV file', default="sine")
+    if name == "uniform":
+        return uniform()
+    if name == "sine":
+        waves = table.values.get("half_waves", 1)
+        if not isinstance(waves, int) or isinstance(waves, bool) or waves < 1:
+            raise table.error("half_waves", show(waves), "a whole number, one or more")
+        return sine(waves)
+    path = table.file.parent / name
+    shape = read_shape(path)
+    digests[name] = sha256(path.read_bytes()).hexdigest()
+    return shape
+
+
+def _uncertain(
+    table: Table, key: str, dimension: Dimension, default: Uncertain | None, cov: float = 0.0, family: str = "lognormal"
+) -> Uncertain:
+    """Read a number, "x +/- s", or a table of mean or median, sd or cov, minimum, distribution."""
+    if key not in table:
+        assert default is not None
+        return default
+    value = table.values[key]
+    place = table.at(key)
+    known_keys = ("mean", "median", "sd", "cov", "minimum", "distribution")
+    if not isinstance(value, Mapping):
+        one = parse_quantity(value, dimension, table.file, place)
+        sd = cov * one.mean if one.sd is None else one.sd
+        return _checked(Uncertain(family if sd else "known", one.mean, sd), table, key)
+    inner = Table(table.file, place, value)
+    inner.check_keys(known_keys)
+    family = inner.choice("distribution", FAMILIES) if "distribution" in inner else family
+    if ("mean" in inner) == ("median" in inner):
+        raise table.error(key, show(value), "either mean or median")
+    if "sd" in inner and "cov" in inner:
+        raise table.error(key, show(value), "either sd or cov")
+    centre = inner.number("median" if "median" in inner else "mean", dimension)
+    if "sd" in inner:
+        sd = inner.number("sd", dimension)
+        spread = sd / centre
+    else:
+        spread = _plain(inner, "cov") if "cov" in inner else cov
+    if family == "lognormal" and "median" in inner:
+        # sd over the mean is the stated coefficient of variation; sd alone is meant over the median
+        centre *= float(np.sqrt(1.0 + spread**2))
+    found = Uncertain(family if spread > 0.0 else "known", centre, spread * centre, _plain(inner, "minimum"))
+    return _checked(found, table, key)
+
+
+def _plain(table: Table, key: str) -> float:
+    value = table.values.get(key, 0.0)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 <= value < np.inf:
+        raise table.error(key, show(value), "a bare number, zero or more")
+    return float(value)
+
+
+def _checked(value: Uncertain, table: Table, key: str) -> Uncertain:
+    text = show(table.values[key])
+    if key in ("damping_ratio", "coherence") and not value.mean <= 1.0:
+        raise table.error(key, text, "a bare number up to 1")
+    if value.family == "beta" and not value.certain and value.sd**2 >= value.mean * (1.0 - value.mean):
+        raise table.error(key, text, "a standard deviation that fits between 0 and 1")
+    if value.minimum >= value.mean:
+        raise table.error(key, text, "a minimum below the mean")
+    return value
+
+
+def _pair(table: Table, key: str) -> tuple[float, float] | None:
+    if key not in table:
+        return None
+    value = table.values[key]
+    wanted = f"two rising numbers U/(fD), such as {key} = [8.0, 11.0]"
+    if not isinstance(value, list) or len(value) != 2 or not all(isinstance(one, int | float) for one in value):
+        raise table.error(key, show(value), wanted)
+    low, high = (float(one) for one in value)
+    if not 0.0 <= low < high < np.inf:
+        raise table.error(key, f"[{low:g}, {high:g}]", wanted)
+    return low, high
+
+
+def _wind(table: Table, digests: dict[str, str]) -> Wind:
+    """Read a rose from a file, or a Weibull distribution."""
+    table.check_keys(("rose", "weibull_scale", "weibull_shape", "share"))
+    share = table.number("share", _SHARE) if "share" in table else 1.0
+    if share > 1.0:
+        raise table.error("share", f"{share:g}", "the part of the time from directions that matter, up to 1")
+    if "rose" in table:
+        path = table.file.parent / table.text("rose", "a CSV file")
+        wanted = "one header line, then upper speed [m/s] and hours a year of each class, speeds rising"
+        try:
+            rows = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2, encoding="utf-8-sig")
+        except (OSError, ValueError) as error:
+            raise InputError(path, "", str(error), wanted) from None
+        if rows.shape[1] != 2 or not (np.diff(rows[:, 0]) > 0).all() or rows[0, 0] <= 0 or not (rows[:, 1] >= 0).all():
+            raise InputError(path, "", "other rows", wanted)
+        if not 0.0 < rows[:, 1].sum() <= 8790.0:
+            raise InputError(path, "hours", f"{rows[:, 1].sum():g} hours in all", "up to the 8,766 of a year")
+        digests[path.name] = sha256(path.read_bytes()).hexdigest()
+        return Wind(rows[:, 0], share * rows[:, 1])
+    scale = table.number("weibull_scale", SPEED)
+    shape = table.number("weibull_shape", Dimension("a shape parameter, a bare number", "", 2.0))
+    edges = np.linspace(0.0, 6.0 * scale, 601)
+    return Wind(edges[1:], share * 8766.0 * np.diff(-np.exp(-((edges / scale) ** shape))))
+
+
+def _damper(table: Table, motion: Motion) -> DamperWish:
+    table.check_keys(("number", "risk", "largest_mass_ratio", "largest_stroke", "position", "lever_arm"))
+    number = table.values.get("number", 1)
+    if not isinstance(number, int) or isinstance(number, bool) or not 1 <= number <= 16:
+        raise table.error("number", show(number), "a whole number from 1 to 16")
+    found = {}
+    for key, default in (("risk", 0.05), ("largest_mass_ratio", 0.05)):
+        found[key] = table.number(key, _SHARE) if key in table else default
+        if found[key] >= 1.0:
+            raise table.error(key, f"{found[key]:g}", "a number between 0 and 1")
+    stroke = table.number("largest_stroke", LENGTH) if "largest_stroke" in table else None
+    if "lever_arm" in table and motion is Motion.HEAVING:
+        raise table.error("lever_arm", "a lever arm against heaving", "none: it is that of dampers against torsion")
+    arm = table.number("lever_arm", LENGTH) if "lever_arm" in table else None
+    position = table.number("position", _SHARE) if "position" in table else None
+    if position is not None and position >= 1.0:
+        raise table.error("position", f"{position:g}", "a fraction of the span between 0 and 1")
+    return DamperWish(number, found["risk"], found["largest_mass_ratio"], stroke, position, arm)
+
+
+def _cost(table: Table) -> Cost:
+    table.check_keys(("currency", "fixed", "per_kg", "per_percent", "failure"))
+    amounts = {}
+    for key in ("fixed", "per_kg", "per_percent", "failure"):
+        amounts[key] = table.number(key, _MONEY) if key in table else 0.0
+        if amounts[key] < 0.0:
+            raise table.error(key, f"{amounts[key]:g}", "an amount of zero or more")
+    return Cost(table.text("currency", "a text", default=""), **amounts)

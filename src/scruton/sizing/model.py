@@ -1,0 +1,238 @@
+"""A mode of the bridge as a function of what is uncertain: from the unit cube to amplitudes and the damping they need.
+
+Every source of uncertainty has one coordinate of the unit cube.  Risk curves, shares of variance and the value of
+information all start from the same function of it, so they cannot disagree about the model.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import ndtri
+
+from scruton.aero.laws import amplitude_ratio
+from scruton.campaign.schema import FloatArray, Motion
+from scruton.griffin.curves import LawCurves, SharedCurve
+from scruton.sizing.bridge import Bridge, Mode
+
+IntArray = NDArray[np.integer]
+SECTION, LAW, DISCREPANCY, DAMPING, COHERENCE, MASS, FREQUENCY = range(7)
+SOURCES = {
+    SECTION: "section model's posterior",
+    LAW: "law of aerodynamic damping",
+    DISCREPANCY: "discrepancy between settings",
+    DAMPING: "structural damping of the bridge",
+    COHERENCE: "spanwise coherence",
+    MASS: "mass of the mode",
+    FREQUENCY: "frequency of the mode",
+}
+_SC_GRID = 64  # Scruton numbers at which a curve with an effect in it is tabulated
+
+
+def unit_cube(count: int, seed: int) -> FloatArray:
+    """Scrambled Sobol' points, (count, sources); `count` is a power of two."""
+    from scipy.stats import qmc
+
+    points = qmc.Sobol(len(SOURCES), scramble=True, rng=np.random.default_rng([seed, 0x512E])).random(count)
+    found: FloatArray = np.clip(points, 1e-9, 1.0 - 1e-9)
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class ModeModel:
+    """One mode in the light of the section's posterior.
+
+    Attributes
+    ----------
+    laws : LawCurves
+    section_factor : (S,) array
+        Draws of Scruton number per unit of damping ratio of the section model, for a mode of the same mass ratio.
+    bridge : Bridge
+    mode : Mode
+    """
+
+    laws: LawCurves
+    section_factor: FloatArray
+    bridge: Bridge
+    mode: Mode
+
+    def uncertain(self) -> tuple[int, ...]:
+        """Sources of which there is more than one value, that bear on the amplitude."""
+        found = [SECTION]
+        if np.count_nonzero(self.laws.weights > 0.0) > 1:
+            found.append(LAW)
+        if self.laws.discrepancy.max() > 0.0:
+            found.append(DISCREPANCY)
+        for source, one in (
+            (DAMPING, self.mode.damping_ratio),
+            (COHERENCE, self.bridge.coherence),
+            (MASS, self.mode.mass),
+        ):
+            if one is not None and not one.certain:
+                found.append(source)
+        return tuple(found)
+
+    def draws(self, u: FloatArray) -> "Draws":
+        """Draws at points of the unit cube, (N, sources)."""
+        laws = self.laws
+        size = laws.n.shape[1]
+        law = np.minimum(np.searchsorted(np.cumsum(laws.weights), u[:, LAW], side="right"), len(laws.labels) - 1)
+        draw = np.minimum((u[:, SECTION] * size).astype(int), size - 1)
+        curve = laws.choose(law, draw)
+        length = self.bridge.depth if self.bridge.motion is Motion.HEAVING else 1.0
+        z = ndtri(u[:, DISCREPANCY])
+        scale = length * self.mode.shape.factor(curve.n) * self.bridge.coherence.quantile(u[:, COHERENCE])
+        mass = self.mode.mass
+        if mass is None:
+            factor = np.resize(self.section_factor, size)[draw]
+        else:
+            factor = self.bridge.mass_damping_factor(mass.quantile(u[:, MASS]))
+        frequency = self.mode.frequency
+        return Draws(
+            curve,
+            scale * np.exp(curve.discrepancy * z),
+            self.mode.damping_ratio.quantile(u[:, DAMPING]),
+            factor,
+            frequency.quantile(u[:, FREQUENCY]) / frequency.mean - 1.0,
+            z,
+            draw,
+            self.table,
+        )
+
+    @cached_property
+    def table(self) -> "CurveTable | None":
+        """Curves with an effect in them, each draw once; None where the law has a closed form."""
+        effect = self.laws.effect
+        if effect is None:
+            return None
+        centre = max(self.laws.reference, 1e-3)
+        grid = np.geomspace(0.02 * centre, 60.0 * centre, _SC_GRID)
+        with np.errstate(divide="ignore"):
+            return CurveTable(grid, np.log(effect.at(grid)))
+
+
+@dataclass(frozen=True, eq=False)
+class Draws:
+    """Draws of a mode, (N,) arrays.
+
+    Attributes
+    ----------
+    curve : SharedCurve
+        Of the section.
+    scale : (N,) array
+        Amplitude of the bridge [m] or [rad] over that of the section's curve.
+    damping_ratio : (N,) array
+        Structural damping ratio of the bridge.
+    factor : (N,) array
+        Scruton number per unit of damping ratio.
+    detuning : (N,) array
+        Relative error of the frequency.
+    discrepancy : (N,) array
+        Standard normal deviate of the discrepancy.
+    row : (N,) array
+        Which draw of the posterior each one is.
+    table : CurveTable or None
+        Of curves with an effect in them.
+    """
+
+    curve: SharedCurve
+    scale: FloatArray
+    damping_ratio: FloatArray
+    factor: FloatArray
+    detuning: FloatArray
+    discrepancy: FloatArray
+    row: IntArray
+    table: "CurveTable | None" = None
+
+    def __len__(self) -> int:
+        return len(self.scale)
+
+    def scruton_number(self, added: ArrayLike) -> FloatArray:
+        """Scruton number with added damping: (N,) for one a draw, (N, K) for (1, K) or (N, K)."""
+        damping = self.damping_ratio if np.ndim(added) < 2 else self.damping_ratio[:, None]
+        factor = self.factor if np.ndim(added) < 2 else self.factor[:, None]
+        found: FloatArray = (damping + np.asarray(added)) * factor
+        return found
+
+    def amplitude(self, added: ArrayLike) -> FloatArray:
+        """Stable amplitude [m] or [rad] with added damping, shaped as `scruton_number`; zero where vibration dies."""
+        sc = self.scruton_number(added)
+        square = sc if sc.ndim == 2 else sc[:, None]
+        found = self.scale[:, None] * self._on_curve(square)
+        return found if sc.ndim == 2 else found[:, 0]
+
+    def needed(self, limit: float) -> FloatArray:
+        """Added damping at which the amplitude is down to the limit, (N,); below zero where none is needed.
+
+        Notes
+        -----
+        The inverse of A(Sc) = A_ref (1 - n x)^(1/n): x = (1 - r^n)/n with r the limit over A_ref.
+        """
+        target = limit / self.scale
+        curve = self.curve
+        if self.table is not None:
+            sc = self._inverse(target)
+        else:
+            log_ratio = np.log(target / curve.amplitude)
+            n = curve.n
+            x = np.where(n == 0.0, -log_ratio, -np.expm1(n * log_ratio) / np.where(n == 0.0, 1.0, n))
+            sc = curve.reference + curve.relaxation * x
+        found: FloatArray = sc / self.factor - self.damping_ratio
+        return found
+
+    def _on_curve(self, sc: FloatArray) -> FloatArray:
+        curve = self.curve
+        if self.table is None:
+            x = (sc - curve.reference) / curve.relaxation[:, None]
+            found: FloatArray = curve.amplitude[:, None] * amplitude_ratio(x, curve.n[:, None])
+            return found
+        return self.table.amplitude(self.row, sc)
+
+    def _inverse(self, target: FloatArray) -> FloatArray:
+        assert self.table is not None
+        return self.table.scruton_number(self.row, target)
+
+
+@dataclass(frozen=True, eq=False)
+class CurveTable:
+    """Curves with an effect in them, which have no closed form: ln(amplitude) on a grid of Scruton numbers.
+
+    Attributes
+    ----------
+    grid : (G,) array
+        Scruton numbers, in geometric steps.
+    log_amplitude : (S, G) array
+        -inf where vibration dies.
+    """
+
+    grid: FloatArray
+    log_amplitude: FloatArray
+
+    def amplitude(self, row: IntArray, sc: FloatArray) -> FloatArray:
+        """Amplitude of curve `row` (N,) at (N, K) Scruton numbers."""
+        last = self.grid.size - 1
+        with np.errstate(divide="ignore"):
+            place = np.interp(np.log(np.maximum(sc, self.grid[0])), np.log(self.grid), np.arange(last + 1))
+        low = np.minimum(place.astype(int), last - 1)
+        part = place - low
+        before, after = self.log_amplitude[row[:, None], low], self.log_amplitude[row[:, None], low + 1]
+        with np.errstate(invalid="ignore"):
+            value = np.exp((1.0 - part) * before + part * after)
+        return np.where(np.isneginf(after), np.where(part > 0.5, 0.0, np.exp(before)), value)
+
+    def scruton_number(self, row: IntArray, target: FloatArray) -> FloatArray:
+        """Largest Scruton number at which curve `row` still reaches the target amplitude, (N,)."""
+        own = self.log_amplitude[row]
+        wanted = np.log(target)
+        above = own > wanted[:, None]
+        last = np.where(above.any(axis=1), self.grid.size - 1 - above[:, ::-1].argmax(axis=1), -1)
+        found = np.full(len(target), np.inf)  # still above where the table ends
+        found[last == -1] = self.grid[0]
+        inside = np.flatnonzero((last >= 0) & (last < self.grid.size - 1))
+        k = last[inside]
+        high, low = own[inside, k], own[inside, k + 1]
+        alive = np.isfinite(low)
+        part = np.where(alive, (high - wanted[inside]) / (high - np.where(alive, low, high - 1.0)), 0.5)
+        found[inside] = np.exp(np.log(self.grid[k]) + part * np.diff(np.log(self.grid))[k])
+        return found

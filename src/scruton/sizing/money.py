@@ -1,0 +1,204 @@
+"""Minimum expected cost, and what it would be worth to know more (value of information, by regression on the draws)."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtr
+
+from scruton.aero.laws import amplitude_ratio
+from scruton.campaign.schema import FloatArray
+from scruton.sizing.bridge import Cost
+from scruton.sizing.model import (
+    DAMPING,
+    DISCREPANCY,
+    LAW,
+    SECTION,
+    SOURCES,
+    Draws,
+    ModeModel,
+    unit_cube,
+)
+
+POINTS = 1 << 14
+DAMPING_TEST_COV = 0.15  # of a structural damping ratio from free decays or ambient vibration of the finished bridge
+STEADY_COV = 0.01  # of a steady amplitude in the tunnel
+_KNOTS, _DEGREE = 6, 3
+
+
+@dataclass(frozen=True, eq=False)
+class CostCurve:
+    """Expected cost against what is bought.
+
+    Attributes
+    ----------
+    added : (K,) array
+        Added damping ratio.
+    probability, damper, failure, total : (K,) array
+        P(amplitude > limit); cost of the damper, expected cost of failure, and their sum.
+    best : int
+        Where the sum is least.
+    """
+
+    added: FloatArray
+    probability: FloatArray
+    damper: FloatArray
+    failure: FloatArray
+    total: FloatArray
+
+    @property
+    def best(self) -> int:
+        """Index of the least expected cost."""
+        return int(np.argmin(self.total))
+
+
+def cost_curve(cost: Cost, added: FloatArray, probability: FloatArray) -> CostCurve:
+    """Cost of damping that is bought by the percentage point, with the cost of failure."""
+    damper = np.where(added > 0.0, cost.fixed, 0.0) + cost.per_percent * 100.0 * added
+    failure = cost.failure * probability
+    return CostCurve(added, probability, damper, failure, damper + failure)
+
+
+@dataclass(frozen=True)
+class Worth:
+    """What it is worth to learn something.
+
+    Attributes
+    ----------
+    name : str
+    kind : {"perfect", "sample"}
+        Perfect knowledge of a source (EVPPI), or the outcome of an experiment (EVSI).
+    value : float
+        Expected saving, in the currency of the costs.
+    """
+
+    name: str
+    kind: str
+    value: float
+
+
+@dataclass(frozen=True, eq=False)
+class Information:
+    """Value of information about one mode and limit.
+
+    Attributes
+    ----------
+    perfect : float
+        Expected saving if everything were known (EVPI).
+    worth : tuple of Worth
+        The largest first within each kind.
+    """
+
+    perfect: float
+    worth: tuple[Worth, ...]
+
+
+def information(
+    model: ModeModel, limit: float, cost: Cost, added: FloatArray, *, seed: int = 0, points: int = POINTS
+) -> Information:
+    """Value of knowing more before the damper is chosen among `added` (K,).
+
+    Notes
+    -----
+    An experiment's outcome is simulated for every draw; the expected cost of each choice given the outcome is a
+    regression of the cost on it (splines in its ranks), so that no inner simulation is needed.
+    """
+    u = unit_cube(points, seed + 3)
+    draws = model.draws(u)
+    damper = cost_curve(cost, added, np.zeros(added.size)).damper
+    certain = damper + cost.failure * (draws.needed(limit)[:, None] > added)
+    # What does not tell the discrepancy is judged at the mean over it, which is known: less noise.
+    mean = damper + cost.failure * _mean_over_discrepancy(draws, limit, added)
+    now = float(mean.mean(axis=0).min())
+    found = [
+        Worth(SOURCES[one], "perfect", _saving(certain if one == DISCREPANCY else mean, _coordinates(draws, u, one)))
+        for one in model.uncertain()
+    ]
+    for name, (tells, outcome) in _experiments(model, draws, seed).items():
+        found.append(Worth(name, "sample", _saving(certain if tells else mean, outcome)))
+    found.sort(key=lambda one: (one.kind, -one.value))
+    return Information(now - float(certain.min(axis=1).mean()), tuple(found))
+
+
+def _mean_over_discrepancy(draws: Draws, limit: float, added: FloatArray) -> FloatArray:
+    """P(amplitude > limit) given all but the discrepancy, (N, K)."""
+    tau = draws.curve.discrepancy
+    shift = tau * draws.discrepancy
+    with np.errstate(divide="ignore", invalid="ignore"):
+        log_margin = np.log(limit / draws.amplitude(added[None])) + shift[:, None]
+        deviate = log_margin / tau[:, None]
+    return np.where(tau[:, None] > 0.0, ndtr(-deviate), log_margin < 0.0)
+
+
+def _coordinates(draws: Draws, u: FloatArray, source: int) -> list[FloatArray]:
+    """What a source tells, as numbers on which the need is smooth."""
+    curve = draws.curve
+    if source == SECTION:
+        return [np.log(curve.amplitude), np.log(curve.relaxation), curve.discrepancy]
+    if source == DISCREPANCY:
+        return [curve.discrepancy * draws.discrepancy]
+    return [curve.n if source == LAW else u[:, source]]
+
+
+def _experiments(model: ModeModel, draws: Draws, seed: int) -> Mapping[str, tuple[bool, list[FloatArray]]]:
+    """Whether an experiment tells the bridge's own discrepancy, and its outcome for every draw."""
+    rng = np.random.default_rng([seed, 0xE751])
+    size, curve = len(draws), draws.curve
+
+    def noise() -> FloatArray:
+        return rng.standard_normal(size)
+
+    def steady(sc: FloatArray | float, deviate: FloatArray) -> list[FloatArray]:
+        ratio = amplitude_ratio((sc - curve.reference) / curve.relaxation, curve.n)
+        value = np.log(np.clip(curve.amplitude * ratio, 1e-6, 10.0))
+        return [value + curve.discrepancy * deviate + STEADY_COV * noise()]
+
+    own = float(np.median(draws.scruton_number(0.0)))
+    again = [value + np.std(value) * noise() for value in (np.log(curve.amplitude), np.log(curve.relaxation))]
+    found = {
+        "a rig at the bridge's own Scruton number": (True, steady(own, draws.discrepancy)),
+        "a rig at twice that Scruton number": (False, steady(2.0 * own, noise())),
+        "growth records as long as all so far": (False, again),
+    }
+    if DAMPING in model.uncertain():
+        test = np.log(draws.damping_ratio) + DAMPING_TEST_COV * noise()
+        found["a damping test of the finished bridge"] = (False, [test])
+    return found
+
+
+def _saving(losses: FloatArray, outcome: Sequence[FloatArray]) -> float:
+    """Expected saving when the choice may depend on the outcome; never below zero.
+
+    Each half of the draws is judged by the regression of the other: a choice that only fits noise saves nothing.
+    """
+    basis = _basis(outcome)
+    halves = np.arange(len(losses)) % 2 == 0
+    spent = 0.0
+    for mine in (halves, ~halves):
+        weights, *_ = np.linalg.lstsq(basis[~mine], losses[~mine], rcond=None)
+        choice = (basis[mine] @ weights).argmin(axis=1)
+        spent += float(losses[mine][np.arange(mine.sum()), choice].sum())
+    return max(0.0, float(losses.mean(axis=0).min()) - spent / len(losses))
+
+
+def _basis(outcome: Sequence[FloatArray]) -> FloatArray:
+    """Additive cubic splines in the ranks of each coordinate, and products of their first powers."""
+    from scipy.interpolate import BSpline
+
+    ranks = [_ranks(one) for one in outcome if np.ptp(one) > 0.0]
+    columns = [np.ones((outcome[0].size, 1))]
+    knots = np.concatenate((np.zeros(_DEGREE), np.linspace(0.0, 1.0, _KNOTS), np.ones(_DEGREE)))
+    for one in ranks:
+        columns.append(BSpline.design_matrix(one, knots, _DEGREE).toarray()[:, 1:])
+    for i, one in enumerate(ranks):
+        for other in ranks[i + 1 :]:
+            columns += [(one**p * other**q)[:, None] for p in (1, 2) for q in (1, 2)]
+    return np.hstack(columns)
+
+
+def _ranks(value: FloatArray) -> FloatArray:
+    """Place among the draws, in (0, 1); equal values share one."""
+    _, place, counts = np.unique(value, return_inverse=True, return_counts=True)
+    middle = np.cumsum(counts) - 0.5 * counts
+    found: FloatArray = middle[place.ravel()] / value.size
+    return found

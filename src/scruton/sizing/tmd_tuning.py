@@ -1,0 +1,217 @@
+"""Tuning dampers of a given mass over draws of what is uncertain.
+
+A draw needs a certain added damping, found once; dampers add another, which depends on its frequency error alone and
+is read off a table over that error.  Tuning minimises the order statistic of their ratio that decides on the risk: the
+risk itself is a staircase, this is continuous.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from scruton.campaign.schema import FloatArray
+from scruton.errors import InputError
+from scruton.sizing.tmd import TunedMass, check_detuning, den_hartog, response
+
+STROKE_QUANTILE = 0.95
+_NODES = 81
+_FAR = 1e3  # what lacks at a tuning that no one would build
+_OUT_OF_REACH = 1e6
+
+Amplitude = Callable[[FloatArray], FloatArray]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What dampers leave over the draws: the risk, the stroke (median, 95 %), the added damping (median, 5 %)."""
+
+    probability: float
+    stroke: float
+    stroke_high: float
+    added: float
+    added_low: float
+
+
+class Draws:
+    """Joint draws of amplitude and frequency error, with the limits to keep; nothing in it changes once it is made.
+
+    Parameters
+    ----------
+    amplitude, limit, detuning, number, shape, damping_range, largest_stroke
+        As for `scruton.sizing.tmd_design.design`.
+
+    Attributes
+    ----------
+    needed : (S,) array
+        Added damping that brings each draw to the limit: 0 where it is there already, inf where critical damping is not
+        enough.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, or `amplitude` does not return one number per draw.
+    """
+
+    def __init__(
+        self,
+        amplitude: Amplitude,
+        limit: float,
+        detuning: ArrayLike,
+        number: int = 1,
+        shape: float = 1.0,
+        damping_range: tuple[float, float] = (0.005, 0.4),
+        largest_stroke: float | None = None,
+    ) -> None:
+        self.detuning = np.atleast_1d(check_detuning(detuning))
+        if self.detuning.ndim != 1 or self.detuning.size == 0:
+            raise InputError("damper", "detuning", f"an array of shape {self.detuning.shape}", "one number per draw")
+        if number < 1:
+            raise InputError("damper", "number", f"{number}", "a whole number, one or more")
+        low, high = damping_range
+        if not 0.0 < low < high < 1.0:
+            raise InputError("damper", "damping_range", f"{low:g} to {high:g}", "two rising numbers between 0 and 1")
+        self._amplitude, self.limit, self.number, self.shape = amplitude, limit, number, shape
+        self.damping_range, self.largest_stroke = damping_range, largest_stroke
+        self.needed = self._needed()
+        # Half of the nodes follow the draws, half reach their tails.
+        even = np.linspace(0.0, 1.0, _NODES // 2 + 1)
+        reach = self.detuning.min() + even * np.ptp(self.detuning)
+        self._nodes = np.unique(np.concatenate([np.quantile(self.detuning, even), reach]))
+        self._width = float(np.std(self.detuning))
+
+    def amplitude(self, added: FloatArray) -> FloatArray:
+        """Amplitude (S,) at an added damping (S,)."""
+        value = np.asarray(self._amplitude(added), dtype=float)
+        if value.shape != self.detuning.shape or np.any(np.isnan(value)):
+            found = "not a number" if value.shape == self.detuning.shape else f"an array of shape {value.shape}"
+            raise InputError("damper", "amplitude", found, f"one amplitude for each of {self.detuning.size} draws")
+        return value
+
+    def outcome(self, dampers: tuple[TunedMass, ...], detuning: float | None = None) -> Outcome:
+        """What dampers leave, without the table; at one frequency error for all draws if it is given."""
+        added = relative = np.zeros(self.detuning.size)
+        if dampers:
+            found = response(dampers, self.detuning if detuning is None else detuning)
+            added = np.broadcast_to(found.added_damping, self.detuning.shape)
+            relative = np.broadcast_to(found.stroke.max(axis=0), self.detuning.shape)
+        amplitude = self.amplitude(added)
+        stroke = self.shape * relative * amplitude if dampers else relative
+        return Outcome(
+            float(np.mean(amplitude > self.limit)),
+            float(np.median(stroke)),
+            float(np.quantile(stroke, STROKE_QUANTILE)),
+            float(np.median(added)),
+            float(np.quantile(added, 0.05)),
+        )
+
+    def keeps(self, dampers: tuple[TunedMass, ...], risk: float) -> bool:
+        """Whether dampers keep the risk and the largest stroke."""
+        outcome = self.outcome(dampers)
+        stroke_kept = self.largest_stroke is None or outcome.stroke_high <= self.largest_stroke
+        return outcome.probability <= risk and stroke_kept
+
+    def tune(
+        self, mass_ratio: float, risk: float | None, near: tuple[TunedMass, ...] = ()
+    ) -> tuple[tuple[TunedMass, ...], float]:
+        """Tune dampers of one total mass.
+
+        Parameters
+        ----------
+        mass_ratio : float
+        risk : float or None
+            The risk to keep; None asks for the least mean logarithm of what lacks, wherever the limits lie.
+        near : tuple of TunedMass
+            Dampers of another mass to start from; without them the search starts from Den Hartog's damping, from half
+            and from twice of it.
+
+        Returns
+        -------
+        dampers : tuple of TunedMass
+        lack : float
+            As `lack` gives it.
+        """
+        from scipy.optimize import minimize
+
+        first = den_hartog(mass_ratio)
+        unit = float(np.sqrt(mass_ratio)) + self._width  # frequencies are tuned in steps of this
+        size = 3 if self.number > 1 else 2  # logarithm of the damping, middle and half width of the frequencies
+        place = np.linspace(-1.0, 1.0, self.number) if self.number > 1 else np.zeros(1)
+        low, high = np.log(self.damping_range)
+
+        def dampers(x: FloatArray) -> tuple[TunedMass, ...]:
+            zeta = float(np.exp(np.clip(x[0], low, high)))
+            ratios = first.frequency_ratio * (1.0 + unit * x[1]) * (1.0 + unit * x[-1] * place)
+            return tuple(TunedMass(mass_ratio / self.number, float(f), zeta) for f in ratios)
+
+        def objective(x: FloatArray) -> float:
+            outside = float(max(0.0, low - x[0], x[0] - high, abs(x[1]) - 3.0))
+            if size == 3:
+                outside = float(max(outside, -x[2], x[2] - 4.0))
+            if outside > 1.0 or unit * np.max(np.abs(x[1:])) > 0.8:
+                return _FAR + outside
+            return self.lack(dampers(x), risk) + 10.0 * outside
+
+        if near:
+            bottom, top = near[0].frequency_ratio, near[-1].frequency_ratio
+            middle, half = 0.5 * (bottom + top), 0.5 * (top - bottom)
+            zeta = near[0].damping_ratio
+            starts = [[np.log(zeta), (middle / first.frequency_ratio - 1.0) / unit, half / middle / unit]]
+        else:
+            starts = [[np.log(first.damping_ratio * k), 0.0, 0.5 / k] for k in (1.0, 0.5, 2.0)]
+        found = []
+        for start in starts:
+            x = np.array(start[:size])
+            x[0] = np.clip(x[0], low, high - 0.3 if high - low > 0.3 else low)
+            simplex = np.vstack([x, x + np.diag([0.3, 0.2, 0.3][:size])])
+            found.append(
+                minimize(
+                    objective, x, method="Nelder-Mead",
+                    options={"initial_simplex": simplex, "maxfev": 50 * size, "xatol": 3e-3, "fatol": 5e-4},
+                )
+            )  # fmt: skip
+        best = dampers(min(found, key=lambda each: float(each.fun)).x)
+        return best, self.lack(best, risk)
+
+    def least_risk(self, mass_ratio: float) -> tuple[TunedMass, ...]:
+        """Tune dampers of one total mass for the least risk: each tuning aims below the risk of the last."""
+        best, _ = self.tune(mass_ratio, None)
+        risk = self.outcome(best).probability
+        for _ in range(6):
+            if risk == 0.0:
+                break
+            other, _ = self.tune(mass_ratio, risk - 0.5 / self.detuning.size, best)
+            lower = self.outcome(other).probability
+            if lower >= risk:
+                break
+            best, risk = other, lower
+        return best
+
+    def lack(self, dampers: tuple[TunedMass, ...], risk: float | None) -> float:
+        """Logarithm of needed over added damping at the draw that decides on a risk, or of the stroke over its limit.
+
+        The greater of the two; 0 or less keeps both.
+        """
+        table = response(dampers, self._nodes)
+        added = np.interp(self.detuning, self._nodes, table.added_damping)
+        ratio = self.needed / added
+        if risk is None:
+            return float(np.mean(np.log(np.clip(ratio, 1e-2, 1e2))))
+        last = ratio.size - 1 - int(np.floor(risk * ratio.size + 1e-9))
+        deciding = np.clip(np.partition(ratio, last)[last], 1.0 / _OUT_OF_REACH, _OUT_OF_REACH)
+        if self.largest_stroke is not None:
+            relative = np.interp(self.detuning, self._nodes, table.stroke.max(axis=0))
+            stroke = np.quantile(self.shape * relative * self.amplitude(added), STROKE_QUANTILE)
+            deciding = max(deciding, stroke / self.largest_stroke)
+        return float(np.log(deciding))
+
+    def _needed(self) -> FloatArray:
+        low, high = np.zeros(self.detuning.size), np.ones(self.detuning.size)
+        enough = self.amplitude(low) <= self.limit
+        never = self.amplitude(high) > self.limit
+        for _ in range(40):
+            middle = 0.5 * (low + high)
+            over = self.amplitude(middle) > self.limit
+            low, high = np.where(over, middle, low), np.where(over, high, middle)
+        return np.where(enough, 0.0, np.where(never, np.inf, high))

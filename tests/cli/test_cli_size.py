@@ -1,0 +1,142 @@
+"""`scruton size` on the results of a small fit."""
+
+import json
+
+import pytest
+
+from scruton.cli import main
+
+BRIDGE = """format = 1
+title = "A <bridge> & 桥"
+width = "12 m"
+depth = "3 m"
+limits = ["jtg", "kd"]
+coherence = { mean = 0.95, sd = 0.03 }
+
+[[modes]]
+name = "V1"
+frequency = "0.3 Hz"
+mass = "20000 kg/m"
+length = "400 m"
+
+[[modes]]
+name = "V2"
+frequency = "0.45 Hz"
+mass = "20000 kg/m"
+length = "400 m"
+half_waves = 2
+lock_in = [8, 11]
+
+[damper]
+largest_stroke = "0.5 m"
+
+[wind]
+weibull_scale = "7 m/s"
+weibull_shape = 2
+
+[cost]
+per_percent = 1e6
+per_kg = 20
+failure = 1e7
+"""
+
+
+@pytest.fixture(scope="module")
+def bridge(tmp_path_factory):
+    path = tmp_path_factory.mktemp("bridge") / "bridge.toml"
+    path.write_text(BRIDGE, encoding="utf-8")
+    return path
+
+
+def run(*arguments, capsys):
+    code = main([str(one) for one in arguments])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def test_size_writes_what_an_engineer_asks_for(small_results, bridge, tmp_path, capsys):
+    out = tmp_path / "sizing"
+    code, text, _ = run("size", small_results, "--bridge", bridge, "--limit", "0.05", "-o", out, capsys=capsys)
+    assert code in (0, 1)  # the small fit need not have converged
+    assert "Added damping [%] by confidence" in text
+    found = json.loads((out / "sizing.json").read_text(encoding="utf-8"))
+    assert found["bridge"]["title"] == "A <bridge> & 桥"
+    assert [mode["name"] for mode in found["modes"]] == ["V1", "V2"]
+    for mode in found["modes"]:
+        assert [one["rule"] for one in mode["limits"]] == ["jtg", "kd", "0.05"]
+        smallest = min(mode["limits"], key=lambda one: one["limit"])
+        assert mode["governing"] == smallest["rule"]
+        for one in mode["limits"]:
+            needs = [one["required"][p] for p in ("0.50", "0.84", "0.95", "0.99")]
+            known = [need for need in needs if need is not None]
+            assert known == sorted(known)
+            assert one["source"]
+            probability = one["curve"]["probability"]
+            assert probability == sorted(probability, reverse=True)
+            assert probability[0] == pytest.approx(one["probability"], abs=1e-9)
+        damper = mode["damper"]
+        if damper["achievable"] and damper["dampers"]:
+            assert damper["probability"] <= 0.0525
+            assert damper["stroke"]["high"] <= 0.505
+            assert damper["mass"] == pytest.approx(damper["mass_ratio"] * mode["modal_mass"], rel=1e-3)
+        shares = mode["shares"]["needed"]
+        assert sum(one["total"] for one in shares) > 0.95
+        assert {one["kind"] for one in mode["cost"]["information"]["worth"]} == {"perfect", "sample"}
+    every = found["all_modes"]
+    assert max(every["without"]["each"]) <= every["without"]["any"] <= sum(every["without"]["each"]) + 1e-9
+    assert every["hours"]["assumed"] == [True, False]
+    assert all(0.0 < hours < 8766.0 for hours in every["hours"]["a_year"])
+    assert "sha256" in found["provenance"]
+    for name in ("risk_1", "shares_2", "cost_1", "information_1", "required_damping"):
+        assert (out / f"{name}.png").stat().st_size > 5_000
+        assert (out / f"{name}.svg").is_file()
+
+
+def test_a_sizing_is_not_overwritten_and_repeats_itself(small_results, tmp_path, capsys):
+    arguments = ("size", small_results, "--limit", "0.02", "-o", tmp_path / "s")
+    run(*arguments, capsys=capsys)
+    first = (tmp_path / "s" / "sizing.json").read_bytes()
+    code, _, error = run(*arguments, capsys=capsys)
+    assert code == 2
+    assert "--force" in error
+    run(*arguments, "--force", "--quiet", capsys=capsys)
+    assert (tmp_path / "s" / "sizing.json").read_bytes() == first
+
+
+def test_what_cannot_be_reached_is_said(small_results, tmp_path, capsys):
+    _, text, _ = run("size", small_results, "--limit", "0.0001", "-o", tmp_path / "s", "--law", "-1", capsys=capsys)
+    found = json.loads((tmp_path / "s" / "sizing.json").read_text())
+    one = found["modes"][0]["limits"][0]
+    assert one["required"]["0.95"] is None
+    assert one["required_text"]["0.95"] == "not achievable with added damping up to 5 %"
+    damper = found["modes"][0]["damper"]
+    assert not damper["achievable"]
+    assert "not achievable" in damper["reason"]
+    assert "inf" not in text.lower().replace("information", "")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ((), "at least one"),
+        (("--limit", "-0.1 m"), "greater than zero"),
+        (("--limit", "nonsense"), "a rule"),
+        (("--limit", "0.05", "--bridge", "nowhere.toml"), "no such file"),
+        (("--limit", "0.05", "--damping", "2"), "between 0 and 1"),
+        (("--limit", "0.05", "--effect", "coulomb_friction"), "fit CAMPAIGN --effect coulomb_friction"),
+        (("--limit", "0.05", "--rig", "nobody"), "nobody"),
+        (("--limit", "0.4 deg"), "a rule for it"),
+        (("--limit", "0.05", "--seed", "-1"), "zero or more"),
+    ],
+)
+def test_bad_input_exits_with_two_and_writes_nothing(small_results, tmp_path, capsys, arguments, words):
+    code, _, error = run("size", small_results, "-o", tmp_path / "s", *arguments, capsys=capsys)
+    assert code == 2
+    assert words in error
+    assert not (tmp_path / "s").exists()
+
+
+def test_a_folder_that_holds_no_fit_is_refused(tmp_path, capsys):
+    code, _, error = run("size", tmp_path, "--limit", "0.05", capsys=capsys)
+    assert code == 2
+    assert "posterior.nc" in error

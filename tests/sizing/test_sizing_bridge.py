@@ -1,0 +1,174 @@
+"""bridge.toml, mode shapes and limits: what is read, and what is refused with which words."""
+
+import numpy as np
+import pytest
+
+from scruton.campaign.schema import Motion
+from scruton.errors import InputError
+from scruton.sizing.bridge import DAMPING, load_bridge
+from scruton.sizing.limits import RULES, limit
+from scruton.sizing.mode_shape import read_shape
+
+
+@pytest.fixture
+def bridge_file(tmp_path):
+    def write(text="", **changes):
+        lines = {
+            "format": "1", "width": '"12 m"', "depth": '"3 m"', "limits": '["jtg"]',
+        } | changes  # fmt: skip
+        mode = text or '[[modes]]\nname = "V1"\nfrequency = "0.3 Hz"\n'
+        path = tmp_path / "bridge.toml"
+        path.write_text("\n".join(f"{k} = {v}" for k, v in lines.items() if v) + "\n" + mode, encoding="utf-8")
+        return path
+
+    return write
+
+
+def mode(extra):
+    return f'[[modes]]\nname = "V1"\nfrequency = "0.3 Hz"\n{extra}\n'
+
+
+def test_a_bridge_is_read_in_si_units(bridge_file):
+    path = bridge_file(
+        mode('mass = "20 +/- 0.4 t/m"\nlength = "400 m"\ndamping_ratio = { median = 0.003, cov = 0.45 }'),
+        coherence="{ mean = 0.9, sd = 0.05 }", air_density='"1.2 kg/m^3"',
+    )  # fmt: skip
+    found = load_bridge(path, Motion.HEAVING)
+    one = found.modes[0]
+    assert one.mass.mean == pytest.approx(20000.0)
+    assert one.mass.sd == pytest.approx(400.0)
+    assert one.modal_mass == pytest.approx(20000.0 * 400.0 * 0.5, rel=1e-6)  # of a sine
+    u = (np.arange(100_000) + 0.5) / 100_000
+    assert np.median(one.damping_ratio.quantile(u)) == pytest.approx(0.003, rel=1e-3)
+    assert 0.0 < found.coherence.quantile(u).max() < 1.0
+    assert list(found.sha256) == ["bridge.toml"]
+
+
+def test_what_is_left_out_has_the_defaults_that_are_documented(bridge_file):
+    found = load_bridge(bridge_file().parent, Motion.HEAVING)
+    one = found.modes[0]
+    assert one.damping_ratio == DAMPING
+    assert one.damping_ratio.minimum == 0.001
+    assert float(one.damping_ratio.quantile(np.array(0.5))) == pytest.approx(0.003, rel=0.02)
+    assert one.frequency.sd == pytest.approx(0.003)
+    assert one.mass is None
+    assert found.coherence.certain
+
+
+def test_a_bare_damping_ratio_is_never_certain(bridge_file):
+    one = load_bridge(bridge_file(mode("damping_ratio = 0.004")), Motion.HEAVING).modes[0].damping_ratio
+    assert (one.family, one.mean, one.sd) == ("lognormal", 0.004, pytest.approx(0.0018))
+    sure = load_bridge(bridge_file(mode("damping_ratio = { mean = 0.004, cov = 0 }")), Motion.HEAVING)
+    assert sure.modes[0].damping_ratio.certain
+
+
+@pytest.mark.parametrize(
+    ("text", "changes", "field", "words"),
+    [
+        ("", {"width": "12"}, "width", '"12 m"'),
+        ("", {"widht": '"12 m"'}, "widht", '"width"'),
+        ("", {"format": "2"}, "format", "format = 1"),
+        ("", {"limits": '["jgt"]'}, "limits[0]", '"jtg"'),
+        ("", {"limits": '["-0.1 m"]'}, "limits[0]", "greater than zero"),
+        ("[wind]\n", {}, "modes", "at least one"),
+        (mode('mass = "-1 kg/m"'), {}, "modes[0].mass", "greater than zero"),
+        (mode('inertia = "1 kg*m^2/m"'), {}, "modes[0].inertia", "mass"),
+        (mode('motion = "torsional"'), {}, "modes[0].motion", "heaving"),
+        (mode('shape = "none.csv"'), {}, "none.csv", "no such file"),
+        (mode("damping_ratio = 1.5"), {}, "damping_ratio", "up to 1"),
+        (mode("damping_ratio = { mean = 0.003, median = 0.003 }"), {}, "damping_ratio", "either mean or median"),
+        (mode("damping_ratio = { mean = 0.003, cov = -1 }"), {}, "cov", "zero or more"),
+        (mode("damping_ratio = { mean = 0.003, minimum = 0.01 }"), {}, "damping_ratio", "minimum below"),
+        (mode("lock_in = [11, 8]"), {}, "lock_in", "rising"),
+        (mode("") + mode(""), {}, "modes", "twice"),
+        (mode("") + "[damper]\nrisk = 2", {}, "damper.risk", "between 0 and 1"),
+        (mode("") + "[damper]\nnumber = 0", {}, "damper.number", "1 to 16"),
+        (mode("") + "[cost]\nfailure = -1", {}, "cost.failure", "zero or more"),
+        (mode("") + '[wind]\nrose = "r.csv"', {}, "r.csv", "upper speed"),
+        (mode(""), {"coherence": "{ mean = 0.9, sd = 0.5 }"}, "coherence", "fits between 0 and 1"),
+    ],
+)
+def test_bad_input_is_named_with_its_place(bridge_file, text, changes, field, words):
+    with pytest.raises(InputError) as caught:
+        load_bridge(bridge_file(text, **changes), Motion.HEAVING)
+    assert field in str(caught.value)
+    assert words in str(caught.value)
+
+
+def test_a_missing_file_and_broken_toml_are_said(tmp_path):
+    with pytest.raises(InputError, match="no such file"):
+        load_bridge(tmp_path / "bridge.toml", Motion.HEAVING)
+    (tmp_path / "bridge.toml").write_text("format = ", encoding="utf-8")
+    with pytest.raises(InputError, match="TOML"):
+        load_bridge(tmp_path, Motion.HEAVING)
+
+
+def test_a_shape_is_scaled_and_refined(tmp_path):
+    path = tmp_path / "v1.csv"
+    x = np.linspace(0.0, 400.0, 21)
+    path.write_text("x [m],phi\n" + "\n".join(f"{a},{-7 * np.sin(np.pi * a / 400)}" for a in x), encoding="utf-8")
+    shape = read_shape(path)
+    assert float(shape.factor(-1.0)) == pytest.approx(4.0 / np.pi, rel=1e-4)
+    assert abs(shape.at(0.5)) == pytest.approx(1.0, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ("0,0\n1,0\n2,0\n3,0\n4,0", "a mode shape of zeros"),
+        ("0,0\n1,1\n1,2\n3,0\n4,0", "do not rise"),
+        ("0,0\n1,1\n2,nan\n3,0\n4,0", "not finite"),
+        ("0,0\n1,1", "at least five rows"),
+        ("0,a", "two columns of numbers"),
+        ("0,1,2\n1,2,3\n2,3,4\n3,4,5\n4,5,6", "two columns"),
+    ],
+)
+def test_a_shape_that_is_none_is_refused(tmp_path, rows, words):
+    path = tmp_path / "shape.csv"
+    path.write_text("x,phi\n" + rows, encoding="utf-8")
+    with pytest.raises(InputError, match=words):
+        read_shape(path)
+
+
+def test_limits_are_those_of_their_codes():
+    heaving = {"f": 0.3, "width": 12.0, "depth": 3.0}
+
+    def of(text, motion=Motion.HEAVING):
+        return limit(text).amplitude(motion, *heaving.values())
+
+    assert of("jtg") == pytest.approx(0.1333, abs=1e-4)
+    assert of("JTG: 0.8") == pytest.approx(0.10667, abs=1e-4)
+    assert of("jtg", Motion.TORSIONAL) == pytest.approx(np.deg2rad(4.56 / 3.6))
+    assert of("kd") == pytest.approx(0.3333, abs=1e-4)
+    assert of("peak-acceleration: 0.5 m/s^2") == pytest.approx(0.5 / (0.6 * np.pi) ** 2)
+    assert of("rms-acceleration") == pytest.approx(np.sqrt(2) * 0.315 / (0.6 * np.pi) ** 2)
+    assert of("peak-acceleration: 0.05 g_n", Motion.TORSIONAL) == pytest.approx(0.05 * 9.80665 / (0.6 * np.pi) ** 2 / 6)
+    assert of("133 mm") == pytest.approx(0.133)
+    assert of("0.05") == pytest.approx(0.15)
+    assert of("0.4 deg", Motion.TORSIONAL) == pytest.approx(np.deg2rad(0.4))
+
+
+def test_limits_cross_where_they_should():
+    """JTG is stricter than K_D = 30 below 0.75 Hz."""
+    for f, first in ((0.5, "jtg"), (0.74, "jtg"), (0.76, "kd"), (1.0, "kd")):
+        values = {name: limit(name).amplitude(Motion.HEAVING, f, 12.0, 3.0) for name in ("jtg", "kd")}
+        assert min(values, key=values.get) == first
+
+
+def test_every_rule_cites_a_source():
+    assert all(rule.source and rule.title for rule in RULES.values())
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [("foo", "one of"), ("jgt", '"jtg"'), ("0 m", "greater than zero"), ("-0.1 m", "greater than zero"),
+     ("jtg: x", "factor"), ("peak-acceleration", "its value"), ("amplitude: 3", "m"), ("0.3 kg", "a length"), ("", "a rule")],
+)  # fmt: skip
+def test_a_limit_that_is_none_is_refused(text, words):
+    with pytest.raises(InputError, match=words):
+        limit(text)
+
+
+def test_a_rule_that_says_nothing_of_a_motion_is_refused():
+    with pytest.raises(InputError, match="a rule for it"):
+        limit("kd").amplitude(Motion.TORSIONAL, 0.3, 12.0, 3.0)

@@ -1,0 +1,187 @@
+"""Required damping, probabilities and shares against closed forms and brute force."""
+
+import numpy as np
+import pytest
+from sizing_room import LIMIT, mode_model
+
+from scruton.aero.laws import amplitude_ratio
+from scruton.sizing.mode_shape import sine, uniform
+from scruton.sizing.model import DAMPING, DISCREPANCY, SOURCES, CurveTable, unit_cube
+from scruton.sizing.risk import risk
+from scruton.sizing.shares import shares, sobol_shares
+from scruton.sizing.uncertain import Uncertain
+
+
+@pytest.mark.parametrize(
+    ("discrepancy", "cov", "percent"), [(0.0, 0.0, 0.25), (0.1, 0.0, 0.39), (0.2, 0.0, 0.59), (0.2, 0.45, 0.63)]
+)
+def test_the_worked_case_comes_out(discrepancy, cov, percent):
+    found = risk(mode_model(discrepancy, cov), LIMIT)
+    assert 100.0 * found.required[0.95] == pytest.approx(percent, abs=0.01)
+
+
+def test_the_median_alone_is_a_third_of_what_is_needed():
+    assert 100.0 * risk(mode_model(0.2), LIMIT).required[0.50] == pytest.approx(0.21, abs=0.01)
+
+
+def brute_force(draws, added, *, discrepancy, cov, coherence=(1.0, 0.0), n=-1.0, seed=3):
+    """The amplitude written out, with ordinary random numbers."""
+    rng = np.random.default_rng(seed)
+    a = 0.06551 * np.exp(0.02 * rng.standard_normal(draws))
+    rate = 0.005139 * np.exp(0.03 * rng.standard_normal(draws))
+    s = np.sqrt(np.log1p(cov**2))
+    xi = 0.003 * np.exp(s * rng.standard_normal(draws) - 0.5 * s**2)
+    x = (xi + added - 0.00058) / rate
+    gamma = {-1.0: 4.0 / np.pi, 2.0: np.sqrt(4.0 / 3.0)}[n]
+    ratio = 1.0 / (1.0 + x) if n == -1.0 else np.sqrt(np.maximum(1.0 - 2.0 * x, 0.0))
+    c = 1.0
+    if coherence[1]:
+        size = coherence[0] * (1 - coherence[0]) / coherence[1] ** 2 - 1
+        c = rng.beta(coherence[0] * size, (1 - coherence[0]) * size, draws)
+    return 3.0 * gamma * c * a * ratio * np.exp(discrepancy * rng.standard_normal(draws))
+
+
+@pytest.mark.parametrize("n", [-1.0, 2.0])
+@pytest.mark.parametrize("added", [0.0, 0.001, 0.004])
+def test_probabilities_agree_with_a_million_draws(n, added):
+    model = mode_model(0.15, 0.3, Uncertain("beta", 0.9, 0.05), exponents=(n,))
+    found = risk(model, LIMIT)
+    amplitude = brute_force(1_000_000, added, discrepancy=0.15, cov=0.3, coherence=(0.9, 0.05), n=n)
+    p = float(np.mean(amplitude > LIMIT))
+    error = np.sqrt(p * (1 - p) / 1e6) + np.sqrt(p * (1 - p) / 32768)
+    assert np.interp(added, found.added, found.probability) == pytest.approx(p, abs=4.0 * error + 1e-4)
+    if np.isclose(found.added, added).any():
+        excess = np.maximum(amplitude - LIMIT, 0.0)
+        k = int(np.argmin(np.abs(found.added - added)))
+        assert found.exceedance[k] == pytest.approx(excess.mean(), rel=0.03, abs=2e-5)
+
+
+def test_what_is_needed_is_the_inverse_of_the_amplitude():
+    model = mode_model(0.2, 0.45, exponents=(-1.0, 0.0, 1.0, 2.0), weights=(0.4, 0.2, 0.2, 0.2))
+    draws = model.draws(unit_cube(1 << 10, 1))
+    needed = draws.needed(LIMIT)
+    assert len(set(draws.curve.n)) == 4
+    np.testing.assert_allclose(draws.amplitude(needed), LIMIT, rtol=1e-9)
+    # more damping, less amplitude: what is needed decides on exceeding
+    for added in (0.0, 0.002, 0.006):
+        assert ((needed > added) == (draws.amplitude(added) > LIMIT)).all()
+
+
+def test_laws_share_the_draws_by_their_weights():
+    model = mode_model(exponents=(-1.0, 2.0), weights=(0.7, 0.3))
+    n = model.draws(unit_cube(1 << 12, 0)).curve.n
+    assert np.mean(n == 2.0) == pytest.approx(0.3, abs=0.005)
+    found = risk(model, LIMIT)
+    mixed = 0.7 * found.by_law["n=-1"] + 0.3 * found.by_law["n=2"]
+    np.testing.assert_allclose(found.probability, mixed, atol=0.01)
+
+
+def test_the_band_holds_the_probability_and_closes_without_section_uncertainty():
+    wide = risk(mode_model(0.2, 0.3), LIMIT)
+    inside = (wide.band[0] - 0.02 <= wide.probability) & (wide.probability <= wide.band[1] + 0.02)
+    assert inside.all()
+    assert (wide.band[1] - wide.band[0]).max() > 0.02
+    assert (np.diff(wide.probability) <= 0.0).all()
+
+
+def test_no_crossing_within_reach_is_said_and_is_no_infinity():
+    found = risk(mode_model(), 0.005)
+    assert found.required[0.95] is None
+    assert found.text(0.95) == "not achievable with added damping up to 5 %"
+
+
+def test_shares_of_a_product_are_those_of_the_logarithms_variance():
+    model = mode_model(0.2, 0.45)
+    rows = sobol_shares(
+        model, lambda u: np.log(model.draws(u).scale) + np.log(model.draws(u).damping_ratio), 0, 1 << 12
+    )
+    by_name = {row.source: row for row in rows}
+    s2 = np.log1p(0.45**2)
+    total = 0.2**2 + s2
+    assert by_name[SOURCES[DISCREPANCY]].first == pytest.approx(0.2**2 / total, abs=0.01)
+    assert by_name[SOURCES[DAMPING]].first == pytest.approx(s2 / total, abs=0.01)
+    assert sum(row.first for row in rows) == pytest.approx(1.0, abs=0.01)
+
+
+def test_shares_sum_as_they_must():
+    model = mode_model(0.2, 0.45, Uncertain("beta", 0.9, 0.05), exponents=(-1.0, 1.0), weights=(0.5, 0.5))
+    for rows in shares(model, LIMIT, added=0.005).values():
+        assert len(rows) == 5
+        assert sum(row.first for row in rows) <= 1.02
+        assert sum(row.total for row in rows) >= 0.98
+        assert all(row.total >= row.first - 0.03 for row in rows)
+
+
+def test_one_source_alone_has_all_of_the_variance():
+    assert [(row.first, row.total) for row in shares(mode_model(), LIMIT)["needed"]] == [(1.0, 1.0)]
+
+
+def test_same_seed_same_numbers_another_seed_others():
+    model = mode_model(0.2, 0.45)
+    first, again, other = (risk(model, LIMIT, seed=seed) for seed in (5, 5, 6))
+    assert (first.needed == again.needed).all()
+    assert (first.needed != other.needed).any()
+    assert first.required[0.95] == pytest.approx(other.required[0.95], abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("n", "value"), [(-1.0, 4.0 / np.pi), (0.0, 1.21306), (1.0, 1.1781), (2.0, np.sqrt(4.0 / 3.0)), (4.0, 1.12468)]
+)
+def test_the_mode_factor_of_a_sine(n, value):
+    assert float(sine().factor(n)) == pytest.approx(value, abs=2e-5)
+    assert float(uniform().factor(n)) == pytest.approx(1.0)
+
+
+def test_the_mode_factor_is_continuous_at_n_zero_and_by_interpolation():
+    assert float(sine(2).factor(1e-5)) == pytest.approx(float(sine(2).factor(0.0)), abs=1e-4)
+    exponents = np.linspace(-1.5, 3.0, 200)
+    np.testing.assert_allclose(sine().factor(exponents), [float(sine().factor(one)) for one in exponents], atol=2e-4)
+
+
+def test_the_mode_factor_is_what_strips_with_their_own_amplitude_balance_to():
+    """Work per cycle of the law's force, strip by strip: integral of phi^2 a^2 [1 - (phi A/a*)^n] vanishes."""
+    x = np.linspace(0.0, 1.0, 20001)
+    phi = np.sin(np.pi * x)
+    for n in (-0.5, 1.0, 2.0):
+        gamma = float(sine().factor(n))
+        work = phi**2 * (1.0 - (phi * gamma) ** n) if n > 0 else phi**2 - phi ** (2.0 + n) * gamma**n
+        assert np.trapezoid(work, x) == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("family", ["lognormal", "normal", "beta"])
+def test_quantile_functions_have_the_moments_they_state(family):
+    one = Uncertain(family, 0.5, 0.1)
+    draws = one.quantile((np.arange(200_000) + 0.5) / 200_000)
+    assert draws.mean() == pytest.approx(0.5, rel=2e-3)
+    assert draws.std() == pytest.approx(0.1, rel=1e-2)
+
+
+def test_a_minimum_cuts_off_and_keeps_the_order():
+    one = Uncertain("lognormal", 0.003, 0.00135, minimum=0.001)
+    u = np.linspace(0.001, 0.999, 50)
+    draws = one.quantile(u)
+    assert draws.min() >= 0.001
+    assert (np.diff(draws) > 0.0).all()
+    assert one.quantile(np.array(0.5)) > Uncertain("lognormal", 0.003, 0.00135).quantile(np.array(0.5))
+
+
+def test_a_tabulated_curve_is_the_curve():
+    """What has an effect in it is tabulated: the table of a law without one gives the law's closed form."""
+    for n in (-1.0, 1.0):
+        draws = mode_model(exponents=(n,)).draws(unit_cube(1 << 9, 0))
+        curve, rows = draws.curve, np.arange(len(draws))
+        grid = np.geomspace(1e-4, 0.04, 64)
+        x = (grid - curve.reference) / curve.relaxation[:, None]
+        with np.errstate(divide="ignore"):
+            table = CurveTable(grid, np.log(curve.amplitude[:, None] * amplitude_ratio(x, n)))
+        sc = np.geomspace(2e-4, 0.03, 40) * np.ones((len(draws), 1))
+        x = (sc - curve.reference) / curve.relaxation[:, None]
+        exact = curve.amplitude[:, None] * amplitude_ratio(x, n)
+        np.testing.assert_allclose(table.amplitude(rows, sc), exact, rtol=0.01, atol=0.12 * exact.max())
+        far = exact > 0.02
+        np.testing.assert_allclose(table.amplitude(rows, sc)[far], exact[far], rtol=0.02)
+        target = np.full(len(draws), 0.04)
+        ratio = target / curve.amplitude
+        need = curve.reference + curve.relaxation * (1.0 - ratio**n) / n
+        np.testing.assert_allclose(table.scruton_number(rows, target), need, rtol=0.02)
+        assert (table.scruton_number(rows, np.full(len(draws), 1e-9)) > 0.003).all()

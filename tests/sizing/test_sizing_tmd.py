@@ -1,0 +1,462 @@
+"""Dampers: harmonic balance against a search by hand, eigenvalues and equations of motion; designs against a grid."""
+
+import math
+from dataclasses import astuple
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from scruton.campaign.schema import Motion
+from scruton.errors import InputError
+from scruton.simulate.damped import limit_cycle, simulate_damped
+from scruton.simulate.motion import Truth
+from scruton.sizing.tmd import (
+    TunedMass,
+    den_hartog,
+    free_vibration_optimum,
+    minimum_modal_damping,
+    response,
+    viscous_damper,
+)
+from scruton.sizing.tmd_design import design, mass_map
+from scruton.sizing.tmd_tuning import Draws
+
+# A section model at its own damping: stable amplitude, relaxation rate over omega.
+STABLE, RATE, DAMPING = 0.06551, 0.005139, 0.00058
+CUBIC_DRIVE = 0.03  # negative damping of a cubic force at small amplitude
+
+
+def coulomb_section() -> Truth:
+    omega, depth = 2.0 * np.pi, 0.5
+    Y1 = 2.0 * omega * (DAMPING - RATE) / depth
+    epsilon = -STABLE * np.pi * omega * RATE * omega / (2.0 * Y1)
+    return Truth(Motion.HEAVING, 2.0, depth, 1.0, 1.0, DAMPING, 1.0, 1.0, Y1, epsilon)
+
+
+def cubic_section() -> Truth:
+    Y1 = 2.0 * 2.0 * np.pi * CUBIC_DRIVE / 0.5
+    return Truth(Motion.HEAVING, 2.0, 0.5, 1.0, 1.0, DAMPING, 1.0, 1.0, Y1, 1500.0, force="ehsan-scanlan")
+
+
+def balance(dampers, detuning, g):
+    """Real part of the balance and added damping, as the equations stand."""
+    real, imaginary = 1.0 - g**2, 0.0
+    for d in dampers:
+        f = d.frequency_ratio / (1.0 + detuning)
+        T = (f**2 + 2j * d.damping_ratio * f * g) / (f**2 - g**2 + 2j * d.damping_ratio * f * g)
+        real, imaginary = real - d.mass_ratio * g**2 * T.real, imaginary + d.mass_ratio * T.imag
+    return real, -0.5 * g * imaginary
+
+
+def all_roots(dampers, detuning=0.0):
+    """Every root by a fine scan: [(g, added damping)]."""
+    g = np.linspace(0.5, 1.6, 40_000)
+    real, _ = balance(dampers, detuning, g)
+    found = []
+    for k in np.flatnonzero(real[:-1] * real[1:] < 0.0):
+        root = brentq(lambda x: balance(dampers, detuning, x)[0], g[k], g[k + 1], xtol=1e-14)
+        found.append((root, balance(dampers, detuning, root)[1]))
+    return found
+
+
+def random_dampers(rng, count):
+    return tuple(
+        TunedMass(float(rng.uniform(0.001, 0.02)), float(rng.uniform(0.9, 1.1)), float(rng.uniform(0.005, 0.15)))
+        for _ in range(count)
+    )
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_response_against_a_search_by_hand(count):
+    rng = np.random.default_rng(count)
+    several = 0
+    light = (TunedMass(0.01, 0.99, 0.02), TunedMass(0.004, 0.98, 0.01), TunedMass(0.001, 1.03, 0.01))[:count]
+    for dampers in [light, *(random_dampers(rng, count) for _ in range(10))]:
+        detuning = 0.0 if dampers is light else float(rng.uniform(-0.06, 0.06))
+        roots = all_roots(dampers, detuning)
+        several += len(roots) > 1
+        g, added = min(roots, key=lambda root: root[1])
+        found = response(dampers, detuning)
+        assert found.frequency == pytest.approx(g, rel=1e-8)
+        assert found.added_damping == pytest.approx(added, rel=1e-7)
+        for d, stroke in zip(dampers, found.stroke, strict=True):
+            f = d.frequency_ratio / (1.0 + detuning)
+            assert stroke == pytest.approx(g**2 / abs(f**2 - g**2 + 2j * d.damping_ratio * f * g), rel=1e-7)
+    assert several >= 1  # or the choice between roots was not tested
+
+
+@pytest.mark.parametrize("count", [1, 2, 4, 16])
+def test_added_damping_is_the_negative_damping_that_the_dampers_can_just_take(count):
+    rng = np.random.default_rng(10 + count)
+    for _ in range(12):
+        dampers, detuning = random_dampers(rng, count), rng.uniform(-0.06, 0.06, 5)
+        for error, added in zip(detuning, response(dampers, detuning).added_damping, strict=True):
+            assert minimum_modal_damping(dampers, -added, error) == pytest.approx(0.0, abs=1e-9)
+            assert minimum_modal_damping(dampers, -0.9 * added, error) > 0.0
+            assert minimum_modal_damping(dampers, -1.1 * added, error) < 0.0
+
+
+def test_shapes_and_draws_one_by_one():
+    dampers, detuning = random_dampers(np.random.default_rng(3), 2), np.linspace(-0.05, 0.05, 12).reshape(3, 4)
+    found = response(dampers, detuning)
+    assert found.added_damping.shape == found.frequency.shape == (3, 4)
+    assert found.stroke.shape == (2, 3, 4)
+    for index in np.ndindex(3, 4):
+        one = response(dampers, detuning[index])
+        assert one.added_damping.shape == ()
+        assert found.added_damping[index] == pytest.approx(float(one.added_damping), rel=1e-10)
+        np.testing.assert_allclose(found.stroke[:, *index], one.stroke, rtol=1e-9)
+
+
+def test_added_damping_does_not_jump_with_the_detuning():
+    """Frequency and stroke do, where roots change places."""
+    detuning = np.linspace(-0.1, 0.1, 4001)
+    found = response([TunedMass(0.01, 0.99, 0.02)], detuning)
+    assert np.abs(np.diff(np.log(found.added_damping))).max() < 0.01
+    assert np.abs(np.diff(found.frequency)).max() > 0.05
+
+
+@pytest.mark.parametrize("zeta", [0.05, 0.1])
+def test_tuned_limit(zeta):
+    assert response([TunedMass(1e-4, 1.0, zeta)]).added_damping == pytest.approx(1e-4 / (4 * zeta), rel=2e-3)
+
+
+def test_mass_alone_adds_up():
+    whole, halves = TunedMass(0.01, 0.98, 0.06), TunedMass(0.005, 0.98, 0.06)
+    assert response([halves, halves], 0.01).added_damping == pytest.approx(
+        float(response([whole], 0.01).added_damping), rel=1e-6
+    )
+
+
+@pytest.mark.parametrize(
+    ("mu", "percent"),
+    [
+        (0.002, [1.51, 0.59, 0.97, 0.95, 0.58]),
+        (0.005, [2.29, 1.07, 1.68, 1.65, 1.05]),
+        (0.01, [3.16, 1.76, 2.52, 2.48, 1.72]),
+        (0.02, [4.36, 2.84, 3.72, 3.66, 2.77]),
+    ],
+)
+def test_minimum_modal_damping_of_den_hartog_s_damper(mu, percent):
+    """On a structure of 0.3 %, its own frequency off by -5, -2, 2 and 5 %: published figures."""
+    d = den_hartog(mu)
+    for off, want in zip([0.0, -0.05, -0.02, 0.02, 0.05], percent, strict=True):
+        moved = TunedMass(mu, d.frequency_ratio * (1.0 + off), d.damping_ratio)
+        assert 100.0 * minimum_modal_damping([moved], 0.003) == pytest.approx(want, abs=0.0076)
+        # The same ratio comes about when the mode's frequency is off the other way.
+        assert minimum_modal_damping([d], 0.003, 1.0 / (1.0 + off) - 1.0) == pytest.approx(
+            float(minimum_modal_damping([moved], 0.003)), rel=1e-9
+        )
+
+
+def test_free_vibration_optimum_damps_both_modes_alike():
+    best = free_vibration_optimum(0.01)
+    assert minimum_modal_damping([best], 0.0) == pytest.approx(0.5 * np.sqrt(0.01), rel=0.03)
+    for factor in (0.8, 1.2):
+        other = TunedMass(0.01, best.frequency_ratio, factor * best.damping_ratio)
+        assert minimum_modal_damping([other], 0.0) < minimum_modal_damping([best], 0.0)
+
+
+def simulated(truth, dampers, *, start=None, cycles=500):
+    """The limit cycle that a release of the bridge, or another start, ends in."""
+    state = np.zeros((2, len(dampers) + 1)) if start is None else start
+    if start is None:
+        state[0, 0] = STABLE
+    mu, f, zeta = zip(*(astuple(d) for d in dampers), strict=True)
+    _, y = simulate_damped(truth, mass_ratios=mu, frequency_ratios=f, damping_ratios=zeta, cycles=cycles, start=state)
+    return limit_cycle(y)
+
+
+def on_curve(added, g):
+    """The Griffin curve of the Coulomb section at more damping, at the frequency of the response."""
+    return STABLE * RATE / (RATE + added) / g
+
+
+DH2 = den_hartog(0.002)
+CASES = {
+    "0.2 %, Den Hartog": [DH2],
+    "0.2 %, 3 % high": [TunedMass(0.002, 1.03 * DH2.frequency_ratio, DH2.damping_ratio)],
+    "0.2 %, 3 % low": [TunedMass(0.002, 0.97 * DH2.frequency_ratio, DH2.damping_ratio)],
+    "0.5 %, tuned": [TunedMass(0.005, 1.0 / 1.005, 0.07)],
+    "0.5 %, light, 3 % high": [TunedMass(0.005, 1.03 / 1.005, 0.02)],
+    "0.5 %, heavy damping, 3 % low": [TunedMass(0.005, 0.97 / 1.005, 0.1)],
+    "1 %, Den Hartog": [den_hartog(0.01)],
+    "1 %, free-vibration optimum": [free_vibration_optimum(0.01)],
+    "1 %, 3 % high": [TunedMass(0.01, 1.03 / 1.01, 0.05)],
+    "1 %, 3 % low": [TunedMass(0.01, 0.97 / 1.01, 0.12)],
+    "1 %, light: two frequencies": [TunedMass(0.01, 1.0 / 1.01, 0.02)],
+    "two dampers": [TunedMass(0.0025, 0.97, 0.03), TunedMass(0.0025, 1.03, 0.03)],
+}
+
+
+@pytest.mark.parametrize("dampers", CASES.values(), ids=CASES)
+def test_harmonic_balance_against_the_equations_of_motion(dampers):
+    want, found = simulated(coulomb_section(), dampers), response(dampers)
+    assert want.unsteadiness < 1e-3
+    assert on_curve(found.added_damping, found.frequency) == pytest.approx(want.amplitude, rel=0.01)
+    assert found.frequency == pytest.approx(want.frequency, abs=3e-3)
+    np.testing.assert_allclose(found.stroke, want.strokes, rtol=0.02)
+
+
+def test_published_figures():
+    """Harmonic balance 0.01446 and 0.02997, integration 0.01442 and 0.03000, mass ratio 0.2 %, damping 2.7 %."""
+    for off, balance_amplitude, integrated in [(0.0, 0.01446, 0.01442), (0.03, 0.02997, 0.03000)]:
+        damper = [TunedMass(0.002, (1.0 + off) * DH2.frequency_ratio, DH2.damping_ratio)]
+        found = response(damper)
+        assert on_curve(found.added_damping, found.frequency) == pytest.approx(balance_amplitude, rel=3e-3)
+        assert simulated(coulomb_section(), damper).amplitude == pytest.approx(integrated, rel=3e-3)
+
+
+def test_neither_the_mode_s_own_frequency_nor_eigenvalues_would_do():
+    """Or the test above could not fail."""
+    dampers = CASES["0.2 %, 3 % high"]
+    want = simulated(coulomb_section(), dampers).amplitude
+    at_the_mode = on_curve(balance(dampers, 0.0, 1.0)[1], 1.0)
+    by_eigenvalues = on_curve(float(minimum_modal_damping(dampers, DAMPING)) - DAMPING, 1.0)
+    assert abs(at_the_mode / want - 1.0) > 0.15
+    assert abs(by_eigenvalues / want - 1.0) > 0.05
+    tuned = CASES["0.2 %, Den Hartog"]
+    slow = on_curve(float(minimum_modal_damping(tuned, DAMPING)) - DAMPING, 1.0)
+    assert slow > 1.15 * simulated(coulomb_section(), tuned).amplitude
+
+
+@pytest.mark.parametrize("name", ["0.5 %, tuned", "0.2 %, 3 % high", "1 %, light: two frequencies"])
+def test_another_law_has_the_same_added_damping(name):
+    """A cubic force, whose amplitude does not depend on the frequency of the response."""
+    truth, added = cubic_section(), response(CASES[name]).added_damping
+    amplitude = math.sqrt(4.0 / truth.epsilon * (1.0 - (DAMPING + added) / CUBIC_DRIVE))
+    assert amplitude > 0.015
+    assert simulated(truth, CASES[name], cycles=800).amplitude == pytest.approx(amplitude, rel=0.015)
+
+
+def at_root(dampers, g, added):
+    """State on the limit cycle of one root."""
+    amplitude = on_curve(added, g)
+    strokes = [
+        amplitude * g**2 / (d.frequency_ratio**2 - g**2 + 2j * d.damping_ratio * d.frequency_ratio * g) for d in dampers
+    ]
+    phasors = np.array([amplitude, *strokes])
+    return np.stack([phasors.real, (1j * g * phasors).real])
+
+
+@pytest.mark.parametrize("frequency_ratio", [0.97, 1.0 / 1.01, 1.0, 1.02])
+def test_growth_and_release_from_above_end_at_the_root_of_least_damping(frequency_ratio):
+    dampers = [TunedMass(0.01, frequency_ratio, 0.015)]
+    roots = all_roots(dampers)
+    assert len(roots) == 3
+    assert max(roots, key=lambda root: root[1]) == roots[1]
+    least = response(dampers).frequency
+    rng = np.random.default_rng(0)
+    for _ in range(4):
+        rest = 1e-4 * rng.standard_normal((2, 2))
+        assert simulated(coulomb_section(), dampers, start=rest).frequency == pytest.approx(least, abs=3e-3)
+    outer = sorted(RATE + added for _, added in (roots[0], roots[2]))
+    if outer[0] < 0.8 * outer[1]:
+        above = np.array([[2.0 * STABLE, 0.0], [STABLE, 0.0]])
+        assert simulated(coulomb_section(), dampers, start=above).frequency == pytest.approx(least, abs=3e-3)
+    # The middle root is not stable, not even when the vibration starts on it.
+    middle = simulated(coulomb_section(), dampers, start=at_root(dampers, *roots[1]))
+    assert abs(middle.frequency - roots[1][0]) > 0.01
+
+
+def test_a_start_on_the_other_limit_cycle_ends_lower():
+    dampers = [TunedMass(0.01, 1.0 / 1.01, 0.02)]
+    low, _, high = all_roots(dampers)
+    other = max(low, high, key=lambda root: root[1])
+    caught = simulated(coulomb_section(), dampers, start=at_root(dampers, *other), cycles=1500)
+    assert caught.frequency == pytest.approx(other[0], abs=3e-3)
+    assert caught.amplitude < simulated(coulomb_section(), dampers).amplitude
+
+
+def test_dashpot_on_the_mode_adds_what_was_asked_for():
+    c = viscous_damper(0.01, modal_mass=2e5, frequency=0.4, shape=0.5)
+    assert c * 0.5**2 / (2.0 * 2e5 * 2.0 * np.pi * 0.4) == pytest.approx(0.01)
+
+
+# Designs.
+
+RNG = np.random.default_rng(7)
+COUNT = 500
+SECTION = 0.25 * np.exp(0.2 * RNG.standard_normal(COUNT))
+RATES = 0.005 * np.exp(0.3 * RNG.standard_normal(COUNT))
+DETUNING = 0.02 * RNG.standard_normal(COUNT)
+BRIDGE = {"limit": 0.12, "risk": 0.05, "modal_mass": 1e6, "frequency": 0.3}
+
+
+def bridge_amplitude(added):
+    return SECTION * RATES / (RATES + 0.002 + added)
+
+
+def risk_of(dampers, detuning=DETUNING):
+    return float(np.mean(bridge_amplitude(response(dampers, detuning).added_damping) > BRIDGE["limit"]))
+
+
+@pytest.fixture(scope="module")
+def single():
+    return design(bridge_amplitude, **BRIDGE, detuning=DETUNING)
+
+
+def test_design_keeps_the_risk_and_no_lighter_damper_on_a_grid_does(single):
+    (damper,) = single.dampers
+    assert single.achievable
+    assert single.reason == "the risk decides on the mass"
+    assert 0.9 * BRIDGE["risk"] <= single.probability <= BRIDGE["risk"]
+    assert single.probability == risk_of(single.dampers)
+    assert single.mass == pytest.approx(1e6 * damper.mass_ratio)
+    lighter = [
+        risk_of([TunedMass(0.97 * damper.mass_ratio, f, zeta)])
+        for f in np.linspace(0.965, 1.025, 21)
+        for zeta in damper.damping_ratio * np.geomspace(0.5, 2.0, 15)
+    ]
+    assert min(lighter) > BRIDGE["risk"]
+
+
+def test_design_is_told_in_si(single):
+    (damper,) = single.dampers
+    own = math.sqrt(single.springs[0] / single.mass)
+    assert own == pytest.approx(2.0 * np.pi * 0.3 * damper.frequency_ratio)
+    assert single.dashpots[0] == pytest.approx(2.0 * damper.damping_ratio * own * single.mass)
+    found = response(single.dampers, DETUNING)
+    stroke = found.stroke[0] * bridge_amplitude(found.added_damping)
+    assert single.stroke == pytest.approx(np.median(stroke))
+    assert single.stroke_high == pytest.approx(np.quantile(stroke, 0.95))
+    assert single.added_damping_low == pytest.approx(np.quantile(found.added_damping, 0.05))
+    assert [each.detuning for each in single.detuned] == [-0.05, -0.02, 0.02, 0.05]
+    for each in single.detuned:
+        assert each.probability == risk_of(single.dampers, np.full(COUNT, each.detuning))
+    assert single.detuned[0].probability > 3.0 * single.probability
+
+
+def test_the_table_is_the_formula(single):
+    draws = Draws(bridge_amplitude, BRIDGE["limit"], DETUNING)
+    for dampers in (single.dampers, (TunedMass(0.004, 0.99, 0.015),), (TunedMass(0.002, 0.97, 0.02),) * 2):
+        ratio = np.sort(draws.needed / response(dampers, DETUNING).added_damping)
+        assert draws.lack(dampers, 0.05) == pytest.approx(np.log(ratio[COUNT - 1 - 25]), abs=0.01)
+
+
+def test_needed_damping_brings_every_draw_to_the_limit():
+    draws = Draws(bridge_amplitude, BRIDGE["limit"], DETUNING)
+    some = draws.needed > 0.0
+    assert 0.05 < some.mean() <= 1.0
+    np.testing.assert_allclose(bridge_amplitude(draws.needed)[some], BRIDGE["limit"], rtol=1e-6)
+
+
+def test_an_uncertain_frequency_costs_mass(single):
+    sharp = design(bridge_amplitude, **BRIDGE, detuning=np.zeros(COUNT))
+    assert sharp.mass < 0.8 * single.mass
+    assert risk_of(sharp.dampers) > 2.0 * BRIDGE["risk"]
+
+
+def test_draws_are_joint():
+    """A bridge that is off frequency only where it needs no damper is a lighter case than the reverse."""
+    order = np.argsort(bridge_amplitude(np.zeros(COUNT)))
+    far = np.argsort(np.abs(DETUNING))
+    together, apart = np.empty(COUNT), np.empty(COUNT)
+    together[order], apart[order] = DETUNING[far], DETUNING[far[::-1]]
+    masses = [design(bridge_amplitude, **BRIDGE, detuning=each).mass for each in (apart, together)]
+    assert masses[0] < 0.8 * masses[1]
+
+
+def test_several_dampers_spread_over_an_uncertain_frequency(single):
+    pair = design(bridge_amplitude, **BRIDGE, detuning=DETUNING, number=2)
+    low, high = pair.dampers
+    assert pair.mass < single.mass
+    assert low.mass_ratio == high.mass_ratio
+    assert high.frequency_ratio - low.frequency_ratio > 0.01
+    assert pair.probability <= BRIDGE["risk"]
+    assert len(pair.springs) == len(pair.dashpots) == 2
+
+
+def test_a_stroke_limit_costs_mass(single):
+    largest = 0.4 * single.stroke_high
+    held = design(bridge_amplitude, **BRIDGE, detuning=DETUNING, largest_stroke=largest)
+    assert held.stroke_high <= largest
+    assert held.stroke_high > 0.97 * largest
+    assert held.probability <= BRIDGE["risk"]
+    assert held.mass > single.mass
+    assert held.reason == "the stroke decides on the mass"
+
+
+def test_mode_shape_scales_mass_and_stroke(single):
+    half = design(bridge_amplitude, **BRIDGE, detuning=DETUNING, shape=0.5)
+    assert half.dampers == single.dampers
+    assert half.mass == pytest.approx(4.0 * single.mass)
+    assert half.stroke == pytest.approx(0.5 * single.stroke)
+
+
+def test_nothing_to_do():
+    easy = design(bridge_amplitude, **BRIDGE | {"limit": 10.0}, detuning=DETUNING)
+    assert easy.dampers == easy.springs == ()
+    assert (easy.mass, easy.stroke, easy.probability) == (0.0, 0.0, 0.0)
+    assert easy.achievable
+    assert easy.reason == "no damper is needed"
+
+
+def test_what_cannot_be_had_is_said():
+    short = design(bridge_amplitude, **BRIDGE | {"limit": 0.02}, detuning=DETUNING, largest_mass_ratio=0.01)
+    assert not short.achievable
+    assert short.reason.startswith("not achievable with a mass ratio up to 1 %: a risk of ")
+    assert short.mass == pytest.approx(1e4)
+    assert short.probability > BRIDGE["risk"]
+    cramped = design(bridge_amplitude, **BRIDGE, detuning=DETUNING, largest_stroke=0.001)
+    assert "mass ratio up to 5 %: a stroke of" in cramped.reason
+    hopeless = design(lambda added: np.where(DETUNING > 0.0, 1.0, 0.0) + 0.0 * added, **BRIDGE, detuning=DETUNING)
+    assert not hopeless.achievable
+    assert hopeless.reason.startswith("not achievable with any damper: 0.")
+    assert np.isfinite(hopeless.mass)
+
+
+def test_same_draws_same_design(single):
+    assert design(bridge_amplitude, **BRIDGE, detuning=DETUNING) == single
+
+
+def test_mass_map_falls_with_mass_and_meets_the_design(single):
+    mu = single.dampers[0].mass_ratio
+    found = mass_map(bridge_amplitude, limit=0.12, mass_ratios=[0.5 * mu, mu, 1.5 * mu], detuning=DETUNING)
+    assert np.all(np.diff(found.probability) < 0.0)
+    assert np.all(np.diff(found.stroke) < 0.0)
+    assert found.probability[1] <= 1.1 * BRIDGE["risk"]
+    for dampers, probability in zip(found.dampers, found.probability, strict=True):
+        assert probability == risk_of(dampers)
+    least = min(
+        risk_of([TunedMass(0.5 * mu, f, zeta)])
+        for f in np.linspace(0.97, 1.03, 21)
+        for zeta in np.geomspace(0.015, 0.08, 13)
+    )
+    assert found.probability[0] <= least + 0.005
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: TunedMass(0.0, 1.0, 0.1), "damper: mass_ratio: found 0;"),
+        (lambda: TunedMass(float("nan"), 1.0, 0.1), "damper: mass_ratio: found nan;"),
+        (lambda: TunedMass(0.01, -1.0, 0.1), "damper: frequency_ratio: found -1;"),
+        (lambda: TunedMass(0.01, 1.0, 0.0), "damper: damping_ratio: found 0;"),
+        (lambda: TunedMass(0.01, 1.0, 1.0), "damper: damping_ratio: found 1;"),
+        (lambda: den_hartog(-0.1), "damper: mass_ratio: found -0.1;"),
+        (lambda: response([]), "damper: dampers: found none;"),
+        (lambda: response([DH2], [0.0, -1.0]), "damper: detuning: found -1;"),
+        (lambda: response([DH2], [0.0, float("inf")]), "damper: detuning: found inf;"),
+        (lambda: minimum_modal_damping([DH2], 1.0), "damper: structural_damping: found 1;"),
+        (lambda: viscous_damper(0.01, modal_mass=0.0, frequency=1.0), "damper: modal_mass: found 0;"),
+        (lambda: design(bridge_amplitude, **BRIDGE | {"risk": 1.0}, detuning=DETUNING), "damper: risk: found 1;"),
+        (lambda: design(bridge_amplitude, **BRIDGE | {"limit": 0.0}, detuning=DETUNING), "damper: limit: found 0;"),
+        (lambda: design(bridge_amplitude, **BRIDGE, detuning=DETUNING, number=0), "damper: number: found 0;"),
+        (
+            lambda: design(bridge_amplitude, **BRIDGE, detuning=DETUNING, largest_stroke=-1.0),
+            "damper: largest_stroke: found -1;",
+        ),
+        (
+            lambda: design(bridge_amplitude, **BRIDGE, detuning=DETUNING, damping_range=(0.2, 0.1)),
+            "damper: damping_range: found 0.2 to 0.1;",
+        ),
+        (lambda: design(lambda a: a[:3], **BRIDGE, detuning=DETUNING), r"amplitude: found an array of shape \(3,\)"),
+        (lambda: design(lambda a: a * np.nan, **BRIDGE, detuning=DETUNING), "damper: amplitude: found not a number;"),
+        (lambda: mass_map(bridge_amplitude, limit=0.1, mass_ratios=[0.0], detuning=DETUNING), "mass_ratios: found 0;"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_named(call, message):
+    with pytest.raises(InputError, match=message):
+        call()
