@@ -162,7 +162,8 @@ def test_every_rule_cites_a_source():
 @pytest.mark.parametrize(
     ("text", "words"),
     [("foo", "one of"), ("jgt", '"jtg"'), ("0 m", "greater than zero"), ("-0.1 m", "greater than zero"),
-     ("jtg: x", "factor"), ("peak-acceleration", "its value"), ("amplitude: 3", "m"), ("0.3 kg", "a length"), ("", "a rule")],
+     ("jtg: x", "factor"), ("peak-acceleration", "its value"), ("amplitude: 3", "m"), ("0.3 kg", "a length"),
+     ("", "a rule")],
 )  # fmt: skip
 def test_a_limit_that_is_none_is_refused(text, words):
     with pytest.raises(InputError, match=words):
