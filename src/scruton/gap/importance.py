@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import gammaln, logsumexp
 
-from scruton.gap.hypothesis import Weighed
+from scruton.campaign.schema import FloatArray
+from scruton.gap.hypothesis import Hypothesis, Weighed
 
 _FREEDOM = 8.0
 _WIDEN = 1.05
@@ -58,17 +59,22 @@ def importance(evidence: Weighed, rng: np.random.Generator, draws: int = 600) ->
         gammaln(0.5 * (_FREEDOM + d)) - gammaln(0.5 * _FREEDOM) - 0.5 * d * np.log(_FREEDOM * np.pi)
         - np.log(np.diag(root)).sum() - 0.5 * (_FREEDOM + d) * np.log1p(np.sum(t * t, axis=1) / _FREEDOM)
     )  # fmt: skip
-    target = np.empty(draws)
-    for begin in range(0, draws, _CHUNK):
+    weights = log_density_of(hypothesis, u) - log_density
+    total = float(logsumexp(weights))
+    share = np.exp(weights - total)
+    effective = 1.0 / float(np.sum(share**2))
+    error = float(np.sqrt(max(1.0 / effective - 1.0 / draws, 0.0)))
+    return Checked(total - float(np.log(draws)), error, effective, evidence.log_evidence)
+
+
+def log_density_of(hypothesis: Hypothesis, u: FloatArray) -> FloatArray:
+    """Log likelihood and prior at points (N, d), priors that are cut at zero with twice their density."""
+    target = np.empty(len(u))
+    for begin in range(0, len(u), _CHUNK):
         like, prior = hypothesis.log_prob(u[begin : begin + _CHUNK])
         target[begin : begin + _CHUNK] = like + prior
     for one in hypothesis.parameters:
         if one.positive:
             part = u[:, hypothesis.places[one.name]]
             target = np.where((part > 0.0).all(axis=1), target + one.size * np.log(2.0), -np.inf)
-    weights = target - log_density
-    total = float(logsumexp(weights))
-    share = np.exp(weights - total)
-    effective = 1.0 / float(np.sum(share**2))
-    error = float(np.sqrt(max(1.0 / effective - 1.0 / draws, 0.0)))
-    return Checked(total - float(np.log(draws)), error, effective, evidence.log_evidence)
+    return target

@@ -9,6 +9,7 @@ from scruton.campaign import load_campaign
 from scruton.effects import Variant
 from scruton.gap.advise import advise, confusions, invisible
 from scruton.gap.bare import reference
+from scruton.gap.bridge import bridge_evidence
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import ANY_TEMPERATURE, NONE, TEMPERATURE, UNSEEN, Diagnosis, Progress, diagnose_data
 from scruton.gap.importance import importance
@@ -50,9 +51,12 @@ def diagnose_campaign(
 
 
 def examine(
-    folder: Path, card: ModelCard, *, workers: int = 2, progress: Progress | None = None
+    folder: Path, card: ModelCard, *, workers: int = 2, thorough: bool = False, progress: Progress | None = None
 ) -> tuple[Diagnosis, dict[str, Any], tuple[Finding, ...], Curves | None]:
-    """Diagnose a campaign and keep what the picture needs: diagnosis, gap.json, findings, and curves where made."""
+    """Diagnose a campaign and keep what the picture needs: diagnosis, gap.json, findings, and curves where made.
+
+    `thorough` adds the evidence of the leaders by bridge sampling, which takes half a minute or more.
+    """
     campaign = load_campaign(folder)
     data = load_gap(campaign)
     diagnosis = diagnose_data(
@@ -78,7 +82,7 @@ def examine(
             f"evidences are divided by {TEMPERATURE:g} between effects, by {ANY_TEMPERATURE:g} against none"
         ),
         "sizes_refer_to": reference(diagnosis.data.layout),
-        "evidence": _evidence(diagnosis),
+        "evidence": _evidence(diagnosis, thorough),
         "checks": {name: vars(one) for name, one in diagnosis.checks.items()},
         "card": card.name,
         "sha256": dict(campaign.sha256 or {}),
@@ -86,19 +90,27 @@ def examine(
     return diagnosis, content, findings, curves
 
 
-def _evidence(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Log evidence over the bare model by Laplace, and by importance sampling for the leaders."""
+def _evidence(diagnosis: Diagnosis, thorough: bool) -> dict[str, Any]:
+    """Log evidence over the bare model by Laplace; for the leaders by importance sampling, and by bridge sampling."""
     ranked = sorted(diagnosis.singles.values(), key=lambda one: -one.log_evidence)
     rng = np.random.default_rng(0)
     bare = importance(diagnosis.bare, rng)
-    checked = {}
-    for one in ranked[:_LEADERS]:
-        if one.best is not None:
-            found = importance(one.best, rng)
-            checked[one.name] = {
-                "laplace": one.best.log_evidence - diagnosis.bare.log_evidence,
-                "importance": found.log_evidence - bare.log_evidence,
-                "error": float(np.hypot(found.error, bare.error)), "effective_draws": found.effective,
+    bridged = bridge_evidence(diagnosis.bare, 0) if thorough else None
+    checked: dict[str, dict[str, float]] = {}
+    for k, one in enumerate(ranked[:_LEADERS]):
+        if one.best is None:
+            continue
+        found = importance(one.best, rng)
+        checked[one.name] = {
+            "laplace": one.best.log_evidence - diagnosis.bare.log_evidence,
+            "importance": found.log_evidence - bare.log_evidence,
+            "error": float(np.hypot(found.error, bare.error)), "effective_draws": found.effective,
+        }  # fmt: skip
+        if bridged is not None:
+            over = bridge_evidence(one.best, k + 1)
+            checked[one.name] |= {
+                "bridge": over.log_z - bridged.log_z, "bridge_error": float(np.hypot(over.error, bridged.error)),
+                "bridge_effective_draws": over.effective_size,
             }  # fmt: skip
     gains = {one.name: one.log_evidence - diagnosis.bare.log_evidence for one in ranked}
     return {"gain": {k: v if np.isfinite(v) else None for k, v in gains.items()}, "leaders": checked}

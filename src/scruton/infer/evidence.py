@@ -14,7 +14,8 @@ draws.  Importance sampling needs draws from g alone; g adapts to the posterior 
 by drawing from the prior, and divides both.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from math import inf, log, nan, sqrt
 
 import numpy as np
@@ -26,6 +27,8 @@ from scruton.infer.models import Posterior
 from scruton.infer.moves import FITTED_TO_DRAWS, StudentT
 from scruton.infer.optimum import find_optimum
 from scruton.infer.sampler import Samples
+
+Halves = tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 # Prior mass of the constraint: relative error to reach, draws at a time, and at most.
 MASS_ERROR, MASS_BATCH, MOST_MASS_DRAWS = 0.01, 8192, 2**18
@@ -101,27 +104,47 @@ def log_evidence(posterior: Posterior, samples: Samples, seed: np.random.SeedSeq
         If the draws fill no volume, are fewer than four, or nothing of the prior lies within the constraint.
     """
     bridging, mass = _streams(seed, 2)
-    halves = _halves(samples)
-    rng = np.random.RandomState(np.random.MT19937(bridging))
+    found = bridge_halves(
+        posterior.log_prob, _halves(samples), np.random.RandomState(np.random.MT19937(bridging)), draws
+    )
+    log_mass, mass_error = log_prior_mass(posterior, np.random.default_rng(mass))
+    return replace(
+        found, log_z=found.log_z - log_mass, error=float(np.hypot(found.error, mass_error)), log_prior_mass=log_mass
+    )
+
+
+def bridge_halves(
+    log_prob: Callable[[FloatArray], FloatArray], halves: Halves, rng: np.random.RandomState, draws: int
+) -> Evidence:
+    """Bridge each half of the draws to a proposal that was fitted to the other; the mean of both.
+
+    Parameters
+    ----------
+    log_prob : callable
+        Unnormalised log density at points (N, d).
+    halves : pair of (chain, log density)
+        (chains, draws, d) and (chains, draws) arrays.
+    rng : RandomState
+    draws : int
+        Draws of the proposals, both together.
+    """
     bridges = []
     for fitted, used in (halves, halves[::-1]):
         u = fitted[0].reshape(-1, fitted[0].shape[-1])
         proposal = fit_student_t(u, np.full(len(u), 1.0 / len(u)))
         new = proposal.draw(rng, -(-draws // 2))
-        at_new = posterior.log_prob(new) - proposal.log_density(new)
-        chain, log_prob = used
-        at_draws = log_prob - proposal.log_density(chain.reshape(-1, u.shape[1])).reshape(log_prob.shape)
+        at_new = log_prob(new) - proposal.log_density(new)
+        chain, density = used
+        at_draws = density - proposal.log_density(chain.reshape(-1, u.shape[1])).reshape(density.shape)
         bridges.append(bridge(at_draws, at_new))
     one, two = bridges
     log_z = float(np.logaddexp(one.log_z, two.log_z) - log(2.0))
     # To first order the two share no draw.
     share = np.exp(np.array([one.log_z, two.log_z]) - log_z) / 2.0
-    error = float(np.hypot(share[0] * one.error, share[1] * two.error))
-    log_mass, mass_error = log_prior_mass(posterior, np.random.default_rng(mass))
     return Evidence(
-        log_z - log_mass,
-        float(np.hypot(error, mass_error)),
-        log_mass,
+        log_z,
+        float(np.hypot(share[0] * one.error, share[1] * two.error)),
+        0.0,
         one.effective_size + two.effective_size,
         0.5 * (one.overlap + two.overlap),
     )
@@ -182,7 +205,7 @@ def _effective_size(terms: FloatArray) -> float:
     return min(max(found, 1.0), float(terms.size)) if np.isfinite(found) else fallback
 
 
-def _halves(samples: Samples) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
+def _halves(samples: Samples) -> Halves:
     """Divide the draws by ensemble; by chain where there is one ensemble, by time where there is one chain."""
     chain, log_prob = samples.chain, samples.log_prob
     if log_prob.size < 4:

@@ -13,7 +13,14 @@ RESULT = "gap.json"
 
 
 def run_diagnose(
-    campaign: Path, out: Path, *, model: str = "default", workers: int = 2, force: bool = False, quiet: bool = False
+    campaign: Path,
+    out: Path,
+    *,
+    model: str = "default",
+    workers: int = 2,
+    thorough: bool = False,
+    force: bool = False,
+    quiet: bool = False,
 ) -> tuple[str, list[Path]]:
     """Diagnose a campaign into a folder.
 
@@ -38,7 +45,7 @@ def run_diagnose(
         raise InputError(out, "-o", f"a {RESULT}", "another folder, or --force to replace the diagnosis in it")
     card = load_card(model)
     with Bar(quiet) as bar:
-        diagnosis, content, findings, curves = examine(campaign, card, workers=workers, progress=bar)
+        diagnosis, content, findings, curves = examine(campaign, card, workers=workers, thorough=thorough, progress=bar)
 
     from scruton.report.figures.gap import gap_figure
     from scruton.report.figures.save import save
