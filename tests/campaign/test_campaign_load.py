@@ -333,3 +333,14 @@ def test_no_value_breaks_the_loader(room: Room, index: int, value: str, drop: bo
     lines[index] = "" if drop else f"{key} = {value}" if equals else value
     with contextlib.suppress(InputError):
         room.load("\n".join(lines) + "\n", {"r.csv": csv()})
+
+
+def test_an_inertia_goes_by_its_own_name_too(room: Room) -> None:
+    line = next(one for one in TORSIONAL.splitlines() if one.startswith("mass"))
+    own = TORSIONAL.replace(line, line.replace("mass", "inertia", 1))
+    assert room.load(own).rigs[0].mass == room.load(TORSIONAL).rigs[0].mass
+    with pytest.raises(InputError, match="inertia: found both mass and inertia; wanted one of the two"):
+        room.load(TORSIONAL.replace(line, line + "\n" + line.replace("mass", "inertia", 1)))
+    heaving = next(one for one in HEAVING.splitlines() if one.startswith("mass"))
+    with pytest.raises(InputError, match="inertia: found the inertia of a heaving section; wanted its mass"):
+        room.load(HEAVING.replace(heaving, heaving.replace("mass", "inertia", 1)))

@@ -33,7 +33,7 @@ IN_WIND = (Kind.GROWTH, Kind.DECAY, Kind.STEADY)
 
 _TOP_KEYS = ("format", "title", "source", "section", "rigs", "tests", "sweeps")
 _SECTION_KEYS = ("motion", "width", "depth")
-_RIG_KEYS = ("name", "mass", "frequency", "damping_ratio", "records")
+_RIG_KEYS = ("name", "mass", "inertia", "frequency", "damping_ratio", "records")
 _TEST_KEYS = (
     "name", "rig", "air_density", "wind_speed", "reduced_velocity", "peak", "stable_amplitude", "records",
 )  # fmt: skip
@@ -155,8 +155,7 @@ def _rig(table: Table, reading: _Reading) -> Rig:
     table.check_keys(_RIG_KEYS)
     name = table.text("name", 'a name, such as name = "1#"')
     frequency = table.quantity("frequency", FREQUENCY)
-    mass_dimension = MASS if reading.section.motion is Motion.HEAVING else INERTIA
-    mass = table.quantity("mass", mass_dimension) if "mass" in table else None
+    mass = _mass(table, reading.section.motion)
     damping_ratio = table.quantity("damping_ratio", DAMPING_RATIO) if "damping_ratio" in table else None
     if damping_ratio is not None and damping_ratio.mean > 1.0:
         raise table.error(
@@ -167,6 +166,16 @@ def _rig(table: Table, reading: _Reading) -> Rig:
     return Rig(name, frequency, mass, damping_ratio, reading.records(table, STILL_AIR))
 
 
+def _mass(table: Table, motion: Motion) -> Quantity | None:
+    """Mass per unit length, or for torsion the inertia, under either name."""
+    if "inertia" in table and motion is Motion.HEAVING:
+        raise table.error("inertia", "the inertia of a heaving section", 'its mass, such as mass = "7.089 kg/m"')
+    if "mass" in table and "inertia" in table:
+        raise table.error("inertia", "both mass and inertia", "one of the two")
+    key = "inertia" if "inertia" in table else "mass"
+    return table.quantity(key, MASS if motion is Motion.HEAVING else INERTIA) if key in table else None
+
+
 def _test(table: Table, rigs: dict[str, Rig], reading: _Reading) -> Test:
     table.check_keys(_TEST_KEYS)
     name = table.text("name", 'a name, such as name = "Sc 1.9"')
@@ -174,7 +183,7 @@ def _test(table: Table, rigs: dict[str, Rig], reading: _Reading) -> Test:
     if rig.mass is None:
         wanted = f'a rig with a mass, such as mass = "7.089 kg/m" in rig "{rig.name}"'
         if reading.section.motion is Motion.TORSIONAL:
-            wanted = f'a rig with a mass (inertia), such as mass = "0.183 kg*m^2/m" in rig "{rig.name}"'
+            wanted = f'a rig with an inertia, such as inertia = "0.183 kg*m^2/m" in rig "{rig.name}"'
         raise table.error("rig", f'"{rig.name}", which has no mass', wanted)
     peak = table.values.get("peak")
     if peak is not None and not isinstance(peak, bool):
