@@ -69,6 +69,8 @@ def parser() -> argparse.ArgumentParser:
     report.add_argument(
         "--sc", type=float, action="append", default=[], metavar="SC", help="design Scruton number; may be repeated"
     )
+    report.add_argument("--bridge", type=Path, metavar="FILE", help="bridge.toml: damper sizing and risk, too")
+    report.add_argument("--no-gap", action="store_true", help="leave out the diagnosis of the gap")
 
     predict = add("predict", _predict, "predictive stable amplitude at a design Scruton number")
     predict.add_argument("results", type=Path, help="folder that fit or report wrote")
@@ -86,6 +88,22 @@ def parser() -> argparse.ArgumentParser:
     predict.add_argument("--law", type=float, metavar="N", help="exponent of the law (default: the model card's)")
     predict.add_argument("--json", action="store_true", help="print JSON")
 
+    size = add("size", _size, "damper sizing: required damping with its risk, dampers, what more testing is worth")
+    size.add_argument("results", type=Path, help="folder that fit or report wrote")
+    size.add_argument("-o", "--out", type=Path, help="folder for the sizing (default: RESULTS/sizing)")
+    size.add_argument("--bridge", type=Path, metavar="FILE", help="bridge.toml (default: the section model itself)")
+    size.add_argument(
+        "--limit", action="append", default=[], metavar="RULE",
+        help='"jtg", "kd", "rms-acceleration", "peak-acceleration: 0.5 m/s^2", "0.13 m", "0.05" (A/D); may be repeated',
+    )  # fmt: skip
+    size.add_argument("--damping", metavar="XI[+/-SD]", help="structural damping ratio of every mode of the bridge")
+    size.add_argument("--rig", help="rig whose mass ratio a mode without a mass has (default: the first)")
+    size.add_argument("--law", type=float, metavar="N", help="exponent of the law (default: all, weighed)")
+    size.add_argument(
+        "--effect", metavar="NAME", help='the effect that the fit has to carry; "auto": whichever it does'
+    )
+    size.add_argument("--force", action="store_true", help="replace the sizing that lies in the folder")
+
     criticise = add(
         "criticise", _criticise, "checks of a fit: predictive, innovations, priors, identifiability, influence"
     )
@@ -100,6 +118,9 @@ def parser() -> argparse.ArgumentParser:
         "--model", default="default", metavar="CARD", help="model card: a shipped name or a TOML file"
     )
     validate.add_argument("--force", action="store_true", help="replace the validation that lies in the folder")
+
+    batch = add("batch", _batch, "fit many campaigns side by side: a folder for each, one summary of all")
+    _batch_options(batch)
 
     calibrate = add("calibrate", _calibrate, "simulation-based calibration and coverage of the bands")
     calibrate.add_argument("-o", "--out", type=Path, required=True, help="folder for the results")
@@ -121,16 +142,51 @@ def parser() -> argparse.ArgumentParser:
         "--model", default="default", metavar="CARD", help="model card: a shipped name or a TOML file"
     )
     diagnose.add_argument("--workers", type=int, default=2, metavar="N", help="threads (results do not depend on it)")
+    diagnose.add_argument("--thorough", action="store_true", help="evidence of the leaders by bridge sampling, too")
     diagnose.add_argument("--force", action="store_true", help="replace the diagnosis that lies in the folder")
 
     challenge = add("challenge", _challenge, "the blind check of diagnose: make campaigns, run, score")
     _challenge_verbs(challenge)
+
+    models = add("models", _models, "the shipped model cards; one card in full; what its priors say")
+    _models_verbs(models)
 
     simulate = add("simulate", _simulate, "write a synthetic campaign from the full equation of motion")
     simulate.add_argument("spec", type=Path, help="TOML file with the section, the rigs, the tests and the truth")
     simulate.add_argument("-o", "--out", type=Path, required=True, help="folder for the campaign")
     simulate.add_argument("--force", action="store_true", help="replace the campaign that lies in the folder")
     return top
+
+
+def _models_verbs(models: argparse.ArgumentParser) -> None:
+    """Add show."""
+    verbs = models.add_subparsers(metavar="STEP", dest="step")
+    show = verbs.add_parser("show", help="print a card with all that it extends, or draw its priors")
+    show.add_argument("card", metavar="CARD", help="a shipped name or a TOML file")
+    show.add_argument(
+        "--prior-predictive",
+        type=Path,
+        metavar="DIR",
+        help="draw Griffin curves from its priors: CARD.svg and CARD.png",
+    )
+    show.add_argument("--seed", type=int, default=0, help="seed of the draws (default 0)")
+
+
+def _batch_options(batch: argparse.ArgumentParser) -> None:
+    """Add what the batch takes."""
+    batch.add_argument("campaigns", type=Path, nargs="+", metavar="CAMPAIGN", help="folders with a campaign.toml")
+    batch.add_argument("-o", "--out", type=Path, required=True, metavar="DIR", help="folder for all results")
+    where = batch.add_mutually_exclusive_group()
+    where.add_argument("--jobs", type=int, metavar="N", help="processes (default: one a core; results do not depend)")
+    where.add_argument("--scheduler", metavar="ADDRESS", help="a running Dask scheduler, tcp://host:port")
+    batch.add_argument("--model", default="default", metavar="CARD", help="model card: a shipped name or a TOML file")
+    batch.add_argument("--report", action="store_true", help="write the report of each campaign, too")
+    batch.add_argument(
+        "--sc", type=float, action="append", default=[], metavar="SC", help="design Scruton number; may be repeated"
+    )
+    before = batch.add_mutually_exclusive_group()
+    before.add_argument("--force", action="store_true", help="replace the results that lie in the folders")
+    before.add_argument("--resume", action="store_true", help="go on with an interrupted batch, or with more campaigns")
 
 
 def _challenge_verbs(challenge: argparse.ArgumentParser) -> None:
@@ -207,15 +263,26 @@ def _fit(arguments: argparse.Namespace) -> int:
 
 
 def _report(arguments: argparse.Namespace) -> int:
-    from scruton.report import build_report
-    from scruton.report.run import check_design, fit_text
+    from scruton.report.full import run_report
+    from scruton.report.run import fit_text
 
-    check_design(arguments.sc)
-    fit, folder = _run_fit(arguments)
-    paths = build_report(fit, folder, design_sc=arguments.sc)
+    fit, paths = run_report(
+        arguments.campaign,
+        arguments.out,
+        design_sc=arguments.sc,
+        bridge=arguments.bridge,
+        model=arguments.model,
+        tests=arguments.tests,
+        seed=arguments.seed,
+        force=arguments.force,
+        resume=arguments.resume,
+        quiet=arguments.quiet,
+        effect=arguments.effect,
+        gap=not arguments.no_gap,
+    )
     if not arguments.quiet:
         print(fit_text(fit))
-    print(f"report:       {paths.report}")
+    print(f"report (PDF): {paths.pdf}\nreport:       {paths.report}")
     if paths.griffin is not None:
         print(f"Griffin plot: {paths.griffin}")
     return _trust(fit)
@@ -240,6 +307,26 @@ def _predict(arguments: argparse.Namespace) -> int:
         as_json=arguments.json,
     )
     print(text)
+    return DONE if trusted else NOT_TRUSTED
+
+
+def _size(arguments: argparse.Namespace) -> int:
+    from scruton.report.sizing import run_size
+
+    text, trusted, paths = run_size(
+        arguments.results,
+        arguments.out,
+        bridge=arguments.bridge,
+        limits=arguments.limit,
+        damping=arguments.damping,
+        rig=arguments.rig,
+        law_n=arguments.law,
+        effect=arguments.effect,
+        seed=arguments.seed,
+        force=arguments.force,
+        quiet=arguments.quiet,
+    )
+    _show(text, paths, quiet=arguments.quiet)
     return DONE if trusted else NOT_TRUSTED
 
 
@@ -271,14 +358,36 @@ def _validate(arguments: argparse.Namespace) -> int:
     return DONE if trusted else NOT_TRUSTED
 
 
+def _batch(arguments: argparse.Namespace) -> int:
+    from scruton.report.batch import run_batch
+    from scruton.report.batch_tables import batch_text
+
+    batch = run_batch(
+        arguments.campaigns,
+        arguments.out,
+        scheduler=arguments.scheduler,
+        jobs=arguments.jobs,
+        model=arguments.model,
+        design_sc=arguments.sc,
+        report=arguments.report,
+        seed=arguments.seed,
+        force=arguments.force,
+        resume=arguments.resume,
+        quiet=arguments.quiet,
+    )
+    for name, reason in batch.faults:
+        print(f"scruton: {name}: {reason}", file=sys.stderr)
+    _show(batch_text(batch), batch.paths, quiet=arguments.quiet)
+    return DONE if batch.good else BAD_INPUT if batch.none_ran else NOT_TRUSTED
+
+
 def _calibrate(arguments: argparse.Namespace) -> int:
     from scruton.calibrate import calibration_text, run_calibration
     from scruton.report.run import Bar
 
     for name in ("campaigns", "jobs"):
         _at_least_one(name, getattr(arguments, name))
-    if arguments.seed < 0:
-        raise InputError("command line", "--seed", str(arguments.seed), "a whole number, zero or more")
+    _seed(arguments.seed)
     with Bar(arguments.quiet) as bar:
         result = run_calibration(
             arguments.out,
@@ -304,6 +413,11 @@ def _show(text: str, paths: Sequence[Path], *, quiet: bool) -> None:
         print(path)
 
 
+def _seed(value: int) -> None:
+    if value < 0:
+        raise InputError("command line", "--seed", str(value), "a whole number, zero or more")
+
+
 def _at_least_one(option: str, value: int) -> None:
     if value < 1:
         raise InputError("command line", f"--{option}", str(value), "a whole number, one or more")
@@ -320,6 +434,7 @@ def _diagnose(arguments: argparse.Namespace) -> int:
         out,
         model=arguments.model,
         workers=arguments.workers,
+        thorough=arguments.thorough,
         force=arguments.force,
         quiet=arguments.quiet,
     )
@@ -406,6 +521,21 @@ def _challenge_score(arguments: argparse.Namespace, progress: Callable[[int, int
     if not arguments.quiet:
         print(score_text(score))
     print(out / "challenge-score.json")
+    return DONE
+
+
+def _models(arguments: argparse.Namespace) -> int:
+    from scruton.infer.cards import load_card
+    from scruton.report.models import draw_prior, models_text
+
+    if arguments.step is None:
+        print(models_text())
+    elif arguments.prior_predictive is None:
+        print(load_card(arguments.card).resolved, end="")
+    else:
+        _seed(arguments.seed)
+        for path in draw_prior(arguments.card, arguments.prior_predictive, seed=arguments.seed):
+            print(path)
     return DONE
 
 

@@ -1,9 +1,12 @@
 """Model cards: the shipped ones load, and mistakes are named."""
 
 import re
+import tomllib
+from dataclasses import fields
 
 import pytest
 
+from scruton.aero.laws import LAWS
 from scruton.campaign.schema import Motion
 from scruton.errors import InputError
 from scruton.infer.cards import load_card, shipped_cards
@@ -97,6 +100,57 @@ def test_cards_that_extend_each_other_are_named(tmp_path):
         (tmp_path / f"{one}.toml").write_text(f'extends = "{other}.toml"', encoding="utf-8")
     with pytest.raises(InputError, match="extends: found"):
         load_card(tmp_path / "a.toml")
+
+
+@pytest.mark.parametrize("name", sorted(shipped_cards()))
+def test_the_resolved_card_is_the_same_model_and_extends_nothing(tmp_path, name):
+    card = load_card(name)
+    assert "extends" not in tomllib.loads(card.resolved)
+    path = tmp_path / "resolved.toml"
+    path.write_text(card.resolved, encoding="utf-8")
+    again = load_card(path)
+    own = {one.name for one in fields(card)} - {"text"}
+    assert {one: getattr(again, one) for one in own} == {one: getattr(card, one) for one in own}
+    assert {key: prior.reason for key, prior in again.priors.items()} == {
+        key: prior.reason for key, prior in card.priors.items()
+    }
+
+
+@pytest.mark.parametrize(
+    ("name", "n"), [("paper", -1.0), ("gompertz", 0.0), ("quadratic", 1.0), ("ehsan-scanlan", 2.0)]
+)
+def test_every_law_of_the_family_has_a_card(name, n):
+    card = load_card(name)
+    assert (card.laws, card.law_weights) == ((n,), (1.0,))
+    assert LAWS[name] == n
+
+
+def test_what_the_cards_for_common_cases_change():
+    """Only what their titles say; everything else is the default's."""
+    base = load_card()
+    changed = {
+        "stacking": {"averaging"},
+        "stated-damping": {"damping_relative_sd", "priors"},
+        "friction-dampers": {"prior_none", "effect_weights"},
+    }
+    always = {"name", "title", "reasons", "text", "resolved"}
+    for name, wanted in changed.items():
+        card = load_card(name)
+        assert {
+            one.name for one in fields(card) if getattr(card, one.name) != getattr(base, one.name)
+        } - always == wanted
+    friction = load_card("friction-dampers").effect_weights
+    assert max(friction, key=friction.__getitem__) == "coulomb_friction"
+    assert load_card("stated-damping").damping_relative_sd > base.damping_relative_sd
+
+
+@pytest.mark.parametrize("name", sorted(set(shipped_cards()) - {"default"}))
+def test_a_card_gives_a_reason_for_what_differs(name):
+    table = tomllib.loads(shipped_cards()[name].read_text(encoding="utf-8"))
+    assert table["extends"] == "default"
+    parts = [value for value in table.values() if isinstance(value, dict)]
+    parts += [one for part in parts if "reason" not in part for one in part.values()]
+    assert any(isinstance(one, dict) and len(one.get("reason", "")) > 20 for one in parts)
 
 
 def test_prior_weights_of_laws_are_normalised_and_equal_where_none_are_given(tmp_path):

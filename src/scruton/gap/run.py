@@ -4,9 +4,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.special import ndtr, ndtri
 
 from scruton.campaign import load_campaign
 from scruton.effects import Variant
+from scruton.effects.terms import Parameter
 from scruton.gap.advise import advise, confusions, invisible
 from scruton.gap.bare import reference
 from scruton.gap.bridge import bridge_evidence
@@ -128,7 +130,7 @@ def found_parameters(diagnosis: Diagnosis, name: str) -> dict[str, Any]:
             for j in range(p.size):
                 scope = [r for r, m in zip(diagnosis.data.layout.records, p.members, strict=True) if m == j]
                 key = p.name if p.size == 1 else f"{p.name}[{j + 1}]"
-                low, middle, high = (_natural(centre[j] + z * sd[j], p.log) for z in (-1.645, 0.0, 1.645))
+                low, middle, high = _quantiles(p, float(centre[j]), float(sd[j]))
                 found[key] = {
                     "median": middle, "interval90": [low, high], "unit": p.unit, "form": variant.label.split("#")[0],
                     "records": scope if len(scope) < len(diagnosis.data.layout.records) else "all",
@@ -141,5 +143,8 @@ def _belongs(name: str, variant: Variant) -> bool:
     return variant.apply.__module__.rsplit(".", 1)[-1] == ("generic" if name == UNSEEN else name)
 
 
-def _natural(value: float, log: bool) -> float:
-    return float(np.exp(value)) if log else float(value)
+def _quantiles(parameter: Parameter, centre: float, sd: float) -> tuple[float, float, float]:
+    """5, 50 and 95 % points of a parameter in its own unit; one that cannot be negative is cut off at zero."""
+    below = float(ndtr(-centre / sd)) if parameter.positive and not parameter.log else 0.0
+    low, middle, high = (centre + sd * float(ndtri(below + (1.0 - below) * p)) for p in (0.05, 0.5, 0.95))
+    return (float(np.exp(low)), float(np.exp(middle)), float(np.exp(high))) if parameter.log else (low, middle, high)

@@ -84,7 +84,9 @@ class ModelCard:
     reasons : mapping
         Why, for what is not a prior.
     text : str
-        The card as it was written.
+        The card as it was written, below those that it extends.
+    resolved : str
+        All that it says, as one card in TOML that extends no other; without comments.
     """
 
     name: str
@@ -100,6 +102,7 @@ class ModelCard:
     effect_weights: Mapping[str, float]
     reasons: Mapping[str, str]
     text: str
+    resolved: str
 
     def prior(self, name: str, motion: Motion) -> Prior:
         """Return the prior of a parameter, for this motion."""
@@ -173,6 +176,12 @@ def _merge(base: dict[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     return found
 
 
+def _toml(table: Mapping[str, Any]) -> str:
+    import tomli_w
+
+    return tomli_w.dumps(table)
+
+
 class _Reader:
     """Turns the table of a card into a ModelCard; every complaint names the file and the field."""
 
@@ -218,6 +227,7 @@ class _Reader:
                 "structural_damping": str(damping.get("reason", "")),
             },
             text=text,
+            resolved=_toml(table),
         )
 
     def effects(self, table: Mapping[str, Any]) -> tuple[float, dict[str, float]]:

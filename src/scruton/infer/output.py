@@ -6,7 +6,18 @@ from pathlib import Path
 from scruton.errors import InputError
 
 CHECKPOINTS = ".checkpoints"
-RESULTS = ("posterior.nc", "fit.json", "report.html", "gap.json", "sizing.json", "figures", "tables", CHECKPOINTS)
+RESULTS = (
+    "posterior.nc",
+    "fit.json",
+    "report.html",
+    "report.pdf",
+    "report.json",
+    "gap.json",
+    "sizing.json",
+    "figures",
+    "tables",
+    CHECKPOINTS,
+)
 
 
 def claim_folder(folder: Path, *, force: bool = False, resume: bool = False) -> None:

@@ -55,7 +55,7 @@ def assemble(
         "tests": list(only),
         "versions": {"python": platform.python_version()} | {name: version(name) for name in PACKAGES},
         "sha256": dict(campaign.sha256 or {}),
-        "card": {"name": card.name, "sha256": card.sha256, "text": card.text},
+        "card": {"name": card.name, "sha256": card.sha256, "text": card.text, "resolved": card.resolved},
         "campaign": {
             "title": campaign.title,
             "source": campaign.source,

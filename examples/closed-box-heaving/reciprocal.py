@@ -1,6 +1,6 @@
 """1/A against the Scruton number: friction bends it upwards at small amplitude; here it is found and taken out.
 
-Run `python examples/closed-box-friction/reciprocal.py`; it writes out/closed-box-friction/reciprocal.png and .svg.
+Run `python examples/closed-box-heaving/reciprocal.py`; it writes out/closed-box-heaving/reciprocal.png and .svg.
 """
 
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 HERE = Path(__file__).parent
-OUT = Path("out/closed-box-friction")
+OUT = Path("out/closed-box-heaving")
 DRAWS = 1000
 LIMIT = 13.2  # Sc above which the dampers rub: where the paper's curve leaves the line
 FROM = 2.0 / 3.0  # of a record: what comes later has settled
@@ -176,7 +176,15 @@ def main() -> None:
     head = ["rig", "Sc", "records", "bare model", "with friction", "friction taken out", "friction lifts it by"]
     columns = (r.rigs, r.sc, r.measured, r.error, r.bare_test, r.with_friction, r.at_test)
     rows = [
-        [rig, f"{sc:.1f}", f"{y:.1f} ± {e:.1f}", f"{b:.1f}", f"{w:.1f}", f"{o:.1f}", f"{100 * (w / o - 1):.1f} %"]
+        [
+            rig,
+            f"{sc:.1f}",
+            f"{y:.1f} ± {e:.1f}",
+            f"{b:.1f}",
+            f"{w:.1f}",
+            f"{o:.1f}",
+            f"{round(100 * (w / o - 1), 1) + 0.0:.1f} %",
+        ]
         for rig, sc, y, e, b, w, o in zip(*columns, strict=True)
     ]
     print(table(head, rows))
