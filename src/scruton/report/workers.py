@@ -1,0 +1,201 @@
+"""Work spread by Dask over processes of this machine, or over the workers of a scheduler that runs already."""
+
+import logging
+import os
+import queue
+import signal
+import tempfile
+import time
+import warnings
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from scruton.errors import InputError
+
+REACH = 5  # s, to reach a scheduler and to see its first worker
+PATIENCE = 60  # s without any worker before what is left is given up
+POLL = 1  # s between looks at how many workers there are
+# The arrays are small: threads of the linear algebra library would only get in each other's way.
+ONE_THREAD = {
+    f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA", "VECLIB_MAXIMUM", "NUMEXPR")
+}  # fmt: skip
+SETTINGS = {
+    "distributed.comm.timeouts.connect": f"{REACH}s",
+    "distributed.scheduler.allowed-failures": 1,  # one more chance: the worker may have died of something else
+    "distributed.worker.memory.terminate": False,
+    "distributed.worker.memory.pause": False,
+}
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of one task: its value, or why there is none."""
+
+    value: Any = None
+    fault: str = ""
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@contextmanager
+def connected(scheduler: str | None, jobs: int, *, quiet: bool = False) -> Iterator[Any]:
+    """Open a Dask client: of a scheduler, or of `jobs` processes that end with the block.
+
+    The processes have one thread each and talk over the loopback interface alone; there is no dashboard, and Dask's
+    own files lie in a temporary folder.
+
+    Parameters
+    ----------
+    scheduler : str or None
+        Address of a running scheduler, "tcp://host:port".
+    jobs : int
+        Processes where no scheduler is named.
+    quiet : bool
+        Silence the warnings of the processes, too.
+
+    Raises
+    ------
+    InputError
+        If the scheduler cannot be reached, or has no worker.
+    """
+    import dask
+    from distributed import Client, LocalCluster
+
+    with ExitStack() as stack:
+        folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="scruton-", ignore_cleanup_errors=True))
+        stack.enter_context(dask.config.set({**SETTINGS, "temporary-directory": folder}))
+        stack.enter_context(_silent())
+        if scheduler is not None:
+            yield stack.enter_context(_reach(scheduler))
+            return
+        cluster = stack.enter_context(
+            LocalCluster(
+                n_workers=jobs, threads_per_worker=1, processes=True, host="127.0.0.1",
+                dashboard_address="127.0.0.1:0", scheduler_kwargs={"dashboard": False},
+                local_directory=folder, memory_limit=0, silence_logs=logging.CRITICAL,
+                env=ONE_THREAD | ({"PYTHONWARNINGS": "ignore"} if quiet else {}),
+            )
+        )  # fmt: skip
+        client = stack.enter_context(Client(cluster))
+        client.register_plugin(_leave_interrupts())
+        yield client
+
+
+def _leave_interrupts() -> Any:
+    """A plugin of workers: interrupts from the terminal are for the parent, which ends them in good order."""
+    from distributed import WorkerPlugin
+
+    class LeaveInterrupts(WorkerPlugin):
+        def setup(self, worker: Any) -> None:
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    return LeaveInterrupts()
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """Keep Dask's log off the terminal: what matters of it comes back as the fault of a task."""
+    loggers = [logging.getLogger(name) for name in logging.root.manager.loggerDict if name.startswith("distributed")]
+    levels = [one.level for one in loggers]
+    for one in loggers:
+        one.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for one, level in zip(loggers, levels, strict=True):
+            one.setLevel(level)
+
+
+@contextmanager
+def _reach(scheduler: str) -> Iterator[Any]:
+    """Open a client of a running scheduler."""
+    from distributed import Client
+
+    wanted = 'the address of a running Dask scheduler, such as "tcp://127.0.0.1:8786"'
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of versions that differ: what that breaks is reported
+            client = Client(scheduler, timeout=REACH)
+    except (OSError, ValueError, RuntimeError, ImportError) as error:
+        reason = f"{scheduler}, where none answers ({type(error).__name__})"
+        raise InputError("command line", "--scheduler", reason, wanted) from error
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=REACH)
+        except TimeoutError:
+            raise InputError(
+                "command line", "--scheduler", f"{scheduler}, a scheduler without workers",
+                f'at least one, started beforehand: "dask worker {scheduler} --nthreads 1"',
+            ) from None  # fmt: skip
+        yield client
+
+
+def finished(client: Any, work: Callable[[Any], Any], tasks: Sequence[Any]) -> Iterator[tuple[int, Outcome]]:
+    """Do every task; its index and outcome come as soon as it is done.
+
+    A worker holds one task at a time, so that one that dies takes nothing else with it. Dask gives the task to another
+    worker then, and gives it up when that one dies, too.
+
+    Parameters
+    ----------
+    client : distributed.Client
+    work : callable
+        Of one task; a function of a module, that the workers can import.
+    tasks : sequence
+    """
+    waiting = deque(enumerate(tasks))
+    running: dict[str, tuple[int, Any]] = {}
+    ended: queue.SimpleQueue[Any] = queue.SimpleQueue()
+    seen = time.monotonic()
+    try:
+        while waiting or running:
+            count = _workers(client)
+            if count:
+                seen = time.monotonic()
+            elif count is None or time.monotonic() - seen > PATIENCE:
+                break
+            while waiting and len(running) < max(count, 1):
+                index, task = waiting.popleft()
+                future = client.submit(work, task, pure=False)
+                running[future.key] = (index, future)
+                future.add_done_callback(ended.put)
+            try:
+                future = ended.get(timeout=POLL)
+            except queue.Empty:
+                continue
+            index, _ = running.pop(future.key)
+            yield index, _outcome(future)
+    finally:
+        if running and _workers(client) is not None:
+            client.cancel([future for _, future in running.values()])
+    for index in sorted([index for index, _ in running.values()] + [index for index, _ in waiting]):
+        yield index, Outcome(fault="no worker is left: the scheduler or all of its workers are gone")
+
+
+def _workers(client: Any) -> int | None:
+    """How many workers there are; None where the scheduler is gone."""
+    if client.status != "running":
+        return None
+    try:
+        return len(client.nthreads())
+    except (OSError, RuntimeError, TimeoutError):
+        return None
+
+
+def _outcome(future: Any) -> Outcome:
+    from distributed import KilledWorker
+
+    if future.status == "finished":
+        return Outcome(future.result())
+    if future.status != "error":
+        return Outcome(fault="the scheduler was lost while it ran")
+    error = future.exception()
+    if isinstance(error, KilledWorker):
+        return Outcome(fault="the process that ran it died each time that it was tried; is there memory enough?")
+    return Outcome(fault=f"unexpected {type(error).__name__}: {error}")
