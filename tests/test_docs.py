@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from scruton.calibrate import REGIMES
-from scruton.campaign import load_campaign
+from scruton.campaign import Motion, load_campaign
 from scruton.cli import parser
 from scruton.infer.cards import PRIOR_NAMES, load_card, shipped_cards
+from scruton.sizing.bridge import load_bridge
+from scruton.sizing.limits import RULES
 
 ROOT = Path(__file__).resolve().parents[1]
 ROOMS = ("aero", "campaign", "envelope", "infer", "griffin", "report", "calibrate")
@@ -120,3 +122,37 @@ def test_the_python_of_the_readme_runs(monkeypatch, capsys):
     printed = capsys.readouterr().out.splitlines()
     assert printed[0].startswith("True")
     assert printed[-1].endswith("A/D")
+
+
+@pytest.mark.parametrize("place", range(3))
+def test_the_python_of_the_page_on_extending_runs(place):
+    code = blocks(ROOT / "docs/extending.md", "python")[place]
+    names: dict[str, object] = {"__name__": f"extending_{place}"}
+    exec(compile(code, f"extending {place}", "exec"), names)
+
+
+def test_the_law_of_the_page_on_extending_loads(tmp_path):
+    (tmp_path / "larsen.toml").write_text(blocks(ROOT / "docs/extending.md", "toml")[0], encoding="utf-8")
+    assert load_card(tmp_path / "larsen.toml").laws == (-1.0, 0.6)
+
+
+def test_the_bridge_of_the_page_on_sizing_loads(tmp_path):
+    (tmp_path / "bridge.toml").write_text(blocks(ROOT / "docs/sizing.md", "toml")[0], encoding="utf-8")
+    bridge = load_bridge(tmp_path, Motion.HEAVING)
+    assert [one.text for one in bridge.limits] == ["jtg", "kd", "0.12 m"]
+    assert bridge.modes[0].lock_in == (7.5, 10.5)
+
+
+@pytest.mark.parametrize("name", sorted(RULES))
+def test_every_limit_is_in_the_page_on_sizing(name):
+    text = (ROOT / "docs/sizing.md").read_text(encoding="utf-8")
+    assert f"`{name}" in text or name in ("amplitude", "amplitude-over-depth", "angle")
+
+
+def test_the_campaign_of_the_tutorial_loads(tmp_path):
+    (tmp_path / "campaign.toml").write_text(blocks(ROOT / "docs/tutorial.md", "toml")[0], encoding="utf-8")
+    t = np.arange(0.0, 10.0, 0.01)
+    for i, name in enumerate(("still_air.csv", "decay.csv", "growth.csv")):
+        rows = np.c_[t, 0.002 * np.cos((30.0 + i) * t)]
+        np.savetxt(tmp_path / name, rows, delimiter=",", header="time [s],displacement [m]", comments="")
+    assert len(load_campaign(tmp_path).tests[0].records) == 2
