@@ -163,6 +163,8 @@ def test_a_law_that_was_not_fitted_carries_the_reference_laws_curve() -> None:
     x = (6.0 - ROW[0]) / curve.relaxation
     np.testing.assert_allclose(one.draws, curve.amplitude * (1.0 - x).clip(0.0), rtol=1e-9)
     assert one.laws == {"n=1": 1.0}
+    assert "the law n = 1 was not fitted" in one.flags[0]
+    assert not any("was not fitted" in flag for flag in predict(tree, scruton_number=6.0, law_n=-1.0).flags)
 
 
 def test_a_free_exponent_predicts_with_every_draws_own_law() -> None:

@@ -146,6 +146,12 @@ def law_curves(tree: "xr.DataTree", *, law_n: float | None = None) -> LawCurves:
     )  # fmt: skip
 
 
+def was_fitted(tree: "xr.DataTree", law_n: float) -> bool:
+    """Whether one of the sampled laws has this exponent."""
+    exponents = np.asarray(tree["campaign_posterior"]["n"].to_numpy(), dtype=float)
+    return any(bool(np.all(one == law_n)) for one in exponents)
+
+
 def shared_curve(tree: "xr.DataTree", *, law_n: float | None = None, seed: int = 0) -> SharedCurve:
     """Draws of the shared curve: each draw from one law, as many of each law as it has weight.
 
