@@ -1,7 +1,12 @@
 """The report as a file: what it says, that it says it safely, and that it is never half-written."""
 
 import itertools
+import json
+import math
 import re
+import time
+from concurrent.futures import CancelledError
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -11,6 +16,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from fake_fit import fake_fit
+from fake_parts import GAP, sizing
 from matplotlib.figure import Figure
 
 from scruton.campaign.schema import Kind, Motion
@@ -18,7 +24,12 @@ from scruton.errors import InputError
 from scruton.griffin import predict
 from scruton.griffin.validate import Validation
 from scruton.report import build_report, figures
-from scruton.report.html import TEMPLATES, Picture, render, within_size
+from scruton.report.aside import Aside
+from scruton.report.chapters import Material, compose
+from scruton.report.charts import risk_chart
+from scruton.report.document import Chapter, Document, Picture, numbered
+from scruton.report.parts import Part
+from scruton.report.render_html import TEMPLATES, data_uri, render_html, uris
 from scruton.report.tables import tables
 from scruton.report.wording import column, estimate, number, stated
 
@@ -48,7 +59,7 @@ class Page(HTMLParser):
             self.faults.append(tag)
 
     def handle_data(self, data: str) -> None:
-        if self.open and self.open[-1] != "style":
+        if self.open and self.open[-1] not in ("style", "script"):
             self.texts.append(data)
 
     @property
@@ -98,9 +109,11 @@ def three():
     return fake_fit(growth=False, sweeps=False)
 
 
-def page_of(fit, **kwargs) -> Page:
-    pictures = [Picture("griffin", "a caption", "an alternative", "data:image/png;base64,AA")]
-    return Page(render(fit, tables(fit), pictures, **kwargs))
+PICTURE = Picture("griffin", "a caption", "an alternative", b"<svg/>", b"PNG")
+
+
+def page_of(fit, pictures=(PICTURE,), charts=None, **kwargs) -> Page:
+    return Page(render_html(compose(Material(fit, tables(fit), pictures, **kwargs), charts)))
 
 
 def spaced(page: Page) -> str:
@@ -147,8 +160,12 @@ def check_page(page: Page) -> None:
     assert page.open == []
     ids = [one["id"] for _, one in page.tags if "id" in one]
     assert len(ids) == len(set(ids))
+    policy = next(one["content"] for tag, one in page.tags if one.get("http-equiv") == "Content-Security-Policy")
+    assert "default-src 'none'" in policy
+    assert sum(tag == "script" and one.get("type") != "application/json" for tag, one in page.tags) <= 1
     for tag, attributes in page.tags:
-        assert tag not in ("script", "iframe", "object", "link", "base", "form")
+        assert tag not in ("iframe", "object", "link", "base", "form")
+        assert tag != "script" or "src" not in attributes
         assert not [name for name in attributes if name.startswith("on")]
         for name in ("src", "href"):
             assert attributes.get(name, "#").startswith(("#", "data:image/"))
@@ -178,7 +195,9 @@ def test_a_whole_report_with_its_figures(tmp_path: Path, monkeypatch: pytest.Mon
     names = {path.stem for path in paths.figures}
     assert {one["id"] for tag, one in page.tags if tag == "figure"} == {f"figure-{name}" for name in names}
     assert paths.report.stat().st_size < 5_000_000
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["figures", "report.html", "tables"]
+    files = ["figures", "report.html", "report.json", "report.pdf", "tables"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == files
+    assert paths.pdf.read_bytes().startswith(b"%PDF")
 
 
 def test_the_answer_comes_first_and_is_the_prediction(three) -> None:
@@ -190,6 +209,7 @@ def test_the_answer_comes_first_and_is_the_prediction(three) -> None:
     assert f"amplitude is {one.median:.4f} A/D, 90 % interval {low:.4f} to {high:.4f} A/D" in page.text
     assert f"{75 * one.median:.2f} ({75 * low:.2f} to {75 * high:.2f}) mm" in page.text
     assert page.text.index(said) < page.text.index("One section in heave")
+    assert page.text.index(said) < page.text.index(f"Stable amplitude at Sc = 30{one.median:.4f} A/D")
 
 
 def test_without_a_design_each_test_is_answered(three) -> None:
@@ -201,17 +221,17 @@ def test_a_title_is_text_whatever_it_holds(three) -> None:
     page = page_of(fit)
     check_page(page)
     assert page.text.count(EVIL) == 3  # title, heading, source
-    assert "alert('1')</script>" not in render(fit, tables(fit), [])
+    assert "alert('1')</script>" not in render_html(compose(Material(fit, tables(fit))))
 
 
 def test_flags_stand_in_red_before_the_answer(three) -> None:
     flag = "test Sc 1.9: not converged after <40000> steps"
     fit = change(three, flags=(flag,), converged=False)
     page = page_of(fit)
-    assert any(one.get("class") == "alarm" for _, one in page.tags)
+    assert any(one.get("class") == "box alarm" for _, one in page.tags)
     assert page.text.index(flag) < page.text.index("the stable amplitude is")
     assert "Not to be trusted" in page.text
-    assert not any(one.get("class") == "alarm" for _, one in page_of(three).tags)
+    assert not any(one.get("class") == "box alarm" for _, one in page_of(three).tags)
 
 
 def test_cautions_of_a_far_prediction_are_shown(three) -> None:
@@ -260,7 +280,7 @@ def test_a_failure_leaves_the_old_report_whole(three, tmp_path: Path, monkeypatc
     def fail(*_: object, **__: object) -> str:
         raise RuntimeError("no ink")
 
-    monkeypatch.setattr("scruton.report.html.render", fail)
+    monkeypatch.setattr("scruton.report.render_html.render_html", fail)
     with pytest.raises(RuntimeError, match="no ink"):
         build_report(change(three, campaign=replace(three.campaign, title="another")), tmp_path)
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
@@ -270,10 +290,54 @@ def test_a_failure_leaves_the_old_report_whole(three, tmp_path: Path, monkeypatc
 def test_building_again_gives_the_same_bytes(three, tmp_path: Path) -> None:
     paths = build_report(three, tmp_path)
     assert {path.suffix for path in paths.figures} == {".svg", ".png"}
-    first = paths.report.read_bytes()
+    first = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
     (tmp_path / "figures" / "stale.png").write_bytes(b"old")
-    assert build_report(three, tmp_path).report.read_bytes() == first
+    build_report(three, tmp_path)
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == first
     assert not (tmp_path / "figures" / "stale.png").exists()
+
+
+@pytest.mark.usefixtures("one_figure", "crossed")
+def test_what_other_analyses_bring_is_written_and_shown(three, tmp_path: Path) -> None:
+    pictures = [Picture(name, f"caption of {name}", "a", b"<svg/>", b"PNG") for name in ("gap", "risk")]
+    mode = sizing()["modes"][0]
+    chart = risk_chart(mode, mode["limits"][0]["curve"], "risk")
+    paths = build_report(
+        three, tmp_path, gap=Part(GAP, pictures[:1]), sizing=Part(sizing(), pictures[1:], {"risk": chart})
+    )
+    page = Page(paths.report.read_text(encoding="utf-8"))
+    check_page(page)
+    assert "caption of gap" in page.text
+    assert {one["id"] for tag, one in page.tags if one.get("class") == "chart"} == {"figure-griffin", "figure-risk"}
+    content = json.loads(paths.numbers.read_text(encoding="utf-8"))
+    for name, part in (("gap", GAP), ("sizing", sizing())):
+        assert json.loads((tmp_path / f"{name}.json").read_text(encoding="utf-8")) == part
+        assert content[name] == part
+    assert content["curves"]["risk"]["median"] == [0.8, 0.3, 0.05]
+    assert content["summary"] == json.loads(json.dumps(three.summary))
+
+
+def test_a_second_process_does_the_same() -> None:
+    with Aside() as beside, Aside(beside=False) as here:
+        assert beside.begin(math.sqrt, 4.0)() == here.begin(math.sqrt, 4.0)() == 2.0
+        failing = beside.begin(math.sqrt, -1.0)
+        with pytest.raises(ValueError, match=r"domain|nonnegative"):
+            failing()
+
+
+def fail_with(beside: Aside, sleeping: list) -> None:
+    with beside:
+        beside.begin(math.sqrt, 1.0)()
+        sleeping.append(beside.begin(time.sleep, 600.0))
+        raise RuntimeError("here")
+
+
+def test_a_failure_ends_the_second_process() -> None:
+    sleeping: list = []
+    with pytest.raises(RuntimeError, match="here"):
+        fail_with(Aside(), sleeping)
+    with pytest.raises((BrokenProcessPool, CancelledError)):
+        sleeping[0]()
 
 
 def test_each_peak_test_beside_its_prediction_from_the_others(three) -> None:
@@ -319,13 +383,16 @@ def test_the_discrepancy_between_settings_is_said(three) -> None:
         assert "{} (90 %: {})".format(*estimate(found[key])) in page_of(three).text
 
 
-def test_too_many_pictures_leave_the_names_of_their_files(three) -> None:
-    many = [Picture(f"corner_{i}", "c", "a", "x" * 100) for i in range(5)]
-    kept = within_size(many, 250)
-    assert [bool(one.uri) for one in kept] == [True, True, False, False, False]
-    page = Page(render(three, tables(three), [replace(one, uri=one.uri and "data:image/png;base64,A") for one in kept]))
+def test_too_many_pictures_leave_the_names_of_their_files() -> None:
+    many = tuple(Picture(f"corner_{i}", "c", "a", b"x" * 66) for i in range(5))
+    kept = uris(many, limit=2 * len(data_uri(many[0])))
+    assert [bool(one) for one in kept.values()] == [True, True, False, False, False]
+    huge = tuple(Picture(f"corner_{i}", "c", "a", b"x" * 2_000_000, b"x" * 1_900_000) for i in range(3))
+    page = Page(render_html(numbered(Document("t", "k", "s", (Chapter("one", "One", huge),)))))
     check_page(page)
-    assert "keep this file small: figures/corner_2.svg, figures/corner_3.svg, figures/corner_4.svg" in page.text
+    assert sum(tag == "img" for tag, _ in page.tags) == 1
+    assert "keep this file small: figures/corner_1.svg" in page.text
+    assert "keep this file small: figures/corner_2.svg" in page.text
 
 
 def test_colours_have_the_contrast_that_wcag_aa_wants() -> None:
@@ -334,7 +401,7 @@ def test_colours_have_the_contrast_that_wcag_aa_wants() -> None:
     pairs = [(names["ink"], "#ffffff"), (names["soft"], "#ffffff")]
     pairs += [(two, one) for one, two in re.findall(r"background: (#\w{6}); color: (#\w{6})", css)]
     pairs += [(one, "#ffffff") for one in re.findall(r"a \{ color: (#\w{6})", css)]
-    assert len(pairs) == 5
+    assert len(pairs) == 6
     for ink, paper in pairs:
         light, dark = sorted((_luminance(ink), _luminance(paper)), reverse=True)
         assert (light + 0.05) / (dark + 0.05) >= 4.5, (ink, paper)

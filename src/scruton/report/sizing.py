@@ -1,6 +1,7 @@
 """`scruton size`: sizing.json, its table for the terminal and its figures."""
 
 import json
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -57,6 +58,7 @@ def run_size(
     if seed < 0:
         raise InputError("command line", "--seed", str(seed), "a whole number, zero or more")
     rules = [limit(one) for one in limits]
+    _check_folder(folder)
     tree, summary = read_tree(results)
     if not summary["tests"]:
         raise InputError(results, "", "a campaign without tests in wind", "a fit of at least one test")
@@ -75,8 +77,12 @@ def run_size(
     from scruton.report.figures.save import save
     from scruton.report.figures.sizing import sizing_figures
 
-    folder.mkdir(parents=True, exist_ok=True)
-    pictures = [path for one in sizing_figures(content) for path in save(one, folder, formats=("svg", "png"))]
+    figures = sizing_figures(content)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(folder, "-o", str(error), "a folder that can be made") from None
+    pictures = [path for one in figures for path in save(one, folder, formats=("svg", "png"))]
     write_json(folder / RESULT, json.loads(json.dumps(content, allow_nan=False)))
     return sizing_text(content), bool(summary["converged"]), [folder / RESULT, *pictures]
 
@@ -103,6 +109,13 @@ def read_bridge(
     if design is None:
         return found
     return replace(found, modes=tuple(replace(mode, damping_ratio=design) for mode in found.modes))
+
+
+def _check_folder(folder: Path) -> None:
+    """Whether results can be written, before minutes are spent on them; nothing is made yet."""
+    there = next(one for one in (folder, *folder.resolve().parents) if one.exists())
+    if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
+        raise InputError(folder, "-o", f"{there}, where nothing can be written", "a folder, there or to be made")
 
 
 def _check_effect(tree: "xr.DataTree", effect: str | None, results: Path) -> None:
@@ -139,7 +152,8 @@ def sizing_text(content: Mapping[str, Any]) -> str:
             [
                 mode["name"], f"{number(sc['median'], 3)} ({number(sc['low'], 3)} .. {number(sc['high'], 3)})",
                 f"{number(one['median'], 3)} ({number(one['low'], 3)} .. {number(one['high'], 3)})",
-                *(f"{share['source']} {max(share['first'], 0.0):.0%}" for share in mode["shares"]["needed"][:1]),
+                *(f"{share['source']} {max(share['first'], 0.0):.0%}" if share["total"] else "-"
+                  for share in mode["shares"]["needed"][:1]),
             ]
         )  # fmt: skip
     parts.append(table(["mode", "Sc (90 %)", f"amplitude without [{unit}]", "largest share of variance"], rows))
@@ -193,14 +207,20 @@ def _cost_text(mode: Mapping[str, Any]) -> list[str]:
     found = []
     money = cost["currency"]
     if by_mass := cost.get("by_mass"):
-        found.append(
-            f"Least expected cost, mode {mode['name']}: {number(by_mass['best_total'], 4)} {money} with a damper of "
-            f"{number(by_mass['best_mass'], 4)} kg (without: {number(by_mass['without'], 4)} {money})"
-        )
+        least = f"Least expected cost, mode {mode['name']}: {number(by_mass['best_total'], 4)} {money}"
+        if by_mass["best_mass"]:
+            end = ", the heaviest looked at" if by_mass["at_the_end"] else ""
+            found.append(
+                f"{least} with a damper of {number(by_mass['best_mass'], 4)} kg{end} "
+                f"(without: {number(by_mass['without'], 4)} {money})"
+            )
+        else:
+            found.append(f"{least} without a damper")
     if by_damping := cost.get("by_damping"):
         found.append(
             f"Least expected cost, mode {mode['name']}: {number(by_damping['best_total'], 4)} {money} with "
             f"{100 * by_damping['best_added_damping']:.3f} % added damping"
+            + (", the most looked at" if by_damping["at_the_end"] else "")
         )
     if known := cost.get("information"):
         rows = [[one["name"], one["kind"], number(one["value"], 3)] for one in known["worth"]]

@@ -100,3 +100,8 @@ def estimate(entry: dict[str, Any], scale: float = 1.0) -> tuple[str, str]:
 def percent(value: float, digits: int = 3) -> str:
     """Write a fraction in per cent."""
     return f"{number(100.0 * value, digits)} %"
+
+
+def share(value: float) -> str:
+    """Write a fraction in whole per cent."""
+    return f"{100.0 * value:.0f} %".replace("-", "−")

@@ -90,14 +90,14 @@ def trace_plot(fit: "Fit", test: str) -> FigureWithCaption:
     ensemble = fit.tree["posterior"]["ensemble"].to_numpy()
     labels = list(dict.fromkeys(ensemble.tolist()))
     with house_style():
-        figure = new_figure(28.0 * len(TRACE) + 12.0)
+        figure = new_figure(19.5 * len(TRACE) + 10.0)
         axes = figure.subplots(len(TRACE), 2, width_ratios=(4.5, 1.0), sharey="row", squeeze=False)
         for (left, right), name in zip(axes, TRACE, strict=True):
             draws = _draws(fit.tree, name, test)
             bins = np.linspace(draws.min(), draws.max(), 22)
             for i, label in enumerate(labels):
                 _ensemble(left, right, draws[ensemble == label], bins, look(i).colour, f"ensemble {label + 1}")
-            left.set_ylabel(_label(fit, name))
+            left.set_ylabel(_label(fit, name).replace("noise factor", "noise\nfactor"))
             right.xaxis.set_visible(False)
             right.spines["bottom"].set_visible(False)
             right.tick_params(labelleft=False)

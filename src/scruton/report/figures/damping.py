@@ -62,7 +62,7 @@ def aerodynamic_damping_plot(fit: "Fit") -> FigureWithCaption:
         axes.axhline(0.0, color=GREY, lw=0.6)
         axes.set_xlim(left=0.0)
         axes.set_ylim(bottom=1.08 * lowest)
-        _labels(axes, fit, "Aerodynamic damping ratio [%]")
+        _labels(axes, fit, "Aerodynamic damping [%]")
         below(figure, [axes])
     return FigureWithCaption(
         figure,
@@ -79,10 +79,10 @@ def aerodynamic_damping_by_test(fit: "Fit") -> list[FigureWithCaption]:
     found = []
     for number, page in enumerate(pages(tests_with_transients(fit), PANELS), 1):
         with house_style():
-            figure, axes = panels(len(page), height_mm=52.0)
+            figure, axes = panels(len(page), height_mm=47.0)
             for one, name in zip(axes, page, strict=True):
                 _by_test(one, fit, name)
-            _outer_labels(axes, fit, "Aerodynamic damping ratio [%]")
+            _outer_labels(axes, fit, "Aerodynamic damping [%]")
             below(figure, axes, columns=2)
         found.append(
             FigureWithCaption(
@@ -126,10 +126,10 @@ def stability_figures(fit: "Fit") -> list[FigureWithCaption]:
     found = []
     for number, page in enumerate(pages(tests_with_transients(fit), PANELS), 1):
         with house_style():
-            figure, axes = panels(len(page), height_mm=50.0)
+            figure, axes = panels(len(page), height_mm=47.0)
             for one, name in zip(axes, page, strict=True):
                 _stability(one, fit, name)
-            _outer_labels(axes, fit, "Total damping ratio [%]")
+            _outer_labels(axes, fit, "Total damping [%]")
             below(figure, axes)
         found.append(
             FigureWithCaption(

@@ -196,7 +196,7 @@ def _frequency(axes: "Axes", curves: Sequence[Curve], data: "GapData") -> None:
     axes.set_ylabel("Change of frequency [%]")
     axes.set_title("Frequency against amplitude")
     if curves:
-        axes.legend(fontsize=6.0, loc="best", ncols=2, handlelength=1.8, columnspacing=0.8, labelspacing=0.25)
+        axes.legend(fontsize=7.0, loc="best", ncols=1, handlelength=1.8, columnspacing=0.8, labelspacing=0.25)
 
 
 def _probability(axes: "Axes", diagnosis: Diagnosis) -> None:
@@ -207,9 +207,9 @@ def _probability(axes: "Axes", diagnosis: Diagnosis) -> None:
         colour = VERMILLION if name == first else ORANGE if name in diagnosis.found else LIGHT
         axes.barh(i, p, color=colour, height=0.72)
         weight = "bold" if name == first else "normal"
-        axes.text(max(p, 0.0) + 0.015 if p < 0.8 else p - 0.015, i, f"{p:.3f}", va="center", fontsize=6.5,
+        axes.text(max(p, 0.0) + 0.015 if p < 0.8 else p - 0.015, i, f"{p:.3f}", va="center", fontsize=7.0,
                   ha="left" if p < 0.8 else "right", weight=weight)  # fmt: skip
-    axes.set_yticks(range(len(ranked)), [_words(name) for name, _ in ranked], fontsize=6.5)
+    axes.set_yticks(range(len(ranked)), [_words(name) for name, _ in ranked], fontsize=7.0)
     axes.set_ylim(len(ranked) - 0.4, -0.6)
     axes.set_xlim(0.0, 1.0)
     axes.set_xlabel("Probability")

@@ -48,22 +48,31 @@ def save(
     ValueError
         If there is no name.
     """
-    bare, stem = (figure.figure, name or figure.name) if isinstance(figure, FigureWithCaption) else (figure, name)
+    stem = name or (figure.name if isinstance(figure, FigureWithCaption) else "")
     if not stem:
         raise ValueError("a figure needs a name to be saved under")
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f"{stem}.{kind}" for kind in formats]
+    for path, content in zip(paths, contents(figure, formats), strict=True):
+        temporary = path.with_name(path.name + ".tmp")
+        temporary.write_bytes(content)
+        os.replace(temporary, path)  # noqa: PTH105
+    return paths
+
+
+def contents(figure: "Figure | FigureWithCaption", formats: Sequence[str] = FORMATS) -> list[bytes]:
+    """What `save` writes, as bytes in the order of `formats`."""
+    bare = figure.figure if isinstance(figure, FigureWithCaption) else figure
+    found = []
     with house_style(), laid_out_once(bare):
-        for path, kind in zip(paths, formats, strict=True):
+        for kind in formats:
             metadata = dict(_METADATA[kind])
             if kind == "svg" and isinstance(figure, FigureWithCaption):
                 metadata |= {"Title": figure.caption, "Description": figure.alt}
             content = io.BytesIO()
             bare.savefig(content, format=kind, dpi=DPI, metadata=metadata)
-            temporary = path.with_name(path.name + ".tmp")
-            temporary.write_bytes(rounded(content.getvalue()) if kind == "svg" else content.getvalue())
-            os.replace(temporary, path)  # noqa: PTH105
-    return paths
+            found.append(rounded(content.getvalue()) if kind == "svg" else content.getvalue())
+    return found
 
 
 @contextmanager

@@ -62,7 +62,7 @@ def risk_curve(mode: Mapping[str, Any], unit: str, name: str) -> FigureWithCapti
     one = governing(mode)
     curve = one["curve"]
     x = 100.0 * _array(curve["added_damping"])
-    figure, axes = panels(2, height_mm=62.0)
+    figure, axes = panels(2, height_mm=70.0)
     left, right = axes
     left.fill_between(x, _array(curve["probability_05"]), _array(curve["probability_95"]), color=SKY, alpha=0.4, lw=0,
                       label="90 % band of section and law")  # fmt: skip
@@ -77,10 +77,9 @@ def risk_curve(mode: Mapping[str, Any], unit: str, name: str) -> FigureWithCapti
         value = one["required"][p]
         if value is not None and value > 0.0:
             left.plot(100 * value, 1.0 - float(p), "o", color=colour, ms=5, zorder=5)
-            left.annotate(f"{float(p):.0%}", (100 * value, 1.0 - float(p)), xytext=(4, 4), textcoords="offset points",
-                          fontsize=7)  # fmt: skip
+            left.annotate(f"{100 * float(p):.0f} %", (100 * value, 1.0 - float(p)), xytext=(4, 4),
+                          textcoords="offset points", fontsize=7)  # fmt: skip
     left.set(xlabel="Added damping ratio [%]", ylabel="Probability", ylim=(0.0, 1.02))
-    left.legend(loc="upper right")
     factor, shown = (1e3, "mm") if unit == "m" else (180.0 / np.pi, "°")
     right.fill_between(x, factor * _array(curve["amplitude_05"]), factor * _array(curve["amplitude_95"]), color=SKY,
                        alpha=0.4, lw=0, label="90 % interval")  # fmt: skip
@@ -89,7 +88,7 @@ def risk_curve(mode: Mapping[str, Any], unit: str, name: str) -> FigureWithCapti
     top = float(np.nanmax(factor * _array(curve["amplitude_95"]), initial=0.0))
     right.set(xlabel="Added damping ratio [%]", ylabel=f"Stable amplitude [{shown}]",
               ylim=(0.0, 1.08 * max(min(top, 6.0 * factor * one["limit"]), factor * one["limit"])))  # fmt: skip
-    right.legend(loc="upper right")
+    below(figure, axes)
     title = f"Mode {shorten(mode['name'])}, limit {shorten(one['rule'])}"
     left.set_title(title)
     return FigureWithCaption(
@@ -116,7 +115,7 @@ def required_plot(content: Mapping[str, Any], name: str) -> FigureWithCaption:
             value = one["required"][p]
             axes.barh(y, 100.0 * (top * 1.15 if value is None else value), height=0.9 * height, color=colours[k],
                       hatch="//" if value is None else None, alpha=0.35 if value is None else 1.0,
-                      label=f"{float(p):.0%} confidence" if i == 0 else None)  # fmt: skip
+                      label=f"{100 * float(p):.0f} % confidence" if i == 0 else None)  # fmt: skip
             text = "not achievable" if value is None else f" {100 * value:.2f} %" if value > 0.0 else " none"
             axes.annotate(text, (0.0 if value is None else 100.0 * value, y), xytext=(3, 0), textcoords="offset points",
                           va="center", fontsize=7)  # fmt: skip
@@ -165,7 +164,9 @@ def mass_plot(mode: Mapping[str, Any], name: str) -> FigureWithCaption:
     left.plot(x, 100.0 * _array(chart["probability"]), color=BLUE, marker="o", ms=3)
     left.axhline(100.0 * damper["asked"]["risk"], color=VERMILLION, ls="--", lw=0.8, label="risk asked for")
     own = damper["mass"] / 1e3 if stated else 100.0 * damper["mass_ratio"]
-    left.plot(own, 100.0 * damper["probability"], "D", color=BLACK, label="damper of least mass")
+    own_label = "damper of least mass" if damper["achievable"] else "heaviest, and not enough"
+    middle = damper["stroke"]["median"]  # None where no amplitude is stable
+    left.plot(own, 100.0 * damper["probability"], "D", color=BLACK, label=own_label)
     left.legend()
     label = "Mass of all dampers [t]" if stated else "Mass ratio [%]"
     left.set(xlabel=label, ylabel="P(amplitude > limit) [%]")
@@ -173,7 +174,7 @@ def mass_plot(mode: Mapping[str, Any], name: str) -> FigureWithCaption:
     right.fill_between(x, 1e3 * _array(chart["stroke"]), 1e3 * _array(chart["stroke_high"]), color=SKY, alpha=0.4, lw=0,
                        label="median to 95 %")  # fmt: skip
     right.plot(x, 1e3 * _array(chart["stroke"]), color=BLUE, marker="o", ms=3, label="median stroke")
-    right.plot(own, 1e3 * damper["stroke"]["median"], "D", color=BLACK)
+    right.plot(own, np.nan if middle is None else 1e3 * middle, "D", color=BLACK)
     if damper["asked"]["largest_stroke"]:
         right.axhline(
             1e3 * damper["asked"]["largest_stroke"], color=VERMILLION, ls="--", lw=0.8, label="largest stroke"
@@ -188,8 +189,10 @@ def mass_plot(mode: Mapping[str, Any], name: str) -> FigureWithCaption:
     return FigureWithCaption(
         figure, name,
         f"Tuned mass damper of mode {mode['name']}: risk and stroke against its mass, tuned for the least risk at "
-        "every mass under the uncertainty of the frequency.",
-        f"Risk falls with mass; the lightest damper that is good enough leaves {damper['probability']:.3f}.",
+        "every mass under the uncertainty of the frequency"
+        + (", within the largest stroke where the mass allows it." if damper["asked"]["largest_stroke"] else "."),
+        f"Risk falls with mass; the {'lightest that is good enough' if damper['achievable'] else 'heaviest'} leaves "
+        f"{damper['probability']:.3f}.",
     )  # fmt: skip
 
 
@@ -206,6 +209,10 @@ def cost_plot(mode: Mapping[str, Any], name: str) -> FigureWithCaption:
         one.plot(x, _array(curve["damper"]), color=GREEN, ls=":", label="damper")
         one.plot(x, _array(curve["failure"]), color=VERMILLION, ls="--", label="expected failure")
         one.plot(x, _array(curve["total"]), color=BLUE, label="sum")
+        if by_mass:
+            too_light = np.where(curve["allowed"], np.nan, _array(curve["total"]))
+            if np.isfinite(too_light).any():
+                one.plot(x, too_light, "o", ms=4, mfc="white", color=BLUE, label="not allowed: stroke or mass")
         best = curve["best_mass"] / 1e3 if by_mass else 100.0 * curve["best_added_damping"]
         one.plot(best, curve["best_total"], "D", color=BLACK, label="least")
         one.set(xlabel="Mass of all dampers [t]" if by_mass else "Added damping ratio [%]",

@@ -258,8 +258,13 @@ def plain_log(axis: "Axis") -> None:
 
     low, high = axis.get_view_interval()
     axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 80.0 * low else (1.0,), numticks=12))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_major_formatter(FuncFormatter(_plain))
     axis.set_minor_formatter(NullFormatter())
+
+
+def _plain(value: float, _: int | None = None) -> str:
+    """A number as it is; no closure, so that figures can go to another process."""
+    return f"{value:g}"
 
 
 def amplitude_label(unit: str) -> str:

@@ -1,0 +1,47 @@
+"""Work that a second process does meanwhile."""
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+
+
+class Aside:
+    """A second process for what can be done beside.
+
+    Where the block that it is opened for fails, it is ended, whatever it was doing.
+
+    Parameters
+    ----------
+    beside : bool
+        False: there is none, and everything is done here when its result is asked for.
+    """
+
+    def __init__(self, beside: bool = True) -> None:
+        self.pool: ProcessPoolExecutor | None = None
+        if beside:
+            spawn = multiprocessing.get_context("spawn")
+            self.pool = ProcessPoolExecutor(1, mp_context=spawn, initializer=_leave_interrupts)
+            self.process = self.pool.submit(os.getpid)
+
+    def __enter__(self) -> "Aside":
+        return self
+
+    def __exit__(self, failure: object, *_: object) -> None:
+        if self.pool is None:
+            return
+        if failure is not None and self.process.done() and not self.process.exception():
+            os.kill(self.process.result(), signal.SIGTERM)
+        self.pool.shutdown(cancel_futures=True)
+
+    def begin[T](self, work: Callable[..., T], *arguments: object) -> Callable[[], T]:
+        """Begin, and return what waits for the result (and raises what the work raised)."""
+        if self.pool is None:
+            return lambda: work(*arguments)
+        return self.pool.submit(work, *arguments).result
+
+
+def _leave_interrupts() -> None:
+    """Interrupts are for the parent."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

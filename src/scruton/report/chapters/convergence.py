@@ -1,0 +1,94 @@
+"""Whether the sampling converged, and how well the intervals are calibrated on this campaign."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scruton.report.chapters.material import Material
+from scruton.report.document import Block, Chapter, Code, Heading, Paragraph, Table
+from scruton.report.wording import number, parameter_name
+
+if TYPE_CHECKING:
+    from scruton.infer.results import Fit
+
+
+def convergence_chapter(material: Material) -> Chapter:
+    """Convergence of every posterior, and the campaign's own check of its intervals."""
+    fit = material.fit
+    sampler = fit.card.sampler
+    blocks: list[Block] = []
+    if len(fit.convergence):
+        verdict = "Every posterior converged" if fit.converged else "Not every posterior converged"
+        blocks.append(
+            Paragraph(
+                (
+                    f"{verdict}: wanted were a nested R-hat below {sampler.max_rhat} over {sampler.ensembles} "
+                    f"independent "
+                    f"ensembles, and at least {sampler.min_ess:.0f} effective draws in the bulk and in the tails of "
+                    f"every "
+                    "parameter.",
+                )
+            )
+        )  # fmt: skip
+        blocks.append(convergence_table(fit))
+    else:
+        blocks.append(Paragraph(("Nothing had to be sampled: the damping ratios are as stated.",)))
+    if material.in_wind:
+        blocks += [Heading("Calibration"), *_calibration(material)]
+    return Chapter(
+        "convergence",
+        "Convergence and calibration",
+        (*blocks, *material.of("convergence"), *material.of("other")),
+    )
+
+
+def _calibration(material: Material) -> list[Block]:
+    words = (
+        "How often the intervals hold the truth is measured on simulated campaigns whose truth is known, by ",
+        Code("scruton calibrate"), ".",
+    )  # fmt: skip
+    if not material.crossed:
+        return [Paragraph((*words, " This campaign has one peak test, so it cannot check its own predictions."))]
+    inside = 0
+    for test, one in material.crossed.items():
+        measured = material.fit.campaign.test(test).stable_amplitude
+        entry = next(found for found in material.fit.summary["tests"] if found["name"] == test)
+        truth = entry["parameters"]["a_star"]["median"] if measured is None else measured.mean
+        low, high = one.interval(0.90)
+        inside += low <= truth <= high
+    return [
+        Paragraph(
+            (
+                *words,
+                f" On this campaign itself, {inside} of {len(material.crossed)} peak tests lie inside the 90 % "
+                f"interval that "
+                "the others give them.",
+            )
+        )
+    ]  # fmt: skip
+
+
+def convergence_table(fit: "Fit") -> Table:
+    """The worst parameter of every posterior; all of them are in the CSV file."""
+    rows = []
+    for posterior, group in fit.convergence.groupby(level="posterior", sort=False):
+        worst = group.index.get_level_values("parameter")[int(np.argmax(group["rhat_nested"].fillna(np.inf)))]
+        rows.append(
+            (
+                str(posterior), "yes" if bool(group["converged"].all()) else "NO",
+                number(float(group["rhat_nested"].max(skipna=False)), 5), parameter_name(str(worst)),
+                f"{group['ess_bulk'].min():.0f}", f"{group['ess_tail'].min():.0f}",
+                number(float(group["tau"].max()), 3), str(int(group["steps"].max())), str(int(group["stuck"].max())),
+            )
+        )  # fmt: skip
+    return Table(
+        "convergence",
+        "Convergence of every posterior: its worst parameter",
+        (
+            "posterior", "converged", "nested R-hat", "of", "bulk ESS", "tail ESS", "τ [steps]", "steps",
+            "stuck walkers",
+        ),
+        tuple(rows),
+        numeric=(False, False, True, False, True, True, True, True, True),
+        data="convergence",
+    )  # fmt: skip

@@ -1,0 +1,173 @@
+"""What the interactive charts read: quantiles along a grid, as JSON."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from scruton.campaign.schema import FloatArray, Motion
+from scruton.griffin.bands import band, griffin_band, quantiles
+from scruton.griffin.posterior import draws_of, peak_names, unit_of
+from scruton.griffin.predict import predictive_draws
+from scruton.report.figures.style import thin_along
+
+if TYPE_CHECKING:
+    from scruton.griffin import Prediction
+    from scruton.infer.results import Fit
+
+GRID = 241
+_TESTS = 7  # tests whose own median is drawn
+_CURVES = 12  # deterministic curves, and points of each
+_POINTS = 60
+
+
+def griffin_chart(fit: "Fit", design: "Sequence[Prediction]" = ()) -> dict[str, Any]:
+    """The Griffin plot to be read off: predictive quantiles along the Scruton number, the points, the curves.
+
+    Parameters
+    ----------
+    fit : Fit
+        With one test in wind or more.
+    design : sequence of Prediction
+        The first is where the reader begins.
+
+    Returns
+    -------
+    dict
+        As of `scruton.report.document.Chart`; None stands for a number that does not exist.
+    """
+    from scruton.report.figures.griffin import sc_range
+
+    tree, tests, unit = fit.tree, peak_names(fit.tree), unit_of(fit.tree)
+    asked = [one.scruton_number for one in design]
+    upper = max([sc_range(tree, tests)[1], *(1.1 * one for one in asked)])
+    grid = np.linspace(0.0, upper, GRID)
+    draws = predictive_draws(tree, grid, seed=int(fit.summary["provenance"]["seed"]))
+    predictive = band(grid, draws, unit, "predictive")
+    low, high = predictive.intervals[0.90]
+    half_low, half_high = predictive.intervals[0.50]
+    points = _points(fit, tests)
+    start = asked[0] if asked else float(np.median([one["x"] for one in points]))
+    largest = max(max(one["high"], one["y"]) for one in points)
+    median = predictive.median[np.isfinite(predictive.median)]
+    top = 1.3 * max(largest, min(float(median.max(initial=0.0)), 1.6 * largest))
+    section = fit.campaign.section
+    heaving = section.motion is Motion.HEAVING
+    return {
+        "name": "Griffin plot",
+        "key": "Black line: predictive median of all peak tests, grey: its 50 and 90 % intervals. Coloured: each test "
+        "alone; dotted: Eqs. (2) to (8). Points: measured amplitudes (open: posterior). Red: the number chosen.",
+        "x": {
+            "label": "Scruton number Sc", "min": 0.0, "max": _round(upper), "start": _round(start),
+            "step": _step(upper), "slider": "Design Scruton number", "symbol": "Sc",
+        },
+        "y": {"label": f"Stable amplitude [{unit}]", "max": _round(top)},
+        "grid": _list(grid),
+        "areas": [
+            {"label": "predictive, 90 %", "low": _list(low), "high": _list(high), "tone": "outer"},
+            {"label": "predictive, 50 %", "low": _list(half_low), "high": _list(half_high), "tone": "inner"},
+        ],
+        "lines": [*_own(fit, tests, grid), *_deterministic(fit, tests)],
+        "points": points,
+        "read": {
+            "what": "stable amplitude", "unit": unit, "median": _list(predictive.median), "low": _list(low),
+            "high": _list(high), "interval": "90 % interval",
+            "scale": {"factor": 1e3 * section.depth if heaving else 180.0 / np.pi, "unit": "mm" if heaving else "°",
+                      "where": "at the model's scale" if heaving else ""},
+        },
+    }  # fmt: skip
+
+
+def risk_chart(mode: Mapping[str, Any], curve: Mapping[str, Any], what: str) -> dict[str, Any]:
+    """Probability of exceeding a limit along the damping that is added, to be read off.
+
+    Parameters
+    ----------
+    mode : mapping
+        An entry of "modes" of sizing.json.
+    curve : mapping
+        The "curve" of one of its limits.
+    what : str
+        What the probability is of.
+    """
+    grid = [_round(100.0 * one) for one in curve["added_damping"]]
+    low, high = curve["probability_05"], curve["probability_95"]
+    return {
+        "name": f"Risk of mode {mode['name']}",
+        "key": "Black line: probability, grey: the 90 % band that the section's posterior and the law leave. Red: the "
+        "damping chosen.",
+        "x": {"label": "Added damping ratio [%]", "min": grid[0], "max": grid[-1], "start": grid[0],
+              "step": _step(grid[-1] - grid[0]), "slider": "Added damping ratio [%]", "symbol": "Added damping [%]"},
+        "y": {"label": "Probability of exceeding the limit", "max": 1.0},
+        "grid": grid,
+        "areas": [{"label": "90 % band of section and law", "low": low, "high": high, "tone": "outer"}],
+        "lines": [],
+        "points": [],
+        "read": {
+            "what": what, "unit": "", "percent": True, "median": curve["probability"], "low": low, "high": high,
+            "interval": "90 % band of section and law", "also": {"symbol": "Sc", "values": curve["scruton_number"]},
+        },
+    }  # fmt: skip
+
+
+def _points(fit: "Fit", tests: Sequence[str]) -> list[dict[str, Any]]:
+    """Where each peak test lies: its measured amplitude, else its posterior."""
+    found: list[dict[str, Any]] = []
+    for name in tests:
+        low, middle, high = quantiles(draws_of(fit.tree, "a_star", name), [0.05, 0.5, 0.95])
+        measured = fit.campaign.test(name).stable_amplitude
+        found.append(
+            {
+                "label": name, "x": _round(float(np.median(draws_of(fit.tree, "scruton_number", name)))),
+                "y": _round(float(middle) if measured is None else measured.mean), "low": _round(float(low)),
+                "high": _round(float(high)), "tone": "posterior" if measured is None else "measured",
+            }
+        )  # fmt: skip
+    return found
+
+
+def _own(fit: "Fit", tests: Sequence[str], grid: FloatArray) -> list[dict[str, Any]]:
+    medians = {name: griffin_band(fit.tree, grid, name).median for name in tests[:_TESTS]}
+    return [
+        {"label": f"from {name} alone", "x": _list(grid), "y": _list(median), "tone": "own"}
+        for name, median in medians.items()
+    ]
+
+
+def _deterministic(fit: "Fit", tests: Sequence[str]) -> list[dict[str, Any]]:
+    """Curves of the paper's own procedure, one a transient record."""
+    found: list[dict[str, Any]] = []
+    for name in tests:
+        for record in fit.campaign.test(name).records:
+            front = fit.front_ends.get(record.name)
+            if front is not None and len(found) < _CURVES:
+                curve = front.griffin
+                pick = thin_along(np.log(np.maximum(curve.amplitude, 1e-12)), _POINTS)
+                pick = pick[(curve.amplitude[pick] > 0.0) & (curve.scruton_number[pick] >= 0.0)]
+                found.append(
+                    {
+                        "label": f"Eqs. (2)-(8), {record.name}", "x": _list(curve.scruton_number[pick]),
+                        "y": _list(curve.amplitude[pick]), "tone": "deterministic",
+                    }
+                )  # fmt: skip
+    return found
+
+
+def _step(span: float) -> float:
+    """A step that divides the slider finely: 1, 2 or 5 in some decade, some 500 of them."""
+    raw = span / 500.0
+    power = 10.0 ** np.floor(np.log10(raw))
+    return float(f"{next(m for m in (1.0, 2.0, 5.0, 10.0) if m * power >= raw) * power:.3g}")
+
+
+def _round(value: float) -> float:
+    return float(f"{value:.6g}")
+
+
+def _list(values: FloatArray) -> list[float | None]:
+    return [_round(float(one)) if np.isfinite(one) else None for one in values]
+
+
+def plain(data: Mapping[str, Any]) -> dict[str, Any]:
+    """What of a chart goes to report.json: its grid and quantiles."""
+    return {"grid": data["grid"], **{key: data["read"].get(key) for key in ("median", "low", "high")}}

@@ -1,0 +1,143 @@
+"""What other analyses bring to the report, each made by a function that may run in another process."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from scruton.report.document import Picture
+
+if TYPE_CHECKING:
+    from scruton.griffin import Prediction
+    from scruton.infer.results import Fit
+    from scruton.report.figures import FigureWithCaption
+
+KINDS = ("svg", "png")
+GAP_CAPTION = (
+    "Where the bare model and the records part. Above: damping ratio, measured minus bare model, against amplitude for "
+    "every test and, beside it, its rig in still air, with 90 % bands; shaded where it differs. Below: change of "
+    "frequency with amplitude, and the probability of each cause."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """An analysis in the report.
+
+    Attributes
+    ----------
+    content : mapping
+        What goes to its JSON file, and what its chapter is written from.
+    pictures : sequence of Picture
+    charts : mapping
+        Interactive charts, as of `scruton.report.charts`, by the name of the picture that each stands for.
+    """
+
+    content: Mapping[str, Any]
+    pictures: Sequence[Picture] = ()
+    charts: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+
+def drawn(figure: "FigureWithCaption") -> Picture:
+    """A figure with the contents of its files."""
+    from scruton.report.figures.save import contents
+
+    svg, png = contents(figure, KINDS)
+    return Picture(figure.name, figure.caption, figure.alt, svg, png)
+
+
+def gap_part(campaign: Path, model: str = "default", workers: int = 1) -> Part:
+    """Diagnose a campaign on disk.
+
+    Where that is impossible the content is the reason, as "error".
+    """
+    import json
+
+    from scruton.errors import InputError
+    from scruton.gap.run import examine
+    from scruton.infer.cards import load_card
+    from scruton.report.chapters.gap import gap_sentence
+    from scruton.report.figures import FigureWithCaption
+    from scruton.report.figures.gap import gap_figure
+
+    try:
+        diagnosis, content, findings, curves = examine(campaign, load_card(model), workers=workers)
+    except InputError as error:
+        return Part({"error": str(error)})
+    figure = FigureWithCaption(gap_figure(diagnosis, findings, curves), "gap", GAP_CAPTION, gap_sentence(content))
+    return Part(json.loads(json.dumps(content)), (drawn(figure),))
+
+
+def crossed_part(
+    campaign: Path, model: str = "default", tests: Sequence[str] = (), seed: int = 0
+) -> "dict[str, Prediction]":
+    """Each peak test of a campaign on disk predicted from the others; empty where there are none.
+
+    Raises
+    ------
+    InputError
+        If the campaign cannot be read.
+    """
+    from scruton.campaign import load_campaign, tests_used
+    from scruton.griffin.validate import validate
+    from scruton.infer.cards import load_card
+
+    loaded = load_campaign(campaign)
+    if tests:
+        loaded = tests_used(loaded, tests)
+    if len({one.rig for one in loaded.tests}) < 2:
+        return {}
+    return {one.test: one.prediction for one in validate(loaded, load_card(model), seed=seed, singles=False)}
+
+
+def check_bridge(campaign: Path, bridge: Path, limits: Sequence[str] = ()) -> None:
+    """Read a bridge, to refuse what is wrong with it before any work is done.
+
+    Raises
+    ------
+    InputError
+        Whatever is wrong with the bridge, its limits or the campaign.
+    """
+    from scruton.campaign import load_campaign
+    from scruton.errors import InputError
+    from scruton.sizing.bridge import load_bridge
+    from scruton.sizing.limits import limit
+
+    found = load_bridge(bridge, load_campaign(campaign).section.motion)
+    if not [*found.limits, *map(limit, limits)]:
+        raise InputError(bridge, "limits", "no limit", 'at least one, such as limits = ["jtg"]')
+
+
+def sizing_part(fit: "Fit", bridge: Path, limits: Sequence[str] = (), *, seed: int = 0, quiet: bool = True) -> Part:
+    """Size the damping of a bridge from a fit.
+
+    Raises
+    ------
+    InputError
+        If the fit holds no test in wind, or the bridge does not suit it.
+    """
+    import json
+
+    from scruton.errors import InputError
+    from scruton.report.chapters.sizing import governing
+    from scruton.report.charts import risk_chart
+    from scruton.report.figures.sizing import sizing_figures
+    from scruton.report.run import Bar
+    from scruton.sizing.bridge import load_bridge
+    from scruton.sizing.limits import limit
+    from scruton.sizing.run import size
+
+    if not fit.summary["tests"]:
+        raise InputError(bridge, "", "a campaign without tests in wind", "a campaign with at least one test")
+    stands = load_bridge(bridge, fit.campaign.section.motion)
+    with Bar(quiet) as bar:
+        found = size(fit.tree, stands, [limit(one) for one in limits], seed=seed, progress=bar)
+    found["provenance"] = {"seed": seed, "bridge_sha256": dict(stands.sha256), "limits": list(limits)}
+    content = json.loads(json.dumps(found, allow_nan=False))
+    names = [f"risk_{k}" for k in range(1, len(content["modes"]) + 1)] if len(content["modes"]) > 1 else ["risk"]
+    charts = {
+        name: risk_chart(mode, limit_of["curve"], f"probability of exceeding {limit_of['rule']}")
+        for name, mode in zip(names, content["modes"], strict=True)
+        for limit_of in [governing(mode)]
+    }
+    return Part(content, tuple(drawn(one) for one in sizing_figures(content)), charts)

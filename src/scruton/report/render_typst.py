@@ -1,0 +1,101 @@
+"""A document as a PDF, typeset by Typst inside this process: no system TeX, no network.
+
+The template reads the document as data, so that no text of it is ever read as markup.
+"""
+
+import json
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+from scruton.report.document import Chart, Code, Document, Picture, Table
+from scruton.report.maths import Maths
+
+TEMPLATE = Path(__file__).parent / "templates" / "report.typ"
+LARGEST_SVG = 600_000  # bytes; a larger drawing goes in as PNG, which the reader's program shows faster
+MAIN, DATA = "main.typ", "document.json"
+
+
+def render_pdf(document: Document, *, system_fonts: bool = True) -> bytes:
+    """Typeset a document.
+
+    Parameters
+    ----------
+    document : Document
+        As `numbered` gave it.
+    system_fonts : bool
+        Whether typefaces of the machine may be used for what the embedded ones lack (Chinese, emoji).
+
+    Returns
+    -------
+    bytes
+        A PDF; the same document gives the same bytes where the same typefaces are installed.
+    """
+    content: bytes = _typst(document, format="pdf", timestamp=0, ignore_system_fonts=not system_fonts)
+    return content
+
+
+def render_pages(document: Document, *, ppi: float = 80.0, system_fonts: bool = True) -> list[bytes]:
+    """The pages as PNG, to be looked at."""
+    found = _typst(document, format="png", ppi=ppi, ignore_system_fonts=not system_fonts)
+    return found if isinstance(found, list) else [found]
+
+
+def _typst(document: Document, **options: Any) -> Any:
+    import typst
+
+    # its own annotations leave out that files may come as a dictionary
+    compiler: Any = typst.compile
+    return compiler(sources(document), **options)
+
+
+def sources(document: Document) -> dict[str, bytes]:
+    """Everything that the typesetter reads, by name."""
+    files = {MAIN: TEMPLATE.read_bytes(), DATA: json.dumps(plain(document), ensure_ascii=False).encode()}
+    for one in document.pictures():
+        name, content = picture_file(one)
+        if content:
+            files[name] = content
+    return files
+
+
+def picture_file(one: Picture) -> tuple[str, bytes]:
+    """Name and content of the file that a picture is drawn from; no content where there is none."""
+    if one.svg and (len(one.svg) <= LARGEST_SVG or not one.png):
+        return f"{one.name}.svg", one.svg
+    return f"{one.name}.png", one.png
+
+
+def plain(value: Any) -> Any:
+    """A document as JSON: each block with its kind, pictures as names of files, formulae in Typst's language."""
+    match value:
+        case str():
+            return readable(value)
+        case Maths():
+            return {"kind": "maths", "typst": value.typst}
+        case Code():
+            return {"kind": "code", "text": readable(value.text)}
+        case Picture():
+            name, content = picture_file(value)
+            texts = {key: readable(getattr(value, key)) for key in ("caption", "alt", "number")}
+            return {"kind": "picture", "file": name if content else "", "name": value.name, **texts}
+        case Chart():
+            return plain(value.picture)
+        case tuple() | list():
+            return [plain(one) for one in value]
+        case bool() | int() | float() | None:
+            return value
+    if not is_dataclass(value):
+        raise TypeError(f"a document holds no {type(value).__name__}")
+    entry = {one.name: plain(getattr(value, one.name)) for one in fields(value)}
+    kind = type(value).__name__.lower()
+    if isinstance(value, Table):
+        entry["numeric"] = [value.is_numeric(i) for i in range(len(value.header))]
+    return entry | {"kind": kind}
+
+
+def readable(text: str) -> str:
+    """A text without control characters, which have no glyph; line breaks stay."""
+    return "".join(
+        letter for letter in text if letter == "\n" or (ord(letter) >= 32 and not 0x7F <= ord(letter) < 0xA0)
+    )

@@ -1,0 +1,147 @@
+"""The report in a real browser: no errors, no requests, charts that answer to slider, keys and pointer."""
+
+import re
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from browser import Browser, chromium, opened
+from fake_fit import fake_fit
+from fake_parts import GAP, sizing
+
+from scruton.griffin import predict
+from scruton.report.chapters import Material, compose
+from scruton.report.charts import griffin_chart, risk_chart
+from scruton.report.document import Picture
+from scruton.report.render_html import render_html
+from scruton.report.tables import tables
+
+pytestmark = pytest.mark.skipif(chromium() is None, reason="no chromium here")
+
+TITLE = """</script><script>alert('1')</script> "B/D" & 矩形断面 ξₛ → λ 🌉"""
+DESIGN = 30.0
+DOT = b'<svg xmlns="http://www.w3.org/2000/svg" width="20" height="10"><rect width="10" height="10"/></svg>'
+
+
+@pytest.fixture(scope="module")
+def fit():
+    return fake_fit(growth=False, sweeps=False, names=[TITLE, "Sc 21.7", "Sc 78.1"])
+
+
+@pytest.fixture(scope="module")
+def page(fit, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    folder = tmp_path_factory.mktemp("browser")
+    campaign = type(fit.campaign)(**(vars(fit.campaign) | {"title": TITLE}))
+    titled = type(fit)(**(vars(fit) | {"campaign": campaign}))
+    design = [predict(fit.tree, scruton_number=DESIGN, seed=1)]
+    content = sizing()
+    pictures = [Picture(name, "caption", "alternative", DOT, b"") for name in ("griffin", "risk")]
+    charts = {
+        "griffin": griffin_chart(titled, design),
+        "risk": risk_chart(content["modes"][0], content["modes"][0]["limits"][0]["curve"], "probability"),
+    }
+    material = Material(titled, tables(titled), pictures, design, gap=GAP, sizing=content)
+    path = folder / "report.html"
+    path.write_text(render_html(compose(material, charts)), encoding="utf-8")
+    with opened(path, folder / "profile") as browser:
+        yield browser
+
+
+def answer(page: Browser, name: str = "griffin") -> str:
+    return page.value(f"document.querySelector('#figure-{name} output').textContent")
+
+
+def test_it_opens_without_errors_and_asks_for_nothing(page: Browser) -> None:
+    assert page.complaints() == []
+    asked = [one for one in page.requests() if not one.startswith("data:")]
+    assert len(asked) == 1, asked
+    assert asked[0].startswith("file://")
+
+
+def test_the_title_is_text(page: Browser) -> None:
+    assert page.value("document.title") == TITLE
+    assert page.value("document.querySelector('h1').textContent") == TITLE
+    assert page.value("document.scripts.length") == 3, "two charts' numbers and the one script"
+    labels = page.value("[...document.querySelectorAll('.tool svg text')].map((one) => one.textContent)")
+    assert TITLE in labels, "the name of a test in the chart"
+
+
+def test_it_begins_at_the_design_and_says_what_predict_says(page: Browser, fit) -> None:
+    one = predict(fit.tree, scruton_number=DESIGN, seed=1)
+    low, high = one.interval(0.90)
+    said = answer(page)
+    assert said.startswith("Sc = 30: stable amplitude ")
+    numbers = [float(one) for one in re.findall(r"[\d.]+", said.partition(":")[2])]
+    del numbers[1]  # of "90 % interval"
+    np.testing.assert_allclose(numbers[:3], [one.median, low, high], rtol=0.01)
+
+
+def test_the_slider_moves_the_reading_by_keyboard(page: Browser) -> None:
+    before = answer(page)
+    assert (
+        page.value("document.querySelector('#range-figure-griffin').labels[0].textContent") == "Design Scruton number"
+    )
+    page.value("document.querySelector('#range-figure-griffin').focus()")
+    for _ in range(5):
+        page.press("ArrowRight", 39)
+    after = answer(page)
+    assert after != before
+    assert float(after.split()[2].rstrip(":")) > 30.0
+    assert page.value("document.activeElement.getAttribute('aria-valuetext')") == after, "what a screen reader says"
+    page.press("Home", 36)
+    assert answer(page).startswith("Sc = 0:")
+
+
+def test_an_exact_number_may_be_typed(page: Browser) -> None:
+    field = "document.querySelector('#figure-griffin input[type=number]')"
+    page.value(f"{field}.value = '12.5'; {field}.dispatchEvent(new Event('input'))")
+    assert answer(page).startswith("Sc = 12.5:")
+    assert float(page.value("document.querySelector('#range-figure-griffin').value")) == pytest.approx(12.5, abs=0.2)
+    page.value(f"{field}.value = '1e9'; {field}.dispatchEvent(new Event('input'))")
+    assert float(answer(page).split()[2].rstrip(":")) < 1e4, "no further than the curve goes"
+
+
+def test_the_pointer_reads_the_curve(page: Browser) -> None:
+    page.value("document.querySelector('#figure-griffin').scrollIntoView()")
+    box = page.value("(() => { const b = document.querySelector('#figure-griffin svg').getBoundingClientRect();"
+                     " return [b.left, b.top, b.width, b.height]; })()")  # fmt: skip
+    page.point(box[0] + 0.5 * box[2], box[1] + 0.5 * box[3])
+    under = page.value("document.querySelector('#figure-griffin .under').textContent")
+    assert under.startswith("Under the pointer: Sc = ")
+    page.point(box[0] + 0.7 * box[2], box[1] + 0.5 * box[3])
+    assert page.value("document.querySelector('#figure-griffin .under').textContent") != under
+
+
+def test_the_risk_curve_answers_in_per_cent(page: Browser) -> None:
+    assert answer(page, "risk").startswith("Added damping [%] = 0: probability 80 %")
+    page.value("document.querySelector('#range-figure-risk').focus()")
+    page.press("End", 35)
+    said = answer(page, "risk")
+    assert "= 0.4: probability 5 %" in said
+    assert "Sc = 35" in said
+
+
+def test_readings_are_announced(page: Browser) -> None:
+    live = "document.querySelector('#figure-griffin output')"
+    assert page.value(f"{live}.getAttribute('aria-live')") == "polite"
+    assert page.value(f"{live}.getAttribute('role')") == "status"
+    assert page.value("document.querySelector('#figure-griffin svg').getAttribute('aria-label')")
+
+
+def test_on_paper_the_picture_takes_the_place_of_the_chart(page: Browser) -> None:
+    shown = "getComputedStyle(document.querySelector('#figure-griffin {}')).display"
+    assert page.value(shown.format("img")) == "none"
+    page.send("Emulation.setEmulatedMedia", media="print")
+    assert page.value(shown.format("img")) == "block"
+    assert page.value(shown.format(".tool")) == "none"
+    page.send("Emulation.setEmulatedMedia", media="")
+
+
+def test_nothing_sticks_out_of_a_narrow_page(page: Browser) -> None:
+    page.send("Emulation.setDeviceMetricsOverride", width=360, height=800, deviceScaleFactor=1, mobile=True)
+    assert page.value("document.documentElement.scrollWidth") <= 360
+    page.send("Emulation.clearDeviceMetricsOverride")
+
+
+def test_at_the_end_there_is_still_nothing_to_complain_of(page: Browser) -> None:
+    assert page.complaints() == []

@@ -1,0 +1,215 @@
+"""The document: chapters in order, numbers, exports, and formulae in three languages."""
+
+import csv
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from fake_fit import fake_fit
+from fake_parts import GAP, sizing
+
+from scruton.griffin import predict
+from scruton.report import equations
+from scruton.report.chapters import Material, compose
+from scruton.report.chapters.gap import gap_chapter
+from scruton.report.charts import griffin_chart, risk_chart
+from scruton.report.document import (
+    Callout,
+    Chapter,
+    Chart,
+    Code,
+    Document,
+    Equation,
+    KeyFigures,
+    Paragraph,
+    Picture,
+    Table,
+    numbered,
+)
+from scruton.report.exports import latex_chapter, latex_table, latex_text, numbers, write_tables
+from scruton.report.maths import Maths, display
+from scruton.report.render_html import embedded
+from scruton.report.tables import tables
+
+EVIL = """<script>alert('1')</script> "B/D" & 50 % #1 $x_1$ \\ ~^ {y} 矩形断面 ξₛ → λ 🌉"""
+
+
+@pytest.fixture(scope="module")
+def three():
+    return fake_fit(growth=False, sweeps=False)
+
+
+def material(fit, **kwargs) -> Material:
+    return Material(fit, tables(fit), **kwargs)
+
+
+def table(name: str = "one", **kwargs) -> Table:
+    return Table(name, "a caption", ("a", "b"), (("x", "1"),), **kwargs)
+
+
+def text_of(blocks) -> str:
+    """Every text of some blocks."""
+    return json.dumps([str(one) for one in blocks], ensure_ascii=False)
+
+
+def test_chapters_stand_in_the_order_of_a_design_report(three) -> None:
+    names = (
+        "griffin", "griffin_reciprocal", "records", "ring_downs", "aerodynamic_damping", "gap", "risk", "corner_1",
+        "trace_1", "something_new",
+    )  # fmt: skip
+    pictures = [Picture(name, "c", "a", b"<svg/>", b"P") for name in names]
+    document = compose(material(three, pictures=pictures, gap=GAP, sizing=sizing()))
+    assert [(one.number, one.key) for one in document.chapters] == [
+        ("1", "summary"), ("2", "campaign"), ("3", "structural"), ("4", "records"), ("5", "aerodynamic"),
+        ("6", "griffin-plot"), ("7", "reciprocal"), ("8", "posterior"), ("9", "predictions"), ("10", "gap"),
+        ("11", "sizing"), ("12", "validity"), ("13", "convergence"), ("14", "provenance"), ("A", "methods"),
+    ]  # fmt: skip
+    assert {one.name for one in document.pictures()} == {one.name for one in pictures}, "every picture finds a place"
+
+
+def test_numbers_are_given_in_order_and_empty_things_are_left_out() -> None:
+    empty = Table("none", "c", ("a",), ())
+    chapters = (
+        Chapter("a", "A", (table("t1"), empty, Picture("p1", "c", "a"))),
+        Chapter("b", "B", (empty,)),
+        Chapter("c", "C", (Chart(Picture("p2", "c", "a"), {}), table("t2"), Equation(equations.GRIFFIN))),
+        Chapter("d", "D", (Equation(equations.INDEX),), appendix=True),
+    )
+    document = numbered(Document("t", "k", "s", chapters))
+    assert [(one.key, one.number) for one in document.chapters] == [("a", "1"), ("c", "2"), ("d", "A")]
+    assert [one.number for one in document.tables()] == ["1", "2"]
+    assert [one.number for one in document.pictures()] == ["1", "2"]
+    assert [one.number for one in document.blocks() if isinstance(one, Equation)] == ["1", "2"]
+    with pytest.raises(ValueError, match="tables of one name: t1"):
+        numbered(Document("t", "k", "s", (Chapter("a", "A", (table("t1"), table("t1"))),)))
+
+
+def test_a_bridge_puts_limit_risk_damping_and_confidence_first(three) -> None:
+    document = compose(material(three, sizing=sizing(modes=2, flags=("a mode beyond the tests",))))
+    summary = document.chapters[0]
+    assert isinstance(summary.blocks[0], Callout)
+    assert summary.blocks[0].lines == ("a mode beyond the tests",)
+    figures = next(one for one in summary.blocks if isinstance(one, KeyFigures)).items
+    assert [one.value for one in figures[:4]] == ["120 mm", "100 mm", "80.0 %", "0.400 %"]
+    assert figures[3].detail == "95 % confidence"
+    names = {one.name for one in document.tables()}
+    assert {"bridge_similitude", "required_damping", "dampers_1", "dampers_2", "all_modes", "digests"} <= names
+    digests = next(one for one in document.tables() if one.name == "digests")
+    assert ("bridge.toml", "ab" * 32) in digests.rows
+    assert "clause to be confirmed" in text_of(next(c for c in document.chapters if c.key == "validity").blocks)
+
+
+@pytest.mark.parametrize(("required", "said"), [(0.0, "No added damping is needed"), (None, "looked at suffices")])
+def test_the_summary_says_what_damping_does_not_do(three, required: float | None, said: str) -> None:
+    document = compose(material(three, sizing=sizing(required)))
+    assert said in text_of(document.chapters[0].blocks)
+
+
+def test_the_gap_is_told_with_where_and_how_far_it_shrinks(three) -> None:
+    chapter = gap_chapter(material(three, gap=GAP))
+    said = text_of(chapter.blocks)
+    for words in ("closes 94 % (90 % interval 87 % to 96 %)", "87 % (90 % interval 71 % to 93 %)", "one more decay",
+                  "a gain of all channels", "8 more are in gap.json", "probability above 0.99"):  # fmt: skip
+        assert words in said, words
+    nothing = {**GAP, "verdict": "none", "shrink": {}, "where": [], "effects": {}, "advice": [], "invisible": []}
+    assert "agree within their noise" in text_of(gap_chapter(material(three, gap=nothing)).blocks)
+    assert "no record" in text_of(gap_chapter(material(three, gap={"error": "no record"})).blocks)
+    assert gap_chapter(material(three)).blocks == ()
+    for gap, words in ((GAP, "Diagnosis: The bare model and the records part"), (nothing, "agree within their noise")):
+        assert words in text_of(compose(material(three, gap=gap)).chapters[0].blocks)
+
+
+def test_the_chart_reads_what_predict_says(three) -> None:
+    design = [predict(three.tree, scruton_number=sc, seed=1) for sc in (30.0, 12.5)]
+    data = griffin_chart(three, design)
+    assert data["x"]["start"] == 30.0
+    for one in design:
+        low, high = one.interval(0.90)
+        for key, value in (("median", one.median), ("low", low), ("high", high)):
+            assert np.interp(one.scruton_number, data["grid"], data["read"][key]) == pytest.approx(value, rel=2e-3)
+    assert [point["y"] for point in data["points"]] == [0.06551, 0.0292, 0.01106], "measured"
+    assert {line["tone"] for line in data["lines"]} == {"own", "deterministic"}
+    json.dumps(data, allow_nan=False)
+
+
+def test_a_risk_curve_is_read_in_per_cent_of_damping() -> None:
+    mode = sizing()["modes"][0] | {"name": "V1"}
+    data = risk_chart(mode, mode["limits"][0]["curve"], "probability")
+    assert data["grid"] == [0.0, 0.2, 0.4]
+    assert data["read"]["median"] == [0.8, 0.3, 0.05]
+    assert data["read"]["also"]["values"] == [15.0, 25.0, 35.0]
+
+
+def test_embedded_json_cannot_end_the_script() -> None:
+    text = embedded({"label": "</script><!--\u2028&", "x": None})
+    assert not set("<>&\u2028") & set(text)
+    assert json.loads(text) == {"label": "</script><!--\u2028&", "x": None}
+    with pytest.raises(ValueError, match="JSON"):
+        embedded({"x": float("nan")})
+
+
+FORMULAE = [(name, one) for name, one in vars(equations).items() if isinstance(one, Maths)]
+
+
+@pytest.mark.parametrize(("name", "maths"), FORMULAE, ids=[name for name, _ in FORMULAE])
+def test_every_formula_is_well_formed(name: str, maths: Maths) -> None:
+    ElementTree.fromstring(display(maths))
+    assert maths.latex.count("{") == maths.latex.count("}"), name
+    assert maths.latex.count(r"\left") == maths.latex.count(r"\right")
+
+
+def test_latex_escapes_what_it_would_obey() -> None:
+    text = latex_text(EVIL)
+    assert r"\textless{}script\textgreater{}" in text
+    assert r"\& 50 \% \#1 \$x\_1\$ \textbackslash{} \textasciitilde{}\textasciicircum{} \{y\}" in text
+    assert "矩形断面" in text
+    found = latex_table(Table("a_b", EVIL, ("x", "[m]"), ((EVIL, "[1]"),)))
+    assert not re.search(r"(?<!\\)[%$#]", found.replace("% needs \\usepackage", ""))
+    assert found.count(r"\\") >= 2
+    assert r"{}[m] \\" in found, "a bracket after a line break would be an argument"
+    assert r"\toprule" in found
+
+
+def test_methods_can_be_pasted(three) -> None:
+    text = latex_chapter(compose(material(three)), "methods")
+    assert text.count(r"\begin{equation}") == text.count(r"\end{equation}") == 8
+    assert r"\frac{\mathrm{d}a}{\mathrm{d}t}" in text
+    assert latex_chapter(compose(material(three)), "nowhere") == ""
+
+
+@pytest.mark.skipif(shutil.which("xelatex") is None, reason="no xelatex here")
+def test_latex_accepts_the_tables(three, tmp_path: Path) -> None:
+    body = "\n".join(latex_table(one) for one in compose(material(three)).tables())
+    (tmp_path / "a.tex").write_text(
+        f"\\documentclass{{article}}\\usepackage{{booktabs}}\\begin{{document}}{body}\\end{{document}}",
+        encoding="utf-8",
+    )
+    done = subprocess.run(["xelatex", "-interaction=batchmode", "a.tex"], cwd=tmp_path, check=False)
+    assert done.returncode == 0
+
+
+def test_every_table_has_a_csv_and_a_latex_file_and_every_number_is_in_the_json(three, tmp_path: Path) -> None:
+    frames = tables(three)
+    document = compose(Material(three, frames, gap=GAP, sizing=sizing()))
+    names = {path.name for path in write_tables(document, frames, tmp_path)}
+    for one in document.tables():
+        assert f"{one.name}.tex" in names
+        assert f"{one.data or one.name}.csv" in names, one.name
+    with (tmp_path / "gap_where.csv").open(encoding="utf-8") as file:
+        assert next(csv.reader(file))[0] == "quantity"
+    content = numbers(frames, document, {"summary": three.summary})
+    json.dumps(content, allow_nan=False)
+    row = next(one for one in content["tables"]["posterior"] if one["parameter"] == "a_star")
+    draws = three.tree["posterior"]["a_star"].sel(test=row["of"]).values
+    assert row["median"] == pytest.approx(np.median(draws))
+    assert {"gap_where", "required_damping"} <= set(content["tables"])
+
+
+def test_runs_of_a_paragraph_keep_their_blanks() -> None:
+    document = Document("t", "k", "s", (Chapter("m", "M", (Paragraph(("a ", Code("b_c"), " d")),)),))
+    assert latex_chapter(document, "m") == "a \\texttt{b\\_c} d\n"

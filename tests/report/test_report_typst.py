@@ -1,0 +1,162 @@
+"""The report on paper: text as text, tables and figures whole, the same bytes."""
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from fake_fit import fake_fit
+from matplotlib.figure import Figure
+
+from scruton.report.chapters import Material, compose
+from scruton.report.document import (
+    ALARM,
+    Callout,
+    Chapter,
+    Chart,
+    Code,
+    Definitions,
+    Document,
+    Equation,
+    Heading,
+    KeyFigure,
+    KeyFigures,
+    Listing,
+    Paragraph,
+    Picture,
+    Table,
+    Verbatim,
+    numbered,
+)
+from scruton.report.equations import GRIFFIN, INDEX
+from scruton.report.figures import FigureWithCaption
+from scruton.report.figures.save import contents
+from scruton.report.parts import drawn
+from scruton.report.render_typst import plain, readable, render_pages, render_pdf
+from scruton.report.tables import tables
+
+EVIL = """<script>alert('1')</script> "B/D" & #x $y$ *z* _u_ `v` \\ @w = [4:1] // 矩形断面 ξ_s → λ 🌉"""
+
+
+def picture(name: str = "one", height: float = 1.0) -> Picture:
+    figure = Figure(figsize=(6, height))
+    figure.subplots().plot([0, 1])
+    return drawn(FigureWithCaption(figure, name, f"caption of {name}", "an alternative"))
+
+
+def document(*blocks, title: str = "A title") -> Document:
+    return numbered(Document(title, "about", "a source", (Chapter("one", "One", blocks),), "scruton 0"))
+
+
+@pytest.fixture
+def text(tmp_path: Path):
+    """Text of a PDF, by a reader of PDF files."""
+    if shutil.which("pdftotext") is None:
+        pytest.skip("no pdftotext here")
+
+    def read(pdf: bytes, *options: str) -> str:
+        path = tmp_path / "a.pdf"
+        path.write_bytes(pdf)
+        done = subprocess.run(["pdftotext", *options, str(path), "-"], check=True, capture_output=True)
+        return done.stdout.decode()
+
+    return read
+
+
+def squeezed(text: str) -> str:
+    return re.sub(r"\s+", "", text)
+
+
+def test_every_kind_of_block_is_set(text) -> None:
+    found = text(
+        render_pdf(
+            document(
+                Paragraph(("words ", GRIFFIN, " more ", Code("a_b"))), Paragraph(("small",), role="note"),
+                Paragraph(("answered",), role="answer"), Heading("below"), Listing(("point",)), Equation(INDEX),
+                Table("t", "a caption", ("a", "b"), (("x", "1\n2"),), "a note"), picture(), Chart(picture("two"), {}),
+                Callout(ALARM, "red", ("line",)), KeyFigures((KeyFigure("label", "value", "detail"),) * 4),
+                Definitions((("term", "meaning"),)), Verbatim("[a]\nb = 1 # c"),
+            )
+        )
+    )  # fmt: skip
+    wanted = (
+        "words", "a_b", "small", "answered", "below", "point", "Table 1", "a caption", "a note", "Figure 2",
+        "caption of two", "red", "line", "label", "value", "detail", "term", "meaning", "b = 1 # c",
+    )  # fmt: skip
+    for words in wanted:
+        assert words in found, words
+
+
+def test_text_is_text_whatever_it_holds(text) -> None:
+    one = document(
+        Paragraph((EVIL,)), Table("t", EVIL, (EVIL, "b"), ((EVIL, EVIL),), EVIL), Callout(ALARM, EVIL, (EVIL,)),
+        Heading(EVIL), Verbatim(EVIL), Definitions(((EVIL, EVIL),)), title=EVIL,
+    )  # fmt: skip
+    found = squeezed(text(render_pdf(one), "-raw"))
+    parts = ("<script>alert('1')</script>", '"B/D"&#x$y$*z*_u_`v`', "=[4:1]//", "ξ_s→λ")
+    for part in parts:
+        assert found.count(part) >= 4, part
+    if squeezed(text(render_pdf(document(Paragraph(("形🌉",)))))).count("形"):  # a typeface that has it is installed
+        assert found.count("矩形断面") >= 4
+
+
+def test_it_needs_no_typeface_of_the_machine() -> None:
+    pages = render_pages(document(Paragraph((EVIL,)), title=EVIL), system_fonts=False)
+    assert pages[0].startswith(b"\x89PNG")
+
+
+def test_control_characters_are_left_out() -> None:
+    assert readable("a\x00b\x07\nc\x9f") == "ab\nc"
+    assert plain(Paragraph(("\x00x",)))["runs"] == ["x"]
+
+
+def test_the_same_document_gives_the_same_bytes() -> None:
+    one = document(Paragraph(("words",)), picture(), Equation(GRIFFIN))
+    assert render_pdf(one) == render_pdf(one)
+
+
+def test_long_tables_repeat_their_header_and_short_ones_and_figures_stay_whole(text) -> None:
+    rows = tuple((f"row {i}", str(i)) for i in range(120))
+    filler = tuple(Paragraph(("filler",)) for _ in range(25))
+    short = Table("short", "short one", ("first", "second"), tuple((f"s{i}", "1") for i in range(12)))
+    one = document(Table("long", "long one", ("headword", "b"), rows), *filler, short, *filler, picture("f", 6.0))
+    pages = text(render_pdf(one), "-layout").split("\f")
+    with_rows = [page for page in pages if "row " in page]
+    assert len(with_rows) > 2
+    assert all("headword" in page for page in with_rows)
+    assert sum("s0 " in page or "s11 " in page for page in pages) == 1
+    assert sum("Figure 1" in page for page in pages) == 1
+    for i, page in enumerate(pages[:-1]):
+        assert f"{i + 1}/{len(pages) - 1}" in squeezed(page), "its number"
+
+
+def test_a_figure_that_is_too_tall_is_made_smaller() -> None:
+    tall = picture("tall", 14.0)
+    assert len(render_pages(document(tall), ppi=20)) <= 2
+
+
+def test_a_whole_report_is_set_with_its_contents(text) -> None:
+    fit = fake_fit(growth=False, sweeps=False)
+    found = text(render_pdf(compose(Material(fit, tables(fit), [picture("griffin")]))), "-layout")
+    contents_page = found.split("Contents")[1][:2500]
+    for heading in ("Summary", "Limits of validity", "Provenance", "Methods in short"):
+        assert re.search(heading + r"\s+\d+", contents_page), heading
+
+
+def test_large_drawings_go_in_as_pixels() -> None:
+    heavy = Picture("heavy", "c", "a", b"x" * 700_000, b"y")
+    assert plain(heavy)["file"] == "heavy.png"
+    assert plain(Picture("light", "c", "a", b"x", b"y"))["file"] == "light.svg"
+    assert plain(Picture("none", "c", "a"))["file"] == ""
+    with pytest.raises(TypeError, match="no set"):
+        plain({1})
+
+
+def test_contents_of_a_figure_do_not_depend_on_the_process() -> None:
+    def figure() -> Figure:
+        one = Figure(figsize=(2, 1))
+        one.subplots().fill_between([0, 1], [1, 2])
+        return one
+
+    assert contents(figure(), ("svg", "png")) == contents(figure(), ("svg", "png"))
