@@ -1,13 +1,14 @@
 # make demo    set up, then the shipped example from records to report
 # make test    the test suite;  make slow  the statistical suites that take minutes
 # make bench   speed, beside other samplers, on one core
+# make reports the report of every example, into reports/;  make cards  what the priors of every model card say
 # make lint    style, types, arrows between the rooms
 # make docs    HTML in docs/_build/html
 # make lock    new lock files (needs uv);  make clean  remove everything that was built
 #
 # Every target makes the environment that it needs. PYTHON=/path/to/python3.13 chooses the interpreter.
 
-.PHONY: demo test slow bench lint docs lock clean
+.PHONY: demo test slow bench reports cards lint docs lock clean
 
 # The arrays are small: threads of the linear algebra library would only get in each other's way.
 export OMP_NUM_THREADS := 1
@@ -16,7 +17,7 @@ export OPENBLAS_NUM_THREADS := 1
 ONE_CORE := $(shell command -v taskset >/dev/null 2>&1 && echo taskset -c 0)
 
 demo: .venv/ready
-	.venv/bin/scruton report examples/rectangle-4to1 -o out/rectangle-4to1 --force
+	.venv/bin/scruton report examples/rectangle-4to1 --bridge examples/rectangle-4to1/bridge.toml -o out/rectangle-4to1 --force
 
 test: .venv/ready
 	.venv/bin/python -m pytest -n auto
@@ -26,6 +27,12 @@ slow: .venv/ready
 
 bench: .venv-bench/ready
 	$(ONE_CORE) .venv-bench/bin/python -m benchmarks
+
+reports: .venv/ready
+	.venv/bin/python tools/reports.py
+
+cards: .venv/ready
+	.venv/bin/python tools/prior_pictures.py
 
 lint: .venv/ready
 	.venv/bin/ruff check

@@ -70,6 +70,13 @@ def parser() -> argparse.ArgumentParser:
         "--sc", type=float, action="append", default=[], metavar="SC", help="design Scruton number; may be repeated"
     )
     report.add_argument("--bridge", type=Path, metavar="FILE", help="bridge.toml: damper sizing and risk, too")
+    report.add_argument(
+        "--limit",
+        action="append",
+        default=[],
+        metavar="RULE",
+        help="limit beside the bridge's, as of size; may be repeated",
+    )
     report.add_argument("--no-gap", action="store_true", help="leave out the diagnosis of the gap")
 
     predict = add("predict", _predict, "predictive stable amplitude at a design Scruton number")
@@ -271,6 +278,7 @@ def _report(arguments: argparse.Namespace) -> int:
         arguments.out,
         design_sc=arguments.sc,
         bridge=arguments.bridge,
+        limits=arguments.limit,
         model=arguments.model,
         tests=arguments.tests,
         seed=arguments.seed,

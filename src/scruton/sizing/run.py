@@ -1,13 +1,14 @@
 """`size`: everything that `scruton size` knows, as the content of sizing.json."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from scruton.campaign.schema import FloatArray, Motion
 from scruton.errors import InputError
-from scruton.griffin.curves import law_curves
+from scruton.griffin.curves import law_curves, was_fitted
 from scruton.griffin.posterior import chosen_rig, motion_of, peak_names, rig_mass_damping_draws
 from scruton.sizing import modes as together
 from scruton.sizing.bridge import Bridge
@@ -18,6 +19,7 @@ from scruton.sizing.risk import CONFIDENCES, LARGEST_ADDED, Risk, flags, risk
 from scruton.sizing.shares import shares
 from scruton.sizing.tmd import response
 from scruton.sizing.tmd_design import Design, MassMap, design, mass_map
+from scruton.sizing.tmd_tuning import CLOSE
 from scruton.sizing.uncertain import Uncertain
 
 if TYPE_CHECKING:
@@ -26,7 +28,9 @@ if TYPE_CHECKING:
 DAMPER_DRAWS, CHECK_DRAWS = 1 << 12, 1 << 15
 CORRECTIONS = 4
 LONG_STROKE = 1.0  # m, beyond which a stroke without a stated limit is remarked upon
-MAP_POINTS = 13
+LEAST_EXPONENT = -2.0  # below it the force of the wind on strips near a node has no finite sum
+NEAR_NODE = 0.2  # of the mode's largest movement
+MAP_POINTS = 9
 LOCK_IN_MARGIN = 0.1  # about the reduced velocity of the peak tests, where a mode states no range
 
 Progress = Callable[[str, float], None]
@@ -69,7 +73,9 @@ def size(
     InputError
         Without a limit; where a limit says nothing of this motion; where the bridge's motion is not the section's.
     """
-    rules = [*bridge.limits, *limits]
+    if law_n is not None and not (np.isfinite(law_n) and law_n >= LEAST_EXPONENT):
+        raise InputError("sizing", "law", f"{law_n:g}", f"a finite exponent from {LEAST_EXPONENT:g} on")
+    rules = list({rule.text: rule for rule in (*bridge.limits, *limits)}.values())
     if not rules:
         raise InputError("sizing", "limits", "no limit", 'at least one, such as --limit jtg or limits = ["jtg"]')
     if bridge.motion is not motion_of(tree):
@@ -78,6 +84,13 @@ def size(
     laws = law_curves(tree, law_n=law_n)
     factor = rig_mass_damping_draws(tree, chosen_rig(tree, rig))
     models = [ModeModel(laws, factor, bridge, mode) for mode in bridge.modes]
+    for model in models:
+        place = together.position(model)
+        if not abs(model.mode.shape.at(place)) > 1e-6:
+            raise InputError(
+                "bridge.toml", "damper.position", f"{place:g}, a node of mode {model.mode.name}",
+                "a place where every mode moves; left out, each mode's dampers stand where it is largest",
+            )  # fmt: skip
     entries, governing = [], []
     for k, model in enumerate(models):
         entry, limit = _mode(model, rules, seed, _within(tell, k, len(models)))
@@ -95,8 +108,29 @@ def size(
         "all_modes": _all_modes(tree, models, entries, governing, seed),
         "flags": [flag for entry in entries for flag in entry["flags"]],
     }  # fmt: skip
+    if law_n is not None and not was_fitted(tree, law_n):
+        content["flags"].append(
+            f"the law n = {law_n:g} was not fitted: its curve is a what-if, with the amplitude and relaxation that the "
+            f"reference law found at Sc = {laws.reference:.4g}"
+        )
+    content["flags"] += _lacking(bridge)
     tell("done", 1.0)
     found: dict[str, Any] = plain(content)
+    return found
+
+
+def _lacking(bridge: Bridge) -> list[str]:
+    """Why there is no cost where costs are stated."""
+    cost = bridge.cost
+    if cost is None:
+        return []
+    if not cost.failure > 0.0:
+        return ["cost.failure is not stated: there is no expected cost without it"]
+    found = []
+    if not cost.per_percent > 0.0:
+        found.append("cost.per_percent is not stated: without it damping has no cost, and information no value")
+    if cost.per_kg > 0.0 and any(mode.modal_mass is None for mode in bridge.modes):
+        found.append("cost.per_kg has no meaning for a mode without a modal mass: state its mass and length")
     return found
 
 
@@ -139,6 +173,12 @@ def _mode(model: ModeModel, rules: Sequence[Limit], seed: int, tell: Progress) -
             f"mode {mode.name}: the stroke of the lightest damper is {damper['stroke']['high']:.1f} m (95 %): "
             "state damper.largest_stroke for one that fits"
         )
+    moves = abs(mode.shape.at(damper["position"]))
+    if damper["dampers"] and moves < NEAR_NODE:
+        entry["flags"].append(
+            f"mode {mode.name}: where the damper stands the mode moves {moves:.1%} of its largest, and its mass grows "
+            "with the inverse square of that"
+        )
     if bridge.cost is not None and bridge.cost.failure > 0.0:
         tell(f"mode {mode.name}: costs and value of information", 0.85)
         entry["cost"] = _cost(model, chosen, entry["damper"], seed)
@@ -171,8 +211,6 @@ def _damper(model: ModeModel, chosen: Risk, seed: int) -> dict[str, Any]:
     needed = fresh.needed(chosen.limit)
     place = together.position(model)
     shape = abs(mode.shape.at(place)) * together.lever_arm(model)
-    if not shape > 1e-6:
-        raise InputError("damper", "position", f"{place:g}, a node of mode {mode.name}", "a place where the mode moves")
     common: dict[str, Any] = {
         "limit": chosen.limit, "detuning": draws.detuning, "number": wish.number, "shape": shape,
     }  # fmt: skip
@@ -191,7 +229,11 @@ def _damper(model: ModeModel, chosen: Risk, seed: int) -> dict[str, Any]:
         aim *= wish.risk / left
     total = sum(one.mass_ratio for one in found.dampers)
     ratios = np.geomspace(max(0.1 * total, 2e-4), min(max(3.0 * total, 2e-3), 0.1), MAP_POINTS)
-    chart = mass_map(draws.amplitude, mass_ratios=ratios, **common)
+    if total > 0.0:
+        ratios = np.unique(np.append(ratios, total))
+    chart = mass_map(draws.amplitude, mass_ratios=ratios, largest_stroke=wish.largest_stroke, **common)
+    remaining = [float(np.mean(needed > response(one, fresh.detuning).added_damping)) for one in chart.dampers]
+    chart = replace(chart, probability=np.array(remaining))
     scale = (mode.modal_mass or 1.0) / shape**2
     return {
         "asked": {"risk": wish.risk, "number": wish.number, "largest_mass_ratio": wish.largest_mass_ratio,
@@ -240,11 +282,18 @@ def _cost(model: ModeModel, chosen: Risk, damper: Mapping[str, Any], seed: int) 
     if cost.per_kg > 0.0 and chart["mass"] is not None:
         bought = cost.fixed + cost.per_kg * np.asarray(chart["mass"])
         total = bought + cost.failure * chart["probability"]
-        best = int(np.argmin(total))
+        without = cost.failure * float(np.mean(chosen.needed > 0.0))
+        asked = damper["asked"]
+        allowed = chart["mass_ratio"] <= asked["largest_mass_ratio"]
+        if asked["largest_stroke"] is not None:
+            allowed &= chart["stroke_high"] <= (1.0 + CLOSE) * asked["largest_stroke"]
+        best = int(np.argmin(np.where(allowed, total, np.inf)))
+        bare = not allowed[best] or without <= total[best]
         entry["by_mass"] = {
             "mass": chart["mass"], "damper": bought, "failure": cost.failure * chart["probability"], "total": total,
-            "best_mass": chart["mass"][best], "best_total": total[best],
-            "without": cost.failure * float(np.mean(chosen.needed > 0.0)),
+            "allowed": allowed, "without": without,
+            "best_mass": 0.0 if bare else chart["mass"][best], "best_total": without if bare else total[best],
+            "at_the_end": not bare and best == total.size - 1,
         }  # fmt: skip
     if cost.per_percent > 0.0:
         curve = cost_curve(cost, chosen.added, chosen.probability)

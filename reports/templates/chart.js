@@ -1,0 +1,175 @@
+"use strict";
+/* Charts that answer: the value under the pointer, and the value at the number that the slider chooses. */
+(() => {
+  const SVG = "http://www.w3.org/2000/svg";
+  const W = 720, H = 430, LEFT = 66, RIGHT = 14, TOP = 14, BOTTOM = 46;
+  const COLOURS = ["#0072b2", "#b34700", "#007a59", "#a4508a", "#8a5f00", "#1c6f9c", "#000000"];
+  const DASHES = ["", "7 3", "9 3 2 3", "2 2.5", "12 3", "", "7 3"];
+
+  const draw = (parent, name, attributes, text) => {
+    const node = document.createElementNS(SVG, name);
+    for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
+    if (text !== undefined) node.textContent = text;
+    parent.append(node);
+    return node;
+  };
+  const make = (parent, name, attributes = {}, text) => {
+    const node = document.createElement(name);
+    for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
+    if (text !== undefined) node.textContent = text;
+    parent.append(node);
+    return node;
+  };
+  const digits = (value, count = 3) => {
+    if (value === null || !Number.isFinite(value)) return "none";
+    return String(Number(value.toPrecision(count))).replace("-", "−");
+  };
+  const ticks = (low, high, count) => {
+    const raw = (high - low) / count, power = 10 ** Math.floor(Math.log10(raw));
+    const step = [1, 2, 5, 10].map((m) => m * power).find((one) => one >= raw);
+    const found = [];
+    for (let k = Math.ceil(low / step - 1e-9); k * step <= high * (1 + 1e-9); k++) found.push(Number((k * step).toPrecision(10)));
+    return found;
+  };
+  /* Straight lines between the points of the grid; null where either neighbour does not exist. */
+  const at = (grid, values, x) => {
+    if (!values) return null;
+    let i = 1;
+    while (i < grid.length - 1 && grid[i] < x) i++;
+    const [a, b] = [values[i - 1], values[i]];
+    const t = (x - grid[i - 1]) / (grid[i] - grid[i - 1]);
+    if (t <= 0) return a;
+    if (t >= 1) return b;
+    return a === null || b === null ? null : a + t * (b - a);
+  };
+
+  const build = (figure) => {
+    const data = JSON.parse(figure.querySelector("script").textContent);
+    const { x: axis, y: rise, grid, read } = data;
+    const px = (x) => LEFT + (x - axis.min) / (axis.max - axis.min) * (W - LEFT - RIGHT);
+    const py = (y) => TOP + (1 - y / rise.max) * (H - TOP - BOTTOM);
+    const show = (value, count) => (read.percent ? `${digits(100 * value, count)} %` : `${digits(value, count)} ${read.unit}`);
+
+    const tool = document.createElement("div");
+    tool.className = "tool";
+    const svg = draw(tool, "svg", { viewBox: `0 0 ${W} ${H}`, role: "img", "aria-label": `${data.name}; the slider below reads it` });
+    const clip = `clip-${figure.id}`;
+    const inside = draw(draw(svg, "defs", {}), "clipPath", { id: clip });
+    draw(inside, "rect", { x: LEFT, y: TOP, width: W - LEFT - RIGHT, height: H - TOP - BOTTOM });
+
+    for (const value of ticks(0, rise.max, 6)) {
+      draw(svg, "line", { x1: LEFT, x2: W - RIGHT, y1: py(value), y2: py(value), stroke: "#e4e4e4" });
+      draw(svg, "text", { x: LEFT - 7, y: py(value) + 4, "text-anchor": "end", "font-size": 13, fill: "#333" },
+        read.percent ? `${digits(100 * value)} %` : String(value));
+    }
+    for (const value of ticks(axis.min, axis.max, 8)) {
+      draw(svg, "line", { x1: px(value), x2: px(value), y1: H - BOTTOM, y2: H - BOTTOM + 5, stroke: "#333" });
+      draw(svg, "text", { x: px(value), y: H - BOTTOM + 19, "text-anchor": "middle", "font-size": 13, fill: "#333" }, String(value));
+    }
+    draw(svg, "path", { d: `M${LEFT} ${TOP}V${H - BOTTOM}H${W - RIGHT}`, fill: "none", stroke: "#333" });
+    draw(svg, "text", { x: (LEFT + W - RIGHT) / 2, y: H - 8, "text-anchor": "middle", "font-size": 14, fill: "#1b1b1b" }, axis.label);
+    draw(svg, "text", { x: 0, y: 0, transform: `translate(16 ${(TOP + H - BOTTOM) / 2}) rotate(-90)`, "text-anchor": "middle",
+      "font-size": 14, fill: "#1b1b1b" }, rise.label);
+
+    const plot = draw(svg, "g", { "clip-path": `url(#${clip})` });
+    const far = (value) => (value === null ? 2 * rise.max : Math.min(value, 2 * rise.max));
+    const path = (xs, ys) => {
+      let d = "", pen = false;
+      xs.forEach((x, i) => {
+        if (ys[i] === null) { pen = false; return; }
+        d += `${pen ? "L" : "M"}${px(x).toFixed(1)} ${py(far(ys[i])).toFixed(1)}`;
+        pen = true;
+      });
+      return d;
+    };
+    for (const area of data.areas) {
+      const there = grid.map((_, i) => i).filter((i) => area.low[i] !== null);
+      const up = there.map((i) => `${px(grid[i]).toFixed(1)} ${py(far(area.high[i])).toFixed(1)}`);
+      const down = there.toReversed().map((i) => `${px(grid[i]).toFixed(1)} ${py(far(area.low[i])).toFixed(1)}`);
+      if (up.length) draw(plot, "path", { d: `M${up.join("L")}L${down.join("L")}Z`, fill: area.tone === "outer" ? "#dcdcdc" : "#bdbdbd" });
+    }
+    let own = 0;
+    for (const line of data.lines) {
+      const paper = line.tone === "deterministic";
+      const look = paper ? { stroke: "#000", "stroke-width": 1.2, "stroke-dasharray": "1.5 3" }
+        : { stroke: COLOURS[own % 7], "stroke-width": 1.5, "stroke-dasharray": DASHES[own++ % 7] };
+      draw(draw(plot, "path", { d: path(line.x, line.y), fill: "none", ...look }), "title", {}, line.label);
+    }
+    draw(plot, "path", { d: path(grid, read.median), fill: "none", stroke: "#1b1b1b", "stroke-width": 2.4 });
+    for (const point of data.points) {
+      draw(plot, "line", { x1: px(point.x), x2: px(point.x), y1: py(point.low), y2: py(point.high), stroke: "#1b1b1b" });
+      const dot = draw(plot, "circle", { cx: px(point.x), cy: py(point.y), r: 5, fill: point.tone === "measured" ? "#1b1b1b" : "#fff",
+        stroke: "#1b1b1b", "stroke-width": 1.5 });
+      draw(dot, "title", {}, `${point.label}: ${axis.symbol} ${digits(point.x)}, ${show(point.y)}`);
+      const right = px(point.x) > W - 130;
+      draw(svg, "text", { x: px(point.x) + (right ? -8 : 8), y: py(point.y) - 9, "font-size": 13, fill: "#1b1b1b",
+        "text-anchor": right ? "end" : "start", stroke: "#fff", "stroke-width": 3, "paint-order": "stroke" }, point.label);
+    }
+
+    const hair = draw(plot, "line", { y1: TOP, y2: H - BOTTOM, stroke: "#4d4d4d", "stroke-dasharray": "3 3", visibility: "hidden" });
+    const chosen = draw(plot, "line", { y1: TOP, y2: H - BOTTOM, stroke: "#a3121a", "stroke-width": 1.5 });
+    const span = draw(plot, "line", { stroke: "#a3121a", "stroke-width": 5, "stroke-opacity": 0.55 });
+    const mark = draw(plot, "circle", { r: 6, fill: "#a3121a", stroke: "#fff", "stroke-width": 1.5 });
+
+    const under = make(tool, "p", { class: "under", "aria-hidden": "true" }, "Move the pointer over the plot to read it.");
+    const controls = make(tool, "div", { class: "controls" });
+    const limits = { min: axis.min, max: axis.max, step: axis.step };
+    make(controls, "label", { for: `range-${figure.id}` }, axis.slider);
+    const range = make(controls, "input", { type: "range", id: `range-${figure.id}`, ...limits });
+    const exact = make(controls, "input", { type: "number", "aria-label": `${axis.slider}, exact`, min: axis.min, max: axis.max, step: "any" });
+    const answer = make(tool, "output", { for: range.id, role: "status", "aria-live": "polite", "aria-atomic": "true" });
+
+    const sentence = (x) => {
+      const median = at(grid, read.median, x), low = at(grid, read.low, x), high = at(grid, read.high, x);
+      const head = `${axis.symbol} = ${digits(x, 4)}: ${read.what} `;
+      if (median === null) return `${head}none that is stable`;
+      let text = head + show(median);
+      if (read.low) text += `, ${read.interval} ${read.percent ? show(low) : digits(low)} to ${high === null ? "no bound" : show(high)}`;
+      if (read.scale) {
+        const k = read.scale.factor;
+        text += ` (${digits(k * median)} ${read.scale.unit}${read.low ? `, ${digits(k * low)} to ${high === null ? "no bound" : digits(k * high)}` : ""}`
+          + `${read.scale.where ? ` ${read.scale.where}` : ""})`;
+      }
+      if (read.also) text += `; ${read.also.symbol} = ${digits(at(grid, read.also.values, x))}`;
+      return text;
+    };
+    const choose = (x, from) => {
+      x = Math.min(axis.max, Math.max(axis.min, x));
+      if (from !== range) range.value = x;
+      if (from !== exact) exact.value = Number(x.toPrecision(5));
+      const median = at(grid, read.median, x), low = at(grid, read.low, x), high = at(grid, read.high, x);
+      for (const end of ["x1", "x2"]) { chosen.setAttribute(end, px(x)); span.setAttribute(end, px(x)); }
+      span.setAttribute("visibility", read.low && low !== null ? "visible" : "hidden");
+      if (low !== null) { span.setAttribute("y1", py(low)); span.setAttribute("y2", py(far(high))); }
+      mark.setAttribute("visibility", median === null ? "hidden" : "visible");
+      if (median !== null) { mark.setAttribute("cx", px(x)); mark.setAttribute("cy", py(far(median))); }
+      const text = sentence(x);
+      range.setAttribute("aria-valuetext", text);
+      answer.textContent = text;
+    };
+    range.addEventListener("input", () => choose(Number(range.value), range));
+    exact.addEventListener("input", () => { if (exact.value !== "" && Number.isFinite(Number(exact.value))) choose(Number(exact.value), exact); });
+
+    const where = (event) => {
+      const box = svg.getBoundingClientRect();
+      const x = axis.min + ((event.clientX - box.left) / box.width * W - LEFT) / (W - LEFT - RIGHT) * (axis.max - axis.min);
+      return x < axis.min || x > axis.max ? null : x;
+    };
+    svg.addEventListener("pointermove", (event) => {
+      const x = where(event);
+      hair.setAttribute("visibility", x === null ? "hidden" : "visible");
+      if (x === null) return;
+      for (const end of ["x1", "x2"]) hair.setAttribute(end, px(x));
+      under.textContent = `Under the pointer: ${sentence(x)}`;
+    });
+    svg.addEventListener("pointerleave", () => hair.setAttribute("visibility", "hidden"));
+    svg.addEventListener("click", (event) => { const x = where(event); if (x !== null) choose(x); });
+
+    make(tool, "p", { class: "key" }, data.key);
+
+    choose(axis.start);
+    figure.prepend(tool);
+    figure.classList.add("live");
+  };
+  document.querySelectorAll("figure.chart").forEach(build);
+})();
