@@ -103,7 +103,11 @@ def parser() -> argparse.ArgumentParser:
         "--limit", action="append", default=[], metavar="RULE",
         help='"jtg", "kd", "rms-acceleration", "peak-acceleration: 0.5 m/s^2", "0.13 m", "0.05" (A/D); may be repeated',
     )  # fmt: skip
-    size.add_argument("--damping", metavar="XI[+/-SD]", help="structural damping ratio of every mode of the bridge")
+    size.add_argument(
+        "--damping",
+        metavar="XI[+/-SD]",
+        help="structural damping ratio of every mode of the bridge; uncertain by 45 %% where no SD is given",
+    )
     size.add_argument("--rig", help="rig whose mass ratio a mode without a mass has (default: the first)")
     size.add_argument("--law", type=float, metavar="N", help="exponent of the law (default: all, weighed)")
     size.add_argument(

@@ -80,6 +80,14 @@ def test_a_bare_damping_ratio_is_never_certain(bridge_file):
         (mode("damping_ratio = { mean = 0.003, cov = -1 }"), {}, "cov", "zero or more"),
         (mode("damping_ratio = { mean = 0.003, minimum = 0.01 }"), {}, "damping_ratio", "minimum below"),
         (mode("lock_in = [11, 8]"), {}, "lock_in", "rising"),
+        (mode("lock_in = [true, 8]"), {}, "lock_in", "rising"),
+        (mode("half_waves = 0"), {}, "half_waves", "from 1 to 100"),
+        (mode("half_waves = 2000"), {}, "half_waves", "from 1 to 100"),
+        (mode('shape = "uniform"\nhalf_waves = 2'), {}, "half_waves", "belongs to"),
+        (mode("damping_ratio = { mean = 0.003, cov = 1e200 }"), {}, "damping_ratio", "10 times the mean"),
+        (mode('damping_ratio = { median = 0.003, distribution = "beta" }'), {}, "damping_ratio", "the mean of a beta"),
+        (mode('mass = { mean = "20 t/m", minimum = 15 }'), {}, "mass.minimum", "unit"),
+        (mode("") + '[wind]\nweibull_scale = "7 m/s"\nweibull_shape = 0.05', {}, "weibull_shape", "between 0.5 and 20"),
         (mode("") + mode(""), {}, "modes", "twice"),
         (mode("") + "[damper]\nrisk = 2", {}, "damper.risk", "between 0 and 1"),
         (mode("") + "[damper]\nnumber = 0", {}, "damper.number", "1 to 16"),
@@ -130,6 +138,40 @@ def test_a_shape_that_is_none_is_refused(tmp_path, rows, words):
         read_shape(path)
 
 
+def test_a_first_row_of_numbers_is_not_swallowed_as_a_header(tmp_path, bridge_file):
+    rows = "0,0\n1,0.7\n2,1\n3,0.7\n4,0\n5,-0.7\n"
+    (tmp_path / "s.csv").write_text(rows, encoding="utf-8")
+    with pytest.raises(InputError, match="numbers"):
+        read_shape(tmp_path / "s.csv")
+    (tmp_path / "s.csv").write_text("\ufeffx,phi\n\n" + rows.replace("\n", "\n\n"), encoding="utf-8")
+    assert read_shape(tmp_path / "s.csv").at(0.4) == pytest.approx(1.0, abs=0.05)
+    (tmp_path / "r.csv").write_text("5,100\n10,200\n", encoding="utf-8")
+    with pytest.raises(InputError, match="numbers"):
+        load_bridge(bridge_file(mode("") + '[wind]\nrose = "r.csv"'), Motion.HEAVING)
+    (tmp_path / "r.csv").write_text("v,h\n5,100\ninf,200\n", encoding="utf-8")
+    with pytest.raises(InputError, match=r"r\.csv"):
+        load_bridge(bridge_file(mode("") + '[wind]\nrose = "r.csv"'), Motion.HEAVING)
+
+
+@pytest.mark.parametrize("shape", [0.7, 1.0, 2.0, 3.0])
+def test_hours_of_a_weibull_climate_are_its_own(bridge_file, shape):
+    text = mode("") + f'[wind]\nweibull_scale = "7 m/s"\nweibull_shape = {shape}\nshare = 0.5'
+    wind = load_bridge(bridge_file(text), Motion.HEAVING).wind
+    for low, high in ((0.0, 3.0), (6.7, 9.5), (30.0, 80.0), (0.0, 1e6)):
+        exact = 0.5 * 8766.0 * (np.exp(-((low / 7.0) ** shape)) - np.exp(-((high / 7.0) ** shape)))
+        assert wind.between(low, high) == pytest.approx(exact, rel=1e-3, abs=0.1)
+
+
+def test_spread_and_minimum_are_as_stated(bridge_file):
+    text = 'damping_ratio = { median = 0.003, sd = 0.0015 }\nmass = { mean = "20 t/m", cov = 0.1, minimum = "19 t/m" }'
+    one = load_bridge(bridge_file(mode(text)), Motion.HEAVING).modes[0]
+    u = (np.arange(400_000) + 0.5) / 400_000
+    draws = one.damping_ratio.quantile(u)
+    assert np.median(draws) == pytest.approx(0.003, rel=1e-4)
+    assert draws.std() == pytest.approx(0.0015, rel=2e-3)
+    assert one.mass.quantile(u).min() == pytest.approx(19_000.0, rel=1e-3)
+
+
 def test_limits_are_those_of_their_codes():
     heaving = {"f": 0.3, "width": 12.0, "depth": 3.0}
 
@@ -144,7 +186,8 @@ def test_limits_are_those_of_their_codes():
     assert of("rms-acceleration") == pytest.approx(np.sqrt(2) * 0.315 / (0.6 * np.pi) ** 2)
     assert of("peak-acceleration: 0.05 g_n", Motion.TORSIONAL) == pytest.approx(0.05 * 9.80665 / (0.6 * np.pi) ** 2 / 6)
     assert of("133 mm") == pytest.approx(0.133)
-    assert of("0.05") == pytest.approx(0.15)
+    assert of("0.05") == of("5E-2") == pytest.approx(0.15)
+    assert of("0.4°", Motion.TORSIONAL) == pytest.approx(np.deg2rad(0.4))
     assert of("0.4 deg", Motion.TORSIONAL) == pytest.approx(np.deg2rad(0.4))
 
 
@@ -163,6 +206,7 @@ def test_every_rule_cites_a_source():
     ("text", "words"),
     [("foo", "one of"), ("jgt", '"jtg"'), ("0 m", "greater than zero"), ("-0.1 m", "greater than zero"),
      ("jtg: x", "factor"), ("peak-acceleration", "its value"), ("amplitude: 3", "m"), ("0.3 kg", "a length"),
+     ("0.1 +/- 0.01 m", "without a standard deviation"),
      ("", "a rule")],
 )  # fmt: skip
 def test_a_limit_that_is_none_is_refused(text, words):

@@ -84,6 +84,13 @@ def test_the_band_holds_the_probability_and_closes_without_section_uncertainty()
     assert (np.diff(wide.probability) <= 0.0).all()
 
 
+def test_the_curve_reaches_as_far_as_damping_can_be_added_where_a_confidence_cannot_be_had():
+    found = risk(mode_model(0.5, 0.3), 0.03)
+    assert found.required[0.50] is not None
+    assert found.required[0.99] is None
+    assert found.added[-1] == pytest.approx(0.05)
+
+
 def test_no_crossing_within_reach_is_said_and_is_no_infinity():
     found = risk(mode_model(), 0.005)
     assert found.required[0.95] is None
@@ -112,6 +119,11 @@ def test_shares_sum_as_they_must():
         assert all(row.total >= row.first - 0.03 for row in rows)
 
 
+def test_nothing_is_shared_where_nothing_varies():
+    rows = sobol_shares(mode_model(0.2, 0.45), lambda u: np.ones(len(u)), 0, 1 << 8)
+    assert {(row.first, row.total) for row in rows} == {(0.0, 0.0)}
+
+
 def test_one_source_alone_has_all_of_the_variance():
     assert [(row.first, row.total) for row in shares(mode_model(), LIMIT)["needed"]] == [(1.0, 1.0)]
 
@@ -130,6 +142,12 @@ def test_same_seed_same_numbers_another_seed_others():
 def test_the_mode_factor_of_a_sine(n, value):
     assert float(sine().factor(n)) == pytest.approx(value, abs=2e-5)
     assert float(uniform().factor(n)) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("waves", [3, 7, 99, 100])
+def test_the_mode_factor_of_many_half_waves_is_that_of_one(waves):
+    for n in (-1.0, 0.0, 2.0):
+        assert float(sine(waves).factor(n)) == pytest.approx(float(sine().factor(n)), rel=1e-4)
 
 
 def test_the_mode_factor_is_continuous_at_n_zero_and_by_interpolation():
@@ -154,6 +172,19 @@ def test_quantile_functions_have_the_moments_they_state(family):
     draws = one.quantile((np.arange(200_000) + 0.5) / 200_000)
     assert draws.mean() == pytest.approx(0.5, rel=2e-3)
     assert draws.std() == pytest.approx(0.1, rel=1e-2)
+
+
+def test_a_beta_that_is_all_but_certain_has_its_quantiles():
+    u = np.array([0.05, 0.5, 0.95])
+    wide, narrow = (Uncertain("beta", 0.9, sd).quantile(u) for sd in (1e-4, 1e-12))
+    np.testing.assert_allclose((wide - 0.9) / 1e-4, [-1.645, 0.0, 1.645], atol=2e-3)
+    np.testing.assert_allclose(narrow, 0.9, rtol=1e-11)
+
+
+def test_a_minimum_cuts_off_a_beta_too():
+    draws = Uncertain("beta", 0.9, 0.05, minimum=0.85).quantile(np.linspace(1e-6, 1.0 - 1e-6, 1000))
+    assert draws.min() == pytest.approx(0.85, abs=1e-4)
+    assert (np.diff(draws) > 0.0).all()
 
 
 def test_a_minimum_cuts_off_and_keeps_the_order():

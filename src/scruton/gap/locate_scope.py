@@ -14,6 +14,7 @@ from scruton.gap.hypothesis import Hypothesis, Weighed
 from scruton.infer.settled import amplitude_rates
 
 # What an effect is seen in; damping for those that are not named.
+_CERTAIN = 1e3  # largest significance that is stated
 _QUANTITY = {
     "reduced_velocity_drift": "test",
     "fluid_memory": "branch",
@@ -178,7 +179,9 @@ def _finding(scope: _Scope, mine: np.ndarray) -> Finding | None:
         return None
     raw, raw_sd = scope.evidence.value(f"{scope.number}:{scope.size.name}")
     member = int(scope.size.members[record])
-    significance = abs(value) / sd if scope.size.log else abs(raw[member]) / raw_sd[member]
+    size, error = (value, sd) if scope.size.log else (float(raw[member]), float(raw_sd[member]))
+    # What does not answer to a small step of its parameters (a hard limit between two readings) is certain enough.
+    significance = abs(size) / max(error, abs(size) / _CERTAIN)
     rig, test, name = names_of(data, record)
     several, rigwide = np.count_nonzero(mine) > 1, bool(np.any(mine & ~layout.wind))
     where = f" at amplitude {at:.3g}" if quantity in ("damping", "test") else ""

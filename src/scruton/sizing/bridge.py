@@ -25,7 +25,7 @@ from scruton.campaign.units import (
 from scruton.errors import InputError
 from scruton.sizing.limits import Limit
 from scruton.sizing.limits import limit as read_limit
-from scruton.sizing.mode_shape import ModeShape, read_shape, sine, uniform
+from scruton.sizing.mode_shape import ModeShape, read_shape, read_table, sine, uniform
 from scruton.sizing.uncertain import FAMILIES, Uncertain, known
 
 if TYPE_CHECKING:
@@ -38,6 +38,8 @@ FREQUENCY_COV = 0.01  # of a frequency that is stated without one: calculated ag
 # Steel box girders: median 0.3 %, as measured on one suspension bridge's modes and as designs assume.
 DAMPING = Uncertain("lognormal", 0.003 * float(np.sqrt(1.0 + DAMPING_COV**2)), 0.003 * DAMPING_COV * 1.0966, 0.001)
 
+LARGEST_COV = 10.0  # of anything; more is a slip of the pen
+_REACH = 18.0  # of -ln(1 - probability) of the wind speed: half a second a year lies beyond
 _MODAL_MASS = Dimension("a modal mass", "kg", 2e6)
 _SHARE = Dimension("a bare number", "", 0.5)
 _MONEY = Dimension("an amount of money, a bare number", "", 1e6, positive=False)
@@ -274,12 +276,14 @@ def _mode(table: Table, motion: Motion, digests: dict[str, str]) -> Mode:
 
 def _shape(table: Table, digests: dict[str, str]) -> ModeShape:
     name = table.text("shape", 'a name: "sine", "uniform" or a CSV file', default="sine")
+    if name != "sine" and "half_waves" in table:
+        raise table.error("half_waves", show(table.values["half_waves"]), 'none: it belongs to shape = "sine"')
     if name == "uniform":
         return uniform()
     if name == "sine":
         waves = table.values.get("half_waves", 1)
-        if not isinstance(waves, int) or isinstance(waves, bool) or waves < 1:
-            raise table.error("half_waves", show(waves), "a whole number, one or more")
+        if not isinstance(waves, int) or isinstance(waves, bool) or not 1 <= waves <= 100:
+            raise table.error("half_waves", show(waves), "a whole number from 1 to 100")
         return sine(waves)
     path = table.file.parent / name
     shape = read_shape(path)
@@ -315,9 +319,14 @@ def _uncertain(
     else:
         spread = _plain(inner, "cov") if "cov" in inner else cov
     if family == "lognormal" and "median" in inner:
-        # sd over the mean is the stated coefficient of variation; sd alone is meant over the median
+        if "sd" in inner:  # sd^2 = median^2 w (w - 1) with w = 1 + cov^2
+            spread = float(np.sqrt(0.5 * (np.sqrt(1.0 + 4.0 * spread**2) - 1.0)))
         centre *= float(np.sqrt(1.0 + spread**2))
-    found = Uncertain(family if spread > 0.0 else "known", centre, spread * centre, _plain(inner, "minimum"))
+    elif family == "beta" and "median" in inner:
+        raise table.error(key, show(value), "the mean of a beta distribution, not its median")
+    # in the unit of the mean, as it is written; a bare zero cuts off nothing
+    minimum = inner.number("minimum", dimension) if inner.values.get("minimum", 0) != 0 else 0.0
+    found = Uncertain(family if spread > 0.0 else "known", centre, spread * centre, minimum)
     return _checked(found, table, key)
 
 
@@ -332,6 +341,10 @@ def _checked(value: Uncertain, table: Table, key: str) -> Uncertain:
     text = show(table.values[key])
     if key in ("damping_ratio", "coherence") and not value.mean <= 1.0:
         raise table.error(key, text, "a bare number up to 1")
+    if value.sd > LARGEST_COV * value.mean:
+        raise table.error(key, text, f"a standard deviation up to {LARGEST_COV:g} times the mean")
+    if value.family == "beta" and not value.certain and not value.mean < 1.0:
+        raise table.error(key, text, "a mean between 0 and 1: beta is a distribution of fractions")
     if value.family == "beta" and not value.certain and value.sd**2 >= value.mean * (1.0 - value.mean):
         raise table.error(key, text, "a standard deviation that fits between 0 and 1")
     if value.minimum >= value.mean:
@@ -344,7 +357,7 @@ def _pair(table: Table, key: str) -> tuple[float, float] | None:
         return None
     value = table.values[key]
     wanted = f"two rising numbers U/(fD), such as {key} = [8.0, 11.0]"
-    if not isinstance(value, list) or len(value) != 2 or not all(isinstance(one, int | float) for one in value):
+    if not isinstance(value, list) or len(value) != 2 or not all(type(one) in (int, float) for one in value):
         raise table.error(key, show(value), wanted)
     low, high = (float(one) for one in value)
     if not 0.0 <= low < high < np.inf:
@@ -361,11 +374,9 @@ def _wind(table: Table, digests: dict[str, str]) -> Wind:
     if "rose" in table:
         path = table.file.parent / table.text("rose", "a CSV file")
         wanted = "one header line, then upper speed [m/s] and hours a year of each class, speeds rising"
-        try:
-            rows = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2, encoding="utf-8-sig")
-        except (OSError, ValueError) as error:
-            raise InputError(path, "", str(error), wanted) from None
-        if rows.shape[1] != 2 or not (np.diff(rows[:, 0]) > 0).all() or rows[0, 0] <= 0 or not (rows[:, 1] >= 0).all():
+        rows = read_table(path, wanted)
+        usable = rows.shape[1] == 2 and np.isfinite(rows).all() and (rows >= 0.0).all()
+        if not usable or not (np.diff(rows[:, 0], prepend=0.0) > 0.0).all():
             raise InputError(path, "", "other rows", wanted)
         if not 0.0 < rows[:, 1].sum() <= 8790.0:
             raise InputError(path, "hours", f"{rows[:, 1].sum():g} hours in all", "up to the 8,766 of a year")
@@ -373,8 +384,14 @@ def _wind(table: Table, digests: dict[str, str]) -> Wind:
         return Wind(rows[:, 0], share * rows[:, 1])
     scale = table.number("weibull_scale", SPEED)
     shape = table.number("weibull_shape", Dimension("a shape parameter, a bare number", "", 2.0))
-    edges = np.linspace(0.0, 6.0 * scale, 601)
-    return Wind(edges[1:], share * 8766.0 * np.diff(-np.exp(-((edges / scale) ** shape))))
+    if not 0.5 <= shape <= 20.0:
+        raise table.error("weibull_shape", f"{shape:g}", "a shape parameter between 0.5 and 20; winds have about 2")
+    # Fine where the hours are, and on to where no second of a year is left, which is far out for a small shape.
+    ratio = np.linspace(0.0, 6.0, 601)
+    last = _REACH ** (1.0 / shape)
+    if last > 6.0:
+        ratio = np.concatenate((ratio, np.geomspace(6.0, last, 600)[1:]))
+    return Wind(scale * ratio[1:], share * 8766.0 * np.diff(-np.exp(-(ratio**shape))))
 
 
 def _damper(table: Table, motion: Motion) -> DamperWish:

@@ -75,7 +75,8 @@ class ModeShape:
 
 def sine(half_waves: int = 1) -> ModeShape:
     """Sine of one or more half waves."""
-    x = np.linspace(0.0, 1.0, _POINTS)
+    # As many steps in each half wave, an even number, so that its ends are points of the quadrature.
+    x = np.linspace(0.0, 1.0, 1 + half_waves * max(2 * round(0.5 * (_POINTS - 1) / half_waves), 60))
     return ModeShape(x, np.sin(half_waves * np.pi * x), "sine")
 
 
@@ -93,19 +94,40 @@ def read_shape(path: Path) -> ModeShape:
     InputError
         Not two columns of numbers, fewer than five points, positions that do not rise, a shape of zeros.
     """
-    try:
-        table = np.loadtxt(path, delimiter=",", skiprows=1, ndmin=2, encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise InputError(path, "", "no such file", "a CSV file with position and displacement of the mode") from None
-    except (OSError, ValueError) as error:
-        raise InputError(
-            path, "", str(error), "one header line, then two columns of numbers with a comma between"
-        ) from None
+    table = read_table(path, "one header line, then two columns of numbers with a comma between, position and shape")
     if table.shape[1] != 2 or len(table) < 5:
         raise InputError(
             path, "", f"{len(table)} rows of {table.shape[1]} columns", "two columns and at least five rows"
         )
     return make_shape(table[:, 0], table[:, 1], path)
+
+
+def read_table(path: Path, wanted: str) -> FloatArray:
+    """Read the numbers below the header line of a CSV file, (rows, columns).
+
+    Raises
+    ------
+    InputError
+        A file that is not there or holds something else, or begins with numbers: they would be taken for the header.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise InputError(path, "", "no such file", wanted) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(path, "", f"a file that cannot be read ({error})", wanted) from None
+    lines = [line for line in text.splitlines() if line.strip()]
+    if len(lines) < 2:
+        raise InputError(path, "", f"{len(lines)} lines", wanted)
+    try:
+        rows: FloatArray = np.loadtxt(lines[1:], delimiter=",", ndmin=2)
+    except ValueError as error:
+        raise InputError(path, "", str(error), wanted) from None
+    try:
+        float(lines[0].split(",")[0])
+    except ValueError:
+        return rows
+    raise InputError(path, "line 1", f'numbers ("{lines[0]}")', wanted)
 
 
 def make_shape(position: FloatArray, value: FloatArray, path: Path | str) -> ModeShape:
@@ -119,5 +141,5 @@ def make_shape(position: FloatArray, value: FloatArray, path: Path | str) -> Mod
     if not np.abs(value).max() > 0.0:
         raise InputError(path, "displacement", "a mode shape of zeros", "a shape that moves somewhere")
     fine = np.linspace(position[0], position[-1], _POINTS)
-    spline = CubicSpline(position, value)(fine)
+    spline = CubicSpline(position, value / np.abs(value).max())(fine)
     return ModeShape(fine, spline / np.abs(spline).max(), str(path))

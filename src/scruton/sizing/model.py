@@ -30,11 +30,14 @@ SOURCES = {
 _SC_GRID = 64  # Scruton numbers at which a curve with an effect in it is tabulated
 
 
-def unit_cube(count: int, seed: int) -> FloatArray:
-    """Scrambled Sobol' points, (count, sources); `count` is a power of two."""
+def unit_cube(count: int, seed: int, sources: int = len(SOURCES)) -> FloatArray:
+    """Scrambled Sobol' points, (count, sources); `count` is a power of two.
+
+    Rows of two cubes must not be paired: whatever their seeds, points of the same index share leading digits.
+    """
     from scipy.stats import qmc
 
-    points = qmc.Sobol(len(SOURCES), scramble=True, rng=np.random.default_rng([seed, 0x512E])).random(count)
+    points = qmc.Sobol(sources, scramble=True, rng=np.random.default_rng([seed, 0x512E])).random(count)
     found: FloatArray = np.clip(points, 1e-9, 1.0 - 1e-9)
     return found
 
@@ -169,7 +172,8 @@ class Draws:
         -----
         The inverse of A(Sc) = A_ref (1 - n x)^(1/n): x = (1 - r^n)/n with r the limit over A_ref.
         """
-        target = limit / self.scale
+        with np.errstate(divide="ignore"):  # a coherence that comes out as zero keeps any limit
+            target = limit / self.scale
         curve = self.curve
         if self.table is not None:
             sc = self._inverse(target)

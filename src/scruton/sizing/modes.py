@@ -7,7 +7,7 @@ import numpy as np
 
 from scruton.campaign.schema import FloatArray, Motion
 from scruton.sizing.bridge import Mode
-from scruton.sizing.model import COHERENCE, LAW, SECTION, Draws, ModeModel, unit_cube
+from scruton.sizing.model import COHERENCE, LAW, SECTION, SOURCES, Draws, ModeModel, unit_cube
 from scruton.sizing.tmd import TunedMass, response
 
 POINTS = 1 << 14
@@ -52,12 +52,16 @@ class Together:
 
 def joint_draws(models: Sequence[ModeModel], seed: int, points: int = POINTS) -> list[Draws]:
     """Draws of every mode: one section, law and coherence for all, the rest each mode's own."""
-    first = unit_cube(points, seed + 10)
+    shared = (SECTION, LAW, COHERENCE)
+    own = [source for source in SOURCES if source not in shared]
+    # One cube with a coordinate for each source of each mode: cubes of their own would tie the modes together.
+    cube = unit_cube(points, seed + 10, len(shared) + len(own) * len(models))
     found = []
     for k, model in enumerate(models):
-        u = unit_cube(points, seed + 10 + k) if k else first
-        for shared in (SECTION, LAW, COHERENCE):
-            u[:, shared] = first[:, shared]
+        u = np.empty((points, len(SOURCES)))
+        u[:, shared] = cube[:, : len(shared)]
+        first = len(shared) + k * len(own)
+        u[:, own] = cube[:, first : first + len(own)]
         found.append(model.draws(u))
     return found
 

@@ -113,6 +113,8 @@ def size(
             f"the law n = {law_n:g} was not fitted: its curve is a what-if, with the amplitude and relaxation that the "
             f"reference law found at Sc = {laws.reference:.4g}"
         )
+    if law_n is not None and "effect" in tree:
+        content["flags"].append(f"the fit carries {tree['effect'].attrs['effect']}; under one law alone it is left out")
     content["flags"] += _lacking(bridge)
     tell("done", 1.0)
     found: dict[str, Any] = plain(content)

@@ -70,4 +70,7 @@ def sobol_shares(model: ModeModel, function: Callable[[FloatArray], FloatArray],
         Share(SOURCES[source], float(first), float(total))
         for source, first, total in zip(sources, found.first_order.ravel(), found.total_order.ravel(), strict=True)
     ]
+    if not all(np.isfinite([row.first, row.total]).all() for row in rows):
+        # the same in every draw: there is no variance to share
+        rows = [Share(row.source, 0.0, 0.0) for row in rows]
     return sorted(rows, key=lambda one: -one.total)

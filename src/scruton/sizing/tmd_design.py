@@ -202,20 +202,22 @@ def mass_map(
     detuning: ArrayLike,
     number: int = 1,
     shape: float = 1.0,
+    largest_stroke: float | None = None,
     damping_range: tuple[float, float] = (0.005, 0.4),
 ) -> MassMap:
-    """Tune dampers of given mass for the least risk.
+    """Tune dampers of given mass for the least risk, those that can within the largest stroke.
 
     Parameters
     ----------
     mass_ratios : (M,) sequence of float
         Of all dampers together.
-    amplitude, limit, detuning, number, shape, damping_range
+    amplitude, limit, detuning, number, shape, largest_stroke, damping_range
         As for `design`.
 
     Returns
     -------
     MassMap
+        Dampers too light for the largest stroke are there with the stroke that they have.
 
     Raises
     ------
@@ -224,8 +226,10 @@ def mass_map(
     """
     positive("limit", limit)
     positive("shape", shape)
+    if largest_stroke is not None:
+        positive("largest_stroke", largest_stroke)
     ratios = np.array([positive("mass_ratios", mu) for mu in mass_ratios])
-    draws = Draws(amplitude, limit, detuning, number, shape, damping_range)
+    draws = Draws(amplitude, limit, detuning, number, shape, damping_range, largest_stroke)
     dampers = tuple(draws.least_risk(mu) for mu in ratios)
     results = [draws.outcome(each) for each in dampers]
     return MassMap(
@@ -277,7 +281,7 @@ def _why_not(draws: Draws, dampers: tuple[TunedMass, ...], risk: float, largest:
     """What stands in the way of the heaviest dampers."""
     never = float(np.mean(np.isinf(draws.needed)))
     if never > risk:
-        return f"not achievable with any damper: {never:.2g} of the draws exceed the limit at critical damping"
+        return f"not achievable with any damper: {100.0 * never:.3g} % of the draws exceed it at critical damping"
     outcome = draws.outcome(dampers)
     left = [f"a risk of {outcome.probability:.2g}"] if outcome.probability > risk else []
     if draws.largest_stroke is not None and outcome.stroke_high > draws.largest_stroke:

@@ -19,6 +19,7 @@ STROKE_QUANTILE = 0.95
 _NODES = 81
 _FAR = 1e3  # what lacks at a tuning that no one would build
 _OUT_OF_REACH = 1e6
+CLOSE = 0.01  # by which a stroke may miss its limit on a map
 
 Amplitude = Callable[[FloatArray], FloatArray]
 
@@ -121,7 +122,7 @@ class Draws:
         ----------
         mass_ratio : float
         risk : float or None
-            The risk to keep; None asks for the least mean logarithm of what lacks, wherever the limits lie.
+            The risk to keep; None asks for the least mean logarithm of what lacks, wherever the limit lies.
         near : tuple of TunedMass
             Dampers of another mass to start from; without them the search starts from Den Hartog's damping, from half
             and from twice of it.
@@ -175,7 +176,10 @@ class Draws:
         return best, self.lack(best, risk)
 
     def least_risk(self, mass_ratio: float) -> tuple[TunedMass, ...]:
-        """Tune dampers of one total mass for the least risk: each tuning aims below the risk of the last."""
+        """Tune dampers of one total mass for the least risk: each tuning aims below the risk of the last.
+
+        Within the largest stroke, where this mass can keep it.
+        """
         best, _ = self.tune(mass_ratio, None)
         risk = self.outcome(best).probability
         for _ in range(6):
@@ -183,7 +187,7 @@ class Draws:
                 break
             other, _ = self.tune(mass_ratio, risk - 0.5 / self.detuning.size, best)
             lower = self.outcome(other).probability
-            if lower >= risk:
+            if lower >= risk or (self._stroke_lack(best) <= CLOSE < self._stroke_lack(other)):
                 break
             best, risk = other, lower
         return best
@@ -196,15 +200,21 @@ class Draws:
         table = response(dampers, self._nodes)
         added = np.interp(self.detuning, self._nodes, table.added_damping)
         ratio = self.needed / added
-        if risk is None:
-            return float(np.mean(np.log(np.clip(ratio, 1e-2, 1e2))))
-        last = ratio.size - 1 - int(np.floor(risk * ratio.size + 1e-9))
-        deciding = np.clip(np.partition(ratio, last)[last], 1.0 / _OUT_OF_REACH, _OUT_OF_REACH)
+        stroke = 0.0
         if self.largest_stroke is not None:
             relative = np.interp(self.detuning, self._nodes, table.stroke.max(axis=0))
-            stroke = np.quantile(self.shape * relative * self.amplitude(added), STROKE_QUANTILE)
-            deciding = max(deciding, stroke / self.largest_stroke)
-        return float(np.log(deciding))
+            stroke = float(np.quantile(self.shape * relative * self.amplitude(added), STROKE_QUANTILE))
+            stroke /= self.largest_stroke
+        if risk is None:
+            # A stroke beyond its limit weighs more than any risk that it saves.
+            return float(np.mean(np.log(np.clip(ratio, 1e-2, 1e2)))) + 10.0 * float(np.log(max(stroke, 1.0)))
+        last = ratio.size - 1 - int(np.floor(risk * ratio.size + 1e-9))
+        deciding = np.clip(np.partition(ratio, last)[last], 1.0 / _OUT_OF_REACH, _OUT_OF_REACH)
+        return float(np.log(max(deciding, stroke)))
+
+    def _stroke_lack(self, dampers: tuple[TunedMass, ...]) -> float:
+        """Stroke over its limit, less one; below zero where there is no limit."""
+        return -1.0 if self.largest_stroke is None else self.outcome(dampers).stroke_high / self.largest_stroke - 1.0
 
     def _needed(self) -> FloatArray:
         low, high = np.zeros(self.detuning.size), np.ones(self.detuning.size)

@@ -4,11 +4,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import betaincinv, ndtr, ndtri
+from scipy.special import betainc, betaincinv, ndtr, ndtri
 
 from scruton.campaign.schema import FloatArray
 
 FAMILIES = ("lognormal", "normal", "beta", "known")
+
+
+_NARROW = 1e7  # shape parameters of a beta distribution that is a normal one, whose quantiles can be had
 
 
 @dataclass(frozen=True)
@@ -39,9 +42,11 @@ class Uncertain:
         """Value that is exceeded with probability 1 - u, for u in (0, 1)."""
         if self.certain:
             return np.full(np.shape(u), self.mean)
-        if self.family == "beta":
+        if self.family == "beta" and self.mean * (1.0 - self.mean) < _NARROW * self.sd**2:
             size = self.mean * (1.0 - self.mean) / self.sd**2 - 1.0
-            found: FloatArray = betaincinv(size * self.mean, size * (1.0 - self.mean), u)
+            a, b = size * self.mean, size * (1.0 - self.mean)
+            cut = float(betainc(a, b, self.minimum))
+            found: FloatArray = betaincinv(a, b, cut + (1.0 - cut) * np.asarray(u))
             return found
         log = self.family == "lognormal"
         spread = np.sqrt(np.log1p((self.sd / self.mean) ** 2)) if log else self.sd

@@ -74,8 +74,8 @@ def parse_limit(text: str, rules: Mapping[str, Rule], file: Path | str, field: s
     name, colon, rest = text.partition(":")
     name = name.strip().lower()
     if not colon and name not in rules and text.startswith(tuple("0123456789+-.")):
-        name, rest = ("angle" if any(unit in text for unit in ("deg", "rad")) else "amplitude"), text
-        if text.replace(".", "", 1).replace("e-", "", 1).lstrip("+-").isdigit():
+        name, rest = ("angle" if any(unit in text for unit in ("deg", "rad", "°")) else "amplitude"), text
+        if _is_number(text):
             name = "amplitude-over-depth"
     if name not in rules:
         raise InputError(file, field, f'"{text}"', f'a rule, as "jtg", or a value, as "0.13 m"; {nearest(name, rules)}')
@@ -93,4 +93,15 @@ def parse_limit(text: str, rules: Mapping[str, Rule], file: Path | str, field: s
             raw = float(rest)
         except ValueError:
             raise InputError(file, field, f'"{rest}"', f"{rule.dimension.name}") from None
-    return Limit(rule, parse_quantity(raw, rule.dimension, file, field).mean, text)
+    value = parse_quantity(raw, rule.dimension, file, field)
+    if value.sd is not None:
+        raise InputError(file, field, f'"{text}"', "a limit without a standard deviation")
+    return Limit(rule, value.mean, text)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
