@@ -1,19 +1,34 @@
 """A wind that changes while the record runs."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from scruton.campaign.schema import FloatArray
 from scruton.effects.terms import Effect, IntArray, Layout, Term, Values, Variant, add, size_prior
 
 
-def _apply(table: FloatArray, values: Values, layout: Layout) -> None:
-    del layout
-    add(table, Term.TREND, values["size"])
+def _drift(term: Term, *, from_start: bool) -> Callable[[FloatArray, Values, Layout], None]:
+    """A drift about the mean of the record, or one that begins at the stated speed: then the mean is off, too."""
+
+    def apply(table: FloatArray, values: Values, layout: Layout) -> None:
+        del layout
+        size = values["size"]
+        mean = np.maximum(1.0 + 0.5 * size, 0.2) if from_start else np.ones_like(size)
+        # Eq. 10: the aerodynamic damping goes with U, the drive with U^2.
+        table[:, :, Term.AERO] *= mean
+        table[:, :, Term.DRIVE] *= mean**2
+        add(table, term, size / mean)
+
+    return apply
 
 
-def _sine(table: FloatArray, values: Values, layout: Layout) -> None:
-    del layout
-    add(table, Term.TREND_SINE, values["size"])
+_FORMS = (
+    ("linear drift", _drift(Term.TREND, from_start=False)),
+    ("S-shaped drift", _drift(Term.TREND_SINE, from_start=False)),
+    ("linear drift from the stated speed", _drift(Term.TREND, from_start=True)),
+    ("S-shaped drift from the stated speed", _drift(Term.TREND_SINE, from_start=True)),
+)
 
 
 def _two(table: FloatArray, values: Values, layout: Layout) -> None:
@@ -30,6 +45,11 @@ def _variants(layout: Layout) -> tuple[Variant, ...]:
     records = np.flatnonzero(layout.wind)
     if tests.size > 1:
         scopes += [(f"in one test#{i}", layout.only(layout.test == i), 0.7 / tests.size) for i in tests]
+        scopes += [
+            (f"in every record of one test#{i}", layout.each(layout.test == i), 0.7 / tests.size)
+            for i in tests
+            if np.count_nonzero(layout.test == i) > 1
+        ]
     if records.size > 1:
         scopes.append(("in every record by its own", layout.each(layout.wind), 1.0))
         names = np.arange(len(layout.records))
@@ -46,8 +66,8 @@ def _variants(layout: Layout) -> tuple[Variant, ...]:
 
 def _alike(scopes: list[tuple[str, IntArray, float]]) -> tuple[Variant, ...]:
     return tuple(
-        Variant(f"{form} drift, {where}", (size_prior("size", members),), apply, members >= 0, weight)
-        for form, apply in (("linear", _apply), ("S-shaped", _sine))
+        Variant(f"{form}, {where}", (size_prior("size", members),), apply, members >= 0, weight)
+        for form, apply in _FORMS
         for where, members, weight in scopes
     )
 
