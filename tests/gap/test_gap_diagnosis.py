@@ -140,3 +140,20 @@ def test_measured_decays(shared_data, folder, effect):
     from scruton.campaign import load_campaign
 
     assert diagnose(load_campaign(shared_data(folder))).verdict == effect
+
+
+def test_a_statement_far_off_is_called_an_error_of_it():
+    """Damping stated nearly three times too large: the bare model has an optimum where turbulence explains it all."""
+    campaign, _ = simulate_case(SEED, 4, None, 0.0)
+    first = campaign.rigs[0]
+    stated = replace(first, damping_ratio=replace(first.damping_ratio, mean=2.7 * first.damping_ratio.mean))
+    found = diagnose(replace(campaign, rigs=(stated, *campaign.rigs[1:])), workers=1)
+    assert found.found == ("structural_damping_error",)
+
+
+def test_a_wind_that_leaves_its_stated_speed_is_found():
+    for index in range(20):
+        campaign, answer = simulate_case(SEED, index, "wind_speed_drift", 0.4)
+        if answer["parameters"]["wind_speed_drift"]["from_start"]:
+            break
+    assert diagnose(campaign, workers=1).verdict == "wind_speed_drift"

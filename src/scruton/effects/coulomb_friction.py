@@ -22,12 +22,14 @@ def _variants(layout: Layout) -> tuple[Variant, ...]:
         found += [_variant(f"in one rig#{i}", layout.only(layout.rig == i), 2.0 / rigs.size) for i in rigs]
         found += [_variant("in every rig, each its own", layout.by_rig(), 1.0)]
         found += [_variant(f"in all rigs but one#{i}", layout.only(layout.rig != i), 1.0 / rigs.size) for i in rigs]
-    members = layout.everywhere()
-    width = Parameter("width", float(np.log(0.05)), 0.7, members, log=True, starts=(float(np.log(0.05)),))
-    found.append(
-        Variant("with presliding, in every rig", (size_prior("size", members, positive=True), width), _apply,
-                members >= 0, 1.0)
-    )  # fmt: skip
+    scopes = [("in every rig", layout.everywhere(), 1.0)]
+    if rigs.size > 1:
+        scopes += [(f"in one rig#{i}", layout.only(layout.rig == i), 1.0 / rigs.size) for i in rigs]
+    centre = float(np.log(0.05))
+    for where, members, weight in scopes:
+        width = Parameter("width", centre, 1.0, members, log=True, starts=(centre,))
+        size = size_prior("size", members, positive=True)
+        found.append(Variant(f"with presliding, {where}", (size, width), _apply, members >= 0, weight))
     return tuple(found)
 
 

@@ -23,6 +23,7 @@ def _drift(term: Term, *, from_start: bool) -> Callable[[FloatArray, Values, Lay
     return apply
 
 
+_OWN = "in every record by its own"
 _FORMS = (
     ("linear drift", _drift(Term.TREND, from_start=False)),
     ("S-shaped drift", _drift(Term.TREND_SINE, from_start=False)),
@@ -51,7 +52,7 @@ def _variants(layout: Layout) -> tuple[Variant, ...]:
             if np.count_nonzero(layout.test == i) > 1
         ]
     if records.size > 1:
-        scopes.append(("in every record by its own", layout.each(layout.wind), 1.0))
+        scopes.append((_OWN, layout.each(layout.wind), 1.0))
         names = np.arange(len(layout.records))
         scopes += [(f"in one record#{i}", layout.only(names == i), 1.0 / records.size) for i in records]
     both = [
@@ -69,6 +70,8 @@ def _alike(scopes: list[tuple[str, IntArray, float]]) -> tuple[Variant, ...]:
         Variant(f"{form}, {where}", (size_prior("size", members),), apply, members >= 0, weight)
         for form, apply in _FORMS
         for where, members, weight in scopes
+        # A speed of its own for every record fits any jump.
+        if not ("from the stated" in form and where == _OWN)
     )
 
 

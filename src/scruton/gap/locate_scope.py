@@ -14,7 +14,6 @@ from scruton.gap.hypothesis import Hypothesis, Weighed
 from scruton.infer.settled import amplitude_rates
 
 # What an effect is seen in; damping for those that are not named.
-_CERTAIN = 1e3  # largest significance that is stated
 _QUANTITY = {
     "reduced_velocity_drift": "test",
     "fluid_memory": "branch",
@@ -175,13 +174,11 @@ def _finding(scope: _Scope, mine: np.ndarray) -> Finding | None:
     at = float(np.clip(layout.reference_amplitude, *span))
     quantity = _QUANTITY.get(scope.name, "damping")
     value, sd = _size(scope, record, at, span)
-    if value == 0.0 or not np.isfinite(sd):
-        return None
+    if value == 0.0 or not np.isfinite(sd) or not sd > 0.0:
+        return None  # without an answer to its parameters: a rig that never reaches the level of clipping, say
     raw, raw_sd = scope.evidence.value(f"{scope.number}:{scope.size.name}")
     member = int(scope.size.members[record])
-    size, error = (value, sd) if scope.size.log else (float(raw[member]), float(raw_sd[member]))
-    # What does not answer to a small step of its parameters (a hard limit between two readings) is certain enough.
-    significance = abs(size) / max(error, abs(size) / _CERTAIN)
+    significance = abs(value) / sd if scope.size.log else abs(raw[member]) / raw_sd[member]
     rig, test, name = names_of(data, record)
     several, rigwide = np.count_nonzero(mine) > 1, bool(np.any(mine & ~layout.wind))
     where = f" at amplitude {at:.3g}" if quantity in ("damping", "test") else ""

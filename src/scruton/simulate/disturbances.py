@@ -44,6 +44,8 @@ class Disturbances:
         Whether the bump is the rig's.
     drift, drift_form : float, {"linear", "cosine"}
         Relative change of the wind speed over the record, centred on its middle.
+    drift_from_start : bool
+        The speed that is stated is that at the record's start.
     jump_time : float
         s; 0 is off.
     jump_drive, jump_rate : float
@@ -85,6 +87,7 @@ class Disturbances:
     bump_in_still_air: bool = False
     drift: float = 0.0
     drift_form: str = "linear"
+    drift_from_start: bool = False
     jump_time: float = 0.0
     jump_drive: float = 0.0
     jump_rate: float = 0.0
@@ -128,7 +131,7 @@ def schedules(
     Returns
     -------
     speed : array
-        Wind speed over its mean.
+        Wind speed over the stated one.
     drive : array
         Factor of the force's second term.
     rate : array
@@ -138,7 +141,8 @@ def schedules(
     if still:
         return one, one, 0.0 * one
     u = time / time[-1]
-    speed = one + d.drift * (u - 0.5 if d.drift_form == "linear" else -0.5 * np.cos(np.pi * u))
+    rise = u - 0.5 if d.drift_form == "linear" else -0.5 * np.cos(np.pi * u)
+    speed = one + d.drift * (rise + 0.5 if d.drift_from_start else rise)
     after = (time >= d.jump_time) & (d.jump_time > 0.0)
     drive = np.where(after, 1.0 + d.jump_drive, 1.0)
     if d.spell_depth:

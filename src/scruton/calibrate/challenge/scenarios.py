@@ -175,16 +175,20 @@ def vortex_shedding_forcing(body: Body, severity: float, rng: np.random.Generato
 
 
 def wind_speed_drift(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
-    """A ramp of the wind in all records, in those of some rigs, or in a third of them."""
+    """A ramp of the wind about its stated speed or from it, in all records, in those of some rigs, or in a third."""
     form = str(rng.choice(["linear", "cosine"]))
+    from_start = bool(rng.random() < 0.5)
     chosen = records(body, rng)
     common = float(rng.choice([-1.0, 1.0])) if rng.random() < 0.5 else 0.0
     made, drifts = list(body.rigs), {}
     for j, i in chosen:
         drift = 0.75 * severity * (common or float(rng.choice([-1.0, 1.0])))
         drifts[f"{j},{i}"] = drift
-        made[j] = set_record(made[j], i, drift=drift, drift_form=form)
-    parameters = {"rigs": sorted({j for j, _ in chosen}), "records": chosen, "form": form, "drift": drifts}
+        made[j] = set_record(made[j], i, drift=drift, drift_form=form, drift_from_start=from_start)
+    parameters = {
+        "rigs": sorted({j for j, _ in chosen}), "records": chosen, "form": form, "from_start": from_start,
+        "drift": drifts,
+    }  # fmt: skip
     return replace(body, rigs=tuple(made)), parameters
 
 
