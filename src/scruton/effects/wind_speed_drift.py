@@ -24,11 +24,12 @@ def _drift(term: Term, *, from_start: bool) -> Callable[[FloatArray, Values, Lay
 
 
 _OWN = "in every record by its own"
+_NEAR_A_JUMP = "S-shaped drift from the stated speed"
 _FORMS = (
     ("linear drift", _drift(Term.TREND, from_start=False)),
     ("S-shaped drift", _drift(Term.TREND_SINE, from_start=False)),
     ("linear drift from the stated speed", _drift(Term.TREND, from_start=True)),
-    ("S-shaped drift from the stated speed", _drift(Term.TREND_SINE, from_start=True)),
+    (_NEAR_A_JUMP, _drift(Term.TREND_SINE, from_start=True)),
 )
 
 
@@ -70,8 +71,8 @@ def _alike(scopes: list[tuple[str, IntArray, float]]) -> tuple[Variant, ...]:
         Variant(f"{form}, {where}", (size_prior("size", members),), apply, members >= 0, weight)
         for form, apply in _FORMS
         for where, members, weight in scopes
-        # A speed of its own for every record fits any jump.
-        if not ("from the stated" in form and where == _OWN)
+        # An S and a mean of its own for every record come too near to a jump in each.
+        if not (form == _NEAR_A_JUMP and where == _OWN)
     )
 
 
