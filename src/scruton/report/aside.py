@@ -4,7 +4,8 @@ import multiprocessing
 import os
 import signal
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor
+from typing import Any
 
 
 class Aside:
@@ -20,6 +21,7 @@ class Aside:
 
     def __init__(self, beside: bool = True) -> None:
         self.pool: ProcessPoolExecutor | None = None
+        self.last: Future[Any] | None = None
         if beside:
             spawn = multiprocessing.get_context("spawn")
             self.pool = ProcessPoolExecutor(1, mp_context=spawn, initializer=_leave_interrupts)
@@ -39,7 +41,14 @@ class Aside:
         """Begin, and return what waits for the result (and raises what the work raised)."""
         if self.pool is None:
             return lambda: work(*arguments)
-        return self.pool.submit(work, *arguments).result
+        begun: Future[T] = self.pool.submit(work, *arguments)
+        self.last = begun
+        return begun.result
+
+    @property
+    def idle(self) -> bool:
+        """Whether there is a second process, and nothing left for it to do."""
+        return self.pool is not None and (self.last is None or self.last.done())
 
 
 def _leave_interrupts() -> None:

@@ -22,6 +22,7 @@ HTML, PDF, JSON, FIGURES, TABLES = "report.html", "report.pdf", "report.json", "
 GRIFFIN = "griffin"  # name of the figure that the command line points to
 
 Crossed = Callable[[], "Mapping[str, Prediction]"]
+Waiting = Callable[[], Part]
 
 
 @dataclass(frozen=True)
@@ -53,8 +54,8 @@ def build_report(
     out: Path,
     *,
     design_sc: Sequence[float] = (),
-    gap: Part | None = None,
-    sizing: Part | None = None,
+    gap: Part | Waiting | None = None,
+    sizing: Part | Waiting | None = None,
     crossed: Crossed | None = None,
     aside: Aside | None = None,
 ) -> ReportPaths:
@@ -67,7 +68,7 @@ def build_report(
         Folder; made if it is not there. A report that lies in it is replaced once the new one is complete.
     design_sc : sequence of float
         Design Scruton numbers to predict the stable amplitude at.
-    gap, sizing : Part, optional
+    gap, sizing : Part, or callable that gives it, optional
         The diagnosis and the sizing; their content is also written as gap.json and sizing.json.
     crossed : callable, optional
         Gives the prediction of each peak test from the others, where there are two or more; computed here if left out.
@@ -93,18 +94,17 @@ def build_report(
     design = _predictions(fit, design_sc)
     at_tests, others = _at_tests(fit, crossed)
     frames = tables(fit, [*design, *at_tests.values()])
-    parts = {name: part for name, part in (("gap", gap), ("sizing", sizing)) if part is not None}
     out.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=".report-", dir=out) as name:
         work = Path(name)
-        pictures = [
-            *_draw(fit, aside or Aside(beside=False)),
-            *(one for part in parts.values() for one in part.pictures),
-        ]
+        pictures = _draw(fit, aside or Aside(beside=False))
+        waiting = {name: part for name, part in (("gap", gap), ("sizing", sizing)) if part is not None}
+        parts = {name: part() if callable(part) else part for name, part in waiting.items()}
+        pictures += [one for part in parts.values() for one in part.pictures]
         figures = _write_pictures(pictures, work / FIGURES)
         material = Material(
             fit, frames, pictures, design, at_tests, others,
-            gap=gap.content if gap else None, sizing=sizing.content if sizing else None,
+            **{name: part.content for name, part in parts.items()},
         )  # fmt: skip
         charts: dict[str, Mapping[str, Any]] = {}
         if material.in_wind:
@@ -138,16 +138,19 @@ def build_report(
 
 
 def _draw(fit: "Fit", aside: Aside) -> "list[Picture]":
-    """Draw every figure; every other one is put into its files beside."""
+    """Draw every figure, the first ones here and the last ones beside, as far as there is time for it there."""
     from scruton.report.figures import all_figures
     from scruton.report.parts import drawn
 
     figures = all_figures(fit)
-    beside = [aside.begin(drawn, one) for one in figures[1::2]]
-    found = [drawn(one) for one in figures[::2]]
-    for i, one in enumerate(beside):
-        found.insert(2 * i + 1, one())
-    return found
+    here: list[Picture] = []
+    beside: list[Callable[[], Picture]] = []
+    while len(here) + len(beside) < len(figures):
+        if aside.idle:
+            beside.append(aside.begin(drawn, figures[-1 - len(beside)]))
+        else:
+            here.append(drawn(figures[len(here)]))
+    return [*here, *(one() for one in reversed(beside))]
 
 
 def _write_pictures(pictures: "Sequence[Picture]", folder: Path) -> list[str]:

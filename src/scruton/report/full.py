@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scruton.report.build import ReportPaths, build_report
-from scruton.report.parts import Part
 
 if TYPE_CHECKING:
     from scruton.infer.results import Fit
@@ -57,7 +56,7 @@ def run_report(
         For bad input; nothing is written then.
     """
     from scruton.report.aside import Aside
-    from scruton.report.parts import check_bridge, crossed_part, gap_part, sizing_part
+    from scruton.report.parts import check_bridge, crossed_part, gap_part, scruton_numbers_of, sizing_part
     from scruton.report.run import check_design, run_fit
 
     check_design(design_sc)
@@ -70,20 +69,14 @@ def run_report(
         fit, folder = run_fit(
             path, out, model=model, tests=tests, seed=seed, force=force, resume=resume, quiet=quiet, effect=effect
         )
-        sizing = None if bridge is None else sizing_part(fit, bridge, limits, seed=seed, quiet=quiet)
+        sizing = None if bridge is None else aside.begin(sizing_part, folder, bridge, limits, seed)
         paths = build_report(
             fit,
             folder,
-            design_sc=design_sc or _scruton_numbers(sizing),
-            gap=None if found is None else found(),
+            design_sc=design_sc or (scruton_numbers_of(fit, bridge) if bridge and fit.summary["tests"] else ()),
+            gap=found,
             sizing=sizing,
             crossed=crossed,
             aside=aside,
         )
     return fit, paths
-
-
-def _scruton_numbers(sizing: Part | None) -> list[float]:
-    """Scruton numbers of the bridge's modes, each once, where none was asked for."""
-    modes = [] if sizing is None else sizing.content["modes"]
-    return sorted({float(f"{one['scruton_number']['median']:.4g}") for one in modes})

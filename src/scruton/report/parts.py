@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from scruton.report.document import Picture
 
 if TYPE_CHECKING:
@@ -108,8 +110,22 @@ def check_bridge(campaign: Path, bridge: Path, limits: Sequence[str] = ()) -> No
         raise InputError(bridge, "limits", "no limit", 'at least one, such as limits = ["jtg"]')
 
 
-def sizing_part(fit: "Fit", bridge: Path, limits: Sequence[str] = (), *, seed: int = 0, quiet: bool = True) -> Part:
-    """Size the damping of a bridge from a fit.
+def scruton_numbers_of(fit: "Fit", bridge: Path) -> list[float]:
+    """Median Scruton number of every mode of a bridge, each once."""
+    from scruton.griffin.curves import law_curves
+    from scruton.griffin.posterior import chosen_rig, rig_mass_damping_draws
+    from scruton.sizing.bridge import load_bridge
+    from scruton.sizing.model import ModeModel, unit_cube
+
+    stands = load_bridge(bridge, fit.campaign.section.motion)
+    laws, factor = law_curves(fit.tree), rig_mass_damping_draws(fit.tree, chosen_rig(fit.tree, None))
+    u = unit_cube(1 << 12, 0)
+    draws = [ModeModel(laws, factor, stands, mode).draws(u) for mode in stands.modes]
+    return sorted({float(f"{np.median(one.scruton_number(0.0)):.4g}") for one in draws})
+
+
+def sizing_part(folder: Path, bridge: Path, limits: Sequence[str] = (), seed: int = 0) -> Part:
+    """Size the damping of a bridge from the fit in a folder.
 
     Raises
     ------
@@ -119,19 +135,20 @@ def sizing_part(fit: "Fit", bridge: Path, limits: Sequence[str] = (), *, seed: i
     import json
 
     from scruton.errors import InputError
+    from scruton.griffin.posterior import motion_of
+    from scruton.infer.store import read_tree
     from scruton.report.chapters.sizing import governing
     from scruton.report.charts import risk_chart
     from scruton.report.figures.sizing import sizing_figures
-    from scruton.report.run import Bar
     from scruton.sizing.bridge import load_bridge
     from scruton.sizing.limits import limit
     from scruton.sizing.run import size
 
-    if not fit.summary["tests"]:
+    tree, summary = read_tree(folder)
+    if not summary["tests"]:
         raise InputError(bridge, "", "a campaign without tests in wind", "a campaign with at least one test")
-    stands = load_bridge(bridge, fit.campaign.section.motion)
-    with Bar(quiet) as bar:
-        found = size(fit.tree, stands, [limit(one) for one in limits], seed=seed, progress=bar)
+    stands = load_bridge(bridge, motion_of(tree))
+    found = size(tree, stands, [limit(one) for one in limits], seed=seed)
     found["provenance"] = {"seed": seed, "bridge_sha256": dict(stands.sha256), "limits": list(limits)}
     content = json.loads(json.dumps(found, allow_nan=False))
     names = [f"risk_{k}" for k in range(1, len(content["modes"]) + 1)] if len(content["modes"]) > 1 else ["risk"]

@@ -30,7 +30,7 @@ CORRECTIONS = 4
 LONG_STROKE = 1.0  # m, beyond which a stroke without a stated limit is remarked upon
 LEAST_EXPONENT = -2.0  # below it the force of the wind on strips near a node has no finite sum
 NEAR_NODE = 0.2  # of the mode's largest movement
-MAP_POINTS = 9
+MAP_POINTS = 7
 LOCK_IN_MARGIN = 0.1  # about the reduced velocity of the peak tests, where a mode states no range
 
 Progress = Callable[[str, float], None]

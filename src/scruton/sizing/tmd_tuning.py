@@ -17,6 +17,7 @@ from scruton.sizing.tmd import TunedMass, check_detuning, den_hartog, response
 
 STROKE_QUANTILE = 0.95
 _NODES = 81
+_LOWERINGS = 3  # of the risk that a tuning aims at
 _FAR = 1e3  # what lacks at a tuning that no one would build
 _OUT_OF_REACH = 1e6
 CLOSE = 0.01  # by which a stroke may miss its limit on a map
@@ -182,7 +183,7 @@ class Draws:
         """
         best, _ = self.tune(mass_ratio, None)
         risk = self.outcome(best).probability
-        for _ in range(6):
+        for _ in range(_LOWERINGS):
             if risk == 0.0:
                 break
             other, _ = self.tune(mass_ratio, risk - 0.5 / self.detuning.size, best)
