@@ -93,6 +93,9 @@ def parser() -> argparse.ArgumentParser:
     )
     predict.add_argument("--rig", help="rig whose mass, frequency and wind are meant (default: the first)")
     predict.add_argument("--law", type=float, metavar="N", help="exponent of the law (default: the model card's)")
+    predict.add_argument(
+        "--effect", metavar="NAME", help='the effect that the fit has to carry; "auto": whichever it does'
+    )
     predict.add_argument("--json", action="store_true", help="print JSON")
 
     size = add("size", _size, "damper sizing: required damping with its risk, dampers, what more testing is worth")
@@ -315,6 +318,7 @@ def _predict(arguments: argparse.Namespace) -> int:
         damping_ratios=arguments.damping,
         rig=arguments.rig,
         law_n=arguments.law,
+        effect=arguments.effect,
         seed=arguments.seed,
         as_json=arguments.json,
     )

@@ -73,6 +73,9 @@ def test_an_effect_is_carried_into_the_prediction(challenge, tmp_path, capsys):
         entry = json.loads(text)["predictions"][0]
         errors[name] = abs(entry["amplitude"]["median"] / there["stable_amplitude"] - 1.0)
         assert ("aerodynamic_damping_nonlinearity" in str(entry["laws"])) == (name == "with")
+        code, _, error = run("predict", tmp_path / name, "--sc", "5", "--effect", "auto", capsys=capsys)
+        assert (code == 2) == (name == "without")
+        assert ("fit CAMPAIGN --effect auto" in error) == (name == "without")
     assert errors["with"] < 0.5 * errors["without"]
     assert (
         json.loads((tmp_path / "with" / "fit.json").read_text())["effect"]["used"] == "aerodynamic_damping_nonlinearity"

@@ -230,6 +230,26 @@ def parse_damping(text: str) -> Quantity:
     return Quantity(values[0], values[1] if len(values) == 2 else None)
 
 
+def check_effect(summary: dict[str, Any], effect: str | None, results: Path) -> None:
+    """Refuse a fit that does not carry the effect: what was found is put into the fit, nothing here can.
+
+    Parameters
+    ----------
+    summary : dict
+        Of fit.json.
+    effect : str or None
+        A name, or "auto": any fit that was diagnosed, also one without a gap.
+    results : Path
+        For the error.
+    """
+    carried = summary.get("effect", {}).get("used")
+    if effect is not None and (carried is None or effect not in ("auto", carried)):
+        raise InputError(
+            results, "--effect", f"a fit that carries {carried or 'no effect'}",
+            f"the folder of `scruton fit CAMPAIGN --effect {effect}`",
+        )  # fmt: skip
+
+
 def predict_text(
     results: Path,
     *,
@@ -237,6 +257,7 @@ def predict_text(
     damping_ratios: Sequence[str],
     rig: str | None = None,
     law_n: float | None = None,
+    effect: str | None = None,
     seed: int = 0,
     as_json: bool = False,
 ) -> tuple[str, bool]:
@@ -251,6 +272,7 @@ def predict_text(
         raise InputError(
             results, "", "a campaign without tests in wind", "a fit of at least one test: still air says nothing of it"
         )
+    check_effect(summary, effect, results)
     rigs = [one["name"] for one in summary["rigs"]]
     if rig is not None and rig not in rigs:
         raise InputError(results, "--rig", f"'{rig}'", f"one of: {', '.join(rigs)}")

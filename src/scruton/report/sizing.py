@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scruton.errors import InputError
-from scruton.report.run import Bar, parse_damping
+from scruton.report.run import Bar, check_effect, parse_damping
 from scruton.report.text import bullets, number, table
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def run_size(
     tree, summary = read_tree(results)
     if not summary["tests"]:
         raise InputError(results, "", "a campaign without tests in wind", "a fit of at least one test")
-    _check_effect(tree, effect, results)
+    check_effect(summary, effect, results)
     stands = read_bridge(tree, bridge, damping=damping, rig=rig)
     with Bar(quiet) as bar:
         content = size(tree, stands, rules, rig=rig, law_n=law_n, seed=seed, progress=bar)
@@ -116,18 +116,6 @@ def _check_folder(folder: Path) -> None:
     there = next(one for one in (folder, *folder.resolve().parents) if one.exists())
     if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
         raise InputError(folder, "-o", f"{there}, where nothing can be written", "a folder, there or to be made")
-
-
-def _check_effect(tree: "xr.DataTree", effect: str | None, results: Path) -> None:
-    """What was found is put into the fit: the sizing can only take what lies there."""
-    if effect is None:
-        return
-    carried = str(tree["effect"].attrs["effect"]) if "effect" in tree else None
-    if carried is None or effect not in ("auto", carried):
-        raise InputError(
-            results, "--effect", f"a fit that carries {carried or 'no effect'}",
-            f"the folder of `scruton fit CAMPAIGN --effect {effect}`",
-        )  # fmt: skip
 
 
 def sizing_text(content: Mapping[str, Any]) -> str:
