@@ -1,7 +1,10 @@
 """The results of a fit on disk: posterior.nc and fit.json."""
 
+import gc
 import json
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,10 +26,24 @@ def write_fit(fit: "Fit", folder: Path) -> tuple[Path, Path]:
     folder.mkdir(parents=True, exist_ok=True)
     posterior, summary = folder / "posterior.nc", folder / "fit.json"
     temporary = folder / "posterior.nc.tmp"
-    fit.tree.to_netcdf(temporary, engine="h5netcdf")
+    with _no_collection():
+        fit.tree.to_netcdf(temporary, engine="h5netcdf")
     os.replace(temporary, posterior)  # noqa: PTH105
     write_json(summary, fit.summary)
     return posterior, summary
+
+
+@contextmanager
+def _no_collection() -> Iterator[None]:
+    """Keep the cyclic collector still: HDF5 objects that it closes midway change where the next ones lie in the file."""
+    was = gc.isenabled()
+    gc.collect()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was:
+            gc.enable()
 
 
 def write_json(path: Path, content: Any) -> None:
