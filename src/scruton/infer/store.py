@@ -35,7 +35,7 @@ def write_fit(fit: "Fit", folder: Path) -> tuple[Path, Path]:
 
 @contextmanager
 def _no_collection() -> Iterator[None]:
-    """Keep the cyclic collector still: HDF5 objects that it closes midway change where the next ones lie in the file."""
+    """Keep the cyclic collector still: HDF5 objects that it closes midway change where the next ones lie."""
     was = gc.isenabled()
     gc.collect()
     gc.disable()
