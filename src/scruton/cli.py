@@ -250,10 +250,10 @@ def _check(arguments: argparse.Namespace) -> int:
     return DONE if usable else BAD_INPUT
 
 
-def _run_fit(arguments: argparse.Namespace) -> tuple["Fit", Path]:
-    from scruton.report.run import run_fit
+def _fit(arguments: argparse.Namespace) -> int:
+    from scruton.report.run import fit_text, run_fit
 
-    return run_fit(
+    fit, folder = run_fit(
         arguments.campaign,
         arguments.out,
         model=arguments.model,
@@ -264,12 +264,6 @@ def _run_fit(arguments: argparse.Namespace) -> tuple["Fit", Path]:
         quiet=arguments.quiet,
         effect=arguments.effect,
     )
-
-
-def _fit(arguments: argparse.Namespace) -> int:
-    from scruton.report.run import fit_text
-
-    fit, folder = _run_fit(arguments)
     if not arguments.quiet:
         print(fit_text(fit))
     print(f"posterior: {folder / 'posterior.nc'}\nsummary:   {folder / 'fit.json'}")

@@ -88,6 +88,14 @@ def amplitude_ratio(x: ArrayLike, n: ArrayLike) -> FloatArray:
     return end
 
 
+def index_of(log_ratio: ArrayLike, n: ArrayLike) -> FloatArray:
+    """Inverse of `amplitude_ratio`: the index x at which the amplitude is exp(`log_ratio`) times the tested one.
+
+    x = (1 - r^n)/n, and -ln r at n = 0.
+    """
+    return -_expm1_over(np.asarray(n, dtype=np.float64), np.asarray(log_ratio, dtype=np.float64))
+
+
 def _expm1_over(n: FloatArray, log_ratio: FloatArray) -> FloatArray:
     """(exp(n L) - 1)/n, and L at n = 0."""
     value: FloatArray = np.where(n == 0.0, log_ratio, np.expm1(n * log_ratio) / np.where(n == 0.0, 1.0, n))

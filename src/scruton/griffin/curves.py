@@ -146,10 +146,17 @@ def law_curves(tree: "xr.DataTree", *, law_n: float | None = None) -> LawCurves:
     )  # fmt: skip
 
 
-def was_fitted(tree: "xr.DataTree", law_n: float) -> bool:
-    """Whether one of the sampled laws has this exponent."""
-    exponents = np.asarray(tree["campaign_posterior"]["n"].to_numpy(), dtype=float)
-    return any(bool(np.all(one == law_n)) for one in exponents)
+def what_if(tree: "xr.DataTree", law_n: float | None) -> tuple[str, ...]:
+    """What has to be said of a law that is asked for and was not fitted; empty otherwise."""
+    if law_n is None:
+        return ()
+    group = tree["campaign_posterior"]
+    if any(bool(np.all(one == law_n)) for one in np.asarray(group["n"].to_numpy(), dtype=float)):
+        return ()
+    return (
+        f"the law n = {law_n:g} was not fitted: its curve is a what-if, with the amplitude and relaxation that the "
+        f"reference law found at Sc = {float(group.attrs['reference_scruton_number']):.4g}",
+    )
 
 
 def shared_curve(tree: "xr.DataTree", *, law_n: float | None = None, seed: int = 0) -> SharedCurve:

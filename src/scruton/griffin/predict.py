@@ -10,7 +10,7 @@ from scruton.aero.laws import amplitude_ratio
 from scruton.campaign.schema import FloatArray, Quantity
 from scruton.errors import InputError
 from scruton.griffin.bands import INTERVALS, X_TRUSTED, index_draws, quantiles
-from scruton.griffin.curves import shared_curve, stream, was_fitted
+from scruton.griffin.curves import shared_curve, stream, what_if
 from scruton.griffin.posterior import (
     chosen_rig,
     draws_of,
@@ -183,14 +183,7 @@ def predict(
         float(np.median(sc)), xi, unit_of(tree), draws, curve.laws, name, indices,
         float(np.median(curve.discrepancy)), (),
     )  # fmt: skip
-    flags = _flags(found)
-    if law_n is not None and not was_fitted(tree, law_n):
-        flags = (
-            f"the law n = {law_n:g} was not fitted: its curve is a what-if, with the amplitude and relaxation that the "
-            f"reference law found at Sc = {curve.reference:.4g}",
-            *flags,
-        )
-    return Prediction(**(vars(found) | {"flags": flags}))
+    return Prediction(**(vars(found) | {"flags": (*what_if(tree, law_n), *_flags(found))}))
 
 
 def predictive_draws(

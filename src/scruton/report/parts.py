@@ -137,9 +137,8 @@ def sizing_part(folder: Path, bridge: Path, limits: Sequence[str] = (), seed: in
     from scruton.errors import InputError
     from scruton.griffin.posterior import motion_of
     from scruton.infer.store import read_tree
-    from scruton.report.chapters.sizing import governing
     from scruton.report.charts import risk_chart
-    from scruton.report.figures.sizing import sizing_figures
+    from scruton.report.figures.sizing import governing, sizing_figures
     from scruton.sizing.bridge import load_bridge
     from scruton.sizing.limits import limit
     from scruton.sizing.run import size

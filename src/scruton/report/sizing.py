@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scruton.errors import InputError
+from scruton.report.figures.sizing import CONFIDENCES
 from scruton.report.run import Bar, check_effect, parse_damping
 from scruton.report.text import bullets, number, table
 
@@ -125,7 +126,7 @@ def sizing_text(content: Mapping[str, Any]) -> str:
     rows = [
         [
             mode["name"], one["rule"], number(one["limit"]), f"{one['probability']:.3f}",
-            *(_percent(one["required"][p]) for p in ("0.50", "0.84", "0.95", "0.99")),
+            *(_percent(one["required"][p]) for p in CONFIDENCES),
         ]
         for mode in content["modes"]
         for one in mode["limits"]

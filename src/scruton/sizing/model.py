@@ -4,14 +4,14 @@ Every source of uncertainty has one coordinate of the unit cube.  Risk curves, s
 information all start from the same function of it, so they cannot disagree about the model.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtri
 
-from scruton.aero.laws import amplitude_ratio
+from scruton.aero.laws import amplitude_ratio, index_of
 from scruton.campaign.schema import FloatArray, Motion
 from scruton.griffin.curves import LawCurves, SharedCurve
 from scruton.sizing.bridge import Bridge, Mode
@@ -82,7 +82,8 @@ class ModeModel:
         size = laws.n.shape[1]
         law = np.minimum(np.searchsorted(np.cumsum(laws.weights), u[:, LAW], side="right"), len(laws.labels) - 1)
         draw = np.minimum((u[:, SECTION] * size).astype(int), size - 1)
-        curve = laws.choose(law, draw)
+        # A curve with an effect in it is read from `table`: its coefficients need not be copied to every draw.
+        curve = replace(laws, effect=None).choose(law, draw)
         length = self.bridge.depth if self.bridge.motion is Motion.HEAVING else 1.0
         z = ndtri(u[:, DISCREPANCY])
         scale = length * self.mode.shape.factor(curve.n) * self.bridge.coherence.quantile(u[:, COHERENCE])
@@ -170,18 +171,15 @@ class Draws:
 
         Notes
         -----
-        The inverse of A(Sc) = A_ref (1 - n x)^(1/n): x = (1 - r^n)/n with r the limit over A_ref.
+        The inverse of A(Sc) = A_ref (1 - n x)^(1/n), or of the table where the curve has an effect in it.
         """
         with np.errstate(divide="ignore"):  # a coherence that comes out as zero keeps any limit
             target = limit / self.scale
         curve = self.curve
         if self.table is not None:
-            sc = self._inverse(target)
+            sc = self.table.scruton_number(self.row, target)
         else:
-            log_ratio = np.log(target / curve.amplitude)
-            n = curve.n
-            x = np.where(n == 0.0, -log_ratio, -np.expm1(n * log_ratio) / np.where(n == 0.0, 1.0, n))
-            sc = curve.reference + curve.relaxation * x
+            sc = curve.reference + curve.relaxation * index_of(np.log(target / curve.amplitude), curve.n)
         found: FloatArray = sc / self.factor - self.damping_ratio
         return found
 
@@ -192,10 +190,6 @@ class Draws:
             found: FloatArray = curve.amplitude[:, None] * amplitude_ratio(x, curve.n[:, None])
             return found
         return self.table.amplitude(self.row, sc)
-
-    def _inverse(self, target: FloatArray) -> FloatArray:
-        assert self.table is not None
-        return self.table.scruton_number(self.row, target)
 
 
 @dataclass(frozen=True, eq=False)

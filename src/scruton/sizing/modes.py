@@ -1,7 +1,7 @@
 """Several modes at once: any of them too large, hours in lock-in, and dampers that meet other modes than their own."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -122,8 +122,3 @@ def position(model: ModeModel) -> float:
     x = shape.position
     place = x[int(np.abs(shape.value).argmax())]
     return float((place - x[0]) / (x[-1] - x[0]))
-
-
-def with_modal_mass(mode: Mode) -> Mode:
-    """The mode with a modal mass of 1 where none is stated: masses of dampers are ratios then."""
-    return mode if mode.modal_mass is not None else replace(mode, modal_mass=1.0)

@@ -134,7 +134,7 @@ def flags(model: ModeModel, draws: Draws) -> list[str]:
             f"mode {model.mode.name}: the bridge's own damping lies {x:.2f} from the tests (extrapolation index): "
             "beyond 0.3 the answer is the law's as much as the records'"
         )
-    if draws.curve.effect is not None:
+    if draws.table is not None:
         found.append(
             f"mode {model.mode.name}: the amplitude along the span is that of the reference law; the effect in the "
             "curve is not integrated along the span"

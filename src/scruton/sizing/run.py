@@ -8,14 +8,14 @@ import numpy as np
 
 from scruton.campaign.schema import FloatArray, Motion
 from scruton.errors import InputError
-from scruton.griffin.curves import law_curves, was_fitted
+from scruton.griffin.curves import law_curves, what_if
 from scruton.griffin.posterior import chosen_rig, motion_of, peak_names, rig_mass_damping_draws
 from scruton.sizing import modes as together
 from scruton.sizing.bridge import Bridge
 from scruton.sizing.limits import Limit
 from scruton.sizing.model import ModeModel, unit_cube
 from scruton.sizing.money import cost_curve, information
-from scruton.sizing.risk import CONFIDENCES, LARGEST_ADDED, Risk, flags, risk
+from scruton.sizing.risk import CONFIDENCES, Risk, flags, risk
 from scruton.sizing.shares import shares
 from scruton.sizing.tmd import response
 from scruton.sizing.tmd_design import Design, MassMap, design, mass_map
@@ -108,11 +108,7 @@ def size(
         "all_modes": _all_modes(tree, models, entries, governing, seed),
         "flags": [flag for entry in entries for flag in entry["flags"]],
     }  # fmt: skip
-    if law_n is not None and not was_fitted(tree, law_n):
-        content["flags"].append(
-            f"the law n = {law_n:g} was not fitted: its curve is a what-if, with the amplitude and relaxation that the "
-            f"reference law found at Sc = {laws.reference:.4g}"
-        )
+    content["flags"] += what_if(tree, law_n)
     if law_n is not None and "effect" in tree:
         content["flags"].append(f"the fit carries {tree['effect'].attrs['effect']}; under one law alone it is left out")
     content["flags"] += _lacking(bridge)
@@ -207,8 +203,8 @@ def _limit(rule: Limit, found: Risk) -> dict[str, Any]:
 def _damper(model: ModeModel, chosen: Risk, seed: int) -> dict[str, Any]:
     """The lightest tuned mass damper, and mass against risk."""
     wish = model.bridge.damper
-    mode = together.with_modal_mass(model.mode)
-    stated = model.mode.modal_mass is not None
+    mode = model.mode
+    stated, modal_mass = mode.modal_mass is not None, mode.modal_mass or 1.0  # masses are ratios where none is stated
     draws, fresh = model.draws(unit_cube(DAMPER_DRAWS, seed + 4)), model.draws(unit_cube(CHECK_DRAWS, seed + 5))
     needed = fresh.needed(chosen.limit)
     place = together.position(model)
@@ -220,7 +216,7 @@ def _damper(model: ModeModel, chosen: Risk, seed: int) -> dict[str, Any]:
     aim = wish.risk
     for _ in range(CORRECTIONS):
         found = design(
-            draws.amplitude, risk=aim, modal_mass=mode.modal_mass or 1.0, frequency=mode.frequency.mean,
+            draws.amplitude, risk=aim, modal_mass=modal_mass, frequency=mode.frequency.mean,
             largest_stroke=wish.largest_stroke, largest_mass_ratio=wish.largest_mass_ratio, **common,
         )  # fmt: skip
         left = float(
@@ -236,7 +232,7 @@ def _damper(model: ModeModel, chosen: Risk, seed: int) -> dict[str, Any]:
     chart = mass_map(draws.amplitude, mass_ratios=ratios, largest_stroke=wish.largest_stroke, **common)
     remaining = [float(np.mean(needed > response(one, fresh.detuning).added_damping)) for one in chart.dampers]
     chart = replace(chart, probability=np.array(remaining))
-    scale = (mode.modal_mass or 1.0) / shape**2
+    scale = modal_mass / shape**2
     return {
         "asked": {"risk": wish.risk, "number": wish.number, "largest_mass_ratio": wish.largest_mass_ratio,
                   "largest_stroke": wish.largest_stroke},
@@ -382,6 +378,3 @@ def plain(value: Any) -> Any:
     if isinstance(value, float) and not np.isfinite(value):
         return None
     return value
-
-
-__all__ = ["LARGEST_ADDED", "plain", "size"]

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from scruton.report.document import Block, Chapter, Heading, KeyFigure, Paragraph, Picture, Table
+from scruton.report.figures.sizing import CONFIDENCES, governing
 from scruton.report.wording import number as written
 from scruton.report.wording import percent, share
 
 Content = Mapping[str, Any]
-CONFIDENCES = ("0.50", "0.84", "0.95", "0.99")
 ASKED = "0.95"  # the confidence that the summary states
 
 
@@ -51,12 +51,6 @@ def sizing_chapter(content: Content | None, pictures: Sequence[Picture]) -> Chap
 
 def _named(pictures: Sequence[Picture], name: str) -> Iterator[Picture]:
     return (one for one in pictures if one.name == name)
-
-
-def governing(mode: Content) -> Content:
-    """The limit that decides for a mode."""
-    found: Content = next(one for one in mode["limits"] if one["rule"] == mode["governing"])
-    return found
 
 
 def worst(content: Content) -> tuple[Content, Content]:

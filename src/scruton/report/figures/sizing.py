@@ -24,7 +24,7 @@ from scruton.report.figures.style import (
     shorten,
 )
 
-_CONFIDENCES = ("0.50", "0.84", "0.95", "0.99")
+CONFIDENCES = ("0.50", "0.84", "0.95", "0.99")
 
 
 def sizing_figures(content: Mapping[str, Any]) -> list[FigureWithCaption]:
@@ -73,7 +73,7 @@ def risk_curve(mode: Mapping[str, Any], unit: str, name: str) -> FigureWithCapti
             left.plot(x, _array(values), color=style.colour, ls=style.line, lw=0.8, label=label.replace("n=", "n = "))
     left.axhline(0.05, color=GREY, lw=0.6)
     left.annotate("5 %", (x[-1], 0.05), ha="right", va="bottom", color=GREY, fontsize=7)
-    for p, colour in zip(_CONFIDENCES, (GREEN, ORANGE, VERMILLION, PURPLE), strict=True):
+    for p, colour in zip(CONFIDENCES, (GREEN, ORANGE, VERMILLION, PURPLE), strict=True):
         value = one["required"][p]
         if value is not None and value > 0.0:
             left.plot(100 * value, 1.0 - float(p), "o", color=colour, ms=5, zorder=5)
@@ -97,7 +97,7 @@ def risk_curve(mode: Mapping[str, Any], unit: str, name: str) -> FigureWithCapti
         "amplitude in lock-in exceeds the limit, with the band that the section's posterior and the law leave; dots "
         "are the confidences. Right: the amplitude.",
         f"Probability of exceeding the limit falls from {one['probability']:.2f} without added damping; "
-        + "; ".join(f"{p}: {one['required_text'][p]}" for p in _CONFIDENCES),
+        + "; ".join(f"{p}: {one['required_text'][p]}" for p in CONFIDENCES),
     )  # fmt: skip
 
 
@@ -107,10 +107,10 @@ def required_plot(content: Mapping[str, Any], name: str) -> FigureWithCaption:
     figure = new_figure(20.0 + 15.0 * len(rows))
     axes = figure.subplots()
     colours = (GREEN, ORANGE, VERMILLION, PURPLE)
-    height = 0.8 / len(_CONFIDENCES)
-    top = max([one["required"][p] or 0.0 for _, one in rows for p in _CONFIDENCES] + [1e-4])
+    height = 0.8 / len(CONFIDENCES)
+    top = max([one["required"][p] or 0.0 for _, one in rows for p in CONFIDENCES] + [1e-4])
     for i, (_, one) in enumerate(rows):
-        for k, p in enumerate(_CONFIDENCES):
+        for k, p in enumerate(CONFIDENCES):
             y = i - 0.4 + (k + 0.5) * height
             value = one["required"][p]
             axes.barh(y, 100.0 * (top * 1.15 if value is None else value), height=0.9 * height, color=colours[k],
