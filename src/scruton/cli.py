@@ -1,11 +1,13 @@
 """The command line: verbs, no logic.
 
-Exit codes: 0 done; 1 done but not to be trusted; 2 bad input; 130 interrupted.
+Exit codes: 0 done; 1 done but not to be trusted; 2 bad input; 130 interrupted; 143 ended by SIGTERM.
 """
 
 import argparse
+import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +16,29 @@ from scruton.errors import InputError
 if TYPE_CHECKING:
     from scruton.infer.results import Fit
 
-DONE, NOT_TRUSTED, BAD_INPUT, INTERRUPTED = 0, 1, 2, 130
+DONE, NOT_TRUSTED, BAD_INPUT, INTERRUPTED, TERMINATED = 0, 1, 2, 130, 143
+
+
+class Terminated(KeyboardInterrupt):
+    """SIGTERM, which ends a run in the same good order as an interrupt from the keyboard."""
+
+
+@contextmanager
+def terminating() -> Iterator[None]:
+    """Let SIGTERM raise `Terminated`, so that processes beside are ended, too; only the main thread may ask for it."""
+
+    def end(*_: object) -> None:
+        raise Terminated
+
+    try:
+        before = signal.signal(signal.SIGTERM, end)
+    except ValueError:  # not the main thread
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -22,13 +46,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = parser().parse_args(argv)
     verb: Callable[[argparse.Namespace], int] = arguments.verb
     try:
-        return verb(arguments)
+        with terminating():
+            return verb(arguments)
     except InputError as error:
         print(f"scruton: {error}", file=sys.stderr)
         return BAD_INPUT
-    except KeyboardInterrupt:
+    except KeyboardInterrupt as error:
         print("\nscruton: interrupted. What was done is kept: the same command with --resume goes on.", file=sys.stderr)
-        return INTERRUPTED
+        return TERMINATED if isinstance(error, Terminated) else INTERRUPTED
     except BrokenPipeError:
         sys.stderr.close()
         return DONE
@@ -132,6 +157,7 @@ def parser() -> argparse.ArgumentParser:
         "--model", default="default", metavar="CARD", help="model card: a shipped name or a TOML file"
     )
     validate.add_argument("--force", action="store_true", help="replace the validation that lies in the folder")
+    validate.add_argument("--resume", action="store_true", help="go on with an interrupted run")
 
     batch = add("batch", _batch, "fit many campaigns side by side: a folder for each, one summary of all")
     _batch_options(batch)
@@ -158,6 +184,7 @@ def parser() -> argparse.ArgumentParser:
     diagnose.add_argument("--workers", type=int, default=2, metavar="N", help="threads (results do not depend on it)")
     diagnose.add_argument("--thorough", action="store_true", help="evidence of the leaders by bridge sampling, too")
     diagnose.add_argument("--force", action="store_true", help="replace the diagnosis that lies in the folder")
+    diagnose.add_argument("--resume", action="store_true", help="go on with an interrupted run: it begins again")
 
     challenge = add("challenge", _challenge, "the blind check of diagnose: make campaigns, run, score")
     _challenge_verbs(challenge)
@@ -362,6 +389,7 @@ def _validate(arguments: argparse.Namespace) -> int:
         model=arguments.model,
         seed=arguments.seed,
         force=arguments.force,
+        resume=arguments.resume,
         quiet=arguments.quiet,
     )
     _show(text, paths, quiet=arguments.quiet)
@@ -446,6 +474,7 @@ def _diagnose(arguments: argparse.Namespace) -> int:
         workers=arguments.workers,
         thorough=arguments.thorough,
         force=arguments.force,
+        resume=arguments.resume,
         quiet=arguments.quiet,
     )
     _show(text, paths, quiet=arguments.quiet)

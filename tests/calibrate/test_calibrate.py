@@ -244,15 +244,16 @@ def test_resume_after_an_interruption_gives_the_same_bytes(one_job, tmp_path):
     with pytest.raises(KeyboardInterrupt):
         tiny(out, progress=stop)
     assert not (out / "calibration.json").exists()
-    path = out / "campaigns" / "turbulence-1.jsonl"
+    lines = out / ".scruton" / "calibrate" / "new" / "campaigns"
+    path = lines / "turbulence-1.jsonl"
     kept = path.read_text(encoding="utf-8")
     assert json.loads(kept)["index"] == 0
     # as if it had been interrupted later, in the middle of a line
-    shutil.copy(one_job / "campaigns" / "growth.jsonl", out / "campaigns" / "growth.jsonl")
+    shutil.copy(one_job / "campaigns" / "growth.jsonl", lines / "growth.jsonl")
     path.write_text(kept + '{"index": 1, "cut', encoding="utf-8")
-    with pytest.raises(InputError, match=r"results of an earlier run .*--resume .*--force"):
+    with pytest.raises(InputError, match=r"what an interrupted run left.*--resume .*--force"):
         tiny(out)
-    with pytest.raises(InputError, match=r"settings.json: seed: found 3; wanted 4"):
+    with pytest.raises(InputError, match=r"--resume: found a run with other seed \(3, now 4\)"):
         tiny(out, resume=True, seed=4)
     told = []
     tiny(out, resume=True, progress=lambda *what: told.append(what))

@@ -265,7 +265,7 @@ def test_a_challenge_loads_and_its_answers_are_sealed(tmp_path):
     sealed = (out / "answers" / "answers.json").read_bytes()
     assert table["answers_sha256"] == sha256(sealed).hexdigest()
     assert table["cases"] == ["case-0001", "case-0002", "case-0003", "case-0004"]
-    assert sorted(p.name for p in out.iterdir()) == ["answers", *table["cases"], "challenge.json"]
+    assert sorted(p.name for p in out.iterdir()) == [".scruton", "answers", *table["cases"], "challenge.json"]
     answers = json.loads(sealed)
     for index, name in enumerate(table["cases"], start=1):
         loaded = load_campaign(out / name)
@@ -315,9 +315,9 @@ def test_settings_that_make_no_challenge(tmp_path, settings, message):
 
 def test_a_folder_is_not_overwritten(tmp_path):
     out = challenge(tmp_path / "c", cases=1)
-    with pytest.raises(InputError, match="a challenge; wanted an empty folder, --resume"):
+    with pytest.raises(InputError, match=r"an earlier run \(challenge.json, .*wanted an empty folder, --resume"):
         challenge(out)
-    with pytest.raises(InputError, match="seed: found 12; wanted 13 as asked for now"):
+    with pytest.raises(InputError, match=r"a run with other seed \(12, now 13\)"):
         challenge(out, seed=13, resume=True)
 
 

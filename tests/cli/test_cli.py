@@ -201,16 +201,16 @@ def test_killed_and_resumed_is_bit_for_bit_the_uninterrupted_run(small_campaign,
     out = tmp_path / "killed"
     process = subprocess.Popen([sys.executable, "-m", "scruton.cli", *arguments(out)], stdout=subprocess.DEVNULL)
     deadline = time.monotonic() + 120
-    while time.monotonic() < deadline and len(list((out / ".checkpoints").glob("*.npz"))) < 3:
+    while time.monotonic() < deadline and len(list((out / ".scruton/fit/checkpoints").glob("*.npz"))) < 3:
         time.sleep(0.02)
     os.kill(process.pid, signal.SIGKILL)
     process.wait()
     assert not (out / "posterior.nc").exists(), "it was killed before the end"
-    assert len(list((out / ".checkpoints").glob("*.npz"))) >= 2
+    assert len(list((out / ".scruton/fit/checkpoints").glob("*.npz"))) >= 2
     capsys.readouterr()
     assert main(arguments(out)) == 2
     assert "--resume" in capsys.readouterr().err
     assert main([*arguments(out), "--resume"]) == 0
     for name in ("posterior.nc", "fit.json"):
         assert (out / name).read_bytes() == (tmp_path / "whole" / name).read_bytes()
-    assert not (out / ".checkpoints").exists()
+    assert not (out / ".scruton/fit/checkpoints").exists()

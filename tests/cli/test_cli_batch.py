@@ -10,13 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from scruton.campaign import load_campaign
 from scruton.cli import main
 from scruton.errors import InputError
-from scruton.infer.cards import load_card
 from scruton.infer.fit import fit_campaign
 from scruton.report.batch import Batch, Job, names, run_batch, run_one, summarise
 from scruton.report.batch_tables import batch_csv, batch_page, batch_text
+from scruton.report.run import FitTask
 from scruton.report.workers import connected, finished
 from scruton.simulate import write_campaign
 from tests.conftest import SPEC
@@ -111,12 +110,10 @@ def test_an_interrupted_batch_goes_on_in_two_processes_to_the_same_bytes(room, w
         if len(set(told)) == 3:
             raise StoppedError
 
-    with pytest.raises(StoppedError):
-        fit_campaign(
-            load_campaign(room / "wind"), load_card(room / "card.toml"), checkpoints=resumed / "wind/.checkpoints",
-            report=stop, command="fit --seed 0 --model quick",
-        )  # fmt: skip
-    assert list((resumed / "wind/.checkpoints").glob("*.npz"))
+    task = FitTask.of(Path("wind"), resumed / "wind", model="card.toml", tests=None, seed=0, effect=None)
+    with pytest.raises(StoppedError), task.workspace(force=False, resume=False) as work:
+        fit_campaign(task.campaign, task.card, checkpoints=work.checkpoints, report=stop)
+    assert len(list(work.checkpoints.glob("*.npz"))) >= 2
     code = batch(
         "wind", "broken", "still", "nowhere", "-o", "resumed", "--model", "card.toml", "--sc", 40, "--jobs", 2,
         "--resume", "--quiet",
@@ -125,7 +122,7 @@ def test_an_interrupted_batch_goes_on_in_two_processes_to_the_same_bytes(room, w
     assert (resumed / "still" / "posterior.nc").stat().st_mtime_ns == kept, "what was finished is not run again"
     for name in ("wind/posterior.nc", "wind/fit.json", "batch.csv", "batch.json", "batch.html"):
         assert (resumed / name).read_bytes() == (whole / name).read_bytes(), name
-    assert not (resumed / "wind/.checkpoints").exists()
+    assert not work.checkpoints.exists()
 
 
 @pytest.mark.slow

@@ -84,7 +84,7 @@ class Fits:
     calls: list
     unconverged: tuple = ()
 
-    def __call__(self, campaign, card, *, seed, thorough, report):
+    def __call__(self, campaign, card, *, seed, thorough, report, checkpoints=None):
         names = tuple(test.name for test in campaign.tests if test.records)
         self.calls.append((names, seed, thorough))
         if report:

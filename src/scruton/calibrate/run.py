@@ -1,10 +1,8 @@
 """The whole calibration: regimes, processes, resumption, and what comes out."""
 
-import multiprocessing
 import platform
-import signal
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -30,6 +28,7 @@ from scruton.calibrate.regimes import Regime, chosen
 from scruton.campaign.schema import FloatArray
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard, load_card
+from scruton.processes import pool
 
 PACKAGES = ("scruton", "numpy", "scipy", "emcee", "arviz", "numba")
 Progress = Callable[[str, int, int], None]
@@ -123,22 +122,26 @@ def run_calibration(
         raise InputError("calibration", "jobs", str(jobs), "at least 1")
     wanted, base = chosen(regimes), load_card(model)
     settings = _settings(seed, base)
-    store.claim(out, settings, force=force, resume=resume)
-    design = tuple(row for one in wanted if not one.weighs_laws for row in identifiability(one, one.card(base)))
-    done = {one.name: store.load(out, one.name) for one in wanted}
-    # Campaign by campaign through all regimes, so that a run that is stopped early tells something of each.
-    tasks = [(one.name, i) for i in range(campaigns) for one in wanted if i not in done[one.name]]
-    for record in simulated(tasks, seed, base, jobs):
-        store.append(out, record)
-        mine = done[record["regime"]]
-        mine[record["index"]] = record
-        if progress:
-            progress(record["regime"], len(mine), campaigns)
-    kept = {name: [mine[i] for i in range(campaigns)] for name, mine in done.items()}
-    result = summarise(out, settings, wanted, kept, design)
-    from scruton.calibrate.tables import write_tables
+    with store.workspace(out, settings, force=force, resume=resume) as work:
+        store.begin(work, settings)
+        design = tuple(row for one in wanted if not one.weighs_laws for row in identifiability(one, one.card(base)))
+        done = {one.name: store.load(work.new, one.name) for one in wanted}
+        # Campaign by campaign through all regimes, so that a run that is stopped early tells something of each.
+        tasks = [(one.name, i) for i in range(campaigns) for one in wanted if i not in done[one.name]]
+        for record in simulated(tasks, seed, base, jobs):
+            store.append(work.new, record)
+            mine = done[record["regime"]]
+            mine[record["index"]] = record
+            if progress:
+                progress(record["regime"], len(mine), campaigns)
+        for mine in done.values():
+            store.put_in_order(work.new, mine)
+        kept = {name: [mine[i] for i in range(campaigns)] for name, mine in done.items()}
+        result = summarise(out, settings, wanted, kept, design)
+        from scruton.calibrate.tables import write_tables
 
-    write_tables(result)
+        write_tables(result, work.new)
+        work.publish()
     return result
 
 
@@ -188,17 +191,11 @@ def simulated(tasks: Sequence[tuple[str, int]], seed: int, base: ModelCard, jobs
         for name, index in tasks:
             yield run_one(name, index, seed, base)
         return
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(min(jobs, len(tasks)), mp_context=context, initializer=_leave_interrupts)
+    workers = pool(min(jobs, len(tasks)))
     try:
-        futures = [pool.submit(run_one, name, index, seed, base) for name, index in tasks]
+        futures = [workers.submit(run_one, name, index, seed, base) for name, index in tasks]
         for future in as_completed(futures):
             yield future.result()
     finally:
         # An interruption ends here too: what runs is finished, what waits is dropped.
-        pool.shutdown(cancel_futures=True)
-
-
-def _leave_interrupts() -> None:
-    """Interrupts are for the parent, which keeps what is done."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+        workers.shutdown(cancel_futures=True)

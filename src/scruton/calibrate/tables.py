@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import asdict
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,16 +13,16 @@ from scruton.calibrate.identifiability import Identifiability
 from scruton.calibrate.plain import aligned, csv_text, plain
 from scruton.calibrate.quantities import INTERVALS, kind_of
 from scruton.calibrate.regimes import Regime
+from scruton.documents import write_text
 
 if TYPE_CHECKING:
     from scruton.calibrate.run import CalibrationResult
 
 
-def write_tables(result: "CalibrationResult") -> None:
-    """Write every table and picture of a calibration into its folder."""
+def write_tables(result: "CalibrationResult", folder: Path) -> None:
+    """Write every table and picture of a calibration into a folder."""
     from scruton.calibrate.pictures import draw
 
-    folder = result.folder
     tables: dict[str, list[dict[str, Any]]] = {
         "regimes": [_regime(one) for one in result.regimes],
         "coverage": [asdict(one) | {"z": one.z, "beyond": one.beyond} for one in result.cells],
@@ -44,10 +45,10 @@ def write_tables(result: "CalibrationResult") -> None:
         },
     }
     text = json.dumps(plain(everything), indent=1, sort_keys=True, allow_nan=False)
-    store.write(folder / "calibration.json", text + "\n")
-    store.write(folder / "calibration.txt", calibration_text(result) + "\n")
+    write_text(folder / "calibration.json", text + "\n")
+    write_text(folder / "calibration.txt", calibration_text(result) + "\n")
     for name, rows in tables.items():
-        store.write(folder / f"{name}.csv", csv_text(rows))
+        write_text(folder / f"{name}.csv", csv_text(rows))
     draw(result, folder / store.FIGURES)
 
 

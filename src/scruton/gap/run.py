@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from scruton.campaign import load_campaign
+from scruton.campaign import Campaign, load_campaign
 from scruton.effects import Variant
 from scruton.effects.terms import Parameter
 from scruton.gap.advise import advise, confusions, invisible
@@ -53,13 +53,20 @@ def diagnose_campaign(
 
 
 def examine(
-    folder: Path, card: ModelCard, *, workers: int = 2, thorough: bool = False, progress: Progress | None = None
+    source: Path | Campaign,
+    card: ModelCard,
+    *,
+    workers: int = 2,
+    thorough: bool = False,
+    progress: Progress | None = None,
 ) -> tuple[Diagnosis, dict[str, Any], tuple[Finding, ...], Curves | None]:
-    """Diagnose a campaign and keep what the picture needs: diagnosis, gap.json, findings, and curves where made.
+    """Diagnose a campaign, or the one in a folder, and keep what the picture needs.
+
+    That is the diagnosis, the content of gap.json, the findings, and the curves where they were made.
 
     `thorough` adds the evidence of the leaders by bridge sampling, which takes half a minute or more.
     """
-    campaign = load_campaign(folder)
+    campaign = source if isinstance(source, Campaign) else load_campaign(source)
     data = load_gap(campaign)
     diagnosis = diagnose_data(
         data, campaign, prior=card.effect_weights, prior_none=card.prior_none, workers=workers, progress=progress
@@ -87,6 +94,7 @@ def examine(
         "evidence": _evidence(diagnosis, thorough),
         "checks": {name: vars(one) for name, one in diagnosis.checks.items()},
         "card": card.name,
+        "card_sha256": card.sha256,
         "sha256": dict(campaign.sha256 or {}),
     }
     return diagnosis, content, findings, curves

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +14,7 @@ from scruton.griffin.predict import Prediction, predict
 
 if TYPE_CHECKING:
     from scruton.infer.cards import ModelCard
+    from scruton.infer.results import Fit
 
 Progress = Callable[[str, float], None]
 
@@ -90,6 +92,7 @@ def validate(
     seed: int = 0,
     progress: Progress | None = None,
     singles: bool = True,
+    checkpoints: Path | None = None,
 ) -> list[Validation]:
     """Predict every peak test from the other peak tests, and from each one of them.
 
@@ -103,6 +106,8 @@ def validate(
         Told what is being predicted and the fraction done.
     singles : bool
         False leaves out predictions from single tests.
+    checkpoints : Path, optional
+        Folder for checkpoints of every fit, to be removed by the caller once the results are written.
 
     Returns
     -------
@@ -121,7 +126,11 @@ def validate(
     """
     from scruton.infer.fit import fit_campaign
 
-    whole = fit_campaign(campaign, card, seed=seed, thorough=False, report=_part(progress, "all tests", 0.0))
+    def fitted_to(part: Campaign, number: int, told: Progress | None) -> "Fit":
+        place = None if checkpoints is None else checkpoints / f"{number}"
+        return fit_campaign(part, card, seed=seed, thorough=False, report=told, checkpoints=place)
+
+    whole = fitted_to(campaign, 0, _part(progress, "all tests", 0.0))
     fitted = {one["name"]: one["parameters"] for one in whole.summary["tests"]}
     with_records = tests_used(campaign, tuple(fitted))
     peaks = [one.name for one in peak_tests(with_records, {k: v["a_star"]["median"] for k, v in fitted.items()})]
@@ -137,7 +146,7 @@ def validate(
     for i, (test, source) in enumerate(plan):
         if source not in trees:
             told = _part(progress, f"{test} from {', '.join(source)}", i / len(plan))
-            fit = fit_campaign(tests_used(campaign, source), card, seed=seed, thorough=False, report=told)
+            fit = fitted_to(tests_used(campaign, source), 1 + i, told)
             trees[source] = fit.tree, fit.converged
         tree, trusted = trees[source]
         stated = campaign.test(test).stable_amplitude

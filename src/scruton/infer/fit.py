@@ -4,7 +4,6 @@ Every posterior is sampled on its own, with a seed of its own that depends on th
 so that leaving one test out changes no number of another.
 """
 
-import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -61,7 +60,7 @@ def fit_campaign(
     seed : int
         The one source of randomness.
     checkpoints : path, optional
-        Folder for checkpoints; removed when the fit is complete.
+        Folder for checkpoints, to be removed by the caller once the results are written.
     report : callable, optional
         Told the name of the posterior being sampled and the fraction done.
     command : str
@@ -114,13 +113,10 @@ def fit_campaign(
         record.name: deterministic(result, record, ringdowns.get(result.rig.name)) for result, record in transients
     }
     trials = [fit_trial(campaign, result, record, cycles[record.name], sampling) for result, record in transients]
-    fit = assemble(
+    return assemble(
         campaign, card, rigs, tests, joint, trials, cycles, ringdowns, fronts, sampling,
         command=command, only=only, thorough=thorough, misfit=bool(misfits),
     )  # fmt: skip
-    if checkpoints is not None and checkpoints.is_dir():
-        shutil.rmtree(checkpoints)
-    return fit
 
 
 def envelope(record: Record, still_air_frequency: float) -> Cycles:

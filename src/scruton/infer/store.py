@@ -1,19 +1,27 @@
 """The results of a fit on disk: posterior.nc and fit.json."""
 
 import gc
-import json
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from scruton.documents import read_document, replace_file, write_document
 from scruton.errors import InputError
+from scruton.workspace import digest
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from scruton.infer.results import Fit
+
+POSTERIOR, SUMMARY, FORMAT = "posterior.nc", "fit.json", 1
+# What every reader of fit.json may rely on.
+FIELDS = (
+    "format", "title", "converged", "flags", "laws", "campaign", "amplitude_unit", "tests", "rigs", "records",
+    "provenance", "files",
+)  # fmt: skip
+WANTED = "the folder of a complete fit, as `scruton fit` or `scruton report` wrote it"
 
 
 def write_fit(fit: "Fit", folder: Path) -> tuple[Path, Path]:
@@ -24,12 +32,12 @@ def write_fit(fit: "Fit", folder: Path) -> tuple[Path, Path]:
     paths : (Path, Path)
     """
     folder.mkdir(parents=True, exist_ok=True)
-    posterior, summary = folder / "posterior.nc", folder / "fit.json"
-    temporary = folder / "posterior.nc.tmp"
+    posterior, summary = folder / POSTERIOR, folder / SUMMARY
+    temporary = folder / f"{POSTERIOR}.tmp"
     with _no_collection():
         fit.tree.to_netcdf(temporary, engine="h5netcdf")
-    os.replace(temporary, posterior)  # noqa: PTH105
-    write_json(summary, fit.summary)
+    replace_file(temporary, posterior)
+    write_document(summary, {**fit.summary, "files": {POSTERIOR: digest(posterior)}})
     return posterior, summary
 
 
@@ -46,32 +54,30 @@ def _no_collection() -> Iterator[None]:
             gc.enable()
 
 
-def write_json(path: Path, content: Any) -> None:
-    """Write JSON in one atomic step."""
-    temporary = path.with_name(path.name + ".tmp")
-    temporary.write_text(json.dumps(content, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-    os.replace(temporary, path)  # noqa: PTH105
-
-
 def read_tree(folder: Path) -> tuple["xr.DataTree", dict[str, Any]]:
     """Read what `write_fit` wrote: the tree and the summary.
 
     Raises
     ------
     InputError
-        If the folder holds no fit.
+        If the folder holds no fit, one of another version, or files that are damaged or do not belong together.
     """
     import xarray as xr
 
-    posterior, summary = folder / "posterior.nc", folder / "fit.json"
+    posterior, summary = folder / POSTERIOR, folder / SUMMARY
     for path in (posterior, summary):
         if not path.is_file():
             raise InputError(path, "", "no such file", "a folder that `scruton fit` or `scruton report` wrote")
+    content = read_document(summary, WANTED, FIELDS, version=FORMAT)
+    if content["files"].get(POSTERIOR) != digest(posterior):
+        wanted = f"the file that {SUMMARY} was written with; `scruton fit` writes both anew"
+        raise InputError(posterior, "", "a file that is damaged or of another fit", wanted)
     try:
-        tree = xr.load_datatree(posterior, engine="h5netcdf")
-        content: dict[str, Any] = json.loads(summary.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise InputError(
-            folder, "", f"results that cannot be read ({error})", "the folder of a complete fit"
-        ) from error
-    return tree, content
+        return xr.load_datatree(posterior, engine="h5netcdf"), content
+    except (OSError, ValueError, KeyError) as error:
+        raise InputError(posterior, "", f"a file that cannot be read ({error})", WANTED) from error
+
+
+def provenance_of(folder: Path) -> dict[str, str]:
+    """SHA-256 of the two files of a fit, by name: what is computed from them carries these."""
+    return {name: digest(folder / name) for name in (SUMMARY, POSTERIOR)}

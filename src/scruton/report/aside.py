@@ -1,11 +1,12 @@
 """Work that a second process does meanwhile."""
 
-import multiprocessing
 import os
 import signal
 from collections.abc import Callable
 from concurrent.futures import Future, ProcessPoolExecutor
 from typing import Any
+
+from scruton.processes import pool
 
 
 class Aside:
@@ -23,8 +24,7 @@ class Aside:
         self.pool: ProcessPoolExecutor | None = None
         self.last: Future[Any] | None = None
         if beside:
-            spawn = multiprocessing.get_context("spawn")
-            self.pool = ProcessPoolExecutor(1, mp_context=spawn, initializer=_leave_interrupts)
+            self.pool = pool(1)
             self.process = self.pool.submit(os.getpid)
 
     def __enter__(self) -> "Aside":
@@ -49,8 +49,3 @@ class Aside:
     def idle(self) -> bool:
         """Whether there is a second process, and nothing left for it to do."""
         return self.pool is not None and (self.last is None or self.last.done())
-
-
-def _leave_interrupts() -> None:
-    """Interrupts are for the parent."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)

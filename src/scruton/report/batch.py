@@ -2,7 +2,6 @@
 
 import contextlib
 import io
-import json
 import threading
 from collections import Counter
 from collections.abc import Sequence
@@ -12,6 +11,7 @@ from typing import Any
 
 from scruton.errors import InputError
 from scruton.report.run import Bar, check_design
+from scruton.workspace import Workspace, results_in
 
 DONE, NOT_CONVERGED, FAILED, UNFINISHED = STATES = "done", "not converged", "failed", "unfinished"
 JSON, CSV, PAGE = "batch.json", "batch.csv", "batch.html"
@@ -36,6 +36,8 @@ class Job:
     design : tuple of float
         Scruton numbers to predict the stable amplitude at.
     report, quiet : bool
+    force : bool
+        Replace results that lie in the folder.
     version : str
         Of the program that asks: results do not depend on who computes them.
     """
@@ -49,6 +51,7 @@ class Job:
     report: bool
     quiet: bool
     version: str
+    force: bool = False
 
 
 @dataclass(frozen=True)
@@ -146,7 +149,7 @@ def run_batch(
     """
     from scruton import __version__
     from scruton.infer.cards import load_card
-    from scruton.infer.output import claim_folder
+    from scruton.report.batch_tables import write_batch
     from scruton.report.workers import connected, cores, finished
 
     _check_arguments(campaigns, jobs, seed, design_sc)
@@ -155,28 +158,55 @@ def run_batch(
     place = str(path.absolute()) if path.is_file() else model
     design = tuple(dict.fromkeys(float(one) for one in design_sc))
     todo = [
-        Job(name, str(one.absolute()), str(out.absolute() / name), place, seed, design, report, quiet, __version__)
+        Job(
+            name,
+            str(one.absolute()),
+            str(out.absolute() / name),
+            place,
+            seed,
+            design,
+            report,
+            quiet,
+            __version__,
+            force,
+        )
         for name, one in zip(names(campaigns), campaigns, strict=True)
     ]
     provenance = _provenance(__version__, seed, card.name, card.sha256, design, report)
-    _check_folder(out, [Path(one.folder) for one in todo], provenance, force=force, resume=resume)
+    if not force and not resume:
+        _refuse_results(todo)
+    claim = Workspace(
+        out,
+        "batch",
+        inputs={f"model card {card.name}": card.sha256},
+        settings={"seed": seed, "report": report, **({"sc": list(design)} if report else {})},
+        results=(JSON,),
+        force=force,
+        resume=resume,
+        grows=True,
+    )
     entries = [_blank(one, UNFINISHED) for one in todo]
 
     def batch() -> Batch:
         said = [_as_named(one, path, out) for one, path in zip(entries, campaigns, strict=True)]
         return Batch(out, tuple(said), design, provenance)
 
-    with connected(scheduler, min(jobs or cores(), len(todo)), quiet=quiet) as client, Bar(quiet) as bar:
-        for one in todo:
-            claim_folder(Path(one.folder), force=force, resume=resume)
-        _write(batch())
+    def sum_up(work: Workspace) -> None:
+        write_batch(batch(), work.new)
+        work.keep(PAGE, CSV, JSON)
+
+    processes = min(jobs or cores(), len(todo))
+    with claim as work, connected(scheduler, processes, quiet=quiet) as client, Bar(quiet) as bar:
+        sum_up(work)
         try:
             for done, (index, outcome) in enumerate(finished(client, run_one, todo), start=1):
                 entries[index] = outcome.value or _blank(todo[index], FAILED, outcome.fault)
                 failed = sum(one["state"] == FAILED for one in entries)
                 _advance(bar, done, len(todo), failed)
         finally:
-            _write(batch())  # after an interruption, too: what was done is kept
+            sum_up(work)  # after an interruption, too: what was done is kept
+        write_batch(batch(), work.new)
+        work.publish()
     return batch()
 
 
@@ -223,8 +253,7 @@ def run_one(job: Job) -> Entry:
             if __version__ != job.version:
                 wanted = f"{job.version}, which asks for the results"
                 raise InputError("worker", "version of scruton", __version__, wanted)
-            if not _complete(job):
-                _fit(job)
+            _do(job)
             return summarise(job)
         except InputError as error:
             return _blank(job, FAILED, str(error), bad_input=True)
@@ -232,36 +261,25 @@ def run_one(job: Job) -> Entry:
             return _blank(job, FAILED, f"unexpected {type(error).__name__}: {error}")
 
 
-def _complete(job: Job) -> bool:
-    """Whether the folder holds the finished results of this very job.
+def _do(job: Job) -> None:
+    """Fit, and write the report where one is wanted, unless the whole results of this very job lie there."""
+    from scruton.infer.store import POSTERIOR, SUMMARY, write_fit
+    from scruton.report.build import HTML, build_report
+    from scruton.report.run import FitTask
 
-    Raises
-    ------
-    InputError
-        If it holds those of another.
-    """
-    from scruton.campaign import load_campaign
-    from scruton.infer.cards import load_card
-    from scruton.infer.output import CHECKPOINTS
-    from scruton.report.run import _same_run
-
-    folder = Path(job.folder)
-    wanted = ["posterior.nc", "fit.json", *(["report.html"] if job.report else [])]
-    if (folder / CHECKPOINTS).exists() or not all((folder / name).is_file() for name in wanted):
-        return False
-    _same_run(folder, load_campaign(Path(job.campaign)), load_card(job.model).sha256, job.seed, ())
-    return True
-
-
-def _fit(job: Job) -> None:
-    from scruton.report.build import build_report
-    from scruton.report.run import run_fit
-
-    fit, folder = run_fit(
-        Path(job.campaign), Path(job.folder), model=job.model, seed=job.seed, resume=True, quiet=True
+    task = FitTask.of(
+        Path(job.campaign), Path(job.folder), model=job.model, tests=None, seed=job.seed, effect=None
     )  # fmt: skip
-    if job.report:
-        build_report(fit, folder, design_sc=job.design if fit.summary["tests"] else ())
+    settings = {"report": True, "sc": list(job.design)} if job.report else {}
+    claim = task.workspace(force=job.force, resume=True, settings=settings)
+    if not job.force and claim.done([POSTERIOR, SUMMARY, *([HTML] if job.report else [])]):
+        return
+    with claim as work:
+        fit = task.fit(work, quiet=True)
+        write_fit(fit, work.new)
+        if job.report:
+            build_report(fit, work.new, design_sc=job.design if fit.summary["tests"] else ())
+        work.publish()
 
 
 def summarise(job: Job) -> Entry:
@@ -326,33 +344,16 @@ def _check_arguments(campaigns: Sequence[Path], jobs: int | None, seed: int, des
             raise InputError("command line", "CAMPAIGN", f"{one}, which is {other} again", "each campaign once")
 
 
-def _check_folder(out: Path, folders: Sequence[Path], provenance: dict[str, Any], *, force: bool, resume: bool) -> None:
-    """Refuse folders that hold results that nobody said what to do with; nothing is touched."""
-    from scruton.infer.output import claim_folder
+def _refuse_results(todo: Sequence[Job]) -> None:
+    """Refuse folders with results that nobody said what to do with; nothing is touched."""
+    from scruton.report.run import RESULTS
 
-    summary = out / JSON
-    if out.exists() and not out.is_dir():
-        raise InputError(out, "-o", "a file", "the path of a folder for the results")
-    if force and not resume:
-        return
-    if summary.is_file() and not resume:
-        raise InputError(
-            out, "-o", f"an earlier batch ({JSON})",
-            "an empty folder, --resume to go on with the batch, or --force to replace its results",
-        )  # fmt: skip
-    for one in folders:
-        claim_folder(one, resume=resume)
-    if not summary.is_file():
-        return
-    found = json.loads(summary.read_text(encoding="utf-8"))["provenance"]
-    differing = [key for key in ("seed", "card", "report") if found[key] != provenance[key]]
-    if provenance["report"] and found["sc"] != provenance["sc"]:
-        differing.append("sc")  # the reports that are there show others
-    if differing:
-        raise InputError(
-            out, "--resume", f"a batch with other {', '.join(differing)}",
-            "the same command as before, another folder, or --force to replace its results",
-        )  # fmt: skip
+    for one in todo:
+        if found := results_in(Path(one.folder), "fit", RESULTS):
+            raise InputError(
+                one.folder, "-o", f"results of an earlier run ({', '.join(found[:4])})",
+                "an empty folder, --resume to go on with the batch, or --force to replace its results",
+            )  # fmt: skip
 
 
 def _provenance(
@@ -362,12 +363,6 @@ def _provenance(
         "versions": {"scruton": version}, "seed": seed, "card": {"name": card, "sha256": sha256}, "sc": list(design),
         "report": report,
     }  # fmt: skip
-
-
-def _write(batch: Batch) -> None:
-    from scruton.report.batch_tables import write_batch
-
-    write_batch(batch)
 
 
 def _advance(bar: Bar, done: int, total: int, failed: int) -> None:

@@ -2,11 +2,11 @@
 
 import csv
 import io
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
+from scruton.documents import write_document, write_text
 from scruton.report.text import number, table
 from scruton.report.wording import estimate, stated
 
@@ -17,16 +17,13 @@ LEVEL = "0.90"
 QUANTITIES = {"scruton_number": "Sc", "a_star": "a*", "Y1": "Y1", "epsilon": "epsilon"}
 
 
-def write_batch(batch: "Batch") -> None:
-    """Write the summary, each file in one atomic step."""
-    from scruton.infer.store import write_json
-
-    page, rows, content = batch.paths
-    batch.folder.mkdir(parents=True, exist_ok=True)
-    _replace(page, batch_page(batch))
-    _replace(rows, batch_csv(batch))
-    write_json(
-        content,
+def write_batch(batch: "Batch", folder: Path) -> None:
+    """Write the summary into a folder, each file in one atomic step."""
+    page, rows, content = (path.name for path in batch.paths)
+    write_text(folder / page, batch_page(batch))
+    write_text(folder / rows, batch_csv(batch))
+    write_document(
+        folder / content,
         {
             "format": 1,
             "counts": batch.counts,
@@ -34,12 +31,6 @@ def write_batch(batch: "Batch") -> None:
             "provenance": batch.provenance,
         },
     )
-
-
-def _replace(path: Path, text: str) -> None:
-    temporary = path.with_name(path.name + ".tmp")
-    temporary.write_text(text, encoding="utf-8")
-    os.replace(temporary, path)  # noqa: PTH105
 
 
 def batch_csv(batch: "Batch") -> str:

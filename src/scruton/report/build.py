@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from scruton.documents import sealed
 from scruton.report.aside import Aside
 from scruton.report.parts import Part
 
@@ -47,6 +48,21 @@ class ReportPaths:
     numbers: Path
     figures: tuple[Path, ...]
     tables: tuple[Path, ...]
+
+    def moved(self, old: Path, new: Path) -> "ReportPaths":
+        """The same files after their folder became another."""
+
+        def there(path: Path) -> Path:
+            return new / path.relative_to(old)
+
+        return ReportPaths(
+            report=there(self.report),
+            pdf=there(self.pdf),
+            griffin=None if self.griffin is None else there(self.griffin),
+            numbers=there(self.numbers),
+            figures=tuple(map(there, self.figures)),
+            tables=tuple(map(there, self.tables)),
+        )
 
 
 def build_report(
@@ -118,7 +134,7 @@ def build_report(
             HTML: render_html(document).encode(),
             PDF: render_pdf(document),
             JSON: _json(_numbers(material, document, charts) | files),
-            **{f"{name}.json": _json(content) for name, content in files.items()},
+            **{f"{name}.json": _json(sealed(content)) for name, content in files.items()},
         }
         for file, content in contents.items():
             (work / file).write_bytes(content)

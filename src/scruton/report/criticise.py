@@ -1,13 +1,14 @@
 """`scruton criticise`: what a statistician asks of a fit, answered in tables, figures and sentences."""
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from scruton.documents import write_document, write_text
 from scruton.errors import InputError
 from scruton.infer.criticism import Criticism
 from scruton.report.text import bullets, number, table
+from scruton.workspace import Workspace
 
 FOLDER, CONTENT, TEXT = "criticism", "criticism.json", "criticism.txt"
 FIGURES, TABLES = "figures", "tables"
@@ -44,8 +45,7 @@ def criticise(
         If the folder holds no fit of a test in wind, or a criticism lies where one shall be written.
     """
     from scruton.infer.criticism import criticise_tree
-    from scruton.infer.output import claim_folder
-    from scruton.infer.store import read_tree, write_json
+    from scruton.infer.store import provenance_of, read_tree
 
     if seed < 0:
         raise InputError("command line", "--seed", str(seed), "a whole number, zero or more")
@@ -58,19 +58,17 @@ def criticise(
     if "posterior" not in tree:
         wanted = "a fit of at least one test in wind: still air says nothing of the law"
         raise InputError(results, "", "a campaign without tests in wind", wanted)
-    claim_folder(folder, force=force)
-    criticism = criticise_tree(tree, summary, seed=seed)
-    text = criticism_text(criticism, str(summary["title"]))
-    folder.mkdir(parents=True, exist_ok=True)
-    written = [folder / CONTENT, folder / TEXT]
-    # The content comes last: where it lies, all lies.
-    temporary = folder / (TEXT + ".tmp")
-    temporary.write_text(text + "\n", encoding="utf-8")
-    os.replace(temporary, folder / TEXT)  # noqa: PTH105
-    written += _tables(criticism, folder / TABLES)
-    written += _figures(tree, criticism, folder / FIGURES)
-    write_json(folder / CONTENT, criticism.to_json())
-    return text, criticism.ok, tuple(written)
+    fitted = provenance_of(results)
+    claim = Workspace(folder, "criticise", inputs=fitted, settings={"seed": seed}, results=(CONTENT, TEXT), force=force)
+    with claim as work:
+        criticism = criticise_tree(tree, summary, seed=seed)
+        text = criticism_text(criticism, str(summary["title"]))
+        written = [*_tables(criticism, work.new / TABLES), *_figures(tree, criticism, work.new / FIGURES)]
+        write_text(work.new / TEXT, text + "\n")
+        write_document(work.new / CONTENT, {**criticism.to_json(), "fit_sha256": fitted})
+        paths = [folder / CONTENT, folder / TEXT, *(folder / one.relative_to(work.new) for one in written)]
+        work.publish()
+    return text, criticism.ok, tuple(paths)
 
 
 def _tables(criticism: Criticism, folder: Path) -> list[Path]:

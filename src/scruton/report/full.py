@@ -55,28 +55,34 @@ def run_report(
     InputError
         For bad input; nothing is written then.
     """
+    from scruton.infer.store import write_fit
     from scruton.report.aside import Aside
     from scruton.report.parts import check_bridge, crossed_part, gap_part, scruton_numbers_of, sizing_part
-    from scruton.report.run import check_design, run_fit
+    from scruton.report.run import FitTask, check_design
 
     check_design(design_sc)
-    if bridge is not None:
-        check_bridge(path, bridge, limits)
-    names = tuple(name.strip() for name in tests.split(",")) if tests is not None else ()
-    with Aside(beside) as aside:
-        crossed = aside.begin(crossed_part, path, model, names, seed)
+    stands = None if bridge is None else check_bridge(path, bridge, limits)
+    task = FitTask.of(path, out, model=model, tests=tests, seed=seed, effect=effect)
+    claim = task.workspace(
+        force=force,
+        resume=resume,
+        inputs={} if stands is None else stands.sha256,
+        settings={"sc": list(design_sc), "limits": list(limits), "gap": gap, "bridge": bridge is not None},
+    )
+    with claim as work, Aside(beside) as aside:
+        crossed = aside.begin(crossed_part, path, model, task.names, seed)
         found = aside.begin(gap_part, path, model) if gap else None
-        fit, folder = run_fit(
-            path, out, model=model, tests=tests, seed=seed, force=force, resume=resume, quiet=quiet, effect=effect
-        )
-        sizing = None if bridge is None else aside.begin(sizing_part, folder, bridge, limits, seed)
+        fit = task.fit(work, quiet=quiet)
+        write_fit(fit, work.new)
+        sizing = None if bridge is None else aside.begin(sizing_part, work.new, bridge, limits, seed)
         paths = build_report(
             fit,
-            folder,
+            work.new,
             design_sc=design_sc or (scruton_numbers_of(fit, bridge) if bridge and fit.summary["tests"] else ()),
             gap=found,
             sizing=sizing,
             crossed=crossed,
             aside=aside,
         )
-    return fit, paths
+        work.publish()
+    return fit, paths.moved(work.new, task.folder)

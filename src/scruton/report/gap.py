@@ -1,13 +1,14 @@
 """`scruton diagnose`: gap.json, its text for the terminal and its picture."""
 
-import json
 from pathlib import Path
 from typing import Any
 
+from scruton.campaign import load_campaign
+from scruton.documents import write_document
 from scruton.effects import CATALOGUE, UNKNOWN
-from scruton.errors import InputError
-from scruton.report.run import Bar
+from scruton.report.run import Bar, inputs_of, version_of_scruton
 from scruton.report.text import number, table
+from scruton.workspace import Workspace
 
 RESULT = "gap.json"
 
@@ -20,6 +21,7 @@ def run_diagnose(
     workers: int = 2,
     thorough: bool = False,
     force: bool = False,
+    resume: bool = False,
     quiet: bool = False,
 ) -> tuple[str, list[Path]]:
     """Diagnose a campaign into a folder.
@@ -38,22 +40,28 @@ def run_diagnose(
     """
     from scruton.gap.run import examine
     from scruton.infer.cards import load_card
-    from scruton.infer.store import write_json
-
-    path = out / RESULT
-    if path.exists() and not force:
-        raise InputError(out, "-o", f"a {RESULT}", "another folder, or --force to replace the diagnosis in it")
-    card = load_card(model)
-    with Bar(quiet) as bar:
-        diagnosis, content, findings, curves = examine(campaign, card, workers=workers, thorough=thorough, progress=bar)
-
     from scruton.report.figures.gap import gap_figure
     from scruton.report.figures.save import save
 
-    out.mkdir(parents=True, exist_ok=True)
-    pictures = save(gap_figure(diagnosis, findings, curves), out, "gap", formats=("svg", "png"))
-    write_json(path, json.loads(json.dumps(content)))
-    return gap_text(content), [path, *pictures]
+    loaded, card = load_campaign(campaign), load_card(model)
+    claim = Workspace(
+        out,
+        "diagnose",
+        inputs=inputs_of(loaded, card),
+        settings={"thorough": thorough, "version": version_of_scruton()},
+        results=(RESULT,),
+        force=force,
+        resume=resume,
+    )
+    with claim as work:
+        with Bar(quiet) as bar:
+            diagnosis, content, findings, curves = examine(
+                loaded, card, workers=workers, thorough=thorough, progress=bar
+            )
+        pictures = save(gap_figure(diagnosis, findings, curves), work.new, "gap", formats=("svg", "png"))
+        write_document(work.new / RESULT, content)
+        work.publish()
+    return gap_text(content), [out / RESULT, *(out / one.name for one in pictures)]
 
 
 def gap_text(content: dict[str, Any]) -> str:

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from scruton.griffin import Prediction
     from scruton.infer.results import Fit
     from scruton.report.figures import FigureWithCaption
+    from scruton.sizing.bridge import Bridge
 
 KINDS = ("svg", "png")
 GAP_CAPTION = (
@@ -92,7 +93,7 @@ def crossed_part(
     return {one.test: one.prediction for one in validate(loaded, load_card(model), seed=seed, singles=False)}
 
 
-def check_bridge(campaign: Path, bridge: Path, limits: Sequence[str] = ()) -> None:
+def check_bridge(campaign: Path, bridge: Path, limits: Sequence[str] = ()) -> "Bridge":
     """Read a bridge, to refuse what is wrong with it before any work is done.
 
     Raises
@@ -108,6 +109,7 @@ def check_bridge(campaign: Path, bridge: Path, limits: Sequence[str] = ()) -> No
     found = load_bridge(bridge, load_campaign(campaign).section.motion)
     if not [*found.limits, *map(limit, limits)]:
         raise InputError(bridge, "limits", "no limit", 'at least one, such as limits = ["jtg"]')
+    return found
 
 
 def scruton_numbers_of(fit: "Fit", bridge: Path) -> list[float]:
@@ -136,7 +138,7 @@ def sizing_part(folder: Path, bridge: Path, limits: Sequence[str] = (), seed: in
 
     from scruton.errors import InputError
     from scruton.griffin.posterior import motion_of
-    from scruton.infer.store import read_tree
+    from scruton.infer.store import provenance_of, read_tree
     from scruton.report.charts import risk_chart
     from scruton.report.figures.sizing import governing, sizing_figures
     from scruton.sizing.bridge import load_bridge
@@ -148,7 +150,9 @@ def sizing_part(folder: Path, bridge: Path, limits: Sequence[str] = (), seed: in
         raise InputError(bridge, "", "a campaign without tests in wind", "a campaign with at least one test")
     stands = load_bridge(bridge, motion_of(tree))
     found = size(tree, stands, [limit(one) for one in limits], seed=seed)
-    found["provenance"] = {"seed": seed, "bridge_sha256": dict(stands.sha256), "limits": list(limits)}
+    found["provenance"] = {
+        "seed": seed, "bridge_sha256": dict(stands.sha256), "limits": list(limits), "fit_sha256": provenance_of(folder),
+    }  # fmt: skip
     content = json.loads(json.dumps(found, allow_nan=False))
     names = [f"risk_{k}" for k in range(1, len(content["modes"]) + 1)] if len(content["modes"]) > 1 else ["risk"]
     charts = {

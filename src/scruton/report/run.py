@@ -4,18 +4,23 @@ import json
 import math
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scruton.campaign import Campaign, Quantity, load_campaign, tests_used
 from scruton.errors import InputError
 from scruton.report.text import number, table
+from scruton.workspace import Workspace
 
 if TYPE_CHECKING:
     from scruton.infer.cards import ModelCard
     from scruton.infer.results import Fit
 
+# Files and folders that say that a fit or its report lies in a folder, whoever wrote them.
+RESULTS = ("posterior.nc", "fit.json", "report.html", "report.pdf", "report.json", "gap.json", "sizing.json")
 # Parameters that the terminal shows, and how: key, heading, factor.
 SHOWN = (
     ("scruton_number", "Sc", 1.0),
@@ -57,42 +62,108 @@ def run_fit(
     InputError
         For bad input; nothing is written then.
     """
-    from scruton.infer.output import CHECKPOINTS, claim_folder
-
-    folder = out if out is not None else default_folder(path)
-    if seed < 0:
-        raise InputError("command line", "--seed", str(seed), "a whole number, zero or more")
-    campaign = load_campaign(path)
-    names = tuple(name.strip() for name in tests.split(",")) if tests is not None else ()
-    if names:
-        campaign = tests_used(campaign, names)
-
-    from scruton.infer.cards import load_card
-
-    card = load_card(model)
-    claim_folder(folder, force=force, resume=resume)
-    if resume:
-        _same_run(folder, campaign, card.sha256, seed, names)
-
-    from scruton.infer.fit import fit_campaign
     from scruton.infer.store import write_fit
 
-    with Bar(quiet) as bar:
-        fit = fit_campaign(
-            campaign,
-            card,
-            seed=seed,
-            checkpoints=folder / CHECKPOINTS,
-            report=bar,
-            command=f"fit --seed {seed} --model {card.name}"
-            + (f" --tests {','.join(names)}" if names else "")
-            + (f" --effect {effect}" if effect else ""),
-            only=names,
-        )
-        if effect is not None:
-            _carry_effect(fit, effect, card, seed, bar)
-    write_fit(fit, folder)
-    return fit, folder
+    task = FitTask.of(path, out, model=model, tests=tests, seed=seed, effect=effect)
+    with task.workspace(force=force, resume=resume) as work:
+        fit = task.fit(work, quiet=quiet)
+        write_fit(fit, work.new)
+        work.publish()
+    return fit, task.folder
+
+
+@dataclass(frozen=True, eq=False)
+class FitTask:
+    """A fit that was asked for: its inputs are read and checked, and nothing is done yet.
+
+    Attributes
+    ----------
+    campaign : Campaign
+        Restricted to the tests in `names`, where there are any.
+    card : ModelCard
+    names : tuple of str
+    seed : int
+    effect : str or None
+    folder : Path
+        For the results.
+    """
+
+    campaign: Campaign
+    card: "ModelCard"
+    names: tuple[str, ...]
+    seed: int
+    effect: str | None
+    folder: Path
+
+    @classmethod
+    def of(
+        cls, path: Path, out: Path | None, *, model: str, tests: str | None, seed: int, effect: str | None
+    ) -> "FitTask":
+        """Read the campaign and the card; InputError for bad input."""
+        from scruton.infer.cards import load_card
+
+        if seed < 0:
+            raise InputError("command line", "--seed", str(seed), "a whole number, zero or more")
+        campaign = load_campaign(path)
+        names = tuple(name.strip() for name in tests.split(",")) if tests is not None else ()
+        if names:
+            campaign = tests_used(campaign, names)
+        return cls(campaign, load_card(model), names, seed, effect, out if out is not None else default_folder(path))
+
+    def workspace(
+        self,
+        *,
+        force: bool,
+        resume: bool,
+        inputs: Mapping[str, str] | None = None,
+        settings: Mapping[str, Any] | None = None,
+    ) -> Workspace:
+        """The folder of the results, to be entered; `inputs` and `settings` are those beside the fit's own."""
+        return Workspace(
+            self.folder,
+            "fit",
+            inputs={**inputs_of(self.campaign, self.card), **(inputs or {})},
+            settings={
+                "seed": self.seed, "tests": list(self.names), "effect": self.effect, "version": version_of_scruton(),
+                **(settings or {}),
+            },
+            results=RESULTS,
+            force=force,
+            resume=resume,
+        )  # fmt: skip
+
+    def fit(self, work: Workspace, *, quiet: bool) -> "Fit":
+        """Fit, with checkpoints in the folder."""
+        from scruton.infer.fit import fit_campaign
+
+        with Bar(quiet) as bar:
+            fit = fit_campaign(
+                self.campaign,
+                self.card,
+                seed=self.seed,
+                checkpoints=work.checkpoints,
+                report=bar,
+                command=f"fit --seed {self.seed} --model {self.card.name}"
+                + (f" --tests {','.join(self.names)}" if self.names else "")
+                + (f" --effect {self.effect}" if self.effect else ""),
+                only=self.names,
+            )
+            if self.effect is not None:
+                _carry_effect(fit, self.effect, self.card, self.seed, bar)
+        return fit
+
+
+def inputs_of(campaign: Campaign, card: "ModelCard | None" = None) -> dict[str, str]:
+    """SHA-256 of every file of a campaign, and of all that a model card says, by the names that errors show."""
+    digests = {} if card is None else {f"model card {card.name}": sha256(card.resolved.encode()).hexdigest()}
+    return {**(campaign.sha256 or {}), **digests}
+
+
+def version_of_scruton() -> str:
+    """Which version of the program this is: another one may give other numbers."""
+    from scruton import __version__
+
+    return __version__
 
 
 def _carry_effect(fit: "Fit", effect: str, card: "ModelCard", seed: int, bar: "Bar") -> None:
@@ -108,24 +179,6 @@ def _carry_effect(fit: "Fit", effect: str, card: "ModelCard", seed: int, bar: "B
         "asked": effect, "used": name, "also": list(diagnosis.found[1:]) if name == diagnosis.verdict else [],
         "probability": diagnosis.probability.get(name, 0.0),
     }  # fmt: skip
-
-
-def _same_run(folder: Path, campaign: Campaign, card: str, seed: int, tests: tuple[str, ...]) -> None:
-    """Refuse to resume into the finished results of another run: they would be lost."""
-    path = folder / "fit.json"
-    if not path.is_file():
-        return
-    found = json.loads(path.read_text(encoding="utf-8"))["provenance"]
-    ours = {"seed": seed, "tests": list(tests), "sha256": dict(campaign.sha256 or {}), "card": card}
-    theirs = {**{key: found[key] for key in ("seed", "tests", "sha256")}, "card": found["card"]["sha256"]}
-    differing = [key for key in ours if ours[key] != theirs[key]]
-    if differing:
-        raise InputError(
-            folder,
-            "--resume",
-            f"finished results with other {', '.join(differing)}",
-            "the same command as before, another folder, or --force to replace them",
-        )
 
 
 def check_design(scruton_numbers: Sequence[float]) -> None:

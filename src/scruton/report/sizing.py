@@ -1,15 +1,16 @@
 """`scruton size`: sizing.json, its table for the terminal and its figures."""
 
 import json
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from scruton.documents import write_document
 from scruton.errors import InputError
 from scruton.report.figures.sizing import CONFIDENCES
 from scruton.report.run import Bar, check_effect, parse_damping
 from scruton.report.text import bullets, number, table
+from scruton.workspace import Workspace
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,43 +50,48 @@ def run_size(
     InputError
         For bad input, or a folder that holds a sizing already; nothing is written then.
     """
-    from scruton.infer.store import read_tree, write_json
+    from scruton.infer.store import provenance_of, read_tree
+    from scruton.report.figures.save import save
+    from scruton.report.figures.sizing import sizing_figures
     from scruton.sizing.limits import limit
     from scruton.sizing.run import size
 
     folder = out if out is not None else results / "sizing"
-    if (folder / RESULT).exists() and not force:
-        raise InputError(folder, "-o", f"a {RESULT}", "another folder, or --force to replace the sizing in it")
     if seed < 0:
         raise InputError("command line", "--seed", str(seed), "a whole number, zero or more")
     rules = [limit(one) for one in limits]
-    _check_folder(folder)
     tree, summary = read_tree(results)
     if not summary["tests"]:
         raise InputError(results, "", "a campaign without tests in wind", "a fit of at least one test")
     check_effect(summary, effect, results)
     stands = read_bridge(tree, bridge, damping=damping, rig=rig)
-    with Bar(quiet) as bar:
-        content = size(tree, stands, rules, rig=rig, law_n=law_n, seed=seed, progress=bar)
+    fitted = provenance_of(results)
+    settings = {"seed": seed, "limits": list(limits), "law": law_n, "effect": effect, "rig": rig, "damping": damping}
+    claim = Workspace(
+        folder, "size", inputs={**fitted, **stands.sha256}, settings=settings, results=(RESULT,), force=force
+    )
+    with claim as work:
+        with Bar(quiet) as bar:
+            content = size(tree, stands, rules, rig=rig, law_n=law_n, seed=seed, progress=bar)
+        _explain(content, summary, bridge=bridge)
+        content["provenance"] = {
+            **{key: summary["provenance"][key] for key in ("versions", "sha256")},
+            "fit_sha256": fitted, "bridge_sha256": dict(stands.sha256),
+            **{key: settings[key] for key in ("seed", "limits", "law", "effect")},
+        }  # fmt: skip
+        figures = sizing_figures(content)
+        pictures = [path.name for one in figures for path in save(one, work.new, formats=("svg", "png"))]
+        write_document(work.new / RESULT, json.loads(json.dumps(content, allow_nan=False)))
+        work.publish()
+    return sizing_text(content), bool(summary["converged"]), [folder / name for name in (RESULT, *pictures)]
+
+
+def _explain(content: dict[str, Any], summary: Mapping[str, Any], *, bridge: Path | None) -> None:
+    """Add what has to be said of the fit and of a bridge that was not given."""
     if bridge is None:
         content["flags"].append("no bridge was given: the answer is for the section model itself, at its own size")
-    content["provenance"] = {
-        **{key: summary["provenance"][key] for key in ("versions", "sha256")},
-        "seed": seed, "bridge_sha256": dict(stands.sha256), "limits": list(limits), "law": law_n, "effect": effect,
-    }  # fmt: skip
     if not summary["converged"]:
         content["flags"].insert(0, "the fit did not converge: " + "; ".join(summary["flags"]))
-    from scruton.report.figures.save import save
-    from scruton.report.figures.sizing import sizing_figures
-
-    figures = sizing_figures(content)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(folder, "-o", str(error), "a folder that can be made") from None
-    pictures = [path for one in figures for path in save(one, folder, formats=("svg", "png"))]
-    write_json(folder / RESULT, json.loads(json.dumps(content, allow_nan=False)))
-    return sizing_text(content), bool(summary["converged"]), [folder / RESULT, *pictures]
 
 
 def read_bridge(
@@ -110,13 +116,6 @@ def read_bridge(
     if design is None:
         return found
     return replace(found, modes=tuple(replace(mode, damping_ratio=design) for mode in found.modes))
-
-
-def _check_folder(folder: Path) -> None:
-    """Whether results can be written, before minutes are spent on them; nothing is made yet."""
-    there = next(one for one in (folder, *folder.resolve().parents) if one.exists())
-    if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
-        raise InputError(folder, "-o", f"{there}, where nothing can be written", "a folder, there or to be made")
 
 
 def sizing_text(content: Mapping[str, Any]) -> str:

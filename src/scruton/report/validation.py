@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scruton.campaign import Campaign, load_campaign
+from scruton.documents import write_document
 from scruton.errors import InputError
 from scruton.report.text import number, table
+from scruton.workspace import Workspace
 
 if TYPE_CHECKING:
     from scruton.griffin.validate import Validation
@@ -20,7 +22,14 @@ NOMINAL = (0.50, 0.90, 0.95)
 
 
 def run_validate(
-    path: Path, out: Path, *, model: str = "default", seed: int = 0, force: bool = False, quiet: bool = False
+    path: Path,
+    out: Path,
+    *,
+    model: str = "default",
+    seed: int = 0,
+    force: bool = False,
+    resume: bool = False,
+    quiet: bool = False,
 ) -> tuple[str, bool, list[Path]]:
     """Validate a campaign into a folder.
 
@@ -36,30 +45,38 @@ def run_validate(
     """
     from scruton.griffin.validate import validate
     from scruton.infer.cards import load_card
-    from scruton.infer.store import write_json
     from scruton.report.figures.save import save
-    from scruton.report.run import Bar
+    from scruton.report.run import Bar, inputs_of, version_of_scruton
 
     if seed < 0:
         raise InputError("command line", "--seed", str(seed), "a whole number, zero or more")
-    if (out / JSON).exists() and not force:
-        raise InputError(out, "-o", JSON, "an empty folder, or --force to replace what lies in it")
     campaign, card = load_campaign(path), load_card(model)
-    with Bar(quiet) as bar:
-        found = validate(campaign, card, seed=seed, progress=bar)
-    out.mkdir(parents=True, exist_ok=True)
-    content = {
-        "format": 1,
-        "title": campaign.title,
-        "unit": campaign.section.amplitude_unit,
-        "validations": [_entry(one) for one in found],
-        "coverage": coverage(found),
-        "provenance": provenance(campaign, card.name, card.sha256, seed),
-    }
-    figures = save(validation_figure(campaign, found), out, formats=("svg", "png"))
-    _write_csv(out / CSV, found)
-    write_json(out / JSON, content)
-    return validation_text(campaign, found), all(one.trusted for one in found), [out / JSON, out / CSV, *figures]
+    claim = Workspace(
+        out,
+        "validate",
+        inputs=inputs_of(campaign, card),
+        settings={"seed": seed, "version": version_of_scruton()},
+        results=(JSON,),
+        force=force,
+        resume=resume,
+    )
+    with claim as work:
+        with Bar(quiet) as bar:
+            found = validate(campaign, card, seed=seed, progress=bar, checkpoints=work.checkpoints)
+        content = {
+            "format": 1,
+            "title": campaign.title,
+            "unit": campaign.section.amplitude_unit,
+            "validations": [_entry(one) for one in found],
+            "coverage": coverage(found),
+            "provenance": provenance(campaign, card.name, card.sha256, seed),
+        }
+        figures = save(validation_figure(campaign, found), work.new, formats=("svg", "png"))
+        _write_csv(work.new / CSV, found)
+        write_document(work.new / JSON, content)
+        work.publish()
+    paths = [out / one for one in (JSON, CSV, *(figure.name for figure in figures))]
+    return validation_text(campaign, found), all(one.trusted for one in found), paths
 
 
 def provenance(campaign: Campaign, card: str, sha256: str, seed: int) -> dict[str, Any]:

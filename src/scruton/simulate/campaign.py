@@ -13,10 +13,10 @@ The specification is the campaign.toml that shall come out, with these additions
 """
 
 import math
-import os
 import tempfile
 import tomllib
 import zlib
+from collections.abc import Iterable
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,7 @@ import numpy as np
 
 from scruton.campaign import Campaign, load_campaign
 from scruton.campaign.schema import FloatArray, Motion
+from scruton.documents import replace_file
 from scruton.errors import InputError
 from scruton.simulate.disturbances import Disturbances
 from scruton.simulate.motion import FORCES, Truth, simulate_record
@@ -64,8 +65,7 @@ def write_campaign(spec: Path, out: Path, *, seed: int, force: bool = False) -> 
     InputError
         For a specification that makes no campaign, or a folder that holds one already.
     """
-    if (out / "campaign.toml").exists() and not force:
-        raise InputError(out, "-o", "a campaign.toml", "an empty folder, or --force to replace the campaign in it")
+    _refuse_files(out, ["campaign.toml"], force=force)
     content = _read(spec)
     settings = _settings(spec, content)
     truths = _truths(spec, content)
@@ -92,10 +92,19 @@ def write_campaign(spec: Path, out: Path, *, seed: int, force: bool = False) -> 
                 content[key][i]["records"] = kept
         _write_toml(folder / "campaign.toml", content)
         load_campaign(folder)
+        _refuse_files(out, (path.name for path in folder.iterdir()), force=force)
         out.mkdir(exist_ok=True)
         for path in sorted(folder.iterdir()):
-            os.replace(path, out / path.name)  # noqa: PTH105 - one step each, the campaign.toml among the first
+            replace_file(path, out / path.name)  # one step each, the campaign.toml among the first
     return out
+
+
+def _refuse_files(out: Path, names: Iterable[str], *, force: bool) -> None:
+    """Refuse to write over what lies in the folder, a measured record perhaps, unless told to."""
+    found = sorted(name for name in names if (out / name).exists())
+    if found and not force:
+        wanted = "an empty folder, or --force to replace what lies in it"
+        raise InputError(out, "-o", f"{', '.join(found[:4])}{', ...' if len(found) > 4 else ''}", wanted)
 
 
 def _read(spec: Path) -> dict[str, Any]:

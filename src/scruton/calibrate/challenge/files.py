@@ -1,13 +1,11 @@
 """A campaign in memory to a campaign.toml and one CSV a record."""
 
-import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from scruton.campaign.schema import Campaign, Motion, Quantity, Record
-from scruton.errors import InputError
 
 _DIGITS = 5  # significant, of the largest reading
 
@@ -81,20 +79,3 @@ def _write_csv(path: Path, record: Record, motion: Motion, depth: float) -> None
     decimals = max(0, _DIGITS - 1 - int(np.floor(np.log10(float(np.abs(values).max())))))
     lines = [f"{y:.{decimals}f}" for y in values.tolist()]
     path.write_text("\n".join([header, *lines]) + "\n", encoding="utf-8", newline="\n")
-
-
-def read_json(path: Path, wanted: str = "a JSON object") -> dict[str, Any]:
-    """Read a JSON object.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, or is none; `wanted` says what the file should be.
-    """
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise InputError(path, "", f"no valid JSON ({error})", wanted) from error
-    if not isinstance(found, dict):
-        raise InputError(path, "", type(found).__name__, "a JSON object")
-    return found

@@ -1,24 +1,24 @@
 """`challenge make`: a folder of campaigns, and their answers in a sealed file whose hash lies in the open."""
 
 import json
-import os
-import shutil
-import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import as_completed
 from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from scruton.calibrate.challenge.case import EFFECTS, NOISE, TURBULENCE, simulate_case
-from scruton.calibrate.challenge.files import read_json, write_case
+from scruton.calibrate.challenge.files import write_case
 from scruton.calibrate.challenge.plan import SEVERITIES, checked, planned
+from scruton.documents import read_json, write_text
 from scruton.errors import InputError
+from scruton.processes import pool
+from scruton.workspace import Workspace
 
 __all__ = ["ANSWERS", "CHALLENGE", "EFFECTS", "make_challenge", "simulate_case"]
 
 CHALLENGE, ANSWERS = "challenge.json", "answers/answers.json"
-_PARTS = "answers/parts"
 _MADE = "a file that a challenge was made with"
 Progress = Callable[[int, int], None]
 
@@ -84,97 +84,71 @@ def make_challenge(
         "seed": seed, "design": design, "effects": list(wanted), "severities": [float(s) for s in severities],
         "turbulence": list(turbulence), "noise": list(noise),
     }  # fmt: skip
-    _claim(out, settings, force=force, resume=resume)
-    answers = _known(out)
+    claim = Workspace(
+        out,
+        "challenge make",
+        inputs={},
+        settings=settings,
+        results=(CHALLENGE,),
+        force=force,
+        resume=resume,
+        grows=True,
+    )
     names = {index: f"case-{index:04d}" for index in range(1, cases + 1)}
-    missing = [i for i, name in names.items() if name not in answers or not (out / name / "campaign.toml").exists()]
-    done = cases - len(missing)
-    for index in _made(out, missing, settings, jobs):
-        done += 1
-        if progress:
-            progress(done, cases)
-        answers[names[index]] = read_json(out / _PARTS / f"{names[index]}.json", _MADE)
-    sealed = json.dumps({name: answers[name] for name in names.values()}, indent=1, sort_keys=True) + "\n"
-    _write(out / ANSWERS, sealed)
-    shutil.rmtree(out / _PARTS, ignore_errors=True)
-    table = {
-        "format": 1, "settings": settings, "cases": list(names.values()), "answers": ANSWERS,
-        "answers_sha256": sha256(sealed.encode()).hexdigest(), "versions": {"scruton": version("scruton")},
-    }  # fmt: skip
-    _write(out / CHALLENGE, json.dumps(table, indent=1) + "\n")
+    with claim as work:
+        answers = _known(work)
+        missing = [i for i, name in names.items() if name not in answers or not work.find(f"{name}/campaign.toml")]
+        done = cases - len(missing)
+        for index in _made(work, missing, settings, jobs):
+            work.keep(names[index])
+            done += 1
+            if progress:
+                progress(done, cases)
+            answers[names[index]] = read_json(work.checkpoints / f"{names[index]}.json", _MADE)
+        sealed = json.dumps({name: answers[name] for name in names.values()}, indent=1, sort_keys=True) + "\n"
+        write_text(work.new / ANSWERS, sealed)
+        table = {
+            "format": 1, "settings": settings, "cases": list(names.values()), "answers": ANSWERS,
+            "answers_sha256": sha256(sealed.encode()).hexdigest(), "versions": {"scruton": version("scruton")},
+        }  # fmt: skip
+        write_text(work.new / CHALLENGE, json.dumps(table, indent=1) + "\n")
+        work.publish()
     return out
 
 
-def _claim(out: Path, settings: Mapping[str, Any], *, force: bool, resume: bool) -> None:
-    """Make sure that this challenge may be written into a folder, and note its settings."""
-    if out.exists() and not out.is_dir():
-        raise InputError(out, "-o", "a file", "the path of a folder for the challenge")
-    path = out / CHALLENGE
-    if path.exists() and resume:
-        earlier = read_json(path, _MADE).get("settings", {})
-        differ = [key for key, value in settings.items() if earlier.get(key) != value]
-        if differ:
-            raise InputError(
-                path, differ[0], repr(earlier.get(differ[0])),
-                f"{settings[differ[0]]!r} as asked for now: a challenge is resumed with its own settings",
-            )  # fmt: skip
-        return
-    if path.exists() and not force:
-        raise InputError(
-            out, "-o", "a challenge", "an empty folder, --resume to go on with it, or --force to replace it"
-        )
-    for folder in [out / "answers", *out.glob("case-[0-9]*")] if path.exists() else []:
-        shutil.rmtree(folder, ignore_errors=True)
-    out.mkdir(parents=True, exist_ok=True)
-    _write(path, json.dumps({"format": 1, "settings": settings, "cases": []}, indent=1) + "\n")
-
-
-def _known(out: Path) -> dict[str, Any]:
+def _known(work: Workspace) -> dict[str, Any]:
     """Answers of the cases that are there."""
-    found: dict[str, Any] = read_json(out / ANSWERS, _MADE) if (out / ANSWERS).exists() else {}
-    for path in sorted((out / _PARTS).glob("*.json")):
+    before = work.find(ANSWERS)
+    found: dict[str, Any] = {} if before is None else read_json(before, _MADE)
+    for path in sorted(work.checkpoints.glob("*.json")):
         found[path.stem] = read_json(path, _MADE)
     return found
 
 
-def _made(out: Path, missing: Sequence[int], settings: Mapping[str, Any], jobs: int) -> Iterator[int]:
+def _made(work: Workspace, missing: Sequence[int], settings: Mapping[str, Any], jobs: int) -> Iterator[int]:
     """Write the cases that are missing, in this process or in several; their numbers come as they are done."""
-    (out / _PARTS).mkdir(parents=True, exist_ok=True)
     if jobs == 1 or len(missing) < 2:
         for index in missing:
-            yield _make_one(out, index, settings)
+            yield _make_one(work.new, work.checkpoints, index, settings)
         return
-    import multiprocessing
-    from concurrent.futures import ProcessPoolExecutor, as_completed
-
-    pool = ProcessPoolExecutor(min(jobs, len(missing)), mp_context=multiprocessing.get_context("spawn"))
+    workers = pool(min(jobs, len(missing)))
     try:
-        for future in as_completed([pool.submit(_make_one, out, index, settings) for index in missing]):
+        tasks = [workers.submit(_make_one, work.new, work.checkpoints, index, settings) for index in missing]
+        for future in as_completed(tasks):
             yield future.result()
     finally:
-        pool.shutdown(cancel_futures=True)
+        workers.shutdown(cancel_futures=True)
 
 
-def _make_one(out: Path, index: int, settings: Mapping[str, Any]) -> int:
-    """Write one case and the part of the answers that is its own, each in one step, the answer last."""
+def _make_one(out: Path, answers: Path, index: int, settings: Mapping[str, Any]) -> int:
+    """Write one case and the part of the answers that is its own, the campaign.toml and then the answer last."""
     seed, design = settings["seed"], settings["design"]
     effects, severity = planned(seed, index, settings["effects"], settings["severities"], design)
     campaign, answer = simulate_case(
         seed, index, effects, severity, design, tuple(settings["turbulence"]), tuple(settings["noise"])
     )
     place = out / campaign.title
-    with tempfile.TemporaryDirectory(dir=out, prefix=".case-") as temporary:
-        made = Path(temporary) / "made"
-        made.mkdir()
-        write_case(campaign, made)
-        shutil.rmtree(place, ignore_errors=True)
-        os.replace(made, place)  # noqa: PTH105
-    _write(out / _PARTS / f"{campaign.title}.json", json.dumps(answer))
+    place.mkdir(parents=True, exist_ok=True)
+    write_case(campaign, place)
+    write_text(answers / f"{campaign.title}.json", json.dumps(answer))
     return index
-
-
-def _write(path: Path, text: str) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(path.name + ".tmp")
-    temporary.write_text(text, encoding="utf-8", newline="\n")
-    os.replace(temporary, path)  # noqa: PTH105

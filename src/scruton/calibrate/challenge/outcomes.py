@@ -8,9 +8,9 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from scruton.calibrate.challenge.files import read_json
 from scruton.calibrate.challenge.make import ANSWERS, CHALLENGE
 from scruton.calibrate.challenge.run import CASE, GAP, cases_of
+from scruton.documents import read_json
 from scruton.errors import InputError
 
 NONE, UNKNOWN, FAILED = "none", "unknown", "failed"

@@ -1,12 +1,9 @@
 """`challenge run`: the diagnosis of every campaign of a folder, one gap.json a case; the answers are not looked at."""
 
 import json
-import multiprocessing
-import shutil
-import signal
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from hashlib import sha256
@@ -14,9 +11,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from scruton.calibrate.challenge.files import read_json
-from scruton.calibrate.store import write
+from scruton.documents import read_json, write_text
 from scruton.errors import InputError
+from scruton.processes import pool
+from scruton.workspace import Workspace, digest
 
 RUN, GAP, CASE = "challenge-run.json", "gap.json", "case.json"
 Diagnose = Callable[[Path], Mapping[str, Any]]
@@ -82,13 +80,27 @@ def run_challenge(
     if jobs < 1:
         raise InputError("challenge", "jobs", str(jobs), "at least 1")
     cases = cases_of(folder)
-    _claim(out, _settings(folder, cases, diagnose), force=force, resume=resume)
-    missing = [name for name in cases if not (out / name / GAP).exists()]
-    done = len(cases) - len(missing)
-    for _ in _run(folder, out, missing, jobs, diagnose):
-        done += 1
-        if progress:
-            progress(done, len(cases))
+    settings = _settings(folder, cases, diagnose)
+    claim = Workspace(
+        out,
+        "challenge run",
+        inputs=_inputs(folder, cases),
+        settings={key: settings[key] for key in ("diagnosis", "scruton")},
+        results=(RUN,),
+        force=force,
+        resume=resume,
+        grows=True,
+    )
+    with claim as work:
+        missing = [name for name in cases if work.find(f"{name}/{GAP}") is None]
+        done = len(cases) - len(missing)
+        for name in _run(folder, work.new, missing, jobs, diagnose):
+            work.keep(name)
+            done += 1
+            if progress:
+                progress(done, len(cases))
+        write_text(work.new / RUN, json.dumps(settings, indent=1) + "\n")
+        work.publish()
     failed = {name: read_json(out / name / CASE).get("error") for name in cases if not (out / name / GAP).exists()}
     return ChallengeRun(out, cases, {name: str(reason) for name, reason in failed.items()})
 
@@ -117,28 +129,10 @@ def _settings(folder: Path, cases: Sequence[str], diagnose: Diagnose) -> dict[st
     return {"format": 1, "campaigns_sha256": digest.hexdigest(), "diagnosis": called, "scruton": version("scruton")}
 
 
-def _claim(out: Path, settings: Mapping[str, Any], *, force: bool, resume: bool) -> None:
-    if out.exists() and not out.is_dir():
-        raise InputError(out, "-o", "a file", "the path of a folder for the results")
-    path = out / RUN
-    if path.exists() and resume:
-        earlier = read_json(path)
-        differ = [key for key, value in settings.items() if earlier.get(key) != value]
-        # A challenge may have grown since; a case that is there is a case of the same name.
-        differ = [key for key in differ if key != "campaigns_sha256"]
-        if differ:
-            raise InputError(
-                path, differ[0], repr(earlier.get(differ[0])),
-                f"{settings[differ[0]]!r} as asked for now: a run is resumed with its own settings",
-            )  # fmt: skip
-    elif path.exists():
-        if not force:
-            raise InputError(
-                out, "-o", "results of an earlier run", "an empty folder, --resume to go on with it, or --force"
-            )
-        for case in out.glob(f"*/{CASE}"):
-            shutil.rmtree(case.parent)
-    write(path, json.dumps(settings, indent=1) + "\n")
+def _inputs(folder: Path, cases: Sequence[str]) -> dict[str, str]:
+    """SHA-256 of every file of every case."""
+    files = (path for name in cases for path in sorted((folder / name).rglob("*")) if path.is_file())
+    return {path.relative_to(folder).as_posix(): digest(path) for path in files}
 
 
 def _run(folder: Path, out: Path, names: Sequence[str], jobs: int, diagnose: Diagnose) -> Iterator[str]:
@@ -163,19 +157,12 @@ def _run(folder: Path, out: Path, names: Sequence[str], jobs: int, diagnose: Dia
 
 
 def _pooled(folder: Path, out: Path, names: Sequence[str], jobs: int, diagnose: Diagnose) -> Iterator[str]:
-    pool = ProcessPoolExecutor(
-        min(jobs, len(names)), mp_context=multiprocessing.get_context("spawn"), initializer=_leave_interrupts
-    )
+    workers = pool(min(jobs, len(names)))
     try:
-        for future in as_completed([pool.submit(_one, folder, out, name, diagnose) for name in names]):
+        for future in as_completed([workers.submit(_one, folder, out, name, diagnose) for name in names]):
             yield future.result()
     finally:
-        pool.shutdown(cancel_futures=True)
-
-
-def _leave_interrupts() -> None:
-    """Interrupts are for the parent, which keeps what is done."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+        workers.shutdown(cancel_futures=True)
 
 
 def _one(folder: Path, out: Path, name: str, diagnose: Diagnose) -> str:
@@ -187,9 +174,9 @@ def _one(folder: Path, out: Path, name: str, diagnose: Diagnose) -> str:
         _note(out / name, time.perf_counter() - start, f"{type(error).__name__}: {error}")
         return name
     _note(out / name, time.perf_counter() - start, None)
-    write(out / name / GAP, text)
+    write_text(out / name / GAP, text)
     return name
 
 
 def _note(place: Path, seconds: float, error: str | None) -> None:
-    write(place / CASE, json.dumps({"seconds": round(seconds, 3), "error": error}) + "\n")
+    write_text(place / CASE, json.dumps({"seconds": round(seconds, 3), "error": error}) + "\n")

@@ -11,7 +11,7 @@ import numpy as np
 from scruton.calibrate.challenge.figures import Figure, by_effect, calibration, confusion, figures
 from scruton.calibrate.challenge.outcomes import Outcome, read_outcomes
 from scruton.calibrate.plain import aligned, csv_text, plain
-from scruton.calibrate.store import write
+from scruton.documents import write_text
 from scruton.errors import InputError
 
 SCORE = "challenge-score.json"
@@ -193,10 +193,10 @@ def _write(score: ChallengeScore, out: Path) -> None:
     everything: dict[str, Any] = {"format": 1, "settings": dict(score.settings)} | tables
     everything["baselines"] = {name: [_figure(one) for one in table] for name, table in score.baselines.items()}
     for name, table in tables.items():
-        write(out / f"{name}.csv", csv_text(table))
-    write(out / "challenge-score.txt", f"{describe(score)}\n\n{score_text(score)}\n")
+        write_text(out / f"{name}.csv", csv_text(table))
+    write_text(out / "challenge-score.txt", f"{describe(score)}\n\n{score_text(score)}\n")
     draw(score.outcomes, out)
-    write(out / SCORE, json.dumps(plain(everything), indent=1, allow_nan=False) + "\n")
+    write_text(out / SCORE, json.dumps(plain(everything), indent=1, allow_nan=False) + "\n")
 
 
 def _figure(one: Figure) -> dict[str, Any]:

@@ -1,0 +1,102 @@
+"""JSON that the program writes and reads back: written in one step, and with a checksum of its own content.
+
+A bit that flipped, a number that was edited, a field that went missing: reading says so instead of computing with it.
+"""
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from scruton.errors import InputError
+
+CHECKSUM = "checksum"  # of everything else in the document
+
+
+def sealed(content: Mapping[str, Any]) -> dict[str, Any]:
+    """The content with its checksum."""
+    plain: dict[str, Any] = json.loads(json.dumps({key: value for key, value in content.items() if key != CHECKSUM}))
+    return plain | {CHECKSUM: _checksum(plain)}
+
+
+def write_document(path: Path, content: Mapping[str, Any]) -> None:
+    """Write JSON with its checksum, in one atomic step."""
+    write_text(path, json.dumps(sealed(content), indent=1, ensure_ascii=False) + "\n")
+
+
+def read_document(path: Path, wanted: str, fields: Sequence[str] = (), *, version: int | None = None) -> dict[str, Any]:
+    """Read what `write_document` wrote.
+
+    Parameters
+    ----------
+    path : Path
+    wanted : str
+        What the file should be, for the error.
+    fields : sequence of str
+        That it must have.
+    version : int, optional
+        Its "format".
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, is of another version, lacks a field, or is not as it was written.
+    """
+    content = read_json(path, wanted)
+    if version is not None and content.get("format", version) != version:
+        raise InputError(path, "format", repr(content["format"]), f"{version}, the one that this version reads")
+    for name in (*fields, CHECKSUM):
+        if name not in content:
+            raise InputError(path, name, "nothing", wanted)
+    if content[CHECKSUM] != _checksum(content):
+        raise InputError(path, CHECKSUM, "a checksum that is not that of the content: damaged, or edited", wanted)
+    return content
+
+
+def read_json(path: Path, wanted: str = "a JSON object") -> dict[str, Any]:
+    """Read a JSON object.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or is none; `wanted` says what the file should be.
+    """
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise InputError(path, "", f"no valid JSON ({error})", wanted) from error
+    if not isinstance(found, dict):
+        raise InputError(path, "", f"JSON that is a {type(found).__name__}", wanted)
+    return found
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a file in one atomic step: a reader sees the old one or the new one, never a part."""
+    write_bytes(path, text.encode())
+
+
+def write_bytes(path: Path, content: bytes) -> None:
+    """Write a file in one atomic step."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(path.name + ".tmp")
+    try:
+        with temporary.open("wb") as stream:
+            stream.write(content)
+            stream.flush()
+            os.fsync(stream.fileno())
+        replace_file(temporary, path)
+    except OSError:
+        temporary.unlink(missing_ok=True)
+        raise
+
+
+def replace_file(source: Path, place: Path) -> None:
+    """Move a file to a place on the same disk in one atomic step, over what lies there."""
+    os.replace(source, place)  # noqa: PTH105 - the atomic one, by its own name
+
+
+def _checksum(content: Mapping[str, Any]) -> str:
+    rest = {key: value for key, value in content.items() if key != CHECKSUM}
+    return sha256(json.dumps(rest, sort_keys=True).encode()).hexdigest()

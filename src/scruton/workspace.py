@@ -1,0 +1,371 @@
+"""A folder that a command writes its results into: claimed, locked, written beside, swapped, known by a manifest.
+
+Old results survive whatever happens until the new ones are whole.  Only files that the program wrote, and that nobody
+changed since, are ever replaced or removed; any other file that lies in the way is kept under a name of its own.
+
+    FOLDER/.scruton/lock             held while a command works in the folder
+    FOLDER/.scruton/manifest.json    what the program wrote there, by run: inputs, settings, SHA-256 of every file
+    FOLDER/.scruton/NAME/run.json    a run that is not finished: its inputs and settings, compared on every resume
+    FOLDER/.scruton/NAME/checkpoints
+    FOLDER/.scruton/NAME/new         results that are not whole yet
+    FOLDER/.scruton/NAME/swap.json   they are whole: what is left to do is to put them in their places
+"""
+
+import contextlib
+import errno
+import json
+import os
+import shutil
+import socket
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from hashlib import sha256
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Any, Self
+
+from scruton.documents import read_document, replace_file, write_document
+from scruton.errors import InputError
+
+STATE, MANIFEST, LOCK, RUN, SWAP = ".scruton", "manifest.json", "lock", "run.json", "swap.json"
+_NO_LOCKS = (errno.ENOLCK, errno.ENOTSUP, errno.ENOSYS)  # of a file system that has none
+_SHOWN = 4  # results that an error names
+_OWN = "the file as scruton wrote it; where it is lost, --force writes the results anew"
+
+
+class Workspace:
+    """One command's claim on a folder, from opening to publication.
+
+    Parameters
+    ----------
+    folder : Path
+        For the results; need not exist.
+    name : str
+        Of the run: runs of one name replace each other's results in the folder.
+    inputs : mapping of str to str
+        SHA-256 of every file that the results depend on, by the name that an error shows.
+    settings : mapping
+        What else they depend on (seed, options), as JSON can hold it.
+    results : sequence of str
+        Files or folders that say that results lie there, for folders without a manifest.
+    force : bool
+        Replace the results that lie there.
+    resume : bool
+        Go on with an interrupted run of the same inputs and settings.  With `force`, too: or else begin anew.
+    grows : bool
+        Results come one by one: a resumed run keeps those that are there, and may go on to more than it began with.
+
+    Raises
+    ------
+    InputError
+        On entering: the folder holds results or an interrupted run and nothing was said of them, the run to resume
+        began with other inputs or settings, another command works in it, or nothing can be written there.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        name: str,
+        *,
+        inputs: Mapping[str, str],
+        settings: Mapping[str, Any],
+        results: Sequence[str] = (),
+        force: bool = False,
+        resume: bool = False,
+        grows: bool = False,
+    ) -> None:
+        self.folder, self.name, self.results = folder, name, tuple(results)
+        self.run: dict[str, Any] = {"inputs": dict(inputs), "settings": json.loads(json.dumps(dict(settings)))}
+        self.force, self.resume, self.grows = force, resume, grows
+        self.state = folder / STATE / name
+        self.new, self.checkpoints = self.state / "new", self.state / "checkpoints"
+        self.replacing = False  # old results lie there, which count for nothing
+        self._made: list[Path] = []  # folders that were not there before
+        self._begun = False
+        self._lock: IO[str] | None = None
+
+    def __enter__(self) -> Self:
+        try:
+            self._open()
+        except BaseException:
+            self._close(undo=True)
+            raise
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
+        # Bad input leaves everything as it was; whatever else ends a run leaves what --resume goes on with.
+        self._close(undo=isinstance(error, InputError))
+
+    def find(self, name: str) -> Path | None:
+        """Where a result of this run lies by now: among the new ones, or in its place if that counts; else None."""
+        places = (self.new / name,) if self.replacing else (self.new / name, self.folder / name)
+        return next((one for one in places if one.exists()), None)
+
+    def done(self, wanted: Sequence[str]) -> bool:
+        """Whether the folder holds the whole results of this very run, the files that are wanted among them.
+
+        Raises
+        ------
+        InputError
+            If it holds those of another run.
+        """
+        earlier = read_manifest(self.folder)["runs"].get(self.name)
+        if earlier is None or self.state.exists():
+            return False
+        self._check_same(earlier)
+        there = all((self.folder / name).is_file() for name in (*earlier["files"], *wanted))
+        return there and set(wanted) <= set(earlier["files"])
+
+    def keep(self, *names: str) -> None:
+        """Put whole files or folders of `new` into their places, unless old results are to be replaced all at once."""
+        if not self.replacing:
+            _swap(self.folder, self.new, self._record(names))
+
+    def publish(self) -> None:
+        """Put the new results into their places, remove those of this run that they replace, forget the run's state."""
+        swap = self._record()
+        write_document(self.state / SWAP, swap)
+        _swap(self.folder, self.new, swap)
+        shutil.rmtree(self.state)
+        self._begun = False
+        shutil.rmtree(self._earlier, ignore_errors=True)
+
+    @property
+    def _earlier(self) -> Path:
+        """State of an interrupted run that --force drops, kept until it is certain that the new run can do better."""
+        return self.state.with_name(f"{self.name}.old")
+
+    def _open(self) -> None:
+        _make(self.folder / STATE, self._made)
+        self._lock = _locked(self.folder)
+        _finish_swaps(self.folder)
+        manifest = read_manifest(self.folder)
+        finished = manifest["runs"].get(self.name)
+        unfinished = read_document(self.state / RUN, _OWN) if (self.state / RUN).is_file() else None
+        present = results_in(self.folder, self.name, self.results)
+        self._refuse(present, unfinished)
+        if self.resume and unfinished is not None and not self._differing(unfinished):
+            self.replacing = bool(unfinished["replacing"])
+        elif self.resume and not self.force and (unfinished is not None or present):
+            self._check_same(unfinished or finished)
+            self.state.mkdir(exist_ok=True)
+        else:
+            self.replacing = bool(present)
+            self._begin()
+        self._clean()
+        self.new.mkdir(parents=True, exist_ok=True)
+        self.checkpoints.mkdir(exist_ok=True)
+        write_document(self.state / RUN, self.run | {"replacing": self.replacing})
+
+    def _refuse(self, present: Sequence[str], unfinished: Mapping[str, Any] | None) -> None:
+        """Refuse what nobody said what to do with."""
+        if self.force or self.resume:
+            return
+        begun = unfinished is not None and any(self.state.glob("*/*"))
+        if not present and not begun:
+            return
+        shown = ", ".join([*present[:_SHOWN], *(["..."] if len(present) > _SHOWN else [])])
+        found = f"results of an earlier run ({shown})" if present else "what an interrupted run left"
+        hint = "--resume to go on with that run, " if begun or self.grows else ""
+        raise InputError(self.folder, "-o", found, f"an empty folder, {hint}or --force to replace it")
+
+    def _check_same(self, earlier: Mapping[str, Any] | None) -> None:
+        """Refuse to resume another run."""
+        wanted = "the same command and files as before, another folder, or --force to begin anew"
+        if earlier is None:
+            raise InputError(self.folder, "--resume", "results whose inputs are not on record", wanted)
+        differing = self._differing(earlier)
+        if differing:
+            raise InputError(self.folder, "--resume", f"a run with other {', '.join(differing)}", wanted)
+
+    def _differing(self, earlier: Mapping[str, Any]) -> list[str]:
+        """Names of the inputs and settings that this run and an earlier one both have, and that differ."""
+        found = []
+        for table in ("settings", "inputs"):
+            theirs = earlier[table]
+            for name, value in self.run[table].items():
+                if name in theirs and theirs[name] != value:
+                    found.append(name if table == "inputs" else f"{name} ({theirs[name]!r}, now {value!r})")
+        return found
+
+    def _begin(self) -> None:
+        """Begin anew; what an interrupted run left is kept aside until this one is whole."""
+        if self.state.exists():
+            shutil.rmtree(self._earlier, ignore_errors=True)
+            os.replace(self.state, self._earlier)  # noqa: PTH105
+        self.state.mkdir()
+        self._begun = True
+
+    def _clean(self) -> None:
+        """Remove what a killed run left half-written."""
+        if not self.grows:
+            shutil.rmtree(self.new, ignore_errors=True)
+        for path in self.new.rglob("*.tmp"):
+            path.unlink()
+
+    def _record(self, part: Sequence[str] = ()) -> dict[str, Any]:
+        """What a swap of all or of a part has to do: files with their digests, files to remove, and the manifest."""
+        names = [name for one in part or ("",) for name in _files(self.new, one)]
+        files = {name: digest(self.new / name) for name in names}
+        manifest = read_manifest(self.folder)
+        known = {name: value for one in manifest["runs"].values() for name, value in one["files"].items()}
+        before = manifest["runs"].get(self.name, {"files": {}})["files"]
+        stale = {} if part or not self.replacing else {k: v for k, v in before.items() if k not in files}
+        kept = {name: value for name, value in before.items() if name not in stale}
+        for other in manifest["runs"].values():  # a file belongs to the run that wrote it last
+            other["files"] = {name: value for name, value in other["files"].items() if name not in files}
+        # What a resumed run is compared with stands in its state until it is whole.
+        run = {"inputs": {}, "settings": {}} if part else self.run
+        manifest["runs"][self.name] = run | {"files": dict(sorted((kept | files).items()))}
+        return {"files": files, "stale": stale, "known": known, "manifest": manifest}
+
+    def _close(self, *, undo: bool) -> None:
+        """Let go of the folder; with `undo`, leave it as it was found."""
+        if undo and self._begun:
+            shutil.rmtree(self.state, ignore_errors=True)
+            if self._earlier.exists():
+                os.replace(self._earlier, self.state)  # noqa: PTH105
+        if self._lock is not None:
+            self._lock.truncate(0)
+            self._lock.close()
+            self._lock = None
+        if undo and self._made:
+            (self.folder / STATE / LOCK).unlink(missing_ok=True)
+            for one in reversed(self._made):
+                with contextlib.suppress(OSError):
+                    one.rmdir()
+
+
+def digest(path: Path) -> str:
+    """SHA-256 of a file."""
+    with path.open("rb") as stream:
+        found = sha256()
+        while block := stream.read(1 << 20):
+            found.update(block)
+    return found.hexdigest()
+
+
+def read_manifest(folder: Path) -> dict[str, Any]:
+    """What the program wrote into a folder: "runs", by name, each with its inputs, settings and files.
+
+    Raises
+    ------
+    InputError
+        If the manifest is damaged.
+    """
+    path = folder / STATE / MANIFEST
+    return read_document(path, _OWN, ("runs",)) if path.is_file() else {"runs": {}}
+
+
+def results_in(folder: Path, name: str, results: Sequence[str]) -> list[str]:
+    """What says that results of a run lie in a folder: those of `results` that exist, and what its manifest names."""
+    found = [one for one in results if (folder / one).exists()]
+    files = read_manifest(folder)["runs"].get(name, {"files": {}})["files"]
+    return [*found, *(one for one in files if one not in found and (folder / one).exists())]
+
+
+def _files(folder: Path, part: str = "") -> Iterator[str]:
+    """Every file below a folder, or below a part of it, by its path relative to the folder, in order."""
+    top = folder / part
+    for path in [top] if top.is_file() else sorted(top.rglob("*")):
+        if path.is_file():
+            yield path.relative_to(folder).as_posix()
+
+
+def _make(folder: Path, made: list[Path]) -> None:
+    """Make a folder and those above it, and note which were not there."""
+    for one in reversed([folder, *folder.parents]):
+        try:
+            if one.is_dir():
+                continue
+            if one.exists():
+                raise InputError(one, "-o", "a file", "the path of a folder for the results")
+            one.mkdir()
+            made.append(one)
+        except (OSError, ValueError) as error:  # ValueError: a path with a null character; or InputError
+            if isinstance(error, InputError):
+                raise
+            reason = getattr(error, "strerror", None) or error
+            raise InputError(one, "-o", f"that it cannot be made ({reason})", "a folder that can be") from None
+
+
+def _locked(folder: Path) -> IO[str]:
+    """Lock a folder for as long as the file is open, however the process ends.
+
+    Raises
+    ------
+    InputError
+        If another process holds the lock.
+    """
+    path = folder / STATE / LOCK
+    try:
+        stream = path.open("a+", encoding="utf-8")
+    except OSError as error:
+        wanted = "a folder in which files can be made"
+        raise InputError(folder, "-o", f"that nothing can be written there ({error.strerror})", wanted) from None
+    try:
+        _lock(stream)
+    except OSError as error:
+        if error.errno in _NO_LOCKS:
+            return stream
+        stream.seek(0)
+        holder = stream.read(200).strip() or "another command"
+        stream.close()
+        wanted = "another folder, or to wait until that one has ended"
+        raise InputError(folder, "-o", f"that {holder} is at work in it", wanted) from None
+    stream.truncate(0)
+    stream.write(f"process {os.getpid()} on {socket.gethostname()}")
+    stream.flush()
+    return stream
+
+
+def _lock(stream: IO[str]) -> None:
+    """Take the lock of an open file, or raise OSError at once."""
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        import msvcrt
+
+        stream.seek(0)
+        msvcrt.locking(stream.fileno(), msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
+        return
+    fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def _finish_swaps(folder: Path) -> None:
+    """Complete what a run that was killed while it put its results in their places left undone."""
+    for path in sorted((folder / STATE).glob(f"*/{SWAP}")):
+        _swap(folder, path.parent / "new", read_document(path, _OWN, ("files", "stale", "known", "manifest")))
+        shutil.rmtree(path.parent)
+
+
+def _swap(folder: Path, new: Path, swap: Mapping[str, Any]) -> None:
+    """Move new files to their places and remove stale ones; may be done again from any point where it was stopped."""
+    for name, mine in swap["files"].items():
+        source, place = new / name, folder / name
+        if not source.exists():
+            continue  # moved before it was stopped
+        if place.exists() and digest(place) not in (swap["known"].get(name), mine):
+            os.replace(place, _spare(place))  # noqa: PTH105
+        place.parent.mkdir(parents=True, exist_ok=True)
+        replace_file(source, place)
+    for name, theirs in swap["stale"].items():
+        place = folder / name
+        if place.is_file() and digest(place) == theirs:
+            place.unlink()
+    _prune(folder / name for name in swap["stale"])
+    write_document(folder / STATE / MANIFEST, swap["manifest"])
+
+
+def _spare(path: Path) -> Path:
+    """A free name beside a file that is not the program's and lies where a result goes."""
+    count = 1
+    while (found := path.with_name(f"{path.name}.~{count}~")).exists():
+        count += 1
+    return found
+
+
+def _prune(paths: Iterable[Path]) -> None:
+    """Remove the folders that stale files left empty."""
+    for one in {path.parent for path in paths}:
+        with contextlib.suppress(OSError):
+            one.rmdir()
