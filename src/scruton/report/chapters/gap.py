@@ -63,7 +63,7 @@ def _verdict(gap: Mapping[str, Any], chosen: Sequence[str]) -> list[Block]:
     if chosen:
         words = "The diagnosis uses every test of the campaign, those that the fit left out among them."
         blocks.append(Callout(CAUTION, words))
-    if words := _shrink(gap["shrink"]):
+    if words := shrink_sentence(gap["shrink"]):
         blocks.append(Paragraph((words,)))
     alike = [group for group in gap["indistinguishable"] if len(group) > 1]
     if alike:
@@ -85,15 +85,18 @@ def _details(gap: Mapping[str, Any]) -> list[Block]:
     return blocks
 
 
-def _shrink(entry: Mapping[str, Any]) -> str:
+def shrink_sentence(entry: Mapping[str, Any]) -> str:
+    """How far the gap shrinks, from `shrink` of gap.json; empty where there is none."""
     if not entry:
         return ""
     if not entry.get("measurable", True):
         return "The gap is too small to measure how far it shrinks."
     words = f"Put into the model, it closes {_share(entry)} of the gap on the records used"
-    if entry.get("held_out"):
-        words += f", and {_share(entry['held_out'])} on records held out"
-    if runner := entry.get("runner_up"):
+    if not entry.get("held_out"):
+        return f"{words}; no record can be left out to test that on what the model has not seen."
+    words += f", and {_share(entry['held_out'])} on records held out"
+    runner = entry.get("runner_up")
+    if runner and runner["fraction"] is not None:
         words += f"; the runner-up ({_in_words(runner['effect'])}) would close {share(runner['fraction'])}"
     return words + "."
 
@@ -101,6 +104,8 @@ def _shrink(entry: Mapping[str, Any]) -> str:
 def _share(entry: Mapping[str, Any]) -> str:
     if entry.get("fraction") is None:
         return "an unmeasurable part"
+    if entry.get("interval90") is None:
+        return f"{share(entry['fraction'])} (a single record: no interval)"
     low, high = entry["interval90"]
     return f"{share(entry['fraction'])} (90 % interval {share(low)} to {share(high)})"
 
