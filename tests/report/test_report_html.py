@@ -147,7 +147,7 @@ def crossed(three, monkeypatch: pytest.MonkeyPatch) -> None:
 def one_figure(monkeypatch: pytest.MonkeyPatch) -> None:
     """Draw one small figure in place of all of them, to save time."""
 
-    def drawn(_: object) -> list[figures.FigureWithCaption]:
+    def drawn(*_: object) -> list[figures.FigureWithCaption]:
         figure = Figure(figsize=(2, 1))
         figure.subplots().plot([0, 1])
         return [figures.FigureWithCaption(figure, "griffin", "a caption", "an alternative")]
@@ -179,7 +179,7 @@ def check_page(page: Page) -> None:
     assert all(below - above <= 1 for above, below in itertools.pairwise(levels))
 
 
-def some_figures(fit) -> list[figures.FigureWithCaption]:
+def some_figures(fit, *_) -> list[figures.FigureWithCaption]:
     return [figures.griffin_plot(fit), figures.reciprocal_plot(fit), *figures.record_figures(fit)]
 
 

@@ -250,7 +250,15 @@ def _complete(job: Job) -> bool:
     if (folder / CHECKPOINTS).exists() or not all((folder / name).is_file() for name in wanted):
         return False
     _same_run(folder, load_campaign(Path(job.campaign)), load_card(job.model).sha256, job.seed, ())
-    return True
+    return not _missing(job)
+
+
+def _missing(job: Job) -> list[str]:
+    """What is missing from the report of a finished folder."""
+    if not job.report:
+        return []
+    content = json.loads((Path(job.folder) / "report.json").read_text(encoding="utf-8"))
+    return [one["sentence"] for one in content.get("failures", [])]
 
 
 def _fit(job: Job) -> None:
@@ -275,7 +283,10 @@ def summarise(job: Job) -> Entry:
         predict(tree, scruton_number=sc, seed=job.seed).to_json() for sc in (job.design if summary["tests"] else ())
     ]
     converged, flags = bool(summary["converged"]), list(summary["flags"])
-    return _blank(job, DONE if converged else NOT_CONVERGED, "" if converged else "; ".join(flags[:1])) | {
+    state, reason = (DONE, "") if converged else (NOT_CONVERGED, "; ".join(flags[:1]))
+    if missing := _missing(job):
+        state, reason = FAILED, "; ".join(missing)
+    return _blank(job, state, reason) | {
         "title": summary["title"],
         "report": f"{job.name}/report.html" if (folder / "report.html").is_file() else None,
         "unit": summary["amplitude_unit"],

@@ -1,6 +1,7 @@
 """`scruton report`: fit, diagnosis, crossed predictions, sizing, and the report of them all."""
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -53,9 +54,10 @@ def run_report(
     Raises
     ------
     InputError
-        For bad input; nothing is written then.
+        For bad input; nothing is written then. What fails once the fit is made stands in `paths.failures`.
     """
     from scruton.report.aside import Aside
+    from scruton.report.failures import begun
     from scruton.report.parts import check_bridge, crossed_part, gap_part, scruton_numbers_of, sizing_part
     from scruton.report.run import check_design, run_fit
 
@@ -64,16 +66,17 @@ def run_report(
         check_bridge(path, bridge, limits)
     names = tuple(name.strip() for name in tests.split(",")) if tests is not None else ()
     with Aside(beside) as aside:
-        crossed = aside.begin(crossed_part, path, model, names, seed)
-        found = aside.begin(gap_part, path, model) if gap else None
+        crossed = begun(aside, crossed_part, path, model, names, seed)
+        found = begun(aside, gap_part, path, model) if gap else None
         fit, folder = run_fit(
             path, out, model=model, tests=tests, seed=seed, force=force, resume=resume, quiet=quiet, effect=effect
         )
-        sizing = None if bridge is None else aside.begin(sizing_part, folder, bridge, limits, seed)
+        sizing = None if bridge is None else begun(aside, sizing_part, folder, bridge, limits, seed)
         paths = build_report(
             fit,
             folder,
-            design_sc=design_sc or (scruton_numbers_of(fit, bridge) if bridge and fit.summary["tests"] else ()),
+            design_sc=design_sc
+            or (partial(scruton_numbers_of, fit, bridge) if bridge and fit.summary["tests"] else ()),
             gap=found,
             sizing=sizing,
             crossed=crossed,

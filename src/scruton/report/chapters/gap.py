@@ -16,9 +16,7 @@ def gap_chapter(material: Material) -> Chapter:
     """The diagnosis, in words, tables and its picture."""
     gap = material.gap
     blocks: tuple[Block, ...] = ()
-    if gap is not None and "error" in gap:
-        blocks = (Callout(CAUTION, "No diagnosis could be made", (str(gap["error"]),)),)
-    elif gap is not None:
+    if gap is not None:
         blocks = (*_verdict(gap, material.fit.summary["provenance"]["tests"]), *material.of("gap"), *_details(gap))
     return Chapter("gap", "The gap between model and measurement", blocks)
 

@@ -43,7 +43,7 @@ def summary_chapter(material: Material) -> Chapter:
         blocks.append(Callout(CAUTION, "With caution", tuple(material.cautions())))
     if material.in_wind:
         blocks.append(Paragraph(tuple(basis(fit))))
-        if material.gap is not None and "error" not in material.gap:
+        if material.gap is not None:
             blocks.append(Paragraph((f"Diagnosis: {gap_sentence(material.gap)}",)))
         if material.design:
             blocks.append(design_table(fit, material.design))
