@@ -10,6 +10,12 @@ from scruton.report.wording import number, share, unit_text
 
 _MOST = 12  # places that the page lists; all of them are in gap.json
 _LEAST = 5e-4  # probability worth a row
+_BARE_IN_WIND = (
+    "The bare model is the paper’s law with one pair of aerodynamic parameters for the peak tests and no discrepancy "
+    "between them: the discrepancy and the average over laws, which the predictions carry, would swallow what this "
+    "chapter looks for."
+)
+_BARE_IN_STILL_AIR = "The bare model is a rig of constant damping ratio and constant frequency, whatever the amplitude."
 
 
 def gap_chapter(material: Material) -> Chapter:
@@ -17,7 +23,7 @@ def gap_chapter(material: Material) -> Chapter:
     gap = material.gap
     blocks: tuple[Block, ...] = ()
     if gap is not None:
-        blocks = (*_verdict(gap, material.fit.summary["provenance"]["tests"]), *material.of("gap"), *_details(gap))
+        blocks = (*_verdict(gap, material), *material.of("gap"), *_details(gap))
     return Chapter("gap", "The gap between model and measurement", blocks)
 
 
@@ -46,19 +52,12 @@ def gap_sentence(gap: Mapping[str, Any]) -> str:
     )
 
 
-def _verdict(gap: Mapping[str, Any], chosen: Sequence[str]) -> list[Block]:
+def _verdict(gap: Mapping[str, Any], material: Material) -> list[Block]:
     blocks: list[Block] = [
         Paragraph((gap_sentence(gap),), role="answer"),
-        Paragraph(
-            (
-                "The bare model is the paper’s law with one pair of aerodynamic parameters for the peak tests and no "
-                "discrepancy between them: the discrepancy and the average over laws, which the predictions carry, "
-                "would "
-                "swallow what this chapter looks for.",
-            )
-        ),
-    ]  # fmt: skip
-    if chosen:
+        Paragraph((_BARE_IN_WIND if material.in_wind else _BARE_IN_STILL_AIR,)),
+    ]
+    if material.fit.summary["provenance"]["tests"]:
         words = "The diagnosis uses every test of the campaign, those that the fit left out among them."
         blocks.append(Callout(CAUTION, words))
     if words := shrink_sentence(gap["shrink"]):
