@@ -318,10 +318,14 @@ def _report(arguments: argparse.Namespace) -> int:
     )
     if not arguments.quiet:
         print(fit_text(fit))
-    print(f"report (PDF): {paths.pdf}\nreport:       {paths.report}")
+    if paths.pdf is not None:
+        print(f"report (PDF): {paths.pdf}")
+    print(f"report:       {paths.report}")
     if paths.griffin is not None:
         print(f"Griffin plot: {paths.griffin}")
-    return _trust(fit)
+    for one in paths.failures:
+        print(f"scruton: {one.sentence}", file=sys.stderr)
+    return max(_trust(fit), NOT_TRUSTED if paths.failures else DONE)
 
 
 def _trust(fit: "Fit") -> int:

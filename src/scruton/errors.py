@@ -22,3 +22,7 @@ class InputError(ValueError):
         self.file, self.field, self.found, self.wanted = str(file), field, found, wanted
         place = f"{file}: {field}" if field else f"{file}"
         super().__init__(f"{place}: found {found}; wanted {wanted}.")
+
+    def __reduce__(self) -> tuple[type["InputError"], tuple[str, str, str, str]]:
+        """Let the error cross from one process to another with its parts."""
+        return type(self), (self.file, self.field, self.found, self.wanted)

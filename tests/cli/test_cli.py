@@ -86,7 +86,7 @@ def test_predictions_say_how_the_laws_were_weighed(small_results, capsys):
     assert entry["discrepancy_sd"] == pytest.approx(0.09, rel=0.1), "one rig: the median of the prior"
 
 
-def few_figures(fit):
+def few_figures(fit, *_):
     """Figures are what takes the time."""
     return [griffin_plot(fit), *record_figures(fit)]
 

@@ -118,7 +118,6 @@ def test_the_gap_is_told_with_where_and_how_far_it_shrinks(three) -> None:
         assert words in said, words
     nothing = {**GAP, "verdict": "none", "shrink": {}, "where": [], "effects": {}, "advice": [], "invisible": []}
     assert "agree within their noise" in text_of(gap_chapter(material(three, gap=nothing)).blocks)
-    assert "no record" in text_of(gap_chapter(material(three, gap={"error": "no record"})).blocks)
     assert gap_chapter(material(three)).blocks == ()
     for gap, words in ((GAP, "Diagnosis: The bare model and the records part"), (nothing, "agree within their noise")):
         assert words in text_of(compose(material(three, gap=gap)).chapters[0].blocks)

@@ -147,7 +147,7 @@ def crossed(three, monkeypatch: pytest.MonkeyPatch) -> None:
 def one_figure(monkeypatch: pytest.MonkeyPatch) -> None:
     """Draw one small figure in place of all of them, to save time."""
 
-    def drawn(_: object) -> list[figures.FigureWithCaption]:
+    def drawn(*_: object) -> list[figures.FigureWithCaption]:
         figure = Figure(figsize=(2, 1))
         figure.subplots().plot([0, 1])
         return [figures.FigureWithCaption(figure, "griffin", "a caption", "an alternative")]
@@ -179,7 +179,7 @@ def check_page(page: Page) -> None:
     assert all(below - above <= 1 for above, below in itertools.pairwise(levels))
 
 
-def some_figures(fit) -> list[figures.FigureWithCaption]:
+def some_figures(fit, *_) -> list[figures.FigureWithCaption]:
     return [figures.griffin_plot(fit), figures.reciprocal_plot(fit), *figures.record_figures(fit)]
 
 
@@ -252,6 +252,14 @@ def test_still_air_speaks_of_structural_damping_alone(tmp_path: Path) -> None:
     assert "Griffin plot" not in page.text.partition("Methods in short")[0]
     with pytest.raises(InputError, match="no test in wind"):
         build_report(fit, tmp_path, design_sc=[3.0])
+
+
+def test_still_air_is_diagnosed_against_a_constant_damping_ratio() -> None:
+    text = page_of(still_air_fit(), gap=GAP).text
+    assert "Diagnosis: The bare model and the records part" in text.partition("Campaign and similitude")[2]
+    assert "constant damping ratio and constant frequency" in text
+    assert "one pair of aerodynamic parameters" not in text
+    assert "one pair of aerodynamic parameters" in page_of(fake_fit(growth=False, sweeps=False), gap=GAP).text
 
 
 @pytest.mark.usefixtures("one_figure")

@@ -27,7 +27,7 @@ _TAIL = 0.2  # of a record's cycles
 
 @dataclass(frozen=True)
 class HeldOut:
-    """The gap on records left out: see `Shrink`."""
+    """The gap on records left out: see `Shrink`; one record gives no `interval90`."""
 
     records: tuple[str, ...]
     before: float
@@ -80,11 +80,14 @@ class Shrink:
     fraction : float or None
         (before - after)/before; None where the gap is too small to measure.
     interval90 : (float, float) or None
-        By bootstrap over records.
-    held_out : HeldOut
+        By bootstrap over records; None for a single one, which says nothing of its like.
+    held_out : HeldOut or None
+        None where no record can be left out.
     measurable : bool
+        Whether the gap is large enough to be measured: on the records held out, or, without any, on those used.
     statement : str
     runner_up : RunnerUp or None
+        Its fraction is None, too, where no record can be left out.
     stable_amplitude : tuple of Settled
         One for each test left out in turn.
     damping_discrepancy : Discrepancy or None
@@ -96,7 +99,7 @@ class Shrink:
     after: float
     fraction: float | None
     interval90: tuple[float, float] | None
-    held_out: HeldOut
+    held_out: HeldOut | None
     measurable: bool
     statement: str
     runner_up: RunnerUp | None
@@ -149,19 +152,17 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2, seed: np.random.SeedSequen
     best = int(np.argmax((known[:, 0] - 0.5 * known[:, 1]).sum(axis=1)))
     ceiling = known[best, 0] - 0.5 * known[best, 1]
     used = ceiling - (known[:2, 0] - known[:2, 1])
-    mask = np.any(held, axis=0) if held else np.zeros(len(ceiling), dtype=bool)
-    short = np.array([ceiling[mask] - sum(scores for _, scores, _ in one)[mask] for one in told])  # type: ignore[index]
-    learnt = sum(cost for _, _, cost in told[0])
-    measurable = bool(held) and float(short[0].sum()) - learnt > MEASURABLE_NATS
     rng = np.random.default_rng(seed or np.random.SeedSequence(0))
     before, after = (float(x) for x in used.sum(axis=1))
     fraction = _fraction(used[0], used[1]) if before > MEASURABLE_NATS else None
-    names = tuple(n for n, m in zip(data.layout.records, mask, strict=True) if m)
-    held_out = HeldOut(
-        names, float(short[0].sum()), float(short[1].sum()),
-        _fraction(short[0], short[1]) if measurable else None,
-        _bootstrap(short[0], short[1], rng) if measurable else None,
-    )  # fmt: skip
+    measurable, held_out, by_runner = fraction is not None, None, None
+    if held:
+        mask = np.any(held, axis=0)
+        short = np.array([(ceiling - np.sum([scores for _, scores, _ in one], axis=0))[mask] for one in told])
+        learnt = sum(cost for _, _, cost in told[0])
+        measurable = float(short[0].sum()) - learnt > MEASURABLE_NATS
+        held_out = _held_out(tuple(np.array(data.layout.records)[mask].tolist()), short[0], short[1], measurable, rng)
+        by_runner = _fraction(short[0], short[2]) if runner and measurable else None
     settled: tuple[Settled, ...] = ()
     discrepancy = None
     if data.layout.wind.any():
@@ -173,8 +174,7 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2, seed: np.random.SeedSequen
     return Shrink(
         METRIC, before, after, fraction, _bootstrap(used[0], used[1], rng) if fraction is not None else None, held_out,
         measurable, _statement(measurable, held_out, diagnosis.verdict),
-        RunnerUp(runner[0], _fraction(short[0], short[2]) if measurable else None) if runner else None,
-        settled, discrepancy,
+        RunnerUp(runner[0], by_runner) if runner else None, settled, discrepancy,
     )  # fmt: skip
 
 
@@ -227,11 +227,24 @@ def _left_out(model: Weighed, fold: np.ndarray) -> tuple[Knowledge, FloatArray, 
     return known, np.where(fold, scored.shares, 0.0), cost
 
 
+def _held_out(
+    names: tuple[str, ...], before: FloatArray, after: FloatArray, measurable: bool, rng: np.random.Generator
+) -> HeldOut:
+    """The gap on the records left out, and how far it shrinks where it can be measured."""
+    return HeldOut(
+        names, float(before.sum()), float(after.sum()), _fraction(before, after) if measurable else None,
+        _bootstrap(before, after, rng) if measurable else None,
+    )  # fmt: skip
+
+
 def _fraction(before: FloatArray, after: FloatArray) -> float:
     return float((before.sum() - after.sum()) / before.sum())
 
 
-def _bootstrap(before: FloatArray, after: FloatArray, rng: np.random.Generator) -> tuple[float, float]:
+def _bootstrap(before: FloatArray, after: FloatArray, rng: np.random.Generator) -> tuple[float, float] | None:
+    """90 % interval of the fraction over records like these; None of a single one, all of whose resamples are it."""
+    if before.size < 2:
+        return None
     chosen = rng.integers(0, before.size, (_RESAMPLES, before.size))
     b, a = before[chosen].sum(axis=1), after[chosen].sum(axis=1)
     found = (b - a)[b > 0.0] / b[b > 0.0]
@@ -261,14 +274,17 @@ def _tail(data: GapData, record: int) -> float:
     return float(np.mean(a[-max(5, int(_TAIL * a.size)) :]))
 
 
-def _statement(measurable: bool, held: HeldOut, verdict: str) -> str:
-    if not held.records:
+def _statement(measurable: bool, held: HeldOut | None, verdict: str) -> str:
+    if held is None:
         return "no record can be left out: the gap is not measured on held-out records"
-    if not measurable or held.fraction is None or held.interval90 is None:
+    if not measurable or held.fraction is None:
         return "the gap is too small to measure on held-out records"
-    low, high = held.interval90
     what = "a generic term, for the unknown," if verdict == UNKNOWN.name else verdict
-    return f"{what} closes {held.fraction:.0%} of the gap on held-out records (90 % interval {low:.0%} to {high:.0%})"
+    closed = f"{what} closes {held.fraction:.0%} of the gap on held-out records"
+    if held.interval90 is None:
+        return f"{closed} (one record: no interval)"
+    low, high = held.interval90
+    return f"{closed} (90 % interval {low:.0%} to {high:.0%})"
 
 
 def _plain(value: Any) -> Any:

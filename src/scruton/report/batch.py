@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from scruton.documents import read_json
 from scruton.errors import InputError
 from scruton.report.run import Bar, check_design
 from scruton.workspace import Workspace, results_in
@@ -264,7 +265,7 @@ def run_one(job: Job) -> Entry:
 def _do(job: Job) -> None:
     """Fit, and write the report where one is wanted, unless the whole results of this very job lie there."""
     from scruton.infer.store import POSTERIOR, SUMMARY, write_fit
-    from scruton.report.build import HTML, build_report
+    from scruton.report.build import HTML, write_report
     from scruton.report.run import FitTask
 
     task = FitTask.of(
@@ -272,14 +273,22 @@ def _do(job: Job) -> None:
     )  # fmt: skip
     settings = {"report": True, "sc": list(job.design)} if job.report else {}
     claim = task.workspace(force=job.force, resume=True, settings=settings)
-    if not job.force and claim.done([POSTERIOR, SUMMARY, *([HTML] if job.report else [])]):
+    if not job.force and claim.done([POSTERIOR, SUMMARY, *([HTML] if job.report else [])]) and not _missing(job):
         return
     with claim as work:
         fit = task.fit(work, quiet=True)
         write_fit(fit, work.new)
         if job.report:
-            build_report(fit, work.new, design_sc=job.design if fit.summary["tests"] else ())
+            write_report(fit, work.new, design_sc=job.design if fit.summary["tests"] else ())
         work.publish()
+
+
+def _missing(job: Job) -> list[str]:
+    """What is missing from the report of a finished folder."""
+    if not job.report:
+        return []
+    content = read_json(Path(job.folder) / "report.json")
+    return [one["sentence"] for one in content.get("failures", [])]
 
 
 def summarise(job: Job) -> Entry:
@@ -293,7 +302,10 @@ def summarise(job: Job) -> Entry:
         predict(tree, scruton_number=sc, seed=job.seed).to_json() for sc in (job.design if summary["tests"] else ())
     ]
     converged, flags = bool(summary["converged"]), list(summary["flags"])
-    return _blank(job, DONE if converged else NOT_CONVERGED, "" if converged else "; ".join(flags[:1])) | {
+    state, reason = (DONE, "") if converged else (NOT_CONVERGED, "; ".join(flags[:1]))
+    if missing := _missing(job):
+        state, reason = FAILED, "; ".join(missing)
+    return _blank(job, state, reason) | {
         "title": summary["title"],
         "report": f"{job.name}/report.html" if (folder / "report.html").is_file() else None,
         "unit": summary["amplitude_unit"],

@@ -1,17 +1,18 @@
 """A report in a folder: report.html and report.pdf with figures, tables and numbers beside them, all or nothing."""
 
 import json
-import os
-import shutil
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scruton.documents import sealed
+from scruton.documents import sealed, write_bytes
+from scruton.errors import InputError
 from scruton.report.aside import Aside
+from scruton.report.failures import Failure, Failures, begun, guarded
 from scruton.report.parts import Part
+from scruton.workspace import Workspace
 
 if TYPE_CHECKING:
     from scruton.griffin import Prediction
@@ -22,8 +23,11 @@ if TYPE_CHECKING:
 HTML, PDF, JSON, FIGURES, TABLES = "report.html", "report.pdf", "report.json", "figures", "tables"
 GRIFFIN = "griffin"  # name of the figure that the command line points to
 
-Crossed = Callable[[], "Mapping[str, Prediction]"]
-Waiting = Callable[[], Part]
+PARTS = {"gap": "The diagnosis of the gap", "sizing": "The sizing"}  # by key of the chapter
+
+Crossed = Callable[[], "Mapping[str, Prediction] | Failure"]
+Waiting = Callable[[], Part | Failure]
+Design = Sequence[float] | Callable[[], Sequence[float]]
 
 
 @dataclass(frozen=True)
@@ -32,22 +36,27 @@ class ReportPaths:
 
     Attributes
     ----------
-    report, pdf : Path
-        The HTML file, which holds everything, and the same on paper.
+    report : Path
+        The HTML file, which holds everything.
+    pdf : Path or None
+        The same on paper; None where it could not be typeset.
     griffin : Path or None
         The Griffin plot as PNG; None for a campaign without tests in wind.
     numbers : Path
         Every number, as JSON.
     figures, tables : tuple of Path
         Figures as SVG and PNG; tables as CSV and LaTeX.
+    failures : tuple of Failure
+        What is missing from the report, which says so, too.
     """
 
     report: Path
-    pdf: Path
+    pdf: Path | None
     griffin: Path | None
     numbers: Path
     figures: tuple[Path, ...]
     tables: tuple[Path, ...]
+    failures: tuple[Failure, ...] = ()
 
     def moved(self, old: Path, new: Path) -> "ReportPaths":
         """The same files after their folder became another."""
@@ -55,9 +64,10 @@ class ReportPaths:
         def there(path: Path) -> Path:
             return new / path.relative_to(old)
 
-        return ReportPaths(
+        return replace(
+            self,
             report=there(self.report),
-            pdf=there(self.pdf),
+            pdf=None if self.pdf is None else there(self.pdf),
             griffin=None if self.griffin is None else there(self.griffin),
             numbers=there(self.numbers),
             figures=tuple(map(there, self.figures)),
@@ -65,24 +75,47 @@ class ReportPaths:
         )
 
 
-def build_report(
-    fit: "Fit",
-    out: Path,
-    *,
-    design_sc: Sequence[float] = (),
-    gap: Part | Waiting | None = None,
-    sizing: Part | Waiting | None = None,
-    crossed: Crossed | None = None,
-    aside: Aside | None = None,
-) -> ReportPaths:
-    """Write the report of a fit.
+def build_report(fit: "Fit", out: Path, **content: Any) -> ReportPaths:
+    """Write the report of a fit into a folder of results.
 
     Parameters
     ----------
     fit : Fit
     out : Path
         Folder; made if it is not there. A report that lies in it is replaced once the new one is complete.
-    design_sc : sequence of float
+    **content
+        As of `write_report`, which see for the errors, too.
+
+    Returns
+    -------
+    ReportPaths
+    """
+    with Workspace(out, "report", inputs={}, settings={}, force=True) as work:
+        paths = write_report(fit, work.new, **content)
+        work.publish()
+    return paths.moved(work.new, out)
+
+
+def write_report(
+    fit: "Fit",
+    out: Path,
+    *,
+    design_sc: Design = (),
+    gap: Part | Waiting | None = None,
+    sizing: Part | Waiting | None = None,
+    crossed: Crossed | None = None,
+    aside: Aside | None = None,
+) -> ReportPaths:
+    """Write the files of a report.
+
+    Whatever part, figure or chapter fails, the rest is written, and the failure is said where it belongs.
+
+    Parameters
+    ----------
+    fit : Fit
+    out : Path
+        Folder for the new files; made if it is not there.
+    design_sc : sequence of float, or callable that gives it
         Design Scruton numbers to predict the stable amplitude at.
     gap, sizing : Part, or callable that gives it, optional
         The diagnosis and the sizing; their content is also written as gap.json and sizing.json.
@@ -100,78 +133,95 @@ def build_report(
     InputError
         If a design Scruton number is given for a campaign without tests in wind, or is not a finite number.
     """
-    from scruton.report.chapters import Material, compose
+    from scruton.report.chapters import Material, compose, with_failures
     from scruton.report.charts import griffin_chart
     from scruton.report.exports import write_tables
     from scruton.report.render_html import render_html
     from scruton.report.render_typst import render_pdf
     from scruton.report.tables import tables
 
-    design = _predictions(fit, design_sc)
-    at_tests, others = _at_tests(fit, crossed)
-    frames = tables(fit, [*design, *at_tests.values()])
-    out.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix=".report-", dir=out) as name:
-        work = Path(name)
-        pictures = _draw(fit, aside or Aside(beside=False))
-        waiting = {name: part for name, part in (("gap", gap), ("sizing", sizing)) if part is not None}
-        parts = {name: part() if callable(part) else part for name, part in waiting.items()}
-        pictures += [one for part in parts.values() for one in part.pictures]
-        figures = _write_pictures(pictures, work / FIGURES)
-        material = Material(
-            fit, frames, pictures, design, at_tests, others,
-            **{name: part.content for name, part in parts.items()},
-        )  # fmt: skip
-        charts: dict[str, Mapping[str, Any]] = {}
-        if material.in_wind:
-            charts[GRIFFIN] = griffin_chart(fit, design)
-        for part in parts.values():
-            charts |= part.charts
-        document = compose(material, charts)
-        written = [path.name for path in write_tables(document, frames, work / TABLES)]
-        files = {name: dict(part.content) for name, part in parts.items()}
-        contents = {
-            HTML: render_html(document).encode(),
-            PDF: render_pdf(document),
-            JSON: _json(_numbers(material, document, charts) | files),
-            **{f"{name}.json": _json(sealed(content)) for name, content in files.items()},
-        }
-        for file, content in contents.items():
-            (work / file).write_bytes(content)
-        for part_name in (FIGURES, TABLES):
-            _replace(work / part_name, out / part_name)
-        for file in contents:
-            os.replace(work / file, out / file)  # noqa: PTH105
+    failures = Failures()
+    design = _design(fit, design_sc, failures)
+    at_tests, others = _at_tests(fit, crossed, failures)
+    frames = failures.attempt("campaign", "The tables", lambda: tables(fit, [*design, *at_tests.values()]), {})
+    pictures = _draw(fit, aside or Aside(beside=False), failures)
+    parts = _parts({"gap": gap, "sizing": sizing}, failures)
+    pictures += [one for part in parts.values() for one in part.pictures]
+    figures = _write_pictures(pictures, out / FIGURES)
+    material = Material(
+        fit, frames, pictures, design, at_tests, others,
+        **{name: part.content for name, part in parts.items()},
+    )  # fmt: skip
+    charts: dict[str, Mapping[str, Any]] = {}
+    if material.in_wind:
+        chart = failures.attempt(
+            "griffin-plot", "The chart of the Griffin plot", lambda: griffin_chart(fit, design), {}
+        )
+        charts |= {GRIFFIN: chart} if chart else {}
+    for part in parts.values():
+        charts |= part.charts
+    document = compose(material, charts, failures)
+    of_tables = failures.attempt("", "Writing the tables", lambda: write_tables(document, frames, out / TABLES), [])
+    numbers = failures.attempt("", "Writing the numbers", lambda: _numbers(material, document, charts), {"format": 1})
+    pdf = failures.attempt("", "The PDF", lambda: render_pdf(with_failures(document, failures)), None)
+    files = {name: dict(part.content) for name, part in parts.items()}
+    numbers |= files | {"failures": [one.to_json() for one in failures.found]}
+    contents = {
+        HTML: render_html(with_failures(document, failures)).encode(),
+        JSON: _json(numbers),
+        **({} if pdf is None else {PDF: pdf}),
+        **{f"{name}.json": _json(sealed(content)) for name, content in files.items()},
+    }
+    for file, content in contents.items():
+        write_bytes(out / file, content)
     griffin = out / FIGURES / f"{GRIFFIN}.png"
     return ReportPaths(
         report=out / HTML,
-        pdf=out / PDF,
+        pdf=None if pdf is None else out / PDF,
         griffin=griffin if griffin.name in figures else None,
         numbers=out / JSON,
         figures=tuple(out / FIGURES / one for one in figures),
-        tables=tuple(out / TABLES / one for one in written),
+        tables=tuple(out / TABLES / one.name for one in of_tables),
+        failures=tuple(failures.found),
     )
 
 
-def _draw(fit: "Fit", aside: Aside) -> "list[Picture]":
+def _parts(given: Mapping[str, Part | Waiting | None], failures: Failures) -> dict[str, Part]:
+    """Wait for the other analyses; those that fail are left out."""
+    found = {}
+    for name, part in given.items():
+        done = failures.attempt(name, PARTS[name], part, None) if callable(part) else part
+        if done is not None:
+            found[name] = done
+            failures.found += done.failures
+    return found
+
+
+def _draw(fit: "Fit", aside: Aside, failures: Failures) -> "list[Picture]":
     """Draw every figure, the first ones here and the last ones beside, as far as there is time for it there."""
+    from scruton.report.chapters.material import chapter_of
     from scruton.report.figures import all_figures
     from scruton.report.parts import drawn
 
-    figures = all_figures(fit)
-    here: list[Picture] = []
-    beside: list[Callable[[], Picture]] = []
+    figures = failures.attempt("", "Drawing the figures", partial(all_figures, fit, failures), [])
+    here: list[Picture | Failure] = []
+    beside: list[Callable[[], Picture | Failure]] = []
     while len(here) + len(beside) < len(figures):
         if aside.idle:
-            beside.append(aside.begin(drawn, figures[-1 - len(beside)]))
+            beside.append(begun(aside, drawn, figures[-1 - len(beside)]))
         else:
-            here.append(drawn(figures[len(here)]))
-    return [*here, *(one() for one in reversed(beside))]
+            here.append(guarded(drawn, figures[len(here)]))
+    results = [*here, *(guarded(one) for one in reversed(beside))]
+    kept = [
+        failures.keep(chapter_of(figure.name), f"The figure {figure.name}", result, None)
+        for figure, result in zip(figures, results, strict=True)
+    ]
+    return [one for one in kept if one is not None]
 
 
 def _write_pictures(pictures: "Sequence[Picture]", folder: Path) -> list[str]:
     """Write the files of every picture; their names."""
-    folder.mkdir()
+    folder.mkdir(parents=True)
     names = []
     for one in pictures:
         for kind, content in (("svg", one.svg), ("png", one.png)):
@@ -211,28 +261,35 @@ def _predictions(fit: "Fit", design_sc: Sequence[float]) -> "list[Prediction]":
     return [predict(fit.tree, scruton_number=float(sc), seed=seed) for sc in design_sc]
 
 
-def _at_tests(fit: "Fit", crossed: Crossed | None) -> "tuple[Mapping[str, Prediction], Mapping[str, Prediction]]":
-    """By peak test: prediction for another setting at its Scruton number, and of it from the other peak tests."""
-    from scruton.griffin.validate import validate
+def _design(fit: "Fit", design_sc: Design, failures: Failures) -> "list[Prediction]":
+    """Predictions at the design; numbers that were asked for and cannot be are bad input."""
+    passing: tuple[type[Exception], ...] = () if callable(design_sc) else (InputError,)
+    numbers: Sequence[float] = ()
+    if callable(design_sc):
+        numbers = failures.attempt("predictions", "The Scruton numbers of the bridge", design_sc, numbers)
+    else:
+        numbers = design_sc
+    return failures.attempt(
+        "predictions", "The prediction at the design", partial(_predictions, fit, numbers), [], passing
+    )
 
+
+def _at_tests(
+    fit: "Fit", crossed: Crossed | None, failures: Failures
+) -> "tuple[Mapping[str, Prediction], Mapping[str, Prediction]]":
+    """By peak test: prediction for another setting at its Scruton number, and of it from the other peak tests."""
     peaks = [one for one in fit.summary["tests"] if one["peak"]]
     sc = [one["parameters"]["scruton_number"]["median"] for one in peaks]
-    tested = dict(zip([one["name"] for one in peaks], _predictions(fit, sc), strict=True))
-    if len(tested) < 2:
+    found = failures.attempt("predictions", "The prediction at the tests", partial(_predictions, fit, sc), None)
+    tested = {} if found is None else dict(zip([one["name"] for one in peaks], found, strict=True))
+    if len(peaks) < 2:
         return tested, {}
-    if crossed is not None:
-        return tested, crossed()
+    what = "The prediction of each peak test from the others"
+    return tested, failures.attempt("predictions", what, crossed or partial(_crossed, fit), {})
+
+
+def _crossed(fit: "Fit") -> "Mapping[str, Prediction]":
+    from scruton.griffin.validate import validate
+
     seed = int(fit.summary["provenance"]["seed"])
-    return tested, {one.test: one.prediction for one in validate(fit.campaign, fit.card, seed=seed, singles=False)}
-
-
-def _replace(new: Path, old: Path) -> None:
-    """Put a complete folder in the place of another, which goes only when the new one is there."""
-    if not new.is_dir():
-        new.mkdir()
-    aside = new.with_name(f"{new.name}.old")
-    if old.exists():
-        os.replace(old, aside)  # noqa: PTH105
-    os.replace(new, old)  # noqa: PTH105
-    if aside.is_dir():
-        shutil.rmtree(aside)
+    return {one.test: one.prediction for one in validate(fit.campaign, fit.card, seed=seed, singles=False)}

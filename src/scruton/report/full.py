@@ -1,10 +1,11 @@
 """`scruton report`: fit, diagnosis, crossed predictions, sizing, and the report of them all."""
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scruton.report.build import ReportPaths, build_report
+from scruton.report.build import ReportPaths, write_report
 
 if TYPE_CHECKING:
     from scruton.infer.results import Fit
@@ -53,10 +54,11 @@ def run_report(
     Raises
     ------
     InputError
-        For bad input; nothing is written then.
+        For bad input; nothing is written then. What fails once the fit is made stands in `paths.failures`.
     """
     from scruton.infer.store import write_fit
     from scruton.report.aside import Aside
+    from scruton.report.failures import begun
     from scruton.report.parts import check_bridge, crossed_part, gap_part, scruton_numbers_of, sizing_part
     from scruton.report.run import FitTask, check_design
 
@@ -70,15 +72,16 @@ def run_report(
         settings={"sc": list(design_sc), "limits": list(limits), "gap": gap, "bridge": bridge is not None},
     )
     with claim as work, Aside(beside) as aside:
-        crossed = aside.begin(crossed_part, path, model, task.names, seed)
-        found = aside.begin(gap_part, path, model) if gap else None
+        crossed = begun(aside, crossed_part, path, model, task.names, seed)
+        found = begun(aside, gap_part, path, model) if gap else None
         fit = task.fit(work, quiet=quiet)
         write_fit(fit, work.new)
-        sizing = None if bridge is None else aside.begin(sizing_part, work.new, bridge, limits, seed)
-        paths = build_report(
+        sizing = None if bridge is None else begun(aside, sizing_part, work.new, bridge, limits, seed)
+        paths = write_report(
             fit,
             work.new,
-            design_sc=design_sc or (scruton_numbers_of(fit, bridge) if bridge and fit.summary["tests"] else ()),
+            design_sc=design_sc
+            or (partial(scruton_numbers_of, fit, bridge) if bridge and fit.summary["tests"] else ()),
             gap=found,
             sizing=sizing,
             crossed=crossed,

@@ -6,6 +6,7 @@ from typing import Any
 from scruton.campaign import load_campaign
 from scruton.documents import write_document
 from scruton.effects import CATALOGUE, UNKNOWN
+from scruton.report.chapters.gap import shrink_sentence
 from scruton.report.run import Bar, inputs_of, version_of_scruton
 from scruton.report.text import number, table
 from scruton.workspace import Workspace
@@ -94,7 +95,8 @@ def gap_text(content: dict[str, Any]) -> str:
     ]  # fmt: skip
     if rows:
         parts.append("Where\n" + table(["quantity", "rig", "test", "record", "amplitude", "time [s]", "excess"], rows))
-    parts += _shrink_text(content["shrink"])
+    if words := shrink_sentence(content["shrink"]):
+        parts.append(words)
     parts += [f"- {line}" for line in content["advice"]]
     if content["invisible"]:
         parts.append("What these records cannot show, whatever it is:")
@@ -111,22 +113,3 @@ def _titles(names: list[str]) -> str:
 
 def _range(pair: list[float] | None) -> str:
     return "-" if pair is None else f"{number(pair[0], 3)} .. {number(pair[1], 3)}"
-
-
-def _shrink_text(entry: dict[str, Any]) -> list[str]:
-    if not entry:
-        return []
-    if not entry.get("measurable", True):
-        return ["The gap is too small to measure how far it shrinks."]
-    held = entry["held_out"]
-    parts = [f"The effect closes {_share(entry)} of the gap on the records used, {_share(held)} on records held out"]
-    if runner := entry.get("runner_up"):
-        parts[0] += f"; the runner-up {runner['effect']} would close {runner['fraction']:.0%}"
-    return [parts[0] + "."]
-
-
-def _share(entry: dict[str, Any]) -> str:
-    if entry.get("fraction") is None:
-        return "an unmeasurable part"
-    low, high = entry["interval90"]
-    return f"{entry['fraction']:.0%} ({low:.0%} .. {high:.0%})"

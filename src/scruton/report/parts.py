@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scruton.report.document import Picture
+from scruton.report.failures import Failure, Failures
 
 if TYPE_CHECKING:
     from scruton.griffin import Prediction
@@ -34,11 +35,14 @@ class Part:
     pictures : sequence of Picture
     charts : mapping
         Interactive charts, as of `scruton.report.charts`, by the name of the picture that each stands for.
+    failures : sequence of Failure
+        Pictures and charts that are missing.
     """
 
     content: Mapping[str, Any]
     pictures: Sequence[Picture] = ()
     charts: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    failures: Sequence[Failure] = ()
 
 
 def drawn(figure: "FigureWithCaption") -> Picture:
@@ -52,23 +56,28 @@ def drawn(figure: "FigureWithCaption") -> Picture:
 def gap_part(campaign: Path, model: str = "default", workers: int = 1) -> Part:
     """Diagnose a campaign on disk.
 
-    Where that is impossible the content is the reason, as "error".
+    Raises
+    ------
+    InputError
+        If the campaign cannot be read or holds no record.
     """
     import json
 
-    from scruton.errors import InputError
     from scruton.gap.run import examine
     from scruton.infer.cards import load_card
     from scruton.report.chapters.gap import gap_sentence
     from scruton.report.figures import FigureWithCaption
     from scruton.report.figures.gap import gap_figure
 
-    try:
-        diagnosis, content, findings, curves = examine(campaign, load_card(model), workers=workers)
-    except InputError as error:
-        return Part({"error": str(error)})
-    figure = FigureWithCaption(gap_figure(diagnosis, findings, curves), "gap", GAP_CAPTION, gap_sentence(content))
-    return Part(json.loads(json.dumps(content)), (drawn(figure),))
+    diagnosis, content, findings, curves = examine(campaign, load_card(model), workers=workers)
+    failures = Failures()
+
+    def pictures() -> tuple[Picture, ...]:
+        figure = gap_figure(diagnosis, findings, curves)
+        return (drawn(FigureWithCaption(figure, "gap", GAP_CAPTION, gap_sentence(content))),)
+
+    shown = failures.attempt("gap", "The figure of the gap", pictures, ())
+    return Part(json.loads(json.dumps(content)), shown, failures=failures.found)
 
 
 def crossed_part(
@@ -155,9 +164,18 @@ def sizing_part(folder: Path, bridge: Path, limits: Sequence[str] = (), seed: in
     }  # fmt: skip
     content = json.loads(json.dumps(found, allow_nan=False))
     names = [f"risk_{k}" for k in range(1, len(content["modes"]) + 1)] if len(content["modes"]) > 1 else ["risk"]
-    charts = {
-        name: risk_chart(mode, limit_of["curve"], f"probability of exceeding {limit_of['rule']}")
-        for name, mode in zip(names, content["modes"], strict=True)
-        for limit_of in [governing(mode)]
-    }
-    return Part(content, tuple(drawn(one) for one in sizing_figures(content)), charts)
+    failures = Failures()
+
+    def charts() -> dict[str, Mapping[str, Any]]:
+        return {
+            name: risk_chart(mode, limit_of["curve"], f"probability of exceeding {limit_of['rule']}")
+            for name, mode in zip(names, content["modes"], strict=True)
+            for limit_of in [governing(mode)]
+        }
+
+    def pictures() -> tuple[Picture, ...]:
+        return tuple(drawn(one) for one in sizing_figures(content))
+
+    shown = failures.attempt("sizing", "The figures of the sizing", pictures, ())
+    answering = failures.attempt("sizing", "The charts of the sizing", charts, {})
+    return Part(content, shown, answering, failures.found)

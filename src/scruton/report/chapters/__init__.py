@@ -1,7 +1,8 @@
 """The chapters of a report, one function each, from the results to blocks; `compose` puts them in order."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from scruton.report.chapters.aerodynamic import aerodynamic_chapter
@@ -19,12 +20,41 @@ from scruton.report.chapters.sizing import sizing_chapter
 from scruton.report.chapters.structural import structural_chapter
 from scruton.report.chapters.summary import summary_chapter
 from scruton.report.chapters.validity import validity_chapter
-from scruton.report.document import Chapter, Chart, Document, Picture, numbered
+from scruton.report.document import ALARM, Callout, Chapter, Chart, Document, Picture, numbered
+from scruton.report.failures import Failures
 
-__all__ = ["Material", "compose", "sizing_chapter"]
+__all__ = ["CHAPTERS", "Material", "compose", "sizing_chapter", "with_failures"]
 
 
-def compose(material: Material, charts: Mapping[str, Mapping[str, Any]] | None = None) -> Document:
+def _sizing(material: Material) -> Chapter:
+    return sizing_chapter(material.sizing, material.of("sizing"))
+
+
+# In the order of a report; key and title are those under which a chapter that fails says so.
+CHAPTERS: tuple[tuple[str, str, Callable[[Material], Chapter]], ...] = (
+    ("summary", "Summary", summary_chapter),
+    ("campaign", "Campaign and similitude", campaign_chapter),
+    ("structural", "Structural damping against amplitude", structural_chapter),
+    ("records", "Records and fitted envelopes", records_chapter),
+    ("aerodynamic", "Aerodynamic damping", aerodynamic_chapter),
+    ("griffin-plot", "Griffin plot", griffin_chapter),
+    ("reciprocal", "1/A against the Scruton number", reciprocal_chapter),
+    ("posterior", "Posteriors", posterior_chapter),
+    ("predictions", "Predictions", predictions_chapter),
+    ("gap", "The gap between model and measurement", gap_chapter),
+    ("sizing", "Damper sizing and risk", _sizing),
+    ("validity", "Limits of validity", validity_chapter),
+    ("convergence", "Convergence and calibration", convergence_chapter),
+    ("provenance", "Provenance", provenance_chapter),
+    ("methods", "Methods in short", methods_chapter),
+)
+
+
+def compose(
+    material: Material,
+    charts: Mapping[str, Mapping[str, Any]] | None = None,
+    failures: Failures | None = None,
+) -> Document:
     """Write the document.
 
     Parameters
@@ -32,6 +62,8 @@ def compose(material: Material, charts: Mapping[str, Mapping[str, Any]] | None =
     material : Material
     charts : mapping, optional
         Interactive charts by the name of the picture that each stands for, as of `scruton.report.charts`.
+    failures : Failures, optional
+        What failed before, to be said in its chapter; a chapter that fails is added.
 
     Returns
     -------
@@ -40,23 +72,12 @@ def compose(material: Material, charts: Mapping[str, Mapping[str, Any]] | None =
     """
     fit = material.fit
     in_wind = bool(fit.summary["tests"])
-    chapters: list[Chapter] = [
-        summary_chapter(material),
-        campaign_chapter(material),
-        structural_chapter(material),
-        records_chapter(material),
-        aerodynamic_chapter(material),
-        griffin_chapter(material),
-        reciprocal_chapter(material),
-        posterior_chapter(material),
-        predictions_chapter(material),
-        gap_chapter(material),
-        sizing_chapter(material.sizing, material.of("sizing")),
-        validity_chapter(material),
-        convergence_chapter(material),
-        provenance_chapter(material),
-        methods_chapter(material),
-    ]
+    failures = failures or Failures()
+    chapters = []
+    for key, title, make in CHAPTERS:
+        blank = Chapter(key, title, (), appendix=key == "methods")
+        written = failures.attempt(key, f"The chapter “{title}”", partial(make, material), blank)
+        chapters.append(replace(written, blocks=(*failures.of(key), *written.blocks)))
     return numbered(
         Document(
             title=fit.campaign.title or "Untitled campaign",
@@ -68,6 +89,15 @@ def compose(material: Material, charts: Mapping[str, Mapping[str, Any]] | None =
             generator=f"scruton {fit.summary['provenance']['versions']['scruton']}",
         )
     )
+
+
+def with_failures(document: Document, failures: Failures) -> Document:
+    """Say at the head of a numbered document what is missing from it."""
+    if not failures.found:
+        return document
+    box = Callout(ALARM, "Parts of this report are missing.", tuple(one.sentence for one in failures.found))
+    first, *others = document.chapters
+    return replace(document, chapters=(replace(first, blocks=(box, *first.blocks)), *others))
 
 
 def _with_charts(chapter: Chapter, charts: Mapping[str, Mapping[str, Any]]) -> Chapter:

@@ -10,16 +10,20 @@ from scruton.report.wording import number, share, unit_text
 
 _MOST = 12  # places that the page lists; all of them are in gap.json
 _LEAST = 5e-4  # probability worth a row
+_BARE_IN_WIND = (
+    "The bare model is the paper’s law with one pair of aerodynamic parameters for the peak tests and no discrepancy "
+    "between them: the discrepancy and the average over laws, which the predictions carry, would swallow what this "
+    "chapter looks for."
+)
+_BARE_IN_STILL_AIR = "The bare model is a rig of constant damping ratio and constant frequency, whatever the amplitude."
 
 
 def gap_chapter(material: Material) -> Chapter:
     """The diagnosis, in words, tables and its picture."""
     gap = material.gap
     blocks: tuple[Block, ...] = ()
-    if gap is not None and "error" in gap:
-        blocks = (Callout(CAUTION, "No diagnosis could be made", (str(gap["error"]),)),)
-    elif gap is not None:
-        blocks = (*_verdict(gap, material.fit.summary["provenance"]["tests"]), *material.of("gap"), *_details(gap))
+    if gap is not None:
+        blocks = (*_verdict(gap, material), *material.of("gap"), *_details(gap))
     return Chapter("gap", "The gap between model and measurement", blocks)
 
 
@@ -48,22 +52,15 @@ def gap_sentence(gap: Mapping[str, Any]) -> str:
     )
 
 
-def _verdict(gap: Mapping[str, Any], chosen: Sequence[str]) -> list[Block]:
+def _verdict(gap: Mapping[str, Any], material: Material) -> list[Block]:
     blocks: list[Block] = [
         Paragraph((gap_sentence(gap),), role="answer"),
-        Paragraph(
-            (
-                "The bare model is the paper’s law with one pair of aerodynamic parameters for the peak tests and no "
-                "discrepancy between them: the discrepancy and the average over laws, which the predictions carry, "
-                "would "
-                "swallow what this chapter looks for.",
-            )
-        ),
-    ]  # fmt: skip
-    if chosen:
+        Paragraph((_BARE_IN_WIND if material.in_wind else _BARE_IN_STILL_AIR,)),
+    ]
+    if material.fit.summary["provenance"]["tests"]:
         words = "The diagnosis uses every test of the campaign, those that the fit left out among them."
         blocks.append(Callout(CAUTION, words))
-    if words := _shrink(gap["shrink"]):
+    if words := shrink_sentence(gap["shrink"]):
         blocks.append(Paragraph((words,)))
     alike = [group for group in gap["indistinguishable"] if len(group) > 1]
     if alike:
@@ -85,15 +82,18 @@ def _details(gap: Mapping[str, Any]) -> list[Block]:
     return blocks
 
 
-def _shrink(entry: Mapping[str, Any]) -> str:
+def shrink_sentence(entry: Mapping[str, Any]) -> str:
+    """How far the gap shrinks, from `shrink` of gap.json; empty where there is none."""
     if not entry:
         return ""
     if not entry.get("measurable", True):
         return "The gap is too small to measure how far it shrinks."
     words = f"Put into the model, it closes {_share(entry)} of the gap on the records used"
-    if entry.get("held_out"):
-        words += f", and {_share(entry['held_out'])} on records held out"
-    if runner := entry.get("runner_up"):
+    if not entry.get("held_out"):
+        return f"{words}; no record can be left out to test that on what the model has not seen."
+    words += f", and {_share(entry['held_out'])} on records held out"
+    runner = entry.get("runner_up")
+    if runner and runner["fraction"] is not None:
         words += f"; the runner-up ({_in_words(runner['effect'])}) would close {share(runner['fraction'])}"
     return words + "."
 
@@ -101,6 +101,8 @@ def _shrink(entry: Mapping[str, Any]) -> str:
 def _share(entry: Mapping[str, Any]) -> str:
     if entry.get("fraction") is None:
         return "an unmeasurable part"
+    if entry.get("interval90") is None:
+        return f"{share(entry['fraction'])} (a single record: no interval)"
     low, high = entry["interval90"]
     return f"{share(entry['fraction'])} (90 % interval {share(low)} to {share(high)})"
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 def griffin_chapter(material: Material) -> Chapter:
     """The plot that can be read off, the plots from single tests, and the laws."""
     if not material.in_wind:
-        return Chapter("griffin", "Griffin plot", ())
+        return Chapter("griffin-plot", "Griffin plot", ())
     laws = [one for one in material.of("griffin") if one.name.startswith("laws")]
     single = [one for one in material.of("griffin") if one.name.startswith("griffin_by_test")]
     blocks: list[Block] = [one for one in material.of("griffin") if one not in (*laws, *single)]

@@ -27,10 +27,19 @@ SECTIONS = (
     ("sizing", ("risk", "shares", "damper", "cost", "information", "required_damping")),
 )
 
+# Chapters that hold a section of another name.
+_HOLDERS = {"griffin": "griffin-plot", "speed": "griffin-plot", "trial": "records", "other": "convergence"}
+
 
 def section_of(name: str) -> str:
     """The chapter that a figure of this name belongs to."""
     return next((section for section, starts in SECTIONS if name.startswith(starts)), "other")
+
+
+def chapter_of(name: str) -> str:
+    """Key of the chapter in which a figure of this name stands."""
+    section = section_of(name)
+    return _HOLDERS.get(section, section)
 
 
 @dataclass(frozen=True, eq=False)

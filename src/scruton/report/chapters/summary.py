@@ -43,16 +43,20 @@ def summary_chapter(material: Material) -> Chapter:
         blocks.append(Callout(CAUTION, "With caution", tuple(material.cautions())))
     if material.in_wind:
         blocks.append(Paragraph(tuple(basis(fit))))
-        if material.gap is not None and "error" not in material.gap:
-            blocks.append(Paragraph((f"Diagnosis: {gap_sentence(material.gap)}",)))
+        blocks += _diagnosis(material)
         if material.design:
             blocks.append(design_table(fit, material.design))
     else:
         blocks.append(damping_table(fit))
+        blocks += _diagnosis(material)
         blocks.append(
             Paragraph(("The campaign holds no test in wind, so it says nothing of vortex-induced vibration.",))
         )
     return Chapter("summary", "Summary", tuple(blocks))
+
+
+def _diagnosis(material: Material) -> list[Block]:
+    return [] if material.gap is None else [Paragraph((f"Diagnosis: {gap_sentence(material.gap)}",))]
 
 
 def key_figures(material: Material) -> KeyFigures:

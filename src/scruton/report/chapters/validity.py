@@ -23,7 +23,7 @@ def validity_chapter(material: Material) -> Chapter:
         blocks.append(Paragraph(("Neither the fit nor the predictions raised a flag.",)))
     blocks += [Heading("How far the design lies from the tests"), *_extrapolation(material)]
     blocks += [Heading("What is assumed"), Listing((*_assumptions(material), *sizing_assumptions(material.sizing)))]
-    if material.gap is not None and "error" not in material.gap:
+    if material.gap is not None:
         blocks.append(Paragraph((f"Of what is not modelled: {_lower(gap_sentence(material.gap))}",)))
     return Chapter("validity", "Limits of validity", tuple(blocks))
 

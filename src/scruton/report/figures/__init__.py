@@ -1,8 +1,11 @@
 """The figures of a report: pure functions from a fit to a figure with its caption, and `save` to files."""
 
+from collections.abc import Callable, Iterable
+from functools import partial
 from typing import TYPE_CHECKING
 
 from scruton.griffin.posterior import peak_names
+from scruton.report.failures import Failures
 from scruton.report.figures.chains import corner_plot, trace_plot
 from scruton.report.figures.damping import (
     aerodynamic_damping_by_test,
@@ -49,34 +52,59 @@ __all__ = [
     "trial_function_fronts",
 ]
 
+Figures = Iterable[FigureWithCaption]
 CHAINS_SHOWN = 6  # tests whose corner and trace plots a report holds, peak tests only
 
 
-def all_figures(fit: "Fit") -> list[FigureWithCaption]:
+def all_figures(fit: "Fit", failures: Failures | None = None) -> list[FigureWithCaption]:
     """Every figure that this fit can fill, in the order of a report.
 
     Parameters
     ----------
     fit : Fit
+    failures : Failures, optional
+        Takes note of the figures that fail; without it, the first failure is raised.
 
     Returns
     -------
     list of FigureWithCaption
         Names are unique; a still-air campaign gives ring-downs alone.
     """
-    found = list(ring_down_figures(fit))
+    found: list[FigureWithCaption] = []
+
+    def add(chapter: str, what: str, draw: Callable[..., FigureWithCaption | Figures], *arguments: object) -> None:
+        work = partial(_several, draw, *arguments)
+        found.extend(work() if failures is None else failures.attempt(chapter, what, work, []))
+
     if not fit.campaign.tests or "posterior" not in fit.tree:
+        add("structural", "The figures of the ring-downs", ring_down_figures, fit)
         return found
-    transients = tests_with_transients(fit)
-    found = [griffin_plot(fit), reciprocal_plot(fit), *griffin_by_test(fit), *record_figures(fit), *found]
-    if transients:
-        found += [aerodynamic_damping_plot(fit), *aerodynamic_damping_by_test(fit), *stability_figures(fit)]
-        found.append(law_comparison(fit))
+    add("griffin-plot", "The Griffin plot", griffin_plot, fit)
+    add("reciprocal", "The plot of 1/A", reciprocal_plot, fit)
+    add("griffin-plot", "The Griffin plots of single tests", griffin_by_test, fit)
+    add("records", "The figures of the records", record_figures, fit)
+    add("structural", "The figures of the ring-downs", ring_down_figures, fit)
+    if tests_with_transients(fit):
+        add("aerodynamic", "The plot of aerodynamic damping", aerodynamic_damping_plot, fit)
+        add("aerodynamic", "The aerodynamic damping of single tests", aerodynamic_damping_by_test, fit)
+        add("aerodynamic", "The figures of stability", stability_figures, fit)
+        add("griffin-plot", "The comparison of laws", law_comparison, fit)
     if fit.front_ends:
-        found.append(trial_comparison(fit, trial_function_fronts(fit)))
-    found.append(reciprocal_against_damping(fit))
+        add("records", "The comparison of trial functions", _trial_figure, fit)
+    add("reciprocal", "The plot of 1/A against damping", reciprocal_against_damping, fit)
     if has_lock_in(fit):
-        found.append(lock_in_plot(fit))
+        add("griffin-plot", "The plot against wind speed", lock_in_plot, fit)
     for test in [*peak_names(fit.tree)][:CHAINS_SHOWN]:
-        found += [corner_plot(fit, test), trace_plot(fit, test)]
+        add("posterior", f"The corner plot of {test}", corner_plot, fit, test)
+        add("convergence", f"The traces of {test}", trace_plot, fit, test)
     return found
+
+
+def _several(draw: Callable[..., FigureWithCaption | Figures], *arguments: object) -> list[FigureWithCaption]:
+    """What a function draws, be it one figure or several."""
+    drawn = draw(*arguments)
+    return [drawn] if isinstance(drawn, FigureWithCaption) else list(drawn)
+
+
+def _trial_figure(fit: "Fit") -> FigureWithCaption:
+    return trial_comparison(fit, trial_function_fronts(fit))

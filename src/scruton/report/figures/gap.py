@@ -32,6 +32,8 @@ if TYPE_CHECKING:
     from scruton.gap.data import GapData
 
 _ROWS = 6  # tests or rigs that are drawn; of more, those farthest from nothing
+_ROW_HEIGHT, _ONE_ROW_HEIGHT = 31.0, 46.0  # mm; a single row holds the whole of the label at its side
+_NARROW_TITLE = 40  # letters that fit above one of two panels side by side
 _BARS, _FEWEST_BARS = 7, 4
 _SMALL = 0.03  # of the reference relaxation rate: excess damping below it does not fill a panel
 _Z90 = 1.645
@@ -58,9 +60,10 @@ def gap_figure(diagnosis: Diagnosis, findings: Sequence[Finding], curves: Curves
     curves = curves or excess_curves(diagnosis.bare)
     data = diagnosis.data
     rows = _rows(data, curves)
+    high = 8.0 + (_ROW_HEIGHT * len(rows) if len(rows) > 1 else _ONE_ROW_HEIGHT)
     with house_style():
-        figure = new_figure(20.0 + 31.0 * len(rows) + 52.0)
-        parts: Any = figure.subfigures(2, 1, height_ratios=[8.0 + 31.0 * len(rows), 52.0])
+        figure = new_figure(12.0 + high + 52.0)
+        parts: Any = figure.subfigures(2, 1, height_ratios=[high, 52.0])
         top, bottom = parts
         upper = _upper(top, curves, data, rows, findings)
         left, right = bottom.subplots(1, 2)
@@ -92,13 +95,15 @@ def _upper(
             where = (
                 f"{shorten(name, 26)}, still air" if column else f"{shorten(data.rigs[rig], 20)}, {shorten(name, 20)}"
             )
-            one.set_title(where + _marks(findings, data.rigs[rig], None if column else data.tests[test]))
+            title = where + _marks(findings, data.rigs[rig], None if column else data.tests[test])
+            narrow = len(columns) > 1 and len(title) > _NARROW_TITLE
+            one.set_title(":\n".join(title.rsplit(": ", 1)) if narrow else title)
             drawn.append(one)
     drawn[0].set_xscale("log")
     for j in range(len(columns)):
         plain_log(axes[-1, j].xaxis)
         axes[-1, j].set_xlabel(_amplitude(data))
-    figure.supylabel("Excess damping ratio: measured minus bare model [%]", fontsize=8.0)
+    figure.supylabel("Excess damping ratio:\nmeasured minus bare model [%]", fontsize=8.0, multialignment="center")
     return drawn
 
 

@@ -253,11 +253,15 @@ def thin(size: int, count: int) -> np.ndarray:
 
 
 def plain_log(axis: "Axis") -> None:
-    """Label a logarithmic axis with plain numbers: at 1, 2 and 5 of each decade, or at decades where it spans many."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+    """Label a logarithmic axis with plain numbers: at 1, 2 and 5 of each decade, or at decades where it spans many.
+
+    An axis too short for two of these has a few round numbers.
+    """
+    from matplotlib.ticker import FuncFormatter, Locator, LogLocator, MaxNLocator, NullFormatter
 
     low, high = axis.get_view_interval()
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 80.0 * low else (1.0,), numticks=12))
+    decades: Locator = LogLocator(subs=(1.0, 2.0, 5.0) if high < 80.0 * low else (1.0,), numticks=12)
+    axis.set_major_locator(MaxNLocator(5) if high < 2.5 * low else decades)
     axis.set_major_formatter(FuncFormatter(_plain))
     axis.set_minor_formatter(NullFormatter())
 

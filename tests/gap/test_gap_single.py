@@ -1,0 +1,157 @@
+"""Diagnosis of campaigns that hold a record or two: nothing can be held out of one record, and that is said."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from scruton.cli import main
+from scruton.report.chapters.gap import shrink_sentence
+from scruton.simulate import write_campaign
+
+HEAD = """
+format = 1
+title = "A record or two"
+source = "simulated for the tests"
+
+[section]
+motion = "heaving"
+width = "0.3 m"
+depth = "0.075 m"
+
+[simulation]
+sample_rate = 100
+turbulence = 0.01
+sensor_noise = 0.0001
+
+[[rigs]]
+name = "6#"
+mass = "7.292 kg/m"
+frequency = "7.87 Hz"
+damping_ratio = {{ mean = 0.0065, sd = 0.0004 }}
+disturbances = {{ friction = 0.3, cubic_stiffness = {stiffness} }}
+"""
+
+STILL = """
+[[rigs.records]]
+file = "still.csv"
+kind = "free-decay"
+initial_amplitude = 0.06
+duration = 8
+"""
+
+TEST = """
+[[tests]]
+name = "Sc 21.7"
+rig = "6#"
+air_density = "1.22 kg/m^3"
+wind_speed = "5.036 m/s"
+truth = { Y1 = -11.111, epsilon = 0.03235 }
+"""
+
+RECORD = """
+[[tests.records]]
+file = "{kind}.csv"
+kind = "{kind}"
+initial_amplitude = {start}
+duration = {duration}
+disturbances = {{ jump_time = {jump}, jump_drive = 0.3 }}
+"""
+
+GROWTH = RECORD.format(kind="growth", start=0.1, duration=9, jump=0)
+DECAY = RECORD.format(kind="decay", start=2.5, duration=9, jump=0)
+STEADY = RECORD.format(kind="steady", start=1.0, duration=30, jump=15)
+
+# Records, how stiff the rig gets, and which records can be held out.
+CAMPAIGNS = {
+    "a ring-down": (STILL, 20.0, ()),
+    "a growth": (TEST + GROWTH, 80.0, ()),
+    "a decay": (TEST + DECAY, 20.0, ()),
+    "a steady record": (TEST + STEADY, 0.0, ()),
+    "a growth and a decay": (TEST + GROWTH + DECAY, 20.0, ("growth.csv", "decay.csv")),
+    "a ring-down and a decay": (STILL + TEST + DECAY, 20.0, ("decay.csv",)),
+}
+MEASURED = {
+    "pendulum-dry-friction": 0, "pendulum-air-drag": 0, "ship-roll-decay": 0, "ship-roll-speeds": 2, "bristol-heave": 2,
+}  # fmt: skip
+
+
+def diagnosed(campaign: Path, out: Path, capsys: pytest.CaptureFixture[str]) -> tuple[dict[str, Any], str]:
+    """What `scruton diagnose` writes and prints."""
+    assert main(["diagnose", str(campaign), "-o", str(out)]) == 0
+    assert (out / "gap.png").stat().st_size > 10_000
+    content = (out / "gap.json").read_text(encoding="utf-8")
+    return json.loads(content, parse_constant=pytest.fail), capsys.readouterr().out
+
+
+def check(found: dict[str, Any], text: str, held_out: int) -> None:
+    """The layout of gap.json, and words that say what was not measured."""
+    assert sum(found["probability"].values()) == pytest.approx(1.0, abs=1e-4)
+    assert found["indistinguishable"][0][0] == found["verdict"]
+    assert found["advice"]
+    shrink = found["shrink"]
+    assert shrink["measurable"]
+    assert shrink["after"] < shrink["before"]
+    assert shrink["fraction"] == pytest.approx(1.0 - shrink["after"] / shrink["before"])
+    assert (shrink["held_out"] is None) == (held_out == 0)
+    assert f"Put into the model, it closes {100 * shrink['fraction']:.0f} % " in text
+    assert ("no record can be left out" in text) == (held_out == 0)
+    if held_out:
+        assert len(shrink["held_out"]["records"]) == held_out
+        assert (shrink["held_out"]["interval90"] is None) == (held_out == 1), "a lone record cannot be resampled"
+    else:
+        assert shrink["interval90"] is None
+        assert shrink["runner_up"]["fraction"] is None
+
+
+@pytest.mark.parametrize("records", CAMPAIGNS)
+def test_a_record_or_two_are_diagnosed(records: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text, stiffness, held_out = CAMPAIGNS[records]
+    (tmp_path / "spec.toml").write_text(HEAD.format(stiffness=stiffness) + text, encoding="utf-8")
+    campaign = write_campaign(tmp_path / "spec.toml", tmp_path / "campaign", seed=3)
+    found, said = diagnosed(campaign, tmp_path / "gap", capsys)
+    assert found["verdict"] != "none"
+    check(found, said, len(held_out))
+    if held_out:
+        assert tuple(found["shrink"]["held_out"]["records"]) == held_out
+
+
+def test_a_lone_record_without_a_gap_has_nothing_to_shrink(
+    small_campaign: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (small_campaign / "campaign.toml").read_text(encoding="utf-8")
+    (tmp_path / "campaign.toml").write_text(text.partition("[[tests]]")[0], encoding="utf-8")
+    (tmp_path / "still.csv").write_bytes((small_campaign / "still.csv").read_bytes())
+    found, said = diagnosed(tmp_path, tmp_path / "gap", capsys)
+    assert (found["verdict"], found["shrink"], found["where"]) == ("none", {}, [])
+    assert "agree within their noise" in said
+
+
+@pytest.mark.real
+@pytest.mark.parametrize("name", MEASURED)
+def test_measured_ring_downs_are_diagnosed(
+    name: str, shared_data: Callable[[str], Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    found, text = diagnosed(shared_data(name), tmp_path, capsys)
+    check(found, text, MEASURED[name])
+    effects = {found["verdict"], *found["also"]}
+    assert effects & {"coulomb_friction", "structural_damping_nonlinearity"}
+
+
+def test_the_sentence_says_what_is_not_known() -> None:
+    alone = {"measurable": True, "fraction": 0.9, "interval90": None, "held_out": None,
+             "runner_up": {"effect": "coulomb_friction", "fraction": None}}  # fmt: skip
+    assert shrink_sentence(alone) == (
+        "Put into the model, it closes 90 % (a single record: no interval) of the gap on the records used; no record "
+        "can be left out to test that on what the model has not seen."
+    )
+    small = alone | {"measurable": False, "fraction": None}
+    assert shrink_sentence(small) == "The gap is too small to measure how far it shrinks."
+    one_out = alone | {"interval90": [0.8, 0.95], "held_out": {"fraction": 0.7, "interval90": None}}
+    assert shrink_sentence(one_out) == (
+        "Put into the model, it closes 90 % (90 % interval 80 % to 95 %) of the gap on the records used, and 70 % "
+        "(a single record: no interval) on records held out."
+    )
+    assert shrink_sentence({}) == ""
