@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scruton.campaign.schema import FloatArray
+from scruton.report.typefaces import families, typefaces
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,11 +29,6 @@ GREY, LIGHT = "#6E6E6E", "#C8C8C8"
 _COLOURS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK)
 _LINES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (6, 1.5, 1, 1.5)), (0, (1.2, 1.2)), (0, (8, 2)))
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X")
-
-_SCRIPTS = (  # typefaces for what DejaVu lacks, above all Chinese names of tests; those installed are used
-    "Noto Sans CJK SC", "Source Han Sans SC", "Microsoft YaHei", "SimHei", "PingFang SC", "Hiragino Sans",
-    "WenQuanYi Micro Hei", "Arial Unicode MS",
-)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,10 +69,18 @@ def look(index: int) -> Look:
 
 @cache
 def _families() -> tuple[str, ...]:
-    from matplotlib.font_manager import fontManager
+    """Make the typefaces known to matplotlib under names that none of the machine's has; these names."""
+    from matplotlib.font_manager import FontEntry, fontManager
 
-    installed = {font.name for font in fontManager.ttflist}
-    return ("DejaVu Sans", *(name for name in _SCRIPTS if name in installed))
+    fontManager.ttflist += [
+        FontEntry(str(one.path), one.index, _ours(one.family), one.style, weight=one.weight, size="scalable")
+        for one in typefaces()
+    ]
+    return tuple(map(_ours, families()))
+
+
+def _ours(family: str) -> str:
+    return f"scruton {family}"
 
 
 @contextmanager
@@ -120,8 +124,10 @@ def house_style() -> Iterator[None]:
     }
     log = logging.getLogger("matplotlib.font_manager")
     level = log.level
-    with mpl.rc_context(parameters):
-        log.setLevel(logging.ERROR)
+    with mpl.rc_context():
+        mpl.rcdefaults()  # the user's own matplotlibrc is for the user's own figures
+        mpl.rcParams.update(parameters)
+        log.setLevel(logging.ERROR)  # that Chinese comes in one weight alone
         try:
             yield
         finally:
