@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scruton.campaign.schema import FloatArray
-from scruton.report.typefaces import families, typefaces
+from scruton.report import typefaces
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -74,9 +74,9 @@ def _families() -> tuple[str, ...]:
 
     fontManager.ttflist += [
         FontEntry(str(one.path), one.index, _ours(one.family), one.style, weight=one.weight, size="scalable")
-        for one in typefaces()
+        for one in typefaces.typefaces()
     ]
-    return tuple(map(_ours, families()))
+    return tuple(map(_ours, typefaces.families()))
 
 
 def _ours(family: str) -> str:
@@ -86,10 +86,12 @@ def _ours(family: str) -> str:
 @contextmanager
 def house_style() -> Iterator[None]:
     """Set matplotlib's parameters for the time of drawing or saving, and put them back."""
-    import matplotlib as mpl
+    with _hushed("matplotlib"):  # says where it keeps its cache when there is no folder to write to
+        import matplotlib as mpl
 
+        families = _families()
     parameters: Any = {
-        "font.family": list(_families()),
+        "font.family": list(families),
         "font.size": 8.0,
         "axes.titlesize": 8.5,
         "axes.labelsize": 8.0,
@@ -122,16 +124,22 @@ def house_style() -> Iterator[None]:
         "svg.hashsalt": "scruton",
         "pdf.fonttype": 3,
     }
-    log = logging.getLogger("matplotlib.font_manager")
-    level = log.level
-    with mpl.rc_context():
+    with mpl.rc_context(), _hushed("matplotlib.font_manager"):  # says that Chinese comes in one weight alone
         mpl.rcdefaults()  # the user's own matplotlibrc is for the user's own figures
         mpl.rcParams.update(parameters)
-        log.setLevel(logging.ERROR)  # that Chinese comes in one weight alone
-        try:
-            yield
-        finally:
-            log.setLevel(level)
+        yield
+
+
+@contextmanager
+def _hushed(name: str) -> Iterator[None]:
+    """Keep the warnings of a logger off the terminal."""
+    log = logging.getLogger(name)
+    level = log.level
+    log.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        log.setLevel(level)
 
 
 def new_figure(height_mm: float, *, width: float = WIDTH) -> "Figure":
