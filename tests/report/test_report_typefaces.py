@@ -25,7 +25,8 @@ from scruton.report.typefaces import CJK, LAST_RESORT, PLAIN, families, subsets,
 
 NAMES = {
     "Chinese": "虎门大桥", "Japanese": "東京ゲートブリッジ", "Korean": "서울대교", "Greek": "Γέφυρα",
-    "Cyrillic": "Мост", "Latin": "Ærøsund ŷ", "Arabic": "جسر", "Hebrew": "גשר", "Devanagari": "हावड़ा", "Thai": "สะพาน", "emoji": "🌉",
+    "Cyrillic": "Мост", "Latin": "Ærøsund ŷ", "Arabic": "جسر", "Hebrew": "גשר", "Devanagari": "हावड़ा",
+    "Thai": "สะพาน", "emoji": "🌉",
 }  # fmt: skip
 UNHELD = "\U00012000"  # a cuneiform sign
 EVERYTHING = " ".join((*NAMES.values(), UNHELD))
