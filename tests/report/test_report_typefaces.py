@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 
 from scruton.report.document import Chapter, Document, Paragraph, Verbatim, numbered
 from scruton.report.figures.save import contents
-from scruton.report.figures.style import house_style
+from scruton.report.figures.style import house_style, literal
 from scruton.report.render_html import render_html
 from scruton.report.render_typst import render_pages, render_pdf
 from scruton.report.typefaces import CJK, LAST_RESORT, PLAIN, families, subsets, typefaces
@@ -91,6 +91,12 @@ def test_a_letter_that_no_typeface_holds_shows_its_script_and_warns_nobody() -> 
         svg = contents(labelled(UNHELD), ("svg",))[0]
     assert b"LastResort" in svg
     assert picture(UNHELD) != picture("\U00010380")  # another script
+
+
+def test_what_follows_an_arabic_name_stays_behind_it() -> None:
+    assert picture(f"{literal('جسر')}, 2 plucks") != picture("جسر, 2 plucks")
+    assert picture(f"{literal('جسر')}, 2 plucks") == picture("\u2067جسر\u2069, 2 plucks")  # isolated, as Unicode has it
+    assert literal("虎门 6#") == "虎门 6#"
 
 
 def test_a_users_matplotlibrc_is_for_the_users_figures() -> None:

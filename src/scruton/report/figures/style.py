@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
+from unicodedata import bidirectional
 
 import numpy as np
 
@@ -24,6 +25,8 @@ WIDTH = 160.0 / 25.4  # inches: the text width of an A4 page
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 YELLOW, BLUE, VERMILLION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
 GREY, LIGHT = "#6E6E6E", "#C8C8C8"
+
+LEFT_TO_RIGHT = "\N{LEFT-TO-RIGHT MARK}"
 
 # Colour never speaks alone: each comes with a line style and a marker of its own.
 _COLOURS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK)
@@ -211,8 +214,9 @@ def shorten(text: str, length: int = 34) -> str:
 
 
 def literal(text: str) -> str:
-    """Keep dollar signs in names from being read as mathematics, and line breaks from breaking a label."""
-    return " ".join(text.split()).replace("$", r"\$")
+    """Keep a name to itself: no mathematics, no line breaks, no right-to-left letters that draw what follows along."""
+    edge = LEFT_TO_RIGHT if any(bidirectional(letter) in ("R", "AL") for letter in text) else ""
+    return edge + " ".join(text.split()).replace("$", r"\$") + edge
 
 
 def decimate(x: FloatArray, y: FloatArray, bins: int = 700) -> tuple[FloatArray, FloatArray]:
