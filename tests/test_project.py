@@ -1,6 +1,7 @@
 """What a user meets before any computation: the import, the help, the public names, the set-up script."""
 
 import ast
+import json
 import os
 import subprocess
 import sys
@@ -137,3 +138,36 @@ def test_set_up_says_what_to_install(tmp_path):
     assert "python3.12 lacks ensurepip" in ran.stderr
     assert "python3 is Python 3.11" in ran.stderr
     assert not (tmp_path / "venv").exists()
+
+
+# What `tools/bare.sh` shows a command, printed by that command.
+SEEN = """
+import json, os, shutil
+from pathlib import Path
+names = ("chromium", "pdftotext", "fc-list", "git", "make", "sh")
+folders = [one for one in ("/usr/share/fonts", "/usr/local/share/fonts") if os.path.isdir(one)]
+print(json.dumps({
+    "home": os.listdir(Path.home()), "tools": [one for one in names if shutil.which(one)],
+    "variables": sorted(os.environ), "typefaces": [one for folder in folders for one in os.listdir(folder)],
+}))
+"""
+
+
+def bare(*command: str, **more: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [str(ROOT / "tools/bare.sh"), *command], capture_output=True, text=True, check=False, env=os.environ | more
+    )
+
+
+def test_a_bare_machine_has_no_more_than_the_readme_asks_for():
+    ran = bare(sys.executable, "-c", SEEN, OF_THE_CALLER="1")
+    assert ran.returncode == 0, ran.stderr
+    seen = json.loads(ran.stdout)
+    assert seen["home"] == []
+    assert seen["tools"] == ["make", "sh"]
+    assert set(seen["variables"]) <= {"HOME", "PATH", "PWD", "LC_CTYPE"}
+    assert seen["typefaces"] == [] or "cannot be covered" in ran.stderr
+
+
+def test_the_result_of_a_command_on_a_bare_machine_is_its_own():
+    assert bare("sh", "-c", 'test "$1" = "two words" && exit 3', "sh", "two words").returncode == 3

@@ -66,6 +66,13 @@ def test_the_title_is_text(page: Browser) -> None:
     assert TITLE in labels, "the name of a test in the chart"
 
 
+def test_names_are_drawn_with_the_letters_that_the_page_carries(page: Browser) -> None:
+    loaded = "document.fonts.ready && [...document.fonts].map((one) => [one.family, one.status, one.unicodeRange])"
+    fonts = page.value(loaded)
+    assert {(family, status) for family, status, _ in fonts} == {("scruton", "loaded")}
+    assert any(f"U+{ord('矩'):x}" in reach.lower().replace("u+", "U+") for _, _, reach in fonts)
+
+
 def test_it_begins_at_the_design_and_says_what_predict_says(page: Browser, fit) -> None:
     one = predict(fit.tree, scruton_number=DESIGN, seed=1)
     low, high = one.interval(0.90)

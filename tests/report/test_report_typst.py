@@ -97,13 +97,8 @@ def test_text_is_text_whatever_it_holds(text) -> None:
     parts = ("<script>alert('1')</script>", '"B/D"&#x$y$*z*_u_`v`', "=[4:1]//", "ξ_s→λ")
     for part in parts:
         assert found.count(part) >= 4, part
-    if squeezed(text(render_pdf(document(Paragraph(("形🌉",)))))).count("形"):  # a typeface that has it is installed
-        assert found.count("矩形断面") >= 4
-
-
-def test_it_needs_no_typeface_of_the_machine() -> None:
-    pages = render_pages(document(Paragraph((EVIL,)), title=EVIL), system_fonts=False)
-    assert pages[0].startswith(b"\x89PNG")
+    assert found.count("矩形断面") >= 4
+    assert found.count("🌉") >= 4
 
 
 def test_control_characters_are_left_out() -> None:

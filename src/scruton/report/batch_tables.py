@@ -99,16 +99,19 @@ def batch_page(batch: "Batch") -> str:
     """Write the page: one file that needs nothing else; everything that came from the campaigns' files is escaped."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+    from scruton.report.render_html import with_typefaces
+
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent / "templates"), autoescape=True, undefined=StrictUndefined,
         trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
-    return environment.get_template("batch.html.j2").render(
+    page = environment.get_template("batch.html.j2").render(
         said=_said(batch),
         design=[stated(one) for one in batch.design],
         campaigns=[_shown(one, batch) for one in batch.campaigns],
         provenance=batch.provenance,
     )
+    return with_typefaces(page)
 
 
 def _shown(entry: "Entry", batch: "Batch") -> dict[str, Any]:

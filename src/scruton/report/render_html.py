@@ -9,10 +9,12 @@ from typing import Any
 
 from scruton.report.document import Chart, Document, Picture
 from scruton.report.maths import Maths, display, inline
+from scruton.report.typefaces import Subset, subsets
 
 TEMPLATES = Path(__file__).parent / "templates"
 LARGEST_SVG = 350_000  # bytes; a larger drawing goes in as PNG
 LARGEST_REPORT = 4_300_000  # bytes of pictures, before the text
+STYLE = "<style>\n"  # no text of a document can look like it: those are escaped
 
 
 def render_html(document: Document) -> str:
@@ -49,7 +51,20 @@ def render_html(document: Document) -> str:
         "script": Markup(script) if charts else "",
         "digest": base64.b64encode(hashlib.sha256(f"\n{script}".encode()).digest()).decode() if charts else "",
     }
-    return environment.get_template("report.html.j2").render(context)
+    return with_typefaces(environment.get_template("report.html.j2").render(context))
+
+
+def with_typefaces(page: str) -> str:
+    """Put the letters into a page that its reader's machine may lack, Chinese above all; its style asks for them."""
+    head, style, rest = page.partition(STYLE)
+    return head + style + "".join(map(_face, subsets(page))) + rest
+
+
+def _face(one: Subset) -> str:
+    """A rule that gives these letters, and no others, to the family `scruton`."""
+    data = base64.b64encode(one.content).decode()
+    reach = ",".join(f"U+{ord(letter):X}" for letter in one.letters)
+    return f'@font-face{{font-family:scruton;src:url("data:font/otf;base64,{data}");unicode-range:{reach}}}\n'
 
 
 def embedded(data: Any) -> str:

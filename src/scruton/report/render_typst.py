@@ -5,39 +5,40 @@ The template reads the document as data, so that no text of it is ever read as m
 
 import json
 from dataclasses import fields, is_dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from scruton.report.document import Chart, Code, Document, Picture, Table
 from scruton.report.maths import Maths
+from scruton.report.typefaces import families, folders
 
 TEMPLATE = Path(__file__).parent / "templates" / "report.typ"
 LARGEST_SVG = 600_000  # bytes; a larger drawing goes in as PNG, which the reader's program shows faster
-MAIN, DATA = "main.typ", "document.json"
+MAIN, DATA, TYPEFACES = "main.typ", "document.json", "typefaces.json"
 
 
-def render_pdf(document: Document, *, system_fonts: bool = True) -> bytes:
+def render_pdf(document: Document) -> bytes:
     """Typeset a document.
 
     Parameters
     ----------
     document : Document
         As `numbered` gave it.
-    system_fonts : bool
-        Whether typefaces of the machine may be used for what the embedded ones lack (Chinese, emoji).
 
     Returns
     -------
     bytes
-        A PDF; the same document gives the same bytes where the same typefaces are installed.
+        A PDF; the same document gives the same bytes, whatever typefaces are installed. It holds the letters that
+        it needs.
     """
-    content: bytes = _typst(document, format="pdf", timestamp=0, ignore_system_fonts=not system_fonts)
+    content: bytes = _typst(document, format="pdf", timestamp=0)
     return content
 
 
-def render_pages(document: Document, *, ppi: float = 80.0, system_fonts: bool = True) -> list[bytes]:
+def render_pages(document: Document, *, ppi: float = 80.0) -> list[bytes]:
     """The pages as PNG, to be looked at."""
-    found = _typst(document, format="png", ppi=ppi, ignore_system_fonts=not system_fonts)
+    found = _typst(document, format="png", ppi=ppi)
     return found if isinstance(found, list) else [found]
 
 
@@ -46,12 +47,24 @@ def _typst(document: Document, **options: Any) -> Any:
 
     # its own annotations leave out that files may come as a dictionary
     compiler: Any = typst.compile
-    return compiler(sources(document), **options)
+    return compiler(sources(document), ignore_system_fonts=True, font_paths=_fonts(), **options)
+
+
+@cache
+def _fonts() -> Any:
+    """The typesetter's own typefaces and ours, read once."""
+    import typst
+
+    return typst.Fonts(include_system_fonts=False, font_paths=list(folders()))
 
 
 def sources(document: Document) -> dict[str, bytes]:
     """Everything that the typesetter reads, by name."""
-    files = {MAIN: TEMPLATE.read_bytes(), DATA: json.dumps(plain(document), ensure_ascii=False).encode()}
+    files = {
+        MAIN: TEMPLATE.read_bytes(),
+        DATA: json.dumps(plain(document), ensure_ascii=False).encode(),
+        TYPEFACES: json.dumps(families()).encode(),
+    }
     for one in document.pictures():
         name, content = picture_file(one)
         if content:

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
+from unicodedata import bidirectional
 
 import numpy as np
 
 from scruton.campaign.schema import FloatArray
+from scruton.report import typefaces
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,15 +26,12 @@ BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 YELLOW, BLUE, VERMILLION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
 GREY, LIGHT = "#6E6E6E", "#C8C8C8"
 
+LEFT_TO_RIGHT = "\N{LEFT-TO-RIGHT MARK}"
+
 # Colour never speaks alone: each comes with a line style and a marker of its own.
 _COLOURS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK)
 _LINES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (6, 1.5, 1, 1.5)), (0, (1.2, 1.2)), (0, (8, 2)))
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X")
-
-_SCRIPTS = (  # typefaces for what DejaVu lacks, above all Chinese names of tests; those installed are used
-    "Noto Sans CJK SC", "Source Han Sans SC", "Microsoft YaHei", "SimHei", "PingFang SC", "Hiragino Sans",
-    "WenQuanYi Micro Hei", "Arial Unicode MS",
-)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,19 +72,29 @@ def look(index: int) -> Look:
 
 @cache
 def _families() -> tuple[str, ...]:
-    from matplotlib.font_manager import fontManager
+    """Make the typefaces known to matplotlib under names that none of the machine's has; these names."""
+    from matplotlib.font_manager import FontEntry, fontManager
 
-    installed = {font.name for font in fontManager.ttflist}
-    return ("DejaVu Sans", *(name for name in _SCRIPTS if name in installed))
+    fontManager.ttflist += [
+        FontEntry(str(one.path), one.index, _ours(one.family), one.style, weight=one.weight, size="scalable")
+        for one in typefaces.typefaces()
+    ]
+    return tuple(map(_ours, typefaces.families()))
+
+
+def _ours(family: str) -> str:
+    return f"scruton {family}"
 
 
 @contextmanager
 def house_style() -> Iterator[None]:
     """Set matplotlib's parameters for the time of drawing or saving, and put them back."""
-    import matplotlib as mpl
+    with _hushed("matplotlib"):  # says where it keeps its cache when there is no folder to write to
+        import matplotlib as mpl
 
+        families = _families()
     parameters: Any = {
-        "font.family": list(_families()),
+        "font.family": list(families),
         "font.size": 8.0,
         "axes.titlesize": 8.5,
         "axes.labelsize": 8.0,
@@ -118,14 +127,22 @@ def house_style() -> Iterator[None]:
         "svg.hashsalt": "scruton",
         "pdf.fonttype": 3,
     }
-    log = logging.getLogger("matplotlib.font_manager")
+    with mpl.rc_context(), _hushed("matplotlib.font_manager"):  # says that Chinese comes in one weight alone
+        mpl.rcdefaults()  # the user's own matplotlibrc is for the user's own figures
+        mpl.rcParams.update(parameters)
+        yield
+
+
+@contextmanager
+def _hushed(name: str) -> Iterator[None]:
+    """Keep the warnings of a logger off the terminal."""
+    log = logging.getLogger(name)
     level = log.level
-    with mpl.rc_context(parameters):
-        log.setLevel(logging.ERROR)
-        try:
-            yield
-        finally:
-            log.setLevel(level)
+    log.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        log.setLevel(level)
 
 
 def new_figure(height_mm: float, *, width: float = WIDTH) -> "Figure":
@@ -197,8 +214,9 @@ def shorten(text: str, length: int = 34) -> str:
 
 
 def literal(text: str) -> str:
-    """Keep dollar signs in names from being read as mathematics, and line breaks from breaking a label."""
-    return " ".join(text.split()).replace("$", r"\$")
+    """Keep a name to itself: no mathematics, no line breaks, no right-to-left letters that draw what follows along."""
+    edge = LEFT_TO_RIGHT if any(bidirectional(letter) in ("R", "AL") for letter in text) else ""
+    return edge + " ".join(text.split()).replace("$", r"\$") + edge
 
 
 def decimate(x: FloatArray, y: FloatArray, bins: int = 700) -> tuple[FloatArray, FloatArray]:

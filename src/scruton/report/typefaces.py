@@ -1,0 +1,152 @@
+"""The typefaces that everything is set in: files of packages that scruton depends on, never those of the machine.
+
+DejaVu Sans comes with matplotlib and holds Latin, Greek, Cyrillic, Arabic, Hebrew and mathematics; Noto Sans CJK
+(noto-cjk-sans-otc) Chinese, Japanese and Korean; the others of Noto (manimgx-fonts) the scripts of southern Asia,
+Ethiopia and the Caucasus, symbols and emoji. What none of them holds is drawn by the Last Resort font, a frame that
+shows which script the letter belongs to.
+"""
+
+import io
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+
+SCRIPTS = (
+    "Armenian", "Bengali", "Devanagari", "Ethiopic", "Georgian", "Gujarati", "Gurmukhi", "Kannada", "Khmer", "Lao",
+    "Malayalam", "Myanmar", "Oriya", "Sinhala", "Tamil", "Telugu", "Thai",
+)  # fmt: skip
+PLAIN, LAST_RESORT = "DejaVu Sans", "Last Resort High-Efficiency"
+# The collection holds the same letters in five regional forms; bridges of this kind are tested in China above all.
+CJK, CJK_INDEX = "Noto Sans CJK SC", 2
+
+
+@dataclass(frozen=True)
+class Typeface:
+    """One face of a file.
+
+    Attributes
+    ----------
+    family : str
+        As the file names itself.
+    path : Path
+    index : int
+        Its place in a collection.
+    weight : int
+        400 regular, 700 bold.
+    style : str
+        "normal" or "oblique".
+    """
+
+    family: str
+    path: Path
+    index: int = 0
+    weight: int = 400
+    style: str = "normal"
+
+
+@cache
+def typefaces() -> tuple[Typeface, ...]:
+    """Every face, in the order in which they are asked for a letter; only the first family has bold and oblique."""
+    plain = _folder("matplotlib") / "mpl-data" / "fonts" / "ttf"
+    noto = _folder("manimgx_fonts")
+    return (
+        Typeface(PLAIN, plain / "DejaVuSans.ttf"),
+        Typeface(PLAIN, plain / "DejaVuSans-Bold.ttf", weight=700),
+        Typeface(PLAIN, plain / "DejaVuSans-Oblique.ttf", style="oblique"),
+        Typeface(PLAIN, plain / "DejaVuSans-BoldOblique.ttf", weight=700, style="oblique"),
+        Typeface(CJK, _folder("noto_cjk_sans_otc") / "NotoSansCJK-Regular.ttc", CJK_INDEX),
+        *(Typeface(f"Noto Sans {script}", noto / f"NotoSans{script}[wght].ttf") for script in SCRIPTS),
+        Typeface("Noto Sans Symbols", noto / "NotoSansSymbols[wght].ttf"),
+        Typeface("Noto Emoji", noto / "NotoEmoji[wght].ttf"),
+        Typeface(LAST_RESORT, plain / "LastResortHE-Regular.ttf"),
+    )
+
+
+def families() -> tuple[str, ...]:
+    """Name of every family, in the order of `typefaces`."""
+    return tuple(dict.fromkeys(one.family for one in typefaces()))
+
+
+def folders() -> tuple[Path, ...]:
+    """Folders that hold the files."""
+    return tuple(dict.fromkeys(one.path.parent for one in typefaces()))
+
+
+def _folder(package: str) -> Path:
+    """Folder of a package, which need not be imported for it."""
+    found = find_spec(package)
+    if found is None or found.origin is None:
+        raise ModuleNotFoundError(f"the package {package} is not installed, which scruton depends on for its typefaces")
+    return Path(found.origin).parent
+
+
+@dataclass(frozen=True)
+class Subset:
+    """The letters that a page needs from one typeface.
+
+    Attributes
+    ----------
+    letters : str
+        In order, each once.
+    content : bytes
+        An OpenType file of these letters alone.
+    """
+
+    letters: str
+    content: bytes
+
+
+def subsets(text: str) -> tuple[Subset, ...]:
+    """What a reader's machine may lack of a text: its letters beyond DejaVu Sans, as small typefaces.
+
+    Parameters
+    ----------
+    text : str
+
+    Returns
+    -------
+    tuple of Subset
+        The same text gives the same bytes. Letters that no typeface holds are left to the reader's machine.
+    """
+    missing = {letter for letter in text if letter.isprintable()}
+    found = []
+    for one in _regular():
+        if not missing:
+            break
+        known = _letters(one)
+        if one.family != PLAIN and (letters := "".join(sorted(missing & known))):
+            found.append(Subset(letters, _subset(one, letters)))
+        missing -= known
+    return tuple(found)
+
+
+def _regular() -> Iterator[Typeface]:
+    """One face of every family that has pictures of letters."""
+    return (one for one in typefaces() if one.weight == 400 and one.style == "normal" and one.family != LAST_RESORT)
+
+
+@cache
+def _letters(one: Typeface) -> frozenset[str]:
+    """Letters that a face holds."""
+    from fontTools.ttLib import TTFont
+
+    with TTFont(one.path, fontNumber=one.index, lazy=True) as font:
+        return frozenset(map(chr, font.getBestCmap()))
+
+
+def _subset(one: Typeface, letters: str) -> bytes:
+    """A face with these letters alone."""
+    from fontTools.subset import Options, Subsetter
+    from fontTools.ttLib import TTFont
+
+    options = Options(notdef_outline=True, name_IDs=[], hinting=False, desubroutinize=True)
+    options.drop_tables += ["fvar", "gvar", "avar", "HVAR", "MVAR", "STAT"]  # the regular weight is enough
+    with TTFont(one.path, fontNumber=one.index, lazy=True, recalcTimestamp=False) as font:
+        subsetter = Subsetter(options)
+        subsetter.populate(text=letters)
+        subsetter.subset(font)
+        content = io.BytesIO()
+        font.save(content)
+    return content.getvalue()
