@@ -16,7 +16,7 @@ from scruton.cli import main
 from scruton.errors import InputError
 from scruton.report import build_report, figures
 from scruton.report.aside import Aside
-from scruton.report.batch import FAILED, Job, _complete, summarise
+from scruton.report.batch import FAILED, Job, _missing, summarise
 from scruton.report.chapters import CHAPTERS, Material, compose, with_failures
 from scruton.report.document import ALARM, Callout, Document, Picture
 from scruton.report.failures import Failure, Failures, begun, guarded
@@ -302,7 +302,7 @@ def test_a_batch_counts_a_report_that_lacks_a_part_as_failed(
         (folder / "report.json").write_text(json.dumps({"failures": found}), encoding="utf-8")
         (folder / "report.html").touch()
         entries.append(summarise(job))
-        complete.append(_complete(job))
+        complete.append(not _missing(job))
     assert [one["state"] == FAILED for one in entries] == [False, True]
     assert entries[1]["reason"] == f"The diagnosis failed. {FAULT}: ZeroDivisionError: no ink left"
     assert complete == [True, False], "--resume makes the report again"
