@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scruton.campaign.duplicates import duplicates
-from scruton.campaign.remarks import Remark, Severity
+from scruton.campaign.remarks import Remark, Severity, figure
 from scruton.campaign.schema import Campaign, Fluid, Motion, Quantity, Rig
 
 FAR = 2.0  # times beyond its bound a number is no longer unusual but a slip
@@ -38,7 +38,7 @@ HEAVINESS = {
     Fluid.AIR: Range(5.0, 1e4, "", "lighter than foam or heavier than lead"),
     Fluid.WATER: Range(0.1, 100.0, "", "lighter than any float or heavier than lead with its frame"),
 }
-DAMPING = Range(1e-4, 0.1, "", "structures have 0.0001 to 0.1; a percentage is a hundred times its ratio")
+DAMPING = Range(1e-4, 0.1, "", "no structure has so little or so much; a percentage is a hundred times its ratio")
 AMPLITUDE = {
     Motion.HEAVING: Range(0.0, 0.5, "A/D", "vortices drive no deck so far; a length in another unit looks so"),
     Motion.TORSIONAL: Range(0.0, 0.35, "rad", "vortices turn no deck so far (20 deg); degrees read as radians look so"),
@@ -60,16 +60,23 @@ def implausible(campaign: Campaign) -> list[Remark]:
     return [*campaign.remarks, *(remark for check in CHECKS for remark in check(campaign))]
 
 
+def damping_flag(damping_ratio: float) -> str:
+    """Say of a design damping ratio that no structure has it; empty of one that some structure may have."""
+    found = [one.text for one in outside(damping_ratio, DAMPING, "damping", "", "", "the design damping ratio")]
+    return found[0].rstrip(".") if found and damping_ratio > DAMPING.high else ""
+
+
 def outside(value: float, wanted: Range, kind: str, of: str, name: str, what: str) -> Iterator[Remark]:
     """Remark where `value`, which is `what`, lies outside the range wanted (nothing where it is NaN)."""
     if wanted.low <= value <= wanted.high or math.isnan(value):
         return
     excess = wanted.low / max(value, 1e-300) if value < wanted.low else value / wanted.high
     unit = f" {wanted.unit}" if wanted.unit else ""
+    number = figure(value) if value >= 100.0 else f"{value:.3g}"
     bounds = f"outside {wanted.low:g} to {wanted.high:g}{unit} ({wanted.why})"
     yield Remark(
         Severity.SERIOUS if excess >= FAR else Severity.DOUBT, kind, of, name,
-        f"{what} is {value:.3g}{unit}, {bounds}.", f"{what} is {{}}{unit}, {bounds},", value, excess,
+        f"{what} is {number}{unit}, {bounds}.", f"{what} is {{}}{unit}, {bounds},", value, excess,
     )  # fmt: skip
 
 
@@ -155,12 +162,12 @@ def _uncertainty(campaign: Campaign) -> Iterator[Remark]:
         ]  # fmt: skip
     for of, name, what, one in stated:
         if one is not None and one.sd is not None and one.sd > LARGEST_SD * one.mean:
-            share = 100.0 * one.sd / one.mean
+            share, most = 100.0 * one.sd / one.mean, f"{100.0 * LARGEST_SD:.0f} %"
+            sd_of = f"the standard deviation of the {what} is"
             yield Remark(
                 Severity.DOUBT, "uncertainty", of, name,
-                f"the standard deviation of the {what} is {share:.3g} % of its mean, above {LARGEST_SD:.0%}; an "
-                "interval or a percentage is not a standard deviation.",
-                f"the standard deviation of the {what} is {{}} % of its mean, above {LARGEST_SD:.0%},",
+                f"{sd_of} {share:.3g} % of its mean, above {most}; an interval or a percentage is none.",
+                f"{sd_of} {{}} % of its mean, above {most},",
                 share, share / (100.0 * LARGEST_SD),
             )  # fmt: skip
 

@@ -91,5 +91,10 @@ def _said(group: Sequence[Remark]) -> str:
 
 
 def _range(values: Sequence[float]) -> str:
-    low, high = (f"{one:.0f}" if abs(one) >= 100.0 else f"{one:.2g}" for one in (min(values), max(values)))
+    low, high = figure(min(values)), figure(max(values))
     return low if low == high else f"{low} to {high}"
+
+
+def figure(value: float) -> str:
+    """Write a number with two digits, and without an exponent where it has up to six before the point."""
+    return f"{value:.0f}" if 100.0 <= abs(value) < 1e6 else f"{value:.2g}"

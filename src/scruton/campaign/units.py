@@ -11,6 +11,7 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scruton.campaign.remarks import figure
 from scruton.campaign.schema import Motion, Quantity, Section
 from scruton.errors import InputError
 
@@ -169,7 +170,7 @@ def odd_unit(text: str) -> str | None:
             low, high = dimension.units
             # a unit of 1 Hz may be spelt 2 pi rad/s: a hair's breadth decides nothing
             if not 0.999 * low <= factor <= 1.001 * high:
-                return f'the unit "{unit}", {factor:.3g} {dimension.unit}'
+                return f'the unit "{unit}", {figure(factor)} {dimension.unit}'
     return None
 
 

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scruton.campaign.plausibility import AMPLITUDE, DAMPING, FAR, implausible, outside
-from scruton.campaign.remarks import Remark, Severity
-from scruton.campaign.schema import Kind, Record
+from scruton.campaign.remarks import Remark, Severity, figure
+from scruton.campaign.schema import Kind, Record, Test
 from scruton.envelope.evidence import Evidence
 from scruton.envelope.ringdown import DampingBand, RingDown
 
@@ -30,6 +30,9 @@ CLEAR_BAND = 0.1  # relative standard error above which a band of damping contra
 SIGMAS = 3.0  # joint standard deviations
 DAMPING_FACTOR = 2.0  # by which damping never changes between stating and plucking
 DEAD = 1.0 / 3.0  # of the samples, in stretches that do not move
+# What a record of another kind, level or length than it is filed as would also be noted for.
+CAUSES = ("kind", "stated level", "dead")
+CONSEQUENCES = ("decay start", "growth start", "length")
 STILL = 0.5  # cycles without any change after which the signal does not move
 
 
@@ -45,11 +48,10 @@ def review(evidence: Evidence) -> list[Remark]:
     list of Remark
         In no order; `scruton.campaign.remarks.sentences` ranks and folds.
     """
-    return [
-        *implausible(evidence.campaign),
-        *(remark for check in CHECKS for remark in check(evidence)),
-        *(remark for one in evidence.qualities.values() for remark in one.remarks),
-    ]
+    found = [*implausible(evidence.campaign), *(remark for check in CHECKS for remark in check(evidence))]
+    slipped = {one.name for one in found if one.kind in CAUSES}
+    notes = [remark for one in evidence.qualities.values() for remark in one.remarks]
+    return found + [one for one in notes if one.kind not in CONSEQUENCES or one.name not in slipped]
 
 
 def _frequency(evidence: Evidence) -> Iterator[Remark]:
@@ -65,9 +67,9 @@ def _frequency(evidence: Evidence) -> Iterator[Remark]:
             yield Remark(
                 Severity.SERIOUS if departure > FAR * limit else Severity.DOUBT, "frequency", "record", record.name,
                 f"the line followed is at {line:.4g} Hz, {line / stated:.3g} times the f0 = {stated:.4g} Hz stated for "
-                f"rig {rig.name} (more than {limit:.0%} off in {where}): f0, the record's time, or another motion than "
-                "the section's.",
-                f"the line followed in {where} is at {{}} times the f0 stated for its rig (more than {limit:.0%} off)",
+                f"rig {rig.name}, more than {100 * limit:.0f} % off in {where}: f0, the record's time, or another "
+                "motion than the section's.",
+                "the line followed is at {} times the f0 stated for its rig",
                 line / stated, max(departure / limit, abs(math.log(line / stated)) / limit),
             )  # fmt: skip
 
@@ -121,10 +123,7 @@ def _kind(evidence: Evidence) -> Iterator[Remark]:
 def _levels(evidence: Evidence) -> Iterator[Remark]:
     """Growths and decays of one test, which must end at one amplitude."""
     for test in evidence.campaign.tests:
-        ends = {
-            kind: [_End.of(one, evidence) for one in test.records if one.kind is kind and one.name in evidence.cycles]
-            for kind in (Kind.GROWTH, Kind.DECAY)
-        }
+        ends = {kind: _ends(test, kind, evidence) for kind in (Kind.GROWTH, Kind.DECAY)}
         pairs = [(growth, decay, _apart(growth, decay)) for growth in ends[Kind.GROWTH] for decay in ends[Kind.DECAY]]
         worst = max(pairs, key=lambda pair: pair[2], default=None)
         if worst is None or worst[2] <= 1.0:
@@ -151,10 +150,19 @@ class _End:
     @classmethod
     def of(cls, record: Record, evidence: Evidence) -> "_End":
         amplitude, fitted = evidence.cycles[record.name].amplitude, evidence.qualities[record.name].relaxation
-        tail = max(float(np.mean(amplitude[-max(3, len(amplitude) // 4) :])), 1e-300)
+        tail = float(np.mean(amplitude[-max(3, len(amplitude) // 4) :]))
         assert fitted is not None  # growths and decays have one
         settled = fitted.rate * float(record.time[-1] - record.time[0]) >= SETTLED
-        return cls(record.name, tail, tail if settled else max(fitted.stable_amplitude, 1e-300), settled)
+        # a trend that is led on to nothing says nothing of the level
+        heads_for = fitted.stable_amplitude if fitted.stable_amplitude > 0.0 and not settled else tail
+        return cls(record.name, tail, heads_for, settled)
+
+
+def _ends(test: Test, kind: Kind, evidence: Evidence) -> list[_End]:
+    """Where the transients of one kind end, those left out that end in nothing."""
+    usable = [one for one in test.records if one.kind is kind and one.name in evidence.qualities]
+    ends = [_End.of(one, evidence) for one in usable if _standing(one, evidence) < DEAD]
+    return [one for one in ends if one.tail > 0.0]
 
 
 def _apart(growth: _End, decay: _End) -> float:
@@ -176,11 +184,7 @@ def _stated_level(evidence: Evidence) -> Iterator[Remark]:
         if test.stable_amplitude is None:
             continue
         stated = test.stable_amplitude.mean
-        ends = [
-            _End.of(one, evidence)
-            for one in test.records
-            if one.kind in (Kind.GROWTH, Kind.DECAY) and one.name in evidence.cycles
-        ]
+        ends = [*_ends(test, Kind.GROWTH, evidence), *_ends(test, Kind.DECAY, evidence)]
         for end in ends:
             ratio = end.level / stated
             if end.settled and max(ratio, 1.0 / ratio) > LEVELS:
@@ -213,7 +217,7 @@ def _damping(evidence: Evidence) -> Iterator[Remark]:
             yield Remark(
                 Severity.SERIOUS if twice else Severity.DOUBT, "damping", "rig", rig.name,
                 f"the ring-downs show a damping ratio of {xi:.3g}, {ratio:.3g} times the {stated.mean:.3g} stated"
-                f"{f' and {sigmas:.2g} standard deviations from it' if sigmas > SIGMAS else ''}.",
+                f"{f' and {figure(sigmas)} standard deviations from it' if sigmas > SIGMAS else ''}.",
                 "the ring-downs show {} times the damping ratio stated", ratio,
                 max(sigmas / SIGMAS, ratio / DAMPING_FACTOR, 1.0 / max(DAMPING_FACTOR * ratio, 1e-9)),
             )  # fmt: skip
@@ -247,19 +251,19 @@ def _amplitude(evidence: Evidence) -> Iterator[Remark]:
 def _dead(evidence: Evidence) -> Iterator[Remark]:
     """Records that stand still, at zero or at another reading, for a third of their samples or more."""
     for record, _, _ in evidence.records():
-        quality = evidence.qualities[record.name]
-        longest = max(3, round(STILL * quality.sample_rate / quality.frequency))
-        share = _standing(record, longest)
+        share = _standing(record, evidence)
         if share >= DEAD:
             yield Remark(
                 Severity.DOUBT, "dead", "record", record.name,
-                f"{share:.0%} of the record do not move, at zero or another constant; start and stop cut it.",
-                f"{DEAD:.0%} or more of the record do not move, at zero or another constant,", share, share / DEAD,
+                f"{100 * share:.0f} % of the record do not move, at zero or another constant; start and stop cut it.",
+                "{} % of the record do not move, at zero or another constant,", 100.0 * share, share / DEAD,
             )  # fmt: skip
 
 
-def _standing(record: Record, longest: int) -> float:
-    """Share of the samples that stand in stretches of one value (zero alone in an envelope) longer than `longest`."""
+def _standing(record: Record, evidence: Evidence) -> float:
+    """Share of the samples that stand in long stretches of one value (in an envelope, of zero)."""
+    quality = evidence.qualities[record.name]
+    longest = max(3, round(STILL * quality.sample_rate / quality.frequency))
     same = np.diff(record.response) == 0.0
     if record.is_envelope:
         same &= record.response[1:] == 0.0

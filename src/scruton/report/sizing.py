@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from scruton.errors import InputError
 from scruton.report.figures.sizing import CONFIDENCES
-from scruton.report.run import Bar, check_effect, parse_damping
+from scruton.report.run import Bar, check_effect, check_law, parse_damping
 from scruton.report.text import bullets, number, table
 
 if TYPE_CHECKING:
@@ -58,6 +58,7 @@ def run_size(
         raise InputError(folder, "-o", f"a {RESULT}", "another folder, or --force to replace the sizing in it")
     if seed < 0:
         raise InputError("command line", "--seed", str(seed), "a whole number, zero or more")
+    check_law(law_n)
     rules = [limit(one) for one in limits]
     _check_folder(folder)
     tree, summary = read_tree(results)
