@@ -33,9 +33,9 @@ DENSITY = {
     Fluid.WATER: Range(950.0, 1050.0, "kg/m^3", "that is not water, fresh or salt"),
 }
 REDUCED_VELOCITY = Range(1.0, 60.0, "", "vortices shed at 1/St, 4 to 20 for every section known, and lock in around it")
-# Mass over that of the fluid which the section displaces: foam to lead, and the frame that moves along.
+# Mass over that of the fluid which the section displaces: foam to lead, and the frame and arms that move along.
 HEAVINESS = {
-    Fluid.AIR: Range(5.0, 1e4, "", "lighter than foam or heavier than lead"),
+    Fluid.AIR: Range(5.0, 3e4, "", "lighter than foam or heavier than lead with its frame"),
     Fluid.WATER: Range(0.1, 100.0, "", "lighter than any float or heavier than lead with its frame"),
 }
 DAMPING = Range(1e-4, 0.1, "", "no structure has so little or so much; a percentage is a hundred times its ratio")

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
-from scruton.campaign import Campaign, Quantity, Record, Rig, Test, load_campaign
+from scruton.campaign import Campaign, Fluid, Quantity, Record, Rig, Test, load_campaign
 from scruton.campaign.remarks import sentences
 from scruton.envelope import RecordQuality, gather, review
 from scruton.errors import InputError
@@ -62,7 +62,8 @@ RECORD_HEADER = ("record", "of", "kind", "length [s]", "rate [Hz]", "cycles", "f
 def _heading(campaign: Campaign) -> str:
     section = campaign.section
     return (
-        f"{campaign.title}\n{section.motion.value}, B = {number(section.width)} m, D = {number(section.depth)} m; "
+        f"{campaign.title}\n{section.motion.value}, B = {number(section.width)} m, D = {number(section.depth)} m"
+        f"{'' if section.fluid is Fluid.AIR else f', in {section.fluid.value}'}; "
         f"{len(campaign.rigs)} rigs, {len(campaign.tests)} tests"
     )
 
