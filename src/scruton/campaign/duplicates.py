@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from scruton.campaign.remarks import Remark, Severity
-from scruton.campaign.schema import Campaign, Record
+from scruton.campaign.schema import Campaign, FloatArray, Record
 
 OVERLAP = 2  # samples: windows that follow each other may share the one between them
 
@@ -46,12 +46,19 @@ def _shared(one: _Print, other: _Print) -> str:
         return "the same bytes"
     if one.samples == other.samples:
         return "the same samples"
-    if first.path != second.path or first.time[-1] < second.time[0] or second.time[-1] < first.time[0]:
+    if first.path != second.path:
         return ""
-    common, here, there = np.intersect1d(first.time, second.time, assume_unique=True, return_indices=True)
-    if len(common) < OVERLAP or not np.array_equal(first.response[here], second.response[there]):
+    begin, end = max(first.time[0], second.time[0]), min(first.time[-1], second.time[-1])
+    here, there = _between(first, begin, end), _between(second, begin, end)
+    if len(here) < OVERLAP or not np.array_equal(here, there):  # other columns of one file share its times alone
         return ""
-    return f"{len(common)} samples of one file ({common[0]:.4g} s to {common[-1]:.4g} s)"
+    return f"{len(here)} samples of one file ({begin:.4g} s to {end:.4g} s)"
+
+
+def _between(record: Record, begin: float, end: float) -> FloatArray:
+    """Samples from `begin` to `end` [s], both included; none where they do not follow each other."""
+    first, last = np.searchsorted(record.time, begin, "left"), np.searchsorted(record.time, end, "right")
+    return record.response[first:last]
 
 
 def _remark(one: tuple[str, Record], other: tuple[str, Record], shared: str) -> Remark:
