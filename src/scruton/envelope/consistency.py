@@ -23,17 +23,19 @@ FINE = 8.0  # samples per stated cycle: six is what demodulation needs, and a th
 NYQUIST = 2.2  # samples per stated cycle: below, with the filter's margin, a line is an alias
 TREND = 1.1  # of the first amplitude: growths of a tenth are no turbulence that a fitted exponential follows
 LEVELS = 1.25  # between growth and decay of one test: turbulence and drift differ by a tenth from record to record
-EXTRAPOLATED = 7.0  # the same where a record ends before it has settled: what it heads for errs by 5 in 90 simulations
+# The same where a record ends before it has settled: what it heads for erred by factors up to 6 in `challenge make
+# --cases 90 --seed 5`.
+EXTRAPOLATED = 7.0
 SETTLED = 3.0  # relaxation times after which a transient has shown its stable amplitude to 5 %
 BAND_FLOOR = 0.02  # relative error of a band of damping that its scatter cannot show
 CLEAR_BAND = 0.1  # relative standard error above which a band of damping contradicts nobody
 SIGMAS = 3.0  # joint standard deviations
 DAMPING_FACTOR = 2.0  # by which damping never changes between stating and plucking
 DEAD = 1.0 / 3.0  # of the samples, in stretches that do not move
+STILL = 0.5  # cycles without any change after which the signal does not move
 # What a record of another kind, level or length than it is filed as would also be noted for.
 CAUSES = ("kind", "stated level", "dead")
 CONSEQUENCES = ("decay start", "growth start", "length")
-STILL = 0.5  # cycles without any change after which the signal does not move
 
 
 def review(evidence: Evidence) -> list[Remark]:
