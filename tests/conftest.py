@@ -163,3 +163,31 @@ def two_rigs(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
         return made[force]
 
     return make
+
+
+@pytest.fixture
+def with_slip(small_campaign: Path, tmp_path: Path) -> Callable[..., Path]:
+    """Copy the small campaign and make one slip in it.
+
+    Texts of its campaign.toml are replaced pairwise; a record named `record` has its time and displacement [mm] changed
+    by `change`, and its header replaced by `header`.
+    """
+    import shutil
+
+    import numpy as np
+
+    def make(*texts: str, record: str = "", change: Callable | None = None, header: str = "") -> Path:
+        folder = shutil.copytree(small_campaign, tmp_path / "campaign")
+        toml = (folder / "campaign.toml").read_text(encoding="utf-8")
+        for old, new in zip(texts[::2], texts[1::2], strict=True):
+            assert old in toml
+            toml = toml.replace(old, new)
+        (folder / "campaign.toml").write_text(toml, encoding="utf-8")
+        if record:
+            first = header or (folder / record).read_text(encoding="utf-8").splitlines()[0]
+            time, response = np.loadtxt(folder / record, delimiter=",", skiprows=1).T
+            changed = np.column_stack(change(time, response) if change else (time, response))
+            np.savetxt(folder / record, changed, delimiter=",", header=first, comments="", fmt="%.8g")
+        return folder
+
+    return make

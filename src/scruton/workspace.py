@@ -219,20 +219,31 @@ class Workspace:
         return {"files": files, "stale": stale, "known": known, "manifest": manifest}
 
     def _close(self, *, undo: bool) -> None:
-        """Let go of the folder; with `undo`, leave it as it was found."""
-        if undo and self._begun:
-            shutil.rmtree(self.state, ignore_errors=True)
-            if self._earlier.exists():
-                os.replace(self._earlier, self.state)  # noqa: PTH105
+        """Let go of the folder; with `undo`, or where there is nothing to go on with, leave it as it was found."""
         if self._lock is not None:
+            undo = self._settle(undo=undo)
             self._lock.truncate(0)
             self._lock.close()
             self._lock = None
         if undo and self._made:
-            (self.folder / STATE / LOCK).unlink(missing_ok=True)
+            with contextlib.suppress(OSError, ValueError):
+                (self.folder / STATE / LOCK).unlink()
             for one in reversed(self._made):
                 with contextlib.suppress(OSError):
                     one.rmdir()
+
+    def _settle(self, *, undo: bool) -> bool:
+        """Leave the state as a later run may find it; return whether nothing of this one is left."""
+        if (self.state / SWAP).exists():  # the results are whole: whatever opens the folder next completes the swap
+            return False
+        if not self.grows:
+            shutil.rmtree(self.new, ignore_errors=True)
+        undo = undo or (self._begun and not any(self.state.glob("*/*")))
+        if undo and self._begun:
+            shutil.rmtree(self.state, ignore_errors=True)
+            if self._earlier.exists():
+                os.replace(self._earlier, self.state)  # noqa: PTH105
+        return undo
 
 
 def digest(path: Path) -> str:

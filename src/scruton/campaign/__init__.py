@@ -6,6 +6,7 @@
 from scruton.campaign.load import load_campaign
 from scruton.campaign.schema import (
     Campaign,
+    Fluid,
     Kind,
     Motion,
     Quantity,
@@ -20,6 +21,7 @@ from scruton.campaign.units import parse_quantity
 
 __all__ = [
     "Campaign",
+    "Fluid",
     "Kind",
     "Motion",
     "Quantity",

@@ -3,14 +3,15 @@
 import json
 import tomllib
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from scruton.campaign.columns import file_path
 from scruton.campaign.files import Files
 from scruton.campaign.records import read_record, read_sweep
-from scruton.campaign.schema import Campaign, Kind, Motion, Quantity, Record, Rig, Section, Sweep, Test
+from scruton.campaign.remarks import Remark, Severity
+from scruton.campaign.schema import Campaign, Fluid, Kind, Motion, Quantity, Record, Rig, Section, Sweep, Test
 from scruton.campaign.tables import Table, nearest
 from scruton.campaign.units import (
     DAMPING_RATIO,
@@ -21,6 +22,7 @@ from scruton.campaign.units import (
     MASS,
     REDUCED_VELOCITY,
     SPEED,
+    odd_unit,
     parse_amplitude,
     show,
 )
@@ -32,10 +34,17 @@ STILL_AIR = (Kind.FREE_DECAY,)
 IN_WIND = (Kind.GROWTH, Kind.DECAY, Kind.STEADY)
 
 _TOP_KEYS = ("format", "title", "source", "section", "rigs", "tests", "sweeps")
-_SECTION_KEYS = ("motion", "width", "depth")
+_SECTION_KEYS = ("motion", "width", "depth", "fluid")
 _RIG_KEYS = ("name", "mass", "inertia", "frequency", "damping_ratio", "records")
 _TEST_KEYS = (
     "name", "rig", "air_density", "wind_speed", "reduced_velocity", "peak", "stable_amplitude", "records",
+)  # fmt: skip
+
+
+# Keys of quantities with a unit, wherever they stand.
+_QUANTITIES = frozenset(
+    ("width", "depth", "mass", "inertia", "frequency", "air_density", "wind_speed", "stable_amplitude", "sample_rate",
+     "start", "stop", "mean", "sd")
 )  # fmt: skip
 
 
@@ -92,6 +101,7 @@ def load_campaign(path: Path, problems: list[InputError] | None = None) -> Campa
         tests=read_tests,
         sweeps=tuple(sweep for table in sweeps for sweep in _sweep(table, by_name, reading)),
         sha256=files.sha256,
+        remarks=tuple(_odd_units(top)),
     )
 
 
@@ -131,6 +141,25 @@ class _Reading:
             raise InputError(table.file, table.field, f"the same record as {before}", "each record once")
 
 
+def _odd_units(table: Table) -> Iterator[Remark]:
+    """Remark on units that no laboratory uses, wherever a quantity stands."""
+    for key, value in table.values.items():
+        place = table.at(key)
+        if isinstance(value, str) and (key in _QUANTITIES or table.field.endswith(".units")):
+            found = odd_unit(value)
+            if found is not None:
+                yield Remark(
+                    Severity.DOUBT, "unit", "", place, f"{show(value)} has {found}; was another one meant?",
+                    "a unit that no laboratory uses",
+                )  # fmt: skip
+        elif isinstance(value, Mapping):
+            yield from _odd_units(Table(table.file, place, value))
+        elif isinstance(value, list):
+            for i, one in enumerate(value):
+                if isinstance(one, Mapping):
+                    yield from _odd_units(Table(table.file, f"{place}[{i}]", one))
+
+
 def _parse(data: bytes, path: Path) -> Table:
     try:
         return Table(path, "", tomllib.loads(data.decode("utf-8-sig")))
@@ -148,7 +177,8 @@ def _section(top: Table) -> Section:
     table = top.table("section")
     table.check_keys(_SECTION_KEYS)
     motion = Motion(table.choice("motion", [one.value for one in Motion]))
-    return Section(motion, table.number("width", LENGTH), table.number("depth", LENGTH))
+    fluid = Fluid(table.choice("fluid", [one.value for one in Fluid])) if "fluid" in table else Fluid.AIR
+    return Section(motion, table.number("width", LENGTH), table.number("depth", LENGTH), fluid)
 
 
 def _rig(table: Table, reading: _Reading) -> Rig:

@@ -11,6 +11,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from scruton.campaign.remarks import Remark
+
 FloatArray = NDArray[np.float64]
 
 
@@ -30,6 +32,13 @@ class Kind(StrEnum):
     STEADY = "steady"  # lock-in without any release
 
 
+class Fluid(StrEnum):
+    """What flows past the section."""
+
+    AIR = "air"
+    WATER = "water"
+
+
 @dataclass(frozen=True)
 class Quantity:
     """A number as the laboratory states it, SI; `sd` is None where no uncertainty was stated."""
@@ -40,11 +49,12 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Section:
-    """The body: `width` is B [m], along the wind; `depth` is D [m], across it."""
+    """The body: `width` is B [m], along the wind; `depth` is D [m], across it; `fluid` is what flows past it."""
 
     motion: Motion
     width: float
     depth: float
+    fluid: Fluid = Fluid.AIR
 
     @property
     def amplitude_unit(self) -> str:
@@ -129,7 +139,11 @@ class Sweep:
 
 @dataclass(frozen=True, eq=False)
 class Campaign:
-    """A whole campaign; `sha256` maps every file that was read to the digest of its bytes."""
+    """A whole campaign.
+
+    `sha256` maps every file that was read to the digest of its bytes; `remarks` are about the spelling of
+    campaign.toml, which the numbers in SI do not tell any more.
+    """
 
     path: Path
     title: str
@@ -139,6 +153,7 @@ class Campaign:
     tests: tuple[Test, ...] = ()
     sweeps: tuple[Sweep, ...] = ()
     sha256: Mapping[str, str] | None = None
+    remarks: tuple[Remark, ...] = ()
 
     def rig(self, name: str) -> Rig:
         """Return the rig called `name` (KeyError if there is none)."""

@@ -11,6 +11,7 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scruton.campaign.remarks import figure
 from scruton.campaign.schema import Motion, Quantity, Section
 from scruton.errors import InputError
 
@@ -32,12 +33,15 @@ class Dimension:
         A usual value in that unit.
     positive : bool
         Whether zero and negative values are errors.
+    units : (float, float)
+        Smallest and largest unit, in the SI one, that a laboratory writes such a number in.
     """
 
     name: str
     unit: str
     example: float
     positive: bool = True
+    units: tuple[float, float] = (0.0, math.inf)
 
     @property
     def spelling(self) -> str:
@@ -45,14 +49,16 @@ class Dimension:
         return f'"{self.example:g} {self.unit}"' if self.unit else f"{self.example:g}"
 
 
-LENGTH = Dimension("a length", "m", 0.075)
-MASS = Dimension("a mass per unit length", "kg/m", 7.089)
-INERTIA = Dimension("a mass moment of inertia per unit length", "kg*m^2/m", 0.183)
-FREQUENCY = Dimension("a frequency", "Hz", 7.97)
-DENSITY = Dimension("a density", "kg/m^3", 1.19)
-SPEED = Dimension("a speed", "m/s", 5.735)
-TIME = Dimension("a time", "s", 3.2, positive=False)
-ANGLE = Dimension("an angle", "rad", 0.02)
+# Units that somebody writes: the micrometre to the fathom, the gram to the ton per metre, cycles an hour to the
+# megahertz, millimetres per second to metres per second, the nanosecond to the hour, the microradian to the turn.
+LENGTH = Dimension("a length", "m", 0.075, units=(1e-6, 2.0))
+MASS = Dimension("a mass per unit length", "kg/m", 7.089, units=(1e-4, 1e3))
+INERTIA = Dimension("a mass moment of inertia per unit length", "kg*m^2/m", 0.183, units=(1e-7, 1e3))
+FREQUENCY = Dimension("a frequency", "Hz", 7.97, units=(1e-4, 1e6))
+DENSITY = Dimension("a density", "kg/m^3", 1.19, units=(1e-3, 1e3))
+SPEED = Dimension("a speed", "m/s", 5.735, units=(1e-3, 10.0))
+TIME = Dimension("a time", "s", 3.2, positive=False, units=(1e-9, 3600.0))
+ANGLE = Dimension("an angle", "rad", 0.02, units=(1e-6, 7.0))
 DAMPING_RATIO = Dimension("a damping ratio, a bare number", "", 0.0058)
 REDUCED_VELOCITY = Dimension("a reduced velocity U/(f0 D), a bare number", "", 9.594)
 HEAVING_AMPLITUDE = Dimension("an amplitude A/D, or a length with its unit", "", 0.0655)
@@ -145,6 +151,27 @@ def unit_factor(unit: str, dimension: Dimension) -> float:
     if dimension is FREQUENCY and root == _root("rad/s")[1]:
         return factor / (2.0 * math.pi)
     raise ValueError(f'the unit "{unit}", which is not that of {dimension.name}')
+
+
+def odd_unit(text: str) -> str | None:
+    """Say what is odd about the unit of a text such as "0.000075 km", or of a bare unit; None where nothing is.
+
+    A number may be right in any unit, but nobody writes the width of a model in kilometres: `Dimension.units` are those
+    that somebody does.
+    """
+    for part in _PLUS_MINUS.split(text):
+        match = _NUMBER.match(part.strip())
+        unit = part.strip()[match.end() if match else 0 :].strip(" ()")
+        for dimension in (LENGTH, MASS, INERTIA, FREQUENCY, DENSITY, SPEED, TIME, ANGLE):
+            try:
+                factor = unit_factor(unit, dimension)
+            except ValueError:
+                continue
+            low, high = dimension.units
+            # a unit of 1 Hz may be spelt 2 pi rad/s: a hair's breadth decides nothing
+            if not 0.999 * low <= factor <= 1.001 * high:
+                return f'the unit "{unit}", {figure(factor)} {dimension.unit}'
+    return None
 
 
 def show(value: object) -> str:

@@ -1,7 +1,9 @@
 """From a record to its envelope: the paper's front end, Eqs. (2) to (8), and the demodulation that feeds inference."""
 
+from scruton.envelope.consistency import review
 from scruton.envelope.cycles import cycles_from_envelope, demodulate
 from scruton.envelope.damping import GriffinCurve, aerodynamic_damping, griffin_curve, total_damping
+from scruton.envelope.evidence import Evidence, gather, record_cycles, weigh
 from scruton.envelope.frequency import dominant_frequency
 from scruton.envelope.front_end import FrontEnd, front_end
 from scruton.envelope.lines import Line
@@ -24,6 +26,7 @@ __all__ = [
     "CubicSpline",
     "Cycles",
     "DampingBand",
+    "Evidence",
     "FrontEnd",
     "GriffinCurve",
     "Line",
@@ -41,9 +44,13 @@ __all__ = [
     "demodulate",
     "dominant_frequency",
     "front_end",
+    "gather",
     "griffin_curve",
+    "record_cycles",
     "relaxation",
+    "review",
     "ring_down",
     "total_damping",
     "trial_function",
+    "weigh",
 ]

@@ -259,7 +259,7 @@ def _local_frequency(
 ) -> tuple[FloatArray, FloatArray]:
     """Frequency of each cycle from a line through the phases of five, weighted by their precision."""
     n = len(number)
-    weight = np.maximum((amplitude / error) ** 2, 1e-6)
+    weight = np.clip((amplitude / error) ** 2, 1e-6, 1e100)  # a stretch of zeros has no noise at all
     sums = np.zeros((5, n))
     for shift in range(-2, 3):
         here = np.arange(n) + shift

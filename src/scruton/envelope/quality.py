@@ -1,9 +1,12 @@
-"""What a record is good for: its size, its noise, and every warning that `scruton check` prints."""
+"""What a record is good for: its size, its noise, and what is to be said of it by itself."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
+from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Kind, Record
 from scruton.envelope.clipping import clipped_side
 from scruton.envelope.cycles import cycles_from_envelope, demodulate
@@ -18,6 +21,7 @@ _RELAXATIONS = 3.0
 _OFFSET = _DRIFT = 0.1  # of the largest amplitude
 _FREQUENCY_DRIFT = 0.01
 _SECOND_LINE = 0.05
+_JITTER = 0.01  # of the usual step
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,8 +50,10 @@ class RecordQuality:
         As given, or from the exponential fitted to the envelope; NaN where neither applies (free decay).
     relaxation_time : float
         Of that exponential [s]; NaN for steady records.
-    warnings : tuple of str
-        Plain sentences, each naming the record.
+    remarks : tuple of Remark
+        What is to be said of the record by itself.
+    relaxation : Relaxation or None
+        The exponential fitted to the envelope; None for steady records.
     """
 
     name: str
@@ -60,7 +66,13 @@ class RecordQuality:
     second_line: Line | None
     stable_amplitude: float
     relaxation_time: float
-    warnings: tuple[str, ...]
+    remarks: tuple[Remark, ...]
+    relaxation: Relaxation | None
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The remarks as plain sentences, each naming the record."""
+        return tuple(one.sentence for one in self.remarks)
 
 
 def assess(
@@ -102,10 +114,10 @@ def assess(
     relaxed = relaxation(cycles) if record.kind is not Kind.STEADY else None
     stable = _stable(stable_amplitude, relaxed if transient else None, record, smooth)
     line = None if record.is_envelope else second_line(record.time, record.response, cycles)
-    warnings = [
-        *(_transient_warnings(record, smooth, stable, relaxed) if transient and relaxed else ()),
-        *_sampling_warnings(record, steps),
-        *([] if record.is_envelope else _signal_warnings(record, cycles, line)),
+    remarks = [
+        *(_transient_remarks(record, smooth, stable, relaxed) if transient and relaxed else ()),
+        *_sampling_remarks(record, steps),
+        *([] if record.is_envelope else _signal_remarks(record, cycles, line)),
     ]
     return RecordQuality(
         name=record.name,
@@ -118,7 +130,8 @@ def assess(
         second_line=line,
         stable_amplitude=stable,
         relaxation_time=relaxed.time if relaxed else float("nan"),
-        warnings=tuple(warnings),
+        remarks=tuple(remarks),
+        relaxation=relaxed,
     )
 
 
@@ -130,74 +143,107 @@ def _stable(stated: float | None, relaxed: Relaxation | None, record: Record, sm
     return float(np.sqrt(np.mean(smooth**2))) if record.kind is Kind.STEADY else float("nan")
 
 
-def _transient_warnings(record: Record, smooth: np.ndarray, stable: float, relaxed: Relaxation) -> list[str]:
-    found = []
-    first, name = relaxed.first_amplitude, record.name
+def _transient_remarks(record: Record, smooth: np.ndarray, stable: float, relaxed: Relaxation) -> Iterator[Remark]:
+    first, say = relaxed.first_amplitude, partial(Remark, Severity.NOTE, of="record", name=record.name)
     duration = float(record.time[-1] - record.time[0])
     if record.kind is Kind.DECAY and first < _DECAY_FROM * stable:
-        found.append(
-            f"{name}: the decay starts at {first / stable:.2f} times the stable amplitude; from below "
-            f"{_DECAY_FROM} times, the rate of decay is hardly told from turbulence."
+        yield say(
+            kind="decay start",
+            text=f"the decay starts at {first / stable:.2f} times the stable amplitude; from below "
+            f"{_DECAY_FROM} times, the rate of decay is hardly told from turbulence.",
+            alike=f"the decay starts at {{}} times the stable amplitude, below {_DECAY_FROM} times,",
+            value=first / stable,
         )
     if record.kind is Kind.GROWTH and first > _GROWTH_FROM * stable:
-        found.append(
-            f"{name}: the growth starts at {first / stable:.2f} times the stable amplitude; it should start "
-            f"below {_GROWTH_FROM}, so that the damping at small amplitude is seen."
+        yield say(
+            kind="growth start",
+            text=f"the growth starts at {first / stable:.2f} times the stable amplitude; it should start "
+            f"below {_GROWTH_FROM}, so that the damping at small amplitude is seen.",
+            alike=f"the growth starts at {{}} times the stable amplitude, above {_GROWTH_FROM} times,",
+            value=first / stable,
+            excess=first / stable / _GROWTH_FROM,
         )
     if duration < _RELAXATIONS * relaxed.time:
-        found.append(
-            f"{name}: the record lasts {duration:.3g} s, {duration / relaxed.time:.1f} relaxation times of "
-            f"{relaxed.time:.3g} s; below {_RELAXATIONS:g} the stable amplitude is an extrapolation."
+        yield say(
+            kind="length",
+            text=f"the record lasts {duration:.3g} s, {duration / relaxed.time:.1f} relaxation times of "
+            f"{relaxed.time:.3g} s; below {_RELAXATIONS:g} the stable amplitude is an extrapolation.",
+            alike=f"the record lasts {{}} relaxation times, below the {_RELAXATIONS:g} that show the stable amplitude,",
+            value=duration / relaxed.time,
+            excess=_RELAXATIONS * relaxed.time / duration,
         )
-    return found
 
 
-def _sampling_warnings(record: Record, steps: Sampling) -> list[str]:
-    found = []
-    if steps.jitter > 0.01:
-        found.append(
-            f"{record.name}: the sampling is not uniform; steps depart from {steps.step:.4g} s by up to "
-            f"{100.0 * steps.jitter:.0f} %."
+def _sampling_remarks(record: Record, steps: Sampling) -> Iterator[Remark]:
+    say = partial(Remark, Severity.NOTE, of="record", name=record.name)
+    if steps.jitter > _JITTER:
+        yield say(
+            kind="jitter",
+            text=f"the sampling is not uniform; steps depart from {steps.step:.4g} s by up to "
+            f"{100.0 * steps.jitter:.0f} %.",
+            alike="the sampling is not uniform; steps depart from the usual one by up to {} %",
+            value=100.0 * steps.jitter,
+            excess=steps.jitter / _JITTER,
         )
     if len(steps.gaps):
         longest = float(np.max(np.diff(steps.gaps, axis=1)))
-        found.append(
-            f"{record.name}: {len(steps.gaps)} gap{'s' if len(steps.gaps) > 1 else ''} in the record, the longest "
-            f"{longest:.3g} s, the first at {steps.gaps[0, 0]:.4g} s; cycles inside are left out."
+        yield say(
+            kind="gap",
+            text=f"{len(steps.gaps)} gap{'s' if len(steps.gaps) > 1 else ''} in the record, the longest "
+            f"{longest:.3g} s, the first at {steps.gaps[0, 0]:.4g} s; cycles inside are left out.",
+            alike="gaps (cycles inside are left out), the longest of {} s,",
+            value=longest,
         )
-    return found
 
 
-def _signal_warnings(record: Record, cycles: Cycles, line: Line | None) -> list[str]:
-    name, found = record.name, []
+def _signal_remarks(record: Record, cycles: Cycles, line: Line | None) -> Iterator[Remark]:
+    say = partial(Remark, Severity.NOTE, of="record", name=record.name)
     largest = float(np.max(cycles.amplitude))
     side = clipped_side(record.time, record.response, cycles)
     if side:
-        found.append(f"{name}: the signal is clipped {side}: samples pile up at the extreme reading.")
+        yield Remark(
+            Severity.DOUBT, "clipped", "record", record.name,
+            f"the signal is clipped {side}: samples pile up at the extreme reading.", f"the signal is clipped {side}",
+        )  # fmt: skip
     offset, drift = _offset_and_drift(record, cycles)
     if abs(offset) > _OFFSET * largest:
-        found.append(
-            f"{name}: the signal has an offset of {offset:.3g}, {100 * abs(offset) / largest:.0f} % of the largest "
-            "amplitude; it is removed."
+        yield say(
+            kind="offset",
+            text=f"the signal has an offset of {offset:.3g}, {100 * abs(offset) / largest:.0f} % of the largest "
+            "amplitude; it is removed.",
+            alike="the signal has an offset of {} % of the largest amplitude, which is removed,",
+            value=100.0 * abs(offset) / largest,
+            excess=abs(offset) / largest / _OFFSET,
         )
     if abs(drift) > _DRIFT * largest:
-        found.append(
-            f"{name}: the mean drifts by {drift:.3g} over the record, {100 * abs(drift) / largest:.0f} % of the "
-            "largest amplitude; it is removed."
+        yield say(
+            kind="mean drift",
+            text=f"the mean drifts by {drift:.3g} over the record, {100 * abs(drift) / largest:.0f} % of the "
+            "largest amplitude; it is removed.",
+            alike="the mean drifts by {} % of the largest amplitude, which is removed,",
+            value=100.0 * abs(drift) / largest,
+            excess=abs(drift) / largest / _DRIFT,
         )
     change, low, high = _frequency_drift(cycles)
     if change > _FREQUENCY_DRIFT:
-        found.append(
-            f"{name}: the frequency drifts by {100 * change:.1f} %, between {low:.4g} and {high:.4g} Hz; stiffness, "
-            "wind speed or lock-in changes while the record runs."
+        yield say(
+            kind="frequency drift",
+            text=f"the frequency drifts by {100 * change:.1f} %, between {low:.4g} and {high:.4g} Hz; stiffness, "
+            "wind speed or lock-in changes while the record runs.",
+            alike="the frequency drifts by {} %",
+            value=100.0 * change,
+            excess=change / _FREQUENCY_DRIFT,
         )
     if line is not None and line.relative > _SECOND_LINE:
         what = f"the harmonic of order {line.harmonic}" if line.harmonic else "another motion or pick-up"
-        found.append(
-            f"{name}: a second line at {line.frequency:.4g} Hz has {100 * line.relative:.0f} % of the height of the "
-            f"main one at {cycles.reference_frequency:.4g} Hz ({what})."
+        yield say(
+            kind="second line",
+            text=f"a second line at {line.frequency:.4g} Hz has {100 * line.relative:.0f} % of the height of the "
+            f"main one at {cycles.reference_frequency:.4g} Hz ({what}).",
+            alike=f"a second line ({what}) has {{}} % of the height of the main one",
+            value=100.0 * line.relative,
+            excess=line.relative / _SECOND_LINE,
         )
-    return found
 
 
 def _offset_and_drift(record: Record, cycles: Cycles) -> tuple[float, float]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scruton.aero.laws import amplitude_ratio
+from scruton.campaign.plausibility import damping_flag
 from scruton.campaign.schema import FloatArray, Quantity
 from scruton.errors import InputError
 from scruton.griffin.bands import INTERVALS, X_TRUSTED, index_draws, quantiles
@@ -263,6 +264,9 @@ def _flags(one: Prediction) -> tuple[str, ...]:
             f"|x| = {X_TRUSTED:g} laws of aerodynamic damping part, and the interval is that of the laws used: "
             + ", ".join(f"{law} ({weight:.0%})" for law, weight in one.laws.items() if weight > 0.005)
         )
+    implausible = damping_flag(one.damping_ratio)
+    if implausible:
+        flags.append(f"{place}: {implausible}")
     if one.scruton_number < 0.0:
         flags.append(f"{place}: a negative Scruton number has no physical meaning; it shows the trend only")
     if one.dies > 0.0:

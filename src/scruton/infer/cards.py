@@ -37,6 +37,26 @@ PRIOR_NAMES = (
 EXPONENT = "law_exponent"  # has a prior where the law is free, and only then
 AVERAGING = ("evidence", "stacking")
 
+# The unit that each prior is in. The program takes the number as it stands: a card that says another unit has a number
+# that means another thing.
+UNITS = {
+    "stable_amplitude": "A/D or rad",  # one prior for both motions
+    "stable_amplitude.heaving": "A/D",
+    "stable_amplitude.torsional": "rad",
+    "trial_amplitude": "largest amplitude of the record",
+    "trial_slow_rate": "omega",
+    "trial_rate_gap": "omega",
+    "trial_residual": "largest amplitude of the record",
+    "trial_residual_rate": "omega",
+    "discrepancy_amplitude": "ln amplitude",
+    "discrepancy_relaxation": "ln relaxation at zero damping",
+    "speed_scale_amplitude": "ln amplitude",
+    "speed_scale_relaxation": "ln relaxation at zero damping",
+    "speed_length": "U/(f0 D)",
+    "speed_shift": "ln U/(f0 D)",
+}
+BARE = "-"  # of every other
+
 # Parameters that may have either sign.
 SIGNED = ("trial_amplitude", "trial_slow_rate", EXPONENT)
 
@@ -317,6 +337,7 @@ class _Reader:
         for key in ("unit", "reason"):
             if not str(entry.get(key, "")).strip():
                 raise InputError(self.path, f"{field}.{key}", "nothing", f"a {key}: every prior says its {key}")
+        self.unit(name, field, str(entry["unit"]))
         try:
             return Prior(
                 name,
@@ -330,6 +351,13 @@ class _Reader:
             if isinstance(error, InputError):
                 raise
             raise InputError(self.path, field, str(error), "numbers that make a distribution") from error
+
+    def unit(self, name: str, field: str, found: str) -> None:
+        """Raise InputError where a prior is in another unit than its parameter is."""
+        motion = field.rpartition(".")[2]
+        wanted = UNITS.get(f"{name}.{motion}", UNITS.get(name, BARE))
+        if " ".join(found.split()) not in (wanted, *wanted.split(" or ")):
+            raise InputError(self.path, f"{field}.unit", f'"{found}"', f'unit = "{wanted}", the one that {name} is in')
 
     def sampler(self, table: Mapping[str, Any]) -> SamplerSettings:
         values: dict[str, Any] = {}

@@ -11,11 +11,11 @@ import numpy as np
 
 from scruton.campaign import peak_tests
 from scruton.campaign.schema import Campaign, Kind, Quantity, Record, Rig, Test
-from scruton.envelope import Cycles, FrontEnd, RingDown, cycles_from_envelope, demodulate, front_end, ring_down
+from scruton.envelope import Cycles, FrontEnd, RingDown, front_end, record_cycles, ring_down
 from scruton.envelope.trial import ExponentialFit, SecondOrderExponential
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
-from scruton.infer.flags import damping_varies, misfit, unconstrained, varying_damping
+from scruton.infer.flags import damping_varies, misfit, slips, unconstrained, varying_damping
 from scruton.infer.likelihood import EnvelopeData
 from scruton.infer.models import SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
 from scruton.infer.peaks import fit_peaks, stack
@@ -35,6 +35,7 @@ TRIAL_PRIORS = (
     "trial_residual_rate",
     "noise_factor",
 )
+envelope = record_cycles  # what a fit calls it
 # Below this a steady amplitude is not known, however long the record: calibration of the sensor, drift of the wind.
 STEADY_FLOOR = 0.005
 
@@ -100,6 +101,7 @@ def fit_campaign(
         joint = stack(joint, sampling)
     misfits = misfit(tests)
     sampling.flags += [
+        *slips(campaign, cycles, ringdowns, card.damping_relative_sd),
         *misfits,
         *varying_damping(campaign, ringdowns),
         *unconstrained(tests),
@@ -117,16 +119,6 @@ def fit_campaign(
         campaign, card, rigs, tests, joint, trials, cycles, ringdowns, fronts, sampling,
         command=command, only=only, thorough=thorough, misfit=bool(misfits),
     )  # fmt: skip
-
-
-def envelope(record: Record, still_air_frequency: float) -> Cycles:
-    """Cycle-wise envelope of a record, demodulated unless the file holds an amplitude already."""
-    try:
-        if record.is_envelope:
-            return cycles_from_envelope(record.time, record.response, still_air_frequency)
-        return demodulate(record.time, record.response)
-    except InputError as error:
-        raise InputError(record.path, record.field, error.found, error.wanted) from error
 
 
 def stated_damping(rig: Rig, card: ModelCard, campaign: Campaign) -> Prior:

@@ -4,8 +4,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from scruton.campaign.remarks import Severity, sentences
 from scruton.campaign.schema import Campaign, FloatArray
-from scruton.envelope import RingDown
+from scruton.envelope import Cycles, RingDown, review, weigh
 from scruton.infer import whiteness
 from scruton.infer.results import TestResult
 
@@ -14,6 +15,17 @@ VARIATION = 0.2  # of the mean
 CERTAINTY = 3.0  # joint standard errors
 SERIOUS = 0.01  # p-value, adjusted over the records, below which innovations are not white
 FLOOR = 0.02  # relative error of a band that its scatter cannot show
+
+
+def slips(
+    campaign: Campaign, cycles: Mapping[str, Cycles], ringdowns: Mapping[str, RingDown], stated_sd: float
+) -> list[str]:
+    """What looks like a slip in the campaign, worst first, alike slips in one line.
+
+    `stated_sd` is the relative standard deviation of a damping ratio that is stated without one. Mere properties of
+    records, which `scruton check` notes, are left out.
+    """
+    return sentences(review(weigh(campaign, cycles, ringdowns, stated_sd)), Severity.DOUBT)
 
 
 def damping_varies(ringdown: RingDown) -> tuple[int, int] | None:

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from scruton.campaign import Campaign, Quantity, Record, Rig, Test, load_campaign
-from scruton.envelope import RecordQuality, assess
+from scruton.campaign import Campaign, Fluid, Quantity, Record, Rig, Test, load_campaign
+from scruton.campaign.remarks import sentences
+from scruton.envelope import RecordQuality, gather, review
 from scruton.errors import InputError
 from scruton.report.text import bullets, number, table
 
@@ -25,16 +26,12 @@ def check(path: Path) -> tuple[str, bool]:
     """
     problems: list[InputError] = []
     campaign = load_campaign(path, problems)
-    rows: list[list[str]] = []
-    warnings: list[str] = []
-    for record, owner, frequency, stable in _records(campaign):
-        try:
-            quality = assess(record, frequency=frequency, stable_amplitude=stable)
-        except InputError as error:
-            problems.append(InputError(record.path, record.field, error.found, error.wanted))
-            continue
-        rows.append(_row(record, owner, quality))
-        warnings += quality.warnings
+    evidence = gather(campaign, problems)
+    rows = [
+        _row(record, rig.name if test is None else test.name, evidence.qualities[record.name])
+        for record, rig, test in evidence.records()
+    ]
+    warnings = sentences(review(evidence))
     unit = campaign.section.amplitude_unit
     parts = [_heading(campaign), table(RIG_HEADER, [_rig_row(rig) for rig in campaign.rigs])]
     if campaign.tests:
@@ -50,7 +47,8 @@ def check(path: Path) -> tuple[str, bool]:
         parts.append(table(["sweep of rig", "points", "wind speed [m/s]", f"largest [{unit}]"], sweeps))
     if rows:
         parts.append(table((*RECORD_HEADER[:7], f"amplitude [{unit}]", *RECORD_HEADER[7:]), rows))
-    parts.append(f"{len(warnings)} warnings\n{bullets(warnings)}" if warnings else "No warnings.")
+    counted = "1 warning" if len(warnings) == 1 else f"{len(warnings)} warnings, worst first"
+    parts.append(f"{counted}\n{bullets(warnings)}" if warnings else "No warnings.")
     if problems:
         parts.append(f"{len(problems)} records cannot be used\n" + bullets([str(one) for one in problems]))
     return "\n\n".join(parts), not problems
@@ -64,20 +62,10 @@ RECORD_HEADER = ("record", "of", "kind", "length [s]", "rate [Hz]", "cycles", "f
 def _heading(campaign: Campaign) -> str:
     section = campaign.section
     return (
-        f"{campaign.title}\n{section.motion.value}, B = {number(section.width)} m, D = {number(section.depth)} m; "
+        f"{campaign.title}\n{section.motion.value}, B = {number(section.width)} m, D = {number(section.depth)} m"
+        f"{'' if section.fluid is Fluid.AIR else f', in {section.fluid.value}'}; "
         f"{len(campaign.rigs)} rigs, {len(campaign.tests)} tests"
     )
-
-
-def _records(campaign: Campaign) -> list[tuple[Record, str, float, float | None]]:
-    """Every record with what it belongs to, its still-air frequency and the stable amplitude that is stated."""
-    found = [(record, rig.name, rig.frequency.mean, None) for rig in campaign.rigs for record in rig.records]
-    wind = []
-    for test in campaign.tests:
-        stable = test.stable_amplitude.mean if test.stable_amplitude else None
-        frequency = campaign.rig(test.rig).frequency.mean
-        wind += [(record, test.name, frequency, stable) for record in test.records]
-    return [*found, *wind]
 
 
 def _stated(quantity: Quantity | None, factor: float = 1.0) -> str:

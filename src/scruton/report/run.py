@@ -278,9 +278,15 @@ def parse_damping(text: str) -> Quantity:
         values = [float(part) for part in re.split(r"\s*(?:\+/-|±)\s*", text.strip())]
     except ValueError:
         raise InputError("command line", "--damping", f'"{text}"', wanted) from None
-    if len(values) > 2 or not 0 < values[0] < 1 or (len(values) == 2 and values[1] < 0):
+    if len(values) > 2 or not 0 < values[0] < 1 or not all(math.isfinite(one) and one >= 0 for one in values):
         raise InputError("command line", "--damping", f'"{text}"', wanted + ", between 0 and 1")
     return Quantity(values[0], values[1] if len(values) == 2 else None)
+
+
+def check_law(law_n: float | None) -> None:
+    """Refuse an exponent that is no number, before any work is done."""
+    if law_n is not None and not math.isfinite(law_n):
+        raise InputError("command line", "--law", str(law_n), "a finite exponent such as --law -1")
 
 
 def check_effect(summary: dict[str, Any], effect: str | None, results: Path) -> None:
@@ -320,6 +326,7 @@ def predict_text(
 
     if not scruton_numbers and not damping_ratios:
         raise InputError("command line", "--sc", "no design Scruton number", "--sc 30, or --damping 0.003")
+    check_law(law_n)
     tree, summary = read_tree(results)
     if not summary["tests"]:
         raise InputError(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scruton.documents import write_document
 from scruton.errors import InputError
 from scruton.report.figures.sizing import CONFIDENCES
-from scruton.report.run import Bar, check_effect, parse_damping
+from scruton.report.run import Bar, check_effect, check_law, parse_damping
 from scruton.report.text import bullets, number, table
 from scruton.workspace import Workspace
 
@@ -59,6 +59,7 @@ def run_size(
     folder = out if out is not None else results / "sizing"
     if seed < 0:
         raise InputError("command line", "--seed", str(seed), "a whole number, zero or more")
+    check_law(law_n)
     rules = [limit(one) for one in limits]
     tree, summary = read_tree(results)
     if not summary["tests"]:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scruton.campaign.plausibility import damping_flag
 from scruton.campaign.schema import FloatArray, Motion
 from scruton.errors import InputError
 from scruton.griffin.curves import law_curves, what_if
@@ -164,6 +165,8 @@ def _mode(model: ModeModel, rules: Sequence[Limit], seed: int, tell: Progress) -
         "shares": {name: [vars(share) for share in rows] for name, rows in parts.items()},
         "flags": flags(model, draws),
     }  # fmt: skip
+    if flag := damping_flag(mode.damping_ratio.mean):
+        entry["flags"].append(f"mode {mode.name}: {flag}")
     tell(f"mode {mode.name}: tuned mass damper", 0.4)
     entry["damper"] = damper = _damper(model, chosen, seed)
     if bridge.damper.largest_stroke is None and damper["dampers"] and damper["stroke"]["high"] > LONG_STROKE:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from scruton.campaign.schema import Campaign, Motion, Quantity, Record
+from scruton.campaign.schema import Campaign, Fluid, Motion, Quantity, Record
 
 _DIGITS = 5  # significant, of the largest reading
 
@@ -32,7 +32,8 @@ def write_case(campaign: Campaign, folder: Path) -> None:
             "motion": motion.value,
             "width": f"{campaign.section.width!r} m",
             "depth": f"{campaign.section.depth!r} m",
-        },
+        }
+        | ({} if campaign.section.fluid is Fluid.AIR else {"fluid": campaign.section.fluid.value}),
         "rigs": [
             {"name": rig.name}
             | ({"mass": _stated(rig.mass, mass_unit)} if rig.mass else {})

@@ -71,7 +71,7 @@ def _assumptions(material: Material) -> tuple[str, ...]:
         "the tunnel.",
         "A new setting is at the wind speed of the largest amplitude, and exchangeable with the settings tested.",
     ]  # fmt: skip
-    if any("damping" in flag for flag in fit.flags) or not fit.ringdowns:
+    if len(fit.ringdowns) < len(fit.campaign.rigs):
         found.append("Structural damping is as stated, with the uncertainty that the model card gives it.")
     return tuple(found)
 

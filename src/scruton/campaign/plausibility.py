@@ -1,0 +1,189 @@
+"""What a campaign states, held against what can be: slips of the pen that no signal has to be processed to see."""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from scruton.campaign.duplicates import duplicates
+from scruton.campaign.remarks import Remark, Severity, figure
+from scruton.campaign.schema import Campaign, Fluid, Motion, Quantity, Rig
+
+FAR = 2.0  # times beyond its bound a number is no longer unusual but a slip
+LARGEST_SD = 0.3  # of the mean: what is known no better was not measured, or its sd has another unit
+
+
+@dataclass(frozen=True)
+class Range:
+    """Numbers that somebody may have measured, both bounds included; `why` says what lies outside."""
+
+    low: float
+    high: float
+    unit: str
+    why: str
+
+
+# What was ever tested, with room to spare.  The paper's sections have B/D of 4 to 12, U/(f0 D) of 8 to 13 and 100 to
+# 300 times the density of air; flat plates, cables and cylinders in water lie farther out.
+SLENDERNESS = Range(0.2, 50.0, "", "no deck or cylinder is so; a width in another unit than the depth is")
+DEPTH = Range(0.001, 10.0, "m", "no section model is so deep; one in another unit is")
+DENSITY = {
+    Fluid.AIR: Range(0.8, 1.5, "kg/m^3", 'that is not air near the ground; of water, [section] says fluid = "water"'),
+    Fluid.WATER: Range(950.0, 1050.0, "kg/m^3", "that is not water, fresh or salt"),
+}
+REDUCED_VELOCITY = Range(1.0, 60.0, "", "vortices shed at 1/St, 4 to 20 for every section known, and lock in around it")
+# Mass over that of the fluid which the section displaces: foam to lead, and the frame and arms that move along.
+HEAVINESS = {
+    Fluid.AIR: Range(5.0, 3e4, "", "lighter than foam or heavier than lead with its frame"),
+    Fluid.WATER: Range(0.1, 100.0, "", "lighter than any float or heavier than lead with its frame"),
+}
+DAMPING = Range(1e-4, 0.1, "", "no structure has so little or so much; a percentage is a hundred times its ratio")
+AMPLITUDE = {
+    Motion.HEAVING: Range(0.0, 0.5, "A/D", "vortices drive no deck so far; a length in another unit looks so"),
+    Motion.TORSIONAL: Range(0.0, 0.35, "rad", "vortices turn no deck so far (20 deg); degrees read as radians look so"),
+}
+
+
+def implausible(campaign: Campaign) -> list[Remark]:
+    """Remark on everything that `campaign.toml` and its tables state and that can hardly be.
+
+    Parameters
+    ----------
+    campaign : Campaign
+
+    Returns
+    -------
+    list of Remark
+        In no order; `scruton.campaign.remarks.sentences` ranks and folds.
+    """
+    return [*campaign.remarks, *(remark for check in CHECKS for remark in check(campaign))]
+
+
+def damping_flag(damping_ratio: float) -> str:
+    """Say of a design damping ratio that no structure has it; empty of one that some structure may have."""
+    found = [one.text for one in outside(damping_ratio, DAMPING, "damping", "", "", "the design damping ratio")]
+    return found[0].rstrip(".") if found and damping_ratio > DAMPING.high else ""
+
+
+def outside(value: float, wanted: Range, kind: str, of: str, name: str, what: str) -> Iterator[Remark]:
+    """Remark where `value`, which is `what`, lies outside the range wanted (nothing where it is NaN)."""
+    if wanted.low <= value <= wanted.high or math.isnan(value):
+        return
+    excess = wanted.low / max(value, 1e-300) if value < wanted.low else value / wanted.high
+    unit = f" {wanted.unit}" if wanted.unit else ""
+    number = figure(value) if value >= 100.0 else f"{value:.3g}"
+    bounds = f"outside {wanted.low:g} to {wanted.high:g}{unit} ({wanted.why})"
+    yield Remark(
+        Severity.SERIOUS if excess >= FAR else Severity.DOUBT, kind, of, name,
+        f"{what} is {number}{unit}, {bounds}.", f"{what} is {{}}{unit}, {bounds},", value, excess,
+    )  # fmt: skip
+
+
+def _section(campaign: Campaign) -> Iterator[Remark]:
+    section = campaign.section
+    yield from outside(section.width / section.depth, SLENDERNESS, "slenderness", "", "section", "B/D")
+    yield from outside(section.depth, DEPTH, "depth", "", "section", "the depth D")
+
+
+def _density(campaign: Campaign) -> Iterator[Remark]:
+    wanted = DENSITY[campaign.section.fluid]
+    for test in campaign.tests:
+        yield from outside(test.air_density.mean, wanted, "density", "test", test.name, "the air density")
+    for sweep in campaign.sweeps:
+        yield from outside(sweep.air_density.mean, wanted, "density", "sweep of rig", sweep.rig, "the air density")
+
+
+def _reduced_velocity(campaign: Campaign) -> Iterator[Remark]:
+    for test in campaign.tests:
+        reduced = test.wind_speed.mean / (campaign.rig(test.rig).frequency.mean * campaign.section.depth)
+        yield from outside(reduced, REDUCED_VELOCITY, "reduced velocity", "test", test.name, "U/(f0 D)")
+    for sweep in campaign.sweeps:
+        # a sweep may begin in still air; its fastest point must be a wind
+        scale = campaign.rig(sweep.rig).frequency.mean * campaign.section.depth
+        fastest = float(np.max(sweep.wind_speed)) / scale
+        what = "the largest U/(f0 D)"
+        yield from outside(fastest, REDUCED_VELOCITY, "reduced velocity", "sweep of rig", sweep.rig, what)
+
+
+def _mass(campaign: Campaign) -> Iterator[Remark]:
+    wanted = HEAVINESS[campaign.section.fluid]
+    heaving = campaign.section.motion is Motion.HEAVING
+    what = "the mass over that of the fluid displaced" if heaving else "the inertia over that of the fluid displaced"
+    for rig in campaign.rigs:
+        density = next((test.air_density.mean for test in campaign.tests if test.rig == rig.name), math.nan)
+        # a density that is no fluid's is remarked on by itself, and says nothing of the mass
+        inside = DENSITY[campaign.section.fluid].low <= density <= DENSITY[campaign.section.fluid].high
+        if rig.mass is not None and inside:
+            yield from outside(heaviness(campaign, rig, density), wanted, "mass", "rig", rig.name, what)
+
+
+def heaviness(campaign: Campaign, rig: Rig, density: float) -> float:
+    """Mass (or inertia) of a rig over that of the fluid, of this density [kg/m^3], which a B by D section displaces."""
+    section = campaign.section
+    displaced = density * section.width * section.depth
+    if section.motion is Motion.TORSIONAL:
+        displaced *= (section.width**2 + section.depth**2) / 12.0
+    return math.nan if rig.mass is None else rig.mass.mean / displaced
+
+
+def _damping(campaign: Campaign) -> Iterator[Remark]:
+    for rig in campaign.rigs:
+        if rig.damping_ratio is not None:
+            what = "the damping ratio stated"
+            yield from outside(rig.damping_ratio.mean, DAMPING, "damping stated", "rig", rig.name, what)
+
+
+def _stable_amplitude(campaign: Campaign) -> Iterator[Remark]:
+    wanted = AMPLITUDE[campaign.section.motion]
+    for test in campaign.tests:
+        if test.stable_amplitude is not None:
+            what = "the stable amplitude stated"
+            yield from outside(test.stable_amplitude.mean, wanted, "amplitude", "test", test.name, what)
+    for sweep in campaign.sweeps:
+        largest = float(np.max(sweep.amplitude))
+        yield from outside(largest, wanted, "amplitude", "sweep of rig", sweep.rig, "the largest amplitude")
+
+
+def _uncertainty(campaign: Campaign) -> Iterator[Remark]:
+    stated: list[tuple[str, str, str, Quantity | None]] = []
+    for rig in campaign.rigs:
+        stated += [
+            ("rig", rig.name, what, one)
+            for what, one in (("mass", rig.mass), ("frequency", rig.frequency), ("damping ratio", rig.damping_ratio))
+        ]
+    for test in campaign.tests:
+        stated += [
+            ("test", test.name, what, one)
+            for what, one in (
+                ("air density", test.air_density), ("wind speed", test.wind_speed),
+                ("stable amplitude", test.stable_amplitude),
+            )
+        ]  # fmt: skip
+    for of, name, what, one in stated:
+        if one is not None and one.sd is not None and one.sd > LARGEST_SD * one.mean:
+            share, most = 100.0 * one.sd / one.mean, f"{100.0 * LARGEST_SD:.0f} %"
+            sd_of = f"the standard deviation of the {what} is"
+            yield Remark(
+                Severity.DOUBT, "uncertainty", of, name,
+                f"{sd_of} {share:.3g} % of its mean, above {most}; an interval or a percentage is none.",
+                f"{sd_of} {{}} % of its mean, above {most},",
+                share, share / (100.0 * LARGEST_SD),
+            )  # fmt: skip
+
+
+def _sweeps(campaign: Campaign) -> Iterator[Remark]:
+    for sweep in campaign.sweeps:
+        size = sweep.amplitude.size
+        if not np.any(sweep.amplitude > 0.0):
+            text = "every amplitude of the sweep is zero"
+        elif size < 2:
+            text = "the sweep has one point, which tells no range of lock-in"
+        else:
+            continue
+        yield Remark(Severity.DOUBT, "sweep", "sweep of rig", sweep.rig, f"{text}.", text)
+
+
+CHECKS: tuple[Callable[[Campaign], Iterator[Remark]], ...] = (
+    _section, _density, _reduced_velocity, _mass, _damping, _stable_amplitude, _uncertainty, _sweeps, duplicates,
+)  # fmt: skip

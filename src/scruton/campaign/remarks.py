@@ -1,0 +1,100 @@
+"""What is remarked about a campaign: who makes a slip finds it here, worst first, and alike slips in one line."""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+
+LISTED = 6  # names that one line carries; a longer list hides the sentence before it
+
+
+class Severity(IntEnum):
+    """How much a remark is to be minded."""
+
+    NOTE = 1  # a property of a record that a fit allows for
+    DOUBT = 2  # a slip perhaps: somebody has to look
+    SERIOUS = 3  # a slip, or results that rest on one
+
+
+@dataclass(frozen=True)
+class Remark:
+    """One thing that looks wrong with one record, rig, test or other part of a campaign.
+
+    Attributes
+    ----------
+    severity : Severity
+    kind : str
+        Remarks of one kind about several subjects fold into one line.
+    of : str
+        What the subject is: "record", "rig", "test", "sweep", ... ; empty where the name says all.
+    name : str
+        The subject's name.
+    text : str
+        The sentence, without its subject, with a full stop.
+    alike : str
+        The same of several subjects at once, without a full stop; `{}` stands for the range of their values.
+    value : float
+        The number in question, NaN where there is none.
+    excess : float
+        How many times its limit the number is, 1 or more: the worse of two remarks has the larger one.
+    """
+
+    severity: Severity
+    kind: str
+    of: str
+    name: str
+    text: str
+    alike: str
+    value: float = math.nan
+    excess: float = 1.0
+
+    @property
+    def sentence(self) -> str:
+        """The remark with its subject: a record goes by its name alone."""
+        return f"{self.name if self.of in ('record', '') else f'{self.of} {self.name}'}: {self.text}"
+
+
+def sentences(remarks: Iterable[Remark], least: Severity = Severity.NOTE) -> list[str]:
+    """Rank remarks, fold those that are alike, and say each in one sentence.
+
+    Parameters
+    ----------
+    remarks : iterable of Remark
+    least : Severity
+        Remarks below it are left out.
+
+    Returns
+    -------
+    list of str
+        Worst first: by severity, then by the largest excess.
+    """
+    groups: dict[tuple[str, str, str], list[Remark]] = {}
+    for one in remarks:
+        if one.severity >= least:
+            groups.setdefault((one.kind, one.of, one.alike), []).append(one)
+    ranked = [sorted(group, key=_badness, reverse=True) for group in groups.values()]
+    return [_said(group) for group in sorted(ranked, key=lambda group: _badness(group[0]), reverse=True)]
+
+
+def _badness(one: Remark) -> tuple[int, float]:
+    return one.severity, one.excess
+
+
+def _said(group: Sequence[Remark]) -> str:
+    mark = "serious: " if group[0].severity is Severity.SERIOUS else ""
+    if len(group) == 1:
+        return mark + group[0].sentence
+    names = list(dict.fromkeys(one.name for one in group))
+    listed = ", ".join(names[:LISTED]) + (f" and {len(names) - LISTED} more" if len(names) > LISTED else "")
+    what = group[0].alike.replace("{}", _range([one.value for one in group]))
+    return f"{mark}{what} in {len(names)} {group[0].of}{'' if len(names) == 1 else 's'}: {listed}."
+
+
+def _range(values: Sequence[float]) -> str:
+    low, high = figure(min(values)), figure(max(values))
+    return low if low == high else f"{low} to {high}"
+
+
+def figure(value: float) -> str:
+    """Write a number with two digits, and without an exponent where it has up to six before the point."""
+    return f"{value:.0f}" if 100.0 <= abs(value) < 1e6 else f"{value:.2g}"

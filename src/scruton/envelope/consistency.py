@@ -1,0 +1,279 @@
+"""Records held against what is stated, and against each other: the slips that only the envelopes tell.
+
+`review` is the door: it collects every remark on a campaign, those of `scruton.campaign.plausibility` and of
+`scruton.envelope.quality` among them.
+"""
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scruton.campaign.plausibility import AMPLITUDE, DAMPING, FAR, implausible, outside
+from scruton.campaign.remarks import Remark, Severity, figure
+from scruton.campaign.schema import Kind, Record, Test
+from scruton.envelope.evidence import Evidence
+from scruton.envelope.ringdown import DampingBand, RingDown
+
+# Thresholds: what they are of, and why.
+STILL_FREQUENCY = 0.02  # of f0: a rig is retuned by less, and amplitude moves it by less, between stating and plucking
+WIND_FREQUENCY = 0.08  # of f0: added mass and lock-in of the sections at hand move it by up to 3 %
+FINE = 8.0  # samples per stated cycle: six is what demodulation needs, and a thinned record has no harmonic to check
+NYQUIST = 2.2  # samples per stated cycle: below, with the filter's margin, a line is an alias
+TREND = 1.1  # of the first amplitude: growths of a tenth are no turbulence that a fitted exponential follows
+LEVELS = 1.25  # between growth and decay of one test: turbulence and drift differ by a tenth from record to record
+# The same where a record ends before it has settled: what it heads for erred by factors up to 6 in `challenge make
+# --cases 90 --seed 5`.
+EXTRAPOLATED = 7.0
+SETTLED = 3.0  # relaxation times after which a transient has shown its stable amplitude to 5 %
+BAND_FLOOR = 0.02  # relative error of a band of damping that its scatter cannot show
+CLEAR_BAND = 0.1  # relative standard error above which a band of damping contradicts nobody
+SIGMAS = 3.0  # joint standard deviations
+DAMPING_FACTOR = 2.0  # by which damping never changes between stating and plucking
+DEAD = 1.0 / 3.0  # of the samples, in stretches that do not move
+STILL = 0.5  # cycles without any change after which the signal does not move
+# What a record of another kind, level or length than it is filed as would also be noted for.
+CAUSES = ("kind", "stated level", "dead")
+CONSEQUENCES = ("decay start", "growth start", "length")
+
+
+def review(evidence: Evidence) -> list[Remark]:
+    """Collect every remark on a campaign.
+
+    Parameters
+    ----------
+    evidence : Evidence
+
+    Returns
+    -------
+    list of Remark
+        In no order; `scruton.campaign.remarks.sentences` ranks and folds.
+    """
+    found = [*implausible(evidence.campaign), *(remark for check in CHECKS for remark in check(evidence))]
+    slipped = {one.name for one in found if one.kind in CAUSES}
+    notes = [remark for one in evidence.qualities.values() for remark in one.remarks]
+    return found + [one for one in notes if one.kind not in CONSEQUENCES or one.name not in slipped]
+
+
+def _frequency(evidence: Evidence) -> Iterator[Remark]:
+    """The line that was followed, against the frequency stated for the rig."""
+    for record, rig, test in evidence.records():
+        if record.is_envelope:
+            continue
+        line, stated = evidence.cycles[record.name].reference_frequency, rig.frequency.mean
+        limit = STILL_FREQUENCY if test is None else WIND_FREQUENCY
+        departure = abs(line / stated - 1.0)
+        if departure > limit:
+            where = "still air" if test is None else "wind"
+            yield Remark(
+                Severity.SERIOUS if departure > FAR * limit else Severity.DOUBT, "frequency", "record", record.name,
+                f"the line followed is at {line:.4g} Hz, {line / stated:.3g} times the f0 = {stated:.4g} Hz stated for "
+                f"rig {rig.name}, more than {100 * limit:.0f} % off in {where}: f0, the record's time, or another "
+                "motion than the section's.",
+                "the line followed is at {} times the f0 stated for its rig",
+                line / stated, max(departure / limit, abs(math.log(line / stated)) / limit),
+            )  # fmt: skip
+
+
+def _sampling(evidence: Evidence) -> Iterator[Remark]:
+    """Records that are sampled too coarsely for the frequency stated."""
+    for record, rig, _ in evidence.records():
+        if record.is_envelope:
+            continue
+        rate, f0 = evidence.qualities[record.name].sample_rate, rig.frequency.mean
+        if rate >= FINE * f0:
+            continue
+        alias = rate < NYQUIST * f0
+        line = evidence.cycles[record.name].reference_frequency
+        follows = (
+            f"a motion at f0 is seen as an alias, and the line followed at {line:.4g} Hz ({line / f0:.3g} times f0) "
+            "may be one"
+            if alias
+            else "a thinned record hides harmonics and clipping"
+        )
+        yield Remark(
+            Severity.SERIOUS if alias else Severity.DOUBT, "alias" if alias else "thinned", "record", record.name,
+            f"{rate:.4g} samples a second are {rate / f0:.2g} per cycle of the f0 = {f0:.4g} Hz stated for rig "
+            f"{rig.name}; below {NYQUIST if alias else FINE:g} {follows}.",
+            f"{{}} samples per cycle of f0 (below {NYQUIST if alias else FINE:g}: "
+            f"{'what is followed may be an alias' if alias else 'thinned'})",
+            rate / f0, (NYQUIST if alias else FINE) * f0 / rate,
+        )  # fmt: skip
+
+
+def _kind(evidence: Evidence) -> Iterator[Remark]:
+    """A growth that was filed as a decay, or the reverse, by the exponential fitted to the envelope."""
+    for record, _, _ in evidence.records():
+        fitted = evidence.qualities[record.name].relaxation
+        if fitted is None:
+            continue
+        duration = float(record.time[-1] - record.time[0])
+        first = fitted.first_amplitude
+        last = fitted.stable_amplitude + (first - fitted.stable_amplitude) * math.exp(-fitted.rate * duration)
+        ratio = max(last, 1e-300) / max(first, 1e-300)
+        rises = record.kind is Kind.GROWTH
+        if (ratio < 1.0 / TREND) if rises else (ratio > TREND):
+            word = "falls" if rises else "grows"
+            yield Remark(
+                Severity.SERIOUS, "kind", "record", record.name,
+                f'filed as "{record.kind.value}", but the amplitude {word} from {first:.3g} to {last:.3g}.',
+                f'filed as "{record.kind.value}", but the amplitude {word}', ratio, max(ratio, 1.0 / ratio),
+            )  # fmt: skip
+
+
+def _levels(evidence: Evidence) -> Iterator[Remark]:
+    """Growths and decays of one test, which must end at one amplitude."""
+    for test in evidence.campaign.tests:
+        ends = {kind: _ends(test, kind, evidence) for kind in (Kind.GROWTH, Kind.DECAY)}
+        pairs = [(growth, decay, _apart(growth, decay)) for growth in ends[Kind.GROWTH] for decay in ends[Kind.DECAY]]
+        worst = max(pairs, key=lambda pair: pair[2], default=None)
+        if worst is None or worst[2] <= 1.0:
+            continue
+        growth, decay, ratio = worst
+        yield Remark(
+            Severity.SERIOUS if ratio > FAR else Severity.DOUBT, "levels", "test", test.name,
+            f"growth and decay settle at amplitudes that differ by a factor {ratio:.3g} ({growth.name} at "
+            f"{growth.level:.3g}, {decay.name} at {decay.level:.3g}): a unit or gain of one of them, or two stable "
+            "amplitudes.",
+            "growth and decay settle at amplitudes that differ by a factor {}", ratio, ratio / LEVELS,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _End:
+    """Where a transient ends: its mean over the last quarter, and the level that it settles at or heads for."""
+
+    name: str
+    tail: float
+    level: float
+    settled: bool
+
+    @classmethod
+    def of(cls, record: Record, evidence: Evidence) -> "_End":
+        amplitude, fitted = evidence.cycles[record.name].amplitude, evidence.qualities[record.name].relaxation
+        tail = float(np.mean(amplitude[-max(3, len(amplitude) // 4) :]))
+        assert fitted is not None  # growths and decays have one
+        settled = fitted.rate * float(record.time[-1] - record.time[0]) >= SETTLED
+        # a trend that is led on to nothing says nothing of the level
+        heads_for = fitted.stable_amplitude if fitted.stable_amplitude > 0.0 and not settled else tail
+        return cls(record.name, tail, heads_for, settled)
+
+
+def _ends(test: Test, kind: Kind, evidence: Evidence) -> list[_End]:
+    """Where the transients of one kind end, those left out that end in nothing."""
+    usable = [one for one in test.records if one.kind is kind and one.name in evidence.qualities]
+    ends = [_End.of(one, evidence) for one in usable if _standing(one, evidence) < DEAD]
+    return [one for one in ends if one.tail > 0.0]
+
+
+def _apart(growth: _End, decay: _End) -> float:
+    """Factor between the levels of a growth and a decay where it contradicts; 1 where it does not.
+
+    A growth that has not settled yet lies below, and a decay above: only the other order contradicts, unless what they
+    head for is far apart.
+    """
+    factor = max(growth.level / decay.level, decay.level / growth.level)
+    if factor > (LEVELS if growth.settled and decay.settled else EXTRAPOLATED):
+        return factor
+    crossed = growth.tail / decay.tail
+    return crossed if crossed > LEVELS else 1.0
+
+
+def _stated_level(evidence: Evidence) -> Iterator[Remark]:
+    """The stable amplitude that is stated, against what the test's records settle at."""
+    for test in evidence.campaign.tests:
+        if test.stable_amplitude is None:
+            continue
+        stated = test.stable_amplitude.mean
+        ends = [*_ends(test, Kind.GROWTH, evidence), *_ends(test, Kind.DECAY, evidence)]
+        for end in ends:
+            ratio = end.level / stated
+            if end.settled and max(ratio, 1.0 / ratio) > LEVELS:
+                yield Remark(
+                    Severity.SERIOUS if max(ratio, 1.0 / ratio) > FAR else Severity.DOUBT, "stated level", "record",
+                    end.name,
+                    f"settles at {end.level:.3g}, {ratio:.3g} times the stable amplitude {stated:.3g} stated for test "
+                    f"{test.name}.",
+                    "the record settles at {} times the stable amplitude stated for its test", ratio,
+                    max(ratio, 1.0 / ratio) / LEVELS,
+                )  # fmt: skip
+
+
+def _damping(evidence: Evidence) -> Iterator[Remark]:
+    """The damping of the ring-downs, against what is stated and against what can be."""
+    for rig in evidence.campaign.rigs:
+        ringdown = evidence.ringdowns.get(rig.name)
+        if ringdown is None:
+            continue
+        xi = ringdown.damping_ratio
+        stated = rig.damping_ratio
+        if stated is None:
+            yield from outside(xi, DAMPING, "damping measured", "rig", rig.name, "the damping ratio of the ring-downs")
+            continue
+        sd = evidence.stated_sd * stated.mean if stated.sd is None else stated.sd
+        ratio = xi / stated.mean
+        sigmas = _sigmas(stated.mean, sd, ringdown)
+        twice = not 1.0 / DAMPING_FACTOR < ratio < DAMPING_FACTOR
+        if sigmas > SIGMAS or (twice and sigmas > 0.0):
+            yield Remark(
+                Severity.SERIOUS if twice else Severity.DOUBT, "damping", "rig", rig.name,
+                f"the ring-downs show a damping ratio of {xi:.3g}, {ratio:.3g} times the {stated.mean:.3g} stated"
+                f"{f' and {figure(sigmas)} standard deviations from it' if sigmas > SIGMAS else ''}.",
+                "the ring-downs show {} times the damping ratio stated", ratio,
+                max(sigmas / SIGMAS, ratio / DAMPING_FACTOR, 1.0 / max(DAMPING_FACTOR * ratio, 1e-9)),
+            )  # fmt: skip
+
+
+def _sigmas(stated: float, sd: float, ringdown: RingDown) -> float:
+    """Joint standard deviations by which a stated damping ratio misses every amplitude's; 0 where one shows it.
+
+    Damping may vary with amplitude: what is stated at one of them contradicts nobody.
+    """
+    bands = [one for one in ringdown.bands if _error(one) < CLEAR_BAND * abs(one.damping_ratio)]
+    if not bands:
+        return abs(ringdown.damping_ratio - stated) / math.hypot(sd, ringdown.damping_ratio_sd)
+    misses = [(one.damping_ratio - stated) / math.hypot(sd, _error(one)) for one in bands]
+    return 0.0 if min(misses) <= 0.0 <= max(misses) else min(abs(one) for one in misses)
+
+
+def _error(band: DampingBand) -> float:
+    return math.hypot(band.sd / math.sqrt(band.plucks), BAND_FLOOR * abs(band.damping_ratio))
+
+
+def _amplitude(evidence: Evidence) -> Iterator[Remark]:
+    """Amplitudes that no section reaches; in still air a hand may pull it anywhere."""
+    wanted = AMPLITUDE[evidence.campaign.section.motion]
+    for record, _, test in evidence.records():
+        largest = evidence.qualities[record.name].amplitude_range[1]
+        for one in outside(largest, wanted, "amplitude", "record", record.name, "the largest amplitude"):
+            yield one if test is not None else replace(one, severity=Severity.DOUBT)
+
+
+def _dead(evidence: Evidence) -> Iterator[Remark]:
+    """Records that stand still, at zero or at another reading, for a third of their samples or more."""
+    for record, _, _ in evidence.records():
+        share = _standing(record, evidence)
+        if share >= DEAD:
+            yield Remark(
+                Severity.DOUBT, "dead", "record", record.name,
+                f"{100 * share:.0f} % of the record do not move, at zero or another constant; start and stop cut it.",
+                "{} % of the record do not move, at zero or another constant,", 100.0 * share, share / DEAD,
+            )  # fmt: skip
+
+
+def _standing(record: Record, evidence: Evidence) -> float:
+    """Share of the samples that stand in long stretches of one value (in an envelope, of zero)."""
+    quality = evidence.qualities[record.name]
+    longest = max(3, round(STILL * quality.sample_rate / quality.frequency))
+    same = np.diff(record.response) == 0.0
+    if record.is_envelope:
+        same &= record.response[1:] == 0.0
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], same, [False]])))
+    lengths = edges[1::2] - edges[::2] + 1
+    return float(np.sum(lengths[lengths > longest])) / record.response.size
+
+
+CHECKS: tuple[Callable[[Evidence], Iterator[Remark]], ...] = (
+    _frequency, _sampling, _kind, _levels, _stated_level, _damping, _amplitude, _dead,
+)  # fmt: skip

@@ -1,0 +1,53 @@
+"""Remarks are ranked, worst first, and alike ones are one line."""
+
+from scruton.campaign.remarks import LISTED, Remark, Severity, figure, sentences
+
+
+def drift(name, value, severity=Severity.NOTE):
+    return Remark(
+        severity, "frequency drift", "record", name, f"the frequency drifts by {value} %.",
+        "the frequency drifts by {} %", value, value / 1.0,
+    )  # fmt: skip
+
+
+def test_one_remark_is_its_own_sentence():
+    assert sentences([drift("a.csv", 1.5)]) == ["a.csv: the frequency drifts by 1.5 %."]
+
+
+def test_alike_remarks_fold_into_the_range_of_their_numbers_and_the_worst_comes_first():
+    (line,) = sentences([drift("a.csv", 1.0), drift("b.csv", 2.6), drift("c.csv", 1.7)])
+    assert line == "the frequency drifts by 1 to 2.6 % in 3 records: b.csv, c.csv, a.csv."
+
+
+def test_a_long_list_of_names_is_cut():
+    (line,) = sentences([drift(f"{i}.csv", 1.0 + i) for i in range(19)])
+    assert "in 19 records" in line
+    assert line.count(".csv") == LISTED
+    assert line.endswith(f"and {19 - LISTED} more.")
+
+
+def test_the_worst_remark_comes_first_whatever_the_order():
+    rig = Remark(Severity.SERIOUS, "damping", "rig", "6#", "too much.", "too much", 100.0, 1.2)
+    test = Remark(Severity.DOUBT, "levels", "test", "Sc 1", "two levels.", "two levels", 2.0, 90.0)
+    found = [drift("a.csv", 50.0), test, rig]
+    assert sentences(found) == sentences(found[::-1])
+    assert sentences(found) == [
+        "serious: rig 6#: too much.", "test Sc 1: two levels.", "a.csv: the frequency drifts by 50.0 %."
+    ]  # fmt: skip
+
+
+def test_remarks_below_a_severity_are_left_out():
+    assert sentences([drift("a.csv", 1.0)], Severity.DOUBT) == []
+    assert len(sentences([drift("a.csv", 1.0, Severity.DOUBT)], Severity.DOUBT)) == 1
+
+
+def test_remarks_of_other_subjects_do_not_fold():
+    one = Remark(Severity.DOUBT, "amplitude", "record", "a", "large.", "large", 1.0)
+    other = Remark(Severity.DOUBT, "amplitude", "test", "a", "large.", "large", 1.0)
+    assert len(sentences([one, other])) == 2
+
+
+def test_figures_are_short_and_without_exponents_where_a_reader_would_stumble():
+    assert [figure(one) for one in (0.0123, 1.27, 99.4, 993.2, 86400.0, 3.2e-8)] == [
+        "0.012", "1.3", "99", "993", "86400", "3.2e-08"
+    ]  # fmt: skip

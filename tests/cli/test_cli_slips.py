@@ -1,0 +1,132 @@
+"""Slips of the pen as a user meets them: in `check`, in fit.json, at the design."""
+
+import json
+
+import numpy as np
+import pytest
+
+from scruton.cli import main
+from scruton.infer.cards import load_card
+
+CARD = """extends = "paper"
+name = "quick"
+[sampler]
+ensembles = 2
+walkers = 32
+draws = 8
+min_ess = 50
+max_rhat = 1.5
+max_steps = 200
+"""
+
+
+def run(*arguments, capsys):
+    code = main([str(one) for one in arguments])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def resampled(time, response):
+    even = np.arange(time[0], time[-1], 1.0 / 8.5)
+    return even, np.interp(even, time, response)
+
+
+LINE = (
+    "serious: the line followed is at 0.1 times the f0 stated for its rig in 3 records: still.csv, decay.csv, "
+    "growth.csv."
+)
+
+
+@pytest.mark.parametrize(
+    ("slip", "kwargs", "flag"),
+    [
+        (("7.87 Hz", "78.7 Hz"), {}, LINE),
+        (
+            ("mean = 0.0065", "mean = 0.65"),
+            {},
+            "the ring-downs show a damping ratio of 0.0065, 0.01 times the 0.65 stated",
+        ),
+        (
+            (),
+            {"record": "decay.csv", "change": resampled},
+            "decay.csv: the line followed is at 0.6309 Hz, 0.0802 times",
+        ),
+    ],
+    ids=["78.7 Hz", "0.65", "8.5 samples a second"],
+)
+def test_a_slip_is_in_check_and_among_the_flags_of_the_fit(with_slip, tmp_path, slip, kwargs, flag, capsys):
+    folder = with_slip(*slip, **kwargs)
+    code, out, _ = run("check", folder, capsys=capsys)
+    assert code == 0
+    assert "worst first" in out
+    assert flag in out
+    (tmp_path / "quick.toml").write_text(CARD, encoding="utf-8")
+    code, _, error = run(
+        "fit", folder, "-o", tmp_path / "fit", "--model", tmp_path / "quick.toml", "--quiet", capsys=capsys
+    )
+    assert code in (0, 1)
+    flags = json.loads((tmp_path / "fit" / "fit.json").read_text(encoding="utf-8"))["flags"]
+    assert sum(flag in one for one in flags) == 1
+    assert flag in error
+
+
+def test_a_campaign_without_a_slip_has_no_flag(small_results):
+    flags = json.loads((small_results / "fit.json").read_text(encoding="utf-8"))["flags"]
+    assert not any("serious" in one or "stated" in one for one in flags)
+
+
+def test_check_puts_the_worst_first_and_folds_what_is_alike(with_slip, capsys):
+    folder = with_slip("7.87 Hz", "78.7 Hz", "0.04 kg/m", "4 kg/m")
+    _, out, _ = run("check", folder, capsys=capsys)
+    lines = [one for one in out.splitlines() if one.startswith("  ! ")]
+    assert f"{len(lines)} warnings, worst first" in out
+    assert lines[0] == f"  ! {LINE}"
+    assert [one.startswith("  ! serious: ") for one in lines] == [True, True, False, False]
+
+
+def test_predict_flags_a_damping_that_no_structure_has(small_results, capsys):
+    code, out, _ = run("predict", small_results, "--damping", 0.3, capsys=capsys)
+    assert code == 0
+    assert "the design damping ratio is 0.3, outside 0.0001 to 0.1" in out
+    _, out, _ = run("predict", small_results, "--damping", 0.3, "--damping", 0.01, "--json", capsys=capsys)
+    high, usual = json.loads(out)["predictions"]
+    assert any("design damping ratio" in flag for flag in high["flags"])
+    assert not any("design damping ratio" in flag for flag in usual["flags"])
+
+
+def test_size_flags_a_damping_that_no_structure_has(small_results, tmp_path, capsys):
+    arguments = ("size", small_results, "--limit", "0.02", "--damping", "0.3", "-o", tmp_path / "sizing", "--quiet")
+    assert run(*arguments, capsys=capsys)[0] == 0
+    flags = json.loads((tmp_path / "sizing" / "sizing.json").read_text(encoding="utf-8"))["flags"]
+    assert any("mode section: the design damping ratio is 0.3" in one for one in flags)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (("predict", "--sc", "30", "--law", "nan"), "--law: found nan"),
+        (("predict", "--sc", "30", "--law", "inf"), "--law: found inf"),
+        (("predict", "--damping", "0.003 +/- inf"), '--damping: found "0.003 +/- inf"'),
+        (("predict", "--damping", "0.003 +/- nan"), '--damping: found "0.003 +/- nan"'),
+        (("predict", "--damping", "0.003 +/- -1"), '--damping: found "0.003 +/- -1"'),
+        (("predict", "--damping", "nan"), '--damping: found "nan"'),
+        (("size", "--limit", "0.02", "--law", "nan"), "--law: found nan"),
+        (("size", "--limit", "0.02", "--damping", "0.003 +/- inf"), '--damping: found "0.003 +/- inf"'),
+    ],
+)  # fmt: skip
+def test_numbers_that_are_none_are_refused(small_results, arguments, named, capsys):
+    verb, *rest = arguments
+    code, _, error = run(verb, small_results, *rest, capsys=capsys)
+    assert code == 2
+    assert named in error
+
+
+def test_a_prior_in_another_unit_is_refused(small_campaign, tmp_path, capsys):
+    card = tmp_path / "mine.toml"
+    text = load_card().text
+    assert 'unit = "A/D"' in text
+    card.write_text(text.replace('unit = "A/D"', 'unit = "mm"'), encoding="utf-8")
+    code, _, error = run("fit", small_campaign, "-o", tmp_path / "fit", "--model", card, capsys=capsys)
+    assert code == 2
+    assert f'{card}: priors.stable_amplitude.heaving.unit: found "mm"; wanted unit = "A/D"' in error
+    assert not (tmp_path / "fit").exists()

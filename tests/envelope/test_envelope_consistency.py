@@ -1,0 +1,153 @@
+"""Every slip that the envelopes tell is remarked on, and nothing else is."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from scruton.campaign import load_campaign
+from scruton.campaign.remarks import Severity, sentences
+from scruton.envelope import gather, review
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+SERIOUS, DOUBT = Severity.SERIOUS, Severity.DOUBT
+
+
+def found(folder):
+    problems = []
+    remarks = review(gather(load_campaign(folder), problems))
+    assert problems == []
+    return sorted((one.kind, one.name, one.severity) for one in remarks)
+
+
+def resampled(rate):
+    def change(time, response):
+        even = np.arange(time[0], time[-1], 1.0 / rate)
+        return even, np.interp(even, time, response)
+
+    return change
+
+
+def held(after, value):
+    return lambda time, response: (time, np.where(time < after, response, value))
+
+
+def test_a_clean_campaign_has_no_remark(small_campaign):
+    assert found(small_campaign) == []
+
+
+RECORDS = ("decay.csv", "growth.csv", "still.csv")
+
+
+@pytest.mark.parametrize(
+    ("slip", "remarks"),
+    [
+        (("7.87 Hz", "8.02 Hz"), []),
+        (("7.87 Hz", "8.1 Hz"), [("frequency", "still.csv", DOUBT)]),
+        (
+            ("7.87 Hz", "8.6 Hz"),
+            [("frequency", f"{name}.csv", severity) for name, severity in
+             (("decay", DOUBT), ("growth", DOUBT), ("still", SERIOUS))],
+        ),
+        (
+            ("7.87 Hz", "78.7 Hz"),
+            [(kind, name, SERIOUS) for kind in ("alias", "frequency") for name in RECORDS]
+            + [("reduced velocity", "Sc 21.7", DOUBT)],
+        ),
+        (("mean = 0.0065", "mean = 0.0075"), []),
+        (("mean = 0.0065", "mean = 0.0085"), [("damping", "6#", DOUBT)]),
+        (("mean = 0.0065", "mean = 0.65"), [("damping", "6#", SERIOUS), ("damping stated", "6#", SERIOUS)]),
+        (("mean = 0.0065\nsd = 0.0004", "mean = 0.0072"), []),
+        (("mean = 0.0065\nsd = 0.0004", "mean = 0.012"), [("damping", "6#", DOUBT)]),
+        (("mean = 0.0065\nsd = 0.0004", "mean = 0.014"), [("damping", "6#", SERIOUS)]),
+        (('"decay.csv", kind = "decay"', '"decay.csv", kind = "growth"'), [("kind", "decay.csv", SERIOUS)]),
+        (('"growth.csv", kind = "growth"', '"growth.csv", kind = "decay"'), [("kind", "growth.csv", SERIOUS)]),
+        (
+            ("stable_amplitude = 0.0292", "stable_amplitude = 0.039"),
+            [("stated level", "decay.csv", DOUBT), ("stated level", "growth.csv", DOUBT)],
+        ),
+    ],
+)  # fmt: skip
+def test_a_slip_in_what_is_stated(with_slip, slip, remarks):
+    assert found(with_slip(*slip)) == remarks
+
+
+CM, LEVEL = "time [s],displacement [cm]", ("stable_amplitude = 0.0292\n", "")
+
+
+@pytest.mark.parametrize(
+    ("slip", "remarks"),
+    [
+        (
+            {"record": "decay.csv", "change": resampled(8.5)},
+            [("alias", "decay.csv", SERIOUS), ("frequency", "decay.csv", SERIOUS)],
+        ),
+        ({"record": "decay.csv", "change": resampled(50.0)}, [("thinned", "decay.csv", DOUBT)]),
+        ({"record": "growth.csv", "header": CM}, [("levels", "Sc 21.7", SERIOUS)]),
+        ({"record": "growth.csv", "change": lambda t, y: (t, 1.4 * y)}, [("levels", "Sc 21.7", DOUBT)]),
+        ({"record": "growth.csv", "change": lambda t, y: (t, 0.6 * y)}, [("levels", "Sc 21.7", DOUBT)]),
+        ({"record": "growth.csv", "change": lambda t, y: (t, 1.1 * y)}, []),
+        ({"record": "still.csv", "header": CM}, [("amplitude", "still.csv", DOUBT)]),
+        ({"record": "decay.csv", "change": held(5.5, 0.0)}, [("dead", "decay.csv", DOUBT)]),
+        ({"record": "still.csv", "change": held(4.0, 0.3)}, [("dead", "still.csv", DOUBT)]),
+        ({"record": "still.csv", "change": held(7.0, 0.0)}, []),
+    ],
+    ids=["8.5 Hz", "50 Hz", "cm", "gain 1.4", "gain 0.6", "gain 1.1", "still cm", "zeros", "constant", "few zeros"],
+)  # fmt: skip
+def test_a_slip_in_a_record(with_slip, slip, remarks):
+    """The test states no stable amplitude, so that only the records speak of the level."""
+    assert found(with_slip(*LEVEL, **slip)) == remarks
+
+
+def test_growth_filed_as_free_decay(with_slip, small_campaign):
+    _, growth = np.loadtxt(small_campaign / "growth.csv", delimiter=",", skiprows=1).T
+    folder = with_slip(record="still.csv", change=lambda t, y: (t, growth[: len(t)]))
+    kinds = {kind for kind, name, _ in found(folder) if name == "still.csv"}
+    assert "kind" in kinds
+
+
+def test_the_line_that_was_followed_is_named_with_its_ratio_to_f0(with_slip):
+    folder = with_slip(record="decay.csv", change=resampled(8.5))
+    lines = sentences(review(gather(load_campaign(folder), [])))
+    (line,) = [one for one in lines if "line followed is at" in one]
+    assert "decay.csv: the line followed is at 0.6309 Hz, 0.0802 times the f0 = 7.87 Hz stated for rig 6#" in line
+
+
+def test_short_growths_and_decays_bracket_the_level_and_contradict_nothing(with_slip):
+    cut = (
+        '"decay.csv", kind = "decay"', '"decay.csv", kind = "decay", stop = "1 s"',
+        '"growth.csv", kind = "growth"', '"growth.csv", kind = "growth", stop = "1 s"',
+    )  # fmt: skip
+    kinds = {kind for kind, _, severity in found(with_slip(*LEVEL, *cut)) if severity >= DOUBT}
+    assert kinds == set()
+
+
+@pytest.mark.parametrize("name", sorted(one.parent.name for one in EXAMPLES.glob("*/campaign.toml")))
+def test_the_shipped_examples_have_no_remark(name):
+    assert found(EXAMPLES / name) == []
+
+
+# What a person who looks at the measured records would say as well, and no more.
+MEASURED = {
+    "bristol-heave": {  # released from a depth and more; a reading 11 D off zero; friction and a stiffening suspension
+        "amplitude": (DOUBT, 2), "offset": (Severity.NOTE, 2), "frequency drift": (Severity.NOTE, 2),
+    },
+    "cylinder-in-wind": {  # the edge of lock-in; a second mode near 36 Hz
+        "frequency drift": (Severity.NOTE, 11), "second line": (Severity.NOTE, 10),
+    },
+    "pendulum-air-drag": {"jitter": (Severity.NOTE, 1)},  # filmed
+    "pendulum-dry-friction": {"amplitude": (DOUBT, 1), "frequency drift": (Severity.NOTE, 1)},  # swings by 55 degrees
+    "ship-roll-decay": {},
+    "ship-roll-speeds": {},
+}  # fmt: skip
+
+
+@pytest.mark.real
+@pytest.mark.parametrize("name", sorted(MEASURED))
+def test_measured_campaigns_have_the_remarks_that_a_person_would_make(name, shared_data):
+    remarks = found(shared_data(name))
+    kinds = {kind for kind, _, _ in remarks}
+    counted = {
+        kind: (max(s for k, _, s in remarks if k == kind), sum(k == kind for k, _, _ in remarks)) for kind in kinds
+    }
+    assert counted == MEASURED[name]
