@@ -10,6 +10,7 @@ import numpy as np
 
 from scruton.campaign.readers.columns import RESAVE_OBJECT, Column, Container, as_column, readable
 from scruton.campaign.readers.hdf5 import open_hdf5
+from scruton.campaign.readers.mat5 import check_mat5
 from scruton.campaign.readers.variables import element, parse_path
 from scruton.campaign.tables import nearest
 from scruton.errors import InputError
@@ -85,6 +86,7 @@ def open_matlab(data: bytes, path: Path) -> Container:
     from scipy.io import loadmat
 
     with readable(path, "a MATLAB file, version 5 or 7.3"):
+        check_mat5(data, path)
         content = loadmat(io.BytesIO(data), struct_as_record=True)
     variables = {key: value for key, value in content.items() if not key.startswith("__") and not _is_object(value)}
     objects = tuple(_object_name(key, value) for key, value in content.items() if _is_object(value))
