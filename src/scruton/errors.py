@@ -22,7 +22,7 @@ class InputError(ValueError):
 
     def __init__(self, file: Path | str, field: str, found: str, wanted: str) -> None:
         self.file, self.field, self.found, self.wanted = str(file), field, found, wanted
-        place = f"{file}: {_short(field)}" if field else f"{file}"
+        place = f"{_short(str(file))}: {_short(field)}" if field else _short(str(file))
         super().__init__(f"{place}: found {_short(found)}; wanted {_short(wanted)}.")
 
 

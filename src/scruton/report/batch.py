@@ -12,6 +12,7 @@ from typing import Any
 
 from scruton.errors import InputError
 from scruton.report.run import Bar, check_design
+from scruton.report.workers import NO_TLS, TlsFiles
 
 DONE, NOT_CONVERGED, FAILED, UNFINISHED = STATES = "done", "not converged", "failed", "unfinished"
 JSON, CSV, PAGE = "batch.json", "batch.csv", "batch.html"
@@ -100,6 +101,7 @@ def run_batch(
     out: Path,
     *,
     scheduler: str | None = None,
+    tls: TlsFiles = NO_TLS,
     jobs: int | None = None,
     model: str = "default",
     design_sc: Sequence[float] = (),
@@ -120,6 +122,8 @@ def run_batch(
     out : Path
     scheduler : str, optional
         Address of a running Dask scheduler, whose workers see the same files under the same paths.
+    tls : (Path, Path, Path), optional
+        Certificate of the authority, own certificate and own key, for a scheduler under "tls://".
     jobs : int, optional
         Processes where no scheduler is named; the number of cores by default.
     model : str
@@ -166,7 +170,7 @@ def run_batch(
         said = [_as_named(one, path, out) for one, path in zip(entries, campaigns, strict=True)]
         return Batch(out, tuple(said), design, provenance)
 
-    with connected(scheduler, min(jobs or cores(), len(todo)), quiet=quiet) as client, Bar(quiet) as bar:
+    with connected(scheduler, min(jobs or cores(), len(todo)), tls=tls, quiet=quiet) as client, Bar(quiet) as bar:
         for one in todo:
             claim_folder(Path(one.folder), force=force, resume=resume)
         _write(batch())

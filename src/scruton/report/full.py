@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scruton.errors import InputError
 from scruton.report.build import ReportPaths, build_report
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ def run_report(
     bridge: Path | None = None,
     limits: Sequence[str] = (),
     model: str = "default",
-    tests: str | None = None,
+    tests: str | Sequence[str] | None = None,
     seed: int = 0,
     force: bool = False,
     resume: bool = False,
@@ -60,9 +61,11 @@ def run_report(
     from scruton.report.run import check_design, run_fit
 
     check_design(design_sc)
+    if limits and bridge is None:
+        raise InputError("command line", "--limit", f'"{limits[0]}" without a bridge', "--bridge FILE beside it")
     if bridge is not None:
         check_bridge(path, bridge, limits)
-    names = tuple(name.strip() for name in tests.split(",")) if tests is not None else ()
+    names = (tests,) if isinstance(tests, str) else tuple(tests or ())
     with Aside(beside) as aside:
         crossed = aside.begin(crossed_part, path, model, names, seed)
         found = aside.begin(gap_part, path, model) if gap else None

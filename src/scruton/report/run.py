@@ -3,13 +3,15 @@
 import json
 import math
 import re
+import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scruton.campaign import Campaign, Quantity, load_campaign, tests_used
+from scruton.campaign import Campaign, Quantity, load_campaign, tests_named, tests_used
 from scruton.errors import InputError
+from scruton.report.options import check_effect_name
 from scruton.report.text import number, table
 
 if TYPE_CHECKING:
@@ -37,7 +39,7 @@ def run_fit(
     out: Path | None,
     *,
     model: str = "default",
-    tests: str | None = None,
+    tests: str | Sequence[str] | None = None,
     seed: int = 0,
     force: bool = False,
     resume: bool = False,
@@ -59,11 +61,12 @@ def run_fit(
     """
     from scruton.infer.output import CHECKPOINTS, claim_folder
 
+    check_effect_name(effect)
     folder = out if out is not None else default_folder(path)
     if seed < 0:
         raise InputError("command line", "--seed", str(seed), "a whole number, zero or more")
     campaign = load_campaign(path)
-    names = tuple(name.strip() for name in tests.split(",")) if tests is not None else ()
+    names = tests_named(campaign, tests)
     if names:
         campaign = tests_used(campaign, names)
 
@@ -85,7 +88,7 @@ def run_fit(
             checkpoints=folder / CHECKPOINTS,
             report=bar,
             command=f"fit --seed {seed} --model {card.name}"
-            + (f" --tests {','.join(names)}" if names else "")
+            + "".join(f" --test {shlex.quote(name)}" for name in names)
             + (f" --effect {effect}" if effect else ""),
             only=names,
         )
@@ -242,6 +245,7 @@ def check_effect(summary: dict[str, Any], effect: str | None, results: Path) -> 
     results : Path
         For the error.
     """
+    check_effect_name(effect)
     carried = summary.get("effect", {}).get("used")
     if effect is not None and (carried is None or effect not in ("auto", carried)):
         raise InputError(

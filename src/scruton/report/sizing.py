@@ -1,13 +1,13 @@
 """`scruton size`: sizing.json, its table for the terminal and its figures."""
 
 import json
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scruton.errors import InputError
 from scruton.report.figures.sizing import CONFIDENCES
+from scruton.report.options import check_writable
 from scruton.report.run import Bar, check_effect, parse_damping
 from scruton.report.text import bullets, number, table
 
@@ -59,7 +59,7 @@ def run_size(
     if seed < 0:
         raise InputError("command line", "--seed", str(seed), "a whole number, zero or more")
     rules = [limit(one) for one in limits]
-    _check_folder(folder)
+    check_writable(folder)
     tree, summary = read_tree(results)
     if not summary["tests"]:
         raise InputError(results, "", "a campaign without tests in wind", "a fit of at least one test")
@@ -110,13 +110,6 @@ def read_bridge(
     if design is None:
         return found
     return replace(found, modes=tuple(replace(mode, damping_ratio=design) for mode in found.modes))
-
-
-def _check_folder(folder: Path) -> None:
-    """Whether results can be written, before minutes are spent on them; nothing is made yet."""
-    there = next(one for one in (folder, *folder.resolve().parents) if one.exists())
-    if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
-        raise InputError(folder, "-o", f"{there}, where nothing can be written", "a folder, there or to be made")
 
 
 def sizing_text(content: Mapping[str, Any]) -> str:
