@@ -138,11 +138,13 @@ def _security(scheduler: str | None, tls: TlsFiles) -> dict[str, Any]:
     from distributed import Security
 
     authority, certificate, key = map(str, tls)
-    return {
-        "security": Security(
-            require_encryption=True, tls_ca_file=authority, tls_client_cert=certificate, tls_client_key=key
-        )
-    }
+    found = Security(require_encryption=True, tls_ca_file=authority, tls_client_cert=certificate, tls_client_key=key)
+    try:
+        found.get_connection_args("client")
+    except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
+        reason = f"certificates that cannot be used ({error})"
+        raise InputError("command line", "--tls-ca", reason, "certificates and a key in PEM files") from None
+    return {"security": found}
 
 
 @contextmanager
@@ -155,7 +157,7 @@ def _reach(scheduler: str, security: dict[str, Any]) -> Iterator[Any]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of versions that differ: what that breaks is reported
             client = Client(scheduler, timeout=REACH, **security)
-    except (OSError, ValueError, RuntimeError, ImportError) as error:
+    except (OSError, ValueError, RuntimeError, ImportError, TypeError) as error:  # TypeError: TLS without certificates
         reason = f"{scheduler}, where none answers ({type(error).__name__})"
         raise InputError("command line", "--scheduler", reason, wanted) from error
     with client:
