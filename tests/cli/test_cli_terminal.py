@@ -194,7 +194,7 @@ REPORT = ["report", "{campaign}", "-o", "{out}"]
         (["calibrate", "-o", "{out}", "--jobs", "-1"], ["--jobs", "found -1"]),
         (["challenge", "make", "-o", "{out}", "--cases", "0"], ["--cases", "found 0"]),
         (["challenge", "make", "-o", "{out}", "--turbulence", "nan,1"], ["--turbulence", "2 numbers"]),
-        (["fit", "{campaign}", "-o", "{campaign}/campaign.toml/x"], ["-o", "nothing can be written"]),
+        (["fit", "{campaign}", "-o", "{campaign}/campaign.toml/x"], ["-o", "a file"]),
     ],
 )  # fmt: skip
 def test_options_are_checked_before_anything_is_sampled(
@@ -213,3 +213,34 @@ def test_options_are_checked_before_anything_is_sampled(
     for word in ("found", "wanted", *words):
         assert word in err
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("given", "names"),
+    [
+        (["--tests", "light, 3.1 m/s"], ["light, 3.1 m/s"]),
+        (["--test", "light, 3.1 m/s"], ["light, 3.1 m/s"]),
+        (["--tests", "light, 3.1 m/s,light"], ["light, 3.1 m/s", "light"]),
+        (["--test", "light", "--test", "light, 3.1 m/s"], ["light, 3.1 m/s", "light"]),
+        ([], []),
+    ],
+)
+@pytest.mark.parametrize("verb", ["fit", "report"])
+def test_tests_are_named_whole_or_in_a_list(
+    campaign: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, verb: str, given: list[str], names: list[str]
+) -> None:
+    path = campaign / "campaign.toml"
+    text = path.read_text(encoding="utf-8").replace('"Sc 21.7"', '"light, 3.1 m/s"')
+    other = '\n[[tests]]\nname = "light"\nrig = "6#"\nair_density = "1.2 kg/m^3"\nwind_speed = "3 m/s"\n'
+    path.write_text(text + other, encoding="utf-8")
+    seen: list[list[str]] = []
+
+    def fit(*_: object, only: tuple[str, ...], command: str, **__: object) -> None:
+        seen.append(list(only))
+        assert [one.replace("'", "") for one in command.split(" --test ")[1:]] == names
+        raise InputError("", "", "", "")
+
+    monkeypatch.setattr("scruton.infer.fit.fit_campaign", fit)
+    monkeypatch.setattr("scruton.report.aside.Aside.begin", lambda *_, **__: None)
+    assert main([verb, str(campaign), "-o", str(tmp_path / "out"), *given]) == 2
+    assert seen == [names]

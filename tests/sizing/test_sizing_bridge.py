@@ -9,7 +9,7 @@ from scruton.campaign.schema import Motion
 from scruton.errors import InputError
 from scruton.sizing.bridge import DAMPING, load_bridge
 from scruton.sizing.limits import RULES, limit
-from scruton.sizing.mode_shape import read_shape
+from scruton.sizing.mode_shape import make_shape, read_shape
 
 
 @pytest.fixture
@@ -253,3 +253,9 @@ def test_a_limit_that_is_none_is_refused(text, words):
 def test_a_rule_that_says_nothing_of_a_motion_is_refused():
     with pytest.raises(InputError, match="a rule for it"):
         limit("kd").amplitude(Motion.TORSIONAL, 0.3, 12.0, 3.0)
+
+
+@pytest.mark.parametrize("position", [np.arange(5) * 5e-324, np.arange(5) * 1e-300, np.array([0, 1e-300, 1, 2, 3.0])])
+def test_points_that_coincide_are_no_shape(position):
+    with pytest.raises(InputError, match="all but coincide"):
+        make_shape(position, np.array([0.0, 1.0, 0.0, -1.0, 0.0]), "x")

@@ -50,7 +50,9 @@ def check_effect_name(effect: str | None) -> None:
 def check_writable(folder: Path, option: str = "-o") -> None:
     """Refuse a folder that cannot be made or written to; nothing is made yet."""
     there = next(one for one in (folder, *folder.resolve().parents) if one.exists())
-    if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
+    if not there.is_dir():
+        raise InputError(folder, option, f"a file, {there}", "the path of a folder for the results")
+    if not os.access(there, os.W_OK | os.X_OK):
         raise InputError(folder, option, f"{there}, where nothing can be written", "a folder, there or to be made")
 
 

@@ -21,6 +21,7 @@ from scruton.campaign.schema import FloatArray
 from scruton.errors import InputError
 
 _POINTS = 2001
+CLOSEST = 1e-9  # of the span, between points; no curve passes through what is closer
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,6 +138,9 @@ def make_shape(position: FloatArray, value: FloatArray, path: Path | str) -> Mod
         raise InputError(path, "", "a number that is not finite", "finite positions and displacements")
     if not (np.diff(position) > 0.0).all():
         raise InputError(path, "position", "values that do not rise from row to row", "rising positions")
+    span = position[-1] - position[0]
+    if span < CLOSEST or np.diff(position).min() < CLOSEST * span:
+        raise InputError(path, "position", "points that all but coincide", f"more than {CLOSEST:g} of the span between")
     if max(np.abs(position).max(), np.abs(value).max()) > LARGEST_NUMBER:
         raise InputError(path, "", "a number that no bridge has", f"numbers up to {LARGEST_NUMBER:g}")
     if not np.abs(value).max() > 0.0:

@@ -159,9 +159,14 @@ class Delimited:
 
     def _rows(self) -> Iterator[tuple[int, list[str]]]:
         """Go through the data line by line, slowly: the number of the line in the file and its cells."""
+        for number, line in self._full_lines():
+            yield number, split_line(line, self.dialect)
+
+    def _full_lines(self) -> Iterator[tuple[int, str]]:
+        """Go through the lines that are not blank, with their numbers in the file."""
         for number, (line, *_) in enumerate(_lines(self.text), start=self.first_line):
             if line.strip():
-                yield number, split_line(line, self.dialect)
+                yield number, line
 
     def _bad_cell(self, needed: Sequence[int], error: Exception) -> InputError:
         """Find what pandas could not read, and say its line and column."""
@@ -187,7 +192,7 @@ class Delimited:
 
     def _where(self, position: int, index: int) -> str:
         """Place of a sample: pandas leaves blank lines out, so lines are counted again."""
-        for i, (line, _) in enumerate(self._rows()):
+        for i, (line, _) in enumerate(self._full_lines()):
             if i == index:
                 return f"line {line}"
         return f"row {index}"
