@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from campaign_room import DISPLACEMENT, HEAVING, TIME, Room, csv, record
 from scipy.io import savemat
+from scipy.sparse import csc_matrix
 
 from scruton.campaign import bounded, load_campaign
 from scruton.errors import InputError
@@ -243,3 +244,53 @@ def test_matlab_files_within_bounds_are_read(room: Room, tmp_path: Path) -> None
     assert len(room.record("deep.mat", path.read_bytes(), *lines).response) == len(DISPLACEMENT)
     assert len(room.record("one.mat", mat5(nested(0) + matrix(6, 200, element(9, DISPLACEMENT.tobytes()), name=b"z")),
                            *ALONE[:2], 'variables = { displacement = "z" }').response) == 200  # fmt: skip
+
+
+def double(content: bytes, *, flags: int = 6, kind: int = 9, dimensions: bytes = struct.pack("<ii", 200, 1)) -> bytes:
+    parts = [element(6, struct.pack("<II", flags, 0)), element(5, dimensions), element(1, b"y"), element(kind, content)]
+    return mat5(element(14, b"".join(parts)))
+
+
+DATA = DISPLACEMENT.tobytes()
+UNSOUND = {
+    "a type that is not known": double(DATA, kind=0),
+    "complex without its other part": double(DATA, flags=0x0806),
+    "a class that is not known": double(DATA, flags=99),
+    "no dimensions": double(DATA, dimensions=b""),
+    "negative dimensions": double(DATA, dimensions=struct.pack("<ii", -200, -1)),
+    "too many dimensions": double(DATA, dimensions=struct.pack("<40i", *[1] * 40)),
+    "names of no length": mat5(matrix(2, 1, element(5, struct.pack("<i", 0)), element(1, b"ab"))),
+    "a struct without its arrays": mat5(matrix(2, 3, element(5, struct.pack("<i", 1)), element(1, b"ab"))),
+    "no variable": mat5(element(9, DATA)),
+}
+
+
+@pytest.mark.parametrize("fault", UNSOUND)
+def test_unsound_matlab_files_never_reach_scipy(room: Room, monkeypatch: pytest.MonkeyPatch, fault: str) -> None:
+    """It ends the whole process with several of them."""
+    monkeypatch.setattr("scipy.io.loadmat", lambda *_, **__: pytest.fail("SciPy reads it"))
+    with pytest.raises(InputError, match="found a file that cannot be read"):
+        room.record("r.mat", UNSOUND[fault], *ALONE)
+
+
+def test_the_sound_one_is_read(room: Room) -> None:
+    assert len(room.record("r.mat", double(DATA), *ALONE).response) == 200
+
+
+def test_sparse_matrices_are_refused(room: Room, tmp_path: Path) -> None:
+    savemat(tmp_path / "s.mat", {"y": csc_matrix(np.eye(20))})
+    for path in ("y", "y[:,1]"):
+        lines = (*ALONE[:2], f'variables = {{ displacement = "{path}" }}')
+        with pytest.raises(InputError, match="found a sparse matrix"):
+            room.record("s.mat", (tmp_path / "s.mat").read_bytes(), *lines)
+
+
+def test_a_tdms_channel_that_claims_more_than_the_file(room: Room) -> None:
+    nptdms = pytest.importorskip("nptdms")
+    stream = io.BytesIO()
+    with nptdms.TdmsWriter(stream) as writer:
+        writer.write_segment([nptdms.ChannelObject("g", "y", DISPLACEMENT)])
+    claimed = stream.getvalue().replace(struct.pack("<Q", len(DISPLACEMENT)), struct.pack("<Q", SAMPLES), 1)
+    lead, size = claimed[:12], struct.pack("<Q", 8 * SAMPLES)  # and a segment that is as long as that
+    with pytest.raises(InputError):
+        room.record("r.tdms", lead + size + claimed[20:], *ALONE)

@@ -1,6 +1,7 @@
 """Reader of LabVIEW measurement files (.tdms), through nptdms, which is an optional extra."""
 
 import io
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -65,5 +66,6 @@ def open_tdms(data: bytes, path: Path) -> Tdms:
         raise InputError(
             path, "", "a TDMS file, and no package that reads it", "nptdms: pip install 'scruton[tdms]'"
         ) from None
+    logging.getLogger("nptdms.types").setLevel(logging.CRITICAL)  # it would print the bytes of a damaged name
     with readable(path, "a TDMS file as LabVIEW writes it"):
         return Tdms(path, TdmsFile.open(io.BytesIO(data)), len(data))
