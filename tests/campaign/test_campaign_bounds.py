@@ -9,6 +9,7 @@ import time
 import tracemalloc
 import zipfile
 import zlib
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ from scipy.io import savemat
 from scipy.sparse import csc_matrix
 
 from scruton.campaign import bounded, load_campaign
+from scruton.campaign.readers.tdms import open_tdms
 from scruton.errors import InputError
 
 ALONE = ('units = { displacement = "m" }', 'sample_rate = "100 Hz"', 'variables = { displacement = "y" }')
@@ -290,7 +292,12 @@ def test_a_tdms_channel_that_claims_more_than_the_file(room: Room) -> None:
     stream = io.BytesIO()
     with nptdms.TdmsWriter(stream) as writer:
         writer.write_segment([nptdms.ChannelObject("g", "y", DISPLACEMENT)])
-    claimed = stream.getvalue().replace(struct.pack("<Q", len(DISPLACEMENT)), struct.pack("<Q", SAMPLES), 1)
-    lead, size = claimed[:12], struct.pack("<Q", 8 * SAMPLES)  # and a segment that is as long as that
-    with pytest.raises(InputError):
-        room.record("r.tdms", lead + size + claimed[20:], *ALONE)
+    whole = stream.getvalue()
+    claimed = whole.replace(struct.pack("<Q", len(DISPLACEMENT)), struct.pack("<Q", SAMPLES), 1)
+    claimed = claimed[:12] + struct.pack("<Q", 8 * SAMPLES) + claimed[20:]  # and a segment that is as long as that
+    tracemalloc.start()
+    assert len(room.record("r.tdms", claimed, *ALONE[:2], ALONE[2].replace('"y"', '"g/y"')).response) <= 200
+    assert tracemalloc.get_traced_memory()[1] < 2.5e8
+    tracemalloc.stop()
+    with pytest.raises(InputError, match="200 values in a file of 10 bytes"):
+        replace(open_tdms(whole, Path("r.tdms")), size=10).read(["y"])
