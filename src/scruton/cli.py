@@ -4,66 +4,36 @@ Exit codes: 0 done; 1 done but not to be trusted; 2 bad input; 130 interrupted; 
 """
 
 import argparse
-import signal
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scruton.errors import InputError
+from scruton.terminal import BAD_INPUT, DONE, NOT_TRUSTED, Parser, guarded, harmless_streams
 
 if TYPE_CHECKING:
     from scruton.infer.results import Fit
 
-DONE, NOT_TRUSTED, BAD_INPUT, INTERRUPTED, TERMINATED = 0, 1, 2, 130, 143
-
-
-class Terminated(KeyboardInterrupt):
-    """SIGTERM, which ends a run in the same good order as an interrupt from the keyboard."""
-
-
-@contextmanager
-def terminating() -> Iterator[None]:
-    """Let SIGTERM raise `Terminated`, so that processes beside are ended, too; only the main thread may ask for it."""
-
-    def end(*_: object) -> None:
-        raise Terminated
-
-    try:
-        before = signal.signal(signal.SIGTERM, end)
-    except ValueError:  # not the main thread
-        yield
-        return
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
-
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code."""
+    with harmless_streams():
+        return guarded(lambda: _run(argv))
+
+
+def _run(argv: Sequence[str] | None) -> int:
     arguments = parser().parse_args(argv)
+    from scruton.report.options import check_options
+
+    check_options(vars(arguments))
     verb: Callable[[argparse.Namespace], int] = arguments.verb
-    try:
-        with terminating():
-            return verb(arguments)
-    except InputError as error:
-        print(f"scruton: {error}", file=sys.stderr)
-        return BAD_INPUT
-    except KeyboardInterrupt as error:
-        print("\nscruton: interrupted. What was done is kept: the same command with --resume goes on.", file=sys.stderr)
-        return TERMINATED if isinstance(error, Terminated) else INTERRUPTED
-    except BrokenPipeError:
-        sys.stderr.close()
-        return DONE
+    return verb(arguments)
 
 
 def parser() -> argparse.ArgumentParser:
     """Build the parser of all commands."""
-    top = argparse.ArgumentParser(
-        prog="scruton", description="Bayesian uncertainty quantification for vortex-induced vibration."
-    )
+    top = Parser(prog="scruton", description="Bayesian uncertainty quantification for vortex-induced vibration.")
     top.add_argument("--version", action="version", version=f"scruton {_version()}")
     verbs = top.add_subparsers(metavar="COMMAND", required=True)
 
@@ -85,7 +55,9 @@ def parser() -> argparse.ArgumentParser:
             "-o", "--out", type=Path, help="folder for the results (default: out/NAME of the campaign's folder)"
         )
         one.add_argument("--model", default="default", metavar="CARD", help="model card: a shipped name or a TOML file")
-        one.add_argument("--tests", metavar="NAME,...", help="use only these tests")
+        one.add_argument(
+            "--tests", "--test", action="append", metavar="NAME,...", help="use only these tests; may be repeated"
+        )
         one.add_argument(
             "--effect", metavar="NAME", help='carry an unmodelled effect into the predictions; "auto": what is found'
         )
@@ -219,7 +191,9 @@ def _batch_options(batch: argparse.ArgumentParser) -> None:
     batch.add_argument("-o", "--out", type=Path, required=True, metavar="DIR", help="folder for all results")
     where = batch.add_mutually_exclusive_group()
     where.add_argument("--jobs", type=int, metavar="N", help="processes (default: one a core; results do not depend)")
-    where.add_argument("--scheduler", metavar="ADDRESS", help="a running Dask scheduler, tcp://host:port")
+    where.add_argument("--scheduler", metavar="ADDRESS", help="a running Dask scheduler, tls://host:port or tcp://")
+    for name, text in (("ca", "certificate of the authority"), ("cert", "own certificate"), ("key", "own key")):
+        batch.add_argument(f"--tls-{name}", type=Path, metavar="FILE", help=f"{text}, for a scheduler under tls://")
     batch.add_argument("--model", default="default", metavar="CARD", help="model card: a shipped name or a TOML file")
     batch.add_argument("--report", action="store_true", help="write the report of each campaign, too")
     batch.add_argument(
@@ -408,6 +382,7 @@ def _batch(arguments: argparse.Namespace) -> int:
         arguments.campaigns,
         arguments.out,
         scheduler=arguments.scheduler,
+        tls=(arguments.tls_ca, arguments.tls_cert, arguments.tls_key),
         jobs=arguments.jobs,
         model=arguments.model,
         design_sc=arguments.sc,
@@ -427,9 +402,7 @@ def _calibrate(arguments: argparse.Namespace) -> int:
     from scruton.calibrate import calibration_text, run_calibration
     from scruton.report.run import Bar
 
-    for name in ("campaigns", "jobs"):
-        _at_least_one(name, getattr(arguments, name))
-    _seed(arguments.seed)
+    _at_least_one("campaigns", arguments.campaigns)
     with Bar(arguments.quiet) as bar:
         result = run_calibration(
             arguments.out,
@@ -455,11 +428,6 @@ def _show(text: str, paths: Sequence[Path], *, quiet: bool) -> None:
         print(path)
 
 
-def _seed(value: int) -> None:
-    if value < 0:
-        raise InputError("command line", "--seed", str(value), "a whole number, zero or more")
-
-
 def _at_least_one(option: str, value: int) -> None:
     if value < 1:
         raise InputError("command line", f"--{option}", str(value), "a whole number, one or more")
@@ -469,7 +437,6 @@ def _diagnose(arguments: argparse.Namespace) -> int:
     from scruton.report.gap import run_diagnose
     from scruton.report.run import default_folder
 
-    _at_least_one("workers", arguments.workers)
     out = arguments.out if arguments.out is not None else default_folder(arguments.campaign) / "gap"
     text, paths = run_diagnose(
         arguments.campaign,
@@ -488,7 +455,6 @@ def _diagnose(arguments: argparse.Namespace) -> int:
 def _challenge(arguments: argparse.Namespace) -> int:
     from scruton.report.run import Bar
 
-    _at_least_one("jobs", arguments.jobs)
     with Bar(arguments.quiet) as bar:
 
         def progress(done: int, total: int) -> None:
@@ -503,14 +469,15 @@ def _challenge(arguments: argparse.Namespace) -> int:
 
 def _challenge_make(arguments: argparse.Namespace, progress: Callable[[int, int], None]) -> int:
     from scruton.calibrate.challenge.make import make_challenge
+    from scruton.report.options import check_numbers
 
-    low, high = _numbers("--turbulence", arguments.turbulence, 2)
+    low, high = check_numbers("--turbulence", arguments.turbulence, 2)
     folder = make_challenge(
         arguments.out,
         cases=arguments.cases,
         seed=arguments.seed,
         effects=None if arguments.effects is None else [one.strip() for one in arguments.effects.split(",")],
-        severities=_numbers("--severities", arguments.severities),
+        severities=check_numbers("--severities", arguments.severities),
         design=arguments.design,
         turbulence=(low, high),
         jobs=arguments.jobs,
@@ -520,16 +487,6 @@ def _challenge_make(arguments: argparse.Namespace, progress: Callable[[int, int]
     )
     print(f"challenge: {folder}")
     return DONE
-
-
-def _numbers(option: str, text: str, count: int | None = None) -> tuple[float, ...]:
-    try:
-        found = tuple(float(one) for one in text.split(","))
-    except ValueError:
-        found = ()
-    if not found or (count is not None and len(found) != count):
-        raise InputError("command line", option, repr(text), f"{count or 'some'} numbers with commas between them")
-    return found
 
 
 def _challenge_run(arguments: argparse.Namespace, progress: Callable[[int, int], None]) -> int:
@@ -576,7 +533,6 @@ def _models(arguments: argparse.Namespace) -> int:
     elif arguments.prior_predictive is None:
         print(load_card(arguments.card).resolved, end="")
     else:
-        _seed(arguments.seed)
         for path in draw_prior(arguments.card, arguments.prior_predictive, seed=arguments.seed):
             print(path)
     return DONE

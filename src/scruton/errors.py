@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+LONGEST = 1_000  # characters of each part of a message
+
 
 class InputError(ValueError):
     """Input that cannot be used, said so that the user can mend it.
@@ -20,9 +22,14 @@ class InputError(ValueError):
 
     def __init__(self, file: Path | str, field: str, found: str, wanted: str) -> None:
         self.file, self.field, self.found, self.wanted = str(file), field, found, wanted
-        place = f"{file}: {field}" if field else f"{file}"
-        super().__init__(f"{place}: found {found}; wanted {wanted}.")
+        place = f"{_short(str(file))}: {_short(field)}" if field else _short(str(file))
+        super().__init__(f"{place}: found {_short(found)}; wanted {_short(wanted)}.")
 
     def __reduce__(self) -> tuple[type["InputError"], tuple[str, str, str, str]]:
         """Let the error cross from one process to another with its parts."""
         return type(self), (self.file, self.field, self.found, self.wanted)
+
+
+def _short(text: str) -> str:
+    """A part of a message: a damaged file may hold a name of a million characters."""
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."

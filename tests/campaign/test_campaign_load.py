@@ -12,7 +12,7 @@ from campaign_room import DEPTH, DISPLACEMENT, HEAVING, TIME, TORSIONAL, Room, c
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from scruton.campaign import Kind, Motion, Quantity, load_campaign
+from scruton.campaign import Kind, Motion, Quantity, files, load_campaign
 from scruton.errors import InputError
 
 
@@ -213,8 +213,8 @@ def test_the_same_samples_do_not_count_twice(room: Room) -> None:
 
 def test_files_are_read_and_hashed_once(room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
     reads: list[str] = []
-    plain = Path.read_bytes
-    monkeypatch.setattr(Path, "read_bytes", lambda path: reads.append(path.name) or plain(path))
+    plain = files.read_bytes
+    monkeypatch.setattr(files, "read_bytes", lambda path, largest: reads.append(path.name) or plain(path, largest))
     toml = HEAVING + "".join(record("r.csv", f'start = "{i / 10} s"') for i in range(5))
     room.load(toml + record("r.csv", 'encoding = "ascii"'), {"r.csv": csv()})
     assert sorted(reads) == ["campaign.toml", "r.csv"]

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from scruton.campaign import Campaign, Motion, Quantity, Rig, Section, Test, peak_tests, tests_used
+from scruton.campaign import Campaign, Motion, Quantity, Rig, Section, Test, peak_tests, tests_named, tests_used
 from scruton.errors import InputError
 
 
@@ -31,6 +31,33 @@ def test_only_the_named_tests_are_used() -> None:
         tests_used(campaign(a_test("Sc 1", "1#"), a_test("other", "1#")), ["Sc 2"])
     with pytest.raises(InputError, match="found no test"):
         tests_used(campaign(), ["a"])
+
+
+@pytest.mark.parametrize(
+    ("wanted", "found"),
+    [
+        ("light, 3.1 m/s", ["light, 3.1 m/s"]),
+        (["light, 3.1 m/s"], ["light, 3.1 m/s"]),
+        ("light,3.1  m/s", ["light, 3.1 m/s"]),
+        ("heavy,light, 3.1 m/s", ["light, 3.1 m/s", "heavy"]),
+        ("light, 3.1 m/s, light", ["light", "light, 3.1 m/s"]),
+        ("light,light,heavy", ["light", "heavy"]),
+        ("a,b", ["a,b"]),
+        ("a, b,b", ["a,b", "b"]),
+        (["b", "light", "b"], ["light", "b"]),
+        (None, []),
+        ([], []),
+    ],
+)
+def test_names_may_hold_commas(wanted: str | list[str] | None, found: list[str]) -> None:
+    tests = (a_test(name, "1#") for name in ("light", "light, 3.1 m/s", "heavy", "a,b", "b"))
+    assert list(tests_named(campaign(*tests), wanted)) == found
+
+
+@pytest.mark.parametrize("wanted", ["", ",", "light, 3.2 m/s", ["light", "heavi"], "light,"])
+def test_a_name_that_no_test_has_is_said(wanted: str | list[str]) -> None:
+    with pytest.raises(InputError, match="tests: found no test"):
+        tests_named(campaign(a_test("light", "1#"), a_test("heavy", "1#")), wanted)
 
 
 def test_a_stated_peak_wins() -> None:

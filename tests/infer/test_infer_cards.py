@@ -1,5 +1,6 @@
 """Model cards: the shipped ones load, and mistakes are named."""
 
+import os
 import re
 import tomllib
 from dataclasses import fields
@@ -205,11 +206,31 @@ def test_a_copied_card_changes_a_prior(tmp_path):
         (r'averaging = "evidence"', 'averaging = "loo"', "law.averaging: found 'loo'; wanted one of: evidence"),
         (r"\[structural_damping\]", "[discrepancy]", "discrepancy: found an unknown key"),
         (r"\[priors\.noise_factor\]", "[priors.nois_factor]", "nois_factor: found an unknown key"),
+        (r"log_sd = 1\.5", "log_sd = " + "9" * 400, "log_sd: found a number of 400 digits"),
+        (r"log_sd = 1\.5", "log_sd = 1e300", "log_sd: found 1e[+]300; wanted a number between"),
+        (r"log_sd = 1\.5", "log_sd = nan", "log_sd: found nan"),
+        (r"log_sd = 1\.5", "log_sd = 1979-05-27", "log_sd: found datetime"),
+        (r"walkers = 256", "walkers = 1e14", "sampler.walkers: found 1"),
+        (r"walkers = 256", "walkers = [256]", "sampler.walkers"),
+        (r'(?m)^name = ".*"', "name = 3", "name: found 3; wanted a text"),
+        (r"format = 1", "format = 1\npriors = 3", "TOML"),
+        (r"format = 1", 'format = 1\nextends = "a\\\\u0000b"', "extends: found"),
+        (r'reason = "Vortex[^"]*"', "reason = 3", "heaving.reason: found 3"),
+        (r"n = \[-1, 0, 1, 2\]", "n = [[-1], {}]", "law.n"),
+        (r"prior_weights = .*", 'prior_weights = ["a"]', "law.prior_weights"),
     ],
 )
 def test_mistakes_are_named(tmp_path, pattern, replacement, message):
     with pytest.raises(InputError, match=message):
         load_card(changed(tmp_path, pattern, replacement))
+
+
+def test_a_card_is_a_file_of_bounded_size(tmp_path):
+    os.mkfifo(tmp_path / "card.toml")
+    with pytest.raises(InputError, match="found a pipe"):
+        load_card(tmp_path / "card.toml")
+    with pytest.raises(InputError, match="found a folder"):
+        load_card(tmp_path)
 
 
 def test_no_such_card():

@@ -1,5 +1,7 @@
 """Tables of a report against the fit that they come from, and as files."""
 
+import csv
+import io
 from pathlib import Path
 
 import numpy as np
@@ -7,8 +9,14 @@ import pandas as pd
 import pytest
 from fake_fit import fake_fit
 
+from scruton.calibrate.plain import csv_text
 from scruton.campaign.schema import Motion
+from scruton.cells import safe_cell
 from scruton.griffin import predict
+from scruton.report.batch import Batch
+from scruton.report.batch_tables import batch_csv
+from scruton.report.document import Table
+from scruton.report.exports import _write_shown
 from scruton.report.tables import tables, unit_of, write_csv
 
 
@@ -97,3 +105,36 @@ def test_units_follow_the_motion() -> None:
     assert "mass [kg m^2/m]" in frames["rigs"]
     assert unit_of("a_star", "rad") == "rad"
     assert "stable amplitude median [rad]" in frames["tests"]
+
+
+FORMULAS = ["=1+1", "+cmd|' /C calc'!A0", "-2+3", "@SUM(1)", "\tx", "\r=1"]
+HARMLESS = ["-0.31", "+2", "-1e-3", "-", "a=b", "低阻尼", "", "-inf"]
+
+
+@pytest.mark.parametrize("text", FORMULAS)
+def test_a_formula_is_quoted(text: str) -> None:
+    assert safe_cell(text) == "'" + text
+
+
+@pytest.mark.parametrize("value", [*HARMLESS, -0.31, -3, None, True])
+def test_numbers_and_plain_text_stay(value: object) -> None:
+    assert safe_cell(value) is value
+
+
+def test_no_csv_file_holds_a_formula(tmp_path: Path) -> None:
+    """What names of tests and titles may put into every kind of CSV file that is written."""
+    frame = pd.DataFrame({"=name": FORMULAS, "z": [-1.5, 2.0, np.nan, -0.0, 1e-300, -7.123456789012345]})
+    (path,) = write_csv({"t": frame}, tmp_path)
+    shown = _write_shown(Table("t", "c", ("=name", "z"), tuple((one, "-1.5") for one in FORMULAS)), tmp_path / "s.csv")
+    entry = {
+        "name": "=n", "title": "@t", "state": "done", "reason": "-r", "rigs": 1, "tests": 1, "flags": [], "unit": "A/D",
+        "report": None, "predictions": [], "peaks": [{"test": "+t", "rig": "=r"}],
+    }  # fmt: skip
+    batch = Batch(tmp_path, (entry,), (), {})
+    plain = csv_text([{"name": one, "z": -1.5} for one in FORMULAS])
+    for text in (path.read_text(encoding="utf-8"), shown.read_text(encoding="utf-8"), batch_csv(batch), plain):
+        cells = [cell for row in csv.reader(io.StringIO(text)) for cell in row]
+        assert any(cell.startswith("'") for cell in cells)
+        for cell in cells:
+            assert not cell.startswith(("=", "+", "-", "@", "\t", "\r")) or float(cell) is not None
+    assert pd.read_csv(path)["z"].tolist()[-1] == -7.123456789012345

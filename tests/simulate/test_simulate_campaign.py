@@ -47,6 +47,17 @@ def changed(tmp_path, old, new):
         ('duration = "60 s"', 'duration = "-60 s"', r"rigs\[0\].records\[0\].duration"),
         ('wind_speed = "5.7', 'wind_sped = "5.7', "wind_sped.*wind_speed"),
         ('file = "rig1_still_air_1.csv"', 'file = "../x.csv"', r"rigs\[0\].records\[0\].file.*a plain name"),
+        ('file = "rig1_still_air_1.csv"', 'file = "campaign.toml"', r"rigs\[0\].records\[0\].file.*a plain name"),
+        ('file = "rig1_still_air_1.csv"', 'file = "a\\u0000.csv"', r"rigs\[0\].records\[0\].file.*a plain name"),
+        ('file = "rig1_still_air_1.csv"', 'file = ""', r"rigs\[0\].records\[0\].file.*a plain name"),
+        ('duration = "60 s"', "duration = 1e14", r"rigs\[0\].records\[0\].duration: found 1.*at most 1e\+12"),
+        ('duration = "60 s"', "duration = 1e12", r"rigs\[0\].records\[0\].duration: found 2e\+14 samples"),
+        ('duration = "60 s"', "duration = 0.001", r"rigs\[0\].records\[0\].duration: found 0.2 samples"),
+        ('duration = "60 s"', "duration = " + "9" * 400, "duration: found a number of 400 digits"),
+        ("truth = { Y1 = -", "truth = { Y1 = -1e15, Y2 = -", r"tests\[0\].truth.Y1"),
+        ("turbulence = 0.01", "turbulence = nan", "simulation.turbulence: found nan"),
+        ('motion = "heaving"', "motion = 3", "section.motion"),
+        ('name = "1#"', 'name = ["1#"]', r"rigs\[0\].name: found a list"),
     ],
 )
 def test_bad_specifications(tmp_path, old, new, message):
@@ -54,6 +65,17 @@ def test_bad_specifications(tmp_path, old, new, message):
         write_campaign(changed(tmp_path, old, new), tmp_path / "out", seed=1)
     assert not (tmp_path / "out").exists()
     assert [path.name for path in tmp_path.iterdir()] == ["spec.toml"], "nothing half-written"
+
+
+@pytest.mark.parametrize("key", ["rigs", "tests"])
+@pytest.mark.parametrize("value", ["3", '"1#"', "[3]", "[[]]", "{}", '[{ name = "a", records = 3 }]', "[{ name = 1 }]"])
+def test_lists_of_another_type_are_named(tmp_path, key, value):
+    (tmp_path / "spec.toml").write_text(
+        f"format = 1\n{key} = {value}\n[simulation]\nsample_rate = 1\n", encoding="utf-8"
+    )
+    with pytest.raises(InputError, match=key):
+        write_campaign(tmp_path / "spec.toml", tmp_path / "out", seed=1)
+    assert [path.name for path in tmp_path.iterdir()] == ["spec.toml"]
 
 
 def test_a_campaign_is_not_overwritten(tmp_path):

@@ -1,5 +1,7 @@
 """bridge.toml, mode shapes and limits: what is read, and what is refused with which words."""
 
+import os
+
 import numpy as np
 import pytest
 
@@ -7,7 +9,7 @@ from scruton.campaign.schema import Motion
 from scruton.errors import InputError
 from scruton.sizing.bridge import DAMPING, load_bridge
 from scruton.sizing.limits import RULES, limit
-from scruton.sizing.mode_shape import read_shape
+from scruton.sizing.mode_shape import make_shape, read_shape
 
 
 @pytest.fixture
@@ -84,7 +86,28 @@ def test_a_bare_damping_ratio_is_never_certain(bridge_file):
         (mode("half_waves = 0"), {}, "half_waves", "from 1 to 100"),
         (mode("half_waves = 2000"), {}, "half_waves", "from 1 to 100"),
         (mode('shape = "uniform"\nhalf_waves = 2'), {}, "half_waves", "belongs to"),
-        (mode("damping_ratio = { mean = 0.003, cov = 1e200 }"), {}, "damping_ratio", "10 times the mean"),
+        (mode("damping_ratio = { mean = 0.003, cov = 1e14 }"), {}, "damping_ratio", "10 times the mean"),
+        (mode("damping_ratio = { mean = 0.003, cov = 1e200 }"), {}, "damping_ratio.cov", "wanted a number between"),
+        (
+            '[[modes]]\nname = "V1"\n',
+            {},
+            "modes[0].frequency",
+            "found nothing; wanted a frequency, such as frequency =",
+        ),
+        ('[[modes]]\nfrequency = "0.3 Hz"\n', {}, "modes[0].name", "found nothing"),
+        ('[[modes]]\nname = "V1"\nfrequency = "1e300 Hz"\n', {}, "modes[0].frequency", "which no measurement has"),
+        (mode("half_waves = " + "9" * 400), {}, "half_waves", "a number of 400 digits"),
+        (mode("lock_in = [1, " + "9" * 400 + "]"), {}, "lock_in[1]", "a number of 400 digits"),
+        (mode("lock_in = [1, nan]"), {}, "lock_in[1]", "not a finite number"),
+        (mode("name = []"), {}, "", "TOML"),
+        ('[[modes]]\nname = []\nfrequency = "0.3 Hz"\n', {}, "modes[0].name", "a list"),
+        (mode("lock_in = 1979-05-27"), {}, "lock_in", "two rising numbers"),
+        (mode("damping_ratio = true"), {}, "damping_ratio", "neither a number nor a text"),
+        ("modes = 3", {}, "modes", "a list of tables"),
+        ("modes = [[]]", {}, "modes", "a list of tables"),
+        (mode("") + "[cost]\nfailure = " + "9" * 400, {}, "cost.failure", "a number of 400 digits"),
+        ("", {"format": "true"}, "format", "format = 1"),
+        ("", {"depth": '"1e300 m"'}, "depth", "which no measurement has"),
         (mode('damping_ratio = { median = 0.003, distribution = "beta" }'), {}, "damping_ratio", "the mean of a beta"),
         (mode('mass = { mean = "20 t/m", minimum = 15 }'), {}, "mass.minimum", "unit"),
         (mode("") + '[wind]\nweibull_scale = "7 m/s"\nweibull_shape = 0.05', {}, "weibull_shape", "between 0.5 and 20"),
@@ -109,6 +132,19 @@ def test_a_missing_file_and_broken_toml_are_said(tmp_path):
     (tmp_path / "bridge.toml").write_text("format = ", encoding="utf-8")
     with pytest.raises(InputError, match="TOML"):
         load_bridge(tmp_path, Motion.HEAVING)
+
+
+@pytest.mark.parametrize("key", ["shape", "rose"])
+def test_tables_beside_a_bridge_are_files_of_bounded_size(bridge_file, tmp_path, key):
+    os.mkfifo(tmp_path / "x.csv")
+    text = mode('shape = "x.csv"') if key == "shape" else mode("") + '[wind]\nrose = "x.csv"'
+    with pytest.raises(InputError, match=r"x\.csv: found a pipe"):
+        load_bridge(bridge_file(text), Motion.HEAVING)
+    (tmp_path / "x.csv").unlink()
+    with (tmp_path / "x.csv").open("wb") as file:
+        file.truncate(10**9)
+    with pytest.raises(InputError, match=r"x\.csv: found a file of 1 GB"):
+        load_bridge(bridge_file(text), Motion.HEAVING)
 
 
 def test_a_shape_is_scaled_and_refined(tmp_path):
@@ -217,3 +253,9 @@ def test_a_limit_that_is_none_is_refused(text, words):
 def test_a_rule_that_says_nothing_of_a_motion_is_refused():
     with pytest.raises(InputError, match="a rule for it"):
         limit("kd").amplitude(Motion.TORSIONAL, 0.3, 12.0, 3.0)
+
+
+@pytest.mark.parametrize("position", [np.arange(5) * 5e-324, np.arange(5) * 1e-300, np.array([0, 1e-300, 1, 2, 3.0])])
+def test_points_that_coincide_are_no_shape(position):
+    with pytest.raises(InputError, match="all but coincide"):
+        make_shape(position, np.array([0.0, 1.0, 0.0, -1.0, 0.0]), "x")

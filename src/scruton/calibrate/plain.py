@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from scruton.cells import safe_cell
+
 
 def csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
     """Rows as CSV under their keys; six significant digits, nested values as JSON."""
@@ -23,7 +25,7 @@ def csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
 def _cell(value: Any) -> Any:
     if isinstance(value, float):
         return f"{value:.6g}"
-    return json.dumps(plain(value)) if isinstance(value, dict | list | tuple) else value
+    return json.dumps(plain(value)) if isinstance(value, dict | list | tuple) else safe_cell(value)
 
 
 def plain(value: Any) -> Any:

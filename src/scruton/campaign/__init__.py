@@ -16,7 +16,7 @@ from scruton.campaign.schema import (
     Sweep,
     Test,
 )
-from scruton.campaign.select import peak_tests, tests_used
+from scruton.campaign.select import peak_tests, tests_named, tests_used
 from scruton.campaign.units import parse_quantity
 
 __all__ = [
@@ -33,5 +33,6 @@ __all__ = [
     "load_campaign",
     "parse_quantity",
     "peak_tests",
+    "tests_named",
     "tests_used",
 ]

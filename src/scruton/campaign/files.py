@@ -7,6 +7,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scruton.campaign.bounded import LARGEST_RECORD, MISSING, read_bytes
 from scruton.errors import InputError
 
 if TYPE_CHECKING:
@@ -30,19 +31,14 @@ class Files:
     _bytes: dict[Path, bytes] = field(default_factory=dict)
     _open: "dict[tuple[Path, CsvDialect], Container]" = field(default_factory=dict)
 
-    def read(self, path: Path) -> bytes:
-        """Read a file and note its digest (InputError if it is missing, a folder, or not to be read)."""
+    def read(self, path: Path, largest: int = LARGEST_RECORD) -> bytes:
+        """Read a file of at most `largest` bytes and note its digest (InputError as `read_bytes`)."""
         if path in self._bytes:
             return self._bytes[path]
         try:
-            data = path.read_bytes()
-        except FileNotFoundError:
-            raise InputError(path, "", "no such file", self._hint(path)) from None
-        except IsADirectoryError:
-            raise InputError(path, "", "a folder", "a file") from None
-        except (OSError, ValueError) as error:  # ValueError: a path with a null character
-            reason = getattr(error, "strerror", None) or error
-            raise InputError(path, "", f"a file that cannot be opened ({reason})", "one that can be read") from None
+            data = read_bytes(path, largest)
+        except InputError as error:
+            raise InputError(path, "", error.found, self._hint(path)) if error.found == MISSING else error from None
         self._bytes[path] = data
         self.sha256[self.key(path)] = sha256(data).hexdigest()
         return data

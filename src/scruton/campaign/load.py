@@ -1,12 +1,12 @@
 """`load_campaign`: from a folder with a campaign.toml to a `Campaign`."""
 
 import json
-import tomllib
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from scruton.campaign.bounded import LARGEST_TOML, parse_toml, toml_text
 from scruton.campaign.columns import file_path
 from scruton.campaign.files import Files
 from scruton.campaign.records import read_record, read_sweep
@@ -76,7 +76,7 @@ def load_campaign(path: Path, problems: list[InputError] | None = None) -> Campa
     if not path.exists():
         raise InputError(path, "", "no such file", f"a folder with a {FILE_NAME}, or the path of one")
     files = Files(path.parent)
-    top = _parse(files.read(path), path)
+    top = Table(path, "", parse_toml(toml_text(files.read(path, LARGEST_TOML), path), path))
     top.check_keys(_TOP_KEYS)
     version = top.required("format", f"format = {FORMAT}")
     if version != FORMAT or isinstance(version, bool | float):
@@ -158,17 +158,6 @@ def _odd_units(table: Table) -> Iterator[Remark]:
             for i, one in enumerate(value):
                 if isinstance(one, Mapping):
                     yield from _odd_units(Table(table.file, f"{place}[{i}]", one))
-
-
-def _parse(data: bytes, path: Path) -> Table:
-    try:
-        return Table(path, "", tomllib.loads(data.decode("utf-8-sig")))
-    except UnicodeDecodeError as error:
-        raise InputError(
-            path, "", f"bytes that are not UTF-8 (at byte {error.start})", "a TOML file in UTF-8"
-        ) from None
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(path, "", f"text that is not TOML: {error}", "a TOML file") from None
 
 
 def _section(top: Table) -> Section:

@@ -24,6 +24,9 @@ from scruton.campaign.units import (
 from scruton.errors import InputError
 
 MIN_SAMPLES = 5  # what a five-point difference needs
+SIZES = (1e-15, 1e6)  # of the largest response, A/D or rad; of wind speeds [m/s], too: no tunnel knows others
+LATEST = 1e12  # s, of any time: clocks of computers count 1.7e9 s since 1970
+RATES = (1e-9, 1e9)  # Hz, of samples
 RATE_TOLERANCE = 0.01  # relative, between a stated sample rate and the file's own time
 DIALECT_KEYS = ("columns", "variables", "units", "skip_rows", "delimiter", "decimal", "encoding")
 RECORD_KEYS = ("file", "kind", "sample_rate", "start", "stop", *DIALECT_KEYS)
@@ -72,6 +75,7 @@ def read_record(table: Table, name: str, section: Section, files: Files, kinds: 
         raise InputError(path, _column(column), f"a constant signal, {values[0]:g} throughout", "one that oscillates")
     if is_envelope:
         _check_not_negative(path, column, values, window.start)
+    _check_size(path, column, values, factor)
     return Record(name, path, kind, time[window].copy(), values * factor, is_envelope, table.field)
 
 
@@ -102,6 +106,8 @@ def read_sweep(table: Table, section: Section, frequency: float, files: Files) -
     for column in (speed, amplitude):
         _check_finite(path, column, column.values)
         _check_not_negative(path, column, column.values)
+    _check_size(path, speed, speed.values, to_speed)
+    _check_size(path, amplitude, amplitude.values, to_amplitude, least=0.0)
     rig = table.text("rig", "the name of a rig")
     return Sweep(rig, air_density, speed.values * to_speed, amplitude.values * to_amplitude, path)
 
@@ -154,8 +160,10 @@ def _time(table: Table, path: Path, column: Column | None, response: Column) -> 
             raise _different_lengths(path, column, response)
         _check_finite(path, column, column.values)
         time = column.values * _factor(table, path, "time", column, _to(TIME))
+        _check_size(path, column, time, 1.0, least=0.0, largest=LATEST)
         if rate is None:
             _check_increasing(path, column, time)
+            _check_rate(path, column, _mean_rate(time))
             return time
         start, own_rate = float(time[0]), _mean_rate(time)
     elif response.clock is not None:
@@ -167,6 +175,8 @@ def _time(table: Table, path: Path, column: Column | None, response: Column) -> 
         )  # fmt: skip
     else:
         start, own_rate = 0.0, rate
+    if rate is None:
+        _check_rate(path, response, own_rate)
     if rate is not None and not abs(own_rate - rate) <= RATE_TOLERANCE * rate:
         found = f"{rate:g} Hz, while the file's own time says {own_rate:g} Hz"
         raise table.error("sample_rate", found, f"the same rate to {RATE_TOLERANCE:.0%}, or none")
@@ -232,6 +242,22 @@ def _check_not_negative(path: Path, column: Column, values: FloatArray, offset: 
         raise InputError(
             path, _column(column), f"{values[first]:g} at {column.where(first + offset)}", "numbers of zero or more"
         )
+
+
+def _check_size(
+    path: Path, column: Column, values: FloatArray, factor: float, least: float = SIZES[0], largest: float = SIZES[1]
+) -> None:
+    """Refuse what no tunnel measures, and no double can square: a record whose largest value is out of all bounds."""
+    top = float(np.abs(values).max()) if len(values) else least
+    if not least <= factor * top <= largest:
+        found = f"{top:g} as the largest value, {factor * top:g} in SI units or over the depth"
+        raise InputError(path, _column(column), found, f"a size between {least:g} and {largest:g}")
+
+
+def _check_rate(path: Path, column: Column, rate: float) -> None:
+    low, high = RATES
+    if not low <= rate <= high:
+        raise InputError(path, _column(column), f"{rate:g} samples a second", f"between {low:g} and {high:g}")
 
 
 def _check_increasing(path: Path, column: Column, time: FloatArray) -> None:

@@ -8,22 +8,63 @@ from scruton.campaign.tables import nearest
 from scruton.errors import InputError
 
 
-def tests_used(campaign: Campaign, names: Sequence[str]) -> Campaign:
-    """Return the campaign with only the tests called `names`, in the campaign's order; rigs and sweeps stay.
+def tests_named(campaign: Campaign, wanted: str | Sequence[str] | None) -> tuple[str, ...]:
+    """Names of the tests that a user wants, each once, in the campaign's order.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    wanted : str, sequence of str or None
+        Each the name of a test, or names with commas between them.  Names may hold commas themselves: a text that is
+        a name as a whole is that test, and of several names that begin at one place the longest is meant.  None: none.
 
     Raises
     ------
     InputError
         A name that no test has.
     """
-    known = [test.name for test in campaign.tests]
-    for name in names:
-        if name not in known:
-            raise InputError(campaign.path, "tests", f'no test "{name}"', nearest(name, known))
+    known = {_spaced(test.name): test.name for test in campaign.tests}
+    texts = (wanted,) if isinstance(wanted, str) else wanted or ()
+    found = {name for text in texts for name in _split(text, known, campaign)}
+    return tuple(test.name for test in campaign.tests if test.name in found)
+
+
+def _split(text: str, known: Mapping[str, str], campaign: Campaign) -> list[str]:
+    """Split a text at commas into names, the longest first."""
+    if text in known.values():
+        return [text]
+    parts = [part.strip() for part in text.split(",")]
+    found = []
+    while parts:
+        ends = (i for i in range(len(parts), 0, -1) if _spaced(",".join(parts[:i])) in known)
+        end = next(ends, 0)
+        if not end:
+            raise InputError(campaign.path, "tests", f'no test "{parts[0]}"', nearest(parts[0], known.values()))
+        found.append(known[_spaced(",".join(parts[:end]))])
+        parts = parts[end:]
+    return found
+
+
+def _spaced(name: str) -> str:
+    """A name with one way of setting blanks."""
+    return ", ".join(" ".join(part.split()) for part in name.split(","))
+
+
+def tests_used(campaign: Campaign, wanted: str | Sequence[str]) -> Campaign:
+    """Return the campaign with only the tests that are `wanted`, in the campaign's order; rigs and sweeps stay.
+
+    Raises
+    ------
+    InputError
+        As `tests_named`.
+    """
+    names = tests_named(campaign, wanted)
     return replace(campaign, tests=tuple(test for test in campaign.tests if test.name in names))
 
 
-tests_used.__test__ = False  # type: ignore[attr-defined]  # pytest would take it for a test
+# pytest would take them for tests
+tests_named.__test__ = False  # type: ignore[attr-defined]
+tests_used.__test__ = False  # type: ignore[attr-defined]
 
 
 def peak_tests(campaign: Campaign, amplitudes: Mapping[str, float] | None = None) -> tuple[Test, ...]:

@@ -10,6 +10,8 @@ from scruton.campaign.schema import Quantity
 from scruton.campaign.units import Dimension, parse_quantity, show
 from scruton.errors import InputError
 
+MOST_TABLES = 10_000  # of one kind, such as tests
+
 
 def nearest(word: str, known: Iterable[str]) -> str:
     """Name what is known, the nearest to `word` first: '"mass" (known: frequency, mass, name)'."""
@@ -97,4 +99,6 @@ class Table:
         value = self.values.get(key, [])
         if not isinstance(value, list) or not all(isinstance(one, Mapping) for one in value):
             raise self.error(key, show(value), f"a list of tables, each under [[{self._header(key)}]]")
+        if len(value) > MOST_TABLES:
+            raise self.error(key, f"{len(value):,} tables", f"at most {MOST_TABLES:,}")
         return tuple(Table(self.file, f"{self.at(key)}[{i}]", one) for i, one in enumerate(value))

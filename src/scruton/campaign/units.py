@@ -35,6 +35,8 @@ class Dimension:
         Whether zero and negative values are errors.
     units : (float, float)
         Smallest and largest unit, in the SI one, that a laboratory writes such a number in.
+    largest : float
+        In the SI unit; no size beyond it, nor below its inverse, is one of this world.
     """
 
     name: str
@@ -42,6 +44,7 @@ class Dimension:
     example: float
     positive: bool = True
     units: tuple[float, float] = (0.0, math.inf)
+    largest: float = 1e12
 
     @property
     def spelling(self) -> str:
@@ -64,6 +67,11 @@ REDUCED_VELOCITY = Dimension("a reduced velocity U/(f0 D), a bare number", "", 9
 HEAVING_AMPLITUDE = Dimension("an amplitude A/D, or a length with its unit", "", 0.0655)
 TORSIONAL_AMPLITUDE = Dimension("an amplitude in radians, or an angle with its unit", "", 0.02)
 
+LONGEST_UNIT = 40  # characters
+_POWER_SIGN = re.compile(r"\*\*|\^|[⁻⁰¹²³⁴-⁹]")
+_POWER = re.compile(  # of a unit, not of a number or of a power: m^2, m**-2, m²
+    r"(?<=[^\W\d⁰¹²³⁴-⁹])(?:\s*(?:\*\*|\^)\s*[+-]?\d{1,2}(?!\d|\s*\*\*|\s*\^)|⁻?[⁰¹²³⁴-⁹]{1,2})"
+)
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _PLUS_MINUS = re.compile(r"±|\+\s*/\s*-|\+-")
 _OVER_DEPTH = frozenset({"-", "1", "A/D", "y/D"})  # ways to write "already divided by D"
@@ -184,12 +192,15 @@ def show(value: object) -> str:
         return "{ " + ", ".join(f"{key} = {show(one)}" for key, one in list(value.items())[:4]) + " }"
     if isinstance(value, list):
         return "a list"
-    return str(value)
+    text = str(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def _root(unit: str) -> "tuple[float, pint.Unit]":
     """Split a unit into a factor and pint's base units (which keep radians, unlike the dimensionality)."""
     registry = _registry()
+    if len(unit) > LONGEST_UNIT or _POWER_SIGN.search(_POWER.sub("", unit)):  # pint would work 9^9^9^9 out
+        raise ValueError(f"the unit {show(unit)}, which is not known")
     try:
         base = registry.Quantity(1.0, registry.parse_units(unit)).to_root_units()
         return float(base.magnitude), base.units
@@ -209,14 +220,18 @@ def _parse(value: object, dimension: Dimension, factor: Factor, file: Path | str
     wanted = f"{dimension.name}, such as {leaf} = {dimension.spelling}"
     if dimension.unit and isinstance(value, int | float) and not isinstance(value, bool):
         # The user's own number, in the spelling that is wanted.
-        wanted = f'{dimension.name} with its unit, such as {leaf} = "{value} {dimension.unit}"'
-        raise InputError(file, field, f"{value} without a unit", wanted)
+        wanted = f'{dimension.name} with its unit, such as {leaf} = "{show(value)} {dimension.unit}"'
+        raise InputError(file, field, f"{show(value)} without a unit", wanted)
     try:
         mean, sd = _from_table(value, factor) if isinstance(value, Mapping) else _from_text(value, factor)
     except ValueError as error:
         raise InputError(file, field, f"{show(value)} ({error})", wanted) from None
     if dimension.positive and mean <= 0.0:
         raise InputError(file, field, show(value), f"{wanted}, greater than zero")
+    largest = dimension.largest
+    if max(abs(mean), sd or 0.0) > largest or (mean != 0.0 and abs(mean) < 1.0 / largest):
+        bounds = f"a size between {1.0 / largest:g} and {largest:g} {dimension.unit}".rstrip()
+        raise InputError(file, field, f"{show(value)}, which no measurement has", f"{wanted}, {bounds}")
     if sd is not None and sd <= 0.0:
         raise InputError(
             file, field, f"{show(value)} (its standard deviation is not greater than zero)",
@@ -249,7 +264,7 @@ def _single(table: Mapping[str, object], key: str, factor: Factor) -> float:
 def _from_text(value: object, factor: Factor) -> tuple[float, float | None]:
     """Read a number, or a text with a unit and perhaps "+/-"."""
     if isinstance(value, int | float) and not isinstance(value, bool):
-        return _finite(float(value)) * factor(""), None
+        return _finite(value) * factor(""), None
     if not isinstance(value, str):
         raise ValueError("neither a number nor a text")
     left, *rest = _PLUS_MINUS.split(value, maxsplit=1)
@@ -272,10 +287,14 @@ def _number_and_unit(text: str) -> tuple[float, str]:
     unit = text[match.end() :].strip()
     if unit.startswith(","):
         raise ValueError("a decimal comma, where a point belongs")
-    return _finite(float(match[0])), unit
+    return _finite(match[0]), unit
 
 
-def _finite(number: float) -> float:
+def _finite(value: str | float) -> float:
+    try:
+        number = float(value)
+    except OverflowError:  # a whole number of hundreds of digits
+        number = math.inf
     if not math.isfinite(number):
         raise ValueError("not a finite number")
     return number

@@ -2,14 +2,15 @@
 
 import difflib
 import hashlib
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from scruton.campaign.bounded import LARGEST_TOML, parse_toml, read_bytes, toml_text
 from scruton.campaign.schema import Motion
+from scruton.campaign.units import show
 from scruton.effects import CATALOGUE, UNKNOWN
 from scruton.errors import InputError
 from scruton.infer.priors import FAMILIES, Prior
@@ -56,6 +57,7 @@ UNITS = {
     "speed_shift": "ln U/(f0 D)",
 }
 BARE = "-"  # of every other
+MOST_SAMPLED = 1e7  # of walkers, draws, steps and the like: beyond, memory and patience end
 
 # Parameters that may have either sign.
 SIGNED = ("trial_amplitude", "trial_slow_rate", EXPONENT)
@@ -162,7 +164,7 @@ def load_card(name_or_path: str | Path = "default") -> ModelCard:
     """
     shipped = shipped_cards()
     path = shipped.get(str(name_or_path), Path(name_or_path))
-    if not path.is_file():
+    if not path.exists():
         raise InputError(path, "", "no such model card", f"the path of a card, or one of: {', '.join(shipped)}")
     table, text = _read(path, shipped, ())
     return _Reader(path).card(table, text)
@@ -170,18 +172,14 @@ def load_card(name_or_path: str | Path = "default") -> ModelCard:
 
 def _read(path: Path, shipped: Mapping[str, Path], seen: tuple[Path, ...]) -> tuple[dict[str, Any], str]:
     """Table and text of a card; of one that extends another, both texts and the tables merged."""
-    try:
-        text = path.read_text(encoding="utf-8")
-        table = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, OSError) as error:
-        raise InputError(
-            path, "", f"no valid TOML ({error})", "a model card such as the shipped default.toml"
-        ) from error
+    wanted = "a model card such as the shipped default.toml"
+    text = toml_text(read_bytes(path, LARGEST_TOML, wanted), path)
+    table = parse_toml(text, path, wanted)
     if "extends" not in table:
         return table, text
     name = str(table.pop("extends"))
     base = shipped.get(name, path.parent / name)
-    if not base.is_file() or base in (*seen, path):
+    if "\0" in name or not base.is_file() or base in (*seen, path):
         raise InputError(path, "extends", repr(name), f"another card's path, or one of: {', '.join(shipped)}")
     below, base_text = _read(base, shipped, (*seen, path))
     return _merge(below, table), f"{base_text}\n# ---- extended by {path.name}\n{text}"
@@ -231,8 +229,8 @@ class _Reader:
         prior_none, effect_weights = self.effects(table)
         names = PRIOR_NAMES if laws else (*PRIOR_NAMES, EXPONENT)
         return ModelCard(
-            name=str(table.get("name", self.path.stem)),
-            title=str(table.get("title", "")),
+            name=self.text(table, "name", self.path.stem),
+            title=self.text(table, "title", ""),
             laws=laws,
             law_weights=weights,
             averaging=averaging,
@@ -297,6 +295,12 @@ class _Reader:
         self.known(name, table, keys)
         return table
 
+    def text(self, table: Mapping[str, Any], key: str, default: str) -> str:
+        value = table.get(key, default)
+        if not isinstance(value, str):
+            raise InputError(self.path, key, show(value), "a text")
+        return value
+
     def number(
         self,
         field: str,
@@ -335,9 +339,10 @@ class _Reader:
         (one, two), _ = FAMILIES[family]
         self.known(field, entry, ("family", one, two, "unit", "reason"))
         for key in ("unit", "reason"):
-            if not str(entry.get(key, "")).strip():
-                raise InputError(self.path, f"{field}.{key}", "nothing", f"a {key}: every prior says its {key}")
-        self.unit(name, field, str(entry["unit"]))
+            if not isinstance(entry.get(key), str) or not entry[key].strip():
+                found = show(entry[key]) if entry.get(key) else "nothing"
+                raise InputError(self.path, f"{field}.{key}", found, f"a {key}: every prior says its {key}")
+        self.unit(name, field, entry["unit"])
         try:
             return Prior(
                 name,
@@ -365,7 +370,7 @@ class _Reader:
             if one.name not in table:
                 continue
             whole = one.type is int
-            value = self.number("sampler", table, one.name, low=0.0)
+            value = self.number("sampler", table, one.name, low=0.0, high=MOST_SAMPLED)
             if whole and value != int(value):
                 raise InputError(self.path, f"sampler.{one.name}", repr(value), "a whole number")
             values[one.name] = int(value) if whole else value

@@ -6,9 +6,11 @@ both go through the same chunks: a chunk depends only on the walkers' positions 
 
 import json
 import os
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -38,17 +40,20 @@ class Checkpoint:
         Raises
         ------
         InputError
-            If it belongs to another run: other data, card, seed or version.
+            If it is damaged, or belongs to another run: other data, card, seed or version.
         """
         if not self.path.is_file():
             return None
-        with np.load(self.path, allow_pickle=False) as stored:
-            arrays = {key: stored[key] for key in stored.files}
-        if str(arrays.pop("fingerprint")) != self.fingerprint:
-            raise InputError(
-                self.path, "", "a checkpoint of other data, another model card, seed or version",
-                "the same inputs as in the interrupted run, or --force to start again",
-            )  # fmt: skip
+        wanted = "the same inputs as in the interrupted run, or --force to start again"
+        try:
+            with np.load(self.path, allow_pickle=False) as stored:
+                arrays = {key: stored[key] for key in stored.files}
+            fingerprint = str(arrays.pop("fingerprint"))
+        except (OSError, ValueError, KeyError, EOFError, BadZipFile, zlib.error) as error:
+            raise InputError(self.path, "", f"a damaged checkpoint ({error})", wanted) from error
+        if fingerprint != self.fingerprint:
+            found = "a checkpoint of other data, another model card, seed or version"
+            raise InputError(self.path, "", found, wanted)
         return arrays
 
 

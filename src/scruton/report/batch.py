@@ -12,6 +12,7 @@ from typing import Any
 from scruton.documents import read_json
 from scruton.errors import InputError
 from scruton.report.run import Bar, check_design
+from scruton.report.workers import NO_TLS, TlsFiles
 from scruton.workspace import Workspace, results_in
 
 DONE, NOT_CONVERGED, FAILED, UNFINISHED = STATES = "done", "not converged", "failed", "unfinished"
@@ -104,6 +105,7 @@ def run_batch(
     out: Path,
     *,
     scheduler: str | None = None,
+    tls: TlsFiles = NO_TLS,
     jobs: int | None = None,
     model: str = "default",
     design_sc: Sequence[float] = (),
@@ -124,6 +126,8 @@ def run_batch(
     out : Path
     scheduler : str, optional
         Address of a running Dask scheduler, whose workers see the same files under the same paths.
+    tls : (Path, Path, Path), optional
+        Certificate of the authority, own certificate and own key, for a scheduler under "tls://".
     jobs : int, optional
         Processes where no scheduler is named; the number of cores by default.
     model : str
@@ -197,7 +201,7 @@ def run_batch(
         work.keep(PAGE, CSV, JSON)
 
     processes = min(jobs or cores(), len(todo))
-    with claim as work, connected(scheduler, processes, quiet=quiet) as client, Bar(quiet) as bar:
+    with claim as work, connected(scheduler, processes, tls=tls, quiet=quiet) as client, Bar(quiet) as bar:
         sum_up(work)
         try:
             for done, (index, outcome) in enumerate(finished(client, run_one, todo), start=1):

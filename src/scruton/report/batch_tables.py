@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
+from scruton.cells import safe_cell
 from scruton.documents import write_document, write_text
 from scruton.report.text import number, table
 from scruton.report.wording import estimate, stated
@@ -48,7 +49,8 @@ def batch_csv(batch: "Batch") -> str:
         predicted = [cell for found in _predicted(one, batch) for cell in _numbers(found)]
         for peak in one["peaks"] or [{}]:
             quantities = [cell for key in QUANTITIES for cell in _numbers(peak.get(key))]
-            writer.writerow([*own, peak.get("test"), peak.get("rig"), *quantities, one["unit"], *predicted])
+            row = [*own, peak.get("test"), peak.get("rig"), *quantities, one["unit"], *predicted]
+            writer.writerow([safe_cell(cell) for cell in row])
     return stream.getvalue()
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from scruton.cells import safe_cell
 from scruton.report.document import Code, Document, Equation, Paragraph, Run, Table
 from scruton.report.maths import Maths
 
@@ -101,8 +102,7 @@ def _write_shown(table: Table, path: Path) -> Path:
     temporary = path.with_name(path.name + ".tmp")
     with temporary.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(table.header)
-        writer.writerows(table.rows)
+        writer.writerows([safe_cell(one) for one in row] for row in (table.header, *table.rows))
     os.replace(temporary, path)  # noqa: PTH105
     return path
 

@@ -5,6 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scruton.errors import InputError
 from scruton.report.build import ReportPaths, write_report
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ def run_report(
     bridge: Path | None = None,
     limits: Sequence[str] = (),
     model: str = "default",
-    tests: str | None = None,
+    tests: str | Sequence[str] | None = None,
     seed: int = 0,
     force: bool = False,
     resume: bool = False,
@@ -63,6 +64,8 @@ def run_report(
     from scruton.report.run import FitTask, check_design
 
     check_design(design_sc)
+    if limits and bridge is None:
+        raise InputError("command line", "--limit", f'"{limits[0]}" without a bridge', "--bridge FILE beside it")
     stands = None if bridge is None else check_bridge(path, bridge, limits)
     task = FitTask.of(path, out, model=model, tests=tests, seed=seed, effect=effect)
     claim = task.workspace(

@@ -3,6 +3,7 @@
 import json
 import math
 import re
+import shlex
 import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -10,8 +11,9 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scruton.campaign import Campaign, Quantity, load_campaign, tests_used
+from scruton.campaign import Campaign, Quantity, load_campaign, tests_named, tests_used
 from scruton.errors import InputError
+from scruton.report.options import check_effect_name
 from scruton.report.text import number, table
 from scruton.workspace import Workspace
 
@@ -42,7 +44,7 @@ def run_fit(
     out: Path | None,
     *,
     model: str = "default",
-    tests: str | None = None,
+    tests: str | Sequence[str] | None = None,
     seed: int = 0,
     force: bool = False,
     resume: bool = False,
@@ -97,15 +99,23 @@ class FitTask:
 
     @classmethod
     def of(
-        cls, path: Path, out: Path | None, *, model: str, tests: str | None, seed: int, effect: str | None
+        cls,
+        path: Path,
+        out: Path | None,
+        *,
+        model: str,
+        tests: str | Sequence[str] | None,
+        seed: int,
+        effect: str | None,
     ) -> "FitTask":
         """Read the campaign and the card; InputError for bad input."""
         from scruton.infer.cards import load_card
 
+        check_effect_name(effect)
         if seed < 0:
             raise InputError("command line", "--seed", str(seed), "a whole number, zero or more")
         campaign = load_campaign(path)
-        names = tuple(name.strip() for name in tests.split(",")) if tests is not None else ()
+        names = tests_named(campaign, tests)
         if names:
             campaign = tests_used(campaign, names)
         return cls(campaign, load_card(model), names, seed, effect, out if out is not None else default_folder(path))
@@ -144,7 +154,7 @@ class FitTask:
                 checkpoints=work.checkpoints,
                 report=bar,
                 command=f"fit --seed {self.seed} --model {self.card.name}"
-                + (f" --tests {','.join(self.names)}" if self.names else "")
+                + "".join(f" --test {shlex.quote(name)}" for name in self.names)
                 + (f" --effect {self.effect}" if self.effect else ""),
                 only=self.names,
             )
@@ -301,6 +311,7 @@ def check_effect(summary: dict[str, Any], effect: str | None, results: Path) -> 
     results : Path
         For the error.
     """
+    check_effect_name(effect)
     carried = summary.get("effect", {}).get("used")
     if effect is not None and (carried is None or effect not in ("auto", carried)):
         raise InputError(

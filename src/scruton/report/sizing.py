@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scruton.documents import write_document
 from scruton.errors import InputError
 from scruton.report.figures.sizing import CONFIDENCES
+from scruton.report.options import check_writable
 from scruton.report.run import Bar, check_effect, check_law, parse_damping
 from scruton.report.text import bullets, number, table
 from scruton.workspace import Workspace
@@ -61,6 +62,7 @@ def run_size(
         raise InputError("command line", "--seed", str(seed), "a whole number, zero or more")
     check_law(law_n)
     rules = [limit(one) for one in limits]
+    check_writable(folder)
     tree, summary = read_tree(results)
     if not summary["tests"]:
         raise InputError(results, "", "a campaign without tests in wind", "a fit of at least one test")

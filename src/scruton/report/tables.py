@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scruton.campaign.schema import Motion, Quantity, Record
+from scruton.cells import safe_frame
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -219,7 +220,7 @@ def ring_downs(fit: "Fit") -> "pd.DataFrame":
 
 
 def write_csv(frames: Mapping[str, "pd.DataFrame"], folder: Path) -> list[Path]:
-    """Write each frame as NAME.csv (UTF-8), each in one atomic step.
+    """Write each frame as NAME.csv (UTF-8), each in one atomic step; no cell is a formula to a spreadsheet.
 
     Returns
     -------
@@ -231,7 +232,7 @@ def write_csv(frames: Mapping[str, "pd.DataFrame"], folder: Path) -> list[Path]:
     for name, frame in frames.items():
         path = folder / f"{name}.csv"
         temporary = path.with_name(path.name + ".tmp")
-        frame.to_csv(temporary, index=False, encoding="utf-8")
+        safe_frame(frame).to_csv(temporary, index=False, encoding="utf-8")
         os.replace(temporary, path)  # noqa: PTH105
         paths.append(path)
     return paths

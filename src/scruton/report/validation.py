@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scruton.campaign import Campaign, load_campaign
+from scruton.cells import safe_frame
 from scruton.documents import write_document
 from scruton.errors import InputError
 from scruton.report.text import number, table
@@ -216,5 +217,5 @@ def _write_csv(path: Path, found: Sequence["Validation"]) -> None:
             }
         )  # fmt: skip
     temporary = path.with_name(path.name + ".tmp")
-    pd.DataFrame(rows).to_csv(temporary, index=False, encoding="utf-8")
+    safe_frame(pd.DataFrame(rows)).to_csv(temporary, index=False, encoding="utf-8")
     os.replace(temporary, path)  # noqa: PTH105

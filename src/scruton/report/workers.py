@@ -11,10 +11,13 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+from scruton.campaign.bounded import read_bytes
 from scruton.errors import InputError
 
+LARGEST_CERTIFICATE = 10**6  # bytes
 REACH = 5  # s, to reach a scheduler and to see its first worker
 PATIENCE = 60  # s without any worker before what is left is given up
 POLL = 1  # s between looks at how many workers there are
@@ -28,6 +31,9 @@ SETTINGS = {
     "distributed.worker.memory.terminate": False,
     "distributed.worker.memory.pause": False,
 }
+
+TlsFiles = tuple[Path | None, Path | None, Path | None]  # of the authority, own certificate, own key
+NO_TLS: TlsFiles = (None, None, None)
 
 
 @dataclass(frozen=True)
@@ -44,7 +50,7 @@ def cores() -> int:
 
 
 @contextmanager
-def connected(scheduler: str | None, jobs: int, *, quiet: bool = False) -> Iterator[Any]:
+def connected(scheduler: str | None, jobs: int, *, tls: TlsFiles = NO_TLS, quiet: bool = False) -> Iterator[Any]:
     """Open a Dask client: of a scheduler, or of `jobs` processes that end with the block.
 
     The processes have one thread each and talk over the loopback interface alone; there is no dashboard, and Dask's
@@ -53,17 +59,21 @@ def connected(scheduler: str | None, jobs: int, *, quiet: bool = False) -> Itera
     Parameters
     ----------
     scheduler : str or None
-        Address of a running scheduler, "tcp://host:port".
+        Address of a running scheduler, "tls://host:port" or "tcp://host:port".
     jobs : int
         Processes where no scheduler is named.
+    tls : (Path, Path, Path)
+        Certificate of the authority, own certificate and own key: with them the scheduler and this program know each
+        other.  Without, whoever reaches the scheduler's port runs what he likes on its workers, and here.
     quiet : bool
         Silence the warnings of the processes, too.
 
     Raises
     ------
     InputError
-        If the scheduler cannot be reached, or has no worker.
+        If the scheduler cannot be reached, or has no worker; TLS that is incomplete or belongs to none.
     """
+    security = _security(scheduler, tls)
     import dask
     from distributed import Client, LocalCluster
 
@@ -72,7 +82,7 @@ def connected(scheduler: str | None, jobs: int, *, quiet: bool = False) -> Itera
         stack.enter_context(dask.config.set({**SETTINGS, "temporary-directory": folder}))
         stack.enter_context(_silent())
         if scheduler is not None:
-            yield stack.enter_context(_reach(scheduler))
+            yield stack.enter_context(_reach(scheduler, security))
             return
         cluster = stack.enter_context(
             LocalCluster(
@@ -112,17 +122,42 @@ def _silent() -> Iterator[None]:
             one.setLevel(level)
 
 
+def _security(scheduler: str | None, tls: TlsFiles) -> dict[str, Any]:
+    """Build what a client needs for TLS; empty for a scheduler without, or with TLS from Dask's own configuration."""
+    options = dict(zip(("--tls-ca", "--tls-cert", "--tls-key"), tls, strict=True))
+    given = [name for name, path in options.items() if path is not None]
+    if not given:
+        return {}
+    if scheduler is None or not scheduler.startswith("tls://"):
+        wanted = 'a scheduler under TLS, such as --scheduler "tls://192.168.0.7:8786"'
+        raise InputError("command line", given[0], scheduler or "no --scheduler", wanted)
+    for name, path in options.items():
+        if path is None:
+            raise InputError("command line", name, "nothing", f"all three of: {', '.join(options)}")
+        read_bytes(path, LARGEST_CERTIFICATE)
+    from distributed import Security
+
+    authority, certificate, key = map(str, tls)
+    found = Security(require_encryption=True, tls_ca_file=authority, tls_client_cert=certificate, tls_client_key=key)
+    try:
+        found.get_connection_args("client")
+    except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
+        reason = f"certificates that cannot be used ({error})"
+        raise InputError("command line", "--tls-ca", reason, "certificates and a key in PEM files") from None
+    return {"security": found}
+
+
 @contextmanager
-def _reach(scheduler: str) -> Iterator[Any]:
+def _reach(scheduler: str, security: dict[str, Any]) -> Iterator[Any]:
     """Open a client of a running scheduler."""
     from distributed import Client
 
-    wanted = 'the address of a running Dask scheduler, such as "tcp://127.0.0.1:8786"'
+    wanted = 'the address of a running Dask scheduler, such as "tls://192.168.0.7:8786" or "tcp://127.0.0.1:8786"'
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of versions that differ: what that breaks is reported
-            client = Client(scheduler, timeout=REACH)
-    except (OSError, ValueError, RuntimeError, ImportError) as error:
+            client = Client(scheduler, timeout=REACH, **security)
+    except (OSError, ValueError, RuntimeError, ImportError, TypeError) as error:  # TypeError: TLS without certificates
         reason = f"{scheduler}, where none answers ({type(error).__name__})"
         raise InputError("command line", "--scheduler", reason, wanted) from error
     with client:

@@ -12,9 +12,7 @@ The specification is the campaign.toml that shall come out, with these additions
   `scruton.simulate.Disturbances`.
 """
 
-import math
 import tempfile
-import tomllib
 import zlib
 from collections.abc import Iterable
 from dataclasses import fields
@@ -24,11 +22,19 @@ from typing import Any
 import numpy as np
 
 from scruton.campaign import Campaign, load_campaign
+from scruton.campaign.bounded import LARGEST_TOML, parse_toml, read_bytes, toml_text
+from scruton.campaign.readers import is_delimited
+from scruton.campaign.records import MIN_SAMPLES
 from scruton.campaign.schema import FloatArray, Motion
+from scruton.campaign.tables import Table
+from scruton.campaign.units import show
 from scruton.documents import replace_file
 from scruton.errors import InputError
 from scruton.simulate.disturbances import Disturbances
-from scruton.simulate.motion import FORCES, Truth, simulate_record
+from scruton.simulate.motion import FORCES, STEPS_PER_CYCLE, Truth, simulate_record
+
+LARGEST = 1e12  # of any number, in its unit
+MOST_STEPS = 1e8  # of the integration of one record
 
 _SIMULATION = {
     "sample_rate": None,
@@ -91,7 +97,7 @@ def write_campaign(spec: Path, out: Path, *, seed: int, force: bool = False) -> 
             if kept:
                 content[key][i]["records"] = kept
         _write_toml(folder / "campaign.toml", content)
-        load_campaign(folder)
+        _loaded(spec, folder)
         _refuse_files(out, (path.name for path in folder.iterdir()), force=force)
         out.mkdir(exist_ok=True)
         for path in sorted(folder.iterdir()):
@@ -108,24 +114,27 @@ def _refuse_files(out: Path, names: Iterable[str], *, force: bool) -> None:
 
 
 def _read(spec: Path) -> dict[str, Any]:
-    if not spec.is_file():
-        raise InputError(spec, "", "no such file", "a TOML file that specifies a simulated campaign")
-    try:
-        return tomllib.loads(spec.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(spec, "", f"no valid TOML ({error})", "a TOML file in UTF-8") from error
+    """Read the specification; its rigs, tests and records are lists of tables, whatever else they are."""
+    wanted = "a TOML file that specifies a simulated campaign"
+    content = parse_toml(toml_text(read_bytes(spec, LARGEST_TOML, wanted), spec), spec, wanted)
+    top = Table(spec, "", content)
+    for key in ("rigs", "tests"):
+        for owner in top.tables(key):
+            owner.text("name", "a name")
+            owner.tables("records")
+    return content
 
 
 def _number(spec: Path, field: str, value: Any, *, low: float = 0.0) -> float:
-    """Read a finite number of at least `low`; "200 Hz" and "40 s" are read too."""
+    """Read a number from `low` to `LARGEST`; "200 Hz" and "40 s" are read too."""
     text = value.split() if isinstance(value, str) else []
     if len(text) == 2 and text[1] in ("Hz", "s"):
         try:
             value = float(text[0])
         except ValueError:
             value = None
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value) or value < low:
-        raise InputError(spec, field, repr(value), f"a number of at least {low:g}")
+    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= LARGEST:
+        raise InputError(spec, field, repr(value), f"a number of at least {low:g}, at most {LARGEST:g}")
     return float(value)
 
 
@@ -147,7 +156,7 @@ def _truths(spec: Path, content: dict[str, Any]) -> list[dict[str, Any]]:
         if not isinstance(table, dict) or not {"Y1", "epsilon"} <= set(table) <= set(_TRUTH):
             raise InputError(spec, field, repr(table), "truth = { Y1 = -6.3, epsilon = 0.038 }")
         truth: dict[str, Any] = {
-            key: _number(spec, f"{field}.{key}", table.get(key, 0.0), low=-math.inf) for key in ("Y1", "epsilon", "Y2")
+            key: _number(spec, f"{field}.{key}", table.get(key, 0.0), low=-LARGEST) for key in ("Y1", "epsilon", "Y2")
         }
         truth["force"] = table.get("force", "paper")
         if truth["force"] not in FORCES:
@@ -167,7 +176,7 @@ def _disturbances(spec: Path, place: str, table: Any) -> dict[str, Any]:
         if key not in defaults:
             raise InputError(spec, f"{field}.{key}", "an unknown key", f"some of: {', '.join(defaults)}")
         if isinstance(defaults[key], float):
-            found[key] = _number(spec, f"{field}.{key}", value, low=-math.inf)
+            found[key] = _number(spec, f"{field}.{key}", value, low=-LARGEST)
         elif isinstance(value, type(defaults[key])):
             found[key] = value
         else:
@@ -182,6 +191,10 @@ def _disturbances(spec: Path, place: str, table: Any) -> dict[str, Any]:
 def _without_records(spec: Path, content: dict[str, Any], folder: Path) -> Campaign:
     """Let the campaign's own loader check everything but the records, and give the numbers in SI."""
     _write_toml(folder / "campaign.toml", content)
+    return _loaded(spec, folder)
+
+
+def _loaded(spec: Path, folder: Path) -> Campaign:
     try:
         return load_campaign(folder)
     except InputError as error:
@@ -212,22 +225,24 @@ def _truth(spec: Path, campaign: Campaign, key: str, i: int, damping: list[Any],
 def _write_record(
     spec: Path,
     field: str,
-    record: Any,
+    record: dict[str, Any],
     truth: Truth,
     settings: dict[str, Any],
     folder: Path,
     seed: int,
     common: dict[str, Any],
 ) -> dict[str, Any]:
-    if (
-        not isinstance(record, dict)
-        or not isinstance(record.get("file"), str)
-        or Path(record["file"]).name != record["file"]
-    ):
-        raise InputError(spec, f"{field}.file", repr(record), 'file = "name.csv", a plain name')
+    name = record.get("file")
+    plain = isinstance(name, str) and name.isprintable() and Path(name).name == name and is_delimited(Path(name))
+    if not plain:
+        raise InputError(spec, f"{field}.file", show(name or record), 'file = "name.csv", a plain name')
     kept = {key: value for key, value in record.items() if key not in ("duration", "initial_amplitude", "disturbances")}
     own = _disturbances(spec, field, record.get("disturbances", {}))
     duration = _number(spec, f"{field}.duration", record.get("duration"))
+    samples = duration * settings["sample_rate"]
+    if not MIN_SAMPLES <= samples <= MOST_STEPS or duration * truth.frequency * STEPS_PER_CYCLE > MOST_STEPS:
+        found = f"{samples:.4g} samples of {duration * truth.frequency:.4g} cycles"
+        raise InputError(spec, f"{field}.duration", found, f"{MIN_SAMPLES} samples or more, and at most {MOST_STEPS:g}")
     amplitude = _number(spec, f"{field}.initial_amplitude", record.get("initial_amplitude"))
     try:
         if not truth.still:
@@ -240,10 +255,14 @@ def _write_record(
             disturbances=Disturbances(**{**common, **own}),
             **settings,
         )
-    except (ValueError, ZeroDivisionError) as error:
+    except ArithmeticError as error:
+        raise InputError(spec, field, f"numbers that cannot be simulated ({error})", "those of a tunnel") from error
+    except ValueError as error:
         raise InputError(
             spec, field, f"a record that cannot be simulated ({error})", "a force with a stable amplitude"
         ) from error
+    if not np.isfinite(response).all():
+        raise InputError(spec, field, "a motion that grows beyond all numbers", "one that stays finite")
     _write_csv(folder / record["file"], time, response, truth)
     return kept
 

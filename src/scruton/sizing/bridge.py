@@ -1,6 +1,5 @@
 """`bridge.toml`: the bridge that the section model stands for, its modes, limits, wind and costs."""
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
@@ -9,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from scruton.campaign.bounded import LARGEST_TABLE, LARGEST_TOML, parse_toml, read_bytes, toml_text
 from scruton.campaign.schema import FloatArray, Motion
 from scruton.campaign.tables import Table
 from scruton.campaign.units import (
@@ -42,7 +42,7 @@ LARGEST_COV = 10.0  # of anything; more is a slip of the pen
 _REACH = 18.0  # of -ln(1 - probability) of the wind speed: half a second a year lies beyond
 _MODAL_MASS = Dimension("a modal mass", "kg", 2e6)
 _SHARE = Dimension("a bare number", "", 0.5)
-_MONEY = Dimension("an amount of money, a bare number", "", 1e6, positive=False)
+_MONEY = Dimension("an amount of money, a bare number", "", 1e6, positive=False, largest=1e15)
 _TOP = (
     "format", "title", "width", "depth", "air_density", "coherence", "limits", "modes", "wind", "damper", "cost",
 )  # fmt: skip
@@ -196,17 +196,13 @@ def load_bridge(path: Path, motion: Motion) -> Bridge:
     path = Path(path)
     if path.is_dir():
         path = path / "bridge.toml"
-    try:
-        data = path.read_bytes()
-        content = tomllib.loads(data.decode())
-    except FileNotFoundError:
-        raise InputError(path, "", "no such file", "a bridge.toml") from None
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InputError(path, "", f"a file that cannot be read ({error})", "TOML in UTF-8") from None
+    data = read_bytes(path, LARGEST_TOML, "a bridge.toml")
+    content = parse_toml(toml_text(data, path), path)
     digests = {path.name: sha256(data).hexdigest()}
     top = Table(path, "", content)
     top.check_keys(_TOP)
-    if top.required("format", f"format = {FORMAT}") != FORMAT:
+    version = top.required("format", f"format = {FORMAT}")
+    if version != FORMAT or isinstance(version, bool | float):
         raise top.error("format", show(content["format"]), f"format = {FORMAT}, the one that this version reads")
     modes = tuple(_mode(table, motion, digests) for table in top.tables("modes"))
     if not modes:
@@ -287,7 +283,7 @@ def _shape(table: Table, digests: dict[str, str]) -> ModeShape:
         return sine(waves)
     path = table.file.parent / name
     shape = read_shape(path)
-    digests[name] = sha256(path.read_bytes()).hexdigest()
+    digests[name] = sha256(read_bytes(path, LARGEST_TABLE)).hexdigest()
     return shape
 
 
@@ -295,10 +291,9 @@ def _uncertain(
     table: Table, key: str, dimension: Dimension, default: Uncertain | None, cov: float = 0.0, family: str = "lognormal"
 ) -> Uncertain:
     """Read a number, "x +/- s", or a table of mean or median, sd or cov, minimum, distribution."""
-    if key not in table:
-        assert default is not None
+    if key not in table and default is not None:
         return default
-    value = table.values[key]
+    value = table.required(key, f"{dimension.name}, such as {key} = {dimension.spelling}")
     place = table.at(key)
     known_keys = ("mean", "median", "sd", "cov", "minimum", "distribution")
     if not isinstance(value, Mapping):
@@ -380,7 +375,7 @@ def _wind(table: Table, digests: dict[str, str]) -> Wind:
             raise InputError(path, "", "other rows", wanted)
         if not 0.0 < rows[:, 1].sum() <= 8790.0:
             raise InputError(path, "hours", f"{rows[:, 1].sum():g} hours in all", "up to the 8,766 of a year")
-        digests[path.name] = sha256(path.read_bytes()).hexdigest()
+        digests[path.name] = sha256(read_bytes(path, LARGEST_TABLE)).hexdigest()
         return Wind(rows[:, 0], share * rows[:, 1])
     scale = table.number("weibull_scale", SPEED)
     shape = table.number("weibull_shape", Dimension("a shape parameter, a bare number", "", 2.0))

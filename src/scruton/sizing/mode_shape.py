@@ -16,10 +16,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.integrate import simpson
 
+from scruton.campaign.bounded import LARGEST_NUMBER, LARGEST_TABLE, read_bytes
 from scruton.campaign.schema import FloatArray
 from scruton.errors import InputError
 
 _POINTS = 2001
+CLOSEST = 1e-9  # of the span, between points; no curve passes through what is closer
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,10 +113,8 @@ def read_table(path: Path, wanted: str) -> FloatArray:
         A file that is not there or holds something else, or begins with numbers: they would be taken for the header.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise InputError(path, "", "no such file", wanted) from None
-    except (OSError, UnicodeDecodeError) as error:
+        text = read_bytes(path, LARGEST_TABLE, wanted).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
         raise InputError(path, "", f"a file that cannot be read ({error})", wanted) from None
     lines = [line for line in text.splitlines() if line.strip()]
     if len(lines) < 2:
@@ -138,6 +138,11 @@ def make_shape(position: FloatArray, value: FloatArray, path: Path | str) -> Mod
         raise InputError(path, "", "a number that is not finite", "finite positions and displacements")
     if not (np.diff(position) > 0.0).all():
         raise InputError(path, "position", "values that do not rise from row to row", "rising positions")
+    span = position[-1] - position[0]
+    if span < CLOSEST or np.diff(position).min() < CLOSEST * span:
+        raise InputError(path, "position", "points that all but coincide", f"more than {CLOSEST:g} of the span between")
+    if max(np.abs(position).max(), np.abs(value).max()) > LARGEST_NUMBER:
+        raise InputError(path, "", "a number that no bridge has", f"numbers up to {LARGEST_NUMBER:g}")
     if not np.abs(value).max() > 0.0:
         raise InputError(path, "displacement", "a mode shape of zeros", "a shape that moves somewhere")
     fine = np.linspace(position[0], position[-1], _POINTS)

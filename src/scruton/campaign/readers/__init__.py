@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from scruton.campaign.readers.columns import Column, Container
+from scruton.campaign.readers.columns import Column, Container, readable
 from scruton.campaign.readers.delimited import CsvDialect, open_delimited
 from scruton.campaign.readers.hdf5 import open_hdf5
 from scruton.campaign.readers.matlab import open_matlab
@@ -47,9 +47,11 @@ def open_container(data: bytes, path: Path, dialect: CsvDialect) -> Container:
     if not data:
         raise InputError(path, "", "an empty file", "a record")
     if is_delimited(path):
-        return open_delimited(data, path, dialect)
+        with readable(path, "text in columns"):
+            return open_delimited(data, path, dialect)
     reader = _OTHERS.get(path.suffix.lower())
     if reader is None:
         known = ", ".join([*_DELIMITED, *_OTHERS])
         raise InputError(path, "", f'the file ending "{path.suffix}"', f"one of {known}; save the record as CSV, say")
-    return reader(data, path)
+    with readable(path, f"a {path.suffix.lower()} file that is whole"):
+        return reader(data, path)

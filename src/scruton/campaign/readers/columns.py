@@ -92,6 +92,8 @@ def readable(path: Path, wanted: str) -> Iterator[None]:
         yield
     except InputError:
         raise
+    except MemoryError:
+        raise InputError(path, "", "a file that takes more memory than there is", wanted) from None
     except Exception as error:
         reason = str(error).strip().splitlines()
         what = f"a file that cannot be read ({reason[0][:200] if reason else type(error).__name__})"

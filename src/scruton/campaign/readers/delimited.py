@@ -11,10 +11,14 @@ from pathlib import Path
 
 import numpy as np
 
+from scruton.campaign.bounded import check_lines
 from scruton.campaign.readers.columns import Column
 from scruton.campaign.schema import FloatArray
 from scruton.campaign.tables import nearest
 from scruton.errors import InputError
+
+MOST_COLUMNS = 10_000
+LONGEST_HEADING = 1_000  # characters; the time to look for a unit grows with the square
 
 # "displacement [mm]" or "displacement (mm)": a name, then a unit at the end.
 _HEADING = re.compile(r"^(?P<name>.*?)\s*(?:\[(?P<unit>[^\[\]]*)\]|\((?P<unit2>[^()]*)\))\s*$")
@@ -155,9 +159,14 @@ class Delimited:
 
     def _rows(self) -> Iterator[tuple[int, list[str]]]:
         """Go through the data line by line, slowly: the number of the line in the file and its cells."""
+        for number, line in self._full_lines():
+            yield number, split_line(line, self.dialect)
+
+    def _full_lines(self) -> Iterator[tuple[int, str]]:
+        """Go through the lines that are not blank, with their numbers in the file."""
         for number, (line, *_) in enumerate(_lines(self.text), start=self.first_line):
             if line.strip():
-                yield number, split_line(line, self.dialect)
+                yield number, line
 
     def _bad_cell(self, needed: Sequence[int], error: Exception) -> InputError:
         """Find what pandas could not read, and say its line and column."""
@@ -183,7 +192,7 @@ class Delimited:
 
     def _where(self, position: int, index: int) -> str:
         """Place of a sample: pandas leaves blank lines out, so lines are counted again."""
-        for i, (line, _) in enumerate(self._rows()):
+        for i, (line, _) in enumerate(self._full_lines()):
             if i == index:
                 return f"line {line}"
         return f"row {index}"
@@ -205,6 +214,7 @@ def open_delimited(data: bytes, path: Path, dialect: CsvDialect) -> Delimited:
             path, "", f"bytes that are not {dialect.encoding}{place}",
             'the encoding of the file in the record\'s table, such as encoding = "gbk"',
         ) from None  # fmt: skip
+    check_lines(text, path)
     lines = enumerate(_lines(text), start=1)
     full = ((number, *line) for number, line in lines if number > dialect.skip_rows and line[0].strip())
     number, line, start, end = next(full, (0, "", 0, 0))
@@ -213,8 +223,10 @@ def open_delimited(data: bytes, path: Path, dialect: CsvDialect) -> Delimited:
         what = f"nothing after the {dialect.skip_rows} lines to skip" if dialect.skip_rows else "only blank lines"
         raise InputError(path, "", what, 'a header line such as "time [s],displacement [m]"')
     cells = [cell.strip() for cell in _strip_empty(split_line(line, dialect))]
-    if all(_is_number(cell, dialect.decimal) for cell in cells):
+    if len(cells) <= MOST_COLUMNS and all(_is_number(cell, dialect.decimal) for cell in cells):
         return Delimited(path, text[start:], number, dialect, (), len(cells))
+    if len(cells) > MOST_COLUMNS:
+        raise InputError(path, f"line {number}", f"{len(cells):,} columns", f"at most {MOST_COLUMNS:,}")
     cells[0] = cells[0].lstrip("#% ")  # a header that numpy.savetxt or MATLAB wrote as a comment
     width = len(_strip_empty(split_line(after, dialect)))
     if width > len(cells):
@@ -243,7 +255,7 @@ def split_line(line: str, dialect: CsvDialect) -> list[str]:
 
 
 def _heading(text: str) -> Heading:
-    match = _HEADING.match(text)
+    match = _HEADING.match(text) if len(text) <= LONGEST_HEADING else None
     if match is None or not match["name"]:
         return Heading(text, text, None)
     unit = match["unit"] if match["unit"] is not None else match["unit2"]
@@ -261,9 +273,10 @@ def _printable(text: str) -> str:
 
 def _strip_empty(cells: list[str]) -> list[str]:
     """Drop the empty cells that trailing delimiters leave."""
-    while cells and not cells[-1].strip():
-        cells = cells[:-1]
-    return cells
+    count = len(cells)
+    while count and not cells[count - 1].strip():
+        count -= 1
+    return cells[:count]
 
 
 def _is_number(cell: str, decimal: str) -> bool:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scruton.campaign.readers.claims import check_claim
 from scruton.campaign.readers.columns import RESAVE_OBJECT, Column, as_column, readable
 from scruton.campaign.readers.variables import Index, element, parse_path
 from scruton.campaign.tables import nearest
@@ -16,6 +17,7 @@ from scruton.errors import InputError
 if TYPE_CHECKING:
     import h5py
 
+MOST_LINKS = 16  # soft links on the way to one data set
 _INTEGERS = tuple(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))
 _MATLAB_ARRAYS = frozenset(("double", "single", "logical", "struct", "cell", "char", *_INTEGERS))
 
@@ -53,14 +55,14 @@ class Hdf5:
             value = self._member(value, step, name) if isinstance(step, str) else self._element(value, step, name)
         unit = None
         if isinstance(value, h5py.Dataset):
-            unit = value.attrs.get("units", value.attrs.get("unit"))
+            unit = _attribute(value, "units") or _attribute(value, "unit")
             value = self._array(value, name)
         if isinstance(value, h5py.Group | StructElement):
             group = value if isinstance(value, h5py.Group) else value.group
             raise InputError(
                 self.path,
                 name,
-                f"a group or struct with {', '.join(group)}",
+                f"a group or struct with {', '.join(list(group)[:12])}",
                 f'such as "{name}.{next(iter(group), "y")}"',
             )
         text = unit.decode(errors="replace") if isinstance(unit, bytes) else unit
@@ -73,10 +75,10 @@ class Hdf5:
         group = parent.group if isinstance(parent, StructElement) else parent
         if not isinstance(group, h5py.Group):
             raise InputError(self.path, name, f'no struct or group to take "{member}" from', "a path into a struct")
-        known = [one for one in group if not one.startswith("#")]
         try:
-            child = group[member]
-        except (KeyError, ValueError):
+            child = self._follow(group, member, name)
+        except KeyError:
+            known = [one for one in group if not one.startswith("#")]
             raise InputError(self.path, name, f'no "{member}"', nearest(member, known)) from None
         self._refuse_objects(child, name)
         if isinstance(parent, StructElement):
@@ -86,6 +88,23 @@ class Hdf5:
                 self.path, name, f"a struct array of {child.size} before .{member}",
                 f'an index before ".{member}": [0] to [{child.size - 1}]',
             )  # fmt: skip
+        return child
+
+    def _follow(self, group: "h5py.Group", path: str, name: str, links: int = MOST_LINKS) -> Any:
+        """Take what lies at a path in this very file (KeyError where nothing does): no link leads out of it."""
+        import h5py
+
+        child: Any = self.file if path.startswith("/") else group
+        for part in filter(None, path.split("/")):
+            link = child.get(part, getlink=True) if isinstance(child, h5py.Group) else None
+            if link is None:
+                raise KeyError(part)
+            if isinstance(link, h5py.SoftLink) and links > 0:
+                child = self._follow(child, link.path, name, links - 1)
+            elif isinstance(link, h5py.HardLink):
+                child = child[part]
+            else:
+                raise InputError(self.path, name, "a link to another file, or to itself", "data in the file itself")
         return child
 
     def _element(self, value: Any, index: Index, name: str) -> Any:
@@ -108,19 +127,29 @@ class Hdf5:
 
     def _array(self, dataset: "h5py.Dataset", name: str) -> Any:
         """Read a data set, turned the way MATLAB shows it where MATLAB wrote it."""
-        if dataset.attrs.get("MATLAB_empty", 0):
+        if _attribute(dataset, "MATLAB_empty"):
             return np.empty(0)
-        if dataset.attrs.get("MATLAB_class") == b"char":
+        if _attribute(dataset, "MATLAB_class") == b"char":
             raise InputError(self.path, name, "text", "real numbers, one column")
+        self._check_storage(dataset, name)
         array = dataset[()]
         return np.asarray(array).T if self._is_matlab() else np.asarray(array)
 
+    def _check_storage(self, dataset: "h5py.Dataset", name: str) -> None:
+        """Refuse data that lie in other files, or claim more samples than are stored, before any are read."""
+        if dataset.external or dataset.is_virtual:
+            raise InputError(self.path, name, "data that lie in another file", "data in the file itself")
+        check_claim(dataset.nbytes, dataset.id.get_storage_size(), self.path, name)
+
     def _is_matlab(self) -> bool:
-        return any("MATLAB_class" in self.file[name].attrs for name in self.names)
+        import h5py
+
+        hard = [one for one in self.names if isinstance(self.file.get(one, getlink=True), h5py.HardLink)]
+        return any("MATLAB_class" in self.file[one].attrs for one in hard)
 
     def _refuse_objects(self, item: Any, name: str) -> None:
         """Raise InputError for table, string, datetime and other objects of MATLAB, whose layout is not public."""
-        kind = item.attrs.get("MATLAB_class", b"")
+        kind = _attribute(item, "MATLAB_class") or b""
         kind = kind.decode(errors="replace") if isinstance(kind, bytes) else str(kind)
         if "MATLAB_object_decode" in item.attrs and kind not in _MATLAB_ARRAYS:
             raise InputError(self.path, name, f"a MATLAB object of class {kind}", RESAVE_OBJECT)
@@ -130,7 +159,9 @@ def _is_struct_array(group: "h5py.Group") -> bool:
     """Whether a MATLAB struct has several elements: its fields are then data sets of references without a class."""
     import h5py
 
-    if group.attrs.get("MATLAB_class") != b"struct" or not len(group):
+    if _attribute(group, "MATLAB_class") != b"struct" or not len(group):
+        return False
+    if not all(isinstance(group.get(one, getlink=True), h5py.HardLink) for one in group):
         return False
     return all(
         isinstance(one, h5py.Dataset)
@@ -138,6 +169,14 @@ def _is_struct_array(group: "h5py.Group") -> bool:
         and "MATLAB_class" not in one.attrs
         for one in group.values()
     )
+
+
+def _attribute(item: Any, key: str) -> Any:
+    """A single value that is attached to an item; None where there is none, or an array."""
+    if key not in item.attrs or item.attrs.get_id(key).shape not in ((), (1,)):
+        return None
+    value = item.attrs[key]
+    return value[0] if isinstance(value, np.ndarray) else value
 
 
 def open_hdf5(data: bytes, path: Path) -> Hdf5:

@@ -10,6 +10,7 @@ import numpy as np
 
 from scruton.campaign.readers.columns import RESAVE_OBJECT, Column, Container, as_column, readable
 from scruton.campaign.readers.hdf5 import open_hdf5
+from scruton.campaign.readers.mat5 import check_mat5
 from scruton.campaign.readers.variables import element, parse_path
 from scruton.campaign.tables import nearest
 from scruton.errors import InputError
@@ -43,7 +44,9 @@ class MatFile:
             raise InputError(self.path, name, "no such variable", nearest(where.root, (*self.names, *self.objects)))
         value = self.variables[where.root]
         for step in where.steps:
+            self._refuse_sparse(value, name)
             value = self._field(value, step, name) if isinstance(step, str) else element(value, step, self.path, name)
+        self._refuse_sparse(value, name)
         if _is_object(value) or (
             isinstance(value, np.ndarray) and value.dtype == object and any(map(_is_object, value.flat))
         ):
@@ -53,6 +56,12 @@ class MatFile:
             what = f"a struct with fields {', '.join(names)}"
             raise InputError(self.path, name, what, f'one of its fields, such as "{name}.{names[0]}"')
         return Column(name, as_column(value, self.path, name))
+
+    def _refuse_sparse(self, value: Any, name: str) -> None:
+        from scipy.sparse import issparse
+
+        if issparse(value):  # its indices are not checked by anyone
+            raise InputError(self.path, name, "a sparse matrix", "a full one: in MATLAB y = full(y), and save that")
 
     def _field(self, value: Any, field: str, name: str) -> Any:
         """Take a field of a struct, of a struct array of one, or of one element of a struct array."""
@@ -85,6 +94,7 @@ def open_matlab(data: bytes, path: Path) -> Container:
     from scipy.io import loadmat
 
     with readable(path, "a MATLAB file, version 5 or 7.3"):
+        check_mat5(data, path)
         content = loadmat(io.BytesIO(data), struct_as_record=True)
     variables = {key: value for key, value in content.items() if not key.startswith("__") and not _is_object(value)}
     objects = tuple(_object_name(key, value) for key, value in content.items() if _is_object(value))

@@ -1,6 +1,7 @@
 """Reader of LabVIEW measurement files (.tdms), through nptdms, which is an optional extra."""
 
 import io
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +23,7 @@ class Tdms:
 
     path: Path
     file: "TdmsFile"
+    size: int  # bytes of the file
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -44,6 +46,9 @@ class Tdms:
             what = f"{len(found)} channels of this name" if found else "no such channel"
             raise InputError(self.path, name, what, nearest(name, self.names))
         channel = found[0]
+        if len(channel) > self.size:  # a value takes a byte at least
+            what = f"{len(channel):,} values in a file of {self.size:,} bytes"
+            raise InputError(self.path, name, what, "a file that holds all of its samples")
         values = as_column(np.asarray(channel[:]), self.path, name)
         properties = channel.properties
         step = float(properties.get("wf_increment", 0.0))
@@ -61,5 +66,6 @@ def open_tdms(data: bytes, path: Path) -> Tdms:
         raise InputError(
             path, "", "a TDMS file, and no package that reads it", "nptdms: pip install 'scruton[tdms]'"
         ) from None
+    logging.getLogger("nptdms.types").setLevel(logging.CRITICAL)  # it would print the bytes of a damaged name
     with readable(path, "a TDMS file as LabVIEW writes it"):
-        return Tdms(path, TdmsFile.read(io.BytesIO(data)))
+        return Tdms(path, TdmsFile.open(io.BytesIO(data)), len(data))
