@@ -1,0 +1,157 @@
+"""Workers with a watchdog: a case that takes too long, or that ends its process, is a fault of that case alone."""
+
+import multiprocessing
+import shutil
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
+from typing import Any
+
+from tests.fuzz.case import Fault, Outcome
+
+LIMIT = 20.0  # s of processor time that a case may take
+PATIENCE = 3.0  # times the limit on the wall clock, before its process is ended: the machine may be busy
+STARTING = 300.0  # s for a worker to import what it needs
+Planned = tuple[str, int]
+
+
+@dataclass
+class Worker:
+    """A process, the line to it, and what it is at."""
+
+    process: Any
+    line: Connection
+    folder: Path
+    case: Planned | None = None
+    since: float = field(default_factory=time.monotonic)
+    ready: bool = False
+
+    def give(self, case: Planned) -> None:
+        """Start a case."""
+        self.case, self.since = case, time.monotonic()
+        self.line.send(case)
+
+    def end(self) -> None:
+        """End the process, whatever it does."""
+        self.line.close()
+        if self.process.is_alive():
+            self.process.kill()
+        self.process.join()
+
+
+def _serve(
+    line: Connection, seed: int, stock: Path, folder: Path, limit: float, prepare: Callable[[], None] | None
+) -> None:
+    """Run cases as they come, until the line closes."""
+    from tests.fuzz.worker import bounded, run_case
+
+    bounded()
+    if prepare is not None:
+        prepare()
+    line.send(None)
+    while True:
+        try:
+            kind, number = line.recv()
+        except EOFError:
+            return
+        line.send(run_case(kind, number, seed=seed, stock=stock, folder=folder, limit=limit))
+
+
+def run_cases(
+    planned: Sequence[Planned],
+    *,
+    seed: int,
+    stock: Path,
+    work: Path,
+    jobs: int = 1,
+    limit: float = LIMIT,
+    prepare: Callable[[], None] | None = None,
+    keep: Path | None = None,
+) -> Iterator[Outcome]:
+    """Run cases side by side; outcomes come as they are done.
+
+    Parameters
+    ----------
+    planned : sequence of (kind, number)
+    seed : int
+    stock, work : Path
+        What cases start from, and where they write.
+    jobs : int
+        Processes.
+    limit : float
+        Seconds of processor time for a case.
+    prepare : callable, optional
+        Called in every worker first: tests of the harness plant faults with it.
+    keep : Path, optional
+        Gets the files of cases with faults.
+    """
+    spawn = multiprocessing.get_context("spawn")
+    todo = list(reversed(planned))
+
+    def start(place: int) -> Worker:
+        here, there = spawn.Pipe()
+        folder = work / f"worker-{place}"
+        process = spawn.Process(target=_serve, args=(there, seed, stock, folder, limit, prepare))
+        process.start()
+        there.close()
+        return Worker(process, here, folder)
+
+    workers = [start(place) for place in range(min(jobs, len(todo)))]
+    try:
+        while todo or any(one.case for one in workers):
+            wait([one.line for one in workers], timeout=0.2)
+            for place, worker in enumerate(workers):
+                for outcome in _look(worker, limit):
+                    if outcome.faults and keep is not None:
+                        keep_case(outcome, worker.folder, keep)
+                    yield outcome
+                if not worker.process.is_alive() and not worker.line.closed and not worker.line.poll():
+                    worker.end()
+                if worker.line.closed:
+                    workers[place] = start(place)
+                elif worker.ready and worker.case is None and todo:
+                    worker.give(todo.pop())
+    finally:
+        for worker in workers:
+            worker.end()
+
+
+def _look(worker: Worker, limit: float) -> Iterator[Outcome]:
+    """See what a worker has to say; end it where it is over time, or dead."""
+    fault = None
+    try:
+        if worker.line.poll():
+            outcome = worker.line.recv()
+            worker.case, worker.ready = None, True
+            if outcome is not None:
+                yield outcome
+            return
+    except (EOFError, OSError):
+        worker.process.join(5)
+        fault = Fault("crash", f"the process ended with {worker.process.exitcode}")
+    waited = time.monotonic() - worker.since
+    if fault is None and waited > (PATIENCE * limit if worker.ready else STARTING):
+        fault = Fault("hang", f"more than {waited:.0f} s")
+    if fault is not None:
+        case = worker.case
+        worker.end()
+        if case is None:
+            raise RuntimeError(f"a worker of the harness does not start: {fault.detail}")
+        yield Outcome(*case, "?", (), None, (fault,), waited)
+
+
+def keep_case(outcome: Outcome, folder: Path, keep: Path) -> None:
+    """Copy the files of a case, with its command and what is wrong with it; no file above 5 MB."""
+    place = keep / f"{outcome.kind}-{outcome.number}"
+    shutil.rmtree(place, ignore_errors=True)
+
+    def large(at: str, names: list[str]) -> list[str]:
+        return [one for one in names if (Path(at) / one).is_file() and (Path(at) / one).stat().st_size > 5e6]
+
+    shutil.copytree(folder, place / "files", ignore=large, symlinks=True, ignore_dangling_symlinks=True)
+    faults = "\n\n".join(f"{one.cause}\n{one.detail}" for one in outcome.faults)
+    command = " ".join(repr(one if len(one) < 200 else one[:200] + "...") for one in outcome.argv)
+    text = f"{outcome.about}\nscruton {command}\nexit code {outcome.code}\n\n{faults}\n\n{outcome.said}\n"
+    (place / "fault.txt").write_text(text, encoding="utf-8", errors="backslashreplace")
