@@ -12,7 +12,7 @@ from typing import Any
 from tests.fuzz.case import Fault, Outcome
 
 LIMIT = 20.0  # s of processor time that a case may take
-PATIENCE = 3.0  # times the limit on the wall clock, before its process is ended: the machine may be busy
+PATIENCE = 3.0  # times the limit
 STARTING = 300.0  # s for a worker to import what it needs
 Planned = tuple[str, int]
 
@@ -67,6 +67,7 @@ def run_cases(
     work: Path,
     jobs: int = 1,
     limit: float = LIMIT,
+    patience: float = PATIENCE,
     prepare: Callable[[], None] | None = None,
     keep: Path | None = None,
 ) -> Iterator[Outcome]:
@@ -82,6 +83,8 @@ def run_cases(
         Processes.
     limit : float
         Seconds of processor time for a case.
+    patience : float
+        Times the limit on the wall clock, before a process is ended: the machine may be busy.
     prepare : callable, optional
         Called in every worker first: tests of the harness plant faults with it.
     keep : Path, optional
@@ -103,7 +106,7 @@ def run_cases(
         while todo or any(one.case for one in workers):
             wait([one.line for one in workers], timeout=0.2)
             for place, worker in enumerate(workers):
-                for outcome in _look(worker, limit):
+                for outcome in _look(worker, patience * limit):
                     if outcome.faults and keep is not None:
                         keep_case(outcome, worker.folder, keep)
                     yield outcome
@@ -118,7 +121,7 @@ def run_cases(
             worker.end()
 
 
-def _look(worker: Worker, limit: float) -> Iterator[Outcome]:
+def _look(worker: Worker, longest: float) -> Iterator[Outcome]:
     """See what a worker has to say; end it where it is over time, or dead."""
     fault = None
     try:
@@ -132,7 +135,7 @@ def _look(worker: Worker, limit: float) -> Iterator[Outcome]:
         worker.process.join(5)
         fault = Fault("crash", f"the process ended with {worker.process.exitcode}")
     waited = time.monotonic() - worker.since
-    if fault is None and waited > (PATIENCE * limit if worker.ready else STARTING):
+    if fault is None and waited > (longest if worker.ready else STARTING):
         fault = Fault("hang", f"more than {waited:.0f} s")
     if fault is not None:
         case = worker.case

@@ -52,7 +52,7 @@ def lay(folder: Path, name: str, written: Written) -> None:
 def intact(kind: str, layout: str, folder: Path, name: str, written: Written) -> Case:
     """Make a case that must be accepted, and read as it was written."""
     lay(folder, name, written)
-    return Case(f"{kind}: intact, {layout}", CHECK, ACCEPTED, demand=_as_written(written))
+    return Case(f"{kind}: intact, {layout}", CHECK, ACCEPTED, (name, "records[0]"), demand=_as_written(written))
 
 
 def spoiled(
