@@ -78,6 +78,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             keep=options.out,
         ):  # fmt: skip
             outcomes.append(outcome)
+            if len(outcomes) % 250 == 0:
+                print(f"{len(outcomes)} of {len(planned)} cases", file=sys.stderr, flush=True)
             if outcome.faults or options.only is not None:
                 _show(outcome, options.only is not None)
     finally:

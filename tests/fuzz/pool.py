@@ -9,10 +9,12 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any
 
+import psutil
+
 from tests.fuzz.case import Fault, Outcome
 
 LIMIT = 20.0  # s of processor time that a case may take
-PATIENCE = 3.0  # times the limit
+PATIENCE = 15.0  # times the limit, on the wall clock: the machine may be busy
 STARTING = 300.0  # s for a worker to import what it needs
 Planned = tuple[str, int]
 
@@ -25,13 +27,22 @@ class Worker:
     line: Connection
     folder: Path
     case: Planned | None = None
+    about: tuple[str, tuple[str, ...]] = "?", ()
+    before: float = 0.0  # s of processor time when the case began
     since: float = field(default_factory=time.monotonic)
     ready: bool = False
 
     def give(self, case: Planned) -> None:
         """Start a case."""
-        self.case, self.since = case, time.monotonic()
+        self.case, self.about, self.since, self.before = case, ("?", ()), time.monotonic(), self.busy()
         self.line.send(case)
+
+    def busy(self) -> float:
+        """Seconds of processor time so far."""
+        try:
+            return sum(psutil.Process(self.process.pid).cpu_times()[:2])
+        except psutil.Error:
+            return self.before
 
     def end(self) -> None:
         """End the process, whatever it does."""
@@ -56,7 +67,7 @@ def _serve(
             kind, number = line.recv()
         except EOFError:
             return
-        line.send(run_case(kind, number, seed=seed, stock=stock, folder=folder, limit=limit))
+        line.send(run_case(kind, number, seed=seed, stock=stock, folder=folder, limit=limit, announce=line.send))
 
 
 def run_cases(
@@ -106,7 +117,7 @@ def run_cases(
         while todo or any(one.case for one in workers):
             wait([one.line for one in workers], timeout=0.2)
             for place, worker in enumerate(workers):
-                for outcome in _look(worker, patience * limit):
+                for outcome in _look(worker, limit, patience):
                     if outcome.faults and keep is not None:
                         keep_case(outcome, worker.folder, keep)
                     yield outcome
@@ -121,28 +132,32 @@ def run_cases(
             worker.end()
 
 
-def _look(worker: Worker, longest: float) -> Iterator[Outcome]:
+def _look(worker: Worker, limit: float, patience: float) -> Iterator[Outcome]:
     """See what a worker has to say; end it where it is over time, or dead."""
     fault = None
     try:
-        if worker.line.poll():
-            outcome = worker.line.recv()
+        while worker.line.poll():
+            said = worker.line.recv()
+            if isinstance(said, tuple):
+                worker.about = said
+                continue
             worker.case, worker.ready = None, True
-            if outcome is not None:
-                yield outcome
+            if said is not None:
+                yield said
             return
     except (EOFError, OSError):
         worker.process.join(5)
         fault = Fault("crash", f"the process ended with {worker.process.exitcode}")
-    waited = time.monotonic() - worker.since
-    if fault is None and waited > (longest if worker.ready else STARTING):
-        fault = Fault("hang", f"more than {waited:.0f} s")
+    waited, busy = time.monotonic() - worker.since, worker.busy() - worker.before
+    if fault is None and (waited > patience * limit or busy > 2 * limit if worker.ready else waited > STARTING):
+        fault = Fault("hang", f"more than {waited:.0f} s, {busy:.0f} s of them busy")
     if fault is not None:
         case = worker.case
         worker.end()
         if case is None:
             raise RuntimeError(f"a worker of the harness does not start: {fault.detail}")
-        yield Outcome(*case, "?", (), None, (fault,), waited)
+        about, argv = worker.about
+        yield Outcome(*case, about, argv, None, (fault,), busy)
 
 
 def keep_case(outcome: Outcome, folder: Path, keep: Path) -> None:

@@ -8,7 +8,7 @@ import sys
 import time
 import traceback
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -28,14 +28,17 @@ def generator(seed: int, kind: str, number: int) -> np.random.Generator:
     return np.random.default_rng([seed, int.from_bytes(kind.encode()), number])
 
 
-def run_case(kind: str, number: int, *, seed: int, stock: Path, folder: Path, limit: float) -> Outcome:
-    """Make a case in `folder`, which is made anew, run it, and judge it."""
+def run_case(
+    kind: str, number: int, *, seed: int, stock: Path, folder: Path, limit: float, announce: Callable[[object], None]
+) -> Outcome:
+    """Make a case in `folder`, which is made anew, announce what it is, run it, and judge it."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     here = Path.cwd()
     os.chdir(folder)
     try:
         case = KINDS[kind].make(generator(seed, kind, number), number, folder, Stock(stock))
+        announce((case.about, case.argv))
         run = command(case, folder)
         faults = judge(case, run, limit)
     except Exception:  # the harness itself; it must be heard

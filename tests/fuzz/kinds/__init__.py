@@ -37,5 +37,5 @@ KINDS: dict[str, Kind] = {
     "results": Kind(results.fit, 0.8),
     "resumed": Kind(results.resumed, 0.6),
     "challenge": Kind(results.challenge, 0.6),
-    "slips": Kind(slips.make, 0.7),
+    "slips": Kind(slips.make, 3.8),
 }

@@ -38,9 +38,9 @@ STOPS: dict[str, tuple[str, ...]] = {
     "size": ("scruton.sizing.run.size",),
     "criticise": ("scruton.infer.criticism.criticise_tree",),
     "validate": ("scruton.infer.fit.fit_campaign",),
-    "batch": ("scruton.report.workers.connected",),
+    "batch": ("distributed.LocalCluster",),
     "calibrate": ("scruton.calibrate.run.run_one", "scruton.calibrate.run.ProcessPoolExecutor"),
-    "diagnose": ("scruton.gap.run.examine",),
+    "diagnose": ("scruton.gap.run.diagnose_data",),
     "challenge make": ("scruton.calibrate.challenge.make.simulate_case", "concurrent.futures.ProcessPoolExecutor"),
     "challenge run": ("scruton.gap.run.diagnose_campaign", "scruton.calibrate.challenge.run.ProcessPoolExecutor"),
     "challenge score": ("scruton.calibrate.challenge.pictures.draw",),
@@ -80,7 +80,7 @@ MUST_REFUSE: dict[str, set[str]] = {
     "--tests": NAME, "--rig": NAME, "--model": NAME | FILE, "--limit": NAME, "--bridge": FILE, "--regimes": NAME,
     "--effects": NAME, "--severities": NAME | {"-1", "0", "1"}, "--turbulence": NAME | {"-1", "1"}, "--design": NAME,
     "--out": {"file.txt", "file.txt/x", "x" * 5000, "x\0y", "a/" * 2000}, "--scheduler": NAME | FILE,
-    "spec": FILE, "campaign": FILE, "campaigns": FILE, "results": FILE, "card": FILE | NAME, "folder": FILE,
+    "spec": FILE, "campaign": FILE, "results": FILE, "card": FILE | NAME, "folder": FILE,
 }  # fmt: skip
 
 

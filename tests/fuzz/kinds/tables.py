@@ -120,7 +120,7 @@ def card(rng: Generator, number: int, folder: Path, stock: Stock) -> Case:
 def bridge(rng: Generator, number: int, folder: Path, stock: Stock) -> Case:
     """`size` with a bridge, up to the sizing; one in 30 to its end."""
     content = tomllib.loads(BRIDGE)
-    whole = number % 30 == 0
+    whole = number % 60 == 32
     size = (
         "size",
         str(stock.path("fit")),
