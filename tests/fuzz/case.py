@@ -54,6 +54,8 @@ class Case:
         From the run to what else is wrong with it, empty if nothing is.
     may_write : bool
         Whether a refused command may leave new files.
+    patience : float
+        Times the limit that it may take: a whole sizing is work, not a hang.
     """
 
     about: str
@@ -63,6 +65,7 @@ class Case:
     stops: tuple[str, ...] = ()
     demand: Callable[[Run], str] | None = None
     may_write: bool = False
+    patience: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -108,7 +111,7 @@ def judge(case: Case, run: Run, limit: float) -> tuple[Fault, ...]:
     if match := CONTROL.search(run.said):
         found.append(Fault("control character on the terminal", repr(run.said[max(0, match.start() - 60) :][:120])))
     found += [Fault(f"warning: {one}") for one in dict.fromkeys(run.warned)]
-    if run.seconds > limit:
+    if run.seconds > limit * case.patience:
         found.append(Fault("hang", f"{run.seconds:.0f} s of processor time"))
     if run.growth > MEMORY:
         found.append(Fault("memory", f"{run.growth / 1e9:.1f} GB"))

@@ -15,6 +15,7 @@ from tests.fuzz.case import Fault, Outcome
 
 LIMIT = 20.0  # s of processor time that a case may take
 PATIENCE = 15.0  # times the limit, on the wall clock: the machine may be busy
+BEYOND = 20.0  # s of processor time over the limit, before a process is ended that may yet come back by itself
 STARTING = 300.0  # s for a worker to import what it needs
 Planned = tuple[str, int]
 
@@ -27,14 +28,14 @@ class Worker:
     line: Connection
     folder: Path
     case: Planned | None = None
-    about: tuple[str, tuple[str, ...]] = "?", ()
+    about: tuple[str, tuple[str, ...], float] = "?", (), 1.0  # what it is, its command, times the limit it may take
     before: float = 0.0  # s of processor time when the case began
     since: float = field(default_factory=time.monotonic)
     ready: bool = False
 
     def give(self, case: Planned) -> None:
         """Start a case."""
-        self.case, self.about, self.since, self.before = case, ("?", ()), time.monotonic(), self.busy()
+        self.case, self.about, self.since, self.before = case, ("?", (), 1.0), time.monotonic(), self.busy()
         self.line.send(case)
 
     def busy(self) -> float:
@@ -148,15 +149,16 @@ def _look(worker: Worker, limit: float, patience: float) -> Iterator[Outcome]:
     except (EOFError, OSError):
         worker.process.join(5)
         fault = Fault("crash", f"the process ended with {worker.process.exitcode}")
+    about, argv, more = worker.about
+    longest, most = more * patience * limit, more * limit + BEYOND
     waited, busy = time.monotonic() - worker.since, worker.busy() - worker.before
-    if fault is None and (waited > patience * limit or busy > 2 * limit if worker.ready else waited > STARTING):
+    if fault is None and (waited > longest or busy > most if worker.ready else waited > STARTING):
         fault = Fault("hang", f"more than {waited:.0f} s, {busy:.0f} s of them busy")
     if fault is not None:
         case = worker.case
         worker.end()
         if case is None:
             raise RuntimeError(f"a worker of the harness does not start: {fault.detail}")
-        about, argv = worker.about
         yield Outcome(*case, about, argv, None, (fault,), busy)
 
 

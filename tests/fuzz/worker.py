@@ -38,7 +38,7 @@ def run_case(
     os.chdir(folder)
     try:
         case = KINDS[kind].make(generator(seed, kind, number), number, folder, Stock(stock))
-        announce((case.about, case.argv))
+        announce((case.about, case.argv, case.patience))
         run = command(case, folder)
         faults = judge(case, run, limit)
     except Exception:  # the harness itself; it must be heard

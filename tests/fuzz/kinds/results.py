@@ -59,7 +59,7 @@ def fit(rng: Generator, number: int, folder: Path, stock: Stock) -> Case:
         return Case(f"fit --resume over {about}", argv, ANY, names, (STOP["fit"],), may_write=True)
     argv = (verb, "case", *(("--limit", "0.05") if verb == "size" else ()))
     stops = () if number % 50 in (42, 43) else (STOP[verb],)
-    return Case(f"{verb} of {about}", argv, allowed, names, stops)
+    return Case(f"{verb} of {about}", argv, allowed, names, stops, patience=1.0 if stops else 3.0)
 
 
 def _damage(rng: Generator, number: int, place: Path, stock: Stock) -> tuple[str, frozenset[int]]:

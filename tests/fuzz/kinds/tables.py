@@ -135,10 +135,10 @@ def bridge(rng: Generator, number: int, folder: Path, stock: Stock) -> Case:
         where = one(rng, [at for at in leaves(content) if isinstance(get(content, at), float) and at[0] != "wind"])
         value = get(content, where) * rng.uniform(0.7, 1.05)
         (folder / "bridge.toml").write_text(tomli_w.dumps(put(content, where, value)), encoding="utf-8")
-        return Case("bridge: intact", size, ACCEPTED, stops=stops, demand=_sized if whole else None)
+        return Case("bridge: intact", size, ACCEPTED, stops=stops, demand=_sized if whole else None, patience=6.0)
     about = f"bridge: {spoiled(rng, number, content, folder / 'bridge.toml')}"
     blames = ("bridge.toml", "command line", "/dev/null", "passwd")
-    return Case(about, size, blames=blames, stops=stops, demand=_sized if whole else None)
+    return Case(about, size, blames=blames, stops=stops, demand=_sized if whole else None, patience=6.0)
 
 
 def _sized(run: Run) -> str:
