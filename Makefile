@@ -1,5 +1,6 @@
 # make demo    set up, then the shipped example from records to report
 # make test    the test suite;  make slow  the statistical suites that take minutes
+# make fuzz    3,000 spoiled inputs, none of which may bring a command down;  make kill  runs that are killed and resumed
 # make bench   speed, beside other samplers, on one core
 # make reports the report of every example, into reports/;  make cards  what the priors of every model card say
 # make lint    style, types, arrows between the rooms
@@ -8,7 +9,7 @@
 #
 # Every target makes the environment that it needs. PYTHON=/path/to/python3.13 chooses the interpreter.
 
-.PHONY: demo test slow bench reports cards lint docs lock clean
+.PHONY: demo test slow fuzz kill bench reports cards lint docs lock clean
 
 # The arrays are small: threads of the linear algebra library would only get in each other's way.
 export OMP_NUM_THREADS := 1
@@ -24,6 +25,12 @@ test: .venv/ready
 
 slow: .venv/ready
 	.venv/bin/python -m pytest -n auto -m slow
+
+fuzz: .venv/ready
+	.venv/bin/python -m tests.fuzz --cases 3000 --seed 1 --jobs 2
+
+kill: .venv/ready
+	.venv/bin/python -m tests.fuzz.kill --moments 40 --seed 1
 
 bench: .venv-bench/ready
 	$(ONE_CORE) .venv-bench/bin/python -m benchmarks
