@@ -61,9 +61,10 @@ class Verb:
                 raise RuntimeError(f"{self.name} fails untouched, with {one.code}: {one.err[-500:]}")
             self.seconds = one.seconds
             found.append(contents(work / name / RESULTS))
-        self.wanted = found[0]
-        differ = list(differences(found[1], found[0], frozenset()))
-        self.known = frozenset(one.partition(": ")[2] for one in differ)
+        self.wanted, other = found
+        names = set(self.wanted) | set(other)
+        self.known = frozenset(one for one in names if self.wanted.get(one) != other.get(one))
+        differ = differences(other, self.wanted, frozenset())
         self.faults += [f"two untouched runs differ: {one}" for one in differ]
 
     def moment(self, rng: np.random.Generator, how: str, folder: Path) -> list[str]:

@@ -40,7 +40,9 @@ def run(argv: tuple[str, ...], folder: Path, moment: float | None = None, how: s
     SIGKILL and SIGTERM go to the first process alone, SIGINT to all of them, as from a terminal.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    with (folder / "stderr.txt").open("wb") as err:
+    log = folder / "stderr.txt"  # of all runs in this folder
+    before = log.stat().st_size if log.exists() else 0
+    with log.open("ab") as err:
         process = subprocess.Popen(
             [sys.executable, "-m", "scruton.cli", *argv], cwd=folder, stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL, stderr=err, start_new_session=True,
@@ -54,7 +56,7 @@ def run(argv: tuple[str, ...], folder: Path, moment: float | None = None, how: s
     code = process.wait(LONGEST)
     seconds = time.monotonic() - start
     orphans = tuple(_outlived(process.pid))
-    said = (folder / "stderr.txt").read_text(encoding="utf-8", errors="replace")
+    said = log.read_bytes()[before:].decode("utf-8", errors="replace")
     return Ended(code, said, seconds, in_time, orphans)
 
 
@@ -121,17 +123,17 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def differences(found: dict[str, bytes], wanted: dict[str, bytes], known: frozenset[str]) -> Iterator[str]:
-    """Files that are missing, too many, or other."""
+    """Files that are missing, too many, or other, together where they lie in one folder."""
+    unlike: dict[tuple[str, str], list[str]] = {}
     for name in sorted((set(found) | set(wanted)) - known):
-        if name not in found:
-            yield f"missing: {name}"
-        elif name not in wanted:
-            yield f"too many: {name}"
-        elif found[name] != wanted[name]:
-            yield f"other: {name}"
+        what = "missing" if name not in found else "too many" if name not in wanted else "other"
+        if found.get(name) != wanted.get(name):
+            unlike.setdefault((what, name.split("/")[0]), []).append(name)
+    for (what, folder), names in unlike.items():
+        yield f"{what}: {names[0]}" if len(names) == 1 else f"{what}: {len(names)} files in {folder}"
 
 
 def keep(folder: Path, to: Path) -> None:
     """Keep what a moment left, for whoever looks for the cause."""
     shutil.rmtree(to, ignore_errors=True)
-    shutil.copytree(folder, to, ignore=shutil.ignore_patterns("*.nc", "*.png", "*.pdf"))
+    shutil.copytree(folder, to)
