@@ -1,7 +1,7 @@
 # make demo    set up, then the shipped example from records to report
 # make test    the test suite;  make slow  the statistical suites that take minutes
 # make fuzz    3,000 spoiled inputs, none of which may bring a command down;  make kill  runs that are killed and resumed
-# make bench   speed, beside other samplers, on one core
+# make bench   speed, beside other samplers, on one core;  make large  20 million samples, 40 rigs, 300 campaigns
 # make reports the report of every example, into reports/;  make cards  what the priors of every model card say
 # make lint    style, types, arrows between the rooms
 # make docs    HTML in docs/_build/html
@@ -9,7 +9,7 @@
 #
 # Every target makes the environment that it needs. PYTHON=/path/to/python3.13 chooses the interpreter.
 
-.PHONY: demo test slow fuzz kill bench reports cards lint docs lock clean
+.PHONY: demo test slow fuzz kill large bench reports cards lint docs lock clean
 
 # The arrays are small: threads of the linear algebra library would only get in each other's way.
 export OMP_NUM_THREADS := 1
@@ -31,6 +31,9 @@ fuzz: .venv/ready
 
 kill: .venv/ready
 	.venv/bin/python -m tests.fuzz.kill --moments 40 --seed 1
+
+large: .venv/ready
+	.venv/bin/python -m benchmarks.large
 
 bench: .venv-bench/ready
 	$(ONE_CORE) .venv-bench/bin/python -m benchmarks

@@ -32,7 +32,10 @@ if [ -n "$there" ]; then
     fi
 fi
 
-set -- env -i HOME="$place/home" PATH="$place/bin" "$@"
+# Which kernels an old OpenBLAS may use on this processor is a property of the machine, not of the caller.
+set -- env -i HOME="$place/home" PATH="$place/bin" \
+    ${OPENBLAS_CORETYPE:+OPENBLAS_CORETYPE="$OPENBLAS_CORETYPE"} \
+    ${OPENBLAS_L2_SIZE:+OPENBLAS_L2_SIZE="$OPENBLAS_L2_SIZE"} "$@"
 if [ -n "$seclude" ]; then
     $seclude sh -c "$cover; exec \"\$@\"" "$there" "$@"
 else

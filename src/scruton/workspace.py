@@ -238,7 +238,7 @@ class Workspace:
             return False
         if not self.grows:
             shutil.rmtree(self.new, ignore_errors=True)
-        undo = undo or (self._begun and not any(self.state.glob("*/*")))
+            undo = undo or (self._begun and not any(self.state.glob("*/*")))
         if undo and self._begun:
             shutil.rmtree(self.state, ignore_errors=True)
             if self._earlier.exists():

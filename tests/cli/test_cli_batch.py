@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from scruton.cli import main
+from scruton.documents import write_document
 from scruton.errors import InputError
 from scruton.infer.fit import fit_campaign
 from scruton.report.batch import Batch, Job, names, run_batch, run_one, summarise
@@ -210,7 +211,7 @@ def test_a_bug_is_the_failure_of_one_campaign(room, tmp_path, monkeypatch):
     def fall(*_, **__):
         raise RuntimeError("a bug")
 
-    monkeypatch.setattr("scruton.report.run.run_fit", fall)
+    monkeypatch.setattr(FitTask, "fit", fall)
     found = run_one(job(room, tmp_path / "new"))
     assert (found["state"], found["bad_input"], found["reason"]) == ("failed", False, "unexpected RuntimeError: a bug")
 
@@ -219,7 +220,7 @@ def test_what_did_not_converge_says_so(room, whole, tmp_path):
     folder = shutil.copytree(whole / "wind", tmp_path / "wind")
     summary = json.loads((folder / "fit.json").read_text(encoding="utf-8"))
     summary |= {"converged": False, "flags": ["rig 6#: R-hat of xi is 1.2", "another"]}
-    (folder / "fit.json").write_text(json.dumps(summary), encoding="utf-8")
+    write_document(folder / "fit.json", summary)
     found = summarise(job(room, folder))
     assert (found["state"], found["reason"]) == ("not converged", "rig 6#: R-hat of xi is 1.2")
     result = batch_of([found])

@@ -1,5 +1,6 @@
 """Workers with a watchdog: a case that takes too long, or that ends its process, is a fault of that case alone."""
 
+import contextlib
 import multiprocessing
 import shutil
 import time
@@ -170,7 +171,8 @@ def keep_case(outcome: Outcome, folder: Path, keep: Path) -> None:
     def large(at: str, names: list[str]) -> list[str]:
         return [one for one in names if (Path(at) / one).is_file() and (Path(at) / one).stat().st_size > 5e6]
 
-    shutil.copytree(folder, place / "files", ignore=large, symlinks=True, ignore_dangling_symlinks=True)
+    with contextlib.suppress(RecursionError, OSError):  # folders in folders without end are a case, too
+        shutil.copytree(folder, place / "files", ignore=large, symlinks=True, ignore_dangling_symlinks=True)
     faults = "\n\n".join(f"{one.cause}\n{one.detail}" for one in outcome.faults)
     command = " ".join(repr(one if len(one) < 200 else one[:200] + "...") for one in outcome.argv)
     text = f"{outcome.about}\nscruton {command}\nexit code {outcome.code}\n\n{faults}\n\n{outcome.said}\n"

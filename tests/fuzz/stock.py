@@ -184,10 +184,12 @@ def sweep(folder: Path, motion: str) -> None:
 
 
 def _fit(stock: Stock, to: Path) -> None:
-    """Fit, and keep the checkpoints of the run in a part of their own: as if it had ended before its results."""
-    options = ("--model", stock.path("card.toml"), "--quiet")
-    _run("fit", stock.path("heaving"), "-o", to, *options, stops=("shutil.rmtree=skip",))
-    (to / ".checkpoints").rename(_empty(stock.path("interrupted")) / ".checkpoints")
+    """Fit, and keep in a part of its own what the run would have left, had it ended before its results."""
+    command = ("fit", stock.path("heaving"), "--model", stock.path("card.toml"), "--quiet", "-o")
+    interrupted = _empty(stock.path("interrupted"))
+    _run(*command, interrupted, stops=("scruton.workspace.Workspace.publish",))
+    stock.copy("interrupted", to)
+    _run(*command, to, "--resume")
 
 
 def _other(stock: Stock, to: Path) -> None:
@@ -214,7 +216,7 @@ def _challenge(_: Stock, to: Path) -> None:
             "indistinguishable": [[verdict]], "where": [], "shrink": {}, "effects": {}, "advice": [],
         }  # fmt: skip
         place = to / "results" / case
-        place.mkdir(exist_ok=True)
+        place.mkdir(parents=True, exist_ok=True)
         (place / "gap.json").write_text(json.dumps(content), encoding="utf-8")
         (place / "case.json").write_text('{"seconds": 1.0, "error": null}', encoding="utf-8")
 

@@ -1,6 +1,5 @@
 """One campaign from its truth to its scores: the unit of work, the same wherever it runs."""
 
-import time
 from dataclasses import asdict
 from typing import Any
 
@@ -25,20 +24,19 @@ def run_one(regime_name: str, index: int, seed: int, base: ModelCard) -> dict[st
     Returns
     -------
     dict
-        What one line of the regime's file holds: `regime`, `index`, `seconds`; `failed` with the reason, or
+        What one line of the regime's file holds: `regime`, `index`; `failed` with the reason, or
         `converged`, `law_flag`, `weights` and `scores`, by quantity `truth`, `rank`, `z`, `posterior_sd`, and where
         laws are weighed `inside` by interval.
     """
     regime = REGIMES[regime_name]
     card = regime.card(base)
     draw, simulate, fit, fresh = seed_of(seed, regime_name, index).spawn(4)
-    began = time.perf_counter()
     found: dict[str, Any] = {"regime": regime_name, "index": index}
     drawn, body, _ = from_normals(draw_normals(np.random.default_rng(draw), regime, card, 1), regime, card)
     try:
         fitted = fit_quick(simulate_campaign(regime, drawn, body, simulate), card, fit)
     except ValueError as error:  # a record that cannot be used is counted, not hidden
-        return found | {"failed": str(error), "seconds": round(time.perf_counter() - began, 3)}
+        return found | {"failed": str(error)}
     rng = np.random.default_rng(fresh)
     truths = quantities(drawn, regime, rng.standard_normal(1))
     posterior = fitted.averaged if regime.weighs_laws else fitted.reference
@@ -52,5 +50,4 @@ def run_one(regime_name: str, index: int, seed: int, base: ModelCard) -> dict[st
         "law_flag": fitted.law_flag,
         "weights": fitted.weights,
         "scores": scores,
-        "seconds": round(time.perf_counter() - began, 3),
     }

@@ -51,15 +51,33 @@ def load(folder: Path, regime: str) -> dict[int, dict[str, Any]]:
     path = folder / LINES / f"{regime}.jsonl"
     if not path.exists():
         return {}
-    text = path.read_text(encoding="utf-8")
+    try:
+        text = path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError(path, "", f"bytes that are no UTF-8 ({error})", "one JSON object a line") from error
     lines = text.splitlines(keepends=True)
     if lines and not lines[-1].endswith("\n"):
         write_text(path, "".join(lines[:-1]))
         lines = lines[:-1]
+    wanted = f"one JSON object a line, a campaign of the regime {regime}"
     try:
-        return {one["index"]: one for one in map(json.loads, lines)}
-    except (json.JSONDecodeError, KeyError, TypeError) as error:
-        raise InputError(path, "", f"a line that cannot be read ({error})", "one JSON object a line") from error
+        found = [json.loads(line) for line in lines]
+    except (ValueError, RecursionError) as error:
+        raise InputError(path, "", f"a line that cannot be read ({error})", wanted) from error
+    for number, one in enumerate(found, start=1):
+        if not _is_record(one, regime):
+            raise InputError(path, f"line {number}", "what is no campaign of this regime", wanted)
+    return {one["index"]: one for one in found}
+
+
+def _is_record(one: Any, regime: str) -> bool:
+    """Whether this is what `scruton.calibrate.one.run_one` gives."""
+    if not isinstance(one, dict) or type(one.get("index")) is not int or one.get("regime") != regime:
+        return False
+    if isinstance(one.get("failed"), str):
+        return True
+    tables = all(isinstance(one.get(key), dict) for key in ("weights", "scores"))
+    return tables and isinstance(one.get("converged"), bool) and isinstance(one.get("law_flag"), bool | None)
 
 
 def append(folder: Path, record: Mapping[str, Any]) -> None:

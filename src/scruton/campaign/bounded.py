@@ -1,6 +1,5 @@
 """Reading files that somebody else wrote: nothing is read before it is known to be a file, and of a bounded size."""
 
-import io
 import math
 import os
 import re
@@ -99,9 +98,9 @@ def check_lines(text: str, path: Path) -> None:
 
 
 def toml_text(data: bytes, path: Path) -> str:
-    """Decode a TOML file (InputError where it is not UTF-8); line ends become line feeds."""
+    """Decode a TOML file (InputError where it is not UTF-8)."""
     try:
-        return io.TextIOWrapper(io.BytesIO(data), encoding="utf-8-sig").read()
+        return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         found = f"bytes that are not UTF-8 (at byte {error.start})"
         raise InputError(path, "", found, "a TOML file in UTF-8") from None

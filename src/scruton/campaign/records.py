@@ -24,7 +24,8 @@ from scruton.campaign.units import (
 from scruton.errors import InputError
 
 MIN_SAMPLES = 5  # what a five-point difference needs
-SIZES = (1e-15, 1e6)  # of the largest response, A/D or rad; of wind speeds [m/s], too: no tunnel knows others
+SPARSEST = 20.0  # times the length that its samples fill: the longest that a record with gaps may last
+SIZES = (1e-15, 1e9)  # of the largest response, A/D or rad; of wind speeds [m/s], too: no tunnel knows others
 LATEST = 1e12  # s, of any time: clocks of computers count 1.7e9 s since 1970
 RATES = (1e-9, 1e9)  # Hz, of samples
 RATE_TOLERANCE = 0.01  # relative, between a stated sample rate and the file's own time
@@ -71,11 +72,12 @@ def read_record(table: Table, name: str, section: Section, files: Files, kinds: 
     if len(values) < MIN_SAMPLES:
         raise _too_few(path, column, len(values), "between start and stop")
     _check_finite(path, column, values, window.start)
-    if np.ptp(values) == 0.0:
+    if (values == values[0]).all():
         raise InputError(path, _column(column), f"a constant signal, {values[0]:g} throughout", "one that oscillates")
     if is_envelope:
         _check_not_negative(path, column, values, window.start)
     _check_size(path, column, values, factor)
+    _check_gaps(path, time_column, time[window])
     return Record(name, path, kind, time[window].copy(), values * factor, is_envelope, table.field)
 
 
@@ -252,6 +254,15 @@ def _check_size(
     if not least <= factor * top <= largest:
         found = f"{top:g} as the largest value, {factor * top:g} in SI units or over the depth"
         raise InputError(path, _column(column), found, f"a size between {least:g} and {largest:g}")
+
+
+def _check_gaps(path: Path, column: Column | None, time: FloatArray) -> None:
+    """Refuse a record that is mostly gaps: a date that jumps, say. Its spectrum would be that of what is not there."""
+    steps = np.diff(time)
+    longest = int(np.argmax(steps))
+    if column is not None and time[-1] - time[0] > SPARSEST * len(time) * float(np.median(steps)):
+        found = f"a gap of {steps[longest]:.4g} s after {time[longest]:.6g} s, beside steps of {np.median(steps):.4g} s"
+        raise InputError(path, _column(column), found, "the part before or after it, by start or stop")
 
 
 def _check_rate(path: Path, column: Column, rate: float) -> None:

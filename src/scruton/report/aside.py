@@ -1,9 +1,9 @@
 """Work that a second process does meanwhile."""
 
 import os
-import signal
 from collections.abc import Callable
 from concurrent.futures import Future, ProcessPoolExecutor
+from multiprocessing import active_children
 from typing import Any
 
 from scruton.processes import pool
@@ -24,8 +24,10 @@ class Aside:
         self.pool: ProcessPoolExecutor | None = None
         self.last: Future[Any] | None = None
         if beside:
+            others = active_children()
             self.pool = pool(1)
             self.process = self.pool.submit(os.getpid)
+            self.workers = [one for one in active_children() if one not in others]
 
     def __enter__(self) -> "Aside":
         return self
@@ -33,8 +35,8 @@ class Aside:
     def __exit__(self, failure: object, *_: object) -> None:
         if self.pool is None:
             return
-        if failure is not None and self.process.done() and not self.process.exception():
-            os.kill(self.process.result(), signal.SIGTERM)
+        for one in self.workers if failure is not None else ():
+            one.terminate()
         self.pool.shutdown(cancel_futures=True)
 
     def begin[T](self, work: Callable[..., T], *arguments: object) -> Callable[[], T]:

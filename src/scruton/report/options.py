@@ -13,6 +13,7 @@ from scruton.errors import InputError
 AUTO = "auto"  # the effect that diagnosis finds
 LARGEST_SEED = 2**63 - 1  # what the files of results hold
 MOST = 100_000  # of processes, threads, campaigns: more is a slip of the pen
+LONGEST_PATH = 3_000  # bytes, of a folder for results: systems end at 4,096, and names inside need their part
 LARGEST_SC = 1e6  # Scruton number, of either sign; bridges have 1 to 200
 EXPONENTS = (-2.0, 12.0)  # of the law, as in a model card
 
@@ -30,6 +31,10 @@ def check_options(options: Mapping[str, Any]) -> None:
     InputError
         Names the option, what was found and what is wanted.
     """
+    for name, value in options.items():
+        for one in value if isinstance(value, list) else [value]:
+            if isinstance(one, Path) and "\0" in str(one):
+                raise InputError("command line", name, "a path with a null character", "the path of a file or folder")
     for name, check in _CHECKS.items():
         value = options.get(name)
         for one in value if isinstance(value, list) else [value]:
@@ -49,6 +54,9 @@ def check_effect_name(effect: str | None) -> None:
 
 def check_writable(folder: Path, option: str = "-o") -> None:
     """Refuse a folder that cannot be made or written to; nothing is made yet."""
+    length = len(os.fsencode(folder.absolute()))
+    if length > LONGEST_PATH:
+        raise InputError(folder, option, f"a path of {length} bytes", f"one of at most {LONGEST_PATH}")
     there = next(one for one in (folder, *folder.resolve().parents) if one.exists())
     if not there.is_dir():
         raise InputError(folder, option, f"a file, {there}", "the path of a folder for the results")

@@ -153,8 +153,8 @@ def _refitted(stock: Stock) -> Callable[[Run], str]:
 
 def _batch(rng: Generator, number: int, folder: Path, stock: Stock) -> Case:
     place = stock.copy("batch", folder / "case")
-    inner = number % 3 == 0
-    about = spoil_json(rng, place / ("heaving/fit.json" if inner else "batch.json"))
+    file = ("heaving/fit.json", "batch.json", ".scruton/batch/run.json", ".scruton/manifest.json")[number % 4]
+    about = spoil_json(rng, place / file)
     campaign, card = str(stock.path("heaving")), str(stock.path("card.toml"))
     argv = ("batch", campaign, "-o", "case", "--model", card, "--resume", "--quiet")
     return Case(f"batch --resume over {about}", argv, ANY, ("case",), (STOP["batch"],), may_write=True)
@@ -163,10 +163,12 @@ def _batch(rng: Generator, number: int, folder: Path, stock: Stock) -> Case:
 def _calibration(rng: Generator, number: int, folder: Path, stock: Stock) -> Case:
     place = stock.copy("calibration", folder / "case")
     if number % 2:
-        about = spoil_json(rng, place / "settings.json")
+        about = spoil_json(rng, place / ".scruton/calibrate/run.json")
     else:
         line = one(rng, LINES)
-        (place / "campaigns" / "turbulence-1.jsonl").write_bytes(line)
+        lines = place / ".scruton/calibrate/new/campaigns"
+        lines.mkdir(parents=True, exist_ok=True)
+        (lines / "turbulence-1.jsonl").write_bytes(line)
         about = f"turbulence-1.jsonl: {line[:40]!r}"
     card = str(stock.path("card.toml"))
     argv = ("calibrate", "-o", "case", "--campaigns", "2", "--regimes", "turbulence-1", "--model", card, "--resume")
@@ -200,7 +202,7 @@ def challenge(rng: Generator, number: int, folder: Path, stock: Stock) -> Case:
 
 CHALLENGE_FILES = (
     "results/case-0001/gap.json", "results/case-0002/gap.json", "results/case-0001/case.json", "made/challenge.json",
-    "results/challenge-run.json", "made/answers/answers.json", "results/case-0002/gap.json",
+    "results/.scruton/challenge run/run.json", "made/answers/answers.json", "results/case-0002/gap.json",
 )  # fmt: skip
 
 

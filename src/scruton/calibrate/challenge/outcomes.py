@@ -161,11 +161,14 @@ def opened(path: Path, digest: object) -> dict[str, Any]:
 
 def _outcome(campaign: Path, place: Path, answer: Mapping[str, Any]) -> Outcome:
     note = read_json(place / CASE) if (place / CASE).exists() else {}
+    seconds = note.get("seconds")
+    if seconds is not None and (isinstance(seconds, bool) or not isinstance(seconds, int | float)):
+        raise InputError(place / CASE, "seconds", repr(seconds), "a number")
     truth = tuple(str(one) for one in answer["effects"])
     rigs = answer["parameters"].get("coulomb_friction", {}).get("rigs", ())
     own: dict[str, Any] = {
         "case": campaign.name, "kind": str(answer["kind"]), "truth": truth, "severity": float(answer["severity"]),
-        "seconds": note.get("seconds"), "rigs": tuple(str(answer["rigs"][j]["name"]) for j in rigs),
+        "seconds": seconds, "rigs": tuple(str(answer["rigs"][j]["name"]) for j in rigs),
     }  # fmt: skip
     if not (place / GAP).exists():
         return Outcome(**own, verdict=FAILED)

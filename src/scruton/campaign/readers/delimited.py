@@ -23,7 +23,7 @@ LONGEST_HEADING = 1_000  # characters; the time to look for a unit grows with th
 # "displacement [mm]" or "displacement (mm)": a name, then a unit at the end.
 _HEADING = re.compile(r"^(?P<name>.*?)\s*(?:\[(?P<unit>[^\[\]]*)\]|\((?P<unit2>[^()]*)\))\s*$")
 _LINE_END = re.compile(r"\r\n|\r|\n")
-_WHITESPACE_SPLIT = re.compile(r"\s+(?![\[(])")  # keeps "time [s]" together
+_WHITESPACE_SPLIT = re.compile(r"\s++(?![\[(])")  # keeps "time [s]" together
 
 
 @dataclass(frozen=True)
