@@ -213,9 +213,9 @@ def test_a_score_is_written_in_full_and_not_over_another(challenge, tmp_path):
     assert "(pictures/confusion.svg)" in page
     with pytest.raises(InputError, match=r"an earlier score; wanted an empty folder, or --force"):
         score_challenge(*challenge, out=out)
-    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    before = {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
     score_challenge(*challenge, out=out, baselines={"bic": challenge[1]}, force=True)
-    assert {path.name: path.read_bytes() for path in out.iterdir()} == before
+    assert {path: path.read_bytes() for path in out.rglob("*") if path.is_file()} == before
 
 
 def test_answers_other_than_those_sealed_are_refused(challenge, tmp_path):

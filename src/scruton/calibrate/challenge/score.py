@@ -13,6 +13,7 @@ from scruton.calibrate.challenge.outcomes import Outcome, read_outcomes
 from scruton.calibrate.plain import aligned, csv_text, plain
 from scruton.documents import write_text
 from scruton.errors import InputError
+from scruton.workspace import Workspace
 
 SCORE = "challenge-score.json"
 _ROWS_OF_BASELINES = (
@@ -79,7 +80,9 @@ def score_challenge(
     }
     score = ChallengeScore(outcomes, settings, figures(outcomes, one_rig=one_rig), others)
     if out is not None:
-        _write(score, out)
+        with Workspace(out, "challenge score", inputs={}, settings={}, results=(SCORE,), force=force) as work:
+            _write(score, work.new)
+            work.publish()
     return score
 
 
