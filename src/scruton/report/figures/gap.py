@@ -1,5 +1,6 @@
 """The gap at a glance: excess damping of every test and rig, frequency against amplitude, and what explains it."""
 
+import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 _ROWS = 6  # tests or rigs that are drawn; of more, those farthest from nothing
 _ROW_HEIGHT, _ONE_ROW_HEIGHT = 31.0, 46.0  # mm; a single row holds the whole of the label at its side
 _NARROW_TITLE = 40  # letters that fit above one of two panels side by side
+_HEADLINE = 72  # letters of the headline that fit on a line
 _BARS, _FEWEST_BARS = 7, 4
 _SMALL = 0.03  # of the reference relaxation rate: excess damping below it does not fill a panel
 _Z90 = 1.645
@@ -112,7 +114,8 @@ def _headline(diagnosis: Diagnosis) -> str:
     if not names:
         return "No gap: the bare model and the records agree within their noise"
     p = diagnosis.probability[diagnosis.verdict]
-    return f"{' and '.join(names).capitalize()} (p {'> 0.99' if p > 0.99 else f'= {p:.2f}'})"
+    said = f"{' and '.join(names).capitalize()} (p {'> 0.99' if p > 0.99 else f'= {p:.2f}'})"
+    return textwrap.fill(said, _HEADLINE)
 
 
 def _words(name: str) -> str:
