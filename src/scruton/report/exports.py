@@ -1,13 +1,14 @@
 """What a report leaves beside it: tables as CSV and LaTeX, methods as LaTeX, every number as JSON."""
 
 import csv
-import os
+import io
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scruton.cells import safe_cell
+from scruton.documents import write_text
 from scruton.report.document import Code, Document, Equation, Paragraph, Run, Table
 from scruton.report.maths import Maths
 
@@ -99,18 +100,13 @@ def file_name(name: str) -> str:
 
 
 def _write_shown(table: Table, path: Path) -> Path:
-    temporary = path.with_name(path.name + ".tmp")
-    with temporary.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerows([safe_cell(one) for one in row] for row in (table.header, *table.rows))
-    os.replace(temporary, path)  # noqa: PTH105
-    return path
+    stream = io.StringIO(newline="")
+    csv.writer(stream).writerows([safe_cell(one) for one in row] for row in (table.header, *table.rows))
+    return _write(path, stream.getvalue())
 
 
 def _write(path: Path, text: str) -> Path:
-    temporary = path.with_name(path.name + ".tmp")
-    temporary.write_text(text, encoding="utf-8")
-    os.replace(temporary, path)  # noqa: PTH105
+    write_text(path, text)
     return path
 
 

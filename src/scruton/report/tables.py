@@ -1,6 +1,5 @@
 """Tables of a report as pandas frames: the campaign, the posteriors, convergence, predictions."""
 
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,6 +8,7 @@ import numpy as np
 
 from scruton.campaign.schema import Motion, Quantity, Record
 from scruton.cells import safe_frame
+from scruton.documents import write_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -231,9 +231,7 @@ def write_csv(frames: Mapping[str, "pd.DataFrame"], folder: Path) -> list[Path]:
     paths = []
     for name, frame in frames.items():
         path = folder / f"{name}.csv"
-        temporary = path.with_name(path.name + ".tmp")
-        safe_frame(frame).to_csv(temporary, index=False, encoding="utf-8")
-        os.replace(temporary, path)  # noqa: PTH105
+        write_text(path, safe_frame(frame).to_csv(index=False))
         paths.append(path)
     return paths
 

@@ -1,6 +1,5 @@
 """`scruton validate`: every rig's stable amplitude predicted without its own records, as a table and a picture."""
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,7 +8,7 @@ import numpy as np
 
 from scruton.campaign import Campaign, load_campaign
 from scruton.cells import safe_frame
-from scruton.documents import write_document
+from scruton.documents import write_document, write_text
 from scruton.errors import InputError
 from scruton.report.text import number, table
 from scruton.workspace import Workspace
@@ -216,6 +215,4 @@ def _write_csv(path: Path, found: Sequence["Validation"]) -> None:
                 "z": one.z, "log score": one.log_score, "inside 90 %": one.inside(),
             }
         )  # fmt: skip
-    temporary = path.with_name(path.name + ".tmp")
-    safe_frame(pd.DataFrame(rows)).to_csv(temporary, index=False, encoding="utf-8")
-    os.replace(temporary, path)  # noqa: PTH105
+    write_text(path, safe_frame(pd.DataFrame(rows)).to_csv(index=False))

@@ -1,13 +1,13 @@
 """Figures to files: SVG and PDF for print, PNG for the screen; the same figure gives the same bytes."""
 
 import io
-import os
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from scruton.documents import write_bytes
 from scruton.report.figures.style import FigureWithCaption, house_style
 
 if TYPE_CHECKING:
@@ -54,9 +54,7 @@ def save(
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f"{stem}.{kind}" for kind in formats]
     for path, content in zip(paths, contents(figure, formats), strict=True):
-        temporary = path.with_name(path.name + ".tmp")
-        temporary.write_bytes(content)
-        os.replace(temporary, path)  # noqa: PTH105
+        write_bytes(path, content)
     return paths
 
 
