@@ -76,8 +76,7 @@ def _is_record(one: Any, regime: str) -> bool:
         return False
     if isinstance(one.get("failed"), str):
         return True
-    tables = all(isinstance(one.get(key), dict) for key in ("weights", "scores"))
-    return tables and isinstance(one.get("converged"), bool) and isinstance(one.get("law_flag"), bool | None)
+    return isinstance(one.get("converged"), bool) and isinstance(one.get("scores"), dict)
 
 
 def append(folder: Path, record: Mapping[str, Any]) -> None:

@@ -3,9 +3,9 @@
 from scruton.envelope.consistency import review
 from scruton.envelope.cycles import cycles_from_envelope, demodulate
 from scruton.envelope.damping import GriffinCurve, aerodynamic_damping, griffin_curve, total_damping
-from scruton.envelope.evidence import Evidence, gather, record_cycles, weigh
 from scruton.envelope.frequency import dominant_frequency
 from scruton.envelope.front_end import FrontEnd, front_end
+from scruton.envelope.inspection import Inspection, gather, record_cycles, weigh
 from scruton.envelope.lines import Line
 from scruton.envelope.quality import RecordQuality, assess
 from scruton.envelope.relaxation import Relaxation, relaxation
@@ -26,9 +26,9 @@ __all__ = [
     "CubicSpline",
     "Cycles",
     "DampingBand",
-    "Evidence",
     "FrontEnd",
     "GriffinCurve",
+    "Inspection",
     "Line",
     "LinearDamping",
     "Polynomial",

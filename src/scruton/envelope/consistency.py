@@ -13,7 +13,7 @@ import numpy as np
 from scruton.campaign.plausibility import AMPLITUDE, DAMPING, FAR, implausible, outside
 from scruton.campaign.remarks import Remark, Severity, figure
 from scruton.campaign.schema import Kind, Record, Test
-from scruton.envelope.evidence import Evidence
+from scruton.envelope.inspection import Inspection
 from scruton.envelope.ringdown import DampingBand, RingDown
 
 # Thresholds: what they are of, and why.
@@ -38,30 +38,30 @@ CAUSES = ("kind", "stated level", "dead")
 CONSEQUENCES = ("decay start", "growth start", "length")
 
 
-def review(evidence: Evidence) -> list[Remark]:
+def review(inspection: Inspection) -> list[Remark]:
     """Collect every remark on a campaign.
 
     Parameters
     ----------
-    evidence : Evidence
+    inspection : Inspection
 
     Returns
     -------
     list of Remark
         In no order; `scruton.campaign.remarks.sentences` ranks and folds.
     """
-    found = [*implausible(evidence.campaign), *(remark for check in CHECKS for remark in check(evidence))]
+    found = [*implausible(inspection.campaign), *(remark for check in CHECKS for remark in check(inspection))]
     slipped = {one.name for one in found if one.kind in CAUSES}
-    notes = [remark for one in evidence.qualities.values() for remark in one.remarks]
+    notes = [remark for one in inspection.qualities.values() for remark in one.remarks]
     return found + [one for one in notes if one.kind not in CONSEQUENCES or one.name not in slipped]
 
 
-def _frequency(evidence: Evidence) -> Iterator[Remark]:
+def _frequency(inspection: Inspection) -> Iterator[Remark]:
     """The line that was followed, against the frequency stated for the rig."""
-    for record, rig, test in evidence.records():
+    for record, rig, test in inspection.records():
         if record.is_envelope:
             continue
-        line, stated = evidence.cycles[record.name].reference_frequency, rig.frequency.mean
+        line, stated = inspection.cycles[record.name].reference_frequency, rig.frequency.mean
         limit = STILL_FREQUENCY if test is None else WIND_FREQUENCY
         departure = abs(line / stated - 1.0)
         if departure > limit:
@@ -76,16 +76,16 @@ def _frequency(evidence: Evidence) -> Iterator[Remark]:
             )  # fmt: skip
 
 
-def _sampling(evidence: Evidence) -> Iterator[Remark]:
+def _sampling(inspection: Inspection) -> Iterator[Remark]:
     """Records that are sampled too coarsely for the frequency stated."""
-    for record, rig, _ in evidence.records():
+    for record, rig, _ in inspection.records():
         if record.is_envelope:
             continue
-        rate, f0 = evidence.qualities[record.name].sample_rate, rig.frequency.mean
+        rate, f0 = inspection.qualities[record.name].sample_rate, rig.frequency.mean
         if rate >= FINE * f0:
             continue
         alias = rate < NYQUIST * f0
-        line = evidence.cycles[record.name].reference_frequency
+        line = inspection.cycles[record.name].reference_frequency
         follows = (
             f"a motion at f0 is seen as an alias, and the line followed at {line:.4g} Hz ({line / f0:.3g} times f0) "
             "may be one"
@@ -102,10 +102,10 @@ def _sampling(evidence: Evidence) -> Iterator[Remark]:
         )  # fmt: skip
 
 
-def _kind(evidence: Evidence) -> Iterator[Remark]:
+def _kind(inspection: Inspection) -> Iterator[Remark]:
     """A growth that was filed as a decay, or the reverse, by the exponential fitted to the envelope."""
-    for record, _, _ in evidence.records():
-        fitted = evidence.qualities[record.name].relaxation
+    for record, _, _ in inspection.records():
+        fitted = inspection.qualities[record.name].relaxation
         if fitted is None:
             continue
         duration = float(record.time[-1] - record.time[0])
@@ -122,10 +122,10 @@ def _kind(evidence: Evidence) -> Iterator[Remark]:
             )  # fmt: skip
 
 
-def _levels(evidence: Evidence) -> Iterator[Remark]:
+def _levels(inspection: Inspection) -> Iterator[Remark]:
     """Growths and decays of one test, which must end at one amplitude."""
-    for test in evidence.campaign.tests:
-        ends = {kind: _ends(test, kind, evidence) for kind in (Kind.GROWTH, Kind.DECAY)}
+    for test in inspection.campaign.tests:
+        ends = {kind: _ends(test, kind, inspection) for kind in (Kind.GROWTH, Kind.DECAY)}
         pairs = [(growth, decay, _apart(growth, decay)) for growth in ends[Kind.GROWTH] for decay in ends[Kind.DECAY]]
         worst = max(pairs, key=lambda pair: pair[2], default=None)
         if worst is None or worst[2] <= 1.0:
@@ -150,8 +150,8 @@ class _End:
     settled: bool
 
     @classmethod
-    def of(cls, record: Record, evidence: Evidence) -> "_End":
-        amplitude, fitted = evidence.cycles[record.name].amplitude, evidence.qualities[record.name].relaxation
+    def of(cls, record: Record, inspection: Inspection) -> "_End":
+        amplitude, fitted = inspection.cycles[record.name].amplitude, inspection.qualities[record.name].relaxation
         tail = float(np.mean(amplitude[-max(3, len(amplitude) // 4) :]))
         assert fitted is not None  # growths and decays have one
         settled = fitted.rate * float(record.time[-1] - record.time[0]) >= SETTLED
@@ -160,10 +160,10 @@ class _End:
         return cls(record.name, tail, heads_for, settled)
 
 
-def _ends(test: Test, kind: Kind, evidence: Evidence) -> list[_End]:
+def _ends(test: Test, kind: Kind, inspection: Inspection) -> list[_End]:
     """Where the transients of one kind end, those left out that end in nothing."""
-    usable = [one for one in test.records if one.kind is kind and one.name in evidence.qualities]
-    ends = [_End.of(one, evidence) for one in usable if _standing(one, evidence) < DEAD]
+    usable = [one for one in test.records if one.kind is kind and one.name in inspection.qualities]
+    ends = [_End.of(one, inspection) for one in usable if _standing(one, inspection) < DEAD]
     return [one for one in ends if one.tail > 0.0]
 
 
@@ -180,13 +180,13 @@ def _apart(growth: _End, decay: _End) -> float:
     return crossed if crossed > LEVELS else 1.0
 
 
-def _stated_level(evidence: Evidence) -> Iterator[Remark]:
+def _stated_level(inspection: Inspection) -> Iterator[Remark]:
     """The stable amplitude that is stated, against what the test's records settle at."""
-    for test in evidence.campaign.tests:
+    for test in inspection.campaign.tests:
         if test.stable_amplitude is None:
             continue
         stated = test.stable_amplitude.mean
-        ends = [*_ends(test, Kind.GROWTH, evidence), *_ends(test, Kind.DECAY, evidence)]
+        ends = [*_ends(test, Kind.GROWTH, inspection), *_ends(test, Kind.DECAY, inspection)]
         for end in ends:
             ratio = end.level / stated
             if end.settled and max(ratio, 1.0 / ratio) > LEVELS:
@@ -200,10 +200,10 @@ def _stated_level(evidence: Evidence) -> Iterator[Remark]:
                 )  # fmt: skip
 
 
-def _damping(evidence: Evidence) -> Iterator[Remark]:
+def _damping(inspection: Inspection) -> Iterator[Remark]:
     """The damping of the ring-downs, against what is stated and against what can be."""
-    for rig in evidence.campaign.rigs:
-        ringdown = evidence.ringdowns.get(rig.name)
+    for rig in inspection.campaign.rigs:
+        ringdown = inspection.ringdowns.get(rig.name)
         if ringdown is None:
             continue
         xi = ringdown.damping_ratio
@@ -211,7 +211,7 @@ def _damping(evidence: Evidence) -> Iterator[Remark]:
         if stated is None:
             yield from outside(xi, DAMPING, "damping measured", "rig", rig.name, "the damping ratio of the ring-downs")
             continue
-        sd = evidence.stated_sd * stated.mean if stated.sd is None else stated.sd
+        sd = inspection.stated_sd * stated.mean if stated.sd is None else stated.sd
         ratio = xi / stated.mean
         sigmas = _sigmas(stated.mean, sd, ringdown)
         twice = not 1.0 / DAMPING_FACTOR < ratio < DAMPING_FACTOR
@@ -241,19 +241,19 @@ def _error(band: DampingBand) -> float:
     return math.hypot(band.sd / math.sqrt(band.plucks), BAND_FLOOR * abs(band.damping_ratio))
 
 
-def _amplitude(evidence: Evidence) -> Iterator[Remark]:
+def _amplitude(inspection: Inspection) -> Iterator[Remark]:
     """Amplitudes that no section reaches; in still air a hand may pull it anywhere."""
-    wanted = AMPLITUDE[evidence.campaign.section.motion]
-    for record, _, test in evidence.records():
-        largest = evidence.qualities[record.name].amplitude_range[1]
+    wanted = AMPLITUDE[inspection.campaign.section.motion]
+    for record, _, test in inspection.records():
+        largest = inspection.qualities[record.name].amplitude_range[1]
         for one in outside(largest, wanted, "amplitude", "record", record.name, "the largest amplitude"):
             yield one if test is not None else replace(one, severity=Severity.DOUBT)
 
 
-def _dead(evidence: Evidence) -> Iterator[Remark]:
+def _dead(inspection: Inspection) -> Iterator[Remark]:
     """Records that stand still, at zero or at another reading, for a third of their samples or more."""
-    for record, _, _ in evidence.records():
-        share = _standing(record, evidence)
+    for record, _, _ in inspection.records():
+        share = _standing(record, inspection)
         if share >= DEAD:
             yield Remark(
                 Severity.DOUBT, "dead", "record", record.name,
@@ -262,9 +262,9 @@ def _dead(evidence: Evidence) -> Iterator[Remark]:
             )  # fmt: skip
 
 
-def _standing(record: Record, evidence: Evidence) -> float:
+def _standing(record: Record, inspection: Inspection) -> float:
     """Share of the samples that stand in long stretches of one value (in an envelope, of zero)."""
-    quality = evidence.qualities[record.name]
+    quality = inspection.qualities[record.name]
     longest = max(3, round(STILL * quality.sample_rate / quality.frequency))
     same = np.diff(record.response) == 0.0
     if record.is_envelope:
@@ -274,6 +274,6 @@ def _standing(record: Record, evidence: Evidence) -> float:
     return float(np.sum(lengths[lengths > longest])) / record.response.size
 
 
-CHECKS: tuple[Callable[[Evidence], Iterator[Remark]], ...] = (
+CHECKS: tuple[Callable[[Inspection], Iterator[Remark]], ...] = (
     _frequency, _sampling, _kind, _levels, _stated_level, _damping, _amplitude, _dead,
 )  # fmt: skip

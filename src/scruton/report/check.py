@@ -26,12 +26,12 @@ def check(path: Path) -> tuple[str, bool]:
     """
     problems: list[InputError] = []
     campaign = load_campaign(path, problems)
-    evidence = gather(campaign, problems)
+    inspection = gather(campaign, problems)
     rows = [
-        _row(record, rig.name if test is None else test.name, evidence.qualities[record.name])
-        for record, rig, test in evidence.records()
+        _row(record, rig.name if test is None else test.name, inspection.qualities[record.name])
+        for record, rig, test in inspection.records()
     ]
-    warnings = sentences(review(evidence))
+    warnings = sentences(review(inspection))
     unit = campaign.section.amplitude_unit
     parts = [_heading(campaign), table(RIG_HEADER, [_rig_row(rig) for rig in campaign.rigs])]
     if campaign.tests:

@@ -15,7 +15,7 @@ STATED_SD = 0.1  # relative, of a damping ratio that is stated without one: ring
 
 
 @dataclass(frozen=True, eq=False)
-class Evidence:
+class Inspection:
     """A campaign with what its records show; records that cannot be used are in none of the mappings.
 
     Attributes
@@ -69,17 +69,17 @@ def weigh(
     cycles: Mapping[str, Cycles],
     ringdowns: Mapping[str, RingDown],
     stated_sd: float = STATED_SD,
-) -> Evidence:
+) -> Inspection:
     """Measure every record whose cycles are at hand."""
     qualities = {}
     for record, _, test in records_of(campaign):
         if record.name in cycles:
             stable = test.stable_amplitude.mean if test is not None and test.stable_amplitude else None
             qualities[record.name] = assess(record, stable_amplitude=stable, cycles=cycles[record.name])
-    return Evidence(campaign, cycles, qualities, ringdowns, stated_sd)
+    return Inspection(campaign, cycles, qualities, ringdowns, stated_sd)
 
 
-def gather(campaign: Campaign, problems: list[InputError]) -> Evidence:
+def gather(campaign: Campaign, problems: list[InputError]) -> Inspection:
     """Demodulate and measure every record; what is wrong with one is appended to `problems`, and it is left out."""
     cycles: dict[str, Cycles] = {}
     for record, rig, _ in records_of(campaign):
