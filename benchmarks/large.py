@@ -78,7 +78,7 @@ def write(path: Path, time_: np.ndarray, y: np.ndarray) -> None:
     import pandas as pd
 
     frame = pd.DataFrame({"time [s]": time_, "displacement [mm]": y})
-    frame.to_csv(path, index=False, float_format="%.7g")
+    frame.to_csv(path, index=False, float_format="%.10g")
 
 
 def campaign(folder: Path, rigs: int, records: int, seed: int, *, samples: int = 900, seconds: float = 9.0) -> Path:

@@ -112,8 +112,11 @@ def plant(*names: str) -> None:
             if now != ["misread"]:  # which the harness itself has to see when it compares
                 now.clear()
 
-    def read(files: Any, path: Path) -> bytes:
-        return globals()[now[0]](whole, files, path) if now else whole(files, path)
+    def read(files: Any, path: Path, *more: Any) -> bytes:
+        def well(files: Any, path: Path) -> bytes:
+            return whole(files, path, *more)
+
+        return globals()[now[0]](well, files, path) if now else well(files, path)
 
     cli.main, Files.read = main, read
 
