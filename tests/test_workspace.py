@@ -199,6 +199,18 @@ def test_runs_that_grow_keep_what_is_whole(tmp_path):
     assert content(out) == {"one/gap.json": "1", "two/gap.json": "2", "two/part.json": "not yet"}
 
 
+def test_bad_input_halfway_does_not_part_results_from_their_inputs(tmp_path):
+    out = tmp_path / "o"
+    with suppress(InputError), claim(out, grows=True) as work:
+        write(work.new, one__gap_json="1")
+        work.keep("one")
+        raise InputError("two", "", "noise", "a record")
+    with pytest.raises(InputError, match=r"other a\.csv"):
+        publish(out, how={"grows": True, "resume": True, "inputs": {"a.csv": "9"}}, two__gap_json="2")
+    publish(out, how={"grows": True, "resume": True}, two__gap_json="2")
+    assert content(out) == {"one/gap.json": "1", "two/gap.json": "2"}
+
+
 def test_a_forced_run_that_grows_replaces_all_at_once_even_when_resumed(tmp_path):
     out = publish(tmp_path / "o", one__gap_json="old", two__gap_json="old", how={"grows": True})
     with suppress(KeyboardInterrupt), claim(out, grows=True, force=True) as work:

@@ -80,7 +80,7 @@ class Workspace:
         self.new, self.checkpoints = self.state / "new", self.state / "checkpoints"
         self.replacing = False  # old results lie there, which count for nothing
         self._made: list[Path] = []  # folders that were not there before
-        self._begun = False
+        self._begun = self._kept = False
         self._lock: IO[str] | None = None
 
     def __enter__(self) -> Self:
@@ -118,6 +118,7 @@ class Workspace:
     def keep(self, *names: str) -> None:
         """Put whole files or folders of `new` into their places, unless old results are to be replaced all at once."""
         if not self.replacing:
+            self._kept = True
             _swap(self.folder, self.new, self._record(names))
 
     def publish(self) -> None:
@@ -147,7 +148,7 @@ class Workspace:
             self.replacing = bool(unfinished["replacing"])
         elif self.resume and not self.force and (unfinished is not None or present):
             self._check_same(unfinished or finished)
-            self.state.mkdir(exist_ok=True)
+            self._begin()
         else:
             self.replacing = bool(present)
             self._begin()
@@ -236,6 +237,7 @@ class Workspace:
         """Leave the state as a later run may find it; return whether nothing of this one is left."""
         if (self.state / SWAP).exists():  # the results are whole: whatever opens the folder next completes the swap
             return False
+        undo = undo and not self._kept  # what lies in its place goes with the inputs that it was made from
         if not self.grows:
             shutil.rmtree(self.new, ignore_errors=True)
             undo = undo or (self._begun and not any(self.state.glob("*/*")))
