@@ -14,7 +14,6 @@ from scruton.cli import main
 from scruton.documents import write_document
 from scruton.errors import InputError
 from scruton.infer.fit import fit_campaign
-from scruton.infer.store import read_tree
 from scruton.report.batch import Batch, Job, names, run_batch, run_one, summarise
 from scruton.report.batch_tables import batch_csv, batch_page, batch_text
 from scruton.report.run import FitTask
@@ -22,7 +21,6 @@ from scruton.report.workers import connected, finished
 from scruton.simulate import write_campaign
 from tests.conftest import SPEC
 
-HASHES = ("files", "checksum")
 CARD = """extends = "paper"
 name = "quick"
 [sampler]
@@ -123,14 +121,8 @@ def test_an_interrupted_batch_goes_on_in_two_processes_to_the_same_bytes(room, w
     )  # fmt: skip
     assert code == 1
     assert (resumed / "still" / "posterior.nc").stat().st_mtime_ns == kept, "what was finished is not run again"
-    for name in ("batch.csv", "batch.json", "batch.html"):
+    for name in ("wind/posterior.nc", "wind/fit.json", "batch.csv", "batch.json", "batch.html"):
         assert (resumed / name).read_bytes() == (whole / name).read_bytes(), name
-    # In a worker HDF5 lays the same numbers out in another way now and then: they are compared one by one.
-    (one, told_one), (two, told_two) = (read_tree(at / "wind") for at in (resumed, whole))
-    assert one.identical(two)
-    assert {k: v for k, v in told_one.items() if k not in HASHES} == {
-        k: v for k, v in told_two.items() if k not in HASHES
-    }
     assert not work.checkpoints.exists()
 
 
