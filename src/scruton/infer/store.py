@@ -1,6 +1,7 @@
 """The results of a fit on disk: posterior.nc and fit.json."""
 
 import gc
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -21,6 +22,7 @@ FIELDS = (
     "format", "title", "converged", "flags", "laws", "campaign", "amplitude_unit", "tests", "rigs", "records",
     "provenance", "files",
 )  # fmt: skip
+_WRITING = threading.Lock()
 WANTED = "the folder of a complete fit, as `scruton fit` or `scruton report` wrote it"
 
 
@@ -43,15 +45,19 @@ def write_fit(fit: "Fit", folder: Path) -> tuple[Path, Path]:
 
 @contextmanager
 def _no_collection() -> Iterator[None]:
-    """Keep the cyclic collector still: HDF5 objects that it closes midway change where the next ones lie."""
-    was = gc.isenabled()
-    gc.collect()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was:
-            gc.enable()
+    """Keep the cyclic collector still: HDF5 objects that it closes midway change where the next ones lie.
+
+    One thread at a time: the collector is the process's, and the first that is through would let it loose on the rest.
+    """
+    with _WRITING:
+        was = gc.isenabled()
+        gc.collect()
+        gc.disable()
+        try:
+            yield
+        finally:
+            if was:
+                gc.enable()
 
 
 def read_tree(folder: Path) -> tuple["xr.DataTree", dict[str, Any]]:
