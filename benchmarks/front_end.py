@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks import problem
 from benchmarks.result import Figure
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 
 SAMPLES = 1_000_000
 RATE = 1000.0  # Hz

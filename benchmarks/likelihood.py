@@ -7,7 +7,7 @@ import numpy as np
 
 from benchmarks import problem
 from benchmarks.result import Figure
-from scruton.infer.likelihood import log_likelihood
+from scruton.dynamics.likelihood import log_likelihood
 
 CYCLES = (120, 1200, 12000)
 WALKERS = (1, 16, 64)

@@ -12,8 +12,8 @@ from math import exp, sqrt
 import numpy as np
 from numba import njit
 
-from scruton.campaign.schema import FloatArray
-from scruton.infer.likelihood import _LOG_2PI, _mean_weight, _noise_moments
+from scruton.arrays import FloatArray
+from scruton.dynamics.likelihood import _LOG_2PI, _mean_weight, _noise_moments
 from scruton.infer.models import WindPosterior
 
 LIVE_POINTS = 250

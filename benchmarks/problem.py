@@ -4,11 +4,12 @@ from pathlib import Path
 
 import numpy as np
 
-from scruton.campaign.schema import Campaign, FloatArray, Kind, Motion, Quantity, Record, Rig, Section, Test
+from scruton.arrays import FloatArray
+from scruton.campaign.schema import Campaign, Kind, Motion, Quantity, Record, Rig, Section, Test
+from scruton.dynamics.likelihood import EnvelopeData
 from scruton.infer.cards import load_card
-from scruton.infer.likelihood import EnvelopeData
 from scruton.infer.models import WindPosterior
-from scruton.infer.priors import Prior
+from scruton.stats.priors import Prior
 
 FREQUENCY = 7.87  # Hz
 A_STAR, RATIO, SCATTER, NOISE = 0.0292, 0.0136, 0.02, 2e-4  # the 4:1 rectangle at Sc = 21.7, in mild turbulence

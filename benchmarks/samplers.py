@@ -15,10 +15,10 @@ import numpy as np
 from benchmarks import peers, problem
 from benchmarks.fit import emcee_calls
 from benchmarks.result import Figure
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 from scruton.infer.cards import load_card
 from scruton.infer.models import WindPosterior
-from scruton.infer.sampler import sample
+from scruton.stats.sampler import sample
 
 SEEDS = range(1, 6)
 TUNE, DRAWS = 1000, 500  # with 400 one run in five leaves a chain behind

@@ -5,8 +5,8 @@ Run `python examples/table5.py`.
 
 import numpy as np
 
-from scruton.aero import Setting, force_parameters, relaxation
 from scruton.campaign.schema import Motion
+from scruton.dynamics import Setting, force_parameters, relaxation
 from scruton.gap.rows import SD_AMPLITUDE, SD_RATE, Rows, close_rows, rows_text
 from scruton.report.text import table
 

@@ -15,7 +15,7 @@ from scruton.sizing.bridge import load_bridge
 from scruton.sizing.limits import RULES
 
 ROOT = Path(__file__).resolve().parents[1]
-ROOMS = ("aero", "campaign", "envelope", "infer", "griffin", "report", "calibrate")
+ROOMS = ("campaign", "envelope", "stats", "dynamics", "infer", "griffin", "report", "calibrate")
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
+from scruton.app.models import draw_prior
 from scruton.infer.cards import shipped_cards
-from scruton.report.models import draw_prior
 
 if __name__ == "__main__":
     for name in shipped_cards():

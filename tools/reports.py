@@ -3,7 +3,7 @@
 import shutil
 from pathlib import Path
 
-from scruton.report.full import run_report
+from scruton.app.report import run_report
 
 if __name__ == "__main__":
     for campaign in sorted(Path("examples").glob("*/campaign.toml")):

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from scruton.arrays import FloatArray
 from scruton.campaign import load_campaign
-from scruton.campaign.schema import FloatArray
-from scruton.effects.terms import Term
+from scruton.dynamics.effects.terms import Term
 from scruton.gap.bands import posterior_draws
 from scruton.gap.diagnosis import Diagnosis, diagnose
 from scruton.gap.finding import Z90

@@ -24,7 +24,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _run(argv: Sequence[str] | None) -> int:
     arguments = parser().parse_args(argv)
-    from scruton.report.options import check_options
+    from scruton.app.options import check_options
 
     check_options(vars(arguments))
     verb: Callable[[argparse.Namespace], int] = arguments.verb
@@ -243,7 +243,7 @@ def _version() -> str:
 
 
 def _check(arguments: argparse.Namespace) -> int:
-    from scruton.report.check import check
+    from scruton.app.check import check
 
     text, usable = check(arguments.campaign)
     if not arguments.quiet or not usable:
@@ -252,7 +252,7 @@ def _check(arguments: argparse.Namespace) -> int:
 
 
 def _fit(arguments: argparse.Namespace) -> int:
-    from scruton.report.run import fit_text, run_fit
+    from scruton.app.fit import fit_text, run_fit
 
     fit, folder = run_fit(
         arguments.campaign,
@@ -272,8 +272,8 @@ def _fit(arguments: argparse.Namespace) -> int:
 
 
 def _report(arguments: argparse.Namespace) -> int:
-    from scruton.report.full import run_report
-    from scruton.report.run import fit_text
+    from scruton.app.fit import fit_text
+    from scruton.app.report import run_report
 
     fit, paths = run_report(
         arguments.campaign,
@@ -309,7 +309,7 @@ def _trust(fit: "Fit") -> int:
 
 
 def _predict(arguments: argparse.Namespace) -> int:
-    from scruton.report.run import predict_text
+    from scruton.app.fit import predict_text
 
     text, trusted = predict_text(
         arguments.results,
@@ -326,7 +326,7 @@ def _predict(arguments: argparse.Namespace) -> int:
 
 
 def _size(arguments: argparse.Namespace) -> int:
-    from scruton.report.sizing import run_size
+    from scruton.app.size import run_size
 
     text, trusted, paths = run_size(
         arguments.results,
@@ -346,7 +346,7 @@ def _size(arguments: argparse.Namespace) -> int:
 
 
 def _criticise(arguments: argparse.Namespace) -> int:
-    from scruton.report.criticise import criticise
+    from scruton.app.criticise import criticise
 
     text, trusted, paths = criticise(arguments.results, out=arguments.out, force=arguments.force, seed=arguments.seed)
     if not arguments.quiet:
@@ -357,8 +357,8 @@ def _criticise(arguments: argparse.Namespace) -> int:
 
 
 def _validate(arguments: argparse.Namespace) -> int:
-    from scruton.report.run import default_folder
-    from scruton.report.validation import run_validate
+    from scruton.app.fit import default_folder
+    from scruton.app.validate import run_validate
 
     out = arguments.out if arguments.out is not None else default_folder(arguments.campaign) / "validation"
     text, trusted, paths = run_validate(
@@ -375,8 +375,8 @@ def _validate(arguments: argparse.Namespace) -> int:
 
 
 def _batch(arguments: argparse.Namespace) -> int:
-    from scruton.report.batch import run_batch
-    from scruton.report.batch_tables import batch_text
+    from scruton.app.batch import run_batch
+    from scruton.app.batch_tables import batch_text
 
     batch = run_batch(
         arguments.campaigns,
@@ -399,8 +399,8 @@ def _batch(arguments: argparse.Namespace) -> int:
 
 
 def _calibrate(arguments: argparse.Namespace) -> int:
+    from scruton.app.fit import Bar
     from scruton.calibrate import calibration_text, run_calibration
-    from scruton.report.run import Bar
 
     _at_least_one("campaigns", arguments.campaigns)
     with Bar(arguments.quiet) as bar:
@@ -434,8 +434,8 @@ def _at_least_one(option: str, value: int) -> None:
 
 
 def _diagnose(arguments: argparse.Namespace) -> int:
-    from scruton.report.gap import run_diagnose
-    from scruton.report.run import default_folder
+    from scruton.app.diagnose import run_diagnose
+    from scruton.app.fit import default_folder
 
     out = arguments.out if arguments.out is not None else default_folder(arguments.campaign) / "gap"
     text, paths = run_diagnose(
@@ -453,7 +453,7 @@ def _diagnose(arguments: argparse.Namespace) -> int:
 
 
 def _challenge(arguments: argparse.Namespace) -> int:
-    from scruton.report.run import Bar
+    from scruton.app.fit import Bar
 
     with Bar(arguments.quiet) as bar:
 
@@ -468,8 +468,8 @@ def _challenge(arguments: argparse.Namespace) -> int:
 
 
 def _challenge_make(arguments: argparse.Namespace, progress: Callable[[int, int], None]) -> int:
+    from scruton.app.options import check_numbers
     from scruton.calibrate.challenge.make import make_challenge
-    from scruton.report.options import check_numbers
 
     low, high = check_numbers("--turbulence", arguments.turbulence, 2)
     folder = make_challenge(
@@ -525,8 +525,8 @@ def _challenge_score(arguments: argparse.Namespace, progress: Callable[[int, int
 
 
 def _models(arguments: argparse.Namespace) -> int:
+    from scruton.app.models import draw_prior, models_text
     from scruton.infer.cards import load_card
-    from scruton.report.models import draw_prior, models_text
 
     if arguments.step is None:
         print(models_text())

@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scruton.aero import closed_form, relaxation
 from scruton.calibrate import REGIMES, calibration_text, run_calibration, store
 from scruton.calibrate.coverage import LIMIT_P, cells, covered, pooled, uniformity
 from scruton.calibrate.identifiability import Identifiability, identifiability, information
@@ -17,6 +16,7 @@ from scruton.calibrate.regimes import LAW_REGIMES, TWELVE, chosen
 from scruton.calibrate.run import simulated, summarise
 from scruton.calibrate.truths import draw_normals, from_normals, omega0, setting
 from scruton.campaign import Kind, Motion
+from scruton.dynamics import closed_form, relaxation
 from scruton.errors import InputError
 from scruton.infer.cards import load_card
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scruton.calibrate.challenge.case import simulate_case
-from scruton.effects import CATALOGUE, UNKNOWN
+from scruton.dynamics.effects import CATALOGUE, UNKNOWN
 from scruton.gap.advise import WANTED, _extras, advise, confusions, invisible
 from scruton.gap.attribute import weigh
 from scruton.gap.check import check

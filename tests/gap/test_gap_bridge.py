@@ -9,7 +9,7 @@ from scruton.gap.bridge import bridge_evidence
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import fit_bare
 from scruton.gap.importance import importance
-from scruton.infer.evidence import bridge_halves
+from scruton.stats.evidence import bridge_halves
 
 SEED = 8101
 

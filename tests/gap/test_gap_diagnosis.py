@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scruton.calibrate.challenge.make import simulate_case
-from scruton.effects import CATALOGUE
+from scruton.dynamics.effects import CATALOGUE
 from scruton.gap.bare import bare_model
 from scruton.gap.check import check, second_lines
 from scruton.gap.data import load_gap

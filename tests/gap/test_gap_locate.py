@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from scruton.calibrate.challenge.make import simulate_case
+from scruton.dynamics.settled import amplitude_rates
 from scruton.gap.check import SecondLine
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import Diagnosis, diagnose, fit_bare
@@ -13,7 +14,6 @@ from scruton.gap.finding import Finding
 from scruton.gap.locate import locate, merged
 from scruton.gap.locate_curves import DECAY, GROWTH, STILL, Curve, curve_findings, excess_curves
 from scruton.gap.locate_records import _bursts, _colour, _tails, line_findings, wave_findings
-from scruton.infer.settled import amplitude_rates
 
 QUANTITIES = {"damping", "frequency", "scatter", "spectrum", "branch", "test", "signal"}
 

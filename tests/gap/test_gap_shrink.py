@@ -8,8 +8,9 @@ import pytest
 
 from scruton.calibrate.challenge.case import simulate_case
 from scruton.campaign.schema import Campaign
-from scruton.effects import CATALOGUE, UNKNOWN
-from scruton.effects.terms import COLUMNS, HATS, Term
+from scruton.dynamics.effects import CATALOGUE, UNKNOWN
+from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
+from scruton.dynamics.settled import settled
 from scruton.gap.attribute import Candidate
 from scruton.gap.check import check
 from scruton.gap.data import load_gap
@@ -18,7 +19,6 @@ from scruton.gap.diagnosis import NONE, Diagnosis, fit_bare
 from scruton.gap.hypothesis import Weighed
 from scruton.gap.predict import stable_amplitude
 from scruton.gap.shrink import shrink
-from scruton.infer.settled import settled
 
 
 def diagnosed(campaign: Campaign, effect: str | None, label: str = "", rival: str = "") -> Diagnosis:

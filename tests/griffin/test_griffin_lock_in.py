@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from scruton.aero.laws import amplitude_ratio
+from scruton.dynamics.laws import amplitude_ratio
 from scruton.errors import InputError
 from scruton.griffin.lock_in import has_speeds, lock_in_band, lock_in_draws, lock_in_velocities
 

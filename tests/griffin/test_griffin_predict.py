@@ -7,8 +7,8 @@ import pytest
 import xarray as xr
 from test_griffin_bands import SHAPE, TABLE_5, make_tree
 
-from scruton.aero.laws import amplitude_ratio
 from scruton.campaign.schema import Quantity
+from scruton.dynamics.laws import amplitude_ratio
 from scruton.errors import InputError
 from scruton.griffin import griffin_draws, predict, predictive_draws, shared_curve, single_draws
 

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scruton.aero.laws import amplitude_ratio
 from scruton.campaign.schema import Motion
+from scruton.dynamics.laws import amplitude_ratio
+from scruton.dynamics.likelihood import EnvelopeData
 from scruton.griffin.prior import REFERENCES, prior_curves
 from scruton.infer.cards import load_card, shipped_cards
 from scruton.infer.hierarchy import CampaignPosterior, PeakTest
-from scruton.infer.likelihood import EnvelopeData
 from scruton.infer.models import WindPosterior
-from scruton.infer.priors import Prior
+from scruton.stats.priors import Prior
 
 HEAVING, TORSIONAL = REFERENCES[Motion.HEAVING], REFERENCES[Motion.TORSIONAL]
 

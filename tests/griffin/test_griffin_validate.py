@@ -13,8 +13,9 @@ from scruton.campaign import load_campaign, tests_used
 from scruton.errors import InputError
 from scruton.griffin import Prediction, predict
 from scruton.griffin.validate import Validation, validate
-from scruton.infer.cards import SamplerSettings, load_card
+from scruton.infer.cards import load_card
 from scruton.infer.fit import fit_campaign
+from scruton.stats.settings import SamplerSettings
 
 
 def validation(draws, amplitude: float) -> Validation:

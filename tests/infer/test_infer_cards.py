@@ -7,8 +7,8 @@ from dataclasses import fields
 
 import pytest
 
-from scruton.aero.laws import LAWS
 from scruton.campaign.schema import Motion
+from scruton.dynamics.laws import LAWS
 from scruton.errors import InputError
 from scruton.infer.cards import load_card, shipped_cards
 

@@ -10,8 +10,9 @@ import pytest
 import xarray as xr
 from scipy import stats
 
-from scruton.infer import replication, sensitivity, whiteness
+from scruton.infer import replication, sensitivity
 from scruton.infer.criticism import criticise_tree, plain
+from scruton.stats import whiteness
 
 N = 80
 
@@ -105,12 +106,12 @@ def judged_simulation(truth: dict[str, Any], n: float, seed: int) -> list[str]:
     from scipy.optimize import minimize
 
     from scruton.campaign.schema import Motion
+    from scruton.dynamics.likelihood import EnvelopeData
     from scruton.envelope import demodulate
     from scruton.infer.cards import load_card
-    from scruton.infer.likelihood import EnvelopeData
     from scruton.infer.models import WindPosterior
-    from scruton.infer.priors import Prior
     from scruton.simulate.motion import Truth, simulate_record
+    from scruton.stats.priors import Prior
 
     section = Truth(Motion.HEAVING, 0.3, 0.075, 7.292, 7.87, 0.0065, 1.22, 5.036, **truth)
     stable, _ = section.balance()

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from scruton.dynamics.likelihood import EnvelopeData, innovations, pointwise_log_likelihood
 from scruton.infer.hierarchy import SHARED, CampaignPosterior, PeakTest
-from scruton.infer.likelihood import EnvelopeData, innovations, pointwise_log_likelihood
 from scruton.infer.models import SteadyAmplitude, WindPosterior
-from scruton.infer.priors import Prior
+from scruton.stats.priors import Prior
 
 LAWS = [-1.0, -0.5, 0.0, 1.0, 2.0, None]
 OMEGA0 = 50.0

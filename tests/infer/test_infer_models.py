@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from scruton.campaign.schema import Motion
+from scruton.dynamics.likelihood import EnvelopeData
 from scruton.infer.cards import load_card
-from scruton.infer.likelihood import EnvelopeData
 from scruton.infer.models import SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
 from scruton.infer.predictive import free_runs
-from scruton.infer.priors import Prior
-from scruton.infer.sampler import sample
+from scruton.stats.priors import Prior
+from scruton.stats.sampler import sample
 
 CARD = load_card()
 PERIOD = 0.125

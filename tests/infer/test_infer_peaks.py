@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from scruton.campaign import load_campaign
-from scruton.infer.cards import SamplerSettings, load_card
-from scruton.infer.evidence import posterior_weights
+from scruton.infer.cards import load_card
 from scruton.infer.fit import envelope, fit_rig, fit_test
 from scruton.infer.models import SteadyAmplitude
 from scruton.infer.peaks import (
@@ -22,7 +21,9 @@ from scruton.infer.peaks import (
     stack,
 )
 from scruton.infer.run import Sampling
-from scruton.infer.stacking import stacking_weights
+from scruton.stats.evidence import posterior_weights
+from scruton.stats.settings import SamplerSettings
+from scruton.stats.stacking import stacking_weights
 
 LAWS = (-1.0, 0.0, 2.0)
 PRIOR = (0.5, 0.3, 0.2)

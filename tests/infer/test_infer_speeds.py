@@ -6,16 +6,17 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from scruton.aero.laws import amplitude_ratio
 from scruton.campaign import load_campaign
+from scruton.dynamics.laws import amplitude_ratio
 from scruton.envelope import demodulate
 from scruton.griffin.lock_in import lock_in_band, lock_in_draws
 from scruton.infer import speeds as module
-from scruton.infer.cards import SamplerSettings, load_card
-from scruton.infer.priors import Prior
+from scruton.infer.cards import load_card
 from scruton.infer.run import Sampling
 from scruton.infer.smooth import COMMON, Observations, SpeedPoint, SpeedPosterior, log_ratio, matern
 from scruton.infer.speeds import PRIORS, fit_points, fit_speeds, in_lock_in, speeds_dataset
+from scruton.stats.priors import Prior
+from scruton.stats.settings import SamplerSettings
 
 FACTOR = 1000.0
 PRIOR = {

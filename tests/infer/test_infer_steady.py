@@ -7,14 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scruton.aero import Setting, force_parameters
 from scruton.campaign import load_campaign
 from scruton.campaign.schema import Kind, Motion
+from scruton.dynamics import Setting, force_parameters
 from scruton.envelope import Cycles, cycles_from_envelope, demodulate, ring_down
 from scruton.envelope.phase_diffusion import periodogram, phase_steps, step_spectrum, unbroken
 from scruton.infer.cards import ModelCard, load_card
 from scruton.infer.fit import envelope
-from scruton.infer.priors import Prior
 from scruton.infer.run import Sampling
 from scruton.infer.steady import (
     SteadyVerdict,
@@ -26,6 +25,7 @@ from scruton.infer.steady import (
     steady_posterior,
 )
 from scruton.simulate.motion import Truth, simulate_record
+from scruton.stats.priors import Prior
 
 FREQUENCY, DAMPING = 8.0, 0.004
 OMEGA0 = 2.0 * np.pi * FREQUENCY

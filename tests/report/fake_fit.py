@@ -13,8 +13,9 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from scruton.aero.laws import amplitude_ratio
-from scruton.campaign.schema import Campaign, FloatArray, Kind, Motion, Quantity, Record, Rig, Section, Sweep, Test
+from scruton.arrays import FloatArray
+from scruton.campaign.schema import Campaign, Kind, Motion, Quantity, Record, Rig, Section, Sweep, Test
+from scruton.dynamics.laws import amplitude_ratio
 from scruton.envelope import Cycles, RingDown, front_end, ring_down
 from scruton.infer.cards import ModelCard, load_card
 from scruton.infer.results import Fit

@@ -10,10 +10,10 @@ import pandas as pd
 import pytest
 import xarray as xr
 
+from scruton.app.criticise import criticise, criticism_text, verdict
 from scruton.documents import write_document
 from scruton.errors import InputError
 from scruton.infer.criticism import Criticism, Flag, criticise_tree
-from scruton.report.criticise import criticise, criticism_text, verdict
 from scruton.report.figures.criticism import criticism_figures
 from scruton.workspace import digest
 
@@ -78,7 +78,7 @@ def test_the_fit_itself_is_left_alone(results: Path, written: tuple[str, bool, A
 def test_an_earlier_criticism_is_replaced_only_when_asked(
     results: Path, written: tuple[str, bool, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("scruton.report.criticise._figures", lambda *_: [])
+    monkeypatch.setattr("scruton.app.criticise._figures", lambda *_: [])
     with pytest.raises(InputError, match="results of an earlier run"):
         criticise(results)
     shutil.copytree(results / "criticism", tmp_path / "earlier")
@@ -89,7 +89,7 @@ def test_an_earlier_criticism_is_replaced_only_when_asked(
 
 
 def test_a_wrong_law_is_not_to_be_trusted(small_results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("scruton.report.criticise._figures", lambda *_: [])
+    monkeypatch.setattr("scruton.app.criticise._figures", lambda *_: [])
     shutil.copytree(small_results, tmp_path / "fit")
     put_innovations(tmp_path / "fit", bend=1.5)
     text, ok, _ = criticise(tmp_path / "fit", out=tmp_path / "out")

@@ -12,16 +12,16 @@ from fake_fit import fake_fit
 from fake_parts import GAP, sizing
 from matplotlib.figure import Figure
 
+from scruton.app.batch import FAILED, Job, _missing, summarise
+from scruton.app.fit import FitTask
 from scruton.cli import main
 from scruton.errors import InputError
 from scruton.report import build_report, figures
 from scruton.report.aside import Aside
-from scruton.report.batch import FAILED, Job, _missing, summarise
 from scruton.report.chapters import CHAPTERS, Material, compose, with_failures
 from scruton.report.document import ALARM, Callout, Document, Picture
 from scruton.report.failures import Failure, Failures, begun, guarded
 from scruton.report.parts import Part, gap_part
-from scruton.report.run import FitTask
 from scruton.report.tables import tables
 
 FAULT = "This is a fault of the program, not of the data"

@@ -13,8 +13,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from scruton.aero import closed_form
-from scruton.campaign.schema import FloatArray, Motion
+from scruton.arrays import FloatArray
+from scruton.campaign.schema import Motion
+from scruton.dynamics import closed_form
 from scruton.griffin.posterior import draws_of
 from scruton.infer.results import Fit
 from scruton.report.figures import (

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import tomli_w
 
-from scruton.aero.scruton_number import scruton_number
 from scruton.campaign import Kind, Motion, load_campaign
+from scruton.dynamics.scruton_number import scruton_number
 from scruton.simulate import write_campaign
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from sizing_room import LIMIT, mode_model
 
-from scruton.aero.laws import amplitude_ratio
+from scruton.dynamics.laws import amplitude_ratio
 from scruton.sizing.mode_shape import sine, uniform
 from scruton.sizing.model import DAMPING, DISCREPANCY, SOURCES, CurveTable, unit_cube
 from scruton.sizing.risk import risk

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from scruton.arrays import FloatArray
 from scruton.calibrate.quantities import INTERVALS, kind_of
-from scruton.campaign.schema import FloatArray
 
 LIMIT = 4.0  # standard errors
 LIMIT_P = 6.334e-5  # two-sided probability of a normal deviate beyond LIMIT

@@ -4,8 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from scruton.arrays import FloatArray
 from scruton.calibrate.truths import Drawn
-from scruton.campaign.schema import Campaign, FloatArray
+from scruton.campaign.schema import Campaign
 from scruton.infer.cards import ModelCard
 from scruton.infer.fit import fit_campaign
 

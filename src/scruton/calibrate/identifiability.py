@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from scruton.arrays import FloatArray
 from scruton.calibrate.quantities import quantities
 from scruton.calibrate.records import (
     RELAXATIONS,
@@ -28,7 +29,6 @@ from scruton.calibrate.records import (
 )
 from scruton.calibrate.regimes import FREQUENCY, Regime
 from scruton.calibrate.truths import draw_normals, from_normals, omega0
-from scruton.campaign.schema import FloatArray
 from scruton.infer.cards import ModelCard
 
 HALF = 0.5  # of the prior sd: less reduction than this and a parameter is left out

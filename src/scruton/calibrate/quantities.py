@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scruton.aero import amplitude_ratio
+from scruton.arrays import FloatArray
 from scruton.calibrate.regimes import Regime
 from scruton.calibrate.truths import Drawn, omega0
-from scruton.campaign.schema import FloatArray
+from scruton.dynamics import amplitude_ratio
 
 MULTIPLES = (0.5, 1.0, 3.0)
 INTERVALS = (0.50, 0.90, 0.95)

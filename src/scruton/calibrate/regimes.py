@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from scruton.campaign.schema import Kind, Motion, Section
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
-from scruton.infer.priors import Prior
+from scruton.stats.priors import Prior
 
 GROWTH, DECAY, BOTH = (Kind.GROWTH,), (Kind.DECAY,), (Kind.GROWTH, Kind.DECAY)
 ALL_LAWS = (-1.0, 0.0, 1.0, 2.0)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from scruton.arrays import FloatArray
 from scruton.calibrate import store
 from scruton.calibrate.coverage import (
     Cell,
@@ -25,7 +26,6 @@ from scruton.calibrate.coverage import (
 from scruton.calibrate.identifiability import Identifiability, identifiability
 from scruton.calibrate.one import run_one
 from scruton.calibrate.regimes import Regime, chosen
-from scruton.campaign.schema import FloatArray
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard, load_card
 from scruton.processes import pool

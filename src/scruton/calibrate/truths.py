@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr
 
-from scruton.aero import Setting, amplitude_ratio, force_parameters
+from scruton.arrays import FloatArray
 from scruton.calibrate.regimes import (
     AIR_DENSITY,
     DEPTH,
@@ -22,9 +22,10 @@ from scruton.calibrate.regimes import (
     WIDTH,
     Regime,
 )
-from scruton.campaign.schema import FloatArray, Motion
+from scruton.campaign.schema import Motion
+from scruton.dynamics import Setting, amplitude_ratio, force_parameters
 from scruton.infer.cards import ModelCard
-from scruton.infer.priors import Prior
+from scruton.stats.priors import Prior
 
 SHARED, OWN = 4, 5  # normals of the curve, and of every test: z, w, damping, mass, density
 _TRIES = 1000

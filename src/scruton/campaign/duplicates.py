@@ -9,8 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
+from scruton.arrays import FloatArray
 from scruton.campaign.remarks import Remark, Severity
-from scruton.campaign.schema import Campaign, FloatArray, Record
+from scruton.campaign.schema import Campaign, Record
 
 OVERLAP = 2  # samples: windows that follow each other may share the one between them
 

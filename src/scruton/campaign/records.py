@@ -5,10 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
+from scruton.arrays import FloatArray
 from scruton.campaign.columns import EXAMPLES, chosen_columns, open_table
 from scruton.campaign.files import Files
 from scruton.campaign.readers.columns import Column
-from scruton.campaign.schema import FloatArray, Kind, Motion, Record, Section, Sweep
+from scruton.campaign.schema import Kind, Motion, Record, Section, Sweep
 from scruton.campaign.tables import Table
 from scruton.campaign.units import (
     DENSITY,

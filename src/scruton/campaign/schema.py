@@ -8,12 +8,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
+from scruton.arrays import FloatArray
 from scruton.campaign.remarks import Remark
-
-FloatArray = NDArray[np.float64]
 
 
 class Motion(StrEnum):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 from scruton.envelope.velocity import velocity
 
 

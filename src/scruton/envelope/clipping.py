@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 from scruton.envelope.sampling import quantum_of
 from scruton.envelope.types import Cycles
 from scruton.envelope.windows import cut

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 from scruton.envelope.frequency import dominant_frequency
 from scruton.envelope.sampling import quantum_of, sampling
 from scruton.envelope.tracking import Track, box_sum, follow

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 
 StructuralDamping = float | Callable[[FloatArray], FloatArray]
 """A structural damping ratio xi_s: one number, or a function of the amplitude (A/D or rad)."""

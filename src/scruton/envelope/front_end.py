@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 from scruton.envelope.amplitude import amplitude as transient_amplitude
 from scruton.envelope.amplitude import band_pass as filter_band
 from scruton.envelope.amplitude import detrend

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 from scruton.envelope.types import Cycles
 
 _MANY = 12.0  # samples per cycle from which a third harmonic can be told

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 from scruton.envelope.sampling import sampling
 from scruton.envelope.types import Cycles
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 from scruton.envelope.types import Cycles
 from scruton.errors import InputError
 

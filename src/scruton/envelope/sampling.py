@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 
 _JITTER = 0.01  # steps that vary by less count as equal
 _GAP = 1.75  # a step so many times the usual one misses at least a sample

@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 
 _POINTS = 2000  # least squares runs on at most so many block means
 _SHORTEST, _FASTEST = 12.0, 300.0  # growth and decay over the record, as exponents, that the search covers

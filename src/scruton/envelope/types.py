@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

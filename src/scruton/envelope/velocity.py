@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 
 
 def velocity(response: FloatArray, time_step: float) -> FloatArray:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 
 ComplexArray = NDArray[np.complex128]
 IntArray = NDArray[np.intp]

@@ -4,15 +4,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
-from scruton.effects import CATALOGUE
-from scruton.effects.terms import Variant
+from scruton.arrays import FloatArray
+from scruton.dynamics.effects import CATALOGUE
+from scruton.dynamics.effects.terms import Variant
+from scruton.dynamics.settled import _readings
 from scruton.gap.diagnosis import NONE, TEMPERATURE, UNSEEN, Diagnosis
 from scruton.gap.extra import Extra, separation
 from scruton.gap.hypothesis import Hypothesis, Weighed
 from scruton.gap.invisible import invisible
 from scruton.gap.predict import stable_amplitude
-from scruton.infer.settled import _readings
 
 __all__ = ["advise", "confusions", "invisible"]
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import logsumexp
 
-from scruton.campaign.schema import FloatArray
-from scruton.effects import CATALOGUE, UNKNOWN, Effect
-from scruton.effects.terms import Variant
+from scruton.arrays import FloatArray
+from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Effect
+from scruton.dynamics.effects.terms import Variant
 from scruton.gap.hypothesis import Weighed
 from scruton.gap.screen import Promise, Screen
 

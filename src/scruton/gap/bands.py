@@ -4,13 +4,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
-from scruton.effects import CATALOGUE
-from scruton.effects.terms import Term
+from scruton.arrays import FloatArray
+from scruton.dynamics.effects import CATALOGUE
+from scruton.dynamics.effects.terms import Term
+from scruton.dynamics.settled import settled, transferred
 from scruton.errors import InputError
 from scruton.gap.diagnosis import NONE, UNSEEN, Diagnosis
 from scruton.gap.hypothesis import Weighed
-from scruton.infer.settled import settled, transferred
 
 if TYPE_CHECKING:
     import xarray as xr

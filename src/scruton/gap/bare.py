@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
-from scruton.effects.terms import COLUMNS, Layout, Parameter, Term, compact
+from scruton.arrays import FloatArray
+from scruton.dynamics.effects.terms import COLUMNS, Layout, Parameter, Term, compact
 from scruton.gap.data import GapData
 
 TOLERANCES = {

@@ -3,11 +3,11 @@
 import emcee
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 from scruton.gap.hypothesis import Weighed
 from scruton.gap.importance import log_density_of
-from scruton.infer.evidence import Evidence, bridge_halves
-from scruton.infer.moves import FITTED_TO_DRAWS, IndependenceMove, StudentT
+from scruton.stats.evidence import Evidence, bridge_halves
+from scruton.stats.moves import FITTED_TO_DRAWS, IndependenceMove, StudentT
 
 ENSEMBLES = 2
 WALKERS, SETTLE, STEPS = 160, 60, 120

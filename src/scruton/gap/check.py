@@ -7,7 +7,8 @@ import numpy as np
 from scipy import stats
 from scipy.ndimage import median_filter
 
-from scruton.campaign.schema import Campaign, FloatArray
+from scruton.arrays import FloatArray
+from scruton.campaign.schema import Campaign
 from scruton.envelope import Cycles
 from scruton.gap.hypothesis import Weighed
 

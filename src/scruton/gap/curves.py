@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
-from scruton.effects.generic import discrepancy, hats
-from scruton.effects.terms import Term, Variant
+from scruton.arrays import FloatArray
+from scruton.dynamics.effects.generic import discrepancy, hats
+from scruton.dynamics.effects.terms import Term, Variant
+from scruton.dynamics.extended import _inverse_reading
+from scruton.dynamics.settled import amplitude_rates
 from scruton.gap.hypothesis import Hypothesis, Weighed
-from scruton.infer.extended import _inverse_reading
-from scruton.infer.settled import amplitude_rates
 
 _BAND = 40
 _ITERATIONS = 8

@@ -5,15 +5,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scruton.aero import Setting
+from scruton.arrays import FloatArray
 from scruton.campaign import peak_tests
-from scruton.campaign.schema import Campaign, FloatArray, Kind, Quantity, Record
-from scruton.effects import Layout
-from scruton.effects.terms import HATS
+from scruton.campaign.schema import Campaign, Kind, Quantity, Record
+from scruton.dynamics import Setting
+from scruton.dynamics.effects import Layout
+from scruton.dynamics.effects.terms import HATS
+from scruton.dynamics.extended import ABSENT, Channels
 from scruton.envelope import Cycles
 from scruton.envelope.harmonics import third_harmonic
 from scruton.errors import InputError
-from scruton.infer.extended import ABSENT, Channels
 from scruton.infer.fit import envelope
 
 _DIRECTION = {Kind.GROWTH: 1, Kind.DECAY: -1, Kind.STEADY: 0, Kind.FREE_DECAY: 0}

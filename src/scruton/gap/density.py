@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
+from scruton.dynamics.extended import Channels
 from scruton.gap.data import GapData
 from scruton.gap.hypothesis import Hypothesis, Weighed
-from scruton.infer.extended import Channels
 
 _LOG_2PI = float(np.log(2.0 * np.pi))
 _LIKE_OTHERS = 0.2  # sd of ln(scatter) of a test about that of the others

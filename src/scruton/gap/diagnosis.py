@@ -7,7 +7,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from scruton.campaign.schema import Campaign
-from scruton.effects import CATALOGUE, UNKNOWN, Effect
+from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Effect
 from scruton.gap.attribute import Candidate, everything, weigh
 from scruton.gap.bare import bare_model
 from scruton.gap.check import Check, SecondLine, check, second_lines

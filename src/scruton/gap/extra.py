@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numba import njit
 
-from scruton.campaign.schema import FloatArray
-from scruton.effects import CATALOGUE, UNKNOWN
-from scruton.effects.terms import HATS, Term, Variant
+from scruton.arrays import FloatArray
+from scruton.dynamics.effects import CATALOGUE, UNKNOWN
+from scruton.dynamics.effects.terms import HATS, Term, Variant
+from scruton.dynamics.extended import Channels, _drift, _reading, channel_innovations
 from scruton.gap.bare import bare_model
 from scruton.gap.data import FLOOR, GapData
 from scruton.gap.hypothesis import Hypothesis
-from scruton.infer.extended import Channels, _drift, _reading, channel_innovations
 
 _LAG, _LAG_START, _HAT = int(Term.LAG), int(Term.LAG_START), int(Term.HAT)
 _FC, _FS, _FR = int(Term.FORCE_COS), int(Term.FORCE_SIN), int(Term.FORCE_RATE)

@@ -13,10 +13,10 @@ from functools import cached_property
 import numpy as np
 from scipy.special import log_ndtr
 
-from scruton.campaign.schema import FloatArray
-from scruton.effects.terms import Parameter, Variant
+from scruton.arrays import FloatArray
+from scruton.dynamics.effects.terms import Parameter, Variant
+from scruton.dynamics.extended import Channels, channel_innovations
 from scruton.gap.bare import BareModel
-from scruton.infer.extended import Channels, channel_innovations
 
 _STEP = 1e-4
 _LOG_2PI = float(np.log(2.0 * np.pi))

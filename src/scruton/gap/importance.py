@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import gammaln, logsumexp
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 from scruton.gap.hypothesis import Hypothesis, Weighed
 
 _FREEDOM = 8.0

@@ -4,10 +4,10 @@ from typing import Any
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
-from scruton.effects.terms import Parameter, Term, Variant, add
+from scruton.arrays import FloatArray
+from scruton.dynamics.effects.terms import Parameter, Term, Variant, add
+from scruton.dynamics.settled import settled, transferred
 from scruton.gap.diagnosis import Diagnosis
-from scruton.infer.settled import settled, transferred
 
 FRICTION = 0.1  # of the relaxation damping at the stable amplitude
 GAIN = 0.05

@@ -11,13 +11,13 @@ from itertools import pairwise
 import numpy as np
 from scipy.stats import norm
 
-from scruton.campaign.schema import FloatArray
-from scruton.effects.terms import HATS, Layout, Parameter, Term, Values, Variant, add, compact
+from scruton.arrays import FloatArray
+from scruton.dynamics.effects.terms import HATS, Layout, Parameter, Term, Values, Variant, add, compact
+from scruton.dynamics.settled import amplitude_rates
 from scruton.gap.bare import TOLERANCES
 from scruton.gap.data import GapData
 from scruton.gap.finding import Finding, Range, amplitudes_of, interval, names_of, time_of
 from scruton.gap.hypothesis import Weighed
-from scruton.infer.settled import amplitude_rates
 
 GROWTH, DECAY, STEADY, STILL = "growth", "decay", "steady", "still air"
 _DIRECTION = {1: GROWTH, -1: DECAY, 0: STEADY}

@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 from scipy.stats import norm
 
-from scruton.campaign.schema import FloatArray
-from scruton.effects.terms import Layout, Parameter, Term, Values, Variant, add, size_prior
+from scruton.arrays import FloatArray
+from scruton.dynamics.effects.terms import Layout, Parameter, Term, Values, Variant, add, size_prior
 from scruton.gap.finding import Z90, Finding, amplitudes_of, interval, names_of, time_of
 from scruton.gap.hypothesis import Weighed
 

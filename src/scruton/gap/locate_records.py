@@ -7,7 +7,7 @@ import numpy as np
 from scipy.stats import f as f_distribution
 from scipy.stats import norm
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 from scruton.gap.bare import TOLERANCES
 from scruton.gap.check import SecondLine
 from scruton.gap.data import GapData

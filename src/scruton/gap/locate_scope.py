@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import norm
 
-from scruton.campaign.schema import FloatArray
-from scruton.effects import CATALOGUE
-from scruton.effects.terms import Parameter, Term, Variant
+from scruton.arrays import FloatArray
+from scruton.dynamics.effects import CATALOGUE
+from scruton.dynamics.effects.terms import Parameter, Term, Variant
+from scruton.dynamics.settled import amplitude_rates
 from scruton.gap.diagnosis import UNSEEN, Diagnosis
 from scruton.gap.finding import Finding, Range, amplitudes_of, interval, names_of, time_of
 from scruton.gap.hypothesis import Hypothesis, Weighed
-from scruton.infer.settled import amplitude_rates
 
 # What an effect is seen in; damping for those that are not named.
 _QUANTITY = {
@@ -255,7 +255,7 @@ def _amounts(scope: _Scope, table: FloatArray, bare: FloatArray, record: int, at
 
 def _lost(table: FloatArray, reading: float) -> FloatArray:
     """Part of the amplitude that a saturated reading loses at the largest reading, negative."""
-    from scruton.infer.settled import _readings
+    from scruton.dynamics.settled import _readings
 
     rows = np.ascontiguousarray(table)
     low, high = np.full(len(table), 0.5 * reading), np.full(len(table), 4.0 * reading)

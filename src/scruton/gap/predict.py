@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
-from scruton.effects.terms import Term
+from scruton.arrays import FloatArray
+from scruton.dynamics.effects.terms import Term
+from scruton.dynamics.settled import _readings, settled, transferred
 from scruton.gap.data import GapData
 from scruton.gap.hypothesis import Hypothesis
-from scruton.infer.settled import _readings, settled, transferred
 
 
 def stable_amplitude(
@@ -31,7 +31,7 @@ def stable_amplitude(
         At this Scruton number, by other structural damping in the same rig and wind, in place of the rig's own.
         Another rig's damping is given so, too; an error of the rig's own stated damping goes with that damping.
     bridge : bool
-        Without friction, gain and all else that does not go to a bridge; see `scruton.infer.settled.transferred`.
+        Without friction, gain and all else that does not go to a bridge; see `scruton.dynamics.settled.transferred`.
     reading : bool
         As the sensor reads it, gain and saturation included.
 

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from scruton.campaign.schema import FloatArray
-from scruton.effects import CATALOGUE, Layout
-from scruton.effects.terms import COLUMNS, HATS, Term, Variant
-from scruton.infer.settled import amplitude_rates, settled
+from scruton.arrays import FloatArray
+from scruton.dynamics.effects import CATALOGUE, Layout
+from scruton.dynamics.effects.terms import COLUMNS, HATS, Term, Variant
+from scruton.dynamics.settled import amplitude_rates, settled
 
 _NOTHING = 0.005  # of the misfit
 SD_AMPLITUDE, SD_RATE = 0.02, 0.05  # of the logarithms, where none is stated: reading a record, and its slope

@@ -7,8 +7,8 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from scruton.campaign import Campaign, load_campaign
-from scruton.effects import Variant
-from scruton.effects.terms import Parameter
+from scruton.dynamics.effects import Variant
+from scruton.dynamics.effects.terms import Parameter
 from scruton.gap.advise import advise, confusions, invisible
 from scruton.gap.bare import reference
 from scruton.gap.bridge import bridge_evidence

@@ -6,10 +6,10 @@ from threading import Lock
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
-from scruton.effects.terms import Apply, Variant
+from scruton.arrays import FloatArray
+from scruton.dynamics.effects.terms import Apply, Variant
+from scruton.dynamics.extended import channel_innovations
 from scruton.gap.hypothesis import Weighed
-from scruton.infer.extended import channel_innovations
 
 _NUDGE = 1e-4
 _BEATS = 1.5  # in a record, at least: slower ones are a drift

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
-from scruton.effects import CATALOGUE, UNKNOWN
+from scruton.arrays import FloatArray
+from scruton.dynamics.effects import CATALOGUE, UNKNOWN
 from scruton.gap.curves import Discrepancy, damping_discrepancy
 from scruton.gap.data import GapData
 from scruton.gap.density import Knowledge, density, learn, parameters_spent, settled_by

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scruton.aero.laws import amplitude_ratio, extrapolation_index
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
+from scruton.dynamics.laws import amplitude_ratio, extrapolation_index
 from scruton.envelope.damping import aerodynamic_damping, griffin_curve, total_damping
 from scruton.errors import InputError
 from scruton.griffin.posterior import draws_of, exponent_draws, mass_damping_draws, peak_names, unit_of

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scruton.aero.laws import amplitude_ratio
-from scruton.campaign.schema import FloatArray
-from scruton.effects.terms import COLUMNS
+from scruton.arrays import FloatArray
+from scruton.dynamics.effects.terms import COLUMNS
+from scruton.dynamics.laws import amplitude_ratio
 from scruton.errors import InputError
 
 if TYPE_CHECKING:
@@ -52,8 +52,8 @@ class EffectCurve:
 
     def at(self, scruton_numbers: FloatArray) -> FloatArray:
         """Stable amplitude, (S, n_sc), at (n_sc,) or (S, n_sc) Scruton numbers."""
-        from scruton.effects import Term
-        from scruton.infer.settled import settled
+        from scruton.dynamics.effects import Term
+        from scruton.dynamics.settled import settled
 
         sc = np.atleast_2d(np.asarray(scruton_numbers, dtype=float))
         sc = np.broadcast_to(sc, (len(self.coefficients), sc.shape[1]))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 from scruton.errors import InputError
 from scruton.griffin.bands import INTERVALS, X_TRUSTED
 from scruton.griffin.posterior import unit_of

@@ -6,9 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scruton.aero.laws import amplitude_ratio
+from scruton.arrays import FloatArray
 from scruton.campaign.plausibility import damping_flag
-from scruton.campaign.schema import FloatArray, Quantity
+from scruton.campaign.schema import Quantity
+from scruton.dynamics.laws import amplitude_ratio
 from scruton.errors import InputError
 from scruton.griffin.bands import INTERVALS, X_TRUSTED, index_draws, quantiles
 from scruton.griffin.curves import shared_curve, stream, what_if

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scruton.aero.laws import amplitude_ratio
-from scruton.campaign.schema import FloatArray, Motion
+from scruton.arrays import FloatArray
+from scruton.campaign.schema import Motion
+from scruton.dynamics.laws import amplitude_ratio
 from scruton.griffin.bands import X_TRUSTED, GriffinBand, band
 from scruton.infer.cards import ModelCard
 

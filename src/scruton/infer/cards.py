@@ -11,9 +11,10 @@ from typing import Any
 from scruton.campaign.bounded import LARGEST_TOML, parse_toml, read_bytes, toml_text
 from scruton.campaign.schema import Motion
 from scruton.campaign.units import show
-from scruton.effects import CATALOGUE, UNKNOWN
+from scruton.dynamics.effects import CATALOGUE, UNKNOWN
 from scruton.errors import InputError
-from scruton.infer.priors import FAMILIES, Prior
+from scruton.stats.priors import FAMILIES, Prior
+from scruton.stats.settings import SamplerSettings
 
 # Parameters that a card gives a prior; those that depend on the motion have one table each.
 PRIOR_NAMES = (
@@ -61,21 +62,6 @@ MOST_SAMPLED = 1e7  # of walkers, draws, steps and the like: beyond, memory and 
 
 # Parameters that may have either sign.
 SIGNED = ("trial_amplitude", "trial_slow_rate", EXPONENT)
-
-
-@dataclass(frozen=True)
-class SamplerSettings:
-    """How long to sample and with which moves; see `scruton.infer.sampler`."""
-
-    ensembles: int = 4
-    walkers: int = 256
-    draws: int = 8
-    min_ess: float = 1000.0
-    max_rhat: float = 1.01
-    max_steps: int = 4000
-    independence: float = 0.9
-    differential_evolution: float = 0.07
-    stretch: float = 0.03
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
-from scruton.infer import replication, sensitivity, whiteness
+from scruton.arrays import FloatArray
+from scruton.infer import replication, sensitivity
 from scruton.infer.replication import BandShare, PriorCheck
 from scruton.infer.sensitivity import Influence, Moved, Scaling
-from scruton.infer.whiteness import Check
+from scruton.stats import whiteness
+from scruton.stats.whiteness import Check
 
 if TYPE_CHECKING:
     import xarray as xr

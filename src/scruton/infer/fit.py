@@ -11,20 +11,20 @@ import numpy as np
 
 from scruton.campaign import peak_tests
 from scruton.campaign.schema import Campaign, Kind, Quantity, Record, Rig, Test
+from scruton.dynamics.likelihood import EnvelopeData
 from scruton.envelope import Cycles, FrontEnd, RingDown, front_end, record_cycles, ring_down
 from scruton.envelope.trial import ExponentialFit, SecondOrderExponential
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
 from scruton.infer.flags import damping_varies, misfit, slips, unconstrained, varying_damping
-from scruton.infer.likelihood import EnvelopeData
 from scruton.infer.models import SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
 from scruton.infer.peaks import fit_peaks, stack
-from scruton.infer.priors import Prior, check_support
 from scruton.infer.results import Fit, RigResult, TestResult, TrialResult
 from scruton.infer.run import Report, Sampling
 from scruton.infer.settings import carry, derive
 from scruton.infer.steady import SteadyVerdict, judge_steady, steady_posterior
 from scruton.infer.tree import assemble
+from scruton.stats.priors import Prior, check_support
 
 TRANSIENTS = (Kind.GROWTH, Kind.DECAY)
 TRIAL_PRIORS = (

@@ -4,11 +4,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from scruton.arrays import FloatArray
 from scruton.campaign.remarks import Severity, sentences
-from scruton.campaign.schema import Campaign, FloatArray
+from scruton.campaign.schema import Campaign
 from scruton.envelope import Cycles, RingDown, review, weigh
-from scruton.infer import whiteness
 from scruton.infer.results import TestResult
+from scruton.stats import whiteness
 
 # Two bands of amplitude differ in damping where they are apart by both of these.
 VARIATION = 0.2  # of the mean

@@ -22,10 +22,11 @@ from functools import cached_property
 
 import numpy as np
 
-from scruton.aero.laws import amplitude_ratio
-from scruton.campaign.schema import FloatArray
-from scruton.infer.models import Posterior, WindPosterior
-from scruton.infer.priors import Prior
+from scruton.arrays import FloatArray
+from scruton.dynamics.laws import amplitude_ratio
+from scruton.infer.models import WindPosterior
+from scruton.stats.posterior import Posterior
+from scruton.stats.priors import Prior
 
 SHARED = ("reference_amplitude", "reference_relaxation_ratio", "discrepancy_amplitude", "discrepancy_relaxation")
 _OWN = ("stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor", "damping_ratio", "mass_factor")

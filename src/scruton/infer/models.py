@@ -4,100 +4,21 @@ Each is a `Posterior`: its priors, and a log likelihood over an array of walkers
 campaign is unpacked in `scruton.infer.fit`.
 """
 
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
-from scruton.infer.likelihood import (
+from scruton.arrays import FloatArray
+from scruton.dynamics.likelihood import (
     EnvelopeData,
     innovations,
     log_likelihood,
     pointwise_log_likelihood,
     trial_log_likelihood,
 )
-from scruton.infer.priors import Prior
-
-
-class Posterior(ABC):
-    """A log posterior over sampled coordinates u, (W, d), vectorised over walkers."""
-
-    priors: tuple[Prior, ...]
-
-    @cached_property
-    def _normal_priors(self) -> tuple[FloatArray, FloatArray, float] | None:
-        """Locations, scales and log normalisation where every prior is normal in its sampled coordinate."""
-        if any(one.family.endswith("uniform") for one in self.priors):
-            return None
-        location, scale = (np.array([getattr(one, key) for one in self.priors]) for key in ("location", "scale"))
-        return location, scale, float(-np.log(scale).sum() - 0.5 * scale.size * np.log(2.0 * np.pi))
-
-    def log_prior(self, u: FloatArray) -> FloatArray:
-        """Log prior density without the joint constraint, (W,)."""
-        if self._normal_priors is None:
-            total: FloatArray = self.log_prior_terms(u).sum(axis=1)
-            return total
-        location, scale, constant = self._normal_priors
-        z = (u - location) / scale
-        density: FloatArray = constant - 0.5 * np.einsum("ij,ij->i", z, z)
-        return density
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the parameters, in the order of the columns."""
-        return tuple(one.name for one in self.priors)
-
-    @abstractmethod
-    def log_likelihood(self, u: FloatArray) -> FloatArray:
-        """Log likelihood, (W,)."""
-
-    def inside(self, u: FloatArray) -> np.ndarray:
-        """Whether each walker satisfies the joint constraint of the model, (W,) of bool."""
-        return np.ones(len(u), dtype=bool)
-
-    def log_prior_terms(self, u: FloatArray) -> FloatArray:
-        """Log prior of every parameter, (W, d)."""
-        return np.stack([one.log_density(u[:, i]) for i, one in enumerate(self.priors)], axis=1)
-
-    def log_prob(self, u: FloatArray) -> FloatArray:
-        """Log posterior up to a constant, (W,); -inf outside the support, never NaN."""
-        total = self.log_prior(u)
-        alive = np.isfinite(total) & self.inside(u)
-        if not alive.all():
-            total[~alive] = -np.inf
-            if not alive.any():
-                return total
-        like = np.full_like(total, -np.inf)
-        with np.errstate(all="ignore"):
-            like[alive] = self.log_likelihood(u if alive.all() else u[alive])
-        total += np.where(np.isfinite(like), like, -np.inf)
-        return total
-
-    def prior_sample(self, rng: np.random.Generator, size: int) -> tuple[FloatArray, np.ndarray]:
-        """Draws from the prior, (size, d), and whether each lies within the constraint, (size,) of bool."""
-        u = np.stack([one.draw(rng, size) for one in self.priors], axis=1)
-        return u, self.inside(u)
-
-    def prior_draws(self, rng: np.random.Generator, size: int) -> FloatArray:
-        """Draws from the prior within the constraint, (size, d)."""
-        kept: list[FloatArray] = []
-        count = 0
-        while count < size:
-            u, inside = self.prior_sample(rng, 2 * size)
-            kept.append(u[inside])
-            count += len(kept[-1])
-        return np.concatenate(kept)[:size]
-
-    def guesses(self, rng: np.random.Generator, size: int) -> FloatArray:
-        """Starting points of the search for the optimum, (size, d): the prior's unless the model knows better."""
-        return self.prior_draws(rng, size)
-
-    def natural(self, u: FloatArray) -> dict[str, FloatArray]:
-        """Parameters in their own units, by name, from coordinates with the parameters on the last axis."""
-        return {one.name: one.from_sampled(u[..., i]) for i, one in enumerate(self.priors)}
+from scruton.stats.posterior import Posterior
+from scruton.stats.priors import Prior
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,16 +5,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scruton.aero import Setting, force_parameters
-from scruton.campaign.schema import Campaign, FloatArray, Quantity
-from scruton.infer.cards import SamplerSettings
-from scruton.infer.evidence import evidence_by_importance, fit_student_t, log_evidence, posterior_weights
+from scruton.arrays import FloatArray
+from scruton.campaign.schema import Campaign, Quantity
+from scruton.dynamics import Setting, force_parameters
 from scruton.infer.hierarchy import CampaignPosterior, PeakTest
-from scruton.infer.optimum import WIDEN, find_optimum
 from scruton.infer.results import TestResult
 from scruton.infer.run import Sampling
-from scruton.infer.sampler import Samples
-from scruton.infer.stacking import stacking_weights
+from scruton.stats.evidence import evidence_by_importance, fit_student_t, log_evidence, posterior_weights
+from scruton.stats.optimum import WIDEN, find_optimum
+from scruton.stats.sampler import Samples
+from scruton.stats.settings import SamplerSettings
+from scruton.stats.stacking import stacking_weights
 
 # Odds at which the data speak against the reference law: 20 to 1, which a true law meets once in twenty at most.
 FAVOURED = float(np.log(20.0))

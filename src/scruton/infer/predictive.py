@@ -3,8 +3,8 @@
 import numpy as np
 from numba import njit
 
-from scruton.campaign.schema import FloatArray
-from scruton.infer.likelihood import _advance, _flow, _noise_moments
+from scruton.arrays import FloatArray
+from scruton.dynamics.likelihood import _advance, _flow, _noise_moments
 from scruton.infer.models import WindPosterior
 
 RUNS = 250

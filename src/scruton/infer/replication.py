@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scruton.aero.laws import closed_form
-from scruton.campaign.schema import FloatArray
-from scruton.infer.whiteness import Check
+from scruton.arrays import FloatArray
+from scruton.dynamics.laws import closed_form
+from scruton.stats.whiteness import Check
 
 HALF, FINAL, SCATTER, EXCURSION, MEMORY = (
     "time to half [s]",

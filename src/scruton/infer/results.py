@@ -4,13 +4,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from scruton.campaign.schema import Campaign, FloatArray, Record, Rig, Test
+from scruton.arrays import FloatArray
+from scruton.campaign.schema import Campaign, Record, Rig, Test
 from scruton.envelope import Cycles, FrontEnd, RingDown
 from scruton.infer.cards import ModelCard
-from scruton.infer.models import Posterior, TrialPosterior, WindPosterior
-from scruton.infer.priors import Prior
-from scruton.infer.sampler import Samples
+from scruton.infer.models import TrialPosterior, WindPosterior
 from scruton.infer.settings import Carried
+from scruton.stats.posterior import Posterior
+from scruton.stats.priors import Prior
+from scruton.stats.sampler import Samples
 
 if TYPE_CHECKING:
     import pandas as pd

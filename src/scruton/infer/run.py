@@ -8,13 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 from scruton.errors import InputError
-from scruton.infer.cards import ModelCard, SamplerSettings
-from scruton.infer.checkpoint import Checkpoint
-from scruton.infer.convergence import Convergence
-from scruton.infer.models import Posterior
-from scruton.infer.sampler import Samples, sample
+from scruton.infer.cards import ModelCard
+from scruton.stats.checkpoint import Checkpoint
+from scruton.stats.convergence import Convergence
+from scruton.stats.posterior import Posterior
+from scruton.stats.sampler import Samples, sample
+from scruton.stats.settings import SamplerSettings
 
 Report = Callable[[str, float], None]
 

@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray, Motion
+from scruton.arrays import FloatArray
+from scruton.campaign.schema import Motion
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -219,7 +220,7 @@ def moved(test: str, parameter: str, prior_sd: float, posterior_sd: float) -> Mo
 
 def prior_forces(tree: "xr.DataTree", test: str) -> dict[str, FloatArray]:
     """Y1 and epsilon that the prior means at a test's setting, under the paper's law."""
-    from scruton.aero import Setting, force_parameters
+    from scruton.dynamics import Setting, force_parameters
 
     constant, prior = tree["constant_data"].to_dataset(), tree["prior"]
 
@@ -254,7 +255,7 @@ def campaign_identifiability(tree: "xr.DataTree", summary: Mapping[str, Any]) ->
 
 def card_priors(text: str, motion: str) -> dict[str, float]:
     """Standard deviations of a card's priors in the sampled coordinate, from the text that a fit keeps of it."""
-    from scruton.infer.priors import FAMILIES, Prior
+    from scruton.stats.priors import FAMILIES, Prior
 
     entries: dict[str, dict[str, Any]] = {}
     # The text of a card that extends another stands below that of the other.

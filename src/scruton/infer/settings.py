@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scruton.aero import Setting, force_parameters
-from scruton.campaign.schema import Campaign, FloatArray, Quantity, Rig, Section, Test
+from scruton.arrays import FloatArray
+from scruton.campaign.schema import Campaign, Quantity, Rig, Section, Test
+from scruton.dynamics import Setting, force_parameters
 from scruton.infer.models import WindPosterior
 
 

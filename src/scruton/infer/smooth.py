@@ -29,10 +29,10 @@ from functools import cached_property
 
 import numpy as np
 
-from scruton.aero.laws import amplitude_ratio
-from scruton.campaign.schema import FloatArray
-from scruton.infer.models import Posterior
-from scruton.infer.priors import Prior
+from scruton.arrays import FloatArray
+from scruton.dynamics.laws import amplitude_ratio
+from scruton.stats.posterior import Posterior
+from scruton.stats.priors import Prior
 
 COMMON = 0.5  # part of the discrepancy's variance that all tests of a rig share
 _CHUNK = 250  # draws at a time

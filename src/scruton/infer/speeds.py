@@ -6,13 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scruton.aero.scruton_number import factor
-from scruton.campaign.schema import Campaign, FloatArray, Motion, Sweep
-from scruton.infer.optimum import find_optimum
-from scruton.infer.priors import Prior
+from scruton.arrays import FloatArray
+from scruton.campaign.schema import Campaign, Motion, Sweep
+from scruton.dynamics.scruton_number import factor
 from scruton.infer.run import Sampling
-from scruton.infer.sampler import Samples
 from scruton.infer.smooth import Observations, SpeedPoint, SpeedPosterior
+from scruton.stats.optimum import find_optimum
+from scruton.stats.priors import Prior
+from scruton.stats.sampler import Samples
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -29,14 +29,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
+from scruton.dynamics.likelihood import EnvelopeData
 from scruton.envelope import Cycles
 from scruton.envelope.phase_diffusion import periodogram, phase_steps, step_spectrum, unbroken
-from scruton.infer.likelihood import EnvelopeData
 from scruton.infer.models import WindPosterior
-from scruton.infer.priors import Prior
-from scruton.infer.sampler import Samples
-from scruton.infer.whiteness import lags_of, ljung_box
+from scruton.stats.priors import Prior
+from scruton.stats.sampler import Samples
+from scruton.stats.whiteness import lags_of, ljung_box
 
 WHITE = 0.001  # smallest p of Ljung-Box
 GUST_ODDS = 1.0  # largest Bayes factor of gusts against none

@@ -10,20 +10,21 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from scruton.campaign.schema import Campaign, FloatArray
+from scruton.arrays import FloatArray
+from scruton.campaign.schema import Campaign
 from scruton.envelope import Cycles, FrontEnd, RingDown
 from scruton.infer.cards import ModelCard
 from scruton.infer.flags import standardised_innovations
 from scruton.infer.peaks import PeakResult
 from scruton.infer.predictive import free_runs
-from scruton.infer.priors import Prior
 from scruton.infer.results import Fit, RigResult, TestResult, TrialResult
 from scruton.infer.run import Sampling
-from scruton.infer.sampler import Samples
 from scruton.infer.speeds import NAME as SPEEDS
 from scruton.infer.speeds import PRIORS as SPEED_PRIORS
 from scruton.infer.speeds import fit_speeds, speeds_dataset
 from scruton.infer.steady import SteadyVerdict
+from scruton.stats.priors import Prior
+from scruton.stats.sampler import Samples
 
 POINTWISE_THIN = 8  # the pointwise log likelihood is kept for every eighth draw
 PRIOR_DRAWS = 1000

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray, Motion
+from scruton.arrays import FloatArray
+from scruton.campaign.schema import Motion
 from scruton.griffin.bands import band, griffin_band, quantiles
 from scruton.griffin.posterior import draws_of, peak_names, unit_of
 from scruton.griffin.predict import predictive_draws

@@ -21,11 +21,12 @@ from typing import Any
 
 import numpy as np
 
+from scruton.arrays import FloatArray
 from scruton.campaign import Campaign, load_campaign
 from scruton.campaign.bounded import LARGEST_TOML, parse_toml, read_bytes, toml_text
 from scruton.campaign.readers import is_delimited
 from scruton.campaign.records import MIN_SAMPLES
-from scruton.campaign.schema import FloatArray, Motion
+from scruton.campaign.schema import Motion
 from scruton.campaign.tables import Table
 from scruton.campaign.units import show
 from scruton.documents import replace_file

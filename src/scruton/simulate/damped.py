@@ -16,7 +16,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 from scruton.simulate.motion import FORCES, STEPS_PER_CYCLE, Truth
 
 

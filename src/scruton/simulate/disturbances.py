@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 
 COHERENCE_FORMS = ("exponential", "tanh", "algebraic")
 FRICTION_FORMS = ("tanh", "dahl")

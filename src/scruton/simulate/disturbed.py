@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numba import njit
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 from scruton.simulate.disturbances import COHERENCE_FORMS, FRICTION_FORMS, Disturbances
 
 if TYPE_CHECKING:

@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from scruton.campaign.schema import FloatArray, Motion
+from scruton.arrays import FloatArray
+from scruton.campaign.schema import Motion
 from scruton.simulate.disturbances import Disturbances, read_out, schedules
 from scruton.simulate.disturbed import integrate
 

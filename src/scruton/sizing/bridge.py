@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from scruton.arrays import FloatArray
 from scruton.campaign.bounded import LARGEST_TABLE, LARGEST_TOML, parse_toml, read_bytes, toml_text
-from scruton.campaign.schema import FloatArray, Motion
+from scruton.campaign.schema import Motion
 from scruton.campaign.tables import Table
 from scruton.campaign.units import (
     DENSITY,
@@ -170,7 +171,7 @@ class Bridge:
 
     def mass_damping_factor(self, mass: FloatArray | float) -> FloatArray:
         """Scruton number per unit of damping ratio of a mode of this mass (Eqs. 7 and 8)."""
-        from scruton.aero.scruton_number import factor
+        from scruton.dynamics.scruton_number import factor
 
         return factor(
             "paper", mass=mass, air_density=self.air_density, width=self.width, depth=self.depth,

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.integrate import simpson
 
+from scruton.arrays import FloatArray
 from scruton.campaign.bounded import LARGEST_NUMBER, LARGEST_TABLE, read_bytes
-from scruton.campaign.schema import FloatArray
 from scruton.errors import InputError
 
 _POINTS = 2001

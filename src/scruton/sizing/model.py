@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtri
 
-from scruton.aero.laws import amplitude_ratio, index_of
-from scruton.campaign.schema import FloatArray, Motion
+from scruton.arrays import FloatArray
+from scruton.campaign.schema import Motion
+from scruton.dynamics.laws import amplitude_ratio, index_of
 from scruton.griffin.curves import LawCurves, SharedCurve
 from scruton.sizing.bridge import Bridge, Mode
 

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray, Motion
+from scruton.arrays import FloatArray
+from scruton.campaign.schema import Motion
 from scruton.sizing.bridge import Mode
 from scruton.sizing.model import COHERENCE, LAW, SECTION, SOURCES, Draws, ModeModel, unit_cube
 from scruton.sizing.tmd import TunedMass, response

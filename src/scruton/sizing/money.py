@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr
 
-from scruton.aero.laws import amplitude_ratio
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
+from scruton.dynamics.laws import amplitude_ratio
 from scruton.sizing.bridge import Cost
 from scruton.sizing.model import (
     DAMPING,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 from scruton.sizing.model import LAW, SECTION, Draws, ModeModel, unit_cube
 
 CONFIDENCES = (0.50, 0.84, 0.95, 0.99)

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scruton.arrays import FloatArray
 from scruton.campaign.plausibility import damping_flag
-from scruton.campaign.schema import FloatArray, Motion
+from scruton.campaign.schema import Motion
 from scruton.errors import InputError
 from scruton.griffin.curves import law_curves, what_if
 from scruton.griffin.posterior import chosen_rig, motion_of, peak_names, rig_mass_damping_draws

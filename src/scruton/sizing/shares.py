@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 from scruton.sizing.model import SOURCES, ModeModel
 
 POINTS = 1 << 12

@@ -39,7 +39,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 from scruton.errors import InputError
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 from scruton.errors import InputError
 from scruton.sizing.tmd import TunedMass, positive
 from scruton.sizing.tmd_tuning import Amplitude, Draws, Outcome

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import betainc, betaincinv, ndtr, ndtri
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 
 FAMILIES = ("lognormal", "normal", "beta", "known")
 

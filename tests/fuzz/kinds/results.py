@@ -17,7 +17,7 @@ STOP = {
     "size": "scruton.sizing.run.size",
     "criticise": "scruton.infer.criticism.criticise_tree",
     "fit": "scruton.infer.fit.fit_campaign",
-    "batch": "scruton.report.workers.connected",
+    "batch": "scruton.app.workers.connected",
     "calibrate": "scruton.calibrate.run.run_one",
 }
 

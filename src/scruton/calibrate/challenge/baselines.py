@@ -12,9 +12,9 @@ from scipy.signal import savgol_filter
 from scipy.special import logsumexp
 from scipy.stats import chi2
 
+from scruton.arrays import FloatArray
 from scruton.calibrate.challenge.envelopes import Envelopes, load_envelopes
 from scruton.calibrate.challenge.independent import criteria
-from scruton.campaign.schema import FloatArray
 
 _POWERS = (0, 1, 2, 3, 5)
 _THRESHOLD = 0.06  # of the relaxation damping: a coefficient below is none

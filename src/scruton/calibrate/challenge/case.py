@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from scruton.arrays import FloatArray
 from scruton.calibrate.challenge.outside import OPEN
 from scruton.calibrate.challenge.scenarios import CATALOGUE, apply
 from scruton.calibrate.challenge.scope import IN_WIND, STILL, Parameters
 from scruton.calibrate.challenge.sections import AMPLITUDES, Body, RigTruth, limit_cycle, random_body, scruton_factor
-from scruton.campaign.schema import Campaign, FloatArray, Kind, Quantity, Record, Rig, Test
+from scruton.campaign.schema import Campaign, Kind, Quantity, Record, Rig, Test
 from scruton.simulate.disturbances import Disturbances
 from scruton.simulate.motion import Truth, simulate_record
 

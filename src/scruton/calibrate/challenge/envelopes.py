@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
+from scruton.arrays import FloatArray
 from scruton.campaign import load_campaign
-from scruton.campaign.schema import FloatArray
 from scruton.gap.data import load_gap
 
 

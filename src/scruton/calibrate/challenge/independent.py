@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from scruton.arrays import FloatArray
 from scruton.calibrate.challenge.envelopes import Envelopes
-from scruton.campaign.schema import FloatArray
 
 _STEPS, _TOLERANCE = 25, 1e-5
 _FLOOR = 1e-3

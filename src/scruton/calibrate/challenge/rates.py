@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import binom
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 
 _Z95 = 1.959963984540054
 BINS = 10

@@ -4,7 +4,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray, Motion, Section
+from scruton.arrays import FloatArray
+from scruton.campaign.schema import Motion, Section
 from scruton.simulate.disturbances import Disturbances
 from scruton.simulate.disturbed import mean_rate
 from scruton.simulate.motion import Truth

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 from scruton.errors import InputError
 
 RESAVE_OBJECT = (

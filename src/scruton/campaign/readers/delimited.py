@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
+from scruton.arrays import FloatArray
 from scruton.campaign.bounded import check_lines
 from scruton.campaign.readers.columns import Column
-from scruton.campaign.schema import FloatArray
 from scruton.campaign.tables import nearest
 from scruton.errors import InputError
 

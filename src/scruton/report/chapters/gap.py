@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from scruton.effects import CATALOGUE, UNKNOWN
+from scruton.dynamics.effects import CATALOGUE, UNKNOWN
 from scruton.report.chapters.material import Material
 from scruton.report.document import CAUTION, Block, Callout, Chapter, Heading, Listing, Paragraph, Table
 from scruton.report.wording import number, share, unit_text

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 from scruton.griffin.posterior import test_names
 from scruton.report.figures.style import (
     BLUE,

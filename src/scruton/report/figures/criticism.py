@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scruton.infer import replication, sensitivity, whiteness
+from scruton.infer import replication, sensitivity
 from scruton.infer.criticism import Criticism, RecordOf, records
 from scruton.report.figures.style import (
     BLACK,
@@ -26,6 +26,7 @@ from scruton.report.figures.style import (
     shorten,
     thin,
 )
+from scruton.stats import whiteness
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scruton.aero import rate as amplitude_rate
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
+from scruton.dynamics import rate as amplitude_rate
 from scruton.envelope.damping import aerodynamic_damping, total_damping
 from scruton.griffin.bands import trial_griffin_draws
 from scruton.griffin.posterior import draws_of, exponent_draws, mass_damping_draws, peak_names, test_names, unit_of

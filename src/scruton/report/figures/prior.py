@@ -4,7 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray, Motion
+from scruton.arrays import FloatArray
+from scruton.campaign.schema import Motion
 from scruton.griffin.prior import REFERENCES, PriorCurves, prior_curves
 from scruton.report.figures.griffin import SC_LABEL
 from scruton.report.figures.style import (

@@ -5,7 +5,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray, Record, Test
+from scruton.arrays import FloatArray
+from scruton.campaign.schema import Record, Test
 from scruton.report.figures.style import (
     BLACK,
     BLUE,

@@ -11,7 +11,7 @@ from unicodedata import bidirectional
 
 import numpy as np
 
-from scruton.campaign.schema import FloatArray
+from scruton.arrays import FloatArray
 from scruton.report import typefaces
 
 if TYPE_CHECKING:

@@ -1,0 +1,129 @@
+"""Where the amplitude equation with effects settles, and what of it goes to a bridge."""
+
+import numpy as np
+from numba import njit
+
+from scruton.arrays import FloatArray
+from scruton.dynamics.effects.terms import HATS, Term
+from scruton.dynamics.extended import _drift, _reading
+
+_RANGE = (0.004, 8.0)  # of the reference amplitude: where a stable amplitude is looked for
+_GRID = 280
+_HALVINGS = 40
+_HAT = int(Term.HAT)
+_GAIN, _CLIP, _SOFT = int(Term.GAIN), int(Term.CLIP), int(Term.CLIP_SOFT)
+# What belongs to the rig, to one run of the tunnel or to the reading, and does not go to a bridge.
+_OF_RIG = (
+    Term.STRUCTURAL_LINEAR, Term.STRUCTURAL_SQUARE, Term.FRICTION, Term.TREND, Term.TREND_SINE, Term.TREND_DRIVE,
+    Term.GAIN, Term.CLIP,
+    Term.CLIP_SOFT, Term.STIFFNESS, Term.STIFFNESS_LINEAR, Term.JUMP, Term.JUMP_RATE,
+)  # fmt: skip
+
+
+@njit(cache=True)
+def _rates(table, amplitude, knots):  # type: ignore[no-untyped-def]
+    """da/dt of every row of coefficients at its own amplitudes, (W, A)."""
+    found = np.empty(amplitude.shape)
+    for w in range(amplitude.shape[0]):
+        hats = False
+        for j in range(HATS):
+            if table[w, _HAT + j] != 0.0:
+                hats = True
+        for i in range(amplitude.shape[1]):
+            a = amplitude[w, i]
+            found[w, i] = _drift(a, a, table[w], 0.0, False, 0.0, hats, knots)[0]
+    return found
+
+
+@njit(cache=True)
+def _readings(table, amplitude):  # type: ignore[no-untyped-def]
+    found = np.empty(amplitude.shape)
+    for w in range(amplitude.size):
+        found[w] = (1.0 + table[w, _GAIN]) * _reading(amplitude[w], table[w, _CLIP], table[w, _SOFT])[0]
+    return found
+
+
+def amplitude_rates(table: FloatArray, amplitude: FloatArray, knots: FloatArray) -> FloatArray:
+    """Right-hand side of the amplitude equation, a settled wake and the middle of the record.
+
+    Parameters
+    ----------
+    table : (W, COLUMNS) array
+        Rows of coefficients.
+    amplitude : (A,) array
+        A/D or rad.
+    knots : (HATS,) array
+        ln(amplitude) of the generic discrepancy.
+
+    Returns
+    -------
+    (W, A) array
+        da/dt, amplitude per second.
+    """
+    grid = np.broadcast_to(amplitude, (len(table), len(amplitude)))
+    rates: FloatArray = _rates(np.ascontiguousarray(table), np.ascontiguousarray(grid), knots)
+    return rates
+
+
+def settled(table: FloatArray, knots: FloatArray | None, scale: float) -> FloatArray:
+    """Amplitude at which the motion settles.
+
+    Of several stable amplitudes it is the one that growth from a small amplitude reaches; where small amplitudes die
+    out (friction, coherence lost) it is the one that the widest range of ln(amplitude) leads to.
+
+    Parameters
+    ----------
+    table : (W, COLUMNS) array
+    knots : (HATS,) array or None
+        ln(amplitude) of the generic discrepancy; None where there is none.
+    scale : float
+        A typical amplitude: it is sought from 0.004 to 8 times that.
+
+    Returns
+    -------
+    (W,) array
+        0 where the motion dies out, inf where it grows beyond the range.
+    """
+    knots = np.linspace(0.0, 1.0, HATS) if knots is None else knots
+    grid = scale * np.geomspace(*_RANGE, _GRID)
+    up = amplitude_rates(table, grid, knots) > 0.0
+    stable = up[:, :-1] & ~up[:, 1:]
+    chosen = np.argmax(stable, axis=1)
+    threshold = stable.any(axis=1) & ~up[:, 0]
+    for w in np.flatnonzero(threshold):
+        # Basins reach from one unstable amplitude to the next.
+        edges = np.r_[np.flatnonzero(~up[w, :-1] & up[w, 1:]), _GRID - 1]
+        chosen[w] = max(
+            (int(i) for i in np.flatnonzero(stable[w])),
+            key=lambda i: edges[edges >= i].min() - edges[edges <= i].max(initial=0),
+        )
+    low, high = grid[chosen], grid[chosen + 1]
+    table = np.ascontiguousarray(table)
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        above = _rates(table, middle[:, None], knots)[:, 0] > 0.0
+        low, high = np.where(above, middle, low), np.where(above, high, middle)
+    return np.where(stable.any(axis=1), 0.5 * (low + high), np.where(up[:, -1], np.inf, 0.0))
+
+
+def transferred(table: FloatArray) -> FloatArray:
+    """Coefficients without what belongs to the rig, the run or the reading.
+
+    The wind's own goes to a bridge: the law, further aerodynamic damping, loss of coherence, drift with the reduced
+    velocity (at that test's), memory (which moves no stable amplitude), and the generic discrepancy, for want of
+    knowing better.  The suspension's own stays in the laboratory: friction, structural damping that varies with
+    amplitude, an error of the stated damping (when `scruton_number` gives the bridge's own), stiffness.  So do wind
+    that drifted in one run, and gain and saturation of a sensor.
+
+    Parameters
+    ----------
+    table : (..., COLUMNS) array
+
+    Returns
+    -------
+    (..., COLUMNS) array
+        A copy.
+    """
+    found: FloatArray = table.copy()
+    found[..., [int(term) for term in _OF_RIG]] = 0.0
+    return found

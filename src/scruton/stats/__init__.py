@@ -1,0 +1,7 @@
+"""Statistics that know no wind: priors, posteriors, optimum, ensembles, convergence, evidence, whiteness."""
+
+from scruton.stats.posterior import Posterior
+from scruton.stats.priors import Prior
+from scruton.stats.settings import SamplerSettings
+
+__all__ = ["Posterior", "Prior", "SamplerSettings"]

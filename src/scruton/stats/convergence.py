@@ -1,0 +1,103 @@
+"""Convergence as a verdict: nested R-hat over ensembles, bulk and tail ESS, autocorrelation, stuck walkers."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scruton.arrays import FloatArray
+from scruton.stats.settings import SamplerSettings
+
+# A walker whose mean log posterior lies this far below the best walker's is not in the same mode.
+STUCK = 20.0
+PATIENCE = 100  # steps
+# Autocorrelation times that a run must span, unless it is as long as PATIENCE.  A run that has not yet left its start
+# looks converged, ensemble for ensemble; but its autocorrelation time then grows with its length.
+SPAN = 6.0
+MOST = 64  # draws a walker that the diagnostics look at; of a longer run evenly thinned ones, which say as much
+
+
+@dataclass(frozen=True, eq=False)
+class Convergence:
+    """The verdict on one posterior.
+
+    Attributes
+    ----------
+    rhat_nested, ess_bulk, ess_tail, tau : (d,) arrays
+        By parameter; `tau` is the integrated autocorrelation time in steps of a walker.
+    steps : int
+        Steps kept per walker.
+    stuck : int
+        Walkers in a mode of their own.
+    acceptance : float
+        Fraction of accepted proposals.
+    converged : bool
+    """
+
+    rhat_nested: FloatArray
+    ess_bulk: FloatArray
+    ess_tail: FloatArray
+    tau: FloatArray
+    steps: int
+    stuck: int
+    acceptance: float
+    converged: bool
+
+    def explain(self, names: tuple[str, ...], settings: SamplerSettings) -> str:
+        """Say in one sentence what is wrong and what to do; empty when converged."""
+        if self.converged:
+            return ""
+        faults = []
+        for name, rhat, bulk, tail in zip(names, self.rhat_nested, self.ess_bulk, self.ess_tail, strict=True):
+            if not rhat < settings.max_rhat:
+                faults.append(f"nested R-hat of {name} is {rhat:.3f} (wanted < {settings.max_rhat:g})")
+            elif not min(bulk, tail) >= settings.min_ess:
+                faults.append(f"{name} has {min(bulk, tail):.0f} effective draws (wanted {settings.min_ess:g})")
+        if not self.steps >= min(SPAN * self.tau.max(), PATIENCE):
+            faults.append(f"the run spans {self.steps / self.tau.max():.1f} autocorrelation times (wanted {SPAN:g})")
+        if self.stuck:
+            faults.append(f"{self.stuck} walkers are stuck in a mode of their own")
+        return (
+            f"not converged after {self.steps} steps: {'; '.join(faults) or 'no finite autocorrelation time'}. "
+            "Raise sampler.max_steps in the model card; if walkers are stuck, look whether the record is what "
+            "its kind says and choose the transient with start and stop."
+        )
+
+
+def judge(
+    chain: FloatArray, log_prob: FloatArray, ensembles: int, acceptance: float, settings: SamplerSettings
+) -> Convergence:
+    """Judge the kept part of a run.
+
+    Parameters
+    ----------
+    chain : (chains, draws, d) array
+        Walkers of all ensembles; those of one ensemble are neighbours.
+    log_prob : (chains, draws) array
+    ensembles : int
+    acceptance : float
+    settings : SamplerSettings
+    """
+    from arviz_stats.base import array_stats
+
+    chains, draws, _ = chain.shape
+    thin = -(-draws // MOST)
+    chain, log_prob = chain[:, ::thin], log_prob[:, ::thin]
+    ids = np.repeat(np.arange(ensembles), chains // ensembles)
+    axes = {"chain_axis": 0, "draw_axis": 1}
+    bulk = np.atleast_1d(array_stats.ess(chain, method="bulk", **axes))
+    tail = np.atleast_1d(array_stats.ess(chain, method="tail", prob=(0.05, 0.95), **axes))
+    rhat = np.atleast_1d(array_stats.rhat_nested(chain, superchain_ids=ids, **axes))
+    mean = log_prob.mean(axis=1)
+    stuck = int((mean < np.median(mean) - STUCK).sum() + (mean > np.median(mean) + STUCK).sum())
+    # In a short run an honest walker may reject every proposal; in a long one it may not.
+    frozen = (np.ptp(chain, axis=1).max(axis=1) == 0.0) & (draws >= PATIENCE)
+    tau = chains * draws / bulk  # in steps, whatever the thinning
+    good = (
+        bool(np.isfinite(rhat).all() and np.isfinite(bulk).all() and np.isfinite(tail).all())
+        and bool((rhat < settings.max_rhat).all())
+        and float(min(bulk.min(), tail.min())) >= settings.min_ess
+        and draws >= min(SPAN * float(tau.max()), PATIENCE)
+        and stuck == 0
+        and not frozen.any()
+    )
+    return Convergence(rhat, bulk, tail, tau, draws, stuck + int(frozen.sum()), acceptance, good)

@@ -1,0 +1,424 @@
+r"""The evidence of a model: the integral of likelihood times prior, by bridge sampling or importance sampling.
+
+Both compare the posterior, known up to its integral Z, with a Student-t g whose integral is one.  Bridge sampling
+(Meng and Wong, Statistica Sinica 6, 1996) has draws from each and solves
+
+.. math:: \sum_{u \sim g} \frac{N_p\,p(u)}{N_p\,p(u) + N_g Z g(u)} =
+   \sum_{u \sim p/Z} \frac{N_g Z g(u)}{N_p\,p(u) + N_g Z g(u)}
+
+for Z, every term of which lies between 0 and 1, so that no draw can dominate.  Its relative mean-squared error is
+that of Fruehwirth-Schnatter (Econometrics Journal 7, 2004), with the effective number of the correlated posterior
+draws.  Importance sampling needs draws from g alone; g adapts to the posterior in a few rounds.
+
+`Posterior.log_prob` is cut to the model's joint constraint, the prior is not: its mass within the constraint is found
+by drawing from the prior, and divides both.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import inf, log, nan, sqrt
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.special import expit, logsumexp
+
+from scruton.arrays import FloatArray
+from scruton.stats.moves import FITTED_TO_DRAWS, StudentT
+from scruton.stats.optimum import find_optimum
+from scruton.stats.posterior import Posterior
+from scruton.stats.sampler import Samples
+
+Halves = tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+
+# Prior mass of the constraint: relative error to reach, draws at a time, and at most.
+MASS_ERROR, MASS_BATCH, MOST_MASS_DRAWS = 0.01, 8192, 2**18
+# Weighted draws, in multiples of the dimensions, that a Student-t is fitted to; fewer say nothing of a covariance.
+FITTED_TO = 10
+PROBES = 24  # along every half-axis of a starting proposal
+PATIENCE = 3  # times the rounds asked for that a poor start may need
+GOOD_K, GOOD_SIZE, GOOD_WIDENING = 0.7, 100.0, 1.15
+_SPAWN = 0xE71DE5CE  # sets the streams of this module apart from others of the same seed
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """The logarithm of a model's evidence.
+
+    Attributes
+    ----------
+    log_z : float
+        Natural logarithm of the integral of likelihood times prior, the prior normalised within its constraint.
+    error : float
+        Standard error of `log_z`, that of the prior mass included.
+    log_prior_mass : float
+        Logarithm of the prior probability of the model's joint constraint; 0 where there is none.
+    effective_size : float
+        Independent draws that the posterior draws, or the weighted draws, are worth.
+    overlap : float
+        How alike posterior and proposal are, from 0 (disjoint) to 1 (the same): by bridge sampling the integral of
+        the harmonic mean of their densities, by importance sampling the effective size a draw.
+    pareto_k : float
+        Shape of the tail of the importance weights (Vehtari et al., JMLR 25, 2024); NaN by bridge sampling, whose
+        terms are bounded.
+    widening : float
+        Standard deviation of the weighted draws over that of their proposal, along the axis where it is largest and
+        less what chance does; NaN by bridge sampling.  A proposal narrower than the posterior sees its own
+        surroundings only, where all weights look well.
+    """
+
+    log_z: float
+    error: float
+    log_prior_mass: float
+    effective_size: float
+    overlap: float
+    pareto_k: float = nan
+    widening: float = nan
+
+    @property
+    def reliable(self) -> bool:
+        """Whether the error can be believed: enough independent draws, light tails, a proposal wide enough."""
+        fault = self.pareto_k > GOOD_K or self.widening > GOOD_WIDENING
+        return bool(self.effective_size >= GOOD_SIZE and not fault and np.isfinite(self.log_z))
+
+
+def log_evidence(posterior: Posterior, samples: Samples, seed: np.random.SeedSequence, draws: int = 4096) -> Evidence:
+    """Evidence from draws of the posterior, by bridge sampling.
+
+    The proposal is fitted to one half of the draws and bridged to the other, then the halves change places, and the
+    mean of both is the result: draws that a proposal was fitted to look more like it than the posterior does.  Halves
+    share no ensemble where there are two or more.
+
+    Parameters
+    ----------
+    posterior : Posterior
+    samples : Samples
+        Draws of this posterior, with `log_prob` as it gives them.
+    seed : SeedSequence
+        The only source of randomness; it is not advanced.
+    draws : int
+        Draws of the proposals, both together.
+
+    Raises
+    ------
+    ValueError
+        If the draws fill no volume, are fewer than four, or nothing of the prior lies within the constraint.
+    """
+    bridging, mass = _streams(seed, 2)
+    found = bridge_halves(
+        posterior.log_prob, _halves(samples), np.random.RandomState(np.random.MT19937(bridging)), draws
+    )
+    log_mass, mass_error = log_prior_mass(posterior, np.random.default_rng(mass))
+    return replace(
+        found, log_z=found.log_z - log_mass, error=float(np.hypot(found.error, mass_error)), log_prior_mass=log_mass
+    )
+
+
+def bridge_halves(
+    log_prob: Callable[[FloatArray], FloatArray], halves: Halves, rng: np.random.RandomState, draws: int
+) -> Evidence:
+    """Bridge each half of the draws to a proposal that was fitted to the other; the mean of both.
+
+    Parameters
+    ----------
+    log_prob : callable
+        Unnormalised log density at points (N, d).
+    halves : pair of (chain, log density)
+        (chains, draws, d) and (chains, draws) arrays.
+    rng : RandomState
+    draws : int
+        Draws of the proposals, both together.
+    """
+    bridges = []
+    for fitted, used in (halves, halves[::-1]):
+        u = fitted[0].reshape(-1, fitted[0].shape[-1])
+        proposal = fit_student_t(u, np.full(len(u), 1.0 / len(u)))
+        new = proposal.draw(rng, -(-draws // 2))
+        at_new = log_prob(new) - proposal.log_density(new)
+        chain, density = used
+        at_draws = density - proposal.log_density(chain.reshape(-1, u.shape[1])).reshape(density.shape)
+        bridges.append(bridge(at_draws, at_new))
+    one, two = bridges
+    log_z = float(np.logaddexp(one.log_z, two.log_z) - log(2.0))
+    # To first order the two share no draw.
+    share = np.exp(np.array([one.log_z, two.log_z]) - log_z) / 2.0
+    return Evidence(
+        log_z,
+        float(np.hypot(share[0] * one.error, share[1] * two.error)),
+        0.0,
+        one.effective_size + two.effective_size,
+        0.5 * (one.overlap + two.overlap),
+    )
+
+
+def bridge(at_draws: FloatArray, at_new: FloatArray) -> Evidence:
+    """Integral of an unnormalised density p, from draws of it and of a normalised g (no constraint).
+
+    Parameters
+    ----------
+    at_draws : (chains, draws) array
+        ln p - ln g at draws of p, correlated along the second axis.
+    at_new : (N,) array
+        ln p - ln g at independent draws of g; -inf is allowed.
+    """
+    if not np.isfinite(at_new).any():
+        raise ValueError("the proposal of the bridge has no draw in the posterior's support: too few posterior draws")
+    size = float(at_draws.size)
+    for _ in range(2):
+        # First with every draw counted, then with the effective number of the term that is averaged over them.
+        log_z, from_draws, from_new = _solve(at_draws, at_new, size)
+        size = _effective_size(from_draws)
+    log_z, from_draws, from_new = _solve(at_draws, at_new, size)
+    variance = [
+        np.square(one.std() / one.mean()) / count for one, count in ((from_draws, size), (from_new, at_new.size))
+    ]
+    # Mean of the logistic terms over g is N_p times the mean over it of p / (N_p p + N_g Z g).
+    overlap = float(from_new.mean() * (size + at_new.size) / size)
+    return Evidence(log_z, float(np.sqrt(sum(variance))), 0.0, size, min(overlap, 1.0))
+
+
+def _solve(at_draws: FloatArray, at_new: FloatArray, size: float) -> tuple[float, FloatArray, FloatArray]:
+    """Solve for ln Z, and return the terms of both sides; `size` is how many draws `at_draws` are worth."""
+    log_ratio = log(size / at_new.size)
+
+    def terms(log_z: float) -> tuple[FloatArray, FloatArray]:
+        shift = log_ratio - log_z
+        return expit(-(at_draws + shift)), expit(at_new + shift)
+
+    def excess(log_z: float) -> float:
+        from_draws, from_new = terms(log_z)
+        return float(size * from_draws.mean() - at_new.size * from_new.mean())
+
+    # One side rises with Z and the other falls: one root.
+    level = np.concatenate([at_draws.ravel(), at_new[np.isfinite(at_new)]]) + log_ratio
+    low, high = float(level.min()) - 40.0, float(level.max()) + 40.0
+    log_z = float(brentq(excess, low, high, xtol=1e-10))
+    return log_z, *terms(log_z)
+
+
+def _effective_size(terms: FloatArray) -> float:
+    """Effective number of draws for the mean of (chains, draws) values; at most as many as there are."""
+    from arviz_stats.base import array_stats
+
+    found = float(array_stats.ess(terms, method="mean", chain_axis=0, draw_axis=1)) if terms.shape[1] >= 4 else nan
+    # Constant terms have no variance to divide; too short a chain counts as one draw.
+    fallback = float(terms.size if np.ptp(terms) == 0.0 else terms.shape[0])
+    return min(max(found, 1.0), float(terms.size)) if np.isfinite(found) else fallback
+
+
+def _halves(samples: Samples) -> Halves:
+    """Divide the draws by ensemble; by chain where there is one ensemble, by time where there is one chain."""
+    chain, log_prob = samples.chain, samples.log_prob
+    if log_prob.size < 4:
+        raise ValueError(f"{log_prob.size} posterior draws are too few for an evidence")
+    if len(chain) == 1:
+        half = chain.shape[1] // 2
+        return (chain[:, :half], log_prob[:, :half]), (chain[:, half:], log_prob[:, half:])
+    _, label = np.unique(samples.ensemble, return_inverse=True)
+    first = (label if label.max() > 0 else np.arange(len(chain))) % 2 == 0
+    return (chain[first], log_prob[first]), (chain[~first], log_prob[~first])
+
+
+def evidence_by_importance(
+    posterior: Posterior,
+    seed: np.random.SeedSequence,
+    start: StudentT | None = None,
+    draws: int = 4096,
+    rounds: int = 4,
+) -> Evidence:
+    """Evidence without draws of the posterior, by adaptive importance sampling; for near-normal posteriors.
+
+    Every round but the last draws from the proposal of the round before and fits the next to all draws so far, weighted
+    against the mixture that they came from, tempered where they rest on a few draws.  The last, of which the evidence
+    is the mean weight, fits nothing; where it is not reliable it is not the last, up to three times as many rounds.
+
+    Parameters
+    ----------
+    posterior : Posterior
+    seed : SeedSequence
+        The only source of randomness; it is not advanced.
+    start : StudentT, optional
+        Proposal of the first round, such as that of a posterior with one record more; the optimum's where None.
+    draws : int
+        Draws a round.
+    rounds : int
+        The last included; more where the start was poor.
+
+    Raises
+    ------
+    ValueError
+        If no draw meets the posterior's support.
+    """
+    search, drawing, mass = _streams(seed, 3)
+    proposal = start or widened(posterior, find_optimum(posterior, np.random.default_rng(search)))
+    rng = np.random.RandomState(np.random.MT19937(drawing))
+    log_mass, mass_error = log_prior_mass(posterior, np.random.default_rng(mass))
+    proposals: list[StudentT] = []
+    points, heights = np.empty((0, proposal.centre.size)), np.empty(0)
+    while True:
+        new = proposal.draw(rng, draws)
+        height = posterior.log_prob(new)
+        proposals.append(proposal)
+        if len(proposals) >= rounds:
+            found = _mean_weight(height - proposal.log_density(new), new, proposal, log_mass, mass_error)
+            if found.reliable or len(proposals) >= PATIENCE * rounds:
+                break
+        points, heights = np.concatenate([points, new]), np.concatenate([heights, height])
+        mixture = logsumexp([one.log_density(points) for one in proposals], axis=0) - log(len(proposals))
+        proposal = fit_student_t(points, _tempered(heights - mixture, FITTED_TO * proposal.centre.size))
+    if not np.isfinite(found.log_z):
+        raise ValueError("no draw of the proposal lies in the posterior's support")
+    return found
+
+
+def _mean_weight(
+    log_weight: FloatArray, points: FloatArray, proposal: StudentT, log_mass: float, mass_error: float
+) -> Evidence:
+    """Evidence from the log weights of independent draws of the proposal."""
+    top = float(log_weight.max())
+    if not np.isfinite(top):
+        return Evidence(-inf, inf, log_mass, 0.0, 0.0, inf)
+    weight = np.exp(log_weight - top)
+    mean, count = float(weight.mean()), weight.size
+    size = float(weight.sum() ** 2 / np.square(weight).sum())
+    return Evidence(
+        top + log(mean) - log_mass,
+        float(np.hypot(weight.std() / mean / sqrt(count), mass_error)),
+        log_mass,
+        size,
+        size / count,
+        _pareto_k(log_weight[np.isfinite(log_weight)]),
+        _widening(points, weight / weight.sum(), size, proposal),
+    )
+
+
+def _widening(points: FloatArray, weight: FloatArray, size: float, proposal: StudentT) -> float:
+    """Largest ratio of standard deviations, weighted draws over proposal, less what so few draws show by chance."""
+    z = np.linalg.solve(proposal.cholesky, (points - proposal.centre).T)
+    # About the proposal's centre: a posterior that lies to one side is as bad as one too wide.
+    largest = float(np.linalg.eigvalsh((z * weight) @ z.T)[-1])
+    return sqrt(largest) / (1.0 + sqrt(len(z) / size))
+
+
+def widened(posterior: Posterior, proposal: StudentT) -> StudentT:
+    """Widen a proposal along its axes to where the posterior falls by half a nat on the farther side.
+
+    The curvature at an optimum that leans on the joint constraint is that of the wall, and the Student-t there has next
+    to no width across it.
+    """
+    variance, axes = np.linalg.eigh(proposal.cholesky @ proposal.cholesky.T)
+    sd = np.sqrt(np.maximum(variance, 0.0))
+    largest = np.array([one.scale for one in posterior.priors]) @ np.abs(axes)
+    # From one sd to the prior's, in equal ratios, on both sides of every axis.
+    ratio = np.maximum(largest / np.maximum(sd, 1e-300), 1.0)
+    reach = sd * ratio ** np.linspace(0.0, 1.0, PROBES)[:, None]
+    offset = np.einsum("s,pj,ij->spji", np.array([1.0, -1.0]), reach, axes).reshape(-1, sd.size)
+    height = posterior.log_prob(np.concatenate([proposal.centre[None], proposal.centre + offset]))
+    near = (height[1:] >= height[0] - 0.5).reshape(2, PROBES, -1).any(axis=0)
+    sd = np.maximum(sd, np.where(near, reach, 0.0).max(axis=0))
+    return StudentT(proposal.centre, np.linalg.cholesky((axes * sd**2) @ axes.T), proposal.degrees_of_freedom)
+
+
+def _tempered(log_weight: FloatArray, least: float) -> FloatArray:
+    """Normalised weights, to the largest power up to one that leaves an effective size of `least`."""
+    if np.isfinite(log_weight).sum() < 2:
+        raise ValueError("no draw of the proposal lies in the posterior's support")
+    log_weight = log_weight - log_weight.max()
+
+    def weights(power: float) -> FloatArray:
+        found: FloatArray = np.exp(power * log_weight)
+        return found / found.sum()
+
+    def enough(power: float) -> bool:
+        return bool(np.square(weights(power)).sum() * least <= 1.0)
+
+    if enough(1.0):
+        return weights(1.0)
+    low, high = 0.0, 1.0
+    for _ in range(30):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if enough(middle) else (low, middle)
+    return weights(low)
+
+
+def _pareto_k(log_weight: FloatArray) -> float:
+    """Pareto shape of the largest weights; infinite where they are too few to say."""
+    from arviz_stats.base import array_stats
+
+    if log_weight.size < 25:
+        return inf
+    return float(array_stats.psislw(-log_weight)[1])
+
+
+def fit_student_t(points: FloatArray, weight: FloatArray) -> StudentT:
+    """Student-t with the mean and covariance of points (N, d) whose weights (N,) add up to one.
+
+    Raises
+    ------
+    ValueError
+        If the points fill no volume.
+    """
+    centre = weight @ points
+    deviation = points - centre
+    covariance = (deviation * weight[:, None]).T @ deviation
+    try:
+        return StudentT(centre, np.linalg.cholesky(covariance), FITTED_TO_DRAWS)
+    except np.linalg.LinAlgError as error:
+        raise ValueError("the draws fill no volume: no proposal can be fitted to them") from error
+
+
+def log_prior_mass(posterior: Posterior, rng: np.random.Generator) -> tuple[float, float]:
+    """Logarithm of the prior probability of the joint constraint, and its standard error.
+
+    Parameters
+    ----------
+    posterior : Posterior
+        Exactly (0, 0) if it does not override `Posterior.inside`.
+    rng : Generator
+
+    Raises
+    ------
+    ValueError
+        If no prior draw lies within the constraint.
+    """
+    if type(posterior).inside is Posterior.inside:
+        return 0.0, 0.0
+    hits = count = 0
+    while count < MOST_MASS_DRAWS:
+        _, inside = posterior.prior_sample(rng, MASS_BATCH)
+        hits, count = hits + int(inside.sum()), count + MASS_BATCH
+        if count - hits <= MASS_ERROR**2 * hits * count:
+            break
+    if not hits:
+        raise ValueError(f"none of {count} prior draws lies within the model's constraint")
+    return log(hits / count), sqrt((count - hits) / (hits * count))
+
+
+def posterior_weights(log_evidence: FloatArray, prior_weight: FloatArray) -> FloatArray:
+    """Posterior probabilities of K models, (K,), from their log evidences and prior weights, (K,) each.
+
+    A model with a prior weight of zero, or a log evidence of -inf, has none.
+
+    Raises
+    ------
+    ValueError
+        If no model is left.
+    """
+    with np.errstate(divide="ignore"):
+        score = np.asarray(log_evidence, dtype=np.float64) + np.log(np.asarray(prior_weight, dtype=np.float64))
+    top = score.max()
+    if not np.isfinite(top):
+        raise ValueError("no model has both a finite log evidence and a positive prior weight")
+    weight: FloatArray = np.exp(score - top)
+    return weight / weight.sum()
+
+
+def posterior_weight_errors(weights: FloatArray, error: FloatArray) -> FloatArray:
+    """Standard errors of posterior weights, (K,), from those of the log evidences, (K,), to first order."""
+    jacobian = np.diag(weights) - np.outer(weights, weights)
+    found: FloatArray = np.sqrt(np.square(jacobian) @ np.square(error))
+    return found
+
+
+def _streams(seed: np.random.SeedSequence, count: int) -> list[np.random.SeedSequence]:
+    """Children of a seed that is not advanced: the same seed gives the same evidence however often it is asked."""
+    return [np.random.SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, _SPAWN, i)) for i in range(count)]

@@ -1,0 +1,110 @@
+"""The optimum of a posterior and the Student-t there: the start of every ensemble."""
+
+import numpy as np
+from scipy.optimize import minimize
+
+from scruton.arrays import FloatArray
+from scruton.stats.moves import StudentT
+from scruton.stats.posterior import Posterior
+
+STEP = 1e-4  # of the finite differences, in units of the search's own scale
+WIDEN = 1.05  # the proposal is a little wider than the Laplace approximation
+
+
+def find_optimum(posterior: Posterior, rng: np.random.Generator, guesses: int = 256, starts: int = 3) -> StudentT:
+    """Search for the optimum from the best of many guesses and describe the posterior there.
+
+    Parameters
+    ----------
+    posterior : Posterior
+    rng : Generator
+        Chooses the guesses: each ensemble has its own, so that ensembles that meet have found the same optimum.
+    guesses, starts : int
+        Points looked at, and how many of the best are climbed from.
+
+    Raises
+    ------
+    ValueError
+        If no guess has a finite posterior.
+    """
+    u = posterior.guesses(rng, guesses)
+    value = posterior.log_prob(u)
+    if not np.isfinite(value).any():
+        raise ValueError(
+            "no point of the prior has a finite likelihood: the record contradicts the model card's priors"
+        )
+    scale = np.array([one.scale for one in posterior.priors])
+    order = np.argsort(-value)[:starts]
+    best, best_value = u[order[0]], value[order[0]]
+    for start in u[order]:
+        climbed = _climb(posterior, start, scale)
+        height = float(posterior.log_prob(climbed[None])[0])
+        if height > best_value:
+            best, best_value = climbed, height
+    centre, covariance = _laplace(posterior, best, scale)
+    return StudentT(centre, np.linalg.cholesky(covariance) * WIDEN)
+
+
+def _climb(posterior: Posterior, start: FloatArray, scale: FloatArray) -> FloatArray:
+    def objective(z: FloatArray) -> tuple[float, FloatArray]:
+        """Value and central-difference gradient in one vectorised call."""
+        d = z.size
+        points = np.concatenate([z[None], z + STEP * np.eye(d), z - STEP * np.eye(d)]) * scale
+        value = np.nan_to_num(-posterior.log_prob(points), nan=1e12, posinf=1e12)
+        return float(value[0]), (value[1 : d + 1] - value[d + 1 :]) / (2 * STEP)
+
+    found = minimize(objective, start / scale, jac=True, method="BFGS", options={"gtol": 1e-2, "maxiter": 200})
+    end: FloatArray = found.x * scale
+    return end if np.isfinite(posterior.log_prob(end[None])[0]) else start
+
+
+def _laplace(posterior: Posterior, u: FloatArray, scale: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Refine the optimum by Newton steps; the covariance is from the finite-difference Hessian there."""
+    d = u.size
+    pairs = [(i, j) for i in range(d) for j in range(i, d)]
+    for _ in range(3):
+        step = _steps(posterior, u, scale)
+        eye = np.diag(step)
+        offsets = [np.zeros(d)]
+        for i, j in pairs:
+            offsets += [eye[i] + eye[j], eye[i] - eye[j], -eye[i] + eye[j], -eye[i] - eye[j]]
+        value = posterior.log_prob(u + 0.5 * np.array(offsets))
+        top = value[0]
+        value = np.where(np.isfinite(value), value, top - 50.0)
+        hessian, gradient = np.empty((d, d)), np.empty(d)
+        for k, (i, j) in enumerate(pairs):
+            pp, pm, mp, mm = value[1 + 4 * k : 5 + 4 * k]
+            # In units of the step: i == j moves by a whole one, i != j by half of each.
+            hessian[i, j] = hessian[j, i] = pp - pm - mp + mm
+            if i == j:
+                gradient[i] = 0.5 * (pp - mm)
+        curvature, axes = np.linalg.eigh(-hessian)
+        # No direction is wider than the prior.
+        curvature = np.clip(curvature, np.square(axes.T * (step / scale)).sum(axis=1), None)
+        inverse = (axes / curvature) @ axes.T
+        covariance = inverse * np.outer(step, step)
+        trial = u + inverse @ gradient * step
+        gain = posterior.log_prob(trial[None])[0] - top
+        if not gain > 1e-3:
+            break
+        u = trial
+    return u, covariance
+
+
+def _steps(posterior: Posterior, u: FloatArray, scale: FloatArray) -> FloatArray:
+    """Find, for every coordinate by itself, the step that costs half a nat: the scale of the finite differences."""
+    d = u.size
+    top = posterior.log_prob(u[None])[0]
+    step = 1e-2 * scale
+    for _ in range(12):
+        points = np.concatenate([u + np.diag(step), u - np.diag(step)])
+        value = posterior.log_prob(points)
+        cost = top - 0.5 * (value[:d] + value[d:])
+        # Half a nat at the step; a cost of zero or less asks for a longer step, an infinite one for a shorter.
+        cost = np.clip(np.nan_to_num(cost, nan=1e3, posinf=1e3), 5e-3, 1e3)
+        factor = np.clip(np.sqrt(0.5 / cost), 0.05, 10.0)
+        step = np.minimum(step * factor, scale)
+        if np.abs(np.log(factor)).max() < 0.3:
+            break
+    found: FloatArray = step
+    return found

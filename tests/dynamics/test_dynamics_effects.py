@@ -1,0 +1,114 @@
+"""The catalogue: every entry complete, off at zero, and with the signature that its text names."""
+
+import numpy as np
+import pytest
+
+from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Layout, Term
+from scruton.dynamics.effects.terms import COLUMNS, HATS, compact
+
+NAMES = (
+    "coulomb_friction", "structural_damping_nonlinearity", "structural_damping_error",
+    "aerodynamic_damping_nonlinearity", "spanwise_coherence_loss", "reduced_velocity_drift", "fluid_memory",
+    "vortex_shedding_forcing", "wind_speed_drift", "stiffness_nonlinearity", "sensor_gain_error", "sensor_clipping",
+)  # fmt: skip
+
+
+def layout(*, still=True, rigs=3):
+    tests = [j for j in range(rigs) for _ in range(2)] + ([-1] * rigs if still else [])
+    owner = [j for j in range(rigs) for _ in range(2)] + (list(range(rigs)) if still else [])
+    count = len(tests)
+    wind = np.array(tests) >= 0
+    return Layout(
+        records=tuple(f"r{i}" for i in range(count)), rig=np.array(owner), test=np.array(tests),
+        direction=np.where(wind, np.where(np.arange(count) % 2, -1, 1), 0), duration=np.full(count, 20.0),
+        omega=np.full(count, 12.0), largest=np.linspace(0.08, 0.12, count),
+        reduced_velocity=np.where(wind, 8.0 + 0.2 * np.array(owner), np.nan),
+        scruton_number=np.where(wind, 10.0 * 2.0 ** np.array(owner), np.nan),
+        reference_amplitude=0.05, reference_rate=0.1, reference_omega=12.0, knots=np.geomspace(0.004, 0.12, HATS),
+    )  # fmt: skip
+
+
+def base(one):
+    table = np.zeros((1, len(one.records), COLUMNS))
+    table[:, :, Term.STRUCTURAL] = 0.04
+    table[:, one.wind, Term.AERO] = 0.06
+    table[:, one.wind, Term.DRIVE] = 0.005
+    return table
+
+
+def values(variant, one, at):
+    return {p.name: np.where(p.members >= 0, at(p), 0.0)[None] for p in variant.parameters}
+
+
+def test_the_catalogue_is_complete():
+    assert tuple(CATALOGUE) == NAMES
+    for effect in (*CATALOGUE.values(), UNKNOWN):
+        for text in (effect.title, effect.physics, effect.source, effect.signature):
+            assert len(text) > 8
+        assert effect.channel in ("amplitude", "frequency", "signal", "spectrum")
+        assert effect.variants(layout()), effect.name
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_size_of_zero_changes_nothing(name):
+    one = layout()
+    for variant in CATALOGUE[name].variants(one):
+        if any(p.log for p in variant.parameters[:1]):
+            continue
+        table = base(one)
+        start = values(variant, one, lambda p: np.exp(p.starts[0]) if p.log else 0.0)
+        variant.apply(table, start, one)
+        table[:, :, [Term.FRICTION_WIDTH, Term.FORCE_RATE]] = 0.0
+        np.testing.assert_allclose(table, base(one), atol=1e-15, err_msg=variant.label)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_effect_touches_only_the_records_of_its_scope(name):
+    one = layout()
+    for variant in CATALOGUE[name].variants(one):
+        table = base(one)
+        variant.apply(table, values(variant, one, lambda p: np.exp(p.location) if p.log else 0.2), one)
+        changed = (table != base(one)).any(axis=(0, 2))
+        assert changed.any(), variant.label
+        assert not changed[~variant.scope].any(), variant.label
+
+
+@pytest.mark.parametrize(
+    ("name", "form"), [("coulomb_friction", "alike"), ("structural_damping_nonlinearity", "as A,"),
+                       ("aerodynamic_damping_nonlinearity", "a part in A^2"), ("structural_damping_error", "all rigs")],
+)  # fmt: skip
+def test_sizes_are_damping_at_the_reference_amplitude(name, form):
+    """A size of s means s times the reference relaxation rate at the reference amplitude."""
+    one = layout()
+    variant = next(v for v in CATALOGUE[name].variants(one) if form in v.label)
+    table = base(one)
+    variant.apply(table, values(variant, one, lambda p: 0.2), one)
+    row, a = table[0, 0] - base(one)[0, 0], one.reference_amplitude
+    added = (
+        row[Term.STRUCTURAL] + row[Term.STRUCTURAL_LINEAR] * a + row[Term.STRUCTURAL_SQUARE] * a**2
+        + row[Term.AERO_LINEAR] * a + row[Term.AERO_SQUARE] * a**2 + row[Term.FRICTION] / a
+    )  # fmt: skip
+    assert added == pytest.approx(0.2 * one.reference_rate)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_still_air_alone_leaves_what_can_be_seen_there(name):
+    one = layout()
+    calm = Layout(**{
+        **vars(one), "records": one.records[-3:],
+        **{key: getattr(one, key)[-3:] for key in ("rig", "test", "direction", "duration", "omega", "largest",
+                                                   "reduced_velocity", "scruton_number")},
+    })  # fmt: skip
+    seen = {"coulomb_friction", "structural_damping_nonlinearity", "structural_damping_error", "stiffness_nonlinearity",
+            "sensor_clipping"}  # fmt: skip
+    assert bool(CATALOGUE[name].variants(calm)) == (name in seen)
+
+
+def test_one_rig_has_no_drift_between_tests():
+    one = layout(rigs=1, still=False)
+    assert not CATALOGUE["reduced_velocity_drift"].variants(one)
+    assert CATALOGUE["sensor_gain_error"].variants(one)
+
+
+def test_members_are_renumbered_without_holes():
+    np.testing.assert_array_equal(compact(np.array([4, -1, 2, 4])), [1, -1, 0, 1])

@@ -1,0 +1,239 @@
+"""The state-space likelihood against slow, obvious evaluations."""
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal, norm
+
+from scruton.dynamics.likelihood import (
+    EnvelopeData,
+    innovations,
+    log_likelihood,
+    pointwise_log_likelihood,
+    trial_log_likelihood,
+)
+
+
+def make_data(amplitudes, se, period, gaps=None, records=None):
+    n = len(amplitudes)
+    gap = np.zeros(n) if gaps is None else np.asarray(gaps, float)
+    gap[0] = -1.0
+    return EnvelopeData(
+        amplitude=np.asarray(amplitudes, float),
+        standard_error=np.broadcast_to(se, n).astype(float).copy(),
+        gap=gap,
+        period=np.full(n, period),
+        time=np.arange(n) * period,
+        record=np.full(n, "r") if records is None else np.asarray(records),
+    )
+
+
+def dense_log_likelihood(data, a_star, lam, q, r, sd0, per_cycle=120):
+    """Multivariate normal of the cycle means of one record, by quadrature over the covariance of the SDE."""
+    nodes, weights = np.polynomial.legendre.leggauss(2)
+    edges, start = [], 0.0
+    for gap, period in zip(data.gap, data.period, strict=True):
+        start += max(gap, 0.0)
+        edges.append(start)
+        start += period
+    sub = data.period[0] / per_cycle
+    cells = np.array([e + sub * (i + 0.5) for e in edges for i in range(per_cycle)])
+    t = (cells[:, None] + 0.5 * sub * nodes[None, :]).ravel()
+    w = np.tile(weights / 2 / per_cycle, cells.size)
+    decay = np.exp(-lam * t)
+    cov = q**2 / (2 * lam) * (np.exp(-lam * np.abs(t[:, None] - t[None, :])) - decay[:, None] * decay[None, :])
+    cov += sd0**2 * decay[:, None] * decay[None, :]
+    mean = a_star * (1 - decay)
+    n, m = data.size, per_cycle * 2
+    average = np.zeros((n, t.size))
+    for k in range(n):
+        average[k, k * m : (k + 1) * m] = w[k * m : (k + 1) * m]
+    total = average @ cov @ average.T + np.diag((r * data.standard_error) ** 2)
+    return multivariate_normal(average @ mean, total).logpdf(data.amplitude)
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(7)
+
+
+@pytest.mark.parametrize("lam", [0.02, 0.3, 3.0])
+@pytest.mark.parametrize("gaps", [False, True])
+def test_exact_for_the_papers_law(rng, lam, gaps):
+    period, n = 0.125, 14
+    t = np.arange(n) * period
+    y = 0.05 + 0.06 * np.exp(-lam * t) + 0.001 * rng.standard_normal(n)
+    gap = np.zeros(n)
+    if gaps:
+        gap[5], gap[9] = 2 * period, 0.7
+    data = make_data(y, 0.0008 * (1 + 0.3 * rng.random(n)), period, gap)
+    got = log_likelihood(data, *(np.array([x]) for x in (0.05, lam, 0.002, 1.2)), initial_sd=0.3)[0]
+    assert got == pytest.approx(dense_log_likelihood(data, 0.05, lam, 0.002, 1.2, 0.3), abs=2e-3)
+
+
+def test_fast_filter_is_the_plain_filter(rng):
+    n, walkers = 203, 7
+    y = 0.05 + 0.002 * rng.standard_normal(n)
+    gap = np.where(rng.random(n) < 0.05, 0.3, 0.0)
+    gap[80] = -1.0
+    data = make_data(y, 0.001, 0.1, gap)
+    theta = [np.exp(rng.normal(m, 0.5, walkers)) for m in np.log([0.05, 0.4, 0.002, 1.0])]
+    plain = pointwise_log_likelihood(*innovations(data, *theta, initial_sd=0.2)).sum(axis=0)
+    np.testing.assert_allclose(log_likelihood(data, *theta, initial_sd=0.2), plain, rtol=1e-11)
+
+
+def test_records_are_independent(rng):
+    y = 0.05 + 0.002 * rng.standard_normal(20)
+    theta = [np.array([x]) for x in (0.05, 0.4, 0.002, 1.0)]
+    apart = sum(log_likelihood(make_data(part, 0.001, 0.1), *theta) for part in (y[:8], y[8:]))
+    gap = np.zeros(20)
+    gap[8] = -1
+    together = log_likelihood(make_data(y, 0.001, 0.1, gap), *theta)
+    np.testing.assert_allclose(together, apart, rtol=1e-12)
+
+
+def rate(a, a_star, lam, n):
+    return -lam * a * np.log(a / a_star) if n == 0 else lam / n * a * (1 - (a / a_star) ** n)
+
+
+def grid_log_likelihood(data, a_star, lam, q, r, n, sd0, points=321, steps=200):
+    """Point-mass filter: the state's density on a moving grid, moments of each cycle by small Euler steps.
+
+    It starts where the fast filter does for a diffuse state: the first amplitude is the state half a cycle
+    before the end of the first cycle.
+    """
+
+    def moments(x, dt):
+        """Mean and covariance of (state at the end, mean over dt) from each grid point, second order."""
+        h = dt / steps
+        m, s, p, c, v = x.copy(), np.zeros_like(x), np.zeros_like(x), np.zeros_like(x), np.zeros_like(x)
+        d = 1e-4 * a_star
+        for _ in range(steps):
+            f = rate(m, a_star, lam, n) + q**2 / (2 * m)
+            up = rate(m + d, a_star, lam, n) + q**2 / (2 * (m + d))
+            dn = rate(m - d, a_star, lam, n) + q**2 / (2 * (m - d))
+            f1, f2 = (up - dn) / (2 * d), (up - 2 * f + dn) / d**2
+            s, v = s + h * m, v + 2 * h * c
+            c = c + h * (f1 * c + p)
+            m, p = m + h * (f + 0.5 * f2 * p), p + h * (2 * f1 * p + q**2)
+        return m, s / dt, p, c / dt, v / dt**2
+
+    total = 0.0
+    grid = density = None
+    for k in range(data.size):
+        r2 = (r * data.standard_error[k]) ** 2
+        if data.gap[k] < 0:
+            total += norm.logpdf(data.amplitude[k], 0, np.sqrt(sd0**2 + r2))
+            gain = sd0**2 / (sd0**2 + r2)
+            centre, sd = gain * data.amplitude[k], np.sqrt(gain * r2)
+            grid = np.linspace(max(centre - 7 * sd, 0.02 * centre), centre + 7 * sd, points)
+            density = norm.pdf(grid, centre, sd)
+            density /= density.sum()
+            m, _, p, _, _ = moments(grid, 0.5 * data.period[k])
+            means, variances = m, p
+        else:
+            m, z, p, c, v = moments(grid, data.period[k])
+            s = v + r2
+            like = norm.pdf(data.amplitude[k], z, np.sqrt(s)) * density
+            total += np.log(like.sum())
+            density = like / like.sum()
+            means, variances = m + c / s * (data.amplitude[k] - z), p - c**2 / s
+        centre = (density * means).sum()
+        sd = np.sqrt((density * (variances + (means - centre) ** 2)).sum())
+        new = np.linspace(max(centre - 7 * sd, 0.02 * centre), centre + 7 * sd, points)
+        kernel = norm.pdf(new[:, None], means[None, :], np.sqrt(variances)[None, :])
+        density = kernel @ density
+        density /= density.sum()
+        grid = new
+    return total
+
+
+@pytest.mark.parametrize("n", [0.0, 1.0, 2.0, -0.5])
+@pytest.mark.parametrize("start", [0.15, 2.0])
+def test_linearised_filter_against_a_grid_filter(rng, n, start):
+    """To 0.1 in log likelihood per 100 cycles, as growth and decay, with 2 % turbulence scatter."""
+    a_star, lam, period, cycles = 0.05, 0.5, 0.125, 100
+    q, se = 0.02 * a_star * np.sqrt(2 * lam), 0.0004
+    steps, a, y = 200, start * a_star, []
+    h = period / steps
+    for _ in range(cycles):
+        mean = 0.0
+        for _ in range(steps):
+            mean += a / steps
+            a += h * (rate(a, a_star, lam, n) + q**2 / (2 * a)) + q * np.sqrt(h) * rng.standard_normal()
+        y.append(mean + se * rng.standard_normal())
+    data = make_data(y, se, period)
+    got = log_likelihood(data, *(np.array([x]) for x in (a_star, lam, q, 1.0)), n=n, initial_sd=0.3)[0]
+    assert got == pytest.approx(grid_log_likelihood(data, a_star, lam, q, 1.0, n, 0.3), abs=0.1)
+
+
+def three_records(rng, lam_dt, *, near_floor=False, count=60):
+    """Decay, growth and lock-in with gaps; near the floor nothing but noise about a vanishing amplitude."""
+    parts = []
+    for start, period in ((2.2, 0.125), (0.08, 0.13), (1.0, 0.11)):
+        gap = np.where(rng.random(count) < 0.06, rng.uniform(0.05, 1.5, count), 0.0)
+        y = 0.05 * (1 + (start - 1) * np.exp(-lam_dt / period * np.cumsum(gap + period)))
+        y = 1e-5 * start + 3e-4 * rng.standard_normal(count) if near_floor else y + 1e-3 * rng.standard_normal(count)
+        parts.append((np.abs(y), np.r_[-1.0, gap[1:]], np.full(count, period)))
+    y, gap, period = (np.concatenate(one) for one in zip(*parts, strict=True))
+    se = (3e-4 if near_floor else 1e-3) * (0.5 + rng.random(y.size))
+    return EnvelopeData(y, se, gap, period, np.cumsum(period), np.repeat(list("abc"), count))
+
+
+def walkers_about(rng, lam_dt, size):
+    a_star, lam, r = (m * np.exp(s * rng.standard_normal(size)) for m, s in ((0.05, 0.2), (8 * lam_dt, 0.4), (1, 0.4)))
+    return a_star, lam, 0.01 * a_star * np.sqrt(2 * lam) * np.exp(0.7 * rng.standard_normal(size)), r
+
+
+@pytest.mark.parametrize("near_floor", [False, True])
+@pytest.mark.parametrize("lam_dt", [0.001, 0.01, 0.1, 0.5, 1.0])
+@pytest.mark.parametrize("n", [0.0, 1.0, 2.0, -0.5, 0.7])
+def test_fast_filter_of_a_curved_law_is_the_plain_filter(rng, n, lam_dt, near_floor):
+    data, walkers = three_records(rng, lam_dt, near_floor=near_floor), walkers_about(rng, lam_dt, 64)
+    plain = pointwise_log_likelihood(*innovations(data, *walkers, n=n, initial_sd=0.5)).sum(axis=0)
+    fast = log_likelihood(data, *walkers, n=n, initial_sd=0.5)
+    assert np.isfinite(plain).all()
+    # Of walkers 1e8 nats off no more than eight digits are asked.
+    np.testing.assert_allclose(fast, plain, rtol=1e-8, atol=1e-6)
+
+
+def test_every_walker_may_have_a_law_of_its_own(rng):
+    """The plain filter takes an array of n; each walker gets what the fast filter of its own law says."""
+    laws = np.array([0.0, 1.0, 2.0, -0.5, 0.7, -1.0, 3.3])
+    data, walkers = three_records(rng, 0.05), walkers_about(rng, 0.05, laws.size)
+    alone = [log_likelihood(data, *(one[k : k + 1] for one in walkers), n=n)[0] for k, n in enumerate(laws)]
+    np.testing.assert_allclose(log_likelihood(data, *walkers, n=laws), alone, rtol=1e-8, atol=1e-6)
+    same = log_likelihood(data, *walkers, n=np.full(laws.size, 2.0))
+    np.testing.assert_array_equal(same, log_likelihood(data, *walkers, n=2.0))
+
+
+def test_a_walkers_likelihood_does_not_depend_on_its_neighbours(rng):
+    """The fast filter chooses between a series and the closed form by the worst of all walkers."""
+    data, walkers = three_records(rng, 0.02), walkers_about(rng, 0.02, 9)
+    walkers[1][4] = 40.0
+    for n in (0.0, 2.0):
+        together = log_likelihood(data, *walkers, n=n)
+        alone = [log_likelihood(data, *(one[k : k + 1] for one in walkers), n=n)[0] for k in range(9)]
+        np.testing.assert_allclose(together, alone, rtol=1e-8, atol=1e-6)
+
+
+def test_cost_of_a_wrong_relaxation_rate_is_seen(rng):
+    """The likelihood must tell 0.3 from 0.6 per second on a decay of 60 cycles."""
+    t = np.arange(60) * 0.125
+    data = make_data(0.05 + 0.05 * np.exp(-0.3 * t) + 2e-4 * rng.standard_normal(60), 2e-4, 0.125)
+    lam = np.array([0.3, 0.6])
+    right, wrong = log_likelihood(data, np.full(2, 0.05), lam, np.full(2, 1e-4), np.ones(2))
+    assert right > wrong + 10
+
+
+def test_trial_likelihood_is_a_multivariate_normal(rng):
+    period, n = 0.125, 25
+    gap = np.zeros(n)
+    gap[11] = 0.4
+    data = make_data(0.05 + 0.05 * rng.random(n), 0.001 * (1 + rng.random(n)), period, gap)
+    t = np.arange(n) * period + np.cumsum(np.maximum(gap, 0))
+    a, b, c, d, sd, rate, r = 0.05, -0.01, 0.04, -0.8, 0.004, 1.3, 1.1
+    cov = sd**2 * np.exp(-rate * np.abs(t[:, None] - t[None, :])) + np.diag((r * data.standard_error) ** 2)
+    want = multivariate_normal(a * np.exp(b * t) + c * np.exp(d * t), cov).logpdf(data.amplitude)
+    one = [np.array([x, x]) for x in (a, b, c, d)]
+    got = trial_log_likelihood(data, tuple(one), *(np.full(2, x) for x in (sd, rate, r)))
+    np.testing.assert_allclose(got, want, rtol=1e-9)
