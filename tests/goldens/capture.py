@@ -106,7 +106,7 @@ def content(path: Path, room: str) -> Any:
 def table(path: Path) -> dict[str, Any]:
     """Header of a CSV, and a summary of each column: as numbers, or else its cells."""
     with path.open(encoding="utf-8", newline="") as file:
-        header, *rows = csv.reader(file)
+        header, *rows = list(csv.reader(file)) or [[]]
     found: dict[str, Any] = {"rows": len(rows)}
     for name, *cells in zip(header, *rows, strict=True):
         try:

@@ -120,11 +120,12 @@ BARE = {
 def channels() -> Channels:
     """The series with a phase and a third harmonic."""
     data, half = envelope(), CYCLES // 2
+    knots = np.linspace(np.log(0.003), np.log(0.15), HATS)
     t = np.tile(PERIOD * np.arange(half), 2)
     return Channels(
         data.amplitude, data.standard_error, 0.02 * t + 0.01 * wobble(CYCLES, 3), 5e-4 * wobble(CYCLES, 4),
         np.full(CYCLES, ERROR), data.gap, data.period, t, t / t.max() - 0.5, np.repeat([0, 1], half),
-        np.full(CYCLES, 2 * np.pi / PERIOD), np.ones(CYCLES, dtype=bool), np.linspace(np.log(0.003), np.log(0.15), HATS),
+        np.full(CYCLES, 2 * np.pi / PERIOD), np.ones(CYCLES, dtype=bool), knots,
     )  # fmt: skip
 
 

@@ -58,7 +58,6 @@ def summary(numbers: np.ndarray, shape: tuple[int, ...], digits: int = DIGITS) -
             "first": finite[0],
             "last": finite[-1],
         }
-        # the mean of what nearly cancels has no digits of its own
         found |= {name: rounded(float(value), digits) for name, value in values.items()}
     return found
 
@@ -86,10 +85,17 @@ def differences(wanted: Any, found: Any, rtol: float, atol: float) -> list[str]:
     """List the leaves that differ: where, what was wanted, what was found."""
     old, new = dict(leaves(wanted)), dict(leaves(found))
     missing = "(nothing)"
+
+    def absolute(path: str) -> float:
+        """The mean of what nearly cancels has no digits of its own: those of the extremes count."""
+        extremes = [old.get(f"{path.removesuffix('/mean')}/{one}") for one in ("min", "max")]
+        sizes = [abs(one) for one in extremes if path.endswith("/mean") and isinstance(one, (int, float))]
+        return max(atol, *(rtol * one for one in sizes), 0.0)
+
     return [
         f"{path}: wanted {_told(old.get(path, missing))}, found {_told(new.get(path, missing))}"
         for path in old | new
-        if path not in old or path not in new or not same(old[path], new[path], rtol, atol)
+        if path not in old or path not in new or not same(old[path], new[path], rtol, absolute(path))
     ]
 
 

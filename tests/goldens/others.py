@@ -45,21 +45,19 @@ def simulated(room: Room) -> dict[str, Any]:
 
 def schema(room: Room) -> dict[str, Any]:
     """One example in the shortest way to a posterior.nc."""
-    room.bring("closed-box-torsional", "quick.toml")
-    said = room.fitted("closed-box-torsional", "--model", "quick.toml", "--tests", ONE_TEST)
+    room.bring("closed-box-torsional", "tiny.toml")
+    said = room.fitted("closed-box-torsional", "--model", "tiny.toml", "--tests", "Sc 1.13")
     return {"fit": said, "files": room.files("fit")}
 
 
-ONE_TEST = "Sc 1.13"
-
-
 def effect(room: Room) -> dict[str, Any]:
-    """A fit that carries an effect into its predictions."""
-    simulated(room)
+    """A fit that carries an effect into its predictions: the friction that is in the pylon's dampers."""
+    room.bring("pylon", "tiny.toml")
     return {
-        "fit": room.fitted("campaign", "--model", "quick.toml", "--effect", "structural_damping_nonlinearity"),
+        "fit": room.fitted("pylon", "--model", "tiny.toml", "--effect", "coulomb_friction"),
         "predict": room.run("predict", "fit", "--seed", SEED, "--sc", "30", "--effect", "auto"),
-        "files": room.files("fit"),
+        "size": room.run("size", "fit", "--seed", SEED, "-o", "size", "--limit", "0.05", "--effect", "auto"),
+        "files": {one: room.files(one) for one in ("fit", "size")},
     }
 
 
