@@ -18,7 +18,12 @@ PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = (
     ),
     (re.compile(r"\b\d+(\.\d+)? ?(s|min|seconds|minutes) (of computing|of work|wall time)"), "<duration>"),
     (re.compile(r"\bprocess \d+\b"), "process <pid>"),
+    (re.compile(r"(seconds a campaign, one process \(median\)) .*"), r"\1 <durations>"),
 )
+
+
+# Rows of tables that are of times, by their first cell or their entry "figure".
+ROWS = re.compile(r"^seconds ")
 
 
 def mask(text: str, room: str = "") -> str:
@@ -33,6 +38,8 @@ def mask(text: str, room: str = "") -> str:
 def masked(value: Any, room: str = "") -> Any:
     """Replace what is volatile in the content of a JSON file."""
     if isinstance(value, dict):
+        if ROWS.match(str(value.get("figure"))):
+            return PLACEHOLDER
         return {k: PLACEHOLDER if KEYS.match(k) else masked(v, room) for k, v in value.items()}
     if isinstance(value, list):
         return [masked(one, room) for one in value]
