@@ -25,7 +25,8 @@ class Part:
 PARTS: dict[str, Part] = {
     "texts": Part(others.texts),
     "check": Part(campaigns.check),
-    "errors": Part(errors.errors),
+    "errors": Part(errors.of_input),
+    "errors-results": Part(errors.of_results),
     "filters": Part(filters.filters, rtol=1e-8, digits=14),
     "schema": Part(others.schema),
     "small": Part(others.small),
