@@ -56,7 +56,7 @@ def test_long_arrays_are_summarised_and_texts_are_lines():
     assert found["y"] == [1.0, 2.0]
     assert found["text"] == ["a", "b"]
     assert json.loads(spelled(found)) == found
-    assert len(dict(leaves(found))) == 12
+    assert len(dict(leaves(found))) == 11
 
 
 def test_what_is_volatile_is_masked():
