@@ -8,24 +8,24 @@ from typing import Any
 import numpy as np
 
 from scruton.campaign import load_campaign
-from scruton.effects import CATALOGUE
-from scruton.effects.terms import COLUMNS, HATS, Term
-from scruton.envelope.types import Cycles
-from scruton.gap.bare import bare_model
-from scruton.gap.data import load_gap
-from scruton.gap.density import density, settled_by
-from scruton.gap.hypothesis import Hypothesis
-from scruton.infer.extended import Channels, channel_innovations
-from scruton.infer.likelihood import (
+from scruton.dynamics.effects import CATALOGUE
+from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
+from scruton.dynamics.extended import Channels, channel_innovations
+from scruton.dynamics.likelihood import (
     EnvelopeData,
     innovations,
     log_likelihood,
     pointwise_log_likelihood,
     trial_log_likelihood,
 )
-from scruton.infer.priors import Prior
+from scruton.envelope.types import Cycles
+from scruton.gap.bare import bare_model
+from scruton.gap.data import load_gap
+from scruton.gap.density import density, settled_by
+from scruton.gap.hypothesis import Hypothesis
 from scruton.infer.smooth import Observations, SpeedPoint, SpeedPosterior
 from scruton.infer.steady import gust_log_odds, phase_noise, steady_posterior
+from scruton.stats.priors import Prior
 from tests.goldens.capture import Room
 from tests.goldens.others import simulated
 
