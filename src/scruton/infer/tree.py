@@ -1,9 +1,7 @@
 """The arviz DataTree of a fit, its summary, and both on disk."""
 
 import json
-import platform
 from collections.abc import Mapping, Sequence
-from importlib.metadata import version
 from typing import Any
 
 import numpy as np
@@ -23,13 +21,13 @@ from scruton.infer.speeds import NAME as SPEEDS
 from scruton.infer.speeds import PRIORS as SPEED_PRIORS
 from scruton.infer.speeds import fit_speeds, speeds_dataset
 from scruton.infer.steady import SteadyVerdict
+from scruton.provenance import provenance
 from scruton.stats.priors import Prior
 from scruton.stats.sampler import Samples
 
 POINTWISE_THIN = 8  # the pointwise log likelihood is kept for every eighth draw
 PRIOR_DRAWS = 1000
 INTERVALS = (0.50, 0.90, 0.95)
-PACKAGES = ("scruton", "numpy", "scipy", "emcee", "arviz", "numba")
 
 
 def assemble(
@@ -50,13 +48,14 @@ def assemble(
     misfit: bool,
 ) -> Fit:
     """Put the results of every posterior into one `Fit`."""
-    provenance = {
-        "command": command,
-        "seed": sampling.seed,
+    origin = provenance(
+        command,
+        seed=sampling.seed,
+        sha256=campaign.sha256 or {},
+        settings={"tests": list(only)},
+        card={"name": card.name, "sha256": card.sha256, "text": card.text, "resolved": card.resolved},
+    ) | {
         "tests": list(only),
-        "versions": {"python": platform.python_version()} | {name: version(name) for name in PACKAGES},
-        "sha256": dict(campaign.sha256 or {}),
-        "card": {"name": card.name, "sha256": card.sha256, "text": card.text, "resolved": card.resolved},
         "campaign": {
             "title": campaign.title,
             "source": campaign.source,
@@ -83,7 +82,7 @@ def assemble(
     if trials:
         groups["trial_function"] = _trial_group(trials)
     tree = xr.DataTree.from_dict({f"/{name}": one for name, one in groups.items()})
-    tree.attrs["provenance"] = json.dumps(provenance, sort_keys=True)
+    tree.attrs["provenance"] = json.dumps(origin, sort_keys=True)
     sampled = _sampled(rig_list, tests, joint, trials)
     if joint and thorough:
         speeds = fit_speeds(tree, campaign, *_speed_priors(campaign, card), sampling)
@@ -129,7 +128,7 @@ def assemble(
             }
             for one in trials
         ],
-        "provenance": provenance,
+        "provenance": origin,
     }
     return Fit(
         campaign,
