@@ -1,5 +1,7 @@
 """The sampled posteriors: constraints, coordinates, and whether their bands cover."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -96,7 +98,7 @@ def test_still_air_recovers_the_damping_of_two_plucks():
     xi = 0.006
     plucks = [simulate(rng, 0.0, xi * OMEGA0, 2e-5, s, 80, 1e-4) for s in (0.06, 0.09)]
     priors = (
-        CARD.prior("structural_damping", Motion.HEAVING),
+        replace(CARD.prior("structural_damping", Motion.HEAVING), name="damping_ratio"),
         CARD.prior("still_air_scatter", Motion.HEAVING),
         CARD.prior("noise_factor", Motion.HEAVING),
     )

@@ -160,7 +160,7 @@ def fit_rig(
     )
     admit(card, name, [prior], [ringdown.damping_ratio])
     samples = sampling.run(name, posterior, data.amplitude, data.standard_error, data.time)
-    return RigResult(rig, posterior, samples, np.exp(samples.chain[..., 0]), prior)
+    return RigResult(rig, posterior, samples, np.exp(posterior.named(samples.chain)["damping_ratio"]), prior)
 
 
 def fit_test(
@@ -194,7 +194,7 @@ def fit_test(
     )
     levels = np.array([[one.mean, one.standard_error] for one in steady])
     tails = [max(float(cycles[r.name].amplitude[-10:].mean()), 1e-9) for r in test.records]
-    admit(card, name, posterior.priors[:1] * len(tails), tails)
+    admit(card, name, [posterior.prior("stable_amplitude")] * len(tails), tails)
     samples = sampling.run(name, posterior, data.amplitude, data.standard_error, data.time, levels)
     frequency = float(np.median([cycles[r.name].reference_frequency for r in test.records]))
     carried = carry(campaign, test, rig.rig, sampling.seed_of, samples.log_prob.shape)

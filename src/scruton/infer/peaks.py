@@ -9,6 +9,7 @@ from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign, Quantity
 from scruton.dynamics import Setting, force_parameters
 from scruton.infer.hierarchy import CampaignPosterior, PeakTest
+from scruton.infer.models import WIND
 from scruton.infer.results import TestResult
 from scruton.infer.run import Sampling
 from scruton.stats.evidence import evidence_by_importance, fit_student_t, log_evidence, posterior_weights
@@ -189,7 +190,7 @@ def campaign_posterior(
     peaks = []
     for one in tests:
         factor, log_sd = _factor(campaign, one)
-        own = replace(one.posterior, priors=one.posterior.priors[:5], n=n)
+        own = replace(one.posterior, priors=tuple(p for p in one.posterior.priors if p.name in WIND), n=n)
         draws = one.samples.chain.reshape(-1, one.samples.chain.shape[-1])
         peaks.append(PeakTest(one.test.name, own, factor, draws, log_sd))
     shared = tuple(card.prior(name, motion) for name in names)
@@ -224,14 +225,14 @@ def derive(
     shape = samples.log_prob.shape
     u = samples.chain.reshape(-1, samples.chain.shape[-1])
     amplitude, relaxation, n, _ = posterior.curve(u)
-    s = posterior.settings(u)
+    s, log = posterior.settings(u), posterior.named(u)
     omega0 = np.array([one.wind.omega0 for one in posterior.tests])
     shared = {
         "n": n,
         "reference_amplitude": amplitude,
         "reference_relaxation": relaxation,
-        "discrepancy_amplitude": np.exp(u[:, 2]),
-        "discrepancy_relaxation": np.exp(u[:, 3]),
+        "discrepancy_amplitude": np.exp(log["discrepancy_amplitude"]),
+        "discrepancy_relaxation": np.exp(log["discrepancy_relaxation"]),
     }
     own = {
         "a_star": s.a_star,

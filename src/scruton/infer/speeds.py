@@ -245,7 +245,9 @@ def fit_points(
     u = samples.chain.reshape(-1, len(posterior.priors))
     u = u[rng.permutation(len(u))[: 2 * DRAWS]]
     s_v = posterior.scale_shift(u, rng)
-    drawn = _drawn(used, left_out, float(np.exp(np.median(u[:, 2]))))
+    log_scales, shifts = posterior.named(u)["scales"], posterior.named(u)["shift"]
+    _, _, log_length = np.median(log_scales, axis=0)
+    drawn = _drawn(used, left_out, float(np.exp(log_length)))
     shift = np.median(s_v)
     grid = np.linspace(drawn[0, 0] * np.exp(-2.5 * shift), drawn[0, 1] * np.exp(2.5 * shift), GRID)
     pair = np.stack(discrepancy, axis=1)[rng.integers(0, len(discrepancy[0]), len(u))]
@@ -256,10 +258,10 @@ def fit_points(
             f"{NAME}: the amplitude against reduced velocity rests on {effective:.0f} effective draws (wanted "
             f"{FEW:g}): the tests say too little of the relaxation at their Scruton numbers"
         )
-    u, values, pair = u[keep], values[keep], pair[keep]
-    s_a, s_g, length = np.exp(u[:, : len(scales)]).T
+    values, pair = values[keep], pair[keep]
+    s_a, s_g, length = np.exp(log_scales[keep]).T
     return Speeds(
-        grid, values[:, 0], values[:, 1], s_a, s_g, length, s_v[keep], u[:, len(scales) :], data.rigs,
+        grid, values[:, 0], values[:, 1], s_a, s_g, length, s_v[keep], shifts[keep], data.rigs,
         pair[:, 0], pair[:, 1], at, n, (float(v.min()), float(v.max())), drawn, used, left_out, samples, effective,
     )  # fmt: skip
 

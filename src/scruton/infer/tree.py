@@ -348,16 +348,9 @@ def _cycle_groups(tests: Sequence[TestResult], sampling: Sampling) -> dict[str, 
 
 
 def _trial_constants(one: TrialResult) -> dict[str, FloatArray]:
-    chain = one.samples.chain
-    a, b, c, d = one.posterior.constants(chain)
-    return {
-        "a": a,
-        "b": b,
-        "c": c,
-        "d": d,
-        "residual_sd": np.exp(chain[..., 4]) * one.posterior.scale,
-        "residual_rate": np.exp(chain[..., 5]) * one.posterior.omega,
-    }
+    a, b, c, d = one.posterior.constants(one.samples.chain)
+    sd, rate = one.posterior.residual(one.samples.chain)
+    return {"a": a, "b": b, "c": c, "d": d, "residual_sd": sd, "residual_rate": rate}
 
 
 def _trial_group(trials: Sequence[TrialResult]) -> xr.Dataset:
