@@ -125,9 +125,10 @@ def test_trial_constants_are_ordered_and_converge():
             "noise_factor",
         )
     }
-    order = ("trial_amplitude", "trial_amplitude", "trial_slow_rate", "trial_rate_gap", "trial_residual",
-             "trial_residual_rate", "noise_factor")  # fmt: skip
-    posterior = TrialPosterior(tuple(prior[name] for name in order), envelope([amplitude], 2e-4), OMEGA0, 0.12,
+    order = {"a": "trial_amplitude", "c": "trial_amplitude", "b": "trial_slow_rate", "rate_gap": "trial_rate_gap",
+             **{name: name for name in ("trial_residual", "trial_residual_rate", "noise_factor")}}  # fmt: skip
+    priors = tuple(replace(prior[of], name=name) for name, of in order.items())
+    posterior = TrialPosterior(priors, envelope([amplitude], 2e-4), OMEGA0, 0.12,
                                (0.05, 0.0, 0.07, -0.5))  # fmt: skip
     samples = sample(posterior, CARD.sampler, np.random.SeedSequence(3))
     assert samples.convergence.converged
