@@ -12,8 +12,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Campaign, Record
-
-OVERLAP = 2  # samples: windows that follow each other may share the one between them
+from scruton.campaign.thresholds import OVERLAP
 
 
 def duplicates(campaign: Campaign) -> Iterator[Remark]:

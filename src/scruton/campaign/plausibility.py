@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from scruton.campaign.duplicates import duplicates
-from scruton.campaign.remarks import Remark, Severity, figure
-from scruton.campaign.schema import Campaign, Fluid, Motion, Quantity, Rig
-
-FAR = 2.0  # times beyond its bound a number is no longer unusual but a slip
-LARGEST_SD = 0.3  # of the mean: what is known no better was not measured, or its sd has another unit
+from scruton.campaign.quantity import Quantity
+from scruton.campaign.remarks import Remark, Severity
+from scruton.campaign.schema import Campaign, Fluid, Motion, Rig
+from scruton.campaign.spelling import figure
+from scruton.campaign.thresholds import FAR, LARGEST_SD
 
 
 @dataclass(frozen=True)
