@@ -73,3 +73,11 @@ def _no_file(path: Path, mode: int) -> InputError:
 
 def _bytes(count: int) -> str:
     return f"{count / 1e9:.3g} GB" if count >= 1e9 else f"{count / 1e6:.3g} MB" if count >= 1e6 else f"{count} bytes"
+
+
+def relative_to(path: Path, folder: Path) -> str:
+    """A path relative to a folder, perhaps through its parents, with forward slashes."""
+    try:
+        return Path(os.path.relpath(path, folder)).as_posix()
+    except ValueError:  # another drive
+        return path.as_posix()

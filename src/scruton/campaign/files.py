@@ -1,12 +1,11 @@
 """The files of one campaign: each is read and hashed once, however many records lie in it."""
 
-import os
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from hashlib import sha256
 from pathlib import Path
 
-from scruton.campaign.bounded import MISSING, read_bytes
+from scruton.campaign.bounded import MISSING, read_bytes, relative_to
 from scruton.campaign.readers import Container, CsvDialect, open_container
 from scruton.campaign.thresholds import LARGEST_RECORD
 from scruton.errors import InputError
@@ -49,10 +48,7 @@ class Files:
 
     def key(self, path: Path) -> str:
         """Return a path relative to the campaign's folder, with forward slashes."""
-        try:
-            return Path(os.path.relpath(path, self.folder)).as_posix()
-        except ValueError:  # another drive
-            return path.as_posix()
+        return relative_to(path, self.folder)
 
     def _hint(self, path: Path) -> str:
         if not path.parent.is_dir():

@@ -1,7 +1,7 @@
 """Model cards: the TOML files that name a law, its priors with a reason for each, likelihood, discrepancy, sampler."""
 
 import hashlib
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from importlib.resources import files
 from pathlib import Path
@@ -15,35 +15,16 @@ from scruton.errors import InputError
 from scruton.stats.priors import FAMILIES, Prior
 from scruton.stats.settings import SamplerSettings
 
-# Parameters that a card gives a prior; those that depend on the motion have one table each.
-PRIOR_NAMES = (
-    "stable_amplitude",
-    "relaxation_ratio",
-    "amplitude_scatter",
-    "noise_factor",
-    "structural_damping",
-    "still_air_scatter",
-    "trial_amplitude",
-    "trial_slow_rate",
-    "trial_rate_gap",
-    "trial_residual",
-    "trial_residual_rate",
-    "discrepancy_amplitude",
-    "discrepancy_relaxation",
-    "speed_scale_amplitude",
-    "speed_scale_relaxation",
-    "speed_length",
-    "speed_shift",
-)
+# Parameters that a card gives a prior, and the unit that it is in; those that depend on the motion have a table for each.
+# The program takes the number as it stands: a card that says another unit has a number that means another thing.
 EXPONENT = "law_exponent"  # has a prior where the law is free, and only then
-AVERAGING = ("evidence", "stacking")
-
-# The unit that each prior is in. The program takes the number as it stands: a card that says another unit has a number
-# that means another thing.
 UNITS = {
     "stable_amplitude": "A/D or rad",  # one prior for both motions
-    "stable_amplitude.heaving": "A/D",
-    "stable_amplitude.torsional": "rad",
+    "relaxation_ratio": "-",
+    "amplitude_scatter": "-",
+    "noise_factor": "-",
+    "structural_damping": "-",
+    "still_air_scatter": "-",
     "trial_amplitude": "largest amplitude of the record",
     "trial_slow_rate": "omega",
     "trial_rate_gap": "omega",
@@ -55,8 +36,10 @@ UNITS = {
     "speed_scale_relaxation": "ln relaxation at zero damping",
     "speed_length": "U/(f0 D)",
     "speed_shift": "ln U/(f0 D)",
+    EXPONENT: "-",
 }
-BARE = "-"  # of every other
+UNITS_BY_MOTION = {"stable_amplitude.heaving": "A/D", "stable_amplitude.torsional": "rad"}
+AVERAGING = ("evidence", "stacking")
 MOST_SAMPLED = 1e7  # of walkers, draws, steps and the like: beyond, memory and patience end
 
 # Parameters that may have either sign.
@@ -255,7 +238,7 @@ def _card(top: Table, text: str) -> ModelCard:
         laws=laws,
         law_weights=law_weights,
         averaging=averaging,
-        priors=_priors(_section(top, "priors"), PRIOR_NAMES if laws else (*PRIOR_NAMES, EXPONENT)),
+        priors=_priors(_section(top, "priors"), free_law=not laws),
         initial_amplitude_sd=likelihood["initial_amplitude_sd"],
         damping_relative_sd=relative_sd,
         sampler=_sampler(_section(top, "sampler")),
@@ -301,18 +284,18 @@ def _laws(table: Table) -> tuple[tuple[float, ...], tuple[float, ...], str]:
     return tuple(map(float, several)), tuple(float(weight) / total for weight in weights), values["averaging"]
 
 
-def _priors(table: Table, names: Collection[str]) -> dict[str, Prior]:
-    table.check_keys((*PRIOR_NAMES, EXPONENT))
+def _priors(table: Table, *, free_law: bool) -> dict[str, Prior]:
+    table.check_keys(UNITS)
     priors: dict[str, Prior] = {}
-    for name in names:
+    for name in UNITS:
+        if name == EXPONENT and not free_law:
+            continue
         entry = table.inner(name, f"a table [{table.at(name)}]")
         if "family" in entry:
             priors[name] = _prior(name, entry)
             continue
         for motion in Motion:
-            priors[f"{name}.{motion.value}"] = _prior(
-                name, entry.inner(motion.value, f"a table [{entry.at(motion.value)}]")
-            )
+            priors[f"{name}.{motion}"] = _prior(name, entry.inner(motion, f"a table [{entry.at(motion)}]"))
     return priors
 
 
@@ -329,7 +312,7 @@ def _prior(name: str, table: Table) -> Prior:
         if not isinstance(value, str) or not value.strip():
             raise table.error(key, show(value) if value else "nothing", f"a {key}: every prior says its {key}")
     unit, reason = table.values["unit"], table.values["reason"]
-    wanted = UNITS.get(f"{name}.{table.field.rpartition('.')[2]}", UNITS.get(name, BARE))
+    wanted = UNITS_BY_MOTION.get(table.field.removeprefix("priors."), UNITS[name])
     if " ".join(unit.split()) not in (wanted, *wanted.split(" or ")):
         raise table.error("unit", f'"{unit}"', f'unit = "{wanted}", the one that {name} is in')
     numbers = [bare().read(table, key) for key in (first, second)]

@@ -21,13 +21,13 @@ from typing import Any
 
 import numpy as np
 
-from scruton.arrays import FloatArray
 from scruton.campaign import Campaign, load_campaign
 from scruton.campaign.readers import is_delimited
-from scruton.campaign.schema import Motion
+from scruton.campaign.schema import Section
 from scruton.campaign.spelling import show
 from scruton.campaign.thresholds import MIN_SAMPLES
 from scruton.campaign.toml import Field, Table, Wording, is_number, read_toml
+from scruton.campaign.write import write_record, write_toml
 from scruton.documents import replace_file
 from scruton.errors import InputError
 from scruton.simulate.disturbances import Disturbances
@@ -88,7 +88,7 @@ def write_campaign(spec: Path, out: Path, *, seed: int, force: bool = False) -> 
                 kept.append(_write_record(spec, f"{place}.records[{j}]", record, truth, settings, folder, seed, common))
             if kept:
                 content[key][i]["records"] = kept
-        _write_toml(folder / "campaign.toml", content)
+        write_toml(folder / "campaign.toml", content)
         _loaded(spec, folder)
         _refuse_files(out, (path.name for path in folder.iterdir()), force=force)
         out.mkdir(exist_ok=True)
@@ -205,7 +205,7 @@ def _disturbances(spec: Path, place: str, stated: Any) -> dict[str, Any]:
 
 def _without_records(spec: Path, content: dict[str, Any], folder: Path) -> Campaign:
     """Let the campaign's own loader check everything but the records, and give the numbers in SI."""
-    _write_toml(folder / "campaign.toml", content)
+    write_toml(folder / "campaign.toml", content)
     return _loaded(spec, folder)
 
 
@@ -281,23 +281,7 @@ def _write_record(
         ) from error
     if not np.isfinite(response).all():
         raise InputError(spec, field, "a motion that grows beyond all numbers", "one that stays finite")
-    _write_csv(folder / record["file"], time, response, truth)
+    section = Section(truth.motion, truth.width, truth.depth)
+    # six digits: finer than any sensor, and small files
+    write_record(folder / record["file"], section, response, time, digits=6, angle="rad")
     return kept
-
-
-def _write_csv(path: Path, time: FloatArray, response: FloatArray, truth: Truth) -> None:
-    """Six significant digits of the largest reading: finer than any sensor, and small files."""
-    if truth.motion is Motion.TORSIONAL:
-        header, values = "time [s],rotation [rad]", response
-    else:
-        header, values = "time [s],displacement [mm]", response * truth.depth * 1e3
-    decimals = max(0, 5 - int(np.floor(np.log10(max(float(np.abs(values).max()), 1e-12)))))
-    stamps = max(4, int(np.ceil(-np.log10(time[1] - time[0]))) + 2)
-    lines = [f"{t:.{stamps}f},{y:.{decimals}f}" for t, y in zip(time.tolist(), values.tolist(), strict=True)]
-    path.write_text("\n".join([header, *lines]) + "\n", encoding="utf-8", newline="\n")
-
-
-def _write_toml(path: Path, content: dict[str, Any]) -> None:
-    import tomli_w
-
-    path.write_text(tomli_w.dumps(content), encoding="utf-8", newline="\n")
