@@ -16,12 +16,12 @@ from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import ANY_TEMPERATURE, NONE, TEMPERATURE, UNSEEN, Diagnosis, diagnose_data
 from scruton.gap.importance import importance
 from scruton.gap.locate import Curves, Finding, excess_curves, locate
+from scruton.gap.results import FORMAT
 from scruton.gap.shrink import shrink
 from scruton.infer.cards import ModelCard, load_card
 from scruton.progress import Progress
 from scruton.provenance import provenance
 
-FORMAT = 1
 _LEADERS = 2
 SEED = 0  # of the few draws that a diagnosis makes
 
