@@ -32,7 +32,9 @@ from scruton.campaign.units import show
 from scruton.documents import replace_file
 from scruton.errors import InputError
 from scruton.simulate.disturbances import Disturbances
-from scruton.simulate.motion import FORCES, STEPS_PER_CYCLE, Truth, simulate_record
+from scruton.simulate.equation import STEPS_PER_CYCLE
+from scruton.simulate.motion import simulate_record
+from scruton.simulate.truth import FORCES, Truth
 
 LARGEST = 1e12  # of any number, in its unit
 MOST_STEPS = 1e8  # of the integration of one record
