@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
+from scruton.dynamics.cycles import Channels, EnvelopeData
 from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
-from scruton.dynamics.extended import Channels, channel_innovations
-from scruton.dynamics.likelihood import EnvelopeData, innovations, pointwise_log_likelihood
+from scruton.dynamics.extended import channel_innovations
+from scruton.dynamics.likelihood import innovations, pointwise_log_likelihood
 
 A_STAR, LAM, PERIOD = 0.05, 0.5, 0.125
 
@@ -162,15 +163,15 @@ def test_stiffness_shows_in_the_phase():
 @pytest.mark.parametrize("soft", [0.0, 1.0, 2.0])
 def test_saturated_reading_is_the_describing_function(level, soft):
     """Fundamental and third harmonic of a clipped sine, against a Fourier integral."""
-    from scruton.dynamics.extended import _reading
+    from scruton.dynamics.reading import saturated_reading
 
     theta = np.linspace(0.0, 2 * np.pi, 20001)[:-1]
     wave = 0.1 * np.cos(theta)
     x = wave / level
     cut = level * {0.0: np.clip(x, -1, 1), 1.0: np.tanh(x), 2.0: x / (1 + np.abs(x) ** 8) ** 0.125}[soft]
     first, third = (2 * np.mean(cut * np.cos(k * theta)) for k in (1, 3))
-    value, slope, ratio = _reading(0.1, level, soft)
+    value, slope, ratio = saturated_reading(0.1, level, soft)
     assert value == pytest.approx(first, rel=1e-4)
     assert ratio * 0.1 == pytest.approx(third, abs=1e-5)
-    up, down = (_reading(0.1 * f, level, soft)[0] for f in (1.0001, 0.9999))
+    up, down = (saturated_reading(0.1 * f, level, soft)[0] for f in (1.0001, 0.9999))
     assert slope == pytest.approx((up - down) / 2e-5, abs=2e-3)

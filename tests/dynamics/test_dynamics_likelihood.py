@@ -4,13 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal, norm
 
-from scruton.dynamics.likelihood import (
-    EnvelopeData,
-    innovations,
-    log_likelihood,
-    pointwise_log_likelihood,
-    trial_log_likelihood,
-)
+from scruton.dynamics.cycles import EnvelopeData
+from scruton.dynamics.likelihood import innovations, log_likelihood, pointwise_log_likelihood
+from scruton.dynamics.trial_filter import trial_log_likelihood
 
 
 def make_data(amplitudes, se, period, gaps=None, records=None):

@@ -106,7 +106,7 @@ def judged_simulation(truth: dict[str, Any], n: float, seed: int) -> list[str]:
     from scipy.optimize import minimize
 
     from scruton.campaign.schema import Motion
-    from scruton.dynamics.likelihood import EnvelopeData
+    from scruton.dynamics.cycles import EnvelopeData
     from scruton.envelope import demodulate
     from scruton.infer.cards import load_card
     from scruton.infer.models import WindPosterior

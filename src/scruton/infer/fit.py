@@ -11,7 +11,7 @@ import numpy as np
 
 from scruton.campaign import peak_tests
 from scruton.campaign.schema import Campaign, Kind, Quantity, Record, Rig, Test
-from scruton.dynamics.likelihood import EnvelopeData
+from scruton.dynamics.cycles import EnvelopeData
 from scruton.envelope import Cycles, FrontEnd, RingDown, front_end, record_cycles, ring_down
 from scruton.envelope.trial import ExponentialFit, SecondOrderExponential
 from scruton.errors import InputError

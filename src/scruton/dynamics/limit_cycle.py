@@ -5,13 +5,12 @@ from numba import njit
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.terms import HATS, Term
-from scruton.dynamics.extended import _drift, _reading
+from scruton.dynamics.extended import effect_drift
 
 _RANGE = (0.004, 8.0)  # of the reference amplitude: where a stable amplitude is looked for
 _GRID = 280
 _HALVINGS = 40
 _HAT = int(Term.HAT)
-_GAIN, _CLIP, _SOFT = int(Term.GAIN), int(Term.CLIP), int(Term.CLIP_SOFT)
 # What belongs to the rig, to one run of the tunnel or to the reading, and does not go to a bridge.
 _OF_RIG = (
     Term.STRUCTURAL_LINEAR, Term.STRUCTURAL_SQUARE, Term.FRICTION, Term.TREND, Term.TREND_SINE, Term.TREND_DRIVE,
@@ -31,15 +30,7 @@ def _rates(table, amplitude, knots):  # type: ignore[no-untyped-def]
                 hats = True
         for i in range(amplitude.shape[1]):
             a = amplitude[w, i]
-            found[w, i] = _drift(a, a, table[w], 0.0, False, 0.0, hats, knots)[0]
-    return found
-
-
-@njit(cache=True)
-def _readings(table, amplitude):  # type: ignore[no-untyped-def]
-    found = np.empty(amplitude.shape)
-    for w in range(amplitude.size):
-        found[w] = (1.0 + table[w, _GAIN]) * _reading(amplitude[w], table[w, _CLIP], table[w, _SOFT])[0]
+            found[w, i] = effect_drift(a, a, table[w], 0.0, False, 0.0, hats, knots)[0]
     return found
 
 
@@ -65,7 +56,7 @@ def amplitude_rates(table: FloatArray, amplitude: FloatArray, knots: FloatArray)
     return rates
 
 
-def settled(table: FloatArray, knots: FloatArray | None, scale: float) -> FloatArray:
+def limit_cycle_amplitude(table: FloatArray, knots: FloatArray | None, scale: float) -> FloatArray:
     """Amplitude at which the motion settles.
 
     Of several stable amplitudes it is the one that growth from a small amplitude reaches; where small amplitudes die
