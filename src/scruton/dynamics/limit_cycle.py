@@ -1,4 +1,6 @@
-"""Where the amplitude equation with effects settles, and what of it goes to a bridge."""
+"""Limit cycles: the amplitude that the motion comes to under any drift, and what of it goes to a bridge."""
+
+from collections.abc import Callable
 
 import numpy as np
 from numba import njit
@@ -35,7 +37,7 @@ def _rates(table, amplitude, knots):  # type: ignore[no-untyped-def]
 
 
 def amplitude_rates(table: FloatArray, amplitude: FloatArray, knots: FloatArray) -> FloatArray:
-    """Right-hand side of the amplitude equation, a settled wake and the middle of the record.
+    """Right-hand side of the amplitude equation, in the middle of the record, with a wake that has caught up.
 
     Parameters
     ----------
@@ -57,16 +59,32 @@ def amplitude_rates(table: FloatArray, amplitude: FloatArray, knots: FloatArray)
 
 
 def limit_cycle_amplitude(table: FloatArray, knots: FloatArray | None, scale: float) -> FloatArray:
-    """Amplitude at which the motion settles.
-
-    Of several stable amplitudes it is the one that growth from a small amplitude reaches; where small amplitudes die
-    out (friction, coherence lost) it is the one that the widest range of ln(amplitude) leads to.
+    """Amplitude of the limit cycle that the equation with effects comes to, (W,): see `attracting_amplitude`.
 
     Parameters
     ----------
     table : (W, COLUMNS) array
     knots : (HATS,) array or None
         ln(amplitude) of the generic discrepancy; None where there is none.
+    scale : float
+        A typical amplitude.
+    """
+    knots = np.linspace(0.0, 1.0, HATS) if knots is None else knots
+    table = np.ascontiguousarray(table)
+    return attracting_amplitude(lambda a: np.asarray(_rates(table, np.ascontiguousarray(a), knots)), len(table), scale)
+
+
+def attracting_amplitude(rate: Callable[[FloatArray], FloatArray], walkers: int, scale: float) -> FloatArray:
+    """Amplitude that the motion comes to under any drift, by bisection.
+
+    Of several stable amplitudes it is the one that growth from a small amplitude reaches; where small amplitudes die
+    out (friction, coherence lost) it is the one that the widest range of ln(amplitude) leads to.
+
+    Parameters
+    ----------
+    rate : function
+        da/dt, (W, A), at amplitudes (W, A), a row of them for each walker.
+    walkers : int
     scale : float
         A typical amplitude: it is sought from 0.004 to 8 times that.
 
@@ -75,9 +93,8 @@ def limit_cycle_amplitude(table: FloatArray, knots: FloatArray | None, scale: fl
     (W,) array
         0 where the motion dies out, inf where it grows beyond the range.
     """
-    knots = np.linspace(0.0, 1.0, HATS) if knots is None else knots
     grid = scale * np.geomspace(*_RANGE, _GRID)
-    up = amplitude_rates(table, grid, knots) > 0.0
+    up = rate(np.broadcast_to(grid, (walkers, _GRID))) > 0.0
     stable = up[:, :-1] & ~up[:, 1:]
     chosen = np.argmax(stable, axis=1)
     threshold = stable.any(axis=1) & ~up[:, 0]
@@ -89,10 +106,9 @@ def limit_cycle_amplitude(table: FloatArray, knots: FloatArray | None, scale: fl
             key=lambda i: edges[edges >= i].min() - edges[edges <= i].max(initial=0),
         )
     low, high = grid[chosen], grid[chosen + 1]
-    table = np.ascontiguousarray(table)
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        above = _rates(table, middle[:, None], knots)[:, 0] > 0.0
+        above = rate(middle[:, None])[:, 0] > 0.0
         low, high = np.where(above, middle, low), np.where(above, high, middle)
     return np.where(stable.any(axis=1), 0.5 * (low + high), np.where(up[:, -1], np.inf, 0.0))
 
