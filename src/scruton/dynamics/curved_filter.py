@@ -40,7 +40,8 @@ def step_filter(y, se, gap, period, a_star, lam, q, r, n, m0, p0, innovation, va
         m, p, q2 = m0, p0, q[w] * q[w]
         dt, decay, decay_middle = -1.0, 1.0, 1.0
         for k in range(y.size):
-            r2 = (r[w] * se[k]) ** 2
+            noise = r[w] * se[k]
+            r2 = noise * noise
             if period[k] != dt:
                 dt = period[k]
                 decay_middle = np.exp(-0.5 * lam[w] * dt)

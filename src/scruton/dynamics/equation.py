@@ -28,7 +28,8 @@ def flow(a, a_star, decay, n):  # type: ignore[no-untyped-def]
     if n == -1.0:
         return a_star + (a - a_star) * decay, decay
     if n == 2.0:
-        end = a_star / np.sqrt(1.0 + ((a_star / a) ** 2 - 1.0) * decay)
+        start = a_star / a
+        end = a_star / np.sqrt(1.0 + (start * start - 1.0) * decay)
         ratio = end / a
         return end, ratio * ratio * ratio * decay
     if n == 1.0:

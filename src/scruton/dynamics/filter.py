@@ -112,7 +112,8 @@ def _plain(  # type: ignore[no-untyped-def]
     for w in range(q.size):
         m, p, q2 = 0.0, p0, q[w] * q[w]
         for k in range(y.size):
-            c, dt, r2 = parameters[w, rows[k]], period[k], (r[w] * se[k]) ** 2
+            c, dt, noise = parameters[w, rows[k]], period[k], r[w] * se[k]
+            r2 = noise * noise
             if gap[k] < 0.0:
                 m, p = 0.0, p0
                 if not linear:

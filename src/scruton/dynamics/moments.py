@@ -3,6 +3,9 @@
 import numpy as np
 from numba import njit
 
+# In kernels a square is written x * x: numba makes a product of x ** 2 or a call of pow, whichever function it happened
+# to compile first, and the last bit differs.
+
 LOG_2PI = float(np.log(2.0 * np.pi))
 
 
@@ -59,12 +62,14 @@ def noise_drift(a, p, q2, dt):  # type: ignore[no-untyped-def]
 def short_moments(x, dt):  # type: ignore[no-untyped-def]
     """`noise_moments` as series in x = lambda dt, to 1e-9 for abs(x) < 0.36: no branch, so that loops vectorise."""
     y = -2.0 * x
+    y4 = y * y * y * y
     g2 = 1.0 + y / 2 * (1.0 + y / 3 * (1.0 + y / 4 * (1.0 + y / 5 * (1.0 + y / 6 * (1.0 + y / 7 * (1.0 + y / 8))))))
-    g2 += y**8 / 362880.0 * (1.0 + y / 10 * (1.0 + y / 11))
+    g2 += y4 * y4 / 362880.0 * (1.0 + y / 10 * (1.0 + y / 11))
     x = -x
+    x3 = x * x * x
     g = 1.0 + x / 2 * (1.0 + x / 3 * (1.0 + x / 4 * (1.0 + x / 5 * (1.0 + x / 6 * (1.0 + x / 7 * (1.0 + x / 8))))))
     q_mean = 1.0 / 3.0 + x * (0.25 + x * (7.0 / 60.0 + x * (1.0 / 24.0 + x * (31.0 / 2520.0 + x * (1.0 / 320.0)))))
-    q_mean += x**6 * (127.0 / 181440.0 + x * (17.0 / 120960.0 + x * (73.0 / 2851200.0)))
+    q_mean += x3 * x3 * (127.0 / 181440.0 + x * (17.0 / 120960.0 + x * (73.0 / 2851200.0)))
     return dt * g2, dt * 0.5 * g * g, dt * q_mean
 
 

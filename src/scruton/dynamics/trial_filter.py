@@ -28,7 +28,8 @@ def trial_filter(y, se, gap, period, a, b, c, d, sd, rate, r, log_like):  # type
                 second *= grow_second
                 x *= forget
                 p = var + forget * forget * (p - var)
-            s = p + (r[w] * se[k]) ** 2
+            noise = r[w] * se[k]
+            s = p + noise * noise
             v = y[k] - first - second - x
             total += v * v / s + LOG_2PI
             prod *= s
