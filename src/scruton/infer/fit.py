@@ -13,7 +13,7 @@ import xarray as xr
 
 from scruton.campaign import peak_tests
 from scruton.campaign.schema import Campaign, Kind, Quantity, Record, Rig, Test
-from scruton.dynamics.likelihood import EnvelopeData
+from scruton.dynamics.cycles import EnvelopeData
 from scruton.envelope import Cycles, FrontEnd, RingDown, record_cycles
 from scruton.envelope.trial import ExponentialFit, SecondOrderExponential
 from scruton.errors import InputError
