@@ -14,6 +14,7 @@ from scruton.terminal import BAD_INPUT, DONE, NOT_TRUSTED, Parser, guarded, harm
 
 if TYPE_CHECKING:
     from scruton.infer.results import Fit
+    from scruton.progress import Progress
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -399,8 +400,8 @@ def _batch(arguments: argparse.Namespace) -> int:
 
 
 def _calibrate(arguments: argparse.Namespace) -> int:
-    from scruton.app.fit import Bar
     from scruton.calibrate import calibration_text, run_calibration
+    from scruton.progress import Bar
 
     _at_least_one("campaigns", arguments.campaigns)
     with Bar(arguments.quiet) as bar:
@@ -412,7 +413,7 @@ def _calibrate(arguments: argparse.Namespace) -> int:
             jobs=arguments.jobs,
             force=arguments.force,
             resume=arguments.resume,
-            progress=lambda regime, done, total: bar(f"{regime}, {done} of {total}", done / total),
+            progress=bar,
             model=arguments.model,
         )
     if not arguments.quiet:
@@ -453,21 +454,17 @@ def _diagnose(arguments: argparse.Namespace) -> int:
 
 
 def _challenge(arguments: argparse.Namespace) -> int:
-    from scruton.app.fit import Bar
+    from scruton.progress import Bar
 
     with Bar(arguments.quiet) as bar:
-
-        def progress(done: int, total: int) -> None:
-            bar(f"{arguments.step}, {done} of {total}", done / max(total, 1))
-
         if arguments.step == "make":
-            return _challenge_make(arguments, progress)
+            return _challenge_make(arguments, bar)
         if arguments.step == "run":
-            return _challenge_run(arguments, progress)
-        return _challenge_score(arguments, progress)
+            return _challenge_run(arguments, bar)
+        return _challenge_score(arguments, bar)
 
 
-def _challenge_make(arguments: argparse.Namespace, progress: Callable[[int, int], None]) -> int:
+def _challenge_make(arguments: argparse.Namespace, progress: "Progress") -> int:
     from scruton.app.options import check_numbers
     from scruton.calibrate.challenge.make import make_challenge
 
@@ -489,7 +486,7 @@ def _challenge_make(arguments: argparse.Namespace, progress: Callable[[int, int]
     return DONE
 
 
-def _challenge_run(arguments: argparse.Namespace, progress: Callable[[int, int], None]) -> int:
+def _challenge_run(arguments: argparse.Namespace, progress: "Progress") -> int:
     from scruton.calibrate.challenge.run import run_challenge
 
     run_challenge(
@@ -504,7 +501,7 @@ def _challenge_run(arguments: argparse.Namespace, progress: Callable[[int, int],
     return DONE
 
 
-def _challenge_score(arguments: argparse.Namespace, progress: Callable[[int, int], None]) -> int:
+def _challenge_score(arguments: argparse.Namespace, progress: "Progress") -> int:
     from scruton.calibrate.challenge.baselines import BASELINES
     from scruton.calibrate.challenge.run import run_challenge
     from scruton.calibrate.challenge.score import score_challenge, score_markdown, score_text

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from scruton.app.fit import Bar, check_design
+from scruton.app.fit import check_design
 from scruton.app.workers import NO_TLS, TlsFiles
 from scruton.documents import read_json
 from scruton.errors import InputError
+from scruton.progress import Bar
 from scruton.workspace import Workspace, results_in
 
 DONE, NOT_CONVERGED, FAILED, UNFINISHED = STATES = "done", "not converged", "failed", "unfinished"
@@ -207,7 +208,11 @@ def run_batch(
             for done, (index, outcome) in enumerate(finished(client, run_one, todo), start=1):
                 entries[index] = outcome.value or _blank(todo[index], FAILED, outcome.fault)
                 failed = sum(one["state"] == FAILED for one in entries)
-                _advance(bar, done, len(todo), failed)
+                bar(
+                    "campaigns",
+                    done / len(todo),
+                    f" ({done} of {len(todo)})" + (f", {failed} failed" if failed else ""),
+                )
         finally:
             sum_up(work)  # after an interruption, too: what was done is kept
         write_batch(batch(), work.new)
@@ -379,9 +384,3 @@ def _provenance(
         "versions": {"scruton": version}, "seed": seed, "card": {"name": card, "sha256": sha256}, "sc": list(design),
         "report": report,
     }  # fmt: skip
-
-
-def _advance(bar: Bar, done: int, total: int, failed: int) -> None:
-    """One line that grows: the bar starts another line for another name, which here is the count."""
-    bar.name = f"{done} of {total} campaigns" + (f", {failed} failed" if failed else "")
-    bar(bar.name, done / total)

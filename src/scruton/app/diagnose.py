@@ -3,10 +3,11 @@
 from pathlib import Path
 from typing import Any
 
-from scruton.app.fit import Bar, inputs_of, version_of_scruton
+from scruton.app.fit import inputs_of, version_of_scruton
 from scruton.campaign import load_campaign
 from scruton.documents import write_document
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
+from scruton.progress import Bar
 from scruton.report.chapters.gap import shrink_sentence
 from scruton.report.text import number, table
 from scruton.workspace import Workspace

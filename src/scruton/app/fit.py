@@ -4,7 +4,6 @@ import json
 import math
 import re
 import shlex
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
@@ -14,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from scruton.app.options import check_effect_name
 from scruton.campaign import Campaign, Quantity, load_campaign, tests_named, tests_used
 from scruton.errors import InputError
+from scruton.progress import Bar
 from scruton.report.text import number, table
 from scruton.workspace import Workspace
 
@@ -176,7 +176,7 @@ def version_of_scruton() -> str:
     return __version__
 
 
-def _carry_effect(fit: "Fit", effect: str, card: "ModelCard", seed: int, bar: "Bar") -> None:
+def _carry_effect(fit: "Fit", effect: str, card: "ModelCard", seed: int, bar: Bar) -> None:
     """Diagnose the campaign and put the effect into the tree of the fit."""
     from scruton.gap.bands import attach
     from scruton.gap.data import load_gap
@@ -196,34 +196,6 @@ def check_design(scruton_numbers: Sequence[float]) -> None:
     for one in scruton_numbers:
         if not math.isfinite(one):
             raise InputError("command line", "--sc", str(one), "a finite number such as --sc 30")
-
-
-class Bar:
-    """Progress on standard error: one line that names what is being sampled and how far it is."""
-
-    def __init__(self, quiet: bool) -> None:
-        self.shown = not quiet and sys.stderr.isatty()
-        self.name = ""
-
-    def __enter__(self) -> "Bar":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._end()
-
-    def __call__(self, name: str, fraction: float) -> None:
-        """Show that `fraction` of the effective draws wanted of `name` is there."""
-        if not self.shown:
-            return
-        if name != self.name:
-            self._end()
-            self.name = name
-        filled = round(24 * fraction)
-        print(f"\r  [{'#' * filled}{'.' * (24 - filled)}] {name}"[:110], end="", file=sys.stderr, flush=True)
-
-    def _end(self) -> None:
-        if self.shown and self.name:
-            print(file=sys.stderr)
 
 
 def fit_text(fit: "Fit") -> str:

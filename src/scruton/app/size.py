@@ -5,10 +5,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scruton.app.fit import Bar, check_effect, check_law, parse_damping
+from scruton.app.fit import check_effect, check_law, parse_damping
 from scruton.app.options import check_writable
 from scruton.documents import write_document
 from scruton.errors import InputError
+from scruton.progress import Bar
 from scruton.report.figures.sizing import CONFIDENCES
 from scruton.report.text import bullets, number, table
 from scruton.workspace import Workspace

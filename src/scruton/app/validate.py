@@ -10,6 +10,7 @@ from scruton.campaign import Campaign, load_campaign
 from scruton.cells import safe_frame
 from scruton.documents import write_document, write_text
 from scruton.errors import InputError
+from scruton.progress import Bar
 from scruton.report.text import number, table
 from scruton.workspace import Workspace
 
@@ -43,7 +44,7 @@ def run_validate(
     InputError
         For bad input, or a folder that holds a validation already; nothing is written then.
     """
-    from scruton.app.fit import Bar, inputs_of, version_of_scruton
+    from scruton.app.fit import inputs_of, version_of_scruton
     from scruton.griffin.validate import validate
     from scruton.infer.cards import load_card
     from scruton.report.figures.save import save
