@@ -10,10 +10,10 @@ import numpy as np
 from scruton.calibrate import store
 from scruton.calibrate.coverage import EVERYTHING, LIMIT
 from scruton.calibrate.identifiability import Identifiability
-from scruton.calibrate.plain import aligned, csv_text, plain
 from scruton.calibrate.quantities import INTERVALS, kind_of
 from scruton.calibrate.regimes import Regime
-from scruton.documents import write_text
+from scruton.cells import aligned, csv_text
+from scruton.documents import plain, write_text
 
 if TYPE_CHECKING:
     from scruton.calibrate.run import CalibrationResult

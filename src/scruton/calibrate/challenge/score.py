@@ -10,8 +10,8 @@ import numpy as np
 
 from scruton.calibrate.challenge.figures import Figure, by_effect, calibration, confusion, figures
 from scruton.calibrate.challenge.outcomes import Outcome, read_outcomes
-from scruton.calibrate.plain import aligned, csv_text, plain
-from scruton.documents import write_text
+from scruton.cells import aligned, csv_text
+from scruton.documents import plain, write_text
 from scruton.errors import InputError
 from scruton.workspace import Workspace
 
