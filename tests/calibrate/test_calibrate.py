@@ -8,12 +8,13 @@ import numpy as np
 import pytest
 
 from scruton.calibrate import REGIMES, calibration_text, run_calibration, store
-from scruton.calibrate.coverage import LIMIT_P, cells, covered, pooled, uniformity
+from scruton.calibrate.coverage import cells, covered, pooled, uniformity
 from scruton.calibrate.identifiability import Identifiability, identifiability, information
 from scruton.calibrate.quantities import inside, quantities, score
 from scruton.calibrate.records import simulate_campaign
 from scruton.calibrate.regimes import LAW_REGIMES, TWELVE, chosen
 from scruton.calibrate.run import simulated, summarise
+from scruton.calibrate.thresholds import LIMIT_P
 from scruton.calibrate.truths import draw_normals, from_normals, omega0, setting
 from scruton.campaign import Kind, Motion
 from scruton.dynamics import closed_form, relaxation

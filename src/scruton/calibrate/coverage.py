@@ -7,9 +7,8 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.calibrate.quantities import INTERVALS, kind_of
+from scruton.calibrate.thresholds import LIMIT, LIMIT_P
 
-LIMIT = 4.0  # standard errors
-LIMIT_P = 6.334e-5  # two-sided probability of a normal deviate beyond LIMIT
 EVERYTHING = "all"
 
 Ranks = Mapping[str, Mapping[str, FloatArray]]  # regime -> quantity -> (campaigns,)

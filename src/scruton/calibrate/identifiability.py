@@ -28,10 +28,10 @@ from scruton.calibrate.records import (
     cycles_recorded,
 )
 from scruton.calibrate.regimes import FREQUENCY, Regime
+from scruton.calibrate.thresholds import UNINFORMED
 from scruton.calibrate.truths import draw_normals, from_normals, omega0
 from scruton.infer.cards import ModelCard
 
-HALF = 0.5  # of the prior sd: less reduction than this and a parameter is left out
 TRUTHS, PRIOR_DRAWS = 24, 4000
 _STEP = 1e-4
 _SEED = 20  # fixed: the verdict belongs to the regime, not to the run
@@ -65,7 +65,7 @@ class Identifiability:
     @property
     def left_out(self) -> bool:
         """Whether the quantity is left out of the verdict."""
-        return not self.ratio <= HALF
+        return not self.ratio <= UNINFORMED
 
 
 def identifiability(regime: Regime, card: ModelCard, truths: int = TRUTHS) -> tuple[Identifiability, ...]:

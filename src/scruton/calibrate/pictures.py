@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.calibrate.coverage import LIMIT, Cell
+from scruton.calibrate.coverage import Cell
 from scruton.calibrate.quantities import INTERVALS, kind_of
+from scruton.calibrate.thresholds import LIMIT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scruton.calibrate import store
-from scruton.calibrate.coverage import EVERYTHING, LIMIT
+from scruton.calibrate.coverage import EVERYTHING
 from scruton.calibrate.identifiability import Identifiability
 from scruton.calibrate.quantities import INTERVALS, kind_of
 from scruton.calibrate.regimes import Regime
+from scruton.calibrate.thresholds import LIMIT
 from scruton.cells import aligned, csv_text
 from scruton.documents import plain, write_text
 

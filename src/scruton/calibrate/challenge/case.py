@@ -12,6 +12,7 @@ from scruton.calibrate.challenge.outside import OPEN
 from scruton.calibrate.challenge.scenarios import CATALOGUE, apply
 from scruton.calibrate.challenge.scope import IN_WIND, STILL, Parameters
 from scruton.calibrate.challenge.sections import AMPLITUDES, Body, RigTruth, limit_cycle, random_body, scruton_factor
+from scruton.calibrate.thresholds import FAIR_AMPLITUDE, FAIR_RANGE, FAIR_RATE, SAME_CYCLE, STEADY
 from scruton.campaign.schema import Campaign, Kind, Quantity, Record, Rig, Test
 from scruton.simulate.disturbances import Disturbances
 from scruton.simulate.motion import Truth, simulate_record
@@ -133,9 +134,9 @@ def _fair(amplitude: float, rate: float, bare: RigTruth, body: Body) -> bool:
     before = bare.bare
     return (
         np.isfinite(amplitude)
-        and 0.6 * low <= amplitude <= 1.3 * high
-        and 0.4 * before[0] <= amplitude <= 2.5 * before[0]
-        and 0.25 * before[1] <= rate <= 4.0 * before[1]
+        and FAIR_RANGE[0] * low <= amplitude <= FAIR_RANGE[1] * high
+        and FAIR_AMPLITUDE[0] * before[0] <= amplitude <= FAIR_AMPLITUDE[1] * before[0]
+        and FAIR_RATE[0] * before[1] <= rate <= FAIR_RATE[1] * before[1]
     )
 
 
@@ -152,10 +153,10 @@ def _stable(rig: RigTruth) -> tuple[float, float]:
         )  # fmt: skip
         tail = x[time > 12.0 / rate]
         halves = [float(np.sqrt(2.0) * part.std()) for part in np.array_split(tail, 2)]
-        if abs(halves[1] - halves[0]) > 0.02 * bare:
+        if abs(halves[1] - halves[0]) > STEADY * bare:
             return np.nan, np.nan
         ends.append(float(np.mean(halves)))
-    if abs(ends[1] - ends[0]) > 0.03 * bare:
+    if abs(ends[1] - ends[0]) > SAME_CYCLE * bare:
         return np.nan, np.nan
     return float(np.mean(ends)), rate
 
