@@ -38,9 +38,14 @@ def provenance(
     """
     return {
         "command": command,
-        "versions": {"python": platform.python_version()} | {name: version(name) for name in PACKAGES},
+        "versions": versions(),
         "seed": seed,
         "sha256": dict(sha256),
         "card": None if card is None else dict(card),
         "settings": dict(settings),
     }
+
+
+def versions() -> dict[str, str]:
+    """Of Python and of the packages that the numbers depend on."""
+    return {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}

@@ -10,13 +10,13 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.calibrate.coverage import Cell
 from scruton.calibrate.quantities import INTERVALS, kind_of
+from scruton.calibrate.result import CalibrationResult
 from scruton.calibrate.thresholds import LIMIT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from scruton.calibrate.run import CalibrationResult
 
 BLUE, RED, GREY, LIGHT = "#0072B2", "#D55E00", "#6E6E6E", "#E4E4E4"  # Okabe and Ito
 _LOOKS = (("#56B4E9", "o"), (BLUE, "s"), (RED, "^"))  # of the three intervals
@@ -25,14 +25,14 @@ _DPI = 160
 _COLUMNS = 4
 
 
-def draw(result: "CalibrationResult", folder: Path) -> list[Path]:
+def draw(result: CalibrationResult, folder: Path) -> list[Path]:
     """Write the coverage picture and the rank pictures, one of all regimes together and one of each."""
     if not result.cells:
         return []
     paths = [save(coverage_picture(result), folder / "coverage.png")]
     # By kind of quantity, of the first test where there are several: one of each kind a campaign.
     tables = [table for table in result.ranks.values() if table]
-    firsts = [{kind_of(name): rank for name, rank in reversed(table.items())} for table in tables]
+    firsts = [{kind_of(name): rank for name, rank in reversed(list(table.items()))} for table in tables]
     kinds = dict.fromkeys(map(kind_of, tables[0]))
     together = {kind: np.concatenate([ranks[kind] for ranks in firsts]) for kind in kinds}
     paths.append(save(rank_picture(together, "all regimes, first test of each campaign"), folder / "ranks.png"))
@@ -42,7 +42,7 @@ def draw(result: "CalibrationResult", folder: Path) -> list[Path]:
     return paths
 
 
-def coverage_picture(result: "CalibrationResult") -> "Figure":
+def coverage_picture(result: CalibrationResult) -> "Figure":
     """Draw coverage less nominal, in points: one panel a kind of quantity, one row a regime, one mark a test."""
     from matplotlib.figure import Figure
 

@@ -3,27 +3,23 @@
 import json
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from scruton.calibrate import store
 from scruton.calibrate.coverage import EVERYTHING
 from scruton.calibrate.identifiability import Identifiability
+from scruton.calibrate.pictures import draw
 from scruton.calibrate.quantities import INTERVALS, kind_of
 from scruton.calibrate.regimes import Regime
+from scruton.calibrate.result import CalibrationResult
 from scruton.calibrate.thresholds import LIMIT
 from scruton.cells import aligned, csv_text
 from scruton.documents import plain, write_text
 
-if TYPE_CHECKING:
-    from scruton.calibrate.run import CalibrationResult
 
-
-def write_tables(result: "CalibrationResult", folder: Path) -> None:
+def write_tables(result: CalibrationResult, folder: Path) -> None:
     """Write every table and picture of a calibration into a folder."""
-    from scruton.calibrate.pictures import draw
-
     tables: dict[str, list[dict[str, Any]]] = {
         "regimes": [_regime(one) for one in result.regimes],
         "coverage": [asdict(one) | {"z": one.z, "beyond": one.beyond} for one in result.cells],
@@ -50,10 +46,10 @@ def write_tables(result: "CalibrationResult", folder: Path) -> None:
     write_text(folder / "calibration.txt", calibration_text(result) + "\n")
     for name, rows in tables.items():
         write_text(folder / f"{name}.csv", csv_text(rows))
-    draw(result, folder / store.FIGURES)
+    draw(result, folder / "figures")
 
 
-def calibration_text(result: "CalibrationResult") -> str:
+def calibration_text(result: CalibrationResult) -> str:
     """Say what a calibration shows: coverage by regime, pooled coverage, ranks, laws, and what fails."""
     parts = []
     if result.cells:
@@ -64,7 +60,7 @@ def calibration_text(result: "CalibrationResult") -> str:
     return "\n\n".join(parts)
 
 
-def _coverage_text(result: "CalibrationResult") -> str:
+def _coverage_text(result: CalibrationResult) -> str:
     """One row a regime, one column a kind of quantity: coverage of the three intervals in percent."""
     kinds = list(dict.fromkeys(kind_of(one.quantity) for one in result.cells))
     nominal = "/".join(f"{100 * p:.0f}" for p in INTERVALS)
@@ -82,7 +78,7 @@ def _coverage_text(result: "CalibrationResult") -> str:
     return f"Coverage in percent ({note})\n{aligned(rows)}"
 
 
-def _pooled_text(result: "CalibrationResult") -> str:
+def _pooled_text(result: CalibrationResult) -> str:
     rows = [["pooled over regimes", *(f"{100 * p:.0f} %" for p in INTERVALS), "points off nominal"]]
     for name in dict.fromkeys(one.quantity for one in result.pooled):
         mine = [one for one in result.pooled if one.quantity == name]
@@ -92,7 +88,7 @@ def _pooled_text(result: "CalibrationResult") -> str:
     return aligned(rows)
 
 
-def _left_out_text(result: "CalibrationResult") -> str:
+def _left_out_text(result: CalibrationResult) -> str:
     left_out = [one for one in result.identifiability if one.left_out]
     if not left_out:
         return "No quantity is left out: the expected information halves every prior sd in every regime."
@@ -101,7 +97,7 @@ def _left_out_text(result: "CalibrationResult") -> str:
     return "The expected information cannot halve these prior sds (of logarithms):\n" + aligned(rows)
 
 
-def _laws_text(result: "CalibrationResult") -> str:
+def _laws_text(result: CalibrationResult) -> str:
     parts = []
     for one in result.laws:
         flagged = "never says" if np.isnan(one.flagged) else f"{100 * one.flagged:.1f} %"
@@ -115,7 +111,7 @@ def _laws_text(result: "CalibrationResult") -> str:
     return "\n\n".join(parts)
 
 
-def _verdict(result: "CalibrationResult") -> str:
+def _verdict(result: CalibrationResult) -> str:
     lines = [
         f"{one.regime}: {100 * one.interval:.0f} % interval of {one.quantity} covers {100 * one.coverage:.1f} % "
         f"(z = {one.z:+.1f})"
@@ -139,7 +135,7 @@ def _verdict(result: "CalibrationResult") -> str:
     return "\n".join([head, *lines])
 
 
-def _measured(result: "CalibrationResult", row: Identifiability) -> float:
+def _measured(result: CalibrationResult, row: Identifiability) -> float:
     """Median posterior sd over the campaigns, beside what was expected."""
     fields = result.scores.get(row.regime, {}).get(row.quantity)
     return float("nan") if fields is None else float(np.median(fields["posterior_sd"]))

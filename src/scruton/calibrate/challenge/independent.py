@@ -128,7 +128,7 @@ def _fit(e: Envelopes, candidate: Candidate, start: FloatArray, noise: float) ->
         J[np.arange(owner.size), releases.start + owner] = change[-1, : owner.size]
         return J
 
-    fit = least_squares(
+    fit = least_squares(  # type: ignore[call-overload]
         lambda u: residuals(u[None])[0], start, jacobian, x_scale="jac", ftol=_TOLERANCE, max_nfev=_EVALUATIONS
     )
     return fit.x, 2.0 * float(fit.cost)

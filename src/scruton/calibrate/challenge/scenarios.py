@@ -173,7 +173,7 @@ def wind_speed_drift(body: Body, severity: float, rng: np.random.Generator) -> t
     chosen = records(body, rng)
     common = float(rng.choice([-1.0, 1.0])) if rng.random() < 0.5 else 0.0
     drifts = {place: 0.75 * severity * (common or float(rng.choice([-1.0, 1.0]))) for place in chosen}
-    shared = {"drift_form": form, "drift_from_start": from_start}
+    shared: Parameters = {"drift_form": form, "drift_from_start": from_start}
     return set_records(body, {place: {"drift": drift, **shared} for place, drift in drifts.items()}), {
         "rigs": sorted({j for j, _ in chosen}), "records": chosen, "form": form, "from_start": from_start,
         "drift": {f"{j},{i}": drift for (j, i), drift in drifts.items()},

@@ -25,7 +25,7 @@ def set_rigs(body: Body, rigs: Iterable[int], **fields: Any) -> Body:
     return _change(body, {j: {"disturbances": own(j)} for j in rigs})
 
 
-def set_records(body: Body, fields: Mapping[tuple[int, int], Mapping[str, float | str]]) -> Body:
+def set_records(body: Body, fields: Mapping[tuple[int, int], Parameters]) -> Body:
     """Put fields of `Disturbances` into single records, by rig and number."""
     own = {j: dict(rig.own) for j, rig in enumerate(body.rigs)}
     for (j, i), mine in fields.items():
@@ -33,7 +33,7 @@ def set_records(body: Body, fields: Mapping[tuple[int, int], Mapping[str, float 
     return _change(body, {j: {"own": records} for j, records in own.items()})
 
 
-def set_winds(body: Body, fields: Mapping[int, Mapping[str, float]]) -> Body:
+def set_winds(body: Body, fields: Mapping[int, Parameters]) -> Body:
     """Put fields of `Truth` into some rigs."""
     return _change(body, {j: {"wind": replace(body.rigs[j].wind, **mine)} for j, mine in fields.items()})
 
