@@ -189,13 +189,13 @@ def test_records_relax_to_the_true_amplitude(regime, card):
 
 
 def test_information_of_known_moments():
-    """A normal sample of N: N/sigma^2 about the mean, 2 N about ln sigma, nothing between them."""
+    """A normal sample of N: N (mean/sigma)^2 about ln mean, 2 N about ln sigma, nothing between them."""
 
-    def moments(p):
-        return np.full(50, p[0]), np.exp(2.0 * p[1]) * np.eye(50)
+    def moments(mean, sigma):
+        return np.full(50, mean), sigma**2 * np.eye(50)
 
-    found = information(moments, np.array([3.0, np.log(0.5)]), np.array([1e-4, 1e-4]))
-    np.testing.assert_allclose(found, [[200.0, 0.0], [0.0, 100.0]], atol=1e-3)
+    found = information(moments, {"mean": 3.0, "sigma": 0.5})
+    np.testing.assert_allclose(found, [[1800.0, 0.0], [0.0, 100.0]], atol=1e-3)
 
 
 def test_information_expects_less_of_a_growth_alone_and_leaves_out_what_nothing_informs(card):
