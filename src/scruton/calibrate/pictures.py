@@ -46,13 +46,13 @@ def coverage_picture(result: CalibrationResult) -> "Figure":
     """Draw coverage less nominal, in points: one panel a kind of quantity, one row a regime, one mark a test."""
     from matplotlib.figure import Figure
 
-    regimes = list(dict.fromkeys(one.regime for one in result.cells))
-    kinds = list(dict.fromkeys(kind_of(one.quantity) for one in result.cells))
+    regimes = list(dict.fromkeys(cell.regime for cell in result.cells))
+    kinds = list(dict.fromkeys(kind_of(cell.quantity) for cell in result.cells))
     rows = -(-len(kinds) // _COLUMNS)
     figure = Figure(figsize=(WIDTH * 1.35, rows * (0.9 + 0.26 * len(regimes)) + 0.6), layout="constrained")
     panels = figure.subplots(rows, min(_COLUMNS, len(kinds)), sharex=True, sharey=True, squeeze=False)
     for axes, kind in zip(panels.flat, kinds, strict=False):
-        _coverage_panel(axes, [one for one in result.cells if kind_of(one.quantity) == kind], regimes)
+        _coverage_panel(axes, [cell for cell in result.cells if kind_of(cell.quantity) == kind], regimes)
         axes.set_title(kind, fontsize=8, loc="left")
     for axes in panels.flat[len(kinds) :]:
         axes.set_visible(False)
@@ -68,17 +68,17 @@ def coverage_picture(result: CalibrationResult) -> "Figure":
 def _coverage_panel(axes: "Axes", cells: list[Cell], regimes: list[str]) -> None:
     axes.axvline(0.0, color=GREY, lw=0.8)
     for i, (p, (colour, marker)) in enumerate(zip(INTERVALS, _LOOKS, strict=True)):
-        mine = [one for one in cells if one.interval == p]
+        mine = [cell for cell in cells if cell.interval == p]
         offset = 0.26 * (i - 1)
         for row, regime in enumerate(regimes):
-            here = [one for one in mine if one.regime == regime]
+            here = [cell for cell in mine if cell.regime == regime]
             if here:
                 reach = 100.0 * LIMIT * here[0].standard_error
                 axes.barh(row + offset, 2 * reach, 0.22, left=-reach, color=colour, alpha=0.18, lw=0)
-        x = [100.0 * (one.coverage - p) for one in mine]
-        y = [regimes.index(one.regime) + offset for one in mine]
-        faces = ["white" if one.left_out else colour for one in mine]
-        edges = ["black" if one.beyond else colour for one in mine]
+        x = [100.0 * (cell.coverage - p) for cell in mine]
+        y = [regimes.index(cell.regime) + offset for cell in mine]
+        faces = ["white" if cell.left_out else colour for cell in mine]
+        edges = ["black" if cell.beyond else colour for cell in mine]
         axes.scatter(x, y, s=14, marker=marker, c=faces, edgecolors=edges, lw=0.8, zorder=3, label=f"{100 * p:.0f} %")
     axes.fill_between([], [], [], color=GREY, alpha=0.25, lw=0, label=f"bars: $\\pm${LIMIT:g} s.e.")
     dress(axes, "x")
