@@ -46,7 +46,7 @@ def sparse(folder: Path) -> dict[str, Any]:
 
 
 def chi_square(folder: Path) -> dict[str, Any]:
-    """Chi-square of the bare law against the binned damping curves: `none` or `unknown`, no probability."""
+    """Chi-square of the null model against the binned damping curves: `none` or `unknown`, no probability."""
     e = load_envelopes(folder)
     rigs = len(e.damping)
     rows, values = [], []
@@ -105,7 +105,7 @@ def _sparse(e: Envelopes) -> tuple[dict[str, list[float]], float]:
         rows.append(np.hstack([library, library * scale])[inner])
         values.append((slope + e.omega[r] * e.damping[e.rig[r]] * smooth)[inner])
     X, y = np.vstack(rows), np.concatenate(values)
-    n, bare = len(_POWERS), [len(_POWERS), len(_POWERS) + 1]  # the law itself: the drive and the linear part in wind
+    n, null = len(_POWERS), [len(_POWERS), len(_POWERS) + 1]  # the law itself: the drive and the linear part in wind
     active = np.any(X != 0.0, axis=0)
     c = np.zeros(2 * n)
     rate = 1.0
@@ -113,7 +113,7 @@ def _sparse(e: Envelopes) -> tuple[dict[str, list[float]], float]:
         c[:] = 0.0
         c[active] = np.linalg.lstsq(X[:, active], y, rcond=None)[0]
         rate = max(abs(float(c[n])), e.rate)  # n = -1: the drive at the stable amplitude is the relaxation rate
-        keep = (np.abs(c) >= SPARSE_COEFFICIENT * rate) | np.isin(np.arange(2 * n), bare)
+        keep = (np.abs(c) >= SPARSE_COEFFICIENT * rate) | np.isin(np.arange(2 * n), null)
         if np.array_equal(active & keep, active):
             break
         active &= keep

@@ -46,7 +46,7 @@ class Candidate:
 
 
 def candidates(e: Envelopes) -> tuple[Candidate, ...]:
-    """The bare equation, and a handful of effects, some in more than one form."""
+    """The null model, and a handful of effects, some in more than one form."""
     rigs, rate = len(e.damping), e.rate
     of_rig = np.eye(rigs)[e.rig]  # (R, rigs)
     in_wind = np.eye(len(e.wind))[:, e.wind]  # (R, winds)
@@ -91,12 +91,12 @@ def criteria(e: Envelopes) -> dict[str, float]:
     base, squares = _fit(e, free, start, 0.0)
     size = sum(a.size for a in e.amplitude)
     noise = np.sqrt(squares / size)
-    bare, _ = _fit(e, table[0], base, noise)
+    null, _ = _fit(e, table[0], base, noise)
     best: dict[str, float] = {}
     for candidate in table:
         level = max(float(a.max()) for a in e.amplitude) * 1.05
         own = np.full(candidate.size, level if candidate.reading else candidate.start)
-        u, squares = _fit(e, candidate, np.r_[bare, own], noise)
+        u, squares = _fit(e, candidate, np.r_[null, own], noise)
         count = u.size - (len(e.damping) if candidate.believed else 0)
         bic = float(size * np.log(squares / size) + count * np.log(size))
         best[candidate.effect] = min(best.get(candidate.effect, np.inf), bic)

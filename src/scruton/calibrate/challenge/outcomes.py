@@ -26,7 +26,7 @@ class StableAmplitude:
     moved : float
         What the effect does to it, relative.
     truth, measured, before, after : float
-        As simulated; as measured; as the bare model and the verdict's predict it.
+        As simulated; as measured; as the null model and the verdict's predict it.
     """
 
     moved: float

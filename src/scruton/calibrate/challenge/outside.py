@@ -9,7 +9,7 @@ from scruton.calibrate.challenge.sections import Body
 
 def damping_bump(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
     """Damping near one amplitude, below or above the stable one."""
-    amplitude, rate = body.middle.bare
+    amplitude, rate = body.middle.undisturbed
     centre = float(rng.uniform(0.4, 0.65) if rng.random() < 0.5 else rng.uniform(1.2, 1.6))
     fields = {
         "bump_rate": 1.5 * severity * rate,
@@ -24,7 +24,7 @@ def time_jump(body: Body, severity: float, rng: np.random.Generator) -> tuple[Bo
     """The drive, or the damping, is another from some moment on; times are over the record's length."""
     form = str(rng.choice(["jump_drive", "jump_rate"]))
     chosen = records(body, rng)
-    unit = body.middle.bare[1] if form == "jump_rate" else 1.0
+    unit = body.middle.undisturbed[1] if form == "jump_rate" else 1.0
     jumps = {
         place: {form: float(rng.choice([-1.0, 1.0])) * severity * unit, "jump_time": -float(rng.uniform(0.3, 0.7))}
         for place in chosen
@@ -36,7 +36,7 @@ def time_jump(body: Body, severity: float, rng: np.random.Generator) -> tuple[Bo
 
 def intermittent_lock_in(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
     """Part of the drive is lost for spells."""
-    rate = body.middle.bare[1]
+    rate = body.middle.undisturbed[1]
     fields = {
         "spell_depth": min(1.0, 2.0 * severity),
         "spell_on": float(rng.uniform(1.0, 2.0)) / rate,
@@ -47,7 +47,7 @@ def intermittent_lock_in(body: Body, severity: float, rng: np.random.Generator) 
 
 def second_mode(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
     """Another mode in the channel, released with the first and kept up by turbulence."""
-    amplitude, rate = body.middle.bare
+    amplitude, rate = body.middle.undisturbed
     ratio = float(rng.uniform(1.12, 1.7) if rng.random() < 0.7 else rng.uniform(0.6, 0.88))
     size = 0.5 * severity * amplitude
     fields = {
@@ -67,7 +67,7 @@ def wake_oscillator(body: Body, severity: float, rng: np.random.Generator) -> tu
     long as that of `fluid_memory` at the same severity. Its force is scaled so that at the middle rig's a* it does the
     work of what it replaces.
     """
-    amplitude, rate = body.middle.bare
+    amplitude, rate = body.middle.undisturbed
     wind = body.middle.wind
     damping = rate / wind.omega / severity
     coupling = float(rng.uniform(1.0, 3.0)) * damping / amplitude

@@ -1,7 +1,7 @@
 r"""Every effect of the challenge at a severity: what is done to the rigs of a body.
 
-Severity s means, at the middle rig's bare stable amplitude a* and relaxation rate lambda: the effect's damping is
-s lambda/omega; for the others
+Severity s means, at the middle rig's undisturbed stable amplitude a* and relaxation rate lambda: the effect's damping
+is s lambda/omega; for the others
 
 ==================== ==============================================================================================
 gain                 the reading is scaled by 1 + s or 1 - s
@@ -78,7 +78,7 @@ def apply(body: Body, effect: str, severity: float, rng: np.random.Generator) ->
 def coulomb_friction(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
     """Regularised or hysteretic friction, in all rigs or in the damper of some."""
     form = str(rng.choice(["tanh", "dahl"]))
-    smallest = min(rig.bare[0] for rig in body.rigs)
+    smallest = min(rig.undisturbed[0] for rig in body.rigs)
     scale = float(rng.uniform(0.01, 0.03) * smallest * (body.middle.wind.omega if form == "tanh" else 1.0))
     force = coefficient(body, severity, "friction", friction_form=form, friction_scale=scale)
     rigs = every(body) if rng.random() < 0.5 else some(body, rng)
@@ -96,7 +96,7 @@ def structural_damping_nonlinearity(body: Body, severity: float, rng: np.random.
 
 def structural_damping_error(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
     """The true damping is not what the laboratory states."""
-    amount = severity * body.middle.bare[1] / body.middle.wind.omega
+    amount = severity * body.middle.undisturbed[1] / body.middle.wind.omega
     rigs = every(body) if rng.random() < 0.4 else some(body, rng)
     sign = float(rng.choice([-1.0, 1.0]))
     if any(body.rigs[j].wind.damping_ratio - amount < 0.35 * body.rigs[j].wind.damping_ratio for j in rigs):
@@ -120,7 +120,7 @@ def aerodynamic_damping_nonlinearity(body: Body, severity: float, rng: np.random
 def spanwise_coherence_loss(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
     """The second term of the force is lost at small amplitude."""
     form = str(rng.choice(COHERENCE_FORMS))
-    below = (0.15 + 0.85 * severity) * body.middle.bare[0]
+    below = (0.15 + 0.85 * severity) * body.middle.undisturbed[0]
     made = set_rigs(body, every(body), coherence_amplitude=below, coherence_form=form)
     return made, {"rigs": every(body), "form": form, "amplitude": below}
 
@@ -148,14 +148,14 @@ def reduced_velocity_drift(body: Body, severity: float, rng: np.random.Generator
 
 def fluid_memory(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
     """The aerodynamic damping follows the amplitude late."""
-    lag = severity / body.middle.bare[1]
+    lag = severity / body.middle.undisturbed[1]
     parameters = {"rigs": every(body), "time_s": lag, "cycles": lag * body.middle.wind.frequency}
     return set_rigs(body, every(body), memory_time=lag), parameters
 
 
 def vortex_shedding_forcing(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
     """A force 2 to 6 % off the response, beating with it; its phase is another in every record."""
-    amplitude, rate = body.middle.bare
+    amplitude, rate = body.middle.undisturbed
     wind = body.middle.wind
     coefficient = 2.0 * wind.omega * severity * rate * amplitude / wind.pressure
     off = float(rng.uniform(0.02, 0.06) * rng.choice([-1.0, 1.0]))
@@ -182,7 +182,7 @@ def wind_speed_drift(body: Body, severity: float, rng: np.random.Generator) -> t
 
 def stiffness_nonlinearity(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
     """A spring that hardens or softens with the square of the displacement, or with its size."""
-    largest = LARGEST * max(rig.bare[0] for rig in body.rigs)
+    largest = LARGEST * max(rig.undisturbed[0] for rig in body.rigs)
     change = 0.06 * severity * float(rng.choice([-1.0, 1.0]))
     # omega/omega0 = 1 + 3/8 k3 a^2, or 1 + 4/(3 pi) k2 a.
     cubic = bool(rng.random() < 0.65)

@@ -58,7 +58,7 @@ def some(body: Body, rng: np.random.Generator) -> list[int]:
 def coefficient(body: Body, severity: float, field: str, **fixed: Any) -> float:
     """Coefficient of a force that is linear in it, so that it damps the middle rig at a* by s lambda/omega."""
     rig = body.middle
-    amplitude, rate = rig.bare
+    amplitude, rate = rig.undisturbed
     without, unit = (
         float(mean_rate(rig.wind, Disturbances(**{**fixed, field: value}), np.array([amplitude]))[0])
         for value in (0.0, 1.0)
