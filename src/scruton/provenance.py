@@ -8,6 +8,11 @@ from typing import Any
 PACKAGES = ("scruton", "numpy", "scipy", "emcee", "arviz", "numba")
 
 
+def versions() -> dict[str, str]:
+    """Versions of all that decides what numbers come out."""
+    return {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}
+
+
 def provenance(
     command: str | None,
     *,
@@ -44,8 +49,3 @@ def provenance(
         "card": None if card is None else dict(card),
         "settings": dict(settings),
     }
-
-
-def versions() -> dict[str, str]:
-    """Of Python and of the packages that the numbers depend on."""
-    return {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}

@@ -6,10 +6,9 @@ from typing import Any
 from scruton.app.run import Outcome, Run, default_folder
 from scruton.campaign import load_campaign
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
+from scruton.gap.results import RESULT
 from scruton.report.chapters.gap import shrink_sentence
 from scruton.report.text import number, table
-
-RESULT = "gap.json"
 
 
 def run(arguments: Namespace) -> Outcome:

@@ -9,6 +9,7 @@ from typing import Any
 
 from scruton.app.options import check_effect_name
 from scruton.app.run import Outcome
+from scruton.app.thresholds import SHARE_SHOWN
 from scruton.campaign import Quantity
 from scruton.errors import InputError
 from scruton.report.text import number, table
@@ -57,7 +58,7 @@ def run(arguments: Namespace) -> Outcome:
         )  # fmt: skip
     header = ["Sc", "damping ratio", f"amplitude [{summary['amplitude_unit']}]", "90 % interval", "sd", "x"]
     lines = [table(header, rows), "x: extrapolation index; laws agree for |x| < 0.2 and part beyond 0.3."]
-    shares = [f"{law} {weight:.0%}" for law, weight in found[0].laws.items() if weight > 0.005]
+    shares = [f"{law} {weight:.0%}" for law, weight in found[0].laws.items() if weight > SHARE_SHOWN]
     lines.append(f"Laws: {', '.join(shares)}. The interval carries the discrepancy between settings.")
     lines += [f"! {flag}" for one in found for flag in one.flags]
     if not summary["converged"]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scruton.app.run import Outcome, Run, default_folder
+from scruton.app.thresholds import SHARE_SHOWN
 from scruton.campaign import Campaign, load_campaign
 from scruton.cells import safe_frame
 from scruton.documents import write_text
@@ -76,7 +77,7 @@ def validation_text(campaign: Campaign, found: Sequence["Validation"]) -> str:
         f"{len(found)} predictions. Inside their intervals of {inside}. Factor: how far the 90 % interval reaches from "
         "its median. Log score: log density of ln(amplitude), larger is better."
     )
-    laws = sorted({label for one in found for label, weight in one.prediction.laws.items() if weight > 0.005})
+    laws = sorted({label for one in found for label, weight in one.prediction.laws.items() if weight > SHARE_SHOWN})
     parts.append(f"Laws used: {', '.join(laws)}.")
     return "\n\n".join(parts)
 
