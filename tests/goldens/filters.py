@@ -119,9 +119,10 @@ def channels() -> Channels:
     knots = np.linspace(np.log(0.003), np.log(0.15), HATS)
     t = np.tile(PERIOD * np.arange(half), 2)
     return Channels(
-        data.amplitude, data.standard_error, 0.02 * t + 0.01 * wobble(CYCLES, 3), 5e-4 * wobble(CYCLES, 4),
-        np.full(CYCLES, ERROR), data.gap, data.period, t, t / t.max() - 0.5, np.repeat([0, 1], half),
-        np.full(CYCLES, 2 * np.pi / PERIOD), np.ones(CYCLES, dtype=bool), knots,
+        amplitude=data.amplitude, standard_error=data.standard_error, gap=data.gap, period=data.period, time=t,
+        record=np.repeat([0, 1], half), phase=0.02 * t + 0.01 * wobble(CYCLES, 3), third=5e-4 * wobble(CYCLES, 4),
+        third_error=np.full(CYCLES, ERROR), place=t / t.max() - 0.5, omega=np.full(CYCLES, 2 * np.pi / PERIOD),
+        has_phase=np.ones(CYCLES, dtype=bool), knots=knots,
     )  # fmt: skip
 
 
