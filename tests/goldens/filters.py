@@ -26,6 +26,7 @@ from tests.goldens.capture import Room
 from tests.goldens.others import simulated
 
 PERIOD, A_STAR, RATE, ERROR = 0.125, 0.05, 0.3, 0.0008
+PARAMETERS = ("stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor", "damping_ratio")
 POINTS, CYCLES = 10, 90
 LAWS = (-1.0, -0.5, 0.0, 1.0, 2.0, 3.0)
 
@@ -158,7 +159,8 @@ def steady() -> dict[str, Any]:
         PERIOD * (np.arange(size) + 0.5), amplitude, ERROR * flat, phase, 8.0 * flat, 0.01 * flat, 8.0, ERROR
     )
     u = np.log(np.stack([around(c, 0.3, i) for i, c in enumerate((0.05, 0.01, 0.02, 1.0, 0.004))], axis=1))
-    priors = [Prior(name, "lognormal", c, 0.5) for name, c in zip("abcde", (0.05, 0.01, 0.02, 1.0, 0.004), strict=True)]
+    middles = (0.05, 0.01, 0.02, 1.0, 0.004)
+    priors = [Prior(name, "lognormal", c, 0.5) for name, c in zip(PARAMETERS, middles, strict=True)]
     posterior = steady_posterior("steady.csv", cycles, priors, 2.0 * np.pi * 8.0)
     rates, q = np.geomspace(0.02, 0.5, 12), np.exp(np.linspace(-0.1, 0.1, 7)) * 0.002
     return {
