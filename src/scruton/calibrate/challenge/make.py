@@ -98,10 +98,9 @@ def make_challenge(
     with claim as work:
         answers = _known(work)
         missing = [i for i, name in names.items() if name not in answers or not work.find(f"{name}/campaign.toml")]
-        done = cases - len(missing)
-        for index in completed(_make_one, [(work.new, work.checkpoints, i, settings) for i in missing], jobs):
+        tasks = [(work.new, work.checkpoints, i, settings) for i in missing]
+        for done, index in enumerate(completed(_make_one, tasks, jobs), cases - len(missing) + 1):
             work.keep(names[index])
-            done += 1
             if progress:
                 progress("make", done / cases)
             answers[names[index]] = read_json(work.checkpoints / f"{names[index]}.json", _MADE)
