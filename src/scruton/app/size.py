@@ -75,7 +75,8 @@ def run_size(
     )
     with claim as work:
         with Bar(quiet) as bar:
-            content = size(tree, stands, rules, rig=rig, law_n=law_n, seed=seed, progress=bar)
+            sizing = size(tree, stands, rules, rig=rig, law_n=law_n, seed=seed, progress=bar)
+        content = sizing.to_json()
         _explain(content, summary, bridge=bridge)
         content["provenance"] = {
             **{key: summary["provenance"][key] for key in ("versions", "sha256")},

@@ -8,12 +8,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from scruton.arrays import FloatArray
+from scruton.arrays import BoolArray, FloatArray
 from scruton.envelope.windows import ComplexArray
-
-BoolArray = NDArray[np.bool_]
 
 _CLEAR = 30.0  # amplitude over standard error above which |z| is used as it is (bias 1/60 of a standard error)
 _RELIABLE = 8.0  # signal to noise that an average must reach before its direction is used

@@ -12,16 +12,15 @@ from scruton.dynamics.laws import amplitude_ratio, extrapolation_index
 from scruton.envelope.damping import aerodynamic_damping, griffin_curve, total_damping
 from scruton.errors import InputError
 from scruton.griffin.posterior import draws_of, exponent_draws, mass_damping_draws, peak_names, unit_of
+from scruton.griffin.thresholds import ENOUGH_DRAWS, X_TRUSTED
 
 if TYPE_CHECKING:
     import xarray as xr
 
 INTERVALS = (0.50, 0.90, 0.95)
-X_TRUSTED = 0.3  # laws of aerodynamic damping agree to 2 % in amplitude for |x| < 0.2 and part beyond this
 _BEYOND = 0.5  # the trial function is drawn, dashed, for this part of the record's length before and after it
 _TIMES = 400
 _TRIAL_DRAWS = 1000
-_ENOUGH = 0.9  # a band is given where this part of the draws has an amplitude
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +132,7 @@ def band(
 ) -> GriffinBand:
     """Summarise draws (S, n) at `scruton_numbers` (n,) into a band; NaN draws say nothing and are left out."""
     known = np.isfinite(draws) | np.isinf(draws)
-    enough = known.mean(axis=0) >= _ENOUGH
+    enough = known.mean(axis=0) >= ENOUGH_DRAWS
     outside = np.zeros(len(scruton_numbers), dtype=bool) if extrapolated is None else extrapolated
 
     def at(*probability: float) -> FloatArray:

@@ -10,8 +10,9 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.errors import InputError
-from scruton.griffin.bands import INTERVALS, X_TRUSTED
+from scruton.griffin.bands import INTERVALS
 from scruton.griffin.posterior import unit_of
+from scruton.griffin.thresholds import X_TRUSTED
 from scruton.infer.smooth import log_ratio
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from scruton.campaign.plausibility import damping_flag
 from scruton.campaign.schema import Quantity
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.errors import InputError
-from scruton.griffin.bands import INTERVALS, X_TRUSTED, index_draws, quantiles
+from scruton.griffin.bands import INTERVALS, index_draws, quantiles
 from scruton.griffin.curves import shared_curve, stream, what_if
 from scruton.griffin.posterior import (
     chosen_rig,
@@ -22,6 +22,7 @@ from scruton.griffin.posterior import (
     test_names,
     unit_of,
 )
+from scruton.griffin.thresholds import X_TRUSTED
 
 if TYPE_CHECKING:
     import xarray as xr

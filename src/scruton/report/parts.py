@@ -158,7 +158,7 @@ def sizing_part(folder: Path, bridge: Path, limits: Sequence[str] = (), seed: in
     if not summary["tests"]:
         raise InputError(bridge, "", "a campaign without tests in wind", "a campaign with at least one test")
     stands = load_bridge(bridge, motion_of(tree))
-    found = size(tree, stands, [limit(one) for one in limits], seed=seed)
+    found = size(tree, stands, [limit(one) for one in limits], seed=seed).to_json()
     found["provenance"] = {
         "seed": seed, "bridge_sha256": dict(stands.sha256), "limits": list(limits), "fit_sha256": provenance_of(folder),
     }  # fmt: skip

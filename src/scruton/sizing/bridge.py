@@ -104,7 +104,7 @@ class Wind:
 
 
 @dataclass(frozen=True)
-class DamperWish:
+class DamperRequest:
     """What is asked of a tuned mass damper.
 
     Attributes
@@ -165,7 +165,7 @@ class Bridge:
     limits: tuple[Limit, ...]
     modes: tuple[Mode, ...]
     wind: Wind | None = None
-    damper: DamperWish = field(default_factory=DamperWish)
+    damper: DamperRequest = field(default_factory=DamperRequest)
     cost: Cost | None = None
     sha256: Mapping[str, str] = field(default_factory=dict)
 
@@ -390,7 +390,7 @@ def _wind(table: Table, digests: dict[str, str]) -> Wind:
     return Wind(scale * ratio[1:], share * 8766.0 * np.diff(-np.exp(-(ratio**shape))))
 
 
-def _damper(table: Table, motion: Motion) -> DamperWish:
+def _damper(table: Table, motion: Motion) -> DamperRequest:
     table.check_keys(("number", "risk", "largest_mass_ratio", "largest_stroke", "position", "lever_arm"))
     number = table.values.get("number", 1)
     if not isinstance(number, int) or isinstance(number, bool) or not 1 <= number <= 16:
@@ -407,7 +407,7 @@ def _damper(table: Table, motion: Motion) -> DamperWish:
     position = table.number("position", _SHARE) if "position" in table else None
     if position is not None and position >= 1.0:
         raise table.error("position", f"{position:g}", "a fraction of the span between 0 and 1")
-    return DamperWish(number, found["risk"], found["largest_mass_ratio"], stroke, position, arm)
+    return DamperRequest(number, found["risk"], found["largest_mass_ratio"], stroke, position, arm)
 
 
 def _cost(table: Table) -> Cost:

@@ -43,6 +43,21 @@ def unit_cube(count: int, seed: int, sources: int = len(SOURCES)) -> FloatArray:
     return found
 
 
+@dataclass(frozen=True)
+class Spread:
+    """Median, 5 and 95 % points of what is uncertain; None for a point that is not asked for."""
+
+    median: float
+    low: float | None = None
+    high: float | None = None
+
+
+def spread(draws: FloatArray) -> Spread:
+    """Median, 5 and 95 % points of draws; no interpolation, since some may be infinite."""
+    low, median, high = np.quantile(draws, [0.05, 0.5, 0.95], method="inverted_cdf")
+    return Spread(float(median), float(low), float(high))
+
+
 @dataclass(frozen=True, eq=False)
 class ModeModel:
     """One mode in the light of the section's posterior.
@@ -104,6 +119,22 @@ class ModeModel:
             draw,
             self.table,
         )
+
+    @property
+    def lever_arm(self) -> float:
+        """Lever arm of dampers against torsion [m]; 1 for heaving."""
+        if self.bridge.motion is Motion.HEAVING:
+            return 1.0
+        return self.bridge.damper.lever_arm or 0.5 * self.bridge.width
+
+    @property
+    def damper_position(self) -> float:
+        """Fraction of the span where the mode's dampers stand: as asked for, or where the mode is largest."""
+        if self.bridge.damper.position is not None:
+            return self.bridge.damper.position
+        x = self.mode.shape.position
+        largest = x[int(np.abs(self.mode.shape.value).argmax())]
+        return float((largest - x[0]) / (x[-1] - x[0]))
 
     @cached_property
     def table(self) -> "CurveTable | None":
