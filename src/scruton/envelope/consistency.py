@@ -15,24 +15,23 @@ from scruton.campaign.remarks import Remark, Severity, figure
 from scruton.campaign.schema import Kind, Record, Test
 from scruton.envelope.inspection import Inspection
 from scruton.envelope.ringdown import DampingBand, RingDown
+from scruton.envelope.thresholds import (
+    BAND_FLOOR,
+    CLEAR_BAND,
+    DAMPING_FACTOR,
+    DEAD,
+    EXTRAPOLATED,
+    FINE,
+    LEVELS,
+    NYQUIST,
+    SETTLED,
+    SIGMAS,
+    STILL,
+    STILL_FREQUENCY,
+    TREND,
+    WIND_FREQUENCY,
+)
 
-# Thresholds: what they are of, and why.
-STILL_FREQUENCY = 0.02  # of f0: a rig is retuned by less, and amplitude moves it by less, between stating and plucking
-WIND_FREQUENCY = 0.08  # of f0: added mass and lock-in of the sections at hand move it by up to 3 %
-FINE = 8.0  # samples per stated cycle: six is what demodulation needs, and a thinned record has no harmonic to check
-NYQUIST = 2.2  # samples per stated cycle: below, with the filter's margin, a line is an alias
-TREND = 1.1  # of the first amplitude: growths of a tenth are no turbulence that a fitted exponential follows
-LEVELS = 1.25  # between growth and decay of one test: turbulence and drift differ by a tenth from record to record
-# The same where a record ends before it has settled: what it heads for erred by factors up to 6 in `challenge make
-# --cases 90 --seed 5`.
-EXTRAPOLATED = 7.0
-SETTLED = 3.0  # relaxation times after which a transient has shown its stable amplitude to 5 %
-BAND_FLOOR = 0.02  # relative error of a band of damping that its scatter cannot show
-CLEAR_BAND = 0.1  # relative standard error above which a band of damping contradicts nobody
-SIGMAS = 3.0  # joint standard deviations
-DAMPING_FACTOR = 2.0  # by which damping never changes between stating and plucking
-DEAD = 1.0 / 3.0  # of the samples, in stretches that do not move
-STILL = 0.5  # cycles without any change after which the signal does not move
 # What a record of another kind, level or length than it is filed as would also be noted for.
 CAUSES = ("kind", "stated level", "dead")
 CONSEQUENCES = ("decay start", "growth start", "length")

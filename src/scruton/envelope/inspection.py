@@ -8,10 +8,9 @@ from scruton.campaign.schema import Campaign, Record, Rig, Test
 from scruton.envelope.cycles import cycles_from_envelope, demodulate
 from scruton.envelope.quality import RecordQuality, assess
 from scruton.envelope.ringdown import RingDown, ring_down
+from scruton.envelope.thresholds import STATED_SD
 from scruton.envelope.types import Cycles
 from scruton.errors import InputError
-
-STATED_SD = 0.1  # relative, of a damping ratio that is stated without one: ring-downs repeat to that
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,15 +13,19 @@ from scruton.envelope.cycles import cycles_from_envelope, demodulate
 from scruton.envelope.lines import Line, second_line
 from scruton.envelope.relaxation import Relaxation, relaxation
 from scruton.envelope.sampling import Sampling, sampling
+from scruton.envelope.thresholds import (
+    DECAY_FROM,
+    FREQUENCY_DRIFT,
+    GROWTH_FROM,
+    JITTER,
+    MEAN_DRIFT,
+    OFFSET,
+    RELAXATIONS,
+    SECOND_LINE,
+    STANDS_OUT_OF_NOISE,
+)
 from scruton.envelope.types import Cycles
 from scruton.errors import InputError
-
-_DECAY_FROM, _GROWTH_FROM = 1.5, 0.3  # times the stable amplitude
-_RELAXATIONS = 3.0
-_OFFSET = _DRIFT = 0.1  # of the largest amplitude
-_FREQUENCY_DRIFT = 0.01
-_SECOND_LINE = 0.05
-_JITTER = 0.01  # of the usual step
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,44 +150,44 @@ def _stable(stated: float | None, relaxed: Relaxation | None, record: Record, sm
 def _transient_remarks(record: Record, smooth: np.ndarray, stable: float, relaxed: Relaxation) -> Iterator[Remark]:
     first, say = relaxed.first_amplitude, partial(Remark, Severity.NOTE, of="record", name=record.name)
     duration = float(record.time[-1] - record.time[0])
-    if record.kind is Kind.DECAY and first < _DECAY_FROM * stable:
+    if record.kind is Kind.DECAY and first < DECAY_FROM * stable:
         yield say(
             kind="decay start",
             text=f"the decay starts at {first / stable:.2f} times the stable amplitude; from below "
-            f"{_DECAY_FROM} times, the rate of decay is hardly told from turbulence.",
-            alike=f"the decay starts at {{}} times the stable amplitude, below {_DECAY_FROM} times,",
+            f"{DECAY_FROM} times, the rate of decay is hardly told from turbulence.",
+            alike=f"the decay starts at {{}} times the stable amplitude, below {DECAY_FROM} times,",
             value=first / stable,
         )
-    if record.kind is Kind.GROWTH and first > _GROWTH_FROM * stable:
+    if record.kind is Kind.GROWTH and first > GROWTH_FROM * stable:
         yield say(
             kind="growth start",
             text=f"the growth starts at {first / stable:.2f} times the stable amplitude; it should start "
-            f"below {_GROWTH_FROM}, so that the damping at small amplitude is seen.",
-            alike=f"the growth starts at {{}} times the stable amplitude, above {_GROWTH_FROM} times,",
+            f"below {GROWTH_FROM}, so that the damping at small amplitude is seen.",
+            alike=f"the growth starts at {{}} times the stable amplitude, above {GROWTH_FROM} times,",
             value=first / stable,
-            excess=first / stable / _GROWTH_FROM,
+            excess=first / stable / GROWTH_FROM,
         )
-    if duration < _RELAXATIONS * relaxed.time:
+    if duration < RELAXATIONS * relaxed.time:
         yield say(
             kind="length",
             text=f"the record lasts {duration:.3g} s, {duration / relaxed.time:.1f} relaxation times of "
-            f"{relaxed.time:.3g} s; below {_RELAXATIONS:g} the stable amplitude is an extrapolation.",
-            alike=f"the record lasts {{}} relaxation times, below the {_RELAXATIONS:g} that show the stable amplitude,",
+            f"{relaxed.time:.3g} s; below {RELAXATIONS:g} the stable amplitude is an extrapolation.",
+            alike=f"the record lasts {{}} relaxation times, below the {RELAXATIONS:g} that show the stable amplitude,",
             value=duration / relaxed.time,
-            excess=_RELAXATIONS * relaxed.time / duration,
+            excess=RELAXATIONS * relaxed.time / duration,
         )
 
 
 def _sampling_remarks(record: Record, steps: Sampling) -> Iterator[Remark]:
     say = partial(Remark, Severity.NOTE, of="record", name=record.name)
-    if steps.jitter > _JITTER:
+    if steps.jitter > JITTER:
         yield say(
             kind="jitter",
             text=f"the sampling is not uniform; steps depart from {steps.step:.4g} s by up to "
             f"{100.0 * steps.jitter:.0f} %.",
             alike="the sampling is not uniform; steps depart from the usual one by up to {} %",
             value=100.0 * steps.jitter,
-            excess=steps.jitter / _JITTER,
+            excess=steps.jitter / JITTER,
         )
     if len(steps.gaps):
         longest = float(np.max(np.diff(steps.gaps, axis=1)))
@@ -206,35 +210,35 @@ def _signal_remarks(record: Record, cycles: Cycles, line: Line | None) -> Iterat
             f"the signal is clipped {side}: samples pile up at the extreme reading.", f"the signal is clipped {side}",
         )  # fmt: skip
     offset, drift = _offset_and_drift(record, cycles)
-    if abs(offset) > _OFFSET * largest:
+    if abs(offset) > OFFSET * largest:
         yield say(
             kind="offset",
             text=f"the signal has an offset of {offset:.3g}, {100 * abs(offset) / largest:.0f} % of the largest "
             "amplitude; it is removed.",
             alike="the signal has an offset of {} % of the largest amplitude, which is removed,",
             value=100.0 * abs(offset) / largest,
-            excess=abs(offset) / largest / _OFFSET,
+            excess=abs(offset) / largest / OFFSET,
         )
-    if abs(drift) > _DRIFT * largest:
+    if abs(drift) > MEAN_DRIFT * largest:
         yield say(
             kind="mean drift",
             text=f"the mean drifts by {drift:.3g} over the record, {100 * abs(drift) / largest:.0f} % of the "
             "largest amplitude; it is removed.",
             alike="the mean drifts by {} % of the largest amplitude, which is removed,",
             value=100.0 * abs(drift) / largest,
-            excess=abs(drift) / largest / _DRIFT,
+            excess=abs(drift) / largest / MEAN_DRIFT,
         )
     change, low, high = _frequency_drift(cycles)
-    if change > _FREQUENCY_DRIFT:
+    if change > FREQUENCY_DRIFT:
         yield say(
             kind="frequency drift",
             text=f"the frequency drifts by {100 * change:.1f} %, between {low:.4g} and {high:.4g} Hz; stiffness, "
             "wind speed or lock-in changes while the record runs.",
             alike="the frequency drifts by {} %",
             value=100.0 * change,
-            excess=change / _FREQUENCY_DRIFT,
+            excess=change / FREQUENCY_DRIFT,
         )
-    if line is not None and line.relative > _SECOND_LINE:
+    if line is not None and line.relative > SECOND_LINE:
         what = f"the harmonic of order {line.harmonic}" if line.harmonic else "another motion or pick-up"
         yield say(
             kind="second line",
@@ -242,7 +246,7 @@ def _signal_remarks(record: Record, cycles: Cycles, line: Line | None) -> Iterat
             f"main one at {cycles.reference_frequency:.4g} Hz ({what}).",
             alike=f"a second line ({what}) has {{}} % of the height of the main one",
             value=100.0 * line.relative,
-            excess=line.relative / _SECOND_LINE,
+            excess=line.relative / SECOND_LINE,
         )
 
 
@@ -264,7 +268,7 @@ def _frequency_drift(cycles: Cycles) -> tuple[float, float, float]:
     count = max(2, min(20, len(cycles.time) // 10))
     f, precision = [], []
     for part in np.array_split(np.arange(len(cycles.time)), count):
-        usable = part[cycles.amplitude[part] > 4.0 * cycles.standard_error[part]]
+        usable = part[cycles.amplitude[part] > STANDS_OUT_OF_NOISE * cycles.standard_error[part]]
         if len(usable) < 5:
             continue
         w = (cycles.amplitude[usable] / cycles.standard_error[usable]) ** 2

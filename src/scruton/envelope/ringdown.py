@@ -6,11 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.envelope.thresholds import FEWEST_CYCLES, VISIBLE
 from scruton.envelope.types import Cycles
 from scruton.errors import InputError
 
-_VISIBLE = 4.0  # amplitude over its standard error below which a ring-down has ended
-_FEWEST = 4  # cycles that a slope needs
 _BANDWIDTH = 0.35  # of the smooth damping curve, in ln A: an octave is 0.69
 _CURVE = 40  # points of the smooth damping curve
 
@@ -116,7 +115,7 @@ def ring_down(plucks: Sequence[Cycles], *, edges: FloatArray | None = None, name
     regressions say, the scatter is believed.
     """
     cut = [(_usable(c), c.reference_frequency) for c in plucks]
-    cut = [(p, f) for p, f in cut if len(p.time) >= _FEWEST]
+    cut = [(p, f) for p, f in cut if len(p.time) >= FEWEST_CYCLES]
     usable, references = [p for p, _ in cut], np.array([f for _, f in cut])
     if not usable:
         raise InputError(name, "", "no ring-down with four cycles above the noise", "a pluck in still air")
@@ -146,7 +145,7 @@ def _usable(cycles: Cycles) -> _Pluck:
     """Cut a pluck to its decay: from the largest amplitude, without the release, down to the noise."""
     a, error = cycles.amplitude, cycles.standard_error
     begin = int(np.argmax(a))
-    sunk = np.flatnonzero(_smooth(a[begin:]) < _VISIBLE * error[begin:])
+    sunk = np.flatnonzero(_smooth(a[begin:]) < VISIBLE * error[begin:])
     stop = begin + int(sunk[0]) if len(sunk) else len(a)
     begin += _release(cycles.time[begin:stop], a[begin:stop], error[begin:stop])
     part = slice(begin, stop)
@@ -223,7 +222,7 @@ def _bands(plucks: Sequence[_Pluck], edges: FloatArray | None) -> tuple[DampingB
         found = []
         for p, s in zip(plucks, smooth, strict=True):
             inside = np.flatnonzero((s >= np.log(lower)) & (s < np.log(upper)))
-            if len(inside) < _FEWEST:
+            if len(inside) < FEWEST_CYCLES:
                 continue
             part = slice(inside[0], inside[-1] + 1)
             slope, error = _line(p.time[part], -p.log_amplitude[part], p.variance[part])
