@@ -3,7 +3,7 @@
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.envelope.sampling import quantum_of
+from scruton.envelope.sampling import quantum_of, run_lengths
 from scruton.envelope.thresholds import CROWDED, RUN, TOP
 from scruton.envelope.types import Cycles
 from scruton.envelope.windows import cut
@@ -31,7 +31,7 @@ def _piled_up(time: FloatArray, y: FloatArray, cycles: Cycles) -> bool:
     at_top = y >= top - 1e-9 * top
     # a rounded sine, too, repeats its largest reading, as long as it stays within half a quantum of it
     honest = per_cycle / np.pi * np.sqrt(2.0 * min(quantum_of(y), top) / top)
-    if np.max(_run_lengths(at_top)) >= max(RUN, 1.3 * honest + 2.0):
+    if np.max(run_lengths(at_top)) >= max(RUN, 1.3 * honest + 2.0):
         return True
     stops = np.stack([windows.first, windows.stop], axis=1).ravel()
     padded = np.append(y, -np.inf)
@@ -42,8 +42,3 @@ def _piled_up(time: FloatArray, y: FloatArray, cycles: Cycles) -> bool:
     crowd = np.add.reduceat(np.append(y > top * (1.0 - TOP), False).astype(float), stops)[::2]
     share = np.sum(crowd[reach]) / np.sum((windows.stop - windows.first)[reach])
     return bool(share > CROWDED * np.arccos(1.0 - TOP) / np.pi)
-
-
-def _run_lengths(flag: np.ndarray) -> np.ndarray:
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], flag, [False]]).astype(np.int8)))
-    return edges[1::2] - edges[::2]

@@ -15,6 +15,7 @@ from scruton.campaign.remarks import Remark, Severity, figure
 from scruton.campaign.schema import Kind, Record, Test
 from scruton.envelope.inspection import Inspection
 from scruton.envelope.ringdown import DampingBand, RingDown
+from scruton.envelope.sampling import run_lengths
 from scruton.envelope.thresholds import (
     BAND_FLOOR,
     CLEAR_BAND,
@@ -268,8 +269,7 @@ def _standing(record: Record, inspection: Inspection) -> float:
     same = np.diff(record.response) == 0.0
     if record.is_envelope:
         same &= record.response[1:] == 0.0
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], same, [False]])))
-    lengths = edges[1::2] - edges[::2] + 1
+    lengths = run_lengths(same) + 1
     return float(np.sum(lengths[lengths > longest])) / record.response.size
 
 

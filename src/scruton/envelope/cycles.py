@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from scruton.arrays import FloatArray
+from scruton.arrays import ComplexArray, FloatArray
 from scruton.envelope.frequency import dominant_frequency
 from scruton.envelope.sampling import quantum_of, sampling
 from scruton.envelope.thresholds import SECOND_HARMONIC
 from scruton.envelope.tracking import Track, box_sum, follow
 from scruton.envelope.types import Cycles
-from scruton.envelope.windows import ComplexArray, CycleFit, Windows, cut, fit_cycles
+from scruton.envelope.windows import CycleFit, Windows, cut, fit_cycles
 from scruton.errors import InputError
 
 _NEIGHBOURHOOD = 8  # cycles on either side that share one level of noise
@@ -207,7 +207,7 @@ def _offset_slope(offset: FloatArray, number: np.ndarray, grid: int) -> FloatArr
     full = np.interp(np.arange(grid), number, offset)
     if len(full) < 5:
         return np.zeros(len(number))
-    padded = np.concatenate([2 * full[0] - full[2:0:-1], full, 2 * full[-1] - full[-2:-4:-1]])
+    padded = np.pad(full, 2, mode="reflect", reflect_type="odd")
     slope = np.convolve(padded, np.array([2.0, 1.0, 0.0, -1.0, -2.0]) / 10.0, mode="valid")
     return np.asarray(slope[number])
 

@@ -12,6 +12,7 @@ from scruton.envelope.clipping import clipped_side
 from scruton.envelope.cycles import cycles_from_envelope, demodulate
 from scruton.envelope.lines import Line, second_line
 from scruton.envelope.relaxation import Relaxation, relaxation
+from scruton.envelope.ringdown import weighted_line
 from scruton.envelope.sampling import Sampling, sampling
 from scruton.envelope.thresholds import (
     DECAY_FROM,
@@ -254,11 +255,10 @@ def _offset_and_drift(record: Record, cycles: Cycles) -> tuple[float, float]:
     """Offset, and change of the mean over the record, from a line through the means of whole cycles."""
     f = cycles.reference_frequency
     block = np.floor((record.time - record.time[0]) * f).astype(np.intp)
-    starts = np.flatnonzero(np.diff(block, prepend=-1))[:-1]  # the last cycle is not whole
-    stops = np.flatnonzero(np.diff(block, prepend=-1))[1:]
-    means = np.add.reduceat(record.response, starts)[: len(starts)]
-    means[-1] = np.sum(record.response[starts[-1] : stops[-1]])
-    means /= stops - starts
+    edges = np.flatnonzero(np.diff(block, prepend=-1))  # the last cycle is not whole
+    means = np.add.reduceat(record.response, edges)[:-1]
+    means[-1] = np.sum(record.response[edges[-2] : edges[-1]])
+    means /= np.diff(edges)
     x = np.linspace(-0.5, 0.5, len(means))
     return float(np.mean(means)), float(np.sum(x * means) / np.sum(x * x))
 
@@ -272,10 +272,7 @@ def _frequency_drift(cycles: Cycles) -> tuple[float, float, float]:
         if len(usable) < 5:
             continue
         w = (cycles.amplitude[usable] / cycles.standard_error[usable]) ** 2
-        t = cycles.time[usable] - np.average(cycles.time[usable], weights=w)
-        spread = float(np.sum(w * t * t))
-        slope = float(np.sum(w * t * cycles.phase[usable])) / spread
-        residual = cycles.phase[usable] - np.average(cycles.phase[usable], weights=w) - slope * t
+        slope, spread, residual = weighted_line(cycles.time[usable], cycles.phase[usable], w)
         chi2 = max(1.0, float(np.sum(w * residual**2)) / (len(usable) - 2))
         f.append(cycles.reference_frequency + slope / (2.0 * np.pi))
         precision.append(np.sqrt(chi2 / spread) / (2.0 * np.pi))

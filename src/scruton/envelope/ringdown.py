@@ -125,20 +125,9 @@ def ring_down(plucks: Sequence[Cycles], *, edges: FloatArray | None = None, name
     frequency, damping = references + turns[:, 0] / (2.0 * np.pi), fits[:, 0] / mean_omega
     f0, f0_sd = _pool(frequency, turns[:, 1] / (2.0 * np.pi))
     xi, xi_sd = _pool(damping, fits[:, 1] / mean_omega)
-    curve = _curve(usable)
     return RingDown(
-        frequency=f0,
-        frequency_sd=f0_sd,
-        damping_ratio=xi,
-        damping_ratio_sd=xi_sd,
-        pluck_frequency=frequency,
-        pluck_damping_ratio=damping,
-        bands=_bands(usable, edges),
-        linear=_linear(usable),
-        curve_amplitude=curve[0],
-        curve_damping_ratio=curve[1],
-        curve_sd=curve[2],
-    )
+        f0, f0_sd, xi, xi_sd, frequency, damping, _bands(usable, edges), _linear(usable), *_curve(usable)
+    )  # fmt: skip
 
 
 def _usable(cycles: Cycles) -> _Pluck:
@@ -176,15 +165,20 @@ def _release(time: FloatArray, a: FloatArray, error: FloatArray) -> int:
     return int(off[-1]) + 1 if len(off) else 0
 
 
+def weighted_line(x: FloatArray, y: FloatArray, weights: FloatArray) -> tuple[float, float, FloatArray]:
+    """Slope of y against x by weighted least squares, the weighted sum of squares of x about its mean, residuals."""
+    dx = x - np.average(x, weights=weights)
+    spread = float(np.sum(weights * dx * dx))
+    slope = float(np.sum(weights * dx * y)) / spread
+    return slope, spread, y - np.average(y, weights=weights) - slope * dx
+
+
 def _line(x: FloatArray, y: FloatArray, variance: FloatArray) -> tuple[float, float]:
     """Slope of a line and its standard error; scatter beyond `variance` counts equally for all points."""
     extra = 0.0
     for _ in range(5):
         w = 1.0 / (variance + extra + 1e-30)
-        dx = x - np.average(x, weights=w)
-        spread = float(np.sum(w * dx * dx))
-        slope = float(np.sum(w * dx * y)) / spread
-        residual = y - np.average(y, weights=w) - slope * dx
+        slope, spread, residual = weighted_line(x, y, w)
         extra = max(0.0, float(np.average(residual**2, weights=w) - np.average(variance, weights=w)))
     chi2 = float(np.sum(w * residual**2)) / max(1, len(x) - 2)
     # residuals that follow each other (curvature, beating) leave fewer independent points

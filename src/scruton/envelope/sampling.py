@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scruton.arrays import FloatArray
+from scruton.arrays import BoolArray, FloatArray, IntArray
 from scruton.envelope.thresholds import GAP, JITTER
 
 
@@ -55,3 +55,9 @@ def quantum_of(response: FloatArray) -> float:
     quantum = float(np.min(steps))
     multiples = steps / quantum
     return quantum if np.median(np.abs(multiples - np.round(multiples))) < 0.02 else 0.0
+
+
+def run_lengths(flag: BoolArray) -> IntArray:
+    """Lengths of the runs of true values."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flag, [False]])))
+    return edges[1::2] - edges[::2]

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scruton.arrays import BoolArray, FloatArray
+from scruton.arrays import BoolArray, ComplexArray, FloatArray
 from scruton.envelope.thresholds import CLEAR, RELIABLE
-from scruton.envelope.windows import ComplexArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -260,12 +260,9 @@ def deterministic(result: TestResult, record: Record, ringdown: RingDown | None)
     varies = ringdown is not None and damping_varies(ringdown) is not None
     constant = float(np.median(result.derived["damping_ratio"]))
     return front_end(
-        record.time,
-        record.response,
+        record,
         frequency=result.wind_frequency,
         still_air_frequency=result.rig.frequency.mean,
         damping_ratio=ringdown.structural_damping if ringdown is not None and varies else constant,
         mass_damping_factor=float(np.median(result.derived["mass_damping_factor"])),
-        is_envelope=record.is_envelope,
-        name=record.name,
     )
