@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -120,7 +119,7 @@ def assess(
     stable = _stable(stable_amplitude, relaxed if transient else None, record, smooth)
     line = None if record.is_envelope else second_line(record.time, record.response, cycles)
     remarks = [
-        *(_transient_remarks(record, smooth, stable, relaxed) if transient and relaxed else ()),
+        *(_transient_remarks(record, stable, relaxed) if transient and relaxed else ()),
         *_sampling_remarks(record, steps),
         *([] if record.is_envelope else _signal_remarks(record, cycles, line)),
     ]
@@ -148,107 +147,97 @@ def _stable(stated: float | None, relaxed: Relaxation | None, record: Record, sm
     return float(np.sqrt(np.mean(smooth**2))) if record.kind is Kind.STEADY else float("nan")
 
 
-def _transient_remarks(record: Record, smooth: np.ndarray, stable: float, relaxed: Relaxation) -> Iterator[Remark]:
-    first, say = relaxed.first_amplitude, partial(Remark, Severity.NOTE, of="record", name=record.name)
-    duration = float(record.time[-1] - record.time[0])
+def _note(record: Record, kind: str, text: str, alike: str, value: float, excess: float = 1.0) -> Remark:
+    return Remark(Severity.NOTE, kind, "record", record.name, text, alike, value, excess)
+
+
+def _transient_remarks(record: Record, stable: float, relaxed: Relaxation) -> Iterator[Remark]:
+    first = relaxed.first_amplitude
     if record.kind is Kind.DECAY and first < DECAY_FROM * stable:
-        yield say(
-            kind="decay start",
-            text=f"the decay starts at {first / stable:.2f} times the stable amplitude; from below "
-            f"{DECAY_FROM} times, the rate of decay is hardly told from turbulence.",
-            alike=f"the decay starts at {{}} times the stable amplitude, below {DECAY_FROM} times,",
-            value=first / stable,
-        )
+        yield _note(
+            record, "decay start",
+            f"the decay starts at {first / stable:.2f} times the stable amplitude; from below {DECAY_FROM} times, the "
+            "rate of decay is hardly told from turbulence.",
+            f"the decay starts at {{}} times the stable amplitude, below {DECAY_FROM} times,", first / stable,
+        )  # fmt: skip
     if record.kind is Kind.GROWTH and first > GROWTH_FROM * stable:
-        yield say(
-            kind="growth start",
-            text=f"the growth starts at {first / stable:.2f} times the stable amplitude; it should start "
-            f"below {GROWTH_FROM}, so that the damping at small amplitude is seen.",
-            alike=f"the growth starts at {{}} times the stable amplitude, above {GROWTH_FROM} times,",
-            value=first / stable,
-            excess=first / stable / GROWTH_FROM,
-        )
+        yield _note(
+            record, "growth start",
+            f"the growth starts at {first / stable:.2f} times the stable amplitude; it should start below "
+            f"{GROWTH_FROM}, so that the damping at small amplitude is seen.",
+            f"the growth starts at {{}} times the stable amplitude, above {GROWTH_FROM} times,", first / stable,
+            first / stable / GROWTH_FROM,
+        )  # fmt: skip
+    duration = float(record.time[-1] - record.time[0])
     if duration < RELAXATIONS * relaxed.time:
-        yield say(
-            kind="length",
-            text=f"the record lasts {duration:.3g} s, {duration / relaxed.time:.1f} relaxation times of "
-            f"{relaxed.time:.3g} s; below {RELAXATIONS:g} the stable amplitude is an extrapolation.",
-            alike=f"the record lasts {{}} relaxation times, below the {RELAXATIONS:g} that show the stable amplitude,",
-            value=duration / relaxed.time,
-            excess=RELAXATIONS * relaxed.time / duration,
-        )
+        yield _note(
+            record, "length",
+            f"the record lasts {duration:.3g} s, {duration / relaxed.time:.1f} relaxation times of {relaxed.time:.3g} "
+            f"s; below {RELAXATIONS:g} the stable amplitude is an extrapolation.",
+            f"the record lasts {{}} relaxation times, below the {RELAXATIONS:g} that show the stable amplitude,",
+            duration / relaxed.time, RELAXATIONS * relaxed.time / duration,
+        )  # fmt: skip
 
 
 def _sampling_remarks(record: Record, steps: Sampling) -> Iterator[Remark]:
-    say = partial(Remark, Severity.NOTE, of="record", name=record.name)
     if steps.jitter > JITTER:
-        yield say(
-            kind="jitter",
-            text=f"the sampling is not uniform; steps depart from {steps.step:.4g} s by up to "
-            f"{100.0 * steps.jitter:.0f} %.",
-            alike="the sampling is not uniform; steps depart from the usual one by up to {} %",
-            value=100.0 * steps.jitter,
-            excess=steps.jitter / JITTER,
-        )
+        off = 100.0 * steps.jitter
+        yield _note(
+            record, "jitter",
+            f"the sampling is not uniform; steps depart from {steps.step:.4g} s by up to {off:.0f} %.",
+            "the sampling is not uniform; steps depart from the usual one by up to {} %", off, steps.jitter / JITTER,
+        )  # fmt: skip
     if len(steps.gaps):
         longest = float(np.max(np.diff(steps.gaps, axis=1)))
-        yield say(
-            kind="gap",
-            text=f"{len(steps.gaps)} gap{'s' if len(steps.gaps) > 1 else ''} in the record, the longest "
-            f"{longest:.3g} s, the first at {steps.gaps[0, 0]:.4g} s; cycles inside are left out.",
-            alike="gaps (cycles inside are left out), the longest of {} s,",
-            value=longest,
-        )
+        yield _note(
+            record, "gap",
+            f"{len(steps.gaps)} gap{'s' if len(steps.gaps) > 1 else ''} in the record, the longest {longest:.3g} s, the "
+            f"first at {steps.gaps[0, 0]:.4g} s; cycles inside are left out.",
+            "gaps (cycles inside are left out), the longest of {} s,", longest,
+        )  # fmt: skip
 
 
 def _signal_remarks(record: Record, cycles: Cycles, line: Line | None) -> Iterator[Remark]:
-    say = partial(Remark, Severity.NOTE, of="record", name=record.name)
     largest = float(np.max(cycles.amplitude))
-    side = clipped_side(record.time, record.response, cycles)
-    if side:
+    if side := clipped_side(record.time, record.response, cycles):
         yield Remark(
             Severity.DOUBT, "clipped", "record", record.name,
             f"the signal is clipped {side}: samples pile up at the extreme reading.", f"the signal is clipped {side}",
         )  # fmt: skip
     offset, drift = _offset_and_drift(record, cycles)
     if abs(offset) > OFFSET * largest:
-        yield say(
-            kind="offset",
-            text=f"the signal has an offset of {offset:.3g}, {100 * abs(offset) / largest:.0f} % of the largest "
-            "amplitude; it is removed.",
-            alike="the signal has an offset of {} % of the largest amplitude, which is removed,",
-            value=100.0 * abs(offset) / largest,
-            excess=abs(offset) / largest / OFFSET,
-        )
+        yield _note(
+            record, "offset",
+            f"the signal has an offset of {offset:.3g}, {100 * abs(offset) / largest:.0f} % of the largest amplitude; "
+            "it is removed.",
+            "the signal has an offset of {} % of the largest amplitude, which is removed,",
+            100.0 * abs(offset) / largest, abs(offset) / largest / OFFSET,
+        )  # fmt: skip
     if abs(drift) > MEAN_DRIFT * largest:
-        yield say(
-            kind="mean drift",
-            text=f"the mean drifts by {drift:.3g} over the record, {100 * abs(drift) / largest:.0f} % of the "
-            "largest amplitude; it is removed.",
-            alike="the mean drifts by {} % of the largest amplitude, which is removed,",
-            value=100.0 * abs(drift) / largest,
-            excess=abs(drift) / largest / MEAN_DRIFT,
-        )
+        yield _note(
+            record, "mean drift",
+            f"the mean drifts by {drift:.3g} over the record, {100 * abs(drift) / largest:.0f} % of the largest "
+            "amplitude; it is removed.",
+            "the mean drifts by {} % of the largest amplitude, which is removed,",
+            100.0 * abs(drift) / largest, abs(drift) / largest / MEAN_DRIFT,
+        )  # fmt: skip
     change, low, high = _frequency_drift(cycles)
     if change > FREQUENCY_DRIFT:
-        yield say(
-            kind="frequency drift",
-            text=f"the frequency drifts by {100 * change:.1f} %, between {low:.4g} and {high:.4g} Hz; stiffness, "
-            "wind speed or lock-in changes while the record runs.",
-            alike="the frequency drifts by {} %",
-            value=100.0 * change,
-            excess=change / FREQUENCY_DRIFT,
-        )
+        yield _note(
+            record, "frequency drift",
+            f"the frequency drifts by {100 * change:.1f} %, between {low:.4g} and {high:.4g} Hz; stiffness, wind speed "
+            "or lock-in changes while the record runs.",
+            "the frequency drifts by {} %", 100.0 * change, change / FREQUENCY_DRIFT,
+        )  # fmt: skip
     if line is not None and line.relative > SECOND_LINE:
         what = f"the harmonic of order {line.harmonic}" if line.harmonic else "another motion or pick-up"
-        yield say(
-            kind="second line",
-            text=f"a second line at {line.frequency:.4g} Hz has {100 * line.relative:.0f} % of the height of the "
-            f"main one at {cycles.reference_frequency:.4g} Hz ({what}).",
-            alike=f"a second line ({what}) has {{}} % of the height of the main one",
-            value=100.0 * line.relative,
-            excess=line.relative / SECOND_LINE,
-        )
+        yield _note(
+            record, "second line",
+            f"a second line at {line.frequency:.4g} Hz has {100 * line.relative:.0f} % of the height of the main one at "
+            f"{cycles.reference_frequency:.4g} Hz ({what}).",
+            f"a second line ({what}) has {{}} % of the height of the main one", 100.0 * line.relative,
+            line.relative / SECOND_LINE,
+        )  # fmt: skip
 
 
 def _offset_and_drift(record: Record, cycles: Cycles) -> tuple[float, float]:
