@@ -191,8 +191,8 @@ def _sampling_remarks(record: Record, steps: Sampling) -> Iterator[Remark]:
         longest = float(np.max(np.diff(steps.gaps, axis=1)))
         yield _note(
             record, "gap",
-            f"{len(steps.gaps)} gap{'s' if len(steps.gaps) > 1 else ''} in the record, the longest {longest:.3g} s, the "
-            f"first at {steps.gaps[0, 0]:.4g} s; cycles inside are left out.",
+            f"{len(steps.gaps)} gap{'s' if len(steps.gaps) > 1 else ''} in the record, the longest {longest:.3g} s, "
+            f"the first at {steps.gaps[0, 0]:.4g} s; cycles inside are left out.",
             "gaps (cycles inside are left out), the longest of {} s,", longest,
         )  # fmt: skip
 
@@ -233,8 +233,8 @@ def _signal_remarks(record: Record, cycles: Cycles, line: Line | None) -> Iterat
         what = f"the harmonic of order {line.harmonic}" if line.harmonic else "another motion or pick-up"
         yield _note(
             record, "second line",
-            f"a second line at {line.frequency:.4g} Hz has {100 * line.relative:.0f} % of the height of the main one at "
-            f"{cycles.reference_frequency:.4g} Hz ({what}).",
+            f"a second line at {line.frequency:.4g} Hz has {100 * line.relative:.0f} % of the height of the main one "
+            f"at {cycles.reference_frequency:.4g} Hz ({what}).",
             f"a second line ({what}) has {{}} % of the height of the main one", 100.0 * line.relative,
             line.relative / SECOND_LINE,
         )  # fmt: skip

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scruton.campaign.plausibility import damping_flag
+from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
 from scruton.errors import InputError
 from scruton.griffin.curves import law_curves, what_if
@@ -21,7 +22,6 @@ from scruton.sizing.results import ModeSizing, SizedBridge, Sizing, Stated
 from scruton.sizing.risk import flags, risk
 from scruton.sizing.shares import shares
 from scruton.sizing.thresholds import AT_NODE, LEAST_EXPONENT, LOCK_IN_MARGIN, LONG_STROKE, NEAR_NODE
-from scruton.sizing.uncertain import Uncertain
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -185,5 +185,5 @@ def _peak_range(tree: "xr.DataTree") -> tuple[float, float]:
     return float(found.min() * (1.0 - LOCK_IN_MARGIN)), float(found.max() * (1.0 + LOCK_IN_MARGIN))
 
 
-def _stated(value: Uncertain) -> Stated:
-    return Stated(value.mean, value.sd, "known" if value.certain else value.family)
+def _stated(value: Quantity) -> Stated:
+    return Stated(value.mean, value.sd or 0.0, "known" if value.certain else value.family)
