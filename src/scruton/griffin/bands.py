@@ -1,7 +1,7 @@
 """Credible bands of the Griffin curve, from the posterior of the law and from that of the trial function."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -64,14 +64,8 @@ class GriffinBand:
                 return np.asarray(1.0 / value, dtype=float)
 
         units = {"A/D": "D/A", "D/A": "A/D", "rad": "1/rad", "1/rad": "rad"}
-        return GriffinBand(
-            self.scruton_number,
-            over(self.median),
-            MappingProxyType({p: over(one)[::-1] for p, one in self.intervals.items()}),
-            units[self.unit],
-            self.label,
-            self.extrapolated,
-        )
+        intervals = MappingProxyType({p: over(ends)[::-1] for p, ends in self.intervals.items()})
+        return replace(self, median=over(self.median), intervals=intervals, unit=units[self.unit])
 
 
 def index_draws(tree: "xr.DataTree", scruton_numbers: FloatArray, test: str) -> FloatArray:
@@ -238,7 +232,7 @@ def trial_griffin_band(tree: "xr.DataTree", scruton_numbers: FloatArray | Sequen
     found = band(grid, draws, unit_of(tree), record)
     with np.errstate(invalid="ignore"):
         outside = ~((found.median >= low) & (found.median <= high))
-    return GriffinBand(grid, found.median, found.intervals, found.unit, record, outside)
+    return replace(found, extrapolated=outside)
 
 
 def _record_data(tree: "xr.DataTree", record: str) -> tuple[FloatArray, FloatArray, str]:

@@ -1,6 +1,5 @@
 """Stable amplitude against reduced velocity at any Scruton number, from the tests at all wind speeds."""
 
-import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -11,6 +10,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.errors import InputError
 from scruton.griffin.bands import INTERVALS
+from scruton.griffin.curves import stream
 from scruton.griffin.posterior import unit_of
 from scruton.griffin.thresholds import X_TRUSTED
 from scruton.infer.smooth import log_ratio
@@ -106,7 +106,7 @@ def lock_in_draws(
     if not np.isfinite(scruton_number):
         raise InputError("prediction", "scruton_number", repr(scruton_number), "a finite number such as 30")
     v = lock_in_velocities(tree, rig) if velocities is None else np.asarray(velocities, dtype=float)
-    z, new = np.random.default_rng([seed, zlib.crc32(b"griffin: lock-in")]).standard_normal((2, group.sizes["draw"]))
+    z, new = stream(seed, "lock-in").standard_normal((2, group.sizes["draw"]))
     shift = _flat(group, "scale_shift") * new if rig is None else _shift(tree, rig)
     f, h = _at(tree, v * np.exp(shift)[:, None])
     n, reference = float(group.attrs["law_n"]), float(group.attrs["reference_scruton_number"])

@@ -1,7 +1,7 @@
 """Predictive stable amplitude at a design Scruton number, laws weighed, with the discrepancy between settings."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +23,7 @@ from scruton.griffin.posterior import (
     unit_of,
 )
 from scruton.griffin.thresholds import X_TRUSTED
+from scruton.records import as_json
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -102,24 +103,27 @@ class Prediction:
 
         A number that does not exist (an upper bound where no amplitude is stable) is null.
         """
-        return {
-            "sc": _number(self.scruton_number),
-            "damping_ratio": _number(self.damping_ratio),
-            "amplitude": {
-                "unit": self.unit,
-                "median": _number(self.median),
-                "mean": _number(self.mean),
-                "sd": _number(self.sd),
-                "interval": {f"{p:.2f}": [_number(one) for one in self.interval(p)] for p in INTERVALS},
-            },
-            "rig": self.rig,
-            "laws": dict(self.laws),
-            "extrapolation_index": _number(self.extrapolation_index),
-            "discrepancy_sd": self.discrepancy_sd,
-            "probability_no_vibration": self.dies,
-            "fraction_unbounded": self.unbounded,
-            "flags": list(self.flags),
-        }
+        content: dict[str, Any] = as_json(
+            {
+                "sc": self.scruton_number,
+                "damping_ratio": self.damping_ratio,
+                "amplitude": {
+                    "unit": self.unit,
+                    "median": self.median,
+                    "mean": self.mean,
+                    "sd": self.sd,
+                    "interval": {f"{p:.2f}": self.interval(p) for p in INTERVALS},
+                },
+                "rig": self.rig,
+                "laws": self.laws,
+                "extrapolation_index": self.extrapolation_index,
+                "discrepancy_sd": self.discrepancy_sd,
+                "probability_no_vibration": self.dies,
+                "fraction_unbounded": self.unbounded,
+                "flags": self.flags,
+            }
+        )
+        return content
 
 
 def predict(
@@ -175,8 +179,13 @@ def predict(
     else:
         assert damping_ratio is not None
         design = damping_ratio if isinstance(damping_ratio, Quantity) else Quantity(float(damping_ratio))
+        if not 0.0 < design.mean < 1.0 or (design.sd is not None and not design.sd >= 0.0):
+            raise InputError(
+                "prediction", "damping_ratio", f"{design.mean} +/- {design.sd}",
+                'a ratio between 0 and 1, "0.003 +/- 0.001"',
+            )  # fmt: skip
         # a stream of its own: the discrepancy of a design is the same however its damping is stated
-        xi_draws = _damping_draws(design, len(factor), stream(seed, "design damping"))
+        xi_draws = design.draw(stream(seed, "design damping"), len(factor))
         sc, xi = xi_draws * factor, float(np.median(xi_draws))
     curve = shared_curve(tree, law_n=law_n, seed=seed)
     # A short run may have kept another number of draws of the rig than of the curve.
@@ -186,7 +195,7 @@ def predict(
         float(np.median(sc)), xi, unit_of(tree), draws, curve.laws, name, indices,
         float(np.median(curve.discrepancy)), (),
     )  # fmt: skip
-    return Prediction(**(vars(found) | {"flags": (*what_if(tree, law_n), *_flags(found))}))
+    return replace(found, flags=(*what_if(tree, law_n), *_flags(found)))
 
 
 def predictive_draws(
@@ -243,20 +252,6 @@ def single_draws(
     return draws
 
 
-def _damping_draws(design: Quantity, size: int, rng: np.random.Generator) -> FloatArray:
-    if not 0.0 < design.mean < 1.0 or (design.sd is not None and not design.sd >= 0.0):
-        raise InputError(
-            "prediction",
-            "damping_ratio",
-            f"{design.mean} +/- {design.sd}",
-            'a ratio between 0 and 1, "0.003 +/- 0.001"',
-        )
-    if not design.sd:
-        return np.full(size, design.mean)
-    log_variance = np.log1p((design.sd / design.mean) ** 2)
-    return np.asarray(design.mean * np.exp(np.sqrt(log_variance) * rng.standard_normal(size) - 0.5 * log_variance))
-
-
 def _flags(one: Prediction) -> tuple[str, ...]:
     flags = []
     place = f"Sc = {one.scruton_number:.4g}"
@@ -278,7 +273,3 @@ def _flags(one: Prediction) -> tuple[str, ...]:
             f"{place}: no stable amplitude in {one.unbounded:.1%} of the draws; they are counted as infinitely large"
         )
     return tuple(flags)
-
-
-def _number(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

@@ -13,7 +13,7 @@ from scipy.special import ndtri
 
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Motion
-from scruton.dynamics.laws import amplitude_ratio, index_of
+from scruton.dynamics.laws import index_of
 from scruton.griffin.curves import LawCurves, SharedCurve
 from scruton.sizing.bridge import Bridge, Mode
 
@@ -195,7 +195,8 @@ class Draws:
         """Stable amplitude [m] or [rad] with added damping, shaped as `scruton_number`; zero where vibration dies."""
         sc = self.scruton_number(added)
         square = sc if sc.ndim == 2 else sc[:, None]
-        found = self.scale[:, None] * self._on_curve(square)
+        on_curve = self.curve.at(square) if self.table is None else self.table.amplitude(self.row, square)
+        found = self.scale[:, None] * on_curve
         return found if sc.ndim == 2 else found[:, 0]
 
     def needed(self, limit: float) -> FloatArray:
@@ -214,14 +215,6 @@ class Draws:
             sc = curve.reference + curve.relaxation * index_of(np.log(target / curve.amplitude), curve.n)
         found: FloatArray = sc / self.factor - self.damping_ratio
         return found
-
-    def _on_curve(self, sc: FloatArray) -> FloatArray:
-        curve = self.curve
-        if self.table is None:
-            x = (sc - curve.reference) / curve.relaxation[:, None]
-            found: FloatArray = curve.amplitude[:, None] * amplitude_ratio(x, curve.n[:, None])
-            return found
-        return self.table.amplitude(self.row, sc)
 
 
 @dataclass(frozen=True, eq=False)
