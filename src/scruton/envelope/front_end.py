@@ -9,13 +9,7 @@ from scruton.campaign.schema import Record
 from scruton.envelope.amplitude import amplitude as transient_amplitude
 from scruton.envelope.amplitude import band_pass as filter_band
 from scruton.envelope.amplitude import detrend
-from scruton.envelope.damping import (
-    GriffinCurve,
-    StructuralDamping,
-    aerodynamic_damping,
-    griffin_curve,
-    total_damping,
-)
+from scruton.envelope.damping import GriffinCurve, StructuralDamping, aerodynamic_damping, griffin_curve, total_damping
 from scruton.envelope.sampling import Sampling, sampling
 from scruton.envelope.trial import TrialFit, TrialFunction, trial_function
 from scruton.errors import InputError

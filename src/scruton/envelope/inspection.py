@@ -64,10 +64,7 @@ def record_cycles(record: Record, still_air_frequency: float) -> Cycles:
 
 
 def weigh(
-    campaign: Campaign,
-    cycles: Mapping[str, Cycles],
-    ringdowns: Mapping[str, RingDown],
-    stated_sd: float = STATED_SD,
+    campaign: Campaign, cycles: Mapping[str, Cycles], ringdowns: Mapping[str, RingDown], stated_sd: float = STATED_SD
 ) -> Inspection:
     """Measure every record whose cycles are at hand."""
     qualities = {}

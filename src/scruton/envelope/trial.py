@@ -219,11 +219,7 @@ class CubicSpline:
 
 
 TRIAL_FUNCTIONS: Mapping[str, TrialFunction] = MappingProxyType(
-    {
-        "second-order exponential": SecondOrderExponential(),
-        "polynomial": Polynomial(),
-        "cubic spline": CubicSpline(),
-    }
+    {"second-order exponential": SecondOrderExponential(), "polynomial": Polynomial(), "cubic spline": CubicSpline()}
 )
 """The trial functions of the paper's Fig. 13 by name, with orders that suit a record of some hundred cycles."""
 

@@ -199,11 +199,7 @@ def predict(
 
 
 def predictive_draws(
-    tree: "xr.DataTree",
-    scruton_numbers: FloatArray | Sequence[float],
-    *,
-    law_n: float | None = None,
-    seed: int = 0,
+    tree: "xr.DataTree", scruton_numbers: FloatArray | Sequence[float], *, law_n: float | None = None, seed: int = 0
 ) -> FloatArray:
     """Predictive stable amplitudes of a new setting, from all peak tests together.
 
