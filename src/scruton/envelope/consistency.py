@@ -52,10 +52,10 @@ def review(inspection: Inspection) -> list[Remark]:
     list of Remark
         In no order; `scruton.campaign.remarks.sentences` ranks and folds.
     """
-    found = [*implausible(inspection.campaign), *(remark for check in CHECKS for remark in check(inspection))]
-    slipped = {one.name for one in found if one.kind in CAUSES}
-    notes = [remark for one in inspection.qualities.values() for remark in one.remarks]
-    return found + [one for one in notes if one.kind not in CONSEQUENCES or one.name not in slipped]
+    slips = [*implausible(inspection.campaign), *(remark for check in CHECKS for remark in check(inspection))]
+    slipped = {remark.name for remark in slips if remark.kind in CAUSES}
+    notes = [remark for quality in inspection.qualities.values() for remark in quality.remarks]
+    return slips + [note for note in notes if note.kind not in CONSEQUENCES or note.name not in slipped]
 
 
 def _frequency(inspection: Inspection) -> Iterator[Remark]:
@@ -164,9 +164,9 @@ class _End:
 
 def _ends(test: Test, kind: Kind, inspection: Inspection) -> list[_End]:
     """Where the transients of one kind end, those left out that end in nothing."""
-    usable = [one for one in test.records if one.kind is kind and one.name in inspection.qualities]
-    ends = [_End.of(one, inspection) for one in usable if _standing(one, inspection) < DEAD]
-    return [one for one in ends if one.tail > 0.0]
+    usable = [record for record in test.records if record.kind is kind and record.name in inspection.qualities]
+    ends = [_End.of(record, inspection) for record in usable if _standing(record, inspection) < DEAD]
+    return [end for end in ends if end.tail > 0.0]
 
 
 def _apart(growth: _End, decay: _End) -> float:
@@ -232,11 +232,11 @@ def _sigmas(stated: float, sd: float, ringdown: RingDown) -> float:
 
     Damping may vary with amplitude: what is stated at one of them contradicts nobody.
     """
-    bands = [one for one in ringdown.bands if _error(one) < CLEAR_BAND * abs(one.damping_ratio)]
+    bands = [band for band in ringdown.bands if _error(band) < CLEAR_BAND * abs(band.damping_ratio)]
     if not bands:
         return abs(ringdown.damping_ratio - stated) / math.hypot(sd, ringdown.damping_ratio_sd)
-    misses = [(one.damping_ratio - stated) / math.hypot(sd, _error(one)) for one in bands]
-    return 0.0 if min(misses) <= 0.0 <= max(misses) else min(abs(one) for one in misses)
+    misses = [(band.damping_ratio - stated) / math.hypot(sd, _error(band)) for band in bands]
+    return 0.0 if min(misses) <= 0.0 <= max(misses) else min(abs(miss) for miss in misses)
 
 
 def _error(band: DampingBand) -> float:
@@ -248,8 +248,8 @@ def _amplitude(inspection: Inspection) -> Iterator[Remark]:
     wanted = AMPLITUDE[inspection.campaign.section.motion]
     for record, _, test in inspection.records():
         largest = inspection.qualities[record.name].amplitude_range[1]
-        for one in outside(largest, wanted, "amplitude", "record", record.name, "the largest amplitude"):
-            yield one if test is not None else replace(one, severity=Severity.DOUBT)
+        for remark in outside(largest, wanted, "amplitude", "record", record.name, "the largest amplitude"):
+            yield remark if test is not None else replace(remark, severity=Severity.DOUBT)
 
 
 def _dead(inspection: Inspection) -> Iterator[Remark]:

@@ -42,8 +42,8 @@ def second_line(time: FloatArray, response: FloatArray, cycles: Cycles) -> Line 
     the logarithm) and a rest, and the rest must show a line on one side only. Farther away the main motion, as
     demodulated, is subtracted from the record first.
     """
-    found = [line for line in (_near(cycles), _far(time, response, cycles)) if line is not None]
-    return max(found, key=lambda line: line.relative, default=None)
+    lines = [line for line in (_near(cycles), _far(time, response, cycles)) if line is not None]
+    return max(lines, key=lambda line: line.relative, default=None)
 
 
 def _near(cycles: Cycles) -> Line | None:

@@ -76,7 +76,7 @@ class RecordQuality:
     @property
     def warnings(self) -> tuple[str, ...]:
         """The remarks as plain sentences, each naming the record."""
-        return tuple(one.sentence for one in self.remarks)
+        return tuple(remark.sentence for remark in self.remarks)
 
 
 def assess(

@@ -213,16 +213,16 @@ def _bands(plucks: Sequence[_Pluck], edges: FloatArray | None) -> tuple[DampingB
         edges = top * 2.0 ** -np.arange(count, -1, -1.0)
     bands = []
     for lower, upper in zip(edges[-2::-1], edges[:0:-1], strict=True):
-        found = []
+        slopes = []
         for p, s in zip(plucks, smooth, strict=True):
             inside = np.flatnonzero((s >= np.log(lower)) & (s < np.log(upper)))
             if len(inside) < FEWEST_CYCLES:
                 continue
             part = slice(inside[0], inside[-1] + 1)
             slope, error = _line(p.time[part], -p.log_amplitude[part], p.variance[part])
-            found.append((slope / np.mean(p.omega[part]), error / np.mean(p.omega[part])))
-        if found:
-            xi, error = np.array(found).T
+            slopes.append((slope / np.mean(p.omega[part]), error / np.mean(p.omega[part])))
+        if slopes:
+            xi, error = np.array(slopes).T
             sd = float(np.std(xi, ddof=1)) if len(xi) > 1 else float(error[0])
             bands.append(DampingBand(float(lower), float(upper), float(np.mean(xi)), sd, len(xi)))
     return tuple(bands)

@@ -11,7 +11,7 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.laws import amplitude_ratio, extrapolation_index
 from scruton.envelope.damping import aerodynamic_damping, griffin_curve, total_damping
 from scruton.errors import InputError
-from scruton.griffin.posterior import draws_of, exponent_draws, mass_damping_draws, peak_names, unit_of
+from scruton.griffin.posterior import draws_of, exponent_draws, mass_damping_draws, names_of, peak_names, unit_of
 from scruton.griffin.thresholds import ENOUGH_DRAWS, X_TRUSTED
 
 if TYPE_CHECKING:
@@ -132,10 +132,10 @@ def band(
     def at(*probability: float) -> FloatArray:
         if np.isfinite(draws).all():  # the common case, all columns at once
             return quantiles(draws, probability)
-        found = np.full((len(probability), len(scruton_numbers)), np.nan)
+        points = np.full((len(probability), len(scruton_numbers)), np.nan)
         for i in np.flatnonzero(enough):
-            found[:, i] = quantiles(draws[known[:, i], i], probability)
-        return found
+            points[:, i] = quantiles(draws[known[:, i], i], probability)
+        return points
 
     return GriffinBand(
         np.asarray(scruton_numbers, dtype=float),
@@ -201,12 +201,12 @@ def trial_griffin_draws(
     with its sign, is what would make that amplitude stable; Eqs. (7) and (8) turn it into Sc.
     """
     group = tree.get("trial_function")
-    known = [] if group is None else [str(one) for one in group["record"].to_numpy()]
+    known = [] if group is None else names_of(group["record"])
     if group is None or record not in known:
         raise InputError("posterior", "record", f"'{record}'", f"one of: {', '.join(known) or 'none was fitted'}")
     time, amplitudes, test = _record_data(tree, record)
     constants = {name: group[name].sel(record=record).to_numpy().reshape(-1) for name in "abcd"}
-    size = min(len(one) for one in (constants["a"], draws_of(tree, "damping_ratio", test)))
+    size = min(len(draws) for draws in (constants["a"], draws_of(tree, "damping_ratio", test)))
     pick = np.unique(np.linspace(0, size - 1, min(size, _TRIAL_DRAWS)).astype(int))
     a, b, c, d = (constants[name][pick, None] for name in "abcd")
     length = time[-1] - time[0]
@@ -221,7 +221,7 @@ def trial_griffin_draws(
     curve = griffin_curve(aero, amplitude, 1.0, omega, omega0)
     sc = mass_damping_draws(tree, test)[pick, None] * curve.scruton_number
     grid = np.asarray(scruton_numbers, dtype=float)
-    draws = np.stack([_read(grid, one, values) for one, values in zip(sc, amplitude, strict=True)])
+    draws = np.stack([_read(grid, numbers, values) for numbers, values in zip(sc, amplitude, strict=True)])
     return draws, (float(amplitudes.min()), float(amplitudes.max()))
 
 
@@ -229,10 +229,10 @@ def trial_griffin_band(tree: "xr.DataTree", scruton_numbers: FloatArray | Sequen
     """Credible band of the paper's procedure for one record; parameters as of `trial_griffin_draws`."""
     grid = np.asarray(scruton_numbers, dtype=float)
     draws, (low, high) = trial_griffin_draws(tree, grid, record)
-    found = band(grid, draws, unit_of(tree), record)
+    whole = band(grid, draws, unit_of(tree), record)
     with np.errstate(invalid="ignore"):
-        outside = ~((found.median >= low) & (found.median <= high))
-    return replace(found, extrapolated=outside)
+        outside = ~((whole.median >= low) & (whole.median <= high))
+    return replace(whole, extrapolated=outside)
 
 
 def _record_data(tree: "xr.DataTree", record: str) -> tuple[FloatArray, FloatArray, str]:

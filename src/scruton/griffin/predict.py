@@ -191,11 +191,11 @@ def predict(
     # A short run may have kept another number of draws of the rig than of the curve.
     draws = predictive_draws(tree, np.resize(sc, curve.n.size)[:, None], law_n=law_n, seed=seed)[:, 0]
     indices = {test: float(np.median(index_draws(tree, sc[:, None], test))) for test in peak_names(tree)}
-    found = Prediction(
+    prediction = Prediction(
         float(np.median(sc)), xi, unit_of(tree), draws, curve.laws, name, indices,
         float(np.median(curve.discrepancy)), (),
     )  # fmt: skip
-    return replace(found, flags=(*what_if(tree, law_n), *_flags(found)))
+    return replace(prediction, flags=(*what_if(tree, law_n), *_flags(prediction)))
 
 
 def predictive_draws(
@@ -248,24 +248,25 @@ def single_draws(
     return draws
 
 
-def _flags(one: Prediction) -> tuple[str, ...]:
+def _flags(prediction: Prediction) -> tuple[str, ...]:
     flags = []
-    place = f"Sc = {one.scruton_number:.4g}"
-    if abs(one.extrapolation_index) > X_TRUSTED:
+    place = f"Sc = {prediction.scruton_number:.4g}"
+    if abs(prediction.extrapolation_index) > X_TRUSTED:
         flags.append(
-            f"{place}: extrapolation index x = {one.extrapolation_index:.2f} from the nearest test; beyond "
+            f"{place}: extrapolation index x = {prediction.extrapolation_index:.2f} from the nearest test; beyond "
             f"|x| = {X_TRUSTED:g} laws of aerodynamic damping part, and the interval is that of the laws used: "
-            + ", ".join(f"{law} ({weight:.0%})" for law, weight in one.laws.items() if weight > 0.005)
+            + ", ".join(f"{law} ({weight:.0%})" for law, weight in prediction.laws.items() if weight > 0.005)
         )
-    implausible = damping_flag(one.damping_ratio)
+    implausible = damping_flag(prediction.damping_ratio)
     if implausible:
         flags.append(f"{place}: {implausible}")
-    if one.scruton_number < 0.0:
+    if prediction.scruton_number < 0.0:
         flags.append(f"{place}: a negative Scruton number has no physical meaning; it shows the trend only")
-    if one.dies > 0.0:
-        flags.append(f"{place}: no vibration in {one.dies:.1%} of the draws; they are counted as zero amplitude")
-    if one.unbounded > 0.0:
+    if prediction.dies > 0.0:
+        flags.append(f"{place}: no vibration in {prediction.dies:.1%} of the draws; they are counted as zero amplitude")
+    if prediction.unbounded > 0.0:
         flags.append(
-            f"{place}: no stable amplitude in {one.unbounded:.1%} of the draws; they are counted as infinitely large"
+            f"{place}: no stable amplitude in {prediction.unbounded:.1%} of the draws; they are counted as infinitely "
+            "large"
         )
     return tuple(flags)

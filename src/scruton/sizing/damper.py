@@ -108,15 +108,15 @@ def damper(model: ModeModel, limit: float, seed: int) -> Damper:
     # A design is best for the draws that it was made with: on fresh ones it leaves more risk than was asked for.
     aim = request.risk
     for _ in range(_CORRECTIONS):
-        found = design(
+        lightest = design(
             tuning, risk=aim, frequency=mode.frequency.mean, modal_mass=mode.modal_mass,
             largest_mass_ratio=request.largest_mass_ratio,
         )  # fmt: skip
-        left = left_by(found.dampers)
-        if left <= RISK_TOLERANCE * request.risk or not found.achievable:
+        left = left_by(lightest.dampers)
+        if left <= RISK_TOLERANCE * request.risk or not lightest.achievable:
             break
         aim *= request.risk / left
-    total = sum(each.mass_ratio for each in found.dampers)
+    total = sum(each.mass_ratio for each in lightest.dampers)
     ratios = np.geomspace(max(0.1 * total, 2e-4), min(max(3.0 * total, 2e-3), 0.1), _MAP_POINTS)
     if total > 0.0:
         ratios = np.unique(np.append(ratios, total))
@@ -126,15 +126,15 @@ def damper(model: ModeModel, limit: float, seed: int) -> Damper:
     return Damper(
         Asked(request.risk, request.number, request.largest_mass_ratio, request.largest_stroke),
         position,
-        found.achievable,
-        found.reason,
-        found.dampers,
+        lightest.achievable,
+        lightest.reason,
+        lightest.dampers,
         total,
         None if scale is None else total * scale,
         left,
-        Spread(found.outcome.added_damping, low=found.outcome.added_damping_low),
-        Spread(found.outcome.stroke, high=found.outcome.stroke_high),
-        found.detuned,
+        Spread(lightest.outcome.added_damping, low=lightest.outcome.added_damping_low),
+        Spread(lightest.outcome.stroke, high=lightest.outcome.stroke_high),
+        lightest.detuned,
         MassMap(
             ratios,
             None if scale is None else ratios * scale,

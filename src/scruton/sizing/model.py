@@ -39,8 +39,7 @@ def unit_cube(count: int, seed: int, sources: int = len(SOURCES)) -> FloatArray:
     from scipy.stats import qmc
 
     points = qmc.Sobol(sources, scramble=True, rng=np.random.default_rng([seed, 0x512E])).random(count)
-    found: FloatArray = np.clip(points, 1e-9, 1.0 - 1e-9)
-    return found
+    return np.clip(points, 1e-9, 1.0 - 1e-9)
 
 
 @dataclass(frozen=True)
@@ -78,19 +77,19 @@ class ModeModel:
 
     def uncertain(self) -> tuple[int, ...]:
         """Sources of which there is more than one value, that bear on the amplitude."""
-        found = [SECTION]
+        sources = [SECTION]
         if np.count_nonzero(self.laws.weights > 0.0) > 1:
-            found.append(LAW)
+            sources.append(LAW)
         if self.laws.discrepancy.max() > 0.0:
-            found.append(DISCREPANCY)
-        for source, one in (
+            sources.append(DISCREPANCY)
+        for source, stated in (
             (DAMPING, self.mode.damping_ratio),
             (COHERENCE, self.bridge.coherence),
             (MASS, self.mode.mass),
         ):
-            if one is not None and not one.certain:
-                found.append(source)
-        return tuple(found)
+            if stated is not None and not stated.certain:
+                sources.append(source)
+        return tuple(sources)
 
     def draws(self, u: FloatArray) -> "Draws":
         """Draws at points of the unit cube, (N, sources)."""
@@ -188,16 +187,15 @@ class Draws:
         """Scruton number with added damping: (N,) for one a draw, (N, K) for (1, K) or (N, K)."""
         damping = self.damping_ratio if np.ndim(added) < 2 else self.damping_ratio[:, None]
         factor = self.factor if np.ndim(added) < 2 else self.factor[:, None]
-        found: FloatArray = (damping + np.asarray(added)) * factor
-        return found
+        return np.asarray((damping + np.asarray(added)) * factor)
 
     def amplitude(self, added: ArrayLike) -> FloatArray:
         """Stable amplitude [m] or [rad] with added damping, shaped as `scruton_number`; zero where vibration dies."""
         sc = self.scruton_number(added)
         square = sc if sc.ndim == 2 else sc[:, None]
         on_curve = self.curve.at(square) if self.table is None else self.table.amplitude(self.row, square)
-        found = self.scale[:, None] * on_curve
-        return found if sc.ndim == 2 else found[:, 0]
+        amplitude = self.scale[:, None] * on_curve
+        return amplitude if sc.ndim == 2 else amplitude[:, 0]
 
     def needed(self, limit: float) -> FloatArray:
         """Added damping at which the amplitude is down to the limit, (N,); below zero where none is needed.
@@ -213,8 +211,7 @@ class Draws:
             sc = self.table.scruton_number(self.row, target)
         else:
             sc = curve.reference + curve.relaxation * index_of(np.log(target / curve.amplitude), curve.n)
-        found: FloatArray = sc / self.factor - self.damping_ratio
-        return found
+        return np.asarray(sc / self.factor - self.damping_ratio)
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,12 +247,12 @@ class CurveTable:
         wanted = np.log(target)
         above = own > wanted[:, None]
         last = np.where(above.any(axis=1), self.grid.size - 1 - above[:, ::-1].argmax(axis=1), -1)
-        found = np.full(len(target), np.inf)  # still above where the table ends
-        found[last == -1] = self.grid[0]
+        numbers = np.full(len(target), np.inf)  # still above where the table ends
+        numbers[last == -1] = self.grid[0]
         inside = np.flatnonzero((last >= 0) & (last < self.grid.size - 1))
         k = last[inside]
         high, low = own[inside, k], own[inside, k + 1]
         alive = np.isfinite(low)
         part = np.where(alive, (high - wanted[inside]) / (high - np.where(alive, low, high - 1.0)), 0.5)
-        found[inside] = np.exp(np.log(self.grid[k]) + part * np.diff(np.log(self.grid))[k])
-        return found
+        numbers[inside] = np.exp(np.log(self.grid[k]) + part * np.diff(np.log(self.grid))[k])
+        return numbers

@@ -84,14 +84,14 @@ def joint_draws(models: Sequence[ModeModel], seed: int, points: int = POINTS) ->
     own = [source for source in SOURCES if source not in shared]
     # One cube with a coordinate for each source of each mode: cubes of their own would tie the modes together.
     cube = unit_cube(points, seed + 10, len(shared) + len(own) * len(models))
-    found = []
+    draws = []
     for k, model in enumerate(models):
         u = np.empty((points, len(SOURCES)))
         u[:, shared] = cube[:, : len(shared)]
         first = len(shared) + k * len(own)
         u[:, own] = cube[:, first : first + len(own)]
-        found.append(model.draws(u))
-    return found
+        draws.append(model.draws(u))
+    return draws
 
 
 def exceedance(draws: Sequence[Draws], limits: Sequence[float], added: Sequence[FloatArray | float]) -> Exceedance:

@@ -190,14 +190,14 @@ def information(
     # What does not tell the discrepancy is judged at the mean over it, which is known: less noise.
     mean = damper + cost.failure * _mean_over_discrepancy(draws, limit, added)
     now = float(mean.mean(axis=0).min())
-    found = [
-        Worth(SOURCES[one], "perfect", _saving(certain if one == DISCREPANCY else mean, _coordinates(draws, u, one)))
-        for one in model.uncertain()
+    worth = [
+        Worth(SOURCES[k], "perfect", _saving(certain if k == DISCREPANCY else mean, _coordinates(draws, u, k)))
+        for k in model.uncertain()
     ]
     for name, (tells, outcome) in _experiments(model, draws, seed).items():
-        found.append(Worth(name, "sample", _saving(certain if tells else mean, outcome)))
-    found.sort(key=lambda one: (one.kind, -one.value))
-    return Information(now - float(certain.min(axis=1).mean()), tuple(found))
+        worth.append(Worth(name, "sample", _saving(certain if tells else mean, outcome)))
+    worth.sort(key=lambda item: (item.kind, -item.value))
+    return Information(now - float(certain.min(axis=1).mean()), tuple(worth))
 
 
 def _mean_over_discrepancy(draws: Draws, limit: float, added: FloatArray) -> FloatArray:
@@ -235,15 +235,15 @@ def _experiments(model: ModeModel, draws: Draws, seed: int) -> Mapping[str, tupl
 
     own = float(np.median(draws.scruton_number(0.0)))
     again = [value + np.std(value) * noise() for value in (np.log(curve.amplitude), np.log(curve.relaxation))]
-    found = {
+    experiments = {
         "a rig at the bridge's own Scruton number": (True, steady(own, draws.discrepancy)),
         "a rig at twice that Scruton number": (False, steady(2.0 * own, noise())),
         "growth records as long as all so far": (False, again),
     }
     if DAMPING in model.uncertain():
         test = np.log(draws.damping_ratio) + DAMPING_TEST_COV * noise()
-        found["a damping test of the finished bridge"] = (False, [test])
-    return found
+        experiments["a damping test of the finished bridge"] = (False, [test])
+    return experiments
 
 
 def _saving(losses: FloatArray, outcome: Sequence[FloatArray]) -> float:
@@ -265,14 +265,14 @@ def _basis(outcome: Sequence[FloatArray]) -> FloatArray:
     """Additive cubic splines in the ranks of each coordinate, and products of their first powers."""
     from scipy.interpolate import BSpline
 
-    ranks = [_ranks(one) for one in outcome if np.ptp(one) > 0.0]
+    ranks = [_ranks(numbers) for numbers in outcome if np.ptp(numbers) > 0.0]
     columns = [np.ones((outcome[0].size, 1))]
     knots = np.concatenate((np.zeros(_DEGREE), np.linspace(0.0, 1.0, _KNOTS), np.ones(_DEGREE)))
-    for one in ranks:
-        columns.append(BSpline.design_matrix(one, knots, _DEGREE).toarray()[:, 1:])
-    for i, one in enumerate(ranks):
+    for rank in ranks:
+        columns.append(BSpline.design_matrix(rank, knots, _DEGREE).toarray()[:, 1:])
+    for i, rank in enumerate(ranks):
         for other in ranks[i + 1 :]:
-            columns += [(one**p * other**q)[:, None] for p in (1, 2) for q in (1, 2)]
+            columns += [(rank**p * other**q)[:, None] for p in (1, 2) for q in (1, 2)]
     return np.hstack(columns)
 
 
@@ -280,5 +280,4 @@ def _ranks(value: FloatArray) -> FloatArray:
     """Place among the draws, in (0, 1); equal values share one."""
     _, place, counts = np.unique(value, return_inverse=True, return_counts=True)
     middle = np.cumsum(counts) - 0.5 * counts
-    found: FloatArray = middle[place.ravel()] / value.size
-    return found
+    return np.asarray(middle[place.ravel()] / value.size)

@@ -160,17 +160,17 @@ def _band(model: ModeModel, limit: float, added: FloatArray, seed: int) -> tuple
 
 def flags(model: ModeModel, draws: Draws) -> list[str]:
     """What the reader must know of a mode before trusting its numbers."""
-    found = []
+    remarks = []
     # at the structural damping of the bridge itself: what is added goes further still
     x = np.median((draws.scruton_number(0.0) - draws.curve.reference) / draws.curve.relaxation)
     if abs(x) > X_TRUSTED:
-        found.append(
+        remarks.append(
             f"mode {model.mode.name}: the bridge's own damping lies {x:.2f} from the tests (extrapolation index): "
             f"beyond {X_TRUSTED:g} the answer is the law's as much as the records'"
         )
     if draws.table is not None:
-        found.append(
+        remarks.append(
             f"mode {model.mode.name}: the amplitude along the span is that of the reference law; the effect in the "
             "curve is not integrated along the span"
         )
-    return found
+    return remarks

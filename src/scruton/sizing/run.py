@@ -87,7 +87,7 @@ def size(
     remarks += what_if(tree, law_n)
     if law_n is not None and "effect" in tree:
         remarks.append(f"the fit carries {tree['effect'].attrs['effect']}; under one law alone it is left out")
-    found = Sizing(
+    sizing = Sizing(
         1,
         SizedBridge(bridge.title, bridge.motion.value, bridge.width, bridge.depth, bridge.air_density,
                     _stated(bridge.coherence)),
@@ -104,7 +104,7 @@ def size(
         (*remarks, *_missing_costs(bridge)),
     )  # fmt: skip
     tell("done", 1.0)
-    return found
+    return sizing
 
 
 def _missing_costs(bridge: Bridge) -> list[str]:
@@ -114,12 +114,12 @@ def _missing_costs(bridge: Bridge) -> list[str]:
         return []
     if not cost.failure > 0.0:
         return ["cost.failure is not stated: there is no expected cost without it"]
-    found = []
+    missing = []
     if not cost.per_percent > 0.0:
-        found.append("cost.per_percent is not stated: without it damping has no cost, and information no value")
+        missing.append("cost.per_percent is not stated: without it damping has no cost, and information no value")
     if cost.per_kg > 0.0 and any(mode.modal_mass is None for mode in bridge.modes):
-        found.append("cost.per_kg has no meaning for a mode without a modal mass: state its mass and length")
-    return found
+        missing.append("cost.per_kg has no meaning for a mode without a modal mass: state its mass and length")
+    return missing
 
 
 def _within(tell: Progress, k: int, count: int) -> Progress:
@@ -152,7 +152,7 @@ def _mode(model: ModeModel, rules: Sequence[Limit], seed: int, tell: Progress) -
             f"mode {mode.name}: where the damper stands the mode moves {moves:.1%} of its largest, and its mass grows "
             "with the inverse square of that"
         )
-    found = ModeSizing(
+    sized = ModeSizing(
         mode.name,
         _stated(mode.frequency),
         _stated(mode.damping_ratio),
@@ -172,17 +172,17 @@ def _mode(model: ModeModel, rules: Sequence[Limit], seed: int, tell: Progress) -
         dampers,
     )
     if bridge.cost is None or not bridge.cost.failure > 0.0:
-        return found
+        return sized
     tell(f"mode {mode.name}: costs and value of information", 0.85)
-    return replace(found, cost=costs(model, governing, dampers, seed))
+    return replace(sized, cost=costs(model, governing, dampers, seed))
 
 
 def _peak_range(tree: "xr.DataTree") -> tuple[float, float]:
     """Reduced velocities of the peak tests, widened."""
     data = tree["constant_data"].sel(test=list(peak_names(tree)))
     depth = float(data["depth"]) if "depth" in data else np.nan
-    found = (data["wind_speed"] / (data["frequency"] * depth)).to_numpy()
-    return float(found.min() * (1.0 - LOCK_IN_MARGIN)), float(found.max() * (1.0 + LOCK_IN_MARGIN))
+    velocity = (data["wind_speed"] / (data["frequency"] * depth)).to_numpy()
+    return float(velocity.min() * (1.0 - LOCK_IN_MARGIN)), float(velocity.max() * (1.0 + LOCK_IN_MARGIN))
 
 
 def _stated(value: Quantity) -> Stated:

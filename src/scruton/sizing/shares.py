@@ -67,10 +67,10 @@ def sobol_shares(
         return function(u).reshape(1, *rows.shape[1:])
 
     cube: Any = [uniform()] * len(sources)
-    found = sobol_indices(func=of, n=points, dists=cube, rng=np.random.default_rng([seed, 0x50B0]))
+    indices = sobol_indices(func=of, n=points, dists=cube, rng=np.random.default_rng([seed, 0x50B0]))
     rows = [
         Share(SOURCES[source], float(first), float(total))
-        for source, first, total in zip(sources, found.first_order.ravel(), found.total_order.ravel(), strict=True)
+        for source, first, total in zip(sources, indices.first_order.ravel(), indices.total_order.ravel(), strict=True)
     ]
     if not all(np.isfinite([row.first, row.total]).all() for row in rows):
         # the same in every draw: there is no variance to share

@@ -119,9 +119,9 @@ class TuningDraws:
         """What dampers leave, without the table; at one frequency error for all draws if it is given."""
         added = relative = np.zeros(self.detuning.size)
         if dampers:
-            found = response(dampers, self.detuning if detuning is None else detuning)
-            added = np.broadcast_to(found.added_damping, self.detuning.shape)
-            relative = np.broadcast_to(found.stroke.max(axis=0), self.detuning.shape)
+            added_by = response(dampers, self.detuning if detuning is None else detuning)
+            added = np.broadcast_to(added_by.added_damping, self.detuning.shape)
+            relative = np.broadcast_to(added_by.stroke.max(axis=0), self.detuning.shape)
         amplitude = self.amplitude(added)
         stroke = self.shape * relative * amplitude if dampers else relative
         return Outcome(
@@ -186,18 +186,18 @@ class TuningDraws:
             starts = [[np.log(zeta), (middle / first.frequency_ratio - 1.0) / unit, half / middle / unit]]
         else:
             starts = [[np.log(first.damping_ratio * k), 0.0, 0.5 / k] for k in (1.0, 0.5, 2.0)]
-        found = []
+        searches = []
         for start in starts:
             x = np.array(start[:size])
             x[0] = np.clip(x[0], low, high - 0.3 if high - low > 0.3 else low)
             simplex = np.vstack([x, x + np.diag([0.3, 0.2, 0.3][:size])])
-            found.append(
+            searches.append(
                 minimize(
                     objective, x, method="Nelder-Mead",
                     options={"initial_simplex": simplex, "maxfev": 50 * size, "xatol": 3e-3, "fatol": 5e-4},
                 )
             )  # fmt: skip
-        best = dampers(min(found, key=lambda each: float(each.fun)).x)
+        best = dampers(min(searches, key=lambda each: float(each.fun)).x)
         return best, self.lack(best, risk)
 
     def least_risk(self, mass_ratio: float) -> tuple[TunedMass, ...]:
