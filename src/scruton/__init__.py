@@ -18,6 +18,7 @@ _HOMES = {
     "griffin_band": "scruton.griffin",
     "load_campaign": "scruton.campaign",
     "load_card": "scruton.infer",
+    "load_diagnosis": "scruton.gap.results",
     "load_fit": "scruton.infer.store",
     "load_sizing": "scruton.sizing.results",
     "predict": "scruton.griffin",

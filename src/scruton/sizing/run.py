@@ -1,6 +1,6 @@
 """`size`: everything that `scruton size` finds."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -12,6 +12,7 @@ from scruton.campaign.schema import Motion
 from scruton.errors import InputError
 from scruton.griffin.curves import law_curves, what_if
 from scruton.griffin.posterior import chosen_rig, motion_of, peak_names, rig_mass_damping_draws
+from scruton.progress import Progress
 from scruton.sizing.bridge import Bridge
 from scruton.sizing.damper import DAMPER_DRAWS, damper
 from scruton.sizing.limits import Limit
@@ -25,8 +26,6 @@ from scruton.sizing.thresholds import AT_NODE, LEAST_EXPONENT, LOCK_IN_MARGIN, L
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Progress = Callable[[str, float], None]
 
 
 def size(
