@@ -57,7 +57,7 @@ def candidates(e: Envelopes) -> tuple[Candidate, ...]:
     def coherence(s: State, c: FloatArray) -> FloatArray:
         return s.drive * (np.tanh(s.a / np.maximum(c[:, :1], 1e-3)) - 1.0)
 
-    found = [
+    table = [
         Candidate("none", lambda s, c: 0.0 * s.a, 0),
         Candidate("coulomb_friction", lambda s, c: -c[:, :1] * rate + 0.0 * s.a, 1),
         Candidate("structural_damping_nonlinearity", power(2, False), 1),
@@ -71,7 +71,7 @@ def candidates(e: Envelopes) -> tuple[Candidate, ...]:
         Candidate("sensor_clipping", lambda s, c: 0.0 * s.a, 1, 1.0, reading=True),
     ]
     if rigs > 1:
-        found += [
+        table += [
             Candidate("coulomb_friction", lambda s, c: -(c @ of_rig.T) * rate, rigs),
             Candidate("reduced_velocity_drift", lambda s, c: c[:, :1] * e.velocity * (s.drive - s.aero * s.a), 1),
             Candidate(
@@ -80,7 +80,7 @@ def candidates(e: Envelopes) -> tuple[Candidate, ...]:
             ),
             Candidate("sensor_gain_error", lambda s, c: s.drive * (c @ of_rig[:, 1:].T), rigs - 1),
         ]  # fmt: skip
-    return tuple(found)
+    return tuple(table)
 
 
 def criteria(e: Envelopes) -> dict[str, float]:
