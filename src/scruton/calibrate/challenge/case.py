@@ -14,8 +14,7 @@ from scruton.calibrate.challenge.scope import IN_WIND, STILL, Parameters
 from scruton.calibrate.challenge.sections import AMPLITUDES, Body, RigTruth, limit_cycle, random_body, scruton_factor
 from scruton.calibrate.thresholds import FAIR_AMPLITUDE, FAIR_RANGE, FAIR_RATE, SAME_CYCLE, STEADY
 from scruton.campaign.schema import Campaign, Kind, Quantity, Record, Rig, Test
-from scruton.simulate.disturbances import Disturbances
-from scruton.simulate.motion import Truth, simulate_record
+from scruton.simulate import Disturbances, Truth, simulate_record
 
 EFFECTS = (*CATALOGUE, *OPEN)
 DESIGNS = {"full": 3, "one-rig": 1}
