@@ -5,7 +5,7 @@ With a over the middle test's stable amplitude, and structural damping :math:`\x
 .. math:: \dot a = -[\omega \xi_i (1 + \delta_i) + \alpha_r g] a + \beta_r h + \text{(what a candidate adds)}
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,13 +21,12 @@ _FLOOR = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """What a candidate's term may depend on: (P, R) arrays but for the (R,) ones of `envelopes`."""
+    """What a candidate's term may depend on, (P, R) arrays."""
 
     a: FloatArray
     place: FloatArray  # (R,): of the time in the record, -1/2 to 1/2
     aero: FloatArray  # linear aerodynamic rate
     drive: FloatArray
-    envelopes: Envelopes
 
 
 Term = Callable[[State, FloatArray], FloatArray]  # (P, K) own parameters to (P, R) rates
@@ -145,14 +144,16 @@ class _Grid:
 
     @classmethod
     def of(cls, e: Envelopes) -> "_Grid":
-        longest, records = max(t.size for t in e.time), len(e.time)
-        step, place, amplitude = (np.zeros((longest, records)) for _ in range(3))
-        inside = np.zeros((longest, records), dtype=bool)
-        for r, (t, a) in enumerate(zip(e.time, e.amplitude, strict=True)):
-            step[1 : t.size, r] = np.diff(t)
-            place[: t.size, r] = t / max(t[-1], 1e-9) - 0.5
-            amplitude[: a.size, r], inside[: a.size, r] = a, True
-        return cls(step, place, amplitude, inside)
+        def columns(rows: Iterable[FloatArray]) -> FloatArray:
+            return np.stack([np.pad(row, (0, longest - row.size)) for row in rows], axis=1)
+
+        longest = max(t.size for t in e.time)
+        return cls(
+            columns(np.diff(t, prepend=t[0]) for t in e.time),
+            columns(t / max(t[-1], 1e-9) - 0.5 for t in e.time),
+            columns(e.amplitude),
+            columns(np.ones(t.size) for t in e.time) > 0.0,
+        )
 
     def solve(self, e: Envelopes, candidate: Candidate, u: FloatArray) -> FloatArray:
         """Readings of (P, parameters): (P, cycles, R), by the midpoint rule from cycle to cycle."""
@@ -165,7 +166,7 @@ class _Grid:
         path[:, 0] = a
 
         def rate(x: FloatArray, place: FloatArray) -> FloatArray:
-            total: FloatArray = -(structural + aero) * x + drive + candidate.term(State(x, place, aero, drive, e), own)
+            total: FloatArray = -(structural + aero) * x + drive + candidate.term(State(x, place, aero, drive), own)
             return total
 
         with np.errstate(all="ignore"):
