@@ -21,18 +21,15 @@ from scruton.errors import InputError
 from scruton.sizing.limits import Limit
 from scruton.sizing.limits import limit as read_limit
 from scruton.sizing.mode_shape import ModeShape, read_shape, read_table, sine, uniform
+from scruton.sizing.thresholds import DAMPING_COV, FREQUENCY_COV, LARGEST_COV
 
 if TYPE_CHECKING:
     import xarray as xr
 
 FORMAT = 1
 AIR_DENSITY = 1.225  # kg/m^3, sea level, 15 degrees
-DAMPING_COV = 0.45  # of a design damping ratio that is stated without one: what repeated measurements scatter by
-FREQUENCY_COV = 0.01  # of a frequency that is stated without one: calculated against built
 # Steel box girders: median 0.3 %, as measured on one suspension bridge's modes and as designs assume.
 DAMPING = Quantity(0.003 * float(np.sqrt(1.0 + DAMPING_COV**2)), 0.003 * DAMPING_COV * 1.0966, minimum=0.001)
-
-LARGEST_COV = 10.0  # of anything; more is a slip of the pen
 _REACH = 18.0  # of -ln(1 - probability) of the wind speed: half a second a year lies beyond
 _MODAL_MASS = Dimension("a modal mass", "kg", 2e6)
 _SHARE = Dimension("a bare number", "", 0.5)
