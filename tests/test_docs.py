@@ -124,7 +124,7 @@ def test_the_python_of_the_readme_runs(monkeypatch, capsys):
     assert printed[-1].endswith("A/D")
 
 
-@pytest.mark.parametrize("place", range(3))
+@pytest.mark.parametrize("place", range(4))
 def test_the_python_of_the_page_on_extending_runs(place):
     code = blocks(ROOT / "docs/extending.md", "python")[place]
     names: dict[str, object] = {"__name__": f"extending_{place}"}

@@ -24,7 +24,7 @@ from scruton.infer.steady import (
     settled,
     steady_posterior,
 )
-from scruton.simulate.motion import Truth, simulate_record
+from scruton.simulate import Truth, simulate_record
 from scruton.stats.priors import Prior
 
 FREQUENCY, DAMPING = 8.0, 0.004

@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from scruton.campaign.schema import Motion
-from scruton.dynamics.likelihood import EnvelopeData
+from scruton.dynamics.cycles import EnvelopeData
 from scruton.infer.cards import load_card
 from scruton.infer.models import WindPosterior
 from scruton.stats.evidence import (

@@ -13,7 +13,7 @@ import xarray as xr
 
 from scruton.campaign import peak_tests
 from scruton.campaign.schema import Campaign, Kind, Quantity, Record, Rig, Test
-from scruton.dynamics.likelihood import EnvelopeData
+from scruton.dynamics.cycles import EnvelopeData
 from scruton.envelope import Cycles, FrontEnd, RingDown, record_cycles
 from scruton.envelope.trial import ExponentialFit, SecondOrderExponential
 from scruton.errors import InputError
@@ -23,7 +23,7 @@ from scruton.infer.front import cycles_of, front_end_of_record, ringdowns_of
 from scruton.infer.models import SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
 from scruton.infer.peaks import fit_peaks, stack
 from scruton.infer.results import Fit, RigResult, Sampled, TestResult, TrialResult
-from scruton.infer.run import Report, Sampling
+from scruton.infer.run import Sampling
 from scruton.infer.settings import carry, derive
 from scruton.infer.speeds import NAME as SPEEDS
 from scruton.infer.speeds import PRIORS as SPEED_PRIORS
@@ -32,6 +32,7 @@ from scruton.infer.steady import SteadyVerdict, judge_steady, steady_posterior
 from scruton.infer.store import convergence_frame
 from scruton.infer.summary import provenance_of_fit, summarise
 from scruton.infer.tree import build_tree, convergence_group
+from scruton.progress import Progress
 from scruton.stats.priors import Prior, check_support
 
 TRANSIENTS = (Kind.GROWTH, Kind.DECAY)
@@ -54,7 +55,7 @@ def fit_campaign(
     *,
     seed: int = 0,
     checkpoints: Path | None = None,
-    report: Report | None = None,
+    report: Progress | None = None,
     command: str = "",
     only: tuple[str, ...] = (),
     thorough: bool = True,

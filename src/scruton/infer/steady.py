@@ -30,7 +30,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.likelihood import EnvelopeData
+from scruton.dynamics.cycles import EnvelopeData
 from scruton.envelope import Cycles
 from scruton.envelope.phase_diffusion import periodogram, phase_steps, step_spectrum, unbroken
 from scruton.infer.models import WIND, WindPosterior

@@ -13,8 +13,7 @@ from scruton.calibrate.challenge.scenarios import CATALOGUE, apply
 from scruton.calibrate.challenge.scope import IN_WIND, STILL, Parameters
 from scruton.calibrate.challenge.sections import AMPLITUDES, Body, RigTruth, limit_cycle, random_body, scruton_factor
 from scruton.campaign.schema import Campaign, Kind, Quantity, Record, Rig, Test
-from scruton.simulate.disturbances import Disturbances
-from scruton.simulate.motion import Truth, simulate_record
+from scruton.simulate import Disturbances, Truth, simulate_record
 
 EFFECTS = (*CATALOGUE, *OPEN)
 DESIGNS = {"full": 3, "one-rig": 1}

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from scruton.calibrate.challenge.sections import Body, RigTruth
-from scruton.simulate.disturbances import Disturbances
-from scruton.simulate.disturbed import mean_rate
+from scruton.simulate import Disturbances
+from scruton.simulate.equation import mean_rate
 
 Parameters = dict[str, Any]
 

@@ -6,9 +6,8 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Motion, Section
-from scruton.simulate.disturbances import Disturbances
-from scruton.simulate.disturbed import mean_rate
-from scruton.simulate.motion import Truth
+from scruton.simulate import Disturbances, Truth
+from scruton.simulate.equation import mean_rate
 
 AMPLITUDES = {Motion.HEAVING: (0.010, 0.15), Motion.TORSIONAL: (np.deg2rad(1.0), np.deg2rad(5.0))}
 _MIDDLE = {Motion.HEAVING: (0.018, 0.09), Motion.TORSIONAL: (np.deg2rad(1.3), np.deg2rad(3.8))}
