@@ -297,7 +297,7 @@ def _checked(value: Quantity, table: Table, key: str) -> Quantity:
 def _pair(table: Table, key: str) -> tuple[float, float]:
     value = table.values[key]
     wanted = f"two rising numbers U/(fD), such as {key} = [8.0, 11.0]"
-    if not isinstance(value, list) or len(value) != 2 or not all(is_number(speed) for speed in value):
+    if not isinstance(value, list) or len(value) != 2 or not all(map(is_number, value)):
         raise table.refusal(key, wanted)
     low, high = (float(speed) for speed in value)
     if not 0.0 <= low < high < np.inf:
@@ -346,6 +346,9 @@ def _damper(table: Table, motion: Motion) -> DamperRequest:
 _DAMPING_RATIO = Dimension("a damping ratio, a bare number", "", 0.003)
 _AMOUNT = number(_MONEY, 0.0, good=lambda amount: amount >= 0.0, wanted="an amount of zero or more")
 _PROBABILITY = number(_SHARE, 0.05, good=lambda share: share < 1.0, wanted="a number between 0 and 1")
+_SHAPE = Dimension("a shape parameter, a bare number", "", 2.0)
+_SHAPES = "a shape parameter between 0.5 and 20; winds have about 2"
+_SHARES = "the part of the time from directions that matter, up to 1"
 
 _TOP = {
     "format": anything(),
@@ -376,15 +379,9 @@ _MODE = {
 _WIND = {
     "rose": anything(),
     "weibull_scale": number(SPEED),
-    "weibull_shape": number(
-        Dimension("a shape parameter, a bare number", "", 2.0), good=lambda shape: 0.5 <= shape <= 20.0,
-        wanted="a shape parameter between 0.5 and 20; winds have about 2",
-    ),
-    "share": number(
-        _SHARE, 1.0, good=lambda share: share <= 1.0,
-        wanted="the part of the time from directions that matter, up to 1",
-    ),
-}  # fmt: skip
+    "weibull_shape": number(_SHAPE, good=lambda shape: 0.5 <= shape <= 20.0, wanted=_SHAPES),
+    "share": number(_SHARE, 1.0, good=lambda share: share <= 1.0, wanted=_SHARES),
+}
 _DAMPER = {
     "number": whole(1, 16, 1),
     "risk": _PROBABILITY,
@@ -395,8 +392,5 @@ _DAMPER = {
 }
 _COST = {
     "currency": text(default="", blank=True),
-    "fixed": _AMOUNT,
-    "per_kg": _AMOUNT,
-    "per_percent": _AMOUNT,
-    "failure": _AMOUNT,
+    **dict.fromkeys(("fixed", "per_kg", "per_percent", "failure"), _AMOUNT),
 }
