@@ -10,17 +10,16 @@ from scruton.infer.cards import load_card
 from scruton.infer.fit import envelope, fit_rig, fit_test
 from scruton.infer.models import SteadyAmplitude
 from scruton.infer.peaks import (
-    FAVOURED,
-    HOPELESS,
-    LawWeights,
-    _laplace,
     _settings,
     campaign_posterior,
     data_of,
     fit_peaks,
     stack,
 )
+from scruton.infer.results import LawWeights
 from scruton.infer.sampling import Sampling
+from scruton.infer.thresholds import FAVOURED, HOPELESS
+from scruton.stats.optimum import laplace_log_evidence
 from scruton.stats.settings import SamplerSettings
 from scruton.stats.stacking import posterior_weights, stacking_weights
 
@@ -109,7 +108,7 @@ def test_laplace_is_near_the_evidence(peaks_of, tests_of, card):
     weights = peaks_of("paper").weights
     campaign, tests = tests_of("paper")
     posterior = campaign_posterior(campaign, tests, Sampling(card, 0), -1.0)
-    assert _laplace(posterior, np.random.SeedSequence(3)) == pytest.approx(weights.log_evidence[0], abs=2.0)
+    assert laplace_log_evidence(posterior, np.random.default_rng(3)) == pytest.approx(weights.log_evidence[0], abs=2.0)
 
 
 def test_quantities_of_the_tests_are_near_the_truth(peaks_of):
