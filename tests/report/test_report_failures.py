@@ -5,6 +5,7 @@ import os
 import shutil
 import signal
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -21,15 +22,11 @@ from scruton.report.aside import Aside
 from scruton.report.chapters import CHAPTERS, Material, compose, with_failures
 from scruton.report.document import ALARM, Callout, Document, Picture
 from scruton.report.failures import Failure, Failures, begun, guarded
+from scruton.report.figures.registry import Registered, registered
 from scruton.report.parts import Part, gap_part
 from scruton.report.tables import tables
 
 FAULT = "This is a fault of the program, not of the data"
-DRAWERS = [
-    "aerodynamic_damping_by_test", "aerodynamic_damping_plot", "corner_plot", "griffin_by_test", "griffin_plot",
-    "has_lock_in", "law_comparison", "lock_in_plot", "reciprocal_against_damping", "reciprocal_plot", "record_figures",
-    "ring_down_figures", "stability_figures", "tests_with_transients", "trace_plot", "trial_comparison",
-]  # fmt: skip
 
 
 def fail(*_: object, **__: object) -> None:
@@ -120,34 +117,38 @@ def test_a_chapter_that_fails_costs_itself_alone(three, monkeypatch: pytest.Monk
     assert [one.chapter for one in failures.found] == [failing]
 
 
-@pytest.mark.parametrize("failing", DRAWERS)
-def test_a_figure_that_fails_costs_its_kind_alone(
-    three, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, failing: str
-) -> None:
+@pytest.fixture
+def quick_register(monkeypatch: pytest.MonkeyPatch) -> dict[str, Registered]:
+    """The register with drawings that take no time: one page each."""
     monkeypatch.undo()
     monkeypatch.setattr("scruton.griffin.validate.validate", lambda *_, **__: [])
-    several = ("_by_test", "_figures")
-    for name in DRAWERS:
-        if name not in ("has_lock_in", "tests_with_transients"):
-            shown = small(name)
-            monkeypatch.setattr(figures, name, lambda *_, shown=shown, name=name:
-                                [shown] if name.endswith(several) else shown)  # fmt: skip
-    for name, answer in (("has_lock_in", True), ("tests_with_transients", True), ("peak_names", ["Sc 1.9"]),
-                         ("trial_function_fronts", None)):  # fmt: skip
-        monkeypatch.setattr(figures, name, lambda *_, answer=answer: answer)
+    found = {name: replace(entry, draw=lambda *_, name=name: small(name), when=None, each=None)
+             for name, entry in registered().items() if entry.source == "fit"}  # fmt: skip
+    monkeypatch.setattr("scruton.report.figures.registry.registered", lambda: found)
+    return found
+
+
+def test_a_figure_that_fails_costs_its_kind_alone(three, quick_register: dict[str, Registered]) -> None:
     names = {one.name for one in figures.all_figures(three)}
-    monkeypatch.setattr(figures, failing, fail)
-    with pytest.raises(ZeroDivisionError):
-        figures.all_figures(three)
-    failures = Failures()
-    if failing in ("has_lock_in", "tests_with_transients"):
-        paths = build_report(three, tmp_path)
-        assert [one.what for one in paths.failures] == ["Drawing the figures"]
-        assert paths.report.stat().st_size > 10_000
-    else:
+    assert names == set(quick_register)
+    for failing, entry in list(quick_register.items()):
+        quick_register[failing] = replace(entry, draw=fail)
+        with pytest.raises(ZeroDivisionError):
+            figures.all_figures(three)
+        failures = Failures()
         assert names - {one.name for one in figures.all_figures(three, failures)} == {failing}
         (one,) = failures.found
         assert one.chapter in {key for key, _, _ in CHAPTERS}
+        quick_register[failing] = entry
+
+
+def test_a_register_that_fails_leaves_the_document(
+    three, quick_register: dict[str, Registered], tmp_path: Path
+) -> None:
+    quick_register["lock_in"] = replace(quick_register["lock_in"], when=fail)
+    paths = build_report(three, tmp_path)
+    assert [one.what for one in paths.failures] == ["Drawing the figures"]
+    assert paths.report.stat().st_size > 10_000
 
 
 def check_report(out: Path, chapter: str, words: str) -> None:

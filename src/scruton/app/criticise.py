@@ -85,11 +85,10 @@ def _tables(criticism: Criticism, folder: Path) -> list[Path]:
 
 
 def _figures(tree: Any, criticism: Criticism, folder: Path) -> list[Path]:
-    from scruton.report.figures.criticism import criticism_figures
-    from scruton.report.figures.save import save
+    from scruton.report.figures import figures_from, save
 
     found = []
-    for one in criticism_figures(tree, criticism):
+    for one in figures_from("criticism", tree, criticism):
         found += save(one, folder, formats=("svg", "png"))
     return found
 

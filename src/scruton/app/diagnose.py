@@ -59,7 +59,7 @@ def run_diagnose(
             diagnosis, content, findings, curves = examine(
                 loaded, card, workers=workers, thorough=thorough, progress=bar
             )
-        pictures = save(gap_figure(diagnosis, findings, curves), work.new, "gap", formats=("svg", "png"))
+        pictures = save(gap_figure(diagnosis, findings, curves).figure, work.new, "gap", formats=("svg", "png"))
         write_document(work.new / RESULT, content)
         work.publish()
     return gap_text(content), [out / RESULT, *(out / one.name for one in pictures)]

@@ -52,8 +52,7 @@ def run_size(
         For bad input, or a folder that holds a sizing already; nothing is written then.
     """
     from scruton.infer.store import provenance_of, read_tree
-    from scruton.report.figures.save import save
-    from scruton.report.figures.sizing import sizing_figures
+    from scruton.report.figures import figures_from, save
     from scruton.sizing.limits import limit
     from scruton.sizing.run import size
 
@@ -82,7 +81,7 @@ def run_size(
             "fit_sha256": fitted, "bridge_sha256": dict(stands.sha256),
             **{key: settings[key] for key in ("seed", "limits", "law", "effect")},
         }  # fmt: skip
-        figures = sizing_figures(content)
+        figures = figures_from("sizing", content)
         pictures = [path.name for one in figures for path in save(one, work.new, formats=("svg", "png"))]
         write_document(work.new / RESULT, json.loads(json.dumps(content, allow_nan=False)))
         work.publish()

@@ -15,7 +15,7 @@ from scruton.workspace import Workspace
 
 if TYPE_CHECKING:
     from scruton.griffin.validate import Validation
-    from scruton.report.figures.style import FigureWithCaption
+    from scruton.report.figures import FigureWithCaption
 
 JSON, CSV, FIGURE = "validation.json", "validation.csv", "validation"
 NOMINAL = (0.50, 0.90, 0.95)
@@ -113,13 +113,13 @@ def validation_text(campaign: Campaign, found: Sequence["Validation"]) -> str:
 
 def validation_figure(campaign: Campaign, found: Sequence["Validation"]) -> "FigureWithCaption":
     """Predicted over found, one line a prediction, with its 50 and 90 % intervals."""
+    from scruton.report.figures import FigureWithCaption
     from scruton.report.figures.style import (
         BLACK,
         GREY,
         LIGHT,
-        FigureWithCaption,
         house_style,
-        look,
+        line_style,
         new_figure,
         shorten,
     )
@@ -132,7 +132,7 @@ def validation_figure(campaign: Campaign, found: Sequence["Validation"]) -> "Fig
         axes.axvspan(1.0 / 1.25, 1.25, color=LIGHT, alpha=0.35, lw=0, zorder=0)
         labels = []
         for row, one in enumerate(found):
-            style = look(tests.index(one.test))
+            style = line_style(tests.index(one.test))
             for probability, width in ((0.90, 1.2), (0.50, 3.6)):
                 low, high = (bound / one.amplitude for bound in one.prediction.interval(probability))
                 axes.plot([max(low, 1e-3), min(high, 1e3)], [row, row], color=style.colour, lw=width, zorder=2)

@@ -37,7 +37,7 @@ def griffin_chart(fit: "Fit", design: "Sequence[Prediction]" = ()) -> dict[str, 
     dict
         As of `scruton.report.document.Chart`; None stands for a number that does not exist.
     """
-    from scruton.report.figures.griffin import sc_range
+    from scruton.report.figures.griffin_axes import sc_range
 
     tree, tests, unit = fit.tree, peak_names(fit.tree), unit_of(fit.tree)
     asked = [one.scruton_number for one in design]

@@ -38,7 +38,7 @@ def convergence_chapter(material: Material) -> Chapter:
     return Chapter(
         "convergence",
         "Convergence and calibration",
-        (*blocks, *material.of("convergence"), *material.of("other")),
+        (*blocks, *material.of("convergence")),
     )
 
 

@@ -15,16 +15,16 @@ def griffin_chapter(material: Material) -> Chapter:
     """The plot that can be read off, the plots from single tests, and the laws."""
     if not material.in_wind:
         return Chapter("griffin-plot", "Griffin plot", ())
-    laws = [one for one in material.of("griffin") if one.name.startswith("laws")]
-    single = [one for one in material.of("griffin") if one.name.startswith("griffin_by_test")]
-    blocks: list[Block] = [one for one in material.of("griffin") if one not in (*laws, *single)]
+    apart = {name: material.figure(name) for name in ("laws", "griffin_by_test", "lock_in")}
+    shown_later = [picture for pictures in apart.values() for picture in pictures]
+    blocks: list[Block] = [picture for picture in material.of("griffin-plot") if picture not in shown_later]
     weights = law_table(material.fit)
-    if laws or weights.rows:
-        blocks += [Heading("The law of aerodynamic damping"), weights, *laws]
-    if single:
-        blocks += [Heading("From one test at a time"), *single]
-    if material.of("speed"):
-        blocks += [Heading("Amplitude against wind speed"), *material.of("speed")]
+    if apart["laws"] or weights.rows:
+        blocks += [Heading("The law of aerodynamic damping"), weights, *apart["laws"]]
+    if apart["griffin_by_test"]:
+        blocks += [Heading("From one test at a time"), *apart["griffin_by_test"]]
+    if apart["lock_in"]:
+        blocks += [Heading("Amplitude against wind speed"), *apart["lock_in"]]
     return Chapter("griffin-plot", "Griffin plot", tuple(blocks))
 
 

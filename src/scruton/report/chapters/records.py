@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 def records_chapter(material: Material) -> Chapter:
     """Every record beside its envelope; the trial functions below."""
-    blocks: list[Block] = [*material.of("records")]
+    blocks: list[Block] = [*material.figure("records")]
     if material.fit.summary["records"]:
         blocks += [
             Heading("Trial functions"),
@@ -22,7 +22,7 @@ def records_chapter(material: Material) -> Chapter:
             ),
             trial_table(material.fit),
         ]
-    return Chapter("records", "Records and fitted envelopes", (*blocks, *material.of("trial")))
+    return Chapter("records", "Records and fitted envelopes", (*blocks, *material.figure("trial_functions")))
 
 
 def trial_table(fit: "Fit") -> Table:

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scruton.documents import write_bytes
-from scruton.report.figures.style import FigureWithCaption, house_style
+from scruton.report.figures.registry import FigureWithCaption
+from scruton.report.figures.style import house_style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
