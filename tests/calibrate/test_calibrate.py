@@ -238,7 +238,7 @@ def test_processes_do_not_change_a_digit(one_job):
 def test_resume_after_an_interruption_gives_the_same_bytes(one_job, tmp_path):
     out = tmp_path / "cut"
 
-    def stop(regime, done, whole):
+    def stop(regime, fraction):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -257,7 +257,7 @@ def test_resume_after_an_interruption_gives_the_same_bytes(one_job, tmp_path):
         tiny(out, resume=True, seed=4)
     told = []
     tiny(out, resume=True, progress=lambda *what: told.append(what))
-    assert told == [("turbulence-1", done, 4) for done in (2, 3, 4)]
+    assert told == [("turbulence-1", fraction) for fraction in (0.5, 0.75, 1.0)]
     assert same(one_job, out)
 
 

@@ -110,7 +110,7 @@ def _limit(option: str, value: str) -> None:
 
 
 def _damping(_option: str, value: str) -> None:
-    from scruton.app.fit import parse_damping
+    from scruton.app.predict import parse_damping
 
     parse_damping(value)
 

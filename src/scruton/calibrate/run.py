@@ -1,8 +1,7 @@
 """The whole calibration: regimes, processes, resumption, and what comes out."""
 
 import platform
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import as_completed
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -28,10 +27,10 @@ from scruton.calibrate.one import run_one
 from scruton.calibrate.regimes import Regime, chosen
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard, load_card
-from scruton.processes import pool
+from scruton.processes import completed
+from scruton.progress import Progress
 
 PACKAGES = ("scruton", "numpy", "scipy", "emcee", "arviz", "numba")
-Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +106,7 @@ def run_calibration(
     force, resume : bool
         Replace the results that lie in the folder, or go on with them.
     progress : callable, optional
-        Told the regime, the number of campaigns done in it, and their whole number.
+        Told the regime, and the fraction of its campaigns that is done.
     model : str
         Model card: a shipped name or a TOML file. A regime replaces some of its priors; see `Regime.card`.
 
@@ -128,12 +127,12 @@ def run_calibration(
         done = {one.name: store.load(work.new, one.name) for one in wanted}
         # Campaign by campaign through all regimes, so that a run that is stopped early tells something of each.
         tasks = [(one.name, i) for i in range(campaigns) for one in wanted if i not in done[one.name]]
-        for record in simulated(tasks, seed, base, jobs):
+        for record in completed(run_one, [(*task, seed, base) for task in tasks], jobs):
             store.append(work.new, record)
             mine = done[record["regime"]]
             mine[record["index"]] = record
             if progress:
-                progress(record["regime"], len(mine), campaigns)
+                progress(record["regime"], len(mine) / campaigns)
         for mine in done.values():
             store.put_in_order(work.new, mine)
         kept = {name: [mine[i] for i in range(campaigns)] for name, mine in done.items()}
@@ -183,19 +182,3 @@ def _ranks(scores: Mapping[str, Mapping[str, Mapping[str, FloatArray]]]) -> Rank
 def _settings(seed: int, card: ModelCard) -> dict[str, Any]:
     versions = {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}
     return {"seed": seed, "model": card.name, "model_sha256": card.sha256, "versions": versions}
-
-
-def simulated(tasks: Sequence[tuple[str, int]], seed: int, base: ModelCard, jobs: int) -> Iterator[dict[str, Any]]:
-    """Run every task, in this process or in several; records come as they are done."""
-    if jobs == 1 or len(tasks) < 2:
-        for name, index in tasks:
-            yield run_one(name, index, seed, base)
-        return
-    workers = pool(min(jobs, len(tasks)))
-    try:
-        futures = [workers.submit(run_one, name, index, seed, base) for name, index in tasks]
-        for future in as_completed(futures):
-            yield future.result()
-    finally:
-        # An interruption ends here too: what runs is finished, what waits is dropped.
-        workers.shutdown(cancel_futures=True)

@@ -1,6 +1,6 @@
 """The verdict: the bare model, one effect, two, or something that is in no catalogue."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,7 @@ from scruton.gap.check import Check, SecondLine, check, second_lines
 from scruton.gap.data import GapData, load_gap
 from scruton.gap.hypothesis import Hypothesis, Weighed
 from scruton.gap.screen import Screen
+from scruton.progress import Progress
 
 NONE = "none"
 UNSEEN = UNKNOWN.name
@@ -33,8 +34,6 @@ ANY_TEMPERATURE = 2.5  # of some effect against none
 TEMPERATURE = 4.0  # of one effect against another, whose forms are never quite those of nature
 _MOST = 3  # effects at once
 _STARTS = (0.0, -1.5, 1.2)  # of ln(aerodynamic rate), about the prior's centre
-
-Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,11 +13,12 @@ from scruton.gap.advise import advise, confusions, invisible
 from scruton.gap.bare import reference
 from scruton.gap.bridge import bridge_evidence
 from scruton.gap.data import load_gap
-from scruton.gap.diagnosis import ANY_TEMPERATURE, NONE, TEMPERATURE, UNSEEN, Diagnosis, Progress, diagnose_data
+from scruton.gap.diagnosis import ANY_TEMPERATURE, NONE, TEMPERATURE, UNSEEN, Diagnosis, diagnose_data
 from scruton.gap.importance import importance
 from scruton.gap.locate import Curves, Finding, excess_curves, locate
 from scruton.gap.shrink import shrink
 from scruton.infer.cards import ModelCard, load_card
+from scruton.progress import Progress
 
 FORMAT = 1
 _LEADERS = 2

@@ -20,10 +20,11 @@ from scruton.infer.flags import damping_varies, misfit, slips, unconstrained, va
 from scruton.infer.models import SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
 from scruton.infer.peaks import fit_peaks, stack
 from scruton.infer.results import Fit, RigResult, TestResult, TrialResult
-from scruton.infer.run import Report, Sampling
+from scruton.infer.run import Sampling
 from scruton.infer.settings import carry, derive
 from scruton.infer.steady import SteadyVerdict, judge_steady, steady_posterior
 from scruton.infer.tree import assemble
+from scruton.progress import Progress
 from scruton.stats.priors import Prior, check_support
 
 TRANSIENTS = (Kind.GROWTH, Kind.DECAY)
@@ -46,7 +47,7 @@ def fit_campaign(
     *,
     seed: int = 0,
     checkpoints: Path | None = None,
-    report: Report | None = None,
+    report: Progress | None = None,
     command: str = "",
     only: tuple[str, ...] = (),
     thorough: bool = True,
