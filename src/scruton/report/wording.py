@@ -1,7 +1,8 @@
-"""Names, numbers and units as a reader of the report meets them."""
+"""Names, numbers and units as a reader of the report, or of the terminal, meets them."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 PARAMETERS = {
@@ -105,3 +106,43 @@ def percent(value: float, digits: int = 3) -> str:
 def share(value: float) -> str:
     """Write a fraction in whole per cent."""
     return f"{100.0 * value:.0f} %".replace("-", "−")
+
+
+def plain_number(value: float | None, digits: int = 4) -> str:
+    """Write a number for the terminal: significant digits, a dash for one that is missing."""
+    if value is None or not math.isfinite(value):
+        return "-"
+    return f"{value:.{digits}g}"
+
+
+@dataclass(frozen=True)
+class Notation:
+    """How the same table is written for one sort of reader.
+
+    Attributes
+    ----------
+    number : callable
+        A number with so many significant digits.
+    missing, between : str
+        What stands for nothing, and between the bounds of a range.
+    unit : callable
+        Writes a unit.
+    """
+
+    number: Callable[..., str]
+    missing: str
+    between: str
+    unit: Callable[[str], str]
+
+    def range(self, bounds: Sequence[float | None] | None, digits: int = 4) -> str:
+        """Both bounds of a range."""
+        return self.missing if bounds is None else self.between.join(self.number(bound, digits) for bound in bounds)
+
+    def spread(self, entry: dict[str, Any], factor: float = 1.0) -> tuple[str, str]:
+        """Median and 90 % interval of a summary entry, all with the same digits."""
+        low, high = entry["interval"]["0.90"]
+        return self.number(entry["median"] * factor), self.range((low * factor, high * factor))
+
+
+PAGE = Notation(number, "–", " to ", unit_text)
+TERMINAL = Notation(plain_number, "-", " .. ", str)
