@@ -94,16 +94,16 @@ def test_work_that_fails_says_how_and_who_ends_the_program_is_obeyed() -> None:
 
 def test_chapters_that_fail_have_the_names_of_those_that_do_not(three) -> None:
     material = Material(three, tables(three), gap=GAP, sizing=sizing())
-    for key, title, make in CHAPTERS:
-        chapter = make(material)
-        assert (chapter.key, chapter.title) == (key, title)
+    for write in CHAPTERS:
+        chapter, blank = write(material), write.blank()
+        assert (chapter.key, chapter.title, chapter.appendix) == (blank.key, blank.title, blank.appendix)
 
 
-@pytest.mark.parametrize("failing", [key for key, _, _ in CHAPTERS])
+@pytest.mark.parametrize("failing", [write.key for write in CHAPTERS])
 def test_a_chapter_that_fails_costs_itself_alone(three, monkeypatch: pytest.MonkeyPatch, failing: str) -> None:
     material = Material(three, tables(three), [Picture("griffin", "c", "a")], gap=GAP, sizing=sizing())
     whole = compose(material)
-    changed = tuple((key, title, fail if key == failing else make) for key, title, make in CHAPTERS)
+    changed = tuple(replace(write, blocks=fail) if write.key == failing else write for write in CHAPTERS)
     monkeypatch.setattr("scruton.report.chapters.CHAPTERS", changed)
     failures = Failures()
     document = compose(material, {}, failures)
@@ -138,7 +138,7 @@ def test_a_figure_that_fails_costs_its_kind_alone(three, quick_register: dict[st
         failures = Failures()
         assert names - {one.name for one in figures.all_figures(three, failures)} == {failing}
         (one,) = failures.found
-        assert one.chapter in {key for key, _, _ in CHAPTERS}
+        assert one.chapter in {write.key for write in CHAPTERS}
         quick_register[failing] = entry
 
 

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator
 
-from scruton.report.chapters.sizing import Content, exceedances, hours_in_lock_in, least_cost
+from scruton.report.chapters.sizing import exceedances, hours_in_lock_in, least_cost
 from scruton.report.document import CAUTION, Block, Callout, Table, paragraph
-from scruton.report.figures.sizing import CONFIDENCES
+from scruton.report.figures.sizing import CONFIDENCES, Content
 from scruton.report.wording import TERMINAL, share
 
 

@@ -1,11 +1,11 @@
 """The gap between the bare model and the records: where, which effect, how far it shrinks, what would settle it."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
-from scruton.report.chapters.material import Material
-from scruton.report.document import CAUTION, Block, Callout, Chapter, Heading, Listing, Table, paragraph
+from scruton.report.chapters.material import Material, chapter
+from scruton.report.document import CAUTION, Block, Callout, Heading, Listing, Table, paragraph
 from scruton.report.wording import PAGE, TERMINAL, Notation, number, share
 
 _MOST = 12  # places that the page lists; all of them are in gap.json
@@ -22,13 +22,13 @@ _BARE_IN_WIND = (
 _BARE_IN_STILL_AIR = "The bare model is a rig of constant damping ratio and constant frequency, whatever the amplitude."
 
 
-def gap_chapter(material: Material) -> Chapter:
+@chapter("gap", "The gap between model and measurement")
+def gap_chapter(material: Material) -> Iterator[Block]:
     """The diagnosis, in words, tables and its picture."""
-    gap = material.gap
-    blocks: tuple[Block, ...] = ()
-    if gap is not None:
-        blocks = (*_verdict(gap, material), *material.of("gap"), *_details(gap))
-    return Chapter("gap", "The gap between model and measurement", blocks)
+    if material.gap is not None:
+        yield from _verdict(material.gap, material)
+        yield from material.of("gap")
+        yield from _details(material.gap)
 
 
 def effect_title(name: str) -> str:
@@ -56,44 +56,38 @@ def gap_sentence(gap: Mapping[str, Any]) -> str:
     )
 
 
-def _verdict(gap: Mapping[str, Any], material: Material) -> list[Block]:
-    blocks: list[Block] = [
-        paragraph(gap_sentence(gap), role="answer"),
-        paragraph(_BARE_IN_WIND if material.in_wind else _BARE_IN_STILL_AIR),
-    ]
+def _verdict(gap: Mapping[str, Any], material: Material) -> Iterator[Block]:
+    yield paragraph(gap_sentence(gap), role="answer")
+    yield paragraph(_BARE_IN_WIND if material.in_wind else _BARE_IN_STILL_AIR)
     if material.fit.summary["provenance"]["tests"]:
         words = "The diagnosis uses every test of the campaign, those that the fit left out among them."
-        blocks.append(Callout(CAUTION, words))
+        yield Callout(CAUTION, words)
     if words := shrink_sentence(gap["shrink"]):
-        blocks.append(paragraph(words))
+        yield paragraph(words)
     if alike := _alike(gap):
         lines = tuple(" or ".join(_in_words(name) for name in group) for group in alike)
-        blocks.append(Callout(CAUTION, "These data cannot tell apart", lines))
-    return blocks
+        yield Callout(CAUTION, "These data cannot tell apart", lines)
 
 
 def _alike(gap: Mapping[str, Any]) -> list[Sequence[str]]:
     return [group for group in gap["indistinguishable"] if len(group) > 1]
 
 
-def _details(gap: Mapping[str, Any]) -> list[Block]:
-    blocks: list[Block] = [
-        Table("gap_probability", "What explains the gap", ("cause", "probability"), _probabilities(gap, effect_title)),
-        _where_table(gap),
-        Table(
-            "gap_size",
-            "How large the effect is",
-            ("effect", *_SIZE),
-            _sizes(gap, PAGE, effect_title),
-            numeric=(False, False, True, True, False, False),
-        ),
-        _amplitude_table(gap),
-    ]
+def _details(gap: Mapping[str, Any]) -> Iterator[Block]:
+    likely = _probabilities(gap, effect_title)
+    yield Table("gap_probability", "What explains the gap", ("cause", "probability"), likely)
+    yield _where_table(gap)
+    numeric = (False, False, True, True, False, False)
+    sizes = _sizes(gap, PAGE, effect_title)
+    yield Table("gap_size", "How large the effect is", ("effect", *_SIZE), sizes, numeric=numeric)
+    yield _amplitude_table(gap)
     if gap["advice"]:
-        blocks += [Heading("What data would settle it"), Listing(tuple(map(str, gap["advice"])))]
+        yield Heading("What data would settle it")
+        yield Listing(tuple(map(str, gap["advice"])))
     if gap["invisible"]:
-        blocks += [Heading(_INVISIBLE), Listing(tuple(str(one["text"]) for one in gap["invisible"]))]
-    return [*blocks, paragraph(f"Calibrated on {gap['calibrated_on']}.", role="note")]
+        yield Heading(_INVISIBLE)
+        yield Listing(tuple(str(one["text"]) for one in gap["invisible"]))
+    yield paragraph(f"Calibrated on {gap['calibrated_on']}.", role="note")
 
 
 def gap_summary(gap: Mapping[str, Any]) -> list[Block]:

@@ -1,10 +1,10 @@
-"""What the chapters of a report are written from."""
+"""What the chapters of a report are written from, and what makes a function one of them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from scruton.report.document import Picture
+from scruton.report.document import Block, Chapter, Picture
 from scruton.report.figures.registry import chapter_of, registered_name
 
 if TYPE_CHECKING:
@@ -65,3 +65,36 @@ class Material:
     def cautions(self) -> list[str]:
         """What the reader must know of the predictions, each once."""
         return list(dict.fromkeys(flag for one in self.design for flag in one.flags))
+
+    def measured_or_found(self, test: str) -> float:
+        """Stable amplitude of a test as the laboratory states it, else the median of its posterior."""
+        measured = self.fit.campaign.test(test).stable_amplitude
+        if measured is not None:
+            return measured.mean
+        entry = next(one for one in self.fit.summary["tests"] if one["name"] == test)
+        return float(entry["parameters"]["a_star"]["median"])
+
+
+@dataclass(frozen=True)
+class ChapterWriter:
+    """A function that writes a chapter, with the key and title under which it is found, also where it fails."""
+
+    key: str
+    title: str
+    blocks: Callable[[Material], Iterable[Block]]
+    appendix: bool = False
+
+    def blank(self) -> Chapter:
+        """The chapter without a block."""
+        return Chapter(self.key, self.title, (), self.appendix)
+
+    def __call__(self, material: Material) -> Chapter:
+        """Write it; without a block it is left out of the report."""
+        return Chapter(self.key, self.title, tuple(self.blocks(material)), self.appendix)
+
+
+def chapter(
+    key: str, title: str, *, appendix: bool = False
+) -> Callable[[Callable[[Material], Iterable[Block]]], ChapterWriter]:
+    """Make a function that gives blocks a chapter."""
+    return lambda blocks: ChapterWriter(key, title, blocks, appendix)

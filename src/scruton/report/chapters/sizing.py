@@ -1,53 +1,46 @@
 """Damper sizing and risk, from the content of sizing.json."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from scruton.report.document import Block, Chapter, Heading, KeyFigure, Picture, Table, paragraph
-from scruton.report.figures.sizing import CONFIDENCES, governing
+from scruton.report.chapters.material import Material, chapter
+from scruton.report.document import Block, Heading, KeyFigure, Picture, Table, paragraph
+from scruton.report.figures.sizing import CONFIDENCES, Content, governing, modes
 from scruton.report.wording import number as written
 from scruton.report.wording import percent, share
 
-Content = Mapping[str, Any]
 ASKED = "0.95"  # the confidence that the summary states
 
 
-def sizing_chapter(content: Content | None, pictures: Sequence[Picture]) -> Chapter:
+@chapter("sizing", "Damper sizing and risk")
+def sizing_chapter(material: Material) -> Iterator[Block]:
     """What keeps the bridge below its limits, the damper that gives it, and the risk that is left."""
+    content = material.sizing
     if content is None:
-        return Chapter("sizing", "Damper sizing and risk", ())
-    one = len(content["modes"]) == 1
-    blocks: list[Block] = [
-        paragraph(
-            f"Bridge: {content['bridge']['title']}. The added damping ratio is what the bridge needs beyond its own so "
-            "that the stable amplitude in lock-in stays below the limit; its confidence is the probability that it "
-            "suffices, all uncertainties taken together."
-        ),
-        _required_table(content),
-        *_named(pictures, "required_damping"),
-    ]  # fmt: skip
-    for k, mode in enumerate(content["modes"], 1):
-        stem = "" if one else f"_{k}"
-        blocks += [
-            Heading("Risk" if one else f"Mode {mode['name']}"),
-            *_named(pictures, f"risk{stem}"),
-            *_named(pictures, f"shares{stem}"),
-            *_damper_blocks(mode, k),
-            *_named(pictures, f"damper{stem}"),
-            *_cost_blocks(mode),
-            *_named(pictures, f"cost{stem}"),
-            *_named(pictures, f"information{stem}"),
-        ]
+        return
+    yield paragraph(
+        f"Bridge: {content['bridge']['title']}. The added damping ratio is what the bridge needs beyond its own so "
+        "that the stable amplitude in lock-in stays below the limit; its confidence is the probability that it "
+        "suffices, all uncertainties taken together."
+    )
+    yield _required_table(content)
+    pictures = {one.name: one for one in material.of("sizing")}
+
+    def shown(name: str) -> Iterator[Picture]:
+        if name in pictures:
+            yield pictures[name]
+
+    yield from shown("required_damping")
+    for k, (ending, mode) in enumerate(modes(content).items(), 1):
+        yield Heading(f"Mode {mode['name']}" if ending else "Risk")
+        yield from (*shown(f"risk{ending}"), *shown(f"shares{ending}"))
+        yield from (*_damper_blocks(mode, k), *shown(f"damper{ending}"))
+        yield from (*_cost_blocks(mode), *shown(f"cost{ending}"), *shown(f"information{ending}"))
     together = [_together_table(content), _hours_table(content)]
     if any(table.rows for table in together):
-        blocks += [Heading("All modes together"), *together]
-    return Chapter("sizing", "Damper sizing and risk", tuple(blocks))
-
-
-def _named(pictures: Sequence[Picture], name: str) -> Iterator[Picture]:
-    return (one for one in pictures if one.name == name)
+        yield Heading("All modes together")
+        yield from together
 
 
 def worst(content: Content) -> tuple[Content, Content]:
@@ -232,6 +225,7 @@ def _cost_blocks(mode: Content) -> list[Block]:
 
 
 def least_cost(mode: Content, curve: Content, money: str, write: Callable[..., str], digits: int) -> str:
+    """What the cheapest choice along a curve of cost comes to, in words."""
     return f"Least expected cost, mode {mode['name']}: {write(curve['best_total'], digits)} {money}"
 
 
