@@ -5,6 +5,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
@@ -33,7 +34,7 @@ from scruton.report.figures.griffin_axes import line_styles
 from scruton.report.figures.laws import law_comparison
 from scruton.report.figures.lock_in import has_lock_in
 from scruton.report.figures.records import predicted, record_figures
-from scruton.report.figures.registry import chapter_of, registered, registered_name
+from scruton.report.figures.registry import Registered, chapter_of, registered, registered_name
 from scruton.report.figures.ringdowns import ring_down_figures
 from scruton.report.figures.save import laid_out_once, rounded
 from scruton.report.figures.style import (
@@ -142,6 +143,19 @@ def test_drawing_leaves_no_trace(fit: Fit, tmp_path_factory: pytest.TempPathFact
     save(griffin_plot(fit), tmp_path_factory.mktemp("trace"), formats=("svg",))
     assert dict(mpl.rcParams) == before
     assert plt.get_fignums() == []
+
+
+def test_the_figure_of_the_page_on_extending_is_drawn(fit: Fit, monkeypatch: pytest.MonkeyPatch) -> None:
+    entries: dict[str, Registered] = {}
+    monkeypatch.setattr("scruton.report.figures.registry._REGISTER", entries)
+    page = (Path(__file__).parents[2] / "docs" / "extending.md").read_text(encoding="utf-8")
+    code = page.partition("## A figure")[2].partition("```python")[2].partition("```")[0]
+    exec(compile(code, "extending", "exec"), {"__name__": "extending_figure"})
+    monkeypatch.setattr("scruton.report.figures.registry.registered", lambda: entries)
+    (drawn,) = all_figures(fit)
+    assert (drawn.name, chapter_of(drawn.name)) == ("damping_of_rigs", "structural")
+    assert "3 rigs" in drawn.alt
+    check_page(drawn)
 
 
 def test_a_figure_is_registered_by_its_decorator_alone(fit: Fit, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -21,9 +21,9 @@ def run(arguments: Namespace) -> Outcome:
         For bad input; nothing is written then. What fails once the fit is made is a remark.
     """
     from scruton.infer.store import write_fit
-    from scruton.report.aside import Aside
     from scruton.report.failures import begun
     from scruton.report.parts import check_bridge, crossed_part, gap_part, scruton_numbers_of, sizing_part
+    from scruton.report.second_process import SecondProcess
 
     path, model, seed = arguments.campaign, arguments.model, arguments.seed
     bridge, limits, gap = arguments.bridge, arguments.limit, not arguments.no_gap
@@ -36,16 +36,16 @@ def run(arguments: Namespace) -> Outcome:
         sha256={} if stands is None else stands.sha256,
         settings={"sc": arguments.sc, "limits": limits, "gap": gap, "bridge": bridge is not None},
     )
-    with claim as work, Aside() as aside:
-        crossed = begun(aside, crossed_part, path, model, task.names, seed)
-        diagnosis = begun(aside, gap_part, path, model) if gap else None
+    with claim as work, SecondProcess() as second:
+        crossed = begun(second, crossed_part, path, model, task.names, seed)
+        diagnosis = begun(second, gap_part, path, model) if gap else None
         fit = task.fit(work)
         write_fit(fit, work.new)
-        sizing = None if bridge is None else begun(aside, sizing_part, work.new, bridge, limits, seed)
+        sizing = None if bridge is None else begun(second, sizing_part, work.new, bridge, limits, seed)
         of_the_bridge = partial(scruton_numbers_of, fit, bridge) if bridge and fit.summary["tests"] else ()
         paths = write_report(
             fit, work.new, design_sc=arguments.sc or of_the_bridge, gap=diagnosis, sizing=sizing, crossed=crossed,
-            aside=aside,
+            second=second,
         )  # fmt: skip
         work.publish()
     paths = paths.moved(work.new, task.folder)

@@ -9,7 +9,7 @@ from typing import Any
 from scruton.processes import pool
 
 
-class Aside:
+class SecondProcess:
     """A second process for what can be done beside.
 
     Where the block that it is opened for fails, it is ended, whatever it was doing.
@@ -29,7 +29,7 @@ class Aside:
             self.process = self.pool.submit(os.getpid)
             self.workers = [one for one in active_children() if one not in others]
 
-    def __enter__(self) -> "Aside":
+    def __enter__(self) -> "SecondProcess":
         return self
 
     def __exit__(self, failure: object, *_: object) -> None:
