@@ -5,7 +5,7 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from multiprocessing.connection import wait
 from typing import Any
 
@@ -47,6 +47,50 @@ def completed[T](
     finally:
         # An interruption ends here too: what runs is finished, what waits is dropped.
         workers.shutdown(cancel_futures=True)
+
+
+class SecondProcess:
+    """A second process for what can be done meanwhile.
+
+    Where the block that it is opened for fails, it is ended, whatever it was doing.
+
+    Parameters
+    ----------
+    beside : bool
+        False: there is none, and everything is done here when its result is asked for.
+    """
+
+    def __init__(self, beside: bool = True) -> None:
+        self.pool: ProcessPoolExecutor | None = None
+        self.last: Future[Any] | None = None
+        if beside:
+            others = multiprocessing.active_children()
+            self.pool = pool(1)
+            self.process = self.pool.submit(os.getpid)
+            self.workers = [process for process in multiprocessing.active_children() if process not in others]
+
+    def __enter__(self) -> "SecondProcess":
+        return self
+
+    def __exit__(self, failure: object, *_: object) -> None:
+        if self.pool is None:
+            return
+        for process in self.workers if failure is not None else ():
+            process.terminate()
+        self.pool.shutdown(cancel_futures=True)
+
+    def begin[T](self, work: Callable[..., T], *arguments: object) -> Callable[[], T]:
+        """Begin, and return what waits for the result (and raises what the work raised)."""
+        if self.pool is None:
+            return lambda: work(*arguments)
+        begun: Future[T] = self.pool.submit(work, *arguments)
+        self.last = begun
+        return begun.result
+
+    @property
+    def idle(self) -> bool:
+        """Whether there is a second process, and nothing left for it to do."""
+        return self.pool is not None and (self.last is None or self.last.done())
 
 
 def serve() -> None:

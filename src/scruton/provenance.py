@@ -8,6 +8,11 @@ from typing import Any
 PACKAGES = ("scruton", "numpy", "scipy", "emcee", "arviz", "numba")
 
 
+def versions() -> dict[str, str]:
+    """Versions of all that decides what numbers come out."""
+    return {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}
+
+
 def provenance(
     command: str | None,
     *,
@@ -38,7 +43,7 @@ def provenance(
     """
     return {
         "command": command,
-        "versions": {"python": platform.python_version()} | {name: version(name) for name in PACKAGES},
+        "versions": versions(),
         "seed": seed,
         "sha256": dict(sha256),
         "card": None if card is None else dict(card),

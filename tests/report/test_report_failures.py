@@ -17,13 +17,13 @@ from scruton.app.batch import FAILED, Job, _missing, summarise
 from scruton.app.fit import FitTask
 from scruton.cli import main
 from scruton.errors import InputError
+from scruton.processes import SecondProcess
 from scruton.report import build_report, figures
 from scruton.report.chapters import CHAPTERS, Material, compose, with_failures
 from scruton.report.document import ALARM, Callout, Document, Picture
 from scruton.report.failures import Failure, Failures, begun, guarded
 from scruton.report.figures.registry import Registered, registered
 from scruton.report.parts import Part, gap_part
-from scruton.report.second_process import SecondProcess
 from scruton.report.tables import tables
 
 FAULT = "This is a fault of the program, not of the data"
@@ -172,7 +172,7 @@ def report(three, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[.
     monkeypatch.setattr(FitTask, "of", lambda *_, **__: task)
     monkeypatch.setattr(FitTask, "fit", lambda *_, **__: three)
     monkeypatch.setattr("scruton.infer.store.write_fit", lambda *_: None)
-    monkeypatch.setattr("scruton.report.second_process.SecondProcess", lambda: SecondProcess(beside=False))
+    monkeypatch.setattr("scruton.processes.SecondProcess", lambda: SecondProcess(beside=False))
     monkeypatch.setattr("scruton.report.parts.check_bridge", lambda *_: None)
     monkeypatch.setattr("scruton.report.parts.scruton_numbers_of", lambda *_: [30.0])
     monkeypatch.setattr("scruton.report.parts.gap_part", lambda *_: Part(GAP))

@@ -24,6 +24,7 @@ from scruton.documents import read_document
 from scruton.errors import InputError
 from scruton.griffin import predict
 from scruton.griffin.validate import Validation
+from scruton.processes import SecondProcess
 from scruton.report import build_report, figures
 from scruton.report.chapters import Material, compose
 from scruton.report.charts import risk_chart
@@ -32,7 +33,6 @@ from scruton.report.figures.griffin import griffin_plot, reciprocal_plot
 from scruton.report.figures.records import record_figures
 from scruton.report.parts import Part
 from scruton.report.render_html import TEMPLATES, data_uri, render_html, uris
-from scruton.report.second_process import SecondProcess
 from scruton.report.tables import tables
 from scruton.report.wording import column, estimate, number, stated
 

@@ -39,7 +39,7 @@ def run(arguments: Namespace) -> Outcome:
     if "posterior" not in tree:
         wanted = "a fit of at least one test in wind: still air says nothing of the law"
         raise InputError(results, "", "a campaign without tests in wind", wanted)
-    fitted = provenance_of(results)
+    fitted = provenance_of(results, summary)
     with Run(folder, "criticise", arguments, sha256=fitted, settings={}, results=(CONTENT, TEXT)) as work:
         criticism = criticise_tree(tree, summary, seed=seed)
         text = criticism_text(criticism, str(summary["title"]))

@@ -4,10 +4,9 @@ from argparse import Namespace
 
 from scruton.app.run import Outcome, Run, default_folder
 from scruton.campaign import load_campaign
+from scruton.gap.results import RESULT
 from scruton.report.chapters.gap import gap_summary
 from scruton.report.render_text import render_text
-
-RESULT = "gap.json"
 
 
 def run(arguments: Namespace) -> Outcome:

@@ -21,9 +21,9 @@ def run(arguments: Namespace) -> Outcome:
         For bad input; nothing is written then. What fails once the fit is made is a remark.
     """
     from scruton.infer.store import write_fit
+    from scruton.processes import SecondProcess
     from scruton.report.failures import begun
     from scruton.report.parts import check_bridge, crossed_part, gap_part, scruton_numbers_of, sizing_part
-    from scruton.report.second_process import SecondProcess
 
     path, model, seed = arguments.campaign, arguments.model, arguments.seed
     bridge, limits, gap = arguments.bridge, arguments.limit, not arguments.no_gap

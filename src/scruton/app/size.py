@@ -30,8 +30,9 @@ def run(arguments: Namespace) -> Outcome:
     InputError
         For bad input, or a folder that holds a sizing already; nothing is written then.
     """
-    from scruton.infer.store import provenance_of, read_tree
+    from scruton.infer.store import read_tree
     from scruton.report.figures import figures_from, save
+    from scruton.report.parts import sizing_origin
     from scruton.sizing.limits import limit
     from scruton.sizing.run import size
 
@@ -44,19 +45,14 @@ def run(arguments: Namespace) -> Outcome:
         raise InputError(results, "", "a campaign without tests in wind", "a fit of at least one test")
     check_effect(summary, arguments.effect, results)
     stands = read_bridge(tree, arguments.bridge, damping=arguments.damping, rig=rig)
-    fitted = provenance_of(results)
-    settings = {
-        "limits": arguments.limit, "law": arguments.law, "effect": arguments.effect, "rig": rig,
-        "damping": arguments.damping,
-    }  # fmt: skip
-    claim = Run(folder, "size", arguments, sha256={**fitted, **stands.sha256}, settings=settings, results=(RESULT,))
-    with claim as work:
+    settings = {name: getattr(arguments, name) for name in ("law", "effect", "rig", "damping")}
+    settings["limits"] = arguments.limit
+    origin = sizing_origin(results, summary, stands, seed=arguments.seed, settings=settings)
+    inputs = origin["fit_sha256"] | origin["bridge_sha256"]
+    with Run(folder, "size", arguments, sha256=inputs, settings=settings, results=(RESULT,)) as work:
         content = size(tree, stands, rules, rig=rig, law_n=arguments.law, seed=arguments.seed, progress=work.bar)
         _explain(content, summary, bridge=arguments.bridge)
-        content["provenance"] = {
-            "sha256": {**summary["provenance"]["sha256"], **fitted, **stands.sha256}, "fit_sha256": fitted,
-            "bridge_sha256": dict(stands.sha256), **{key: settings[key] for key in ("limits", "law", "effect")},
-        }  # fmt: skip
+        content["provenance"] = origin | {key: settings[key] for key in ("law", "effect")}
         drawn = figures_from("sizing", content)
         figures = [path for one in drawn for path in save(one, work.new, formats=("svg", "png"))]
         work.write(RESULT, json.loads(json.dumps(content, allow_nan=False)))

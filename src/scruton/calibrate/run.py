@@ -1,9 +1,7 @@
 """The whole calibration: regimes, processes, resumption, and what comes out."""
 
-import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -29,8 +27,7 @@ from scruton.errors import InputError
 from scruton.infer.cards import ModelCard, load_card
 from scruton.processes import completed
 from scruton.progress import Progress
-
-PACKAGES = ("scruton", "numpy", "scipy", "emcee", "arviz", "numba")
+from scruton.provenance import versions
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,5 +177,4 @@ def _ranks(scores: Mapping[str, Mapping[str, Mapping[str, FloatArray]]]) -> Rank
 
 
 def _settings(seed: int, card: ModelCard) -> dict[str, Any]:
-    versions = {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}
-    return {"seed": seed, "model": card.name, "model_sha256": card.sha256, "versions": versions}
+    return {"seed": seed, "model": card.name, "model_sha256": card.sha256, "versions": versions()}

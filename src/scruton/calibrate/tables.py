@@ -14,6 +14,7 @@ from scruton.calibrate.plain import aligned, csv_text, plain
 from scruton.calibrate.quantities import INTERVALS, kind_of
 from scruton.calibrate.regimes import Regime
 from scruton.documents import write_text
+from scruton.provenance import provenance
 
 if TYPE_CHECKING:
     from scruton.calibrate.run import CalibrationResult
@@ -36,6 +37,13 @@ def write_tables(result: "CalibrationResult", folder: Path) -> None:
     }
     everything: dict[str, Any] = dict(tables) | {
         "settings": result.settings,
+        "provenance": provenance(
+            "calibrate",
+            seed=result.settings["seed"],
+            sha256={},
+            settings={"regimes": [one.name for one in result.regimes]},
+            card={"name": result.settings["model"], "sha256": result.settings["model_sha256"]},
+        ),
         "calibrated": result.calibrated,
         "failed": result.failed,
         "unconverged": result.unconverged,

@@ -16,12 +16,14 @@ from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import ANY_TEMPERATURE, NONE, TEMPERATURE, UNSEEN, Diagnosis, diagnose_data
 from scruton.gap.importance import importance
 from scruton.gap.locate import Curves, Finding, excess_curves, locate
+from scruton.gap.results import FORMAT
 from scruton.gap.shrink import shrink
 from scruton.infer.cards import ModelCard, load_card
 from scruton.progress import Progress
+from scruton.provenance import provenance
 
-FORMAT = 1
 _LEADERS = 2
+SEED = 0  # of the few draws that a diagnosis makes
 
 
 def diagnose_campaign(
@@ -97,14 +99,18 @@ def examine(
         "card": card.name,
         "card_sha256": card.sha256,
         "sha256": dict(campaign.sha256 or {}),
-    }
+        "provenance": provenance(
+            "diagnose", seed=SEED, sha256=campaign.sha256 or {}, settings={"thorough": thorough},
+            card={"name": card.name, "sha256": card.sha256},
+        ),
+    }  # fmt: skip
     return diagnosis, content, findings, curves
 
 
 def _evidence(diagnosis: Diagnosis, thorough: bool) -> dict[str, Any]:
     """Log evidence over the bare model by Laplace; for the leaders by importance sampling, and by bridge sampling."""
     ranked = sorted(diagnosis.singles.values(), key=lambda one: -one.log_evidence)
-    rng = np.random.default_rng(0)
+    rng = np.random.default_rng(SEED)
     bare = importance(diagnosis.bare, rng)
     bridged = bridge_evidence(diagnosis.bare, 0) if thorough else None
     checked: dict[str, dict[str, float]] = {}

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from scruton.documents import sealed, write_bytes
 from scruton.errors import InputError
+from scruton.processes import SecondProcess
+from scruton.provenance import provenance
 from scruton.report.failures import Failure, Failures, begun, guarded
 from scruton.report.parts import Part
-from scruton.report.second_process import SecondProcess
 from scruton.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -240,12 +241,24 @@ def _numbers(material: "Material", document: "Document", charts: Mapping[str, An
         document,
         {
             "summary": fit.summary,
+            "provenance": _origin(material),
             "predictions": [one.to_json() for one in material.design],
             "at_tests": {name: one.to_json() for name, one in material.at_tests.items()},
             "crossed": {name: one.to_json() for name, one in material.crossed.items()},
             "curves": {name: plain(one) for name, one in charts.items()},
         },
     )
+
+
+def _origin(material: "Material") -> dict[str, Any]:
+    """What the report was made from: what its fit was, the bridge, and the design that was asked for."""
+    fitted = material.fit.summary["provenance"]
+    bridge = (material.sizing or {}).get("provenance", {}).get("bridge_sha256", {})
+    return provenance(
+        "report", seed=fitted["seed"], sha256={**fitted["sha256"], **bridge},
+        settings={"tests": fitted["tests"], "sc": [prediction.scruton_number for prediction in material.design]},
+        card={key: fitted["card"][key] for key in ("name", "sha256")},
+    )  # fmt: skip
 
 
 def _json(content: Any) -> bytes:

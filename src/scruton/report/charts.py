@@ -11,7 +11,8 @@ from scruton.campaign.schema import Motion
 from scruton.griffin.bands import band, griffin_band
 from scruton.griffin.posterior import peak_names, unit_of
 from scruton.griffin.predict import predictive_draws
-from scruton.report.figures.griffin_axes import MOST_BANDS, front_ends, sc_range, test_points, thinned_curve
+from scruton.report.figures.griffin_axes import front_ends, sc_range, test_points, thinned_curve
+from scruton.report.thresholds import MOST_BANDS
 
 if TYPE_CHECKING:
     from scruton.griffin import Prediction

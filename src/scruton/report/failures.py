@@ -10,7 +10,7 @@ from scruton.errors import InputError
 from scruton.report.document import ALARM, Callout
 
 if TYPE_CHECKING:
-    from scruton.report.second_process import SecondProcess
+    from scruton.processes import SecondProcess
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from scruton.report.document import Block, Paragraph, Table, paragraph
+from scruton.report.thresholds import SHARE_SHOWN
 from scruton.report.wording import TERMINAL
 
 if TYPE_CHECKING:
@@ -16,7 +17,6 @@ _PARAMETERS = {
     "epsilon": "epsilon",
 }  # fmt: skip
 _SPREAD = ("median", "90 % interval")
-_USED = 0.005  # weight from which a law is named
 
 
 def fit_summary(fit: "Fit") -> list[Block]:
@@ -76,7 +76,7 @@ def prediction_summary(predictions: "Sequence[Prediction]", summary: dict[str, A
             )
         )  # fmt: skip
     header = ("Sc", "damping ratio", f"amplitude [{summary['amplitude_unit']}]", "90 % interval", "sd", "x")
-    shares = [f"{law} {weight:.0%}" for law, weight in predictions[0].laws.items() if weight > _USED]
+    shares = [f"{law} {weight:.0%}" for law, weight in predictions[0].laws.items() if weight > SHARE_SHOWN]
     lines = [
         "x: extrapolation index; laws agree for |x| < 0.2 and part beyond 0.3.",
         f"Laws: {', '.join(shares)}. The interval carries the discrepancy between settings.",
@@ -102,7 +102,7 @@ def validation_summary(title: str, unit: str, found: "Sequence[Validation]", cov
         "test", "from", f"predicted [{unit}]", "90 % interval", "found", "error", "factor", "z", "log score", "",
     )  # fmt: skip
     inside = ", ".join(f"{float(p):.0%}: {share:.0%}" for p, share in coverage.items())
-    laws = sorted({label for one in found for label, weight in one.prediction.laws.items() if weight > _USED})
+    laws = sorted({label for one in found for label, weight in one.prediction.laws.items() if weight > SHARE_SHOWN})
     return [
         paragraph(title),
         Table("validation", "", header, rows),

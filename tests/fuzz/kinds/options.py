@@ -34,7 +34,7 @@ GOOD: dict[str, tuple[str, ...]] = {
 # Where a verb ends as accepted: what is asked for has been looked at, and the work would begin.
 STOPS: dict[str, tuple[str, ...]] = {
     "fit": ("scruton.infer.fit.fit_campaign",),
-    "report": ("scruton.report.second_process.pool=no-pool", "scruton.infer.fit.fit_campaign"),
+    "report": ("scruton.processes.pool=no-pool", "scruton.infer.fit.fit_campaign"),
     "size": ("scruton.sizing.run.size",),
     "criticise": ("scruton.infer.criticism.criticise_tree",),
     "validate": ("scruton.infer.fit.fit_campaign",),

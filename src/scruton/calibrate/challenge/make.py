@@ -14,6 +14,7 @@ from scruton.documents import read_json, write_text
 from scruton.errors import InputError
 from scruton.processes import completed
 from scruton.progress import Progress
+from scruton.provenance import provenance
 from scruton.workspace import Workspace
 
 __all__ = ["ANSWERS", "CHALLENGE", "EFFECTS", "make_challenge", "simulate_case"]
@@ -109,6 +110,7 @@ def make_challenge(
         table = {
             "format": 1, "settings": settings, "cases": list(names.values()), "answers": ANSWERS,
             "answers_sha256": sha256(sealed.encode()).hexdigest(), "versions": {"scruton": version("scruton")},
+            "provenance": provenance("challenge make", seed=seed, sha256={}, settings=settings),
         }  # fmt: skip
         write_text(work.new / CHALLENGE, json.dumps(table, indent=1) + "\n")
         work.publish()

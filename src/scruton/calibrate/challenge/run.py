@@ -14,6 +14,7 @@ from scruton.documents import read_json, write_text
 from scruton.errors import InputError
 from scruton.processes import completed
 from scruton.progress import Progress
+from scruton.provenance import provenance
 from scruton.workspace import Workspace, digest
 
 RUN, GAP, CASE = "challenge-run.json", "gap.json", "case.json"
@@ -79,11 +80,11 @@ def run_challenge(
     if jobs < 1:
         raise InputError("challenge", "jobs", str(jobs), "at least 1")
     cases = cases_of(folder)
-    settings = _settings(folder, cases, diagnose)
+    settings, inputs = _settings(folder, cases, diagnose), _inputs(folder, cases)
     claim = Workspace(
         out,
         "challenge run",
-        inputs=_inputs(folder, cases),
+        inputs=inputs,
         settings={key: settings[key] for key in ("diagnosis", "scruton")},
         results=(RUN,),
         force=force,
@@ -98,7 +99,8 @@ def run_challenge(
             done += 1
             if progress:
                 progress("run", done / len(cases))
-        write_text(work.new / RUN, json.dumps(settings, indent=1) + "\n")
+        block = provenance("challenge run", seed=0, sha256=inputs, settings={"diagnosis": settings["diagnosis"]})
+        write_text(work.new / RUN, json.dumps(settings | {"provenance": block}, indent=1) + "\n")
         work.publish()
     failed = {name: read_json(out / name / CASE).get("error") for name in cases if not (out / name / GAP).exists()}
     return ChallengeRun(out, cases, {name: str(reason) for name, reason in failed.items()})

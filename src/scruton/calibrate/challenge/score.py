@@ -13,6 +13,7 @@ from scruton.calibrate.challenge.outcomes import Outcome, read_outcomes
 from scruton.calibrate.plain import aligned, csv_text, plain
 from scruton.documents import write_text
 from scruton.errors import InputError
+from scruton.provenance import provenance
 from scruton.workspace import Workspace
 
 SCORE = "challenge-score.json"
@@ -193,7 +194,9 @@ def _write(score: ChallengeScore, out: Path) -> None:
         ],
         "cases": [_case(one) for one in score.outcomes],
     }
-    everything: dict[str, Any] = {"format": 1, "settings": dict(score.settings)} | tables
+    settings = dict(score.settings)
+    everything: dict[str, Any] = {"format": 1, "settings": settings} | tables
+    everything["provenance"] = provenance("challenge score", seed=settings.get("seed", 0), sha256={}, settings=settings)
     everything["baselines"] = {name: [_figure(one) for one in table] for name, table in score.baselines.items()}
     for name, table in tables.items():
         write_text(out / f"{name}.csv", csv_text(table))

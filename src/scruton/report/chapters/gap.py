@@ -6,10 +6,9 @@ from typing import Any
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
 from scruton.report.chapters.material import Material, chapter
 from scruton.report.document import CAUTION, Block, Callout, Heading, Listing, Table, paragraph
+from scruton.report.thresholds import PLACES_SHOWN, PROBABILITY_SHOWN
 from scruton.report.wording import PAGE, TERMINAL, Notation, number, share
 
-_MOST = 12  # places that the page lists; all of them are in gap.json
-_LEAST = 5e-4  # probability worth a row
 _SIZE = ("parameter", "median", "90 % interval", "unit", "form")
 _WHERE = ("quantity", "rig", "test", "record", "amplitude", "time [s]", "excess")
 _INVISIBLE = "What these records cannot show, whatever it is"
@@ -136,11 +135,11 @@ def _share(entry: Mapping[str, Any]) -> str:
 
 def _probabilities(gap: Mapping[str, Any], title: Callable[[str], str]) -> tuple[tuple[str, ...], ...]:
     likely = sorted(gap["probability"].items(), key=lambda pair: -pair[1])
-    return tuple((title(name), f"{p:.3f}") for name, p in likely if p > _LEAST)
+    return tuple((title(name), f"{p:.3f}") for name, p in likely if p > PROBABILITY_SHOWN)
 
 
 def _where_table(gap: Mapping[str, Any]) -> Table:
-    rows = _places(gap, PAGE)[:_MOST]
+    rows = _places(gap, PAGE)[:PLACES_SHOWN]
     more = len(gap["where"]) - len(rows)
     return Table(
         "gap_where",

@@ -8,6 +8,7 @@ from scruton.report.chapters.material import Material, chapter
 from scruton.report.chapters.posterior import discrepancy
 from scruton.report.chapters.sizing import sizing_assumptions
 from scruton.report.document import ALARM, CAUTION, Block, Callout, Heading, Listing, Table, paragraph
+from scruton.report.thresholds import TESTS_ABREAST
 from scruton.report.wording import number, stated
 
 
@@ -39,7 +40,7 @@ def validity_chapter(material: Material) -> Iterator[Block]:
 
 def _extrapolation(material: Material) -> Table:
     tests = list(material.design[0].extrapolation_indices) if material.design else []
-    apart = len(tests) <= 6  # more columns would not fit the page
+    apart = len(tests) <= TESTS_ABREAST  # more columns would not fit the page
     rows = tuple(
         (
             stated(one.scruton_number),

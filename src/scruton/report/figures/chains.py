@@ -8,6 +8,7 @@ from scruton.arrays import FloatArray
 from scruton.griffin.posterior import peak_names, test_names
 from scruton.report.figures import style
 from scruton.report.figures.registry import FigureWithCaption, figure
+from scruton.report.thresholds import CHAINS_SHOWN
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -27,7 +28,6 @@ LABELS = {
 CORNER = ("a_star", "relaxation_rate", "damping_ratio", "Y1", "epsilon", "amplitude_scatter")
 CORNER_OTHER_LAW = ("a_star", "relaxation_rate", "damping_ratio", "amplitude_scatter", "noise_factor")
 TRACE = ("a_star", "relaxation_rate", "damping_ratio", "amplitude_scatter", "noise_factor")
-CHAINS_SHOWN = 6  # tests whose corner and trace plots a report holds, peak tests only
 _MASS = (0.90, 0.50)  # what the contours hold
 _WALKERS = 3  # lines drawn of each ensemble
 _STEPS = 300

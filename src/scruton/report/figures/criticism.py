@@ -10,13 +10,14 @@ from scruton.infer import replication, sensitivity
 from scruton.infer.criticism import Criticism, RecordOf, records
 from scruton.report.figures import style
 from scruton.report.figures.registry import FigureWithCaption, figure
+from scruton.report.thresholds import PANELS_A_PAGE
 from scruton.stats import whiteness
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-_ROWS, _PANELS, _LINES, _POINTS = 4, 6, 16, 1500
+_ROWS, _LINES, _POINTS = 4, 16, 1500
 # Signs of the parameters, as the axes show them.
 _SIGNS = {
     "a_star": "$a^*$", "relaxation_rate": r"$\lambda$", "Y1": "$Y_1$", "epsilon": r"$\varepsilon$",
@@ -134,7 +135,7 @@ def predictive_figures(_: "xr.DataTree", criticism: Criticism) -> Iterable[Figur
 def prior_figures(tree: "xr.DataTree", criticism: Criticism) -> Iterable[FigureWithCaption]:
     """Every record inside what the priors expected of it."""
     banded = [one for one in records(tree) if (one.test, one.record) in criticism.bands]
-    for page in style.pages(banded, _PANELS):
+    for page in style.pages(banded, PANELS_A_PAGE):
         drawing, panels = style.panels(len(page), height_mm=46.0)
         for axes, one in zip(panels, page, strict=True):
             _prior_panel(axes, one, criticism.bands[one.test, one.record])

@@ -11,8 +11,9 @@ from scruton.envelope.damping import aerodynamic_damping, total_damping
 from scruton.griffin.bands import trial_griffin_draws
 from scruton.griffin.posterior import draws_of, exponent_draws, mass_damping_draws, peak_names, test_names, unit_of
 from scruton.report.figures import style
-from scruton.report.figures.griffin_axes import MOST_BANDS, front_ends, line_styles
+from scruton.report.figures.griffin_axes import front_ends, line_styles
 from scruton.report.figures.registry import FigureWithCaption, figure
+from scruton.report.thresholds import CURVE_POINTS, MOST_BANDS, PANELS_A_PAGE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,10 +21,8 @@ if TYPE_CHECKING:
 
     from scruton.infer.results import Fit
 
-PANELS = 6
 GRID = 121
 _DRAWS = 1000
-_POINTS = 150
 
 
 def tests_with_transients(fit: "Fit") -> list[str]:
@@ -104,7 +103,7 @@ def _by_test(
     fit: "Fit", draw: "Callable[[Axes, Fit, str], None]", quantity: str, alt: str, *, columns: int
 ) -> Iterable[FigureWithCaption]:
     """One panel a test, on as many pages as it takes; `columns` are those of the legend."""
-    for page in style.pages(tests_with_transients(fit), PANELS):
+    for page in style.pages(tests_with_transients(fit), PANELS_A_PAGE):
         drawing, panels = style.panels(len(page), height_mm=47.0)
         for axes, name in zip(panels, page, strict=True):
             draw(axes, fit, name)
@@ -178,7 +177,7 @@ def _deterministic(axes: "Axes", fit: "Fit", tests: Sequence[str], *, total: boo
     """Damping ratio by the paper's own procedure, one curve a transient record."""
     label = "Eqs. (2)-(6), deterministic"
     for _, _, front in front_ends(fit, tests):
-        pick = style.thin_along(np.log(np.maximum(front.smooth_amplitude, 1e-12)), _POINTS)
+        pick = style.thin_along(np.log(np.maximum(front.smooth_amplitude, 1e-12)), CURVE_POINTS)
         damping = front.total_damping if total else front.aerodynamic_damping
         pen: dict[str, Any] = {"color": style.BLACK, "ls": ":", "lw": 1.0, "label": label, "zorder": 5}
         axes.plot(front.smooth_amplitude[pick], 100 * damping[pick], **pen)

@@ -11,6 +11,7 @@ from scruton.gap.finding import Finding
 from scruton.gap.locate_curves import DECAY, GROWTH, STEADY, STILL, Curve, Curves, excess_curves
 from scruton.report.figures import style
 from scruton.report.figures.registry import FigureWithCaption, figure
+from scruton.report.thresholds import GAP_BARS, GAP_ROWS, PROBABILITY_SHOWN, SMALL_EXCESS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,12 +19,9 @@ if TYPE_CHECKING:
 
     from scruton.gap.data import GapData
 
-_ROWS = 6  # tests or rigs that are drawn; of more, those farthest from nothing
 _ROW_HEIGHT, _ONE_ROW_HEIGHT = 31.0, 46.0  # mm; a single row holds the whole of the label at its side
 _NARROW_TITLE = 40  # letters that fit above one of two panels side by side
 _HEADLINE = 72  # letters of the headline that fit on a line
-_BARS, _FEWEST_BARS = 7, 4
-_SMALL = 0.03  # of the reference relaxation rate: excess damping below it does not fill a panel
 _PENS: dict[str, dict[str, Any]] = {
     GROWTH: {"color": style.BLUE, "ls": "-"},
     DECAY: {"color": style.VERMILLION, "ls": (0, (5, 2))},
@@ -87,7 +85,7 @@ def _upper(
     columns = [c for c in (0, 1) if any(pair[c] for pair in pairs)]
     axes = part.subplots(len(rows), len(columns), sharex=True, squeeze=False)
     drawn = []
-    least = 100.0 * _SMALL * data.layout.reference_rate / data.layout.reference_omega
+    least = 100.0 * SMALL_EXCESS * data.layout.reference_rate / data.layout.reference_omega
     for i, ((rig, test), pair) in enumerate(zip(rows, pairs, strict=True)):
         for j, column in enumerate(columns):
             one = axes[i, j]
@@ -134,14 +132,14 @@ def _rows(data: "GapData", curves: Curves) -> list[tuple[int, int]]:
     in_wind = {rig for rig, _ in known}
     known += [(int(r), -1) for r in layout.rig[[c.record for c in curves.damping]] if int(r) not in in_wind]
     known = sorted(set(known))
-    if len(known) <= _ROWS:
+    if len(known) <= GAP_ROWS:
         return known
 
     def far(row: tuple[int, int]) -> float:
         mine = [c for c in curves.damping if (int(layout.rig[c.record]), int(layout.test[c.record])) == row]
         return max((float(np.max(np.abs(c.excess) / c.sd)) for c in mine), default=0.0)
 
-    return sorted(sorted(known, key=far, reverse=True)[:_ROWS])
+    return sorted(sorted(known, key=far, reverse=True)[:GAP_ROWS])
 
 
 def _pair(curves: Curves, data: "GapData", rig: int, test: int, *, first: bool) -> tuple[list[Curve], list[Curve]]:
@@ -209,8 +207,8 @@ def _frequency(axes: "Axes", curves: Sequence[Curve], data: "GapData") -> None:
 
 
 def _probability(axes: "Axes", diagnosis: Diagnosis) -> None:
-    ranked = sorted(diagnosis.probability.items(), key=lambda pair: -pair[1])[:_BARS]
-    ranked = [pair for i, pair in enumerate(ranked) if i < _FEWEST_BARS or pair[1] >= 5e-4]
+    ranked = sorted(diagnosis.probability.items(), key=lambda pair: -pair[1])[: GAP_BARS[1]]
+    ranked = [pair for i, pair in enumerate(ranked) if i < GAP_BARS[0] or pair[1] >= PROBABILITY_SHOWN]
     first = diagnosis.verdict
     for i, (name, p) in enumerate(ranked):
         colour = style.VERMILLION if name == first else style.ORANGE if name in diagnosis.found else style.LIGHT

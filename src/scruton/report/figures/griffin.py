@@ -10,7 +10,6 @@ from scruton.griffin.bands import X_TRUSTED, GriffinBand, band, griffin_band, gr
 from scruton.griffin.posterior import mass_damping_draws, peak_names, unit_of
 from scruton.report.figures import style
 from scruton.report.figures.griffin_axes import (
-    MOST_BANDS,
     SC_LABEL,
     deterministic,
     draw_band,
@@ -23,12 +22,12 @@ from scruton.report.figures.griffin_axes import (
     test_points,
 )
 from scruton.report.figures.registry import FigureWithCaption, figure
+from scruton.report.thresholds import MOST_BANDS, PANELS_A_PAGE
 
 if TYPE_CHECKING:
     from scruton.infer.results import Fit
 
 GRID = 161
-PANELS = 6
 
 
 @figure("griffin-plot", name="griffin", what="The Griffin plot")
@@ -97,7 +96,7 @@ def griffin_by_test(fit: "Fit") -> Iterable[FigureWithCaption]:
     tree, styles, unit, tests = fit.tree, line_styles(fit.tree), unit_of(fit.tree), peak_names(fit.tree)
     low, high = sc_range(tree, tests)
     grid = np.linspace(low, high, GRID)
-    for page in style.pages(tests, PANELS):
+    for page in style.pages(tests, PANELS_A_PAGE):
         drawing, panels = style.panels(len(page), height_mm=58.0, sharey=True)
         for axes, name in zip(panels, page, strict=True):
             draws = single_draws(tree, grid, name, seed=int(fit.summary["provenance"]["seed"]))

@@ -10,6 +10,7 @@ from scruton.arrays import FloatArray
 from scruton.griffin.bands import GriffinBand
 from scruton.griffin.posterior import draws_of, peak_names, test_names
 from scruton.report.figures import style
+from scruton.report.thresholds import CURVE_POINTS, POINTS_LABELLED
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,9 +21,6 @@ if TYPE_CHECKING:
     from scruton.infer.results import Fit
 
 SC_LABEL = "Scruton number Sc [-]"
-MOST_BANDS = 7  # tests whose bands are drawn; of more only the medians
-_LABELLED = 9  # points that get their name beside them
-_POINTS = 150  # of a deterministic curve
 
 
 @dataclass(frozen=True)
@@ -130,7 +128,7 @@ def deterministic(axes: "Axes", fit: "Fit", tests: Sequence[str], *, reciprocal:
 
 def plot_curve(axes: "Axes", front: "FrontEnd", *, reciprocal: bool = False, label: str = "", **kwargs: Any) -> None:
     """Draw one constructed Griffin curve."""
-    sc, amplitude = thinned_curve(front, _POINTS)
+    sc, amplitude = thinned_curve(front, CURVE_POINTS)
     amplitude = np.where(amplitude > 0.0, amplitude, np.nan)
     pen: dict[str, Any] = {"color": style.BLACK, "ls": ":", "lw": 1.0, "zorder": 4} | kwargs
     axes.plot(sc, 1.0 / amplitude if reciprocal else amplitude, **pen, label=label)
@@ -165,7 +163,7 @@ def points(
                 elinewidth=0.8, capsize=2, zorder=6, label=labels.pop("measured", ""),
             )  # fmt: skip
         named.append((one.name, x, at))
-    if len(named) <= _LABELLED:
+    if len(named) <= POINTS_LABELLED:
         _name_points(axes, named, rising=reciprocal)
 
 

@@ -9,7 +9,6 @@ from scruton.griffin.posterior import peak_names, unit_of
 from scruton.report.figures import style
 from scruton.report.figures.damping import tests_with_transients
 from scruton.report.figures.griffin_axes import (
-    MOST_BANDS,
     SC_LABEL,
     draw_band,
     frame,
@@ -19,6 +18,7 @@ from scruton.report.figures.griffin_axes import (
     stable_amplitude_label,
 )
 from scruton.report.figures.registry import FigureWithCaption, figure
+from scruton.report.thresholds import MOST_BANDS
 
 if TYPE_CHECKING:
     from scruton.infer.results import Fit

@@ -9,15 +9,12 @@ from scruton.griffin.lock_in import LockInBand, has_speeds, lock_in_band
 from scruton.griffin.posterior import draws_of, test_names
 from scruton.report.figures import style
 from scruton.report.figures.registry import FigureWithCaption, figure
+from scruton.report.thresholds import MOST_RIG_BANDS, SCRUTON_NUMBERS_APART, SPEEDS_APART
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from scruton.infer.results import Fit
-
-_SPEEDS = 1.005  # wind speeds of one rig that differ by more are several speeds
-_GAP = 2.0  # ratio of Scruton numbers between which one is worth predicting
-_BANDS = 4  # rigs whose bands are drawn; of more only the medians
 
 
 def has_lock_in(fit: "Fit") -> bool:
@@ -25,7 +22,7 @@ def has_lock_in(fit: "Fit") -> bool:
     speeds: dict[str, list[float]] = {}
     for test in fit.campaign.tests:
         speeds.setdefault(test.rig, []).append(test.wind_speed.mean)
-    return bool(fit.campaign.sweeps) or any(max(one) > _SPEEDS * min(one) for one in speeds.values())
+    return bool(fit.campaign.sweeps) or any(max(one) > SPEEDS_APART * min(one) for one in speeds.values())
 
 
 @figure("griffin-plot", name="lock_in", what="The plot against wind speed", when=has_lock_in)
@@ -123,7 +120,7 @@ def _own_bands(axes: "Axes", fit: "Fit", styles: Mapping[str, style.LineStyle]) 
     for rig in (name for name in styles if name in own):
         band = lock_in_band(fit.tree, own[rig], rig=rig, seed=_seed(fit))
         label = style.shorten(f"rig {rig}, Sc = {own[rig]:.3g}, band")
-        _draw(axes, band, styles[rig], label, bands=len(own) <= _BANDS)
+        _draw(axes, band, styles[rig], label, bands=len(own) <= MOST_RIG_BANDS)
         inside = ~_beyond(fit, band) & np.isfinite(band.intervals[0.50][1])
         top = max(top, float(band.intervals[0.50][1][inside].max(initial=0.0)))
     return top
@@ -171,7 +168,7 @@ def _untested(fit: "Fit") -> float:
     """In the widest gap between tested Scruton numbers a factor two or more apart, else twice the largest."""
     tested = np.sort(list(_own_scruton_numbers(fit).values()))
     ratio = tested[1:] / tested[:-1]
-    if ratio.max(initial=0.0) < _GAP:
+    if ratio.max(initial=0.0) < SCRUTON_NUMBERS_APART:
         return float(f"{2.0 * tested[-1]:.2g}")
     i = int(ratio.argmax())
     return float(f"{np.sqrt(tested[i] * tested[i + 1]):.2g}")

@@ -9,6 +9,7 @@ from scruton.arrays import FloatArray
 from scruton.campaign.schema import Record, Test
 from scruton.report.figures import style
 from scruton.report.figures.registry import FigureWithCaption, figure
+from scruton.report.thresholds import PANELS_A_PAGE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
 
     from scruton.infer.results import Fit
 
-PANELS = 6  # records on one page
 _BINS = 300  # stretches that a long response is decimated to
 _DOTS = 150  # cycles drawn one by one; more become a line
 _POINTS = 120  # of a band
@@ -34,7 +34,7 @@ def record_figures(fit: "Fit") -> Iterable[FigureWithCaption]:
     """One panel a record in wind, on as many pages as it takes; the records of a test stand together."""
     unit = fit.campaign.section.amplitude_unit
     in_wind = [(test, record) for test in fit.campaign.tests for record in test.records]
-    for page in style.pages(in_wind, PANELS):
+    for page in style.pages(in_wind, PANELS_A_PAGE):
         drawing, panels = style.panels(len(page), height_mm=44.0)
         for axes, (test, record) in zip(panels, page, strict=True):
             _panel(axes, fit, test, record)
