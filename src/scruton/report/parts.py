@@ -160,7 +160,7 @@ def sizing_part(folder: Path, bridge: Path, limits: Sequence[str] = (), seed: in
     from scruton.infer.store import read_tree
     from scruton.report.charts import risk_chart
     from scruton.report.figures import figures_from
-    from scruton.report.figures.sizing import governing
+    from scruton.report.figures.sizing import governing, modes
     from scruton.sizing.bridge import load_bridge
     from scruton.sizing.limits import limit
     from scruton.sizing.run import size
@@ -172,14 +172,13 @@ def sizing_part(folder: Path, bridge: Path, limits: Sequence[str] = (), seed: in
     found = size(tree, stands, [limit(one) for one in limits], seed=seed)
     found["provenance"] = sizing_origin(folder, summary, stands, seed=seed, settings={"limits": list(limits)})
     content = json.loads(json.dumps(found, allow_nan=False))
-    names = [f"risk_{k}" for k in range(1, len(content["modes"]) + 1)] if len(content["modes"]) > 1 else ["risk"]
     failures = Failures()
 
     def charts() -> dict[str, Mapping[str, Any]]:
         return {
-            name: risk_chart(mode, limit_of["curve"], f"probability of exceeding {limit_of['rule']}")
-            for name, mode in zip(names, content["modes"], strict=True)
-            for limit_of in [governing(mode)]
+            f"risk{ending}": risk_chart(mode, decisive["curve"], f"probability of exceeding {decisive['rule']}")
+            for ending, mode in modes(content).items()
+            for decisive in [governing(mode)]
         }
 
     def pictures() -> tuple[Picture, ...]:
