@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from scruton.calibrate.challenge.make import simulate_case
+from scruton.calibrate.challenge.case import simulate_case
 from scruton.gap.bridge import bridge_evidence
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import fit_bare

@@ -7,7 +7,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE
 from scruton.dynamics.effects.terms import Variant
-from scruton.dynamics.settled import _readings
+from scruton.dynamics.reading import readings
 from scruton.gap.diagnosis import NONE, TEMPERATURE, UNSEEN, Diagnosis
 from scruton.gap.extra import Extra, separation
 from scruton.gap.hypothesis import Hypothesis, Weighed
@@ -242,7 +242,7 @@ def _by_calibration(truth: tuple[Hypothesis, FloatArray], other: Weighed) -> flo
     for hypothesis, u in (truth, (other.hypothesis, other.mode)):
         largest = hypothesis.bare.data.layout.largest
         table = hypothesis.table(u[None])[0].copy()
-        found.append(_readings(np.ascontiguousarray(table), largest) / largest)
+        found.append(readings(table, largest) / largest)
     return float(np.max(np.abs(found[0] - found[1])) / _CALIBRATION)
 
 

@@ -7,7 +7,8 @@ from scruton.arrays import FloatArray
 from scruton.gap.hypothesis import Weighed
 from scruton.gap.importance import log_density_of
 from scruton.stats.evidence import Evidence, bridge_halves
-from scruton.stats.moves import FITTED_TO_DRAWS, IndependenceMove, StudentT
+from scruton.stats.moves import IndependenceMove
+from scruton.stats.student_t import FITTED_TO_DRAWS, StudentT
 
 ENSEMBLES = 2
 WALKERS, SETTLE, STEPS = 160, 60, 120

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.extended import Channels
+from scruton.dynamics.cycles import Channels
 from scruton.gap.data import GapData
 from scruton.gap.hypothesis import Hypothesis, Weighed
 

@@ -14,8 +14,9 @@ import numpy as np
 from scipy.special import log_ndtr
 
 from scruton.arrays import FloatArray
+from scruton.dynamics.cycles import Channels
 from scruton.dynamics.effects.terms import Parameter, Variant
-from scruton.dynamics.extended import Channels, channel_innovations
+from scruton.dynamics.extended import channel_innovations
 from scruton.gap.bare import BareModel
 
 _STEP = 1e-4

@@ -6,7 +6,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.terms import Parameter, Term, Variant, add
-from scruton.dynamics.settled import settled, transferred
+from scruton.dynamics.limit_cycle import limit_cycle_amplitude, transferred
 from scruton.gap.diagnosis import Diagnosis
 
 FRICTION = 0.1  # of the relaxation damping at the stable amplitude
@@ -78,7 +78,7 @@ def invisible(diagnosis: Diagnosis) -> list[dict[str, Any]]:
 
 def _settled(diagnosis: Diagnosis, row: FloatArray) -> float:
     data = diagnosis.data
-    return float(settled(row[None], data.channels.knots, data.layout.reference_amplitude)[0])
+    return float(limit_cycle_amplitude(row[None], data.channels.knots, data.layout.reference_amplitude)[0])
 
 
 def _seen(diagnosis: Diagnosis, term: int, unit: float, prior: float) -> float:

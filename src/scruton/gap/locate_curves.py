@@ -13,7 +13,7 @@ from scipy.stats import norm
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.terms import HATS, Layout, Parameter, Term, Values, Variant, add, compact
-from scruton.dynamics.settled import amplitude_rates
+from scruton.dynamics.limit_cycle import amplitude_rates
 from scruton.gap.bare import TOLERANCES
 from scruton.gap.data import GapData
 from scruton.gap.finding import Finding, Range, amplitudes_of, interval, names_of, time_of

@@ -8,7 +8,7 @@ from scipy.stats import norm
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE
 from scruton.dynamics.effects.terms import Parameter, Term, Variant
-from scruton.dynamics.settled import amplitude_rates
+from scruton.dynamics.limit_cycle import amplitude_rates
 from scruton.gap.diagnosis import UNSEEN, Diagnosis
 from scruton.gap.finding import Finding, Range, amplitudes_of, interval, names_of, time_of
 from scruton.gap.hypothesis import Hypothesis, Weighed
@@ -255,12 +255,12 @@ def _amounts(scope: _Scope, table: FloatArray, bare: FloatArray, record: int, at
 
 def _lost(table: FloatArray, reading: float) -> FloatArray:
     """Part of the amplitude that a saturated reading loses at the largest reading, negative."""
-    from scruton.dynamics.settled import _readings
+    from scruton.dynamics.reading import readings
 
     rows = np.ascontiguousarray(table)
     low, high = np.full(len(table), 0.5 * reading), np.full(len(table), 4.0 * reading)
     for _ in range(40):
         middle = 0.5 * (low + high)
-        short = _readings(rows, middle) < reading
+        short = readings(rows, middle) < reading
         low, high = np.where(short, middle, low), np.where(short, high, middle)
     return np.asarray(reading / (0.5 * (low + high)) - 1.0)

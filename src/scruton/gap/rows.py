@@ -13,7 +13,7 @@ from scipy.optimize import least_squares
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE, Layout
 from scruton.dynamics.effects.terms import COLUMNS, HATS, Term, Variant
-from scruton.dynamics.settled import amplitude_rates, settled
+from scruton.dynamics.limit_cycle import amplitude_rates, limit_cycle_amplitude
 
 _NOTHING = 0.005  # of the misfit
 SD_AMPLITUDE, SD_RATE = 0.02, 0.05  # of the logarithms, where none is stated: reading a record, and its slope
@@ -174,7 +174,7 @@ def _predicted(rows: Rows, layout: Layout, variant: Variant | None, x: FloatArra
     if variant is not None:
         variant.apply(table, _split(variant, x), layout)
     knots = np.log(layout.knots)
-    amplitude = settled(table[0], knots, layout.reference_amplitude)
+    amplitude = limit_cycle_amplitude(table[0], knots, layout.reference_amplitude)
     amplitude = np.where(np.isfinite(amplitude) & (amplitude > 0.0), amplitude, 1e-3 * layout.reference_amplitude)
     step = 1e-4 * amplitude
     up, down = (

@@ -11,13 +11,9 @@ from functools import cached_property
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.likelihood import (
-    EnvelopeData,
-    innovations,
-    log_likelihood,
-    pointwise_log_likelihood,
-    trial_log_likelihood,
-)
+from scruton.dynamics.cycles import EnvelopeData
+from scruton.dynamics.likelihood import innovations, log_likelihood, pointwise_log_likelihood
+from scruton.dynamics.trial_filter import trial_log_likelihood
 from scruton.stats.coordinates import Coordinates
 from scruton.stats.posterior import Posterior
 from scruton.stats.priors import Prior
@@ -89,8 +85,7 @@ class WindPosterior(Posterior):
         ratio, damping = log["relaxation_ratio"], log["damping_ratio"]
         if self.n is not None:
             return ratio > damping + np.log(-self.n) if self.n < 0 else np.ones(len(u), dtype=bool)
-        within: np.ndarray = np.exp(ratio - damping) + self.exponents(u) > 0.0
-        return within
+        return np.asarray(np.exp(ratio - damping) + self.exponents(u) > 0.0)
 
     def log_likelihood(self, u: FloatArray) -> FloatArray:
         """State-space likelihood of the transients, normal likelihood of the steady amplitudes, (W,)."""

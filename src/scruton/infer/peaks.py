@@ -11,15 +11,14 @@ from scruton.dynamics import Setting, force_parameters
 from scruton.infer.hierarchy import CampaignPosterior, PeakTest
 from scruton.infer.models import WIND
 from scruton.infer.results import LawResult, LawWeights, PeakResult, TestResult
-from scruton.infer.run import Sampling
-from scruton.stats.evidence import evidence_by_importance, fit_student_t, log_evidence, posterior_weights
-from scruton.stats.optimum import WIDEN, find_optimum
+from scruton.infer.sampling import Sampling
+from scruton.infer.thresholds import HOPELESS
+from scruton.stats.evidence import evidence_by_importance, log_evidence, posterior_weights
+from scruton.stats.optimum import laplace_log_evidence
 from scruton.stats.sampler import Samples
 from scruton.stats.settings import SamplerSettings
 from scruton.stats.stacking import stacking_weights
-
-# Log evidence below the best, by Laplace's approximation (good to one or two), beyond which a law is not sampled.
-HOPELESS = 15.0
+from scruton.stats.student_t import fit_student_t
 
 
 def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Sampling) -> PeakResult:
@@ -42,7 +41,7 @@ def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Samplin
     log_z, error = np.full(len(labels), np.nan), np.full(len(labels), np.nan)
     if several:
         log_z[:] = [
-            _laplace(one, sampling.seed_of(f"screening, {label}"))
+            laplace_log_evidence(one, np.random.default_rng(sampling.seed_of(f"screening, {label}")))
             for one, label in zip(posteriors, labels, strict=True)
         ]
     sampled = np.array([k == 0 or log_z[k] > log_z.max() - HOPELESS for k in range(len(labels))])
@@ -89,17 +88,6 @@ def stack(result: PeakResult, sampling: Sampling) -> PeakResult:
         stacking[chosen] = stacking_weights(scores)
     use = stacking if sampling.card.averaging == "stacking" else weights.weight
     return replace(result, weights=replace(weights, stacking=stacking, weight=use))
-
-
-def _laplace(posterior: CampaignPosterior, seed: np.random.SeedSequence) -> float:
-    """Log evidence by Laplace's approximation; the prior mass of the constraint, of order one, is left out."""
-    try:
-        peak = find_optimum(posterior, np.random.default_rng(seed))
-    except ValueError:
-        return -np.inf
-    d = peak.centre.size
-    log_det = float(np.log(np.diag(peak.cholesky) / WIDEN).sum())
-    return float(posterior.log_prob(peak.centre[None])[0] + 0.5 * d * np.log(2.0 * np.pi) + log_det)
 
 
 def _settings(settings: SamplerSettings, posterior: CampaignPosterior) -> SamplerSettings:
@@ -205,8 +193,8 @@ def _setting(campaign: Campaign, one: TestResult, factor: FloatArray | None, dam
         depth=section.depth,
         mass=one.rig.mass.mean,
         air_density=one.test.air_density.mean,
-        wind_speed=one.test.wind_speed.mean if factor is None else np.resize(one.carried.wind_speed, factor.shape),
-        frequency=one.rig.frequency.mean if factor is None else np.resize(one.carried.frequency, factor.shape),
+        wind_speed=one.test.wind_speed.mean if factor is None else np.resize(one.stated.wind_speed, factor.shape),
+        frequency=one.rig.frequency.mean if factor is None else np.resize(one.stated.frequency, factor.shape),
         wind_frequency=one.wind_frequency,
         damping_ratio=damping,
     )
@@ -216,5 +204,5 @@ def _setting(campaign: Campaign, one: TestResult, factor: FloatArray | None, dam
     return replace(
         stated,
         mass=one.rig.mass.mean * factor / float(stated.mass_damping_factor),
-        wind_frequency=one.wind_frequency * np.asarray(stated.frequency) / one.carried.frequency.mean(),
+        wind_frequency=one.wind_frequency * np.asarray(stated.frequency) / one.stated.frequency.mean(),
     )

@@ -29,11 +29,11 @@ from scruton.campaign.toml import Field, Table, Wording, is_number, read_toml
 from scruton.campaign.write import write_record, write_toml
 from scruton.errors import InputError
 from scruton.simulate.disturbances import Disturbances
-from scruton.simulate.motion import FORCES, STEPS_PER_CYCLE, Truth, simulate_record
+from scruton.simulate.equation import STEPS_PER_CYCLE
+from scruton.simulate.motion import simulate_record
+from scruton.simulate.thresholds import LARGEST, MOST_STEPS
+from scruton.simulate.truth import FORCES, Truth
 from scruton.workspace import Workspace, digest
-
-LARGEST = 1e12  # of any number, in its unit
-MOST_STEPS = 1e8  # of the integration of one record
 
 _RECORD = ("duration", "initial_amplitude", "disturbances")  # what a record says beyond campaign.toml
 

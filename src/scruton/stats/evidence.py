@@ -23,20 +23,23 @@ from scipy.optimize import brentq
 from scipy.special import expit, logsumexp
 
 from scruton.arrays import FloatArray
-from scruton.stats.moves import FITTED_TO_DRAWS, StudentT
 from scruton.stats.optimum import find_optimum
 from scruton.stats.posterior import Posterior
 from scruton.stats.sampler import Samples
+from scruton.stats.student_t import StudentT, fit_student_t
+from scruton.stats.thresholds import (
+    DRAWS_A_DIMENSION,
+    GOOD_PARETO_K,
+    GOOD_SIZE,
+    GOOD_WIDENING,
+    MORE_ROUNDS,
+    PRIOR_MASS_ERROR,
+)
 
 Halves = tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
-# Prior mass of the constraint: relative error to reach, draws at a time, and at most.
-MASS_ERROR, MASS_BATCH, MOST_MASS_DRAWS = 0.01, 8192, 2**18
-# Weighted draws, in multiples of the dimensions, that a Student-t is fitted to; fewer say nothing of a covariance.
-FITTED_TO = 10
+MASS_BATCH, MOST_MASS_DRAWS = 8192, 2**18  # draws of the prior at a time, and at most
 PROBES = 24  # along every half-axis of a starting proposal
-PATIENCE = 3  # times the rounds asked for that a poor start may need
-GOOD_K, GOOD_SIZE, GOOD_WIDENING = 0.7, 100.0, 1.15
 _SPAWN = 0xE71DE5CE  # sets the streams of this module apart from others of the same seed
 
 
@@ -77,7 +80,7 @@ class Evidence:
     @property
     def reliable(self) -> bool:
         """Whether the error can be believed: enough independent draws, light tails, a proposal wide enough."""
-        fault = self.pareto_k > GOOD_K or self.widening > GOOD_WIDENING
+        fault = self.pareto_k > GOOD_PARETO_K or self.widening > GOOD_WIDENING
         return bool(self.effective_size >= GOOD_SIZE and not fault and np.isfinite(self.log_z))
 
 
@@ -260,11 +263,11 @@ def evidence_by_importance(
         proposals.append(proposal)
         if len(proposals) >= rounds:
             found = _mean_weight(height - proposal.log_density(new), new, proposal, log_mass, mass_error)
-            if found.reliable or len(proposals) >= PATIENCE * rounds:
+            if found.reliable or len(proposals) >= MORE_ROUNDS * rounds:
                 break
         points, heights = np.concatenate([points, new]), np.concatenate([heights, height])
         mixture = logsumexp([one.log_density(points) for one in proposals], axis=0) - log(len(proposals))
-        proposal = fit_student_t(points, _tempered(heights - mixture, FITTED_TO * proposal.centre.size))
+        proposal = fit_student_t(points, _tempered(heights - mixture, DRAWS_A_DIMENSION * proposal.centre.size))
     if not np.isfinite(found.log_z):
         raise ValueError("no draw of the proposal lies in the posterior's support")
     return found
@@ -349,23 +352,6 @@ def _pareto_k(log_weight: FloatArray) -> float:
     return float(array_stats.psislw(-log_weight)[1])
 
 
-def fit_student_t(points: FloatArray, weight: FloatArray) -> StudentT:
-    """Student-t with the mean and covariance of points (N, d) whose weights (N,) add up to one.
-
-    Raises
-    ------
-    ValueError
-        If the points fill no volume.
-    """
-    centre = weight @ points
-    deviation = points - centre
-    covariance = (deviation * weight[:, None]).T @ deviation
-    try:
-        return StudentT(centre, np.linalg.cholesky(covariance), FITTED_TO_DRAWS)
-    except np.linalg.LinAlgError as error:
-        raise ValueError("the draws fill no volume: no proposal can be fitted to them") from error
-
-
 def log_prior_mass(posterior: Posterior, rng: np.random.Generator) -> tuple[float, float]:
     """Logarithm of the prior probability of the joint constraint, and its standard error.
 
@@ -386,7 +372,7 @@ def log_prior_mass(posterior: Posterior, rng: np.random.Generator) -> tuple[floa
     while count < MOST_MASS_DRAWS:
         _, inside = posterior.prior_sample(rng, MASS_BATCH)
         hits, count = hits + int(inside.sum()), count + MASS_BATCH
-        if count - hits <= MASS_ERROR**2 * hits * count:
+        if count - hits <= PRIOR_MASS_ERROR**2 * hits * count:
             break
     if not hits:
         raise ValueError(f"none of {count} prior draws lies within the model's constraint")
@@ -410,13 +396,6 @@ def posterior_weights(log_evidence: FloatArray, prior_weight: FloatArray) -> Flo
         raise ValueError("no model has both a finite log evidence and a positive prior weight")
     weight: FloatArray = np.exp(score - top)
     return weight / weight.sum()
-
-
-def posterior_weight_errors(weights: FloatArray, error: FloatArray) -> FloatArray:
-    """Standard errors of posterior weights, (K,), from those of the log evidences, (K,), to first order."""
-    jacobian = np.diag(weights) - np.outer(weights, weights)
-    found: FloatArray = np.sqrt(np.square(jacobian) @ np.square(error))
-    return found
 
 
 def _streams(seed: np.random.SeedSequence, count: int) -> list[np.random.SeedSequence]:

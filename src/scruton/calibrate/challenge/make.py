@@ -7,7 +7,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from scruton.calibrate.challenge.case import EFFECTS, NOISE, TURBULENCE, simulate_case
+from scruton.calibrate.challenge.case import NOISE, TURBULENCE, simulate_case
 from scruton.calibrate.challenge.plan import SEVERITIES, checked, planned
 from scruton.campaign.write import save_campaign
 from scruton.documents import read_json, write_text
@@ -16,8 +16,6 @@ from scruton.processes import completed
 from scruton.progress import Progress
 from scruton.provenance import provenance
 from scruton.workspace import Workspace
-
-__all__ = ["ANSWERS", "CHALLENGE", "EFFECTS", "make_challenge", "simulate_case"]
 
 CHALLENGE, ANSWERS = "challenge.json", "answers/answers.json"
 _MADE = "a file that a challenge was made with"
@@ -98,10 +96,9 @@ def make_challenge(
     with claim as work:
         answers = _known(work)
         missing = [i for i, name in names.items() if name not in answers or not work.find(f"{name}/campaign.toml")]
-        done = cases - len(missing)
-        for index in completed(_make_one, [(work.new, work.checkpoints, i, settings) for i in missing], jobs):
+        tasks = [(work.new, work.checkpoints, i, settings) for i in missing]
+        for done, index in enumerate(completed(_make_one, tasks, jobs), cases - len(missing) + 1):
             work.keep(names[index])
-            done += 1
             if progress:
                 progress("make", done / cases)
             answers[names[index]] = read_json(work.checkpoints / f"{names[index]}.json", _MADE)

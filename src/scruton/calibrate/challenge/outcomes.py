@@ -3,7 +3,7 @@
 import json
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -18,15 +18,15 @@ _ALLOWED = {"wake_oscillator": (UNKNOWN, "fluid_memory")}  # of the cases outsid
 
 
 @dataclass(frozen=True)
-class Settled:
-    """Stable amplitude of a test left out: A/D or rad.
+class StableAmplitude:
+    """Stable amplitude of a test left out, A/D or rad.
 
     Attributes
     ----------
     moved : float
         What the effect does to it, relative.
     truth, measured, before, after : float
-        As simulated; as measured; as the bare model and the verdict's predict it.
+        As simulated; as measured; as the null model and the verdict's predict it.
     """
 
     moved: float
@@ -56,7 +56,7 @@ class Outcome:
         Effects that cannot be told from the verdict, itself among them.
     shrink : float or None
         Held-out shrink; None where it was not measured.
-    settled : tuple of Settled
+    settled : tuple of StableAmplitude
     rigs, rigs_named : tuple of str
         Where friction is, and where it is said to be.
     seconds : float or None
@@ -71,7 +71,7 @@ class Outcome:
     probability: Mapping[str, float] = field(default_factory=dict)
     group: tuple[str, ...] = ()
     shrink: float | None = None
-    settled: tuple[Settled, ...] = ()
+    settled: tuple[StableAmplitude, ...] = ()
     rigs: tuple[str, ...] = ()
     rigs_named: tuple[str, ...] = ()
     seconds: float | None = None
@@ -128,35 +128,27 @@ def read_outcomes(
         If the hash of the answers is another than stands in challenge.json, or there is nothing to score.
     """
     table = read_json(folder / CHALLENGE)
-    sealed = opened(answers or folder / str(table.get("answers", ANSWERS)), table.get("answers_sha256"))
+    sealed = _opened(answers or folder / str(table.get("answers", ANSWERS)), table.get("answers_sha256"))
     names = [name for name in cases_of(folder) if name in sealed]
     there = [name for name in names if (results / name / CASE).exists() or (results / name / GAP).exists()]
     if not there:
         raise InputError(results, "", "no result of any case", "the folder that scruton challenge run wrote")
-    found = tuple(_outcome(folder / name, results / name, sealed[name]) for name in there)
-    return found, dict(table.get("settings", {})) | {"not_run": len(names) - len(there)}
+    outcomes = tuple(_outcome(folder / name, results / name, sealed[name]) for name in there)
+    return outcomes, dict(table.get("settings", {})) | {"not_run": len(names) - len(there)}
 
 
-def opened(path: Path, digest: object) -> dict[str, Any]:
-    """Open the sealed answers.
-
-    Raises
-    ------
-    InputError
-        If the file is not there, or its SHA-256 is not `digest`.
-    """
+def _opened(path: Path, digest: object) -> dict[str, Any]:
+    """Open the sealed answers."""
     if not path.is_file():
         raise InputError(path, "", "no file", "the sealed answers of the challenge (--answers FILE)")
     text = path.read_bytes()
-    if sha256(text).hexdigest() != digest:
-        raise InputError(
-            path, "SHA-256", sha256(text).hexdigest(),
-            f"{digest} as {CHALLENGE} has it: the answers are not those that were sealed",
-        )  # fmt: skip
-    found = json.loads(text)
-    if not isinstance(found, dict):
-        raise InputError(path, "", type(found).__name__, "one answer a case, by its name")
-    return found
+    if (found := sha256(text).hexdigest()) != digest:
+        wanted = f"{digest} as {CHALLENGE} has it: the answers are not those that were sealed"
+        raise InputError(path, "SHA-256", found, wanted)
+    answers = json.loads(text)
+    if not isinstance(answers, dict):
+        raise InputError(path, "", type(answers).__name__, "one answer a case, by its name")
+    return answers
 
 
 def _outcome(campaign: Path, place: Path, answer: Mapping[str, Any]) -> Outcome:
@@ -164,52 +156,51 @@ def _outcome(campaign: Path, place: Path, answer: Mapping[str, Any]) -> Outcome:
     seconds = note.get("seconds")
     if seconds is not None and (isinstance(seconds, bool) or not isinstance(seconds, int | float)):
         raise InputError(place / CASE, "seconds", repr(seconds), "a number")
-    truth = tuple(str(one) for one in answer["effects"])
     rigs = answer["parameters"].get("coulomb_friction", {}).get("rigs", ())
-    own: dict[str, Any] = {
-        "case": campaign.name, "kind": str(answer["kind"]), "truth": truth, "severity": float(answer["severity"]),
-        "seconds": seconds, "rigs": tuple(str(answer["rigs"][j]["name"]) for j in rigs),
-    }  # fmt: skip
+    truth = Outcome(
+        campaign.name, str(answer["kind"]), tuple(map(str, answer["effects"])), float(answer["severity"]), FAILED,
+        rigs=tuple(str(answer["rigs"][j]["name"]) for j in rigs), seconds=seconds,
+    )  # fmt: skip
     if not (place / GAP).exists():
-        return Outcome(**own, verdict=FAILED)
+        return truth
     gap = read_json(place / GAP)
     try:
         verdict = str(gap["verdict"])
-        groups = [tuple(one) for one in gap.get("indistinguishable", ()) if verdict in one]
+        groups = [tuple(group) for group in gap.get("indistinguishable", ()) if verdict in group]
         shrink = gap.get("shrink") or {}
-        return Outcome(
-            **own,
+        return replace(
+            truth,
             verdict=verdict,
             also=tuple(gap.get("also", ())),
             probability={str(name): float(p) for name, p in gap.get("probability", {}).items()},
             group=groups[0] if groups else (verdict,),
             shrink=(shrink.get("held_out") or {}).get("fraction"),
-            settled=_settled(campaign, shrink.get("stable_amplitude") or (), answer),
-            rigs_named=_named(gap.get("where", ())),
+            settled=_stable_amplitudes(campaign, shrink.get("stable_amplitude") or (), answer),
+            rigs_named=_rigs_with_friction(gap.get("where", ())),
         )
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         found = f"{type(error).__name__}: {error}"
         raise InputError(place / GAP, "", found, "a gap.json of scruton diagnose") from error
 
 
-def _named(where: Any) -> tuple[str, ...]:
-    """Rigs with friction: those that the diagnosis gives as the scope of it, else those where the damping departs."""
-    scope = {str(one["rig"]) for one in where if one.get("effect") == "coulomb_friction" and one.get("rig")}
-    found = {str(one["rig"]) for one in where if one["quantity"] == "damping" and one.get("rig")}
-    return tuple(sorted(scope or found))
+def _rigs_with_friction(where: Any) -> tuple[str, ...]:
+    """Those that the diagnosis gives as the scope of it, else those where the damping departs."""
+    rows = [row for row in where if row.get("rig")]
+    scope = {str(row["rig"]) for row in rows if row.get("effect") == "coulomb_friction"}
+    return tuple(sorted(scope or {str(row["rig"]) for row in rows if row["quantity"] == "damping"}))
 
 
-def _settled(campaign: Path, entries: Any, answer: Mapping[str, Any]) -> tuple[Settled, ...]:
-    if not entries:
+def _stable_amplitudes(campaign: Path, rows: Any, answer: Mapping[str, Any]) -> tuple[StableAmplitude, ...]:
+    if not rows:
         return ()
     tests = tomllib.loads((campaign / "campaign.toml").read_text(encoding="utf-8"))["tests"]
     rig_of = {test["name"]: test["rig"] for test in tests}
-    rigs = {one["name"]: one for one in answer["rigs"]}
-    found = []
-    for one in entries:
-        rig = rigs[rig_of[one["test"]]]
+    rigs = {rig["name"]: rig for rig in answer["rigs"]}
+    amplitudes = []
+    for row in rows:
+        rig = rigs[rig_of[row["test"]]]
         truth, without = float(rig["stable_amplitude"]), float(rig["stable_amplitude_without"])
-        if None not in (one["before"], one["after"]):
-            numbers = (float(one[key]) for key in ("measured", "before", "after"))
-            found.append(Settled(abs(truth / without - 1.0), truth, *numbers))
-    return tuple(found)
+        if None not in (row["before"], row["after"]):
+            numbers = (float(row[key]) for key in ("measured", "before", "after"))
+            amplitudes.append(StableAmplitude(abs(truth / without - 1.0), truth, *numbers))
+    return tuple(amplitudes)

@@ -81,22 +81,14 @@ def run_challenge(
         raise InputError("challenge", "jobs", str(jobs), "at least 1")
     cases = cases_of(folder)
     settings, inputs = _settings(folder, cases, diagnose), _inputs(folder, cases)
+    compared = {key: settings[key] for key in ("diagnosis", "scruton")}
     claim = Workspace(
-        out,
-        "challenge run",
-        inputs=inputs,
-        settings={key: settings[key] for key in ("diagnosis", "scruton")},
-        results=(RUN,),
-        force=force,
-        resume=resume,
-        grows=True,
+        out, "challenge run", inputs=inputs, settings=compared, results=(RUN,), force=force, resume=resume, grows=True
     )
     with claim as work:
         missing = [name for name in cases if work.find(f"{name}/{GAP}") is None]
-        done = len(cases) - len(missing)
-        for name in _run(folder, work.new, missing, jobs, diagnose):
+        for done, name in enumerate(_run(folder, work.new, missing, jobs, diagnose), len(cases) - len(missing) + 1):
             work.keep(name)
-            done += 1
             if progress:
                 progress("run", done / len(cases))
         block = provenance("challenge run", seed=0, sha256=inputs, settings={"diagnosis": settings["diagnosis"]})

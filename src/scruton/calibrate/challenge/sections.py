@@ -5,16 +5,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.calibrate.thresholds import USUAL
 from scruton.campaign.schema import Motion, Section
-from scruton.simulate.disturbances import Disturbances
-from scruton.simulate.disturbed import mean_rate
-from scruton.simulate.motion import Truth
+from scruton.simulate import Disturbances, Truth
+from scruton.simulate.equation import mean_rate
 
-AMPLITUDES = {Motion.HEAVING: (0.010, 0.15), Motion.TORSIONAL: (np.deg2rad(1.0), np.deg2rad(5.0))}
 _MIDDLE = {Motion.HEAVING: (0.018, 0.09), Motion.TORSIONAL: (np.deg2rad(1.3), np.deg2rad(3.8))}
-RELAXATION = (0.0035, 0.03)  # lambda/omega
-SCRUTON_NUMBERS = (7.0, 110.0)
-Y1 = {Motion.HEAVING: (-60.0, -3.0), Motion.TORSIONAL: (-15.0, -0.5)}
 _SPEED_SPREAD = 0.03  # relative, of the reduced velocity between the rigs' peak tests
 _TRIES = 1000
 
@@ -41,7 +37,7 @@ class RigTruth:
     own: dict[int, dict[str, float | str]] = field(default_factory=dict)
 
     @property
-    def bare(self) -> tuple[float, float]:
+    def undisturbed(self) -> tuple[float, float]:
         """Stable amplitude and relaxation rate [1/s] without disturbances."""
         return self.wind.balance()
 
@@ -80,7 +76,7 @@ def scruton_factor(truth: Truth) -> float:
 
 
 def random_body(rng: np.random.Generator, rigs: int = 3) -> Body:
-    """Draw a body, heaving or torsional, whose rigs all have a bare limit cycle of a usual size.
+    """Draw a body, heaving or torsional, whose rigs all have an undisturbed limit cycle of a usual size.
 
     Scruton numbers of three rigs stand about as 1 : 2 : 4.
 
@@ -135,21 +131,17 @@ def _draw(rng: np.random.Generator, rigs: int) -> Body | None:
         )  # fmt: skip
         truth = replace(truth, damping_ratio=float(number / scruton_factor(truth)))
         made.append(RigTruth(truth, truth.damping_ratio))
-    made.sort(key=lambda one: one.scruton_number)
-    body = Body(Section(motion, width, depth), tuple(made))
-    return body if all(_usual(one, motion) for one in made) else None
+    made.sort(key=lambda rig: rig.scruton_number)
+    return Body(Section(motion, width, depth), tuple(made)) if all(map(_usual, made)) else None
 
 
-def _usual(rig: RigTruth, motion: Motion) -> bool:
-    amplitude, rate = rig.bare
-    low, high = AMPLITUDES[motion]
-    return (
-        low <= amplitude <= high
-        and RELAXATION[0] <= rate / rig.wind.omega <= RELAXATION[1]
-        and SCRUTON_NUMBERS[0] <= rig.scruton_number <= SCRUTON_NUMBERS[1]
-        and 3e-4 < rig.wind.damping_ratio < 0.03
-        and Y1[motion][0] <= rig.wind.Y1 <= Y1[motion][1]
-    )
+def _usual(rig: RigTruth) -> bool:
+    amplitude, rate = rig.undisturbed
+    found = {
+        "amplitude": amplitude, "relaxation": rate / rig.wind.omega, "scruton_number": rig.scruton_number,
+        "damping_ratio": rig.wind.damping_ratio, "Y1": rig.wind.Y1,
+    }  # fmt: skip
+    return all(low <= found[name] <= high for name, (low, high) in USUAL[rig.wind.motion].items())
 
 
 def limit_cycle(truth: Truth, disturbances: Disturbances) -> tuple[float, float]:
@@ -162,16 +154,15 @@ def limit_cycle(truth: Truth, disturbances: Disturbances) -> tuple[float, float]
     """
     from scipy.optimize import brentq
 
-    bare = truth.balance()[0]
+    usual = truth.balance()[0]
 
     def rate(a: float) -> float:
         return float(mean_rate(truth, disturbances, np.array([a]))[0])
 
-    grid: FloatArray = bare * np.geomspace(0.05, 4.0, 60)
+    grid: FloatArray = usual * np.geomspace(0.05, 4.0, 60)
     rates = mean_rate(truth, disturbances, grid)
     crossings = np.flatnonzero(np.sign(rates[1:]) != np.sign(rates[:-1]))
-    inside = [i for i in crossings if grid[i] > 0.05 * bare]
-    falling = [i for i in inside if rates[i] > 0.0]
+    falling = [i for i in crossings if grid[i] > 0.05 * usual and rates[i] > 0.0]
     if len(falling) != 1:
         return np.nan, np.nan
     i = falling[0]

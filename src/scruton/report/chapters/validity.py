@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from scruton.griffin.bands import X_TRUSTED
+from scruton.griffin.thresholds import X_TRUSTED
 from scruton.report.chapters.gap import gap_sentence
 from scruton.report.chapters.material import Material, chapter
 from scruton.report.chapters.posterior import discrepancy

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.infer import replication, sensitivity
+from scruton.infer import replication
 from scruton.infer.criticism import Criticism, RecordOf, records
+from scruton.infer.thresholds import BARELY_MOVED, NOT_MOVED, SENSITIVE, TRUSTED_KHAT
 from scruton.report.figures import style
 from scruton.report.figures.registry import FigureWithCaption, figure
 from scruton.report.thresholds import PANELS_A_PAGE
@@ -190,7 +191,7 @@ def _moved(tests: Sequence[str], criticism: Criticism) -> FigureWithCaption:
     lines += [key for key in scaled if key not in ratios]
     drawing = style.new_figure(26.0 + 5.0 * len(lines))
     left, right = drawing.subplots(1, 2, sharey=True)
-    limits = ((left, sensitivity.BARELY), (left, sensitivity.NOT_MOVED), (right, sensitivity.THRESHOLD))
+    limits = ((left, BARELY_MOVED), (left, NOT_MOVED), (right, SENSITIVE))
     for axes, edge in limits:
         axes.axvline(edge, color=style.GREY, lw=0.8, ls=(0, (4, 2)))
     for i, key in enumerate(lines):
@@ -246,7 +247,7 @@ def influence_figures(_: "xr.DataTree", criticism: Criticism) -> Iterable[Figure
         for i, (test, record) in enumerate(page):
             for parameter, marker, colour, sign, rise in marks:
                 one = rows[test, record, parameter]
-                label = sign if one.trusted else f"{sign}, not to be trusted (k-hat > {sensitivity.TRUSTED_KHAT})"
+                label = sign if one.trusted else f"{sign}, not to be trusted (k-hat > {TRUSTED_KHAT})"
                 inside = colour if one.trusted else "white"
                 axes.plot(one.shift, i + rise, marker, color=colour, mfc=inside, label=label)
                 axes.hlines(i + rise, 0.0, one.shift, color=colour, lw=0.9)

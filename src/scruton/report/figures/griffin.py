@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scruton.griffin import predictive_draws, shared_curve, single_draws
-from scruton.griffin.bands import X_TRUSTED, GriffinBand, band, griffin_band, griffin_draws, index_draws
+from scruton.griffin.bands import GriffinBand, band, griffin_band, griffin_draws, index_draws
 from scruton.griffin.posterior import mass_damping_draws, peak_names, unit_of
+from scruton.griffin.thresholds import X_TRUSTED
 from scruton.report.figures import style
 from scruton.report.figures.griffin_axes import (
     SC_LABEL,
