@@ -8,7 +8,7 @@ import numpy as np
 from scruton.campaign.schema import Motion
 from scruton.dynamics import Setting, force_parameters, relaxation
 from scruton.gap.rows import SD_AMPLITUDE, SD_RATE, Rows, close_rows, rows_text
-from scruton.report.text import table
+from scruton.report.render_text import table
 
 WIDTH, DEPTH, DENSITY = 0.300, 0.075, 1.19
 SC = np.array([1.9, 21.7, 78.1])

@@ -18,7 +18,7 @@ from scruton.gap.finding import Z90
 from scruton.gap.predict import stable_amplitude
 from scruton.report.figures import FigureWithCaption, save
 from scruton.report.figures.style import BLACK, BLUE, GREEN, LIGHT, VERMILLION, house_style, new_figure
-from scruton.report.text import table
+from scruton.report.render_text import table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,7 +12,9 @@ import numpy as np
 import pytest
 
 from scruton.cli import main
-from scruton.report.figures import all_figures, griffin_plot, record_figures
+from scruton.report.figures import all_figures
+from scruton.report.figures.griffin import griffin_plot
+from scruton.report.figures.records import record_figures
 
 CARD = """extends = "paper"
 name = "quick"

@@ -16,7 +16,7 @@ from scruton.cli import main, parser
 from scruton.documents import write_document
 from scruton.errors import InputError
 from scruton.infer.criticism import Criticism, Flag, criticise_tree
-from scruton.report.figures.criticism import criticism_figures
+from scruton.report.figures import figures_from
 from scruton.workspace import digest
 
 FIGURES = {"innovations", "posterior_predictive", "prior_predictive", "what_moved_the_posterior", "influence"}
@@ -165,7 +165,7 @@ def test_a_long_campaign_takes_several_pages_and_unique_names(results: Path) -> 
 
     tree, summary = read_tree(results)
     longer = several(tree, 5)
-    figures = criticism_figures(longer, criticise_tree(longer, summary))
+    figures = figures_from("criticism", longer, criticise_tree(longer, summary))
     names = [one.name for one in figures]
     assert len(names) == len(set(names))
     assert {"innovations", "innovations_2", "innovations_3", "what_moved_the_posterior_2"} <= set(names)

@@ -5,6 +5,7 @@ import os
 import shutil
 import signal
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -21,15 +22,11 @@ from scruton.report import build_report, figures
 from scruton.report.chapters import CHAPTERS, Material, compose, with_failures
 from scruton.report.document import ALARM, Callout, Document, Picture
 from scruton.report.failures import Failure, Failures, begun, guarded
+from scruton.report.figures.registry import Registered, registered
 from scruton.report.parts import Part, gap_part
 from scruton.report.tables import tables
 
 FAULT = "This is a fault of the program, not of the data"
-DRAWERS = [
-    "aerodynamic_damping_by_test", "aerodynamic_damping_plot", "corner_plot", "griffin_by_test", "griffin_plot",
-    "has_lock_in", "law_comparison", "lock_in_plot", "reciprocal_against_damping", "reciprocal_plot", "record_figures",
-    "ring_down_figures", "stability_figures", "tests_with_transients", "trace_plot", "trial_comparison",
-]  # fmt: skip
 
 
 def fail(*_: object, **__: object) -> None:
@@ -97,16 +94,16 @@ def test_work_that_fails_says_how_and_who_ends_the_program_is_obeyed() -> None:
 
 def test_chapters_that_fail_have_the_names_of_those_that_do_not(three) -> None:
     material = Material(three, tables(three), gap=GAP, sizing=sizing())
-    for key, title, make in CHAPTERS:
-        chapter = make(material)
-        assert (chapter.key, chapter.title) == (key, title)
+    for write in CHAPTERS:
+        chapter, blank = write(material), write.blank()
+        assert (chapter.key, chapter.title, chapter.appendix) == (blank.key, blank.title, blank.appendix)
 
 
-@pytest.mark.parametrize("failing", [key for key, _, _ in CHAPTERS])
+@pytest.mark.parametrize("failing", [write.key for write in CHAPTERS])
 def test_a_chapter_that_fails_costs_itself_alone(three, monkeypatch: pytest.MonkeyPatch, failing: str) -> None:
     material = Material(three, tables(three), [Picture("griffin", "c", "a")], gap=GAP, sizing=sizing())
     whole = compose(material)
-    changed = tuple((key, title, fail if key == failing else make) for key, title, make in CHAPTERS)
+    changed = tuple(replace(write, blocks=fail) if write.key == failing else write for write in CHAPTERS)
     monkeypatch.setattr("scruton.report.chapters.CHAPTERS", changed)
     failures = Failures()
     document = compose(material, {}, failures)
@@ -120,34 +117,38 @@ def test_a_chapter_that_fails_costs_itself_alone(three, monkeypatch: pytest.Monk
     assert [one.chapter for one in failures.found] == [failing]
 
 
-@pytest.mark.parametrize("failing", DRAWERS)
-def test_a_figure_that_fails_costs_its_kind_alone(
-    three, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, failing: str
-) -> None:
+@pytest.fixture
+def quick_register(monkeypatch: pytest.MonkeyPatch) -> dict[str, Registered]:
+    """The register with drawings that take no time: one page each."""
     monkeypatch.undo()
     monkeypatch.setattr("scruton.griffin.validate.validate", lambda *_, **__: [])
-    several = ("_by_test", "_figures")
-    for name in DRAWERS:
-        if name not in ("has_lock_in", "tests_with_transients"):
-            shown = small(name)
-            monkeypatch.setattr(figures, name, lambda *_, shown=shown, name=name:
-                                [shown] if name.endswith(several) else shown)  # fmt: skip
-    for name, answer in (("has_lock_in", True), ("tests_with_transients", True), ("peak_names", ["Sc 1.9"]),
-                         ("trial_function_fronts", None)):  # fmt: skip
-        monkeypatch.setattr(figures, name, lambda *_, answer=answer: answer)
+    found = {name: replace(entry, draw=lambda *_, name=name: small(name), when=None, each=None)
+             for name, entry in registered().items() if entry.source == "fit"}  # fmt: skip
+    monkeypatch.setattr("scruton.report.figures.registry.registered", lambda: found)
+    return found
+
+
+def test_a_figure_that_fails_costs_its_kind_alone(three, quick_register: dict[str, Registered]) -> None:
     names = {one.name for one in figures.all_figures(three)}
-    monkeypatch.setattr(figures, failing, fail)
-    with pytest.raises(ZeroDivisionError):
-        figures.all_figures(three)
-    failures = Failures()
-    if failing in ("has_lock_in", "tests_with_transients"):
-        paths = build_report(three, tmp_path)
-        assert [one.what for one in paths.failures] == ["Drawing the figures"]
-        assert paths.report.stat().st_size > 10_000
-    else:
+    assert names == set(quick_register)
+    for failing, entry in list(quick_register.items()):
+        quick_register[failing] = replace(entry, draw=fail)
+        with pytest.raises(ZeroDivisionError):
+            figures.all_figures(three)
+        failures = Failures()
         assert names - {one.name for one in figures.all_figures(three, failures)} == {failing}
         (one,) = failures.found
-        assert one.chapter in {key for key, _, _ in CHAPTERS}
+        assert one.chapter in {write.key for write in CHAPTERS}
+        quick_register[failing] = entry
+
+
+def test_a_register_that_fails_leaves_the_document(
+    three, quick_register: dict[str, Registered], tmp_path: Path
+) -> None:
+    quick_register["lock_in"] = replace(quick_register["lock_in"], when=fail)
+    paths = build_report(three, tmp_path)
+    assert [one.what for one in paths.failures] == ["Drawing the figures"]
+    assert paths.report.stat().st_size > 10_000
 
 
 def check_report(out: Path, chapter: str, words: str) -> None:

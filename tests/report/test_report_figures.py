@@ -2,8 +2,10 @@
 
 import io
 import xml.etree.ElementTree as ET
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
@@ -18,36 +20,35 @@ from scruton.campaign.schema import Motion
 from scruton.dynamics import closed_form
 from scruton.griffin.posterior import draws_of
 from scruton.infer.results import Fit
-from scruton.report.figures import (
-    FigureWithCaption,
+from scruton.report.figures import FigureWithCaption, all_figures, figure, save
+from scruton.report.figures.chains import corner_plot
+from scruton.report.figures.damping import (
     aerodynamic_damping_by_test,
-    all_figures,
-    corner_plot,
-    griffin_plot,
-    has_lock_in,
-    law_comparison,
-    reciprocal_plot,
-    record_figures,
-    ring_down_figures,
-    save,
-    trial_comparison,
-    trial_function_fronts,
+    aerodynamic_draws,
+    amplitude_grid,
+    total_draws,
+    trial_draws,
 )
-from scruton.report.figures.damping import aerodynamic_draws, amplitude_grid, total_draws, trial_draws
-from scruton.report.figures.griffin import looks
-from scruton.report.figures.records import predicted
+from scruton.report.figures.griffin import griffin_plot, reciprocal_plot
+from scruton.report.figures.griffin_axes import line_styles
+from scruton.report.figures.laws import law_comparison
+from scruton.report.figures.lock_in import has_lock_in
+from scruton.report.figures.records import predicted, record_figures
+from scruton.report.figures.registry import Registered, chapter_of, registered, registered_name
+from scruton.report.figures.ringdowns import ring_down_figures
 from scruton.report.figures.save import laid_out_once, rounded
 from scruton.report.figures.style import (
     WIDTH,
     decimate,
     extremes,
     house_style,
-    look,
+    line_style,
     pages,
     shorten,
     thin,
     thin_along,
 )
+from scruton.report.figures.trial import trial_comparison
 
 STRANGE = ["虎门大桥 +3° α₀", "Sc_2 $5 & <b>", "a very long name of a test that goes on until it does not fit"]
 
@@ -65,7 +66,7 @@ def figures() -> list[FigureWithCaption]:
 def figures_with_one_chain(fit: Fit) -> list[FigureWithCaption]:
     """All figures, corner and trace of the first test only: those of the others take long and are like them."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("scruton.report.figures.CHAINS_SHOWN", 1)
+        patch.setattr("scruton.report.figures.chains.CHAINS_SHOWN", 1)
         return all_figures(fit)
 
 
@@ -144,17 +145,51 @@ def test_drawing_leaves_no_trace(fit: Fit, tmp_path_factory: pytest.TempPathFact
     assert plt.get_fignums() == []
 
 
+def test_the_figure_of_the_page_on_extending_is_drawn(fit: Fit, monkeypatch: pytest.MonkeyPatch) -> None:
+    entries: dict[str, Registered] = {}
+    monkeypatch.setattr("scruton.report.figures.registry._REGISTER", entries)
+    page = (Path(__file__).parents[2] / "docs" / "extending.md").read_text(encoding="utf-8")
+    code = page.partition("## A figure")[2].partition("```python")[2].partition("```")[0]
+    exec(compile(code, "extending", "exec"), {"__name__": "extending_figure"})
+    monkeypatch.setattr("scruton.report.figures.registry.registered", lambda: entries)
+    (drawn,) = all_figures(fit)
+    assert (drawn.name, chapter_of(drawn.name)) == ("damping_of_rigs", "structural")
+    assert "3 rigs" in drawn.alt
+    check_page(drawn)
+
+
+def test_a_figure_is_registered_by_its_decorator_alone(fit: Fit, monkeypatch: pytest.MonkeyPatch) -> None:
+    entries = dict(registered())
+    monkeypatch.setattr("scruton.report.figures.registry.registered", lambda: entries)
+    monkeypatch.setattr("scruton.report.figures.registry._REGISTER", entries)
+    entries.clear()
+
+    @figure("records", name="mine", what="Mine", caption="What is seen.", each=lambda fit: {"_1": "a", "_7": "b"})
+    def mine(fit: Fit, letter: str) -> FigureWithCaption:
+        return FigureWithCaption(Figure(), alt=f"{letter} of {fit.campaign.title}")
+
+    @figure("gap", name="paged", what="Paged")
+    def paged(fit: Fit) -> Iterator[FigureWithCaption]:
+        yield from (FigureWithCaption(Figure(), caption=letter, alt=letter) for letter in "xy")
+
+    drawn = all_figures(fit)
+    assert [(one.name, one.caption) for one in drawn] == [
+        ("mine_1", "What is seen."), ("mine_7", "What is seen."), ("paged", "x"), ("paged_2", "y"),
+    ]  # fmt: skip
+    assert drawn[1].alt == f"b of {fit.campaign.title}"
+    assert [chapter_of(one.name) for one in drawn] == ["records", "records", "gap", "gap"]
+    assert registered_name("paged_2") == "paged"
+    assert chapter_of("nobodys") == "convergence"
+    with pytest.raises(ValueError, match="two figures of the name mine"):
+        figure("gap", name="mine")(paged)
+
+
 # ------------------------------------------------------------------------------------------------ odd campaigns
 
 
 def test_strange_names_fit_on_the_page() -> None:
     strange = fake_fit(names=STRANGE, growth=False)
-    fronts = trial_function_fronts(strange)
-    drawn = [
-        griffin_plot(strange),
-        trial_comparison(strange, fronts),
-        *record_figures(strange),
-    ]
+    drawn = [griffin_plot(strange), trial_comparison(strange), *record_figures(strange)]
     for one in drawn:
         check_page(one)
     assert "$5" in by_name(drawn, "griffin").alt
@@ -214,7 +249,7 @@ def test_lock_in_needs_sweeps_or_several_speeds(fit: Fit) -> None:
 
 def test_griffin_plot_passes_through_the_tests_and_marks_what_was_measured(fit: Fit) -> None:
     axes = griffin_plot(fit).figure.axes[0]
-    for name, one in looks(fit.tree).items():
+    for name, one in line_styles(fit.tree).items():
         sc, a_star = (float(np.median(draws_of(fit.tree, key, name))) for key in ("scruton_number", "a_star"))
         lines = [line for line in axes.lines if line.get_label() == f"from {name}"]
         assert [line.get_color() for line in lines] == [one.colour]
@@ -242,7 +277,7 @@ def test_ehsan_and_scanlan_die_where_their_law_says(fit: Fit) -> None:
     sc, reach = (
         float(np.median(draws_of(fit.tree, key, "Sc 21.7"))) for key in ("scruton_number", "relaxation_scruton_number")
     )
-    thin_lines = [line for line in right.lines if line.get_color() == looks(fit.tree)["Sc 21.7"].colour]
+    thin_lines = [line for line in right.lines if line.get_color() == line_styles(fit.tree)["Sc 21.7"].colour]
     reached = max(
         float(np.asarray(line.get_xdata())[np.isfinite(line.get_ydata())].max())
         for line in thin_lines
@@ -368,7 +403,7 @@ def test_thinning_along_a_curve_follows_its_bends() -> None:
 
 
 def test_looks_are_distinct() -> None:
-    assert len({(look(i).colour, str(look(i).line)) for i in range(35)}) == 35
+    assert len({(line_style(i).colour, str(line_style(i).line)) for i in range(35)}) == 35
 
 
 def test_pages_are_evenly_filled() -> None:

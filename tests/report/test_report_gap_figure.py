@@ -22,7 +22,7 @@ def test_every_test_and_rig_has_its_panel_and_the_verdict_its_bar(
     clipped: tuple[Diagnosis, tuple[Finding, ...]], tmp_path: Path
 ) -> None:
     diagnosis, findings = clipped
-    figure = gap_figure(diagnosis, findings)
+    figure = gap_figure(diagnosis, findings).figure
     axes = [one for part in figure.subfigs for one in part.axes]
     titles = [one.get_title(loc="left") for one in axes]
     for name in (*diagnosis.data.tests, *diagnosis.data.rigs):
@@ -39,7 +39,7 @@ def test_every_test_and_rig_has_its_panel_and_the_verdict_its_bar(
 def test_curves_lie_in_their_panels_where_they_leave_zero(clipped: tuple[Diagnosis, tuple[Finding, ...]]) -> None:
     diagnosis, findings = clipped
     curves = excess_curves(diagnosis.bare)
-    figure = gap_figure(diagnosis, findings, curves)
+    figure = gap_figure(diagnosis, findings, curves).figure
     marked = [c for c in curves.damping if c.places()]
     assert marked
     panels = figure.subfigs[0].axes
@@ -56,5 +56,5 @@ def test_curves_lie_in_their_panels_where_they_leave_zero(clipped: tuple[Diagnos
 
 def test_the_headline_says_the_verdict(clipped: tuple[Diagnosis, tuple[Finding, ...]]) -> None:
     diagnosis, findings = clipped
-    figure = gap_figure(diagnosis, findings)
+    figure = gap_figure(diagnosis, findings).figure
     assert figure.get_suptitle().startswith("Sensor clipping")

@@ -29,6 +29,8 @@ from scruton.report import build_report, figures
 from scruton.report.chapters import Material, compose
 from scruton.report.charts import risk_chart
 from scruton.report.document import Chapter, Document, Picture, numbered
+from scruton.report.figures.griffin import griffin_plot, reciprocal_plot
+from scruton.report.figures.records import record_figures
 from scruton.report.parts import Part
 from scruton.report.render_html import TEMPLATES, data_uri, render_html, uris
 from scruton.report.tables import tables
@@ -181,7 +183,7 @@ def check_page(page: Page) -> None:
 
 
 def some_figures(fit, *_) -> list[figures.FigureWithCaption]:
-    return [figures.griffin_plot(fit), figures.reciprocal_plot(fit), *figures.record_figures(fit)]
+    return [griffin_plot(fit), reciprocal_plot(fit), *record_figures(fit)]
 
 
 @pytest.mark.parametrize("drawn", [some_figures, pytest.param(figures.all_figures, marks=pytest.mark.slow)])

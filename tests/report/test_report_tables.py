@@ -14,9 +14,11 @@ from scruton.app.batch_tables import batch_csv
 from scruton.campaign.schema import Motion
 from scruton.cells import csv_text, safe_cell
 from scruton.griffin import predict
-from scruton.report.document import Table
+from scruton.report.document import ALARM, Callout, Listing, Picture, Table, paragraph
 from scruton.report.exports import _write_shown
+from scruton.report.render_text import render_text
 from scruton.report.tables import tables, unit_of, write_csv
+from scruton.report.wording import PAGE, TERMINAL
 
 
 @pytest.fixture(scope="module")
@@ -137,3 +139,41 @@ def test_no_csv_file_holds_a_formula(tmp_path: Path) -> None:
         for cell in cells:
             assert not cell.startswith(("=", "+", "-", "@", "\t", "\r")) or float(cell) is not None
     assert pd.read_csv(path)["z"].tolist()[-1] == -7.123456789012345
+
+
+def test_the_terminal_renders_the_blocks_of_a_document() -> None:
+    rows = (("1#", "0.5", "-"), ("a long name", "12", "0.1 .. 0.2"))
+    text = render_text(
+        [
+            paragraph("A campaign ", "of two rigs"),
+            Table("t", "Damping", ("rig", "median", "90 %"), rows, "A note."),
+            Table("none", "No row", ("rig",), ()),
+            Callout(ALARM, "One warning", ("bent",)),
+            Callout(ALARM, "", ()),
+            Listing(("test more",)),
+            Table("left", "", ("card", "title"), (("a", "b"),), numeric=(False, False)),
+        ]
+    )
+    assert text.split("\n\n") == [
+        "A campaign of two rigs",
+        "Damping\n"
+        "rig          median        90 %\n"
+        "-----------  ------  ----------\n"
+        "1#              0.5           -\n"
+        "a long name      12  0.1 .. 0.2\n"
+        "A note.",
+        "One warning\n  ! bent",
+        "- test more",
+        "card  title\n----  -----\na     b",
+    ]
+    with pytest.raises(TypeError, match="no Picture"):
+        render_text([Picture("griffin", "c", "a")])
+
+
+def test_a_number_is_written_for_its_reader() -> None:
+    assert (TERMINAL.range((-0.5, 1e6), 3), PAGE.range((-0.5, 1e6), 3)) == ("-0.5 .. 1e+06", "−0.500 to 1000000")
+    assert (TERMINAL.range(None), PAGE.range(None)) == ("-", "–")
+    assert (TERMINAL.number(None), TERMINAL.number(float("inf"))) == ("-", "-")
+    assert (TERMINAL.unit("kg/m^3"), PAGE.unit("kg/m^3")) == ("kg/m^3", "kg/m³")
+    entry = {"median": 0.02, "interval": {"0.90": [0.01, 0.03]}}
+    assert TERMINAL.spread(entry, 100.0) == ("2", "1 .. 3")

@@ -8,8 +8,9 @@ from urllib.parse import quote
 
 from scruton.cells import safe_cell
 from scruton.documents import write_document, write_text
-from scruton.report.text import number, table
-from scruton.report.wording import estimate, stated
+from scruton.report.document import Table, paragraph
+from scruton.report.render_text import render_text
+from scruton.report.wording import TERMINAL, estimate, stated
 
 if TYPE_CHECKING:
     from scruton.app.batch import Batch, Entry
@@ -71,19 +72,20 @@ def batch_text(batch: "Batch") -> str:
     header += [f"A(Sc {stated(one)})" for one in batch.design] + ["unit", "flags"]
     rows = []
     for one in batch.campaigns:
-        predicted = [number(_numbers(found)[0]) for found in _predicted(one, batch)]
+        predicted = [TERMINAL.number(_numbers(found)[0]) for found in _predicted(one, batch)]
         for i, peak in enumerate(one["peaks"] or [{}]):
             sc, (amplitude, low, high), y1, epsilon = (_numbers(peak.get(key)) for key in QUANTITIES)
             own = [one["name"], one["state"], *(_count(one[key]) for key in ("rigs", "tests"))] if not i else [""] * 4
             rows.append(
                 [
-                    *own, number(sc[0]), number(amplitude),
-                    "-" if low is None else f"{number(low)} .. {number(high)}", number(y1[0]), number(epsilon[0]),
+                    *own, TERMINAL.number(sc[0]), TERMINAL.number(amplitude),
+                    TERMINAL.range(None if low is None else (low, high)), TERMINAL.number(y1[0]),
+                    TERMINAL.number(epsilon[0]),
                     *(predicted if not i else [""] * len(predicted)),
                     *([one["unit"] or "-", str(len(one["flags"]))] if not i else ["", ""]),
                 ]
             )  # fmt: skip
-    return f"{table(header, rows)}\n\n{_said(batch)}"
+    return render_text([Table("batch", "", tuple(header), tuple(map(tuple, rows))), paragraph(_said(batch))])
 
 
 def _count(value: int | None) -> str:

@@ -2,14 +2,15 @@
 
 from argparse import Namespace
 
-import numpy as np
-
 from scruton.app.run import Outcome
 from scruton.campaign import Campaign, Fluid, Quantity, Record, Rig, Test, load_campaign
 from scruton.campaign.remarks import sentences
 from scruton.envelope import RecordQuality, gather, review
 from scruton.errors import InputError
-from scruton.report.text import bullets, number, table
+from scruton.report.document import ALARM, CAUTION, Callout, Table, paragraph
+from scruton.report.render_text import render_text
+from scruton.report.wording import TERMINAL
+from scruton.report.wording import plain_number as number
 from scruton.terminal import BAD_INPUT
 
 
@@ -30,25 +31,27 @@ def run(arguments: Namespace) -> Outcome:
     ]
     warnings = sentences(review(inspection))
     unit = campaign.section.amplitude_unit
-    parts = [_heading(campaign), table(RIG_HEADER, [_rig_row(rig) for rig in campaign.rigs])]
-    if campaign.tests:
-        parts.append(
-            table((*TEST_HEADER, f"stable [{unit}]", "records"), [_test_row(campaign, t) for t in campaign.tests])
-        )
-    if campaign.sweeps:
-        sweeps = [
-            [one.rig, str(one.wind_speed.size), f"{number(one.wind_speed.min())} .. {number(one.wind_speed.max())}",
-             number(float(one.amplitude.max()))]
-            for one in campaign.sweeps
-        ]  # fmt: skip
-        parts.append(table(["sweep of rig", "points", "wind speed [m/s]", f"largest [{unit}]"], sweeps))
-    if rows:
-        parts.append(table((*RECORD_HEADER[:7], f"amplitude [{unit}]", *RECORD_HEADER[7:]), rows))
+    sweeps = [
+        (one.rig, str(one.wind_speed.size), TERMINAL.range((one.wind_speed.min(), one.wind_speed.max())),
+         TERMINAL.number(one.amplitude.max()))
+        for one in campaign.sweeps
+    ]  # fmt: skip
     counted = "1 warning" if len(warnings) == 1 else f"{len(warnings)} warnings, worst first"
-    parts.append(f"{counted}\n{bullets(warnings)}" if warnings else "No warnings.")
-    if problems:
-        parts.append(f"{len(problems)} records cannot be used\n" + bullets([str(one) for one in problems]))
-    text = "\n\n".join(parts)
+    unread = (f"{len(problems)} records cannot be used", tuple(map(str, problems)))
+    text = render_text(
+        [
+            paragraph(_heading(campaign)),
+            Table("rigs", "", RIG_HEADER, tuple(map(_rig_row, campaign.rigs))),
+            Table(
+                "tests", "", (*TEST_HEADER, f"stable [{unit}]", "records"),
+                tuple(_test_row(campaign, test) for test in campaign.tests),
+            ),
+            Table("sweeps", "", ("sweep of rig", "points", "wind speed [m/s]", f"largest [{unit}]"), tuple(sweeps)),
+            Table("records", "", (*RECORD_HEADER[:7], f"amplitude [{unit}]", *RECORD_HEADER[7:]), tuple(rows)),
+            Callout(CAUTION, counted, tuple(warnings)) if warnings else paragraph("No warnings."),
+            *([Callout(ALARM, *unread)] if problems else []),
+        ]
+    )  # fmt: skip
     return Outcome(lines=[text], code=BAD_INPUT) if problems else Outcome(text)
 
 
@@ -73,17 +76,12 @@ def _stated(quantity: Quantity | None, factor: float = 1.0) -> str:
     return text if not quantity.sd else f"{text} +/- {number(quantity.sd * factor, 2)}"
 
 
-def _rig_row(rig: Rig) -> list[str]:
-    return [
-        rig.name,
-        _stated(rig.frequency),
-        _stated(rig.mass),
-        _stated(rig.damping_ratio, 100.0),
-        str(len(rig.records)),
-    ]
+def _rig_row(rig: Rig) -> tuple[str, ...]:
+    stated = (_stated(rig.frequency), _stated(rig.mass), _stated(rig.damping_ratio, 100.0))
+    return (rig.name, *stated, str(len(rig.records)))
 
 
-def _test_row(campaign: Campaign, test: Test) -> list[str]:
+def _test_row(campaign: Campaign, test: Test) -> tuple[str, ...]:
     from scruton.dynamics import Setting
 
     rig, section = campaign.rig(test.rig), campaign.section
@@ -98,18 +96,18 @@ def _test_row(campaign: Campaign, test: Test) -> list[str]:
         )  # fmt: skip
     reduced = test.wind_speed.mean / (rig.frequency.mean * section.depth)
     peak = {True: "yes", False: "no", None: "-"}[test.peak]
-    return [
+    return (
         test.name, test.rig, _stated(test.wind_speed), number(reduced), number(sc), peak,
         _stated(test.stable_amplitude), str(len(test.records)),
-    ]  # fmt: skip
+    )  # fmt: skip
 
 
-def _row(record: Record, owner: str, quality: RecordQuality) -> list[str]:
+def _row(record: Record, owner: str, quality: RecordQuality) -> tuple[str, ...]:
     low, high = quality.amplitude_range
     line = quality.second_line
-    return [
+    return (
         record.name, owner, record.kind.value, number(quality.duration), number(quality.sample_rate),
-        str(quality.cycles), number(quality.frequency, 5), f"{number(low, 3)} .. {number(high, 3)}",
-        "-" if not np.isfinite(quality.signal_to_noise) else number(quality.signal_to_noise, 3),
+        str(quality.cycles), number(quality.frequency, 5), TERMINAL.range((low, high), 3),
+        number(quality.signal_to_noise, 3),
         "-" if line is None else f"{number(line.frequency)} Hz, {100 * line.relative:.0f} %",
-    ]  # fmt: skip
+    )  # fmt: skip

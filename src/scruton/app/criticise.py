@@ -9,7 +9,9 @@ from scruton.app.run import Outcome, Run
 from scruton.documents import write_text
 from scruton.errors import InputError
 from scruton.infer.criticism import Criticism
-from scruton.report.text import bullets, number, table
+from scruton.report.document import ALARM, Callout, Table, paragraph
+from scruton.report.render_text import render_text
+from scruton.report.wording import TERMINAL
 from scruton.terminal import DONE, NOT_TRUSTED
 
 FOLDER, CONTENT, TEXT = "criticism", "criticism.json", "criticism.txt"
@@ -65,11 +67,10 @@ def _tables(criticism: Criticism, folder: Path) -> list[Path]:
 
 
 def _figures(tree: Any, criticism: Criticism, folder: Path) -> list[Path]:
-    from scruton.report.figures.criticism import criticism_figures
-    from scruton.report.figures.save import save
+    from scruton.report.figures import figures_from, save
 
     found = []
-    for one in criticism_figures(tree, criticism):
+    for one in figures_from("criticism", tree, criticism):
         found += save(one, folder, formats=("svg", "png"))
     return found
 
@@ -85,36 +86,39 @@ def verdict(criticism: Criticism) -> str:
 
 def criticism_text(criticism: Criticism, title: str) -> str:
     """Verdict, flags and tables for the terminal."""
-    parts = [f"{title}\n{verdict(criticism)}"]
-    if criticism.flags:
-        ordered = sorted(criticism.flags, key=lambda one: not one.serious)
-        lines = [f"{one.where}: {one.text}" if one.where else one.text for one in ordered]
-        parts.append(
-            bullets([f"{'SERIOUS, ' if one.serious else ''}{line}" for one, line in zip(ordered, lines, strict=True)])
-        )
-    if criticism.missing:
-        parts.append("Not checked\n" + "\n".join(f"  {one}" for one in criticism.missing))
-    for heading, header, rows in _sections(criticism):
-        if rows:
-            parts.append(f"{heading}\n{table(header, rows)}")
-    return "\n\n".join(parts)
+    ordered = sorted(criticism.flags, key=lambda flag: not flag.serious)
+    flags = [
+        f"{'SERIOUS, ' if flag.serious else ''}{f'{flag.where}: ' if flag.where else ''}{flag.text}" for flag in ordered
+    ]
+    missing = "\n".join(["Not checked", *(f"  {check}" for check in criticism.missing)])
+    return render_text(
+        [
+            paragraph(f"{title}\n{verdict(criticism)}"),
+            Callout(ALARM, "", tuple(flags)),
+            *([paragraph(missing)] if criticism.missing else []),
+            *(
+                Table("", heading, tuple(header), tuple(map(tuple, rows)))
+                for heading, header, rows in _sections(criticism)
+            ),
+        ]
+    )
 
 
 def _sections(criticism: Criticism) -> list[tuple[str, Sequence[str], list[list[str]]]]:
     def p(value: float) -> str:
-        return number(value, 2) if not value < 1e-6 else "< 1e-6"
+        return TERMINAL.number(value, 2) if not value < 1e-6 else "< 1e-6"
 
     def checks(rows: Sequence[Any]) -> list[list[str]]:
         return [
-            [one.test, one.record or "(all)", one.name, number(one.value, 3), _range(one.low, one.high), p(one.p),
-             p(one.adjusted)]
+            [one.test, one.record or "(all)", one.name, TERMINAL.number(one.value, 3),
+             TERMINAL.range((one.low, one.high), 3), p(one.p), p(one.adjusted)]
             for one in rows
         ]  # fmt: skip
 
     statistic = ("test", "record", "statistic", "observed", "90 % expected", "p", "p, Holm")
 
     def whose(one: Any, *values: float) -> list[str]:
-        return [one.test or "(campaign)", one.parameter, *(number(value, 2) for value in values)]
+        return [one.test or "(campaign)", one.parameter, *(TERMINAL.number(value, 2) for value in values)]
 
     return [
         ("Innovations of the filter", statistic, checks(criticism.innovations)),
@@ -156,13 +160,9 @@ def _sections(criticism: Criticism) -> list[tuple[str, Sequence[str], list[list[
             "Influence: the posterior without a record, in posterior sds",
             ("test", "record", "parameter", "shift", "sd ratio", "z", "k-hat"),
             [
-                [one.test, one.record, one.parameter, f"{one.shift:+.2f}", f"{one.widening:.2f}", number(one.z, 2),
-                 f"{one.khat:.2f}" + ("" if one.trusted else " !")]
+                [one.test, one.record, one.parameter, f"{one.shift:+.2f}", f"{one.widening:.2f}",
+                 TERMINAL.number(one.z, 2), f"{one.khat:.2f}" + ("" if one.trusted else " !")]
                 for one in criticism.influence
             ],
         ),
     ]  # fmt: skip
-
-
-def _range(low: float, high: float) -> str:
-    return f"{number(low, 3)} .. {number(high, 3)}"

@@ -11,7 +11,8 @@ from scruton.app.options import check_effect_name
 from scruton.app.run import Outcome, Run, default_folder
 from scruton.campaign import Campaign, load_campaign, tests_named, tests_used
 from scruton.progress import Progress
-from scruton.report.text import number, table
+from scruton.report.render_text import render_text
+from scruton.report.summaries import fit_summary
 from scruton.terminal import DONE, NOT_TRUSTED
 
 if TYPE_CHECKING:
@@ -20,11 +21,6 @@ if TYPE_CHECKING:
 
 # Files and folders that say that a fit or its report lies in a folder, whoever wrote them.
 RESULTS = ("posterior.nc", "fit.json", "report.html", "report.pdf", "report.json", "gap.json", "sizing.json")
-# Parameters that the terminal shows, and their headings.
-SHOWN = {
-    "scruton_number": "Sc", "a_star": "stable amplitude", "relaxation_rate": "lambda [1/s]", "Y1": "Y1",
-    "epsilon": "epsilon",
-}  # fmt: skip
 
 
 def run(arguments: Namespace) -> Outcome:
@@ -44,7 +40,7 @@ def run(arguments: Namespace) -> Outcome:
         fit = task.fit(work)
         paths = work.published(write_fit(fit, work.new))
     lines = [f"{name:10} {path}" for name, path in zip(("posterior:", "summary:"), paths, strict=True)]
-    return Outcome(fit_text(fit), lines, fit.flags, DONE if fit.converged else NOT_TRUSTED)
+    return Outcome(render_text(fit_summary(fit)), lines, fit.flags, DONE if fit.converged else NOT_TRUSTED)
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,58 +149,3 @@ def _carry_effect(fit: "Fit", effect: str, card: "ModelCard", seed: int, progres
         "asked": effect, "used": name, "also": list(diagnosis.found[1:]) if name == diagnosis.verdict else [],
         "probability": diagnosis.probability.get(name, 0.0),
     }  # fmt: skip
-
-
-def fit_text(fit: "Fit") -> str:
-    """Tables of a fit for the terminal."""
-    parts = [fit.campaign.title]
-    unit = fit.campaign.section.amplitude_unit
-    if fit.summary["rigs"]:
-        rows = [[one["name"], *_spread(one["parameters"]["damping_ratio"], 100.0)] for one in fit.summary["rigs"]]
-        parts.append("Structural damping ratio [%]\n" + table(["rig", "median", "90 % interval"], rows))
-    for key, heading in SHOWN.items():
-        rows = [
-            [one["name"], one["rig"], *_spread(one["parameters"][key])]
-            for one in fit.summary["tests"]
-            if key in one["parameters"]
-        ]
-        if rows:
-            title = f"{heading} [{unit}]" if key == "a_star" else heading
-            parts.append(f"{title}\n" + table(["test", "rig", "median", "90 % interval"], rows))
-    parts += _campaign_text(fit)
-    state = "converged" if fit.converged else "NOT CONVERGED: not to be trusted"
-    parts.append(f"Sampling: {state}")
-    return "\n\n".join(parts)
-
-
-def _campaign_text(fit: "Fit") -> list[str]:
-    """The laws and what the campaign model says of the discrepancy between settings."""
-    parts = []
-    weights = fit.summary["laws"].get("weights", {})
-    if len(weights) > 1:
-        best = max(one["log_evidence"] for one in weights.values())
-        rows = [
-            [
-                law, number(one["prior"]), number(one["log_evidence"] - best, 3), number(one["weight"], 3),
-                "-" if one["stacking"] is None else number(one["stacking"], 3), "" if one["sampled"] else "not sampled",
-            ]
-            for law, one in weights.items()
-        ]  # fmt: skip
-        header = ["law", "prior", "log evidence", "weight", "stacking", ""]
-        parts.append("Laws of aerodynamic damping; log evidence below the best\n" + table(header, rows))
-    found = fit.summary["campaign"].get("parameters", {})
-    rows = [
-        [name, *_spread(found[key])]
-        for key, name in (("discrepancy_amplitude", "ln amplitude"), ("discrepancy_relaxation", "ln G"))
-        if key in found
-    ]
-    if rows:
-        parts.append(
-            "Discrepancy between settings, standard deviation\n" + table(["of", "median", "90 % interval"], rows)
-        )
-    return parts
-
-
-def _spread(entry: dict[str, Any], factor: float = 1.0) -> list[str]:
-    low, high = entry["interval"]["0.90"]
-    return [number(entry["median"] * factor), f"{number(low * factor)} .. {number(high * factor)}"]

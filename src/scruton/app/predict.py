@@ -9,10 +9,10 @@ from typing import Any
 
 from scruton.app.options import check_effect_name
 from scruton.app.run import Outcome
-from scruton.app.thresholds import SHARE_SHOWN
 from scruton.campaign import Quantity
 from scruton.errors import InputError
-from scruton.report.text import number, table
+from scruton.report.render_text import render_text
+from scruton.report.summaries import prediction_summary
 from scruton.terminal import DONE, NOT_TRUSTED
 
 
@@ -45,25 +45,7 @@ def run(arguments: Namespace) -> Outcome:
     code = DONE if summary["converged"] else NOT_TRUSTED
     if arguments.json:
         return Outcome(lines=[json.dumps({"predictions": [one.to_json() for one in found]})], code=code)
-    rows = []
-    for one in found:
-        entry = one.to_json()
-        amplitude = entry["amplitude"]
-        low, high = amplitude["interval"]["0.90"]
-        rows.append(
-            [
-                number(entry["sc"]), number(entry["damping_ratio"]), number(amplitude["median"]),
-                f"{number(low)} .. {number(high)}", number(amplitude["sd"]), number(one.extrapolation_index, 2),
-            ]
-        )  # fmt: skip
-    header = ["Sc", "damping ratio", f"amplitude [{summary['amplitude_unit']}]", "90 % interval", "sd", "x"]
-    lines = [table(header, rows), "x: extrapolation index; laws agree for |x| < 0.2 and part beyond 0.3."]
-    shares = [f"{law} {weight:.0%}" for law, weight in found[0].laws.items() if weight > SHARE_SHOWN]
-    lines.append(f"Laws: {', '.join(shares)}. The interval carries the discrepancy between settings.")
-    lines += [f"! {flag}" for one in found for flag in one.flags]
-    if not summary["converged"]:
-        lines.append("! the fit did not converge: " + "; ".join(summary["flags"]))
-    return Outcome(lines=lines, code=code)
+    return Outcome(lines=[render_text(prediction_summary(found, summary))], code=code)
 
 
 def parse_damping(text: str) -> Quantity:

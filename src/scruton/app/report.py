@@ -3,10 +3,12 @@
 from argparse import Namespace
 from functools import partial
 
-from scruton.app.fit import FitTask, fit_text
+from scruton.app.fit import FitTask
 from scruton.app.run import Outcome
 from scruton.errors import InputError
 from scruton.report.build import write_report
+from scruton.report.render_text import render_text
+from scruton.report.summaries import fit_summary
 from scruton.terminal import DONE, NOT_TRUSTED
 
 
@@ -50,7 +52,7 @@ def run(arguments: Namespace) -> Outcome:
     places = (("report (PDF):", paths.pdf), ("report:", paths.report), ("Griffin plot:", paths.griffin))
     failures = [one.sentence for one in paths.failures]
     return Outcome(
-        fit_text(fit),
+        render_text(fit_summary(fit)),
         [f"{name:13} {place}" for name, place in places if place is not None],
         [*failures, *fit.flags],
         DONE if fit.converged and not failures else NOT_TRUSTED,

@@ -16,6 +16,3 @@ REACH = 5  # s, to reach a scheduler and to see its first worker
 PATIENCE = 60  # s without any worker before what is left is given up
 POLL = 1  # s between looks at how many workers there are
 ALLOWED_DEATHS = 1  # of the worker that does a task: it may have died of something else: one more chance
-
-# What is shown.
-SHARE_SHOWN = 0.005  # weight of a law: a smaller one would be shown as 0 %

@@ -8,18 +8,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scruton.app.run import Outcome, Run, default_folder
-from scruton.app.thresholds import SHARE_SHOWN
-from scruton.campaign import Campaign, load_campaign
+from scruton.campaign import load_campaign
 from scruton.cells import safe_frame
 from scruton.documents import write_text
-from scruton.report.text import number, table
+from scruton.report.render_text import render_text
+from scruton.report.summaries import validation_summary
 from scruton.terminal import DONE, NOT_TRUSTED
 
 if TYPE_CHECKING:
     from scruton.griffin.validate import Validation
-    from scruton.report.figures.style import FigureWithCaption
 
-JSON, CSV, FIGURE = "validation.json", "validation.csv", "validation"
+JSON, CSV = "validation.json", "validation.csv"
 NOMINAL = (0.50, 0.90, 0.95)
 
 
@@ -34,6 +33,7 @@ def run(arguments: Namespace) -> Outcome:
     from scruton.griffin.validate import validate
     from scruton.infer.cards import load_card
     from scruton.report.figures.save import save
+    from scruton.report.figures.validation import validation_figure
 
     campaign, card = load_campaign(arguments.campaign), load_card(arguments.model)
     claim = Run(
@@ -54,102 +54,18 @@ def run(arguments: Namespace) -> Outcome:
             "validations": [_entry(one) for one in found],
             "coverage": coverage(found),
         }
-        figures = save(validation_figure(campaign, found), work.new, formats=("svg", "png"))
+        figures = save(validation_figure(found), work.new, formats=("svg", "png"))
         _write_csv(work.new / CSV, found)
         work.write(JSON, content)
         paths = work.published([work.new / JSON, work.new / CSV, *figures])
     trusted = all(one.trusted for one in found)
-    return Outcome(validation_text(campaign, found), paths, code=DONE if trusted else NOT_TRUSTED)
+    summary = validation_summary(campaign.title, campaign.section.amplitude_unit, found, coverage(found))
+    return Outcome(render_text(summary), paths, code=DONE if trusted else NOT_TRUSTED)
 
 
 def coverage(found: Sequence["Validation"]) -> dict[str, float]:
     """Share of what was found that lies inside the intervals of 50, 90 and 95 %."""
     return {f"{p:.2f}": float(np.mean([one.inside(p) for one in found])) for p in NOMINAL}
-
-
-def validation_text(campaign: Campaign, found: Sequence["Validation"]) -> str:
-    """Table for the terminal."""
-    unit = campaign.section.amplitude_unit
-    header = ["test", "from", f"predicted [{unit}]", "90 % interval", "found", "error", "factor", "z", "log score", ""]
-    parts = [campaign.title, table(header, [_row(one) for one in found])]
-    inside = ", ".join(f"{float(p):.0%}: {share:.0%}" for p, share in coverage(found).items())
-    parts.append(
-        f"{len(found)} predictions. Inside their intervals of {inside}. Factor: how far the 90 % interval reaches from "
-        "its median. Log score: log density of ln(amplitude), larger is better."
-    )
-    laws = sorted({label for one in found for label, weight in one.prediction.laws.items() if weight > SHARE_SHOWN})
-    parts.append(f"Laws used: {', '.join(laws)}.")
-    return "\n\n".join(parts)
-
-
-def validation_figure(campaign: Campaign, found: Sequence["Validation"]) -> "FigureWithCaption":
-    """Predicted over found, one line a prediction, with its 50 and 90 % intervals."""
-    from scruton.report.figures.style import (
-        BLACK,
-        GREY,
-        LIGHT,
-        FigureWithCaption,
-        house_style,
-        look,
-        new_figure,
-        shorten,
-    )
-
-    tests = list(dict.fromkeys(one.test for one in found))
-    with house_style():
-        figure = new_figure(24.0 + 7.0 * len(found))
-        axes = figure.subplots()
-        axes.axvline(1.0, color=GREY, lw=0.8, zorder=1)
-        axes.axvspan(1.0 / 1.25, 1.25, color=LIGHT, alpha=0.35, lw=0, zorder=0)
-        labels = []
-        for row, one in enumerate(found):
-            style = look(tests.index(one.test))
-            for probability, width in ((0.90, 1.2), (0.50, 3.6)):
-                low, high = (bound / one.amplitude for bound in one.prediction.interval(probability))
-                axes.plot([max(low, 1e-3), min(high, 1e3)], [row, row], color=style.colour, lw=width, zorder=2)
-            axes.plot(
-                [one.prediction.median / one.amplitude], [row], marker=style.marker, color=BLACK, ms=4.5, zorder=3
-            )
-            origin = "all others" if len(one.source) > 1 or len(tests) == 2 else shorten(one.source[0], 22)
-            labels.append(f"{shorten(one.test, 22)} from {origin}")
-        reach = [one.factor * max(1.0 + one.error, 1.0 / (1.0 + one.error)) for one in found if one.error > -1.0]
-        limit = float(np.clip(1.15 * max([1.5, *[r for r in reach if np.isfinite(r)]]), 1.6, 10.0))
-        axes.set_xscale("log")
-        axes.set_xlim(1.0 / limit, limit)
-        ticks = [
-            t for t in (0.1, 0.2, 0.33, 0.5, 0.67, 0.8, 1.0, 1.25, 1.5, 2.0, 3.0, 5.0, 10.0) if 1 / limit < t < limit
-        ]
-        axes.set_xticks(ticks, [f"{t:g}" for t in ticks])
-        axes.minorticks_off()
-        axes.set_yticks(range(len(labels)), labels)
-        axes.set_ylim(len(labels) - 0.4, -0.6)
-        axes.set_xlabel("Predicted over found stable amplitude [-]")
-        axes.grid(axis="y", visible=False)
-    measured = sum(one.measured for one in found)
-    return FigureWithCaption(
-        figure,
-        FIGURE,
-        "Stable amplitudes predicted without the records of the test predicted, over what was found: median, 50 % "
-        "(thick) and 90 % interval (thin). Shaded: within a factor of 1.25. "
-        + (
-            "What was found is measured."
-            if measured == len(found)
-            else "What was not measured is the test's posterior."
-        ),
-        "; ".join(
-            f"{one.test} from {', '.join(one.source)}: {one.error:+.0%}, {'inside' if one.inside() else 'outside'} 90 %"
-            for one in found
-        ),
-    )
-
-
-def _row(one: "Validation") -> list[str]:
-    low, high = one.prediction.interval(0.90)
-    return [
-        one.test, ", ".join(one.source), number(one.prediction.median), f"{number(low)} .. {number(high)}",
-        number(one.amplitude), f"{100 * one.error:+.0f} %", number(one.factor, 3), f"{one.z:+.2f}",
-        f"{one.log_score:.2f}", "inside" if one.inside() else "OUTSIDE",
-    ]  # fmt: skip
 
 
 def _entry(one: "Validation") -> dict[str, Any]:

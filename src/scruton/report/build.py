@@ -200,8 +200,7 @@ def _parts(given: Mapping[str, Part | Waiting | None], failures: Failures) -> di
 
 def _draw(fit: "Fit", second: SecondProcess, failures: Failures) -> "list[Picture]":
     """Draw every figure, the first ones here and the last ones beside, as far as there is time for it there."""
-    from scruton.report.chapters.material import chapter_of
-    from scruton.report.figures import all_figures
+    from scruton.report.figures import all_figures, chapter_of
     from scruton.report.parts import drawn
 
     figures = failures.attempt("", "Drawing the figures", partial(all_figures, fit, failures), [])

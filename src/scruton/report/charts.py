@@ -1,23 +1,24 @@
 """What the interactive charts read: quantiles along a grid, as JSON."""
 
 from collections.abc import Mapping, Sequence
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Motion
-from scruton.griffin.bands import band, griffin_band, quantiles
-from scruton.griffin.posterior import draws_of, peak_names, unit_of
+from scruton.griffin.bands import band, griffin_band
+from scruton.griffin.posterior import peak_names, unit_of
 from scruton.griffin.predict import predictive_draws
-from scruton.report.figures.style import thin_along
+from scruton.report.figures.griffin_axes import front_ends, sc_range, test_points, thinned_curve
+from scruton.report.thresholds import MOST_BANDS
 
 if TYPE_CHECKING:
     from scruton.griffin import Prediction
     from scruton.infer.results import Fit
 
 GRID = 241
-_TESTS = 7  # tests whose own median is drawn
 _CURVES = 12  # deterministic curves, and points of each
 _POINTS = 60
 
@@ -37,8 +38,6 @@ def griffin_chart(fit: "Fit", design: "Sequence[Prediction]" = ()) -> dict[str, 
     dict
         As of `scruton.report.document.Chart`; None stands for a number that does not exist.
     """
-    from scruton.report.figures.griffin import sc_range
-
     tree, tests, unit = fit.tree, peak_names(fit.tree), unit_of(fit.tree)
     asked = [one.scruton_number for one in design]
     upper = max([sc_range(tree, tests)[1], *(1.1 * one for one in asked)])
@@ -113,44 +112,34 @@ def risk_chart(mode: Mapping[str, Any], curve: Mapping[str, Any], what: str) -> 
 
 def _points(fit: "Fit", tests: Sequence[str]) -> list[dict[str, Any]]:
     """Where each peak test lies: its measured amplitude, else its posterior."""
-    found: list[dict[str, Any]] = []
-    for name in tests:
-        low, middle, high = quantiles(draws_of(fit.tree, "a_star", name), [0.05, 0.5, 0.95])
-        measured = fit.campaign.test(name).stable_amplitude
-        found.append(
-            {
-                "label": name, "x": _round(float(np.median(draws_of(fit.tree, "scruton_number", name)))),
-                "y": _round(float(middle) if measured is None else measured.mean), "low": _round(float(low)),
-                "high": _round(float(high)), "tone": "posterior" if measured is None else "measured",
-            }
-        )  # fmt: skip
-    return found
+    return [
+        {
+            "label": one.name, "x": _round(one.scruton_number),
+            "y": _round(one.median) if one.measured is None else one.measured.mean,
+            "low": _round(one.low), "high": _round(one.high),
+            "tone": "posterior" if one.measured is None else "measured",
+        }
+        for one in test_points(fit, tests)
+    ]  # fmt: skip
 
 
 def _own(fit: "Fit", tests: Sequence[str], grid: FloatArray) -> list[dict[str, Any]]:
-    medians = {name: griffin_band(fit.tree, grid, name).median for name in tests[:_TESTS]}
+    """What each peak test predicts alone."""
     return [
-        {"label": f"from {name} alone", "x": _list(grid), "y": _list(median), "tone": "own"}
-        for name, median in medians.items()
-    ]
+        {"label": f"from {name} alone", "x": _list(grid), "y": _list(griffin_band(fit.tree, grid, name).median),
+         "tone": "own"}
+        for name in tests[:MOST_BANDS]
+    ]  # fmt: skip
 
 
 def _deterministic(fit: "Fit", tests: Sequence[str]) -> list[dict[str, Any]]:
     """Curves of the paper's own procedure, one a transient record."""
-    found: list[dict[str, Any]] = []
-    for name in tests:
-        for record in fit.campaign.test(name).records:
-            front = fit.front_ends.get(record.name)
-            if front is not None and len(found) < _CURVES:
-                curve = front.griffin
-                pick = thin_along(np.log(np.maximum(curve.amplitude, 1e-12)), _POINTS)
-                pick = pick[(curve.amplitude[pick] > 0.0) & (curve.scruton_number[pick] >= 0.0)]
-                found.append(
-                    {
-                        "label": f"Eqs. (2)-(8), {record.name}", "x": _list(curve.scruton_number[pick]),
-                        "y": _list(curve.amplitude[pick]), "tone": "deterministic",
-                    }
-                )  # fmt: skip
+    found = []
+    for _, record, front in islice(front_ends(fit, tests), _CURVES):
+        sc, amplitude = thinned_curve(front, _POINTS)
+        good = (amplitude > 0.0) & (sc >= 0.0)
+        line = {"label": f"Eqs. (2)-(8), {record}", "x": _list(sc[good]), "y": _list(amplitude[good])}
+        found.append({**line, "tone": "deterministic"})
     return found
 
 

@@ -26,6 +26,11 @@ class Paragraph:
     role: str = "text"
 
 
+def paragraph(*runs: Run, role: str = "text") -> Paragraph:
+    """Text, run by run."""
+    return Paragraph(runs, role)
+
+
 @dataclass(frozen=True)
 class Heading:
     """A heading inside a chapter."""

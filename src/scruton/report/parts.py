@@ -18,11 +18,6 @@ if TYPE_CHECKING:
     from scruton.sizing.bridge import Bridge
 
 KINDS = ("svg", "png")
-GAP_CAPTION = (
-    "Where the bare model and the records part. Above: damping ratio, measured minus bare model, against amplitude for "
-    "every test and, beside it, its rig in still air, with 90 % bands; shaded where it differs. Below: change of "
-    "frequency with amplitude, and the probability of each cause."
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,15 +62,13 @@ def gap_part(campaign: Path, model: str = "default", workers: int = 1) -> Part:
     from scruton.gap.run import examine
     from scruton.infer.cards import load_card
     from scruton.report.chapters.gap import gap_sentence
-    from scruton.report.figures import FigureWithCaption
     from scruton.report.figures.gap import gap_figure
 
     diagnosis, content, findings, curves = examine(campaign, load_card(model), workers=workers)
     failures = Failures()
 
     def pictures() -> tuple[Picture, ...]:
-        figure = gap_figure(diagnosis, findings, curves)
-        return (drawn(FigureWithCaption(figure, "gap", GAP_CAPTION, gap_sentence(content))),)
+        return (drawn(gap_figure(diagnosis, findings, curves, alt=gap_sentence(content))),)
 
     shown = failures.attempt("gap", "The figure of the gap", pictures, ())
     return Part(json.loads(json.dumps(content)), shown, failures=failures.found)
@@ -164,7 +157,8 @@ def sizing_part(folder: Path, bridge: Path, limits: Sequence[str] = (), seed: in
     from scruton.griffin.posterior import motion_of
     from scruton.infer.store import read_tree
     from scruton.report.charts import risk_chart
-    from scruton.report.figures.sizing import governing, sizing_figures
+    from scruton.report.figures import figures_from
+    from scruton.report.figures.sizing import governing, modes
     from scruton.sizing.bridge import load_bridge
     from scruton.sizing.limits import limit
     from scruton.sizing.run import size
@@ -175,18 +169,17 @@ def sizing_part(folder: Path, bridge: Path, limits: Sequence[str] = (), seed: in
     stands = load_bridge(bridge, motion_of(tree))
     content = size(tree, stands, [limit(one) for one in limits], seed=seed).to_json()
     content["provenance"] = sizing_origin(folder, summary, stands, seed=seed, settings={"limits": list(limits)})
-    names = [f"risk_{k}" for k in range(1, len(content["modes"]) + 1)] if len(content["modes"]) > 1 else ["risk"]
     failures = Failures()
 
     def charts() -> dict[str, Mapping[str, Any]]:
         return {
-            name: risk_chart(mode, limit_of["curve"], f"probability of exceeding {limit_of['rule']}")
-            for name, mode in zip(names, content["modes"], strict=True)
-            for limit_of in [governing(mode)]
+            f"risk{ending}": risk_chart(mode, decisive["curve"], f"probability of exceeding {decisive['rule']}")
+            for ending, mode in modes(content).items()
+            for decisive in [governing(mode)]
         }
 
     def pictures() -> tuple[Picture, ...]:
-        return tuple(drawn(one) for one in sizing_figures(content))
+        return tuple(drawn(one) for one in figures_from("sizing", content))
 
     shown = failures.attempt("sizing", "The figures of the sizing", pictures, ())
     answering = failures.attempt("sizing", "The charts of the sizing", charts, {})

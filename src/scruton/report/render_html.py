@@ -9,11 +9,10 @@ from typing import Any
 
 from scruton.report.document import Chart, Document, Picture
 from scruton.report.maths import Maths, display, inline
+from scruton.report.thresholds import LARGEST_REPORT, LARGEST_SVG_ON_PAGE
 from scruton.report.typefaces import Subset, subsets
 
 TEMPLATES = Path(__file__).parent / "templates"
-LARGEST_SVG = 350_000  # bytes; a larger drawing goes in as PNG
-LARGEST_REPORT = 4_300_000  # bytes of pictures, before the text
 STYLE = "<style>\n"  # no text of a document can look like it: those are escaped
 
 
@@ -87,7 +86,7 @@ def uris(pictures: Sequence[Picture], limit: int = LARGEST_REPORT) -> dict[str, 
 
 def data_uri(one: Picture) -> str:
     """A picture inside the page: its drawing, or its PNG where the drawing is large."""
-    if one.svg and (len(one.svg) <= LARGEST_SVG or not one.png or len(one.svg) <= len(one.png)):
+    if one.svg and (len(one.svg) <= LARGEST_SVG_ON_PAGE or not one.png or len(one.svg) <= len(one.png)):
         kind, content = "image/svg+xml", one.svg
     elif one.png:
         kind, content = "image/png", one.png

@@ -11,10 +11,10 @@ from typing import Any
 
 from scruton.report.document import Chart, Code, Document, Picture, Table
 from scruton.report.maths import Maths
+from scruton.report.thresholds import LARGEST_SVG_IN_PDF
 from scruton.report.typefaces import families, folders
 
 TEMPLATE = Path(__file__).parent / "templates" / "report.typ"
-LARGEST_SVG = 600_000  # bytes; a larger drawing goes in as PNG, which the reader's program shows faster
 MAIN, DATA, TYPEFACES = "main.typ", "document.json", "typefaces.json"
 
 
@@ -74,7 +74,7 @@ def sources(document: Document) -> dict[str, bytes]:
 
 def picture_file(one: Picture) -> tuple[str, bytes]:
     """Name and content of the file that a picture is drawn from; no content where there is none."""
-    if one.svg and (len(one.svg) <= LARGEST_SVG or not one.png):
+    if one.svg and (len(one.svg) <= LARGEST_SVG_IN_PDF or not one.png):
         return f"{one.name}.svg", one.svg
     return f"{one.name}.png", one.png
 

@@ -1,7 +1,8 @@
-"""Names, numbers and units as a reader of the report meets them."""
+"""Names, numbers and units as a reader of the report, or of the terminal, meets them."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 PARAMETERS = {
@@ -76,12 +77,12 @@ def column(values: Sequence[float], digits: int = 4) -> list[str]:
     return [f"{one:.{places}f}".replace("-", "−") if math.isfinite(one) else number(one) for one in values]
 
 
-def estimate(entry: dict[str, Any], scale: float = 1.0) -> tuple[str, str]:
-    """Median and 90 % interval of a summary entry, with the digits that the interval's width is worth.
+def estimate(entry: Mapping[str, Any], scale: float = 1.0, level: str = "0.90") -> tuple[str, str]:
+    """Median and interval of a summary entry, with the digits that the interval's width is worth.
 
     A bound that is missing is infinite; a quantity without any spread is "as stated".
     """
-    median, (low, high) = entry["median"], entry["interval"]["0.90"]
+    median, (low, high) = entry["median"], entry["interval"][level]
     values = [math.nan if one is None else one * scale for one in (median, low, high)]
     finite = [one for one in values if math.isfinite(one)]
     width = max(finite) - min(finite) if finite else 0.0
@@ -105,3 +106,43 @@ def percent(value: float, digits: int = 3) -> str:
 def share(value: float) -> str:
     """Write a fraction in whole per cent."""
     return f"{100.0 * value:.0f} %".replace("-", "−")
+
+
+def plain_number(value: float | None, digits: int = 4) -> str:
+    """Write a number for the terminal: significant digits, a dash for one that is missing."""
+    if value is None or not math.isfinite(value):
+        return "-"
+    return f"{value:.{digits}g}"
+
+
+@dataclass(frozen=True)
+class Notation:
+    """How the same table is written for one sort of reader.
+
+    Attributes
+    ----------
+    number : callable
+        A number with so many significant digits.
+    missing, between : str
+        What stands for nothing, and between the bounds of a range.
+    unit : callable
+        Writes a unit.
+    """
+
+    number: Callable[..., str]
+    missing: str
+    between: str
+    unit: Callable[[str], str]
+
+    def range(self, bounds: Sequence[float | None] | None, digits: int = 4) -> str:
+        """Both bounds of a range."""
+        return self.missing if bounds is None else self.between.join(self.number(bound, digits) for bound in bounds)
+
+    def spread(self, entry: Mapping[str, Any], factor: float = 1.0) -> tuple[str, str]:
+        """Median and 90 % interval of a summary entry, all with the same digits."""
+        low, high = entry["interval"]["0.90"]
+        return self.number(entry["median"] * factor), self.range((low * factor, high * factor))
+
+
+PAGE = Notation(number, "–", " to ", unit_text)
+TERMINAL = Notation(plain_number, "-", " .. ", str)

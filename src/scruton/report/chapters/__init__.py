@@ -1,6 +1,6 @@
 """The chapters of a report, one function each, from the results to blocks; `compose` puts them in order."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -23,31 +23,14 @@ from scruton.report.chapters.validity import validity_chapter
 from scruton.report.document import ALARM, Callout, Chapter, Chart, Document, Picture, numbered
 from scruton.report.failures import Failures
 
-__all__ = ["CHAPTERS", "Material", "compose", "sizing_chapter", "with_failures"]
+__all__ = ["CHAPTERS", "Material", "compose", "with_failures"]
 
-
-def _sizing(material: Material) -> Chapter:
-    return sizing_chapter(material.sizing, material.of("sizing"))
-
-
-# In the order of a report; key and title are those under which a chapter that fails says so.
-CHAPTERS: tuple[tuple[str, str, Callable[[Material], Chapter]], ...] = (
-    ("summary", "Summary", summary_chapter),
-    ("campaign", "Campaign and similitude", campaign_chapter),
-    ("structural", "Structural damping against amplitude", structural_chapter),
-    ("records", "Records and fitted envelopes", records_chapter),
-    ("aerodynamic", "Aerodynamic damping", aerodynamic_chapter),
-    ("griffin-plot", "Griffin plot", griffin_chapter),
-    ("reciprocal", "1/A against the Scruton number", reciprocal_chapter),
-    ("posterior", "Posteriors", posterior_chapter),
-    ("predictions", "Predictions", predictions_chapter),
-    ("gap", "The gap between model and measurement", gap_chapter),
-    ("sizing", "Damper sizing and risk", _sizing),
-    ("validity", "Limits of validity", validity_chapter),
-    ("convergence", "Convergence and calibration", convergence_chapter),
-    ("provenance", "Provenance", provenance_chapter),
-    ("methods", "Methods in short", methods_chapter),
-)
+# In the order of a report.
+CHAPTERS = (
+    summary_chapter, campaign_chapter, structural_chapter, records_chapter, aerodynamic_chapter, griffin_chapter,
+    reciprocal_chapter, posterior_chapter, predictions_chapter, gap_chapter, sizing_chapter, validity_chapter,
+    convergence_chapter, provenance_chapter, methods_chapter,
+)  # fmt: skip
 
 
 def compose(
@@ -74,10 +57,10 @@ def compose(
     in_wind = bool(fit.summary["tests"])
     failures = failures or Failures()
     chapters = []
-    for key, title, make in CHAPTERS:
-        blank = Chapter(key, title, (), appendix=key == "methods")
-        written = failures.attempt(key, f"The chapter “{title}”", partial(make, material), blank)
-        chapters.append(replace(written, blocks=(*failures.of(key), *written.blocks)))
+    for write in CHAPTERS:
+        what = f"The chapter “{write.title}”"
+        written = failures.attempt(write.key, what, partial(write, material), write.blank())
+        chapters.append(replace(written, blocks=(*failures.of(write.key), *written.blocks)))
     return numbered(
         Document(
             title=fit.campaign.title or "Untitled campaign",

@@ -1,14 +1,14 @@
 """The campaign as it was read, and its similitude: what each test is without dimensions."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from scruton.campaign.schema import Motion
-from scruton.report.chapters.material import Material
+from scruton.report.chapters.material import Material, chapter
 from scruton.report.chapters.sizing import similitude_of
-from scruton.report.document import Block, Chapter, Paragraph, Table
+from scruton.report.document import Block, Table, paragraph
 from scruton.report.wording import column, estimate, number, stated, unit_text
 
 if TYPE_CHECKING:
@@ -17,23 +17,31 @@ if TYPE_CHECKING:
     from scruton.infer.results import Fit
 
 
-def campaign_chapter(material: Material) -> Chapter:
+@chapter("campaign", "Campaign and similitude")
+def campaign_chapter(material: Material) -> Iterator[Block]:
     """Section, similitude, rigs, tests and records."""
     section = material.fit.campaign.section
     heaving = section.motion is Motion.HEAVING
-    words = (
+    yield paragraph(
         f"One section in {'heave' if heaving else 'torsion'}: width B = {stated(section.width)} m along the wind, "
-        f"depth "
-        f"D = {stated(section.depth)} m across it. Amplitudes are "
+        f"depth D = {stated(section.depth)} m across it. Amplitudes are "
         f"{'those of the displacement over D' if heaving else 'those of the rotation, in radians'}."
     )
-    blocks: list[Block] = [Paragraph((words,))]
     if material.sizing is not None:
         tested = [(one["name"], one["parameters"]["scruton_number"]["median"]) for one in material.fit.summary["tests"]]
-        blocks.append(similitude_of(material.sizing, tested))
+        yield similitude_of(material.sizing, tested)
     if material.in_wind:
-        blocks.append(similitude_table(material.fit))
-    return Chapter("campaign", "Campaign and similitude", (*blocks, *campaign_tables(material.frames)))
+        yield similitude_table(material.fit)
+    for name, caption, starts in (
+        ("rigs", "Rigs", ("rig", "mass [", "f0 stated", "damping ratio stated", "ring-downs")),
+        ("tests", "Tests in wind", ("test", "rig", "air density", "wind speed", "U/(f0", "frequency in", "peak")),
+    ):
+        if name in material.frames:
+            frame = material.frames[name]
+            kept = [one for one in frame.columns if str(one).startswith(starts) and not frame[one].isna().all()]
+            yield from_frame(name, caption, frame[kept])
+    if "records" in material.frames:
+        yield _record_table(material.frames["records"])
 
 
 def similitude_table(fit: "Fit") -> Table:
@@ -69,23 +77,6 @@ def similitude_table(fit: "Fit") -> Table:
     )  # fmt: skip
 
 
-def campaign_tables(frames: "Mapping[str, pd.DataFrame]") -> list[Table]:
-    """Rigs, tests and records as they were read."""
-    found = []
-    plans: tuple[tuple[str, str, tuple[str, ...]], ...] = (
-        ("rigs", "Rigs", ("rig", "mass [", "f0 stated", "damping ratio stated", "ring-downs")),
-        ("tests", "Tests in wind", ("test", "rig", "air density", "wind speed", "U/(f0", "frequency in", "peak")),
-    )
-    for name, caption, starts in plans:
-        if name in frames:
-            frame = frames[name]
-            kept = [one for one in frame.columns if str(one).startswith(starts) and not frame[one].isna().all()]
-            found.append(from_frame(name, caption, frame[kept]))
-    if "records" in frames:
-        found.append(_record_table(frames["records"]))
-    return found
-
-
 def _record_table(frame: "pd.DataFrame") -> Table:
     smallest = next(str(one) for one in frame.columns if str(one).startswith("smallest"))
     unit = smallest.partition("[")[2]
@@ -109,22 +100,21 @@ def _record_table(frame: "pd.DataFrame") -> Table:
 
 def from_frame(name: str, caption: str, frame: "pd.DataFrame") -> Table:
     """A frame as a table: four significant digits, units with their powers raised."""
-    columns, numeric = [], []
-    for heading in frame.columns:
-        kind = frame[heading].dtype.kind
-        numeric.append(kind in "fi")
-        if kind == "f":
-            columns.append(column([float(one) for one in frame[heading]]))
-        elif kind == "b":
-            columns.append(["yes" if one else "no" for one in frame[heading]])
-        else:
-            columns.append([str(one) for one in frame[heading]])
+
+    def texts(values: "pd.Series") -> list[str]:
+        match values.dtype.kind:
+            case "f":
+                return column([float(one) for one in values])
+            case "b":
+                return ["yes" if one else "no" for one in values]
+        return [str(one) for one in values]
+
     return Table(
         name,
         caption,
         tuple(_heading(str(one)) for one in frame.columns),
-        tuple(zip(*columns, strict=True)),
-        numeric=tuple(numeric),
+        tuple(zip(*(texts(frame[heading]) for heading in frame.columns), strict=True)),
+        numeric=tuple(frame[heading].dtype.kind in "fi" for heading in frame.columns),
         data=name,
     )
 

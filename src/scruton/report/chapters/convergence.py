@@ -1,71 +1,54 @@
 """Whether the sampling converged, and how well the intervals are calibrated on this campaign."""
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scruton.report.chapters.material import Material
-from scruton.report.document import Block, Chapter, Code, Heading, Paragraph, Table
+from scruton.report.chapters.material import Material, chapter
+from scruton.report.document import Block, Code, Heading, Table, paragraph
 from scruton.report.wording import number, parameter_name
 
 if TYPE_CHECKING:
     from scruton.infer.results import Fit
 
 
-def convergence_chapter(material: Material) -> Chapter:
+@chapter("convergence", "Convergence and calibration")
+def convergence_chapter(material: Material) -> Iterator[Block]:
     """Convergence of every posterior, and the campaign's own check of its intervals."""
-    fit = material.fit
-    sampler = fit.card.sampler
-    blocks: list[Block] = []
+    fit, sampler = material.fit, material.fit.card.sampler
     if len(fit.convergence):
         verdict = "Every posterior converged" if fit.converged else "Not every posterior converged"
-        blocks.append(
-            Paragraph(
-                (
-                    f"{verdict}: wanted were a nested R-hat below {sampler.max_rhat} over {sampler.ensembles} "
-                    f"independent "
-                    f"ensembles, and at least {sampler.min_ess:.0f} effective draws in the bulk and in the tails of "
-                    f"every "
-                    "parameter.",
-                )
-            )
-        )  # fmt: skip
-        blocks.append(convergence_table(fit))
+        yield paragraph(
+            f"{verdict}: wanted were a nested R-hat below {sampler.max_rhat} over {sampler.ensembles} independent "
+            f"ensembles, and at least {sampler.min_ess:.0f} effective draws in the bulk and in the tails of every "
+            "parameter."
+        )
+        yield convergence_table(fit)
     else:
-        blocks.append(Paragraph(("Nothing had to be sampled: the damping ratios are as stated.",)))
+        yield paragraph("Nothing had to be sampled: the damping ratios are as stated.")
     if material.in_wind:
-        blocks += [Heading("Calibration"), *_calibration(material)]
-    return Chapter(
-        "convergence",
-        "Convergence and calibration",
-        (*blocks, *material.of("convergence"), *material.of("other")),
-    )
+        yield Heading("Calibration")
+        yield _calibration(material)
+    yield from material.of("convergence")
 
 
-def _calibration(material: Material) -> list[Block]:
+def _calibration(material: Material) -> Block:
     words = (
         "How often the intervals hold the truth is measured on simulated campaigns whose truth is known, by ",
         Code("scruton calibrate"), ".",
     )  # fmt: skip
     if not material.crossed:
-        return [Paragraph((*words, " This campaign has one peak test, so it cannot check its own predictions."))]
+        return paragraph(*words, " This campaign has one peak test, so it cannot check its own predictions.")
     inside = 0
-    for test, one in material.crossed.items():
-        measured = material.fit.campaign.test(test).stable_amplitude
-        entry = next(found for found in material.fit.summary["tests"] if found["name"] == test)
-        truth = entry["parameters"]["a_star"]["median"] if measured is None else measured.mean
-        low, high = one.interval(0.90)
-        inside += low <= truth <= high
-    return [
-        Paragraph(
-            (
-                *words,
-                f" On this campaign itself, {inside} of {len(material.crossed)} peak tests lie inside the 90 % "
-                f"interval that "
-                "the others give them.",
-            )
-        )
-    ]  # fmt: skip
+    for test, prediction in material.crossed.items():
+        low, high = prediction.interval(0.90)
+        inside += low <= material.measured_or_found(test) <= high
+    return paragraph(
+        *words,
+        f" On this campaign itself, {inside} of {len(material.crossed)} peak tests lie inside the 90 % interval that "
+        "the others give them.",
+    )
 
 
 def convergence_table(fit: "Fit") -> Table:

@@ -1,15 +1,18 @@
 """The gap between the bare model and the records: where, which effect, how far it shrinks, what would settle it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
-from scruton.report.chapters.material import Material
-from scruton.report.document import CAUTION, Block, Callout, Chapter, Heading, Listing, Paragraph, Table
-from scruton.report.wording import number, share, unit_text
+from scruton.report.chapters.material import Material, chapter
+from scruton.report.document import CAUTION, Block, Callout, Heading, Listing, Table, paragraph
+from scruton.report.thresholds import PLACES_SHOWN, PROBABILITY_SHOWN
+from scruton.report.wording import PAGE, TERMINAL, Notation, number, share
 
-_MOST = 12  # places that the page lists; all of them are in gap.json
-_LEAST = 5e-4  # probability worth a row
+_SIZE = ("parameter", "median", "90 % interval", "unit", "form")
+_WHERE = ("quantity", "rig", "test", "record", "amplitude", "time [s]", "excess")
+_INVISIBLE = "What these records cannot show, whatever it is"
+_AGREE = "The bare model and the records agree within their noise."
 _BARE_IN_WIND = (
     "The bare model is the paper’s law with one pair of aerodynamic parameters for the peak tests and no discrepancy "
     "between them: the discrepancy and the average over laws, which the predictions carry, would swallow what this "
@@ -18,13 +21,13 @@ _BARE_IN_WIND = (
 _BARE_IN_STILL_AIR = "The bare model is a rig of constant damping ratio and constant frequency, whatever the amplitude."
 
 
-def gap_chapter(material: Material) -> Chapter:
+@chapter("gap", "The gap between model and measurement")
+def gap_chapter(material: Material) -> Iterator[Block]:
     """The diagnosis, in words, tables and its picture."""
-    gap = material.gap
-    blocks: tuple[Block, ...] = ()
-    if gap is not None:
-        blocks = (*_verdict(gap, material), *material.of("gap"), *_details(gap))
-    return Chapter("gap", "The gap between model and measurement", blocks)
+    if material.gap is not None:
+        yield from _verdict(material.gap, material)
+        yield from material.of("gap")
+        yield from _details(material.gap)
 
 
 def effect_title(name: str) -> str:
@@ -43,7 +46,7 @@ def _in_words(name: str) -> str:
 def gap_sentence(gap: Mapping[str, Any]) -> str:
     """The verdict in one sentence."""
     if gap["verdict"] == "none":
-        return "The bare model and the records agree within their noise."
+        return _AGREE
     names = [_in_words(name) for name in (gap["verdict"], *gap["also"])]
     p = gap["probability"][gap["verdict"]]
     return (
@@ -52,34 +55,57 @@ def gap_sentence(gap: Mapping[str, Any]) -> str:
     )
 
 
-def _verdict(gap: Mapping[str, Any], material: Material) -> list[Block]:
-    blocks: list[Block] = [
-        Paragraph((gap_sentence(gap),), role="answer"),
-        Paragraph((_BARE_IN_WIND if material.in_wind else _BARE_IN_STILL_AIR,)),
-    ]
+def _verdict(gap: Mapping[str, Any], material: Material) -> Iterator[Block]:
+    yield paragraph(gap_sentence(gap), role="answer")
+    yield paragraph(_BARE_IN_WIND if material.in_wind else _BARE_IN_STILL_AIR)
     if material.fit.summary["provenance"]["tests"]:
         words = "The diagnosis uses every test of the campaign, those that the fit left out among them."
-        blocks.append(Callout(CAUTION, words))
+        yield Callout(CAUTION, words)
     if words := shrink_sentence(gap["shrink"]):
-        blocks.append(Paragraph((words,)))
-    alike = [group for group in gap["indistinguishable"] if len(group) > 1]
-    if alike:
+        yield paragraph(words)
+    if alike := _alike(gap):
         lines = tuple(" or ".join(_in_words(name) for name in group) for group in alike)
-        blocks.append(Callout(CAUTION, "These data cannot tell apart", lines))
-    return blocks
+        yield Callout(CAUTION, "These data cannot tell apart", lines)
 
 
-def _details(gap: Mapping[str, Any]) -> list[Block]:
-    blocks: list[Block] = [_probability_table(gap), _where_table(gap), _size_table(gap), _amplitude_table(gap)]
+def _alike(gap: Mapping[str, Any]) -> list[Sequence[str]]:
+    return [group for group in gap["indistinguishable"] if len(group) > 1]
+
+
+def _details(gap: Mapping[str, Any]) -> Iterator[Block]:
+    likely = _probabilities(gap, effect_title)
+    yield Table("gap_probability", "What explains the gap", ("cause", "probability"), likely)
+    yield _where_table(gap)
+    numeric = (False, False, True, True, False, False)
+    sizes = _sizes(gap, PAGE, effect_title)
+    yield Table("gap_size", "How large the effect is", ("effect", *_SIZE), sizes, numeric=numeric)
+    yield _amplitude_table(gap)
     if gap["advice"]:
-        blocks += [Heading("What data would settle it"), Listing(tuple(map(str, gap["advice"])))]
+        yield Heading("What data would settle it")
+        yield Listing(tuple(map(str, gap["advice"])))
     if gap["invisible"]:
-        blocks += [
-            Heading("What these records cannot show, whatever it is"),
-            Listing(tuple(str(one["text"]) for one in gap["invisible"])),
-        ]
-    blocks.append(Paragraph((f"Calibrated on {gap['calibrated_on']}.",), role="note"))
-    return blocks
+        yield Heading(_INVISIBLE)
+        yield Listing(tuple(str(one["text"]) for one in gap["invisible"]))
+    yield paragraph(f"Calibrated on {gap['calibrated_on']}.", role="note")
+
+
+def gap_summary(gap: Mapping[str, Any]) -> list[Block]:
+    """The diagnosis for the terminal: every place, and effects by the names that files have."""
+    names = [gap["verdict"], *gap["also"]]
+    alike = "; ".join(" / ".join(group) for group in _alike(gap))
+    said = _AGREE if names == ["none"] else " ".join(f"{effect_title(name)}." for name in names)
+    probability = "Probability (calibrated on simulated campaigns)"
+    return [
+        paragraph(f"Verdict: {' and '.join(names)}. {said}"),
+        Table("gap_probability", probability, ("cause", "probability"), _probabilities(gap, str)),
+        *([paragraph(f"These data cannot tell apart: {alike}")] if alike else []),
+        Table("gap_size", "Parameters", ("effect", *_SIZE), _sizes(gap, TERMINAL, str, most=6)),
+        Table("gap_where", "Where", _WHERE, tuple(row[:-1] for row in _places(gap, TERMINAL))),
+        paragraph(shrink_sentence(gap["shrink"])),
+        Listing(tuple(gap["advice"])),
+        *([paragraph(f"{_INVISIBLE}:")] if gap["invisible"] else []),
+        Listing(tuple(one["text"] for one in gap["invisible"])),
+    ]
 
 
 def shrink_sentence(entry: Mapping[str, Any]) -> str:
@@ -107,25 +133,18 @@ def _share(entry: Mapping[str, Any]) -> str:
     return f"{share(entry['fraction'])} (90 % interval {share(low)} to {share(high)})"
 
 
-def _probability_table(gap: Mapping[str, Any]) -> Table:
+def _probabilities(gap: Mapping[str, Any], title: Callable[[str], str]) -> tuple[tuple[str, ...], ...]:
     likely = sorted(gap["probability"].items(), key=lambda pair: -pair[1])
-    rows = tuple((effect_title(name), f"{p:.3f}") for name, p in likely if p > _LEAST)
-    return Table("gap_probability", "What explains the gap", ("cause", "probability"), rows)
+    return tuple((title(name), f"{p:.3f}") for name, p in likely if p > PROBABILITY_SHOWN)
 
 
 def _where_table(gap: Mapping[str, Any]) -> Table:
-    rows = tuple(
-        (
-            one["quantity"], one["rig"] or "–", one["test"] or "still air", one["record"] or "–",
-            _range(one["amplitude"]), _range(one["time_s"]), number(one["excess"], 3), number(one["significance"], 2),
-        )
-        for one in gap["where"][:_MOST]
-    )  # fmt: skip
+    rows = _places(gap, PAGE)[:PLACES_SHOWN]
     more = len(gap["where"]) - len(rows)
     return Table(
         "gap_where",
         "Where the bare model and the records part",
-        ("quantity", "rig", "test", "record", "amplitude", "time [s]", "excess", "z"),
+        (*_WHERE, "z"),
         rows,
         "Excess: measured minus bare model, of a damping ratio or a relative frequency; z: how many standard "
         "deviations." + (f" {more} more are in gap.json." if more > 0 else ""),
@@ -133,33 +152,39 @@ def _where_table(gap: Mapping[str, Any]) -> Table:
     )
 
 
-def _size_table(gap: Mapping[str, Any]) -> Table:
-    rows = tuple(
+def _places(gap: Mapping[str, Any], notation: Notation) -> tuple[tuple[str, ...], ...]:
+    """Where the bare model and the records part, a row each, the number of standard deviations last."""
+    return tuple(
         (
-            effect_title(name), key, number(one["median"]), " to ".join(number(bound) for bound in one["interval90"]),
-            unit_text(one["unit"]), one["form"],
+            one["quantity"], one["rig"] or notation.missing, one["test"] or "still air",
+            one["record"] or notation.missing, notation.range(one["amplitude"], 3), notation.range(one["time_s"], 3),
+            notation.number(one["excess"], 3), notation.number(one["significance"], 2),
+        )
+        for one in gap["where"]
+    )  # fmt: skip
+
+
+def _sizes(
+    gap: Mapping[str, Any], notation: Notation, title: Callable[[str], str], most: int | None = None
+) -> tuple[tuple[str, ...], ...]:
+    """How large every effect is, a row each of its parameters, of at most so many."""
+    return tuple(
+        (
+            title(name), key, notation.number(one["median"]), notation.range(one["interval90"]),
+            notation.unit(one["unit"]), one["form"],
         )
         for name, effect in gap["effects"].items()
-        for key, one in effect["parameters"].items()
+        for key, one in list(effect["parameters"].items())[:most]
     )  # fmt: skip
-    return Table(
-        "gap_size",
-        "How large the effect is",
-        ("effect", "parameter", "median", "90 % interval", "unit", "form"),
-        rows,
-        numeric=(False, False, True, True, False, False),
-    )
 
 
 def _amplitude_table(gap: Mapping[str, Any]) -> Table:
     found: Sequence[Mapping[str, Any]] = gap["shrink"].get("stable_amplitude", ()) if gap["shrink"] else ()
-
-    def relative(value: float) -> str:
-        return f"{100.0 * value:.1f} %"
-
     rows = tuple(
-        (one["test"], *(number(one[key]) for key in ("measured", "before", "after")),
-         relative(one["error_before"]), relative(one["error_after"]))
+        (
+            one["test"], *(number(one[key]) for key in ("measured", "before", "after")),
+            *(f"{100.0 * one[key]:.1f} %" for key in ("error_before", "error_after")),
+        )
         for one in found
     )  # fmt: skip
     return Table(
@@ -168,7 +193,3 @@ def _amplitude_table(gap: Mapping[str, Any]) -> Table:
         ("test", "measured", "bare model", "with the effect", "off before", "off after"),
         rows,
     )
-
-
-def _range(pair: Sequence[float] | None) -> str:
-    return "–" if pair is None else f"{number(pair[0], 3)} to {number(pair[1], 3)}"

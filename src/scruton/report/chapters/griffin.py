@@ -1,9 +1,10 @@
 """The Griffin plot, and the same as 1/A, in which the paper's law is a straight line."""
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from scruton.report.chapters.material import Material
-from scruton.report.document import Block, Chapter, Equation, Heading, Paragraph, Table
+from scruton.report.chapters.material import Material, chapter
+from scruton.report.document import Block, Equation, Heading, Table, paragraph
 from scruton.report.equations import RECIPROCAL
 from scruton.report.maths import row
 
@@ -11,37 +12,37 @@ if TYPE_CHECKING:
     from scruton.infer.results import Fit
 
 
-def griffin_chapter(material: Material) -> Chapter:
+@chapter("griffin-plot", "Griffin plot")
+def griffin_chapter(material: Material) -> Iterator[Block]:
     """The plot that can be read off, the plots from single tests, and the laws."""
     if not material.in_wind:
-        return Chapter("griffin-plot", "Griffin plot", ())
-    laws = [one for one in material.of("griffin") if one.name.startswith("laws")]
-    single = [one for one in material.of("griffin") if one.name.startswith("griffin_by_test")]
-    blocks: list[Block] = [one for one in material.of("griffin") if one not in (*laws, *single)]
+        return
+    laws, by_test, lock_in = (material.figure(name) for name in ("laws", "griffin_by_test", "lock_in"))
+    yield from (picture for picture in material.of("griffin-plot") if picture not in (*laws, *by_test, *lock_in))
     weights = law_table(material.fit)
     if laws or weights.rows:
-        blocks += [Heading("The law of aerodynamic damping"), weights, *laws]
-    if single:
-        blocks += [Heading("From one test at a time"), *single]
-    if material.of("speed"):
-        blocks += [Heading("Amplitude against wind speed"), *material.of("speed")]
-    return Chapter("griffin-plot", "Griffin plot", tuple(blocks))
+        yield Heading("The law of aerodynamic damping")
+        yield weights
+        yield from laws
+    if by_test:
+        yield Heading("From one test at a time")
+        yield from by_test
+    if lock_in:
+        yield Heading("Amplitude against wind speed")
+        yield from lock_in
 
 
-def reciprocal_chapter(material: Material) -> Chapter:
+@chapter("reciprocal", "1/A against the Scruton number")
+def reciprocal_chapter(material: Material) -> Iterator[Block]:
     """1/A against the Scruton number."""
-    figures = material.of("reciprocal")
-    words: list[Block] = [
-        Paragraph(("Under the paper’s law the reciprocal of the stable amplitude is a straight line in Sc:",)),
-        Equation(RECIPROCAL),
-        Paragraph(
-            (
-                "where ", row("x"), " is the distance from the test in units of the Scruton number that its relaxation "
-                "rate is worth. A bend says that another law, or an effect that is not modelled, is at work.",
-            )
-        ),
-    ]  # fmt: skip
-    return Chapter("reciprocal", "1/A against the Scruton number", (*words, *figures) if figures else ())
+    if figures := material.of("reciprocal"):
+        yield paragraph("Under the paper’s law the reciprocal of the stable amplitude is a straight line in Sc:")
+        yield Equation(RECIPROCAL)
+        yield paragraph(
+            "where ", row("x"), " is the distance from the test in units of the Scruton number that its relaxation "
+            "rate is worth. A bend says that another law, or an effect that is not modelled, is at work.",
+        )  # fmt: skip
+        yield from figures
 
 
 def law_table(fit: "Fit") -> Table:

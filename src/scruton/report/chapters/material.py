@@ -1,45 +1,17 @@
-"""What the chapters of a report are written from."""
+"""What the chapters of a report are written from, and what makes a function one of them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from scruton.report.document import Picture
+from scruton.report.document import Block, Chapter, Picture
+from scruton.report.figures.registry import chapter_of, registered_name
 
 if TYPE_CHECKING:
     import pandas as pd
 
     from scruton.griffin import Prediction
     from scruton.infer.results import Fit
-
-# Which chapter a figure belongs to, by the start of its name; what is not listed goes to the last one.
-SECTIONS = (
-    ("records", ("records",)),
-    ("structural", ("ring_down",)),
-    ("aerodynamic", ("aerodynamic", "stability")),
-    ("reciprocal", ("griffin_reciprocal", "reciprocal")),
-    ("griffin", ("griffin", "laws")),
-    ("speed", ("lock_in",)),
-    ("trial", ("trial",)),
-    ("posterior", ("corner",)),
-    ("convergence", ("trace",)),
-    ("gap", ("gap",)),
-    ("sizing", ("risk", "shares", "damper", "cost", "information", "required_damping")),
-)
-
-# Chapters that hold a section of another name.
-_HOLDERS = {"griffin": "griffin-plot", "speed": "griffin-plot", "trial": "records", "other": "convergence"}
-
-
-def section_of(name: str) -> str:
-    """The chapter that a figure of this name belongs to."""
-    return next((section for section, starts in SECTIONS if name.startswith(starts)), "other")
-
-
-def chapter_of(name: str) -> str:
-    """Key of the chapter in which a figure of this name stands."""
-    section = section_of(name)
-    return _HOLDERS.get(section, section)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +24,7 @@ class Material:
     frames : mapping
         Tables by name, as of `scruton.report.tables.tables`.
     pictures : sequence of Picture
-        In the order in which they shall stand; each goes to the chapter that its name belongs to.
+        In the order in which they shall stand; each goes to the chapter that its figure is registered with.
     design : sequence of Prediction
         Predictions at the design Scruton numbers that were asked for.
     at_tests, crossed : mapping
@@ -82,10 +54,47 @@ class Material:
         """Unit of amplitudes."""
         return self.fit.campaign.section.amplitude_unit
 
-    def of(self, section: str) -> tuple[Picture, ...]:
-        """Pictures of a section, in order."""
-        return tuple(one for one in self.pictures if section_of(one.name) == section)
+    def of(self, chapter: str) -> tuple[Picture, ...]:
+        """Pictures of a chapter, in order."""
+        return tuple(one for one in self.pictures if chapter_of(one.name) == chapter)
+
+    def figure(self, name: str) -> tuple[Picture, ...]:
+        """Every page of the figure that is registered under a name."""
+        return tuple(one for one in self.pictures if registered_name(one.name) == name)
 
     def cautions(self) -> list[str]:
         """What the reader must know of the predictions, each once."""
         return list(dict.fromkeys(flag for one in self.design for flag in one.flags))
+
+    def measured_or_found(self, test: str) -> float:
+        """Stable amplitude of a test as the laboratory states it, else the median of its posterior."""
+        measured = self.fit.campaign.test(test).stable_amplitude
+        if measured is not None:
+            return measured.mean
+        entry = next(one for one in self.fit.summary["tests"] if one["name"] == test)
+        return float(entry["parameters"]["a_star"]["median"])
+
+
+@dataclass(frozen=True)
+class ChapterWriter:
+    """A function that writes a chapter, with the key and title under which it is found, also where it fails."""
+
+    key: str
+    title: str
+    blocks: Callable[[Material], Iterable[Block]]
+    appendix: bool = False
+
+    def blank(self) -> Chapter:
+        """The chapter without a block."""
+        return Chapter(self.key, self.title, (), self.appendix)
+
+    def __call__(self, material: Material) -> Chapter:
+        """Write it; without a block it is left out of the report."""
+        return Chapter(self.key, self.title, tuple(self.blocks(material)), self.appendix)
+
+
+def chapter(
+    key: str, title: str, *, appendix: bool = False
+) -> Callable[[Callable[[Material], Iterable[Block]]], ChapterWriter]:
+    """Make a function that gives blocks a chapter."""
+    return lambda blocks: ChapterWriter(key, title, blocks, appendix)

@@ -1,10 +1,10 @@
 """Posteriors of every test, in tables and corner plots."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
-from scruton.report.chapters.material import Material
-from scruton.report.document import Block, Chapter, Table
+from scruton.report.chapters.material import Material, chapter
+from scruton.report.document import Block, Table
 from scruton.report.tables import unit_of
 from scruton.report.wording import estimate, parameter_name, unit_text
 
@@ -12,32 +12,23 @@ if TYPE_CHECKING:
     from scruton.infer.results import Fit
 
 
-def posterior_chapter(material: Material) -> Chapter:
+@chapter("posterior", "Posteriors")
+def posterior_chapter(material: Material) -> Iterator[Block]:
     """One table a test; corner plots of the peak tests."""
     corners = {one.name: one for one in material.of("posterior")}
-    blocks: list[Block] = []
-    for i, table in enumerate(posterior_tables(material.fit), 1):
-        blocks.append(table)
+    for i, test in enumerate(material.fit.summary["tests"], 1):
+        yield _parameter_table(f"posterior_{i}", f"Test {test['name']}", test["parameters"], material.unit)
         if f"corner_{i}" in corners:
-            blocks.append(corners.pop(f"corner_{i}"))
-    return Chapter("posterior", "Posteriors", (*blocks, *corners.values()))
-
-
-def posterior_tables(fit: "Fit") -> list[Table]:
-    """One table a test: every parameter with its intervals."""
-    unit = fit.campaign.section.amplitude_unit
-    return [
-        _parameter_table(f"posterior_{i}", f"Test {one['name']}", one["parameters"], unit)
-        for i, one in enumerate(fit.summary["tests"], 1)
-    ]
+            yield corners.pop(f"corner_{i}")
+    yield from corners.values()
 
 
 def _parameter_table(name: str, caption: str, parameters: Mapping[str, Any], unit: str) -> Table:
     rows = []
     for key, entry in parameters.items():
-        halves = {"median": entry["median"], "interval": {"0.90": entry["interval"]["0.50"]}}
         median, interval = estimate(entry)
-        rows.append((parameter_name(key), unit_text(unit_of(key, unit)), median, estimate(halves)[1], interval))
+        half = estimate(entry, level="0.50")[1]
+        rows.append((parameter_name(key), unit_text(unit_of(key, unit)), median, half, interval))
     return Table(
         name, caption, ("parameter", "unit", "median", "50 % interval", "90 % interval"), tuple(rows),
         numeric=(False, False, True, True, True), data="posterior",

@@ -1,9 +1,10 @@
 """Records with their fitted envelopes, and the trial function of the paper's own procedure."""
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from scruton.report.chapters.material import Material
-from scruton.report.document import Block, Chapter, Heading, Paragraph, Table
+from scruton.report.chapters.material import Material, chapter
+from scruton.report.document import Block, Heading, Table, paragraph
 from scruton.report.equations import TRIAL
 from scruton.report.wording import estimate
 
@@ -11,18 +12,15 @@ if TYPE_CHECKING:
     from scruton.infer.results import Fit
 
 
-def records_chapter(material: Material) -> Chapter:
+@chapter("records", "Records and fitted envelopes")
+def records_chapter(material: Material) -> Iterator[Block]:
     """Every record beside its envelope; the trial functions below."""
-    blocks: list[Block] = [*material.of("records")]
+    yield from material.figure("records")
     if material.fit.summary["records"]:
-        blocks += [
-            Heading("Trial functions"),
-            Paragraph(
-                ("The second-order exponential ", TRIAL, " with b > d, and t from the record’s first cycle."),
-            ),
-            trial_table(material.fit),
-        ]
-    return Chapter("records", "Records and fitted envelopes", (*blocks, *material.of("trial")))
+        yield Heading("Trial functions")
+        yield paragraph("The second-order exponential ", TRIAL, " with b > d, and t from the record’s first cycle.")
+        yield trial_table(material.fit)
+    yield from material.figure("trial_functions")
 
 
 def trial_table(fit: "Fit") -> Table:

@@ -1,56 +1,46 @@
 """Damper sizing and risk, from the content of sizing.json."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from scruton.report.document import Block, Chapter, Heading, KeyFigure, Paragraph, Picture, Table
-from scruton.report.figures.sizing import CONFIDENCES, governing
+from scruton.report.chapters.material import Material, chapter
+from scruton.report.document import Block, Heading, KeyFigure, Picture, Table, paragraph
+from scruton.report.figures.sizing import CONFIDENCES, Content, governing, modes
 from scruton.report.wording import number as written
 from scruton.report.wording import percent, share
 
-Content = Mapping[str, Any]
 ASKED = "0.95"  # the confidence that the summary states
 
 
-def sizing_chapter(content: Content | None, pictures: Sequence[Picture]) -> Chapter:
+@chapter("sizing", "Damper sizing and risk")
+def sizing_chapter(material: Material) -> Iterator[Block]:
     """What keeps the bridge below its limits, the damper that gives it, and the risk that is left."""
+    content = material.sizing
     if content is None:
-        return Chapter("sizing", "Damper sizing and risk", ())
-    one = len(content["modes"]) == 1
-    blocks: list[Block] = [
-        Paragraph(
-            (
-                f"Bridge: {content['bridge']['title']}. The added damping ratio is what the bridge needs beyond its "
-                f"own so "
-                "that the stable amplitude in lock-in stays below the limit; its confidence is the probability that it "
-                "suffices, all uncertainties taken together.",
-            )
-        ),
-        _required_table(content),
-        *_named(pictures, "required_damping"),
-    ]  # fmt: skip
-    for k, mode in enumerate(content["modes"], 1):
-        stem = "" if one else f"_{k}"
-        blocks += [
-            Heading("Risk" if one else f"Mode {mode['name']}"),
-            *_named(pictures, f"risk{stem}"),
-            *_named(pictures, f"shares{stem}"),
-            *_damper_blocks(mode, k),
-            *_named(pictures, f"damper{stem}"),
-            *_cost_blocks(mode),
-            *_named(pictures, f"cost{stem}"),
-            *_named(pictures, f"information{stem}"),
-        ]
+        return
+    yield paragraph(
+        f"Bridge: {content['bridge']['title']}. The added damping ratio is what the bridge needs beyond its own so "
+        "that the stable amplitude in lock-in stays below the limit; its confidence is the probability that it "
+        "suffices, all uncertainties taken together."
+    )
+    yield _required_table(content)
+    pictures = {one.name: one for one in material.of("sizing")}
+
+    def shown(name: str) -> Iterator[Picture]:
+        if name in pictures:
+            yield pictures[name]
+
+    yield from shown("required_damping")
+    for k, (ending, mode) in enumerate(modes(content).items(), 1):
+        yield Heading(f"Mode {mode['name']}" if ending else "Risk")
+        yield from (*shown(f"risk{ending}"), *shown(f"shares{ending}"))
+        yield from (*_damper_blocks(mode, k), *shown(f"damper{ending}"))
+        yield from (*_cost_blocks(mode), *shown(f"cost{ending}"), *shown(f"information{ending}"))
     together = [_together_table(content), _hours_table(content)]
     if any(table.rows for table in together):
-        blocks += [Heading("All modes together"), *together]
-    return Chapter("sizing", "Damper sizing and risk", tuple(blocks))
-
-
-def _named(pictures: Sequence[Picture], name: str) -> Iterator[Picture]:
-    return (one for one in pictures if one.name == name)
+        yield Heading("All modes together")
+        yield from together
 
 
 def worst(content: Content) -> tuple[Content, Content]:
@@ -174,7 +164,7 @@ def _required_table(content: Content) -> Table:
 def _damper_blocks(mode: Content, place: int) -> list[Block]:
     damper = mode["damper"]
     if not damper["dampers"]:
-        return [Paragraph((f"Tuned mass damper, mode {mode['name']}: {damper['reason']}.",))]
+        return [paragraph(f"Tuned mass damper, mode {mode['name']}: {damper['reason']}.")]
     asked, stroke = damper["asked"], damper["stroke"]
     words = (
         f"Tuned mass damper, mode {mode['name']}: "
@@ -191,7 +181,7 @@ def _damper_blocks(mode: Content, place: int) -> list[Block]:
         for k, one in enumerate(damper["dampers"], 1)
     )  # fmt: skip
     return [
-        Paragraph((words,)),
+        paragraph(words),
         Table(
             f"dampers_{place}",
             f"Tuned mass dampers, mode {mode['name']}",
@@ -214,69 +204,73 @@ def _cost_blocks(mode: Content) -> list[Block]:
     money = cost["currency"] or "units of currency"
     found: list[Block] = []
     if by_mass := cost.get("by_mass"):
-        least = f"Least expected cost, mode {mode['name']}: {number(by_mass['best_total'], 3)} {money} "
         choice = (
             f"with a damper of {number(by_mass['best_mass'], 3)} kg; without a damper "
             f"{number(by_mass['without'], 3)} {money}."
             if by_mass["best_mass"]
             else "without a damper."
         )
-        found.append(Paragraph((least + choice,)))
+        found.append(paragraph(f"{least_cost(mode, by_mass, money, number, 3)} {choice}"))
     if by_damping := cost.get("by_damping"):
-        found.append(
-            Paragraph(
-                (
-                    f"Least expected cost, mode {mode['name']}: {number(by_damping['best_total'], 3)} {money} with "
-                    f"{percent(by_damping['best_added_damping'])} added damping.",
-                )
-            )
-        )
+        added = percent(by_damping["best_added_damping"])
+        found.append(paragraph(f"{least_cost(mode, by_damping, money, number, 3)} with {added} added damping."))
     if known := cost.get("information"):
         found.append(
-            Paragraph(
-                (
-                    f"To know everything before choosing would save {number(known['perfect'], 3)} {money} in "
-                    f"expectation: "
-                    "an upper bound on what a further test is worth.",
-                )
+            paragraph(
+                f"To know everything before choosing would save {number(known['perfect'], 3)} {money} in "
+                "expectation: an upper bound on what a further test is worth."
             )
-        )  # fmt: skip
+        )
     return found
 
 
-def _together_table(content: Content) -> Table:
+def least_cost(mode: Content, curve: Content, money: str, write: Callable[..., str], digits: int) -> str:
+    """What the cheapest choice along a curve of cost comes to, in words."""
+    return f"Least expected cost, mode {mode['name']}: {write(curve['best_total'], digits)} {money}"
+
+
+def exceedances(content: Content, write: Callable[[float], str]) -> list[tuple[str, ...]]:
+    """Probability of exceeding the limit in every mode and in any, by what is done about it."""
     every = content["all_modes"]
-    labels = (
-        ("without", "as it is"),
-        ("with_required_damping", f"with the damping required at {share(float(ASKED))}"),
-        ("with_dampers", "with all dampers, each acting on every mode"),
-    )
-    rows = [
-        (label, *(percent(p) for p in every[key]["each"]), percent(every[key]["any"]))
-        for key, label in labels
+    labels = {
+        "without": "as it is",
+        "with_required_damping": f"with the damping required at {share(float(ASKED))}",
+        "with_dampers": "with all dampers, each acting on every mode",
+    }
+    return [
+        (label, *(write(p) for p in every[key]["each"]), write(every[key]["any"]))
+        for key, label in labels.items()
         if key in every
     ]
+
+
+def _together_table(content: Content) -> Table:
+    names = content["all_modes"]["names"]
     return Table(
         "all_modes",
         "Probability of exceeding the limit in lock-in",
-        ("", *(f"mode {name}" for name in every["names"]), "any mode"),
-        tuple(rows) if len(every["names"]) > 1 else (),
+        ("", *(f"mode {name}" for name in names), "any mode"),
+        tuple(exceedances(content, percent)) if len(names) > 1 else (),
     )
 
 
-def _hours_table(content: Content) -> Table:
-    hours = content["all_modes"].get("hours")
-    rows = []
-    if hours is not None:
+def hours_in_lock_in(content: Content) -> Iterator[tuple[str, float, float, str, float, float]]:
+    """Mode, reduced velocities of lock-in, whether they are assumed, hours in lock-in and beyond the limit."""
+    if hours := content["all_modes"].get("hours"):
         columns = (hours[key] for key in ("lock_in", "assumed", "a_year", "exceeding_a_year"))
         for name, (low, high), assumed, a_year, beyond in zip(content["all_modes"]["names"], *columns, strict=True):
-            span = f"{number(low, 3)} to {number(high, 3)}{' (assumed)' if assumed else ''}"
-            rows.append((name, span, number(a_year, 3), number(beyond, 3)))
+            yield name, low, high, " (assumed)" if assumed else "", a_year, beyond
+
+
+def _hours_table(content: Content) -> Table:
     return Table(
         "hours",
         "Hours a year in lock-in, and expected beyond the limit",
         ("mode", "lock-in U/(fD)", "hours a year", "beyond the limit"),
-        tuple(rows),
+        tuple(
+            (name, f"{number(low, 3)} to {number(high, 3)}{assumed}", number(a_year, 3), number(beyond, 3))
+            for name, low, high, assumed, a_year, beyond in hours_in_lock_in(content)
+        ),
     )
 
 

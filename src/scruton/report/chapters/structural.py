@@ -1,33 +1,29 @@
 """Structural damping against amplitude, from the ring-downs in still air."""
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from scruton.campaign.schema import Quantity
-from scruton.report.chapters.material import Material
-from scruton.report.document import Block, Chapter, Paragraph, Table
+from scruton.report.chapters.material import Material, chapter
+from scruton.report.document import Block, Table, paragraph
 from scruton.report.wording import estimate, number, percent, stated
 
 if TYPE_CHECKING:
     from scruton.infer.results import Fit
 
 
-def structural_chapter(material: Material) -> Chapter:
+@chapter("structural", "Structural damping against amplitude")
+def structural_chapter(material: Material) -> Iterator[Block]:
     """Damping ratio of every rig, by amplitude where there are ring-downs."""
-    fit = material.fit
-    blocks: list[Block] = []
     if material.in_wind:
-        blocks.append(damping_table(fit))
-    if fit.ringdowns:
-        blocks.append(
-            Paragraph(
-                (
-                    "A suspension whose damping changes with amplitude shows it here; the Scruton number then depends "
-                    "on the amplitude at which it is read.",
-                )
-            )
+        yield damping_table(material.fit)
+    if material.fit.ringdowns:
+        yield paragraph(
+            "A suspension whose damping changes with amplitude shows it here; the Scruton number then depends "
+            "on the amplitude at which it is read."
         )
-        blocks.append(ring_down_table(fit))
-    return Chapter("structural", "Structural damping against amplitude", (*blocks, *material.of("structural")))
+        yield ring_down_table(material.fit)
+    yield from material.of("structural")
 
 
 def damping_table(fit: "Fit") -> Table:

@@ -5,18 +5,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.griffin.posterior import test_names
-from scruton.report.figures.style import (
-    BLUE,
-    GREY,
-    SKY,
-    FigureWithCaption,
-    house_style,
-    literal,
-    look,
-    new_figure,
-    shorten,
-)
+from scruton.griffin.posterior import peak_names, test_names
+from scruton.report.figures import style
+from scruton.report.figures.registry import FigureWithCaption, figure
+from scruton.report.thresholds import CHAINS_SHOWN
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,80 +33,71 @@ _WALKERS = 3  # lines drawn of each ensemble
 _STEPS = 300
 
 
-def corner_plot(fit: "Fit", test: str) -> FigureWithCaption:
-    """Pairs of parameters of one test with contours that hold 50 and 90 % of the posterior.
+def chains_shown(fit: "Fit") -> dict[str, str]:
+    """Peak tests whose plots a report holds, by their number in the campaign: a name may hold what a file cannot."""
+    return {f"_{test_names(fit.tree).index(test) + 1}": test for test in peak_names(fit.tree)[:CHAINS_SHOWN]}
 
-    Parameters
-    ----------
-    fit : Fit
-    test : str
-        Name of a test in wind.
-    """
+
+@figure("posterior", name="corner", what="The corner plot", each=chains_shown)
+def corner_plot(fit: "Fit", test: str) -> FigureWithCaption:
+    """Pairs of parameters of one test with contours that hold 50 and 90 % of the posterior."""
     names = CORNER if "Y1" in fit.tree["posterior"] else CORNER_OTHER_LAW
     draws = {name: _draws(fit.tree, name, test).reshape(-1) for name in names}
     size = len(names)
-    with house_style():
-        figure = new_figure(150.0)
-        grid = figure.add_gridspec(size, size)
-        for i, below in enumerate(names):
-            for j, across in enumerate(names[: i + 1]):
-                one = figure.add_subplot(grid[i, j])
-                if i == j:
-                    _marginal(one, draws[across])
-                else:
-                    _pair(one, draws[across], draws[below])
-                    one.set_ylim(*_range(draws[below]))
-                one.set_xlim(*_range(draws[across]))
-                _corner_axes(one, _label(fit, across), _label(fit, below), last=i == size - 1, first=j == 0 and i > 0)
-        figure.align_labels()
-        # the empty corner says what it is
-        figure.text(0.62, 0.9, f"{shorten(test, 30)}\ncontours hold 50 and 90 %", fontsize=8.5, va="top")
+    drawing = style.new_figure(150.0)
+    grid = drawing.add_gridspec(size, size)
+    for i, below in enumerate(names):
+        for j, across in enumerate(names[: i + 1]):
+            axes = drawing.add_subplot(grid[i, j])
+            if i == j:
+                _marginal(axes, draws[across])
+            else:
+                _pair(axes, draws[across], draws[below])
+                axes.set_ylim(*_range(draws[below]))
+            axes.set_xlim(*_range(draws[across]))
+            _corner_axes(axes, _label(fit, across), _label(fit, below), last=i == size - 1, first=j == 0 and i > 0)
+    drawing.align_labels()
+    # the empty corner says what it is
+    words = f"{style.shorten(test, 30)}\ncontours hold 50 and 90 %"
+    drawing.text(0.62, 0.9, words, fontsize=8.5, va="top")
     return FigureWithCaption(
-        figure,
-        f"corner_{_slug(fit, test)}",
-        f"Posterior of test {test}: marginal distributions with median and 90 % interval, and pairs with contours that "
-        "hold 50 and 90 % of the draws.",
-        f"Corner plot of {', '.join(names)} for test {test}.",
+        drawing,
+        caption=f"Posterior of test {test}: marginal distributions with median and 90 % interval, and pairs with "
+        "contours that hold 50 and 90 % of the draws.",
+        alt=f"Corner plot of {', '.join(names)} for test {test}.",
     )
 
 
+@figure("convergence", name="trace", what="The traces", each=chains_shown)
 def trace_plot(fit: "Fit", test: str) -> FigureWithCaption:
-    """Chains of one test against the draw, coloured by ensemble, with the marginal of each ensemble beside.
-
-    Parameters
-    ----------
-    fit : Fit
-    test : str
-        Name of a test in wind.
-    """
+    """Chains of one test against the draw, coloured by ensemble, with the marginal of each ensemble beside."""
     ensemble = fit.tree["posterior"]["ensemble"].to_numpy()
     labels = list(dict.fromkeys(ensemble.tolist()))
-    with house_style():
-        figure = new_figure(19.5 * len(TRACE) + 10.0)
-        axes = figure.subplots(len(TRACE), 2, width_ratios=(4.5, 1.0), sharey="row", squeeze=False)
-        for (left, right), name in zip(axes, TRACE, strict=True):
-            draws = _draws(fit.tree, name, test)
-            bins = np.linspace(draws.min(), draws.max(), 22)
-            for i, label in enumerate(labels):
-                _ensemble(left, right, draws[ensemble == label], bins, look(i).colour, f"ensemble {label + 1}")
-            left.set_ylabel(_label(fit, name).replace("noise factor", "noise\nfactor"))
-            right.xaxis.set_visible(False)
-            right.spines["bottom"].set_visible(False)
-            right.tick_params(labelleft=False)
-            left.set_xlim(0, draws.shape[1])
-            left.margins(y=0.05)
-            left.tick_params(labelbottom=left is axes[-1, 0])
-        axes[-1, 0].set_xlabel("Draw of each walker [-]")
-        handles, texts = axes[0, 0].get_legend_handles_labels()
-        figure.legend(handles, texts, loc="outside lower center", ncols=min(4, len(handles)))
-        figure.align_ylabels(axes[:, 0])
-        axes[0, 0].set_title(f"{shorten(test, 50)}")
+    drawing = style.new_figure(19.5 * len(TRACE) + 10.0)
+    axes = drawing.subplots(len(TRACE), 2, width_ratios=(4.5, 1.0), sharey="row", squeeze=False)
+    for (left, right), name in zip(axes, TRACE, strict=True):
+        draws = _draws(fit.tree, name, test)
+        bins = np.linspace(draws.min(), draws.max(), 22)
+        for i, label in enumerate(labels):
+            colour = style.line_style(i).colour
+            _ensemble(left, right, draws[ensemble == label], bins, colour, f"ensemble {label + 1}")
+        left.set_ylabel(_label(fit, name).replace("noise factor", "noise\nfactor"))
+        right.xaxis.set_visible(False)
+        right.spines["bottom"].set_visible(False)
+        right.tick_params(labelleft=False)
+        left.set_xlim(0, draws.shape[1])
+        left.margins(y=0.05)
+        left.tick_params(labelbottom=left is axes[-1, 0])
+    axes[-1, 0].set_xlabel("Draw of each walker [-]")
+    handles, texts = axes[0, 0].get_legend_handles_labels()
+    drawing.legend(handles, texts, loc="outside lower center", ncols=min(4, len(handles)))
+    drawing.align_ylabels(axes[:, 0])
+    axes[0, 0].set_title(f"{style.shorten(test, 50)}")
     return FigureWithCaption(
-        figure,
-        f"trace_{_slug(fit, test)}",
-        f"Chains of test {test} by ensemble: band of 90 % of an ensemble's walkers at every draw, a few walkers as "
-        "lines, and the distribution of each ensemble at the right. Ensembles start apart and must agree.",
-        f"Trace plot of {', '.join(TRACE)} for test {test}, one colour an ensemble.",
+        drawing,
+        caption=f"Chains of test {test} by ensemble: band of 90 % of an ensemble's walkers at every draw, a few "
+        "walkers as lines, and the distribution of each ensemble at the right. Ensembles start apart and must agree.",
+        alt=f"Trace plot of {', '.join(TRACE)} for test {test}, one colour an ensemble.",
     )
 
 
@@ -132,13 +115,13 @@ def _ensemble(left: "Axes", right: "Axes", draws: FloatArray, bins: FloatArray, 
 
 
 def _marginal(axes: "Axes", draws: FloatArray) -> None:
-    low, middle, high = np.quantile(draws, [0.05, 0.5, 0.95])
+    low, middle, high = np.quantile(draws, style.Q90)
     counts, edges = np.histogram(draws, bins=_bins(draws), range=_range(draws), density=True)
-    axes.stairs(counts, edges, color=BLUE, fill=True, alpha=0.3)
-    axes.stairs(counts, edges, color=BLUE, lw=0.9)
-    axes.axvline(middle, color=GREY, lw=0.9)
+    axes.stairs(counts, edges, color=style.BLUE, fill=True, alpha=0.3)
+    axes.stairs(counts, edges, color=style.BLUE, lw=0.9)
+    axes.axvline(middle, color=style.GREY, lw=0.9)
     for edge in (low, high):
-        axes.axvline(edge, color=GREY, lw=0.8, ls=(0, (3, 2)))
+        axes.axvline(edge, color=style.GREY, lw=0.8, ls=(0, (3, 2)))
     axes.set_yticks([])
     axes.spines["left"].set_visible(False)
 
@@ -152,13 +135,17 @@ def _pair(axes: "Axes", x: FloatArray, y: FloatArray) -> None:
     held = np.cumsum(ordered) / ordered.sum()
     levels = sorted({float(ordered[np.searchsorted(held, mass)]) for mass in _MASS})
     if levels[0] <= 0.0 or levels[-1] >= smooth.max():
-        axes.plot(x[:500], y[:500], ".", ms=1, color=BLUE)
+        axes.plot(x[:500], y[:500], ".", ms=1, color=style.BLUE)
         return
     centres = (0.5 * (first[1:] + first[:-1]), 0.5 * (second[1:] + second[:-1]))
     axes.contourf(
-        *centres, smooth, levels=[*levels, float(smooth.max())], colors=[SKY, BLUE][: len(levels)], alpha=0.55
+        *centres,
+        smooth,
+        levels=[*levels, float(smooth.max())],
+        colors=[style.SKY, style.BLUE][: len(levels)],
+        alpha=0.55,
     )
-    axes.contour(*centres, smooth, levels=levels, colors=BLUE, linewidths=0.8)
+    axes.contour(*centres, smooth, levels=levels, colors=style.BLUE, linewidths=0.8)
 
 
 def _corner_axes(axes: "Axes", across: str, below: str, *, last: bool, first: bool) -> None:
@@ -192,9 +179,4 @@ def _draws(tree: "xr.DataTree", name: str, test: str) -> FloatArray:
 
 def _label(fit: "Fit", name: str) -> str:
     unit = "-" if fit.campaign.section.amplitude_unit == "A/D" else "rad"
-    return LABELS.get(name, literal(name)).replace("{unit}", unit)
-
-
-def _slug(fit: "Fit", test: str) -> str:
-    """Number of the test in the campaign: a name may hold what a file name cannot."""
-    return str(test_names(fit.tree).index(test) + 1)
+    return LABELS.get(name, style.literal(name)).replace("{unit}", unit)

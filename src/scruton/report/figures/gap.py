@@ -9,41 +9,43 @@ import numpy as np
 from scruton.gap.diagnosis import NONE, UNSEEN, Diagnosis
 from scruton.gap.finding import Finding
 from scruton.gap.locate_curves import DECAY, GROWTH, STEADY, STILL, Curve, Curves, excess_curves
-from scruton.report.figures.style import (
-    BLUE,
-    GREEN,
-    GREY,
-    LIGHT,
-    ORANGE,
-    PURPLE,
-    VERMILLION,
-    YELLOW,
-    amplitude_label,
-    house_style,
-    look,
-    new_figure,
-    plain_log,
-    shorten,
-)
+from scruton.report.figures import style
+from scruton.report.figures.registry import FigureWithCaption, figure
+from scruton.report.thresholds import GAP_BARS, GAP_ROWS, PROBABILITY_SHOWN, SMALL_EXCESS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure, SubFigure
+    from matplotlib.figure import SubFigure
 
     from scruton.gap.data import GapData
 
-_ROWS = 6  # tests or rigs that are drawn; of more, those farthest from nothing
 _ROW_HEIGHT, _ONE_ROW_HEIGHT = 31.0, 46.0  # mm; a single row holds the whole of the label at its side
 _NARROW_TITLE = 40  # letters that fit above one of two panels side by side
 _HEADLINE = 72  # letters of the headline that fit on a line
-_BARS, _FEWEST_BARS = 7, 4
-_SMALL = 0.03  # of the reference relaxation rate: excess damping below it does not fill a panel
-_Z90 = 1.645
-_LOOKS = {GROWTH: (BLUE, "-"), DECAY: (VERMILLION, (0, (5, 2))), STEADY: (PURPLE, ":"), STILL: (GREEN, "-")}
+_PENS: dict[str, dict[str, Any]] = {
+    GROWTH: {"color": style.BLUE, "ls": "-"},
+    DECAY: {"color": style.VERMILLION, "ls": (0, (5, 2))},
+    STEADY: {"color": style.PURPLE, "ls": ":"},
+    STILL: {"color": style.GREEN, "ls": "-"},
+}
 
 
-def gap_figure(diagnosis: Diagnosis, findings: Sequence[Finding], curves: Curves | None = None) -> "Figure":
+@figure(
+    "gap",
+    name="gap",
+    what="The figure of the gap",
+    source="",
+    caption="Where the bare model and the records part. Above: damping ratio, measured minus bare model, against "
+    "amplitude for every test and, beside it, its rig in still air, with 90 % bands; shaded where it differs. Below: "
+    "change of frequency with amplitude, and the probability of each cause.",
+)
+def gap_figure(
+    diagnosis: Diagnosis, findings: Sequence[Finding], curves: Curves | None = None, *, alt: str = ""
+) -> FigureWithCaption:
     """Draw where the bare model and the measurement part, and what explains it.
+
+    One row for every test with its rig's still air beside it, and at the bottom frequency against amplitude and the
+    probabilities.
 
     Parameters
     ----------
@@ -52,60 +54,58 @@ def gap_figure(diagnosis: Diagnosis, findings: Sequence[Finding], curves: Curves
         Rigs and tests in which effects of the verdict act are marked.
     curves : Curves, optional
         `excess_curves(diagnosis.bare)`, where they are there already.
-
-    Returns
-    -------
-    Figure
-        One row for every test with its rig's still air beside it, and at the bottom frequency against amplitude and
-        the probabilities.
+    alt : str
+        The verdict in a sentence.
     """
     curves = curves or excess_curves(diagnosis.bare)
     data = diagnosis.data
     rows = _rows(data, curves)
     high = 8.0 + (_ROW_HEIGHT * len(rows) if len(rows) > 1 else _ONE_ROW_HEIGHT)
-    with house_style():
-        figure = new_figure(12.0 + high + 52.0)
-        parts: Any = figure.subfigures(2, 1, height_ratios=[high, 52.0])
-        top, bottom = parts
-        upper = _upper(top, curves, data, rows, findings)
-        left, right = bottom.subplots(1, 2)
-        _frequency(left, curves.frequency, data)
-        _probability(right, diagnosis)
-        _legend(figure, upper)
-        figure.suptitle(_headline(diagnosis), x=0.01, ha="left", weight="bold")
-    return figure
+    drawing = style.new_figure(12.0 + high + 52.0)
+    parts: Any = drawing.subfigures(2, 1, height_ratios=[high, 52.0])
+    top, bottom = parts
+    upper = _upper(top, curves, data, rows, findings)
+    left, right = bottom.subplots(1, 2)
+    _frequency(left, curves.frequency, data)
+    _probability(right, diagnosis)
+    handles = style.legend_handles(upper)
+    order = sorted(handles, key=lambda label: label.startswith("differs"))
+    drawing.legend([handles[label] for label in order], order, loc="outside lower center", ncols=2)
+    drawing.suptitle(_headline(diagnosis), x=0.01, ha="left", weight="bold")
+    return FigureWithCaption(drawing, alt=alt)
 
 
 def _upper(
-    figure: "SubFigure", curves: Curves, data: "GapData", rows: Sequence[tuple[int, int]], findings: Sequence[Finding]
+    part: "SubFigure", curves: Curves, data: "GapData", rows: Sequence[tuple[int, int]], findings: Sequence[Finding]
 ) -> "list[Axes]":
     """Rows of excess damping, in wind on the left and in still air on the right."""
     pairs = [
         _pair(curves, data, rig, test, first=all(r != rig for r, _ in rows[:i])) for i, (rig, test) in enumerate(rows)
     ]
     columns = [c for c in (0, 1) if any(pair[c] for pair in pairs)]
-    axes = figure.subplots(len(rows), len(columns), sharex=True, squeeze=False)
+    axes = part.subplots(len(rows), len(columns), sharex=True, squeeze=False)
     drawn = []
+    least = 100.0 * SMALL_EXCESS * data.layout.reference_rate / data.layout.reference_omega
     for i, ((rig, test), pair) in enumerate(zip(rows, pairs, strict=True)):
         for j, column in enumerate(columns):
             one = axes[i, j]
             if not pair[column]:
                 one.set_axis_off()
                 continue
-            _damping(one, pair[column], 100.0 * _SMALL * data.layout.reference_rate / data.layout.reference_omega)
-            name = data.rigs[rig] if column else data.tests[test]
-            where = (
-                f"{shorten(name, 26)}, still air" if column else f"{shorten(data.rigs[rig], 20)}, {shorten(name, 20)}"
-            )
-            title = where + _marks(findings, data.rigs[rig], None if column else data.tests[test])
+            _damping(one, pair[column], least)
+            name = data.rigs[rig]
+            title = f"{style.shorten(name, 26)}, still air"
+            if not column:
+                title = f"{style.shorten(name, 20)}, {style.shorten(data.tests[test], 20)}"
+            title += _marks(findings, name, None if column else data.tests[test])
             narrow = len(columns) > 1 and len(title) > _NARROW_TITLE
             one.set_title(":\n".join(title.rsplit(": ", 1)) if narrow else title)
             drawn.append(one)
     drawn[0].set_xscale("log")
     for j in range(len(columns)):
-        plain_log(axes[-1, j].xaxis)
+        style.plain_log(axes[-1, j].xaxis)
         axes[-1, j].set_xlabel(_amplitude(data))
-    figure.supylabel("Excess damping ratio:\nmeasured minus bare model [%]", fontsize=8.0, multialignment="center")
+    part.supylabel("Excess damping ratio:\nmeasured minus bare model [%]", fontsize=8.0, multialignment="center")
     return drawn
 
 
@@ -132,14 +132,14 @@ def _rows(data: "GapData", curves: Curves) -> list[tuple[int, int]]:
     in_wind = {rig for rig, _ in known}
     known += [(int(r), -1) for r in layout.rig[[c.record for c in curves.damping]] if int(r) not in in_wind]
     known = sorted(set(known))
-    if len(known) <= _ROWS:
+    if len(known) <= GAP_ROWS:
         return known
 
     def far(row: tuple[int, int]) -> float:
         mine = [c for c in curves.damping if (int(layout.rig[c.record]), int(layout.test[c.record])) == row]
         return max((float(np.max(np.abs(c.excess) / c.sd)) for c in mine), default=0.0)
 
-    return sorted(sorted(known, key=far, reverse=True)[:_ROWS])
+    return sorted(sorted(known, key=far, reverse=True)[:GAP_ROWS])
 
 
 def _pair(curves: Curves, data: "GapData", rig: int, test: int, *, first: bool) -> tuple[list[Curve], list[Curve]]:
@@ -154,20 +154,20 @@ def _damping(axes: "Axes", curves: Sequence[Curve], least: float) -> None:
     """Curves with their bands; the axis holds the curves, and as much of the bands as lets them be seen."""
     low, high = -least, least
     for curve in curves:
-        colour, line = _LOOKS[curve.direction]
+        pen = _PENS[curve.direction]
+        colour = pen["color"]
         a, y, sd = curve.amplitude, 100.0 * curve.excess, 100.0 * curve.sd
-        axes.fill_between(a, y - _Z90 * sd, y + _Z90 * sd, color=colour, alpha=0.22, lw=0)
-        axes.plot(a, y, color=colour, ls=line, lw=1.1, label=f"{curve.direction}, with its 90 % band")
+        axes.fill_between(a, y - style.Z90 * sd, y + style.Z90 * sd, color=colour, alpha=0.22, lw=0)
+        axes.plot(a, y, **pen, lw=1.1, label=f"{curve.direction}, with its 90 % band")
         for place in curve.places():
-            axes.axvspan(
-                a[place][0], a[place][-1], color=YELLOW, alpha=0.28, lw=0, zorder=0, label="differs from the bare model"
-            )
+            label = "differs from the bare model"
+            axes.axvspan(a[place][0], a[place][-1], color=style.YELLOW, alpha=0.28, lw=0, zorder=0, label=label)
             axes.plot(a[place], y[place], color=colour, lw=2.6, solid_capstyle="butt")
             low, high = min(low, float(y[place].min())), max(high, float(y[place].max()))
-        told = sd <= np.quantile(sd, 0.6)
-        low = min(low, float((y - _Z90 * sd)[told].min()))
-        high = max(high, float((y + _Z90 * sd)[told].max()))
-    axes.axhline(0.0, color=GREY, lw=0.6)
+        certain = sd <= np.quantile(sd, 0.6)
+        low = min(low, float((y - style.Z90 * sd)[certain].min()))
+        high = max(high, float((y + style.Z90 * sd)[certain].max()))
+    axes.axhline(0.0, color=style.GREY, lw=0.6)
     margin = 0.12 * (high - low)
     axes.set_ylim(low - margin, high + margin)
 
@@ -183,23 +183,22 @@ def _marks(findings: Sequence[Finding], rig: str, test: str | None) -> str:
 
 
 def _frequency(axes: "Axes", curves: Sequence[Curve], data: "GapData") -> None:
-    axes.axhline(0.0, color=GREY, lw=0.6)
+    axes.axhline(0.0, color=style.GREY, lw=0.6)
     reach = 0.15
     for curve in curves:
         rig = int(data.layout.rig[curve.record])
-        colour, still = look(rig).colour, curve.direction == STILL
+        colour, still = style.line_style(rig).colour, curve.direction == STILL
         y, sd = 100.0 * curve.excess, 100.0 * curve.sd
-        label = f"{shorten(data.rigs[rig], 16)}, {curve.direction}"
+        label = f"{style.shorten(data.rigs[rig], 16)}, {curve.direction}"
         far = bool(curve.places())
         if far:
-            axes.fill_between(curve.amplitude, y - _Z90 * sd, y + _Z90 * sd, color=colour, alpha=0.2, lw=0)
-        axes.plot(
-            curve.amplitude, y, color=colour, ls=(0, (4, 2)) if still else "-", lw=2.2 if far else 0.9, label=label
-        )
+            axes.fill_between(curve.amplitude, y - style.Z90 * sd, y + style.Z90 * sd, color=colour, alpha=0.2, lw=0)
+        line = (0, (4, 2)) if still else "-"
+        axes.plot(curve.amplitude, y, color=colour, ls=line, lw=2.2 if far else 0.9, label=label)
         reach = max(reach, float(np.abs(y).max()))
     axes.set_ylim(-1.15 * reach, 1.15 * reach)
     axes.set_xscale("log")
-    plain_log(axes.xaxis)
+    style.plain_log(axes.xaxis)
     axes.set_xlabel(_amplitude(data))
     axes.set_ylabel("Change of frequency [%]")
     axes.set_title("Frequency against amplitude")
@@ -208,11 +207,11 @@ def _frequency(axes: "Axes", curves: Sequence[Curve], data: "GapData") -> None:
 
 
 def _probability(axes: "Axes", diagnosis: Diagnosis) -> None:
-    ranked = sorted(diagnosis.probability.items(), key=lambda pair: -pair[1])[:_BARS]
-    ranked = [pair for i, pair in enumerate(ranked) if i < _FEWEST_BARS or pair[1] >= 5e-4]
+    ranked = sorted(diagnosis.probability.items(), key=lambda pair: -pair[1])[: GAP_BARS[1]]
+    ranked = [pair for i, pair in enumerate(ranked) if i < GAP_BARS[0] or pair[1] >= PROBABILITY_SHOWN]
     first = diagnosis.verdict
     for i, (name, p) in enumerate(ranked):
-        colour = VERMILLION if name == first else ORANGE if name in diagnosis.found else LIGHT
+        colour = style.VERMILLION if name == first else style.ORANGE if name in diagnosis.found else style.LIGHT
         axes.barh(i, p, color=colour, height=0.72)
         weight = "bold" if name == first else "normal"
         axes.text(max(p, 0.0) + 0.015 if p < 0.8 else p - 0.015, i, f"{p:.3f}", va="center", fontsize=7.0,
@@ -224,14 +223,5 @@ def _probability(axes: "Axes", diagnosis: Diagnosis) -> None:
     axes.set_title("What explains it")
 
 
-def _legend(figure: "Figure", axes: "Sequence[Axes]") -> None:
-    handles: dict[str, Any] = {}
-    for one in axes:
-        for handle, label in zip(*one.get_legend_handles_labels(), strict=True):
-            handles.setdefault(label, handle)
-    order = sorted(handles, key=lambda label: label.startswith("differs"))
-    figure.legend([handles[label] for label in order], order, loc="outside lower center", ncols=2)
-
-
 def _amplitude(data: "GapData") -> str:
-    return amplitude_label(data.campaign.section.amplitude_unit)
+    return style.amplitude_label(data.campaign.section.amplitude_unit)

@@ -7,21 +7,9 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Motion
 from scruton.griffin.prior import REFERENCES, PriorCurves, prior_curves
-from scruton.report.figures.griffin import SC_LABEL
-from scruton.report.figures.style import (
-    BLACK,
-    BLUE,
-    GREY,
-    LIGHT,
-    FigureWithCaption,
-    Look,
-    amplitude_label,
-    below,
-    house_style,
-    look,
-    panels,
-    plain_log,
-)
+from scruton.report.figures import style
+from scruton.report.figures.griffin_axes import SC_LABEL, stable_amplitude_label
+from scruton.report.figures.registry import FigureWithCaption, figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,6 +22,7 @@ _HIGHEST = 3.0
 _MINUS = "\N{MINUS SIGN}"
 
 
+@figure("", name="prior-predictive", source="")
 def prior_plot(card: "ModelCard", *, seed: int = 0) -> FigureWithCaption:
     """Griffin curves drawn from the priors of a card, with 50 and 90 % bands.
 
@@ -43,45 +32,42 @@ def prior_plot(card: "ModelCard", *, seed: int = 0) -> FigureWithCaption:
     seed : int
         Of the draws.
     """
-    with house_style():
-        figure, axes = panels(2, height_mm=76.0)
-        for one, (motion, mark) in zip(axes, ((Motion.HEAVING, "a"), (Motion.TORSIONAL, "b")), strict=True):
-            reference = REFERENCES[motion]
-            curves = prior_curves(card, reference, seed=seed)
-            _draw(one, curves, card)
-            one.set_title(f"({mark}) {motion.value}, \N{GREEK SMALL LETTER XI} = {100 * reference.damping_ratio:g} %")
-            one.set_xlabel(SC_LABEL)
-            label = amplitude_label(reference.unit)
-            one.set_ylabel(f"Stable {label[0].lower()}{label[1:]}")
-        below(figure, axes, columns=4)
+    drawing, panels = style.panels(2, height_mm=76.0)
+    for axes, (motion, mark) in zip(panels, ((Motion.HEAVING, "a"), (Motion.TORSIONAL, "b")), strict=True):
+        reference = REFERENCES[motion]
+        curves = prior_curves(card, reference, seed=seed)
+        _draw(axes, curves, card)
+        axes.set_title(f"({mark}) {motion.value}, \N{GREEK SMALL LETTER XI} = {100 * reference.damping_ratio:g} %")
+        axes.set_xlabel(SC_LABEL)
+        axes.set_ylabel(stable_amplitude_label(reference.unit))
+    style.below(drawing, panels, columns=4)
     return FigureWithCaption(
-        figure,
-        "prior-predictive",
-        f"Model card \N{LEFT DOUBLE QUOTATION MARK}{card.name}\N{RIGHT DOUBLE QUOTATION MARK} before any record: "
+        drawing,
+        caption=f"Model card “{card.name}” before any record: "
         "Griffin curves drawn from its priors at a reference setting (vertical line), with 50 and 90 % bands.",
-        "Two panels of falling curves, fanned out over two decades of amplitude.",
+        alt="Two panels of falling curves, fanned out over two decades of amplitude.",
     )
 
 
 def _draw(axes: "Axes", curves: PriorCurves, card: "ModelCard") -> None:
     sc, bands = curves.scruton_number, curves.band
-    axes.plot(sc, _until_death(bands.median), color=BLACK, lw=1.8, zorder=3, label="median")
+    axes.plot(sc, _until_death(bands.median), color=style.BLACK, lw=1.8, zorder=3, label="median")
     for probability, alpha in ((0.50, 0.9), (0.90, 0.45)):
         low, high = (np.maximum(one, 0.1 * _LOWEST) for one in bands.intervals[probability])
         label = f"{100 * probability:.0f} % of the curves"
-        axes.fill_between(sc, low, high, color=LIGHT, alpha=alpha, lw=0, zorder=1, label=label)
-    looks = {n: look(i) for i, n in enumerate(card.laws)}
+        axes.fill_between(sc, low, high, color=style.LIGHT, alpha=alpha, lw=0, zorder=1, label=label)
+    styles = {n: style.line_style(i) for i, n in enumerate(card.laws)}
     shown = zip(curves.amplitude[:CURVES], curves.exponent[:CURVES], strict=True)
-    for amplitude, n in sorted(shown, key=lambda one: card.laws.index(one[1]) if looks else 0):
-        style = looks.get(float(n), Look(BLUE, "-", "o"))
-        label = f"one curve, n = {f'{n:g}'.replace('-', _MINUS)}" if looks else "one curve, n free"
+    for amplitude, n in sorted(shown, key=lambda one: card.laws.index(one[1]) if styles else 0):
+        look = styles.get(float(n), style.LineStyle(style.BLUE, "-", "o"))
+        label = f"one curve, n = {f'{n:g}'.replace('-', _MINUS)}" if styles else "one curve, n free"
         drawn = _until_death(amplitude)
-        axes.plot(sc, drawn, color=style.colour, ls=style.line, lw=0.6, alpha=0.75, zorder=2, label=label)
-    axes.axvline(curves.reference.scruton_number, color=GREY, lw=0.6, ls=(0, (1.2, 1.6)), zorder=0.5)
+        axes.plot(sc, drawn, **look.pen, lw=0.6, alpha=0.75, zorder=2, label=label)
+    axes.axvline(curves.reference.scruton_number, color=style.GREY, lw=0.6, ls=(0, (1.2, 1.6)), zorder=0.5)
     axes.set_yscale("log")
     axes.set_ylim(_LOWEST, _HIGHEST)
     axes.set_xlim(0.0, sc[-1])
-    plain_log(axes.yaxis)
+    style.plain_log(axes.yaxis)
 
 
 def _until_death(amplitude: FloatArray) -> FloatArray:

@@ -8,12 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scruton.documents import write_bytes
-from scruton.report.figures.style import FigureWithCaption, house_style
+from scruton.report.figures.registry import FigureWithCaption
+from scruton.report.figures.style import house_style
+from scruton.report.thresholds import DOTS_PER_INCH
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-DPI = 200
 FORMATS = ("svg", "png", "pdf")
 # Dates and program versions would make every run's files differ.
 _METADATA: dict[str, dict[str, Any]] = {
@@ -68,7 +69,7 @@ def contents(figure: "Figure | FigureWithCaption", formats: Sequence[str] = FORM
             if kind == "svg" and isinstance(figure, FigureWithCaption):
                 metadata |= {"Title": figure.caption, "Description": figure.alt}
             content = io.BytesIO()
-            bare.savefig(content, format=kind, dpi=DPI, metadata=metadata)
+            bare.savefig(content, format=kind, dpi=DOTS_PER_INCH, metadata=metadata)
             found.append(rounded(content.getvalue()) if kind == "svg" else content.getvalue())
     return found
 
@@ -77,7 +78,7 @@ def contents(figure: "Figure | FigureWithCaption", formats: Sequence[str] = FORM
 def laid_out_once(figure: "Figure") -> Iterator[None]:
     """Lay out before the first file rather than before each: many panels take a second."""
     engine, dpi = figure.get_layout_engine(), figure.dpi
-    figure.dpi = DPI
+    figure.dpi = DOTS_PER_INCH
     figure.draw_without_rendering()
     figure.set_layout_engine("none")
     try:

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WIDTH = 160.0 / 25.4  # inches: the text width of an A4 page
+Q90 = (0.05, 0.5, 0.95)  # quantiles: median, and the bounds of 90 %
+Z90 = 1.645  # the same in standard deviations of a normal
 
 # Okabe and Ito (2008), "Color Universal Design": told apart under every common colour blindness.
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
@@ -34,40 +36,24 @@ _LINES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (6, 1.5, 1, 1.5)), (0, (1.2, 1.
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X")
 
 
-@dataclass(frozen=True, eq=False)
-class FigureWithCaption:
-    """A figure ready to be placed.
-
-    Attributes
-    ----------
-    figure : matplotlib.figure.Figure
-    name : str
-        Stem of the file it is saved under.
-    caption : str
-        What stands below it.
-    alt : str
-        What it shows, for a reader who cannot see it.
-    """
-
-    figure: "Figure"
-    name: str
-    caption: str
-    alt: str
-
-
 @dataclass(frozen=True)
-class Look:
+class LineStyle:
     """Colour, line style and marker of one test."""
 
     colour: str
     line: Any
     marker: str
 
+    @property
+    def pen(self) -> dict[str, Any]:
+        """What matplotlib draws a line of it with."""
+        return {"color": self.colour, "ls": self.line}
 
-def look(index: int) -> Look:
-    """Look of the test at this place in the campaign; distinct for the first 35."""
+
+def line_style(index: int) -> LineStyle:
+    """Style of the test at this place in the campaign; distinct for the first 35."""
     round_trip, colour = divmod(index, len(_COLOURS))
-    return Look(_COLOURS[colour], _LINES[(colour + round_trip) % len(_LINES)], _MARKERS[(colour + round_trip) % 7])
+    return LineStyle(_COLOURS[colour], _LINES[(colour + round_trip) % len(_LINES)], _MARKERS[(colour + round_trip) % 7])
 
 
 @cache
@@ -165,6 +151,15 @@ def panels(count: int, *, columns: int = 2, height_mm: float = 52.0, **kwargs: A
     return figure, flat[:count]
 
 
+def outer_labels(axes: "Sequence[Axes]", x: str, y: str, *, columns: int = 2) -> None:
+    """Label the outer panels: horizontal axes at the bottom, vertical ones at the left."""
+    columns = min(columns, len(axes))
+    for one in axes[::columns]:
+        one.set_ylabel(y)
+    for one in axes[-columns:]:
+        one.set_xlabel(x)
+
+
 def pages(items: Sequence[Any], size: int) -> list[Sequence[Any]]:
     """Split into pages of at most `size`, evenly filled."""
     if not items:
@@ -176,10 +171,7 @@ def pages(items: Sequence[Any], size: int) -> list[Sequence[Any]]:
 
 def below(figure: "Figure", axes: "Sequence[Axes]", *, columns: int = 3) -> None:
     """Put one legend for all panels below them, or in a place that no panel fills, with every label once."""
-    handles: dict[str, Any] = {}
-    for one in axes:
-        for handle, label in zip(*one.get_legend_handles_labels(), strict=True):
-            handles.setdefault(label, handle)
+    handles = legend_handles(axes)
     spare = [one for one in figure.axes if not one.get_visible()]
     if spare:
         spare[0].set_visible(True)
@@ -189,6 +181,15 @@ def below(figure: "Figure", axes: "Sequence[Axes]", *, columns: int = 3) -> None
         count = _columns(list(handles), columns)
         figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=count)
     figure.align_ylabels()
+
+
+def legend_handles(axes: "Sequence[Axes]") -> dict[str, Any]:
+    """What a legend shows of several panels, every label once."""
+    handles: dict[str, Any] = {}
+    for one in axes:
+        for handle, label in zip(*one.get_legend_handles_labels(), strict=True):
+            handles.setdefault(label, handle)
+    return handles
 
 
 def _columns(labels: Sequence[str], most: int) -> int:
@@ -268,6 +269,11 @@ def thin_along(values: FloatArray, count: int) -> np.ndarray:
 def thin(size: int, count: int) -> np.ndarray:
     """Indices of at most `count` of `size` points, evenly spread, first and last among them."""
     return np.unique(np.linspace(0, size - 1, min(size, count)).round().astype(int))
+
+
+def bounded(values: FloatArray) -> FloatArray:
+    """Draw infinity as far out as no axis reaches."""
+    return np.where(np.isinf(values), np.sign(values) * 1e6, values)
 
 
 def plain_log(axis: "Axis") -> None:

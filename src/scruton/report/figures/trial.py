@@ -1,24 +1,29 @@
 """Trial functions compared by the Griffin curves that they give, as the paper's Fig. 13."""
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from scruton.errors import InputError
-from scruton.report.figures.griffin import SC_LABEL, frame, looks, plot_curve, points, sc_range
-from scruton.report.figures.style import (
-    FigureWithCaption,
-    amplitude_label,
-    below,
-    house_style,
-    panels,
-    shorten,
+from scruton.griffin.posterior import draws_of, mass_damping_draws, peak_names, unit_of
+from scruton.report.figures import style
+from scruton.report.figures.griffin_axes import (
+    SC_LABEL,
+    frame,
+    line_styles,
+    plot_curve,
+    points,
+    sc_range,
+    stable_amplitude_label,
+    test_points,
 )
+from scruton.report.figures.registry import FigureWithCaption, figure
 
 if TYPE_CHECKING:
     from scruton.envelope import FrontEnd
     from scruton.infer.results import Fit
+
+FITTED = "second-order exponential"  # the form that the fit itself used
 
 
 def trial_function_fronts(fit: "Fit") -> dict[str, dict[str, "FrontEnd"]]:
@@ -30,21 +35,19 @@ def trial_function_fronts(fit: "Fit") -> dict[str, dict[str, "FrontEnd"]]:
         By trial function and record name; a record too short for a form is left out of it.
     """
     from scruton.envelope import TRIAL_FUNCTIONS, front_end
-    from scruton.griffin.posterior import draws_of, mass_damping_draws, peak_names
 
     constant = fit.tree["constant_data"]
-    found: dict[str, dict[str, FrontEnd]] = {}
-    for form in TRIAL_FUNCTIONS:
-        mine = found.setdefault(form, {})
+    found: dict[str, dict[str, FrontEnd]] = {form: {} for form in TRIAL_FUNCTIONS}
+    for form, fronts in found.items():
         for name in peak_names(fit.tree):
             for record in fit.campaign.test(name).records:
                 if record.name not in fit.front_ends:
                     continue
-                if form == "second-order exponential":
-                    mine[record.name] = fit.front_ends[record.name]
+                if form == FITTED:
+                    fronts[record.name] = fit.front_ends[record.name]
                     continue
                 try:
-                    mine[record.name] = front_end(
+                    fronts[record.name] = front_end(
                         record,
                         frequency=float(constant["wind_frequency"].sel(test=name)),
                         still_air_frequency=float(constant["frequency"].sel(test=name)),
@@ -57,49 +60,35 @@ def trial_function_fronts(fit: "Fit") -> dict[str, dict[str, "FrontEnd"]]:
     return found
 
 
-def trial_comparison(fit: "Fit", fronts: Mapping[str, Mapping[str, "FrontEnd"]]) -> FigureWithCaption:
-    """One panel a trial function: the constructed Griffin curve of every record, and the measured points.
-
-    Parameters
-    ----------
-    fit : Fit
-    fronts : mapping
-        By trial function and record; see `trial_function_fronts`.
-    """
-    from scruton.griffin.posterior import draws_of, peak_names, unit_of
-
-    tests, style = peak_names(fit.tree), looks(fit.tree)
+@figure(
+    "records",
+    name="trial_functions",
+    what="The comparison of trial functions",
+    when=lambda fit: fit.front_ends,
+    caption="Griffin curves that the deterministic procedure constructs from each transient record with other trial "
+    "functions in step (5): polynomials and splines follow the noise of the envelope, and its derivative shows it. "
+    "Hatched: negative Scruton numbers, without physical meaning.",
+)
+def trial_comparison(fit: "Fit") -> FigureWithCaption:
+    """One panel a trial function: the constructed Griffin curve of every record, and the measured points."""
+    fronts = {form: found for form, found in trial_function_fronts(fit).items() if found}
+    tests, styles = peak_names(fit.tree), line_styles(fit.tree)
     limits = sc_range(fit.tree, tests)
-    measured = [fit.campaign.test(name).stable_amplitude for name in tests]
-    largest = max(
-        [float(np.median(draws_of(fit.tree, "a_star", name))) for name in tests]
-        + [one.mean for one in measured if one is not None]
-    )
-    forms = [form for form in fronts if fronts[form]]
-    with house_style():
-        figure, axes = panels(len(forms), columns=3, height_mm=66.0, sharex=True, sharey=True)
-        for letter, one, form in zip("abcdef", axes, forms, strict=False):
-            for name in tests:
-                label = name
-                for record in fit.campaign.test(name).records:
-                    if record.name in fronts[form]:
-                        plot_curve(
-                            one, fronts[form][record.name], label=shorten(label), color=style[name].colour,
-                            ls=style[name].line, lw=1.1, zorder=3,
-                        )  # fmt: skip
-                        label = ""
-            points(one, fit, own=False)
-            frame(one, limits, 1.45 * largest, note=None)
-            one.set_title(f"({letter}) {form}", fontsize=8.0)
-            one.set_xlabel(SC_LABEL)
-        label = amplitude_label(unit_of(fit.tree))
-        axes[0].set_ylabel(f"Stable {label[0].lower()}{label[1:]}")
-        below(figure, axes, columns=4)
+    largest = max(value for point in test_points(fit, tests) for value in point.known)
+    drawing, panels = style.panels(len(fronts), columns=3, height_mm=66.0, sharex=True, sharey=True)
+    for letter, axes, form in zip("abcdef", panels, fronts, strict=False):
+        for name in tests:
+            label = style.shorten(name)
+            for record in fit.campaign.test(name).records:
+                if record.name in fronts[form]:
+                    plot_curve(axes, fronts[form][record.name], label=label, **styles[name].pen, lw=1.1, zorder=3)
+                    label = ""
+        points(axes, fit, own=False)
+        frame(axes, limits, 1.45 * largest, note=None)
+        axes.set_title(f"({letter}) {form}", fontsize=8.0)
+        axes.set_xlabel(SC_LABEL)
+    panels[0].set_ylabel(stable_amplitude_label(unit_of(fit.tree)))
+    style.below(drawing, panels, columns=4)
     return FigureWithCaption(
-        figure,
-        "trial_functions",
-        "Griffin curves that the deterministic procedure constructs from each transient record with other trial "
-        "functions in step (5): polynomials and splines follow the noise of the envelope, and its derivative shows it. "
-        "Hatched: negative Scruton numbers, without physical meaning.",
-        f"Constructed Griffin curves of every record in {len(forms)} panels: {', '.join(forms)}.",
+        drawing, alt=f"Constructed Griffin curves of every record in {len(fronts)} panels: {', '.join(fronts)}."
     )

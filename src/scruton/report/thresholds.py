@@ -1,0 +1,34 @@
+"""What a report shows and what it leaves out: every threshold with its unit, its reason, and how it was set.
+
+Set by judgement unless a line says otherwise: on how the pages of the shipped examples read, at the width of A4.
+None of them enters a number; all numbers are in the files beside the report.
+"""
+
+# Sizes of files.
+LARGEST_SVG_ON_PAGE = 350_000  # bytes; a larger drawing goes into the page as PNG
+LARGEST_SVG_IN_PDF = 600_000  # bytes; a larger drawing goes in as PNG, which the reader's program shows faster
+LARGEST_REPORT = 4_300_000  # bytes of pictures in the page, before the text: it is sent by mail
+DOTS_PER_INCH = 200  # of PNG: print wants 150 to 300
+
+# Rows and words.
+SHARE_SHOWN = 0.005  # weight of a law: a smaller one would be shown as 0 %
+PROBABILITY_SHOWN = 5e-4  # of a cause of the gap: a smaller one would be shown as 0.000
+PLACES_SHOWN = 12  # places of the gap that the page lists; all of them are in gap.json
+TESTS_ABREAST = 6  # tests with a column of their own in the table of extrapolation; more would not fit the page
+
+# Panels, lines and points of the figures.
+PANELS_A_PAGE = 6
+MOST_BANDS = 7  # tests whose bands are drawn, for as many colours tell apart; of more only the medians
+MOST_RIG_BANDS = 4  # rigs whose bands are drawn through lock-in; of more only the medians
+POINTS_LABELLED = 9  # points that get their name beside them
+CHAINS_SHOWN = 6  # peak tests whose corner and trace plots a report holds
+CURVE_POINTS = 150  # of a deterministic curve; a tenth of a millimetre on paper
+
+# Which figures there are.
+SPEEDS_APART = 1.005  # ratio of wind speeds of one rig from which they are several speeds
+SCRUTON_NUMBERS_APART = 2.0  # ratio of tested Scruton numbers between which one is worth predicting
+
+# The figure of the gap.
+GAP_ROWS = 6  # tests or rigs that are drawn; of more, those farthest from nothing
+GAP_BARS = (4, 7)  # probabilities shown: at least and at most
+SMALL_EXCESS = 0.03  # of the reference relaxation rate: excess damping below it does not fill a panel
