@@ -182,7 +182,7 @@ def _carry_effect(fit: "Fit", effect: str, card: "ModelCard", seed: int, bar: "B
     from scruton.gap.data import load_gap
     from scruton.gap.diagnosis import diagnose_data
 
-    data = load_gap(fit.campaign)
+    data = load_gap(fit.campaign, card)
     diagnosis = diagnose_data(data, fit.campaign, prior=card.effect_weights, prior_none=card.prior_none, progress=bar)
     name = attach(fit.tree, diagnosis, effect, seed)
     fit.summary["effect"] = {

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.effects.terms import HATS, Term
+from scruton.dynamics.effects.terms import BELONGS, HATS, Belongs, Term
 from scruton.dynamics.extended import _drift, _reading
 
 _RANGE = (0.004, 8.0)  # of the reference amplitude: where a stable amplitude is looked for
@@ -12,12 +12,8 @@ _GRID = 280
 _HALVINGS = 40
 _HAT = int(Term.HAT)
 _GAIN, _CLIP, _SOFT = int(Term.GAIN), int(Term.CLIP), int(Term.CLIP_SOFT)
-# What belongs to the rig, to one run of the tunnel or to the reading, and does not go to a bridge.
-_OF_RIG = (
-    Term.STRUCTURAL_LINEAR, Term.STRUCTURAL_SQUARE, Term.FRICTION, Term.TREND, Term.TREND_SINE, Term.TREND_DRIVE,
-    Term.GAIN, Term.CLIP,
-    Term.CLIP_SOFT, Term.STIFFNESS, Term.STIFFNESS_LINEAR, Term.JUMP, Term.JUMP_RATE,
-)  # fmt: skip
+# What does not go to a bridge; the damping ratio itself is the bridge's own, by its Scruton number.
+_LEFT_BEHIND = [int(term) for term in Term if BELONGS[term] is not Belongs.WIND and term is not Term.STRUCTURAL]
 
 
 @njit(cache=True)
@@ -125,5 +121,5 @@ def transferred(table: FloatArray) -> FloatArray:
         A copy.
     """
     found: FloatArray = table.copy()
-    found[..., [int(term) for term in _OF_RIG]] = 0.0
+    found[..., _LEFT_BEHIND] = 0.0
     return found

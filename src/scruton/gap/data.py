@@ -15,10 +15,11 @@ from scruton.dynamics.extended import ABSENT, Channels
 from scruton.envelope import Cycles
 from scruton.envelope.harmonics import third_harmonic
 from scruton.errors import InputError
+from scruton.infer.cards import ModelCard, load_card
 from scruton.infer.fit import envelope
+from scruton.stats.priors import Prior
 
 _DIRECTION = {Kind.GROWTH: 1, Kind.DECAY: -1, Kind.STEADY: 0, Kind.FREE_DECAY: 0}
-STATED_DAMPING_SD = 0.05  # relative, where none is stated: the bare model takes the statement at its word
 FLOOR = 2e-4  # of the amplitude: what a demodulated amplitude may be off by, beside its noise
 
 
@@ -48,6 +49,8 @@ class GapData:
         Damping ratio of the record's rig as stated, or a typical one.
     cycles : dict
         By name of record.
+    priors : dict
+        Of the null model, by parameter.
     """
 
     campaign: Campaign
@@ -63,51 +66,28 @@ class GapData:
     damping_sd: FloatArray
     nominal_damping: FloatArray
     cycles: Mapping[str, Cycles]
-
-    def keep(self, records: np.ndarray) -> "GapData":
-        """Only the records of a mask, (R,) of bool, with the same numbers of tests and rigs."""
-        renumber = np.cumsum(records) - 1
-        inside = records[self.channels.record]
-        arrays = {name: value[inside] if name != "knots" else value for name, value in vars(self.channels).items()}
-        arrays["record"] = renumber[arrays["record"]]
-        layout = self.layout
-        chosen = {
-            name: getattr(layout, name)[records]
-            for name in (
-                "rig", "test", "direction", "duration", "omega", "largest", "reduced_velocity", "scruton_number"
-            )
-        }  # fmt: skip
-        names = tuple(name for name, kept in zip(layout.records, records, strict=True) if kept)
-        return replace(
-            self,
-            channels=Channels(**arrays),
-            layout=replace(layout, records=names, **chosen),
-            middle=self.middle,
-            aero_ratio=self.aero_ratio[records],
-            drive_ratio=self.drive_ratio[records],
-            mass_sd=self.mass_sd[records],
-            nominal_damping=self.nominal_damping[records],
-        )
+    priors: Mapping[str, Prior]
 
     def referred_to(self, amplitude: float, rate: float) -> "GapData":
         """The same data with other reference amplitude and rate."""
         return replace(self, layout=replace(self.layout, reference_amplitude=amplitude, reference_rate=rate))
 
 
-def load_gap(campaign: Campaign, *, damping_relative_sd: float = STATED_DAMPING_SD) -> GapData:
+def load_gap(campaign: Campaign, card: ModelCard | None = None) -> GapData:
     """Demodulate every record and note what belongs to it.
 
     Parameters
     ----------
     campaign : Campaign
-    damping_relative_sd : float
-        Relative uncertainty of a damping ratio that is stated without.
+    card : ModelCard, optional
+        Gives the priors of the null model; the shipped default by default.
 
     Raises
     ------
     InputError
         If there is no record, or one cannot be demodulated.
     """
+    card = card or load_card()
     entries: list[tuple[Record, int, int]] = []
     rigs = tuple(rig.name for rig in campaign.rigs)
     tests = tuple(test.name for test in campaign.tests)
@@ -135,7 +115,7 @@ def load_gap(campaign: Campaign, *, damping_relative_sd: float = STATED_DAMPING_
     settings = [_setting(campaign, j, cycles) if j >= 0 else None for j in of_test]
     stated = [one.damping_ratio for one in campaign.rigs]
     damping = np.array([one.mean if one else np.nan for one in stated])
-    sd = np.array([_relative_sd(one, damping_relative_sd) if one else 1.0 for one in stated])
+    sd = np.array([_relative_sd(one, 0.05) if one else 1.0 for one in stated])
     sc = np.array([float(s.mass_damping_factor * _known(s.damping_ratio)) if s else np.nan for s in settings])
     speed = np.array([float(s.reduced_velocity) if s else np.nan for s in settings])
     middle = _middle(sc, of_test)
@@ -178,6 +158,7 @@ def load_gap(campaign: Campaign, *, damping_relative_sd: float = STATED_DAMPING_
         damping_sd=sd,
         cycles=cycles,
         nominal_damping=_nominal(campaign, damping, cycles)[of_rig],
+        priors=card.null_priors,
     )
 
 

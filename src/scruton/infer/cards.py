@@ -36,6 +36,21 @@ PRIOR_NAMES = (
     "speed_length",
     "speed_shift",
 )
+# Of the null model that unmodelled effects are weighed against: the tables [diagnosis.NAME].
+NULL_PRIOR_NAMES = (
+    "stable_amplitude",
+    "aerodynamic_rate",
+    "scatter",
+    "phase_scatter",
+    "still_air_scatter",
+    "noise",
+    "detuning",
+    "third",
+    "third_noise",
+    "stiffness",
+    "stiffness_in_wind",
+    "gain",
+)
 EXPONENT = "law_exponent"  # has a prior where the law is free, and only then
 AVERAGING = ("evidence", "stacking")
 
@@ -56,12 +71,19 @@ UNITS = {
     "speed_scale_relaxation": "ln relaxation at zero damping",
     "speed_length": "U/(f0 D)",
     "speed_shift": "ln U/(f0 D)",
+    "diagnosis.stable_amplitude": "amplitude at the end of the records",
+    "diagnosis.aerodynamic_rate": "omega",
 }
 BARE = "-"  # of every other
 MOST_SAMPLED = 1e7  # of walkers, draws, steps and the like: beyond, memory and patience end
 
 # Parameters that may have either sign.
-SIGNED = ("trial_amplitude", "trial_slow_rate", EXPONENT)
+SIGNED = (
+    "trial_amplitude",
+    "trial_slow_rate",
+    EXPONENT,
+    *(f"diagnosis.{name}" for name in ("detuning", "third", "stiffness", "stiffness_in_wind", "gain")),
+)
 
 
 @dataclass(frozen=True)
@@ -87,6 +109,8 @@ class ModelCard:
     sampler : SamplerSettings
     prior_none : float
         Prior probability that a campaign has no gap.
+    null_priors : mapping
+        Priors of the null model that effects are weighed against, by parameter.
     effect_weights : mapping
         Relative prior weight of unmodelled effects and of "unknown", where it is not 1; 0 leaves an effect out.
     reasons : mapping
@@ -108,6 +132,7 @@ class ModelCard:
     sampler: SamplerSettings
     prior_none: float
     effect_weights: Mapping[str, float]
+    null_priors: Mapping[str, Prior]
     reasons: Mapping[str, str]
     text: str
     resolved: str
@@ -203,6 +228,7 @@ class _Reader:
             "structural_damping",
             "sampler",
             "effects",
+            "diagnosis",
         )
         self.known("", table, sections)
         if table.get("format") != 1:
@@ -226,6 +252,7 @@ class _Reader:
             sampler=self.sampler(self.table(table, "sampler", tuple(f.name for f in fields(SamplerSettings)))),
             prior_none=prior_none,
             effect_weights=effect_weights,
+            null_priors=self.null_priors(table),
             reasons={
                 "law": str(table["law"].get("reason", "")),
                 "structural_damping": str(damping.get("reason", "")),
@@ -243,6 +270,21 @@ class _Reader:
         names = (*CATALOGUE, UNKNOWN.name)
         weights = self.table(entry, "weights", names) if "weights" in entry else {}
         return none, {name: self.number("effects.weights", weights, name, 0.0, 1e6) for name in weights}
+
+    def null_priors(self, table: Mapping[str, Any]) -> Mapping[str, Prior]:
+        """Priors of the null model; a card that extends none may leave the table out, and has the shipped ones."""
+        if "diagnosis" not in table:
+            return load_card().null_priors
+        entry = self.table(table, "diagnosis", NULL_PRIOR_NAMES)
+        found = {}
+        for name in NULL_PRIOR_NAMES:
+            field = f"diagnosis.{name}"
+            if not isinstance(entry.get(name), dict):
+                raise InputError(self.path, field, repr(entry.get(name)), f"a table [{field}]")
+            found[name] = self.prior(field, field, entry[name])
+            if found[name].family.endswith("uniform"):
+                raise InputError(self.path, f"{field}.family", repr(found[name].family), "normal or lognormal")
+        return found
 
     def law(self, table: Mapping[str, Any]) -> tuple[tuple[float, ...], tuple[float, ...], str]:
         """Exponents, prior weights and averaging; no exponents where n is free."""

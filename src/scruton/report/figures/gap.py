@@ -51,7 +51,7 @@ def gap_figure(diagnosis: Diagnosis, findings: Sequence[Finding], curves: Curves
     findings : sequence of Finding
         Rigs and tests in which effects of the verdict act are marked.
     curves : Curves, optional
-        `excess_curves(diagnosis.bare)`, where they are there already.
+        `excess_curves(diagnosis.null)`, where they are there already.
 
     Returns
     -------
@@ -59,7 +59,7 @@ def gap_figure(diagnosis: Diagnosis, findings: Sequence[Finding], curves: Curves
         One row for every test with its rig's still air beside it, and at the bottom frequency against amplitude and
         the probabilities.
     """
-    curves = curves or excess_curves(diagnosis.bare)
+    curves = curves or excess_curves(diagnosis.null)
     data = diagnosis.data
     rows = _rows(data, curves)
     high = 8.0 + (_ROW_HEIGHT * len(rows) if len(rows) > 1 else _ONE_ROW_HEIGHT)
