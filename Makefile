@@ -1,6 +1,7 @@
 # make demo    set up, then the shipped example from records to report
 # make test    the test suite;  make slow  the statistical suites that take minutes
 # make fuzz    3,000 spoiled inputs, none of which may bring a command down;  make kill  runs that are killed and resumed
+# make goldens every command against what it printed and wrote before (about 10 minutes);  ONLY='fit-* errors' for some
 # make bench   speed, beside other samplers, on one core;  make large  20 million samples, 40 rigs, 300 campaigns
 # make reports the report of every example, into reports/;  make cards  what the priors of every model card say
 # make lint    style, types, arrows between the rooms
@@ -9,7 +10,7 @@
 #
 # Every target makes the environment that it needs. PYTHON=/path/to/python3.13 chooses the interpreter.
 
-.PHONY: demo test slow fuzz kill large bench reports cards lint docs lock clean
+.PHONY: demo test slow fuzz kill goldens large bench reports cards lint docs lock clean
 
 # The arrays are small: threads of the linear algebra library would only get in each other's way.
 export OMP_NUM_THREADS := 1
@@ -31,6 +32,9 @@ fuzz: .venv/ready
 
 kill: .venv/ready
 	.venv/bin/python -m tests.fuzz.kill --moments 40 --seed 1
+
+goldens: .venv/ready
+	.venv/bin/python -m tests.goldens compare --jobs 2 $(if $(ONLY),--only $(ONLY))
 
 large: .venv/ready
 	.venv/bin/python -m benchmarks.large
