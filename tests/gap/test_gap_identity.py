@@ -114,7 +114,7 @@ def test_an_effect_writes_the_terms_that_it_says(effect: Effect) -> None:
     test = np.array([0, 0, 1, 1, 2, 2, -1])
     layout = Layout(
         tuple("abcdefg"), index, test, np.array([1, -1] * 3 + [0]), np.full(7, 20.0), np.full(7, 12.0),
-        np.linspace(0.08, 0.12, 7), np.where(test < 0, np.nan, 8.0 + 0.2 * test), np.where(test < 0, np.nan, 9.0 + test),
+        np.linspace(0.08, 0.12, 7), 8.0 + 0.2 * test, 9.0 + test,
         0.05, 0.1, 12.0, np.geomspace(0.004, 0.12, 8),
     )  # fmt: skip
     written: set[Term] = set()

@@ -12,15 +12,7 @@ from scruton.gap.diagnosis import NONE, UNSEEN, Diagnosis
 from scruton.gap.further_record import FurtherRecord, separation
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.predict import stable_amplitude
-from scruton.gap.thresholds import (
-    BLIND,
-    CALIBRATION_ERROR,
-    COSTS,
-    FAR_BEHIND,
-    MOST_RIVALS,
-    USUAL_SIZE,
-    WANTED,
-)
+from scruton.gap.thresholds import BLIND, CALIBRATION_ERROR, COSTS, FAR_BEHIND, MOST_RIVALS, USUAL_SIZE, WANTED
 
 
 def confusions(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:

@@ -18,13 +18,7 @@ from scruton.dynamics.settled import amplitude_rates
 from scruton.gap.data import GapData
 from scruton.gap.finding import Finding, Range, amplitudes_of, interval, names_of, time_of
 from scruton.gap.hypothesis import FittedHypothesis
-from scruton.gap.thresholds import (
-    CURVE_FALSE,
-    FAST_GROWTH,
-    FEWEST_CYCLES_OF_A_KNOT,
-    SHORTEST_PLACE,
-    STIFFNESS_IN_WIND,
-)
+from scruton.gap.thresholds import CURVE_FALSE, FAST_GROWTH, FEWEST_CYCLES_OF_A_KNOT, SHORTEST_PLACE, STIFFNESS_IN_WIND
 
 GROWTH, DECAY, STEADY, STILL = "growth", "decay", "steady", "still air"
 _DIRECTION = {1: GROWTH, -1: DECAY, 0: STEADY}

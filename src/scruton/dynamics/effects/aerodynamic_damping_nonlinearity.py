@@ -1,16 +1,7 @@
 """Aerodynamic damping beyond the law: parts in A, A^2 and A^4."""
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.effects.effect import (
-    DAMPING_RATIO,
-    Effect,
-    Extent,
-    Scope,
-    Values,
-    Variant,
-    add,
-    size_prior,
-)
+from scruton.dynamics.effects.effect import DAMPING_RATIO, Effect, Extent, Scope, Values, Variant, add, size_prior
 from scruton.dynamics.effects.terms import Belongs, Layout, Term
 
 

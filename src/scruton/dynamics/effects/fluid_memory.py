@@ -3,17 +3,7 @@
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.effects.effect import (
-    Apply,
-    Effect,
-    Extent,
-    Parameter,
-    Scope,
-    Size,
-    Station,
-    Values,
-    Variant,
-)
+from scruton.dynamics.effects.effect import Apply, Effect, Extent, Parameter, Scope, Size, Station, Values, Variant
 from scruton.dynamics.effects.terms import Belongs, Layout, Term
 
 

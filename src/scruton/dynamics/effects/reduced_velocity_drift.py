@@ -3,16 +3,7 @@
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.effects.effect import (
-    Effect,
-    Extent,
-    Scope,
-    Size,
-    Values,
-    Variant,
-    added_damping,
-    size_prior,
-)
+from scruton.dynamics.effects.effect import Effect, Extent, Scope, Size, Values, Variant, added_damping, size_prior
 from scruton.dynamics.effects.terms import Belongs, Layout, Term
 
 

@@ -1,17 +1,7 @@
 """A channel that scales its reading."""
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.effects.effect import (
-    Effect,
-    Extent,
-    Size,
-    Station,
-    Values,
-    Variant,
-    add,
-    scopes,
-    size_prior,
-)
+from scruton.dynamics.effects.effect import Effect, Extent, Size, Station, Values, Variant, add, scopes, size_prior
 from scruton.dynamics.effects.terms import Belongs, Layout, Term
 
 

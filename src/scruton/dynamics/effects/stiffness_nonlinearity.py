@@ -1,17 +1,7 @@
 """Frequency that varies with amplitude."""
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.effects.effect import (
-    Effect,
-    Extent,
-    Size,
-    Station,
-    Values,
-    Variant,
-    add,
-    scopes,
-    size_prior,
-)
+from scruton.dynamics.effects.effect import Effect, Extent, Size, Station, Values, Variant, add, scopes, size_prior
 from scruton.dynamics.effects.terms import Belongs, Layout, Term
 
 _UNIT = 0.1  # the prior of the relative change of frequency is N(0, (0.3 times this)^2)

@@ -1,16 +1,7 @@
 """Structural damping that varies with amplitude, in still air as in wind."""
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.effects.effect import (
-    DAMPING_RATIO,
-    Effect,
-    Extent,
-    Values,
-    Variant,
-    add,
-    scopes,
-    size_prior,
-)
+from scruton.dynamics.effects.effect import DAMPING_RATIO, Effect, Extent, Values, Variant, add, scopes, size_prior
 from scruton.dynamics.effects.terms import Belongs, Layout, Term
 
 _ALIKE = "in every rig alike"
