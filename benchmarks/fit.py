@@ -10,9 +10,9 @@ import numpy as np
 from benchmarks import problem
 from benchmarks.result import Figure
 from scruton.infer.cards import load_card
-from scruton.infer.fit import envelope, fit_campaign, fit_rig, fit_test
+from scruton.infer.fit import assemble, envelope, fit_campaign, fit_rig, fit_test
+from scruton.infer.results import Sampled
 from scruton.infer.run import Sampling
-from scruton.infer.tree import assemble
 
 REPEATS = 9
 
@@ -47,10 +47,7 @@ def run() -> list[Figure]:
             cycles = {record.name: envelope(record, problem.FREQUENCY)}
             rig = fit_rig(campaign, campaign.rigs[0], cycles, None, sampling)
             test = fit_test(campaign, campaign.tests[0], rig, cycles, sampling)
-        assemble(
-            campaign, card, {rig.rig.name: rig}, [test], None, [], cycles, {}, {}, sampling,
-            command="benchmark", only=(), thorough=True, misfit=False,
-        )  # fmt: skip
+        assemble(Sampled(campaign, card, cycles, {}, (rig,), (test,), None, ()), {}, sampling, {})
         verdict = test.samples.convergence
         assert verdict.converged, verdict.explain(test.samples.names, card.sampler)
         rows.append(

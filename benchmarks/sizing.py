@@ -7,6 +7,7 @@ from scipy.special import ndtri
 from scipy.stats import qmc
 
 from benchmarks.result import Figure
+from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
 from scruton.griffin.curves import LawCurves
 from scruton.sizing.bridge import Bridge, Mode
@@ -14,7 +15,6 @@ from scruton.sizing.model import ModeModel, unit_cube
 from scruton.sizing.risk import risk
 from scruton.sizing.shares import shares
 from scruton.sizing.tmd_design import design
-from scruton.sizing.uncertain import Uncertain, known
 
 DRAWS, DESIGN_LIMIT = 4000, 5.0  # seconds
 LIMIT = 0.04 / 0.3  # m
@@ -28,8 +28,8 @@ def model() -> ModeModel:
         0.00058, 0.06551 * np.exp(0.02 * z[:, 0]) * ones, 0.005139 * np.exp(0.03 * z[:, 1]) * ones, -ones, 0.2 * ones,
         np.ones(1), ("n=-1",),
     )  # fmt: skip
-    mode = Mode("V1", Uncertain("normal", 0.3, 0.003), damping_ratio=Uncertain("lognormal", 0.003, 0.00135))
-    return ModeModel(laws, np.ones(1), Bridge("b", Motion.HEAVING, 12.0, 3.0, 1.225, known(1.0), (), (mode,)), mode)
+    mode = Mode("V1", Quantity(0.3, 0.003, "normal"), damping_ratio=Quantity(0.003, 0.00135))
+    return ModeModel(laws, np.ones(1), Bridge("b", Motion.HEAVING, 12.0, 3.0, 1.225, Quantity(1.0), (), (mode,)), mode)
 
 
 def run() -> list[Figure]:

@@ -9,6 +9,7 @@ from scruton.infer import ModelCard as ModelCard
 from scruton.infer import load_card as load_card
 from scruton.infer.fit import fit_campaign as fit_campaign
 from scruton.infer.results import Fit as Fit
+from scruton.infer.store import load_fit as load_fit
 from scruton.infer.store import read_tree as read_tree
 from scruton.infer.store import write_fit as write_fit
 from scruton.report import build_report as build_report

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from scruton.calibrate.challenge.case import simulate_case
-from scruton.calibrate.challenge.files import write_case
 from scruton.calibrate.challenge.make import make_challenge
 from scruton.calibrate.challenge.outside import OPEN
 from scruton.calibrate.challenge.plan import KINDS, SEVERITIES, block, checked, planned
 from scruton.calibrate.challenge.scenarios import CATALOGUE, apply
 from scruton.calibrate.challenge.sections import limit_cycle, random_body
 from scruton.campaign import Fluid, Kind, load_campaign
+from scruton.campaign.write import save_campaign
 from scruton.errors import InputError
 from scruton.simulate import Disturbances, simulate_record
 
@@ -332,5 +332,5 @@ def test_unknown_effects_and_designs_are_refused():
 def test_a_campaign_in_water_stays_in_water(small_campaign, tmp_path):
     campaign = load_campaign(small_campaign)
     assert campaign.section.fluid is Fluid.AIR
-    write_case(replace(campaign, section=replace(campaign.section, fluid=Fluid.WATER)), tmp_path)
+    save_campaign(replace(campaign, section=replace(campaign.section, fluid=Fluid.WATER)), tmp_path)
     assert load_campaign(tmp_path).section.fluid is Fluid.WATER

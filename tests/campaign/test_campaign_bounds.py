@@ -20,7 +20,7 @@ from campaign_room import DISPLACEMENT, HEAVING, TIME, Room, csv, record
 from scipy.io import savemat
 from scipy.sparse import csc_matrix
 
-from scruton.campaign import bounded, load_campaign
+from scruton.campaign import bounded, load_campaign, thresholds
 from scruton.campaign.readers.tdms import open_tdms
 from scruton.errors import InputError
 
@@ -154,11 +154,11 @@ def test_what_is_no_file_is_refused_at_once(room: Room, name: str, kind: str, mo
 
 def test_files_have_a_largest_size(room: Room) -> None:
     with (room.folder / "campaign.toml").open("wb") as file:
-        file.truncate(bounded.LARGEST_TOML + 1)
+        file.truncate(thresholds.LARGEST_TOML + 1)
     with pytest.raises(InputError, match="found a file of 10 MB; wanted one of up to 10 MB"):
-        bounded.read_bytes(room.folder / "campaign.toml", bounded.LARGEST_TOML)
+        bounded.read_bytes(room.folder / "campaign.toml", thresholds.LARGEST_TOML)
     with (room.folder / "r.csv").open("wb") as file:
-        file.truncate(bounded.LARGEST_RECORD + 1)
+        file.truncate(thresholds.LARGEST_RECORD + 1)
     (room.folder / "campaign.toml").write_text(HEAVING + record("r.csv"), encoding="utf-8")
     with pytest.raises(InputError, match="found a file of 4 GB"):
         load_campaign(room.folder)

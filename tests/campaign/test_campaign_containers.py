@@ -304,11 +304,11 @@ def test_damaged_containers(room: Room, file: str) -> None:
 
 @pytest.mark.parametrize("version", MATLAB_FILES)
 def test_one_file_with_many_records_is_opened_once(room: Room, version: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    import scruton.campaign.readers as readers
+    import scruton.campaign.files as files
 
     opened: list[str] = []
-    plain = readers.open_container
-    monkeypatch.setattr(readers, "open_container", lambda *given: opened.append("once") or plain(*given))
+    plain = files.open_container
+    monkeypatch.setattr(files, "open_container", lambda *given: opened.append("once") or plain(*given))
     toml = HEAVING + "".join(record("r.mat", variables(f"DATA[{i}].y"), *ALONE) for i in range(3))
     campaign = room.load(toml, {"r.mat": MATLAB_FILES[version]})
     assert opened == ["once"]

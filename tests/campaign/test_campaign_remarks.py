@@ -1,6 +1,8 @@
 """Remarks are ranked, worst first, and alike ones are one line."""
 
-from scruton.campaign.remarks import LISTED, Remark, Severity, figure, sentences
+from scruton.campaign.remarks import Remark, Severity, sentences
+from scruton.campaign.spelling import figure
+from scruton.campaign.thresholds import LISTED
 
 
 def drift(name, value, severity=Severity.NOTE):

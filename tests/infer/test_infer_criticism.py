@@ -298,15 +298,6 @@ def test_a_record_that_says_nearly_everything_is_not_reweighted_away(rng: np.ran
     assert not found.trusted
 
 
-def test_priors_are_read_from_a_card_that_extends_another() -> None:
-    text = (
-        '[priors.a]\nfamily = "lognormal"\nmedian = 1.0\nlog_sd = 0.4\n'
-        '[priors.b.heaving]\nfamily = "normal"\nmean = 0.0\nsd = 2.0\n'
-        "\n# ---- extended by mine.toml\n[priors.a]\nlog_sd = 0.7\n"
-    )
-    assert sensitivity.card_priors(text, "heaving") == pytest.approx({"a": 0.7, "b": 2.0})
-
-
 # --- a whole fit -----------------------------------------------------------------------------------------------------
 
 

@@ -67,6 +67,7 @@ def test_groups_of_the_tree(tree):
     assert set(tree.children) == {
         "posterior", "rig_posterior", "trial_function", "posterior_predictive", "prior", "log_likelihood",
         "log_prior", "sample_stats", "observed_data", "constant_data", "campaign_posterior", "laws", "innovations",
+        "convergence", "inputs",
     }  # fmt: skip
     provenance = json.loads(tree.attrs["provenance"])
     assert set(provenance["sha256"]) == {"campaign.toml", "still.csv", "decay.csv", "growth.csv"}

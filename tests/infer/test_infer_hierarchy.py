@@ -68,7 +68,7 @@ def obvious(posterior, u):
     """
     u = list(u)
     factors = [one.mass_damping_factor for one in posterior.tests]
-    dampings = [one.wind.priors[4].first for one in posterior.tests]
+    dampings = [one.wind.prior("damping_ratio").first for one in posterior.tests]
     sc_ref = stats.gmean([f * xi for f, xi in zip(factors, dampings, strict=True)])
     factor_ref = stats.gmean(factors)
     prior = 0.0
@@ -192,15 +192,16 @@ def test_scatter_about_the_curve_is_the_discrepancy(n):
         np.testing.assert_allclose(np.corrcoef(scores.T), np.eye(3), atol=0.06)
 
 
-def test_coordinates_are_named_and_fall_into_blocks():
+def test_coordinates_are_named_and_those_of_a_test_stand_together():
     posterior = campaign(None)
     assert posterior.names[:5] == (*SHARED, "law_exponent")
     own = ["stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor", "damping_ratio"]
     assert [name.split(" of ")[0] for name in posterior.names[5:]] == [
         *own, "mass_factor", *own, own[0], "w", *own[2:], "mass_factor",
     ]  # fmt: skip
-    assert [one.stop - one.start for one in posterior.blocks] == [5, 6, 5, 6]
-    assert posterior.blocks[-1].stop == len(posterior.priors)
+    assert [one.size for one in posterior.own_coordinates] == [6, 5, 6]
+    assert posterior.own_coordinates[0].start == 5
+    assert posterior.own_coordinates[-1].stop == posterior.coordinates.size == len(posterior.priors)
 
 
 # ------------------------------------------------------------------------------------------------ a record left out
@@ -227,7 +228,7 @@ def test_a_test_without_its_only_transient_keeps_its_place_but_not_its_relaxatio
     posterior = campaign(-1.0)
     rest = posterior.without("b1")
     assert [one.relaxes for one in rest.tests] == [True, False, False]
-    assert rest.names[posterior.blocks[2]] == (
+    assert rest.names[posterior.own_coordinates[1].block] == (
         "stable_amplitude of B", "w of B", "amplitude_scatter of B", "noise_factor of B", "damping_ratio of B"
     )  # fmt: skip
     assert rest.reference == posterior.reference, "the curve's parameters mean the same"
@@ -236,7 +237,8 @@ def test_a_test_without_its_only_transient_keeps_its_place_but_not_its_relaxatio
     np.testing.assert_allclose(rest.log_prob(u), prior + likelihood, rtol=1e-8)
     # the scatter and the noise of a test without records do nothing to the likelihood
     moved = u.copy()
-    moved[:, rest.blocks[2].start + 2 : rest.blocks[2].start + 4] += 1.0
+    for name in ("amplitude_scatter of B", "noise_factor of B"):
+        rest.named(moved)[name] += 1.0
     np.testing.assert_allclose(rest.log_likelihood(moved), rest.log_likelihood(u))
 
 

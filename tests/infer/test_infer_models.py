@@ -1,5 +1,7 @@
 """The sampled posteriors: constraints, coordinates, and whether their bands cover."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -96,7 +98,7 @@ def test_still_air_recovers_the_damping_of_two_plucks():
     xi = 0.006
     plucks = [simulate(rng, 0.0, xi * OMEGA0, 2e-5, s, 80, 1e-4) for s in (0.06, 0.09)]
     priors = (
-        CARD.prior("structural_damping", Motion.HEAVING),
+        replace(CARD.prior("structural_damping", Motion.HEAVING), name="damping_ratio"),
         CARD.prior("still_air_scatter", Motion.HEAVING),
         CARD.prior("noise_factor", Motion.HEAVING),
     )
@@ -123,9 +125,10 @@ def test_trial_constants_are_ordered_and_converge():
             "noise_factor",
         )
     }
-    order = ("trial_amplitude", "trial_amplitude", "trial_slow_rate", "trial_rate_gap", "trial_residual",
-             "trial_residual_rate", "noise_factor")  # fmt: skip
-    posterior = TrialPosterior(tuple(prior[name] for name in order), envelope([amplitude], 2e-4), OMEGA0, 0.12,
+    order = {"a": "trial_amplitude", "c": "trial_amplitude", "b": "trial_slow_rate", "rate_gap": "trial_rate_gap",
+             **{name: name for name in ("trial_residual", "trial_residual_rate", "noise_factor")}}  # fmt: skip
+    priors = tuple(replace(prior[of], name=name) for name, of in order.items())
+    posterior = TrialPosterior(priors, envelope([amplitude], 2e-4), OMEGA0, 0.12,
                                (0.05, 0.0, 0.07, -0.5))  # fmt: skip
     samples = sample(posterior, CARD.sampler, np.random.SeedSequence(3))
     assert samples.convergence.converged

@@ -1,6 +1,7 @@
-"""A fit made up from the paper's Tables 1 and 5, in the exact layout that inference writes, without sampling anything.
+"""A fit made up from the paper's Tables 1 and 5, in the layout that inference writes, without sampling anything.
 
-Every number is drawn about the truth that the tables imply, so that figures and tables can be tested in a moment.
+Layout and summary are inference's own (`result_schema`, `summary`); every number is drawn about the truth that the
+tables imply, so that figures and tables can be tested in a moment.
 """
 
 import json
@@ -10,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import xarray as xr
 
 from scruton.arrays import FloatArray
@@ -18,10 +18,13 @@ from scruton.campaign.schema import Campaign, Kind, Motion, Quantity, Record, Ri
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.envelope import Cycles, RingDown, front_end, ring_down
 from scruton.infer.cards import ModelCard, load_card
+from scruton.infer.result_schema import SCHEMA, dataset, faults
 from scruton.infer.results import Fit
+from scruton.infer.store import convergence_frame
+from scruton.infer.summary import parameters
+from scruton.infer.tree import inputs_group
 
 CHAINS, DRAWS, RUNS, ENSEMBLES = 8, 60, 100, 4
-INTERVALS = (0.50, 0.90, 0.95)
 
 
 @dataclass(frozen=True)
@@ -148,7 +151,10 @@ def fake_fit(
     tree = _tree(campaign, truths, cycles, law_n, rng)
     tree = _with_campaign(tree, card, np.random.default_rng([seed, 1]))
     summary, convergence = _summary(campaign, tree, law_n)
-    return Fit(campaign, card, tree, cycles, plucks, fronts, convergence, (), True, summary)
+    tree["convergence"] = xr.DataTree(convergence)
+    tree["inputs"] = xr.DataTree(inputs_group(campaign, card))
+    assert not faults(tree), "what is made up is laid out as what is written"
+    return Fit(campaign, card, tree, cycles, plucks, fronts, convergence_frame(tree), (), True, summary)
 
 
 def _row(rows: Sequence[Case], index: int) -> Case:
@@ -236,10 +242,9 @@ def _tree(
     section = campaign.section
     names = [test.name for test in campaign.tests]
 
-    def dataset(arrays: dict[str, list[FloatArray]], dim: str, labels: list[str]) -> xr.Dataset:
-        return xr.Dataset({k: (("chain", "draw", dim), np.stack(v, axis=-1)) for k, v in arrays.items()}).assign_coords(
-            {"chain": np.arange(CHAINS), "draw": np.arange(DRAWS), dim: labels, "ensemble": ("chain", ensemble)}
-        )
+    def draws_of(group: str, arrays: dict[str, list[FloatArray]], **labels: list[str]) -> xr.Dataset:
+        stacked = {key: np.stack(value, axis=-1) for key, value in arrays.items()}
+        return dataset(group, stacked, ensemble=ensemble, **labels)
 
     columns: dict[str, list[FloatArray]] = {}
     damping = []
@@ -292,60 +297,53 @@ def _tree(
             ends.append((float(cycle.time[0]), float(cycle.time[-1])))
             record_names.append(record.name)
             trial_tests.append(test.name)
-    constants = xr.Dataset(
-        {
-            "width": section.width,
-            "depth": section.depth,
-            "law_n": law_n,
-            "motion": section.motion.value,
-            "amplitude_unit": section.amplitude_unit,
-            "mass": ("test", [t.row.mass for t in truths]),
-            "air_density": ("test", [t.row.air_density for t in truths]),
-            "wind_speed": ("test", [t.row.wind_speed for t in truths]),
-            "frequency": ("test", [t.row.frequency for t in truths]),
-            "wind_frequency": ("test", [t.row.frequency for t in truths]),
-            "rig": ("test", [t.row.rig for t in truths]),
-            "peak": ("test", [int(bool(t.peak)) for t in campaign.tests]),
-            "stable_amplitude": (
-                "test",
-                [t.stable_amplitude.mean if t.stable_amplitude else np.nan for t in campaign.tests],
-            ),
-            "stable_amplitude_sd": (
-                "test",
-                [(t.stable_amplitude.sd or np.nan) if t.stable_amplitude else np.nan for t in campaign.tests],
-            ),
-        }
-    ).assign_coords(test=names)
+    measured = [test.stable_amplitude for test in campaign.tests]
+    constants: dict[str, Any] = {
+        "width": section.width,
+        "depth": section.depth,
+        "law_n": law_n,
+        "motion": section.motion.value,
+        "amplitude_unit": section.amplitude_unit,
+        "mass": [t.row.mass for t in truths],
+        "air_density": [t.row.air_density for t in truths],
+        "wind_speed": [t.row.wind_speed for t in truths],
+        "frequency": [t.row.frequency for t in truths],
+        "wind_frequency": [t.row.frequency for t in truths],
+        "rig": [t.row.rig for t in truths],
+        "peak": [int(bool(t.peak)) for t in campaign.tests],
+        "stable_amplitude": [one.mean if one else np.nan for one in measured],
+        "stable_amplitude_sd": [(one.sd or np.nan) if one else np.nan for one in measured],
+    }
     lp = -0.5 * rng.chisquare(5, (CHAINS, DRAWS, len(names)))
     groups = {
-        "/posterior": dataset(columns, "test", names),
-        "/sample_stats": dataset({"lp": list(np.moveaxis(lp, -1, 0))}, "test", names),
-        "/rig_posterior": dataset({"damping_ratio": damping}, "rig", [rig.name for rig in campaign.rigs]),
+        "/posterior": draws_of("posterior", columns, test=names),
+        "/sample_stats": draws_of("sample_stats", {"lp": list(np.moveaxis(lp, -1, 0))}, test=names),
+        "/rig_posterior": draws_of(
+            "rig_posterior", {"damping_ratio": damping}, rig=[rig.name for rig in campaign.rigs]
+        ),
     }
     if observed:
-        index = np.arange(sum(map(len, observed)))
-        dims = ("chain", "draw", "cycle")
-        groups["/trial_function"] = dataset(trial, "record", record_names).assign(
-            origin=("record", [one[0] for one in ends]),
-            end=("record", [one[1] for one in ends]),
-            record_test=("record", trial_tests),
+        origin, end = zip(*ends, strict=True)
+        groups["/trial_function"] = dataset(
+            "trial_function",
+            {key: np.stack(value, axis=-1) for key, value in trial.items()}
+            | {"origin": list(origin), "end": list(end), "record_test": trial_tests},
+            record=record_names,
+            ensemble=ensemble,
         )
-        groups["/posterior_predictive"] = xr.Dataset(
-            {
-                "amplitude": (dims, np.concatenate(predictive, axis=-1)[None]),
-                "mean_amplitude": (dims, np.concatenate(means, axis=-1)[None]),
-            }
-        ).assign_coords(chain=[0], draw=np.arange(RUNS), cycle=index)
-        groups["/observed_data"] = xr.Dataset({"amplitude": ("cycle", np.concatenate(observed))}).assign_coords(
-            cycle=index
+        runs = {"amplitude": predictive, "mean_amplitude": means}
+        groups["/posterior_predictive"] = dataset(
+            "posterior_predictive", {key: np.concatenate(value, axis=-1)[None] for key, value in runs.items()}
         )
-        constants = constants.assign(
-            time=("cycle", np.concatenate(at)),
-            standard_error=("cycle", np.concatenate(errors)),
-            record=("cycle", of_record),
-            record_test=("cycle", of_test),
-        )
-    tree = xr.DataTree.from_dict(groups | {"/constant_data": constants})
+        groups["/observed_data"] = dataset("observed_data", {"amplitude": np.concatenate(observed)})
+        constants |= {
+            "time": np.concatenate(at),
+            "standard_error": np.concatenate(errors),
+            "record": of_record,
+            "record_test": of_test,
+        }
+    groups["/constant_data"] = dataset("constant_data", constants, test=names)
+    tree = xr.DataTree.from_dict(groups)
     tree.attrs["provenance"] = json.dumps(_provenance(campaign), sort_keys=True)
     return tree
 
@@ -379,9 +377,9 @@ def _with_campaign(tree: xr.DataTree, card: ModelCard, rng: np.random.Generator)
         "log_evidence_error": error,
         "sampled": sampled,
     }
-    table = xr.Dataset({key: ("law", np.asarray(value, dtype=float)) for key, value in rows.items()})
     groups = {f"/{name}": node.to_dataset() for name, node in tree.children.items()}
-    groups |= {"/campaign_posterior": group, "/laws": table.assign_coords(law=labels)}
+    groups["/campaign_posterior"] = group.transpose("law", "chain", "draw", "peak_test")
+    groups["/laws"] = dataset("laws", {key: np.asarray(one, dtype=float) for key, one in rows.items()}, law=labels)
     found = xr.DataTree.from_dict(groups)
     found.attrs.update(tree.attrs)
     return found
@@ -399,13 +397,10 @@ def _shared_curve(tests: xr.Dataset, n: float, reference: float, rng: np.random.
     def scale(median: float) -> xr.DataArray:
         return amplitude.copy(data=median * np.exp(0.3 * rng.standard_normal(amplitude.shape)))
 
-    own = (
-        "a_star", "relaxation_rate", "damping_ratio", "scruton_number", "mass_damping_factor", "amplitude_scatter",
-        "noise_factor",
-    )  # fmt: skip
+    own = [one.name for one in SCHEMA["campaign_posterior"] if one.dims[-1] == "peak_test"]
     unknown = xr.full_like(tests["a_star"], np.nan)
-    found = xr.Dataset({key: tests[key] for key in own})
-    found = found.assign({key: tests[key] if n == -1.0 else unknown for key in ("Y1", "epsilon")})
+    forces = () if n == -1.0 else ("Y1", "epsilon")
+    found = xr.Dataset({key: unknown if key in forces else tests[key] for key in own})
     return found.rename(test="peak_test").assign(
         n=xr.full_like(amplitude, n),
         reference_amplitude=amplitude,
@@ -447,15 +442,6 @@ def _provenance(campaign: Campaign) -> dict[str, Any]:
     }
 
 
-def _entry(draws: FloatArray) -> dict[str, Any]:
-    return {
-        "median": float(np.median(draws)),
-        "mean": float(draws.mean()),
-        "sd": float(draws.std()),
-        "interval": {f"{p:.2f}": [float(x) for x in np.quantile(draws, [0.5 - p / 2, 0.5 + p / 2])] for p in INTERVALS},
-    }
-
-
 def _laws(tree: xr.DataTree) -> dict[str, Any]:
     """Weights of the laws as fit.json has them."""
     keys = ("prior_weight", "weight", "stacking_weight", "log_evidence", "log_evidence_error")
@@ -469,21 +455,19 @@ def _laws(tree: xr.DataTree) -> dict[str, Any]:
     return {"flag": False, "weights": weights}
 
 
-def _summary(campaign: Campaign, tree: xr.DataTree, law_n: float) -> tuple[dict[str, Any], pd.DataFrame]:
+def entries(group: xr.Dataset) -> dict[str, Any]:
+    """Every parameter of a group as fit.json has it."""
+    return parameters({str(k): one.to_numpy() for k, one in group.data_vars.items() if "draw" in one.dims})
+
+
+def _summary(campaign: Campaign, tree: xr.DataTree, law_n: float) -> tuple[dict[str, Any], xr.Dataset]:
     rows: list[dict[str, Any]] = []
     quality = {"rhat_nested": 1.001, "ess_bulk": 1500.0, "ess_tail": 1300.0}
 
-    def parameters(dataset: xr.Dataset, posterior: str) -> dict[str, Any]:
-        found = {}
-        for name, array in dataset.data_vars.items():
-            if "draw" not in array.dims:
-                continue
-            found[str(name)] = _entry(array.to_numpy()) | quality
-            rows.append(
-                {"posterior": posterior, "parameter": str(name)}
-                | quality
-                | {"tau": 12.0, "steps": 500, "acceptance": 0.6, "stuck": 0, "converged": True}
-            )
+    def sampled(group: xr.Dataset, posterior: str) -> dict[str, Any]:
+        found = {name: one | quality for name, one in entries(group).items()}
+        rest = {"tau": 12.0, "steps": 500, "acceptance": 0.6, "stuck": 0, "converged": True}
+        rows.extend({"posterior": posterior, "parameter": name} | quality | rest for name in found)
         return found
 
     posterior, rig = (tree[key].to_dataset() for key in ("posterior", "rig_posterior"))
@@ -501,12 +485,9 @@ def _summary(campaign: Campaign, tree: xr.DataTree, law_n: float) -> tuple[dict[
         "laws": _laws(tree),
         "campaign": {
             "reference_scruton_number": joint.attrs["reference_scruton_number"],
-            "parameters": {str(name): _entry(array.to_numpy()) for name, array in shared.data_vars.items()},
+            "parameters": entries(shared),
             "tests": [
-                {
-                    "name": str(name),
-                    "parameters": {str(k): _entry(v.to_numpy()) for k, v in own.sel(peak_test=name).data_vars.items()},
-                }
+                {"name": str(name), "parameters": entries(own.sel(peak_test=name))}
                 for name in joint["peak_test"].to_numpy()
             ],
         },
@@ -518,19 +499,19 @@ def _summary(campaign: Campaign, tree: xr.DataTree, law_n: float) -> tuple[dict[
                 "peak": bool(test.peak),
                 "wind_frequency": campaign.rig(test.rig).frequency.mean,
                 "lock_in": [],
-                "parameters": parameters(posterior.sel(test=test.name), f"test {test.name}"),
+                "parameters": sampled(posterior.sel(test=test.name), f"test {test.name}"),
             }
             for test in campaign.tests
         ],
         "rigs": [
-            {"name": one.name, "parameters": parameters(rig.sel(rig=one.name), f"rig {one.name}"), "bands": []}
+            {"name": one.name, "parameters": sampled(rig.sel(rig=one.name), f"rig {one.name}"), "bands": []}
             for one in campaign.rigs
         ],
         "records": [
             {
                 "name": record.name,
                 "test": test.name,
-                "parameters": parameters(trial.sel(record=record.name), f"trial function of {record.name}"),
+                "parameters": sampled(trial.sel(record=record.name), f"trial function of {record.name}"),
             }
             for test in campaign.tests
             for record in test.records
@@ -538,4 +519,5 @@ def _summary(campaign: Campaign, tree: xr.DataTree, law_n: float) -> tuple[dict[
         ],
         "provenance": json.loads(tree.attrs["provenance"]),
     }
-    return summary, pd.DataFrame(rows).set_index(["posterior", "parameter"])
+    columns = {one.name: [row[one.name] for row in rows] for one in SCHEMA["convergence"]}
+    return summary, dataset("convergence", columns)

@@ -4,12 +4,12 @@ import numpy as np
 from scipy.special import ndtri
 from scipy.stats import qmc
 
+from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
 from scruton.griffin.curves import LawCurves
 from scruton.sizing.bridge import Bridge, Mode
 from scruton.sizing.mode_shape import sine
 from scruton.sizing.model import ModeModel
-from scruton.sizing.uncertain import Uncertain, known
 
 LIMIT = 0.04 / 0.3  # m
 
@@ -28,6 +28,6 @@ def laws(discrepancy=0.0, exponents=(-1.0,), weights=(1.0,), draws=1 << 13):
 
 
 def mode_model(discrepancy=0.0, cov=0.0, coherence=None, shape=None, **options):
-    mode = Mode("V1", known(0.3), shape=shape or sine(), damping_ratio=Uncertain("lognormal", 0.003, cov * 0.003))
-    bridge = Bridge("bridge", Motion.HEAVING, 12.0, 3.0, 1.225, coherence or known(1.0), (), (mode,))
+    mode = Mode("V1", Quantity(0.3), shape=shape or sine(), damping_ratio=Quantity(0.003, cov * 0.003))
+    bridge = Bridge("bridge", Motion.HEAVING, 12.0, 3.0, 1.225, coherence or Quantity(1.0), (), (mode,))
     return ModeModel(laws(discrepancy, **options), np.ones(1), bridge, mode)

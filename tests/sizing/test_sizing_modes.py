@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from sizing_room import LIMIT, mode_model
 
+from scruton.campaign.quantity import Quantity
 from scruton.sizing.model import COHERENCE, LAW, SECTION, SOURCES
 from scruton.sizing.modes import joint_draws, together
-from scruton.sizing.uncertain import Uncertain
 
 
 def models():
-    return [mode_model(0.2, 0.45, Uncertain("beta", 0.9, 0.05)) for _ in range(3)]
+    return [mode_model(0.2, 0.45, Quantity(0.9, 0.05, "beta")) for _ in range(3)]
 
 
 def test_what_is_a_modes_own_is_not_tied_to_another_modes():

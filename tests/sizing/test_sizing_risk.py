@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from sizing_room import LIMIT, mode_model
 
+from scruton.campaign.quantity import Quantity
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.sizing.mode_shape import sine, uniform
 from scruton.sizing.model import DAMPING, DISCREPANCY, SOURCES, CurveTable, unit_cube
 from scruton.sizing.risk import risk
 from scruton.sizing.shares import shares, sobol_shares
-from scruton.sizing.uncertain import Uncertain
 
 
 @pytest.mark.parametrize(
@@ -44,7 +44,7 @@ def brute_force(draws, added, *, discrepancy, cov, coherence=(1.0, 0.0), n=-1.0,
 @pytest.mark.parametrize("n", [-1.0, 2.0])
 @pytest.mark.parametrize("added", [0.0, 0.001, 0.004])
 def test_probabilities_agree_with_a_million_draws(n, added):
-    model = mode_model(0.15, 0.3, Uncertain("beta", 0.9, 0.05), exponents=(n,))
+    model = mode_model(0.15, 0.3, Quantity(0.9, 0.05, "beta"), exponents=(n,))
     found = risk(model, LIMIT)
     amplitude = brute_force(1_000_000, added, discrepancy=0.15, cov=0.3, coherence=(0.9, 0.05), n=n)
     p = float(np.mean(amplitude > LIMIT))
@@ -111,7 +111,7 @@ def test_shares_of_a_product_are_those_of_the_logarithms_variance():
 
 
 def test_shares_sum_as_they_must():
-    model = mode_model(0.2, 0.45, Uncertain("beta", 0.9, 0.05), exponents=(-1.0, 1.0), weights=(0.5, 0.5))
+    model = mode_model(0.2, 0.45, Quantity(0.9, 0.05, "beta"), exponents=(-1.0, 1.0), weights=(0.5, 0.5))
     for rows in shares(model, LIMIT, added=0.005).values():
         assert len(rows) == 5
         assert sum(row.first for row in rows) <= 1.02
@@ -168,7 +168,7 @@ def test_the_mode_factor_is_what_strips_with_their_own_amplitude_balance_to():
 
 @pytest.mark.parametrize("family", ["lognormal", "normal", "beta"])
 def test_quantile_functions_have_the_moments_they_state(family):
-    one = Uncertain(family, 0.5, 0.1)
+    one = Quantity(0.5, 0.1, family)
     draws = one.quantile((np.arange(200_000) + 0.5) / 200_000)
     assert draws.mean() == pytest.approx(0.5, rel=2e-3)
     assert draws.std() == pytest.approx(0.1, rel=1e-2)
@@ -176,24 +176,24 @@ def test_quantile_functions_have_the_moments_they_state(family):
 
 def test_a_beta_that_is_all_but_certain_has_its_quantiles():
     u = np.array([0.05, 0.5, 0.95])
-    wide, narrow = (Uncertain("beta", 0.9, sd).quantile(u) for sd in (1e-4, 1e-12))
+    wide, narrow = (Quantity(0.9, sd, "beta").quantile(u) for sd in (1e-4, 1e-12))
     np.testing.assert_allclose((wide - 0.9) / 1e-4, [-1.645, 0.0, 1.645], atol=2e-3)
     np.testing.assert_allclose(narrow, 0.9, rtol=1e-11)
 
 
 def test_a_minimum_cuts_off_a_beta_too():
-    draws = Uncertain("beta", 0.9, 0.05, minimum=0.85).quantile(np.linspace(1e-6, 1.0 - 1e-6, 1000))
+    draws = Quantity(0.9, 0.05, "beta", minimum=0.85).quantile(np.linspace(1e-6, 1.0 - 1e-6, 1000))
     assert draws.min() == pytest.approx(0.85, abs=1e-4)
     assert (np.diff(draws) > 0.0).all()
 
 
 def test_a_minimum_cuts_off_and_keeps_the_order():
-    one = Uncertain("lognormal", 0.003, 0.00135, minimum=0.001)
+    one = Quantity(0.003, 0.00135, minimum=0.001)
     u = np.linspace(0.001, 0.999, 50)
     draws = one.quantile(u)
     assert draws.min() >= 0.001
     assert (np.diff(draws) > 0.0).all()
-    assert one.quantile(np.array(0.5)) > Uncertain("lognormal", 0.003, 0.00135).quantile(np.array(0.5))
+    assert one.quantile(np.array(0.5)) > Quantity(0.003, 0.00135).quantile(np.array(0.5))
 
 
 def test_a_tabulated_curve_is_the_curve():

@@ -105,14 +105,11 @@ def read_bridge(
 
     from scruton.griffin.posterior import chosen_rig, motion_of
     from scruton.sizing.bridge import DAMPING, DAMPING_COV, load_bridge, stand_in
-    from scruton.sizing.uncertain import Uncertain
 
     motion = motion_of(tree)
     design = None
     if damping is not None:
-        value = parse_damping(damping)
-        sd = DAMPING_COV * value.mean if value.sd is None else value.sd
-        design = Uncertain("lognormal" if sd else "known", value.mean, sd)
+        design = parse_damping(damping).or_relative_sd(DAMPING_COV)
     if path is None:
         return stand_in(tree, motion, chosen_rig(tree, rig), design or DAMPING)
     found = load_bridge(path, motion)

@@ -25,9 +25,13 @@ from scruton.calibrate.regimes import (
 from scruton.campaign.schema import Motion
 from scruton.dynamics import Setting, amplitude_ratio, force_parameters
 from scruton.infer.cards import ModelCard
-from scruton.stats.priors import Prior
+from scruton.stats import Coordinates, Prior
 
-SHARED, OWN = 4, 5  # normals of the curve, and of every test: z, w, damping, mass, density
+# Normals of the curve, and of every test.
+SHARED = Coordinates(
+    dict.fromkeys(("stable_amplitude", "relaxation_ratio", "discrepancy_amplitude", "discrepancy_relaxation"))
+)
+OWN = Coordinates(dict.fromkeys(("amplitude", "relaxation", "damping", "mass", "density")))
 _TRIES = 1000
 
 
@@ -103,7 +107,7 @@ def log_sd(relative: float) -> float:
 
 def dimension(regime: Regime) -> int:
     """Number of standard normals that make one truth."""
-    return SHARED + OWN * len(regime.scruton_numbers)
+    return SHARED.size + OWN.size * len(regime.scruton_numbers)
 
 
 def from_normals(z: FloatArray, regime: Regime, card: ModelCard) -> tuple[Drawn, Body, np.ndarray]:
@@ -126,31 +130,27 @@ def from_normals(z: FloatArray, regime: Regime, card: ModelCard) -> tuple[Drawn,
         Whether every test has a stable amplitude, for n < 0 at zero damping too; what is not is drawn again.
     """
     tests, n = len(regime.scruton_numbers), regime.n
-    shared = [
-        _value(card.prior(name, regime.motion), z[:, i])
-        for i, name in enumerate(
-            ("stable_amplitude", "relaxation_ratio", "discrepancy_amplitude", "discrepancy_relaxation")
-        )
-    ]
-    own = z[:, SHARED:].reshape(len(z), tests, OWN)
+    amplitude, ratio, tau, kappa = (
+        _value(card.prior(name, regime.motion), z[:, column]) for name, column in SHARED.items()
+    )
+    own = OWN.of(z[:, SHARED.stop :].reshape(len(z), tests, OWN.size))
     body, damping = stated(regime)
     factor = setting(regime.motion, body, damping).mass_damping_factor
     reference = float(np.exp(np.log(regime.scruton_numbers).mean()))
-    amplitude, tau, kappa = shared[0], shared[2], shared[3]
-    relaxation = shared[1] * float(np.exp(np.log(factor).mean()))
+    relaxation = ratio * float(np.exp(np.log(factor).mean()))
     at_zero = relaxation + n * reference
 
     true = Body(
-        body.mass * np.exp(log_sd(regime.mass_sd) * own[..., 3]),
-        body.air_density * np.exp(log_sd(regime.density_sd) * own[..., 4]),
+        body.mass * np.exp(log_sd(regime.mass_sd) * own["mass"]),
+        body.air_density * np.exp(log_sd(regime.density_sd) * own["density"]),
     )
-    xi = damping * np.exp(log_sd(regime.damping_sd) * own[..., 2])
+    xi = damping * np.exp(log_sd(regime.damping_sd) * own["damping"])
     places = setting(regime.motion, true, xi)
     sc = places.scruton_number
     with np.errstate(all="ignore"):
         curve = amplitude[:, None] * amplitude_ratio((sc - reference) / relaxation[:, None], n)
-        a_star = curve * np.exp(tau[:, None] * own[..., 0])
-        here = at_zero[:, None] * np.exp(kappa[:, None] * own[..., 1]) - n * sc
+        a_star = curve * np.exp(tau[:, None] * own["amplitude"])
+        here = at_zero[:, None] * np.exp(kappa[:, None] * own["relaxation"]) - n * sc
         rate = here / places.mass_damping_factor * omega0(regime.motion)
         possible = np.isfinite(a_star) & (a_star > 0.0) & (rate > 0.0)
         if n < 0.0:

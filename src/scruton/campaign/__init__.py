@@ -4,12 +4,12 @@
 """
 
 from scruton.campaign.load import load_campaign
+from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import (
     Campaign,
     Fluid,
     Kind,
     Motion,
-    Quantity,
     Record,
     Rig,
     Section,

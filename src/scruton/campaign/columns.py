@@ -1,15 +1,14 @@
 """Which column of a file holds which quantity, and how the file is laid out, as a record's table says."""
 
 import io
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from scruton.campaign.files import Files
-from scruton.campaign.readers import is_delimited
-from scruton.campaign.readers.columns import Column, Container, readable
-from scruton.campaign.readers.delimited import CsvDialect
-from scruton.campaign.tables import Table
-from scruton.campaign.units import show
+from scruton.campaign.readers import Column, Container, CsvDialect, is_delimited, read_columns
+from scruton.campaign.spelling import folded, show
+from scruton.campaign.toml import Field, Table, whole
 from scruton.errors import InputError
 
 TEXT_KEYS = ("columns", "skip_rows", "delimiter", "decimal", "encoding")
@@ -72,29 +71,26 @@ def chosen_columns(table: Table, path: Path, container: Container, wanted: Mappi
     key = "columns" if is_delimited(path) else "variables"
     table.table("units").check_keys(known)
     stated = _stated(table.table(key), known, positions=is_delimited(path))
-    with readable(path, "a whole file"):
-        there = container.names
-    have = {_plain(name): name for name in there}
+    there = container.names
+    have = {folded(name): name for name in there}
     names: dict[str, str | int] = {}
     for group, needed in wanted.items():
         quantities = group.split("|")
-        found = {one: stated[one] for one in quantities if one in stated} or {
-            one: have[_plain(spelling)]
-            for one in quantities
-            for spelling in _SPELLINGS.get(one, (one,))
-            if _plain(spelling) in have
+        matches = {quantity: stated[quantity] for quantity in quantities if quantity in stated} or {
+            quantity: have[folded(spelling)]
+            for quantity in quantities
+            for spelling in _SPELLINGS.get(quantity, (quantity,))
+            if folded(spelling) in have
         }
-        if len(found) > 1:
-            choice = f'{key} = {{ {quantities[0]} = "{found[quantities[0]]}" }}'
+        if len(matches) > 1:
+            choice = f'{key} = {{ {quantities[0]} = "{matches[quantities[0]]}" }}'
             raise InputError(
-                path, "", f"both {' and '.join(found)}", f"one of the two; say which in the table: {choice}"
+                path, "", f"both {' and '.join(matches)}", f"one of the two; say which in the table: {choice}"
             )
-        if needed and not found:
+        if needed and not matches:
             raise _missing(path, key, quantities, there)
-        names |= found
-    with readable(path, "a whole file"):  # some damage shows only when the data are read
-        columns = container.read(list(names.values()))
-    return dict(zip(names, columns, strict=True))
+        names |= matches
+    return dict(zip(names, read_columns(container, list(names.values())), strict=True))
 
 
 def _stated(table: Table, known: list[str], *, positions: bool) -> dict[str, str | int]:
@@ -136,26 +132,39 @@ def _delimiter_hint(key: str, there: Sequence[str]) -> str:
 
 def _dialect(table: Table) -> CsvDialect:
     """Read how a text file is laid out."""
-    skip_rows = table.values.get("skip_rows", 0)
-    if isinstance(skip_rows, bool) or not isinstance(skip_rows, int) or skip_rows < 0:
-        raise table.error("skip_rows", show(skip_rows), "how many lines stand before the header, such as skip_rows = 3")
-    delimiter = table.text("delimiter", _DELIMITERS, default="") if "delimiter" in table else ""
-    if "delimiter" in table and (len(delimiter) != 1 or delimiter in '"\n\r'):
-        raise table.error("delimiter", show(delimiter), _DELIMITERS)
-    decimal = table.text("decimal", '"." or ","', default=".")
-    if decimal not in (".", ","):
-        raise table.error("decimal", show(decimal), '"." or ","')
-    encoding = table.text("encoding", 'the name of an encoding, such as "utf-8" or "gbk"', default="utf-8")
+    dialect = CsvDialect(**{key: field.read(table, key) for key, field in _DIALECT.items()})
+    if dialect.delimiter == dialect.decimal:
+        raise table.error("delimiter", show(dialect.delimiter), "a sign other than the decimal one")
+    return dialect
+
+
+def _delimiter(table: Table, key: str) -> str:
+    sign = table.text(key, _DELIMITERS, blank=True)
+    if len(sign) != 1 or sign in '"\n\r':
+        raise table.refusal(key, _DELIMITERS)
+    return sign
+
+
+def _decimal(table: Table, key: str) -> str:
+    wanted = '"." or ","'
+    sign = table.text(key, wanted)
+    if sign not in (".", ","):
+        raise table.refusal(key, wanted)
+    return sign
+
+
+def _encoding(table: Table, key: str) -> str:
+    name = table.text(key, 'the name of an encoding, such as "utf-8" or "gbk"')
     try:
-        io.TextIOWrapper(io.BytesIO(), encoding=encoding)
+        io.TextIOWrapper(io.BytesIO(), encoding=name)
     except (LookupError, ValueError):
-        wanted = 'an encoding that Python knows, such as "utf-8" or "gbk"'
-        raise table.error("encoding", show(encoding), wanted) from None
-    if delimiter == decimal:
-        raise table.error("delimiter", show(delimiter), "a sign other than the decimal one")
-    return CsvDialect(skip_rows, delimiter, decimal, encoding)
+        raise table.refusal(key, 'an encoding that Python knows, such as "utf-8" or "gbk"') from None
+    return name
 
 
-def _plain(name: str) -> str:
-    """Fold case, underscores and spaces: "Wind_speed" is "wind speed"."""
-    return " ".join(name.replace("_", " ").lower().split())
+_DIALECT = {
+    "skip_rows": whole(0, math.inf, 0, wanted="how many lines stand before the header, such as skip_rows = 3"),
+    "delimiter": Field(_delimiter, ""),
+    "decimal": Field(_decimal, "."),
+    "encoding": Field(_encoding, "utf-8"),
+}

@@ -1,17 +1,14 @@
 """The files of one campaign: each is read and hashed once, however many records lie in it."""
 
-import os
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from scruton.campaign.bounded import LARGEST_RECORD, MISSING, read_bytes
+from scruton.campaign.bounded import MISSING, read_bytes, relative_to
+from scruton.campaign.readers import Container, CsvDialect, open_container
+from scruton.campaign.thresholds import LARGEST_RECORD
 from scruton.errors import InputError
-
-if TYPE_CHECKING:
-    from scruton.campaign.readers import Container, CsvDialect
 
 
 @dataclass
@@ -29,7 +26,7 @@ class Files:
     folder: Path
     sha256: dict[str, str] = field(default_factory=dict)
     _bytes: dict[Path, bytes] = field(default_factory=dict)
-    _open: "dict[tuple[Path, CsvDialect], Container]" = field(default_factory=dict)
+    _open: dict[tuple[Path, CsvDialect], Container] = field(default_factory=dict)
 
     def read(self, path: Path, largest: int = LARGEST_RECORD) -> bytes:
         """Read a file of at most `largest` bytes and note its digest (InputError as `read_bytes`)."""
@@ -43,20 +40,15 @@ class Files:
         self.sha256[self.key(path)] = sha256(data).hexdigest()
         return data
 
-    def open(self, path: Path, dialect: "CsvDialect") -> "Container":
+    def open(self, path: Path, dialect: CsvDialect) -> Container:
         """Open a file of records (InputError as `read`, or as its reader)."""
-        from scruton.campaign.readers import open_container
-
         if (path, dialect) not in self._open:
             self._open[path, dialect] = open_container(self.read(path), path, dialect)
         return self._open[path, dialect]
 
     def key(self, path: Path) -> str:
         """Return a path relative to the campaign's folder, with forward slashes."""
-        try:
-            return Path(os.path.relpath(path, self.folder)).as_posix()
-        except ValueError:  # another drive
-            return path.as_posix()
+        return relative_to(path, self.folder)
 
     def _hint(self, path: Path) -> str:
         if not path.parent.is_dir():

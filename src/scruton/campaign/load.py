@@ -6,13 +6,15 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from scruton.campaign.bounded import LARGEST_TOML, parse_toml, toml_text
 from scruton.campaign.columns import file_path
 from scruton.campaign.files import Files
+from scruton.campaign.quantity import Quantity
 from scruton.campaign.records import read_record, read_sweep
 from scruton.campaign.remarks import Remark, Severity
-from scruton.campaign.schema import Campaign, Fluid, Kind, Motion, Quantity, Record, Rig, Section, Sweep, Test
-from scruton.campaign.tables import Table, nearest
+from scruton.campaign.schema import Campaign, Fluid, Kind, Motion, Record, Rig, Section, Sweep, Test
+from scruton.campaign.spelling import nearest, show
+from scruton.campaign.thresholds import LARGEST_TOML
+from scruton.campaign.toml import Table, anything, choice, flag, number, parse_toml, stated, text
 from scruton.campaign.units import (
     DAMPING_RATIO,
     DENSITY,
@@ -24,7 +26,6 @@ from scruton.campaign.units import (
     SPEED,
     odd_unit,
     parse_amplitude,
-    show,
 )
 from scruton.errors import InputError
 
@@ -34,12 +35,33 @@ STILL_AIR = (Kind.FREE_DECAY,)
 IN_WIND = (Kind.GROWTH, Kind.DECAY, Kind.STEADY)
 
 _TOP_KEYS = ("format", "title", "source", "section", "rigs", "tests", "sweeps")
-_SECTION_KEYS = ("motion", "width", "depth", "fluid")
-_RIG_KEYS = ("name", "mass", "inertia", "frequency", "damping_ratio", "records")
-_TEST_KEYS = (
-    "name", "rig", "air_density", "wind_speed", "reduced_velocity", "peak", "stable_amplitude", "records",
-)  # fmt: skip
-
+_SECTION = {
+    "motion": choice(Motion),
+    "width": number(LENGTH),
+    "depth": number(LENGTH),
+    "fluid": choice(Fluid, Fluid.AIR),
+}
+_RIG = {
+    "name": text('a name, such as name = "1#"'),
+    "mass": anything(),
+    "inertia": anything(),
+    "frequency": stated(FREQUENCY),
+    "damping_ratio": stated(
+        DAMPING_RATIO, None, good=lambda ratio: ratio <= 1.0,
+        wanted="a ratio below 1, not in percent: 0.0058 is 0.58 %",
+    ),
+    "records": anything(),
+}  # fmt: skip
+_TEST = {
+    "name": text('a name, such as name = "Sc 1.9"'),
+    "rig": text("the name of a rig"),
+    "air_density": stated(DENSITY),
+    "wind_speed": anything(),
+    "reduced_velocity": anything(),
+    "peak": flag(None),
+    "stable_amplitude": anything(),
+    "records": anything(),
+}
 
 # Keys of quantities with a unit, wherever they stand.
 _QUANTITIES = frozenset(
@@ -76,11 +98,9 @@ def load_campaign(path: Path, problems: list[InputError] | None = None) -> Campa
     if not path.exists():
         raise InputError(path, "", "no such file", f"a folder with a {FILE_NAME}, or the path of one")
     files = Files(path.parent)
-    top = Table(path, "", parse_toml(toml_text(files.read(path, LARGEST_TOML), path), path))
+    top = Table(path, "", parse_toml(files.read(path, LARGEST_TOML), path))
     top.check_keys(_TOP_KEYS)
-    version = top.required("format", f"format = {FORMAT}")
-    if version != FORMAT or isinstance(version, bool | float):
-        raise top.error("format", show(version), f"format = {FORMAT}, the one that this version reads")
+    top.check_format(FORMAT)
     section = _section(top)
     rigs, tests, sweeps = top.tables("rigs"), top.tables("tests"), top.tables("sweeps")
     if not rigs:
@@ -94,8 +114,8 @@ def load_campaign(path: Path, problems: list[InputError] | None = None) -> Campa
     _check_peaks(tests, read_tests)
     return Campaign(
         path=path,
-        title=top.text("title", "a text", default=path.resolve().parent.name),
-        source=top.text("source", "a text", default=""),
+        title=text(default=path.resolve().parent.name).read(top, "title"),
+        source=text(default="", blank=True).read(top, "source"),
         section=section,
         rigs=read_rigs,
         tests=read_tests,
@@ -155,34 +175,24 @@ def _odd_units(table: Table) -> Iterator[Remark]:
         elif isinstance(value, Mapping):
             yield from _odd_units(Table(table.file, place, value))
         elif isinstance(value, list):
-            for i, one in enumerate(value):
-                if isinstance(one, Mapping):
-                    yield from _odd_units(Table(table.file, f"{place}[{i}]", one))
+            for i, inner in enumerate(value):
+                if isinstance(inner, Mapping):
+                    yield from _odd_units(Table(table.file, f"{place}[{i}]", inner))
 
 
 def _section(top: Table) -> Section:
     if "section" not in top:
         raise top.error("section", "nothing", "a table [section] with motion, width and depth")
-    table = top.table("section")
-    table.check_keys(_SECTION_KEYS)
-    motion = Motion(table.choice("motion", [one.value for one in Motion]))
-    fluid = Fluid(table.choice("fluid", [one.value for one in Fluid])) if "fluid" in table else Fluid.AIR
-    return Section(motion, table.number("width", LENGTH), table.number("depth", LENGTH), fluid)
+    return Section(**top.table("section").read(_SECTION))
 
 
 def _rig(table: Table, reading: _Reading) -> Rig:
-    table.check_keys(_RIG_KEYS)
-    name = table.text("name", 'a name, such as name = "1#"')
-    frequency = table.quantity("frequency", FREQUENCY)
+    values = table.read(_RIG)
     mass = _mass(table, reading.section.motion)
-    damping_ratio = table.quantity("damping_ratio", DAMPING_RATIO) if "damping_ratio" in table else None
-    if damping_ratio is not None and damping_ratio.mean > 1.0:
-        raise table.error(
-            "damping_ratio", f"{damping_ratio.mean:g}", "a ratio below 1, not in percent: 0.0058 is 0.58 %"
-        )
-    if damping_ratio is None and not table.tables("records"):
+    if values["damping_ratio"] is None and not table.tables("records"):
         raise table.error("damping_ratio", "nothing, and no free-decay record either", "one of the two")
-    return Rig(name, frequency, mass, damping_ratio, reading.records(table, STILL_AIR))
+    records = reading.records(table, STILL_AIR)
+    return Rig(values["name"], values["frequency"], mass, values["damping_ratio"], records)
 
 
 def _mass(table: Table, motion: Motion) -> Quantity | None:
@@ -196,27 +206,25 @@ def _mass(table: Table, motion: Motion) -> Quantity | None:
 
 
 def _test(table: Table, rigs: dict[str, Rig], reading: _Reading) -> Test:
-    table.check_keys(_TEST_KEYS)
-    name = table.text("name", 'a name, such as name = "Sc 1.9"')
-    rig = _rig_of(table, rigs)
+    values = table.read(_TEST)
+    rig, section = _rig_of(table, rigs), reading.section
     if rig.mass is None:
-        wanted = f'a rig with a mass, such as mass = "7.089 kg/m" in rig "{rig.name}"'
-        if reading.section.motion is Motion.TORSIONAL:
-            wanted = f'a rig with an inertia, such as inertia = "0.183 kg*m^2/m" in rig "{rig.name}"'
+        what, example = (
+            ("a mass", 'mass = "7.089 kg/m"')
+            if section.motion is Motion.HEAVING
+            else ("an inertia", 'inertia = "0.183 kg*m^2/m"')
+        )
+        wanted = f'a rig with {what}, such as {example} in rig "{rig.name}"'
         raise table.error("rig", f'"{rig.name}", which has no mass', wanted)
-    peak = table.values.get("peak")
-    if peak is not None and not isinstance(peak, bool):
-        raise table.error("peak", show(peak), "true or false")
     stable = None
     if "stable_amplitude" in table:
-        key = "stable_amplitude"
-        stable = parse_amplitude(table.values[key], reading.section, table.file, table.at(key))
+        stable = parse_amplitude(values["stable_amplitude"], section, table.file, table.at("stable_amplitude"))
     return Test(
-        name=name,
+        name=values["name"],
         rig=rig.name,
-        air_density=table.quantity("air_density", DENSITY),
-        wind_speed=_wind_speed(table, rig, reading.section),
-        peak=peak,
+        air_density=values["air_density"],
+        wind_speed=_wind_speed(table, rig, section),
+        peak=values["peak"],
         stable_amplitude=stable,
         records=reading.records(table, IN_WIND),
     )

@@ -8,9 +8,11 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.campaign.columns import EXAMPLES, chosen_columns, open_table
 from scruton.campaign.files import Files
-from scruton.campaign.readers.columns import Column
+from scruton.campaign.readers import Column
 from scruton.campaign.schema import Kind, Motion, Record, Section, Sweep
-from scruton.campaign.tables import Table
+from scruton.campaign.spelling import show
+from scruton.campaign.thresholds import LATEST, MIN_SAMPLES, RATE_TOLERANCE, RATES, SIZES, SPARSEST
+from scruton.campaign.toml import Table
 from scruton.campaign.units import (
     DENSITY,
     FREQUENCY,
@@ -19,17 +21,10 @@ from scruton.campaign.units import (
     TIME,
     Dimension,
     amplitude_factor,
-    show,
     unit_factor,
 )
 from scruton.errors import InputError
 
-MIN_SAMPLES = 5  # what a five-point difference needs
-SPARSEST = 20.0  # times the length that its samples fill: the longest that a record with gaps may last
-SIZES = (1e-15, 1e9)  # of the largest response, A/D or rad; of wind speeds [m/s], too: no tunnel knows others
-LATEST = 1e12  # s, of any time: clocks of computers count 1.7e9 s since 1970
-RATES = (1e-9, 1e9)  # Hz, of samples
-RATE_TOLERANCE = 0.01  # relative, between a stated sample rate and the file's own time
 DIALECT_KEYS = ("columns", "variables", "units", "skip_rows", "delimiter", "decimal", "encoding")
 RECORD_KEYS = ("file", "kind", "sample_rate", "start", "stop", *DIALECT_KEYS)
 SWEEP_KEYS = ("rig", "air_density", "file", *DIALECT_KEYS)

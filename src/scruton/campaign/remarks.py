@@ -5,7 +5,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
-LISTED = 6  # names that one line carries; a longer list hides the sentence before it
+from scruton.campaign.spelling import figure
+from scruton.campaign.thresholds import LISTED
 
 
 class Severity(IntEnum):
@@ -93,8 +94,3 @@ def _said(group: Sequence[Remark]) -> str:
 def _range(values: Sequence[float]) -> str:
     low, high = figure(min(values)), figure(max(values))
     return low if low == high else f"{low} to {high}"
-
-
-def figure(value: float) -> str:
-    """Write a number with two digits, and without an exponent where it has up to six before the point."""
-    return f"{value:.0f}" if 100.0 <= abs(value) < 1e6 else f"{value:.2g}"

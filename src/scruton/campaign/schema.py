@@ -9,6 +9,7 @@ from enum import StrEnum
 from pathlib import Path
 
 from scruton.arrays import FloatArray
+from scruton.campaign.quantity import Quantity as Quantity
 from scruton.campaign.remarks import Remark
 
 
@@ -33,14 +34,6 @@ class Fluid(StrEnum):
 
     AIR = "air"
     WATER = "water"
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """A number as the laboratory states it, SI; `sd` is None where no uncertainty was stated."""
-
-    mean: float
-    sd: float | None = None
 
 
 @dataclass(frozen=True)

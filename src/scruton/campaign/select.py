@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from scruton.campaign.schema import Campaign, Test
-from scruton.campaign.tables import nearest
+from scruton.campaign.spelling import nearest
 from scruton.errors import InputError
 
 

@@ -11,8 +11,10 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scruton.campaign.remarks import figure
-from scruton.campaign.schema import Motion, Quantity, Section
+from scruton.campaign.quantity import Quantity
+from scruton.campaign.schema import Motion, Section
+from scruton.campaign.spelling import figure, show
+from scruton.campaign.thresholds import LONGEST_UNIT
 from scruton.errors import InputError
 
 if TYPE_CHECKING:
@@ -67,7 +69,6 @@ REDUCED_VELOCITY = Dimension("a reduced velocity U/(f0 D), a bare number", "", 9
 HEAVING_AMPLITUDE = Dimension("an amplitude A/D, or a length with its unit", "", 0.0655)
 TORSIONAL_AMPLITUDE = Dimension("an amplitude in radians, or an angle with its unit", "", 0.02)
 
-LONGEST_UNIT = 40  # characters
 _POWER_SIGN = re.compile(r"\*\*|\^|[⁻⁰¹²³⁴-⁹]")
 _POWER = re.compile(  # of a unit, not of a number or of a power: m^2, m**-2, m²
     r"(?<=[^\W\d⁰¹²³⁴-⁹])(?:\s*(?:\*\*|\^)\s*[+-]?\d{1,2}(?!\d|\s*\*\*|\s*\^)|⁻?[⁰¹²³⁴-⁹]{1,2})"
@@ -180,20 +181,6 @@ def odd_unit(text: str) -> str | None:
             if not 0.999 * low <= factor <= 1.001 * high:
                 return f'the unit "{unit}", {figure(factor)} {dimension.unit}'
     return None
-
-
-def show(value: object) -> str:
-    """Show a value as TOML spells it, shortly."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, str):
-        return f'"{value}"' if len(value) <= 60 else f'"{value[:57]}..."'
-    if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{key} = {show(one)}" for key, one in list(value.items())[:4]) + " }"
-    if isinstance(value, list):
-        return "a list"
-    text = str(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def _root(unit: str) -> "tuple[float, pint.Unit]":

@@ -205,7 +205,8 @@ def _extended_filter(  # type: ignore[no-untyped-def]
             c = table[w, rec[k]]
             dt = period[k]
             gain = 1.0 + c[_GAIN]
-            r2 = (c[_R] * se[k]) ** 2
+            blur = c[_R] * se[k]
+            r2 = blur * blur
             q2 = c[_Q] * c[_Q]
             hats = False
             for j in range(HATS):
@@ -233,7 +234,8 @@ def _extended_filter(  # type: ignore[no-untyped-def]
                 v_out[w, k] = y[k]
                 s_out[w, k] = s
                 m = start
-                p = r2 / (gain * slope) ** 2
+                steep = gain * slope
+                p = r2 / (steep * steep)
                 lagged = c[_LAG_START] * start
                 f, d = _drift(m, lagged, c, place[k], late, force, hats, knots)
                 h = 0.5 * dt
@@ -323,7 +325,8 @@ def _extended_filter(  # type: ignore[no-untyped-def]
                 s_out[w, 2 * size + k] = 1.0
                 continue
             v_out[w, 2 * size + k] = third[k] - gain * level * (h3 + c[_H3] + bend / 12.0)
-            s_out[w, 2 * size + k] = (c[_H3R] * third_se[k]) ** 2
+            blur = c[_H3R] * third_se[k]
+            s_out[w, 2 * size + k] = blur * blur
 
 
 def channel_innovations(data: Channels, table: FloatArray, *, initial_sd: float = 1.0) -> tuple[FloatArray, FloatArray]:

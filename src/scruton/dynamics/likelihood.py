@@ -20,6 +20,9 @@ from numba import njit
 from scruton.arrays import FloatArray
 from scruton.envelope.types import Cycles
 
+# In kernels a square is written x * x: numba makes a product of x ** 2 or a call of pow, whichever function it happened
+# to compile first, and the last bit differs.
+
 _LOG_2PI = float(np.log(2.0 * np.pi))
 
 
@@ -188,7 +191,8 @@ def _flow(a, a_star, decay, n):  # type: ignore[no-untyped-def]
         return a_star + (a - a_star) * decay, decay
     a = max(a, 1e-6 * a_star)  # the other laws live on a > 0; the filtered mean may stray below
     if n == 2.0:
-        end = a_star / np.sqrt(1.0 + ((a_star / a) ** 2 - 1.0) * decay)
+        start = a_star / a
+        end = a_star / np.sqrt(1.0 + (start * start - 1.0) * decay)
         ratio = end / a
         return end, ratio * ratio * ratio * decay
     if n == 1.0:
@@ -236,7 +240,8 @@ def _filter(y, se, gap, period, a_star, lam, q, r, n, m0, p0, innovation, varian
         m, p, q2 = m0, p0, q[w] * q[w]
         dt, decay, decay_middle = -1.0, 1.0, 1.0
         for k in range(y.size):
-            r2 = (r[w] * se[k]) ** 2
+            noise = r[w] * se[k]
+            r2 = noise * noise
             if period[k] != dt:
                 dt = period[k]
                 decay_middle = np.exp(-0.5 * lam[w] * dt)
@@ -281,12 +286,14 @@ def _filter(y, se, gap, period, a_star, lam, q, r, n, m0, p0, innovation, varian
 def _short_moments(x, dt):  # type: ignore[no-untyped-def]
     """`_noise_moments` as series in x = lambda dt, to 1e-9 for abs(x) < 0.36: no branch, so that loops vectorise."""
     y = -2.0 * x
+    y4 = y * y * y * y
     g2 = 1.0 + y / 2 * (1.0 + y / 3 * (1.0 + y / 4 * (1.0 + y / 5 * (1.0 + y / 6 * (1.0 + y / 7 * (1.0 + y / 8))))))
-    g2 += y**8 / 362880.0 * (1.0 + y / 10 * (1.0 + y / 11))
+    g2 += y4 * y4 / 362880.0 * (1.0 + y / 10 * (1.0 + y / 11))
     x = -x
+    x3 = x * x * x
     g = 1.0 + x / 2 * (1.0 + x / 3 * (1.0 + x / 4 * (1.0 + x / 5 * (1.0 + x / 6 * (1.0 + x / 7 * (1.0 + x / 8))))))
     q_mean = 1.0 / 3.0 + x * (0.25 + x * (7.0 / 60.0 + x * (1.0 / 24.0 + x * (31.0 / 2520.0 + x * (1.0 / 320.0)))))
-    q_mean += x**6 * (127.0 / 181440.0 + x * (17.0 / 120960.0 + x * (73.0 / 2851200.0)))
+    q_mean += x3 * x3 * (127.0 / 181440.0 + x * (17.0 / 120960.0 + x * (73.0 / 2851200.0)))
     return dt * g2, dt * 0.5 * g * g, dt * q_mean
 
 
@@ -526,7 +533,8 @@ def _trial_filter(y, se, gap, period, a, b, c, d, sd, rate, r, log_like):  # typ
                 second *= grow_second
                 x *= forget
                 p = var + forget * forget * (p - var)
-            s = p + (r[w] * se[k]) ** 2
+            noise = r[w] * se[k]
+            s = p + noise * noise
             v = y[k] - first - second - x
             total += v * v / s + _LOG_2PI
             prod *= s

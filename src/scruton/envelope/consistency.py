@@ -10,9 +10,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scruton.campaign.plausibility import AMPLITUDE, DAMPING, FAR, implausible, outside
-from scruton.campaign.remarks import Remark, Severity, figure
+from scruton.campaign.plausibility import AMPLITUDE, DAMPING, implausible, outside
+from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Kind, Record, Test
+from scruton.campaign.spelling import figure
+from scruton.campaign.thresholds import FAR
 from scruton.envelope.inspection import Inspection
 from scruton.envelope.ringdown import DampingBand, RingDown
 

@@ -1,6 +1,5 @@
 """Model cards: the TOML files that name a law, its priors with a reason for each, likelihood, discrepancy, sampler."""
 
-import difflib
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -8,58 +7,24 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from scruton.campaign.bounded import LARGEST_TOML, parse_toml, read_bytes, toml_text
 from scruton.campaign.schema import Motion
-from scruton.campaign.units import show
+from scruton.campaign.spelling import did_you_mean, show
+from scruton.campaign.toml import Field, Table, Wording, anything, bare, is_number, read_toml, toml_text
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
 from scruton.errors import InputError
 from scruton.stats.priors import FAMILIES, Prior
 from scruton.stats.settings import SamplerSettings
 
-# Parameters that a card gives a prior; those that depend on the motion have one table each.
-PRIOR_NAMES = (
-    "stable_amplitude",
-    "relaxation_ratio",
-    "amplitude_scatter",
-    "noise_factor",
-    "structural_damping",
-    "still_air_scatter",
-    "trial_amplitude",
-    "trial_slow_rate",
-    "trial_rate_gap",
-    "trial_residual",
-    "trial_residual_rate",
-    "discrepancy_amplitude",
-    "discrepancy_relaxation",
-    "speed_scale_amplitude",
-    "speed_scale_relaxation",
-    "speed_length",
-    "speed_shift",
-)
-# Of the null model that unmodelled effects are weighed against: the tables [diagnosis.NAME].
-NULL_PRIOR_NAMES = (
-    "stable_amplitude",
-    "aerodynamic_rate",
-    "scatter",
-    "phase_scatter",
-    "still_air_scatter",
-    "noise",
-    "detuning",
-    "third",
-    "third_noise",
-    "stiffness",
-    "stiffness_in_wind",
-    "gain",
-)
+# Parameters that a card gives a prior, and the unit that it is in; those that depend on the motion have a table for
+# each. The program takes the number as it stands: a card that says another unit has a number that means another thing.
 EXPONENT = "law_exponent"  # has a prior where the law is free, and only then
-AVERAGING = ("evidence", "stacking")
-
-# The unit that each prior is in. The program takes the number as it stands: a card that says another unit has a number
-# that means another thing.
 UNITS = {
     "stable_amplitude": "A/D or rad",  # one prior for both motions
-    "stable_amplitude.heaving": "A/D",
-    "stable_amplitude.torsional": "rad",
+    "relaxation_ratio": "-",
+    "amplitude_scatter": "-",
+    "noise_factor": "-",
+    "structural_damping": "-",
+    "still_air_scatter": "-",
     "trial_amplitude": "largest amplitude of the record",
     "trial_slow_rate": "omega",
     "trial_rate_gap": "omega",
@@ -71,19 +36,30 @@ UNITS = {
     "speed_scale_relaxation": "ln relaxation at zero damping",
     "speed_length": "U/(f0 D)",
     "speed_shift": "ln U/(f0 D)",
-    "diagnosis.stable_amplitude": "amplitude at the end of the records",
-    "diagnosis.aerodynamic_rate": "omega",
+    EXPONENT: "-",
 }
-BARE = "-"  # of every other
+# The same of the null model that unmodelled effects are weighed against: the tables [diagnosis.NAME].
+NULL_UNITS = {
+    "stable_amplitude": "amplitude at the end of the records",
+    "aerodynamic_rate": "omega",
+    "scatter": "-",
+    "phase_scatter": "-",
+    "still_air_scatter": "-",
+    "noise": "-",
+    "detuning": "-",
+    "third": "-",
+    "third_noise": "-",
+    "stiffness": "-",
+    "stiffness_in_wind": "-",
+    "gain": "-",
+}
+UNITS_BY_MOTION = {"stable_amplitude.heaving": "A/D", "stable_amplitude.torsional": "rad"}
+AVERAGING = ("evidence", "stacking")
 MOST_SAMPLED = 1e7  # of walkers, draws, steps and the like: beyond, memory and patience end
 
 # Parameters that may have either sign.
-SIGNED = (
-    "trial_amplitude",
-    "trial_slow_rate",
-    EXPONENT,
-    *(f"diagnosis.{name}" for name in ("detuning", "third", "stiffness", "stiffness_in_wind", "gain")),
-)
+SIGNED = ("trial_amplitude", "trial_slow_rate", EXPONENT)
+NULL_SIGNED = ("detuning", "third", "stiffness", "stiffness_in_wind", "gain")
 
 
 @dataclass(frozen=True)
@@ -161,7 +137,9 @@ def shipped_cards() -> dict[str, Path]:
     """Return the cards that come with the package, by name."""
     folder = files("scruton") / "models"
     return {
-        Path(str(one)).stem: Path(str(one)) for one in sorted(folder.iterdir(), key=str) if str(one).endswith(".toml")
+        Path(str(file)).stem: Path(str(file))
+        for file in sorted(folder.iterdir(), key=str)
+        if file.name.endswith(".toml")
     }
 
 
@@ -178,14 +156,14 @@ def load_card(name_or_path: str | Path = "default") -> ModelCard:
     if not path.exists():
         raise InputError(path, "", "no such model card", f"the path of a card, or one of: {', '.join(shipped)}")
     table, text = _read(path, shipped, ())
-    return _Reader(path).card(table, text)
+    return _card(Table(path, "", table, _WORDING), text)
 
 
 def _read(path: Path, shipped: Mapping[str, Path], seen: tuple[Path, ...]) -> tuple[dict[str, Any], str]:
     """Table and text of a card; of one that extends another, both texts and the tables merged."""
     wanted = "a model card such as the shipped default.toml"
-    text = toml_text(read_bytes(path, LARGEST_TOML, wanted), path)
-    table = parse_toml(text, path, wanted)
+    data, table = read_toml(path, wanted)
+    text = toml_text(data, path)
     if "extends" not in table:
         return table, text
     name = str(table.pop("extends"))
@@ -198,221 +176,192 @@ def _read(path: Path, shipped: Mapping[str, Path], seen: tuple[Path, ...]) -> tu
 
 def _merge(base: dict[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     """Values of `over` where it has any; a prior that names its family replaces the other whole."""
-    found = dict(base)
+    merged = dict(base)
     for key, value in over.items():
-        whole = not isinstance(value, dict) or not isinstance(found.get(key), dict) or "family" in value
-        found[key] = value if whole else _merge(found[key], value)
-    return found
+        whole = not isinstance(value, dict) or not isinstance(merged.get(key), dict) or "family" in value
+        merged[key] = value if whole else _merge(merged[key], value)
+    return merged
 
 
-def _toml(table: Mapping[str, Any]) -> str:
-    import tomli_w
-
-    return tomli_w.dumps(table)
+# Cards are read by people who know Python: values are shown as it shows them.
+_WORDING = Wording(repr, "an unknown key", did_you_mean)
 
 
-class _Reader:
-    """Turns the table of a card into a ModelCard; every complaint names the file and the field."""
+def _exactly(value: object, wanted: str) -> Field:
+    """Declare a value that can be but one."""
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
-
-    def card(self, table: dict[str, Any], text: str) -> ModelCard:
-        sections = (
-            "format",
-            "name",
-            "title",
-            "law",
-            "priors",
-            "likelihood",
-            "structural_damping",
-            "sampler",
-            "effects",
-            "diagnosis",
-        )
-        self.known("", table, sections)
-        if table.get("format") != 1:
-            raise InputError(self.path, "format", repr(table.get("format")), "format = 1")
-        likelihood = self.table(table, "likelihood", ("kind", "initial_amplitude_sd"))
-        if likelihood.get("kind") != "state-space":
-            raise InputError(self.path, "likelihood.kind", repr(likelihood.get("kind")), 'kind = "state-space"')
-        damping = self.table(table, "structural_damping", ("relative_sd", "reason"))
-        laws, weights, averaging = self.law(self.table(table, "law", ("n", "prior_weights", "averaging", "reason")))
-        prior_none, effect_weights = self.effects(table)
-        names = PRIOR_NAMES if laws else (*PRIOR_NAMES, EXPONENT)
-        return ModelCard(
-            name=self.text(table, "name", self.path.stem),
-            title=self.text(table, "title", ""),
-            laws=laws,
-            law_weights=weights,
-            averaging=averaging,
-            priors=self.priors(self.table(table, "priors", (*PRIOR_NAMES, EXPONENT)), names),
-            initial_amplitude_sd=self.number("likelihood", likelihood, "initial_amplitude_sd", low=1e-6),
-            damping_relative_sd=self.number("structural_damping", damping, "relative_sd", low=1e-6, high=2.0),
-            sampler=self.sampler(self.table(table, "sampler", tuple(f.name for f in fields(SamplerSettings)))),
-            prior_none=prior_none,
-            effect_weights=effect_weights,
-            null_priors=self.null_priors(table),
-            reasons={
-                "law": str(table["law"].get("reason", "")),
-                "structural_damping": str(damping.get("reason", "")),
-            },
-            text=text,
-            resolved=_toml(table),
-        )
-
-    def effects(self, table: Mapping[str, Any]) -> tuple[float, dict[str, float]]:
-        """Prior probability of no gap, and the relative weights of effects; the table may be left out."""
-        if "effects" not in table:
-            return 0.5, {}
-        entry = self.table(dict(table), "effects", ("prior_none", "weights", "reason"))
-        none = self.number("effects", {"prior_none": entry.get("prior_none", 0.5)}, "prior_none", 0.01, 0.99)
-        names = (*CATALOGUE, UNKNOWN.name)
-        weights = self.table(entry, "weights", names) if "weights" in entry else {}
-        return none, {name: self.number("effects.weights", weights, name, 0.0, 1e6) for name in weights}
-
-    def null_priors(self, table: Mapping[str, Any]) -> Mapping[str, Prior]:
-        """Priors of the null model; a card that extends none may leave the table out, and has the shipped ones."""
-        if "diagnosis" not in table:
-            return load_card().null_priors
-        entry = self.table(table, "diagnosis", NULL_PRIOR_NAMES)
-        found = {}
-        for name in NULL_PRIOR_NAMES:
-            field = f"diagnosis.{name}"
-            if not isinstance(entry.get(name), dict):
-                raise InputError(self.path, field, repr(entry.get(name)), f"a table [{field}]")
-            found[name] = self.prior(field, field, entry[name])
-            if found[name].family.endswith("uniform"):
-                raise InputError(self.path, f"{field}.family", repr(found[name].family), "normal or lognormal")
-        return found
-
-    def law(self, table: Mapping[str, Any]) -> tuple[tuple[float, ...], tuple[float, ...], str]:
-        """Exponents, prior weights and averaging; no exponents where n is free."""
-        averaging = table.get("averaging", AVERAGING[0])
-        if averaging not in AVERAGING:
-            raise InputError(self.path, "law.averaging", repr(averaging), f"one of: {', '.join(AVERAGING)}")
-        n = table.get("n")
-        if n == "free":
-            return (), (), str(averaging)
-        several = n if isinstance(n, list) and n else [n]
-        wanted = 'a number from -2 to 12, a list of such numbers, or "free"'
-        for one in several:
-            if isinstance(one, bool) or not isinstance(one, int | float) or not -2.0 <= one <= 12.0:
-                raise InputError(self.path, "law.n", repr(n), wanted)
-        if len(set(several)) < len(several):
-            raise InputError(self.path, "law.n", repr(n), "every law once")
-        weights = table.get("prior_weights", [1.0 / len(several)] * len(several))
-        good = isinstance(weights, list) and len(weights) == len(several)
-        good = good and all(isinstance(w, int | float) and not isinstance(w, bool) and w > 0 for w in weights)
-        if not good:
-            raise InputError(self.path, "law.prior_weights", repr(weights), f"{len(several)} positive numbers")
-        total = float(sum(weights))
-        return tuple(map(float, several)), tuple(float(w) / total for w in weights), str(averaging)
-
-    def known(self, field: str, table: Mapping[str, Any], names: tuple[str, ...]) -> None:
-        for key in table:
-            if key not in names:
-                near = difflib.get_close_matches(key, names, 1)
-                hint = f"did you mean '{near[0]}'?" if near else f"one of: {', '.join(names)}"
-                raise InputError(self.path, f"{field}.{key}".lstrip("."), "an unknown key", hint)
-
-    def table(self, parent: Mapping[str, Any], name: str, keys: tuple[str, ...]) -> dict[str, Any]:
-        table = parent.get(name)
-        if not isinstance(table, dict):
-            raise InputError(self.path, name, "nothing" if table is None else repr(table), f"a table [{name}]")
-        self.known(name, table, keys)
-        return table
-
-    def text(self, table: Mapping[str, Any], key: str, default: str) -> str:
-        value = table.get(key, default)
-        if not isinstance(value, str):
-            raise InputError(self.path, key, show(value), "a text")
+    def read(table: Table, key: str) -> object:
+        if table.values.get(key) != value:
+            raise table.refusal(key, wanted)
         return value
 
-    def number(
-        self,
-        field: str,
-        table: Mapping[str, Any],
-        key: str,
-        low: float = float("-inf"),
-        high: float = float("inf"),
-    ) -> float:
-        value = table.get(key)
-        if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
-            raise InputError(self.path, f"{field}.{key}", repr(value), f"a number from {low:g} to {high:g}")
-        return float(value)
+    return Field(read)
 
-    def priors(self, table: Mapping[str, Any], names: tuple[str, ...]) -> dict[str, Prior]:
-        found: dict[str, Prior] = {}
-        for name in names:
-            entry = table.get(name)
-            if not isinstance(entry, dict):
-                raise InputError(self.path, f"priors.{name}", repr(entry), f"a table [priors.{name}]")
-            if "family" in entry:
-                found[name] = self.prior(name, f"priors.{name}", entry)
-                continue
-            for motion in Motion:
-                field = f"priors.{name}.{motion.value}"
-                if not isinstance(entry.get(motion.value), dict):
-                    raise InputError(self.path, field, repr(entry.get(motion.value)), f"a table [{field}]")
-                found[f"{name}.{motion.value}"] = self.prior(name, field, entry[motion.value])
-        return found
 
-    def prior(self, name: str, field: str, entry: Mapping[str, Any]) -> Prior:
-        family = entry.get("family")
-        # What must be positive is sampled by its logarithm; only a few parameters may have either sign.
-        allowed = [one for one, (_, logarithmic) in FAMILIES.items() if logarithmic == (name not in SIGNED)]
-        if family not in allowed:
-            raise InputError(self.path, f"{field}.family", repr(family), f"one of: {', '.join(allowed)}")
-        (one, two), _ = FAMILIES[family]
-        self.known(field, entry, ("family", one, two, "unit", "reason"))
-        for key in ("unit", "reason"):
-            if not isinstance(entry.get(key), str) or not entry[key].strip():
-                found = show(entry[key]) if entry.get(key) else "nothing"
-                raise InputError(self.path, f"{field}.{key}", found, f"a {key}: every prior says its {key}")
-        self.unit(name, field, entry["unit"])
-        try:
-            return Prior(
-                name,
-                family,
-                self.number(field, entry, one),
-                self.number(field, entry, two),
-                entry["unit"],
-                entry["reason"],
-            )
-        except ValueError as error:
-            if isinstance(error, InputError):
-                raise
-            raise InputError(self.path, field, str(error), "numbers that make a distribution") from error
+def _text(default: str) -> Field:
+    def read(table: Table, key: str) -> str:
+        if not isinstance(table.values[key], str):
+            raise table.error(key, show(table.values[key]), "a text")
+        return str(table.values[key])
 
-    def unit(self, name: str, field: str, found: str) -> None:
-        """Raise InputError where a prior is in another unit than its parameter is."""
-        motion = field.rpartition(".")[2]
-        wanted = UNITS.get(f"{name}.{motion}", UNITS.get(name, BARE))
-        if " ".join(found.split()) not in (wanted, *wanted.split(" or ")):
-            raise InputError(self.path, f"{field}.unit", f'"{found}"', f'unit = "{wanted}", the one that {name} is in')
+    return Field(read, default)
 
-    def sampler(self, table: Mapping[str, Any]) -> SamplerSettings:
-        values: dict[str, Any] = {}
-        for one in fields(SamplerSettings):
-            if one.name not in table:
-                continue
-            whole = one.type is int
-            value = self.number("sampler", table, one.name, low=0.0, high=MOST_SAMPLED)
-            if whole and value != int(value):
-                raise InputError(self.path, f"sampler.{one.name}", repr(value), "a whole number")
-            values[one.name] = int(value) if whole else value
-        settings = SamplerSettings(**values)
-        for name, low in (("ensembles", 2), ("walkers", 14), ("draws", 8), ("max_steps", 100)):
-            if getattr(settings, name) < low:
-                raise InputError(self.path, f"sampler.{name}", str(getattr(settings, name)), f"at least {low}")
-        if settings.draws > settings.max_steps // 2:
-            raise InputError(self.path, "sampler.draws", str(settings.draws), "at most half of max_steps")
-        if settings.differential_evolution + settings.stretch <= 0:
-            raise InputError(
-                self.path,
-                "sampler.stretch",
-                "0",
-                "some differential evolution or stretch beside the independence move",
-            )
-        return settings
+
+def _averaging(table: Table, key: str) -> str:
+    if table.values[key] not in AVERAGING:
+        raise table.refusal(key, f"one of: {', '.join(AVERAGING)}")
+    return str(table.values[key])
+
+
+_SECTIONS = ("format", "name", "title", "law", "priors", "likelihood", "structural_damping", "sampler", "effects",
+             "diagnosis")  # fmt: skip
+_LAW = {
+    "n": anything(),
+    "prior_weights": anything(),
+    "averaging": Field(_averaging, AVERAGING[0]),
+    "reason": anything(),
+}
+_LIKELIHOOD = {"kind": _exactly("state-space", 'kind = "state-space"'), "initial_amplitude_sd": bare(low=1e-6)}
+_DAMPING = {"relative_sd": bare(1e-6, 2.0), "reason": anything()}
+_EFFECTS = {"prior_none": bare(0.01, 0.99, 0.5), "weights": anything(), "reason": anything()}
+_WEIGHTS = {name: bare(0.0, 1e6, None) for name in (*CATALOGUE, UNKNOWN.name)}
+
+
+def _whole(table: Table, key: str) -> int:
+    value = bare(0.0, MOST_SAMPLED).read(table, key)
+    if value != int(value):
+        raise table.error(key, repr(float(value)), "a whole number")
+    return int(value)
+
+
+_SAMPLER = {
+    one.name: Field(_whole, one.default) if one.type is int else bare(0.0, MOST_SAMPLED, one.default)
+    for one in fields(SamplerSettings)
+}
+_SMALLEST = {"ensembles": 2, "walkers": 14, "draws": 8, "max_steps": 100}
+
+
+def _card(top: Table, text: str) -> ModelCard:
+    top.check_keys(_SECTIONS)
+    _exactly(1, "format = 1").read(top, "format")
+    likelihood = _section(top, "likelihood").read(_LIKELIHOOD)
+    damping = _section(top, "structural_damping")
+    relative_sd = damping.read(_DAMPING)["relative_sd"]
+    law = _section(top, "law")
+    laws, law_weights, averaging = _laws(law)
+    prior_none, effect_weights = _effects(_section(top, "effects")) if "effects" in top else (0.5, {})
+    import tomli_w
+
+    return ModelCard(
+        name=_text(top.file.stem).read(top, "name"),
+        title=_text("").read(top, "title"),
+        laws=laws,
+        law_weights=law_weights,
+        averaging=averaging,
+        priors=_priors(_section(top, "priors"), free_law=not laws),
+        initial_amplitude_sd=likelihood["initial_amplitude_sd"],
+        damping_relative_sd=relative_sd,
+        sampler=_sampler(_section(top, "sampler")),
+        prior_none=prior_none,
+        effect_weights=effect_weights,
+        null_priors=_null_priors(_section(top, "diagnosis")) if "diagnosis" in top else load_card().null_priors,
+        reasons={table.field: str(table.values.get("reason", "")) for table in (law, damping)},
+        text=text,
+        resolved=tomli_w.dumps(dict(top.values)),
+    )
+
+
+def _effects(table: Table) -> tuple[float, dict[str, float]]:
+    """Prior probability of no gap, and the relative weights of effects."""
+    prior_none = table.read(_EFFECTS)["prior_none"]
+    if "weights" not in table:
+        return prior_none, {}
+    stated = _section(table, "weights")
+    weights = stated.read(_WEIGHTS)
+    return prior_none, {name: weights[name] for name in stated.values}
+
+
+def _section(table: Table, key: str) -> Table:
+    return table.inner(key, f"a table [{table.at(key)}]", absent="nothing")
+
+
+def _laws(table: Table) -> tuple[tuple[float, ...], tuple[float, ...], str]:
+    """Exponents, prior weights and averaging; no exponents where n is free."""
+    values = table.read(_LAW)
+    n = values["n"]
+    if n == "free":
+        return (), (), values["averaging"]
+    several = n if isinstance(n, list) and n else [n]
+    for exponent in several:
+        if not is_number(exponent) or not -2.0 <= exponent <= 12.0:
+            raise table.refusal("n", 'a number from -2 to 12, a list of such numbers, or "free"')
+    if len(set(several)) < len(several):
+        raise table.refusal("n", "every law once")
+    weights = table.values.get("prior_weights", [1.0 / len(several)] * len(several))
+    good = isinstance(weights, list) and len(weights) == len(several)
+    if not good or not all(is_number(weight) and weight > 0 for weight in weights):
+        raise table.refusal("prior_weights", f"{len(several)} positive numbers")
+    total = float(sum(weights))
+    return tuple(map(float, several)), tuple(float(weight) / total for weight in weights), values["averaging"]
+
+
+def _priors(table: Table, *, free_law: bool) -> dict[str, Prior]:
+    table.check_keys(UNITS)
+    priors: dict[str, Prior] = {}
+    for name in UNITS:
+        if name == EXPONENT and not free_law:
+            continue
+        entry = table.inner(name, f"a table [{table.at(name)}]")
+        if "family" in entry:
+            priors[name] = _prior(name, entry)
+            continue
+        for motion in Motion:
+            priors[f"{name}.{motion}"] = _prior(name, entry.inner(motion, f"a table [{entry.at(motion)}]"))
+    return priors
+
+
+def _null_priors(table: Table) -> dict[str, Prior]:
+    """Priors of the null model; a card that extends none may leave them out, and has the shipped ones."""
+    table.check_keys(NULL_UNITS)
+    priors = {}
+    for name in NULL_UNITS:
+        entry = table.inner(name, f"a table [{table.at(name)}]")
+        priors[name] = _prior(name, entry, NULL_UNITS, NULL_SIGNED)
+        if priors[name].family.endswith("uniform"):
+            raise entry.refusal("family", "normal or lognormal")
+    return priors
+
+
+def _prior(name: str, table: Table, units: Mapping[str, str] = UNITS, signed: tuple[str, ...] = SIGNED) -> Prior:
+    family = table.values.get("family")
+    # What must be positive is sampled by its logarithm; only a few parameters may have either sign.
+    allowed = [one for one, (_, logarithmic) in FAMILIES.items() if logarithmic == (name not in signed)]
+    if family not in allowed:
+        raise table.refusal("family", f"one of: {', '.join(allowed)}")
+    (first, second), _ = FAMILIES[family]
+    table.check_keys(("family", first, second, "unit", "reason"))
+    for key in ("unit", "reason"):
+        value = table.values.get(key)
+        if not isinstance(value, str) or not value.strip():
+            raise table.error(key, show(value) if value else "nothing", f"a {key}: every prior says its {key}")
+    unit, reason = table.values["unit"], table.values["reason"]
+    wanted = UNITS_BY_MOTION.get(table.field.removeprefix("priors."), units[name])
+    if " ".join(unit.split()) not in (wanted, *wanted.split(" or ")):
+        raise table.error("unit", f'"{unit}"', f'unit = "{wanted}", the one that {name} is in')
+    numbers = [bare().read(table, key) for key in (first, second)]
+    try:
+        return Prior(name, family, numbers[0], numbers[1], unit, reason)
+    except ValueError as error:
+        raise InputError(table.file, table.field, str(error), "numbers that make a distribution") from error
+
+
+def _sampler(table: Table) -> SamplerSettings:
+    settings = SamplerSettings(**table.read(_SAMPLER))
+    for name, low in _SMALLEST.items():
+        if getattr(settings, name) < low:
+            raise table.error(name, str(getattr(settings, name)), f"at least {low}")
+    if settings.draws > settings.max_steps // 2:
+        raise table.error("draws", str(settings.draws), "at most half of max_steps")
+    if settings.differential_evolution + settings.stretch <= 0:
+        raise table.error("stretch", "0", "some differential evolution or stretch beside the independence move")
+    return settings

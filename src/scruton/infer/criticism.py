@@ -16,6 +16,7 @@ from scruton.arrays import FloatArray
 from scruton.infer import replication, sensitivity
 from scruton.infer.replication import BandShare, PriorCheck
 from scruton.infer.sensitivity import Influence, Moved, Scaling
+from scruton.infer.store import stored_inputs
 from scruton.stats import whiteness
 from scruton.stats.whiteness import Check
 
@@ -189,7 +190,11 @@ def criticise_tree(tree: "xr.DataTree", summary: Mapping[str, Any], *, seed: int
     scaling = sensitivity.power_scaling(tree)
     if not scaling:
         missing.append("prior sensitivity: the results hold no log prior; fit again")
-    moved = (*sensitivity.identifiability(tree), *sensitivity.campaign_identifiability(tree, summary))
+    moved = sensitivity.identifiability(tree)
+    if "inputs" in tree:
+        moved = (*moved, *sensitivity.campaign_identifiability(tree, stored_inputs(tree)[1]))
+    elif "campaign_posterior" in tree:
+        missing.append("identifiability of the campaign model: the results hold no model card; fit again")
     influence = sensitivity.influences(tree)
     alone = _alone(judged, influence)
     if alone:

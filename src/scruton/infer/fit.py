@@ -6,24 +6,32 @@ so that leaving one test out changes no number of another.
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from scruton.campaign import peak_tests
 from scruton.campaign.schema import Campaign, Kind, Quantity, Record, Rig, Test
 from scruton.dynamics.likelihood import EnvelopeData
-from scruton.envelope import Cycles, FrontEnd, RingDown, front_end, record_cycles, ring_down
+from scruton.envelope import Cycles, FrontEnd, RingDown, record_cycles
 from scruton.envelope.trial import ExponentialFit, SecondOrderExponential
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
-from scruton.infer.flags import damping_varies, misfit, slips, unconstrained, varying_damping
+from scruton.infer.flags import misfit, slips, unconstrained, varying_damping
+from scruton.infer.front import cycles_of, front_end_of_record, ringdowns_of
 from scruton.infer.models import SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
 from scruton.infer.peaks import fit_peaks, stack
-from scruton.infer.results import Fit, RigResult, TestResult, TrialResult
+from scruton.infer.results import Fit, RigResult, Sampled, TestResult, TrialResult
 from scruton.infer.run import Report, Sampling
 from scruton.infer.settings import carry, derive
+from scruton.infer.speeds import NAME as SPEEDS
+from scruton.infer.speeds import PRIORS as SPEED_PRIORS
+from scruton.infer.speeds import fit_speeds, speeds_dataset
 from scruton.infer.steady import SteadyVerdict, judge_steady, steady_posterior
-from scruton.infer.tree import assemble
+from scruton.infer.store import convergence_frame
+from scruton.infer.summary import provenance_of_fit, summarise
+from scruton.infer.tree import build_tree, convergence_group
 from scruton.stats.priors import Prior, check_support
 
 TRANSIENTS = (Kind.GROWTH, Kind.DECAY)
@@ -77,19 +85,16 @@ def fit_campaign(
     InputError
         If the campaign holds nothing to fit, or a record cannot be used.
     """
-    records = [r for rig in campaign.rigs for r in rig.records] + [r for test in campaign.tests for r in test.records]
-    if not records:
+    sampling = Sampling(card, seed, checkpoints, report)
+    cycles = dict(cycles_of(campaign))
+    if not cycles:
         raise InputError(
             campaign.path,
             "",
             "no record in any rig or test",
             "at least one [[rigs.records]] or [[tests.records]]",
         )
-    sampling = Sampling(card, seed, checkpoints, report)
-    frequency = {rig.name: rig.frequency.mean for rig in campaign.rigs}
-    cycles = {r.name: envelope(r, frequency[rig.name]) for rig in campaign.rigs for r in rig.records}
-    cycles |= {r.name: envelope(r, frequency[test.rig]) for test in campaign.tests for r in test.records}
-    ringdowns = {rig.name: ring_down([cycles[r.name] for r in rig.records]) for rig in campaign.rigs if rig.records}
+    ringdowns = dict(ringdowns_of(campaign, cycles))
     rigs = {rig.name: fit_rig(campaign, rig, cycles, ringdowns.get(rig.name), sampling) for rig in campaign.rigs}
     tests = [fit_test(campaign, test, rigs[test.rig], cycles, sampling) for test in campaign.tests if test.records]
     names = {
@@ -112,13 +117,48 @@ def fit_campaign(
         (result, record) for result in tests for record in result.test.records if record.kind in TRANSIENTS and thorough
     ]
     fronts = {
-        record.name: deterministic(result, record, ringdowns.get(result.rig.name)) for result, record in transients
+        record.name: front_end_of_record(
+            record,
+            result.rig,
+            ringdowns.get(result.rig.name),
+            wind_frequency=result.wind_frequency,
+            damping_ratio=float(np.median(result.derived["damping_ratio"])),
+            mass_damping_factor=float(np.median(result.derived["mass_damping_factor"])),
+        )
+        for result, record in transients
     }
     trials = [fit_trial(campaign, result, record, cycles[record.name], sampling) for result, record in transients]
-    return assemble(
-        campaign, card, rigs, tests, joint, trials, cycles, ringdowns, fronts, sampling,
-        command=command, only=only, thorough=thorough, misfit=bool(misfits),
-    )  # fmt: skip
+    sampled = Sampled(campaign, card, cycles, ringdowns, tuple(rigs.values()), tuple(tests), joint, tuple(trials))
+    provenance = provenance_of_fit(campaign, card, seed=seed, command=command, only=only)
+    return assemble(sampled, fronts, sampling, provenance, thorough=thorough, misfit=bool(misfits))
+
+
+def assemble(
+    sampled: Sampled,
+    fronts: Mapping[str, FrontEnd],
+    sampling: Sampling,
+    provenance: Mapping[str, Any],
+    *,
+    thorough: bool = True,
+    misfit: bool = False,
+) -> Fit:
+    """Put every posterior into one `Fit`, and fit the model over wind speeds to them where it is `thorough`."""
+    campaign, card, samples = sampled.campaign, sampled.card, sampled.samples
+    tree = build_tree(sampled, sampling, provenance, thorough=thorough)
+    if sampled.joint and thorough:
+        motion = campaign.section.motion
+        priors = {name: card.prior(name, motion) for name in (*SPEED_PRIORS, "speed_shift")}
+        discrepancy = card.prior("discrepancy_amplitude", motion), card.prior("discrepancy_relaxation", motion)
+        speeds = fit_speeds(tree, campaign, priors, discrepancy, sampling)
+        if speeds is not None:
+            tree["speeds"] = xr.DataTree(speeds_dataset(speeds))
+            samples[SPEEDS] = speeds.samples
+    tree["convergence"] = xr.DataTree(convergence_group(samples))
+    convergence = convergence_frame(tree)
+    converged = bool(convergence["converged"].all())
+    summary = summarise(sampled, convergence, provenance, flags=sampling.flags, converged=converged, misfit=misfit)
+    flags = tuple(sampling.flags)
+    return Fit(campaign, card, tree, sampled.cycles, sampled.ringdowns, fronts, convergence, flags, converged, summary)
 
 
 def stated_damping(rig: Rig, card: ModelCard, campaign: Campaign) -> Prior:
@@ -160,7 +200,7 @@ def fit_rig(
     )
     admit(card, name, [prior], [ringdown.damping_ratio])
     samples = sampling.run(name, posterior, data.amplitude, data.standard_error, data.time)
-    return RigResult(rig, posterior, samples, np.exp(samples.chain[..., 0]), prior)
+    return RigResult(rig, posterior, samples, np.exp(posterior.named(samples.chain)["damping_ratio"]), prior)
 
 
 def fit_test(
@@ -194,7 +234,7 @@ def fit_test(
     )
     levels = np.array([[one.mean, one.standard_error] for one in steady])
     tails = [max(float(cycles[r.name].amplitude[-10:].mean()), 1e-9) for r in test.records]
-    admit(card, name, posterior.priors[:1] * len(tails), tails)
+    admit(card, name, [posterior.prior("stable_amplitude")] * len(tails), tails)
     samples = sampling.run(name, posterior, data.amplitude, data.standard_error, data.time, levels)
     frequency = float(np.median([cycles[r.name].reference_frequency for r in test.records]))
     carried = carry(campaign, test, rig.rig, sampling.seed_of, samples.log_prob.shape)
@@ -249,23 +289,3 @@ def fit_trial(
     admit(card, where, named[:2], [start.a / posterior.scale, start.c / posterior.scale])
     samples = sampling.run(where, posterior, data.amplitude, data.standard_error, data.time)
     return TrialResult(record, result.test, posterior, samples)
-
-
-def deterministic(result: TestResult, record: Record, ringdown: RingDown | None) -> FrontEnd:
-    """Eqs. (2) to (8) on one transient record.
-
-    The structural damping in Eq. (6) is xi_s(A) from the ring-downs where it varies with amplitude, else the
-    posterior median of the constant.
-    """
-    varies = ringdown is not None and damping_varies(ringdown) is not None
-    constant = float(np.median(result.derived["damping_ratio"]))
-    return front_end(
-        record.time,
-        record.response,
-        frequency=result.wind_frequency,
-        still_air_frequency=result.rig.frequency.mean,
-        damping_ratio=ringdown.structural_damping if ringdown is not None and varies else constant,
-        mass_damping_factor=float(np.median(result.derived["mass_damping_factor"])),
-        is_envelope=record.is_envelope,
-        name=record.name,
-    )

@@ -16,7 +16,7 @@ than the slopes of their transients say, hence two scales; both have a prior in 
 inform them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -24,12 +24,12 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.laws import amplitude_ratio
-from scruton.infer.models import WindPosterior
+from scruton.infer.models import WIND, WindPosterior
+from scruton.stats.coordinates import Coordinates, Values
 from scruton.stats.posterior import Posterior
 from scruton.stats.priors import Prior
 
 SHARED = ("reference_amplitude", "reference_relaxation_ratio", "discrepancy_amplitude", "discrepancy_relaxation")
-_OWN = ("stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor", "damping_ratio", "mass_factor")
 _LOG_2PI = float(np.log(2.0 * np.pi))
 
 
@@ -60,6 +60,12 @@ class PeakTest:
     def relaxes(self) -> bool:
         """Whether the records inform the relaxation rate."""
         return bool(self.wind.data.size)
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of its coordinates: without records of the relaxation its deviation w stands for the rate."""
+        names = tuple("w" if one == "relaxation_ratio" and not self.relaxes else one for one in WIND)
+        return (*names, "mass_factor") if self.factor_log_sd else names
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +119,7 @@ class CampaignPosterior(Posterior):
     def reference(self) -> tuple[float, float]:
         """Fixed reference: Scruton number and mass-damping factor, geometric means over what is known of the rigs."""
         factor = np.array([one.mass_damping_factor for one in self.tests])
-        damping = np.array([one.wind.priors[4].location for one in self.tests])
+        damping = np.array([one.wind.prior("damping_ratio").location for one in self.tests])
         return float(np.exp(np.mean(np.log(factor) + damping))), float(np.exp(np.log(factor).mean()))
 
     @cached_property
@@ -122,11 +128,9 @@ class CampaignPosterior(Posterior):
         found = [replace(prior, name=name) for name, prior in zip(SHARED, self.shared, strict=True)]
         found += [self.exponent] if self.exponent else []
         for one in self.tests:
-            own = [one.wind.priors[0], one.wind.priors[1] if one.relaxes else Prior("w", "normal", 0.0, 1.0)]
-            own += [*one.wind.priors[2:5], Prior("mass_factor", "normal", 0.0, 1.0)]
-            if not one.factor_log_sd:
-                own.pop()
-            found += [replace(prior, name=f"{prior.name} of {one.name}") for prior in own]
+            for name in one.parameters:
+                prior = one.wind.prior(name) if name in WIND else Prior(name, "normal", 0.0, 1.0)
+                found.append(replace(prior, name=f"{name} of {one.name}"))
         return tuple(found)
 
     @cached_property
@@ -134,19 +138,18 @@ class CampaignPosterior(Posterior):
         return np.array([one.location for one in self.priors]), np.array([one.scale for one in self.priors])
 
     @cached_property
-    def _columns(self) -> list[slice]:
+    def own_coordinates(self) -> tuple[Coordinates, ...]:
+        """Where the parameters of every test stand, by the names of `PeakTest.parameters`."""
+        places: list[Coordinates] = []
         start = len(SHARED) + (self.exponent is not None)
-        found = []
         for one in self.tests:
-            width = len(_OWN) if one.factor_log_sd else len(_OWN) - 1
-            found.append(slice(start, start + width))
-            start += width
-        return found
+            places.append(Coordinates(dict.fromkeys(one.parameters), start))
+            start = places[-1].stop
+        return tuple(places)
 
-    @property
-    def blocks(self) -> tuple[slice, ...]:
-        """Coordinates that belong together: the shared ones, then those of every test."""
-        return (slice(0, self._columns[0].start), *self._columns)
+    def _each(self, u: FloatArray) -> Iterator[tuple[PeakTest, Values]]:
+        """Every test with its coordinates by name."""
+        return ((one, own.of(u)) for one, own in zip(self.tests, self.own_coordinates, strict=True))
 
     def without(self, record: str) -> "CampaignPosterior":
         """The same model of all records but one."""
@@ -155,30 +158,32 @@ class CampaignPosterior(Posterior):
 
     def exponents(self, u: FloatArray) -> FloatArray:
         """N of every walker, (W,)."""
-        return u[:, len(SHARED)] if self.exponent else np.full(len(u), self.n)
+        return self.named(u)["law_exponent"] if self.exponent else np.full(len(u), self.n)
 
     def curve(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """A_ref, R_ref, n and G of the shared curve, (W,) each."""
         sc, factor = self.reference
-        n, relaxation = self.exponents(u), factor * np.exp(u[:, 1])
-        return np.exp(u[:, 0]), relaxation, n, relaxation + n * sc
+        log = self.named(u)
+        n, relaxation = self.exponents(u), factor * np.exp(log["reference_relaxation_ratio"])
+        return np.exp(log["reference_amplitude"]), relaxation, n, relaxation + n * sc
 
     def settings(self, u: FloatArray) -> Settings:
         """Every test's parameters, (W, J) each; NaN where the coordinates mean none."""
         _, _, n, at_zero = self.curve(u)
         rows = []
-        for one, columns in zip(self.tests, self._columns, strict=True):
-            v = u[:, columns]
-            damping = np.exp(v[:, 4])
+        kappa = self.named(u)["discrepancy_relaxation"]
+        for one, v in self._each(u):
+            damping = np.exp(v["damping_ratio"])
             factor = np.full(len(u), one.mass_damping_factor)
             if one.factor_log_sd:
-                factor = factor * np.exp(one.factor_log_sd * v[:, 5])
+                factor = factor * np.exp(one.factor_log_sd * v["mass_factor"])
             if one.relaxes:
-                ratio = np.exp(v[:, 1])
+                ratio = np.exp(v["relaxation_ratio"])
             else:
-                own = at_zero * _exp(_exp(u[:, 3]) * v[:, 1]) - n * factor * damping
+                own = at_zero * _exp(_exp(kappa) * v["w"]) - n * factor * damping
                 ratio = np.where(own > 0.0, own, np.nan) / factor
-            rows.append((np.exp(v[:, 0]), ratio, damping, factor, np.exp(v[:, 2]), np.exp(v[:, 3])))
+            scatter, noise = np.exp(v["amplitude_scatter"]), np.exp(v["noise_factor"])
+            rows.append((np.exp(v["stable_amplitude"]), ratio, damping, factor, scatter, noise))
         return Settings(*(np.stack(one, axis=1) for one in zip(*rows, strict=True)))
 
     def _deviations(self, u: FloatArray, s: Settings) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -230,14 +235,14 @@ class CampaignPosterior(Posterior):
         else:
             terms = np.stack([one.log_density(u[:, i]) for i, one in enumerate(self.priors)], axis=1)
         amplitude, strength, own = self._deviations(u, s)
-        tau, kappa = u[:, 2], u[:, 3]
-        for j, (one, columns) in enumerate(zip(self.tests, self._columns, strict=True)):
-            terms[:, columns.start] = _normal(amplitude[:, j], tau)
+        log = self.named(u)
+        for j, (one, term) in enumerate(self._each(terms)):
+            term["stable_amplitude"] = _normal(amplitude[:, j], log["discrepancy_amplitude"])
             if one.relaxes:
                 with np.errstate(all="ignore"):
                     # ln G_j is normal; the coordinate is ln(lambda/omega0).
                     jacobian = np.log(s.relaxation[:, j] / own[:, j])
-                terms[:, columns.start + 1] = _normal(strength[:, j], kappa) + jacobian
+                term["relaxation_ratio"] = _normal(strength[:, j], log["discrepancy_relaxation"]) + jacobian
         return terms
 
     def log_likelihood(self, u: FloatArray) -> FloatArray:
@@ -248,13 +253,17 @@ class CampaignPosterior(Posterior):
         return total
 
     def wind_coordinates(self, u: FloatArray) -> list[FloatArray]:
-        """Coordinates of every test's own posterior, (W, 5), or (W, 6) where n is free."""
-        s, found = self.settings(u), []
-        for j, columns in enumerate(self._columns):
-            v = u[:, columns][:, :5].copy()
-            v[:, 1] = np.log(s.relaxation_ratio[:, j])
-            found.append(np.concatenate([v, self.exponents(u)[:, None]], axis=1) if self.exponent else v)
-        return found
+        """Coordinates of every test's own posterior, (W, d) each."""
+        s, coordinates = self.settings(u), []
+        for j, (one, own) in enumerate(self._each(u)):
+            v = np.empty((len(u), one.wind.coordinates.size))
+            log = one.wind.named(v)
+            for name in WIND:
+                log[name] = np.log(s.relaxation_ratio[:, j]) if name == "relaxation_ratio" else own[name]
+            if self.exponent:
+                log["law_exponent"] = self.exponents(u)
+            coordinates.append(v)
+        return coordinates
 
     def prior_sample(self, rng: np.random.Generator, size: int) -> tuple[FloatArray, np.ndarray]:
         """Draws of the generative prior and whether each satisfies the constraint; see `Posterior.prior_sample`."""
@@ -263,28 +272,30 @@ class CampaignPosterior(Posterior):
         a_ref, relaxation, n, at_zero = self.curve(u)
         good = at_zero > 0.0 if np.any(n < 0) else np.ones(size, dtype=bool)
         good = np.where(n < 0, at_zero > 0.0, good)
-        s = self.settings(u)
+        s, log = self.settings(u), self.named(u)
         sc = s.scruton_number
         with np.errstate(all="ignore"):
-            for j, (one, columns) in enumerate(zip(self.tests, self._columns, strict=True)):
+            for j, (one, own) in enumerate(self._each(u)):
                 x = (sc[:, j] - self.reference[0]) / relaxation
-                u[:, columns.start] = np.log(a_ref * amplitude_ratio(x, n)) + np.exp(u[:, 2]) * z[0, :, j]
-                good &= np.isfinite(u[:, columns.start])
+                deviation = np.exp(log["discrepancy_amplitude"]) * z[0, :, j]
+                own["stable_amplitude"] = np.log(a_ref * amplitude_ratio(x, n)) + deviation
+                good &= np.isfinite(own["stable_amplitude"])
                 if one.relaxes:
-                    own = at_zero * np.exp(np.exp(u[:, 3]) * z[1, :, j])
-                    u[:, columns.start + 1] = np.log((own - n * sc[:, j]) / s.mass_damping_factor[:, j])
-                    good &= np.isfinite(u[:, columns.start + 1])
+                    strength = at_zero * np.exp(np.exp(log["discrepancy_relaxation"]) * z[1, :, j])
+                    own["relaxation_ratio"] = np.log((strength - n * sc[:, j]) / s.mass_damping_factor[:, j])
+                    good &= np.isfinite(own["relaxation_ratio"])
         good[good] = self.inside(u[good])
         return u, good
 
     def guesses(self, rng: np.random.Generator, size: int) -> FloatArray:
         """Prior draws whose tests are put where their own records see them, and the shared curve near them."""
         u = self.prior_draws(rng, size)
-        for one, columns in zip(self.tests, self._columns, strict=True):
-            near = one.draws[rng.integers(0, len(one.draws), size)]
-            for i in (0, 1, 2, 3, 4) if one.relaxes else (0, 2, 3, 4):
-                u[:, columns.start + i] = near[:, i]
-        s = self.settings(u)
+        for one, own in self._each(u):
+            near = one.wind.named(one.draws[rng.integers(0, len(one.draws), size)])
+            for name in WIND:
+                if name in one.parameters:
+                    own[name] = near[name]
+        s, log = self.settings(u), self.named(u)
         sc, factor = self.reference
         n = self.exponents(u)[:, None]
         known = [j for j, one in enumerate(self.tests) if one.relaxes]
@@ -292,11 +303,13 @@ class CampaignPosterior(Posterior):
             # The tests' own strengths of the wind, where they agree with a positive one.
             strength = np.log(np.maximum((s.relaxation + n * s.scruton_number)[:, known], 1e-3)).mean(axis=1)
             at_reference = np.exp(strength + 0.3 * rng.standard_normal(size)) - n[:, 0] * sc
-            u[:, 1] = np.where(at_reference > 0.0, np.log(np.maximum(at_reference, 1e-12) / factor), u[:, 1])
-        x = (s.scruton_number - sc) / (factor * np.exp(u[:, 1]))[:, None]
+            ratio = np.log(np.maximum(at_reference, 1e-12) / factor)
+            log["reference_relaxation_ratio"] = np.where(at_reference > 0.0, ratio, log["reference_relaxation_ratio"])
+        x = (s.scruton_number - sc) / (factor * np.exp(log["reference_relaxation_ratio"]))[:, None]
         with np.errstate(all="ignore"):
             level = (np.log(s.a_star) - np.log(amplitude_ratio(x, n))).mean(axis=1)
-        u[:, 0] = np.where(np.isfinite(level), level, u[:, 0]) + 0.05 * rng.standard_normal(size)
+        level = np.where(np.isfinite(level), level, log["reference_amplitude"])
+        log["reference_amplitude"] = level + 0.05 * rng.standard_normal(size)
         return u
 
 

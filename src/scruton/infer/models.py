@@ -6,6 +6,7 @@ campaign is unpacked in `scruton.infer.fit`.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -17,8 +18,12 @@ from scruton.dynamics.likelihood import (
     pointwise_log_likelihood,
     trial_log_likelihood,
 )
+from scruton.stats.coordinates import Coordinates
 from scruton.stats.posterior import Posterior
 from scruton.stats.priors import Prior
+
+# Parameters of a test in wind under a law that is given.
+WIND = ("stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor", "damping_ratio")
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,6 +40,8 @@ class WindPosterior(Posterior):
 
     Attributes
     ----------
+    priors : tuple of Prior
+        Of the parameters `WIND`, and of "law_exponent" where n is free.
     data : EnvelopeData
         Cycles of the transient records, end to end.
     steady : sequence of SteadyAmplitude
@@ -42,7 +49,7 @@ class WindPosterior(Posterior):
     omega0 : float
         Natural circular frequency in still air [rad/s].
     n : float or None
-        The law; None where n is free, which makes it the sixth coordinate.
+        The law; None where n is free, which makes it a parameter.
     initial_sd : float
         Prior of the initial amplitude.
 
@@ -59,22 +66,31 @@ class WindPosterior(Posterior):
     n: float | None = -1.0
     initial_sd: float = 1.0
 
+    @cached_property
+    def coordinates(self) -> Coordinates:
+        """One column for each prior; the exponent's where it is free, be its prior held here or by a campaign."""
+        return Coordinates(dict.fromkeys(self.names if self.n is not None else (*self.names, "law_exponent")))
+
     def exponents(self, u: FloatArray) -> FloatArray:
         """N of every walker, (W,)."""
-        return u[..., 5] if self.n is None else np.full(u.shape[:-1], self.n)
+        return self.named(u)["law_exponent"] if self.n is None else np.full(u.shape[:-1], self.n)
 
     def state_space(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """(a_star, lambda [1/s], q, r) of the filter from sampled coordinates, each (W,)."""
-        a_star, lam = np.exp(u[:, 0]), np.exp(u[:, 1]) * self.omega0
+        log = self.named(u)
+        a_star, lam = np.exp(log["stable_amplitude"]), np.exp(log["relaxation_ratio"]) * self.omega0
         # Stationary sd of an Ornstein-Uhlenbeck process: q / sqrt(2 lambda).
-        return a_star, lam, np.exp(u[:, 2]) * a_star * np.sqrt(2.0 * lam), np.exp(u[:, 3])
+        q = np.exp(log["amplitude_scatter"]) * a_star * np.sqrt(2.0 * lam)
+        return a_star, lam, q, np.exp(log["noise_factor"])
 
     def inside(self, u: FloatArray) -> np.ndarray:
         """Y1 < 0 for laws in which the amplitude would otherwise diverge as damping falls."""
+        log = self.named(u)
+        ratio, damping = log["relaxation_ratio"], log["damping_ratio"]
         if self.n is not None:
-            return u[:, 1] > u[:, 4] + np.log(-self.n) if self.n < 0 else np.ones(len(u), dtype=bool)
-        found: np.ndarray = np.exp(u[:, 1] - u[:, 4]) + u[:, 5] > 0.0
-        return found
+            return ratio > damping + np.log(-self.n) if self.n < 0 else np.ones(len(u), dtype=bool)
+        within: np.ndarray = np.exp(ratio - damping) + self.exponents(u) > 0.0
+        return within
 
     def log_likelihood(self, u: FloatArray) -> FloatArray:
         """State-space likelihood of the transients, normal likelihood of the steady amplitudes, (W,)."""
@@ -113,9 +129,10 @@ class StillAirPosterior(Posterior):
 
     def state_space(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """(0, omega0 xi_s, q, r) of the filter, each (W,)."""
-        lam = np.exp(u[:, 0]) * self.omega0
-        q = np.exp(u[:, 1]) * self.first_amplitude * np.sqrt(2.0 * lam)
-        return np.zeros(len(u)), lam, q, np.exp(u[:, 2])
+        log = self.named(u)
+        lam = np.exp(log["damping_ratio"]) * self.omega0
+        q = np.exp(log["still_air_scatter"]) * self.first_amplitude * np.sqrt(2.0 * lam)
+        return np.zeros(len(u)), lam, q, np.exp(log["noise_factor"])
 
     def log_likelihood(self, u: FloatArray) -> FloatArray:
         """Exact state-space likelihood, (W,)."""
@@ -144,23 +161,36 @@ class TrialPosterior(Posterior):
 
     def constants(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """(a, b, c, d) in A/D or rad and 1/s, time from the record's first cycle; arrays of the leading shape."""
-        a, c = u[..., 0] * self.scale, u[..., 1] * self.scale
-        b = u[..., 2] * self.omega
-        return a, b, c, b - np.exp(u[..., 3]) * self.omega
+        own = self.named(u)
+        a, c = own["a"] * self.scale, own["c"] * self.scale
+        b = own["b"] * self.omega
+        return a, b, c, b - np.exp(own["rate_gap"]) * self.omega
+
+    def residual(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Standard deviation (A/D or rad) and rate (1/s) of the residual; arrays of the leading shape."""
+        log = self.named(u)
+        return np.exp(log["trial_residual"]) * self.scale, np.exp(log["trial_residual_rate"]) * self.omega
 
     def log_likelihood(self, u: FloatArray) -> FloatArray:
         """Exact likelihood of trial function plus correlated residual plus sensor noise, (W,)."""
-        sd, rate, r = np.exp(u[:, 4]) * self.scale, np.exp(u[:, 5]) * self.omega, np.exp(u[:, 6])
-        return trial_log_likelihood(self.data, self.constants(u), sd, rate, r)
+        sd, rate = self.residual(u)
+        return trial_log_likelihood(self.data, self.constants(u), sd, rate, np.exp(self.named(u)["noise_factor"]))
 
     def guesses(self, rng: np.random.Generator, size: int) -> FloatArray:
         """Prior draws with the constants replaced by the least-squares fit, scattered."""
         u = self.prior_draws(rng, size)
         a, b, c, d = self.start
-        centre = [a / self.scale, c / self.scale, b / self.omega, np.log(max((b - d) / self.omega, 1e-8))]
-        for i, value in enumerate(centre):
-            spread = 0.2 * (abs(value) + 0.05) if i != 2 else 0.2 * self.priors[2].scale
-            bound = 3.0 * self.priors[i].scale
-            value = float(np.clip(value, self.priors[i].location - bound, self.priors[i].location + bound))
-            u[: size // 2, i] = value + spread * rng.standard_normal(size // 2)
+        fitted = {
+            "a": a / self.scale,
+            "c": c / self.scale,
+            "b": b / self.omega,
+            "rate_gap": np.log(max((b - d) / self.omega, 1e-8)),
+        }
+        near = self.named(u[: size // 2])
+        for name, value in fitted.items():
+            prior = self.prior(name)
+            spread = 0.2 * prior.scale if name == "b" else 0.2 * (abs(value) + 0.05)
+            bound = 3.0 * prior.scale
+            value = float(np.clip(value, prior.location - bound, prior.location + bound))
+            near[name] = value + spread * rng.standard_normal(size // 2)
         return u

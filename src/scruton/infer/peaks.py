@@ -1,7 +1,7 @@
 """The campaign model of the peak tests, under every law of the model card, and the weights of the laws."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,7 +9,8 @@ from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign, Quantity
 from scruton.dynamics import Setting, force_parameters
 from scruton.infer.hierarchy import CampaignPosterior, PeakTest
-from scruton.infer.results import TestResult
+from scruton.infer.models import WIND
+from scruton.infer.results import LawResult, LawWeights, PeakResult, TestResult
 from scruton.infer.run import Sampling
 from scruton.stats.evidence import evidence_by_importance, fit_student_t, log_evidence, posterior_weights
 from scruton.stats.optimum import WIDEN, find_optimum
@@ -17,78 +18,8 @@ from scruton.stats.sampler import Samples
 from scruton.stats.settings import SamplerSettings
 from scruton.stats.stacking import stacking_weights
 
-# Odds at which the data speak against the reference law: 20 to 1, which a true law meets once in twenty at most.
-FAVOURED = float(np.log(20.0))
 # Log evidence below the best, by Laplace's approximation (good to one or two), beyond which a law is not sampled.
 HOPELESS = 15.0
-
-
-@dataclass(frozen=True, eq=False)
-class LawResult:
-    """The campaign model under one law, sampled.
-
-    Attributes
-    ----------
-    label : str
-        "n=-1", or "n free".
-    posterior, samples
-    derived : mapping
-        (chains, draws) arrays of the shared curve, (chains, draws, tests) arrays of the tests; see `derive`.
-    """
-
-    label: str
-    posterior: CampaignPosterior
-    samples: Samples
-    derived: Mapping[str, FloatArray]
-
-
-@dataclass(frozen=True, eq=False)
-class LawWeights:
-    """Every law of the card against the others, (K,) each; the reference law first.
-
-    Attributes
-    ----------
-    labels : tuple of str
-    prior, weight : array
-        Prior and posterior probability.
-    log_evidence, error : array
-        Of a law that was not sampled, by Laplace's approximation and without an error; NaN where there is one law.
-    sampled : array of bool
-    stacking : array
-        Weights by stacking whose unit is a record left out; NaN where they were not asked for. A law that was not
-        sampled takes no part and has none.
-    """
-
-    labels: tuple[str, ...]
-    prior: FloatArray
-    weight: FloatArray
-    log_evidence: FloatArray
-    error: FloatArray
-    sampled: np.ndarray
-    stacking: FloatArray
-
-    @property
-    def flag(self) -> str:
-        """A sentence where the data favour another law than the first: by evidence, not by the laws' prior weights."""
-        best = int(np.argmax(self.log_evidence)) if len(self.labels) > 1 else 0
-        gap = float(self.log_evidence[best] - self.log_evidence[0])
-        if best == 0 or gap - 2.0 * float(np.nansum(self.error[[0, best]])) < FAVOURED:
-            return ""
-        return (
-            f"the records favour the law {self.labels[best]} over {self.labels[0]}: log evidence {gap:.1f} higher. "
-            f"What is inferred under {self.labels[0]}, Y1 and epsilon among it, describes these records badly; "
-            "predictions "
-            "weigh the laws"
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class PeakResult:
-    """The campaign model of the peak tests: the laws that were sampled, and the weights of all."""
-
-    tests: tuple[str, ...]
-    laws: tuple[LawResult, ...]
-    weights: LawWeights
 
 
 def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Sampling) -> PeakResult:
@@ -189,7 +120,7 @@ def campaign_posterior(
     peaks = []
     for one in tests:
         factor, log_sd = _factor(campaign, one)
-        own = replace(one.posterior, priors=one.posterior.priors[:5], n=n)
+        own = replace(one.posterior, priors=tuple(p for p in one.posterior.priors if p.name in WIND), n=n)
         draws = one.samples.chain.reshape(-1, one.samples.chain.shape[-1])
         peaks.append(PeakTest(one.test.name, own, factor, draws, log_sd))
     shared = tuple(card.prior(name, motion) for name in names)
@@ -224,14 +155,14 @@ def derive(
     shape = samples.log_prob.shape
     u = samples.chain.reshape(-1, samples.chain.shape[-1])
     amplitude, relaxation, n, _ = posterior.curve(u)
-    s = posterior.settings(u)
+    s, log = posterior.settings(u), posterior.named(u)
     omega0 = np.array([one.wind.omega0 for one in posterior.tests])
     shared = {
         "n": n,
         "reference_amplitude": amplitude,
         "reference_relaxation": relaxation,
-        "discrepancy_amplitude": np.exp(u[:, 2]),
-        "discrepancy_relaxation": np.exp(u[:, 3]),
+        "discrepancy_amplitude": np.exp(log["discrepancy_amplitude"]),
+        "discrepancy_relaxation": np.exp(log["discrepancy_relaxation"]),
     }
     own = {
         "a_star": s.a_star,

@@ -50,7 +50,8 @@ def _run(y, se, gap, period, a_star, lam, q, r, n, p0, first, noise, mean, repli
         q2 = q[w] * q[w]
         for k in range(y.size):
             dt = period[k]
-            r2 = (r[w] * se[k]) ** 2
+            blur = r[w] * se[k]
+            r2 = blur * blur
             if gap[k] < 0.0:
                 # The first amplitude is that of mid-cycle: draw it, and carry it on for half a cycle.
                 gain = p0 / (p0 + r2)

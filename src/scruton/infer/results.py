@@ -1,15 +1,19 @@
-"""What fitting gives: one result a rig, a test and a record, and the `Fit` that holds all of a campaign."""
+"""What fitting gives: one result a rig, a test, a record and a law, and the `Fit` that holds all of a campaign."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign, Record, Rig, Test
 from scruton.envelope import Cycles, FrontEnd, RingDown
 from scruton.infer.cards import ModelCard
+from scruton.infer.hierarchy import CampaignPosterior
 from scruton.infer.models import TrialPosterior, WindPosterior
 from scruton.infer.settings import Carried
+from scruton.infer.steady import SteadyVerdict
 from scruton.stats.posterior import Posterior
 from scruton.stats.priors import Prior
 from scruton.stats.sampler import Samples
@@ -18,44 +22,8 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-    from scruton.infer.steady import SteadyVerdict
-
-
-@dataclass(frozen=True, eq=False)
-class Fit:
-    """Everything that a fit knows; what `predict` and `report` need of it is in `tree` and `summary`.
-
-    Attributes
-    ----------
-    campaign : Campaign
-    card : ModelCard
-    tree : xarray.DataTree
-        posterior, campaign_posterior, laws, speeds, innovations, rig_posterior,
-        trial_function, posterior_predictive, prior, log_likelihood, log_prior,
-        sample_stats, observed_data, constant_data; the provenance is a JSON text among its attributes.
-    cycles, front_ends : mapping
-        By record name: the envelope that fed inference; the deterministic result of Eqs. (2) to (8).
-    ringdowns : mapping
-        By rig name.
-    convergence : pandas.DataFrame
-        One row per parameter of every posterior.
-    flags : tuple of str
-        What the reader must know before trusting a number; those of an unconverged run come first.
-    converged : bool
-    summary : dict
-        The content of fit.json.
-    """
-
-    campaign: Campaign
-    card: ModelCard
-    tree: "xr.DataTree"
-    cycles: Mapping[str, Cycles]
-    ringdowns: Mapping[str, RingDown]
-    front_ends: Mapping[str, FrontEnd]
-    convergence: "pd.DataFrame"
-    flags: tuple[str, ...]
-    converged: bool
-    summary: dict[str, Any]
+# Odds at which the data speak against the reference law: 20 to 1, which a true law meets once in twenty at most.
+FAVOURED = float(np.log(20.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +50,7 @@ class TestResult:
     carried: Carried
     wind_frequency: float
     derived: Mapping[str, FloatArray]
-    steady: "tuple[SteadyVerdict, ...]" = ()
+    steady: tuple[SteadyVerdict, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,3 +61,138 @@ class TrialResult:
     test: Test
     posterior: TrialPosterior
     samples: Samples
+
+
+@dataclass(frozen=True, eq=False)
+class LawResult:
+    """The campaign model under one law, sampled.
+
+    Attributes
+    ----------
+    label : str
+        "n=-1", or "n free".
+    posterior, samples
+    derived : mapping
+        (chains, draws) arrays of the shared curve, (chains, draws, tests) arrays of the tests; see `derive`.
+    """
+
+    label: str
+    posterior: CampaignPosterior
+    samples: Samples
+    derived: Mapping[str, FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class LawWeights:
+    """Every law of the card against the others, (K,) each; the reference law first.
+
+    Attributes
+    ----------
+    labels : tuple of str
+    prior, weight : array
+        Prior and posterior probability.
+    log_evidence, error : array
+        Of a law that was not sampled, by Laplace's approximation and without an error; NaN where there is one law.
+    sampled : array of bool
+    stacking : array
+        Weights by stacking whose unit is a record left out; NaN where they were not asked for. A law that was not
+        sampled takes no part and has none.
+    """
+
+    labels: tuple[str, ...]
+    prior: FloatArray
+    weight: FloatArray
+    log_evidence: FloatArray
+    error: FloatArray
+    sampled: np.ndarray
+    stacking: FloatArray
+
+    @property
+    def flag(self) -> str:
+        """A sentence where the data favour another law than the first: by evidence, not by the laws' prior weights."""
+        best = int(np.argmax(self.log_evidence)) if len(self.labels) > 1 else 0
+        gap = float(self.log_evidence[best] - self.log_evidence[0])
+        if best == 0 or gap - 2.0 * float(np.nansum(self.error[[0, best]])) < FAVOURED:
+            return ""
+        return (
+            f"the records favour the law {self.labels[best]} over {self.labels[0]}: log evidence {gap:.1f} higher. "
+            f"What is inferred under {self.labels[0]}, Y1 and epsilon among it, describes these records badly; "
+            "predictions "
+            "weigh the laws"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class PeakResult:
+    """The campaign model of the peak tests: the laws that were sampled, and the weights of all."""
+
+    tests: tuple[str, ...]
+    laws: tuple[LawResult, ...]
+    weights: LawWeights
+
+
+@dataclass(frozen=True, eq=False)
+class Sampled:
+    """Every posterior of a campaign, and the envelopes that they are of.
+
+    `cycles` goes by record, `ringdowns` by rig; `joint` is None without a test in wind.
+    """
+
+    campaign: Campaign
+    card: ModelCard
+    cycles: Mapping[str, Cycles]
+    ringdowns: Mapping[str, RingDown]
+    rigs: tuple[RigResult, ...]
+    tests: tuple[TestResult, ...]
+    joint: PeakResult | None
+    trials: tuple[TrialResult, ...]
+
+    @property
+    def peaks(self) -> tuple[str, ...]:
+        """Names of the peak tests."""
+        return self.joint.tests if self.joint else ()
+
+    @property
+    def samples(self) -> dict[str, Samples]:
+        """Draws of every posterior that was sampled, by its name."""
+        named = {f"rig {one.rig.name}": one.samples for one in self.rigs if one.samples}
+        named |= {f"test {one.test.name}": one.samples for one in self.tests}
+        named |= {f"campaign, {one.label}": one.samples for one in (self.joint.laws if self.joint else ())}
+        return named | {f"trial function of {one.record.name}": one.samples for one in self.trials}
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Everything that a fit knows; what `predict` and `report` need of it is in `tree` and `summary`.
+
+    Attributes
+    ----------
+    campaign : Campaign
+    card : ModelCard
+    tree : xarray.DataTree
+        Its groups are those of `scruton.infer.result_schema.SCHEMA`; the provenance is a JSON text among its
+        attributes.
+    cycles, front_ends : mapping
+        By record name: the envelope that fed inference; the deterministic result of Eqs. (2) to (8). Of a fit that
+        was loaded they are computed when they are asked for.
+    ringdowns : mapping
+        By rig name.
+    convergence : pandas.DataFrame
+        One row per parameter of every posterior.
+    flags : tuple of str
+        What the reader must know before trusting a number; those of an unconverged run come first.
+    converged : bool
+    summary : dict
+        The content of fit.json.
+    """
+
+    campaign: Campaign
+    card: ModelCard
+    tree: "xr.DataTree"
+    cycles: Mapping[str, Cycles]
+    ringdowns: Mapping[str, RingDown]
+    front_ends: Mapping[str, FrontEnd]
+    convergence: "pd.DataFrame"
+    flags: tuple[str, ...]
+    converged: bool
+    summary: dict[str, Any]

@@ -6,8 +6,6 @@ of the power.  Records are left out by importance weights, smoothed by a Pareto 
 the weights can be trusted (Vehtari et al., JMLR 25, 2024).
 """
 
-import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
@@ -16,6 +14,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Motion
+from scruton.infer.cards import ModelCard
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -239,37 +238,15 @@ def prior_forces(tree: "xr.DataTree", test: str) -> dict[str, FloatArray]:
     return {"Y1": y1, "epsilon": epsilon}
 
 
-def campaign_identifiability(tree: "xr.DataTree", summary: Mapping[str, Any]) -> tuple[Moved, ...]:
+def campaign_identifiability(tree: "xr.DataTree", card: ModelCard) -> tuple[Moved, ...]:
     """Posterior over prior standard deviation of the shared curve and of the discrepancies, under the reference law."""
     if "campaign_posterior" not in tree:
         return ()
-    group = tree["campaign_posterior"].isel(law=0)
-    priors = card_priors(str(summary["provenance"]["card"]["text"]), str(tree["constant_data"]["motion"].item()))
-    found = []
-    for name, prior in SHARED_PRIOR.items():
-        if name in group.data_vars and prior in priors:
-            draws = np.log(_flat(group[name]))
-            found.append(moved("", name, priors[prior], float(draws.std())))
-    return tuple(found)
-
-
-def card_priors(text: str, motion: str) -> dict[str, float]:
-    """Standard deviations of a card's priors in the sampled coordinate, from the text that a fit keeps of it."""
-    from scruton.stats.priors import FAMILIES, Prior
-
-    entries: dict[str, dict[str, Any]] = {}
-    # The text of a card that extends another stands below that of the other.
-    for part in re.split(r"(?m)^# ---- extended by .*$", text):
-        for name, entry in tomllib.loads(part).get("priors", {}).items():
-            if motion in entry and "family" not in entry:
-                entry = entry[motion]
-            entries[name] = entry if "family" in entry else entries.get(name, {}) | entry
-    found = {}
-    for name, entry in entries.items():
-        if entry.get("family") in FAMILIES:
-            (one, two), _ = FAMILIES[entry["family"]]
-            found[name] = Prior(name, entry["family"], float(entry[one]), float(entry[two])).scale
-    return found
+    group, motion = tree["campaign_posterior"].isel(law=0), Motion(str(tree["constant_data"]["motion"].item()))
+    return tuple(
+        moved("", name, card.prior(prior, motion).scale, float(np.log(_flat(group[name])).std()))
+        for name, prior in SHARED_PRIOR.items()
+    )
 
 
 def influences(tree: "xr.DataTree") -> tuple[Influence, ...]:

@@ -31,6 +31,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.laws import amplitude_ratio
+from scruton.stats.coordinates import Coordinates
 from scruton.stats.posterior import Posterior
 from scruton.stats.priors import Prior
 
@@ -243,6 +244,11 @@ class SpeedPosterior(Posterior):
         return (*self.scales, *(Prior(f"shift of {rig}", "normal", 0.0, typical) for rig in self.data.rigs))
 
     @cached_property
+    def coordinates(self) -> Coordinates:
+        """The logarithms of (s_A, s_G, l), and the shifts of the rigs."""
+        return Coordinates({"scales": len(self.scales), "shift": len(self.data.rigs)})
+
+    @cached_property
     def _nodes(self) -> tuple[FloatArray, FloatArray]:
         """Values of ln s_v and the logarithms of their probabilities."""
         ln_s = self.shift.location + self.shift.scale * np.linspace(-3.5, 3.5, _NODES)
@@ -252,7 +258,7 @@ class SpeedPosterior(Posterior):
     def shift_terms(self, u: FloatArray) -> FloatArray:
         """Log joint density of the shifts and each node of s_v, (W, nodes)."""
         ln_s, weight = self._nodes
-        shifts = u[:, len(self.scales) :]
+        shifts = self.named(u)["shift"]
         squares = np.square(shifts).sum(axis=1)[:, None]
         found: FloatArray = weight - 0.5 * squares * np.exp(-2.0 * ln_s) - shifts.shape[1] * (ln_s + _HALF_LOG_2PI)
         return found
@@ -284,14 +290,18 @@ class SpeedPosterior(Posterior):
         for i in range(largest.size):
             mine = [one for one in self.data.points if one.rig == self.data.rigs[i]]
             largest[i] = np.log(max(mine, key=lambda one: float(one.mean[0])).velocity)
-        met, first = largest.mean() - largest, len(self.scales)
-        u[: size // 2, first:] = met + 0.01 * rng.standard_normal((size // 2, met.size))
+        met = largest.mean() - largest
+        self.named(u[: size // 2])["shift"] = met + 0.01 * rng.standard_normal((size // 2, met.size))
         return u
 
     def places(self, u: FloatArray) -> FloatArray:
         """Reduced velocity at which each point meets the functions, (W, P)."""
-        found: FloatArray = self.data.velocity * np.exp(u[:, len(self.scales) :][:, self.data.rig_of])
+        found: FloatArray = self.data.velocity * np.exp(self.named(u)["shift"][:, self.data.rig_of])
         return found
+
+    def _scales(self, u: FloatArray) -> FloatArray:
+        """s_A, s_G and l, (3, ...)."""
+        return np.moveaxis(np.exp(self.named(u)["scales"]), -1, 0)
 
     @cached_property
     def _coefficients(self) -> tuple[FloatArray, FloatArray]:
@@ -312,12 +322,12 @@ class SpeedPosterior(Posterior):
     def covariance(self, u: FloatArray, noise: FloatArray) -> FloatArray:
         """Covariance of the data given the coordinates (W, d), (W, M, M)."""
         v = self.places(u)
-        scale = np.exp(u[:, :3])[:, :, None, None]
-        k = matern(np.abs(v[:, :, None] - v[:, None, :]), scale[:, 2])
+        *scales, length = self._scales(u)
+        k = matern(np.abs(v[:, :, None] - v[:, None, :]), length[:, None, None])
         k = k[:, self.data.of_point[:, None], self.data.of_point]
         total = np.broadcast_to(noise, k.shape).copy()
-        for i, (c, (_, sd)) in enumerate(zip(self._coefficients, self.means, strict=True)):
-            total += np.outer(c, c) * (np.square(scale[:, i]) * k + sd**2)
+        for scale, c, (_, sd) in zip(scales, self._coefficients, self.means, strict=True):
+            total += np.outer(c, c) * (np.square(scale)[:, None, None] * k + sd**2)
         return total
 
     def log_likelihood(self, u: FloatArray) -> FloatArray:
@@ -335,9 +345,9 @@ class SpeedPosterior(Posterior):
 
     def smoothed_relaxation(self, u: FloatArray) -> FloatArray:
         """Posterior mean of h at every point at one place (d,), (P,)."""
-        v, scale = self.places(u[None])[0], np.exp(u[:3])
+        v, (_, scale, length) = self.places(u[None])[0], self._scales(u)
         (_, _), (mean, sd) = self.means
-        cross = (scale[1] ** 2 * matern(np.abs(v[:, None] - v), scale[2]) + sd**2)[:, self.data.of_point]
+        cross = (scale**2 * matern(np.abs(v[:, None] - v), length) + sd**2)[:, self.data.of_point]
         gain = np.linalg.solve(self.covariance(u[None], self.data.noise)[0], self._departure)
         found: FloatArray = mean + (cross * self.data.on_relaxation) @ gain
         return found
@@ -366,25 +376,26 @@ class SpeedPosterior(Posterior):
         self, u: FloatArray, discrepancy: FloatArray, grid: FloatArray, rng: np.random.Generator
     ) -> tuple[FloatArray, FloatArray]:
         data, size, count = self.data, len(u), len(self.data.points)
-        scale, noise = np.exp(u[:, :3]), data.noises(discrepancy)
+        *scales, length = self._scales(u)[..., None]
+        noise = data.noises(discrepancy)
         v = np.concatenate([self.places(u), np.broadcast_to(grid, (size, grid.size))], axis=1)
-        k = matern(np.abs(v[:, :, None] - v[:, None, :]), scale[:, 2, None, None]) + _JITTER * np.eye(v.shape[1])
+        k = matern(np.abs(v[:, :, None] - v[:, None, :]), length[:, None]) + _JITTER * np.eye(v.shape[1])
         root = np.linalg.cholesky(k)
 
         def normal(*shape: int) -> FloatArray:
             return rng.standard_normal((size, *shape))
 
         f, h = (
-            m + sd * normal(1) + scale[:, i, None] * (root @ normal(v.shape[1], 1))[..., 0]
-            for i, (m, sd) in enumerate(self.means)
+            m + sd * normal(1) + scale * (root @ normal(v.shape[1], 1))[..., 0]
+            for scale, (m, sd) in zip(scales, self.means, strict=True)
         )
         error = (np.linalg.cholesky(noise) @ normal(data.y.size, 1))[..., 0]
         misfit = data.y - data.linear(f, h) - error
         gain = np.linalg.solve(self.covariance(u, noise), misfit[..., None])[..., 0]
-        for i, (one, c, (_, sd)) in enumerate(zip((f, h), self._coefficients, self.means, strict=True)):
+        for one, scale, c, (_, sd) in zip((f, h), scales, self._coefficients, self.means, strict=True):
             weighted = (c * gain)[..., None]
             smooth = (k[:, :, data.of_point] @ weighted)[..., 0]
-            one += np.square(scale[:, i, None]) * smooth + sd**2 * weighted.sum(axis=1)
+            one += np.square(scale) * smooth + sd**2 * weighted.sum(axis=1)
         exact = data.raw - data.exact(f, h)
         alive = np.isfinite(exact).all(axis=1)
         pair = np.stack([np.where(alive[:, None], exact, 0.0), data.y - data.linear(f, h)], axis=-1)

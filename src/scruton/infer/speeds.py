@@ -9,6 +9,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign, Motion, Sweep
 from scruton.dynamics.scruton_number import factor
+from scruton.infer.result_schema import dataset
 from scruton.infer.run import Sampling
 from scruton.infer.smooth import Observations, SpeedPoint, SpeedPosterior
 from scruton.stats.optimum import find_optimum
@@ -245,7 +246,9 @@ def fit_points(
     u = samples.chain.reshape(-1, len(posterior.priors))
     u = u[rng.permutation(len(u))[: 2 * DRAWS]]
     s_v = posterior.scale_shift(u, rng)
-    drawn = _drawn(used, left_out, float(np.exp(np.median(u[:, 2]))))
+    log_scales, shifts = posterior.named(u)["scales"], posterior.named(u)["shift"]
+    _, _, log_length = np.median(log_scales, axis=0)
+    drawn = _drawn(used, left_out, float(np.exp(log_length)))
     shift = np.median(s_v)
     grid = np.linspace(drawn[0, 0] * np.exp(-2.5 * shift), drawn[0, 1] * np.exp(2.5 * shift), GRID)
     pair = np.stack(discrepancy, axis=1)[rng.integers(0, len(discrepancy[0]), len(u))]
@@ -256,10 +259,10 @@ def fit_points(
             f"{NAME}: the amplitude against reduced velocity rests on {effective:.0f} effective draws (wanted "
             f"{FEW:g}): the tests say too little of the relaxation at their Scruton numbers"
         )
-    u, values, pair = u[keep], values[keep], pair[keep]
-    s_a, s_g, length = np.exp(u[:, : len(scales)]).T
+    values, pair = values[keep], pair[keep]
+    s_a, s_g, length = np.exp(log_scales[keep]).T
     return Speeds(
-        grid, values[:, 0], values[:, 1], s_a, s_g, length, s_v[keep], u[:, len(scales) :], data.rigs,
+        grid, values[:, 0], values[:, 1], s_a, s_g, length, s_v[keep], shifts[keep], data.rigs,
         pair[:, 0], pair[:, 1], at, n, (float(v.min()), float(v.max())), drawn, used, left_out, samples, effective,
     )  # fmt: skip
 
@@ -315,34 +318,22 @@ def _resample(log_weight: FloatArray, size: int, rng: np.random.Generator) -> tu
 
 def speeds_dataset(speeds: Speeds) -> "xr.Dataset":
     """Group `speeds` of the tree: draws by (chain, draw, velocity), the points used, and what it was conditioned on."""
-    import xarray as xr
-
-    found = xr.Dataset(
-        {
-            key: (("chain", "draw", "velocity"), getattr(speeds, key)[None])
-            for key in ("ln_amplitude", "ln_relaxation")
-        }
+    values = {key: getattr(speeds, key)[None] for key in ("ln_amplitude", "ln_relaxation", *HYPERPARAMETERS, "shift")}
+    group = dataset(
+        "speeds",
+        values
         | {
-            key: (("chain", "draw"), getattr(speeds, key)[None])
-            for key in HYPERPARAMETERS
-        }
-        | {
-            "shift": (("chain", "draw", "rig"), speeds.shift[None]),
-            "rig_low": ("rig", speeds.drawn[1:, 0]),
-            "rig_high": ("rig", speeds.drawn[1:, 1]),
-            "point_velocity": ("point", [one.velocity for one in speeds.points]),
-            "point_scruton_number": ("point", [one.scruton_number for one in speeds.points]),
-            "point_rig": ("point", [one.rig for one in speeds.points]),
-        }
-    )  # fmt: skip
-    found = found.assign_coords(
-        chain=[0],
-        draw=np.arange(len(speeds.length)),
+            "rig_low": speeds.drawn[1:, 0],
+            "rig_high": speeds.drawn[1:, 1],
+            "point_velocity": [one.velocity for one in speeds.points],
+            "point_scruton_number": [one.scruton_number for one in speeds.points],
+            "point_rig": [one.rig for one in speeds.points],
+        },
         velocity=speeds.velocity,
         rig=list(speeds.rigs),
         point=[one.name for one in speeds.points],
     )
-    return found.assign_attrs(
+    return group.assign_attrs(
         reference_scruton_number=speeds.reference_scruton_number,
         law_n=speeds.n,
         tested_low=speeds.tested[0],

@@ -33,7 +33,7 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.likelihood import EnvelopeData
 from scruton.envelope import Cycles
 from scruton.envelope.phase_diffusion import periodogram, phase_steps, step_spectrum, unbroken
-from scruton.infer.models import WindPosterior
+from scruton.infer.models import WIND, WindPosterior
 from scruton.stats.priors import Prior
 from scruton.stats.sampler import Samples
 from scruton.stats.whiteness import lags_of, ljung_box
@@ -137,15 +137,14 @@ def steady_posterior(
     cycles : Cycles
         All of it.
     priors : sequence of Prior
-        Stable amplitude, relaxation ratio, amplitude scatter, noise factor, damping ratio; an exponent after them is
-        not used.
+        Of the parameters `models.WIND`; that of an exponent is not used.
     omega0 : float
         Natural circular frequency in still air [rad/s].
     initial_sd : float
         Prior of the initial amplitude.
     """
     data = EnvelopeData.join({name: settled(cycles)})
-    return WindPosterior(tuple(priors[:5]), data, (), omega0, -1.0, initial_sd)
+    return WindPosterior(tuple(one for one in priors if one.name in WIND), data, (), omega0, -1.0, initial_sd)
 
 
 def judge_steady(name: str, cycles: Cycles, samples: Samples, posterior: WindPosterior) -> SteadyVerdict:
@@ -185,7 +184,7 @@ def judge_steady(name: str, cycles: Cycles, samples: Samples, posterior: WindPos
     conditions = (
         _white(posterior, np.median(draws, axis=0)),
         _gusts(run, posterior, np.log(q), error),
-        _long(kept, rate, draws[:, 1], posterior.priors[1]),
+        _long(kept, rate, posterior.named(draws)["relaxation_ratio"], posterior.prior("relaxation_ratio")),
         _phase(run, float(np.median(rate)), np.log(q), error),
     )
     return SteadyVerdict(name, conditions, kept, left_out)
@@ -307,7 +306,7 @@ def _white(posterior: WindPosterior, centre: FloatArray) -> Condition:
 
 def _gusts(run: Cycles, posterior: WindPosterior, log_q: FloatArray, error: float) -> Condition:
     period = 1.0 / run.reference_frequency
-    ratio, damping = posterior.priors[1], posterior.priors[4]
+    ratio, damping = posterior.prior("relaxation_ratio"), posterior.prior("damping_ratio")
     # From what structural damping alone would do (Y1 < 0), to half a radian a cycle: nothing relaxes faster.
     log_ratio = np.linspace(
         damping.location, max(np.log(0.5 / (period * posterior.omega0)), damping.location + 0.5), 40

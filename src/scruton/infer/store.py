@@ -1,4 +1,4 @@
-"""The results of a fit on disk: posterior.nc and fit.json."""
+"""The results of a fit on disk, posterior.nc and fit.json, and back."""
 
 import gc
 import threading
@@ -9,11 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 from scruton.documents import read_document, replace_file, write_document
 from scruton.errors import InputError
+from scruton.infer.result_schema import SCHEMA, faults
 from scruton.workspace import digest
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
+    from scruton.campaign.schema import Campaign
+    from scruton.infer.cards import ModelCard
     from scruton.infer.results import Fit
 
 POSTERIOR, SUMMARY, FORMAT = "posterior.nc", "fit.json", 1
@@ -79,9 +83,77 @@ def read_tree(folder: Path) -> tuple["xr.DataTree", dict[str, Any]]:
         wanted = f"the file that {SUMMARY} was written with; `scruton fit` writes both anew"
         raise InputError(posterior, "", "a file that is damaged or of another fit", wanted)
     try:
-        return xr.load_datatree(posterior, engine="h5netcdf"), content
+        tree = xr.load_datatree(posterior, engine="h5netcdf")
     except (OSError, ValueError, KeyError) as error:
         raise InputError(posterior, "", f"a file that cannot be read ({error})", WANTED) from error
+    wrong = faults(tree)
+    if wrong:
+        raise InputError(posterior, "", f"results of another layout: {wrong[0]}", WANTED)
+    return tree, content
+
+
+def load_fit(folder: Path) -> "Fit":
+    """Read back the fit that `write_fit` wrote: the same tree, tables and verdicts, campaign and model card.
+
+    Envelopes, ring-downs and the deterministic results of Eqs. (2) to (8) are computed from the campaign that is
+    stored with the draws, when they are asked for.  The laboratory's files are not read again.
+
+    Parameters
+    ----------
+    folder : Path
+        As `scruton fit` or `scruton report` wrote it.
+
+    Returns
+    -------
+    Fit
+
+    Raises
+    ------
+    InputError
+        If the folder holds no fit, one of another version, or files that are damaged or do not belong together.
+    """
+    from scruton.infer.front import cycles_of, front_ends_of, ringdowns_of
+    from scruton.infer.results import Fit
+
+    tree, summary = read_tree(folder)
+    campaign, card = stored_inputs(tree, folder / POSTERIOR)
+    cycles = cycles_of(campaign)
+    ringdowns = ringdowns_of(campaign, cycles)
+    return Fit(
+        campaign, card, tree, cycles, ringdowns, front_ends_of(campaign, tree, ringdowns), convergence_frame(tree),
+        tuple(summary["flags"]), bool(summary["converged"]), summary,
+    )  # fmt: skip
+
+
+def stored_inputs(tree: "xr.DataTree", path: Path = Path(POSTERIOR)) -> "tuple[Campaign, ModelCard]":
+    """The campaign and the resolved model card that a tree was made of; `path` is for the error.
+
+    Raises
+    ------
+    InputError
+        If an earlier version wrote the tree, which kept neither.
+    """
+    from scruton.campaign.schema import Campaign
+    from scruton.infer.archive import unpack
+    from scruton.infer.cards import ModelCard
+
+    try:
+        group = tree["inputs"]
+        document, numbers = str(group["document"].item()), group["numbers"].to_numpy()
+        stored = unpack(document, numbers, campaign=Campaign, card=ModelCard)
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputError(
+            path, "", "results that do not hold the campaign and the card they were made of", WANTED
+        ) from error
+    return stored["campaign"], stored["card"]
+
+
+def convergence_frame(tree: "xr.DataTree") -> "pd.DataFrame":
+    """One row per parameter of every posterior, indexed by (posterior, parameter)."""
+    import pandas as pd
+
+    columns = {one.name: tree["convergence"][one.name].to_numpy().tolist() for one in SCHEMA["convergence"]}
+    return pd.DataFrame(columns).set_index(["posterior", "parameter"])
 
 
 def provenance_of(folder: Path) -> dict[str, str]:

@@ -21,14 +21,13 @@ from typing import Any
 
 import numpy as np
 
-from scruton.arrays import FloatArray
 from scruton.campaign import Campaign, load_campaign
-from scruton.campaign.bounded import LARGEST_TOML, parse_toml, read_bytes, toml_text
 from scruton.campaign.readers import is_delimited
-from scruton.campaign.records import MIN_SAMPLES
-from scruton.campaign.schema import Motion
-from scruton.campaign.tables import Table
-from scruton.campaign.units import show
+from scruton.campaign.schema import Section
+from scruton.campaign.spelling import show
+from scruton.campaign.thresholds import MIN_SAMPLES
+from scruton.campaign.toml import Field, Table, Wording, is_number, read_toml
+from scruton.campaign.write import write_record, write_toml
 from scruton.documents import replace_file
 from scruton.errors import InputError
 from scruton.simulate.disturbances import Disturbances
@@ -37,15 +36,7 @@ from scruton.simulate.motion import FORCES, STEPS_PER_CYCLE, Truth, simulate_rec
 LARGEST = 1e12  # of any number, in its unit
 MOST_STEPS = 1e8  # of the integration of one record
 
-_SIMULATION = {
-    "sample_rate": None,
-    "turbulence": 0.0,
-    "sensor_noise": 0.0,
-    "quantum": 0.0,
-    "gust_intensity": 0.0,
-    "gust_time": 1.0,
-}
-_TRUTH = ("Y1", "epsilon", "Y2", "force")
+_RECORD = ("duration", "initial_amplitude", "disturbances")  # what a record says beyond campaign.toml
 
 
 def write_campaign(spec: Path, out: Path, *, seed: int, force: bool = False) -> Path:
@@ -97,7 +88,7 @@ def write_campaign(spec: Path, out: Path, *, seed: int, force: bool = False) -> 
                 kept.append(_write_record(spec, f"{place}.records[{j}]", record, truth, settings, folder, seed, common))
             if kept:
                 content[key][i]["records"] = kept
-        _write_toml(folder / "campaign.toml", content)
+        write_toml(folder / "campaign.toml", content)
         _loaded(spec, folder)
         _refuse_files(out, (path.name for path in folder.iterdir()), force=force)
         out.mkdir(exist_ok=True)
@@ -116,8 +107,7 @@ def _refuse_files(out: Path, names: Iterable[str], *, force: bool) -> None:
 
 def _read(spec: Path) -> dict[str, Any]:
     """Read the specification; its rigs, tests and records are lists of tables, whatever else they are."""
-    wanted = "a TOML file that specifies a simulated campaign"
-    content = parse_toml(toml_text(read_bytes(spec, LARGEST_TOML, wanted), spec), spec, wanted)
+    _, content = read_toml(spec, "a TOML file that specifies a simulated campaign")
     top = Table(spec, "", content)
     for key in ("rigs", "tests"):
         for owner in top.tables(key):
@@ -126,72 +116,96 @@ def _read(spec: Path) -> dict[str, Any]:
     return content
 
 
-def _number(spec: Path, field: str, value: Any, *, low: float = 0.0) -> float:
-    """Read a number from `low` to `LARGEST`; "200 Hz" and "40 s" are read too."""
-    text = value.split() if isinstance(value, str) else []
-    if len(text) == 2 and text[1] in ("Hz", "s"):
-        try:
-            value = float(text[0])
-        except ValueError:
-            value = None
-    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= LARGEST:
-        raise InputError(spec, field, repr(value), f"a number of at least {low:g}, at most {LARGEST:g}")
-    return float(value)
+def _listed(before: str) -> Wording:
+    return Wording(repr, "an unknown key", lambda key, known: f"{before}: {', '.join(known)}")
+
+
+def _number(default: float | None = None, low: float = 0.0) -> Field:
+    """Declare a number from `low` to `LARGEST`; "200 Hz" and "40 s" are read too."""
+
+    def read(table: Table, key: str) -> float:
+        value = table.values.get(key, default)
+        words = value.split() if isinstance(value, str) else []
+        if len(words) == 2 and words[1] in ("Hz", "s"):
+            try:
+                value = float(words[0])
+            except ValueError:
+                value = None
+        if not is_number(value) or not low <= value <= LARGEST:
+            raise table.error(key, repr(value), f"a number of at least {low:g}, at most {LARGEST:g}")
+        return float(value)
+
+    return Field(read)
+
+
+def _force(table: Table, key: str) -> str:
+    if not isinstance(table.values[key], str) or table.values[key] not in FORCES:
+        raise table.refusal(key, f"one of: {', '.join(FORCES)}")
+    return str(table.values[key])
+
+
+def _value_like(example: Any) -> Field:
+    """Declare a field of `Disturbances`: a number, the name of a form, true or false."""
+    if isinstance(example, float):
+        return _number(low=-LARGEST)
+
+    def read(table: Table, key: str) -> Any:
+        if not isinstance(table.values[key], type(example)):
+            raise table.refusal(key, f"a value such as {example!r}")
+        return table.values[key]
+
+    return Field(read)
+
+
+_SIMULATION = {
+    "sample_rate": _number(),
+    "turbulence": _number(0.0),
+    "sensor_noise": _number(0.0),
+    "quantum": _number(0.0),
+    "gust_intensity": _number(0.0),
+    "gust_time": _number(1.0),
+}
+_TRUTH = {
+    "Y1": _number(low=-LARGEST),
+    "epsilon": _number(low=-LARGEST),
+    "Y2": _number(0.0, low=-LARGEST),
+    "force": Field(_force, "paper"),
+}
+_DISTURBANCES = {part.name: _value_like(part.default) for part in fields(Disturbances)}
 
 
 def _settings(spec: Path, content: dict[str, Any]) -> dict[str, float]:
-    table = content.pop("simulation", None)
-    if not isinstance(table, dict):
-        raise InputError(spec, "simulation", repr(table), "a table [simulation] with sample_rate and the noise")
-    for key in table:
-        if key not in _SIMULATION:
-            raise InputError(spec, f"simulation.{key}", "an unknown key", f"one of: {', '.join(_SIMULATION)}")
-    return {key: _number(spec, f"simulation.{key}", table.get(key, default)) for key, default in _SIMULATION.items()}
+    top = Table(spec, "", {"simulation": content.pop("simulation", None)}, _listed("one of"))
+    return top.inner("simulation", "a table [simulation] with sample_rate and the noise").read(_SIMULATION)
 
 
 def _truths(spec: Path, content: dict[str, Any]) -> list[dict[str, Any]]:
-    found = []
+    truths = []
     for i, test in enumerate(content.get("tests", [])):
-        field = f"tests[{i}].truth"
-        table = test.pop("truth", None)
-        if not isinstance(table, dict) or not {"Y1", "epsilon"} <= set(table) <= set(_TRUTH):
-            raise InputError(spec, field, repr(table), "truth = { Y1 = -6.3, epsilon = 0.038 }")
-        truth: dict[str, Any] = {
-            key: _number(spec, f"{field}.{key}", table.get(key, 0.0), low=-LARGEST) for key in ("Y1", "epsilon", "Y2")
-        }
-        truth["force"] = table.get("force", "paper")
-        if truth["force"] not in FORCES:
-            raise InputError(spec, f"{field}.force", repr(truth["force"]), f"one of: {', '.join(FORCES)}")
-        found.append(truth)
-    return found
+        stated = test.pop("truth", None)
+        if not isinstance(stated, dict) or not {"Y1", "epsilon"} <= set(stated) <= set(_TRUTH):
+            raise InputError(spec, f"tests[{i}].truth", repr(stated), "truth = { Y1 = -6.3, epsilon = 0.038 }")
+        truths.append(Table(spec, f"tests[{i}].truth", stated, _listed("one of")).read(_TRUTH))
+    return truths
 
 
-def _disturbances(spec: Path, place: str, table: Any) -> dict[str, Any]:
+def _disturbances(spec: Path, place: str, stated: Any) -> dict[str, Any]:
     """Read fields of `Disturbances`: numbers, names of forms, true or false."""
-    field = f"{place}.disturbances"
-    if not isinstance(table, dict):
-        raise InputError(spec, field, repr(table), "a table, disturbances = { friction = 0.5 }")
-    defaults = {one.name: one.default for one in fields(Disturbances)}
-    found: dict[str, Any] = {}
-    for key, value in table.items():
-        if key not in defaults:
-            raise InputError(spec, f"{field}.{key}", "an unknown key", f"some of: {', '.join(defaults)}")
-        if isinstance(defaults[key], float):
-            found[key] = _number(spec, f"{field}.{key}", value, low=-LARGEST)
-        elif isinstance(value, type(defaults[key])):
-            found[key] = value
-        else:
-            raise InputError(spec, f"{field}.{key}", repr(value), f"a value such as {defaults[key]!r}")
+    owner = Table(spec, place, {"disturbances": stated}, _listed("some of"))
+    table = owner.inner("disturbances", "a table, disturbances = { friction = 0.5 }")
+    table.check_keys(_DISTURBANCES)
+    values = {key: _DISTURBANCES[key].read(table, key) for key in table.values}
     try:
-        Disturbances(**found)
+        Disturbances(**values)
     except ValueError as error:
-        raise InputError(spec, field, f"what cannot be ({error})", "values as the documentation lists them") from error
-    return found
+        wanted = "values as the documentation lists them"
+        raise owner.error("disturbances", f"what cannot be ({error})", wanted) from error
+    return values
 
 
 def _without_records(spec: Path, content: dict[str, Any], folder: Path) -> Campaign:
     """Let the campaign's own loader check everything but the records, and give the numbers in SI."""
-    _write_toml(folder / "campaign.toml", content)
+    write_toml(folder / "campaign.toml", content)
     return _loaded(spec, folder)
 
 
@@ -215,7 +229,9 @@ def _truth(spec: Path, campaign: Campaign, key: str, i: int, damping: list[Any],
         "depth": campaign.section.depth,
         "mass": rig.mass.mean if rig.mass else 1.0,
         "frequency": rig.frequency.mean,
-        "damping_ratio": _number(spec, f"rigs[{place}].true_damping_ratio", ratio),
+        "damping_ratio": _number().read(
+            Table(spec, f"rigs[{place}]", {"true_damping_ratio": ratio}), "true_damping_ratio"
+        ),
     }
     if key == "rigs":
         return Truth(**body)
@@ -237,14 +253,15 @@ def _write_record(
     plain = isinstance(name, str) and name.isprintable() and Path(name).name == name and is_delimited(Path(name))
     if not plain:
         raise InputError(spec, f"{field}.file", show(name or record), 'file = "name.csv", a plain name')
-    kept = {key: value for key, value in record.items() if key not in ("duration", "initial_amplitude", "disturbances")}
+    table = Table(spec, field, record)
+    kept = {key: value for key, value in record.items() if key not in _RECORD}
     own = _disturbances(spec, field, record.get("disturbances", {}))
-    duration = _number(spec, f"{field}.duration", record.get("duration"))
+    duration = _number().read(table, "duration")
     samples = duration * settings["sample_rate"]
     if not MIN_SAMPLES <= samples <= MOST_STEPS or duration * truth.frequency * STEPS_PER_CYCLE > MOST_STEPS:
         found = f"{samples:.4g} samples of {duration * truth.frequency:.4g} cycles"
-        raise InputError(spec, f"{field}.duration", found, f"{MIN_SAMPLES} samples or more, and at most {MOST_STEPS:g}")
-    amplitude = _number(spec, f"{field}.initial_amplitude", record.get("initial_amplitude"))
+        raise table.error("duration", found, f"{MIN_SAMPLES} samples or more, and at most {MOST_STEPS:g}")
+    amplitude = _number().read(table, "initial_amplitude")
     try:
         if not truth.still:
             amplitude *= truth.balance()[0]
@@ -264,23 +281,7 @@ def _write_record(
         ) from error
     if not np.isfinite(response).all():
         raise InputError(spec, field, "a motion that grows beyond all numbers", "one that stays finite")
-    _write_csv(folder / record["file"], time, response, truth)
+    section = Section(truth.motion, truth.width, truth.depth)
+    # six digits: finer than any sensor, and small files
+    write_record(folder / record["file"], section, response, time, digits=6, angle="rad")
     return kept
-
-
-def _write_csv(path: Path, time: FloatArray, response: FloatArray, truth: Truth) -> None:
-    """Six significant digits of the largest reading: finer than any sensor, and small files."""
-    if truth.motion is Motion.TORSIONAL:
-        header, values = "time [s],rotation [rad]", response
-    else:
-        header, values = "time [s],displacement [mm]", response * truth.depth * 1e3
-    decimals = max(0, 5 - int(np.floor(np.log10(max(float(np.abs(values).max()), 1e-12)))))
-    stamps = max(4, int(np.ceil(-np.log10(time[1] - time[0]))) + 2)
-    lines = [f"{t:.{stamps}f},{y:.{decimals}f}" for t, y in zip(time.tolist(), values.tolist(), strict=True)]
-    path.write_text("\n".join([header, *lines]) + "\n", encoding="utf-8", newline="\n")
-
-
-def _write_toml(path: Path, content: dict[str, Any]) -> None:
-    import tomli_w
-
-    path.write_text(tomli_w.dumps(content), encoding="utf-8", newline="\n")

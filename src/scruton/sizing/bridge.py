@@ -1,7 +1,8 @@
 """`bridge.toml`: the bridge that the section model stands for, its modes, limits, wind and costs."""
 
+import sys
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -9,25 +10,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.campaign.bounded import LARGEST_TABLE, LARGEST_TOML, parse_toml, read_bytes, toml_text
+from scruton.campaign.bounded import read_bytes
+from scruton.campaign.quantity import FAMILIES, Quantity
 from scruton.campaign.schema import Motion
-from scruton.campaign.tables import Table
-from scruton.campaign.units import (
-    DENSITY,
-    FREQUENCY,
-    INERTIA,
-    LENGTH,
-    MASS,
-    SPEED,
-    Dimension,
-    parse_quantity,
-    show,
-)
+from scruton.campaign.spelling import show
+from scruton.campaign.thresholds import LARGEST_TABLE, LARGEST_TOML
+from scruton.campaign.toml import Field, Table, anything, bare, is_number, number, parse_toml, text, whole
+from scruton.campaign.units import DENSITY, FREQUENCY, INERTIA, LENGTH, MASS, SPEED, Dimension, parse_quantity
 from scruton.errors import InputError
 from scruton.sizing.limits import Limit
 from scruton.sizing.limits import limit as read_limit
 from scruton.sizing.mode_shape import ModeShape, read_shape, read_table, sine, uniform
-from scruton.sizing.uncertain import FAMILIES, Uncertain, known
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,20 +30,13 @@ AIR_DENSITY = 1.225  # kg/m^3, sea level, 15 degrees
 DAMPING_COV = 0.45  # of a design damping ratio that is stated without one: what repeated measurements scatter by
 FREQUENCY_COV = 0.01  # of a frequency that is stated without one: calculated against built
 # Steel box girders: median 0.3 %, as measured on one suspension bridge's modes and as designs assume.
-DAMPING = Uncertain("lognormal", 0.003 * float(np.sqrt(1.0 + DAMPING_COV**2)), 0.003 * DAMPING_COV * 1.0966, 0.001)
+DAMPING = Quantity(0.003 * float(np.sqrt(1.0 + DAMPING_COV**2)), 0.003 * DAMPING_COV * 1.0966, minimum=0.001)
 
 LARGEST_COV = 10.0  # of anything; more is a slip of the pen
 _REACH = 18.0  # of -ln(1 - probability) of the wind speed: half a second a year lies beyond
 _MODAL_MASS = Dimension("a modal mass", "kg", 2e6)
 _SHARE = Dimension("a bare number", "", 0.5)
 _MONEY = Dimension("an amount of money, a bare number", "", 1e6, positive=False, largest=1e15)
-_TOP = (
-    "format", "title", "width", "depth", "air_density", "coherence", "limits", "modes", "wind", "damper", "cost",
-)  # fmt: skip
-_MODE = (
-    "name", "motion", "frequency", "mass", "inertia", "length", "modal_mass", "shape", "half_waves", "damping_ratio",
-    "lock_in",
-)  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,24 +46,24 @@ class Mode:
     Attributes
     ----------
     name : str
-    frequency : Uncertain
+    frequency : Quantity
         [Hz]; its spread is what a damper's tuning has to live with.
-    mass : Uncertain or None
+    mass : Quantity or None
         Equivalent mass m [kg/m], or inertia [kg m^2/m] for torsion; None: the mass ratio of the section model.
     modal_mass : float or None
         Generalised mass for a shape of largest value 1 [kg], or [kg m^2]; dampers of stated mass need it.
     shape : ModeShape
-    damping_ratio : Uncertain
+    damping_ratio : Quantity
     lock_in : (float, float) or None
         Reduced velocities U/(fD) between which the mode locks in.
     """
 
     name: str
-    frequency: Uncertain
-    mass: Uncertain | None = None
+    frequency: Quantity
+    mass: Quantity | None = None
     modal_mass: float | None = None
     shape: ModeShape = field(default_factory=sine)
-    damping_ratio: Uncertain = DAMPING
+    damping_ratio: Quantity = DAMPING
     lock_in: tuple[float, float] | None = None
 
 
@@ -161,7 +147,7 @@ class Bridge:
     width: float
     depth: float
     air_density: float
-    coherence: Uncertain
+    coherence: Quantity
     limits: tuple[Limit, ...]
     modes: tuple[Mode, ...]
     wind: Wind | None = None
@@ -198,111 +184,83 @@ def load_bridge(path: Path, motion: Motion) -> Bridge:
     if path.is_dir():
         path = path / "bridge.toml"
     data = read_bytes(path, LARGEST_TOML, "a bridge.toml")
-    content = parse_toml(toml_text(data, path), path)
     digests = {path.name: sha256(data).hexdigest()}
-    top = Table(path, "", content)
+    top = Table(path, "", parse_toml(data, path))
     top.check_keys(_TOP)
-    version = top.required("format", f"format = {FORMAT}")
-    if version != FORMAT or isinstance(version, bool | float):
-        raise top.error("format", show(content["format"]), f"format = {FORMAT}, the one that this version reads")
+    top.check_format(FORMAT)
     modes = tuple(_mode(table, motion, digests) for table in top.tables("modes"))
     if not modes:
         raise top.error("modes", "nothing", "at least one [[modes]]")
     names = [mode.name for mode in modes]
     if len(set(names)) < len(names):
         raise top.error("modes", f'the name "{max(names, key=names.count)}" twice', "a name of its own for each mode")
+    values = {key: field.read(top, key) for key, field in _TOP.items()}
     return Bridge(
-        top.text("title", "a text", default=path.resolve().parent.name),
+        values["title"] or path.resolve().parent.name,
         motion,
-        top.number("width", LENGTH),
-        top.number("depth", LENGTH),
-        top.number("air_density", DENSITY) if "air_density" in top else AIR_DENSITY,
-        _uncertain(top, "coherence", _SHARE, known(1.0), family="beta"),
-        tuple(_limits(top)),
+        values["width"],
+        values["depth"],
+        values["air_density"],
+        values["coherence"],
+        values["limits"],
         modes,
         _wind(top.table("wind"), digests) if "wind" in top else None,
         _damper(top.table("damper"), motion),
-        _cost(top.table("cost")) if "cost" in top else None,
+        Cost(**top.table("cost").read(_COST)) if "cost" in top else None,
         digests,
     )
 
 
-def stand_in(tree: "xr.DataTree", motion: Motion, rig: str, damping_ratio: Uncertain = DAMPING) -> Bridge:
+def stand_in(tree: "xr.DataTree", motion: Motion, rig: str, damping_ratio: Quantity = DAMPING) -> Bridge:
     """The section model itself as a bridge, for an answer before there is one: its depth, frequency and mass ratio."""
     data = tree["constant_data"]
     names = [str(one) for one in data["rig"].to_numpy()]
     frequency = float(data["frequency"].to_numpy()[names.index(rig)])
-    mode = Mode("section", known(frequency), shape=uniform(), damping_ratio=damping_ratio)
+    mode = Mode("section", Quantity(frequency), shape=uniform(), damping_ratio=damping_ratio)
     return Bridge(
-        "the section model itself", motion, float(data["width"]), float(data["depth"]), AIR_DENSITY, known(1.0), (),
+        "the section model itself", motion, float(data["width"]), float(data["depth"]), AIR_DENSITY, Quantity(1.0), (),
         (mode,),
     )  # fmt: skip
 
 
-def _limits(top: Table) -> list[Limit]:
-    found = top.values.get("limits", [])
-    if not isinstance(found, list) or not all(isinstance(one, str) for one in found):
-        raise top.error("limits", show(found), 'a list of limits, such as limits = ["jtg", "0.1 m"]')
-    return [read_limit(one, str(top.file), f"limits[{i}]") for i, one in enumerate(found)]
-
-
 def _mode(table: Table, motion: Motion, digests: dict[str, str]) -> Mode:
     table.check_keys(_MODE)
-    if "motion" in table and table.choice("motion", [one.value for one in Motion]) != motion.value:
+    if "motion" in table and table.choice("motion", list(Motion)) != motion.value:
         raise table.error("motion", show(table.values["motion"]), f'"{motion.value}", the motion of the section model')
     key, other, dimension = ("mass", "inertia", MASS) if motion is Motion.HEAVING else ("inertia", "mass", INERTIA)
     if other in table:
         raise table.error(other, f"{other}, for a {motion.value} mode", key)
     shape = _shape(table, digests)
-    mass = _uncertain(table, key, dimension, None) if key in table else None
-    modal = table.number("modal_mass", _MODAL_MASS) if "modal_mass" in table else None
+    mass = _uncertain(table, key, dimension) if key in table else None
+    values = {key: field.read(table, key) for key, field in _MODE.items()}
+    modal = values["modal_mass"]
     if modal is None and "length" in table and mass is not None:
         modal = mass.mean * table.number("length", LENGTH) * shape.integral(2.0)
-    return Mode(
-        table.text("name", "a name"),
-        _uncertain(table, "frequency", FREQUENCY, None, FREQUENCY_COV, family="normal"),
-        mass,
-        modal,
-        shape,
-        _uncertain(
-            table, "damping_ratio", Dimension("a damping ratio, a bare number", "", 0.003), DAMPING, DAMPING_COV
-        ),
-        _pair(table, "lock_in"),
-    )
+    return Mode(values["name"], values["frequency"], mass, modal, shape, values["damping_ratio"], values["lock_in"])
 
 
 def _shape(table: Table, digests: dict[str, str]) -> ModeShape:
-    name = table.text("shape", 'a name: "sine", "uniform" or a CSV file', default="sine")
+    name = text('a name: "sine", "uniform" or a CSV file', "sine").read(table, "shape")
     if name != "sine" and "half_waves" in table:
         raise table.error("half_waves", show(table.values["half_waves"]), 'none: it belongs to shape = "sine"')
     if name == "uniform":
         return uniform()
     if name == "sine":
-        waves = table.values.get("half_waves", 1)
-        if not isinstance(waves, int) or isinstance(waves, bool) or not 1 <= waves <= 100:
-            raise table.error("half_waves", show(waves), "a whole number from 1 to 100")
-        return sine(waves)
+        return sine(whole(1, 100, 1).read(table, "half_waves"))
     path = table.file.parent / name
     shape = read_shape(path)
     digests[name] = sha256(read_bytes(path, LARGEST_TABLE)).hexdigest()
     return shape
 
 
-def _uncertain(
-    table: Table, key: str, dimension: Dimension, default: Uncertain | None, cov: float = 0.0, family: str = "lognormal"
-) -> Uncertain:
+def _uncertain(table: Table, key: str, dimension: Dimension, cov: float = 0.0, family: str = "lognormal") -> Quantity:
     """Read a number, "x +/- s", or a table of mean or median, sd or cov, minimum, distribution."""
-    if key not in table and default is not None:
-        return default
     value = table.required(key, f"{dimension.name}, such as {key} = {dimension.spelling}")
-    place = table.at(key)
-    known_keys = ("mean", "median", "sd", "cov", "minimum", "distribution")
     if not isinstance(value, Mapping):
-        one = parse_quantity(value, dimension, table.file, place)
-        sd = cov * one.mean if one.sd is None else one.sd
-        return _checked(Uncertain(family if sd else "known", one.mean, sd), table, key)
-    inner = Table(table.file, place, value)
-    inner.check_keys(known_keys)
+        stated = parse_quantity(value, dimension, table.file, table.at(key)).or_relative_sd(cov)
+        return _checked(replace(stated, family=family if stated.sd else "known"), table, key)
+    inner = table.table(key)
+    inner.check_keys(("mean", "median", "sd", "cov", "minimum", "distribution"))
     family = inner.choice("distribution", FAMILIES) if "distribution" in inner else family
     if ("mean" in inner) == ("median" in inner):
         raise table.error(key, show(value), "either mean or median")
@@ -310,10 +268,9 @@ def _uncertain(
         raise table.error(key, show(value), "either sd or cov")
     centre = inner.number("median" if "median" in inner else "mean", dimension)
     if "sd" in inner:
-        sd = inner.number("sd", dimension)
-        spread = sd / centre
+        spread = inner.number("sd", dimension) / centre
     else:
-        spread = _plain(inner, "cov") if "cov" in inner else cov
+        spread = bare(0.0, sys.float_info.max, cov, "a bare number, zero or more").read(inner, "cov")
     if family == "lognormal" and "median" in inner:
         if "sd" in inner:  # sd^2 = median^2 w (w - 1) with w = 1 + cov^2
             spread = float(np.sqrt(0.5 * (np.sqrt(1.0 + 4.0 * spread**2) - 1.0)))
@@ -322,51 +279,46 @@ def _uncertain(
         raise table.error(key, show(value), "the mean of a beta distribution, not its median")
     # in the unit of the mean, as it is written; a bare zero cuts off nothing
     minimum = inner.number("minimum", dimension) if inner.values.get("minimum", 0) != 0 else 0.0
-    found = Uncertain(family if spread > 0.0 else "known", centre, spread * centre, minimum)
-    return _checked(found, table, key)
+    return _checked(Quantity(centre, spread * centre, family if spread > 0.0 else "known", minimum), table, key)
 
 
-def _plain(table: Table, key: str) -> float:
-    value = table.values.get(key, 0.0)
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 <= value < np.inf:
-        raise table.error(key, show(value), "a bare number, zero or more")
-    return float(value)
-
-
-def _checked(value: Uncertain, table: Table, key: str) -> Uncertain:
-    text = show(table.values[key])
+def _checked(value: Quantity, table: Table, key: str) -> Quantity:
+    sd, is_beta = value.sd or 0.0, value.family == "beta" and not value.certain
     if key in ("damping_ratio", "coherence") and not value.mean <= 1.0:
-        raise table.error(key, text, "a bare number up to 1")
-    if value.sd > LARGEST_COV * value.mean:
-        raise table.error(key, text, f"a standard deviation up to {LARGEST_COV:g} times the mean")
-    if value.family == "beta" and not value.certain and not value.mean < 1.0:
-        raise table.error(key, text, "a mean between 0 and 1: beta is a distribution of fractions")
-    if value.family == "beta" and not value.certain and value.sd**2 >= value.mean * (1.0 - value.mean):
-        raise table.error(key, text, "a standard deviation that fits between 0 and 1")
+        raise table.refusal(key, "a bare number up to 1")
+    if sd > LARGEST_COV * value.mean:
+        raise table.refusal(key, f"a standard deviation up to {LARGEST_COV:g} times the mean")
+    if is_beta and not value.mean < 1.0:
+        raise table.refusal(key, "a mean between 0 and 1: beta is a distribution of fractions")
+    if is_beta and sd**2 >= value.mean * (1.0 - value.mean):
+        raise table.refusal(key, "a standard deviation that fits between 0 and 1")
     if value.minimum >= value.mean:
-        raise table.error(key, text, "a minimum below the mean")
+        raise table.refusal(key, "a minimum below the mean")
     return value
 
 
-def _pair(table: Table, key: str) -> tuple[float, float] | None:
-    if key not in table:
-        return None
+def _pair(table: Table, key: str) -> tuple[float, float]:
     value = table.values[key]
     wanted = f"two rising numbers U/(fD), such as {key} = [8.0, 11.0]"
-    if not isinstance(value, list) or len(value) != 2 or not all(type(one) in (int, float) for one in value):
-        raise table.error(key, show(value), wanted)
-    low, high = (float(one) for one in value)
+    if not isinstance(value, list) or len(value) != 2 or not all(is_number(speed) for speed in value):
+        raise table.refusal(key, wanted)
+    low, high = (float(speed) for speed in value)
     if not 0.0 <= low < high < np.inf:
         raise table.error(key, f"[{low:g}, {high:g}]", wanted)
     return low, high
 
 
+def _limits(table: Table, key: str) -> tuple[Limit, ...]:
+    texts = table.values[key]
+    if not isinstance(texts, list) or not all(isinstance(limit, str) for limit in texts):
+        raise table.refusal(key, 'a list of limits, such as limits = ["jtg", "0.1 m"]')
+    return tuple(read_limit(limit, str(table.file), f"limits[{i}]") for i, limit in enumerate(texts))
+
+
 def _wind(table: Table, digests: dict[str, str]) -> Wind:
     """Read a rose from a file, or a Weibull distribution."""
-    table.check_keys(("rose", "weibull_scale", "weibull_shape", "share"))
-    share = table.number("share", _SHARE) if "share" in table else 1.0
-    if share > 1.0:
-        raise table.error("share", f"{share:g}", "the part of the time from directions that matter, up to 1")
+    table.check_keys(_WIND)
+    share = _WIND["share"].read(table, "share")
     if "rose" in table:
         path = table.file.parent / table.text("rose", "a CSV file")
         wanted = "one header line, then upper speed [m/s] and hours a year of each class, speeds rising"
@@ -378,10 +330,7 @@ def _wind(table: Table, digests: dict[str, str]) -> Wind:
             raise InputError(path, "hours", f"{rows[:, 1].sum():g} hours in all", "up to the 8,766 of a year")
         digests[path.name] = sha256(read_bytes(path, LARGEST_TABLE)).hexdigest()
         return Wind(rows[:, 0], share * rows[:, 1])
-    scale = table.number("weibull_scale", SPEED)
-    shape = table.number("weibull_shape", Dimension("a shape parameter, a bare number", "", 2.0))
-    if not 0.5 <= shape <= 20.0:
-        raise table.error("weibull_shape", f"{shape:g}", "a shape parameter between 0.5 and 20; winds have about 2")
+    scale, shape = (_WIND[key].read(table, key) for key in ("weibull_scale", "weibull_shape"))
     # Fine where the hours are, and on to where no second of a year is left, which is far out for a small shape.
     ratio = np.linspace(0.0, 6.0, 601)
     last = _REACH ** (1.0 / shape)
@@ -391,30 +340,66 @@ def _wind(table: Table, digests: dict[str, str]) -> Wind:
 
 
 def _damper(table: Table, motion: Motion) -> DamperWish:
-    table.check_keys(("number", "risk", "largest_mass_ratio", "largest_stroke", "position", "lever_arm"))
-    number = table.values.get("number", 1)
-    if not isinstance(number, int) or isinstance(number, bool) or not 1 <= number <= 16:
-        raise table.error("number", show(number), "a whole number from 1 to 16")
-    found = {}
-    for key, default in (("risk", 0.05), ("largest_mass_ratio", 0.05)):
-        found[key] = table.number(key, _SHARE) if key in table else default
-        if found[key] >= 1.0:
-            raise table.error(key, f"{found[key]:g}", "a number between 0 and 1")
-    stroke = table.number("largest_stroke", LENGTH) if "largest_stroke" in table else None
+    values = table.read(_DAMPER)
     if "lever_arm" in table and motion is Motion.HEAVING:
         raise table.error("lever_arm", "a lever arm against heaving", "none: it is that of dampers against torsion")
-    arm = table.number("lever_arm", LENGTH) if "lever_arm" in table else None
-    position = table.number("position", _SHARE) if "position" in table else None
-    if position is not None and position >= 1.0:
-        raise table.error("position", f"{position:g}", "a fraction of the span between 0 and 1")
-    return DamperWish(number, found["risk"], found["largest_mass_ratio"], stroke, position, arm)
+    return DamperWish(**values)
 
 
-def _cost(table: Table) -> Cost:
-    table.check_keys(("currency", "fixed", "per_kg", "per_percent", "failure"))
-    amounts = {}
-    for key in ("fixed", "per_kg", "per_percent", "failure"):
-        amounts[key] = table.number(key, _MONEY) if key in table else 0.0
-        if amounts[key] < 0.0:
-            raise table.error(key, f"{amounts[key]:g}", "an amount of zero or more")
-    return Cost(table.text("currency", "a text", default=""), **amounts)
+_DAMPING_RATIO = Dimension("a damping ratio, a bare number", "", 0.003)
+_AMOUNT = number(_MONEY, 0.0, good=lambda amount: amount >= 0.0, wanted="an amount of zero or more")
+_PROBABILITY = number(_SHARE, 0.05, good=lambda share: share < 1.0, wanted="a number between 0 and 1")
+
+_TOP = {
+    "format": anything(),
+    "title": text(default=""),
+    "width": number(LENGTH),
+    "depth": number(LENGTH),
+    "air_density": number(DENSITY, AIR_DENSITY),
+    "coherence": Field(lambda table, key: _uncertain(table, key, _SHARE, family="beta"), Quantity(1.0)),
+    "limits": Field(_limits, ()),
+    "modes": anything(),
+    "wind": anything(),
+    "damper": anything(),
+    "cost": anything(),
+}
+_MODE = {
+    "name": text("a name"),
+    "motion": anything(),
+    "frequency": Field(lambda table, key: _uncertain(table, key, FREQUENCY, FREQUENCY_COV, "normal")),
+    "mass": anything(),
+    "inertia": anything(),
+    "length": anything(),
+    "modal_mass": number(_MODAL_MASS, None),
+    "shape": anything(),
+    "half_waves": anything(),
+    "damping_ratio": Field(lambda table, key: _uncertain(table, key, _DAMPING_RATIO, DAMPING_COV), DAMPING),
+    "lock_in": Field(_pair, None),
+}
+_WIND = {
+    "rose": anything(),
+    "weibull_scale": number(SPEED),
+    "weibull_shape": number(
+        Dimension("a shape parameter, a bare number", "", 2.0), good=lambda shape: 0.5 <= shape <= 20.0,
+        wanted="a shape parameter between 0.5 and 20; winds have about 2",
+    ),
+    "share": number(
+        _SHARE, 1.0, good=lambda share: share <= 1.0,
+        wanted="the part of the time from directions that matter, up to 1",
+    ),
+}  # fmt: skip
+_DAMPER = {
+    "number": whole(1, 16, 1),
+    "risk": _PROBABILITY,
+    "largest_mass_ratio": _PROBABILITY,
+    "largest_stroke": number(LENGTH, None),
+    "position": number(_SHARE, None, good=lambda x: x < 1.0, wanted="a fraction of the span between 0 and 1"),
+    "lever_arm": number(LENGTH, None),
+}
+_COST = {
+    "currency": text(default="", blank=True),
+    "fixed": _AMOUNT,
+    "per_kg": _AMOUNT,
+    "per_percent": _AMOUNT,
+    "failure": _AMOUNT,
+}

@@ -17,7 +17,8 @@ from numpy.typing import ArrayLike
 from scipy.integrate import simpson
 
 from scruton.arrays import FloatArray
-from scruton.campaign.bounded import LARGEST_NUMBER, LARGEST_TABLE, read_bytes
+from scruton.campaign.bounded import read_bytes
+from scruton.campaign.thresholds import LARGEST_NUMBER, LARGEST_TABLE
 from scruton.errors import InputError
 
 _POINTS = 2001

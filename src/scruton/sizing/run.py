@@ -8,6 +8,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.campaign.plausibility import damping_flag
+from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
 from scruton.errors import InputError
 from scruton.griffin.curves import law_curves, what_if
@@ -22,7 +23,6 @@ from scruton.sizing.shares import shares
 from scruton.sizing.tmd import response
 from scruton.sizing.tmd_design import Design, MassMap, design, mass_map
 from scruton.sizing.tmd_tuning import CLOSE
-from scruton.sizing.uncertain import Uncertain
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -360,8 +360,8 @@ def _joint(found: together.Together) -> dict[str, Any]:
     return {"each": list(found.each), "any": found.union}
 
 
-def _uncertain(value: Uncertain) -> dict[str, Any]:
-    return {"mean": value.mean, "sd": value.sd, "distribution": "known" if value.certain else value.family}
+def _uncertain(value: Quantity) -> dict[str, Any]:
+    return {"mean": value.mean, "sd": value.sd or 0.0, "distribution": "known" if value.certain else value.family}
 
 
 def _spread(draws: FloatArray) -> dict[str, float]:

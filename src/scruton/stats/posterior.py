@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.stats.coordinates import Coordinates, Values
 from scruton.stats.priors import Prior
 
 
@@ -36,6 +37,19 @@ class Posterior(ABC):
     def names(self) -> tuple[str, ...]:
         """Names of the parameters, in the order of the columns."""
         return tuple(one.name for one in self.priors)
+
+    @cached_property
+    def coordinates(self) -> Coordinates:
+        """Where each parameter stands among the columns: one for each prior unless a model has vectors."""
+        return Coordinates(dict.fromkeys(self.names))
+
+    def named(self, u: FloatArray) -> Values:
+        """Coordinates by name, from an array with them on its last axis."""
+        return self.coordinates.of(u)
+
+    def prior(self, name: str) -> Prior:
+        """Prior of a parameter by its name."""
+        return self.priors[self.names.index(name)]
 
     @abstractmethod
     def log_likelihood(self, u: FloatArray) -> FloatArray:

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from scruton.calibrate.challenge.case import EFFECTS, NOISE, TURBULENCE, simulate_case
-from scruton.calibrate.challenge.files import write_case
 from scruton.calibrate.challenge.plan import SEVERITIES, checked, planned
+from scruton.campaign.write import save_campaign
 from scruton.documents import read_json, write_text
 from scruton.errors import InputError
 from scruton.processes import pool
@@ -149,6 +149,6 @@ def _make_one(out: Path, answers: Path, index: int, settings: Mapping[str, Any])
     )
     place = out / campaign.title
     place.mkdir(parents=True, exist_ok=True)
-    write_case(campaign, place)
+    save_campaign(campaign, place)
     write_text(answers / f"{campaign.title}.json", json.dumps(answer))
     return index

@@ -1,24 +1,33 @@
-"""One reader per container of records; `open_container` picks it by the file's ending."""
+"""One reader per container of records, by the file's ending: a new one is a file here and a line in `READERS`.
 
+A reader is a function of the bytes and the path that gives a `Container`.  It may raise what it likes on a file that it
+cannot read: `open_container` and `read_columns` turn that into an InputError, here and nowhere else.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
-from scruton.campaign.readers.columns import Column, Container, readable
+from scruton.campaign.readers.columns import Clock, Column, Container
 from scruton.campaign.readers.delimited import CsvDialect, open_delimited
 from scruton.campaign.readers.hdf5 import open_hdf5
-from scruton.campaign.readers.matlab import open_matlab
+from scruton.campaign.readers.matlab import is_hdf5, open_matlab
 from scruton.campaign.readers.npz import open_npz
 from scruton.campaign.readers.tdms import open_tdms
 from scruton.errors import InputError
 
-__all__ = ["Column", "Container", "CsvDialect", "is_delimited", "open_container"]
+__all__ = ["READERS", "Clock", "Column", "Container", "CsvDialect", "is_delimited", "open_container", "read_columns"]
 
 _DELIMITED = (".csv", ".txt", ".dat", ".tsv", ".asc")
-_OTHERS = {
-    ".mat": open_matlab,
-    ".h5": open_hdf5,
-    ".hdf5": open_hdf5,
-    ".npz": open_npz,
-    ".tdms": open_tdms,
+_HDF5 = (open_hdf5, "an HDF5 or MATLAB 7.3 file")
+
+# By the file's ending: the reader, and what its files are, for the error about one that is not.
+READERS: dict[str, tuple[Callable[[bytes, Path], Container], str]] = {
+    ".mat": (open_matlab, "a MATLAB file, version 5 or 7.3"),
+    ".h5": _HDF5,
+    ".hdf5": _HDF5,
+    ".npz": (open_npz, "a NumPy archive written by numpy.savez"),
+    ".tdms": (open_tdms, "a TDMS file as LabVIEW writes it"),
 }
 
 
@@ -42,16 +51,38 @@ def open_container(data: bytes, path: Path, dialect: CsvDialect) -> Container:
     Raises
     ------
     InputError
-        An empty file, an unknown ending, or one that its reader cannot open.
+        An empty file, an unknown ending, or one that its reader cannot open, whatever that raises.
     """
     if not data:
         raise InputError(path, "", "an empty file", "a record")
+    ending = path.suffix.lower()
     if is_delimited(path):
-        with readable(path, "text in columns"):
+        with _readable(path, "text in columns"):
             return open_delimited(data, path, dialect)
-    reader = _OTHERS.get(path.suffix.lower())
-    if reader is None:
-        known = ", ".join([*_DELIMITED, *_OTHERS])
+    if ending not in READERS:
+        known = ", ".join([*_DELIMITED, *READERS])
         raise InputError(path, "", f'the file ending "{path.suffix}"', f"one of {known}; save the record as CSV, say")
-    with readable(path, f"a {path.suffix.lower()} file that is whole"):
+    reader, wanted = _HDF5 if ending == ".mat" and is_hdf5(data) else READERS[ending]
+    with _readable(path, wanted):
         return reader(data, path)
+
+
+def read_columns(container: Container, names: Sequence[str | int]) -> tuple[Column, ...]:
+    """Read columns of an open file (InputError whatever its reader raises: some damage shows only now)."""
+    with _readable(container.path, "a whole file"):
+        return container.read(names)
+
+
+@contextmanager
+def _readable(path: Path, wanted: str) -> Iterator[None]:
+    """Turn whatever a library raises on a damaged file, which may be anything, into an InputError."""
+    try:
+        yield
+    except InputError:
+        raise
+    except MemoryError:
+        raise InputError(path, "", "a file that takes more memory than there is", wanted) from None
+    except Exception as error:
+        reason = str(error).strip().splitlines()
+        what = f"a file that cannot be read ({reason[0][:200] if reason else type(error).__name__})"
+        raise InputError(path, "", what, wanted) from None

@@ -1,15 +1,15 @@
-"""What every reader hands back: columns of numbers, each with its name, unit and a way to say where a sample stands."""
+"""What every reader hands back, columns of numbers with name and unit, and what readers of binary files share."""
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scruton.arrays import FloatArray
+from scruton.campaign.thresholds import LARGEST_ARRAY, PACKED, SLACK, SMALL_ARRAY, TIGHTEST
 from scruton.errors import InputError
 
 RESAVE_OBJECT = (
@@ -56,45 +56,71 @@ class Column:
     clock: Clock | None = None
 
 
-class Container(Protocol):
-    """An open file that gives columns by name."""
+@dataclass(frozen=True, eq=False)
+class Container:
+    """An open file that gives columns by name.
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the columns that stand at the top of the file, without units."""
+    Attributes
+    ----------
+    path : Path
+    names : tuple of str
+        Of the columns that stand at the top of the file, without units.
+    """
+
+    path: Path
+    names: tuple[str, ...]
 
     def read(self, names: Sequence[str | int]) -> tuple[Column, ...]:
         """Read columns (InputError for a name that is not there)."""
+        return tuple(self.column(str(name)) for name in names)
+
+    def column(self, name: str) -> Column:
+        """Read one column."""
+        raise NotImplementedError
+
+    def error(self, name: str, found: str, wanted: str) -> InputError:
+        """Build an error about the column `name`."""
+        return InputError(self.path, name, found, wanted)
+
+    def vector(self, name: str, array: NDArray[Any]) -> FloatArray:
+        """Flatten a vector of any real type, (N,), (1, N) or (N, 1), to float64.
+
+        Raises
+        ------
+        InputError
+            Not numbers, complex numbers, or a matrix.
+        """
+        array = np.asarray(array)
+        if array.dtype.kind not in "biuf":
+            kind = {"c": "complex numbers", "U": "text", "S": "text", "O": "cells or objects"}.get(array.dtype.kind)
+            raise self.error(name, kind or f"data of type {array.dtype}", "real numbers, one column")
+        if array.size != max(array.shape, default=1):
+            shape = " x ".join(str(n) for n in array.shape)
+            raise self.error(name, f"a matrix, {shape}", f'one column, such as "{name}[:,1]" (counted from 0)')
+        return array.reshape(-1).astype(np.float64)
 
 
-def as_column(array: NDArray[Any], path: Path, name: str) -> FloatArray:
-    """Flatten a vector of any real type, (N,), (1, N) or (N, 1), to float64.
+def check_claim(claimed: int, stored: int, path: Path, name: str) -> None:
+    """Refuse, before memory is taken, what unpacks to more than so many stored bytes can hold.
+
+    Parameters
+    ----------
+    claimed, stored : int
+        Bytes once read, and bytes in the file.
+    path : Path
+    name : str
+        Of the array.
 
     Raises
     ------
     InputError
-        Not numbers, complex numbers, or a matrix.
+        A claim beyond `allowance`.
     """
-    array = np.asarray(array)
-    if array.dtype.kind not in "biuf":
-        kind = {"c": "complex numbers", "U": "text", "S": "text", "O": "cells or objects"}.get(array.dtype.kind)
-        raise InputError(path, name, kind or f"data of type {array.dtype}", "real numbers, one column")
-    if array.size != max(array.shape, default=1):
-        shape = " x ".join(str(n) for n in array.shape)
-        raise InputError(path, name, f"a matrix, {shape}", f'one column, such as "{name}[:,1]" (counted from 0)')
-    return array.reshape(-1).astype(np.float64)
+    if claimed > allowance(stored):
+        found = f"{claimed:,} bytes of data in {stored:,} of the file"
+        raise InputError(path, name, found, "a file that holds all of its samples")
 
 
-@contextmanager
-def readable(path: Path, wanted: str) -> Iterator[None]:
-    """Turn whatever a library raises on a damaged file, which may be anything, into an InputError."""
-    try:
-        yield
-    except InputError:
-        raise
-    except MemoryError:
-        raise InputError(path, "", "a file that takes more memory than there is", wanted) from None
-    except Exception as error:
-        reason = str(error).strip().splitlines()
-        what = f"a file that cannot be read ({reason[0][:200] if reason else type(error).__name__})"
-        raise InputError(path, "", what, wanted) from None
+def allowance(stored: int) -> int:
+    """Bytes that so many stored bytes may unpack to."""
+    return min(LARGEST_ARRAY, TIGHTEST * stored + SLACK, max(SMALL_ARRAY, PACKED * stored))

@@ -8,17 +8,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.campaign.bounded import check_lines
-from scruton.campaign.readers.columns import Column
-from scruton.campaign.tables import nearest
+from scruton.campaign.readers.columns import Column, Container
+from scruton.campaign.spelling import folded, nearest
+from scruton.campaign.thresholds import LONGEST_HEADING, LONGEST_LINE, MOST_COLUMNS
 from scruton.errors import InputError
-
-MOST_COLUMNS = 10_000
-LONGEST_HEADING = 1_000  # characters; the time to look for a unit grows with the square
 
 # "displacement [mm]" or "displacement (mm)": a name, then a unit at the end.
 _HEADING = re.compile(r"^(?P<name>.*?)\s*(?:\[(?P<unit>[^\[\]]*)\]|\((?P<unit2>[^()]*)\))\s*$")
@@ -59,8 +57,7 @@ class CsvDialect:
         return "utf-8-sig" if codecs.lookup(self.encoding).name == "utf-8" else self.encoding
 
 
-@dataclass(frozen=True)
-class Heading:
+class Heading(NamedTuple):
     """Name and unit of one column; `text` is both, as the file spells them."""
 
     text: str
@@ -69,21 +66,15 @@ class Heading:
 
 
 @dataclass(frozen=True, eq=False)
-class Delimited:
+class Delimited(Container):
     """A text file whose header has been read; columns go by name, by full heading, or by position from 0."""
 
-    path: Path
     text: str  # what follows the header
     first_line: int  # the number of its first line in the file, from 1
     dialect: CsvDialect
     headings: tuple[Heading, ...]  # empty where the file has no header line
     width: int
     parsed: dict[int, FloatArray] = field(default_factory=dict)  # columns by position, once they were read
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the columns, without units."""
-        return tuple(heading.name for heading in self.headings)
 
     def read(self, names: Sequence[str | int]) -> tuple[Column, ...]:
         """Read columns in one pass."""
@@ -102,25 +93,25 @@ class Delimited:
     def _position(self, name: str | int) -> int:
         if isinstance(name, int):
             if not 0 <= name < self.width:
-                raise InputError(self.path, f"column {name}", f"{self.width} columns", "a position counted from 0")
+                raise self.error(f"column {name}", f"{self.width} columns", "a position counted from 0")
             return name
+        column = f'column "{name}"'
         if not self.headings:
-            raise InputError(
-                self.path, f'column "{name}"', "no header line: the first line holds numbers",
+            raise self.error(
+                column, "no header line: the first line holds numbers",
                 'a header line such as "time [s],displacement [m]", or columns by position: '
                 "columns = { time = 0, displacement = 1 }",
             )  # fmt: skip
-        wanted = _plain(name)
-        exact = [i for i, one in enumerate(self.headings) if name in (one.text, one.name)]
-        found = exact or [i for i, one in enumerate(self.headings) if wanted in (_plain(one.text), _plain(one.name))]
-        if not found:
-            raise InputError(self.path, f'column "{name}"', "no such column", self._hint(name))
-        if len(found) > 1:
-            raise InputError(
-                self.path, f'column "{name}"', f"{len(found)} columns of this name",
-                "one, or its position counted from 0: columns = { displacement = 1 }",
-            )  # fmt: skip
-        return found[0]
+        exact = [i for i, heading in enumerate(self.headings) if name in heading[:2]]
+        alike = exact or [
+            i for i, heading in enumerate(self.headings) if folded(name) in map(folded, (heading.text, heading.name))
+        ]
+        if not alike:
+            raise self.error(column, "no such column", self._hint(name))
+        if len(alike) > 1:
+            wanted = "one, or its position counted from 0: columns = { displacement = 1 }"
+            raise self.error(column, f"{len(alike)} columns of this name", wanted)
+        return alike[0]
 
     def _hint(self, name: str) -> str:
         text = nearest(name, self.names)
@@ -136,7 +127,7 @@ class Delimited:
         import pandas as pd
 
         if next(self._rows(), None) is None:
-            raise InputError(self.path, "", "a header and no numbers", "one line of numbers a sample")
+            raise self.error("", "a header and no numbers", "one line of numbers a sample")
         if not needed:
             return
         separator = self.dialect.separator
@@ -172,18 +163,16 @@ class Delimited:
         """Find what pandas could not read, and say its line and column."""
         for line, cells in self._rows():
             if len(_strip_empty(cells)) > self.width:
-                return InputError(
-                    self.path, f"line {line}", f"{len(cells)} columns", f"{self.width}, as in the line of the header"
+                return self.error(
+                    f"line {line}", f"{len(cells)} columns", f"{self.width}, as in the line of the header"
                 )
             for position in needed:
                 cell = cells[position].strip() if position < len(cells) else ""
                 if cell and not _is_number(cell, self.dialect.decimal):
                     column = f'column "{self.headings[position].text}"' if self.headings else f"column {position}"
-                    return InputError(
-                        self.path, f"line {line}, {column}", f'the text "{_printable(cell)}"', self._number(cell)
-                    )
+                    return self.error(f"line {line}, {column}", f'the text "{_printable(cell)}"', self._number(cell))
         reason = str(error).strip().splitlines()[0]
-        return InputError(self.path, "", f"text that cannot be read ({reason})", "columns of numbers")
+        return self.error("", f"text that cannot be read ({reason})", "columns of numbers")
 
     def _number(self, cell: str) -> str:
         if self.dialect.decimal == "." and re.fullmatch(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?", cell):
@@ -214,7 +203,7 @@ def open_delimited(data: bytes, path: Path, dialect: CsvDialect) -> Delimited:
             path, "", f"bytes that are not {dialect.encoding}{place}",
             'the encoding of the file in the record\'s table, such as encoding = "gbk"',
         ) from None  # fmt: skip
-    check_lines(text, path)
+    _check_lines(text, path)
     lines = enumerate(_lines(text), start=1)
     full = ((number, *line) for number, line in lines if number > dialect.skip_rows and line[0].strip())
     number, line, start, end = next(full, (0, "", 0, 0))
@@ -224,7 +213,7 @@ def open_delimited(data: bytes, path: Path, dialect: CsvDialect) -> Delimited:
         raise InputError(path, "", what, 'a header line such as "time [s],displacement [m]"')
     cells = [cell.strip() for cell in _strip_empty(split_line(line, dialect))]
     if len(cells) <= MOST_COLUMNS and all(_is_number(cell, dialect.decimal) for cell in cells):
-        return Delimited(path, text[start:], number, dialect, (), len(cells))
+        return Delimited(path, (), text[start:], number, dialect, (), len(cells))
     if len(cells) > MOST_COLUMNS:
         raise InputError(path, f"line {number}", f"{len(cells):,} columns", f"at most {MOST_COLUMNS:,}")
     cells[0] = cells[0].lstrip("#% ")  # a header that numpy.savetxt or MATLAB wrote as a comment
@@ -234,7 +223,17 @@ def open_delimited(data: bytes, path: Path, dialect: CsvDialect) -> Delimited:
             path, f"line {number + 1}", f"{width} columns under a header of {len(cells)}",
             'as many as in the header (a decimal comma wants decimal = "," and delimiter = ";")',
         )  # fmt: skip
-    return Delimited(path, text[end:], number + 1, dialect, tuple(_heading(cell) for cell in cells), len(cells))
+    headings = tuple(_heading(cell) for cell in cells)
+    names = tuple(heading.name for heading in headings)
+    return Delimited(path, names, text[end:], number + 1, dialect, headings, len(cells))
+
+
+def _check_lines(text: str, path: Path) -> None:
+    """Raise InputError for a line that is longer than twice `LONGEST_LINE`, at the latest, without splitting any."""
+    for start in range(0, len(text) - LONGEST_LINE, LONGEST_LINE):
+        if text.find("\n", start, start + LONGEST_LINE) < 0 and text.find("\r", start, start + LONGEST_LINE) < 0:
+            line = 1 + text.count("\n", 0, start)
+            raise InputError(path, f"line {line}", f"more than {LONGEST_LINE:,} characters", "one line a sample")
 
 
 def _lines(text: str) -> Iterator[tuple[str, int, int]]:
@@ -260,11 +259,6 @@ def _heading(text: str) -> Heading:
         return Heading(text, text, None)
     unit = match["unit"] if match["unit"] is not None else match["unit2"]
     return Heading(text, match["name"].strip(), unit.strip() or None)
-
-
-def _plain(name: str) -> str:
-    """Fold case, underscores and spaces, so that "Wind_speed" is "wind speed"."""
-    return " ".join(name.replace("_", " ").lower().split())
 
 
 def _printable(text: str) -> str:

@@ -1,23 +1,20 @@
 """Reader of HDF5 (.h5), and of MATLAB 7.3 files, which are HDF5 with structs as groups and references."""
 
 import io
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scruton.campaign.readers.claims import check_claim
-from scruton.campaign.readers.columns import RESAVE_OBJECT, Column, as_column, readable
+from scruton.campaign.readers.columns import RESAVE_OBJECT, Column, Container, check_claim
 from scruton.campaign.readers.variables import Index, element, parse_path
-from scruton.campaign.tables import nearest
-from scruton.errors import InputError
+from scruton.campaign.spelling import nearest
+from scruton.campaign.thresholds import MOST_LINKS
 
 if TYPE_CHECKING:
     import h5py
 
-MOST_LINKS = 16  # soft links on the way to one data set
 _INTEGERS = tuple(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64))
 _MATLAB_ARRAYS = frozenset(("double", "single", "logical", "struct", "cell", "char", *_INTEGERS))
 
@@ -31,27 +28,18 @@ class StructElement:
 
 
 @dataclass(frozen=True, eq=False)
-class Hdf5:
+class Hdf5(Container):
     """Data sets by path: "group/y", "DATA[7].y", "data[:,1]"; MATLAB's arrays are stored transposed."""
 
-    path: Path
     file: "h5py.File"
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names at the top of the file, without MATLAB's store of references."""
-        return tuple(name for name in self.file if not name.startswith("#"))
-
-    def read(self, names: Sequence[str | int]) -> tuple[Column, ...]:
-        """Read data sets by path."""
-        return tuple(self._column(str(name)) for name in names)
-
-    def _column(self, name: str) -> Column:
+    def column(self, name: str) -> Column:
+        """Read a data set by its path."""
         import h5py
 
-        where = parse_path(name, self.path)
-        value: Any = self._member(self.file, where.root, name)
-        for step in where.steps:
+        root, steps = parse_path(name, self.path)
+        value: Any = self._member(self.file, root, name)
+        for step in steps:
             value = self._member(value, step, name) if isinstance(step, str) else self._element(value, step, name)
         unit = None
         if isinstance(value, h5py.Dataset):
@@ -59,14 +47,10 @@ class Hdf5:
             value = self._array(value, name)
         if isinstance(value, h5py.Group | StructElement):
             group = value if isinstance(value, h5py.Group) else value.group
-            raise InputError(
-                self.path,
-                name,
-                f"a group or struct with {', '.join(list(group)[:12])}",
-                f'such as "{name}.{next(iter(group), "y")}"',
-            )
+            what = f"a group or struct with {', '.join(list(group)[:12])}"
+            raise self.error(name, what, f'such as "{name}.{next(iter(group), "y")}"')
         text = unit.decode(errors="replace") if isinstance(unit, bytes) else unit
-        return Column(name, as_column(value, self.path, name), str(text) if text is not None else None)
+        return Column(name, self.vector(name, value), str(text) if text is not None else None)
 
     def _member(self, parent: Any, member: str, name: str) -> Any:
         """Take a member of a group, or a field of a struct."""
@@ -74,20 +58,18 @@ class Hdf5:
 
         group = parent.group if isinstance(parent, StructElement) else parent
         if not isinstance(group, h5py.Group):
-            raise InputError(self.path, name, f'no struct or group to take "{member}" from', "a path into a struct")
+            raise self.error(name, f'no struct or group to take "{member}" from', "a path into a struct")
         try:
             child = self._follow(group, member, name)
         except KeyError:
-            known = [one for one in group if not one.startswith("#")]
-            raise InputError(self.path, name, f'no "{member}"', nearest(member, known)) from None
+            known = [key for key in group if not key.startswith("#")]
+            raise self.error(name, f'no "{member}"', nearest(member, known)) from None
         self._refuse_objects(child, name)
         if isinstance(parent, StructElement):
             return self._element(child, parent.index, name)
         if isinstance(child, h5py.Dataset) and _is_struct_array(group):
-            raise InputError(
-                self.path, name, f"a struct array of {child.size} before .{member}",
-                f'an index before ".{member}": [0] to [{child.size - 1}]',
-            )  # fmt: skip
+            index = f'an index before ".{member}": [0] to [{child.size - 1}]'
+            raise self.error(name, f"a struct array of {child.size} before .{member}", index)
         return child
 
     def _follow(self, group: "h5py.Group", path: str, name: str, links: int = MOST_LINKS) -> Any:
@@ -104,7 +86,7 @@ class Hdf5:
             elif isinstance(link, h5py.HardLink):
                 child = child[part]
             else:
-                raise InputError(self.path, name, "a link to another file, or to itself", "data in the file itself")
+                raise self.error(name, "a link to another file, or to itself", "data in the file itself")
         return child
 
     def _element(self, value: Any, index: Index, name: str) -> Any:
@@ -116,21 +98,20 @@ class Hdf5:
                 return StructElement(value, index)
             if all(slot == 0 for slot in index):  # a struct of one, stored without references
                 return value
-            raise InputError(self.path, name, "an index outside the one struct", "no index, or [0]")
+            raise self.error(name, "an index outside the one struct", "no index, or [0]")
         array = self._array(value, name) if isinstance(value, h5py.Dataset) else value
-        found = element(np.asarray(array), index, self.path, name)
-        if isinstance(found, h5py.Reference):
-            child = self.file[found]
-            self._refuse_objects(child, name)
-            return child
-        return found
+        item = element(np.asarray(array), index, self.path, name)
+        if isinstance(item, h5py.Reference):
+            item = self.file[item]
+            self._refuse_objects(item, name)
+        return item
 
     def _array(self, dataset: "h5py.Dataset", name: str) -> Any:
         """Read a data set, turned the way MATLAB shows it where MATLAB wrote it."""
         if _attribute(dataset, "MATLAB_empty"):
             return np.empty(0)
         if _attribute(dataset, "MATLAB_class") == b"char":
-            raise InputError(self.path, name, "text", "real numbers, one column")
+            raise self.error(name, "text", "real numbers, one column")
         self._check_storage(dataset, name)
         array = dataset[()]
         return np.asarray(array).T if self._is_matlab() else np.asarray(array)
@@ -138,21 +119,21 @@ class Hdf5:
     def _check_storage(self, dataset: "h5py.Dataset", name: str) -> None:
         """Refuse data that lie in other files, or claim more samples than are stored, before any are read."""
         if dataset.external or dataset.is_virtual:
-            raise InputError(self.path, name, "data that lie in another file", "data in the file itself")
+            raise self.error(name, "data that lie in another file", "data in the file itself")
         check_claim(dataset.nbytes, dataset.id.get_storage_size(), self.path, name)
 
     def _is_matlab(self) -> bool:
         import h5py
 
-        hard = [one for one in self.names if isinstance(self.file.get(one, getlink=True), h5py.HardLink)]
-        return any("MATLAB_class" in self.file[one].attrs for one in hard)
+        hard = [name for name in self.names if isinstance(self.file.get(name, getlink=True), h5py.HardLink)]
+        return any("MATLAB_class" in self.file[name].attrs for name in hard)
 
     def _refuse_objects(self, item: Any, name: str) -> None:
         """Raise InputError for table, string, datetime and other objects of MATLAB, whose layout is not public."""
         kind = _attribute(item, "MATLAB_class") or b""
         kind = kind.decode(errors="replace") if isinstance(kind, bytes) else str(kind)
         if "MATLAB_object_decode" in item.attrs and kind not in _MATLAB_ARRAYS:
-            raise InputError(self.path, name, f"a MATLAB object of class {kind}", RESAVE_OBJECT)
+            raise self.error(name, f"a MATLAB object of class {kind}", RESAVE_OBJECT)
 
 
 def _is_struct_array(group: "h5py.Group") -> bool:
@@ -161,13 +142,13 @@ def _is_struct_array(group: "h5py.Group") -> bool:
 
     if _attribute(group, "MATLAB_class") != b"struct" or not len(group):
         return False
-    if not all(isinstance(group.get(one, getlink=True), h5py.HardLink) for one in group):
+    if not all(isinstance(group.get(key, getlink=True), h5py.HardLink) for key in group):
         return False
     return all(
-        isinstance(one, h5py.Dataset)
-        and h5py.check_ref_dtype(one.dtype) is not None
-        and "MATLAB_class" not in one.attrs
-        for one in group.values()
+        isinstance(field, h5py.Dataset)
+        and h5py.check_ref_dtype(field.dtype) is not None
+        and "MATLAB_class" not in field.attrs
+        for field in group.values()
     )
 
 
@@ -180,8 +161,8 @@ def _attribute(item: Any, key: str) -> Any:
 
 
 def open_hdf5(data: bytes, path: Path) -> Hdf5:
-    """Open an HDF5 or MATLAB 7.3 file (InputError if it cannot be)."""
+    """Open an HDF5 or MATLAB 7.3 file; MATLAB's store of references is none of its names."""
     import h5py
 
-    with readable(path, "an HDF5 or MATLAB 7.3 file"):
-        return Hdf5(path, h5py.File(io.BytesIO(data), "r"))
+    file = h5py.File(io.BytesIO(data), "r")
+    return Hdf5(path, tuple(name for name in file if not name.startswith("#")), file)

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from math import prod
 from pathlib import Path
 
-from scruton.campaign.readers.claims import allowance, check_claim
+from scruton.campaign.readers.columns import allowance, check_claim
+from scruton.campaign.thresholds import DEEPEST_MAT5, LONGEST_BLANK
 from scruton.errors import InputError
 
-DEEPEST = 32  # structs and cells within each other
-LONGEST_BLANK = 10_000  # characters of a text that is not in the file: SciPy makes blanks of it
 _VERSION = 1  # of the format that came with MATLAB 5
 _HEADER = 128  # bytes
 _CHUNK = 1 << 20
@@ -79,8 +78,8 @@ class _Walk:
 
     def matrix(self, data: bytes, start: int, stop: int, depth: int = 0) -> None:
         """Check that an array consists of what its class wants, and the arrays in it."""
-        if depth > DEEPEST:
-            raise InputError(self.path, "", "structs within structs without end", f"at most {DEEPEST} of them")
+        if depth > DEEPEST_MAT5:
+            raise InputError(self.path, "", "structs within structs without end", f"at most {DEEPEST_MAT5} of them")
         if start == stop:  # an empty array
             return
         parts = self.elements(data, start, stop)

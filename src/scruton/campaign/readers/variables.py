@@ -1,7 +1,6 @@
 """Paths into nested data: "DATA[7].y", "run.sub[2].y", "data[:,1]"; indices count from 0."""
 
 import re
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,17 +14,8 @@ _SLOT = re.compile(r"\s*(?::|\d+)\s*")
 Index = tuple[int | slice, ...]
 
 
-@dataclass(frozen=True)
-class VariablePath:
-    """A parsed path: a name, then names (fields) and indices in the order in which they apply."""
-
-    text: str
-    root: str
-    steps: tuple[str | Index, ...] = ()
-
-
-def parse_path(text: str, path: Path) -> VariablePath:
-    """Parse a path.
+def parse_path(text: str, path: Path) -> tuple[str, tuple[str | Index, ...]]:
+    """Split a path into a name, and names of fields and indices in the order in which they apply.
 
     Raises
     ------
@@ -43,7 +33,7 @@ def parse_path(text: str, path: Path) -> VariablePath:
         position = match.end()
     if not steps or not isinstance(steps[0], str):
         raise InputError(path, text, "an empty path", wanted)
-    return VariablePath(text, steps[0], tuple(steps[1:]))
+    return steps[0], tuple(steps[1:])
 
 
 def _index(text: str, whole: str, path: Path) -> Index:

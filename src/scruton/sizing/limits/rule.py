@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from scruton.campaign.schema import Motion
-from scruton.campaign.tables import nearest
+from scruton.campaign.spelling import nearest
 from scruton.campaign.units import Dimension, parse_quantity
 from scruton.errors import InputError
 

@@ -1,0 +1,211 @@
+"""The layout of a fit's results: every group and variable of posterior.nc, stated once.
+
+What writes the results, what reads them back and what makes them up for tests are all built on `SCHEMA`; a variable
+that does not stand here cannot be written, and results that lack a group's variables are not read.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_AMPLITUDE = "A/D or rad"
+_TEST, _RIG, _CYCLE, _LAW = ("test",), ("rig",), ("cycle",), ("law",)
+_DRAW = ("chain", "draw")
+_DRAWS_OF_TEST, _DRAWS_OF_CYCLE, _DRAWS_OF_RECORD = ((*_DRAW, one) for one in ("test", "cycle", "record"))
+_DRAWS_OF_LAW, _DRAWS_OF_PEAK = ("law", *_DRAW), ("law", *_DRAW, "peak_test")
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable of a group.
+
+    Attributes
+    ----------
+    name : str
+    dims : tuple of str
+    kind : {"f", "i", "b", "U"}
+        Of its numpy dtype: float64, int64, bool or text.
+    unit, meaning : str
+    optional : bool
+        Whether a fit may lack it while it has the group.
+    """
+
+    name: str
+    dims: tuple[str, ...]
+    kind: str
+    unit: str
+    meaning: str
+    optional: bool = False
+
+
+def _parameters(dims: tuple[str, ...], meaning: str) -> tuple[Variable, ...]:
+    """The parameters of a test in wind, by the names of their priors."""
+    names = ("stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor", "damping_ratio")
+    free = Variable("law_exponent", dims, "f", "", meaning, optional=True)
+    return (*(Variable(name, dims, "f", "", meaning) for name in names), free)
+
+
+def _of_test(dims: tuple[str, ...], *, forces_may_lack: bool) -> tuple[Variable, ...]:
+    """What follows from the parameters of a test."""
+    return (
+        Variable("a_star", dims, "f", _AMPLITUDE, "stable amplitude"),
+        Variable("relaxation_rate", dims, "f", "1/s", "lambda"),
+        Variable("amplitude_scatter", dims, "f", "-", "stationary sd that turbulence gives the amplitude, over a_star"),
+        Variable("noise_factor", dims, "f", "-", "sensor noise over the standard errors of the cycles"),
+        Variable("damping_ratio", dims, "f", "-", "structural damping xi_s"),
+        Variable("scruton_number", dims, "f", "-", "Sc"),
+        Variable("mass_damping_factor", dims, "f", "-", "Sc per unit of damping ratio"),
+        Variable("Y1", dims, "f", "-", "Eq. (9); under n = -1 alone", forces_may_lack),
+        Variable("epsilon", dims, "f", "-", "Eq. (9); under n = -1 alone", forces_may_lack),
+    )
+
+
+SCHEMA: Mapping[str, tuple[Variable, ...]] = {
+    "rig_posterior": (Variable("damping_ratio", (*_DRAW, "rig"), "f", "-", "structural damping xi_s in still air"),),
+    "posterior": (
+        *_of_test(_DRAWS_OF_TEST, forces_may_lack=True),
+        Variable("relaxation_scruton_number", _DRAWS_OF_TEST, "f", "-", "Sc_lambda, of the relaxation rate"),
+        Variable("law_exponent", _DRAWS_OF_TEST, "f", "-", "n, where it is free", optional=True),
+    ),
+    "sample_stats": (Variable("lp", _DRAWS_OF_TEST, "f", "-", "log posterior up to a constant"),),
+    "log_prior": _parameters(_DRAWS_OF_TEST, "log prior density of the sampled coordinate"),
+    "prior": _parameters(_DRAWS_OF_TEST, "draws of the prior within the constraint"),
+    "log_likelihood": (
+        Variable("amplitude", _DRAWS_OF_CYCLE, "f", "-", "of every cycle given those before it, thinned"),
+    ),
+    "posterior_predictive": (
+        Variable("amplitude", _DRAWS_OF_CYCLE, "f", _AMPLITUDE, "free runs with turbulence and sensor noise"),
+        Variable("mean_amplitude", _DRAWS_OF_CYCLE, "f", _AMPLITUDE, "the same without noise"),
+    ),
+    "innovations": (Variable("amplitude", _CYCLE, "f", "-", "standardised, at the posterior median"),),
+    "observed_data": (Variable("amplitude", _CYCLE, "f", _AMPLITUDE, "one a cycle"),),
+    "constant_data": (
+        Variable("width", (), "f", "m", "B"),
+        Variable("depth", (), "f", "m", "D"),
+        Variable("law_n", (), "f", "-", "exponent of the reference law; NaN where it is free"),
+        Variable("motion", (), "U", "", "heaving or torsional"),
+        Variable("amplitude_unit", (), "U", "", "A/D or rad"),
+        Variable("mass", _TEST, "f", "kg/m or kg m", "effective, per unit length", optional=True),
+        Variable("air_density", _TEST, "f", "kg/m^3", "", optional=True),
+        Variable("wind_speed", _TEST, "f", "m/s", "U", optional=True),
+        Variable("frequency", _TEST, "f", "Hz", "f0, in still air", optional=True),
+        Variable("wind_frequency", _TEST, "f", "Hz", "of the vibration in wind", optional=True),
+        Variable("rig", _TEST, "U", "", "name", optional=True),
+        Variable("peak", _TEST, "i", "", "1 for the peak tests of the rigs", optional=True),
+        Variable("stable_amplitude", _TEST, "f", _AMPLITUDE, "as measured; NaN where it is not", optional=True),
+        Variable("stable_amplitude_sd", _TEST, "f", _AMPLITUDE, "of the measured one", optional=True),
+        Variable("time", _CYCLE, "f", "s", "middle of the cycle", optional=True),
+        Variable("standard_error", _CYCLE, "f", _AMPLITUDE, "of the amplitude of the cycle", optional=True),
+        Variable("record", _CYCLE, "U", "", "name of the record", optional=True),
+        Variable("record_test", _CYCLE, "U", "", "name of its test", optional=True),
+    ),
+    "campaign_posterior": (
+        Variable("n", _DRAWS_OF_LAW, "f", "-", "exponent of the law"),
+        Variable("reference_amplitude", _DRAWS_OF_LAW, "f", _AMPLITUDE, "of the shared curve, at the reference Sc"),
+        Variable("reference_relaxation", _DRAWS_OF_LAW, "f", "-", "Sc_lambda of the shared curve there"),
+        Variable("discrepancy_amplitude", _DRAWS_OF_LAW, "f", "-", "tau, sd of ln a_star between settings"),
+        Variable("discrepancy_relaxation", _DRAWS_OF_LAW, "f", "-", "kappa, sd of ln G between settings"),
+        *_of_test(_DRAWS_OF_PEAK, forces_may_lack=False),
+    ),
+    "laws": (
+        Variable("prior_weight", _LAW, "f", "-", "of the card"),
+        Variable("weight", _LAW, "f", "-", "that predictions use"),
+        Variable("stacking_weight", _LAW, "f", "-", "NaN where stacking was not asked for"),
+        Variable("log_evidence", _LAW, "f", "-", "by bridge sampling; by Laplace's approximation where not sampled"),
+        Variable("log_evidence_error", _LAW, "f", "-", "standard error; NaN where not sampled"),
+        Variable("sampled", _LAW, "f", "-", "1 for laws that were sampled"),
+    ),
+    "trial_function": (
+        Variable("a", _DRAWS_OF_RECORD, "f", _AMPLITUDE, "Eq. (4)"),
+        Variable("b", _DRAWS_OF_RECORD, "f", "1/s", "Eq. (4)"),
+        Variable("c", _DRAWS_OF_RECORD, "f", _AMPLITUDE, "Eq. (4)"),
+        Variable("d", _DRAWS_OF_RECORD, "f", "1/s", "Eq. (4); d < b"),
+        Variable("residual_sd", _DRAWS_OF_RECORD, "f", _AMPLITUDE, "stationary sd of the residual"),
+        Variable("residual_rate", _DRAWS_OF_RECORD, "f", "1/s", "at which the residual forgets"),
+        Variable("origin", ("record",), "f", "s", "time that t is counted from"),
+        Variable("end", ("record",), "f", "s", "of the last cycle"),
+        Variable("record_test", ("record",), "U", "", "name of the record's test"),
+    ),
+    "speeds": (
+        *(Variable(one, (*_DRAW, "velocity"), "f", "-", "of the peak") for one in ("ln_amplitude", "ln_relaxation")),
+        Variable("scale_amplitude", _DRAW, "f", "-", "s_A"),
+        Variable("scale_relaxation", _DRAW, "f", "-", "s_G"),
+        Variable("length", _DRAW, "f", "U/(f0 D)", "l"),
+        Variable("scale_shift", _DRAW, "f", "-", "s_v"),
+        Variable("discrepancy_amplitude", _DRAW, "f", "-", "tau"),
+        Variable("discrepancy_relaxation", _DRAW, "f", "-", "kappa"),
+        Variable("shift", (*_DRAW, "rig"), "f", "-", "of ln v"),
+        Variable("rig_low", _RIG, "f", "U/(f0 D)", "least that is worth drawing"),
+        Variable("rig_high", _RIG, "f", "U/(f0 D)", "largest that is worth drawing"),
+        Variable("point_velocity", ("point",), "f", "U/(f0 D)", "of the tests and sweeps used"),
+        Variable("point_scruton_number", ("point",), "f", "-", "Sc"),
+        Variable("point_rig", ("point",), "U", "", "name"),
+    ),
+    "convergence": (
+        Variable("posterior", ("row",), "U", "", "name of the posterior that was sampled"),
+        Variable("parameter", ("row",), "U", "", "name of the parameter"),
+        Variable("rhat_nested", ("row",), "f", "-", "nested R-hat over the ensembles"),
+        Variable("ess_bulk", ("row",), "f", "-", "effective draws"),
+        Variable("ess_tail", ("row",), "f", "-", "effective draws in the tails"),
+        Variable("tau", ("row",), "f", "steps", "integrated autocorrelation time"),
+        Variable("steps", ("row",), "i", "-", "kept a walker"),
+        Variable("acceptance", ("row",), "f", "-", "share of the proposals"),
+        Variable("stuck", ("row",), "i", "-", "walkers in a mode of their own"),
+        Variable("converged", ("row",), "b", "-", "the verdict on the posterior"),
+    ),
+    "inputs": (
+        Variable("document", (), "U", "", "JSON: campaign and resolved model card, see `scruton.infer.archive`"),
+        Variable("numbers", ("number",), "f", "", "the records that the document refers to, end to end"),
+    ),
+}
+
+
+def dataset(group: str, values: Mapping[str, Any], **coordinates: Any) -> "xr.Dataset":
+    """One group of the results, laid out as `SCHEMA` has it.
+
+    Parameters
+    ----------
+    group : str
+    values : mapping
+        Arrays by the names of the group's variables; `ensemble`, by chain, may be among the coordinates.
+    **coordinates
+        Labels by dimension; chains, draws and cycles are counted where none are given.
+
+    Raises
+    ------
+    KeyError
+        If the group has no such variable.
+    """
+    import xarray as xr
+
+    known = {one.name: one for one in SCHEMA[group]}
+    laid_out = xr.Dataset({name: (known[name].dims, value) for name, value in values.items()})
+    counted = {name: np.arange(size) for name, size in laid_out.sizes.items() if name in ("chain", "draw", "cycle")}
+    if group == "constant_data":
+        counted = {}
+    labels = {name: ("chain", one) if name == "ensemble" else one for name, one in coordinates.items()}
+    return laid_out.assign_coords({**counted, **labels})
+
+
+def faults(tree: "xr.DataTree") -> list[str]:
+    """What of a tree is not laid out as `SCHEMA` has it, one sentence each; groups may be missing."""
+    sentences = []
+    for group, variables in SCHEMA.items():
+        if group not in tree:
+            continue
+        here = tree[group].to_dataset()
+        for one in variables:
+            if one.name not in here:
+                if not one.optional:
+                    sentences.append(f"group {group} lacks {one.name}")
+                continue
+            dims, dtype = here[one.name].dims, here[one.name].dtype
+            kind = "U" if dtype.kind in "OT" else dtype.kind
+            if dims != one.dims or kind != one.kind:
+                sentences.append(f"{group}/{one.name} is {dtype} by {dims}, not {one.kind} by {one.dims}")
+    return sentences
