@@ -115,7 +115,7 @@ def load_gap(campaign: Campaign, card: ModelCard | None = None) -> GapData:
     settings = [_setting(campaign, j, cycles) if j >= 0 else None for j in of_test]
     stated = [one.damping_ratio for one in campaign.rigs]
     damping = np.array([one.mean if one else np.nan for one in stated])
-    sd = np.array([_relative_sd(one, 0.05) if one else 1.0 for one in stated])
+    sd = np.array([_relative_sd(one, card.damping_relative_sd) if one else 1.0 for one in stated])
     sc = np.array([float(s.mass_damping_factor * _known(s.damping_ratio)) if s else np.nan for s in settings])
     speed = np.array([float(s.reduced_velocity) if s else np.nan for s in settings])
     middle = _middle(sc, of_test)
