@@ -9,7 +9,7 @@ from benchmarks.result import Figure
 from scruton.campaign.schema import Campaign, Kind, Motion, Quantity, Record, Rig, Section, Test
 from scruton.infer.cards import load_card
 from scruton.infer.fit import fit_campaign
-from scruton.simulate.motion import Truth, simulate_record
+from scruton.simulate import Truth, simulate_record
 
 LIMIT = 60.0  # seconds
 # rig: frequency [Hz], damping ratio, wind speed [m/s], Y1, epsilon, duration of a record [s]

@@ -12,7 +12,7 @@ from benchmarks.result import Figure
 from scruton.infer.cards import load_card
 from scruton.infer.fit import assemble, envelope, fit_campaign, fit_rig, fit_test
 from scruton.infer.results import Sampled
-from scruton.infer.run import Sampling
+from scruton.infer.sampling import Sampling
 
 REPEATS = 9
 

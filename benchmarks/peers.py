@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.likelihood import _LOG_2PI, _mean_weight, _noise_moments
+from scruton.dynamics.moments import LOG_2PI, mean_weight, noise_moments
 from scruton.infer.models import WindPosterior
 
 LIVE_POINTS = 250
@@ -24,13 +24,13 @@ _DELTA = 1e-5  # relative step in lambda for the four coefficients, which are co
 def value_and_gradient(y, se, period, theta, p0):  # type: ignore[no-untyped-def]
     """Log likelihood of one record and its gradient in theta = (a*, lambda, q, r): n = -1, cycles of one period."""
     a_star, lam, q, r = theta[0], theta[1], theta[2], theta[3]
-    phi, weight = np.exp(-lam * period), _mean_weight(lam, period)
-    end, cross, mean = _noise_moments(lam, period)
+    phi, weight = np.exp(-lam * period), mean_weight(lam, period)
+    end, cross, mean = noise_moments(lam, period)
     up, down = lam * (1.0 + _DELTA), lam * (1.0 - _DELTA)
     width = up - down
-    phi_l, weight_l = -period * phi, (_mean_weight(up, period) - _mean_weight(down, period)) / width
-    end_u, cross_u, mean_u = _noise_moments(up, period)
-    end_d, cross_d, mean_d = _noise_moments(down, period)
+    phi_l, weight_l = -period * phi, (mean_weight(up, period) - mean_weight(down, period)) / width
+    end_u, cross_u, mean_u = noise_moments(up, period)
+    end_d, cross_d, mean_d = noise_moments(down, period)
     q2, r2 = q * q, r * r
     # Derivatives of the coefficients in (a*, lambda, q, r).
     end_l, cross_l, mean_l = (
@@ -82,7 +82,7 @@ def value_and_gradient(y, se, period, theta, p0):  # type: ignore[no-untyped-def
         p_q = f2 * p_q + end_q - gain_q * c - gain * c_q
         p_r = f2 * p_r - gain_r * c - gain * c_r
         p = f2 * p + end - gain * c
-    value = -0.5 * (total + np.log(product) + y.size * _LOG_2PI)
+    value = -0.5 * (total + np.log(product) + y.size * LOG_2PI)
     return value, np.array([g_a, g_l, g_q, g_r])
 
 
@@ -168,7 +168,7 @@ def _scanned_filter(posterior: WindPosterior, a_star, lam, q, r):  # type: ignor
         s = weight**2 * p + mean + r2 * s2
         c = phi * weight * p + cross
         v = y - a_star - weight * d
-        return phi * d + c / s * v, phi**2 * p + end - c * c / s, -0.5 * (v * v / s + pt.log(s) + _LOG_2PI)
+        return phi * d + c / s * v, phi**2 * p + end - c * c / s, -0.5 * (v * v / s + pt.log(s) + LOG_2PI)
 
     *_, terms = pytensor.scan(
         step,

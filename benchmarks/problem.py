@@ -6,7 +6,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign, Kind, Motion, Quantity, Record, Rig, Section, Test
-from scruton.dynamics.likelihood import EnvelopeData
+from scruton.dynamics.cycles import EnvelopeData
 from scruton.infer.cards import load_card
 from scruton.infer.models import WindPosterior
 from scruton.stats.priors import Prior

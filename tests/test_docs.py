@@ -10,7 +10,7 @@ import pytest
 from scruton.calibrate import REGIMES
 from scruton.campaign import Motion, load_campaign
 from scruton.cli import parser
-from scruton.infer.cards import PRIOR_NAMES, load_card, shipped_cards
+from scruton.infer.cards import UNITS, load_card, shipped_cards
 from scruton.sizing.bridge import load_bridge
 from scruton.sizing.limits import RULES
 
@@ -37,7 +37,7 @@ def test_the_campaign_of_the_guide_loads(tmp_path):
 
 def test_the_prior_of_the_guide_is_that_of_the_card():
     text = next(one for one in blocks(ROOT / "docs/guide.md", "toml") if one.startswith("[priors"))
-    assert "stable_amplitude" in PRIOR_NAMES
+    assert "stable_amplitude" in UNITS
     prior = load_card().priors["stable_amplitude.heaving"]
     for piece in (f"median = {prior.first:g}", f"log_sd = {prior.second:g}", prior.reason):
         assert piece in text
@@ -124,7 +124,7 @@ def test_the_python_of_the_readme_runs(monkeypatch, capsys):
     assert printed[-1].endswith("A/D")
 
 
-@pytest.mark.parametrize("place", range(3))
+@pytest.mark.parametrize("place", range(4))
 def test_the_python_of_the_page_on_extending_runs(place):
     code = blocks(ROOT / "docs/extending.md", "python")[place]
     names: dict[str, object] = {"__name__": f"extending_{place}"}

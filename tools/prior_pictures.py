@@ -2,9 +2,10 @@
 
 from pathlib import Path
 
-from scruton.app.models import draw_prior
-from scruton.infer.cards import shipped_cards
+from scruton.infer.cards import load_card, shipped_cards
+from scruton.report.figures.prior import prior_plot
+from scruton.report.figures.save import save
 
 if __name__ == "__main__":
     for name in shipped_cards():
-        print(*draw_prior(name, Path("models/prior-predictive"), formats=("svg",)))
+        print(*save(prior_plot(load_card(name), seed=0), Path("models/prior-predictive"), name, formats=("svg",)))

@@ -17,6 +17,7 @@ _HOMES = {
     "griffin_band": "scruton.griffin",
     "load_campaign": "scruton.campaign",
     "load_card": "scruton.infer",
+    "load_diagnosis": "scruton.gap.results",
     "load_fit": "scruton.infer.store",
     "predict": "scruton.griffin",
     "read_tree": "scruton.infer.store",

@@ -2,6 +2,7 @@ from scruton.campaign import Campaign as Campaign
 from scruton.campaign import load_campaign as load_campaign
 from scruton.campaign import tests_used as tests_used
 from scruton.errors import InputError as InputError
+from scruton.gap.results import load_diagnosis as load_diagnosis
 from scruton.griffin import Prediction as Prediction
 from scruton.griffin import griffin_band as griffin_band
 from scruton.griffin import predict as predict

@@ -1,6 +1,12 @@
-"""Cells of CSV files: text that a spreadsheet would take for a formula is quoted, as OWASP advises."""
+"""Tables as text: columns; CSV, where text that a spreadsheet would take for a formula is quoted, as OWASP advises."""
 
+import csv
+import io
+import json
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
+
+from scruton.documents import plain
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -26,3 +32,27 @@ def safe_cell(value: Any) -> Any:
 def safe_frame(frame: "pd.DataFrame") -> "pd.DataFrame":
     """A copy of a frame whose headings and texts are safe cells."""
     return frame.map(safe_cell).rename(columns=safe_cell)
+
+
+def csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
+    """Rows as CSV under their keys; six significant digits, nested values as JSON."""
+    if not rows:
+        return ""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows({key: _cell(value) for key, value in row.items()} for row in rows)
+    return text.getvalue()
+
+
+def _cell(value: Any) -> Any:
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return json.dumps(plain(value)) if isinstance(value, dict | list | tuple) else safe_cell(value)
+
+
+def aligned(rows: Iterable[Sequence[str]]) -> str:
+    """Rows of text in columns as wide as their widest cell."""
+    rows = list(rows)
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return "\n".join("  ".join(map(str.ljust, row, widths)).rstrip() for row in rows)

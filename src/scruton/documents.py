@@ -4,6 +4,7 @@ A bit that flipped, a number that was edited, a field that went missing: reading
 """
 
 import json
+import math
 import os
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
@@ -70,6 +71,17 @@ def read_json(path: Path, wanted: str = "a JSON object") -> dict[str, Any]:
     if not isinstance(found, dict):
         raise InputError(path, "", f"JSON that is a {type(found).__name__}", wanted)
     return found
+
+
+def plain(value: Any) -> Any:
+    """What JSON has: arrays become lists, numbers of numpy those of Python, NaN and infinities null."""
+    if hasattr(value, "tolist"):
+        value = value.tolist()
+    if isinstance(value, Mapping):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def write_text(path: Path, text: str) -> None:

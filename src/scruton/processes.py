@@ -4,13 +4,93 @@ import multiprocessing
 import os
 import signal
 import threading
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from multiprocessing.connection import wait
+from typing import Any
 
 
 def pool(count: int) -> ProcessPoolExecutor:
     """A pool of `count` processes with nothing of this one's state; they end when it does, even if it is killed."""
     return ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"), initializer=serve)
+
+
+def completed[T](
+    work: Callable[..., T], tasks: Sequence[tuple[Any, ...]], jobs: int, *, apart: bool = False
+) -> Iterator[T]:
+    """Do a piece of work for each task; results come as they are done.
+
+    Parameters
+    ----------
+    work : callable
+        Of the parts of one task; a function of a module, where several processes do it.
+    tasks : sequence of tuple
+        Arguments of each.
+    jobs : int
+        Processes: with one, or for one task, it is done in this process.
+    apart : bool
+        In another process in any case, so that this one survives the death of it.
+
+    Raises
+    ------
+    BrokenProcessPool
+        If a process died; whatever the work itself raises.
+    """
+    if not apart and (jobs == 1 or len(tasks) < 2):
+        for task in tasks:
+            yield work(*task)
+        return
+    workers = pool(min(jobs, len(tasks)))
+    try:
+        for future in as_completed([workers.submit(work, *task) for task in tasks]):
+            yield future.result()
+    finally:
+        # An interruption ends here too: what runs is finished, what waits is dropped.
+        workers.shutdown(cancel_futures=True)
+
+
+class SecondProcess:
+    """A second process for what can be done meanwhile.
+
+    Where the block that it is opened for fails, it is ended, whatever it was doing.
+
+    Parameters
+    ----------
+    beside : bool
+        False: there is none, and everything is done here when its result is asked for.
+    """
+
+    def __init__(self, beside: bool = True) -> None:
+        self.pool: ProcessPoolExecutor | None = None
+        self.last: Future[Any] | None = None
+        if beside:
+            others = multiprocessing.active_children()
+            self.pool = pool(1)
+            self.process = self.pool.submit(os.getpid)
+            self.workers = [process for process in multiprocessing.active_children() if process not in others]
+
+    def __enter__(self) -> "SecondProcess":
+        return self
+
+    def __exit__(self, failure: object, *_: object) -> None:
+        if self.pool is None:
+            return
+        for process in self.workers if failure is not None else ():
+            process.terminate()
+        self.pool.shutdown(cancel_futures=True)
+
+    def begin[T](self, work: Callable[..., T], *arguments: object) -> Callable[[], T]:
+        """Begin, and return what waits for the result (and raises what the work raised)."""
+        if self.pool is None:
+            return lambda: work(*arguments)
+        begun: Future[T] = self.pool.submit(work, *arguments)
+        self.last = begun
+        return begun.result
+
+    @property
+    def idle(self) -> bool:
+        """Whether there is a second process, and nothing left for it to do."""
+        return self.pool is not None and (self.last is None or self.last.done())
 
 
 def serve() -> None:

@@ -81,6 +81,7 @@ class Workspace:
         self.replacing = False  # old results lie there, which count for nothing
         self._made: list[Path] = []  # folders that were not there before
         self._begun = self._kept = False
+        self._manifest: dict[str, Any] = {"runs": {}}  # as it lies in the folder: nobody else writes it meanwhile
         self._lock: IO[str] | None = None
 
     def __enter__(self) -> Self:
@@ -139,8 +140,8 @@ class Workspace:
         _make(self.folder / STATE, self._made)
         self._lock = _locked(self.folder)
         _finish_swaps(self.folder)
-        manifest = read_manifest(self.folder)
-        finished = manifest["runs"].get(self.name)
+        self._manifest = read_manifest(self.folder)
+        finished = self._manifest["runs"].get(self.name)
         unfinished = read_document(self.state / RUN, _OWN) if (self.state / RUN).is_file() else None
         present = results_in(self.folder, self.name, self.results)
         self._refuse(present, unfinished)
@@ -207,17 +208,17 @@ class Workspace:
         """What a swap of all or of a part has to do: files with their digests, files to remove, and the manifest."""
         names = [name for one in part or ("",) for name in _files(self.new, one)]
         files = {name: digest(self.new / name) for name in names}
-        manifest = read_manifest(self.folder)
-        known = {name: value for one in manifest["runs"].values() for name, value in one["files"].items()}
-        before = manifest["runs"].get(self.name, {"files": {}})["files"]
+        runs: dict[str, Any] = self._manifest["runs"]
+        known = {name: value for run in runs.values() for name, value in run["files"].items()}
+        before = runs.get(self.name, {"files": {}})["files"]
         stale = {} if part or not self.replacing else {k: v for k, v in before.items() if k not in files}
         kept = {name: value for name, value in before.items() if name not in stale}
-        for other in manifest["runs"].values():  # a file belongs to the run that wrote it last
+        for other in runs.values():  # a file belongs to the run that wrote it last
             other["files"] = {name: value for name, value in other["files"].items() if name not in files}
         # What a resumed run is compared with stands in its state until it is whole.
         run = {"inputs": {}, "settings": {}} if part else self.run
-        manifest["runs"][self.name] = run | {"files": dict(sorted((kept | files).items()))}
-        return {"files": files, "stale": stale, "known": known, "manifest": manifest}
+        runs[self.name] = run | {"files": dict(sorted((kept | files).items()))}
+        return {"files": files, "stale": stale, "known": known, "manifest": self._manifest}
 
     def _close(self, *, undo: bool) -> None:
         """Let go of the folder; with `undo`, or where there is nothing to go on with, leave it as it was found."""

@@ -6,17 +6,17 @@ import json
 import os
 import re
 import shutil
+from argparse import Namespace
 from pathlib import Path
 
 import pytest
 
-from scruton.app.batch import Batch, Job, names, run_batch, run_one, summarise
+from scruton.app.batch import Batch, Job, names, run_one, summarise
 from scruton.app.batch_tables import batch_csv, batch_page, batch_text
 from scruton.app.fit import FitTask
 from scruton.app.workers import connected, finished
 from scruton.cli import main
 from scruton.documents import write_document
-from scruton.errors import InputError
 from scruton.infer.fit import fit_campaign
 from scruton.simulate import write_campaign
 from tests.conftest import SPEC
@@ -111,8 +111,8 @@ def test_an_interrupted_batch_goes_on_in_two_processes_to_the_same_bytes(room, w
         if len(set(told)) == 3:
             raise StoppedError
 
-    task = FitTask.of(Path("wind"), resumed / "wind", model="card.toml", tests=None, seed=0, effect=None)
-    with pytest.raises(StoppedError), task.workspace(force=False, resume=False) as work:
+    task = FitTask.of(Path("wind"), resumed / "wind", model="card.toml", seed=0)
+    with pytest.raises(StoppedError), task.claim(Namespace(seed=0, quiet=True, force=False)) as work:
         fit_campaign(task.campaign, task.card, checkpoints=work.checkpoints, report=stop)
     assert len(list(work.checkpoints.glob("*.npz"))) >= 2
     code = batch(
@@ -292,6 +292,8 @@ def test_nothing_but_bad_input_is_bad_input(room):
     assert not batch_of([bad, bad | {"bad_input": False}]).none_ran
 
 
-def test_no_campaign_at_all(tmp_path):
-    with pytest.raises(InputError, match="at least one folder"):
-        run_batch([], tmp_path / "out")
+def test_no_campaign_at_all(tmp_path, capsys):
+    with pytest.raises(SystemExit, match="2"):
+        batch("-o", tmp_path / "out")
+    assert "the following arguments are required: CAMPAIGN" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

@@ -8,17 +8,20 @@ import numpy as np
 import pytest
 
 from scruton.calibrate import REGIMES, calibration_text, run_calibration, store
-from scruton.calibrate.coverage import LIMIT_P, cells, covered, pooled, uniformity
+from scruton.calibrate.coverage import cells, covered, pooled, uniformity
 from scruton.calibrate.identifiability import Identifiability, identifiability, information
+from scruton.calibrate.one import run_one
 from scruton.calibrate.quantities import inside, quantities, score
 from scruton.calibrate.records import simulate_campaign
 from scruton.calibrate.regimes import LAW_REGIMES, TWELVE, chosen
-from scruton.calibrate.run import simulated, summarise
+from scruton.calibrate.result import summarise
+from scruton.calibrate.thresholds import LIMIT_P
 from scruton.calibrate.truths import draw_normals, from_normals, omega0, setting
 from scruton.campaign import Kind, Motion
 from scruton.dynamics import closed_form, relaxation
 from scruton.errors import InputError
 from scruton.infer.cards import load_card
+from scruton.processes import completed
 
 TINY = ("turbulence-1", "growth")
 FINAL = ("calibration.json", "calibration.txt", "coverage.csv", "pooled.csv", "ranks.csv", "identifiability.csv",
@@ -186,13 +189,13 @@ def test_records_relax_to_the_true_amplitude(regime, card):
 
 
 def test_information_of_known_moments():
-    """A normal sample of N: N/sigma^2 about the mean, 2 N about ln sigma, nothing between them."""
+    """A normal sample of N: N (mean/sigma)^2 about ln mean, 2 N about ln sigma, nothing between them."""
 
-    def moments(p):
-        return np.full(50, p[0]), np.exp(2.0 * p[1]) * np.eye(50)
+    def moments(mean, sigma):
+        return np.full(50, mean), sigma**2 * np.eye(50)
 
-    found = information(moments, np.array([3.0, np.log(0.5)]), np.array([1e-4, 1e-4]))
-    np.testing.assert_allclose(found, [[200.0, 0.0], [0.0, 100.0]], atol=1e-3)
+    found = information(moments, {"mean": 3.0, "sigma": 0.5})
+    np.testing.assert_allclose(found, [[1800.0, 0.0], [0.0, 100.0]], atol=1e-3)
 
 
 def test_information_expects_less_of_a_growth_alone_and_leaves_out_what_nothing_informs(card):
@@ -229,7 +232,8 @@ def test_processes_do_not_change_a_digit(one_job):
     """Tables are made from the records in the order of their index, so equal records are equal tables."""
     tasks = [("growth", 1), ("turbulence-1", 3)]
     alone = [store.load(one_job, name)[index] for name, index in tasks]
-    found = list(simulated(tasks, 3, load_card(one_job.parent / "short.toml"), 2))
+    card = load_card(one_job.parent / "short.toml")
+    found = list(completed(run_one, [(*task, 3, card) for task in tasks], 2))
     for one in alone:
         (other,) = (each for each in found if each["regime"] == one["regime"])
         assert json.loads(json.dumps(other)) | {"seconds": 0} == one | {"seconds": 0}
@@ -238,7 +242,7 @@ def test_processes_do_not_change_a_digit(one_job):
 def test_resume_after_an_interruption_gives_the_same_bytes(one_job, tmp_path):
     out = tmp_path / "cut"
 
-    def stop(regime, done, whole):
+    def stop(regime, fraction):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -257,7 +261,7 @@ def test_resume_after_an_interruption_gives_the_same_bytes(one_job, tmp_path):
         tiny(out, resume=True, seed=4)
     told = []
     tiny(out, resume=True, progress=lambda *what: told.append(what))
-    assert told == [("turbulence-1", done, 4) for done in (2, 3, 4)]
+    assert told == [("turbulence-1", fraction) for fraction in (0.5, 0.75, 1.0)]
     assert same(one_job, out)
 
 

@@ -62,7 +62,7 @@ def test_the_damping_at_the_stable_amplitude_is_the_severity(effect, severity, n
         made = replace(
             made, rigs=(made.rigs[0], replace(made.rigs[1], disturbances=made.rigs[j].disturbances), made.rigs[2])
         )
-    amplitude, rate = body.middle.bare
+    amplitude, rate = body.middle.undisturbed
     sign = -1.0 if drawn.get("coefficient", 1.0) > 0 else 1.0
     t, a = release(
         made.middle, made.middle.disturbances, (1.0 - 0.15 * sign) * amplitude, 1.2 * made.middle.wind.frequency / rate
@@ -135,7 +135,7 @@ def test_turbulence_and_noise_are_as_drawn():
 def test_severities_of_the_faults():
     rng = np.random.default_rng(0)
     body = random_body(rng)
-    amplitude, rate = body.middle.bare
+    amplitude, rate = body.middle.undisturbed
     for s in SEVERITIES:
         made = {name: apply(body, name, s, rng) for name in EFFECTS}
         assert abs(made["sensor_gain_error"][1]["gain"] - 1.0) == pytest.approx(s)
@@ -158,7 +158,7 @@ def test_stiffness_changes_the_frequency_by_six_per_cent_of_the_severity():
     body = random_body(rng)
     made, drawn = apply(body, "stiffness_nonlinearity", 0.4, rng)
     largest = drawn["up_to"]
-    rig = max(made.rigs, key=lambda one: one.bare[0])
+    rig = max(made.rigs, key=lambda one: one.undisturbed[0])
     f = rig.wind.frequency
     frequencies = []
     for start in (0.02 * largest, largest):
@@ -206,8 +206,8 @@ def test_the_wake_does_the_work_of_what_it_replaces():
 
 def test_limit_cycle_finds_the_bare_one_and_knows_where_there_is_none():
     rig = random_body(np.random.default_rng(2)).middle
-    np.testing.assert_allclose(limit_cycle(rig.wind, Disturbances()), rig.bare, rtol=1e-3)
-    amplitude, rate = rig.bare
+    np.testing.assert_allclose(limit_cycle(rig.wind, Disturbances()), rig.undisturbed, rtol=1e-3)
+    amplitude, rate = rig.undisturbed
     drained = Disturbances(friction=2.0 * rate * amplitude * rig.wind.omega, friction_scale=1e-9)
     assert np.isnan(limit_cycle(rig.wind, drained)[0])
 

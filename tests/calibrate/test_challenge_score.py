@@ -318,8 +318,8 @@ def empty(folder, cases=3):
 
 def test_a_case_that_fails_stops_nothing_and_resume_keeps_what_is_done(tmp_path):
     folder, out, told = empty(tmp_path / "made"), tmp_path / "out", []
-    run = run_challenge(folder, out, diagnose=said, progress=lambda done, of: told.append((done, of)))
-    assert told == [(1, 3), (2, 3), (3, 3)]
+    run = run_challenge(folder, out, diagnose=said, progress=lambda *what: told.append(what))
+    assert told == [("run", 1 / 3), ("run", 2 / 3), ("run", 1.0)]
     assert dict(run.failed) == {"case-0002": "ValueError: a record of nothing"}
     assert json.loads((out / "case-0001" / "gap.json").read_text())["verdict"] == "none"
     assert json.loads((out / "case-0002" / "case.json").read_text())["error"] == "ValueError: a record of nothing"

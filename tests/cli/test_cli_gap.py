@@ -4,8 +4,11 @@ import json
 
 import pytest
 
+from scruton import load_diagnosis
 from scruton.calibrate.challenge.make import make_challenge
 from scruton.cli import main
+from scruton.errors import InputError
+from tests.app.test_app_run import BLOCK
 
 CARD = """extends = "paper"
 name = "quick"
@@ -49,6 +52,14 @@ def test_diagnose_writes_what_its_format_says(challenge, tmp_path, capsys):
     assert found["shrink"]["held_out"]["fraction"] > 0.5
     assert found["advice"]
     assert (out / "gap.png").stat().st_size > 10_000
+    again = load_diagnosis(out)
+    assert again.found == (found["verdict"], *found["also"])
+    assert {
+        name: getattr(again, name) for name in ("where", "shrink", "effects", "provenance")
+    }.items() <= found.items()
+    assert set(again.provenance) == BLOCK
+    with pytest.raises(InputError, match=r"gap\.json: found no such file"):
+        load_diagnosis(tmp_path)
     code, _, error = run("diagnose", challenge / "case-0001", "-o", out, capsys=capsys)
     assert code == 2
     assert "--force" in error

@@ -206,7 +206,7 @@ def test_options_are_checked_before_anything_is_sampled(
     words: list[str],
 ) -> None:
     monkeypatch.setattr("scruton.infer.fit.fit_campaign", lambda *_, **__: pytest.fail("it samples"))
-    monkeypatch.setattr("scruton.report.aside.Aside.begin", lambda *_, **__: None)
+    monkeypatch.setattr("scruton.processes.SecondProcess.begin", lambda *_, **__: None)
     code = main([one.format(campaign=small_campaign, out=tmp_path / "out") for one in arguments])
     err = capsys.readouterr().err
     assert code == 2, err
@@ -241,6 +241,6 @@ def test_tests_are_named_whole_or_in_a_list(
         raise InputError("", "", "", "")
 
     monkeypatch.setattr("scruton.infer.fit.fit_campaign", fit)
-    monkeypatch.setattr("scruton.report.aside.Aside.begin", lambda *_, **__: None)
+    monkeypatch.setattr("scruton.processes.SecondProcess.begin", lambda *_, **__: None)
     assert main([verb, str(campaign), "-o", str(tmp_path / "out"), *given]) == 2
     assert seen == [names]

@@ -2,15 +2,12 @@
 
 import numpy as np
 import pytest
-from scipy.stats import multivariate_normal, norm
+from grid_filter import grid_log_likelihood, motion
+from scipy.stats import multivariate_normal
 
-from scruton.dynamics.likelihood import (
-    EnvelopeData,
-    innovations,
-    log_likelihood,
-    pointwise_log_likelihood,
-    trial_log_likelihood,
-)
+from scruton.dynamics.cycles import EnvelopeData
+from scruton.dynamics.likelihood import innovations, log_likelihood, pointwise_log_likelihood
+from scruton.dynamics.trial_filter import trial_log_likelihood
 
 
 def make_data(amplitudes, se, period, gaps=None, records=None):
@@ -91,79 +88,19 @@ def test_records_are_independent(rng):
     np.testing.assert_allclose(together, apart, rtol=1e-12)
 
 
-def rate(a, a_star, lam, n):
-    return -lam * a * np.log(a / a_star) if n == 0 else lam / n * a * (1 - (a / a_star) ** n)
-
-
-def grid_log_likelihood(data, a_star, lam, q, r, n, sd0, points=321, steps=200):
-    """Point-mass filter: the state's density on a moving grid, moments of each cycle by small Euler steps.
-
-    It starts where the fast filter does for a diffuse state: the first amplitude is the state half a cycle
-    before the end of the first cycle.
-    """
-
-    def moments(x, dt):
-        """Mean and covariance of (state at the end, mean over dt) from each grid point, second order."""
-        h = dt / steps
-        m, s, p, c, v = x.copy(), np.zeros_like(x), np.zeros_like(x), np.zeros_like(x), np.zeros_like(x)
-        d = 1e-4 * a_star
-        for _ in range(steps):
-            f = rate(m, a_star, lam, n) + q**2 / (2 * m)
-            up = rate(m + d, a_star, lam, n) + q**2 / (2 * (m + d))
-            dn = rate(m - d, a_star, lam, n) + q**2 / (2 * (m - d))
-            f1, f2 = (up - dn) / (2 * d), (up - 2 * f + dn) / d**2
-            s, v = s + h * m, v + 2 * h * c
-            c = c + h * (f1 * c + p)
-            m, p = m + h * (f + 0.5 * f2 * p), p + h * (2 * f1 * p + q**2)
-        return m, s / dt, p, c / dt, v / dt**2
-
-    total = 0.0
-    grid = density = None
-    for k in range(data.size):
-        r2 = (r * data.standard_error[k]) ** 2
-        if data.gap[k] < 0:
-            total += norm.logpdf(data.amplitude[k], 0, np.sqrt(sd0**2 + r2))
-            gain = sd0**2 / (sd0**2 + r2)
-            centre, sd = gain * data.amplitude[k], np.sqrt(gain * r2)
-            grid = np.linspace(max(centre - 7 * sd, 0.02 * centre), centre + 7 * sd, points)
-            density = norm.pdf(grid, centre, sd)
-            density /= density.sum()
-            m, _, p, _, _ = moments(grid, 0.5 * data.period[k])
-            means, variances = m, p
-        else:
-            m, z, p, c, v = moments(grid, data.period[k])
-            s = v + r2
-            like = norm.pdf(data.amplitude[k], z, np.sqrt(s)) * density
-            total += np.log(like.sum())
-            density = like / like.sum()
-            means, variances = m + c / s * (data.amplitude[k] - z), p - c**2 / s
-        centre = (density * means).sum()
-        sd = np.sqrt((density * (variances + (means - centre) ** 2)).sum())
-        new = np.linspace(max(centre - 7 * sd, 0.02 * centre), centre + 7 * sd, points)
-        kernel = norm.pdf(new[:, None], means[None, :], np.sqrt(variances)[None, :])
-        density = kernel @ density
-        density /= density.sum()
-        grid = new
-    return total
-
-
 @pytest.mark.parametrize("n", [0.0, 1.0, 2.0, -0.5])
 @pytest.mark.parametrize("start", [0.15, 2.0])
 def test_linearised_filter_against_a_grid_filter(rng, n, start):
     """To 0.1 in log likelihood per 100 cycles, as growth and decay, with 2 % turbulence scatter."""
-    a_star, lam, period, cycles = 0.05, 0.5, 0.125, 100
+    a_star, lam = 0.05, 0.5
     q, se = 0.02 * a_star * np.sqrt(2 * lam), 0.0004
-    steps, a, y = 200, start * a_star, []
-    h = period / steps
-    for _ in range(cycles):
-        mean = 0.0
-        for _ in range(steps):
-            mean += a / steps
-            a += h * (rate(a, a_star, lam, n) + q**2 / (2 * a)) + q * np.sqrt(h) * rng.standard_normal()
-        y.append(mean + se * rng.standard_normal())
-    data = make_data(y, se, period)
+
+    def law(a):
+        return -lam * a * np.log(a / a_star) if n == 0 else lam / n * a * (1 - (a / a_star) ** n)
+
+    data = make_data(motion(rng, law, q, se, start * a_star), se, 0.125)
     got = log_likelihood(data, *(np.array([x]) for x in (a_star, lam, q, 1.0)), n=n, initial_sd=0.3)[0]
-    assert got == pytest.approx(grid_log_likelihood(data, a_star, lam, q, 1.0, n, 0.3), abs=0.1)
+    assert got == pytest.approx(grid_log_likelihood(data, law, q, 1.0, 0.3), abs=0.1)
 
 
 def three_records(rng, lam_dt, *, near_floor=False, count=60):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scruton.calibrate.challenge.make import simulate_case
-from scruton.dynamics.settled import amplitude_rates
+from scruton.dynamics.limit_cycle import amplitude_rates
 from scruton.gap.check import SecondLine
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import Diagnosis, diagnose, fit_null

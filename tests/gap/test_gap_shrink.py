@@ -10,7 +10,7 @@ from scruton.calibrate.challenge.case import simulate_case
 from scruton.campaign.schema import Campaign
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
 from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
-from scruton.dynamics.settled import settled
+from scruton.dynamics.limit_cycle import limit_cycle_amplitude
 from scruton.gap.attribute import Candidate
 from scruton.gap.check import check
 from scruton.gap.data import load_gap
@@ -67,24 +67,26 @@ KNOTS = np.linspace(-6.0, 0.0, HATS)
 
 
 def test_the_bare_law_settles_at_drive_over_damping() -> None:
-    assert settled(table(structural=0.3, aero=0.7, drive=0.05), KNOTS, 0.05)[0] == pytest.approx(0.05, rel=1e-9)
+    assert limit_cycle_amplitude(table(structural=0.3, aero=0.7, drive=0.05), KNOTS, 0.05)[0] == pytest.approx(
+        0.05, rel=1e-9
+    )
 
 
 def test_a_square_term_settles_at_the_root_of_its_cubic() -> None:
-    a = settled(table(structural=0.3, aero=0.7, drive=0.05, aero_square=200.0), KNOTS, 0.05)[0]
+    a = limit_cycle_amplitude(table(structural=0.3, aero=0.7, drive=0.05, aero_square=200.0), KNOTS, 0.05)[0]
     roots = np.roots([200.0, 0.0, 1.0, -0.05])
     assert a == pytest.approx(float(roots[np.abs(roots.imag) < 1e-12].real[0]), rel=1e-9)
 
 
 def test_friction_above_the_drive_lets_the_motion_die() -> None:
-    assert settled(table(aero=1.0, drive=0.05, friction=0.06, friction_width=1e-5), KNOTS, 0.05)[0] == 0.0
+    assert limit_cycle_amplitude(table(aero=1.0, drive=0.05, friction=0.06, friction_width=1e-5), KNOTS, 0.05)[0] == 0.0
 
 
 def test_of_two_stable_amplitudes_growth_reaches_the_smaller() -> None:
     # da/dt/a = 1/a (a - 0.01)(a - 0.02)(0.05 - a), up to a constant, by parts of the aerodynamic damping
     c, l1, l2, l3 = 0.01 * 0.02 * 0.05, 0.01 * 0.02 + 0.05 * 0.03, -0.08, 1.0
     row = table(drive=c, aero=l1, aero_linear=l2, aero_square=l3)
-    assert settled(row, KNOTS, 0.05)[0] == pytest.approx(0.01, rel=1e-6)
+    assert limit_cycle_amplitude(row, KNOTS, 0.05)[0] == pytest.approx(0.01, rel=1e-6)
 
 
 def test_friction_does_not_go_to_the_bridge(bent: tuple[Diagnosis, dict]) -> None:  # type: ignore[type-arg]

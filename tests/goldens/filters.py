@@ -8,16 +8,12 @@ from typing import Any
 import numpy as np
 
 from scruton.campaign import load_campaign
+from scruton.dynamics.cycles import Channels, EnvelopeData
 from scruton.dynamics.effects import CATALOGUE
 from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
-from scruton.dynamics.extended import Channels, channel_innovations
-from scruton.dynamics.likelihood import (
-    EnvelopeData,
-    innovations,
-    log_likelihood,
-    pointwise_log_likelihood,
-    trial_log_likelihood,
-)
+from scruton.dynamics.extended import channel_innovations
+from scruton.dynamics.likelihood import innovations, log_likelihood, pointwise_log_likelihood
+from scruton.dynamics.trial_filter import trial_log_likelihood
 from scruton.envelope.types import Cycles
 from scruton.gap.data import load_gap
 from scruton.gap.density import density, posterior_at_mode

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from scruton.campaign.schema import Motion
+from scruton.dynamics.cycles import EnvelopeData
 from scruton.dynamics.laws import amplitude_ratio
-from scruton.dynamics.likelihood import EnvelopeData
 from scruton.griffin.prior import REFERENCES, prior_curves
 from scruton.infer.cards import load_card, shipped_cards
 from scruton.infer.hierarchy import CampaignPosterior, PeakTest

@@ -106,11 +106,11 @@ def judged_simulation(truth: dict[str, Any], n: float, seed: int) -> list[str]:
     from scipy.optimize import minimize
 
     from scruton.campaign.schema import Motion
-    from scruton.dynamics.likelihood import EnvelopeData
+    from scruton.dynamics.cycles import EnvelopeData
     from scruton.envelope import demodulate
     from scruton.infer.cards import load_card
     from scruton.infer.models import WindPosterior
-    from scruton.simulate.motion import Truth, simulate_record
+    from scruton.simulate import Truth, simulate_record
     from scruton.stats.priors import Prior
 
     section = Truth(Motion.HEAVING, 0.3, 0.075, 7.292, 7.87, 0.0065, 1.22, 5.036, **truth)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from scruton.dynamics.likelihood import EnvelopeData, innovations, pointwise_log_likelihood
+from scruton.dynamics.cycles import EnvelopeData
+from scruton.dynamics.likelihood import innovations, pointwise_log_likelihood
 from scruton.infer.hierarchy import SHARED, CampaignPosterior, PeakTest
 from scruton.infer.models import SteadyAmplitude, WindPosterior
 from scruton.stats.priors import Prior

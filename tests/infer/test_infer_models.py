@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scruton.campaign.schema import Motion
-from scruton.dynamics.likelihood import EnvelopeData
+from scruton.dynamics.cycles import EnvelopeData
 from scruton.infer.cards import load_card
 from scruton.infer.models import SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
 from scruton.infer.predictive import free_runs

@@ -20,7 +20,7 @@ from scruton.infer.peaks import (
     fit_peaks,
     stack,
 )
-from scruton.infer.run import Sampling
+from scruton.infer.sampling import Sampling
 from scruton.stats.evidence import posterior_weights
 from scruton.stats.settings import SamplerSettings
 from scruton.stats.stacking import stacking_weights

@@ -12,9 +12,10 @@ from scruton.envelope import demodulate
 from scruton.griffin.lock_in import lock_in_band, lock_in_draws
 from scruton.infer import speeds as module
 from scruton.infer.cards import load_card
-from scruton.infer.run import Sampling
-from scruton.infer.smooth import COMMON, Observations, SpeedPoint, SpeedPosterior, log_ratio, matern
+from scruton.infer.sampling import Sampling
+from scruton.infer.smooth import Observations, SpeedPoint, SpeedPosterior, log_ratio, matern
 from scruton.infer.speeds import PRIORS, fit_points, fit_speeds, in_lock_in, speeds_dataset
+from scruton.infer.thresholds import COMMON
 from scruton.stats.priors import Prior
 from scruton.stats.settings import SamplerSettings
 

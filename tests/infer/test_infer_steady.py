@@ -14,17 +14,17 @@ from scruton.envelope import Cycles, cycles_from_envelope, demodulate, ring_down
 from scruton.envelope.phase_diffusion import periodogram, phase_steps, step_spectrum, unbroken
 from scruton.infer.cards import ModelCard, load_card
 from scruton.infer.fit import envelope
-from scruton.infer.run import Sampling
+from scruton.infer.sampling import Sampling
 from scruton.infer.steady import (
     SteadyVerdict,
     _relaxing,
     gust_log_odds,
     judge_steady,
     phase_noise,
-    settled,
+    stationary_part,
     steady_posterior,
 )
-from scruton.simulate.motion import Truth, simulate_record
+from scruton.simulate import Truth, simulate_record
 from scruton.stats.priors import Prior
 
 FREQUENCY, DAMPING = 8.0, 0.004
@@ -216,7 +216,7 @@ def test_a_start_that_has_not_settled_is_left_out() -> None:
     assert found.cycles.time.size == cycles.time.size - found.left_out
     assert found.usable, found.explain()
     assert f"its first {found.left_out} cycles, which had not settled, are left out" in found.explain()
-    assert settled(record(11)).time.size == record(11).time.size
+    assert stationary_part(record(11)).time.size == record(11).time.size
 
 
 def test_a_posterior_of_other_cycles_is_refused() -> None:

@@ -16,8 +16,8 @@ from scruton.app.batch import FAILED, Job, _missing, summarise
 from scruton.app.fit import FitTask
 from scruton.cli import main
 from scruton.errors import InputError
+from scruton.processes import SecondProcess
 from scruton.report import build_report, figures
-from scruton.report.aside import Aside
 from scruton.report.chapters import CHAPTERS, Material, compose, with_failures
 from scruton.report.document import ALARM, Callout, Document, Picture
 from scruton.report.failures import Failure, Failures, begun, guarded
@@ -171,7 +171,7 @@ def report(three, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[.
     monkeypatch.setattr(FitTask, "of", lambda *_, **__: task)
     monkeypatch.setattr(FitTask, "fit", lambda *_, **__: three)
     monkeypatch.setattr("scruton.infer.store.write_fit", lambda *_: None)
-    monkeypatch.setattr("scruton.report.aside.Aside", lambda _: Aside(beside=False))
+    monkeypatch.setattr("scruton.processes.SecondProcess", lambda: SecondProcess(beside=False))
     monkeypatch.setattr("scruton.report.parts.check_bridge", lambda *_: None)
     monkeypatch.setattr("scruton.report.parts.scruton_numbers_of", lambda *_: [30.0])
     monkeypatch.setattr("scruton.report.parts.gap_part", lambda *_: Part(GAP))
@@ -280,16 +280,16 @@ def test_an_interrupt_ends_the_report(report, tmp_path: Path, monkeypatch: pytes
 
 
 def test_what_fails_in_the_second_process_comes_back_as_words(tmp_path: Path) -> None:
-    with Aside() as aside:
-        found = begun(aside, gap_part, tmp_path / "nowhere")()
+    with SecondProcess() as second:
+        found = begun(second, gap_part, tmp_path / "nowhere")()
         assert isinstance(found, Failure)
         assert (found.kind, found.fault) == ("InputError", False)
         assert "nowhere" in found.text
-        dying = begun(aside, os.kill, aside.process.result(), signal.SIGKILL)
+        dying = begun(second, os.kill, second.process.result(), signal.SIGKILL)
         failure = guarded(dying)
         assert isinstance(failure, Failure)
         assert failure.kind == "BrokenProcessPool"
-        assert begun(aside, max, 1, 2)() == 2, "where the second process is dead, this one works"
+        assert begun(second, max, 1, 2)() == 2, "where the second process is dead, this one works"
 
 
 def test_a_batch_counts_a_report_that_lacks_a_part_as_failed(

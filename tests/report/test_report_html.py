@@ -24,8 +24,8 @@ from scruton.documents import read_document
 from scruton.errors import InputError
 from scruton.griffin import predict
 from scruton.griffin.validate import Validation
+from scruton.processes import SecondProcess
 from scruton.report import build_report, figures
-from scruton.report.aside import Aside
 from scruton.report.chapters import Material, compose
 from scruton.report.charts import risk_chart
 from scruton.report.document import Chapter, Document, Picture, numbered
@@ -328,14 +328,14 @@ def test_what_other_analyses_bring_is_written_and_shown(three, tmp_path: Path) -
 
 
 def test_a_second_process_does_the_same() -> None:
-    with Aside() as beside, Aside(beside=False) as here:
+    with SecondProcess() as beside, SecondProcess(beside=False) as here:
         assert beside.begin(math.sqrt, 4.0)() == here.begin(math.sqrt, 4.0)() == 2.0
         failing = beside.begin(math.sqrt, -1.0)
         with pytest.raises(ValueError, match=r"domain|nonnegative"):
             failing()
 
 
-def fail_with(beside: Aside, sleeping: list) -> None:
+def fail_with(beside: SecondProcess, sleeping: list) -> None:
     with beside:
         beside.begin(math.sqrt, 1.0)()
         sleeping.append(beside.begin(time.sleep, 600.0))
@@ -345,7 +345,7 @@ def fail_with(beside: Aside, sleeping: list) -> None:
 def test_a_failure_ends_the_second_process() -> None:
     sleeping: list = []
     with pytest.raises(RuntimeError, match="here"):
-        fail_with(Aside(), sleeping)
+        fail_with(SecondProcess(), sleeping)
     with pytest.raises((BrokenProcessPool, CancelledError)):
         sleeping[0]()
 

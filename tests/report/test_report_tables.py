@@ -11,9 +11,8 @@ from fake_fit import fake_fit
 
 from scruton.app.batch import Batch
 from scruton.app.batch_tables import batch_csv
-from scruton.calibrate.plain import csv_text
 from scruton.campaign.schema import Motion
-from scruton.cells import safe_cell
+from scruton.cells import csv_text, safe_cell
 from scruton.griffin import predict
 from scruton.report.document import Table
 from scruton.report.exports import _write_shown

@@ -8,13 +8,14 @@ import pytest
 from scruton.campaign import Kind, Motion, load_campaign
 from scruton.errors import InputError
 from scruton.simulate import write_campaign
+from scruton.workspace import Workspace, digest, read_manifest
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "rectangle-4to1"
 
 
 def test_the_shipped_example_is_made_by_its_specification(tmp_path):
     write_campaign(EXAMPLE / "simulation.toml", tmp_path / "made", seed=4)
-    made = sorted(path.name for path in (tmp_path / "made").iterdir())
+    made = sorted(path.name for path in (tmp_path / "made").iterdir() if path.name != ".scruton")
     beside = ("README.md", "simulation.toml", "bridge.toml")
     assert made == sorted(path.name for path in EXAMPLE.iterdir() if path.name not in beside)
     for name in made:
@@ -84,6 +85,19 @@ def test_a_campaign_is_not_overwritten(tmp_path):
     with pytest.raises(InputError, match="--force"):
         write_campaign(spec, tmp_path / "out", seed=1)
     write_campaign(spec, tmp_path / "out", seed=2, force=True)
+    run = read_manifest(tmp_path / "out")["runs"]["simulate"]
+    assert run["settings"]["seed"] == 2
+    assert run["inputs"] == {"spec.toml": digest(spec)}
+    assert set(run["files"]) == {path.name for path in (tmp_path / "out").iterdir() if path.is_file()}
+
+
+def test_two_simulations_do_not_write_into_one_folder(tmp_path):
+    spec = changed(tmp_path, "sensor_noise = 0.0001", "sensor_noise = 0")
+    with (
+        Workspace(tmp_path / "out", "another", inputs={}, settings={}),
+        pytest.raises(InputError, match="is at work in it"),
+    ):
+        write_campaign(spec, tmp_path / "out", seed=1)
 
 
 def test_torsional(tmp_path):

@@ -10,7 +10,7 @@ from scruton.campaign import load_campaign
 from scruton.campaign.schema import Motion
 from scruton.errors import InputError
 from scruton.simulate import Disturbances, Truth, simulate_record, write_campaign
-from scruton.simulate.disturbed import integrate, mean_rate
+from scruton.simulate.equation import mean_rate
 
 WIND = Truth(Motion.HEAVING, 0.3, 0.075, 7.292, 7.87, 0.0065, 1.22, 5.036, -11.111, 0.03235)
 TWIST = Truth(Motion.TORSIONAL, 1.08, 0.0908, 2.110, 3.162, 0.00096, 1.228, 3.4, -0.02, 0.04)
@@ -53,27 +53,6 @@ def added(truth, disturbances, amplitude):
     rate, now = rate_near(truth, disturbances, amplitude)
     bare = -W0 * truth.damping_ratio * now if truth.still else -RATE * (now - A)
     return rate - bare, now
-
-
-@pytest.mark.parametrize("truth", [WIND, TWIST, STILL])
-def test_all_off_is_the_bare_equation_to_the_bit(truth):
-    arguments = {"initial_amplitude": 0.05, "duration": 2.0, "sample_rate": 200.0, "seed": 4, "sensor_noise": 1e-4}
-    if not truth.still:
-        arguments |= {"turbulence": 0.01, "gust_intensity": 0.01}
-    bare = simulate_record(truth, **arguments)[1]
-    assert simulate_record(truth, **arguments, disturbances=Disturbances())[1].tobytes() == bare.tobytes()
-
-
-@pytest.mark.parametrize("truth", [WIND, TWIST, STILL])
-def test_the_integrator_with_everything_off_is_the_bare_one(truth):
-    t, bare = simulate_record(truth, initial_amplitude=0.05, duration=4.0, sample_rate=200.0, seed=4)
-    phase = np.random.default_rng(4).uniform(0, 2 * np.pi)
-    start = np.array([0.05 * np.cos(phase), -0.05 * truth.omega * np.sin(phase)])
-    out, one = np.empty_like(bare), np.ones_like(t)
-    substeps = int(np.ceil(120 * truth.frequency / 200.0))
-    step = 1 / (200.0 * substeps)
-    integrate(truth, Disturbances(), out, start, step, substeps, 0.0, 0.0, 1.0, np.zeros((2, 0)), one, one, 0 * one)
-    np.testing.assert_allclose(out, bare, atol=1e-9 if truth.still else 1e-13)
 
 
 def test_forces_within_a_cycle_against_a_tight_integration():

@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from scruton.campaign.schema import Motion
 from scruton.envelope import demodulate
-from scruton.simulate.motion import Truth, simulate_record
+from scruton.simulate import Truth, simulate_record
 
 HEAVE = Truth(Motion.HEAVING, 0.3, 0.075, 7.292, 7.87, 0.0065, 1.22, 5.036, -11.111, 0.03235)
 TWIST = Truth(Motion.TORSIONAL, 1.08, 0.0908, 2.110, 3.162, 0.00096, 1.228, 3.4, -0.02, 0.04)

@@ -5,12 +5,12 @@ from dataclasses import astuple
 
 import numpy as np
 import pytest
+from damped_mode import limit_cycle, simulate_damped
 from scipy.optimize import brentq
 
 from scruton.campaign.schema import Motion
 from scruton.errors import InputError
-from scruton.simulate.damped import limit_cycle, simulate_damped
-from scruton.simulate.motion import Truth
+from scruton.simulate import Truth
 from scruton.sizing.tmd import (
     TunedMass,
     den_hartog,

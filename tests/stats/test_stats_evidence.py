@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 
 from scruton.campaign.schema import Motion
-from scruton.dynamics.likelihood import EnvelopeData
+from scruton.dynamics.cycles import EnvelopeData
 from scruton.infer.cards import load_card
 from scruton.infer.models import WindPosterior
 from scruton.stats.evidence import (
@@ -207,7 +207,7 @@ def test_a_proposal_narrower_than_the_posterior_is_found_out(monkeypatch):
     posterior = HalfSpace(3)
     _, centre, factor = posterior.exact
     narrow = StudentT(centre, factor @ np.diag([0.25, 1.0, 1.0]), 5.0)
-    monkeypatch.setattr("scruton.stats.evidence.PATIENCE", 1)
+    monkeypatch.setattr("scruton.stats.evidence.MORE_ROUNDS", 1)
     found = [evidence_by_importance(posterior, np.random.SeedSequence(i), narrow, 1024, 1) for i in range(100)]
     z = np.abs(z_scores(found, posterior.exact_cut))
     fooled = [one.effective_size >= 100 and one.pareto_k <= 0.7 for one in found]

@@ -3,19 +3,21 @@
 import contextlib
 import io
 import threading
+from argparse import Namespace
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from scruton.app.fit import Bar, check_design
-from scruton.app.workers import NO_TLS, TlsFiles
+from scruton.app.fit import RESULTS, FitTask
+from scruton.app.run import Outcome, Run, campaign_folder
 from scruton.documents import read_json
 from scruton.errors import InputError
-from scruton.workspace import Workspace, results_in
+from scruton.terminal import BAD_INPUT, DONE, NOT_TRUSTED
+from scruton.workspace import results_in
 
-DONE, NOT_CONVERGED, FAILED, UNFINISHED = STATES = "done", "not converged", "failed", "unfinished"
+CONVERGED, NOT_CONVERGED, FAILED, UNFINISHED = STATES = "done", "not converged", "failed", "unfinished"
 JSON, CSV, PAGE = "batch.json", "batch.csv", "batch.html"
 # Figures are drawn with settings of the whole process, so a worker with several threads takes its campaigns in turn.
 _ONE_AT_A_TIME = threading.Lock()
@@ -82,7 +84,7 @@ class Batch:
     @property
     def good(self) -> bool:
         """Whether every campaign is done and its sampling converged."""
-        return set(self.counts) == {DONE}
+        return set(self.counts) == {CONVERGED}
 
     @property
     def none_ran(self) -> bool:
@@ -100,118 +102,83 @@ class Batch:
         return self.folder / PAGE, self.folder / CSV, self.folder / JSON
 
 
-def run_batch(
-    campaigns: Sequence[Path],
-    out: Path,
-    *,
-    scheduler: str | None = None,
-    tls: TlsFiles = NO_TLS,
-    jobs: int | None = None,
-    model: str = "default",
-    design_sc: Sequence[float] = (),
-    report: bool = False,
-    seed: int = 0,
-    force: bool = False,
-    resume: bool = False,
-    quiet: bool = False,
-) -> Batch:
-    """Fit many campaigns, each into a folder of its own below `out`, and summarise them.
+def run(arguments: Namespace) -> Outcome:
+    """Fit many campaigns, each into a folder of its own below that of the results, and summarise them.
 
-    The results are those of `scruton fit` or `scruton report` on each campaign, bit for bit, whoever computes them.
-
-    Parameters
-    ----------
-    campaigns : sequence of Path
-        Folders, each with a campaign.toml.
-    out : Path
-    scheduler : str, optional
-        Address of a running Dask scheduler, whose workers see the same files under the same paths.
-    tls : (Path, Path, Path), optional
-        Certificate of the authority, own certificate and own key, for a scheduler under "tls://".
-    jobs : int, optional
-        Processes where no scheduler is named; the number of cores by default.
-    model : str
-        Model card: a shipped name or a TOML file.
-    design_sc : sequence of float
-        Design Scruton numbers to predict the stable amplitude at.
-    report : bool
-        Write each campaign's report, too.
-    seed : int
-        Of each campaign.
-    force, resume : bool
-        Replace the results that lie in the folders, or go on with them.
-    quiet : bool
-
-    Returns
-    -------
-    Batch
-        A campaign that fails is an entry with its reason, and stops nothing.
+    The results are those of `scruton fit` or `scruton report` on each campaign, bit for bit, whoever computes them. A
+    campaign that fails is an entry with its reason, and stops nothing.
 
     Raises
     ------
     InputError
         For bad arguments, a folder that holds results, or a scheduler that cannot be reached; nothing is written then.
     """
+    from scruton.app.batch_tables import batch_text
+    from scruton.app.workers import connected, cores
+
+    _refuse_repeated(arguments.campaigns)
+    todo, work = _planned(arguments)
+    tls = arguments.tls_ca, arguments.tls_cert, arguments.tls_key
+    processes = min(arguments.jobs or cores(), len(todo))
+    with work, connected(arguments.scheduler, processes, tls=tls, quiet=arguments.quiet) as client:
+        batch = _done(arguments, todo, work, client)
+    return Outcome(
+        batch_text(batch),
+        batch.paths,
+        [f"{name}: {reason}" for name, reason in batch.faults],
+        DONE if batch.good else BAD_INPUT if batch.none_ran else NOT_TRUSTED,
+    )
+
+
+def _planned(arguments: Namespace) -> tuple[list[Job], Run]:
+    """One job a campaign, and the claim on the folder of the batch, to be entered."""
     from scruton import __version__
-    from scruton.app.batch_tables import write_batch
-    from scruton.app.workers import connected, cores, finished
     from scruton.infer.cards import load_card
 
-    _check_arguments(campaigns, jobs, seed, design_sc)
-    card = load_card(model)
-    path = Path(model)
-    place = str(path.absolute()) if path.is_file() else model
-    design = tuple(dict.fromkeys(float(one) for one in design_sc))
+    card, path = load_card(arguments.model), Path(arguments.model)
+    design = tuple(dict.fromkeys(arguments.sc))
+    common: dict[str, Any] = {
+        "model": str(path.absolute()) if path.is_file() else arguments.model, "seed": arguments.seed, "design": design,
+        "report": arguments.report, "quiet": arguments.quiet, "version": __version__, "force": arguments.force,
+    }  # fmt: skip
     todo = [
-        Job(
-            name,
-            str(one.absolute()),
-            str(out.absolute() / name),
-            place,
-            seed,
-            design,
-            report,
-            quiet,
-            __version__,
-            force,
-        )
-        for name, one in zip(names(campaigns), campaigns, strict=True)
+        Job(name, str(campaign.absolute()), str(arguments.out.absolute() / name), **common)
+        for name, campaign in zip(names(arguments.campaigns), arguments.campaigns, strict=True)
     ]
-    provenance = _provenance(__version__, seed, card.name, card.sha256, design, report)
-    if not force and not resume:
+    if not arguments.force and not arguments.resume:
         _refuse_results(todo)
-    claim = Workspace(
-        out,
-        "batch",
-        inputs={f"model card {card.name}": card.sha256},
-        settings={"seed": seed, "report": report, **({"sc": list(design)} if report else {})},
-        results=(JSON,),
-        force=force,
-        resume=resume,
-        grows=True,
-    )
-    entries = [_blank(one, UNFINISHED) for one in todo]
+    settings = {"report": arguments.report, **({"sc": list(design)} if arguments.report else {})}
+    claim = Run(arguments.out, "batch", arguments, sha256={}, card=card, settings=settings, results=(JSON,), grows=True)
+    claim.provenance |= {"sc": list(design), "report": arguments.report}
+    return todo, claim
+
+
+def _done(arguments: Namespace, todo: Sequence[Job], work: Run, client: Any) -> Batch:
+    """Do every job; the summary is written before, after, and where it is interrupted: what was done is kept."""
+    from scruton.app.batch_tables import write_batch
+    from scruton.app.workers import finished
+
+    out, entries = arguments.out, [_blank(job, UNFINISHED) for job in todo]
 
     def batch() -> Batch:
-        said = [_as_named(one, path, out) for one, path in zip(entries, campaigns, strict=True)]
-        return Batch(out, tuple(said), design, provenance)
+        named = [_as_named(entry, path, out) for entry, path in zip(entries, arguments.campaigns, strict=True)]
+        return Batch(out, tuple(named), todo[0].design, work.provenance)
 
-    def sum_up(work: Workspace) -> None:
+    def sum_up() -> None:
         write_batch(batch(), work.new)
         work.keep(PAGE, CSV, JSON)
 
-    processes = min(jobs or cores(), len(todo))
-    with claim as work, connected(scheduler, processes, tls=tls, quiet=quiet) as client, Bar(quiet) as bar:
-        sum_up(work)
-        try:
-            for done, (index, outcome) in enumerate(finished(client, run_one, todo), start=1):
-                entries[index] = outcome.value or _blank(todo[index], FAILED, outcome.fault)
-                failed = sum(one["state"] == FAILED for one in entries)
-                _advance(bar, done, len(todo), failed)
-        finally:
-            sum_up(work)  # after an interruption, too: what was done is kept
-        write_batch(batch(), work.new)
-        work.publish()
+    sum_up()
+    try:
+        for done, (index, outcome) in enumerate(finished(client, run_one, todo), start=1):
+            entries[index] = outcome.value or _blank(todo[index], FAILED, outcome.fault)
+            failed = sum(entry["state"] == FAILED for entry in entries)
+            note = f", {failed} failed" if failed else ""
+            work.bar("campaigns", done / len(todo), f", {done} of {len(todo)}{note}")
+    finally:
+        sum_up()
+    write_batch(batch(), work.new)
+    work.publish()
     return batch()
 
 
@@ -221,7 +188,7 @@ def names(campaigns: Sequence[Path]) -> list[str]:
     >>> names([Path("/2023/deck"), Path("/2024/deck"), Path("/tower")])
     ['2023-deck', '2024-deck', 'tower']
     """
-    parts = [_folder(one).resolve().parts[1:] or ("campaign",) for one in campaigns]
+    parts = [campaign_folder(one).resolve().parts[1:] or ("campaign",) for one in campaigns]
     found: list[str] = []
     for one in parts:
         depth = 1
@@ -239,10 +206,6 @@ def names(campaigns: Sequence[Path]) -> list[str]:
 def _same(one: tuple[str, ...], other: tuple[str, ...]) -> bool:
     """Whether two paths are one on a file system that does not tell capitals from small letters."""
     return [part.casefold() for part in one] == [part.casefold() for part in other]
-
-
-def _folder(campaign: Path) -> Path:
-    return campaign.parent if campaign.name == "campaign.toml" else campaign
 
 
 def run_one(job: Job) -> Entry:
@@ -268,19 +231,18 @@ def run_one(job: Job) -> Entry:
 
 def _do(job: Job) -> None:
     """Fit, and write the report where one is wanted, unless the whole results of this very job lie there."""
-    from scruton.app.fit import FitTask
     from scruton.infer.store import POSTERIOR, SUMMARY, write_fit
     from scruton.report.build import HTML, write_report
 
-    task = FitTask.of(
-        Path(job.campaign), Path(job.folder), model=job.model, tests=None, seed=job.seed, effect=None
-    )  # fmt: skip
-    settings = {"report": True, "sc": list(job.design)} if job.report else {}
-    claim = task.workspace(force=job.force, resume=True, settings=settings)
+    task = FitTask.of(Path(job.campaign), Path(job.folder), model=job.model, seed=job.seed)
+    claim = task.claim(
+        Namespace(seed=job.seed, quiet=True, force=job.force, resume=True),
+        settings={"report": True, "sc": list(job.design)} if job.report else {},
+    )
     if not job.force and claim.done([POSTERIOR, SUMMARY, *([HTML] if job.report else [])]) and not _missing(job):
         return
     with claim as work:
-        fit = task.fit(work, quiet=True)
+        fit = task.fit(work)
         write_fit(fit, work.new)
         if job.report:
             write_report(fit, work.new, design_sc=job.design if fit.summary["tests"] else ())
@@ -306,7 +268,7 @@ def summarise(job: Job) -> Entry:
         predict(tree, scruton_number=sc, seed=job.seed).to_json() for sc in (job.design if summary["tests"] else ())
     ]
     converged, flags = bool(summary["converged"]), list(summary["flags"])
-    state, reason = (DONE, "") if converged else (NOT_CONVERGED, "; ".join(flags[:1]))
+    state, reason = (CONVERGED, "") if converged else (NOT_CONVERGED, "; ".join(flags[:1]))
     if missing := _missing(job):
         state, reason = FAILED, "; ".join(missing)
     return _blank(job, state, reason) | {
@@ -345,43 +307,20 @@ def _as_named(entry: Entry, campaign: Path, out: Path) -> Entry:
     return entry | {"campaign": str(campaign), "reason": reason}
 
 
-def _check_arguments(campaigns: Sequence[Path], jobs: int | None, seed: int, design_sc: Sequence[float]) -> None:
-    if not campaigns:
-        raise InputError("command line", "CAMPAIGN", "none", "at least one folder with a campaign.toml")
-    if seed < 0:
-        raise InputError("command line", "--seed", str(seed), "a whole number, zero or more")
-    if jobs is not None and jobs < 1:
-        raise InputError("command line", "--jobs", str(jobs), "a whole number, one or more")
-    check_design(design_sc)
+def _refuse_repeated(campaigns: Sequence[Path]) -> None:
+    """Refuse a campaign that is named twice."""
     seen: dict[Path, Path] = {}
-    for one in campaigns:
-        other = seen.setdefault(_folder(one).resolve(), one)
-        if other is not one:
-            raise InputError("command line", "CAMPAIGN", f"{one}, which is {other} again", "each campaign once")
+    for path in campaigns:
+        other = seen.setdefault(campaign_folder(path).resolve(), path)
+        if other is not path:
+            raise InputError("command line", "CAMPAIGN", f"{path}, which is {other} again", "each campaign once")
 
 
 def _refuse_results(todo: Sequence[Job]) -> None:
     """Refuse folders with results that nobody said what to do with; nothing is touched."""
-    from scruton.app.fit import RESULTS
-
     for one in todo:
         if found := results_in(Path(one.folder), "fit", RESULTS):
             raise InputError(
                 one.folder, "-o", f"results of an earlier run ({', '.join(found[:4])})",
                 "an empty folder, --resume to go on with the batch, or --force to replace its results",
             )  # fmt: skip
-
-
-def _provenance(
-    version: str, seed: int, card: str, sha256: str, design: tuple[float, ...], report: bool
-) -> dict[str, Any]:
-    return {
-        "versions": {"scruton": version}, "seed": seed, "card": {"name": card, "sha256": sha256}, "sc": list(design),
-        "report": report,
-    }  # fmt: skip
-
-
-def _advance(bar: Bar, done: int, total: int, failed: int) -> None:
-    """One line that grows: the bar starts another line for another name, which here is the count."""
-    bar.name = f"{done} of {total} campaigns" + (f", {failed} failed" if failed else "")
-    bar(bar.name, done / total)

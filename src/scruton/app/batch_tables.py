@@ -101,10 +101,10 @@ def batch_page(batch: "Batch") -> str:
     """Write the page: one file that needs nothing else; everything that came from the campaigns' files is escaped."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-    from scruton.report.render_html import with_typefaces
+    from scruton.report.render_html import TEMPLATES, with_typefaces
 
     environment = Environment(
-        loader=FileSystemLoader(Path(__file__).parent / "templates"), autoescape=True, undefined=StrictUndefined,
+        loader=FileSystemLoader(TEMPLATES), autoescape=True, undefined=StrictUndefined,
         trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
     page = environment.get_template("batch.html.j2").render(

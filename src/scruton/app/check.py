@@ -1,23 +1,20 @@
 """`scruton check`: what a campaign holds, and every warning."""
 
-from pathlib import Path
+from argparse import Namespace
 
 import numpy as np
 
+from scruton.app.run import Outcome
 from scruton.campaign import Campaign, Fluid, Quantity, Record, Rig, Test, load_campaign
 from scruton.campaign.remarks import sentences
 from scruton.envelope import RecordQuality, gather, review
 from scruton.errors import InputError
 from scruton.report.text import bullets, number, table
+from scruton.terminal import BAD_INPUT
 
 
-def check(path: Path) -> tuple[str, bool]:
-    """Read everything, say what was found.
-
-    Returns
-    -------
-    text, usable : (str, bool)
-        Not usable where a record cannot be read; the others are listed all the same.
+def run(arguments: Namespace) -> Outcome:
+    """Read everything, say what was found; a record that cannot be read stops nothing, but is bad input.
 
     Raises
     ------
@@ -25,7 +22,7 @@ def check(path: Path) -> tuple[str, bool]:
         If campaign.toml itself cannot be used.
     """
     problems: list[InputError] = []
-    campaign = load_campaign(path, problems)
+    campaign = load_campaign(arguments.campaign, problems)
     inspection = gather(campaign, problems)
     rows = [
         _row(record, rig.name if test is None else test.name, inspection.qualities[record.name])
@@ -51,7 +48,8 @@ def check(path: Path) -> tuple[str, bool]:
     parts.append(f"{counted}\n{bullets(warnings)}" if warnings else "No warnings.")
     if problems:
         parts.append(f"{len(problems)} records cannot be used\n" + bullets([str(one) for one in problems]))
-    return "\n\n".join(parts), not problems
+    text = "\n\n".join(parts)
+    return Outcome(lines=[text], code=BAD_INPUT) if problems else Outcome(text)
 
 
 RIG_HEADER = ("rig", "f0 [Hz]", "mass per length", "xi_s [%]", "ring-downs")

@@ -1,43 +1,23 @@
 """`scruton criticise`: what a statistician asks of a fit, answered in tables, figures and sentences."""
 
+from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from scruton.documents import write_document, write_text
+from scruton.app.run import Outcome, Run
+from scruton.documents import write_text
 from scruton.errors import InputError
 from scruton.infer.criticism import Criticism
 from scruton.report.text import bullets, number, table
-from scruton.workspace import Workspace
+from scruton.terminal import DONE, NOT_TRUSTED
 
 FOLDER, CONTENT, TEXT = "criticism", "criticism.json", "criticism.txt"
 FIGURES, TABLES = "figures", "tables"
 
 
-def criticise(
-    results: Path, *, out: Path | None = None, force: bool = False, seed: int = 0
-) -> tuple[str, bool, tuple[Path, ...]]:
-    """Criticise the fit in a folder of results.
-
-    Parameters
-    ----------
-    results : Path
-        Folder that `scruton fit` or `scruton report` wrote.
-    out : Path, optional
-        Folder for what is written; `criticism` inside `results` if left out.
-    force : bool
-        Replace an earlier criticism.
-    seed : int
-        Of the prior predictive replicates.
-
-    Returns
-    -------
-    text : str
-        For the terminal: the verdict, a sentence for every flag, the tables.
-    ok : bool
-        False where the fit is not to be trusted.
-    paths : tuple of Path
-        criticism.json, criticism.txt, the tables (CSV) and the figures (SVG and PNG).
+def run(arguments: Namespace) -> Outcome:
+    """Criticise the fit in a folder of results: criticism.json, criticism.txt, tables (CSV) and figures (SVG, PNG).
 
     Raises
     ------
@@ -47,9 +27,8 @@ def criticise(
     from scruton.infer.criticism import criticise_tree
     from scruton.infer.store import provenance_of, read_tree
 
-    if seed < 0:
-        raise InputError("command line", "--seed", str(seed), "a whole number, zero or more")
-    folder = results / FOLDER if out is None else out
+    results, seed = arguments.results, arguments.seed
+    folder = results / FOLDER if arguments.out is None else arguments.out
     if folder.resolve() == results.resolve():
         raise InputError(
             folder, "-o", "the folder of the fit itself", "another folder, such as its subfolder criticism"
@@ -58,17 +37,18 @@ def criticise(
     if "posterior" not in tree:
         wanted = "a fit of at least one test in wind: still air says nothing of the law"
         raise InputError(results, "", "a campaign without tests in wind", wanted)
-    fitted = provenance_of(results)
-    claim = Workspace(folder, "criticise", inputs=fitted, settings={"seed": seed}, results=(CONTENT, TEXT), force=force)
-    with claim as work:
+    fitted = provenance_of(results, summary)
+    with Run(folder, "criticise", arguments, sha256=fitted, settings={}, results=(CONTENT, TEXT)) as work:
         criticism = criticise_tree(tree, summary, seed=seed)
         text = criticism_text(criticism, str(summary["title"]))
         written = [*_tables(criticism, work.new / TABLES), *_figures(tree, criticism, work.new / FIGURES)]
         write_text(work.new / TEXT, text + "\n")
-        write_document(work.new / CONTENT, {**criticism.to_json(), "fit_sha256": fitted})
-        paths = [folder / CONTENT, folder / TEXT, *(folder / one.relative_to(work.new) for one in written)]
-        work.publish()
-    return text, criticism.ok, tuple(paths)
+        work.write(CONTENT, {**criticism.to_json(), "fit_sha256": fitted})
+        paths = work.published([work.new / CONTENT, work.new / TEXT, *written])
+    code = DONE if criticism.ok else NOT_TRUSTED
+    if arguments.quiet:
+        return Outcome(lines=paths[:1], code=code)
+    return Outcome(text, paths, code=code)
 
 
 def _tables(criticism: Criticism, folder: Path) -> list[Path]:

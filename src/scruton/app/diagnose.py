@@ -1,38 +1,18 @@
 """`scruton diagnose`: gap.json, its text for the terminal and its picture."""
 
-from pathlib import Path
+from argparse import Namespace
 from typing import Any
 
-from scruton.app.fit import Bar, inputs_of, version_of_scruton
+from scruton.app.run import Outcome, Run, default_folder
 from scruton.campaign import load_campaign
-from scruton.documents import write_document
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
+from scruton.gap.results import RESULT
 from scruton.report.chapters.gap import shrink_sentence
 from scruton.report.text import number, table
-from scruton.workspace import Workspace
-
-RESULT = "gap.json"
 
 
-def run_diagnose(
-    campaign: Path,
-    out: Path,
-    *,
-    model: str = "default",
-    workers: int = 2,
-    thorough: bool = False,
-    force: bool = False,
-    resume: bool = False,
-    quiet: bool = False,
-) -> tuple[str, list[Path]]:
+def run(arguments: Namespace) -> Outcome:
     """Diagnose a campaign into a folder.
-
-    Returns
-    -------
-    text : str
-        For the terminal.
-    paths : list of Path
-        gap.json first.
 
     Raises
     ------
@@ -44,25 +24,23 @@ def run_diagnose(
     from scruton.report.figures.gap import gap_figure
     from scruton.report.figures.save import save
 
-    loaded, card = load_campaign(campaign), load_card(model)
-    claim = Workspace(
-        out,
+    campaign, card = load_campaign(arguments.campaign), load_card(arguments.model)
+    claim = Run(
+        arguments.out or default_folder(arguments.campaign) / "gap",
         "diagnose",
-        inputs=inputs_of(loaded, card),
-        settings={"thorough": thorough, "version": version_of_scruton()},
+        arguments,
+        sha256=campaign.sha256 or {},
+        card=card,
+        settings={"thorough": arguments.thorough},
         results=(RESULT,),
-        force=force,
-        resume=resume,
     )
     with claim as work:
-        with Bar(quiet) as bar:
-            diagnosis, content, findings, curves = examine(
-                loaded, card, workers=workers, thorough=thorough, progress=bar
-            )
+        diagnosis, content, findings, curves = examine(
+            campaign, card, workers=arguments.workers, thorough=arguments.thorough, progress=work.bar
+        )
         pictures = save(gap_figure(diagnosis, findings, curves), work.new, "gap", formats=("svg", "png"))
-        write_document(work.new / RESULT, content)
-        work.publish()
-    return gap_text(content), [out / RESULT, *(out / one.name for one in pictures)]
+        work.write(RESULT, content)
+        return Outcome(gap_text(content), work.published([work.new / RESULT, *pictures]))
 
 
 def gap_text(content: dict[str, Any]) -> str:

@@ -1,48 +1,46 @@
-"""What `scruton models` prints and draws: the shipped cards, one card resolved, its priors as Griffin curves."""
+"""`scruton models`: the shipped cards, one card resolved, its priors as Griffin curves."""
 
+from argparse import Namespace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from scruton.infer.cards import load_card, shipped_cards
-
-if TYPE_CHECKING:
-    from scruton.infer.cards import ModelCard
+from scruton.app.run import Outcome, Run
+from scruton.infer.cards import ModelCard, load_card, shipped_cards
 
 
-def models_text() -> str:
+def run(_: Namespace) -> Outcome:
     """One row a shipped card: its name, its laws and its title."""
     cards = [load_card(name) for name in sorted(shipped_cards(), key=lambda name: (name != "default", name))]
-    rows = [("card", "n", "title"), *((one.name, law_text(one), one.title) for one in cards)]
+    rows = [("card", "n", "title"), *((card.name, law_text(card), card.title) for card in cards)]
     name, law, title = (max(map(len, column)) for column in zip(*rows, strict=True))
     lines = [f"{row[0]:{name}}  {row[1]:{law}}  {row[2]}" for row in rows]
-    return "\n".join([lines[0], f"{'-' * name}  {'-' * law}  {'-' * title}", *lines[1:]])
+    return Outcome(lines=[lines[0], f"{'-' * name}  {'-' * law}  {'-' * title}", *lines[1:]])
 
 
-def law_text(card: "ModelCard") -> str:
+def law_text(card: ModelCard) -> str:
     """Exponents of a card's laws, "-1, 0, 1, 2", or "free"."""
     return ", ".join(f"{one:g}" for one in card.laws) or "free"
 
 
-def draw_prior(name: str, folder: Path, *, seed: int = 0, formats: tuple[str, ...] = ("svg", "png")) -> list[Path]:
-    """Write the prior-predictive picture of a card, NAME.svg and NAME.png.
-
-    Parameters
-    ----------
-    name : str
-        A shipped card, or the path of one.
-    folder : Path
-    seed : int
-        Of the draws.
-    formats : tuple of str
+def show(arguments: Namespace) -> Outcome:
+    """Print a card with all that it extends, or write its prior-predictive picture, NAME.svg and NAME.png.
 
     Raises
     ------
     InputError
         If there is no such card.
     """
+    card = load_card(arguments.card)
+    folder = arguments.prior_predictive
+    if folder is None:
+        return Outcome(lines=[card.resolved.removesuffix("\n")])
     from scruton.report.figures.prior import prior_plot
     from scruton.report.figures.save import save
 
-    card = load_card(name)
-    stem = Path(name).stem if name.endswith(".toml") else name
-    return save(prior_plot(card, seed=seed), folder, stem, formats=formats)
+    stem = Path(arguments.card).stem if arguments.card.endswith(".toml") else arguments.card
+    claim = Run(
+        folder, f"prior of {stem}", Namespace(**{**vars(arguments), "force": True}), sha256={}, card=card, settings={},
+        results=(),
+    )  # fmt: skip
+    with claim as work:
+        figures = save(prior_plot(card, seed=arguments.seed), work.new, stem, formats=("svg", "png"))
+        return Outcome(lines=work.published(figures))

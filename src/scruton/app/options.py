@@ -7,15 +7,11 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
+from scruton.app.thresholds import EXPONENTS, LARGEST_SC, LARGEST_SEED, LONGEST_PATH, MOST
 from scruton.dynamics.effects import CATALOGUE
 from scruton.errors import InputError
 
 AUTO = "auto"  # the effect that diagnosis finds
-LARGEST_SEED = 2**63 - 1  # what the files of results hold
-MOST = 100_000  # of processes, threads, campaigns: more is a slip of the pen
-LONGEST_PATH = 3_000  # bytes, of a folder for results: systems end at 4,096, and names inside need their part
-LARGEST_SC = 1e6  # Scruton number, of either sign; bridges have 1 to 200
-EXPONENTS = (-2.0, 12.0)  # of the law, as in a model card
 
 
 def check_options(options: Mapping[str, Any]) -> None:
@@ -110,7 +106,7 @@ def _limit(option: str, value: str) -> None:
 
 
 def _damping(_option: str, value: str) -> None:
-    from scruton.app.fit import parse_damping
+    from scruton.app.predict import parse_damping
 
     parse_damping(value)
 

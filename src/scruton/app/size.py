@@ -1,17 +1,18 @@
 """`scruton size`: sizing.json, its table for the terminal and its figures."""
 
 import json
-from collections.abc import Mapping, Sequence
+from argparse import Namespace
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scruton.app.fit import Bar, check_effect, check_law, parse_damping
 from scruton.app.options import check_writable
-from scruton.documents import write_document
+from scruton.app.predict import check_effect, parse_damping
+from scruton.app.run import Outcome, Run
 from scruton.errors import InputError
 from scruton.report.figures.sizing import CONFIDENCES
 from scruton.report.text import bullets, number, table
-from scruton.workspace import Workspace
+from scruton.terminal import DONE, NOT_TRUSTED
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,72 +22,42 @@ if TYPE_CHECKING:
 RESULT = "sizing.json"
 
 
-def run_size(
-    results: Path,
-    out: Path | None,
-    *,
-    bridge: Path | None = None,
-    limits: Sequence[str] = (),
-    damping: str | None = None,
-    rig: str | None = None,
-    law_n: float | None = None,
-    effect: str | None = None,
-    seed: int = 0,
-    force: bool = False,
-    quiet: bool = False,
-) -> tuple[str, bool, list[Path]]:
+def run(arguments: Namespace) -> Outcome:
     """Size the damping from a folder of results.
-
-    Returns
-    -------
-    text : str
-        For the terminal.
-    trusted : bool
-        Whether the fit that it rests on converged.
-    paths : list of Path
-        sizing.json first, then the figures.
 
     Raises
     ------
     InputError
         For bad input, or a folder that holds a sizing already; nothing is written then.
     """
-    from scruton.infer.store import provenance_of, read_tree
+    from scruton.infer.store import read_tree
     from scruton.report.figures.save import save
     from scruton.report.figures.sizing import sizing_figures
+    from scruton.report.parts import sizing_origin
     from scruton.sizing.limits import limit
     from scruton.sizing.run import size
 
-    folder = out if out is not None else results / "sizing"
-    if seed < 0:
-        raise InputError("command line", "--seed", str(seed), "a whole number, zero or more")
-    check_law(law_n)
-    rules = [limit(one) for one in limits]
+    results, rig = arguments.results, arguments.rig
+    folder = arguments.out or results / "sizing"
+    rules = [limit(one) for one in arguments.limit]
     check_writable(folder)
     tree, summary = read_tree(results)
     if not summary["tests"]:
         raise InputError(results, "", "a campaign without tests in wind", "a fit of at least one test")
-    check_effect(summary, effect, results)
-    stands = read_bridge(tree, bridge, damping=damping, rig=rig)
-    fitted = provenance_of(results)
-    settings = {"seed": seed, "limits": list(limits), "law": law_n, "effect": effect, "rig": rig, "damping": damping}
-    claim = Workspace(
-        folder, "size", inputs={**fitted, **stands.sha256}, settings=settings, results=(RESULT,), force=force
-    )
-    with claim as work:
-        with Bar(quiet) as bar:
-            content = size(tree, stands, rules, rig=rig, law_n=law_n, seed=seed, progress=bar)
-        _explain(content, summary, bridge=bridge)
-        content["provenance"] = {
-            **{key: summary["provenance"][key] for key in ("versions", "sha256")},
-            "fit_sha256": fitted, "bridge_sha256": dict(stands.sha256),
-            **{key: settings[key] for key in ("seed", "limits", "law", "effect")},
-        }  # fmt: skip
-        figures = sizing_figures(content)
-        pictures = [path.name for one in figures for path in save(one, work.new, formats=("svg", "png"))]
-        write_document(work.new / RESULT, json.loads(json.dumps(content, allow_nan=False)))
-        work.publish()
-    return sizing_text(content), bool(summary["converged"]), [folder / name for name in (RESULT, *pictures)]
+    check_effect(summary, arguments.effect, results)
+    stands = read_bridge(tree, arguments.bridge, damping=arguments.damping, rig=rig)
+    settings = {name: getattr(arguments, name) for name in ("law", "effect", "rig", "damping")}
+    settings["limits"] = arguments.limit
+    origin = sizing_origin(results, summary, stands, seed=arguments.seed, settings=settings)
+    inputs = origin["fit_sha256"] | origin["bridge_sha256"]
+    with Run(folder, "size", arguments, sha256=inputs, settings=settings, results=(RESULT,)) as work:
+        content = size(tree, stands, rules, rig=rig, law_n=arguments.law, seed=arguments.seed, progress=work.bar)
+        _explain(content, summary, bridge=arguments.bridge)
+        content["provenance"] = origin | {key: settings[key] for key in ("law", "effect")}
+        figures = [path for one in sizing_figures(content) for path in save(one, work.new, formats=("svg", "png"))]
+        work.write(RESULT, json.loads(json.dumps(content, allow_nan=False)))
+        paths = work.published([work.new / RESULT, *figures])
+    return Outcome(sizing_text(content), paths, code=DONE if summary["converged"] else NOT_TRUSTED)
 
 
 def _explain(content: dict[str, Any], summary: Mapping[str, Any], *, bridge: Path | None) -> None:

@@ -1,17 +1,19 @@
 """`scruton validate`: every rig's stable amplitude predicted without its own records, as a table and a picture."""
 
+from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scruton.app.run import Outcome, Run, default_folder
+from scruton.app.thresholds import SHARE_SHOWN
 from scruton.campaign import Campaign, load_campaign
 from scruton.cells import safe_frame
-from scruton.documents import write_document, write_text
-from scruton.errors import InputError
+from scruton.documents import write_text
 from scruton.report.text import number, table
-from scruton.workspace import Workspace
+from scruton.terminal import DONE, NOT_TRUSTED
 
 if TYPE_CHECKING:
     from scruton.griffin.validate import Validation
@@ -21,74 +23,43 @@ JSON, CSV, FIGURE = "validation.json", "validation.csv", "validation"
 NOMINAL = (0.50, 0.90, 0.95)
 
 
-def run_validate(
-    path: Path,
-    out: Path,
-    *,
-    model: str = "default",
-    seed: int = 0,
-    force: bool = False,
-    resume: bool = False,
-    quiet: bool = False,
-) -> tuple[str, bool, list[Path]]:
-    """Validate a campaign into a folder.
-
-    Returns
-    -------
-    text, trusted, paths
-        Not trusted where a fit has not converged.
+def run(arguments: Namespace) -> Outcome:
+    """Validate a campaign into a folder; not trusted where a fit has not converged.
 
     Raises
     ------
     InputError
         For bad input, or a folder that holds a validation already; nothing is written then.
     """
-    from scruton.app.fit import Bar, inputs_of, version_of_scruton
     from scruton.griffin.validate import validate
     from scruton.infer.cards import load_card
     from scruton.report.figures.save import save
 
-    if seed < 0:
-        raise InputError("command line", "--seed", str(seed), "a whole number, zero or more")
-    campaign, card = load_campaign(path), load_card(model)
-    claim = Workspace(
-        out,
+    campaign, card = load_campaign(arguments.campaign), load_card(arguments.model)
+    claim = Run(
+        arguments.out or default_folder(arguments.campaign) / "validation",
         "validate",
-        inputs=inputs_of(campaign, card),
-        settings={"seed": seed, "version": version_of_scruton()},
+        arguments,
+        sha256=campaign.sha256 or {},
+        card=card,
+        settings={},
         results=(JSON,),
-        force=force,
-        resume=resume,
     )
     with claim as work:
-        with Bar(quiet) as bar:
-            found = validate(campaign, card, seed=seed, progress=bar, checkpoints=work.checkpoints)
+        found = validate(campaign, card, seed=arguments.seed, progress=work.bar, checkpoints=work.checkpoints)
         content = {
             "format": 1,
             "title": campaign.title,
             "unit": campaign.section.amplitude_unit,
             "validations": [_entry(one) for one in found],
             "coverage": coverage(found),
-            "provenance": provenance(campaign, card.name, card.sha256, seed),
         }
         figures = save(validation_figure(campaign, found), work.new, formats=("svg", "png"))
         _write_csv(work.new / CSV, found)
-        write_document(work.new / JSON, content)
-        work.publish()
-    paths = [out / one for one in (JSON, CSV, *(figure.name for figure in figures))]
-    return validation_text(campaign, found), all(one.trusted for one in found), paths
-
-
-def provenance(campaign: Campaign, card: str, sha256: str, seed: int) -> dict[str, Any]:
-    """What a result was made from: version, seed, digests of every input and of the card."""
-    from importlib.metadata import version
-
-    return {
-        "versions": {"scruton": version("scruton"), "numpy": version("numpy"), "emcee": version("emcee")},
-        "seed": seed,
-        "sha256": dict(campaign.sha256 or {}),
-        "card": {"name": card, "sha256": sha256},
-    }
+        work.write(JSON, content)
+        paths = work.published([work.new / JSON, work.new / CSV, *figures])
+    trusted = all(one.trusted for one in found)
+    return Outcome(validation_text(campaign, found), paths, code=DONE if trusted else NOT_TRUSTED)
 
 
 def coverage(found: Sequence["Validation"]) -> dict[str, float]:
@@ -106,7 +77,7 @@ def validation_text(campaign: Campaign, found: Sequence["Validation"]) -> str:
         f"{len(found)} predictions. Inside their intervals of {inside}. Factor: how far the 90 % interval reaches from "
         "its median. Log score: log density of ln(amplitude), larger is better."
     )
-    laws = sorted({label for one in found for label, weight in one.prediction.laws.items() if weight > 0.005})
+    laws = sorted({label for one in found for label, weight in one.prediction.laws.items() if weight > SHARE_SHOWN})
     parts.append(f"Laws used: {', '.join(laws)}.")
     return "\n\n".join(parts)
 

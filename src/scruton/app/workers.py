@@ -14,20 +14,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from scruton.app.thresholds import ALLOWED_DEATHS, LARGEST_CERTIFICATE, PATIENCE, POLL, REACH
 from scruton.campaign.bounded import read_bytes
 from scruton.errors import InputError
 
-LARGEST_CERTIFICATE = 10**6  # bytes
-REACH = 5  # s, to reach a scheduler and to see its first worker
-PATIENCE = 60  # s without any worker before what is left is given up
-POLL = 1  # s between looks at how many workers there are
 # The arrays are small: threads of the linear algebra library would only get in each other's way.
 ONE_THREAD = {
     f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA", "VECLIB_MAXIMUM", "NUMEXPR")
 }  # fmt: skip
 SETTINGS = {
     "distributed.comm.timeouts.connect": f"{REACH}s",
-    "distributed.scheduler.allowed-failures": 1,  # one more chance: the worker may have died of something else
+    "distributed.scheduler.allowed-failures": ALLOWED_DEATHS,
     "distributed.worker.memory.terminate": False,
     "distributed.worker.memory.pause": False,
 }

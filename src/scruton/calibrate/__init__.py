@@ -1,7 +1,8 @@
 """Simulation-based calibration and coverage: whether a credible band deserves its name, on data from elsewhere."""
 
 from scruton.calibrate.regimes import REGIMES, Regime
-from scruton.calibrate.run import CalibrationResult, run_calibration
+from scruton.calibrate.result import CalibrationResult
+from scruton.calibrate.run import run_calibration
 from scruton.calibrate.tables import calibration_text
 
 __all__ = ["REGIMES", "CalibrationResult", "Regime", "calibration_text", "run_calibration"]

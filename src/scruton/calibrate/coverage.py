@@ -2,14 +2,14 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.calibrate.quantities import INTERVALS, kind_of
+from scruton.calibrate.thresholds import LIMIT, LIMIT_P
 
-LIMIT = 4.0  # standard errors
-LIMIT_P = 6.334e-5  # two-sided probability of a normal deviate beyond LIMIT
 EVERYTHING = "all"
 
 Ranks = Mapping[str, Mapping[str, FloatArray]]  # regime -> quantity -> (campaigns,)
@@ -95,8 +95,7 @@ class Uniformity:
 
 def covered(rank: FloatArray, probability: float) -> np.ndarray:
     """Whether the central interval of this probability holds the truth whose rank is given, same shape."""
-    found: np.ndarray = np.abs(np.asarray(rank) - 0.5) <= 0.5 * probability
-    return found
+    return np.asarray(np.abs(np.asarray(rank) - 0.5) <= 0.5 * probability)
 
 
 def cells(ranks: Ranks, left_out: Collection[Key] = ()) -> tuple[Cell, ...]:
@@ -115,48 +114,33 @@ def cells(ranks: Ranks, left_out: Collection[Key] = ()) -> tuple[Cell, ...]:
 
 def pooled(ranks: Ranks, left_out: Collection[Key] = ()) -> tuple[Pooled, ...]:
     """Coverage over regimes by kind of quantity, and over everything, which comes first."""
-    kinds = [EVERYTHING, *dict.fromkeys(kind_of(name) for table in ranks.values() for name in table)]
-    found = []
-    for kind in kinds:
-        kept = [
-            np.stack(part)
-            for regime, table in ranks.items()
-            if (
-                part := [
-                    rank
-                    for name, rank in table.items()
-                    if kind in (EVERYTHING, kind_of(name)) and (regime, name) not in left_out and len(rank)
-                ]
-            )
-        ]
-        for p in INTERVALS if kept else ():
-            each = np.concatenate([covered(one, p).mean(axis=0) for one in kept])  # share of a campaign's quantities
+    kept = {
+        regime: {name: rank for name, rank in table.items() if len(rank) and (regime, name) not in left_out}
+        for regime, table in ranks.items()
+    }
+    kinds = dict.fromkeys(kind_of(name) for table in ranks.values() for name in table)
+    rows = []
+    for kind in (EVERYTHING, *kinds):
+        mine = [[rank for name, rank in t.items() if kind in (EVERYTHING, kind_of(name))] for t in kept.values()]
+        for p in INTERVALS if any(mine) else ():
+            each = np.concatenate([covered(np.stack(part), p).mean(axis=0) for part in mine if part])  # by campaign
             error = float(each.std(ddof=1) / np.sqrt(each.size)) if each.size > 1 else float("nan")
-            found.append(Pooled(kind, p, each.size, float(each.mean()), error))
-    return tuple(found)
+            rows.append(Pooled(kind, p, each.size, float(each.mean()), error))
+    return tuple(rows)
 
 
 def uniformity(ranks: Ranks, left_out: Collection[Key] = ()) -> tuple[Uniformity, ...]:
     """Test the ranks of every quantity in every regime."""
-    from scipy.stats import chisquare
+    from scipy.stats import chisquare, ks_1samp, uniform
 
-    found = []
-    for regime, table in ranks.items():
-        for name, rank in table.items():
-            if not len(rank):
-                continue
+    rows = []
+    for regime, name, rank in ((regime, *entry) for regime, table in ranks.items() for entry in table.items()):
+        if len(rank):
             bins = int(np.clip(len(rank) // 5, 2, 20))
             counts, _ = np.histogram(rank, bins=bins, range=(0.0, 1.0))
-            p = float(chisquare(counts).pvalue)
-            found.append(Uniformity(regime, name, len(rank), bins, p, _deviation(rank), (regime, name) in left_out))
-    return tuple(found)
-
-
-def _deviation(rank: FloatArray) -> float:
-    """Largest distance of the empirical distribution function from the diagonal."""
-    ordered, size = np.sort(rank), len(rank)
-    steps = np.arange(1, size + 1) / size
-    return float(max(np.abs(steps - ordered).max(), np.abs(steps - 1.0 / size - ordered).max()))
+            p, distance = float(chisquare(counts).pvalue), float(ks_1samp(rank, uniform.cdf).statistic)
+            rows.append(Uniformity(regime, name, len(rank), bins, p, distance, (regime, name) in left_out))
+    return tuple(rows)
 
 
 @dataclass(frozen=True)
@@ -182,14 +166,11 @@ class LawCheck:
     coverage: Mapping[str, float]
 
 
-def law_check(regime: str, records: Sequence[Mapping[str, object]], probability: str = "0.9") -> LawCheck:
+def law_check(regime: str, records: Sequence[Mapping[str, Any]], probability: str = "0.9") -> LawCheck:
     """Summarise the campaigns of a regime that weighs laws; see `scruton.calibrate.one.run_one` for the records."""
-    scores: list[Mapping[str, Mapping[str, Mapping[str, bool]]]] = [one["scores"] for one in records]  # type: ignore[misc]
-    flags = [bool(one["law_flag"]) for one in records if one["law_flag"] is not None]
-    weights = np.array([one["weights"] for one in records], dtype=np.float64)
-    names = list(scores[0]) if scores else []
-    return LawCheck(
-        regime, len(records), float(np.mean(flags)) if flags else float("nan"),
-        tuple(float(one) for one in weights.mean(axis=0)) if len(weights) else (),
-        {name: float(np.mean([one[name]["inside"][probability] for one in scores])) for name in names},
-    )  # fmt: skip
+    scores: list[Mapping[str, Any]] = [record["scores"] for record in records]
+    flags = [bool(record["law_flag"]) for record in records if record["law_flag"] is not None]
+    weights = np.mean([record["weights"] for record in records], axis=0).tolist() if records else ()
+    inside = {name: [one[name]["inside"][probability] for one in scores] for name in (scores[0] if scores else ())}
+    coverage = {name: float(np.mean(hits)) for name, hits in inside.items()}
+    return LawCheck(regime, len(records), float(np.mean(flags)) if flags else float("nan"), tuple(weights), coverage)

@@ -12,7 +12,7 @@ gives the posterior sd that can be expected of every quantity.  A quantity whose
 its prior sd is left out of the verdict on coverage.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,17 +26,17 @@ from scruton.calibrate.records import (
     SAMPLES_PER_CYCLE,
     START,
     cycles_recorded,
-)
+)  # fmt: skip
 from scruton.calibrate.regimes import FREQUENCY, Regime
+from scruton.calibrate.thresholds import UNINFORMED
 from scruton.calibrate.truths import draw_normals, from_normals, omega0
 from scruton.infer.cards import ModelCard
 
-HALF = 0.5  # of the prior sd: less reduction than this and a parameter is left out
 TRUTHS, PRIOR_DRAWS = 24, 4000
 _STEP = 1e-4
 _SEED = 20  # fixed: the verdict belongs to the regime, not to the run
 
-Moments = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+Moments = tuple[FloatArray, FloatArray]  # mean and covariance
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Identifiability:
     @property
     def left_out(self) -> bool:
         """Whether the quantity is left out of the verdict."""
-        return not self.ratio <= HALF
+        return not self.ratio <= UNINFORMED
 
 
 def identifiability(regime: Regime, card: ModelCard, truths: int = TRUTHS) -> tuple[Identifiability, ...]:
@@ -79,29 +79,28 @@ def identifiability(regime: Regime, card: ModelCard, truths: int = TRUTHS) -> tu
     truths : int
         Prior draws to average over.
     """
+
+    def log_quantities(points: FloatArray) -> dict[str, FloatArray]:
+        """Logarithms of the magnitudes; the last normal is the new setting's own deviation."""
+        drawn, _, _ = from_normals(points[:, :-1], regime, card)
+        return {name: np.log(np.abs(values)) for name, values in quantities(drawn, regime, points[:, -1]).items()}
+
     rng = np.random.default_rng(_SEED)
     z = draw_normals(rng, regime, card, PRIOR_DRAWS)
     z = np.concatenate([z, rng.standard_normal((PRIOR_DRAWS, 1))], axis=1)
-    prior = _log_quantities(z, regime, card)
-    prior_sd = {name: float(one.std()) for name, one in prior.items()}
-    expected = dict.fromkeys(prior, 0.0)
-    for one in z[:truths]:
-        covariance = np.linalg.inv(np.eye(one.size) + _information(one, regime, card))
-        for name, gradient in _gradients(one, lambda points: _log_quantities(points, regime, card)).items():
+    prior_sd = {name: float(values.std()) for name, values in log_quantities(z).items()}
+    expected = dict.fromkeys(prior_sd, 0.0)
+    for truth in z[:truths]:
+        covariance = np.linalg.inv(np.eye(truth.size) + _information(truth, regime, card))
+        for name, gradient in _gradients(truth, log_quantities).items():
             sd = float(np.sqrt(gradient @ covariance @ gradient))
             # The gradient of ln Y1 grows without bound towards Y1 = 0; a posterior is no wider than the prior for that.
             expected[name] += min(sd, prior_sd[name]) / truths
-    return tuple(Identifiability(regime.name, name, prior_sd[name], expected[name]) for name in prior)
-
-
-def _log_quantities(z: FloatArray, regime: Regime, card: ModelCard) -> dict[str, FloatArray]:
-    """Logarithms of the magnitudes of all quantities; the last normal is the new setting's own deviation."""
-    drawn, _, _ = from_normals(z[:, :-1], regime, card)
-    return {name: np.log(np.abs(one)) for name, one in quantities(drawn, regime, z[:, -1]).items()}
+    return tuple(Identifiability(regime.name, name, prior_sd[name], expected[name]) for name in prior_sd)
 
 
 def _gradients(z: FloatArray, function: Callable[[FloatArray], dict[str, FloatArray]]) -> dict[str, FloatArray]:
-    """Gradients of named functions of the normals by central differences, (d,) each."""
+    """Gradients of named functions of the normals by central differences, (d,) or (d, J) each."""
     steps = _STEP * np.eye(z.size)
     up, down = function(z + steps), function(z - steps)
     return {name: (up[name] - down[name]) / (2.0 * _STEP) for name in up}
@@ -112,18 +111,18 @@ def _information(z: FloatArray, regime: Regime, card: ModelCard) -> FloatArray:
 
     def settings(points: FloatArray) -> dict[str, FloatArray]:
         drawn, _, _ = from_normals(points[:, :-1], regime, card)
-        parts = {"a": drawn.a_star, "rate": drawn.relaxation_rate, "xi": drawn.damping_ratio}
-        return {f"{key}{j}": np.log(one[:, j]) for key, one in parts.items() for j in range(one.shape[1])}
+        logs = {"amplitude": drawn.a_star, "rate": drawn.relaxation_rate, "damping": drawn.damping_ratio}
+        return {key: np.log(values) for key, values in logs.items()}
 
     drawn, _, _ = from_normals(z[None, :-1], regime, card)
     gradients = _gradients(z, settings)
     total = np.zeros((z.size, z.size))
     for j in range(len(regime.scruton_numbers)):
-        slope = np.stack([gradients[f"a{j}"], gradients[f"rate{j}"]])
+        slope = np.stack([gradients["amplitude"][:, j], gradients["rate"][:, j]])
         a_star, rate = float(drawn.a_star[0, j]), float(drawn.relaxation_rate[0, j])
         total += slope.T @ transient_information(regime, card, a_star, rate) @ slope
         if regime.ring_downs:
-            damping = gradients[f"xi{j}"]
+            damping = gradients["damping"][:, j]
             known = ring_down_information(regime, card, a_star, omega0(regime.motion) * drawn.damping_ratio[0, j])
             total += known * np.outer(damping, damping)
     return total
@@ -134,56 +133,61 @@ def transient_information(regime: Regime, card: ModelCard, a_star: float, rate: 
 
     The nuisances are the scatter, the factor on the noise, and every record's initial amplitude.
     """
-    nuisances = [card.prior(name, regime.motion) for name in ("amplitude_scatter", "noise_factor")]
-    scatter = regime.turbulence or float(np.exp(nuisances[0].location))
-    starts = [float(np.mean(START[kind])) * a_star for kind in regime.kinds]
-    size = 4 + len(starts)
-    total = np.zeros((size, size))
-    total[2, 2], total[3, 3] = (1.0 / one.scale**2 for one in nuisances)
-    times = _times(regime, rate, RELAXATIONS)
-    for i in range(len(starts)):
-        total += information(
-            lambda p, i=i: _moments(times, p[4 + i], np.exp(p[0]), np.exp(p[1]), np.exp(p[2] + p[0]),
-                                    _noise(regime, a_star) * np.exp(p[3])),  # type: ignore[misc]
-            np.array([np.log(a_star), np.log(rate), np.log(scatter), 0.0, *starts]),
-            np.array([*[_STEP] * 4, *[_STEP * a_star] * len(starts)]),
-        )  # fmt: skip
+    scatter, factor = (card.prior(name, regime.motion) for name in ("amplitude_scatter", "noise_factor"))
+    times, noise = _times(regime, rate, RELAXATIONS), _noise(regime, a_star)
+
+    def moments(a_star: float, rate: float, scatter: float, factor: float, start: float) -> Moments:
+        return _moments(times, start, a_star, rate, scatter * a_star, noise * factor)
+
+    values = {"a_star": a_star, "rate": rate, "scatter": regime.turbulence or np.exp(scatter.location), "factor": 1.0}
+    total = np.diag([0.0, 0.0, scatter.scale**-2.0, factor.scale**-2.0])
+    for kind in regime.kinds:
+        start = float(np.mean(START[kind])) * a_star
+        total += _marginal(information(moments, values | {"start": start}), len(values))
     return _marginal(total, 2)
 
 
 def ring_down_information(regime: Regime, card: ModelCard, a_star: float, rate: float) -> float:
     """Information of one rig's ring-downs about ln xi, the nuisances integrated out."""
-    nuisances = [card.prior(name, regime.motion) for name in ("still_air_scatter", "noise_factor")]
-    start = RING_DOWN_START * a_star
-    scatter = float(np.exp(nuisances[0].location))
-    times = _times(regime, rate, RING_DOWN_RELAXATIONS)
-    each = information(
-        lambda p: _moments(times, p[3], 0.0, np.exp(p[0]), np.exp(p[1]) * start, _noise(regime, a_star) * np.exp(p[2])),
-        np.array([np.log(rate), np.log(scatter), 0.0, start]),
-        np.array([_STEP, _STEP, _STEP, _STEP * start]),
-    )
-    each[1, 1] += 1.0 / nuisances[0].scale ** 2
-    each[2, 2] += 1.0 / nuisances[1].scale ** 2
+    scatter, factor = (card.prior(name, regime.motion) for name in ("still_air_scatter", "noise_factor"))
+    times, noise = _times(regime, rate, RING_DOWN_RELAXATIONS), _noise(regime, a_star)
+    first = RING_DOWN_START * a_star  # what the scatter is a share of
+
+    def moments(rate: float, scatter: float, factor: float, start: float) -> Moments:
+        return _moments(times, start, 0.0, rate, scatter * first, noise * factor)
+
+    values = {"rate": rate, "scatter": np.exp(scatter.location), "factor": 1.0, "start": first}
+    each = information(moments, values) + np.diag([0.0, scatter.scale**-2.0, factor.scale**-2.0, 0.0])
     return regime.ring_downs * float(_marginal(each, 1)[0, 0])
 
 
-def information(moments: Moments, p: FloatArray, step: FloatArray) -> FloatArray:
-    """Expected information about p of one normal vector whose mean and covariance `moments` gives, (d, d)."""
-    _, covariance = moments(p)
-    inverse = np.linalg.inv(covariance)
+def information(moments: Callable[..., Moments], values: Mapping[str, float]) -> FloatArray:
+    """Expected information about the logarithms of positive parameters of one normal vector.
+
+    Parameters
+    ----------
+    moments : callable
+        From the parameters, by name, to mean and covariance.
+    values : mapping
+        Of the d parameters.
+
+    Returns
+    -------
+    (d, d) array
+        In the order of the values.
+    """
+    inverse = np.linalg.inv(moments(**values)[1])
     slopes, bends = [], []
-    for one in np.diag(step):
-        (up, cov_up), (down, cov_down) = moments(p + one), moments(p - one)
-        slopes.append((up - down) / (2.0 * one.sum()))
-        bends.append(inverse @ (cov_up - cov_down) / (2.0 * one.sum()))
+    for name, value in values.items():
+        up, down = (moments(**{**values, name: value * np.exp(step)}) for step in (_STEP, -_STEP))
+        slopes.append((up[0] - down[0]) / (2.0 * _STEP))
+        bends.append(inverse @ (up[1] - down[1]) / (2.0 * _STEP))
     mean = np.stack(slopes)
     spread = np.einsum("iab,jba->ij", bends, bends, optimize=True)
     return np.asarray(mean @ inverse @ mean.T + 0.5 * spread)
 
 
-def _moments(
-    t: FloatArray, start: float, a_star: float, rate: float, spread: float, noise: float
-) -> tuple[FloatArray, FloatArray]:
+def _moments(t: FloatArray, start: float, a_star: float, rate: float, spread: float, noise: float) -> Moments:
     """Mean and covariance of an envelope at cycle times: stationary sd `spread`, sensor noise a cycle `noise`."""
     mean = a_star + (start - a_star) * np.exp(-rate * t)
     apart, since = np.abs(t[:, None] - t), t[:, None] + t

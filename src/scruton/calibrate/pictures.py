@@ -3,59 +3,56 @@
 import warnings
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.calibrate.coverage import LIMIT, Cell
+from scruton.calibrate.coverage import Cell
 from scruton.calibrate.quantities import INTERVALS, kind_of
+from scruton.calibrate.result import CalibrationResult
+from scruton.calibrate.thresholds import LIMIT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from scruton.calibrate.run import CalibrationResult
 
-_LOOKS = (("#56B4E9", "o"), ("#0072B2", "s"), ("#D55E00", "^"))  # of the three intervals, Okabe and Ito
-_WIDTH = 180.0 / 25.4
+BLUE, RED, GREY, LIGHT = "#0072B2", "#D55E00", "#6E6E6E", "#E4E4E4"  # Okabe and Ito
+_LOOKS = (("#56B4E9", "o"), (BLUE, "s"), (RED, "^"))  # of the three intervals
+WIDTH = 180.0 / 25.4  # inches
 _DPI = 160
 _COLUMNS = 4
 
 
-def draw(result: "CalibrationResult", folder: Path) -> list[Path]:
+def draw(result: CalibrationResult, folder: Path) -> list[Path]:
     """Write the coverage picture and the rank pictures, one of all regimes together and one of each."""
     if not result.cells:
         return []
-    paths = [_save(coverage_picture(result), folder / "coverage.png")]
-    firsts = [_of_first_test(table) for table in result.ranks.values() if table]
-    together = {name: np.concatenate([one[name] for one in firsts]) for name in firsts[0]}
-    paths.append(_save(rank_picture(together, "all regimes, first test of each campaign"), folder / "ranks.png"))
+    paths = [save(coverage_picture(result), folder / "coverage.png")]
+    # By kind of quantity, of the first test where there are several: one of each kind a campaign.
+    tables = [table for table in result.ranks.values() if table]
+    firsts = [{kind_of(name): rank for name, rank in reversed(list(table.items()))} for table in tables]
+    kinds = dict.fromkeys(map(kind_of, tables[0]))
+    together = {kind: np.concatenate([ranks[kind] for ranks in firsts]) for kind in kinds}
+    paths.append(save(rank_picture(together, "all regimes, first test of each campaign"), folder / "ranks.png"))
     for regime, table in result.ranks.items():
         if table:
-            paths.append(_save(rank_picture(table, regime), folder / f"ranks-{regime}.png"))
+            paths.append(save(rank_picture(table, regime), folder / f"ranks-{regime}.png"))
     return paths
 
 
-def _of_first_test(table: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    """Ranks by kind of quantity, of the first test where there are several: one of each kind a campaign."""
-    found: dict[str, FloatArray] = {}
-    for name, rank in table.items():
-        found.setdefault(kind_of(name), rank)
-    return found
-
-
-def coverage_picture(result: "CalibrationResult") -> "Figure":
+def coverage_picture(result: CalibrationResult) -> "Figure":
     """Draw coverage less nominal, in points: one panel a kind of quantity, one row a regime, one mark a test."""
     from matplotlib.figure import Figure
 
-    regimes = list(dict.fromkeys(one.regime for one in result.cells))
-    kinds = list(dict.fromkeys(kind_of(one.quantity) for one in result.cells))
+    regimes = list(dict.fromkeys(cell.regime for cell in result.cells))
+    kinds = list(dict.fromkeys(kind_of(cell.quantity) for cell in result.cells))
     rows = -(-len(kinds) // _COLUMNS)
-    figure = Figure(figsize=(_WIDTH * 1.35, rows * (0.9 + 0.26 * len(regimes)) + 0.6), layout="constrained")
+    figure = Figure(figsize=(WIDTH * 1.35, rows * (0.9 + 0.26 * len(regimes)) + 0.6), layout="constrained")
     panels = figure.subplots(rows, min(_COLUMNS, len(kinds)), sharex=True, sharey=True, squeeze=False)
     for axes, kind in zip(panels.flat, kinds, strict=False):
-        _coverage_panel(axes, [one for one in result.cells if kind_of(one.quantity) == kind], regimes)
+        _coverage_panel(axes, [cell for cell in result.cells if kind_of(cell.quantity) == kind], regimes)
         axes.set_title(kind, fontsize=8, loc="left")
     for axes in panels.flat[len(kinds) :]:
         axes.set_visible(False)
@@ -69,26 +66,22 @@ def coverage_picture(result: "CalibrationResult") -> "Figure":
 
 
 def _coverage_panel(axes: "Axes", cells: list[Cell], regimes: list[str]) -> None:
-    axes.axvline(0.0, color="#6E6E6E", lw=0.8)
+    axes.axvline(0.0, color=GREY, lw=0.8)
     for i, (p, (colour, marker)) in enumerate(zip(INTERVALS, _LOOKS, strict=True)):
-        mine = [one for one in cells if one.interval == p]
+        mine = [cell for cell in cells if cell.interval == p]
         offset = 0.26 * (i - 1)
         for row, regime in enumerate(regimes):
-            here = [one for one in mine if one.regime == regime]
+            here = [cell for cell in mine if cell.regime == regime]
             if here:
                 reach = 100.0 * LIMIT * here[0].standard_error
                 axes.barh(row + offset, 2 * reach, 0.22, left=-reach, color=colour, alpha=0.18, lw=0)
-        x = [100.0 * (one.coverage - p) for one in mine]
-        y = [regimes.index(one.regime) + offset for one in mine]
-        faces = ["white" if one.left_out else colour for one in mine]
-        edges = ["black" if one.beyond else colour for one in mine]
+        x = [100.0 * (cell.coverage - p) for cell in mine]
+        y = [regimes.index(cell.regime) + offset for cell in mine]
+        faces = ["white" if cell.left_out else colour for cell in mine]
+        edges = ["black" if cell.beyond else colour for cell in mine]
         axes.scatter(x, y, s=14, marker=marker, c=faces, edgecolors=edges, lw=0.8, zorder=3, label=f"{100 * p:.0f} %")
-    axes.fill_between([], [], [], color="#6E6E6E", alpha=0.25, lw=0, label=f"bars: $\\pm${LIMIT:g} s.e.")
-    axes.tick_params(labelsize=7)
-    axes.grid(axis="x", color="#E4E4E4", lw=0.5)
-    axes.set_axisbelow(True)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
+    axes.fill_between([], [], [], color=GREY, alpha=0.25, lw=0, label=f"bars: $\\pm${LIMIT:g} s.e.")
+    dress(axes, "x")
 
 
 def rank_picture(ranks: Mapping[str, FloatArray], title: str) -> "Figure":
@@ -105,7 +98,7 @@ def rank_picture(ranks: Mapping[str, FloatArray], title: str) -> "Figure":
 
     rows = -(-len(ranks) // _COLUMNS)
     tree = az.from_dict({"prior_sbc": {name: rank[None, :] for name, rank in ranks.items()}})
-    size = (_WIDTH * 1.35, 1.55 * rows + 0.6)
+    size = (WIDTH * 1.35, 1.55 * rows + 0.6)
     with warnings.catch_warnings(), plt.rc_context({"font.size": 7, "axes.titlesize": 8}):
         warnings.simplefilter("ignore")
         plot = az.plot_ecdf_pit(
@@ -117,7 +110,7 @@ def rank_picture(ranks: Mapping[str, FloatArray], title: str) -> "Figure":
         for name, rank in ranks.items():
             reach = LIMIT * np.sqrt(u * (1.0 - u) / len(rank))
             axes = plot.get_viz("plot", name)
-            axes.fill_between(u, -reach, reach, color="#0072B2", alpha=0.12, lw=0)
+            axes.fill_between(u, -reach, reach, color=BLUE, alpha=0.12, lw=0)
             axes.set_ylim(-1.5 * reach.max(), 1.9 * reach.max())
         figure.suptitle(f"{title}: distribution of the ranks less uniform; band {LIMIT:g} s.e.", fontsize=9)
         figure.supxlabel("rank of the truth", fontsize=8)
@@ -125,7 +118,21 @@ def rank_picture(ranks: Mapping[str, FloatArray], title: str) -> "Figure":
     return figure
 
 
-def _save(figure: "Figure", path: Path) -> Path:
+def dress(axes: "Axes", grid: Literal["both", "x"] = "both") -> None:
+    """Small ticks, a light grid behind what is drawn, no frame above and to the right."""
+    axes.tick_params(labelsize=7)
+    axes.grid(axis=grid, color=LIGHT, lw=0.5)
+    axes.set_axisbelow(True)
+    for side in ("top", "right"):
+        axes.spines[side].set_visible(False)
+
+
+def save(figure: "Figure", path: Path) -> Path:
+    """Write a picture; the same bytes each time."""
+    import matplotlib as mpl
+
     path.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(path, dpi=_DPI, metadata={"Software": None})
+    own = {"Software": None} if path.suffix == ".png" else {"Date": None}
+    with mpl.rc_context({"svg.hashsalt": "scruton"}):
+        figure.savefig(path, dpi=_DPI, metadata=own)
     return path

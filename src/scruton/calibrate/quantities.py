@@ -53,20 +53,19 @@ def quantities(drawn: Drawn, regime: Regime, z_new: FloatArray) -> dict[str, Flo
         geometric mean of the tested Scruton numbers; regimes that weigh laws have new settings at multiples of every
         one, and nothing else.
     """
-    found: dict[str, FloatArray] = {}
     tested = regime.scruton_numbers
     suffix = [f" of test {j + 1}" if len(tested) > 1 else "" for j in range(len(tested))]
-    if not regime.weighs_laws:
+    table: dict[str, FloatArray] = {}
+    if regime.weighs_laws:
         for j, sc in enumerate(tested):
-            found["Y1" + suffix[j]] = drawn.Y1[:, j]
-            found["epsilon" + suffix[j]] = drawn.epsilon[:, j]
-            for k in MULTIPLES:
-                found[f"A({k:g} Sc){suffix[j]}"] = own_curve(drawn, j, k * sc, omega0(regime.motion))
-        mean = float(np.exp(np.log(tested).mean()))
-        return found | {f"A_new({k:g} Sc)": new_setting(drawn, k * mean, z_new) for k in MULTIPLES}
+            table |= {f"A_new({k:g} Sc){suffix[j]}": new_setting(drawn, k * sc, z_new) for k in MULTIPLES}
+        return table
     for j, sc in enumerate(tested):
-        found |= {f"A_new({k:g} Sc){suffix[j]}": new_setting(drawn, k * sc, z_new) for k in MULTIPLES}
-    return found
+        table |= {f"Y1{suffix[j]}": drawn.Y1[:, j], f"epsilon{suffix[j]}": drawn.epsilon[:, j]}
+        for k in MULTIPLES:
+            table[f"A({k:g} Sc){suffix[j]}"] = own_curve(drawn, j, k * sc, omega0(regime.motion))
+    mean = float(np.exp(np.log(tested).mean()))
+    return table | {f"A_new({k:g} Sc)": new_setting(drawn, k * mean, z_new) for k in MULTIPLES}
 
 
 def own_curve(drawn: Drawn, test: int, scruton_number: float, natural: float) -> FloatArray:
@@ -74,16 +73,14 @@ def own_curve(drawn: Drawn, test: int, scruton_number: float, natural: float) ->
     factor = drawn.mass_damping_factor[:, test]
     relaxation = factor * drawn.relaxation_rate[:, test] / natural
     x = (scruton_number - factor * drawn.damping_ratio[:, test]) / relaxation
-    amplitude: FloatArray = drawn.a_star[:, test] * amplitude_ratio(x, drawn.n)
-    return amplitude
+    return np.asarray(drawn.a_star[:, test] * amplitude_ratio(x, drawn.n))
 
 
 def new_setting(drawn: Drawn, scruton_number: float, z_new: FloatArray) -> FloatArray:
     """Stable amplitude of a new setting on the shared curve, off it by its own discrepancy, (S,)."""
     x = (scruton_number - drawn.reference_scruton_number) / drawn.reference_relaxation
     curve = drawn.reference_amplitude * amplitude_ratio(x, drawn.n)
-    amplitude: FloatArray = curve * np.exp(drawn.discrepancy_amplitude * z_new)
-    return amplitude
+    return np.asarray(curve * np.exp(drawn.discrepancy_amplitude * z_new))
 
 
 def kind_of(quantity: str) -> str:

@@ -8,7 +8,7 @@ from scruton.calibrate.regimes import DEPTH, FREQUENCY, WIDTH, Regime
 from scruton.calibrate.truths import Body, Drawn, omega0, setting, stated, wind_speed
 from scruton.campaign.schema import Campaign, Kind, Quantity, Record, Rig, Test
 from scruton.dynamics import ehsan_scanlan_parameters, force_parameters
-from scruton.simulate.motion import Truth, simulate_record
+from scruton.simulate import Truth, simulate_record
 
 SAMPLES_PER_CYCLE = 28
 RELAXATIONS = 5.5  # times that a transient is recorded for, within CYCLES

@@ -10,29 +10,14 @@ from scruton.errors import InputError
 from scruton.workspace import Workspace
 
 SETTINGS, LINES = "settings.json", "campaigns"
-TABLES = ("calibration.json", "calibration.txt", "coverage.csv", "pooled.csv", "ranks.csv", "identifiability.csv",
-          "laws.csv", "regimes.csv")  # fmt: skip
-FIGURES = "figures"
-RESULTS = (SETTINGS, LINES, *TABLES, FIGURES)
 
 
 def workspace(folder: Path, settings: Mapping[str, Any], *, force: bool, resume: bool) -> Workspace:
-    """The folder of a calibration, to be entered.
-
-    Parameters
-    ----------
-    folder : Path
-        Made if it is not there.
-    settings : mapping
-        What every campaign's numbers depend on.
-    force : bool
-        Replace the calibration that lies there, once the new one is whole.
-    resume : bool
-        Keep the campaigns that lie there.
-    """
-    flat = {**{key: value for key, value in settings.items() if key != "versions"}, **settings["versions"]}
+    """The folder of a calibration, to be entered: what every campaign's numbers depend on is in `settings`."""
+    flat = {key: value for key, value in settings.items() if key != "versions"} | settings["versions"]
+    results = (SETTINGS, LINES)
     return Workspace(
-        folder, "calibrate", inputs={}, settings=flat, results=(SETTINGS, LINES), force=force, resume=resume, grows=True
+        folder, "calibrate", inputs={}, settings=flat, results=results, force=force, resume=resume, grows=True
     )
 
 
@@ -61,22 +46,22 @@ def load(folder: Path, regime: str) -> dict[int, dict[str, Any]]:
         lines = lines[:-1]
     wanted = f"one JSON object a line, a campaign of the regime {regime}"
     try:
-        found = [json.loads(line) for line in lines]
+        records = [json.loads(line) for line in lines]
     except (ValueError, RecursionError) as error:
         raise InputError(path, "", f"a line that cannot be read ({error})", wanted) from error
-    for number, one in enumerate(found, start=1):
-        if not _is_record(one, regime):
+    for number, record in enumerate(records, start=1):
+        if not _is_record(record, regime):
             raise InputError(path, f"line {number}", "what is no campaign of this regime", wanted)
-    return {one["index"]: one for one in found}
+    return {record["index"]: record for record in records}
 
 
-def _is_record(one: Any, regime: str) -> bool:
+def _is_record(record: Any, regime: str) -> bool:
     """Whether this is what `scruton.calibrate.one.run_one` gives."""
-    if not isinstance(one, dict) or type(one.get("index")) is not int or one.get("regime") != regime:
+    if not isinstance(record, dict) or type(record.get("index")) is not int or record.get("regime") != regime:
         return False
-    if isinstance(one.get("failed"), str):
+    if isinstance(record.get("failed"), str):
         return True
-    return isinstance(one.get("converged"), bool) and isinstance(one.get("scores"), dict)
+    return isinstance(record.get("converged"), bool) and isinstance(record.get("scores"), dict)
 
 
 def append(folder: Path, record: Mapping[str, Any]) -> None:

@@ -6,14 +6,14 @@ The phase is a state that wanders about its own frequency, and the in-phase thir
 stiffness, forcing and a saturated sensor show themselves in.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numba import njit
 
 from scruton.arrays import FloatArray
+from scruton.dynamics.cycles import ABSENT, Channels
 from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
-from scruton.dynamics.likelihood import _moments_along, _noise_drift
+from scruton.dynamics.moments import moments_along, noise_drift
+from scruton.dynamics.reading import inverse_reading, saturated_reading
 
 _S1, _S2, _S3 = int(Term.STRUCTURAL), int(Term.STRUCTURAL_LINEAR), int(Term.STRUCTURAL_SQUARE)
 _F, _FW = int(Term.FRICTION), int(Term.FRICTION_WIDTH)
@@ -33,54 +33,7 @@ _LC, _LS, _LR, _LD = int(Term.LINE_COS), int(Term.LINE_SIN), int(Term.LINE_RATE)
 _HAT = int(Term.HAT)
 # Columns that the amplitude depends on; the others move the phase and the third harmonic alone.
 _DAMPING = np.setdiff1d(np.arange(COLUMNS), [_DET, _ST2, _ST1, _PQ, _H3, _H3R])
-_ANGLES = 16
-ABSENT = 1e6  # standard error of a third harmonic that cannot be told
 _FAINT = 3.0  # standard errors below which an amplitude tells no phase
-
-
-@dataclass(frozen=True, eq=False)
-class Channels:
-    """The cycles of all records, end to end.
-
-    Attributes
-    ----------
-    amplitude, standard_error : (N,) arrays
-        A/D or rad.
-    phase : (N,) array
-        Against the demodulation [rad].
-    third, third_error : (N,) arrays
-        In-phase third harmonic of the reading (A/D or rad) and its standard error.
-    gap, period, time : (N,) arrays
-        As `EnvelopeData`; `time` counts from the record's first cycle [s].
-    place : (N,) array
-        Time in the record from -1/2 to 1/2.
-    record : (N,) array of int
-    omega : (N,) array
-        Circular frequency of the demodulation [rad/s].
-    has_phase : (N,) array of bool
-        Whether the record tells a phase: an envelope does not.
-    knots : (HATS,) array
-        ln(amplitude) of the generic discrepancy.
-    """
-
-    amplitude: FloatArray
-    standard_error: FloatArray
-    phase: FloatArray
-    third: FloatArray
-    third_error: FloatArray
-    gap: FloatArray
-    period: FloatArray
-    time: FloatArray
-    place: FloatArray
-    record: np.ndarray
-    omega: FloatArray
-    has_phase: np.ndarray
-    knots: FloatArray
-
-    @property
-    def size(self) -> int:
-        """Number of cycles."""
-        return int(self.amplitude.size)
 
 
 @njit(cache=True, inline="always")
@@ -99,7 +52,7 @@ def _hat(c, log_a, knots):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _drift(a, lagged, c, tau, late, force, hats, knots):  # type: ignore[no-untyped-def]
+def effect_drift(a, lagged, c, tau, late, force, hats, knots):  # type: ignore[no-untyped-def]
     """da/dt and its derivative in a."""
     wind = 1.0 + c[_TREND] * tau
     if c[_SINE] != 0.0:
@@ -138,53 +91,6 @@ def _drift(a, lagged, c, tau, late, force, hats, knots):  # type: ignore[no-unty
         f -= excess * a
         d -= excess + slope
     return f + force, d
-
-
-@njit(cache=True)
-def _reading(a, level, soft):  # type: ignore[no-untyped-def]
-    """Amplitude of the fundamental of a saturated sine, its slope, and the third harmonic over the amplitude."""
-    if level <= 0.0:
-        return a, 1.0, 0.0
-    x = a / level
-    if soft > 0.5:
-        # by Gauss-Chebyshev quadrature, exact for smooth waves
-        first, slope, third = 0.0, 0.0, 0.0
-        for j in range(_ANGLES):
-            angle = (j + 0.5) * 0.5 * np.pi / _ANGLES
-            cosine = np.cos(angle)
-            z = x * cosine
-            if soft > 1.5:
-                # z / (1 + z^8)^(1/8): rounded, but sharper than tanh
-                z2 = z * z
-                z8 = z2 * z2 * z2 * z2
-                root = np.sqrt(np.sqrt(np.sqrt(1.0 + z8)))
-                t, steep = z / root, 1.0 / (root * (1.0 + z8))
-            else:
-                t = np.tanh(z)
-                steep = 1.0 - t * t
-            first += t * cosine
-            slope += steep * cosine * cosine
-            third += t * np.cos(3.0 * angle)
-        scale = 2.0 / _ANGLES
-        return level * first * scale, slope * scale, third * scale / max(x, 1e-12)
-    if x <= 1.0:
-        return a, 1.0, 0.0
-    rho = 1.0 / x
-    s = np.sqrt(1.0 - rho * rho)
-    share = 2.0 / np.pi * (np.arcsin(rho) + rho * s)
-    slope = 2.0 / np.pi * (np.arcsin(rho) - rho * s)
-    return a * share, slope, -4.0 / (3.0 * np.pi) * rho * s * s * s
-
-
-@njit(cache=True)
-def _inverse_reading(y, level, soft):  # type: ignore[no-untyped-def]
-    """Amplitude whose reading is y, by a few Newton steps."""
-    a = y
-    if level > 0.0:
-        for _ in range(8):
-            value, slope, _ = _reading(a, level, soft)
-            a += min(max((y - value) / max(slope, 0.05), -0.5 * a), 0.5 * a)
-    return a
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -228,8 +134,8 @@ def _extended_filter(  # type: ignore[no-untyped-def]
                 s_out[w, k] = s_out[0, k]
                 level = levels[k]
             elif gap[k] < 0.0:
-                start = _inverse_reading(max((y[k] - line) / gain, 1e-9), c[_CLIP], c[_SOFT])
-                _, slope, _ = _reading(start, c[_CLIP], c[_SOFT])
+                start = inverse_reading(max((y[k] - line) / gain, 1e-9), c[_CLIP], c[_SOFT])
+                _, slope, _ = saturated_reading(start, c[_CLIP], c[_SOFT])
                 s = p0 + r2
                 v_out[w, k] = y[k]
                 s_out[w, k] = s
@@ -237,7 +143,7 @@ def _extended_filter(  # type: ignore[no-untyped-def]
                 steep = gain * slope
                 p = r2 / (steep * steep)
                 lagged = c[_LAG_START] * start
-                f, d = _drift(m, lagged, c, place[k], late, force, hats, knots)
+                f, d = effect_drift(m, lagged, c, place[k], late, force, hats, knots)
                 h = 0.5 * dt
                 e = np.exp(d * h)
                 m += f * h * (1.0 + 0.5 * d * h)
@@ -248,8 +154,8 @@ def _extended_filter(  # type: ignore[no-untyped-def]
                     steps = max(1, int(np.ceil(gap[k] / dt)))
                     h = gap[k] / steps
                     for _ in range(steps):
-                        f0, d0 = _drift(m, lagged, c, place[k], late, force, hats, knots)
-                        f1, d1 = _drift(m + 0.5 * h * f0, lagged, c, place[k], late, force, hats, knots)
+                        f0, d0 = effect_drift(m, lagged, c, place[k], late, force, hats, knots)
+                        f1, d1 = effect_drift(m + 0.5 * h * f0, lagged, c, place[k], late, force, hats, knots)
                         if c[_LAG] > 0.0:
                             lagged += (m - lagged) * (1.0 - np.exp(-h / c[_LAG]))
                         m += h * f1
@@ -258,24 +164,24 @@ def _extended_filter(  # type: ignore[no-untyped-def]
                 lag_mid = lag_end = lagged
                 if c[_LAG] > 0.0:
                     lag_mid = lagged + (m - lagged) * (1.0 - np.exp(-0.5 * dt / c[_LAG]))
-                f0, d0 = _drift(m, lagged, c, place[k], late, force, hats, knots)
-                f1, _ = _drift(m + 0.5 * dt * f0, lag_mid, c, place[k], late, force, hats, knots)
-                f2, _ = _drift(m + 0.5 * dt * f1, lag_mid, c, place[k], late, force, hats, knots)
+                f0, d0 = effect_drift(m, lagged, c, place[k], late, force, hats, knots)
+                f1, _ = effect_drift(m + 0.5 * dt * f0, lag_mid, c, place[k], late, force, hats, knots)
+                f2, _ = effect_drift(m + 0.5 * dt * f1, lag_mid, c, place[k], late, force, hats, knots)
                 if c[_LAG] > 0.0:
                     middle = m + 0.5 * dt * f2
                     lag_end = lagged + (middle - lagged) * (1.0 - np.exp(-dt / c[_LAG]))
-                f3, _ = _drift(m + dt * f2, lag_end, c, place[k], late, force, hats, knots)
+                f3, _ = effect_drift(m + dt * f2, lag_end, c, place[k], late, force, hats, knots)
                 end = m + dt / 6.0 * (f0 + 2.0 * f1 + 2.0 * f2 + f3)
-                fe, de = _drift(end, lag_end, c, place[k], late, force, hats, knots)
+                fe, de = effect_drift(end, lag_end, c, place[k], late, force, hats, knots)
                 middle = 0.5 * (m + end) + 0.125 * dt * (f0 - fe)
-                _, dm = _drift(middle, lag_mid, c, place[k], late, force, hats, knots)
+                _, dm = effect_drift(middle, lag_mid, c, place[k], late, force, hats, knots)
                 half = np.exp(0.25 * dt * (d0 + dm))
                 phi = np.exp(dt / 6.0 * (d0 + 4.0 * dm + de))
-                drift = _noise_drift(m, p, q2, dt)
+                drift = noise_drift(m, p, q2, dt)
                 mean = (m + 4.0 * middle + end) / 6.0 + 0.5 * drift
                 weight = (1.0 + 4.0 * half + phi) / 6.0
-                q_end, q_cross, q_mean = _moments_along(phi, dt)
-                value, slope, _ = _reading(mean, c[_CLIP], c[_SOFT])
+                q_end, q_cross, q_mean = moments_along(phi, dt)
+                value, slope, _ = saturated_reading(mean, c[_CLIP], c[_SOFT])
                 h = gain * slope
                 s = h * h * (weight * weight * p + q2 * q_mean) + r2
                 cross = h * (phi * weight * p + q2 * q_cross)
@@ -318,7 +224,7 @@ def _extended_filter(  # type: ignore[no-untyped-def]
                 angle += angle_p / s * v
                 angle_p -= angle_p * angle_p / s
             # waveform
-            _, _, h3 = _reading(max(level, 1e-12), c[_CLIP], c[_SOFT])
+            _, _, h3 = saturated_reading(max(level, 1e-12), c[_CLIP], c[_SOFT])
             bend = level * (c[_ST1] + level * c[_ST2])
             if third_se[k] >= ABSENT:
                 v_out[w, 2 * size + k] = 0.0

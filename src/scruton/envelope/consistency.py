@@ -213,7 +213,7 @@ def _damping(inspection: Inspection) -> Iterator[Remark]:
         if stated is None:
             yield from outside(xi, DAMPING, "damping measured", "rig", rig.name, "the damping ratio of the ring-downs")
             continue
-        sd = inspection.stated_sd * stated.mean if stated.sd is None else stated.sd
+        sd = stated.or_relative_sd(inspection.stated_sd).sd or 0.0
         ratio = xi / stated.mean
         sigmas = _sigmas(stated.mean, sd, ringdown)
         twice = not 1.0 / DAMPING_FACTOR < ratio < DAMPING_FACTOR

@@ -7,7 +7,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE
 from scruton.dynamics.effects.effect import Variant
-from scruton.dynamics.settled import _readings
+from scruton.dynamics.reading import readings
 from scruton.gap.diagnosis import NONE, UNSEEN, Diagnosis
 from scruton.gap.further_record import FurtherRecord, separation
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
@@ -237,7 +237,7 @@ def _by_calibration(truth: tuple[Hypothesis, FloatArray], other: FittedHypothesi
     for hypothesis, u in (truth, (other.hypothesis, other.mode)):
         largest = hypothesis.data.layout.largest
         table = hypothesis.table(u[None])[0].copy()
-        found.append(_readings(np.ascontiguousarray(table), largest) / largest)
+        found.append(readings(table, largest) / largest)
     return float(np.max(np.abs(found[0] - found[1])) / CALIBRATION_ERROR)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE
 from scruton.dynamics.effects.terms import Term
-from scruton.dynamics.settled import settled, transferred
+from scruton.dynamics.limit_cycle import limit_cycle_amplitude, transferred
 from scruton.errors import InputError
 from scruton.gap.diagnosis import NONE, UNSEEN, Diagnosis
 from scruton.gap.hypothesis import FittedHypothesis
@@ -68,7 +68,7 @@ def discrepancy_of_the_unknown(diagnosis: Diagnosis) -> float:
     for test in np.unique(layout.test[layout.wind]):
         r = int(np.flatnonzero(layout.test == test)[0])
         before, after = (
-            settled(table[r][None], diagnosis.data.channels.knots, layout.reference_amplitude)[0]
+            limit_cycle_amplitude(table[r][None], diagnosis.data.channels.knots, layout.reference_amplitude)[0]
             for table in (diagnosis.null.table, best.table)
         )
         if before > 0.0 and after > 0.0 and np.isfinite(before * after):

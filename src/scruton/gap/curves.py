@@ -9,8 +9,8 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import Extent, Scope, Variant
 from scruton.dynamics.effects.generic import discrepancy, hats
 from scruton.dynamics.effects.terms import Term
-from scruton.dynamics.extended import _inverse_reading
-from scruton.dynamics.settled import amplitude_rates
+from scruton.dynamics.limit_cycle import amplitude_rates
+from scruton.dynamics.reading import inverse_reading
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 
 _BAND = 40
@@ -80,5 +80,5 @@ def _curve(hypothesis: Hypothesis, u: FloatArray, record: int) -> FloatArray:
     table = hypothesis.table(u[None])[:, record]
     table[:, [int(Term.TREND), int(Term.TREND_SINE), int(Term.TREND_DRIVE)]] = 0.0
     row = table[0]
-    true = np.array([_inverse_reading(y / (1.0 + row[Term.GAIN]), row[Term.CLIP], row[Term.CLIP_SOFT]) for y in band])
+    true = np.array([inverse_reading(y / (1.0 + row[Term.GAIN]), row[Term.CLIP], row[Term.CLIP_SOFT]) for y in band])
     return np.asarray(-amplitude_rates(table, true, data.channels.knots)[0] / true)

@@ -9,9 +9,9 @@ from scruton.arrays import FloatArray
 from scruton.campaign import peak_tests
 from scruton.campaign.schema import Campaign, Kind, Quantity, Record
 from scruton.dynamics import Setting
+from scruton.dynamics.cycles import ABSENT, Channels
 from scruton.dynamics.effects import Layout
 from scruton.dynamics.effects.terms import HATS
-from scruton.dynamics.extended import ABSENT, Channels
 from scruton.envelope import Cycles
 from scruton.envelope.harmonics import third_harmonic
 from scruton.errors import InputError

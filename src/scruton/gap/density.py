@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.extended import Channels
+from scruton.dynamics.cycles import Channels
 from scruton.gap.data import GapData
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.thresholds import SCATTER_LIKE_OTHERS
@@ -20,8 +20,7 @@ _OWN = ("detuning", "gain", "scatter", "phase_scatter", *_IMPERFECTIONS)
 
 def only(channels: Channels, records: np.ndarray) -> Channels:
     """The cycles of some records, (R,) of bool, numbered as before."""
-    inside = records[channels.record]
-    return Channels(**{k: v if k == "knots" else v[inside] for k, v in vars(channels).items()})
+    return channels.keep(records[channels.record])
 
 
 def restricted(hypothesis: Hypothesis, records: np.ndarray) -> Hypothesis:

@@ -1,6 +1,6 @@
 """The verdict: the bare model, one effect, two, or something that is in no catalogue."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,13 +30,12 @@ from scruton.gap.thresholds import (
     SMALLEST,
     TEMPERATURE,
 )
+from scruton.progress import Progress
 
 NONE = "none"
 UNSEEN = UNKNOWN.name
 PRIOR_NONE = 0.5
 _STARTS = (0.0, -1.5, 1.2)  # of ln(aerodynamic rate), about the prior's centre
-
-Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,10 +7,12 @@ import numpy as np
 from numba import njit
 
 from scruton.arrays import FloatArray
+from scruton.dynamics.cycles import Channels
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
 from scruton.dynamics.effects.effect import Variant
 from scruton.dynamics.effects.terms import HATS, Term
-from scruton.dynamics.extended import Channels, _drift, _reading, channel_innovations
+from scruton.dynamics.extended import channel_innovations, effect_drift
+from scruton.dynamics.reading import saturated_reading
 from scruton.gap.data import FLOOR, GapData
 from scruton.gap.hypothesis import Hypothesis
 from scruton.gap.null_model import null_model
@@ -139,16 +141,16 @@ def _run(c, start, cycles, period, omega, knots):  # type: ignore[no-untyped-def
         steps = 4
         h = dt / steps
         for _ in range(steps):
-            f0, _ = _drift(m, lagged, c, tau, False, force, hats, knots)
+            f0, _ = effect_drift(m, lagged, c, tau, False, force, hats, knots)
             half = max(m + 0.5 * h * f0, 1e-12)
-            f1, _ = _drift(half, lagged, c, tau, False, force, hats, knots)
+            f1, _ = effect_drift(half, lagged, c, tau, False, force, hats, knots)
             total += half
             if c[_LAG] > 0.0:
                 lagged += (half - lagged) * (1.0 - np.exp(-h / c[_LAG]))
             m = max(m + h * f1, 1e-12)
         if k > 0:
             mean = total / steps
-        value, _, h3 = _reading(mean, c[_CLIP], c[_SOFT])
+        value, _, h3 = saturated_reading(mean, c[_CLIP], c[_SOFT])
         gain = 1.0 + c[_GAIN]
         out[0, k], out[1, k] = gain * value, phase
         out[2, k] = gain * mean * (h3 + c[_THIRD] + mean * (c[_ST1] + mean * c[_ST2]) / 12.0)

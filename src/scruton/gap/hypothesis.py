@@ -20,7 +20,7 @@ from scruton.gap.data import GapData
 from scruton.gap.null_model import NullModel
 from scruton.stats.fisher_scoring import climb
 from scruton.stats.moves import StudentT
-from scruton.stats.optimum import WIDEN
+from scruton.stats.thresholds import WIDEN
 
 _STEP = 1e-4
 _FREEDOM = 8.0  # degrees of freedom of proposals

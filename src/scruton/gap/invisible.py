@@ -7,7 +7,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import Extent, Parameter, Scope, Variant, add
 from scruton.dynamics.effects.terms import Term
-from scruton.dynamics.settled import settled, transferred
+from scruton.dynamics.limit_cycle import limit_cycle_amplitude, transferred
 from scruton.gap.diagnosis import Diagnosis
 from scruton.gap.thresholds import BOUND_SIGMAS, INVISIBLE_FRICTION, INVISIBLE_GAIN, UNKNOWN_MASS
 
@@ -74,7 +74,7 @@ def invisible(diagnosis: Diagnosis) -> list[dict[str, Any]]:
 
 def _settled(diagnosis: Diagnosis, row: FloatArray) -> float:
     data = diagnosis.data
-    return float(settled(row[None], data.channels.knots, data.layout.reference_amplitude)[0])
+    return float(limit_cycle_amplitude(row[None], data.channels.knots, data.layout.reference_amplitude)[0])
 
 
 def _seen(diagnosis: Diagnosis, term: int, unit: float, prior: float) -> float:

@@ -14,7 +14,7 @@ from scipy.stats import norm
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import Extent, Parameter, Scope, Values, Variant, add
 from scruton.dynamics.effects.terms import HATS, Layout, Term, compact
-from scruton.dynamics.settled import amplitude_rates
+from scruton.dynamics.limit_cycle import amplitude_rates
 from scruton.gap.data import GapData
 from scruton.gap.finding import Finding, Range, amplitudes_of, interval, names_of, time_of
 from scruton.gap.hypothesis import FittedHypothesis

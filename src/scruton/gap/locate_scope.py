@@ -10,7 +10,8 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE, Effect
 from scruton.dynamics.effects.effect import Parameter, Span, Station, Variant
 from scruton.dynamics.effects.terms import Belongs
-from scruton.dynamics.settled import _readings, amplitude_rates
+from scruton.dynamics.limit_cycle import amplitude_rates
+from scruton.dynamics.reading import readings
 from scruton.gap.data import GapData
 from scruton.gap.diagnosis import Diagnosis
 from scruton.gap.finding import Finding, amplitudes_of, interval, names_of, time_of
@@ -176,10 +177,7 @@ def _size(placed: _Placed, record: int, at: float, span: Span) -> tuple[float, f
     def damping(rows: FloatArray) -> FloatArray:
         return -amplitude_rates(np.ascontiguousarray(rows), grid, knots)[:, 0] / at
 
-    def reading(rows: FloatArray, amplitude: FloatArray) -> FloatArray:
-        return np.asarray(_readings(np.ascontiguousarray(rows), amplitude))
-
-    station = Station(at, span[1], float(placed.data.layout.omega[record]), damping, reading)
+    station = Station(at, span[1], float(placed.data.layout.omega[record]), damping, readings)
     read = placed.effect.size.read
     value, slopes = fit.slopes(lambda table: read(table[:, record], without, station), 1e-2, own)
     variance = float(slopes @ fit.covariance[np.ix_(own, own)] @ slopes)

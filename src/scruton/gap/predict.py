@@ -4,7 +4,8 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.terms import Term
-from scruton.dynamics.settled import _readings, settled, transferred
+from scruton.dynamics.limit_cycle import limit_cycle_amplitude, transferred
+from scruton.dynamics.reading import readings
 from scruton.gap.data import GapData
 from scruton.gap.hypothesis import Hypothesis
 
@@ -31,7 +32,7 @@ def stable_amplitude(
         At this Scruton number, by other structural damping in the same rig and wind, in place of the rig's own.
         Another rig's damping is given so, too; an error of the rig's own stated damping goes with that damping.
     bridge : bool
-        Without friction, gain and all else that does not go to a bridge; see `scruton.dynamics.settled.transferred`.
+        Without friction, gain and all else that does not go to a bridge: see `dynamics.limit_cycle.transferred`.
     reading : bool
         As the sensor reads it, gain and saturation included.
 
@@ -46,9 +47,9 @@ def stable_amplitude(
         table[:, Term.STRUCTURAL] = data.layout.omega[record] * damping_at(data, record, scruton_number)
     if bridge:
         table = transferred(table)
-    found = settled(table, data.channels.knots, data.layout.reference_amplitude)
+    found = limit_cycle_amplitude(table, data.channels.knots, data.layout.reference_amplitude)
     if reading:
-        found = np.where(np.isfinite(found) & (found > 0.0), _readings(np.ascontiguousarray(table), found), found)
+        found = np.where(np.isfinite(found) & (found > 0.0), readings(table, found), found)
     return found
 
 

@@ -14,7 +14,7 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE, Layout
 from scruton.dynamics.effects.effect import Variant
 from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
-from scruton.dynamics.settled import amplitude_rates, settled
+from scruton.dynamics.limit_cycle import amplitude_rates, limit_cycle_amplitude
 from scruton.gap.thresholds import CLOSES_NOTHING
 
 
@@ -163,7 +163,7 @@ def _predicted(rows: Rows, layout: Layout, variant: Variant | None, x: FloatArra
     if variant is not None:
         variant.apply(table, _split(variant, x), layout)
     knots = np.log(layout.knots)
-    amplitude = settled(table[0], knots, layout.reference_amplitude)
+    amplitude = limit_cycle_amplitude(table[0], knots, layout.reference_amplitude)
     amplitude = np.where(np.isfinite(amplitude) & (amplitude > 0.0), amplitude, 1e-3 * layout.reference_amplitude)
     step = 1e-4 * amplitude
     up, down = (

@@ -10,19 +10,22 @@ from scruton.campaign import Campaign, load_campaign
 from scruton.dynamics.effects import Parameter
 from scruton.gap.advise import advise, confusions
 from scruton.gap.data import load_gap
-from scruton.gap.diagnosis import NONE, Diagnosis, Progress, diagnose_data
+from scruton.gap.diagnosis import NONE, Diagnosis, diagnose_data
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.invisible import invisible
 from scruton.gap.locate import Curves, Finding, excess_curves, locate
 from scruton.gap.null_model import reference
+from scruton.gap.results import FORMAT
 from scruton.gap.shrink import shrink
 from scruton.gap.thresholds import ANY_TEMPERATURE, TEMPERATURE
 from scruton.infer.cards import ModelCard, load_card
+from scruton.progress import Progress
+from scruton.provenance import provenance
 from scruton.stats.evidence import Evidence
 from scruton.stats.laplace_check import bridge_evidence, importance_evidence
 
-FORMAT = 1
 _LEADERS = 2
+SEED = 0  # of the few draws that a diagnosis makes
 
 
 def diagnose_campaign(
@@ -98,14 +101,18 @@ def examine(
         "card": card.name,
         "card_sha256": card.sha256,
         "sha256": dict(campaign.sha256 or {}),
-    }
+        "provenance": provenance(
+            "diagnose", seed=SEED, sha256=campaign.sha256 or {}, settings={"thorough": thorough},
+            card={"name": card.name, "sha256": card.sha256},
+        ),
+    }  # fmt: skip
     return diagnosis, content, findings, curves
 
 
 def _evidence(diagnosis: Diagnosis, thorough: bool) -> dict[str, Any]:
     """Log evidence over the null model by Laplace; for the leaders by importance sampling, and by bridge sampling."""
     ranked = sorted(diagnosis.singles.values(), key=lambda candidate: -candidate.log_evidence)
-    rng = np.random.default_rng(0)
+    rng = np.random.default_rng(SEED)
     null = diagnosis.null
     sampled = importance_evidence(null.hypothesis.log_density, null.proposal(), rng)
     bridged = _bridged(null, 0) if thorough else None

@@ -53,7 +53,7 @@ class EffectCurve:
     def at(self, scruton_numbers: FloatArray) -> FloatArray:
         """Stable amplitude, (S, n_sc), at (n_sc,) or (S, n_sc) Scruton numbers."""
         from scruton.dynamics.effects import Term
-        from scruton.dynamics.settled import settled
+        from scruton.dynamics.limit_cycle import limit_cycle_amplitude
 
         sc = np.atleast_2d(np.asarray(scruton_numbers, dtype=float))
         sc = np.broadcast_to(sc, (len(self.coefficients), sc.shape[1]))
@@ -61,7 +61,7 @@ class EffectCurve:
         for j in range(sc.shape[1]):
             rows = self.coefficients.copy()
             rows[:, Term.STRUCTURAL] = self.omega0 * sc[:, j] / self.mass_damping_factor
-            found[:, j] = settled(rows, None, self.largest)
+            found[:, j] = limit_cycle_amplitude(rows, None, self.largest)
         return found
 
 

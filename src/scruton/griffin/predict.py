@@ -250,10 +250,7 @@ def _damping_draws(design: Quantity, size: int, rng: np.random.Generator) -> Flo
             f"{design.mean} +/- {design.sd}",
             'a ratio between 0 and 1, "0.003 +/- 0.001"',
         )
-    if not design.sd:
-        return np.full(size, design.mean)
-    log_variance = np.log1p((design.sd / design.mean) ** 2)
-    return np.asarray(design.mean * np.exp(np.sqrt(log_variance) * rng.standard_normal(size) - 0.5 * log_variance))
+    return design.draw(rng, size)
 
 
 def _flags(one: Prediction) -> tuple[str, ...]:

@@ -1,6 +1,5 @@
 """Leave a test out: every rig's stable amplitude predicted from the others, and from each single one."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,12 +10,11 @@ from scruton.campaign import peak_tests, tests_used
 from scruton.campaign.schema import Campaign
 from scruton.errors import InputError
 from scruton.griffin.predict import Prediction, predict
+from scruton.progress import Progress
 
 if TYPE_CHECKING:
     from scruton.infer.cards import ModelCard
     from scruton.infer.results import Fit
-
-Progress = Callable[[str, float], None]
 
 
 @dataclass(frozen=True, eq=False)

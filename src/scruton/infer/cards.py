@@ -15,8 +15,8 @@ from scruton.errors import InputError
 from scruton.stats.priors import FAMILIES, Prior
 from scruton.stats.settings import SamplerSettings
 
-# Parameters that a card gives a prior, and the unit that it is in; those that depend on the motion have a table for
-# each. The program takes the number as it stands: a card that says another unit has a number that means another thing.
+# Parameters that a card gives a prior, with the unit that it is in; some have a table for each motion. The program
+# takes the number as it stands: a card that says another unit has a number that means another thing.
 EXPONENT = "law_exponent"  # has a prior where the law is free, and only then
 UNITS = {
     "stable_amplitude": "A/D or rad",  # one prior for both motions

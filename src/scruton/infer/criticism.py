@@ -17,16 +17,23 @@ from scruton.infer import replication, sensitivity
 from scruton.infer.replication import BandShare, PriorCheck
 from scruton.infer.sensitivity import Influence, Moved, Scaling
 from scruton.infer.store import stored_inputs
+from scruton.infer.thresholds import (
+    ABSURD,
+    BARELY_MOVED,
+    DISAGREES,
+    FEWEST_CYCLES,
+    MOVES,
+    SERIOUS_PREDICTIVE,
+    SERIOUS_WHITENESS,
+    TRUSTED_KHAT,
+    WORTH_A_LOOK,
+)
 from scruton.stats import whiteness
 from scruton.stats.whiteness import Check
 
 if TYPE_CHECKING:
     import xarray as xr
 
-LOOK = 0.01  # an adjusted p-value below this is worth a look
-SERIOUS_WHITENESS, SERIOUS_PREDICTIVE = 0.01, 0.002  # below these the fit is not to be trusted
-ABSURD = 0.5  # share of prior draws that are absurd
-MOVES, DISAGREES = 2.0, 3.0  # shift by one record, in posterior sds; its disagreement with the others, in its own sds
 # Parameters whose prior is meant to speak, or of which nothing hangs: no flag where the data leave them where they are.
 MEANT_TO_STAY = (
     "amplitude_scatter",
@@ -165,7 +172,7 @@ def criticise_tree(tree: "xr.DataTree", summary: Mapping[str, Any], *, seed: int
         Of the prior predictive replicates, the only randomness.
     """
     missing = []
-    judged = [one for one in records(tree) if one.time.size >= replication.FEWEST]
+    judged = [one for one in records(tree) if one.time.size >= FEWEST_CYCLES]
     if not judged:
         missing.append("innovations, predictive checks, influence: no transient record holds enough cycles")
     innovations: tuple[Check, ...] = ()
@@ -282,7 +289,7 @@ _MEANING = {
 
 def _whiteness_flags(checks: Sequence[Check]) -> Iterator[Flag]:
     for one in checks:
-        if one.adjusted < LOOK:
+        if one.adjusted < WORTH_A_LOOK:
             text = f"{_MEANING[one.name]} ({one.name} {one.value:.3g}, expected {_interval(one)}, p = {_p(one)})"
             serious = one.name in whiteness.PREDICTABLE and one.adjusted < SERIOUS_WHITENESS
             yield Flag("innovations", _where(one.test, one.record), text, serious)
@@ -290,7 +297,7 @@ def _whiteness_flags(checks: Sequence[Check]) -> Iterator[Flag]:
 
 def _predictive_flags(checks: Sequence[Check]) -> Iterator[Flag]:
     for one in checks:
-        if one.adjusted < LOOK:
+        if one.adjusted < WORTH_A_LOOK:
             side = "more" if one.value > 0.5 * (one.low + one.high) else "less"
             text = f"{one.name} {one.value:.3g} is {side} than the model produces ({_interval(one)}, p = {_p(one)})"
             yield Flag("posterior predictive", _where(one.test, one.record), text, one.adjusted < SERIOUS_PREDICTIVE)
@@ -300,7 +307,7 @@ def _prior_flags(checks: Sequence[PriorCheck]) -> Iterator[Flag]:
     for one in checks:
         where = _where(one.test, one.record)
         for name, p in ((replication.HALF, one.p_half), (replication.FINAL, one.p_final)):
-            if p < LOOK:
+            if p < WORTH_A_LOOK:
                 what = name.removesuffix(" [s]")
                 text = (
                     f"the prior under this law hardly admits the record's {what} (p = {p:.2g}): mend one or the other"
@@ -333,7 +340,7 @@ def _scaling_flags(rows: Sequence[Scaling]) -> Iterator[Flag]:
 
 def _moved_flags(rows: Sequence[Moved]) -> Iterator[Flag]:
     for one in rows:
-        if one.parameter in MEANT_TO_STAY or not one.ratio > sensitivity.BARELY:
+        if one.parameter in MEANT_TO_STAY or not one.ratio > BARELY_MOVED:
             continue
         text = f"{one.verdict}: its posterior sd is {one.ratio:.2f} of the prior's"
         yield Flag("identifiability", _where(one.test or "campaign", "", one.parameter), text)
@@ -346,7 +353,7 @@ def _influence_flags(rows: Sequence[Influence]) -> Iterator[Flag]:
             if (one.test, one.record) not in doubtful:
                 doubtful.add((one.test, one.record))
                 text = (
-                    f"this record dominates the test (k-hat {one.khat:.2f} > {sensitivity.TRUSTED_KHAT}): reweighting "
+                    f"this record dominates the test (k-hat {one.khat:.2f} > {TRUSTED_KHAT}): reweighting "
                     "cannot tell what the others say; refit without it"
                 )
                 yield Flag("influence", _where(one.test, one.record), text)

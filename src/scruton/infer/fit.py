@@ -13,7 +13,7 @@ import xarray as xr
 
 from scruton.campaign import peak_tests
 from scruton.campaign.schema import Campaign, Kind, Quantity, Record, Rig, Test
-from scruton.dynamics.likelihood import EnvelopeData
+from scruton.dynamics.cycles import EnvelopeData
 from scruton.envelope import Cycles, FrontEnd, RingDown, record_cycles
 from scruton.envelope.trial import ExponentialFit, SecondOrderExponential
 from scruton.errors import InputError
@@ -23,15 +23,17 @@ from scruton.infer.front import cycles_of, front_end_of_record, ringdowns_of
 from scruton.infer.models import SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
 from scruton.infer.peaks import fit_peaks, stack
 from scruton.infer.results import Fit, RigResult, Sampled, TestResult, TrialResult
-from scruton.infer.run import Report, Sampling
-from scruton.infer.settings import carry, derive
+from scruton.infer.sampling import Sampling
 from scruton.infer.speeds import NAME as SPEEDS
 from scruton.infer.speeds import PRIORS as SPEED_PRIORS
 from scruton.infer.speeds import fit_speeds, speeds_dataset
+from scruton.infer.stated import derive, draw_stated
 from scruton.infer.steady import SteadyVerdict, judge_steady, steady_posterior
 from scruton.infer.store import convergence_frame
 from scruton.infer.summary import provenance_of_fit, summarise
+from scruton.infer.thresholds import STEADY_FLOOR
 from scruton.infer.tree import build_tree, convergence_group
+from scruton.progress import Progress
 from scruton.stats.priors import Prior, check_support
 
 TRANSIENTS = (Kind.GROWTH, Kind.DECAY)
@@ -44,8 +46,6 @@ TRIAL_PRIORS = (
     "noise_factor",
 )
 envelope = record_cycles  # what a fit calls it
-# Below this a steady amplitude is not known, however long the record: calibration of the sensor, drift of the wind.
-STEADY_FLOOR = 0.005
 
 
 def fit_campaign(
@@ -54,7 +54,7 @@ def fit_campaign(
     *,
     seed: int = 0,
     checkpoints: Path | None = None,
-    report: Report | None = None,
+    report: Progress | None = None,
     command: str = "",
     only: tuple[str, ...] = (),
     thorough: bool = True,
@@ -237,9 +237,9 @@ def fit_test(
     admit(card, name, [posterior.prior("stable_amplitude")] * len(tails), tails)
     samples = sampling.run(name, posterior, data.amplitude, data.standard_error, data.time, levels)
     frequency = float(np.median([cycles[r.name].reference_frequency for r in test.records]))
-    carried = carry(campaign, test, rig.rig, sampling.seed_of, samples.log_prob.shape)
-    derived = derive(campaign.section, carried, posterior, samples.chain, frequency)
-    return TestResult(test, rig.rig, posterior, samples, carried, frequency, derived, tuple(verdicts))
+    stated = draw_stated(campaign, test, rig.rig, sampling.seed_of, samples.log_prob.shape)
+    derived = derive(campaign.section, stated, posterior, samples.chain, frequency)
+    return TestResult(test, rig.rig, posterior, samples, stated, frequency, derived, tuple(verdicts))
 
 
 def is_steady(record: Record) -> bool:

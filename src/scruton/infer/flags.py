@@ -9,13 +9,8 @@ from scruton.campaign.remarks import Severity, sentences
 from scruton.campaign.schema import Campaign
 from scruton.envelope import Cycles, RingDown, review, weigh
 from scruton.infer.results import TestResult
+from scruton.infer.thresholds import BAND_FLOOR, DAMPING_CERTAINTY, DAMPING_VARIATION, NOT_WHITE
 from scruton.stats import whiteness
-
-# Two bands of amplitude differ in damping where they are apart by both of these.
-VARIATION = 0.2  # of the mean
-CERTAINTY = 3.0  # joint standard errors
-SERIOUS = 0.01  # p-value, adjusted over the records, below which innovations are not white
-FLOOR = 0.02  # relative error of a band that its scatter cannot show
 
 
 def slips(
@@ -33,13 +28,13 @@ def damping_varies(ringdown: RingDown) -> tuple[int, int] | None:
     """Indices of the bands between which damping changes most, if it does; None where one constant will do."""
     bands = ringdown.bands
     xi = np.array([one.damping_ratio for one in bands])
-    error = np.array([np.hypot(one.sd / np.sqrt(one.plucks), FLOOR * abs(one.damping_ratio)) for one in bands])
+    error = np.array([np.hypot(one.sd / np.sqrt(one.plucks), BAND_FLOOR * abs(one.damping_ratio)) for one in bands])
     worst, found = 0.0, None
     for i in range(len(bands)):
         for j in range(i):
             gap = abs(xi[i] - xi[j])
             ratio = gap / np.hypot(error[i], error[j])
-            if ratio > max(worst, CERTAINTY) and gap > VARIATION * 0.5 * abs(xi[i] + xi[j]):
+            if ratio > max(worst, DAMPING_CERTAINTY) and gap > DAMPING_VARIATION * 0.5 * abs(xi[i] + xi[j]):
                 worst, found = ratio, (j, i)
     return found
 
@@ -79,7 +74,7 @@ def misfit(tests: Sequence[TestResult]) -> list[str]:
     )
     found: dict[str, list[str]] = {}
     for one in checks:
-        if one.name in whiteness.PREDICTABLE and one.adjusted < SERIOUS:
+        if one.name in whiteness.PREDICTABLE and one.adjusted < NOT_WHITE:
             found.setdefault(one.test, []).append(f"{one.name}{f' of {one.record}' if one.record else ''}")
     return [
         f"test {test}: the innovations of the filter are not white ({'; '.join(what)}); the law or the noise of the "

@@ -11,13 +11,9 @@ from functools import cached_property
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.likelihood import (
-    EnvelopeData,
-    innovations,
-    log_likelihood,
-    pointwise_log_likelihood,
-    trial_log_likelihood,
-)
+from scruton.dynamics.cycles import EnvelopeData
+from scruton.dynamics.likelihood import innovations, log_likelihood, pointwise_log_likelihood
+from scruton.dynamics.trial_filter import trial_log_likelihood
 from scruton.stats.coordinates import Coordinates
 from scruton.stats.posterior import Posterior
 from scruton.stats.priors import Prior

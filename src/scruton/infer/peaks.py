@@ -11,15 +11,14 @@ from scruton.dynamics import Setting, force_parameters
 from scruton.infer.hierarchy import CampaignPosterior, PeakTest
 from scruton.infer.models import WIND
 from scruton.infer.results import LawResult, LawWeights, PeakResult, TestResult
-from scruton.infer.run import Sampling
+from scruton.infer.sampling import Sampling
+from scruton.infer.thresholds import HOPELESS
 from scruton.stats.evidence import evidence_by_importance, fit_student_t, log_evidence, posterior_weights
-from scruton.stats.optimum import WIDEN, find_optimum
+from scruton.stats.optimum import find_optimum
 from scruton.stats.sampler import Samples
 from scruton.stats.settings import SamplerSettings
 from scruton.stats.stacking import stacking_weights
-
-# Log evidence below the best, by Laplace's approximation (good to one or two), beyond which a law is not sampled.
-HOPELESS = 15.0
+from scruton.stats.thresholds import WIDEN
 
 
 def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Sampling) -> PeakResult:
@@ -205,8 +204,8 @@ def _setting(campaign: Campaign, one: TestResult, factor: FloatArray | None, dam
         depth=section.depth,
         mass=one.rig.mass.mean,
         air_density=one.test.air_density.mean,
-        wind_speed=one.test.wind_speed.mean if factor is None else np.resize(one.carried.wind_speed, factor.shape),
-        frequency=one.rig.frequency.mean if factor is None else np.resize(one.carried.frequency, factor.shape),
+        wind_speed=one.test.wind_speed.mean if factor is None else np.resize(one.stated.wind_speed, factor.shape),
+        frequency=one.rig.frequency.mean if factor is None else np.resize(one.stated.frequency, factor.shape),
         wind_frequency=one.wind_frequency,
         damping_ratio=damping,
     )
@@ -216,5 +215,5 @@ def _setting(campaign: Campaign, one: TestResult, factor: FloatArray | None, dam
     return replace(
         stated,
         mass=one.rig.mass.mean * factor / float(stated.mass_damping_factor),
-        wind_frequency=one.wind_frequency * np.asarray(stated.frequency) / one.carried.frequency.mean(),
+        wind_frequency=one.wind_frequency * np.asarray(stated.frequency) / one.stated.frequency.mean(),
     )

@@ -4,7 +4,9 @@ import numpy as np
 from numba import njit
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.likelihood import _advance, _flow, _noise_moments
+from scruton.dynamics.curved_filter import advance
+from scruton.dynamics.equation import flow_above_floor
+from scruton.dynamics.moments import noise_moments
 from scruton.infer.models import WindPosterior
 
 RUNS = 250
@@ -59,23 +61,23 @@ def _run(y, se, gap, period, a_star, lam, q, r, n, p0, first, noise, mean, repli
                 state = curve
                 mean[w, k] = curve
                 replicate[w, k] = state + np.sqrt(r2) * noise[0, w, k]
-                curve, _ = _flow(curve, a_star[w], np.exp(-0.5 * lam[w] * dt), n[w])
-                state, spread = _advance(state, 0.0, a_star[w], lam[w], q2, n[w], 0.5 * dt)
+                curve, _ = flow_above_floor(curve, a_star[w], np.exp(-0.5 * lam[w] * dt), n[w])
+                state, spread = advance(state, 0.0, a_star[w], lam[w], q2, n[w], 0.5 * dt)
                 state += np.sqrt(spread) * noise[1, w, k]
                 continue
             if gap[k] > 0.0:
-                curve, _ = _flow(curve, a_star[w], np.exp(-lam[w] * gap[k]), n[w])
-                state, spread = _advance(state, 0.0, a_star[w], lam[w], q2, n[w], gap[k])
+                curve, _ = flow_above_floor(curve, a_star[w], np.exp(-lam[w] * gap[k]), n[w])
+                state, spread = advance(state, 0.0, a_star[w], lam[w], q2, n[w], gap[k])
                 state += np.sqrt(spread) * first[w, k]
-            middle, _ = _flow(curve, a_star[w], np.exp(-0.5 * lam[w] * dt), n[w])
-            end, _ = _flow(curve, a_star[w], np.exp(-lam[w] * dt), n[w])
+            middle, _ = flow_above_floor(curve, a_star[w], np.exp(-0.5 * lam[w] * dt), n[w])
+            end, _ = flow_above_floor(curve, a_star[w], np.exp(-lam[w] * dt), n[w])
             mean[w, k] = (curve + 4.0 * middle + end) / 6.0
             curve = end
-            half, _ = _flow(state, a_star[w], np.exp(-0.5 * lam[w] * dt), n[w])
-            new, spread = _advance(state, 0.0, a_star[w], lam[w], q2, n[w], dt)
+            half, _ = flow_above_floor(state, a_star[w], np.exp(-0.5 * lam[w] * dt), n[w])
+            new, spread = advance(state, 0.0, a_star[w], lam[w], q2, n[w], dt)
             kick = np.sqrt(spread) * noise[1, w, k]
             # The noise of the cycle enters its mean by its covariance with the state at the end, about one half.
-            e, c, z = _noise_moments(lam[w], dt)
+            e, c, z = noise_moments(lam[w], dt)
             rest = max(z - c * c / e, 0.0) * q2
             replicate[w, k] = (state + 4.0 * half + new) / 6.0 + c / e * kick + np.sqrt(rest + r2) * noise[0, w, k]
             state = new + kick

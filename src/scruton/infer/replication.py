@@ -23,7 +23,6 @@ HALF, FINAL, SCATTER, EXCURSION, MEMORY = (
     "lag-one autocorrelation",
 )
 STATISTICS = (HALF, FINAL, SCATTER, EXCURSION, MEMORY)
-FEWEST = 12  # cycles without which a record is not judged
 
 
 @dataclass(frozen=True)

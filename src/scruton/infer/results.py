@@ -12,8 +12,9 @@ from scruton.envelope import Cycles, FrontEnd, RingDown
 from scruton.infer.cards import ModelCard
 from scruton.infer.hierarchy import CampaignPosterior
 from scruton.infer.models import TrialPosterior, WindPosterior
-from scruton.infer.settings import Carried
+from scruton.infer.stated import StatedDraws
 from scruton.infer.steady import SteadyVerdict
+from scruton.infer.thresholds import FAVOURED
 from scruton.stats.posterior import Posterior
 from scruton.stats.priors import Prior
 from scruton.stats.sampler import Samples
@@ -21,9 +22,6 @@ from scruton.stats.sampler import Samples
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
-
-# Odds at which the data speak against the reference law: 20 to 1, which a true law meets once in twenty at most.
-FAVOURED = float(np.log(20.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +45,7 @@ class TestResult:
     rig: Rig
     posterior: WindPosterior
     samples: Samples
-    carried: Carried
+    stated: StatedDraws
     wind_frequency: float
     derived: Mapping[str, FloatArray]
     steady: tuple[SteadyVerdict, ...] = ()

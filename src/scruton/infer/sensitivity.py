@@ -15,14 +15,12 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Motion
 from scruton.infer.cards import ModelCard
+from scruton.infer.thresholds import BARELY_MOVED, NOT_MOVED, SENSITIVE, TRUSTED_KHAT
 
 if TYPE_CHECKING:
     import xarray as xr
 
-THRESHOLD = 0.05  # Kallioinen et al., Section 3.2
 ALPHAS = (0.99, 1.01)
-NOT_MOVED, BARELY = 0.8, 0.5
-TRUSTED_KHAT = 0.7
 CONFLICT, WEAK, STILL_AIR, FINE = "prior-data conflict", "weak likelihood", "from still air", "-"
 STEADY = "(steady records)"
 # Parameters of a test beside the coordinates that have a prior of their own.
@@ -151,9 +149,9 @@ def diagnose(prior: float, still_air: float, likelihood: float) -> str:
     """Say what the sensitivities mean, by the threshold 0.05."""
     if not np.isfinite([prior, still_air, likelihood]).all():
         return "cannot be told"
-    if prior >= THRESHOLD:
-        return CONFLICT if likelihood >= THRESHOLD else WEAK
-    if likelihood < THRESHOLD <= still_air:
+    if prior >= SENSITIVE:
+        return CONFLICT if likelihood >= SENSITIVE else WEAK
+    if likelihood < SENSITIVE <= still_air:
         return STILL_AIR
     return FINE
 
@@ -210,10 +208,10 @@ def moved(test: str, parameter: str, prior_sd: float, posterior_sd: float) -> Mo
     """Put the two standard deviations beside each other and say what they mean."""
     ratio = posterior_sd / prior_sd if prior_sd > 0.0 else float("nan")
     verdict = FINE
-    if ratio > BARELY:
+    if ratio > BARELY_MOVED:
         verdict = "not moved by the data" if ratio > NOT_MOVED else "barely moved by the data"
     if parameter == "damping_ratio":
-        verdict = STILL_AIR if ratio > BARELY else "moved by the records in wind"
+        verdict = STILL_AIR if ratio > BARELY_MOVED else "moved by the records in wind"
     return Moved(test, parameter, prior_sd, posterior_sd, ratio, verdict)
 
 

@@ -31,11 +31,11 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.laws import amplitude_ratio
+from scruton.infer.thresholds import COMMON
 from scruton.stats.coordinates import Coordinates
 from scruton.stats.posterior import Posterior
 from scruton.stats.priors import Prior
 
-COMMON = 0.5  # part of the discrepancy's variance that all tests of a rig share
 _CHUNK = 250  # draws at a time
 _JITTER = 1e-8
 _NODES = 29  # of s_v

@@ -10,8 +10,9 @@ from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign, Motion, Sweep
 from scruton.dynamics.scruton_number import factor
 from scruton.infer.result_schema import dataset
-from scruton.infer.run import Sampling
+from scruton.infer.sampling import Sampling
 from scruton.infer.smooth import Observations, SpeedPoint, SpeedPosterior
+from scruton.infer.thresholds import DISTINCT_SPEEDS, FEW_DRAWS, FEWEST_SPEEDS, OUTSIDE_LOCK_IN, SWEEP_LOG_SD
 from scruton.stats.optimum import find_optimum
 from scruton.stats.priors import Prior
 from scruton.stats.sampler import Samples
@@ -26,25 +27,13 @@ PRIORS = (
     "speed_scale_relaxation",
     "speed_length",
 )
-SHIFT = Prior(
-    "speed_shift", "lognormal", 0.03, 0.7, "-",
-    "Between rigs, sd of ln of the reduced velocity where lock-in sits: wind speed and frequency are known to 1 or "
-    "2 %, and the peak of the 4:1 rectangle moves from 9.6 to 8.1 between Sc = 1.9 and 78.",
-)  # fmt: skip
 NAME = "speeds"  # of the posterior
-# Of a rig's largest amplitude: below this there is no lock-in, and a logarithm would be one of noise. Records beyond
-# the edge of lock-in buffet at some 5 % of the peak.
-OUTSIDE = 0.1
-DISTINCT = 1.005  # reduced velocities that differ by less are one
 HYPERPARAMETERS = (  # as a Speeds and the tree name them
     "scale_amplitude", "scale_relaxation", "length", "scale_shift", "discrepancy_amplitude", "discrepancy_relaxation",
 )  # fmt: skip
-FEWEST = 3  # distinct reduced velocities
-SWEEP_LOG_SD = 0.02  # a sweep states no uncertainty: calibration, and reading a modulated amplitude
 SWEEP_POINTS = 40  # of one sweep at most
 GRID, DRAWS = 61, 2000
 WALKERS, ESS, STEPS = 64, 400.0, 1500
-FEW = 200.0  # effective draws below which the linearisation is not to be trusted
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +107,7 @@ def fit_speeds(
     campaign : Campaign
         For its sweeps, and the rigs that they were made with.
     priors : mapping
-        By the names in `PRIORS`, for the campaign's motion, and "speed_shift"; `SHIFT` where it holds none.
+        By the names in `PRIORS` and "speed_shift", for the campaign's motion.
     discrepancy : (Prior, Prior)
         Of tau and kappa, drawn from where the tree has no campaign_posterior.
     sampling : Sampling
@@ -193,7 +182,7 @@ def in_lock_in(points: Sequence[SpeedPoint]) -> tuple[tuple[SpeedPoint, ...], tu
     largest: dict[str, float] = {}
     for one in points:
         largest[one.rig] = max(largest.get(one.rig, -np.inf), float(one.mean[0]))
-    inside = [bool(one.mean[0] >= largest[one.rig] + np.log(OUTSIDE)) for one in points]
+    inside = [bool(one.mean[0] >= largest[one.rig] + np.log(OUTSIDE_LOCK_IN)) for one in points]
     used, rest = (tuple(p for p, good in zip(points, inside, strict=True) if good is want) for want in (True, False))
     return used, rest
 
@@ -226,7 +215,7 @@ def fit_points(
     """
     used, left_out = in_lock_in(points)
     v = np.array([one.velocity for one in used])
-    if not used or 1 + np.count_nonzero(np.diff(np.log(np.sort(v))) > np.log(DISTINCT)) < FEWEST:
+    if not used or 1 + np.count_nonzero(np.diff(np.log(np.sort(v))) > np.log(DISTINCT_SPEEDS)) < FEWEST_SPEEDS:
         return None
     at = float(np.exp(np.mean([np.log(one.scruton_number) for one in used]))) if reference is None else reference
     relaxation = priors["relaxation_ratio"]
@@ -237,7 +226,7 @@ def fit_points(
     )
     centre = np.array([one.location for one in scales] + [0.0] * len({one.rig for one in used}))
     data = Observations(used, n, at, (float(np.median(discrepancy[0])), float(np.median(discrepancy[1]))), means[1][0])
-    posterior = _linearised(SpeedPosterior(scales, priors.get("speed_shift", SHIFT), data, means), centre)
+    posterior = _linearised(SpeedPosterior(scales, priors["speed_shift"], data, means), centre)
     # The optimum is found with the law linearised under the priors' medians, and the law is linearised again there.
     rng = np.random.default_rng(sampling.seed_of(f"{NAME}: optimum"))
     posterior = _linearised(posterior, find_optimum(posterior, rng).centre)
@@ -254,10 +243,10 @@ def fit_points(
     pair = np.stack(discrepancy, axis=1)[rng.integers(0, len(discrepancy[0]), len(u))]
     values, log_weight = posterior.functions(u, pair, grid, rng)
     keep, effective = _resample(log_weight, DRAWS, rng)
-    if effective < FEW:
+    if effective < FEW_DRAWS:
         sampling.flags.append(
             f"{NAME}: the amplitude against reduced velocity rests on {effective:.0f} effective draws (wanted "
-            f"{FEW:g}): the tests say too little of the relaxation at their Scruton numbers"
+            f"{FEW_DRAWS:g}): the tests say too little of the relaxation at their Scruton numbers"
         )
     values, pair = values[keep], pair[keep]
     s_a, s_g, length = np.exp(log_scales[keep]).T

@@ -30,27 +30,27 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.likelihood import EnvelopeData
+from scruton.dynamics.cycles import EnvelopeData
 from scruton.envelope import Cycles
 from scruton.envelope.phase_diffusion import periodogram, phase_steps, step_spectrum, unbroken
 from scruton.infer.models import WIND, WindPosterior
+from scruton.infer.thresholds import (
+    AGREE,
+    FEWEST_ADJACENT,
+    GUST_ODDS,
+    GUST_SIZE,
+    GUST_TIMES,
+    NOT_SETTLED,
+    PHASE_BAND,
+    RATE_SD,
+    RELAXATIONS,
+    SETTLED,
+    WHITE,
+)
 from scruton.stats.priors import Prior
 from scruton.stats.sampler import Samples
 from scruton.stats.whiteness import lags_of, ljung_box
 
-WHITE = 0.001  # smallest p of Ljung-Box
-GUST_ODDS = 1.0  # largest Bayes factor of gusts against none
-RELAXATIONS = 30.0  # fewest relaxation times
-MOVED = 0.5  # largest posterior sd of the log rate over its prior's
-AGREE = 1.25  # largest ratio, either way, of amplitude noise to phase noise
-
-# The gusts that a record is accused of: what would pass for its own scatter, and outlasts the relaxation.
-GUST_SIZE = 1.1  # sd of the amplitude that the wind aims at, over the sd of the record's
-GUST_TIMES = (4.0, 7.0, 10.0)  # in relaxation times
-
-FEWEST = 40  # adjacent cycles, without which nothing is judged
-FAR, BACK = 4.0, 1.0  # in sd: a record that starts farther off has not settled, until it has come as near as this
-PHASE_BAND = 3.0  # in relaxation rates: amplitude and phase are compared up to here, well below the sensor noise
 _BAND = 1.645  # 90 % of a normal
 _LEAST_LINES = 20
 
@@ -111,7 +111,7 @@ class SteadyVerdict:
         return f"record {self.record}: lock-in fluctuations {verdict}: {why}{start}"
 
 
-def settled(cycles: Cycles) -> Cycles:
+def stationary_part(cycles: Cycles) -> Cycles:
     """Leave out the start of a steady record that begins far from where it stays.
 
     Such a start is a release, which the user may declare as growth or decay.  Here it would dominate the rate
@@ -120,9 +120,9 @@ def settled(cycles: Cycles) -> Cycles:
     a = cycles.amplitude
     late = a[a.size // 2 :]
     off = np.abs(a - np.median(late)) / max(float(late.std()), 1e-300)
-    if not np.median(off[:3]) > FAR:
+    if not np.median(off[:3]) > NOT_SETTLED:
         return cycles
-    return _take(cycles, slice(int(np.argmax(off <= BACK)), None))
+    return _take(cycles, slice(int(np.argmax(off <= SETTLED)), None))
 
 
 def steady_posterior(
@@ -143,7 +143,7 @@ def steady_posterior(
     initial_sd : float
         Prior of the initial amplitude.
     """
-    data = EnvelopeData.join({name: settled(cycles)})
+    data = EnvelopeData.join({name: stationary_part(cycles)})
     return WindPosterior(tuple(one for one in priors if one.name in WIND), data, (), omega0, -1.0, initial_sd)
 
 
@@ -166,7 +166,7 @@ def judge_steady(name: str, cycles: Cycles, samples: Samples, posterior: WindPos
     ValueError
         If the posterior is of other cycles.
     """
-    kept = settled(cycles)
+    kept = stationary_part(cycles)
     if posterior.data.size != kept.time.size:
         raise ValueError(
             f"the posterior holds {posterior.data.size} cycles and record {name} {kept.time.size}: "
@@ -176,9 +176,9 @@ def judge_steady(name: str, cycles: Cycles, samples: Samples, posterior: WindPos
     _, rate, q, r = posterior.state_space(draws)
     run = _take(kept, unbroken(kept))
     left_out = cycles.time.size - kept.time.size
-    if run.time.size < FEWEST:
-        said = f"it holds only {run.time.size} adjacent cycles (at least {FEWEST})"
-        short = Condition("adjacent cycles", False, float(run.time.size), float(FEWEST), float("inf"), said)
+    if run.time.size < FEWEST_ADJACENT:
+        said = f"it holds only {run.time.size} adjacent cycles (at least {FEWEST_ADJACENT})"
+        short = Condition("adjacent cycles", False, float(run.time.size), float(FEWEST_ADJACENT), float("inf"), said)
         return SteadyVerdict(name, (short,), kept, left_out)
     error = float(np.median(r) * np.sqrt(np.mean(run.standard_error**2)))
     conditions = (
@@ -330,10 +330,12 @@ def _long(cycles: Cycles, rate: FloatArray, log_ratio: FloatArray, prior: Prior)
     times = length * float(np.quantile(rate, 0.05))
     moved = float(log_ratio.std()) / prior.scale
     said = f"the record holds {times:.0f} relaxation times at the 5 % quantile of the rate (at least {RELAXATIONS:g})"
-    if moved > MOVED:
-        said = f"the rate is hardly known: its posterior is {moved:.2f} times as wide as its prior (at most {MOVED:g})"
+    if moved > RATE_SD:
+        said = (
+            f"the rate is hardly known: its posterior is {moved:.2f} times as wide as its prior (at most {RATE_SD:g})"
+        )
     return Condition(
-        "relaxation times", times >= RELAXATIONS and moved <= MOVED, times, RELAXATIONS, float("inf"), said
+        "relaxation times", times >= RELAXATIONS and moved <= RATE_SD, times, RELAXATIONS, float("inf"), said
     )
 
 

@@ -2,7 +2,7 @@
 
 import gc
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -156,6 +156,6 @@ def convergence_frame(tree: "xr.DataTree") -> "pd.DataFrame":
     return pd.DataFrame(columns).set_index(["posterior", "parameter"])
 
 
-def provenance_of(folder: Path) -> dict[str, str]:
-    """SHA-256 of the two files of a fit, by name: what is computed from them carries these."""
-    return {name: digest(folder / name) for name in (SUMMARY, POSTERIOR)}
+def provenance_of(folder: Path, summary: Mapping[str, Any]) -> dict[str, str]:
+    """SHA-256 of the two files of a fit that was read, by name: what is computed from them carries these."""
+    return {SUMMARY: digest(folder / SUMMARY), POSTERIOR: summary["files"][POSTERIOR]}

@@ -1,8 +1,6 @@
 """What fit.json says of a fit: medians, intervals and verdicts, by names that other programs read."""
 
-import platform
 from collections.abc import Mapping, Sequence
-from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,12 +12,12 @@ from scruton.infer.cards import ModelCard
 from scruton.infer.results import PeakResult, Sampled
 from scruton.infer.steady import SteadyVerdict
 from scruton.infer.tree import reference_law, trial_constants
+from scruton.provenance import provenance
 
 if TYPE_CHECKING:
     import pandas as pd
 
 INTERVALS = (0.50, 0.90, 0.95)
-PACKAGES = ("scruton", "numpy", "scipy", "emcee", "arviz", "numba")
 # Sampled parameters under the names that users meet.
 _SAMPLED = {"a_star": "stable_amplitude", "relaxation_rate": "relaxation_ratio", "d": "rate_gap"}
 
@@ -29,13 +27,14 @@ def provenance_of_fit(
 ) -> dict[str, Any]:
     """Where the numbers come from: versions, seed, digests, the model card."""
     section = campaign.section
-    return {
-        "command": command,
-        "seed": seed,
+    return provenance(
+        command,
+        seed=seed,
+        sha256=campaign.sha256 or {},
+        settings={"tests": list(only)},
+        card={"name": card.name, "sha256": card.sha256, "text": card.text, "resolved": card.resolved},
+    ) | {
         "tests": list(only),
-        "versions": {"python": platform.python_version()} | {name: version(name) for name in PACKAGES},
-        "sha256": dict(campaign.sha256 or {}),
-        "card": {"name": card.name, "sha256": card.sha256, "text": card.text, "resolved": card.resolved},
         "campaign": {
             "title": campaign.title,
             "source": campaign.source,

@@ -15,7 +15,7 @@ from scruton.infer.flags import standardised_innovations
 from scruton.infer.predictive import free_runs
 from scruton.infer.result_schema import dataset
 from scruton.infer.results import PeakResult, Sampled, TestResult, TrialResult
-from scruton.infer.run import Sampling
+from scruton.infer.sampling import Sampling
 from scruton.stats.sampler import Samples
 
 POINTWISE_THIN = 8  # the pointwise log likelihood is kept for every eighth draw

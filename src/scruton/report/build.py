@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 from scruton.documents import sealed, write_bytes
 from scruton.errors import InputError
-from scruton.report.aside import Aside
+from scruton.processes import SecondProcess
+from scruton.provenance import provenance
 from scruton.report.failures import Failure, Failures, begun, guarded
 from scruton.report.parts import Part
 from scruton.workspace import Workspace
@@ -104,7 +105,7 @@ def write_report(
     gap: Part | Waiting | None = None,
     sizing: Part | Waiting | None = None,
     crossed: Crossed | None = None,
-    aside: Aside | None = None,
+    second: SecondProcess | None = None,
 ) -> ReportPaths:
     """Write the files of a report.
 
@@ -121,7 +122,7 @@ def write_report(
         The diagnosis and the sizing; their content is also written as gap.json and sizing.json.
     crossed : callable, optional
         Gives the prediction of each peak test from the others, where there are two or more; computed here if left out.
-    aside : Aside, optional
+    second : SecondProcess, optional
         Takes a share of the figures; the files do not depend on it.
 
     Returns
@@ -144,7 +145,7 @@ def write_report(
     design = _design(fit, design_sc, failures)
     at_tests, others = _at_tests(fit, crossed, failures)
     frames = failures.attempt("campaign", "The tables", lambda: tables(fit, [*design, *at_tests.values()]), {})
-    pictures = _draw(fit, aside or Aside(beside=False), failures)
+    pictures = _draw(fit, second or SecondProcess(beside=False), failures)
     parts = _parts({"gap": gap, "sizing": sizing}, failures)
     pictures += [one for part in parts.values() for one in part.pictures]
     figures = _write_pictures(pictures, out / FIGURES)
@@ -197,7 +198,7 @@ def _parts(given: Mapping[str, Part | Waiting | None], failures: Failures) -> di
     return found
 
 
-def _draw(fit: "Fit", aside: Aside, failures: Failures) -> "list[Picture]":
+def _draw(fit: "Fit", second: SecondProcess, failures: Failures) -> "list[Picture]":
     """Draw every figure, the first ones here and the last ones beside, as far as there is time for it there."""
     from scruton.report.chapters.material import chapter_of
     from scruton.report.figures import all_figures
@@ -207,8 +208,8 @@ def _draw(fit: "Fit", aside: Aside, failures: Failures) -> "list[Picture]":
     here: list[Picture | Failure] = []
     beside: list[Callable[[], Picture | Failure]] = []
     while len(here) + len(beside) < len(figures):
-        if aside.idle:
-            beside.append(begun(aside, drawn, figures[-1 - len(beside)]))
+        if second.idle:
+            beside.append(begun(second, drawn, figures[-1 - len(beside)]))
         else:
             here.append(guarded(drawn, figures[len(here)]))
     results = [*here, *(guarded(one) for one in reversed(beside))]
@@ -241,12 +242,24 @@ def _numbers(material: "Material", document: "Document", charts: Mapping[str, An
         document,
         {
             "summary": fit.summary,
+            "provenance": _origin(material),
             "predictions": [one.to_json() for one in material.design],
             "at_tests": {name: one.to_json() for name, one in material.at_tests.items()},
             "crossed": {name: one.to_json() for name, one in material.crossed.items()},
             "curves": {name: plain(one) for name, one in charts.items()},
         },
     )
+
+
+def _origin(material: "Material") -> dict[str, Any]:
+    """What the report was made from: what its fit was, the bridge, and the design that was asked for."""
+    fitted = material.fit.summary["provenance"]
+    bridge = (material.sizing or {}).get("provenance", {}).get("bridge_sha256", {})
+    return provenance(
+        "report", seed=fitted["seed"], sha256={**fitted["sha256"], **bridge},
+        settings={"tests": fitted["tests"], "sc": [prediction.scruton_number for prediction in material.design]},
+        card={key: fitted["card"][key] for key in ("name", "sha256")},
+    )  # fmt: skip
 
 
 def _json(content: Any) -> bytes:

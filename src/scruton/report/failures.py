@@ -10,7 +10,7 @@ from scruton.errors import InputError
 from scruton.report.document import ALARM, Callout
 
 if TYPE_CHECKING:
-    from scruton.report.aside import Aside
+    from scruton.processes import SecondProcess
 
 
 @dataclass(frozen=True)
@@ -84,12 +84,12 @@ def guarded[T](
         return Failure(type(error).__name__, str(error), fault=True, trace="".join(traceback.format_exception(error)))
 
 
-def begun[T](aside: "Aside", work: Callable[..., T], *arguments: object) -> Callable[[], T | Failure]:
+def begun[T](second: "SecondProcess", work: Callable[..., T], *arguments: object) -> Callable[[], T | Failure]:
     """Begin guarded work beside; where the second process is dead, it is done here when it is asked for."""
     from concurrent.futures import BrokenExecutor
 
     try:
-        return aside.begin(guarded, work, *arguments)
+        return second.begin(guarded, work, *arguments)
     except BrokenExecutor:
         return partial(guarded, work, *arguments)
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scruton.provenance import provenance
 from scruton.report.document import Picture
 from scruton.report.failures import Failure, Failures
 
@@ -135,6 +136,22 @@ def scruton_numbers_of(fit: "Fit", bridge: Path) -> list[float]:
     return sorted({float(f"{np.median(one.scruton_number(0.0)):.4g}") for one in draws})
 
 
+def sizing_origin(
+    folder: Path, summary: Mapping[str, Any], bridge: "Bridge", *, seed: int, settings: Mapping[str, Any]
+) -> dict[str, Any]:
+    """What a sizing was made from: the fit in a folder with all that it was made from, and the bridge."""
+    from scruton.infer.store import provenance_of
+
+    fit, fitted = provenance_of(folder, summary), summary["provenance"]
+    return {
+        **provenance(
+            "size", seed=seed, sha256={**fitted["sha256"], **fit, **bridge.sha256}, settings=settings,
+            card={key: fitted["card"][key] for key in ("name", "sha256")},
+        ),
+        "fit_sha256": fit, "bridge_sha256": dict(bridge.sha256), "limits": list(settings["limits"]),
+    }  # fmt: skip
+
+
 def sizing_part(folder: Path, bridge: Path, limits: Sequence[str] = (), seed: int = 0) -> Part:
     """Size the damping of a bridge from the fit in a folder.
 
@@ -147,7 +164,7 @@ def sizing_part(folder: Path, bridge: Path, limits: Sequence[str] = (), seed: in
 
     from scruton.errors import InputError
     from scruton.griffin.posterior import motion_of
-    from scruton.infer.store import provenance_of, read_tree
+    from scruton.infer.store import read_tree
     from scruton.report.charts import risk_chart
     from scruton.report.figures.sizing import governing, sizing_figures
     from scruton.sizing.bridge import load_bridge
@@ -159,9 +176,7 @@ def sizing_part(folder: Path, bridge: Path, limits: Sequence[str] = (), seed: in
         raise InputError(bridge, "", "a campaign without tests in wind", "a campaign with at least one test")
     stands = load_bridge(bridge, motion_of(tree))
     found = size(tree, stands, [limit(one) for one in limits], seed=seed)
-    found["provenance"] = {
-        "seed": seed, "bridge_sha256": dict(stands.sha256), "limits": list(limits), "fit_sha256": provenance_of(folder),
-    }  # fmt: skip
+    found["provenance"] = sizing_origin(folder, summary, stands, seed=seed, settings={"limits": list(limits)})
     content = json.loads(json.dumps(found, allow_nan=False))
     names = [f"risk_{k}" for k in range(1, len(content["modes"]) + 1)] if len(content["modes"]) > 1 else ["risk"]
     failures = Failures()

@@ -12,7 +12,6 @@ The specification is the campaign.toml that shall come out, with these additions
   `scruton.simulate.Disturbances`.
 """
 
-import tempfile
 import zlib
 from collections.abc import Iterable
 from dataclasses import fields
@@ -28,10 +27,12 @@ from scruton.campaign.spelling import show
 from scruton.campaign.thresholds import MIN_SAMPLES
 from scruton.campaign.toml import Field, Table, Wording, is_number, read_toml
 from scruton.campaign.write import write_record, write_toml
-from scruton.documents import replace_file
 from scruton.errors import InputError
 from scruton.simulate.disturbances import Disturbances
-from scruton.simulate.motion import FORCES, STEPS_PER_CYCLE, Truth, simulate_record
+from scruton.simulate.equation import STEPS_PER_CYCLE
+from scruton.simulate.motion import simulate_record
+from scruton.simulate.truth import FORCES, Truth
+from scruton.workspace import Workspace, digest
 
 LARGEST = 1e12  # of any number, in its unit
 MOST_STEPS = 1e8  # of the integration of one record
@@ -75,9 +76,10 @@ def write_campaign(spec: Path, out: Path, *, seed: int, force: bool = False) -> 
         rig.get("name"): _disturbances(spec, f"rigs[{i}]", rig.pop("disturbances", {}))
         for i, rig in enumerate(content.get("rigs", []))
     }
-    out.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=out.parent, prefix=".simulating-") as temporary:
-        folder = Path(temporary)
+    inputs = {spec.name: digest(spec)}
+    # What lies in the folder is refused here, file by file: a measured record counts like a result.
+    with Workspace(out, "simulate", inputs=inputs, settings={"seed": seed}, force=True) as work:
+        folder = work.new
         campaign = _without_records(spec, content, folder)
         for key, i, records in planned:
             place = f"{key}[{i}]"
@@ -91,9 +93,7 @@ def write_campaign(spec: Path, out: Path, *, seed: int, force: bool = False) -> 
         write_toml(folder / "campaign.toml", content)
         _loaded(spec, folder)
         _refuse_files(out, (path.name for path in folder.iterdir()), force=force)
-        out.mkdir(exist_ok=True)
-        for path in sorted(folder.iterdir()):
-            replace_file(path, out / path.name)  # one step each, the campaign.toml among the first
+        work.publish()
     return out
 
 

@@ -1,6 +1,6 @@
 """`size`: everything that `scruton size` knows, as the content of sizing.json."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +13,7 @@ from scruton.campaign.schema import Motion
 from scruton.errors import InputError
 from scruton.griffin.curves import law_curves, what_if
 from scruton.griffin.posterior import chosen_rig, motion_of, peak_names, rig_mass_damping_draws
+from scruton.progress import Progress
 from scruton.sizing import modes as together
 from scruton.sizing.bridge import Bridge
 from scruton.sizing.limits import Limit
@@ -34,8 +35,6 @@ LEAST_EXPONENT = -2.0  # below it the force of the wind on strips near a node ha
 NEAR_NODE = 0.2  # of the mode's largest movement
 MAP_POINTS = 7
 LOCK_IN_MARGIN = 0.1  # about the reduced velocity of the peak tests, where a mode states no range
-
-Progress = Callable[[str, float], None]
 
 
 def size(

@@ -6,13 +6,8 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.stats.settings import SamplerSettings
+from scruton.stats.thresholds import LONG_RUN, STUCK_BELOW, TIMES_SPANNED
 
-# A walker whose mean log posterior lies this far below the best walker's is not in the same mode.
-STUCK = 20.0
-PATIENCE = 100  # steps
-# Autocorrelation times that a run must span, unless it is as long as PATIENCE.  A run that has not yet left its start
-# looks converged, ensemble for ensemble; but its autocorrelation time then grows with its length.
-SPAN = 6.0
 MOST = 64  # draws a walker that the diagnostics look at; of a longer run evenly thinned ones, which say as much
 
 
@@ -52,8 +47,10 @@ class Convergence:
                 faults.append(f"nested R-hat of {name} is {rhat:.3f} (wanted < {settings.max_rhat:g})")
             elif not min(bulk, tail) >= settings.min_ess:
                 faults.append(f"{name} has {min(bulk, tail):.0f} effective draws (wanted {settings.min_ess:g})")
-        if not self.steps >= min(SPAN * self.tau.max(), PATIENCE):
-            faults.append(f"the run spans {self.steps / self.tau.max():.1f} autocorrelation times (wanted {SPAN:g})")
+        if not self.steps >= min(TIMES_SPANNED * self.tau.max(), LONG_RUN):
+            faults.append(
+                f"the run spans {self.steps / self.tau.max():.1f} autocorrelation times (wanted {TIMES_SPANNED:g})"
+            )
         if self.stuck:
             faults.append(f"{self.stuck} walkers are stuck in a mode of their own")
         return (
@@ -88,15 +85,15 @@ def judge(
     tail = np.atleast_1d(array_stats.ess(chain, method="tail", prob=(0.05, 0.95), **axes))
     rhat = np.atleast_1d(array_stats.rhat_nested(chain, superchain_ids=ids, **axes))
     mean = log_prob.mean(axis=1)
-    stuck = int((mean < np.median(mean) - STUCK).sum() + (mean > np.median(mean) + STUCK).sum())
+    stuck = int((mean < np.median(mean) - STUCK_BELOW).sum() + (mean > np.median(mean) + STUCK_BELOW).sum())
     # In a short run an honest walker may reject every proposal; in a long one it may not.
-    frozen = (np.ptp(chain, axis=1).max(axis=1) == 0.0) & (draws >= PATIENCE)
+    frozen = (np.ptp(chain, axis=1).max(axis=1) == 0.0) & (draws >= LONG_RUN)
     tau = chains * draws / bulk  # in steps, whatever the thinning
     good = (
         bool(np.isfinite(rhat).all() and np.isfinite(bulk).all() and np.isfinite(tail).all())
         and bool((rhat < settings.max_rhat).all())
         and float(min(bulk.min(), tail.min())) >= settings.min_ess
-        and draws >= min(SPAN * float(tau.max()), PATIENCE)
+        and draws >= min(TIMES_SPANNED * float(tau.max()), LONG_RUN)
         and stuck == 0
         and not frozen.any()
     )

@@ -27,16 +27,19 @@ from scruton.stats.moves import FITTED_TO_DRAWS, StudentT
 from scruton.stats.optimum import find_optimum
 from scruton.stats.posterior import Posterior
 from scruton.stats.sampler import Samples
+from scruton.stats.thresholds import (
+    DRAWS_A_DIMENSION,
+    GOOD_PARETO_K,
+    GOOD_SIZE,
+    GOOD_WIDENING,
+    MORE_ROUNDS,
+    PRIOR_MASS_ERROR,
+)
 
 Halves = tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
-# Prior mass of the constraint: relative error to reach, draws at a time, and at most.
-MASS_ERROR, MASS_BATCH, MOST_MASS_DRAWS = 0.01, 8192, 2**18
-# Weighted draws, in multiples of the dimensions, that a Student-t is fitted to; fewer say nothing of a covariance.
-FITTED_TO = 10
+MASS_BATCH, MOST_MASS_DRAWS = 8192, 2**18  # draws of the prior at a time, and at most
 PROBES = 24  # along every half-axis of a starting proposal
-PATIENCE = 3  # times the rounds asked for that a poor start may need
-GOOD_K, GOOD_SIZE, GOOD_WIDENING = 0.7, 100.0, 1.15
 _SPAWN = 0xE71DE5CE  # sets the streams of this module apart from others of the same seed
 
 
@@ -77,7 +80,7 @@ class Evidence:
     @property
     def reliable(self) -> bool:
         """Whether the error can be believed: enough independent draws, light tails, a proposal wide enough."""
-        fault = self.pareto_k > GOOD_K or self.widening > GOOD_WIDENING
+        fault = self.pareto_k > GOOD_PARETO_K or self.widening > GOOD_WIDENING
         return bool(self.effective_size >= GOOD_SIZE and not fault and np.isfinite(self.log_z))
 
 
@@ -260,11 +263,11 @@ def evidence_by_importance(
         proposals.append(proposal)
         if len(proposals) >= rounds:
             found = _mean_weight(height - proposal.log_density(new), new, proposal, log_mass, mass_error)
-            if found.reliable or len(proposals) >= PATIENCE * rounds:
+            if found.reliable or len(proposals) >= MORE_ROUNDS * rounds:
                 break
         points, heights = np.concatenate([points, new]), np.concatenate([heights, height])
         mixture = logsumexp([one.log_density(points) for one in proposals], axis=0) - log(len(proposals))
-        proposal = fit_student_t(points, _tempered(heights - mixture, FITTED_TO * proposal.centre.size))
+        proposal = fit_student_t(points, _tempered(heights - mixture, DRAWS_A_DIMENSION * proposal.centre.size))
     if not np.isfinite(found.log_z):
         raise ValueError("no draw of the proposal lies in the posterior's support")
     return found
@@ -386,7 +389,7 @@ def log_prior_mass(posterior: Posterior, rng: np.random.Generator) -> tuple[floa
     while count < MOST_MASS_DRAWS:
         _, inside = posterior.prior_sample(rng, MASS_BATCH)
         hits, count = hits + int(inside.sum()), count + MASS_BATCH
-        if count - hits <= MASS_ERROR**2 * hits * count:
+        if count - hits <= PRIOR_MASS_ERROR**2 * hits * count:
             break
     if not hits:
         raise ValueError(f"none of {count} prior draws lies within the model's constraint")

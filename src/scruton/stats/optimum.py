@@ -6,9 +6,9 @@ from scipy.optimize import minimize
 from scruton.arrays import FloatArray
 from scruton.stats.moves import StudentT
 from scruton.stats.posterior import Posterior
+from scruton.stats.thresholds import WIDEN
 
 STEP = 1e-4  # of the finite differences, in units of the search's own scale
-WIDEN = 1.05  # the proposal is a little wider than the Laplace approximation
 
 
 def find_optimum(posterior: Posterior, rng: np.random.Generator, guesses: int = 256, starts: int = 3) -> StudentT:

@@ -15,12 +15,10 @@ from scruton.stats.moves import FITTED_TO_DRAWS, StudentT, moves
 from scruton.stats.optimum import find_optimum
 from scruton.stats.posterior import Posterior
 from scruton.stats.settings import SamplerSettings
+from scruton.stats.thresholds import ADAPTATIONS, FAR_BELOW, OVERDISPERSED
 
 FIRST_CHUNK = 20  # steps; then as many as the run already has, so that checks cost a fixed share
 LARGEST_CHUNK = 256
-OVERDISPERSED = 1.5  # scale of the walkers' start over that of the proposal
-FAR = 25.0  # in log posterior below the optimum: no walker starts there
-ADAPTATIONS = 3  # times that a run which has not converged fits its proposals to its draws and starts again
 
 Progress = Callable[[int, Convergence], None]
 
@@ -197,7 +195,7 @@ def _walkers(
         tight = StudentT(proposal.centre, proposal.cholesky * width)
         new = tight.draw(rng, count)
         value = posterior.log_prob(new)
-        good = value > top - FAR
+        good = value > top - FAR_BELOW
         coords, log_prob = np.concatenate([coords, new[good]]), np.concatenate([log_prob, value[good]])
         width *= 0.7
     return coords[:count].copy(), log_prob[:count].copy()

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.stats.thresholds import FEWEST_INNOVATIONS, MOST_LAGS
 
-FEWEST = 12  # innovations without which a record is not judged
-MOST_LAGS = 20
 # Names of the checks: those that say whether the innovations can be predicted come first.
 MEMORY, TREND, LAW, MEAN, VARIANCE, NORMALITY = (
     "Ljung-Box",
@@ -195,7 +194,7 @@ def judge(
             x, before = innovation[mine][1:], amplitude[mine][:-1]
             good = np.isfinite(x)
             x, before = x[good], before[good]
-            if x.size >= FEWEST:
+            if x.size >= FEWEST_INNOVATIONS:
                 found += _record(str(name), str(one), x, before)
                 pooled.append((x, before))
         if pooled:

@@ -34,15 +34,15 @@ GOOD: dict[str, tuple[str, ...]] = {
 # Where a verb ends as accepted: what is asked for has been looked at, and the work would begin.
 STOPS: dict[str, tuple[str, ...]] = {
     "fit": ("scruton.infer.fit.fit_campaign",),
-    "report": ("scruton.report.aside.pool=no-pool", "scruton.infer.fit.fit_campaign"),
+    "report": ("scruton.processes.pool=no-pool", "scruton.infer.fit.fit_campaign"),
     "size": ("scruton.sizing.run.size",),
     "criticise": ("scruton.infer.criticism.criticise_tree",),
     "validate": ("scruton.infer.fit.fit_campaign",),
     "batch": ("distributed.LocalCluster",),
-    "calibrate": ("scruton.calibrate.run.run_one", "scruton.calibrate.run.pool"),
+    "calibrate": ("scruton.calibrate.run.run_one", "scruton.processes.pool"),
     "diagnose": ("scruton.gap.run.diagnose_data",),
-    "challenge make": ("scruton.calibrate.challenge.make.simulate_case", "scruton.calibrate.challenge.make.pool"),
-    "challenge run": ("scruton.gap.run.diagnose_campaign", "scruton.calibrate.challenge.run.pool"),
+    "challenge make": ("scruton.calibrate.challenge.make.simulate_case", "scruton.processes.pool"),
+    "challenge run": ("scruton.gap.run.diagnose_campaign", "scruton.processes.pool"),
     "challenge score": ("scruton.calibrate.challenge.pictures.draw",),
 }
 NONSENSE = (

@@ -15,11 +15,9 @@ from scipy.stats import chi2
 from scruton.arrays import FloatArray
 from scruton.calibrate.challenge.envelopes import Envelopes, load_envelopes
 from scruton.calibrate.challenge.independent import criteria
+from scruton.calibrate.thresholds import CHI_SQUARE_BINS, CHI_SQUARE_LEVEL, CYCLES_OF_A_BIN, SPARSE_COEFFICIENT
 
 _POWERS = (0, 1, 2, 3, 5)
-_THRESHOLD = 0.06  # of the relaxation damping: a coefficient below is none
-_LEVEL = 0.01  # of the chi-square
-_BINS = 8  # of amplitude, a record
 
 
 def bic(folder: Path) -> dict[str, Any]:
@@ -48,7 +46,7 @@ def sparse(folder: Path) -> dict[str, Any]:
 
 
 def chi_square(folder: Path) -> dict[str, Any]:
-    """Chi-square of the bare law against the binned damping curves: `none` or `unknown`, no probability."""
+    """Chi-square of the null model against the binned damping curves: `none` or `unknown`, no probability."""
     e = load_envelopes(folder)
     rigs = len(e.damping)
     rows, values = [], []
@@ -65,7 +63,7 @@ def chi_square(folder: Path) -> dict[str, Any]:
     if not e.wind.any():
         X = X[:, :rigs]
     misfit = float(np.sum((y - X @ np.linalg.lstsq(X, y, rcond=None)[0]) ** 2))
-    return _said("unknown" if chi2.sf(misfit, len(values) - X.shape[1] + rigs) < _LEVEL else "none", {})
+    return _said("unknown" if chi2.sf(misfit, len(values) - X.shape[1] + rigs) < CHI_SQUARE_LEVEL else "none", {})
 
 
 BASELINES = {"bic": bic, "sparse": sparse, "chi-square": chi_square}
@@ -83,8 +81,8 @@ def _binned(t: FloatArray, a: FloatArray) -> list[tuple[float, float, float]]:
     """Amplitude, damping rate -d ln a/dt and its standard error, in stretches of a record, from cycle to cycle."""
     found = []
     decrement = -np.diff(np.log(np.maximum(a, 1e-9))) / np.diff(t)
-    for part in np.array_split(np.arange(decrement.size), min(_BINS, max(decrement.size // 5, 1))):
-        if part.size >= 4:
+    for part in np.array_split(np.arange(decrement.size), min(CHI_SQUARE_BINS, max(decrement.size // 5, 1))):
+        if part.size >= CYCLES_OF_A_BIN:
             se = float(decrement[part].std(ddof=1)) / np.sqrt(part.size)
             # The law has a part in 1/a: its mean is that of 1/a.
             found.append((float(1.0 / np.mean(1.0 / a[part])), float(decrement[part].mean()), max(se, 1e-9)))
@@ -107,7 +105,7 @@ def _sparse(e: Envelopes) -> tuple[dict[str, list[float]], float]:
         rows.append(np.hstack([library, library * scale])[inner])
         values.append((slope + e.omega[r] * e.damping[e.rig[r]] * smooth)[inner])
     X, y = np.vstack(rows), np.concatenate(values)
-    n, bare = len(_POWERS), [len(_POWERS), len(_POWERS) + 1]  # the law itself: the drive and the linear part in wind
+    n, null = len(_POWERS), [len(_POWERS), len(_POWERS) + 1]  # the law itself: the drive and the linear part in wind
     active = np.any(X != 0.0, axis=0)
     c = np.zeros(2 * n)
     rate = 1.0
@@ -115,7 +113,7 @@ def _sparse(e: Envelopes) -> tuple[dict[str, list[float]], float]:
         c[:] = 0.0
         c[active] = np.linalg.lstsq(X[:, active], y, rcond=None)[0]
         rate = max(abs(float(c[n])), e.rate)  # n = -1: the drive at the stable amplitude is the relaxation rate
-        keep = (np.abs(c) >= _THRESHOLD * rate) | np.isin(np.arange(2 * n), bare)
+        keep = (np.abs(c) >= SPARSE_COEFFICIENT * rate) | np.isin(np.arange(2 * n), null)
         if np.array_equal(active & keep, active):
             break
         active &= keep

@@ -12,9 +12,9 @@ from scruton.calibrate.challenge.outside import OPEN
 from scruton.calibrate.challenge.scenarios import CATALOGUE, apply
 from scruton.calibrate.challenge.scope import IN_WIND, STILL, Parameters
 from scruton.calibrate.challenge.sections import AMPLITUDES, Body, RigTruth, limit_cycle, random_body, scruton_factor
+from scruton.calibrate.thresholds import FAIR_AMPLITUDE, FAIR_RANGE, FAIR_RATE, SAME_CYCLE, STEADY
 from scruton.campaign.schema import Campaign, Kind, Quantity, Record, Rig, Test
-from scruton.simulate.disturbances import Disturbances
-from scruton.simulate.motion import Truth, simulate_record
+from scruton.simulate import Disturbances, Truth, simulate_record
 
 EFFECTS = (*CATALOGUE, *OPEN)
 DESIGNS = {"full": 3, "one-rig": 1}
@@ -37,13 +37,13 @@ class Air:
     """Scatter of the amplitude (relative), noise of the reading (A/D or rad), gusts (relative)."""
 
     scatter: float
-    hiss: float
+    noise_sd: float
     gusts: float
 
 
 @dataclass(frozen=True)
-class Made:
-    """A body with its effects, and each rig's limit cycle."""
+class DrawnCase:
+    """A body with its effects and without; each rig's stable amplitude, and its relaxation rate [1/s]."""
 
     body: Body
     without: Body
@@ -95,92 +95,90 @@ def simulate_case(
     if design not in DESIGNS:
         raise ValueError(f"unknown design {design!r}; one of {', '.join(DESIGNS)}")
     effects = () if effect is None else (effect,) if isinstance(effect, str) else tuple(effect)
-    draws, records, said = (np.random.SeedSequence([seed, index, k]) for k in range(3))
+    draws, records, statements = (np.random.SeedSequence([seed, index, k]) for k in range(3))
     rng = np.random.default_rng(draws)
-    scatter, hiss = _one_of(turbulence, TURBULENCE, rng), _one_of(noise, NOISE, rng)
-    made = _made(effects, severity, DESIGNS[design], rng)
-    air = Air(scatter, hiss * min(a for a, _ in made.stable), gusts)
-    campaign = _campaign(made, air, records, said, f"case-{index:04d}", still=design == "full")
-    answer = {"case": campaign.title, "design": design, "turbulence": scatter, "noise": hiss, "gusts": gusts}
-    return campaign, answer | _answer(made, effects, severity)
+    scatter, share = _drawn(turbulence, TURBULENCE, rng), _drawn(noise, NOISE, rng)
+    case = _with_limit_cycles(effects, severity, DESIGNS[design], rng)
+    air = Air(scatter, share * min(amplitude for amplitude, _ in case.stable), gusts)
+    campaign = _campaign(case, air, records, statements, f"case-{index:04d}", still=design == "full")
+    answer = {"case": campaign.title, "design": design, "turbulence": scatter, "noise": share, "gusts": gusts}
+    return campaign, answer | _answer(case, effects, severity)
 
 
-def _one_of(given: float | tuple[float, float] | None, usual: tuple[float, float], rng: np.random.Generator) -> float:
+def _drawn(given: float | tuple[float, float] | None, usual: tuple[float, float], rng: np.random.Generator) -> float:
     """Draw in any case, so that the rest of the stream does not depend on what is given."""
-    place = float(rng.random())
+    u = float(rng.random())
     if isinstance(given, int | float):
         return float(given)
     low, high = usual if given is None else given
-    return low + (high - low) * place
+    return low + (high - low) * u
 
 
-def _made(effects: Sequence[str], severity: float, rigs: int, rng: np.random.Generator) -> Made:
+def _with_limit_cycles(effects: Sequence[str], severity: float, rigs: int, rng: np.random.Generator) -> DrawnCase:
     for _ in range(_TRIES):
         body = without = random_body(rng, rigs)
         parameters = []
         for name in effects:
             body, drawn = apply(body, name, severity, rng)
             parameters.append(drawn)
-        stable = tuple(_stable(one) for one in body.rigs)
-        if all(_fair(a, rate, one, body) for (a, rate), one in zip(stable, without.rigs, strict=True)):
-            return Made(body, without, tuple(parameters), stable)
+        case = DrawnCase(body, without, tuple(parameters), tuple(_limit_cycle(rig) for rig in body.rigs))
+        if all(_fair(*stable, rig, body) for stable, rig in zip(case.stable, without.rigs, strict=True)):
+            return case
     raise ValueError(f"no section was drawn in which {' and '.join(effects)} at {severity:g} leaves a limit cycle")
 
 
-def _fair(amplitude: float, rate: float, bare: RigTruth, body: Body) -> bool:
-    """Whether a limit cycle is left, not much smaller or larger than the bare one."""
+def _fair(amplitude: float, rate: float, before: RigTruth, body: Body) -> bool:
+    """Whether a limit cycle is left, not much smaller or larger than the one before the effects."""
     low, high = AMPLITUDES[body.section.motion]
-    before = bare.bare
+    old_amplitude, old_rate = before.undisturbed
     return (
         np.isfinite(amplitude)
-        and 0.6 * low <= amplitude <= 1.3 * high
-        and 0.4 * before[0] <= amplitude <= 2.5 * before[0]
-        and 0.25 * before[1] <= rate <= 4.0 * before[1]
+        and FAIR_RANGE[0] * low <= amplitude <= FAIR_RANGE[1] * high
+        and FAIR_AMPLITUDE[0] <= amplitude / old_amplitude <= FAIR_AMPLITUDE[1]
+        and FAIR_RATE[0] <= rate / old_rate <= FAIR_RATE[1]
     )
 
 
-def _stable(rig: RigTruth) -> tuple[float, float]:
+def _limit_cycle(rig: RigTruth) -> tuple[float, float]:
     """Stable amplitude and relaxation rate: by work over a cycle; by simulation where the wake has its own equation."""
     if not rig.disturbances.wake_gain:
         return limit_cycle(rig.wind, rig.disturbances)
-    bare, rate = rig.bare
+    usual, rate = rig.undisturbed
     ends = []
     for start in (0.12, 2.4):
         time, x = simulate_record(
-            rig.wind, initial_amplitude=start * bare, duration=16.0 / rate,
+            rig.wind, initial_amplitude=start * usual, duration=16.0 / rate,
             sample_rate=SAMPLES_PER_CYCLE * rig.wind.frequency, seed=0, disturbances=rig.disturbances,
         )  # fmt: skip
         tail = x[time > 12.0 / rate]
         halves = [float(np.sqrt(2.0) * part.std()) for part in np.array_split(tail, 2)]
-        if abs(halves[1] - halves[0]) > 0.02 * bare:
+        if abs(halves[1] - halves[0]) > STEADY * usual:
             return np.nan, np.nan
         ends.append(float(np.mean(halves)))
-    if abs(ends[1] - ends[0]) > 0.03 * bare:
+    if abs(ends[1] - ends[0]) > SAME_CYCLE * usual:
         return np.nan, np.nan
     return float(np.mean(ends)), rate
 
 
 def _campaign(
-    made: Made, air: Air, seed: np.random.SeedSequence, said: np.random.SeedSequence, title: str, *, still: bool
+    case: DrawnCase, air: Air, seed: np.random.SeedSequence, statements: np.random.SeedSequence, title: str,
+    *, still: bool,
 ) -> Campaign:  # fmt: skip
-    rng = np.random.default_rng(said)
-    children = seed.spawn(len(made.body.rigs))
+    """Measure every rig; the laboratory states mass and damping with their errors."""
+    rng = np.random.default_rng(statements)
     damping_sd = float(rng.uniform(*_DAMPING_SD))
     rigs, tests = [], []
-    for j, rig in enumerate(made.body.rigs):
+    for j, (rig, child) in enumerate(zip(case.body.rigs, seed.spawn(len(case.body.rigs)), strict=True)):
         own = replace(air, scatter=air.scatter * float(rng.uniform(0.85, 1.15)))
-        records = _records(rig, made.stable[j], own, children[j], j, still=still)
-        name = f"rig {j + 1}"
+        records = _records(rig, case.stable[j], own, child, j, still=still)
         mass = rig.wind.mass * (1.0 + _MASS_SD * float(rng.standard_normal()))
         damping = rig.stated_damping * (1.0 + damping_sd * float(rng.standard_normal()))
         stated = Quantity(mass, _MASS_SD * mass), Quantity(damping, damping_sd * damping)
-        rigs.append(Rig(name, Quantity(rig.wind.frequency), *stated, tuple(records[IN_WIND:])))
+        rigs.append(Rig(f"rig {j + 1}", Quantity(rig.wind.frequency), *stated, tuple(records[IN_WIND:])))
         wind = Quantity(rig.wind.air_density), Quantity(rig.wind.wind_speed)
-        tests.append(Test(f"test {j + 1}", name, *wind, peak=True, records=tuple(records[:IN_WIND])))
-    return Campaign(
-        Path("campaign.toml"), title, "simulated from the full equation of motion", made.body.section, tuple(rigs),
-        tuple(tests),
-    )  # fmt: skip
+        tests.append(Test(f"test {j + 1}", f"rig {j + 1}", *wind, peak=True, records=tuple(records[:IN_WIND])))
+    source, section = "simulated from the full equation of motion", case.body.section
+    return Campaign(Path("campaign.toml"), title, source, section, tuple(rigs), tuple(tests))
 
 
 def _records(
@@ -202,26 +200,26 @@ def _records(
             cycles = float(np.clip(_STILL_RELAXATIONS * f0 / decay, *_CYCLES))
             plans.append((Kind.FREE_DECAY, rig.still, amplitude * float(rng.uniform(*_STILL_START)), cycles))
     largest = max(start for _, _, start, _ in plans)
-    # Turbulence is scaled by the bare limit cycle; here it shall scatter the amplitude that is there.
-    bare, bare_rate = rig.bare
-    scatter = air.scatter * amplitude / bare * np.sqrt(rate / bare_rate)
+    # Turbulence is scaled by the undisturbed limit cycle; here it shall scatter the amplitude that is there.
+    usual, usual_rate = rig.undisturbed
+    scatter = air.scatter * amplitude / usual * np.sqrt(rate / usual_rate)
     made = []
     for i, (kind, truth, start, cycles) in enumerate(plans):
         time, response = simulate_record(
             truth, initial_amplitude=start, duration=cycles / f0, sample_rate=SAMPLES_PER_CYCLE * f0,
-            seed=children[i], turbulence=scatter, sensor_noise=air.hiss,
+            seed=children[i], turbulence=scatter, sensor_noise=air.noise_sd,
             gust_intensity=0.0 if truth.still else air.gusts, gust_time=1.0 / rate,
-            disturbances=_settled(rig.of(i), largest, cycles / f0),
+            disturbances=_resolved(rig.of(i), largest, cycles / f0),
         )  # fmt: skip
         if kind is Kind.FREE_DECAY:
-            end = _until_rest(response, max(_REST * start, 3.0 * air.hiss))
+            end = _until_rest(response, max(_REST * start, 3.0 * air.noise_sd))
             time, response = time[:end], response[:end]
         name = f"r{j + 1}_{kind.value.replace('-', '_')}{i % 2 + 1}.csv"
         made.append(Record(name, Path(name), kind, time, response))
     return made
 
 
-def _settled(d: Disturbances, largest: float, duration: float) -> Disturbances:
+def _resolved(d: Disturbances, largest: float, duration: float) -> Disturbances:
     """Turn a range over the largest amplitude, and a time over the record's length, into numbers."""
     return replace(
         d,
@@ -239,50 +237,43 @@ def _until_rest(response: FloatArray, level: float) -> int:
     return max(int(small[0]), 12) * cycle + 1 if len(small) else len(response)
 
 
-def _answer(made: Made, effects: Sequence[str], severity: float) -> dict[str, Any]:
-    rigs = [
-        _rig_answer(f"rig {j + 1}", rig, before, stable)
-        for j, (rig, before, stable) in enumerate(zip(made.body.rigs, made.without.rigs, made.stable, strict=True))
-    ]
+def _answer(case: DrawnCase, effects: Sequence[str], severity: float) -> dict[str, Any]:
+    rigs = zip(case.body.rigs, case.without.rigs, case.stable, strict=True)
     return {
         "kind": _kind(effects), "effects": list(effects), "severity": severity if effects else 0.0,
-        "motion": made.body.section.motion.value, "parameters": dict(zip(effects, made.parameters, strict=True)),
-        "rigs": rigs, "held_out": _held_out(made),
+        "motion": case.body.section.motion.value, "parameters": dict(zip(effects, case.parameters, strict=True)),
+        "rigs": [_rig_answer(f"rig {j}", *rig) for j, rig in enumerate(rigs, start=1)], "held_out": _held_out(case),
     }  # fmt: skip
 
 
 def _rig_answer(name: str, rig: RigTruth, before: RigTruth, stable: tuple[float, float]) -> dict[str, Any]:
-    own = {
-        "": (rig.wind, rig.scruton_number, *stable),
-        "_without": (before.wind, before.scruton_number, *before.bare),
-    }
     answer: dict[str, Any] = {"name": name, "mass_damping_factor": scruton_factor(rig.wind)}
-    for suffix, (truth, number, amplitude, rate) in own.items():
+    for suffix, truth, (amplitude, rate) in (("", rig, stable), ("_without", before, before.undisturbed)):
         answer |= {
-            f"scruton_number{suffix}": number,
-            f"damping_ratio{suffix}": truth.damping_ratio,
-            f"Y1{suffix}": truth.Y1,
-            f"epsilon{suffix}": truth.epsilon,
+            f"scruton_number{suffix}": truth.scruton_number,
+            f"damping_ratio{suffix}": truth.wind.damping_ratio,
+            f"Y1{suffix}": truth.wind.Y1,
+            f"epsilon{suffix}": truth.wind.epsilon,
             f"stable_amplitude{suffix}": amplitude,
             f"relaxation_rate{suffix}": rate,
         }
-    records = {str(i): dict(one) for i, one in rig.own.items()}
+    records = {str(i): dict(fields) for i, fields in rig.own.items()}
     return answer | {"disturbances": _changed(rig.disturbances), "records": records}
 
 
-def _held_out(made: Made) -> list[dict[str, float | None]]:
+def _held_out(case: DrawnCase) -> list[dict[str, float | None]]:
     """Stable amplitudes of the middle rig at Scruton numbers that were not tested; None where it has no limit cycle."""
-    found = []
+    rows = []
+    middle = case.without.middle
     for ratio in HELD_OUT:
         amplitudes = []
-        for body in (made.body, made.without):
-            rig = body.middle
-            ratio_xi = rig.wind.damping_ratio + (ratio - 1.0) * made.without.middle.wind.damping_ratio
-            amplitudes.append(_stable(replace(rig, wind=replace(rig.wind, damping_ratio=ratio_xi)))[0])
-        number = ratio * made.without.middle.scruton_number
-        with_, without = (None if np.isnan(a) else a for a in amplitudes)
-        found.append({"scruton_number": number, "stable_amplitude": with_, "stable_amplitude_without": without})
-    return found
+        for rig in (case.body.middle, middle):
+            damping = rig.wind.damping_ratio + (ratio - 1.0) * middle.wind.damping_ratio
+            amplitude, _ = _limit_cycle(replace(rig, wind=replace(rig.wind, damping_ratio=damping)))
+            amplitudes.append(None if np.isnan(amplitude) else amplitude)
+        names = ("scruton_number", "stable_amplitude", "stable_amplitude_without")
+        rows.append(dict(zip(names, (ratio * middle.scruton_number, *amplitudes), strict=True)))
+    return rows
 
 
 def _kind(effects: Sequence[str]) -> str:

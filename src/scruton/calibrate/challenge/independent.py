@@ -9,13 +9,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from scruton.arrays import FloatArray
 from scruton.calibrate.challenge.envelopes import Envelopes
 
-_STEPS, _TOLERANCE = 25, 1e-5
+_EVALUATIONS, _TOLERANCE = 50, 1e-5
+_STEP = 1e-5  # of a parameter, for the slopes
 _FLOOR = 1e-3
-_FAR = 1e6  # a residual that is out of hand
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +46,7 @@ class Candidate:
 
 
 def candidates(e: Envelopes) -> tuple[Candidate, ...]:
-    """The bare equation, and a handful of effects, some in more than one form."""
+    """The null model, and a handful of effects, some in more than one form."""
     rigs, rate = len(e.damping), e.rate
     of_rig = np.eye(rigs)[e.rig]  # (R, rigs)
     in_wind = np.eye(len(e.wind))[:, e.wind]  # (R, winds)
@@ -90,55 +91,47 @@ def criteria(e: Envelopes) -> dict[str, float]:
     base, squares = _fit(e, free, start, 0.0)
     size = sum(a.size for a in e.amplitude)
     noise = np.sqrt(squares / size)
-    bare, _ = _fit(e, table[0], base, noise)
-    found: dict[str, float] = {}
-    for one in table:
-        own = np.full(one.size, max(float(a.max()) for a in e.amplitude) * 1.05 if one.reading else one.start)
-        u, squares = _fit(e, one, np.r_[bare, own], noise)
-        count = u.size - (len(e.damping) if one.believed else 0)
-        bic = size * np.log(squares / size) + count * np.log(size)
-        found[one.effect] = min(found.get(one.effect, np.inf), float(bic))
-    return found
+    null, _ = _fit(e, table[0], base, noise)
+    best: dict[str, float] = {}
+    for candidate in table:
+        level = max(float(a.max()) for a in e.amplitude) * 1.05
+        own = np.full(candidate.size, level if candidate.reading else candidate.start)
+        u, squares = _fit(e, candidate, np.r_[null, own], noise)
+        count = u.size - (len(e.damping) if candidate.believed else 0)
+        bic = float(size * np.log(squares / size) + count * np.log(size))
+        best[candidate.effect] = min(best.get(candidate.effect, np.inf), bic)
+    return best
 
 
-def _fit(e: Envelopes, one: Candidate, start: FloatArray, noise: float) -> tuple[FloatArray, float]:
-    """Levenberg-Marquardt; returns the parameters and the sum of squares, that of the stated damping with it."""
+def _fit(e: Envelopes, candidate: Candidate, start: FloatArray, noise: float) -> tuple[FloatArray, float]:
+    """Least squares; returns the parameters and the sum of squares, that of the stated damping with it."""
     rigs, records = len(e.damping), len(e.time)
-    shared = np.r_[np.arange(rigs + 2), np.arange(rigs + 2 + records, start.size)]
+    releases = slice(rigs + 2, rigs + 2 + records)  # parameters that move a record of their own alone
+    shared = np.delete(np.arange(start.size), releases)
     grid = _Grid.of(e)
-    weight = noise / e.damping_sd if one.believed else np.full(rigs, 1e-6)
+    owner = np.nonzero(grid.inside)[1]
+    weight = noise / e.damping_sd if candidate.believed else np.full(rigs, 1e-6)
 
     def residuals(u: FloatArray) -> FloatArray:
         """(P, n) of (P, parameters)."""
-        path = grid.solve(e, one, u)
+        path = grid.solve(e, candidate, u)
         return np.concatenate([(path - grid.amplitude)[:, grid.inside], u[:, :rigs] * weight], axis=1)
 
-    u, damp = start.copy(), 1e-3
-    r = residuals(u[None])[0]
-    owner = np.broadcast_to(np.arange(records), grid.inside.shape)[grid.inside]
-    for _ in range(_STEPS):
-        step = 1e-5
-        tries = np.repeat(u[None], shared.size + 1, axis=0)
-        tries[np.arange(shared.size), shared] += step
-        tries[-1, rigs + 2 : rigs + 2 + records] += step
-        change = (residuals(tries) - r) / step
-        J = np.zeros((r.size, u.size))
+    def jacobian(u: FloatArray) -> FloatArray:
+        tries = np.repeat(u[None], shared.size + 2, axis=0)
+        tries[np.arange(shared.size), shared] += _STEP
+        tries[-2, releases] += _STEP
+        r = residuals(tries)
+        change = (r[:-1] - r[-1]) / _STEP
+        J = np.zeros((r.shape[1], u.size))
         J[:, shared] = change[:-1].T
-        J[np.arange(owner.size), rigs + 2 + owner] = change[-1, : owner.size]
-        H, g = J.T @ J, J.T @ r
-        for _ in range(8):
-            trial = u - np.linalg.solve(H + damp * np.diag(np.diag(H) + 1e-9), g)
-            new = residuals(trial[None])[0]
-            if np.abs(new).max() < _FAR and new @ new < r @ r:  # false for NaN, too
-                break
-            damp *= 8.0
-        else:
-            break
-        gain = 1.0 - (new @ new) / (r @ r)
-        u, r, damp = trial, new, damp / 5.0
-        if gain < _TOLERANCE:
-            break
-    return u, float(r @ r)
+        J[np.arange(owner.size), releases.start + owner] = change[-1, : owner.size]
+        return J
+
+    fit = least_squares(  # type: ignore[call-overload]
+        lambda u: residuals(u[None])[0], start, jacobian, x_scale="jac", ftol=_TOLERANCE, max_nfev=_EVALUATIONS
+    )
+    return fit.x, 2.0 * float(fit.cost)
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +154,7 @@ class _Grid:
             amplitude[: a.size, r], inside[: a.size, r] = a, True
         return cls(step, place, amplitude, inside)
 
-    def solve(self, e: Envelopes, one: Candidate, u: FloatArray) -> FloatArray:
+    def solve(self, e: Envelopes, candidate: Candidate, u: FloatArray) -> FloatArray:
         """Readings of (P, parameters): (P, cycles, R), by the midpoint rule from cycle to cycle."""
         rigs, records = len(e.damping), len(e.time)
         structural = (e.omega * e.damping[e.rig]) * (1.0 + u[:, :rigs][:, e.rig])
@@ -172,7 +165,7 @@ class _Grid:
         path[:, 0] = a
 
         def rate(x: FloatArray, place: FloatArray) -> FloatArray:
-            total: FloatArray = -(structural + aero) * x + drive + one.term(State(x, place, aero, drive, e), own)
+            total: FloatArray = -(structural + aero) * x + drive + candidate.term(State(x, place, aero, drive, e), own)
             return total
 
         with np.errstate(all="ignore"):
@@ -181,7 +174,7 @@ class _Grid:
                 middle = np.clip(a + 0.5 * h * rate(a, place), _FLOOR, 1e3)
                 a = np.clip(a + h * rate(middle, place), _FLOOR, 1e3)
                 path[:, k] = a
-            if one.reading:
+            if candidate.reading:
                 level = np.maximum(own[:, :1, None], 1e-2)
                 path /= (1.0 + (path / level) ** 12) ** (1.0 / 12.0)
         return path

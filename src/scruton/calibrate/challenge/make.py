@@ -1,8 +1,7 @@
 """`challenge make`: a folder of campaigns, and their answers in a sealed file whose hash lies in the open."""
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import as_completed
+from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
@@ -13,14 +12,15 @@ from scruton.calibrate.challenge.plan import SEVERITIES, checked, planned
 from scruton.campaign.write import save_campaign
 from scruton.documents import read_json, write_text
 from scruton.errors import InputError
-from scruton.processes import pool
+from scruton.processes import completed
+from scruton.progress import Progress
+from scruton.provenance import provenance
 from scruton.workspace import Workspace
 
 __all__ = ["ANSWERS", "CHALLENGE", "EFFECTS", "make_challenge", "simulate_case"]
 
 CHALLENGE, ANSWERS = "challenge.json", "answers/answers.json"
 _MADE = "a file that a challenge was made with"
-Progress = Callable[[int, int], None]
 
 
 def make_challenge(
@@ -61,7 +61,7 @@ def make_challenge(
     force, resume : bool
         Replace the challenge that lies in the folder, or go on with it, to more cases if need be.
     progress : callable, optional
-        Told how many cases are there, of how many.
+        Told the step, and the fraction of the cases that is there.
 
     Returns
     -------
@@ -98,18 +98,18 @@ def make_challenge(
     with claim as work:
         answers = _known(work)
         missing = [i for i, name in names.items() if name not in answers or not work.find(f"{name}/campaign.toml")]
-        done = cases - len(missing)
-        for index in _made(work, missing, settings, jobs):
+        tasks = [(work.new, work.checkpoints, i, settings) for i in missing]
+        for done, index in enumerate(completed(_make_one, tasks, jobs), cases - len(missing) + 1):
             work.keep(names[index])
-            done += 1
             if progress:
-                progress(done, cases)
+                progress("make", done / cases)
             answers[names[index]] = read_json(work.checkpoints / f"{names[index]}.json", _MADE)
         sealed = json.dumps({name: answers[name] for name in names.values()}, indent=1, sort_keys=True) + "\n"
         write_text(work.new / ANSWERS, sealed)
         table = {
             "format": 1, "settings": settings, "cases": list(names.values()), "answers": ANSWERS,
             "answers_sha256": sha256(sealed.encode()).hexdigest(), "versions": {"scruton": version("scruton")},
+            "provenance": provenance("challenge make", seed=seed, sha256={}, settings=settings),
         }  # fmt: skip
         write_text(work.new / CHALLENGE, json.dumps(table, indent=1) + "\n")
         work.publish()
@@ -123,21 +123,6 @@ def _known(work: Workspace) -> dict[str, Any]:
     for path in sorted(work.checkpoints.glob("*.json")):
         found[path.stem] = read_json(path, _MADE)
     return found
-
-
-def _made(work: Workspace, missing: Sequence[int], settings: Mapping[str, Any], jobs: int) -> Iterator[int]:
-    """Write the cases that are missing, in this process or in several; their numbers come as they are done."""
-    if jobs == 1 or len(missing) < 2:
-        for index in missing:
-            yield _make_one(work.new, work.checkpoints, index, settings)
-        return
-    workers = pool(min(jobs, len(missing)))
-    try:
-        tasks = [workers.submit(_make_one, work.new, work.checkpoints, index, settings) for index in missing]
-        for future in as_completed(tasks):
-            yield future.result()
-    finally:
-        workers.shutdown(cancel_futures=True)
 
 
 def _make_one(out: Path, answers: Path, index: int, settings: Mapping[str, Any]) -> int:

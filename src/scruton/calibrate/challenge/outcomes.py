@@ -18,15 +18,15 @@ _ALLOWED = {"wake_oscillator": (UNKNOWN, "fluid_memory")}  # of the cases outsid
 
 
 @dataclass(frozen=True)
-class Settled:
-    """Stable amplitude of a test left out: A/D or rad.
+class StableAmplitude:
+    """Stable amplitude of a test left out, A/D or rad.
 
     Attributes
     ----------
     moved : float
         What the effect does to it, relative.
     truth, measured, before, after : float
-        As simulated; as measured; as the bare model and the verdict's predict it.
+        As simulated; as measured; as the null model and the verdict's predict it.
     """
 
     moved: float
@@ -56,7 +56,7 @@ class Outcome:
         Effects that cannot be told from the verdict, itself among them.
     shrink : float or None
         Held-out shrink; None where it was not measured.
-    settled : tuple of Settled
+    settled : tuple of StableAmplitude
     rigs, rigs_named : tuple of str
         Where friction is, and where it is said to be.
     seconds : float or None
@@ -71,7 +71,7 @@ class Outcome:
     probability: Mapping[str, float] = field(default_factory=dict)
     group: tuple[str, ...] = ()
     shrink: float | None = None
-    settled: tuple[Settled, ...] = ()
+    settled: tuple[StableAmplitude, ...] = ()
     rigs: tuple[str, ...] = ()
     rigs_named: tuple[str, ...] = ()
     seconds: float | None = None
@@ -128,7 +128,7 @@ def read_outcomes(
         If the hash of the answers is another than stands in challenge.json, or there is nothing to score.
     """
     table = read_json(folder / CHALLENGE)
-    sealed = opened(answers or folder / str(table.get("answers", ANSWERS)), table.get("answers_sha256"))
+    sealed = _opened(answers or folder / str(table.get("answers", ANSWERS)), table.get("answers_sha256"))
     names = [name for name in cases_of(folder) if name in sealed]
     there = [name for name in names if (results / name / CASE).exists() or (results / name / GAP).exists()]
     if not there:
@@ -137,26 +137,18 @@ def read_outcomes(
     return found, dict(table.get("settings", {})) | {"not_run": len(names) - len(there)}
 
 
-def opened(path: Path, digest: object) -> dict[str, Any]:
-    """Open the sealed answers.
-
-    Raises
-    ------
-    InputError
-        If the file is not there, or its SHA-256 is not `digest`.
-    """
+def _opened(path: Path, digest: object) -> dict[str, Any]:
+    """Open the sealed answers."""
     if not path.is_file():
         raise InputError(path, "", "no file", "the sealed answers of the challenge (--answers FILE)")
     text = path.read_bytes()
-    if sha256(text).hexdigest() != digest:
-        raise InputError(
-            path, "SHA-256", sha256(text).hexdigest(),
-            f"{digest} as {CHALLENGE} has it: the answers are not those that were sealed",
-        )  # fmt: skip
-    found = json.loads(text)
-    if not isinstance(found, dict):
-        raise InputError(path, "", type(found).__name__, "one answer a case, by its name")
-    return found
+    if (found := sha256(text).hexdigest()) != digest:
+        wanted = f"{digest} as {CHALLENGE} has it: the answers are not those that were sealed"
+        raise InputError(path, "SHA-256", found, wanted)
+    answers = json.loads(text)
+    if not isinstance(answers, dict):
+        raise InputError(path, "", type(answers).__name__, "one answer a case, by its name")
+    return answers
 
 
 def _outcome(campaign: Path, place: Path, answer: Mapping[str, Any]) -> Outcome:
@@ -184,7 +176,7 @@ def _outcome(campaign: Path, place: Path, answer: Mapping[str, Any]) -> Outcome:
             probability={str(name): float(p) for name, p in gap.get("probability", {}).items()},
             group=groups[0] if groups else (verdict,),
             shrink=(shrink.get("held_out") or {}).get("fraction"),
-            settled=_settled(campaign, shrink.get("stable_amplitude") or (), answer),
+            settled=_stable_amplitudes(campaign, shrink.get("stable_amplitude") or (), answer),
             rigs_named=_named(gap.get("where", ())),
         )
     except (KeyError, TypeError, ValueError, AttributeError) as error:
@@ -199,7 +191,7 @@ def _named(where: Any) -> tuple[str, ...]:
     return tuple(sorted(scope or found))
 
 
-def _settled(campaign: Path, entries: Any, answer: Mapping[str, Any]) -> tuple[Settled, ...]:
+def _stable_amplitudes(campaign: Path, entries: Any, answer: Mapping[str, Any]) -> tuple[StableAmplitude, ...]:
     if not entries:
         return ()
     tests = tomllib.loads((campaign / "campaign.toml").read_text(encoding="utf-8"))["tests"]
@@ -211,5 +203,5 @@ def _settled(campaign: Path, entries: Any, answer: Mapping[str, Any]) -> tuple[S
         truth, without = float(rig["stable_amplitude"]), float(rig["stable_amplitude_without"])
         if None not in (one["before"], one["after"]):
             numbers = (float(one[key]) for key in ("measured", "before", "after"))
-            found.append(Settled(abs(truth / without - 1.0), truth, *numbers))
+            found.append(StableAmplitude(abs(truth / without - 1.0), truth, *numbers))
     return tuple(found)

@@ -11,13 +11,12 @@ import numpy as np
 from scruton.calibrate.challenge.case import DESIGNS
 from scruton.calibrate.challenge.outside import OPEN
 from scruton.calibrate.challenge.scenarios import CATALOGUE
+from scruton.calibrate.thresholds import SEVERE_ENOUGH_FOR_TWO, WITH_TWO, WITHOUT_EFFECT
 from scruton.errors import InputError
 
 NONE, TWO = "none", "two"
 SEVERITIES = (0.1, 0.2, 0.4)
 KINDS = (NONE, *CATALOGUE, TWO, *OPEN)
-_WITHOUT, _PAIRS = 8, 6
-_ENOUGH = 0.2  # two effects at once are severe enough to be told apart
 _BETWEEN_RIGS = "reduced_velocity_drift"
 
 Planned = tuple[tuple[str, ...], float]
@@ -49,10 +48,10 @@ def block(effects: Sequence[str], severities: Sequence[float]) -> list[tuple[str
     rows: list[tuple[str, float]] = []
     for name in effects:
         if name == NONE:
-            rows += [(NONE, 0.0)] * _WITHOUT
+            rows += [(NONE, 0.0)] * WITHOUT_EFFECT
         elif name == TWO:
-            enough = [s for s in severities if s >= _ENOUGH] or list(severities)
-            rows += [(TWO, enough[i % len(enough)]) for i in range(_PAIRS)]
+            enough = [s for s in severities if s >= SEVERE_ENOUGH_FOR_TWO] or list(severities)
+            rows += [(TWO, enough[i % len(enough)]) for i in range(WITH_TWO)]
         else:
             rows += [(name, s) for s in severities]
     return rows

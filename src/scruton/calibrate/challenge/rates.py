@@ -4,22 +4,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import binom
+from scipy.stats import binom, binomtest
 
 from scruton.arrays import FloatArray
-
-_Z95 = 1.959963984540054
-BINS = 10
+from scruton.calibrate.thresholds import RELIABILITY_BINS
 
 
 def wilson(hits: int, trials: int) -> tuple[float, float]:
     """95 % interval of a rate (E. B. Wilson, J. Am. Stat. Assoc. 22, 1927); (0, 1) without trials."""
     if trials == 0:
         return 0.0, 1.0
-    p, z2 = hits / trials, _Z95**2
-    centre = (p + z2 / (2 * trials)) / (1 + z2 / trials)
-    half = _Z95 / (1 + z2 / trials) * np.sqrt(p * (1 - p) / trials + z2 / (4 * trials**2))
-    return max(0.0, float(centre - half)), min(1.0, float(centre + half))
+    interval = binomtest(hits, trials).proportion_ci(method="wilson")
+    return float(interval.low), float(interval.high)
 
 
 def median_interval(values: Sequence[float]) -> tuple[float, float]:
@@ -55,7 +51,7 @@ class Reliability:
     chance: float
 
 
-def reliability(probability: Sequence[float], right: Sequence[bool], bins: int = BINS) -> Reliability:
+def reliability(probability: Sequence[float], right: Sequence[bool], bins: int = RELIABILITY_BINS) -> Reliability:
     """Sort by probability, cut into bins of equal count, and compare mean probability with accuracy.
 
     Parameters

@@ -3,7 +3,6 @@
 import json
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
 from hashlib import sha256
@@ -13,12 +12,13 @@ from typing import Any
 
 from scruton.documents import read_json, write_text
 from scruton.errors import InputError
-from scruton.processes import pool
+from scruton.processes import completed
+from scruton.progress import Progress
+from scruton.provenance import provenance
 from scruton.workspace import Workspace, digest
 
 RUN, GAP, CASE = "challenge-run.json", "gap.json", "case.json"
 Diagnose = Callable[[Path], Mapping[str, Any]]
-Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def run_challenge(
     force, resume : bool
         Replace the results that lie in the folder, or keep the cases that are done; failed ones are tried again.
     progress : callable, optional
-        Told how many cases are done, of how many.
+        Told the step, and the fraction of the cases that is done.
     diagnose : callable
         From a case's folder to the content of gap.json; of module level, for several processes.
 
@@ -80,26 +80,19 @@ def run_challenge(
     if jobs < 1:
         raise InputError("challenge", "jobs", str(jobs), "at least 1")
     cases = cases_of(folder)
-    settings = _settings(folder, cases, diagnose)
+    settings, inputs = _settings(folder, cases, diagnose), _inputs(folder, cases)
+    compared = {key: settings[key] for key in ("diagnosis", "scruton")}
     claim = Workspace(
-        out,
-        "challenge run",
-        inputs=_inputs(folder, cases),
-        settings={key: settings[key] for key in ("diagnosis", "scruton")},
-        results=(RUN,),
-        force=force,
-        resume=resume,
-        grows=True,
+        out, "challenge run", inputs=inputs, settings=compared, results=(RUN,), force=force, resume=resume, grows=True
     )
     with claim as work:
         missing = [name for name in cases if work.find(f"{name}/{GAP}") is None]
-        done = len(cases) - len(missing)
-        for name in _run(folder, work.new, missing, jobs, diagnose):
+        for done, name in enumerate(_run(folder, work.new, missing, jobs, diagnose), len(cases) - len(missing) + 1):
             work.keep(name)
-            done += 1
             if progress:
-                progress(done, len(cases))
-        write_text(work.new / RUN, json.dumps(settings, indent=1) + "\n")
+                progress("run", done / len(cases))
+        block = provenance("challenge run", seed=0, sha256=inputs, settings={"diagnosis": settings["diagnosis"]})
+        write_text(work.new / RUN, json.dumps(settings | {"provenance": block}, indent=1) + "\n")
         work.publish()
     failed = {name: read_json(out / name / CASE).get("error") for name in cases if not (out / name / GAP).exists()}
     return ChallengeRun(out, cases, {name: str(reason) for name, reason in failed.items()})
@@ -137,32 +130,19 @@ def _inputs(folder: Path, cases: Sequence[str]) -> dict[str, str]:
 
 def _run(folder: Path, out: Path, names: Sequence[str], jobs: int, diagnose: Diagnose) -> Iterator[str]:
     """Run the cases in this process or in several; names come as they are done."""
-    if jobs == 1 or len(names) < 2:
-        for name in names:
-            yield _one(folder, out, name, diagnose)
-        return
-    left = list(names)
+    tasks = {name: (folder, out, name, diagnose) for name in names}
     try:
-        for name in _pooled(folder, out, names, jobs, diagnose):
-            left.remove(name)
+        for name in completed(_one, list(tasks.values()), jobs):
+            del tasks[name]
             yield name
     except BrokenProcessPool:
         # A process died and took its neighbours along: the rest one by one, each in a process of its own.
-        for name in left:
+        for name, task in tasks.items():
             try:
-                yield from _pooled(folder, out, [name], 1, diagnose)
+                yield from completed(_one, [task], 1, apart=True)
             except BrokenProcessPool:
                 _note(out / name, 0.0, "the process died")
                 yield name
-
-
-def _pooled(folder: Path, out: Path, names: Sequence[str], jobs: int, diagnose: Diagnose) -> Iterator[str]:
-    workers = pool(min(jobs, len(names)))
-    try:
-        for future in as_completed([workers.submit(_one, folder, out, name, diagnose) for name in names]):
-            yield future.result()
-    finally:
-        workers.shutdown(cancel_futures=True)
 
 
 def _one(folder: Path, out: Path, name: str, diagnose: Diagnose) -> str:

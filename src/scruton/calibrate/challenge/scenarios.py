@@ -1,7 +1,7 @@
 r"""Every effect of the challenge at a severity: what is done to the rigs of a body.
 
-Severity s means, at the middle rig's bare stable amplitude a* and relaxation rate lambda: the effect's damping is
-s lambda/omega; for the others
+Severity s means, at the middle rig's undisturbed stable amplitude a* and relaxation rate lambda: the effect's damping
+is s lambda/omega; for the others
 
 ==================== ==============================================================================================
 gain                 the reading is scaled by 1 + s or 1 - s
@@ -22,7 +22,6 @@ wake oscillator      its own amplitude relaxes in a time s/lambda, and it drives
 """
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
@@ -33,10 +32,11 @@ from scruton.calibrate.challenge.scope import (
     coefficient,
     every,
     records,
-    set_record,
+    set_records,
     set_rigs,
+    set_winds,
     some,
-)
+)  # fmt: skip
 from scruton.calibrate.challenge.sections import Body
 from scruton.simulate.disturbances import COHERENCE_FORMS
 
@@ -78,7 +78,7 @@ def apply(body: Body, effect: str, severity: float, rng: np.random.Generator) ->
 def coulomb_friction(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
     """Regularised or hysteretic friction, in all rigs or in the damper of some."""
     form = str(rng.choice(["tanh", "dahl"]))
-    smallest = min(rig.bare[0] for rig in body.rigs)
+    smallest = min(rig.undisturbed[0] for rig in body.rigs)
     scale = float(rng.uniform(0.01, 0.03) * smallest * (body.middle.wind.omega if form == "tanh" else 1.0))
     force = coefficient(body, severity, "friction", friction_form=form, friction_scale=scale)
     rigs = every(body) if rng.random() < 0.5 else some(body, rng)
@@ -96,16 +96,15 @@ def structural_damping_nonlinearity(body: Body, severity: float, rng: np.random.
 
 def structural_damping_error(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
     """The true damping is not what the laboratory states."""
-    amount = severity * body.middle.bare[1] / body.middle.wind.omega
+    amount = severity * body.middle.undisturbed[1] / body.middle.wind.omega
     rigs = every(body) if rng.random() < 0.4 else some(body, rng)
     sign = float(rng.choice([-1.0, 1.0]))
     if any(body.rigs[j].wind.damping_ratio - amount < 0.35 * body.rigs[j].wind.damping_ratio for j in rigs):
         sign = 1.0
-    made = list(body.rigs)
-    for j in rigs:
-        wind = made[j].wind
-        made[j] = replace(made[j], wind=replace(wind, damping_ratio=wind.damping_ratio + sign * amount))
-    return replace(body, rigs=tuple(made)), {"rigs": rigs, "damping_ratio": sign * amount}
+    true = {j: body.rigs[j].wind.damping_ratio + sign * amount for j in rigs}
+    return set_winds(body, {j: {"damping_ratio": xi} for j, xi in true.items()}), {
+        "rigs": rigs, "damping_ratio": sign * amount,
+    }  # fmt: skip
 
 
 def aerodynamic_damping_nonlinearity(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
@@ -121,7 +120,7 @@ def aerodynamic_damping_nonlinearity(body: Body, severity: float, rng: np.random
 def spanwise_coherence_loss(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
     """The second term of the force is lost at small amplitude."""
     form = str(rng.choice(COHERENCE_FORMS))
-    below = (0.15 + 0.85 * severity) * body.middle.bare[0]
+    below = (0.15 + 0.85 * severity) * body.middle.undisturbed[0]
     made = set_rigs(body, every(body), coherence_amplitude=below, coherence_form=form)
     return made, {"rigs": every(body), "form": form, "amplitude": below}
 
@@ -135,43 +134,36 @@ def reduced_velocity_drift(body: Body, severity: float, rng: np.random.Generator
     spread = float(rng.uniform(0.02, 0.08) * rng.choice([-1.0, 1.0]))
     place = np.linspace(-0.5, 0.5, count)
     base = body.middle.wind.wind_speed / (body.middle.wind.frequency * body.section.depth)
-    made = []
-    for rig, u in zip(body.rigs, place.tolist(), strict=True):
-        wind = replace(
-            rig.wind,
-            Y1=rig.wind.Y1 * (1.0 + 2.0 * severity * sign * u),
-            epsilon=rig.wind.epsilon * (1.0 + 2.0 * severity * sign * other * u),
-            wind_speed=base * (1.0 + spread * u) * rig.wind.frequency * body.section.depth,
-        )
-        made.append(replace(rig, wind=wind))
+    winds = {
+        j: {
+            "Y1": rig.wind.Y1 * (1.0 + 2.0 * severity * sign * u),
+            "epsilon": rig.wind.epsilon * (1.0 + 2.0 * severity * sign * other * u),
+            "wind_speed": base * (1.0 + spread * u) * rig.wind.frequency * body.section.depth,
+        }
+        for j, (rig, u) in enumerate(zip(body.rigs, place.tolist(), strict=True))
+    }
     parameters = {"rigs": every(body), "Y1": 2.0 * severity * sign, "epsilon": 2.0 * severity * sign * other}
-    return replace(body, rigs=tuple(made)), parameters
+    return set_winds(body, winds), parameters
 
 
 def fluid_memory(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
     """The aerodynamic damping follows the amplitude late."""
-    lag = severity / body.middle.bare[1]
+    lag = severity / body.middle.undisturbed[1]
     parameters = {"rigs": every(body), "time_s": lag, "cycles": lag * body.middle.wind.frequency}
     return set_rigs(body, every(body), memory_time=lag), parameters
 
 
 def vortex_shedding_forcing(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
     """A force 2 to 6 % off the response, beating with it; its phase is another in every record."""
-    amplitude, rate = body.middle.bare
+    amplitude, rate = body.middle.undisturbed
     wind = body.middle.wind
     coefficient = 2.0 * wind.omega * severity * rate * amplitude / wind.pressure
     off = float(rng.uniform(0.02, 0.06) * rng.choice([-1.0, 1.0]))
     rigs = every(body) if rng.random() < 0.7 else some(body, rng)
-    made, offs = list(body.rigs), {}
-    for j in rigs:
-        own = off * (1.0 + 0.1 * float(rng.uniform(-1.0, 1.0)))
-        offs[j] = own
-        frequency = made[j].wind.omega * (1.0 + own) / (2.0 * np.pi)
-        made[j] = replace(
-            made[j], wind=replace(made[j].wind, shedding=coefficient, shedding_frequency=float(frequency))
-        )
-    parameters = {"rigs": rigs, "coefficient": coefficient, "off": [offs[j] for j in rigs]}
-    return replace(body, rigs=tuple(made)), parameters
+    offs = {j: off * (1.0 + 0.1 * float(rng.uniform(-1.0, 1.0))) for j in rigs}
+    frequencies = {j: float(body.rigs[j].wind.omega * (1.0 + own) / (2.0 * np.pi)) for j, own in offs.items()}
+    made = set_winds(body, {j: {"shedding": coefficient, "shedding_frequency": f} for j, f in frequencies.items()})
+    return made, {"rigs": rigs, "coefficient": coefficient, "off": list(offs.values())}
 
 
 def wind_speed_drift(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
@@ -180,31 +172,24 @@ def wind_speed_drift(body: Body, severity: float, rng: np.random.Generator) -> t
     from_start = bool(rng.random() < 0.5)
     chosen = records(body, rng)
     common = float(rng.choice([-1.0, 1.0])) if rng.random() < 0.5 else 0.0
-    made, drifts = list(body.rigs), {}
-    for j, i in chosen:
-        drift = 0.75 * severity * (common or float(rng.choice([-1.0, 1.0])))
-        drifts[f"{j},{i}"] = drift
-        made[j] = set_record(made[j], i, drift=drift, drift_form=form, drift_from_start=from_start)
-    parameters = {
+    drifts = {place: 0.75 * severity * (common or float(rng.choice([-1.0, 1.0]))) for place in chosen}
+    shared: Parameters = {"drift_form": form, "drift_from_start": from_start}
+    return set_records(body, {place: {"drift": drift, **shared} for place, drift in drifts.items()}), {
         "rigs": sorted({j for j, _ in chosen}), "records": chosen, "form": form, "from_start": from_start,
-        "drift": drifts,
+        "drift": {f"{j},{i}": drift for (j, i), drift in drifts.items()},
     }  # fmt: skip
-    return replace(body, rigs=tuple(made)), parameters
 
 
 def stiffness_nonlinearity(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
     """A spring that hardens or softens with the square of the displacement, or with its size."""
-    largest = LARGEST * max(rig.bare[0] for rig in body.rigs)
+    largest = LARGEST * max(rig.undisturbed[0] for rig in body.rigs)
     change = 0.06 * severity * float(rng.choice([-1.0, 1.0]))
     # omega/omega0 = 1 + 3/8 k3 a^2, or 1 + 4/(3 pi) k2 a.
     cubic = bool(rng.random() < 0.65)
-    fields = (
-        {"cubic_stiffness": change / (0.375 * largest**2)}
-        if cubic
-        else {"linear_stiffness_slope": change / (4.0 / (3.0 * np.pi) * largest)}
-    )
-    parameters = {"rigs": every(body), "form": next(iter(fields)), "change": change, "up_to": largest}
-    return set_rigs(body, every(body), **fields), parameters
+    form = "cubic_stiffness" if cubic else "linear_stiffness_slope"
+    value = change / (0.375 * largest**2) if cubic else change / (4.0 / (3.0 * np.pi) * largest)
+    parameters = {"rigs": every(body), "form": form, "change": change, "up_to": largest}
+    return set_rigs(body, every(body), **{form: value}), parameters
 
 
 def sensor_gain_error(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
@@ -213,17 +198,15 @@ def sensor_gain_error(body: Body, severity: float, rng: np.random.Generator) -> 
     j = int(rng.integers(len(body.rigs)))
     if len(body.rigs) > 1 and rng.random() < 0.6:
         return set_rigs(body, [j], gain=gain), {"rigs": [j], "records": "all of the rig", "gain": gain}
-    i = int(rng.integers(IN_WIND))
-    made = list(body.rigs)
-    made[j] = set_record(made[j], i, gain=gain)
-    return replace(body, rigs=tuple(made)), {"rigs": [j], "records": [(j, i)], "gain": gain}
+    record = j, int(rng.integers(IN_WIND))
+    return set_records(body, {record: {"gain": gain}}), {"rigs": [j], "records": [record], "gain": gain}
 
 
 def sensor_clipping(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
     """A channel whose range ends smoothly; the range is set when the largest amplitude is known."""
     rigs = every(body) if rng.random() < 0.5 else some(body, rng)
     sharpness = float(rng.uniform(8.0, 20.0))
-    # Negative: over the largest amplitude of the rig's records, see `scruton.calibrate.challenge.make`.
+    # Negative: over the largest amplitude of the rig's records, see `scruton.calibrate.challenge.case`.
     made = set_rigs(body, rigs, clip_level=-(1.0 - 0.6 * severity), clip_sharpness=sharpness)
     return made, {"rigs": rigs, "over_largest": 1.0 - 0.6 * severity, "sharpness": sharpness}
 

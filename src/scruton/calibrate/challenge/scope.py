@@ -1,14 +1,14 @@
 """Which rigs and records a scenario touches, and how strong a force has to be."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from scruton.calibrate.challenge.sections import Body, RigTruth
-from scruton.simulate.disturbances import Disturbances
-from scruton.simulate.disturbed import mean_rate
+from scruton.calibrate.challenge.sections import Body
+from scruton.simulate import Disturbances
+from scruton.simulate.equation import mean_rate
 
 Parameters = dict[str, Any]
 
@@ -17,16 +17,29 @@ IN_WIND, STILL = 4, 2  # records of a rig: two growths and two decays, two free 
 
 def set_rigs(body: Body, rigs: Iterable[int], **fields: Any) -> Body:
     """Put fields of `Disturbances` into some rigs; a sequence has one value a rig of the body."""
-    made = list(body.rigs)
-    for j in rigs:
-        own = {key: value[j] if isinstance(value, list | tuple) else value for key, value in fields.items()}
-        made[j] = replace(made[j], disturbances=replace(made[j].disturbances, **own))
-    return replace(body, rigs=tuple(made))
+
+    def own(j: int) -> Disturbances:
+        mine = {key: value[j] if isinstance(value, list) else value for key, value in fields.items()}
+        return replace(body.rigs[j].disturbances, **mine)
+
+    return _change(body, {j: {"disturbances": own(j)} for j in rigs})
 
 
-def set_record(rig: RigTruth, record: int, **fields: float | str) -> RigTruth:
-    """Put fields of `Disturbances` into one record of a rig."""
-    return replace(rig, own={**rig.own, record: {**rig.own.get(record, {}), **fields}})
+def set_records(body: Body, fields: Mapping[tuple[int, int], Parameters]) -> Body:
+    """Put fields of `Disturbances` into single records, by rig and number."""
+    own = {j: dict(rig.own) for j, rig in enumerate(body.rigs)}
+    for (j, i), mine in fields.items():
+        own[j][i] = {**own[j].get(i, {}), **mine}
+    return _change(body, {j: {"own": records} for j, records in own.items()})
+
+
+def set_winds(body: Body, fields: Mapping[int, Parameters]) -> Body:
+    """Put fields of `Truth` into some rigs."""
+    return _change(body, {j: {"wind": replace(body.rigs[j].wind, **mine)} for j, mine in fields.items()})
+
+
+def _change(body: Body, rigs: Mapping[int, Mapping[str, Any]]) -> Body:
+    return replace(body, rigs=tuple(replace(rig, **rigs.get(j, {})) for j, rig in enumerate(body.rigs)))
 
 
 def every(body: Body) -> list[int]:
@@ -45,7 +58,7 @@ def some(body: Body, rng: np.random.Generator) -> list[int]:
 def coefficient(body: Body, severity: float, field: str, **fixed: Any) -> float:
     """Coefficient of a force that is linear in it, so that it damps the middle rig at a* by s lambda/omega."""
     rig = body.middle
-    amplitude, rate = rig.bare
+    amplitude, rate = rig.undisturbed
     without, unit = (
         float(mean_rate(rig.wind, Disturbances(**{**fixed, field: value}), np.array([amplitude]))[0])
         for value in (0.0, 1.0)

@@ -10,15 +10,22 @@ import numpy as np
 
 from scruton.calibrate.challenge.figures import Figure, by_effect, calibration, confusion, figures
 from scruton.calibrate.challenge.outcomes import Outcome, read_outcomes
-from scruton.calibrate.plain import aligned, csv_text, plain
-from scruton.documents import write_text
+from scruton.cells import aligned, csv_text
+from scruton.documents import plain, write_text
 from scruton.errors import InputError
+from scruton.provenance import provenance
 from scruton.workspace import Workspace
 
 SCORE = "challenge-score.json"
 _ROWS_OF_BASELINES = (
     "top-1", "truth in", "no effect", "outside", "catalogued", "calibration", "mean log", "two", "seconds",
 )  # fmt: skip
+_DESIGNS = {"full": "three rigs with still-air decays", "one-rig": "one rig without still-air records"}
+_KINDS = {
+    "none": "without an effect", "catalogue": "with one of the catalogue", "two": "with two at once",
+    "open": "with one outside the catalogue",
+}  # fmt: skip
+_NOISES = {"turbulence": "amplitude scatter", "noise": "sensor noise"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,56 +120,43 @@ def describe(score: ChallengeScore) -> str:
     """Say in one sentence what was scored."""
     s = score.settings
     kinds = [one.kind for one in score.outcomes]
-    counts = ", ".join(
-        f"{kinds.count(kind)} {what}"
-        for kind, what in (
-            ("none", "without an effect"), ("catalogue", "with one of the catalogue"), ("two", "with two at once"),
-            ("open", "with one outside the catalogue"),
-        )
-        if kind in kinds
-    )  # fmt: skip
-    ranges = [
-        f"{what} of {100 * s[key][0]:g} to {100 * s[key][1]:g} %"
-        for key, what in (("turbulence", "amplitude scatter"), ("noise", "sensor noise"))
-        if key in s
-    ]
-    left = f" {s['not_run']} cases have not been run." if s.get("not_run") else ""
-    design = {"full": "three rigs with still-air decays", "one-rig": "one rig without still-air records"}
-    made = design.get(str(s.get("design")), "any design")
-    return (
-        f"{len(kinds)} campaigns of {made} (seed {s.get('seed', 'unknown')}): {counts}; "
-        f"{', '.join(ranges) or 'noise unknown'}.{left}"
+    counts = ", ".join(f"{kinds.count(kind)} {what}" for kind, what in _KINDS.items() if kind in kinds)
+    ranges = ", ".join(
+        f"{what} of {100 * s[key][0]:g} to {100 * s[key][1]:g} %" for key, what in _NOISES.items() if key in s
     )
+    left = f" {s['not_run']} cases have not been run." if s.get("not_run") else ""
+    made = f"{_DESIGNS.get(str(s.get('design')), 'any design')} (seed {s.get('seed', 'unknown')})"
+    return f"{len(kinds)} campaigns of {made}: {counts}; {ranges or 'noise unknown'}.{left}"
 
 
 def _tables(score: ChallengeScore) -> list[tuple[str, list[list[str]]]]:
+    """Titles and rows of text, the first of them the header."""
     rows = [["figure", "reached", "wanted", "95 % interval", "cases", "met"]]
-    for one in score.figures:
-        sign = "" if one.wanted is None else f"{'<=' if one.at_most else '>='} {_shown(one.wanted, one)}"
-        span = " to ".join(_shown(x, one) for x in one.interval95) if np.isfinite(one.interval95[0]) else ""
-        met = {True: "yes", False: "NO", None: ""}[one.met]
-        rows.append([one.name, _shown(one.reached, one), sign, span if one.cases else "", str(one.cases), met])
-    found = [("Figures", rows)]
+    for figure in score.figures:
+        low, high = (_shown(x, figure) for x in figure.interval95)
+        span = f"{low} to {high}" if figure.cases and np.isfinite(figure.interval95[0]) else ""
+        met = {True: "yes", False: "NO", None: ""}[figure.met]
+        rows.append([figure.name, _shown(figure.reached, figure), _wanted(figure), span, str(figure.cases), met])
     effects = [["truth", "severity", "cases", "right", "95 % interval", "in group", "group size", "shrink", "else"]]
     for row in by_effect(score.outcomes):
-        severity = "all" if row["severity"] is None else f"{row['severity']:g}"
-        span = f"{_percent(row['low95'])} to {_percent(row['high95'])}"
         effects.append([
-            str(row["truth"]), severity, str(row["cases"]), _percent(row["right"]), span, _percent(row["in_group"]),
+            str(row["truth"]), "all" if row["severity"] is None else f"{row['severity']:g}", str(row["cases"]),
+            _percent(row["right"]), f"{_percent(row['low95'])} to {_percent(row['high95'])}", _percent(row["in_group"]),
             f"{row['group_size']:.2f}", "" if row["shrink"] is None else f"{row['shrink']:.2f}",
             str(row["most_often_wrong"]),
         ])  # fmt: skip
-    found.append(("By effect and severity", effects))
+    tables = [("Figures", rows), ("By effect and severity", effects)]
     if score.baselines:
-        head = ["figure", "wanted", "scruton", *score.baselines]
-        beside = [head]
-        for i, one in enumerate(score.figures):
-            if one.name.startswith(_ROWS_OF_BASELINES):
-                sign = "" if one.wanted is None else f"{'<=' if one.at_most else '>='} {_shown(one.wanted, one)}"
-                others = [_shown(table[i].reached, one) for table in score.baselines.values()]
-                beside.append([one.name, sign, _shown(one.reached, one), *others])
-        found.append(("Beside the baselines", beside))
-    return found
+        beside = [["figure", "wanted", "scruton", *score.baselines]]
+        for same in zip(score.figures, *score.baselines.values(), strict=True):
+            if same[0].name.startswith(_ROWS_OF_BASELINES):
+                beside.append([same[0].name, _wanted(same[0]), *(_shown(one.reached, same[0]) for one in same)])
+        tables.append(("Beside the baselines", beside))
+    return tables
+
+
+def _wanted(figure: Figure) -> str:
+    return "" if figure.wanted is None else f"{'<=' if figure.at_most else '>='} {_shown(figure.wanted, figure)}"
 
 
 def _shown(value: float, figure: Figure) -> str:
@@ -178,22 +172,24 @@ def _percent(value: object) -> str:
 def _write(score: ChallengeScore, out: Path) -> None:
     from scruton.calibrate.challenge.pictures import draw
 
-    rows, columns, counts = confusion(score.outcomes)
+    truths, verdicts, counts = confusion(score.outcomes)
     bins = calibration(score.outcomes)
     tables: dict[str, list[dict[str, Any]]] = {
         "figures": [_figure(one) for one in score.figures],
         "effects": by_effect(score.outcomes),
         "confusion": [
-            {"truth": name} | dict(zip(columns, line.tolist(), strict=True))
-            for name, line in zip(rows, counts, strict=True)
+            {"truth": truth} | dict(zip(verdicts, row, strict=True))
+            for truth, row in zip(truths, counts.tolist(), strict=True)
         ],
         "reliability": [
-            {"probability": float(p), "accuracy": float(a), "cases": int(n)}
-            for p, a, n in zip(bins.probability, bins.accuracy, bins.count, strict=True)
+            dict(zip(("probability", "accuracy", "cases"), values, strict=True))
+            for values in zip(bins.probability.tolist(), bins.accuracy.tolist(), bins.count.tolist(), strict=True)
         ],
-        "cases": [_case(one) for one in score.outcomes],
+        "cases": [asdict(one) | {"right": one.right} for one in score.outcomes],
     }
-    everything: dict[str, Any] = {"format": 1, "settings": dict(score.settings)} | tables
+    settings = dict(score.settings)
+    everything: dict[str, Any] = {"format": 1, "settings": settings} | tables
+    everything["provenance"] = provenance("challenge score", seed=settings.get("seed", 0), sha256={}, settings=settings)
     everything["baselines"] = {name: [_figure(one) for one in table] for name, table in score.baselines.items()}
     for name, table in tables.items():
         write_text(out / f"{name}.csv", csv_text(table))
@@ -207,10 +203,6 @@ def _figure(one: Figure) -> dict[str, Any]:
         "figure": one.name, "reached": one.reached, "low95": one.interval95[0], "high95": one.interval95[1],
         "cases": one.cases, "wanted": one.wanted, "at_most": one.at_most, "met": one.met,
     }  # fmt: skip
-
-
-def _case(one: Outcome) -> dict[str, Any]:
-    return asdict(one) | {"probability": dict(one.probability), "right": one.right}
 
 
 def _piped(rows: Sequence[Sequence[str]]) -> str:

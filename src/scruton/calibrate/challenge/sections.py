@@ -6,9 +6,8 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Motion, Section
-from scruton.simulate.disturbances import Disturbances
-from scruton.simulate.disturbed import mean_rate
-from scruton.simulate.motion import Truth
+from scruton.simulate import Disturbances, Truth
+from scruton.simulate.equation import mean_rate
 
 AMPLITUDES = {Motion.HEAVING: (0.010, 0.15), Motion.TORSIONAL: (np.deg2rad(1.0), np.deg2rad(5.0))}
 _MIDDLE = {Motion.HEAVING: (0.018, 0.09), Motion.TORSIONAL: (np.deg2rad(1.3), np.deg2rad(3.8))}
@@ -41,7 +40,7 @@ class RigTruth:
     own: dict[int, dict[str, float | str]] = field(default_factory=dict)
 
     @property
-    def bare(self) -> tuple[float, float]:
+    def undisturbed(self) -> tuple[float, float]:
         """Stable amplitude and relaxation rate [1/s] without disturbances."""
         return self.wind.balance()
 
@@ -80,7 +79,7 @@ def scruton_factor(truth: Truth) -> float:
 
 
 def random_body(rng: np.random.Generator, rigs: int = 3) -> Body:
-    """Draw a body, heaving or torsional, whose rigs all have a bare limit cycle of a usual size.
+    """Draw a body, heaving or torsional, whose rigs all have an undisturbed limit cycle of a usual size.
 
     Scruton numbers of three rigs stand about as 1 : 2 : 4.
 
@@ -141,7 +140,7 @@ def _draw(rng: np.random.Generator, rigs: int) -> Body | None:
 
 
 def _usual(rig: RigTruth, motion: Motion) -> bool:
-    amplitude, rate = rig.bare
+    amplitude, rate = rig.undisturbed
     low, high = AMPLITUDES[motion]
     return (
         low <= amplitude <= high
@@ -162,15 +161,15 @@ def limit_cycle(truth: Truth, disturbances: Disturbances) -> tuple[float, float]
     """
     from scipy.optimize import brentq
 
-    bare = truth.balance()[0]
+    usual = truth.balance()[0]
 
     def rate(a: float) -> float:
         return float(mean_rate(truth, disturbances, np.array([a]))[0])
 
-    grid: FloatArray = bare * np.geomspace(0.05, 4.0, 60)
+    grid: FloatArray = usual * np.geomspace(0.05, 4.0, 60)
     rates = mean_rate(truth, disturbances, grid)
     crossings = np.flatnonzero(np.sign(rates[1:]) != np.sign(rates[:-1]))
-    inside = [i for i in crossings if grid[i] > 0.05 * bare]
+    inside = [i for i in crossings if grid[i] > 0.05 * usual]
     falling = [i for i in inside if rates[i] > 0.0]
     if len(falling) != 1:
         return np.nan, np.nan

@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scruton.infer import replication, sensitivity
+from scruton.infer import replication
 from scruton.infer.criticism import Criticism, RecordOf, records
+from scruton.infer.thresholds import BARELY_MOVED, NOT_MOVED, SENSITIVE, TRUSTED_KHAT
 from scruton.report.figures.style import (
     BLACK,
     BLUE,
@@ -226,9 +227,9 @@ def _moved(tests: Sequence[str], criticism: Criticism, name: str) -> FigureWithC
     with house_style():
         figure = new_figure(26.0 + 5.0 * len(lines))
         left, right = figure.subplots(1, 2, sharey=True)
-        for edge in (sensitivity.BARELY, sensitivity.NOT_MOVED):
+        for edge in (BARELY_MOVED, NOT_MOVED):
             left.axvline(edge, color=GREY, lw=0.8, ls=(0, (4, 2)))
-        right.axvline(sensitivity.THRESHOLD, color=GREY, lw=0.8, ls=(0, (4, 2)))
+        right.axvline(SENSITIVE, color=GREY, lw=0.8, ls=(0, (4, 2)))
         for i, key in enumerate(lines):
             if np.isfinite(ratios.get(key, np.nan)):
                 left.hlines(i, 1e-4, ratios[key], color=LIGHT, lw=3.0)
@@ -284,7 +285,7 @@ def _influence(known: Sequence[tuple[str, str]], criticism: Criticism, name: str
         for i, (test, record) in enumerate(known):
             for parameter, marker, colour, sign, aside in parameters:
                 one = rows[test, record, parameter]
-                label = sign if one.trusted else f"{sign}, not to be trusted (k-hat > {sensitivity.TRUSTED_KHAT})"
+                label = sign if one.trusted else f"{sign}, not to be trusted (k-hat > {TRUSTED_KHAT})"
                 axes.plot(
                     one.shift, i + aside, marker, color=colour, mfc=colour if one.trusted else "white", label=label
                 )

@@ -1,6 +1,6 @@
 r"""One mode of a bridge in a lock-in wind with tuned mass dampers on it, integrated in time.
 
-The mode has the equation of `scruton.simulate.motion` and carries dampers with relative displacements r_i:
+The mode has the equation of `scruton.simulate.equation` and carries dampers with relative displacements r_i:
 
 .. math:: \ddot\eta + 2\xi\omega_0\dot\eta + \omega_0^2\eta = \mathrm{wind}(\eta, \dot\eta)
    + \sum \mu_i (2\zeta_i\omega_i\dot r_i + \omega_i^2 r_i), \qquad
@@ -17,7 +17,8 @@ from numba import njit
 from numpy.typing import ArrayLike
 
 from scruton.arrays import FloatArray
-from scruton.simulate.motion import FORCES, STEPS_PER_CYCLE, Truth
+from scruton.simulate import Truth
+from scruton.simulate.equation import STEPS_PER_CYCLE
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,7 @@ def simulate_damped(
         displacement, state, interval / substeps, substeps,
         omega**2, 2.0 * truth.damping_ratio * 2.0 * np.pi * truth.frequency,
         0.0 if truth.still else truth.pressure * truth.Y1, 0.0 if truth.still else truth.passage,
-        truth.epsilon, FORCES[truth.force],
+        truth.epsilon, int(truth.force == "ehsan-scanlan"),
         mu, (omega * ratio) ** 2, 2.0 * zeta * omega * ratio,
     )  # fmt: skip
     times: FloatArray = np.linspace(0.0, interval * (displacement.shape[1] - 1), displacement.shape[1])

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from damped_mode import limit_cycle, simulate_damped
 from scipy.integrate import solve_ivp
 
 from scruton.campaign.schema import Motion
-from scruton.simulate.damped import limit_cycle, simulate_damped
-from scruton.simulate.motion import Truth
+from scruton.simulate import Truth
 
 COULOMB = Truth(Motion.HEAVING, 0.3, 0.075, 7.292, 7.87, 0.0065, 1.22, 5.036, -11.111, 0.03235)
 DUFFING_FREE = Truth(Motion.HEAVING, 0.3, 0.075, 7.292, 7.87, 0.0065, 1.22, 5.036, 25.0, 1500.0, force="ehsan-scanlan")

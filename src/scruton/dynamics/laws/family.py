@@ -4,7 +4,8 @@ r"""The amplitude equation and its laws: one family, ordered by an exponent n.
 
 n = -1 is the law of Gao et al. (Eq. 10 of the Griffin-plot paper: linear in a), n -> 0 is Gompertz, n = 1 quadratic,
 n = 2 Ehsan and Scanlan (Van der Pol, Rayleigh), and n = 2 nu Larsen's with his exponent nu.  lambda is the rate at
-which a small deviation from the stable amplitude dies out, in 1/s, the same under every law.
+which a small deviation from the stable amplitude dies out, in 1/s, the same under every law.  The equation itself
+stands in `scruton.dynamics.equation`, compiled.
 """
 
 import numpy as np
@@ -30,38 +31,39 @@ def rate(a: ArrayLike, a_star: ArrayLike, lam: ArrayLike, n: ArrayLike) -> Float
     a_star, lam, n : array_like
         Stable amplitude, relaxation rate [1/s], exponent; all broadcast.
     """
-    a, a_star, lam, n = (np.asarray(one, dtype=np.float64) for one in (a, a_star, lam, n))
-    # a^(n+1) keeps n = -1 finite at a = 0; expm1 keeps n -> 0 exact.
-    with np.errstate(divide="ignore", invalid="ignore"):
-        log_ratio = np.log(a / a_star)
-        general = -lam * a * _expm1_over(n, log_ratio)
-    linear: FloatArray = lam * (a_star - a)
-    return np.where(n == -1.0, linear, general)
+    from scruton.dynamics.equation import drifts
+
+    arrays, (found,) = _flat(1, a, a_star, lam, n)
+    drifts(*arrays, found.ravel())
+    return found
 
 
 def closed_form(t: ArrayLike, a0: ArrayLike, a_star: ArrayLike, lam: ArrayLike, n: ArrayLike) -> FloatArray:
     """Amplitude at time t [s] after a0: a* [1 + ((a*/a0)^n - 1) exp(-lambda t)]^(-1/n).
 
-    `a0` may be zero for n = -1; under the other laws the amplitude never leaves zero.
+    `a0` may be zero for n = -1; for n >= 0 the amplitude never leaves zero.
     """
-    t, a0, a_star, lam, n = (np.asarray(one, dtype=np.float64) for one in (t, a0, a_star, lam, n))
-    decay = np.exp(-lam * t)
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        deviation = np.log(a0 / a_star)
-        # ln(a/a*) = -ln(1 + (exp(-n L) - 1) E)/n with L = ln(a0/a*), E = exp(-lambda t).
-        shape = np.expm1(-n * deviation) * decay
-        general = a_star * np.exp(np.where(n == 0.0, deviation * decay, -np.log1p(shape) / np.where(n == 0.0, 1.0, n)))
-    linear: FloatArray = a_star + (a0 - a_star) * decay
-    return np.where(n == -1.0, linear, general)
+    return _flow(t, a0, a_star, lam, n)[0]
 
 
 def flow_derivative(t: ArrayLike, a0: ArrayLike, a_star: ArrayLike, lam: ArrayLike, n: ArrayLike) -> FloatArray:
     """Derivative of `closed_form` with respect to a0: (a/a0)^(n+1) exp(-lambda t)."""
-    a = closed_form(t, a0, a_star, lam, n)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        power = np.where(np.asarray(n) == -1.0, 1.0, (a / np.asarray(a0)) ** (np.asarray(n) + 1.0))
-    derivative: FloatArray = power * np.exp(-np.asarray(lam) * np.asarray(t))
-    return derivative
+    return _flow(t, a0, a_star, lam, n)[1]
+
+
+def _flow(t: ArrayLike, a0: ArrayLike, a_star: ArrayLike, lam: ArrayLike, n: ArrayLike) -> list[FloatArray]:
+    from scruton.dynamics.equation import flows
+
+    decay = np.exp(-np.asarray(lam, dtype=np.float64) * np.asarray(t, dtype=np.float64))
+    arrays, found = _flat(2, a0, a_star, decay, n)
+    flows(*arrays, *(out.ravel() for out in found))
+    return found
+
+
+def _flat(outputs: int, *arguments: ArrayLike) -> tuple[list[FloatArray], list[FloatArray]]:
+    """Arguments broadcast and in one row, as compiled functions take them, and arrays for what comes out."""
+    arrays = np.broadcast_arrays(*(np.asarray(value, dtype=np.float64) for value in arguments))
+    return [value.ravel() for value in arrays], [np.empty(arrays[0].shape) for _ in range(outputs)]
 
 
 def extrapolation_index(scruton_number: ArrayLike, tested: ArrayLike, relaxation: ArrayLike) -> FloatArray:
@@ -93,10 +95,6 @@ def index_of(log_ratio: ArrayLike, n: ArrayLike) -> FloatArray:
 
     x = (1 - r^n)/n, and -ln r at n = 0.
     """
-    return -_expm1_over(np.asarray(n, dtype=np.float64), np.asarray(log_ratio, dtype=np.float64))
-
-
-def _expm1_over(n: FloatArray, log_ratio: FloatArray) -> FloatArray:
-    """(exp(n L) - 1)/n, and L at n = 0."""
-    value: FloatArray = np.where(n == 0.0, log_ratio, np.expm1(n * log_ratio) / np.where(n == 0.0, 1.0, n))
-    return value
+    n, log_ratio = np.asarray(n, dtype=np.float64), np.asarray(log_ratio, dtype=np.float64)
+    index: FloatArray = -np.where(n == 0.0, log_ratio, np.expm1(n * log_ratio) / np.where(n == 0.0, 1.0, n))
+    return index

@@ -1,17 +1,18 @@
-"""Where the amplitude equation with effects settles, and what of it goes to a bridge."""
+"""Limit cycles: the amplitude that the motion comes to under any drift, and what of it goes to a bridge."""
+
+from collections.abc import Callable
 
 import numpy as np
 from numba import njit
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.terms import BELONGS, HATS, Belongs, Term
-from scruton.dynamics.extended import _drift, _reading
+from scruton.dynamics.extended import effect_drift
 
 _RANGE = (0.004, 8.0)  # of the reference amplitude: where a stable amplitude is looked for
 _GRID = 280
 _HALVINGS = 40
 _HAT = int(Term.HAT)
-_GAIN, _CLIP, _SOFT = int(Term.GAIN), int(Term.CLIP), int(Term.CLIP_SOFT)
 # What does not go to a bridge; the damping ratio itself is the bridge's own, by its Scruton number.
 _LEFT_BEHIND = [int(term) for term in Term if BELONGS[term] is not Belongs.WIND and term is not Term.STRUCTURAL]
 
@@ -27,20 +28,12 @@ def _rates(table, amplitude, knots):  # type: ignore[no-untyped-def]
                 hats = True
         for i in range(amplitude.shape[1]):
             a = amplitude[w, i]
-            found[w, i] = _drift(a, a, table[w], 0.0, False, 0.0, hats, knots)[0]
-    return found
-
-
-@njit(cache=True)
-def _readings(table, amplitude):  # type: ignore[no-untyped-def]
-    found = np.empty(amplitude.shape)
-    for w in range(amplitude.size):
-        found[w] = (1.0 + table[w, _GAIN]) * _reading(amplitude[w], table[w, _CLIP], table[w, _SOFT])[0]
+            found[w, i] = effect_drift(a, a, table[w], 0.0, False, 0.0, hats, knots)[0]
     return found
 
 
 def amplitude_rates(table: FloatArray, amplitude: FloatArray, knots: FloatArray) -> FloatArray:
-    """Right-hand side of the amplitude equation, a settled wake and the middle of the record.
+    """Right-hand side of the amplitude equation, in the middle of the record, with a wake that has caught up.
 
     Parameters
     ----------
@@ -61,17 +54,33 @@ def amplitude_rates(table: FloatArray, amplitude: FloatArray, knots: FloatArray)
     return rates
 
 
-def settled(table: FloatArray, knots: FloatArray | None, scale: float) -> FloatArray:
-    """Amplitude at which the motion settles.
-
-    Of several stable amplitudes it is the one that growth from a small amplitude reaches; where small amplitudes die
-    out (friction, coherence lost) it is the one that the widest range of ln(amplitude) leads to.
+def limit_cycle_amplitude(table: FloatArray, knots: FloatArray | None, scale: float) -> FloatArray:
+    """Amplitude of the limit cycle that the equation with effects comes to, (W,): see `attracting_amplitude`.
 
     Parameters
     ----------
     table : (W, COLUMNS) array
     knots : (HATS,) array or None
         ln(amplitude) of the generic discrepancy; None where there is none.
+    scale : float
+        A typical amplitude.
+    """
+    knots = np.linspace(0.0, 1.0, HATS) if knots is None else knots
+    table = np.ascontiguousarray(table)
+    return attracting_amplitude(lambda a: np.asarray(_rates(table, np.ascontiguousarray(a), knots)), len(table), scale)
+
+
+def attracting_amplitude(rate: Callable[[FloatArray], FloatArray], walkers: int, scale: float) -> FloatArray:
+    """Amplitude that the motion comes to under any drift, by bisection.
+
+    Of several stable amplitudes it is the one that growth from a small amplitude reaches; where small amplitudes die
+    out (friction, coherence lost) it is the one that the widest range of ln(amplitude) leads to.
+
+    Parameters
+    ----------
+    rate : function
+        da/dt, (W, A), at amplitudes (W, A), a row of them for each walker.
+    walkers : int
     scale : float
         A typical amplitude: it is sought from 0.004 to 8 times that.
 
@@ -80,9 +89,8 @@ def settled(table: FloatArray, knots: FloatArray | None, scale: float) -> FloatA
     (W,) array
         0 where the motion dies out, inf where it grows beyond the range.
     """
-    knots = np.linspace(0.0, 1.0, HATS) if knots is None else knots
     grid = scale * np.geomspace(*_RANGE, _GRID)
-    up = amplitude_rates(table, grid, knots) > 0.0
+    up = rate(np.broadcast_to(grid, (walkers, _GRID))) > 0.0
     stable = up[:, :-1] & ~up[:, 1:]
     chosen = np.argmax(stable, axis=1)
     threshold = stable.any(axis=1) & ~up[:, 0]
@@ -94,10 +102,9 @@ def settled(table: FloatArray, knots: FloatArray | None, scale: float) -> FloatA
             key=lambda i: edges[edges >= i].min() - edges[edges <= i].max(initial=0),
         )
     low, high = grid[chosen], grid[chosen + 1]
-    table = np.ascontiguousarray(table)
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        above = _rates(table, middle[:, None], knots)[:, 0] > 0.0
+        above = rate(middle[:, None])[:, 0] > 0.0
         low, high = np.where(above, middle, low), np.where(above, high, middle)
     return np.where(stable.any(axis=1), 0.5 * (low + high), np.where(up[:, -1], np.inf, 0.0))
 

@@ -2,7 +2,6 @@
 
 import hashlib
 import zlib
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,13 +10,12 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
+from scruton.progress import Progress
 from scruton.stats.checkpoint import Checkpoint
 from scruton.stats.convergence import Convergence
 from scruton.stats.posterior import Posterior
 from scruton.stats.sampler import Samples, sample
 from scruton.stats.settings import SamplerSettings
-
-Report = Callable[[str, float], None]
 
 
 @dataclass(eq=False)
@@ -27,7 +25,7 @@ class Sampling:
     card: ModelCard
     seed: int
     checkpoints: Path | None = None
-    report: Report | None = None
+    report: Progress | None = None
     flags: list[str] = field(default_factory=list)
 
     def seed_of(self, name: str) -> np.random.SeedSequence:

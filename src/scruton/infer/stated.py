@@ -12,7 +12,7 @@ from scruton.infer.models import WindPosterior
 
 
 @dataclass(frozen=True, eq=False)
-class Carried:
+class StatedDraws:
     """Draws of what the records do not inform: (chains, draws) arrays, constant where no sd is stated.
 
     Mass and frequency belong to the rig and are the same draws in all its tests.
@@ -24,13 +24,13 @@ class Carried:
     wind_speed: FloatArray
 
 
-def carry(
+def draw_stated(
     campaign: Campaign,
     test: Test,
     rig: Rig,
     seed_of: Callable[[str], np.random.SeedSequence],
     shape: tuple[int, ...],
-) -> Carried:
+) -> StatedDraws:
     """Draw mass, frequency, density and wind speed, each lognormal about what is stated."""
     assert rig.mass is not None, "the loader refuses a test whose rig has no mass"
 
@@ -42,7 +42,7 @@ def carry(
         scattered: FloatArray = quantity.mean * np.exp(log_sd * z)
         return scattered
 
-    return Carried(
+    return StatedDraws(
         draws(f"mass of {rig.name}", rig.mass),
         draws(f"frequency of {rig.name}", rig.frequency),
         draws(f"air density of {test.name}", test.air_density),
@@ -51,7 +51,7 @@ def carry(
 
 
 def derive(
-    section: Section, carried: Carried, posterior: WindPosterior, chain: FloatArray, wind_frequency: float
+    section: Section, stated: StatedDraws, posterior: WindPosterior, chain: FloatArray, wind_frequency: float
 ) -> Mapping[str, FloatArray]:
     """Every quantity of a test in its own unit, (chains, draws) each.
 
@@ -64,11 +64,11 @@ def derive(
         motion=section.motion,
         width=section.width,
         depth=section.depth,
-        mass=carried.mass,
-        air_density=carried.air_density,
-        wind_speed=carried.wind_speed,
-        frequency=carried.frequency,
-        wind_frequency=wind_frequency * carried.frequency / carried.frequency.mean(),
+        mass=stated.mass,
+        air_density=stated.air_density,
+        wind_speed=stated.wind_speed,
+        frequency=stated.frequency,
+        wind_frequency=wind_frequency * stated.frequency / stated.frequency.mean(),
         damping_ratio=damping,
     )
     sc = setting.scruton_number

@@ -1,19 +1,29 @@
-"""The equation of motion with everything that `Disturbances` adds: forces, not their averages over a cycle.
+r"""The full equation of motion of a section in its rig, with everything that `Disturbances` adds, integrated in time.
 
-What varies within a cycle is integrated; the running amplitude sqrt(x^2 + (v/omega)^2) and the schedules in time are
-held over a step, a hundred-and-twentieth of a cycle.
+Heaving, with eta = y/D (Eq. 9 of the Griffin-plot paper on the right):
+
+.. math:: \ddot\eta + 2\xi\omega_0\dot\eta + \omega_0^2\eta = \frac{\rho U^2}{m}
+   \{Y_1[D\dot\eta/U - \varepsilon\,\mathrm{sign}\,\dot\eta] + Y_2\eta + C\sin(\omega_{vs}t + \psi)\} + w(t)
+
+and for torsion (Eq. 12) alpha in place of eta, J in place of m, rho U^2 B^2 in front and B alpha'/U in the bracket.
+Ehsan and Scanlan's force has (1 - epsilon eta^2) D eta'/U in the bracket instead.  w is broad-band turbulence: white
+near the resonance.
+
+Nothing here is averaged over a cycle: that approximation is what the simulator is there to check.  What varies within
+a cycle is integrated; the running amplitude sqrt(x^2 + (v/omega)^2) and the schedules in time are held over a step, a
+hundred-and-twentieth of a cycle.
 """
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from scruton.arrays import FloatArray
 from scruton.simulate.disturbances import COHERENCE_FORMS, FRICTION_FORMS, Disturbances
+from scruton.simulate.truth import Truth
 
-if TYPE_CHECKING:
-    from scruton.simulate.motion import Truth
+STEPS_PER_CYCLE = 120
 
 
 class Terms(NamedTuple):
@@ -53,9 +63,10 @@ class Terms(NamedTuple):
     wake_damping: float
     wake_coupling: float
     wake_omega: float
+    jumps: float
 
 
-def terms(truth: "Truth", d: Disturbances) -> Terms:
+def terms(truth: Truth, d: Disturbances) -> Terms:
     """Put a rig in its wind and what disturbs it into one row of numbers."""
     still = truth.still
     wind = 0.0 if still else 1.0
@@ -69,10 +80,12 @@ def terms(truth: "Truth", d: Disturbances) -> Terms:
         d.coherence_amplitude, float(COHERENCE_FORMS.index(d.coherence_form)), d.memory_time,
         d.bump_rate if d.bump_in_still_air else wind * d.bump_rate, d.bump_amplitude, d.bump_width,
         d.wake_share, wind * d.wake_gain, d.wake_damping, d.wake_coupling, truth.omega * d.wake_frequency,
+        # Ehsan and Scanlan's force by itself is smooth where the velocity changes sign.
+        float(truth.force == "paper" or not d.off),
     )  # fmt: skip
 
 
-def mean_rate(truth: "Truth", disturbances: Disturbances, amplitude: FloatArray) -> FloatArray:
+def mean_rate(truth: Truth, disturbances: Disturbances, amplitude: FloatArray) -> FloatArray:
     """Rate of the amplitude [per s] that the work of all forces over one harmonic cycle gives, (N,).
 
     It scales severities and tells stable amplitudes; the integration does not use it. What has a past (memory, a wake
@@ -86,16 +99,6 @@ def mean_rate(truth: "Truth", disturbances: Disturbances, amplitude: FloatArray)
         A/D or rad, > 0.
     """
     return np.asarray(_mean_rate(terms(truth, disturbances), np.atleast_1d(np.asarray(amplitude, dtype=np.float64))))
-
-
-def integrate(
-    truth: "Truth", disturbances: Disturbances, out: FloatArray, start: FloatArray, step: float, substeps: int,
-    kick: float, gust_intensity: float, gust_time: float, noise: FloatArray,
-    speed: FloatArray, drive: FloatArray, rate: FloatArray,
-) -> None:  # fmt: skip
-    """Integrate into `out`, (N,); `speed`, `drive`, `rate` are the schedules, `noise` (2, steps) or (2, 0)."""
-    k = terms(truth, disturbances)
-    _integrate(out, start, step, substeps, k, kick, gust_intensity, gust_time, noise, speed, drive, rate)
 
 
 @njit(cache=True)
@@ -145,6 +148,8 @@ def _acceleration(t, x, v, side, z, x0, q, left, bump, gust, k):  # type: ignore
 
 @njit(cache=True)
 def _wake(q, qv, acceleration, gust, k):  # type: ignore[no-untyped-def]
+    if k.wake_gain == 0.0:
+        return 0.0
     w = k.wake_omega * gust
     return k.wake_coupling * acceleration - k.wake_damping * w * (q * q - 1.0) * qv - w * w * q
 
@@ -152,31 +157,20 @@ def _wake(q, qv, acceleration, gust, k):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def _rk4(t, x, v, q, qv, h, side, z, left, bump, gust, k):  # type: ignore[no-untyped-def]
     a1 = _acceleration(t, x, v, side, z, x, q, left, bump, gust, k)
-    x2, v2 = x + 0.5 * h * v, v + 0.5 * h * a1
-    if k.wake_gain == 0.0:
-        a2 = _acceleration(t + 0.5 * h, x2, v2, side, z, x, q, left, bump, gust, k)
-        x3, v3 = x + 0.5 * h * v2, v + 0.5 * h * a2
-        a3 = _acceleration(t + 0.5 * h, x3, v3, side, z, x, q, left, bump, gust, k)
-        x4, v4 = x + h * v3, v + h * a3
-        a4 = _acceleration(t + h, x4, v4, side, z, x, q, left, bump, gust, k)
-        q1, qv1 = q, qv
-    else:
-        b1 = _wake(q, qv, a1, gust, k)
-        q2, qv2 = q + 0.5 * h * qv, qv + 0.5 * h * b1
-        a2 = _acceleration(t + 0.5 * h, x2, v2, side, z, x, q2, left, bump, gust, k)
-        b2 = _wake(q2, qv2, a2, gust, k)
-        x3, v3 = x + 0.5 * h * v2, v + 0.5 * h * a2
-        q3, qv3 = q + 0.5 * h * qv2, qv + 0.5 * h * b2
-        a3 = _acceleration(t + 0.5 * h, x3, v3, side, z, x, q3, left, bump, gust, k)
-        b3 = _wake(q3, qv3, a3, gust, k)
-        x4, v4 = x + h * v3, v + h * a3
-        q4, qv4 = q + h * qv3, qv + h * b3
-        a4 = _acceleration(t + h, x4, v4, side, z, x, q4, left, bump, gust, k)
-        b4 = _wake(q4, qv4, a4, gust, k)
-        q1 = q + h / 6.0 * (qv + 2.0 * qv2 + 2.0 * qv3 + qv4)
-        qv1 = qv + h / 6.0 * (b1 + 2.0 * b2 + 2.0 * b3 + b4)
+    b1 = _wake(q, qv, a1, gust, k)
+    x2, v2, q2, qv2 = x + 0.5 * h * v, v + 0.5 * h * a1, q + 0.5 * h * qv, qv + 0.5 * h * b1
+    a2 = _acceleration(t + 0.5 * h, x2, v2, side, z, x, q2, left, bump, gust, k)
+    b2 = _wake(q2, qv2, a2, gust, k)
+    x3, v3, q3, qv3 = x + 0.5 * h * v2, v + 0.5 * h * a2, q + 0.5 * h * qv2, qv + 0.5 * h * b2
+    a3 = _acceleration(t + 0.5 * h, x3, v3, side, z, x, q3, left, bump, gust, k)
+    b3 = _wake(q3, qv3, a3, gust, k)
+    x4, v4, q4, qv4 = x + h * v3, v + h * a3, q + h * qv3, qv + h * b3
+    a4 = _acceleration(t + h, x4, v4, side, z, x, q4, left, bump, gust, k)
+    b4 = _wake(q4, qv4, a4, gust, k)
     x1 = x + h / 6.0 * (v + 2.0 * v2 + 2.0 * v3 + v4)
     v1 = v + h / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4)
+    q1 = q + h / 6.0 * (qv + 2.0 * qv2 + 2.0 * qv3 + qv4)
+    qv1 = qv + h / 6.0 * (b1 + 2.0 * b2 + 2.0 * b3 + b4)
     return x1, v1, q1, qv1
 
 
@@ -189,17 +183,22 @@ def _bump(amplitude, k):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _integrate(  # type: ignore[no-untyped-def]
+def integrate(  # type: ignore[no-untyped-def]
     out, start, h, substeps, k, kick, intensity, gust_time, noise, speed, drive, rate
 ):
-    """Runge-Kutta between sign changes of the velocity, where the force jumps; a kick after each step."""
+    """Runge-Kutta between sign changes of the velocity, where the force jumps; a kick after each step.
+
+    Into `out`, (N,); `k` are the `terms`, `speed`, `drive` and `rate` the schedules, `noise` (2, steps) or (2, 0).
+    """
     x, v = start[0], start[1]
     out[0] = x
     amplitude = np.sqrt(x * x + (v / k.omega) ** 2)
     lagged = amplitude
-    # The wake starts locked: in phase with the velocity, at the amplitude of its own cycle.
-    phase = np.arctan2(-v / k.omega, x)
-    q, qv = -2.0 * np.sin(phase), -2.0 * k.omega * np.cos(phase)
+    q, qv = 0.0, 0.0
+    if k.wake_gain != 0.0:
+        # The wake starts locked: in phase with the velocity, at the amplitude of its own cycle.
+        phase = np.arctan2(-v / k.omega, x)
+        q, qv = -2.0 * np.sin(phase), -2.0 * k.omega * np.cos(phase)
     t, n, wind, z = 0.0, 0, 0.0, 0.0
     forget = np.exp(-h / gust_time)
     fresh = intensity * np.sqrt(1.0 - forget * forget)
@@ -214,7 +213,7 @@ def _integrate(  # type: ignore[no-untyped-def]
             # At rest the jump has no side: the spring decides where the motion goes.
             side = np.sign(v) if v != 0.0 else np.sign(-x)
             x1, v1, q1, qv1 = _rk4(t, x, v, q, qv, h, side, z, left, bump, gust, k)
-            if v1 * side < 0.0:
+            if k.jumps and v1 * side < 0.0:
                 # Split the step where the velocity crosses zero: secant, then one refinement.
                 part = h * v / (v - v1)
                 xm, vm, qm, qvm = _rk4(t, x, v, q, qv, part, side, z, left, bump, gust, k)

@@ -1,0 +1,74 @@
+"""`scruton calibrate`, and `scruton challenge` with its steps: the verbs that check the program itself."""
+
+from argparse import Namespace
+
+from scruton.app.options import check_numbers
+from scruton.app.run import Outcome
+from scruton.errors import InputError
+from scruton.progress import Bar
+from scruton.terminal import DONE, NOT_TRUSTED
+
+
+def run(arguments: Namespace) -> Outcome:
+    """Simulate, fit and see how often the intervals hold the truth."""
+    from scruton.calibrate import calibration_text, run_calibration
+
+    if arguments.campaigns < 1:
+        raise InputError("command line", "--campaigns", str(arguments.campaigns), "a whole number, one or more")
+    with Bar(arguments.quiet) as bar:
+        result = run_calibration(
+            arguments.out, regimes=names(arguments.regimes), campaigns=arguments.campaigns, seed=arguments.seed,
+            jobs=arguments.jobs, force=arguments.force, resume=arguments.resume, progress=bar, model=arguments.model,
+        )  # fmt: skip
+    code = DONE if result.calibrated else NOT_TRUSTED
+    return Outcome(calibration_text(result), [arguments.out / "calibration.json"], code=code)
+
+
+def challenge_make(arguments: Namespace) -> Outcome:
+    """Write campaigns with a hidden effect and seal the answers."""
+    from scruton.calibrate.challenge.make import make_challenge
+
+    low, high = check_numbers("--turbulence", arguments.turbulence, 2)
+    severities = check_numbers("--severities", arguments.severities)
+    with Bar(arguments.quiet) as bar:
+        folder = make_challenge(
+            arguments.out, cases=arguments.cases, seed=arguments.seed, effects=names(arguments.effects),
+            severities=severities, design=arguments.design, turbulence=(low, high), jobs=arguments.jobs,
+            force=arguments.force, resume=arguments.resume, progress=bar,
+        )  # fmt: skip
+    return Outcome(lines=[f"challenge: {folder}"])
+
+
+def challenge_run(arguments: Namespace) -> Outcome:
+    """Diagnose every campaign of a challenge, without the answers."""
+    from scruton.calibrate.challenge.run import run_challenge
+
+    with Bar(arguments.quiet) as bar:
+        run_challenge(
+            arguments.folder, arguments.out, jobs=arguments.jobs, force=arguments.force, resume=arguments.resume,
+            progress=bar,
+        )  # fmt: skip
+    return Outcome(lines=[f"results: {arguments.out}"])
+
+
+def challenge_score(arguments: Namespace) -> Outcome:
+    """Open the answers of a challenge and score."""
+    from scruton.calibrate.challenge.baselines import BASELINES
+    from scruton.calibrate.challenge.run import run_challenge
+    from scruton.calibrate.challenge.score import score_challenge, score_markdown, score_text
+
+    folder, results = arguments.folder, arguments.results
+    out = arguments.out if arguments.out is not None else results / "score"
+    others = {name: results / "baselines" / name for name in BASELINES} if arguments.baselines else {}
+    with Bar(arguments.quiet) as bar:
+        for name, place in others.items():
+            run_challenge(folder, place, jobs=arguments.jobs, resume=True, progress=bar, diagnose=BASELINES[name])
+    score = score_challenge(folder, results, None, out, baselines=others, force=arguments.force)
+    if arguments.markdown is not None:
+        arguments.markdown.write_text(score_markdown(score, arguments.pictures), encoding="utf-8")
+    return Outcome(score_text(score), [out / "challenge-score.json"])
+
+
+def names(listed: str | None) -> list[str] | None:
+    """The names in a list with commas; None where none was given."""
+    return None if listed is None else [name.strip() for name in listed.split(",")]

@@ -1,0 +1,121 @@
+"""One run of a verb: its folder, what it was made from, how far it is, and what is said of it in the end."""
+
+from argparse import Namespace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from hashlib import sha256 as _sha256
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+from scruton.documents import write_document
+from scruton.progress import Bar
+from scruton.provenance import provenance
+from scruton.terminal import DONE
+from scruton.workspace import Workspace
+
+if TYPE_CHECKING:
+    from scruton.infer.cards import ModelCard
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a verb says when it has ended.
+
+    Attributes
+    ----------
+    text : str
+        Tables and sentences for standard output; not with --quiet.
+    lines : sequence of str or Path
+        For standard output in any case: where the results lie.
+    remarks : sequence of str
+        For standard error: why the results are not to be trusted.
+    code : int
+        Exit code.
+    """
+
+    text: str = ""
+    lines: Sequence[str | Path] = ()
+    remarks: Sequence[str] = ()
+    code: int = DONE
+
+
+class Run(Workspace):
+    """A verb's claim on a folder, with the provenance of all that it writes there, and the bar of its progress.
+
+    Parameters
+    ----------
+    folder : Path
+        For the results.
+    verb : str
+    arguments : Namespace
+        Seed, --quiet, --force and --resume of the command line.
+    sha256 : mapping of str to str
+        SHA-256 of every file that is read, by the name that an error shows.
+    card : ModelCard, optional
+    settings : mapping
+        What else the results depend on, as JSON can hold it.
+    results : sequence of str
+        Files that say that results lie there, for folders without a manifest.
+    grows : bool
+        As of `Workspace`, which see for the errors, too.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        verb: str,
+        arguments: Namespace,
+        *,
+        sha256: Mapping[str, str],
+        settings: Mapping[str, Any],
+        results: Sequence[str],
+        card: "ModelCard | None" = None,
+        grows: bool = False,
+    ) -> None:
+        self.provenance = provenance(
+            verb, seed=arguments.seed, sha256=sha256, settings=settings, card=None if card is None else identity(card)
+        )
+        # All that a card says, whatever cards it extends.
+        cards = {} if card is None else {f"model card {card.name}": _sha256(card.resolved.encode()).hexdigest()}
+        super().__init__(
+            folder,
+            verb,
+            inputs={**sha256, **cards},
+            settings={"seed": arguments.seed, "version": self.provenance["versions"]["scruton"], **settings},
+            results=results,
+            force=arguments.force,
+            resume=getattr(arguments, "resume", False),
+            grows=grows,
+        )
+        self.bar = Bar(arguments.quiet)
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
+        self.bar.end()
+        super().__exit__(kind, error, _)
+
+    def write(self, name: str, content: Mapping[str, Any]) -> None:
+        """Write a JSON of the results, with its provenance and what else it says of that."""
+        more = content.get("provenance", {})
+        write_document(self.new / name, {**content, "provenance": {**self.provenance, **more}})
+
+    def published(self, written: Iterable[Path] = ()) -> list[Path]:
+        """Put the results into their places; where the files that were written lie now."""
+        places = [self.folder / path.relative_to(self.new) for path in written]
+        self.publish()
+        return places
+
+
+def identity(card: "ModelCard") -> dict[str, str]:
+    """What a result says of its model card."""
+    return {"name": card.name, "sha256": card.sha256}
+
+
+def default_folder(campaign: Path) -> Path:
+    """Where results go when no folder is named: out/NAME below the working folder."""
+    return Path("out") / campaign_folder(campaign).resolve().name
+
+
+def campaign_folder(campaign: Path) -> Path:
+    """Folder of a campaign that was named by it, or by its campaign.toml."""
+    return campaign.parent if campaign.name == "campaign.toml" else campaign

@@ -1,0 +1,114 @@
+"""The cycles of several records, end to end: what every filter reads."""
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+import numpy as np
+
+from scruton.arrays import FloatArray
+from scruton.envelope.types import Cycles
+
+ABSENT = 1e6  # standard error of a third harmonic that cannot be told
+_MISSING = 0.25  # of a period: less is rounding of the time stamps, more a missing cycle
+
+
+@dataclass(frozen=True, eq=False)
+class EnvelopeData:
+    """The envelopes of several records, end to end, as the filter reads them.
+
+    Attributes
+    ----------
+    amplitude, standard_error : (N,) arrays
+        One value per cycle, in A/D or rad.
+    gap : (N,) array
+        Time between the end of the cycle before and the start of this one [s], 0 for adjacent cycles,
+        negative at the first cycle of a record.
+    period : (N,) array
+        Duration of the cycle that the amplitude is the mean of [s].
+    time : (N,) array
+        Middle of each cycle [s].
+    record : (N,) array of str
+        Name of the record that the cycle belongs to.
+    """
+
+    amplitude: FloatArray
+    standard_error: FloatArray
+    gap: FloatArray
+    period: FloatArray
+    time: FloatArray
+    record: np.ndarray
+
+    @staticmethod
+    def join(cycles: dict[str, Cycles]) -> "EnvelopeData":
+        """Put the envelopes of several records end to end; keys are the records' names."""
+        parts = [(name, one) for name, one in cycles.items() if one.time.size]
+        if not parts:
+            empty = np.empty(0)
+            return EnvelopeData(empty, empty, empty, empty, empty, np.empty(0, dtype=str))
+        return EnvelopeData(
+            amplitude=np.concatenate([one.amplitude for _, one in parts]),
+            standard_error=np.concatenate([one.standard_error for _, one in parts]),
+            gap=np.concatenate([gaps(one) for _, one in parts]),
+            period=np.concatenate([np.full(one.time.size, 1.0 / one.reference_frequency) for _, one in parts]),
+            time=np.concatenate([one.time for _, one in parts]),
+            record=np.concatenate([np.full(one.time.size, name) for name, one in parts]),
+        )
+
+    def without(self, record: str) -> Self:
+        """Leave one record out."""
+        return self.keep(self.record != record)
+
+    def keep(self, cycles: np.ndarray) -> Self:
+        """Only the cycles of a mask, (N,) of bool."""
+        return replace(self, **{name: value[cycles] for name, value in vars(self).items()})
+
+    @property
+    def size(self) -> int:
+        """Number of cycles."""
+        return int(self.amplitude.size)
+
+
+@dataclass(frozen=True, eq=False)
+class Channels(EnvelopeData):
+    """The cycles of all records with the other channels that diagnosis reads, end to end.
+
+    Attributes
+    ----------
+    amplitude, standard_error, gap, period : (N,) arrays
+        As in `EnvelopeData`.
+    time : (N,) array
+        From the record's first cycle [s].
+    record : (N,) array of int
+    phase : (N,) array
+        Against the demodulation [rad].
+    third, third_error : (N,) arrays
+        In-phase third harmonic of the reading (A/D or rad) and its standard error.
+    place : (N,) array
+        Time in the record from -1/2 to 1/2.
+    omega : (N,) array
+        Circular frequency of the demodulation [rad/s].
+    has_phase : (N,) array of bool
+        Whether the record tells a phase: an envelope does not.
+    knots : (HATS,) array
+        ln(amplitude) of the generic discrepancy.
+    """
+
+    phase: FloatArray
+    third: FloatArray
+    third_error: FloatArray
+    place: FloatArray
+    omega: FloatArray
+    has_phase: np.ndarray
+    knots: FloatArray
+
+    def keep(self, cycles: np.ndarray) -> Self:
+        """Only the cycles of a mask, (N,) of bool."""
+        return replace(self, **{name: value[cycles] for name, value in vars(self).items() if name != "knots"})
+
+
+def gaps(cycles: Cycles) -> FloatArray:
+    """Time before each cycle of one record that no cycle covers [s], negative at the first, (N,)."""
+    period = 1.0 / cycles.reference_frequency
+    steps = np.diff(cycles.time) - period
+    between: FloatArray = np.r_[-1.0, np.where(steps > _MISSING * period, steps, 0.0)]
+    return between

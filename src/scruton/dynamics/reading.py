@@ -1,0 +1,71 @@
+"""What a sensor that saturates shows of a harmonic motion, and what shows so."""
+
+import numpy as np
+from numba import njit
+
+from scruton.arrays import FloatArray
+from scruton.dynamics.effects.terms import Term
+
+_GAIN, _CLIP, _SOFT = int(Term.GAIN), int(Term.CLIP), int(Term.CLIP_SOFT)
+_ANGLES = 16
+
+
+@njit(cache=True)
+def saturated_reading(a, level, soft):  # type: ignore[no-untyped-def]
+    """Amplitude of the fundamental of a saturated sine, its slope, and the third harmonic over the amplitude."""
+    if level <= 0.0:
+        return a, 1.0, 0.0
+    x = a / level
+    if soft > 0.5:
+        # by Gauss-Chebyshev quadrature, exact for smooth waves
+        first, slope, third = 0.0, 0.0, 0.0
+        for j in range(_ANGLES):
+            angle = (j + 0.5) * 0.5 * np.pi / _ANGLES
+            cosine = np.cos(angle)
+            z = x * cosine
+            if soft > 1.5:
+                # z / (1 + z^8)^(1/8): rounded, but sharper than tanh
+                z2 = z * z
+                z8 = z2 * z2 * z2 * z2
+                root = np.sqrt(np.sqrt(np.sqrt(1.0 + z8)))
+                t, steep = z / root, 1.0 / (root * (1.0 + z8))
+            else:
+                t = np.tanh(z)
+                steep = 1.0 - t * t
+            first += t * cosine
+            slope += steep * cosine * cosine
+            third += t * np.cos(3.0 * angle)
+        scale = 2.0 / _ANGLES
+        return level * first * scale, slope * scale, third * scale / max(x, 1e-12)
+    if x <= 1.0:
+        return a, 1.0, 0.0
+    rho = 1.0 / x
+    s = np.sqrt(1.0 - rho * rho)
+    share = 2.0 / np.pi * (np.arcsin(rho) + rho * s)
+    slope = 2.0 / np.pi * (np.arcsin(rho) - rho * s)
+    return a * share, slope, -4.0 / (3.0 * np.pi) * rho * s * s * s
+
+
+@njit(cache=True)
+def inverse_reading(y, level, soft):  # type: ignore[no-untyped-def]
+    """Amplitude whose reading is y, by a few Newton steps."""
+    a = y
+    if level > 0.0:
+        for _ in range(8):
+            value, slope, _ = saturated_reading(a, level, soft)
+            a += min(max((y - value) / max(slope, 0.05), -0.5 * a), 0.5 * a)
+    return a
+
+
+def readings(table: FloatArray, amplitude: FloatArray) -> FloatArray:
+    """Readings of (W,) amplitudes by the sensors of (W, COLUMNS) rows of coefficients, (W,)."""
+    shown: FloatArray = _readings(np.ascontiguousarray(table), amplitude)
+    return shown
+
+
+@njit(cache=True)
+def _readings(table, amplitude):  # type: ignore[no-untyped-def]
+    shown = np.empty(amplitude.shape)
+    for w in range(amplitude.size):
+        shown[w] = (1.0 + table[w, _GAIN]) * saturated_reading(amplitude[w], table[w, _CLIP], table[w, _SOFT])[0]
+    return shown

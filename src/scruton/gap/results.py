@@ -1,0 +1,81 @@
+"""What `scruton diagnose` found, read back from a folder."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from scruton.documents import read_document
+from scruton.errors import InputError
+
+RESULT, FORMAT = "gap.json", 1
+
+
+@dataclass(frozen=True, eq=False)
+class SavedDiagnosis:
+    """The content of a gap.json; amplitudes are A/D or rad, times in s.
+
+    Attributes
+    ----------
+    verdict : str
+        Name of an effect, "none" or "unknown".
+    also : sequence of str
+        Further effects, strongest first.
+    probability : mapping of str to float
+        Of every effect considered, "none" and "unknown"; they sum to 1.
+    indistinguishable : sequence of sequence of str
+        Effects that these data cannot tell apart, the verdict's group first.
+    where : sequence of mapping
+        Where the records part from the null model.
+    shrink : mapping
+        How far the gap shrinks with the effect in the model; empty where there is no gap.
+    effects : mapping
+        Parameters of the effects that were found, by effect and name.
+    advice : sequence of str
+        What to measure next.
+    invisible : sequence of mapping
+        What these records cannot show.
+    provenance : mapping
+        As of `scruton.provenance.provenance`.
+    """
+
+    verdict: str
+    also: Sequence[str]
+    probability: Mapping[str, float]
+    indistinguishable: Sequence[Sequence[str]]
+    where: Sequence[Mapping[str, Any]]
+    shrink: Mapping[str, Any]
+    effects: Mapping[str, Mapping[str, Any]]
+    advice: Sequence[str]
+    invisible: Sequence[Mapping[str, Any]]
+    provenance: Mapping[str, Any]
+
+    @property
+    def found(self) -> tuple[str, ...]:
+        """Every effect that was found, strongest first; none where the verdict is "none"."""
+        return () if self.verdict == "none" else (self.verdict, *self.also)
+
+
+def load_diagnosis(folder: Path | str) -> SavedDiagnosis:
+    """Read back what `scruton diagnose` or `scruton report` found.
+
+    Parameters
+    ----------
+    folder : Path or str
+        That holds a gap.json.
+
+    Returns
+    -------
+    SavedDiagnosis
+
+    Raises
+    ------
+    InputError
+        If there is none, it is of another version, or not as it was written.
+    """
+    path, wanted = Path(folder) / RESULT, "a diagnosis that this version wrote"
+    if not path.is_file():
+        raise InputError(path, "", "no such file", "the folder of `scruton diagnose` or `scruton report`")
+    names = [field.name for field in fields(SavedDiagnosis)]
+    content = read_document(path, wanted, names, version=FORMAT)
+    return SavedDiagnosis(**{name: content[name] for name in names})

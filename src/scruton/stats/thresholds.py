@@ -1,0 +1,53 @@
+"""What decides in statistics: when a run has converged, when an evidence can be believed.
+
+Each stands under its reason and how it was set, with its unit beside it.
+"""
+
+# A walker whose mean lies this far below (or above) the median walker's is not in the same mode. Set by judgement.
+STUCK_BELOW = 20.0  # in log posterior
+
+# A run this long need not span so many autocorrelation times, and no walker of it may have rejected every proposal.
+# Set by judgement.
+LONG_RUN = 100  # steps
+
+# A shorter run must span these. One that has not yet left its start looks converged, ensemble for ensemble; but its
+# autocorrelation time then grows with its length. Set by judgement.
+TIMES_SPANNED = 6.0  # autocorrelation times
+
+# Error that the prior mass of a constraint is known to: small beside that of an evidence. Set by judgement.
+PRIOR_MASS_ERROR = 0.01  # relative
+
+# A Student-t is fitted to weighted draws worth these for each dimension; fewer say nothing of a covariance. Set by
+# judgement.
+DRAWS_A_DIMENSION = 10  # effective draws
+
+# As many times the rounds asked for may a poor start need. Set by judgement.
+MORE_ROUNDS = 3  # times
+
+# Largest shape of the tail of importance weights whose error can be believed. From Vehtari et al., JMLR 25 (2024).
+GOOD_PARETO_K = 0.7  # -
+
+# Fewest independent draws on which an error rests. Set by judgement.
+GOOD_SIZE = 100.0  # draws
+
+# Largest sd of the weighted draws over that of their proposal: a narrower one sees only its own surroundings. Set by
+# judgement.
+GOOD_WIDENING = 1.15  # -
+
+# The proposal is a little wider than the Laplace approximation, as independence moves want it. Set by judgement.
+WIDEN = 1.05  # -
+
+# Scale of the walkers' start over that of the proposal, so that ensembles that agree have mixed. Set by judgement.
+OVERDISPERSED = 1.5  # -
+
+# No walker starts this far below the optimum. Set by judgement.
+FAR_BELOW = 25.0  # in log posterior
+
+# So often does a run that has not converged fit its proposals to its draws and start again. Set by judgement.
+ADAPTATIONS = 3  # times
+
+# A record with fewer is not judged. Set by judgement.
+FEWEST_INNOVATIONS = 12  # innovations
+
+# The Ljung-Box test looks at a fifth as many lags as there are innovations, and at most at these. Set by judgement.
+MOST_LAGS = 20  # lags
