@@ -15,6 +15,7 @@ import numpy as np
 from benchmarks import problem
 from benchmarks.result import Figure
 from scruton.arrays import FloatArray
+from scruton.campaign.schema import Kind, Record
 
 SAMPLES = 1_000_000
 RATE = 1000.0  # Hz
@@ -56,8 +57,8 @@ def measure() -> None:
 
     def paper(t: FloatArray, y: FloatArray) -> object:
         return front_end(
-            t, y, frequency=problem.FREQUENCY, still_air_frequency=problem.FREQUENCY, damping_ratio=problem.DAMPING,
-            mass_damping_factor=3338.0,
+            Record("r", Path("r"), Kind.DECAY, t, y), frequency=problem.FREQUENCY,
+            still_air_frequency=problem.FREQUENCY, damping_ratio=problem.DAMPING, mass_damping_factor=3338.0,
         )  # fmt: skip
 
     def both(t: FloatArray, y: FloatArray) -> object:

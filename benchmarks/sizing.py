@@ -11,10 +11,12 @@ from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
 from scruton.griffin.curves import LawCurves
 from scruton.sizing.bridge import Bridge, Mode
+from scruton.sizing.limits import RULES, Limit
 from scruton.sizing.model import ModeModel, unit_cube
 from scruton.sizing.risk import risk
 from scruton.sizing.shares import shares
 from scruton.sizing.tmd_design import design
+from scruton.sizing.tmd_tuning import TuningDraws
 
 DRAWS, DESIGN_LIMIT = 4000, 5.0  # seconds
 LIMIT = 0.04 / 0.3  # m
@@ -38,12 +40,12 @@ def run() -> list[Figure]:
     figures = []
     for number, limit in ((1, DESIGN_LIMIT), (2, DESIGN_LIMIT)):
         start = time.perf_counter()
-        design(draws.amplitude, limit=LIMIT, risk=0.05, modal_mass=4e6, frequency=0.3, detuning=draws.detuning,
-               number=number)  # fmt: skip
+        tuning = TuningDraws(draws.amplitude, LIMIT, draws.detuning, number)
+        design(tuning, risk=0.05, modal_mass=4e6, frequency=0.3)
         text = f"least mass of {number} tuned mass damper(s), {DRAWS} draws"
         figures.append(Figure(text, time.perf_counter() - start, "s", limit))
     start = time.perf_counter()
-    risk(one, LIMIT)
+    risk(one, Limit(RULES["amplitude"], LIMIT, "0.133 m"))
     figures.append(Figure("risk curve with its band", time.perf_counter() - start, "s"))
     start = time.perf_counter()
     shares(one, LIMIT)

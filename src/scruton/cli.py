@@ -61,7 +61,7 @@ def parser() -> argparse.ArgumentParser:
 
 def _declare(parser: argparse.ArgumentParser, arguments: Sequence[Argument | tuple[Argument, ...]], verb: Verb) -> None:
     for entry in arguments:
-        together = entry if isinstance(entry, tuple) else (entry,)
+        together = (entry,) if isinstance(entry, Argument) else entry
         place = parser.add_mutually_exclusive_group() if len(together) > 1 else parser
         for argument in together:
             place.add_argument(*argument.names, **argument.settings)

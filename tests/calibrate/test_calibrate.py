@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from scruton.calibrate import REGIMES, calibration_text, run_calibration, store
+from scruton.calibrate.campaigns import run_campaign
 from scruton.calibrate.coverage import cells, covered, pooled, uniformity
 from scruton.calibrate.identifiability import Identifiability, identifiability, information
-from scruton.calibrate.one import run_one
 from scruton.calibrate.quantities import inside, quantities, score
 from scruton.calibrate.records import simulate_campaign
 from scruton.calibrate.regimes import LAW_REGIMES, TWELVE, chosen
@@ -233,7 +233,7 @@ def test_processes_do_not_change_a_digit(one_job):
     tasks = [("growth", 1), ("turbulence-1", 3)]
     alone = [store.load(one_job, name)[index] for name, index in tasks]
     card = load_card(one_job.parent / "short.toml")
-    found = list(completed(run_one, [(*task, 3, card) for task in tasks], 2))
+    found = list(completed(run_campaign, [(*task, 3, card) for task in tasks], 2))
     for one in alone:
         (other,) = (each for each in found if each["regime"] == one["regime"])
         assert json.loads(json.dumps(other)) | {"seconds": 0} == one | {"seconds": 0}

@@ -4,7 +4,9 @@ import json
 
 import pytest
 
+from scruton import InputError, load_sizing
 from scruton.cli import main
+from scruton.documents import write_document
 
 BRIDGE = """format = 1
 title = "A <bridge> & 桥"
@@ -60,6 +62,7 @@ def test_size_writes_what_an_engineer_asks_for(small_results, bridge, tmp_path, 
     assert code in (0, 1)  # the small fit need not have converged
     assert "Added damping [%] by confidence" in text
     found = json.loads((out / "sizing.json").read_text(encoding="utf-8"))
+    assert load_sizing(out).to_json() == {key: value for key, value in found.items() if key != "checksum"}
     assert found["bridge"]["title"] == "A <bridge> & 桥"
     assert [mode["name"] for mode in found["modes"]] == ["V1", "V2"]
     for mode in found["modes"]:
@@ -140,3 +143,11 @@ def test_a_folder_that_holds_no_fit_is_refused(tmp_path, capsys):
     code, _, error = run("size", tmp_path, "--limit", "0.05", capsys=capsys)
     assert code == 2
     assert "posterior.nc" in error
+
+
+def test_a_sizing_that_is_not_one_is_refused(tmp_path):
+    with pytest.raises(InputError, match="no valid JSON"):
+        load_sizing(tmp_path)
+    write_document(tmp_path / "sizing.json", {"format": 1, "modes": []})
+    with pytest.raises(InputError, match="a sizing that this version wrote"):
+        load_sizing(tmp_path)

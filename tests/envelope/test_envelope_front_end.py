@@ -1,14 +1,20 @@
 import tracemalloc
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from scruton.campaign.schema import Kind, Record
 from scruton.envelope import front_end
 from scruton.envelope.damping import aerodynamic_damping, griffin_curve, total_damping
 from scruton.errors import InputError
 
 F, F0, XI, FACTOR = 7.9, 8.0, 0.002, 3600.0
 SETTING = {"frequency": F, "still_air_frequency": F0, "damping_ratio": XI, "mass_damping_factor": FACTOR}
+
+
+def of(time, response, **options):
+    return Record("r.csv", Path("r.csv"), Kind.DECAY, time, response, **options)
 
 
 def transient(stable=0.06, first=0.18, rate=0.35, seconds=16.0, fs=400.0, noise=0.0, seed=0):
@@ -22,7 +28,7 @@ def transient(stable=0.06, first=0.18, rate=0.35, seconds=16.0, fs=400.0, noise=
 @pytest.mark.parametrize("first", [0.18, 0.01])
 def test_recovers_the_griffin_line_of_the_law(first):
     t, y, _ = transient(first=first, noise=1e-4)
-    found = front_end(t, y, **SETTING)
+    found = front_end(of(t, y), **SETTING)
     # da/dt = -rate (a - stable): xi_s that makes `a` stable, in closed form
     a = found.griffin.amplitude
     xi_s = XI + 0.35 * (a - 0.06) / a * -1 / (2 * np.pi * F0)
@@ -55,7 +61,7 @@ def test_damping_is_undefined_where_a_polynomial_crosses_zero():
 
 def test_envelope_enters_as_it_is():
     t, _, a = transient()
-    found = front_end(t, a, is_envelope=True, **SETTING)
+    found = front_end(of(t, a, is_envelope=True), **SETTING)
     np.testing.assert_allclose(found.smooth_amplitude, a, rtol=1e-6)
     assert found.residual_sd < 1e-7
 
@@ -66,7 +72,7 @@ def test_slightly_unequal_steps_and_a_gap():
     t = t + rng.uniform(-0.2, 0.2, len(t)) / 400
     t = t[(t < 7.0) | (t > 8.3)]
     a = 0.06 + 0.12 * np.exp(-0.35 * (t - 2.0))
-    found = front_end(t, a * np.cos(2 * np.pi * F * t), **SETTING)
+    found = front_end(of(t, a * np.cos(2 * np.pi * F * t)), **SETTING)
     seen = (found.time > 2.1) & (found.time < 17.9)
     truth = 0.06 + 0.12 * np.exp(-0.35 * (found.time - 2.0))
     np.testing.assert_allclose(found.smooth_amplitude[seen], truth[seen], rtol=0.01)
@@ -76,30 +82,30 @@ def test_slightly_unequal_steps_and_a_gap():
 def test_trial_functions_by_name():
     t, y, a = transient(noise=1e-4)
     for name in ("polynomial", "cubic spline"):
-        found = front_end(t, y, trial=name, **SETTING)
+        found = front_end(of(t, y), trial=name, **SETTING)
         np.testing.assert_allclose(found.smooth_amplitude[50:-50], a[50:-50], rtol=0.03)
 
 
 def test_a_long_record_is_thinned_but_fitted_whole():
     t, y, _ = transient(seconds=200.0, noise=1e-3, rate=0.03)
-    found = front_end(t, y, **SETTING)
+    found = front_end(of(t, y), **SETTING)
     assert len(found.time) <= 20_000
     assert found.trial.constants["d"] == pytest.approx(-0.03, rel=0.03)
-    again = front_end(t, y, **SETTING)
+    again = front_end(of(t, y), **SETTING)
     np.testing.assert_array_equal(found.griffin.scruton_number, again.griffin.scruton_number)
 
 
 def test_too_short():
     with pytest.raises(InputError, match=r"r\.csv: found 10 samples over .* wanted a record of at least 16"):
-        front_end(np.arange(10.0), np.ones(10), name="r.csv", **SETTING)
+        front_end(of(np.arange(10.0), np.ones(10)), **SETTING)
 
 
 def test_memory_of_a_million_samples():
     t, y, _ = transient(seconds=2500.0, noise=1e-3, rate=0.002)
     assert len(t) == 1_000_000
-    front_end(t, y, **SETTING)  # imports outside the measurement
+    front_end(of(t, y), **SETTING)  # imports outside the measurement
     tracemalloc.start()
-    front_end(t, y, **SETTING)
+    front_end(of(t, y), **SETTING)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 4 * (t.nbytes + y.nbytes)  # the record itself is the fifth

@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from scruton.envelope.amplitude import amplitude, band_pass, detrend
-from scruton.envelope.velocity import velocity
+from scruton.envelope.amplitude import amplitude, band_pass, detrend, velocity
 
 
 def by_hand(y, dt):

@@ -230,7 +230,7 @@ def _batch(stock: Stock, to: Path) -> None:
 
 def _calibration(stock: Stock, to: Path) -> None:
     """Claim the folder of a calibration that was interrupted in its first campaign."""
-    stops = ("scruton.calibrate.run.run_one",)
+    stops = ("scruton.calibrate.run.run_campaign",)
     regimes = ("--regimes", "turbulence-1", "--campaigns", 2)
     _run("calibrate", "-o", to, *regimes, "--model", stock.path("card.toml"), "--quiet", stops=stops)
 

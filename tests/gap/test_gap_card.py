@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from scruton.calibrate.challenge.make import simulate_case
+from scruton.calibrate.challenge.case import simulate_case
 from scruton.errors import InputError
 from scruton.gap.data import load_gap
 from scruton.gap.hypothesis import Hypothesis

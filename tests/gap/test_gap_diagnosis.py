@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scruton.calibrate.challenge.make import simulate_case
+from scruton.calibrate.challenge.case import simulate_case
 from scruton.dynamics.effects import CATALOGUE
 from scruton.gap.check import check, second_lines
 from scruton.gap.data import load_gap

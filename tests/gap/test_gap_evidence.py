@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scruton.calibrate.challenge.make import simulate_case
+from scruton.calibrate.challenge.case import simulate_case
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import fit_null
 from scruton.gap.hypothesis import FittedHypothesis

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from scruton.arrays import FloatArray
-from scruton.calibrate.challenge.make import simulate_case
+from scruton.calibrate.challenge.case import simulate_case
 from scruton.campaign.schema import Campaign
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Layout, Term
 from scruton.dynamics.effects.effect import Effect, Extent, Scope, Values, Variant, scopes, size_prior

@@ -26,6 +26,7 @@ from tests.goldens.capture import Room
 from tests.goldens.others import simulated
 
 PERIOD, A_STAR, RATE, ERROR = 0.125, 0.05, 0.3, 0.0008
+PARAMETERS = ("stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor", "damping_ratio")
 POINTS, CYCLES = 10, 90
 LAWS = (-1.0, -0.5, 0.0, 1.0, 2.0, 3.0)
 
@@ -119,9 +120,10 @@ def channels() -> Channels:
     knots = np.linspace(np.log(0.003), np.log(0.15), HATS)
     t = np.tile(PERIOD * np.arange(half), 2)
     return Channels(
-        data.amplitude, data.standard_error, 0.02 * t + 0.01 * wobble(CYCLES, 3), 5e-4 * wobble(CYCLES, 4),
-        np.full(CYCLES, ERROR), data.gap, data.period, t, t / t.max() - 0.5, np.repeat([0, 1], half),
-        np.full(CYCLES, 2 * np.pi / PERIOD), np.ones(CYCLES, dtype=bool), knots,
+        amplitude=data.amplitude, standard_error=data.standard_error, gap=data.gap, period=data.period, time=t,
+        record=np.repeat([0, 1], half), phase=0.02 * t + 0.01 * wobble(CYCLES, 3), third=5e-4 * wobble(CYCLES, 4),
+        third_error=np.full(CYCLES, ERROR), place=t / t.max() - 0.5, omega=np.full(CYCLES, 2 * np.pi / PERIOD),
+        has_phase=np.ones(CYCLES, dtype=bool), knots=knots,
     )  # fmt: skip
 
 
@@ -157,7 +159,8 @@ def steady() -> dict[str, Any]:
         PERIOD * (np.arange(size) + 0.5), amplitude, ERROR * flat, phase, 8.0 * flat, 0.01 * flat, 8.0, ERROR
     )
     u = np.log(np.stack([around(c, 0.3, i) for i, c in enumerate((0.05, 0.01, 0.02, 1.0, 0.004))], axis=1))
-    priors = [Prior(name, "lognormal", c, 0.5) for name, c in zip("abcde", (0.05, 0.01, 0.02, 1.0, 0.004), strict=True)]
+    middles = (0.05, 0.01, 0.02, 1.0, 0.004)
+    priors = [Prior(name, "lognormal", c, 0.5) for name, c in zip(PARAMETERS, middles, strict=True)]
     posterior = steady_posterior("steady.csv", cycles, priors, 2.0 * np.pi * 8.0)
     rates, q = np.geomspace(0.02, 0.5, 12), np.exp(np.linspace(-0.1, 0.1, 7)) * 0.002
     return {

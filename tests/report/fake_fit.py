@@ -135,8 +135,8 @@ def fake_fit(
     )  # fmt: skip
     fronts = {
         record.name: front_end(
-            record.time, record.response, frequency=row.frequency, still_air_frequency=row.frequency,
-            damping_ratio=row.damping_ratio, mass_damping_factor=sc / row.damping_ratio, name=record.name,
+            record, frequency=row.frequency, still_air_frequency=row.frequency, damping_ratio=row.damping_ratio,
+            mass_damping_factor=sc / row.damping_ratio,
         )
         for test, row, sc in zip(wind_tests, rows, scruton, strict=True)
         for record in test.records

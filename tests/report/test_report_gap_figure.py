@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from scruton.calibrate.challenge.make import simulate_case
+from scruton.calibrate.challenge.case import simulate_case
 from scruton.gap.diagnosis import Diagnosis, diagnose
 from scruton.gap.locate import Finding, locate
 from scruton.gap.locate_curves import excess_curves

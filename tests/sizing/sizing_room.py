@@ -8,10 +8,16 @@ from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
 from scruton.griffin.curves import LawCurves
 from scruton.sizing.bridge import Bridge, Mode
+from scruton.sizing.limits import RULES, Limit
 from scruton.sizing.mode_shape import sine
 from scruton.sizing.model import ModeModel
 
 LIMIT = 0.04 / 0.3  # m
+
+
+def at_most(amplitude):
+    """A limit of so many metres."""
+    return Limit(RULES["amplitude"], amplitude, f"{amplitude:g} m")
 
 
 def laws(discrepancy=0.0, exponents=(-1.0,), weights=(1.0,), draws=1 << 13):

@@ -6,7 +6,7 @@ from sizing_room import LIMIT, mode_model
 
 from scruton.campaign.quantity import Quantity
 from scruton.sizing.model import COHERENCE, LAW, SECTION, SOURCES
-from scruton.sizing.modes import joint_draws, together
+from scruton.sizing.modes import exceedance, joint_draws
 
 
 def models():
@@ -35,6 +35,6 @@ def test_the_union_agrees_with_brute_force(seed):
         for source in (SECTION, LAW, COHERENCE):
             u[:, source] = shared[:, source]
         exceeds.append(model.draws(u).amplitude(0.0) > limit)
-    found = together(joint_draws(three, seed), limits, [0.0] * 3)
+    found = exceedance(joint_draws(three, seed), limits, [0.0] * 3)
     assert found.each == pytest.approx([one.mean() for one in exceeds], abs=0.01)
-    assert found.union == pytest.approx(np.any(exceeds, axis=0).mean(), abs=0.01)
+    assert found.any == pytest.approx(np.any(exceeds, axis=0).mean(), abs=0.01)

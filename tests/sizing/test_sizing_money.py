@@ -1,25 +1,22 @@
 """Costs and the value of information, against nested simulation and against what must hold."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from sizing_room import LIMIT, mode_model
 
 from scruton.sizing.bridge import Cost
-from scruton.sizing.model import DAMPING, DISCREPANCY, SOURCES, unit_cube
-from scruton.sizing.money import cost_curve, information
-from scruton.sizing.risk import risk
-from scruton.sizing.run import _cost
+from scruton.sizing.damper import Asked, Damper, MassMap
+from scruton.sizing.model import DAMPING, DISCREPANCY, SOURCES, Spread, unit_cube
+from scruton.sizing.money import cost_by_damping, cost_by_mass, information
 
 COST = Cost("EUR", fixed=1e5, per_percent=1e6, failure=2e7)
 ADDED = np.linspace(0.0, 0.012, 41)
 
 
 def test_the_least_expected_cost_is_where_the_slopes_cancel():
-    curve = cost_curve(COST, ADDED, np.exp(-ADDED / 0.001))
+    curve = cost_by_damping(COST, ADDED, np.exp(-ADDED / 0.001))
     exact = -0.001 * np.log(1e8 * 0.001 / 2e7)
-    assert ADDED[curve.best] == pytest.approx(exact, abs=ADDED[1])
+    assert curve.best_added_damping == pytest.approx(exact, abs=ADDED[1])
     assert curve.total[0] == pytest.approx(2e7)  # nothing is bought, nothing fixed is paid
 
 
@@ -34,22 +31,25 @@ def test_the_least_expected_cost_is_where_the_slopes_cancel():
     ],
 )
 def test_the_cheapest_mass_is_one_that_is_allowed(stroke, largest, failure, best):
-    model = mode_model(0.2, 0.45)
-    model = replace(model, bridge=replace(model.bridge, cost=Cost("EUR", per_kg=10.0, failure=failure)))
-    chart = {
-        "mass": np.array([1e3, 2e3, 4e3]), "mass_ratio": np.array([0.001, 0.002, 0.004]),
-        "probability": np.array([0.1, 0.02, 0.015]), "stroke_high": np.array([2.0, 1.0, 0.5]),
-    }  # fmt: skip
-    asked = {"largest_stroke": stroke, "largest_mass_ratio": largest}
-    found = _cost(model, risk(model, LIMIT, points=1 << 10), {"map": chart, "asked": asked}, 0)["by_mass"]
-    assert found["best_mass"] == best
-    assert found["best_total"] == (found["without"] if best == 0.0 else found["total"][chart["mass"] == best][0])
+    none = np.zeros(3)
+    chart = MassMap(
+        mass_ratio=np.array([0.001, 0.002, 0.004]), mass=np.array([1e3, 2e3, 4e3]),
+        probability=np.array([0.1, 0.02, 0.015]), stroke=none, stroke_high=np.array([2.0, 1.0, 0.5]),
+        added_damping=none,
+    )  # fmt: skip
+    spread = Spread(0.0)
+    damper = Damper(
+        Asked(0.05, 1, largest, stroke), 0.5, True, "", (), 0.002, 2e3, 0.02, spread, spread, (), chart
+    )  # fmt: skip
+    found = cost_by_mass(Cost("EUR", per_kg=10.0, failure=failure), 0.4, damper)
+    assert found.best_mass == best
+    assert found.best_total == (found.without if best == 0.0 else found.total[chart.mass == best][0])
 
 
 def nested(model, source, outer=400, inner=2000):
     """Expected saving of knowing one source, by simulation in simulation."""
     first, second = unit_cube(512, 1)[:outer], unit_cube(2048, 2)[:inner]
-    damper = cost_curve(COST, ADDED, np.zeros(ADDED.size)).damper
+    damper = cost_by_damping(COST, ADDED, np.zeros(ADDED.size)).damper
     best, mean = [], np.zeros(ADDED.size)
     for row in first:
         u = second.copy()

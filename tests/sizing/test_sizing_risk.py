@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from sizing_room import LIMIT, mode_model
+from sizing_room import LIMIT, at_most, mode_model
 
 from scruton.campaign.quantity import Quantity
 from scruton.dynamics.laws import amplitude_ratio
@@ -16,12 +16,12 @@ from scruton.sizing.shares import shares, sobol_shares
     ("discrepancy", "cov", "percent"), [(0.0, 0.0, 0.25), (0.1, 0.0, 0.39), (0.2, 0.0, 0.59), (0.2, 0.45, 0.63)]
 )
 def test_the_worked_case_comes_out(discrepancy, cov, percent):
-    found = risk(mode_model(discrepancy, cov), LIMIT)
-    assert 100.0 * found.required[0.95] == pytest.approx(percent, abs=0.01)
+    found = risk(mode_model(discrepancy, cov), at_most(LIMIT))
+    assert 100.0 * found.required["0.95"] == pytest.approx(percent, abs=0.01)
 
 
 def test_the_median_alone_is_a_third_of_what_is_needed():
-    assert 100.0 * risk(mode_model(0.2), LIMIT).required[0.50] == pytest.approx(0.21, abs=0.01)
+    assert 100.0 * risk(mode_model(0.2), at_most(LIMIT)).required["0.50"] == pytest.approx(0.21, abs=0.01)
 
 
 def brute_force(draws, added, *, discrepancy, cov, coherence=(1.0, 0.0), n=-1.0, seed=3):
@@ -45,15 +45,15 @@ def brute_force(draws, added, *, discrepancy, cov, coherence=(1.0, 0.0), n=-1.0,
 @pytest.mark.parametrize("added", [0.0, 0.001, 0.004])
 def test_probabilities_agree_with_a_million_draws(n, added):
     model = mode_model(0.15, 0.3, Quantity(0.9, 0.05, "beta"), exponents=(n,))
-    found = risk(model, LIMIT)
+    found = risk(model, at_most(LIMIT)).curve
     amplitude = brute_force(1_000_000, added, discrepancy=0.15, cov=0.3, coherence=(0.9, 0.05), n=n)
     p = float(np.mean(amplitude > LIMIT))
     error = np.sqrt(p * (1 - p) / 1e6) + np.sqrt(p * (1 - p) / 32768)
-    assert np.interp(added, found.added, found.probability) == pytest.approx(p, abs=4.0 * error + 1e-4)
-    if np.isclose(found.added, added).any():
+    assert np.interp(added, found.added_damping, found.probability) == pytest.approx(p, abs=4.0 * error + 1e-4)
+    if np.isclose(found.added_damping, added).any():
         excess = np.maximum(amplitude - LIMIT, 0.0)
-        k = int(np.argmin(np.abs(found.added - added)))
-        assert found.exceedance[k] == pytest.approx(excess.mean(), rel=0.03, abs=2e-5)
+        k = int(np.argmin(np.abs(found.added_damping - added)))
+        assert found.expected_exceedance[k] == pytest.approx(excess.mean(), rel=0.03, abs=2e-5)
 
 
 def test_what_is_needed_is_the_inverse_of_the_amplitude():
@@ -71,30 +71,30 @@ def test_laws_share_the_draws_by_their_weights():
     model = mode_model(exponents=(-1.0, 2.0), weights=(0.7, 0.3))
     n = model.draws(unit_cube(1 << 12, 0)).curve.n
     assert np.mean(n == 2.0) == pytest.approx(0.3, abs=0.005)
-    found = risk(model, LIMIT)
+    found = risk(model, at_most(LIMIT)).curve
     mixed = 0.7 * found.by_law["n=-1"] + 0.3 * found.by_law["n=2"]
     np.testing.assert_allclose(found.probability, mixed, atol=0.01)
 
 
 def test_the_band_holds_the_probability_and_closes_without_section_uncertainty():
-    wide = risk(mode_model(0.2, 0.3), LIMIT)
-    inside = (wide.band[0] - 0.02 <= wide.probability) & (wide.probability <= wide.band[1] + 0.02)
-    assert inside.all()
-    assert (wide.band[1] - wide.band[0]).max() > 0.02
+    wide = risk(mode_model(0.2, 0.3), at_most(LIMIT)).curve
+    low, high = wide.probability_05, wide.probability_95
+    assert ((low - 0.02 <= wide.probability) & (wide.probability <= high + 0.02)).all()
+    assert (high - low).max() > 0.02
     assert (np.diff(wide.probability) <= 0.0).all()
 
 
 def test_the_curve_reaches_as_far_as_damping_can_be_added_where_a_confidence_cannot_be_had():
-    found = risk(mode_model(0.5, 0.3), 0.03)
-    assert found.required[0.50] is not None
-    assert found.required[0.99] is None
-    assert found.added[-1] == pytest.approx(0.05)
+    found = risk(mode_model(0.5, 0.3), at_most(0.03))
+    assert found.required["0.50"] is not None
+    assert found.required["0.99"] is None
+    assert found.curve.added_damping[-1] == pytest.approx(0.05)
 
 
 def test_no_crossing_within_reach_is_said_and_is_no_infinity():
-    found = risk(mode_model(), 0.005)
-    assert found.required[0.95] is None
-    assert found.text(0.95) == "not achievable with added damping up to 5 %"
+    found = risk(mode_model(), at_most(0.005))
+    assert found.required["0.95"] is None
+    assert found.required_text["0.95"] == "not achievable with added damping up to 5 %"
 
 
 def test_shares_of_a_product_are_those_of_the_logarithms_variance():
@@ -130,10 +130,10 @@ def test_one_source_alone_has_all_of_the_variance():
 
 def test_same_seed_same_numbers_another_seed_others():
     model = mode_model(0.2, 0.45)
-    first, again, other = (risk(model, LIMIT, seed=seed) for seed in (5, 5, 6))
-    assert (first.needed == again.needed).all()
-    assert (first.needed != other.needed).any()
-    assert first.required[0.95] == pytest.approx(other.required[0.95], abs=1e-4)
+    first, again, other = (risk(model, at_most(LIMIT), seed=seed) for seed in (5, 5, 6))
+    assert (first.curve.probability == again.curve.probability).all()
+    assert (first.curve.probability != other.curve.probability).any()
+    assert first.required["0.95"] == pytest.approx(other.required["0.95"], abs=1e-4)
 
 
 @pytest.mark.parametrize(

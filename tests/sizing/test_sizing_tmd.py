@@ -19,8 +19,8 @@ from scruton.sizing.tmd import (
     response,
     viscous_damper,
 )
-from scruton.sizing.tmd_design import design, mass_map
-from scruton.sizing.tmd_tuning import Draws
+from scruton.sizing.tmd_design import design
+from scruton.sizing.tmd_tuning import TuningDraws
 
 # A section model at its own damping: stable amplitude, relaxation rate over omega.
 STABLE, RATE, DAMPING = 0.06551, 0.005139, 0.00058
@@ -281,29 +281,38 @@ COUNT = 500
 SECTION = 0.25 * np.exp(0.2 * RNG.standard_normal(COUNT))
 RATES = 0.005 * np.exp(0.3 * RNG.standard_normal(COUNT))
 DETUNING = 0.02 * RNG.standard_normal(COUNT)
-BRIDGE = {"limit": 0.12, "risk": 0.05, "modal_mass": 1e6, "frequency": 0.3}
+BRIDGE = {"risk": 0.05, "modal_mass": 1e6, "frequency": 0.3}
+LIMIT = 0.12
 
 
 def bridge_amplitude(added):
     return SECTION * RATES / (RATES + 0.002 + added)
 
 
+def tuning(amplitude=None, limit=LIMIT, detuning=DETUNING, **options):
+    return TuningDraws(amplitude or bridge_amplitude, limit, detuning, **options)
+
+
+def mass_of(found):
+    return sum(damper.mass for damper in found.dampers)
+
+
 def risk_of(dampers, detuning=DETUNING):
-    return float(np.mean(bridge_amplitude(response(dampers, detuning).added_damping) > BRIDGE["limit"]))
+    return float(np.mean(bridge_amplitude(response(dampers, detuning).added_damping) > LIMIT))
 
 
 @pytest.fixture(scope="module")
 def single():
-    return design(bridge_amplitude, **BRIDGE, detuning=DETUNING)
+    return design(tuning(), **BRIDGE)
 
 
 def test_design_keeps_the_risk_and_no_lighter_damper_on_a_grid_does(single):
     (damper,) = single.dampers
     assert single.achievable
     assert single.reason == "the risk decides on the mass"
-    assert 0.9 * BRIDGE["risk"] <= single.probability <= BRIDGE["risk"]
-    assert single.probability == risk_of(single.dampers)
-    assert single.mass == pytest.approx(1e6 * damper.mass_ratio)
+    assert 0.9 * BRIDGE["risk"] <= single.outcome.probability <= BRIDGE["risk"]
+    assert single.outcome.probability == risk_of(single.dampers)
+    assert mass_of(single) == pytest.approx(1e6 * damper.mass_ratio)
     lighter = [
         risk_of([TunedMass(0.97 * damper.mass_ratio, f, zeta)])
         for f in np.linspace(0.965, 1.025, 21)
@@ -314,37 +323,37 @@ def test_design_keeps_the_risk_and_no_lighter_damper_on_a_grid_does(single):
 
 def test_design_is_told_in_si(single):
     (damper,) = single.dampers
-    own = math.sqrt(single.springs[0] / single.mass)
+    own = math.sqrt(damper.spring / mass_of(single))
     assert own == pytest.approx(2.0 * np.pi * 0.3 * damper.frequency_ratio)
-    assert single.dashpots[0] == pytest.approx(2.0 * damper.damping_ratio * own * single.mass)
+    assert damper.dashpot == pytest.approx(2.0 * damper.damping_ratio * own * mass_of(single))
     found = response(single.dampers, DETUNING)
     stroke = found.stroke[0] * bridge_amplitude(found.added_damping)
-    assert single.stroke == pytest.approx(np.median(stroke))
-    assert single.stroke_high == pytest.approx(np.quantile(stroke, 0.95))
-    assert single.added_damping_low == pytest.approx(np.quantile(found.added_damping, 0.05))
+    assert single.outcome.stroke == pytest.approx(np.median(stroke))
+    assert single.outcome.stroke_high == pytest.approx(np.quantile(stroke, 0.95))
+    assert single.outcome.added_damping_low == pytest.approx(np.quantile(found.added_damping, 0.05))
     assert [each.detuning for each in single.detuned] == [-0.05, -0.02, 0.02, 0.05]
     for each in single.detuned:
         assert each.probability == risk_of(single.dampers, np.full(COUNT, each.detuning))
-    assert single.detuned[0].probability > 3.0 * single.probability
+    assert single.detuned[0].probability > 3.0 * single.outcome.probability
 
 
 def test_the_table_is_the_formula(single):
-    draws = Draws(bridge_amplitude, BRIDGE["limit"], DETUNING)
+    draws = tuning()
     for dampers in (single.dampers, (TunedMass(0.004, 0.99, 0.015),), (TunedMass(0.002, 0.97, 0.02),) * 2):
         ratio = np.sort(draws.needed / response(dampers, DETUNING).added_damping)
         assert draws.lack(dampers, 0.05) == pytest.approx(np.log(ratio[COUNT - 1 - 25]), abs=0.01)
 
 
 def test_needed_damping_brings_every_draw_to_the_limit():
-    draws = Draws(bridge_amplitude, BRIDGE["limit"], DETUNING)
+    draws = tuning()
     some = draws.needed > 0.0
     assert 0.05 < some.mean() <= 1.0
-    np.testing.assert_allclose(bridge_amplitude(draws.needed)[some], BRIDGE["limit"], rtol=1e-6)
+    np.testing.assert_allclose(bridge_amplitude(draws.needed)[some], LIMIT, rtol=1e-6)
 
 
 def test_an_uncertain_frequency_costs_mass(single):
-    sharp = design(bridge_amplitude, **BRIDGE, detuning=np.zeros(COUNT))
-    assert sharp.mass < 0.8 * single.mass
+    sharp = design(tuning(detuning=np.zeros(COUNT)), **BRIDGE)
+    assert mass_of(sharp) < 0.8 * mass_of(single)
     assert risk_of(sharp.dampers) > 2.0 * BRIDGE["risk"]
 
 
@@ -354,96 +363,91 @@ def test_draws_are_joint():
     far = np.argsort(np.abs(DETUNING))
     together, apart = np.empty(COUNT), np.empty(COUNT)
     together[order], apart[order] = DETUNING[far], DETUNING[far[::-1]]
-    masses = [design(bridge_amplitude, **BRIDGE, detuning=each).mass for each in (apart, together)]
+    masses = [mass_of(design(tuning(detuning=each), **BRIDGE)) for each in (apart, together)]
     assert masses[0] < 0.8 * masses[1]
 
 
 def test_several_dampers_spread_over_an_uncertain_frequency(single):
-    pair = design(bridge_amplitude, **BRIDGE, detuning=DETUNING, number=2)
+    pair = design(tuning(number=2), **BRIDGE)
     low, high = pair.dampers
-    assert pair.mass < single.mass
+    assert mass_of(pair) < mass_of(single)
     assert low.mass_ratio == high.mass_ratio
     assert high.frequency_ratio - low.frequency_ratio > 0.01
-    assert pair.probability <= BRIDGE["risk"]
-    assert len(pair.springs) == len(pair.dashpots) == 2
+    assert pair.outcome.probability <= BRIDGE["risk"]
 
 
 def test_a_stroke_limit_costs_mass(single):
-    largest = 0.4 * single.stroke_high
-    held = design(bridge_amplitude, **BRIDGE, detuning=DETUNING, largest_stroke=largest)
-    assert held.stroke_high <= largest
-    assert held.stroke_high > 0.97 * largest
-    assert held.probability <= BRIDGE["risk"]
-    assert held.mass > single.mass
+    largest = 0.4 * single.outcome.stroke_high
+    held = design(tuning(largest_stroke=largest), **BRIDGE)
+    assert held.outcome.stroke_high <= largest
+    assert held.outcome.stroke_high > 0.97 * largest
+    assert held.outcome.probability <= BRIDGE["risk"]
+    assert mass_of(held) > mass_of(single)
     assert held.reason == "the stroke decides on the mass"
 
 
 def test_mode_shape_scales_mass_and_stroke(single):
-    half = design(bridge_amplitude, **BRIDGE, detuning=DETUNING, shape=0.5)
-    assert half.dampers == single.dampers
-    assert half.mass == pytest.approx(4.0 * single.mass)
-    assert half.stroke == pytest.approx(0.5 * single.stroke)
+    half = design(tuning(shape=0.5), **BRIDGE)
+    ratios = [(one.mass_ratio, one.frequency_ratio, one.damping_ratio) for one in (*half.dampers, *single.dampers)]
+    assert ratios[0] == ratios[1]
+    assert mass_of(half) == pytest.approx(4.0 * mass_of(single))
+    assert half.outcome.stroke == pytest.approx(0.5 * single.outcome.stroke)
 
 
 def test_nothing_to_do():
-    easy = design(bridge_amplitude, **BRIDGE | {"limit": 10.0}, detuning=DETUNING)
-    assert easy.dampers == easy.springs == ()
-    assert (easy.mass, easy.stroke, easy.probability) == (0.0, 0.0, 0.0)
+    easy = design(tuning(limit=10.0), **BRIDGE)
+    assert easy.dampers == ()
+    assert (easy.outcome.stroke, easy.outcome.probability) == (0.0, 0.0)
     assert easy.achievable
     assert easy.reason == "no damper is needed"
 
 
 def test_what_cannot_be_had_is_said():
-    short = design(bridge_amplitude, **BRIDGE | {"limit": 0.02}, detuning=DETUNING, largest_mass_ratio=0.01)
+    short = design(tuning(limit=0.02), **BRIDGE, largest_mass_ratio=0.01)
     assert not short.achievable
     assert short.reason.startswith("not achievable with a mass ratio up to 1 %: a risk of ")
-    assert short.mass == pytest.approx(1e4)
-    assert short.probability > BRIDGE["risk"]
-    cramped = design(bridge_amplitude, **BRIDGE, detuning=DETUNING, largest_stroke=0.001)
+    assert mass_of(short) == pytest.approx(1e4)
+    assert short.outcome.probability > BRIDGE["risk"]
+    cramped = design(tuning(largest_stroke=0.001), **BRIDGE)
     assert "mass ratio up to 5 %: a stroke of" in cramped.reason
-    hopeless = design(lambda added: np.where(DETUNING > 0.0, 1.0, 0.0) + 0.0 * added, **BRIDGE, detuning=DETUNING)
+    hopeless = design(tuning(lambda added: np.where(DETUNING > 0.0, 1.0, 0.0) + 0.0 * added), **BRIDGE)
     assert not hopeless.achievable
     share = 100.0 * np.mean(DETUNING > 0.0)
     assert hopeless.reason.startswith(f"not achievable with any damper: {share:.3g} % of the draws")
-    assert np.isfinite(hopeless.mass)
+    assert np.isfinite(mass_of(hopeless))
 
 
 def test_same_draws_same_design(single):
-    assert design(bridge_amplitude, **BRIDGE, detuning=DETUNING) == single
+    assert design(tuning(), **BRIDGE) == single
 
 
-def test_mass_map_falls_with_mass_and_meets_the_design(single):
-    mu = single.dampers[0].mass_ratio
-    found = mass_map(bridge_amplitude, limit=0.12, mass_ratios=[0.5 * mu, mu, 1.5 * mu], detuning=DETUNING)
-    assert np.all(np.diff(found.probability) < 0.0)
-    assert np.all(np.diff(found.stroke) < 0.0)
-    assert found.probability[1] <= 1.1 * BRIDGE["risk"]
-    for dampers, probability in zip(found.dampers, found.probability, strict=True):
-        assert probability == risk_of(dampers)
+def test_risk_falls_with_mass_and_meets_the_design(single):
+    mu, draws = single.dampers[0].mass_ratio, tuning()
+    tuned = [draws.least_risk(factor * mu) for factor in (0.5, 1.0, 1.5)]
+    found = [draws.outcome(dampers) for dampers in tuned]
+    assert found[0].probability > found[1].probability > found[2].probability
+    assert found[0].stroke > found[1].stroke > found[2].stroke
+    assert found[1].probability <= 1.1 * BRIDGE["risk"]
+    assert [one.probability for one in found] == [risk_of(dampers) for dampers in tuned]
     least = min(
         risk_of([TunedMass(0.5 * mu, f, zeta)])
         for f in np.linspace(0.97, 1.03, 21)
         for zeta in np.geomspace(0.015, 0.08, 13)
     )
-    assert found.probability[0] <= least + 0.005
+    assert found[0].probability <= least + 0.005
 
 
-def test_mass_map_keeps_the_largest_stroke_where_it_can(single):
-    mu, limit = single.dampers[0].mass_ratio, 0.7 * single.stroke_high
-    ratios = [mu, 2.0 * mu, 4.0 * mu]
-    options = {"limit": 0.12, "mass_ratios": ratios, "detuning": DETUNING}
-    free, found = (mass_map(bridge_amplitude, **options, largest_stroke=one) for one in (None, limit))
-    assert free.stroke_high[0] > 1.1 * limit
-    assert np.all(found.stroke_high <= 1.01 * limit)
-    assert np.all(found.probability >= free.probability - 0.005)
-    assert found.probability[0] > free.probability[0] + 0.02
-    # the lightest damper that keeps both lies on the map
-    least = design(bridge_amplitude, **BRIDGE, detuning=DETUNING, largest_stroke=limit)
-    lightest = least.dampers[0].mass_ratio
-    on_map = mass_map(
-        bridge_amplitude, limit=0.12, mass_ratios=[lightest], detuning=DETUNING, largest_stroke=limit
-    ).probability[0]
-    assert on_map == pytest.approx(BRIDGE["risk"], abs=0.015)
+def test_a_given_mass_keeps_the_largest_stroke_where_it_can(single):
+    mu, limit = single.dampers[0].mass_ratio, 0.7 * single.outcome.stroke_high
+    free, held = tuning(), tuning(largest_stroke=limit)
+    pairs = [(free.outcome(free.least_risk(k * mu)), held.outcome(held.least_risk(k * mu))) for k in (1.0, 2.0, 4.0)]
+    assert pairs[0][0].stroke_high > 1.1 * limit
+    assert all(found.stroke_high <= 1.01 * limit for _, found in pairs)
+    assert all(found.probability >= one.probability - 0.005 for one, found in pairs)
+    assert pairs[0][1].probability > pairs[0][0].probability + 0.02
+    # the lightest damper that keeps both is the best of its mass
+    lightest = design(held, **BRIDGE).dampers[0].mass_ratio
+    assert held.outcome(held.least_risk(lightest)).probability == pytest.approx(BRIDGE["risk"], abs=0.015)
 
 
 @pytest.mark.parametrize(
@@ -460,20 +464,20 @@ def test_mass_map_keeps_the_largest_stroke_where_it_can(single):
         (lambda: response([DH2], [0.0, float("inf")]), "damper: detuning: found inf;"),
         (lambda: minimum_modal_damping([DH2], 1.0), "damper: structural_damping: found 1;"),
         (lambda: viscous_damper(0.01, modal_mass=0.0, frequency=1.0), "damper: modal_mass: found 0;"),
-        (lambda: design(bridge_amplitude, **BRIDGE | {"risk": 1.0}, detuning=DETUNING), "damper: risk: found 1;"),
-        (lambda: design(bridge_amplitude, **BRIDGE | {"limit": 0.0}, detuning=DETUNING), "damper: limit: found 0;"),
-        (lambda: design(bridge_amplitude, **BRIDGE, detuning=DETUNING, number=0), "damper: number: found 0;"),
+        (lambda: design(tuning(), **BRIDGE | {"risk": 1.0}), "damper: risk: found 1;"),
+        (lambda: tuning(limit=0.0), "damper: limit: found 0;"),
+        (lambda: design(tuning(number=0), **BRIDGE), "damper: number: found 0;"),
         (
-            lambda: design(bridge_amplitude, **BRIDGE, detuning=DETUNING, largest_stroke=-1.0),
+            lambda: design(tuning(largest_stroke=-1.0), **BRIDGE),
             "damper: largest_stroke: found -1;",
         ),
         (
-            lambda: design(bridge_amplitude, **BRIDGE, detuning=DETUNING, damping_range=(0.2, 0.1)),
+            lambda: design(tuning(damping_range=(0.2, 0.1)), **BRIDGE),
             "damper: damping_range: found 0.2 to 0.1;",
         ),
-        (lambda: design(lambda a: a[:3], **BRIDGE, detuning=DETUNING), r"amplitude: found an array of shape \(3,\)"),
-        (lambda: design(lambda a: a * np.nan, **BRIDGE, detuning=DETUNING), "damper: amplitude: found not a number;"),
-        (lambda: mass_map(bridge_amplitude, limit=0.1, mass_ratios=[0.0], detuning=DETUNING), "mass_ratios: found 0;"),
+        (lambda: tuning(lambda a: a[:3]), r"amplitude: found an array of shape \(3,\)"),
+        (lambda: tuning(lambda a: a * np.nan), "damper: amplitude: found not a number;"),
+        (lambda: tuning().least_risk(0.0), "mass_ratio: found 0;"),
     ],
 )  # fmt: skip
 def test_bad_input_is_named(call, message):

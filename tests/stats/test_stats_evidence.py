@@ -13,23 +13,20 @@ from scruton.dynamics.cycles import EnvelopeData
 from scruton.infer.cards import load_card
 from scruton.infer.models import WindPosterior
 from scruton.stats.evidence import (
-    Evidence,
     bridge,
     evidence_by_importance,
-    fit_student_t,
     log_evidence,
     log_prior_mass,
-    posterior_weight_errors,
     posterior_weights,
     widened,
 )
-from scruton.stats.moves import StudentT
 from scruton.stats.optimum import find_optimum
 from scruton.stats.posterior import Posterior
 from scruton.stats.priors import Prior
 from scruton.stats.sampler import Samples, sample
 from scruton.stats.settings import SamplerSettings
-from scruton.stats.stacking import leave_one_out_scores, stacking_weights
+from scruton.stats.stacking import stacking_weights
+from scruton.stats.student_t import StudentT, fit_student_t
 
 SEEDS = 40
 
@@ -410,21 +407,6 @@ def test_posterior_weights():
     np.testing.assert_array_equal(posterior_weights(np.array([50.0, 0.0]), np.array([0.0, 1.0])), [0, 1])
     with pytest.raises(ValueError, match="no model has both a finite log evidence and a positive prior weight"):
         posterior_weights(np.array([0.0, -np.inf]), np.array([0.0, 1.0]))
-
-
-def test_errors_of_posterior_weights_against_monte_carlo():
-    log_z, error, prior = np.array([0.0, 0.8, -1.0]), np.array([0.05, 0.02, 0.1]), np.array([0.2, 0.3, 0.5])
-    rng = np.random.default_rng(0)
-    many = np.array([posterior_weights(log_z + error * rng.standard_normal(3), prior) for _ in range(20000)])
-    found = posterior_weight_errors(posterior_weights(log_z, prior), error)
-    np.testing.assert_allclose(found, many.std(axis=0), rtol=0.04)
-    np.testing.assert_array_equal(posterior_weight_errors(np.array([1.0, 0.0]), np.array([0.1, 0.1])), [0, 0])
-
-
-def test_scores_of_records_left_out():
-    full = Evidence(-10.0, 0.1, 0.0, 1e3, 1.0)
-    without = {"a": Evidence(-8.0, 0.1, 0.0, 1e3, 1.0), "b": Evidence(-12.5, 0.1, 0.0, 1e3, 1.0)}
-    assert leave_one_out_scores(full, without) == {"a": -2.0, "b": 2.5}
 
 
 def mixture_score(weights, scores):

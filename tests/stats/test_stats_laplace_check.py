@@ -6,7 +6,7 @@ from scipy.stats import norm
 
 from scruton.stats.evidence import bridge_halves
 from scruton.stats.laplace_check import bridge_evidence, importance_evidence
-from scruton.stats.moves import StudentT
+from scruton.stats.student_t import StudentT
 
 SCALE = np.array([1.0, 0.5, 2.0])
 LOG_Z = 3.0 + float(np.log(SCALE).sum())

@@ -1,6 +1,5 @@
 """`scruton size`: sizing.json, its table for the terminal and its figures."""
 
-import json
 from argparse import Namespace
 from collections.abc import Mapping
 from pathlib import Path
@@ -51,11 +50,12 @@ def run(arguments: Namespace) -> Outcome:
     origin = sizing_origin(results, summary, stands, seed=arguments.seed, settings=settings)
     inputs = origin["fit_sha256"] | origin["bridge_sha256"]
     with Run(folder, "size", arguments, sha256=inputs, settings=settings, results=(RESULT,)) as work:
-        content = size(tree, stands, rules, rig=rig, law_n=arguments.law, seed=arguments.seed, progress=work.bar)
+        sizing = size(tree, stands, rules, rig=rig, law_n=arguments.law, seed=arguments.seed, progress=work.bar)
+        content = sizing.to_json()
         _explain(content, summary, bridge=arguments.bridge)
         content["provenance"] = origin | {key: settings[key] for key in ("law", "effect")}
         figures = [path for one in sizing_figures(content) for path in save(one, work.new, formats=("svg", "png"))]
-        work.write(RESULT, json.loads(json.dumps(content, allow_nan=False)))
+        work.write(RESULT, content)
         paths = work.published([work.new / RESULT, *figures])
     return Outcome(sizing_text(content), paths, code=DONE if summary["converged"] else NOT_TRUSTED)
 

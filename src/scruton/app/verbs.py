@@ -1,12 +1,10 @@
 """The verbs of the command line as data: name, help, arguments, and the function that does it."""
 
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple  # dataclasses would take as long to import as all the rest
 
 
-@dataclass(frozen=True)
-class Argument:
+class Argument(NamedTuple):
     """What `argparse` is told of an argument.
 
     Attributes
@@ -20,8 +18,7 @@ class Argument:
     settings: dict[str, Any]
 
 
-@dataclass(frozen=True)
-class Verb:
+class Verb(NamedTuple):
     """A verb, or a step of one.
 
     Attributes

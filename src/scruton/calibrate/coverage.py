@@ -167,7 +167,7 @@ class LawCheck:
 
 
 def law_check(regime: str, records: Sequence[Mapping[str, Any]], probability: str = "0.9") -> LawCheck:
-    """Summarise the campaigns of a regime that weighs laws; see `scruton.calibrate.one.run_one` for the records."""
+    """Summarise the records that `scruton.calibrate.campaigns.run_campaign` gives in a regime that weighs laws."""
     scores: list[Mapping[str, Any]] = [record["scores"] for record in records]
     flags = [bool(record["law_flag"]) for record in records if record["law_flag"] is not None]
     weights = np.mean([record["weights"] for record in records], axis=0).tolist() if records else ()

@@ -8,17 +8,7 @@ from typing import Any
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.calibrate.coverage import (
-    Cell,
-    LawCheck,
-    Pooled,
-    Ranks,
-    Uniformity,
-    cells,
-    law_check,
-    pooled,
-    uniformity,
-)  # fmt: skip
+from scruton.calibrate.coverage import Cell, LawCheck, Pooled, Ranks, Uniformity, cells, law_check, pooled, uniformity
 from scruton.calibrate.identifiability import Identifiability
 from scruton.calibrate.regimes import Regime
 

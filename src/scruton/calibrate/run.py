@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from scruton.calibrate import store
+from scruton.calibrate.campaigns import run_campaign
 from scruton.calibrate.identifiability import identifiability
-from scruton.calibrate.one import run_one
 from scruton.calibrate.regimes import chosen
 from scruton.calibrate.result import CalibrationResult, summarise
 from scruton.calibrate.tables import write_tables
@@ -67,7 +67,7 @@ def run_calibration(
         done = {regime.name: store.load(work.new, regime.name) for regime in wanted}
         # Campaign by campaign through all regimes, so that a run that is stopped early tells something of each.
         missing = [(name, i) for i in range(campaigns) for name, mine in done.items() if i not in mine]
-        for record in completed(run_one, [(*task, seed, base) for task in missing], jobs):
+        for record in completed(run_campaign, [(*task, seed, base) for task in missing], jobs):
             store.append(work.new, record)
             mine = done[record["regime"]]
             mine[record["index"]] = record

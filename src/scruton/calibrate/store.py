@@ -56,7 +56,7 @@ def load(folder: Path, regime: str) -> dict[int, dict[str, Any]]:
 
 
 def _is_record(record: Any, regime: str) -> bool:
-    """Whether this is what `scruton.calibrate.one.run_one` gives."""
+    """Whether this is what `scruton.calibrate.campaigns.run_campaign` gives."""
     if not isinstance(record, dict) or type(record.get("index")) is not int or record.get("regime") != regime:
         return False
     if isinstance(record.get("failed"), str):

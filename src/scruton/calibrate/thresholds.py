@@ -3,6 +3,10 @@
 Where no command is named, a number was set by judgement when the code was written: no study of it is on record.
 """
 
+import numpy as np
+
+from scruton.campaign.schema import Motion
+
 # Coverage and ranks (standard errors): a study has hundreds of cells, of which none may lie beyond by chance.
 LIMIT = 4.0
 # The same for a p-value: two-sided probability of a normal deviate beyond `LIMIT` (computed).
@@ -14,6 +18,13 @@ UNINFORMED = 0.5
 WITHOUT_EFFECT, WITH_TWO = 8, 6
 # Severity [-] from which two effects at once can be told apart. Judgement.
 SEVERE_ENOUGH_FOR_TWO = 0.2
+# A body is kept when each of its rigs lies within these without effects: stable amplitude [A/D or rad], relaxation rate
+# over circular frequency, Scruton number, damping ratio, Y1. Judgement: what section models are published with.
+_EITHER = {"relaxation": (0.0035, 0.03), "scruton_number": (7.0, 110.0), "damping_ratio": (3e-4, 0.03)}
+USUAL = {
+    Motion.HEAVING: {"amplitude": (0.010, 0.15), "Y1": (-60.0, -3.0), **_EITHER},
+    Motion.TORSIONAL: {"amplitude": (np.deg2rad(1.0), np.deg2rad(5.0)), "Y1": (-15.0, -0.5), **_EITHER},
+}
 # A case is kept when its limit cycle lies within these: amplitude over the ends of the usual range, amplitude and
 # relaxation rate over those without the effects. Judgement: a laboratory would not have published anything else.
 FAIR_RANGE, FAIR_AMPLITUDE, FAIR_RATE = (0.6, 1.3), (0.4, 2.5), (0.25, 4.0)

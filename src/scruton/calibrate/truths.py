@@ -13,15 +13,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from scruton.arrays import FloatArray
-from scruton.calibrate.regimes import (
-    AIR_DENSITY,
-    DEPTH,
-    FREQUENCY,
-    MASS,
-    REDUCED_VELOCITY,
-    WIDTH,
-    Regime,
-)
+from scruton.calibrate.regimes import AIR_DENSITY, DEPTH, FREQUENCY, MASS, REDUCED_VELOCITY, WIDTH, Regime
 from scruton.campaign.schema import Motion
 from scruton.dynamics import Setting, amplitude_ratio, force_parameters
 from scruton.infer.cards import ModelCard

@@ -6,10 +6,10 @@ from typing import Self
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.dynamics.thresholds import MISSING_CYCLE
 from scruton.envelope.types import Cycles
 
 ABSENT = 1e6  # standard error of a third harmonic that cannot be told
-_MISSING = 0.25  # of a period: less is rounding of the time stamps, more a missing cycle
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,17 +41,17 @@ class EnvelopeData:
     @staticmethod
     def join(cycles: dict[str, Cycles]) -> "EnvelopeData":
         """Put the envelopes of several records end to end; keys are the records' names."""
-        parts = [(name, one) for name, one in cycles.items() if one.time.size]
+        parts = {name: record for name, record in cycles.items() if record.time.size}
         if not parts:
             empty = np.empty(0)
             return EnvelopeData(empty, empty, empty, empty, empty, np.empty(0, dtype=str))
         return EnvelopeData(
-            amplitude=np.concatenate([one.amplitude for _, one in parts]),
-            standard_error=np.concatenate([one.standard_error for _, one in parts]),
-            gap=np.concatenate([gaps(one) for _, one in parts]),
-            period=np.concatenate([np.full(one.time.size, 1.0 / one.reference_frequency) for _, one in parts]),
-            time=np.concatenate([one.time for _, one in parts]),
-            record=np.concatenate([np.full(one.time.size, name) for name, one in parts]),
+            amplitude=np.concatenate([part.amplitude for part in parts.values()]),
+            standard_error=np.concatenate([part.standard_error for part in parts.values()]),
+            gap=np.concatenate([gaps(part) for part in parts.values()]),
+            period=np.concatenate([np.full(part.time.size, 1.0 / part.reference_frequency) for part in parts.values()]),
+            time=np.concatenate([part.time for part in parts.values()]),
+            record=np.concatenate([np.full(part.time.size, name) for name, part in parts.items()]),
         )
 
     def without(self, record: str) -> Self:
@@ -110,5 +110,5 @@ def gaps(cycles: Cycles) -> FloatArray:
     """Time before each cycle of one record that no cycle covers [s], negative at the first, (N,)."""
     period = 1.0 / cycles.reference_frequency
     steps = np.diff(cycles.time) - period
-    between: FloatArray = np.r_[-1.0, np.where(steps > _MISSING * period, steps, 0.0)]
+    between: FloatArray = np.r_[-1.0, np.where(steps > MISSING_CYCLE * period, steps, 0.0)]
     return between

@@ -7,7 +7,7 @@ r"""The amplitude equation, once: its drift and its closed form, compiled for on
 import numpy as np
 from numba import njit
 
-FLOOR = 1e-6  # of the stable amplitude: laws other than the paper's live on a > 0, and a filtered mean may stray below
+from scruton.dynamics.thresholds import FLOOR
 
 
 @njit(cache=True, error_model="numpy")

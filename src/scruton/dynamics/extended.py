@@ -14,6 +14,7 @@ from scruton.dynamics.cycles import ABSENT, Channels
 from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
 from scruton.dynamics.moments import moments_along, noise_drift
 from scruton.dynamics.reading import inverse_reading, saturated_reading
+from scruton.dynamics.thresholds import FAINT
 
 _S1, _S2, _S3 = int(Term.STRUCTURAL), int(Term.STRUCTURAL_LINEAR), int(Term.STRUCTURAL_SQUARE)
 _F, _FW = int(Term.FRICTION), int(Term.FRICTION_WIDTH)
@@ -33,7 +34,6 @@ _LC, _LS, _LR, _LD = int(Term.LINE_COS), int(Term.LINE_SIN), int(Term.LINE_RATE)
 _HAT = int(Term.HAT)
 # Columns that the amplitude depends on; the others move the phase and the third harmonic alone.
 _DAMPING = np.setdiff1d(np.arange(COLUMNS), [_DET, _ST2, _ST1, _PQ, _H3, _H3R])
-_FAINT = 3.0  # standard errors below which an amplitude tells no phase
 
 
 @njit(cache=True, inline="always")
@@ -199,7 +199,7 @@ def _extended_filter(  # type: ignore[no-untyped-def]
             # phase
             a = max((y[k] - line) / gain, 1e-12)
             noise = r2 / (y[k] * y[k] + r2)
-            faint = y[k] < _FAINT * se[k] or not usable[k]
+            faint = y[k] < FAINT * se[k] or not usable[k]
             pace = omega[k] * ((1.0 + c[_DET]) * (1.0 + a * (c[_ST1] + a * c[_ST2])) - 1.0)
             pace += side / a
             wander = c[_PQ] * c[_PQ] / (a * a)

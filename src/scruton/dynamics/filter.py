@@ -15,10 +15,10 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.dynamics.laws.law import Law
 from scruton.dynamics.moments import moments_along, noise_drift
+from scruton.dynamics.thresholds import PLAIN_FLOOR
 
 _STEPS = 8  # of Runge-Kutta in half a cycle
 _STEP = 1e-4  # relative, of the difference that gives f''
-_FLOOR = 1e-6  # of the largest amplitude: where a filtered mean that strays below is held, unless the law is linear
 
 
 def innovations_of(
@@ -58,7 +58,7 @@ def innovations_of(
     innovation, variance = (np.empty((data.size, len(parameters))) for _ in range(2))
     rows = np.zeros(data.size, dtype=np.intp) if rows is None else rows
     sets = np.ascontiguousarray(parameters if parameters.ndim == 3 else parameters[:, None])
-    floor = -np.inf if law.linear else _FLOOR * float(np.max(data.amplitude, initial=0.0))
+    floor = -np.inf if law.linear else PLAIN_FLOOR * float(np.max(data.amplitude, initial=0.0))
     _plain(
         law.drift, law.linear, data.amplitude, data.standard_error, data.gap, data.period, rows,
         sets, q, r, initial_sd**2, floor, innovation, variance,

@@ -91,4 +91,4 @@ def log_likelihood(
 
 def contiguous(*parameters: FloatArray) -> list[FloatArray]:
     """Parameters as the compiled filters take them, (W,) each."""
-    return [np.ascontiguousarray(np.atleast_1d(one), dtype=np.float64) for one in parameters]
+    return [np.ascontiguousarray(np.atleast_1d(values), dtype=np.float64) for values in parameters]

@@ -8,8 +8,8 @@ from numba import njit
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.terms import BELONGS, HATS, Belongs, Term
 from scruton.dynamics.extended import effect_drift
+from scruton.dynamics.thresholds import RANGE
 
-_RANGE = (0.004, 8.0)  # of the reference amplitude: where a stable amplitude is looked for
 _GRID = 280
 _HALVINGS = 40
 _HAT = int(Term.HAT)
@@ -20,7 +20,7 @@ _LEFT_BEHIND = [int(term) for term in Term if BELONGS[term] is not Belongs.WIND 
 @njit(cache=True)
 def _rates(table, amplitude, knots):  # type: ignore[no-untyped-def]
     """da/dt of every row of coefficients at its own amplitudes, (W, A)."""
-    found = np.empty(amplitude.shape)
+    rates = np.empty(amplitude.shape)
     for w in range(amplitude.shape[0]):
         hats = False
         for j in range(HATS):
@@ -28,8 +28,8 @@ def _rates(table, amplitude, knots):  # type: ignore[no-untyped-def]
                 hats = True
         for i in range(amplitude.shape[1]):
             a = amplitude[w, i]
-            found[w, i] = effect_drift(a, a, table[w], 0.0, False, 0.0, hats, knots)[0]
-    return found
+            rates[w, i] = effect_drift(a, a, table[w], 0.0, False, 0.0, hats, knots)[0]
+    return rates
 
 
 def amplitude_rates(table: FloatArray, amplitude: FloatArray, knots: FloatArray) -> FloatArray:
@@ -89,7 +89,7 @@ def attracting_amplitude(rate: Callable[[FloatArray], FloatArray], walkers: int,
     (W,) array
         0 where the motion dies out, inf where it grows beyond the range.
     """
-    grid = scale * np.geomspace(*_RANGE, _GRID)
+    grid = scale * np.geomspace(*RANGE, _GRID)
     up = rate(np.broadcast_to(grid, (walkers, _GRID))) > 0.0
     stable = up[:, :-1] & ~up[:, 1:]
     chosen = np.argmax(stable, axis=1)
@@ -127,6 +127,6 @@ def transferred(table: FloatArray) -> FloatArray:
     (..., COLUMNS) array
         A copy.
     """
-    found: FloatArray = table.copy()
-    found[..., _LEFT_BEHIND] = 0.0
-    return found
+    kept: FloatArray = table.copy()
+    kept[..., _LEFT_BEHIND] = 0.0
+    return kept

@@ -53,7 +53,7 @@ def factor(
     """
     if definition not in DEFINITIONS:
         raise ValueError(f"unknown definition of the Scruton number '{definition}'; one of {', '.join(DEFINITIONS)}")
-    m, rho, B, D = (np.asarray(one, dtype=np.float64) for one in (mass, air_density, width, depth))
+    m, rho, B, D = (np.asarray(value, dtype=np.float64) for value in (mass, air_density, width, depth))
     if torsional and definition != "paper":
         raise ValueError(f"the definition '{definition}' has no torsional form; 'paper' has one (Eq. 8)")
     if definition == "paper":
@@ -72,8 +72,8 @@ def factor(
         "mass-damping": 1.0,
         "eurocode": np.pi**2,
     }
-    found: FloatArray = constants[definition] * m_star
-    return found
+    per_unit: FloatArray = constants[definition] * m_star
+    return per_unit
 
 
 def scruton_number(

@@ -3,13 +3,10 @@
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.envelope.sampling import quantum_of
+from scruton.envelope.sampling import quantum_of, run_lengths
+from scruton.envelope.thresholds import CROWDED, RUN, TOP
 from scruton.envelope.types import Cycles
 from scruton.envelope.windows import cut
-
-_TOP = 0.02  # part of the largest reading that counts as its top
-_CROWDED = 1.6  # times the samples that a sine has there; a strong third harmonic reaches 1.4
-_RUN = 3  # equal readings in a row at the extreme
 
 
 def clipped_side(time: FloatArray, response: FloatArray, cycles: Cycles) -> str:
@@ -34,19 +31,14 @@ def _piled_up(time: FloatArray, y: FloatArray, cycles: Cycles) -> bool:
     at_top = y >= top - 1e-9 * top
     # a rounded sine, too, repeats its largest reading, as long as it stays within half a quantum of it
     honest = per_cycle / np.pi * np.sqrt(2.0 * min(quantum_of(y), top) / top)
-    if np.max(_run_lengths(at_top)) >= max(_RUN, 1.3 * honest + 2.0):
+    if np.max(run_lengths(at_top)) >= max(RUN, 1.3 * honest + 2.0):
         return True
     stops = np.stack([windows.first, windows.stop], axis=1).ravel()
     padded = np.append(y, -np.inf)
     highest = np.maximum.reduceat(padded, stops)[::2]
-    reach = highest > top * (1.0 - 0.25 * _TOP)
+    reach = highest > top * (1.0 - 0.25 * TOP)
     if np.count_nonzero(reach) < 3:
         return False
-    crowd = np.add.reduceat(np.append(y > top * (1.0 - _TOP), False).astype(float), stops)[::2]
+    crowd = np.add.reduceat(np.append(y > top * (1.0 - TOP), False).astype(float), stops)[::2]
     share = np.sum(crowd[reach]) / np.sum((windows.stop - windows.first)[reach])
-    return bool(share > _CROWDED * np.arccos(1.0 - _TOP) / np.pi)
-
-
-def _run_lengths(flag: np.ndarray) -> np.ndarray:
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], flag, [False]]).astype(np.int8)))
-    return edges[1::2] - edges[::2]
+    return bool(share > CROWDED * np.arccos(1.0 - TOP) / np.pi)

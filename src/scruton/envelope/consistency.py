@@ -17,24 +17,24 @@ from scruton.campaign.spelling import figure
 from scruton.campaign.thresholds import FAR
 from scruton.envelope.inspection import Inspection
 from scruton.envelope.ringdown import DampingBand, RingDown
+from scruton.envelope.sampling import run_lengths
+from scruton.envelope.thresholds import (
+    BAND_FLOOR,
+    CLEAR_BAND,
+    DAMPING_FACTOR,
+    DEAD,
+    EXTRAPOLATED,
+    FINE,
+    LEVELS,
+    NYQUIST,
+    SETTLED,
+    SIGMAS,
+    STILL,
+    STILL_FREQUENCY,
+    TREND,
+    WIND_FREQUENCY,
+)
 
-# Thresholds: what they are of, and why.
-STILL_FREQUENCY = 0.02  # of f0: a rig is retuned by less, and amplitude moves it by less, between stating and plucking
-WIND_FREQUENCY = 0.08  # of f0: added mass and lock-in of the sections at hand move it by up to 3 %
-FINE = 8.0  # samples per stated cycle: six is what demodulation needs, and a thinned record has no harmonic to check
-NYQUIST = 2.2  # samples per stated cycle: below, with the filter's margin, a line is an alias
-TREND = 1.1  # of the first amplitude: growths of a tenth are no turbulence that a fitted exponential follows
-LEVELS = 1.25  # between growth and decay of one test: turbulence and drift differ by a tenth from record to record
-# The same where a record ends before it has settled: what it heads for erred by factors up to 6 in `challenge make
-# --cases 90 --seed 5`.
-EXTRAPOLATED = 7.0
-SETTLED = 3.0  # relaxation times after which a transient has shown its stable amplitude to 5 %
-BAND_FLOOR = 0.02  # relative error of a band of damping that its scatter cannot show
-CLEAR_BAND = 0.1  # relative standard error above which a band of damping contradicts nobody
-SIGMAS = 3.0  # joint standard deviations
-DAMPING_FACTOR = 2.0  # by which damping never changes between stating and plucking
-DEAD = 1.0 / 3.0  # of the samples, in stretches that do not move
-STILL = 0.5  # cycles without any change after which the signal does not move
 # What a record of another kind, level or length than it is filed as would also be noted for.
 CAUSES = ("kind", "stated level", "dead")
 CONSEQUENCES = ("decay start", "growth start", "length")
@@ -52,10 +52,10 @@ def review(inspection: Inspection) -> list[Remark]:
     list of Remark
         In no order; `scruton.campaign.remarks.sentences` ranks and folds.
     """
-    found = [*implausible(inspection.campaign), *(remark for check in CHECKS for remark in check(inspection))]
-    slipped = {one.name for one in found if one.kind in CAUSES}
-    notes = [remark for one in inspection.qualities.values() for remark in one.remarks]
-    return found + [one for one in notes if one.kind not in CONSEQUENCES or one.name not in slipped]
+    slips = [*implausible(inspection.campaign), *(remark for check in CHECKS for remark in check(inspection))]
+    slipped = {remark.name for remark in slips if remark.kind in CAUSES}
+    notes = [remark for quality in inspection.qualities.values() for remark in quality.remarks]
+    return slips + [note for note in notes if note.kind not in CONSEQUENCES or note.name not in slipped]
 
 
 def _frequency(inspection: Inspection) -> Iterator[Remark]:
@@ -164,9 +164,9 @@ class _End:
 
 def _ends(test: Test, kind: Kind, inspection: Inspection) -> list[_End]:
     """Where the transients of one kind end, those left out that end in nothing."""
-    usable = [one for one in test.records if one.kind is kind and one.name in inspection.qualities]
-    ends = [_End.of(one, inspection) for one in usable if _standing(one, inspection) < DEAD]
-    return [one for one in ends if one.tail > 0.0]
+    usable = [record for record in test.records if record.kind is kind and record.name in inspection.qualities]
+    ends = [_End.of(record, inspection) for record in usable if _standing(record, inspection) < DEAD]
+    return [end for end in ends if end.tail > 0.0]
 
 
 def _apart(growth: _End, decay: _End) -> float:
@@ -232,11 +232,11 @@ def _sigmas(stated: float, sd: float, ringdown: RingDown) -> float:
 
     Damping may vary with amplitude: what is stated at one of them contradicts nobody.
     """
-    bands = [one for one in ringdown.bands if _error(one) < CLEAR_BAND * abs(one.damping_ratio)]
+    bands = [band for band in ringdown.bands if _error(band) < CLEAR_BAND * abs(band.damping_ratio)]
     if not bands:
         return abs(ringdown.damping_ratio - stated) / math.hypot(sd, ringdown.damping_ratio_sd)
-    misses = [(one.damping_ratio - stated) / math.hypot(sd, _error(one)) for one in bands]
-    return 0.0 if min(misses) <= 0.0 <= max(misses) else min(abs(one) for one in misses)
+    misses = [(band.damping_ratio - stated) / math.hypot(sd, _error(band)) for band in bands]
+    return 0.0 if min(misses) <= 0.0 <= max(misses) else min(abs(miss) for miss in misses)
 
 
 def _error(band: DampingBand) -> float:
@@ -248,8 +248,8 @@ def _amplitude(inspection: Inspection) -> Iterator[Remark]:
     wanted = AMPLITUDE[inspection.campaign.section.motion]
     for record, _, test in inspection.records():
         largest = inspection.qualities[record.name].amplitude_range[1]
-        for one in outside(largest, wanted, "amplitude", "record", record.name, "the largest amplitude"):
-            yield one if test is not None else replace(one, severity=Severity.DOUBT)
+        for remark in outside(largest, wanted, "amplitude", "record", record.name, "the largest amplitude"):
+            yield remark if test is not None else replace(remark, severity=Severity.DOUBT)
 
 
 def _dead(inspection: Inspection) -> Iterator[Remark]:
@@ -271,8 +271,7 @@ def _standing(record: Record, inspection: Inspection) -> float:
     same = np.diff(record.response) == 0.0
     if record.is_envelope:
         same &= record.response[1:] == 0.0
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], same, [False]])))
-    lengths = edges[1::2] - edges[::2] + 1
+    lengths = run_lengths(same) + 1
     return float(np.sum(lengths[lengths > longest])) / record.response.size
 
 

@@ -2,17 +2,17 @@
 
 import numpy as np
 
-from scruton.arrays import FloatArray
+from scruton.arrays import ComplexArray, FloatArray
 from scruton.envelope.frequency import dominant_frequency
 from scruton.envelope.sampling import quantum_of, sampling
+from scruton.envelope.thresholds import SECOND_HARMONIC
 from scruton.envelope.tracking import Track, box_sum, follow
 from scruton.envelope.types import Cycles
-from scruton.envelope.windows import ComplexArray, CycleFit, Windows, cut, fit_cycles
+from scruton.envelope.windows import CycleFit, Windows, cut, fit_cycles
 from scruton.errors import InputError
 
 _NEIGHBOURHOOD = 8  # cycles on either side that share one level of noise
 _PASSES = 3  # regressions that carry the local rate; each leaves about a tenth of the error of the one before
-_MANY = 10.0  # samples per cycle from which a second harmonic can be told apart
 
 
 def demodulate(
@@ -73,7 +73,7 @@ def demodulate(
         fit = fit_cycles(time, response, windows)
     grid = int(windows.number[-1]) + 1
     number = windows.number
-    harmonic = len(time) / ((time[-1] - time[0]) * reference) >= _MANY
+    harmonic = len(time) / ((time[-1] - time[0]) * reference) >= SECOND_HARMONIC
     track = _track(windows, fit, grid)
     for _ in range(_PASSES):
         rate = track.rate[number] * reference
@@ -207,7 +207,7 @@ def _offset_slope(offset: FloatArray, number: np.ndarray, grid: int) -> FloatArr
     full = np.interp(np.arange(grid), number, offset)
     if len(full) < 5:
         return np.zeros(len(number))
-    padded = np.concatenate([2 * full[0] - full[2:0:-1], full, 2 * full[-1] - full[-2:-4:-1]])
+    padded = np.pad(full, 2, mode="reflect", reflect_type="odd")
     slope = np.convolve(padded, np.array([2.0, 1.0, 0.0, -1.0, -2.0]) / 10.0, mode="valid")
     return np.asarray(slope[number])
 

@@ -47,11 +47,7 @@ def total_damping(amplitude: FloatArray, amplitude_rate: FloatArray, omega: floa
 
 
 def aerodynamic_damping(
-    total: FloatArray,
-    amplitude: FloatArray,
-    structural: StructuralDamping,
-    omega: float,
-    still_air_omega: float,
+    total: FloatArray, amplitude: FloatArray, structural: StructuralDamping, omega: float, still_air_omega: float
 ) -> FloatArray:
     """Aerodynamic damping ratio, total less structural: Eq. (6).
 
@@ -74,11 +70,7 @@ def aerodynamic_damping(
 
 
 def griffin_curve(
-    aerodynamic: FloatArray,
-    amplitude: FloatArray,
-    mass_damping_factor: float,
-    omega: float,
-    still_air_omega: float,
+    aerodynamic: FloatArray, amplitude: FloatArray, mass_damping_factor: float, omega: float, still_air_omega: float
 ) -> GriffinCurve:
     """Read every transient amplitude as a stable one: step (8) with Eqs. (7) and (8).
 

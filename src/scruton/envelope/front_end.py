@@ -5,16 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.campaign.schema import Record
 from scruton.envelope.amplitude import amplitude as transient_amplitude
 from scruton.envelope.amplitude import band_pass as filter_band
 from scruton.envelope.amplitude import detrend
-from scruton.envelope.damping import (
-    GriffinCurve,
-    StructuralDamping,
-    aerodynamic_damping,
-    griffin_curve,
-    total_damping,
-)
+from scruton.envelope.damping import GriffinCurve, StructuralDamping, aerodynamic_damping, griffin_curve, total_damping
 from scruton.envelope.sampling import Sampling, sampling
 from scruton.envelope.trial import TrialFit, TrialFunction, trial_function
 from scruton.errors import InputError
@@ -55,24 +50,21 @@ class FrontEnd:
 
 
 def front_end(
-    time: FloatArray,
-    response: FloatArray,
+    record: Record,
     *,
     frequency: float,
     still_air_frequency: float,
     damping_ratio: StructuralDamping,
     mass_damping_factor: float,
     trial: str | TrialFunction = "second-order exponential",
-    is_envelope: bool = False,
     band_pass: tuple[float, float] | None = None,
-    name: str = "record",
 ) -> FrontEnd:
     """Run steps (3) to (8) on one record.
 
     Parameters
     ----------
-    time, response : (N,) array
-        Seconds, and y/D or rotation [rad] (or its amplitude if `is_envelope`).
+    record : Record
+        y/D or rotation [rad]; of an amplitude that was extracted elsewhere steps (3) and (4) are left out.
     frequency, still_air_frequency : float
         f in the wind and f0 in still air [Hz].
     damping_ratio : float or callable
@@ -81,13 +73,9 @@ def front_end(
         4 pi m/(rho B D), or 4 pi J/(rho B^3 D): the Scruton number per unit of damping ratio.
     trial : str or TrialFunction, optional
         Smoothing of step (5), by name (see `trial_function`) or as an object.
-    is_envelope : bool, optional
-        True where `response` is an amplitude already, so that steps (3) and (4) are left out.
     band_pass : (low, high), optional
         Edges of a band-pass in multiples of `frequency`, before Eq. (2); (0.6, 1.4) is a good choice. Not part
         of the paper's procedure, hence off.
-    name : str, optional
-        The record's file, for error messages.
 
     Raises
     ------
@@ -99,11 +87,12 @@ def front_end(
     Eq. (2) wants equal steps: a record whose steps vary is first interpolated to equal ones, and amplitudes
     inside gaps are left out.
     """
+    time, response = record.time, record.response
     omega, still_air_omega = 2.0 * np.pi * frequency, 2.0 * np.pi * still_air_frequency
     if len(time) < 16 or (time[-1] - time[0]) * frequency < 2.0:
-        raise InputError(name, "", f"{len(time)} samples over {(time[-1] - time[0]) * frequency:.1f} cycles",
+        raise InputError(record.name, "", f"{len(time)} samples over {(time[-1] - time[0]) * frequency:.1f} cycles",
                          "a record of at least 16 samples and two cycles")  # fmt: skip
-    if is_envelope:
+    if record.is_envelope:
         a = response
     else:
         steps = sampling(time)

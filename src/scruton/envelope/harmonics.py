@@ -3,9 +3,8 @@
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.envelope.thresholds import THIRD_HARMONIC
 from scruton.envelope.types import Cycles
-
-_MANY = 12.0  # samples per cycle from which a third harmonic can be told
 
 
 def third_harmonic(time: FloatArray, response: FloatArray, cycles: Cycles) -> tuple[FloatArray, FloatArray]:
@@ -33,13 +32,13 @@ def third_harmonic(time: FloatArray, response: FloatArray, cycles: Cycles) -> tu
     third, error = np.zeros(count), np.full(count, np.inf)
     omega = 2.0 * np.pi * cycles.reference_frequency
     half = 0.5 / cycles.reference_frequency
-    if (len(time) - 1) / (time[-1] - time[0]) / cycles.reference_frequency < _MANY:
+    if (len(time) - 1) / (time[-1] - time[0]) / cycles.reference_frequency < THIRD_HARMONIC:
         return third, error
     first = np.searchsorted(time, cycles.time - half)
     stop = np.searchsorted(time, cycles.time + half)
     sizes = stop - first
     for size in np.unique(sizes):
-        if size < _MANY - 1:
+        if size < THIRD_HARMONIC - 1:
             continue
         which = np.flatnonzero(sizes == size)
         index = first[which][:, None] + np.arange(size)

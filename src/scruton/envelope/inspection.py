@@ -8,10 +8,9 @@ from scruton.campaign.schema import Campaign, Record, Rig, Test
 from scruton.envelope.cycles import cycles_from_envelope, demodulate
 from scruton.envelope.quality import RecordQuality, assess
 from scruton.envelope.ringdown import RingDown, ring_down
+from scruton.envelope.thresholds import STATED_SD
 from scruton.envelope.types import Cycles
 from scruton.errors import InputError
-
-STATED_SD = 0.1  # relative, of a damping ratio that is stated without one: ring-downs repeat to that
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,15 +36,15 @@ class Inspection:
 
     def records(self) -> Iterator[tuple[Record, Rig, Test | None]]:
         """Every record that can be used, with its rig and, in wind, its test."""
-        return ((one, rig, test) for one, rig, test in records_of(self.campaign) if one.name in self.qualities)
+        return (row for row in records_of(self.campaign) if row[0].name in self.qualities)
 
 
 def records_of(campaign: Campaign) -> Iterator[tuple[Record, Rig, Test | None]]:
     """Every record with its rig and, in wind, its test; still air first."""
     for rig in campaign.rigs:
-        yield from ((one, rig, None) for one in rig.records)
+        yield from ((record, rig, None) for record in rig.records)
     for test in campaign.tests:
-        yield from ((one, campaign.rig(test.rig), test) for one in test.records)
+        yield from ((record, campaign.rig(test.rig), test) for record in test.records)
 
 
 def record_cycles(record: Record, still_air_frequency: float) -> Cycles:
@@ -65,10 +64,7 @@ def record_cycles(record: Record, still_air_frequency: float) -> Cycles:
 
 
 def weigh(
-    campaign: Campaign,
-    cycles: Mapping[str, Cycles],
-    ringdowns: Mapping[str, RingDown],
-    stated_sd: float = STATED_SD,
+    campaign: Campaign, cycles: Mapping[str, Cycles], ringdowns: Mapping[str, RingDown], stated_sd: float = STATED_SD
 ) -> Inspection:
     """Measure every record whose cycles are at hand."""
     qualities = {}
@@ -89,7 +85,7 @@ def gather(campaign: Campaign, problems: list[InputError]) -> Inspection:
             problems.append(error)
     ringdowns = {}
     for rig in campaign.rigs:
-        plucks = [cycles[one.name] for one in rig.records if one.name in cycles]
+        plucks = [cycles[record.name] for record in rig.records if record.name in cycles]
         # a pluck that never decays is remarked on by its kind
         with suppress(InputError):
             if plucks:

@@ -6,11 +6,9 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.envelope.sampling import sampling
+from scruton.envelope.thresholds import CLOSE_LINE, ONE_SIDED, STANDS_OUT, STANDS_OUT_OF_NOISE
 from scruton.envelope.types import Cycles
 
-_STANDS_OUT = 5.0  # height of a line over the median around it; noise reaches 3 to 4
-_ONE_SIDED = 2.0  # a second line lies on one side of the main one, a modulation on both
-_CLOSE = 0.4  # of the frequency: nearer lines are sought in the cycles, farther ones in the record
 _LONGEST = 2**19  # samples that the spectrum looks at
 
 
@@ -44,14 +42,14 @@ def second_line(time: FloatArray, response: FloatArray, cycles: Cycles) -> Line 
     the logarithm) and a rest, and the rest must show a line on one side only. Farther away the main motion, as
     demodulated, is subtracted from the record first.
     """
-    found = [line for line in (_near(cycles), _far(time, response, cycles)) if line is not None]
-    return max(found, key=lambda line: line.relative, default=None)
+    lines = [line for line in (_near(cycles), _far(time, response, cycles)) if line is not None]
+    return max(lines, key=lambda line: line.relative, default=None)
 
 
 def _near(cycles: Cycles) -> Line | None:
     period = 1.0 / cycles.reference_frequency
     number = np.round((cycles.time - cycles.time[0]) / period).astype(np.intp)
-    strong = cycles.amplitude > 4.0 * cycles.standard_error
+    strong = cycles.amplitude > STANDS_OUT_OF_NOISE * cycles.standard_error
     if np.count_nonzero(strong) < 24:
         return None
     n = int(number[-1]) + 1
@@ -73,11 +71,11 @@ def _near(cycles: Cycles) -> Line | None:
     height = np.abs(np.fft.fft(rest * taper, size)) / np.sum(whole * taper)
     frequency = np.fft.fftfreq(size)
     # the polynomial absorbs what turns fewer than three times in the record
-    usable = (np.abs(frequency) > 3.0 / n) & (np.abs(frequency) < _CLOSE)
+    usable = (np.abs(frequency) > 3.0 / n) & (np.abs(frequency) < CLOSE_LINE)
     k = int(np.argmax(np.where(usable, height, 0.0)))
     around = usable & (np.abs(np.abs(frequency) - abs(frequency[k])) < 0.5 * abs(frequency[k]) + 8.0 / n)
     mirror = usable & (np.abs(frequency + frequency[k]) < 1.5 / n)
-    if height[k] < _STANDS_OUT * np.median(height[around]) or height[k] < _ONE_SIDED * np.max(height[mirror]):
+    if height[k] < STANDS_OUT * np.median(height[around]) or height[k] < ONE_SIDED * np.max(height[mirror]):
         return None
     # one cycle's regression passes a line off its frequency by the sinc of the distance
     passed = float(np.sinc(frequency[k]))
@@ -105,13 +103,13 @@ def _far(time: FloatArray, response: FloatArray, cycles: Cycles) -> Line | None:
     height = np.abs(fft.rfft((y - main) * taper, size))
     top = float(np.max(np.abs(fft.rfft(y * taper, size))))
     grid = np.arange(len(height)) / (size * steps.step)
-    outside = (np.abs(grid - f) >= _CLOSE * f) & (grid > max(3.0 / (t[-1] - t[0]), 0.1 * f))
+    outside = (np.abs(grid - f) >= CLOSE_LINE * f) & (grid > max(3.0 / (t[-1] - t[0]), 0.1 * f))
     outside[-2:] = False
     if not outside.any():
         return None
     k = int(np.argmax(np.where(outside, height, 0.0)))
     around = height[int(k * 0.7) : int(k * 1.4) + 2]
-    if height[k] < _STANDS_OUT * np.median(around):
+    if height[k] < STANDS_OUT * np.median(around):
         return None
     order = round(grid[k] / f)
     width = max(0.02 * f, 3.0 / (t[-1] - t[0]))

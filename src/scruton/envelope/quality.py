@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
@@ -12,16 +11,21 @@ from scruton.envelope.clipping import clipped_side
 from scruton.envelope.cycles import cycles_from_envelope, demodulate
 from scruton.envelope.lines import Line, second_line
 from scruton.envelope.relaxation import Relaxation, relaxation
+from scruton.envelope.ringdown import weighted_line
 from scruton.envelope.sampling import Sampling, sampling
+from scruton.envelope.thresholds import (
+    DECAY_FROM,
+    FREQUENCY_DRIFT,
+    GROWTH_FROM,
+    JITTER,
+    MEAN_DRIFT,
+    OFFSET,
+    RELAXATIONS,
+    SECOND_LINE,
+    STANDS_OUT_OF_NOISE,
+)
 from scruton.envelope.types import Cycles
 from scruton.errors import InputError
-
-_DECAY_FROM, _GROWTH_FROM = 1.5, 0.3  # times the stable amplitude
-_RELAXATIONS = 3.0
-_OFFSET = _DRIFT = 0.1  # of the largest amplitude
-_FREQUENCY_DRIFT = 0.01
-_SECOND_LINE = 0.05
-_JITTER = 0.01  # of the usual step
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +76,7 @@ class RecordQuality:
     @property
     def warnings(self) -> tuple[str, ...]:
         """The remarks as plain sentences, each naming the record."""
-        return tuple(one.sentence for one in self.remarks)
+        return tuple(remark.sentence for remark in self.remarks)
 
 
 def assess(
@@ -115,7 +119,7 @@ def assess(
     stable = _stable(stable_amplitude, relaxed if transient else None, record, smooth)
     line = None if record.is_envelope else second_line(record.time, record.response, cycles)
     remarks = [
-        *(_transient_remarks(record, smooth, stable, relaxed) if transient and relaxed else ()),
+        *(_transient_remarks(record, stable, relaxed) if transient and relaxed else ()),
         *_sampling_remarks(record, steps),
         *([] if record.is_envelope else _signal_remarks(record, cycles, line)),
     ]
@@ -143,118 +147,107 @@ def _stable(stated: float | None, relaxed: Relaxation | None, record: Record, sm
     return float(np.sqrt(np.mean(smooth**2))) if record.kind is Kind.STEADY else float("nan")
 
 
-def _transient_remarks(record: Record, smooth: np.ndarray, stable: float, relaxed: Relaxation) -> Iterator[Remark]:
-    first, say = relaxed.first_amplitude, partial(Remark, Severity.NOTE, of="record", name=record.name)
+def _note(record: Record, kind: str, text: str, alike: str, value: float, excess: float = 1.0) -> Remark:
+    return Remark(Severity.NOTE, kind, "record", record.name, text, alike, value, excess)
+
+
+def _transient_remarks(record: Record, stable: float, relaxed: Relaxation) -> Iterator[Remark]:
+    first = relaxed.first_amplitude
+    if record.kind is Kind.DECAY and first < DECAY_FROM * stable:
+        yield _note(
+            record, "decay start",
+            f"the decay starts at {first / stable:.2f} times the stable amplitude; from below {DECAY_FROM} times, the "
+            "rate of decay is hardly told from turbulence.",
+            f"the decay starts at {{}} times the stable amplitude, below {DECAY_FROM} times,", first / stable,
+        )  # fmt: skip
+    if record.kind is Kind.GROWTH and first > GROWTH_FROM * stable:
+        yield _note(
+            record, "growth start",
+            f"the growth starts at {first / stable:.2f} times the stable amplitude; it should start below "
+            f"{GROWTH_FROM}, so that the damping at small amplitude is seen.",
+            f"the growth starts at {{}} times the stable amplitude, above {GROWTH_FROM} times,", first / stable,
+            first / stable / GROWTH_FROM,
+        )  # fmt: skip
     duration = float(record.time[-1] - record.time[0])
-    if record.kind is Kind.DECAY and first < _DECAY_FROM * stable:
-        yield say(
-            kind="decay start",
-            text=f"the decay starts at {first / stable:.2f} times the stable amplitude; from below "
-            f"{_DECAY_FROM} times, the rate of decay is hardly told from turbulence.",
-            alike=f"the decay starts at {{}} times the stable amplitude, below {_DECAY_FROM} times,",
-            value=first / stable,
-        )
-    if record.kind is Kind.GROWTH and first > _GROWTH_FROM * stable:
-        yield say(
-            kind="growth start",
-            text=f"the growth starts at {first / stable:.2f} times the stable amplitude; it should start "
-            f"below {_GROWTH_FROM}, so that the damping at small amplitude is seen.",
-            alike=f"the growth starts at {{}} times the stable amplitude, above {_GROWTH_FROM} times,",
-            value=first / stable,
-            excess=first / stable / _GROWTH_FROM,
-        )
-    if duration < _RELAXATIONS * relaxed.time:
-        yield say(
-            kind="length",
-            text=f"the record lasts {duration:.3g} s, {duration / relaxed.time:.1f} relaxation times of "
-            f"{relaxed.time:.3g} s; below {_RELAXATIONS:g} the stable amplitude is an extrapolation.",
-            alike=f"the record lasts {{}} relaxation times, below the {_RELAXATIONS:g} that show the stable amplitude,",
-            value=duration / relaxed.time,
-            excess=_RELAXATIONS * relaxed.time / duration,
-        )
+    if duration < RELAXATIONS * relaxed.time:
+        yield _note(
+            record, "length",
+            f"the record lasts {duration:.3g} s, {duration / relaxed.time:.1f} relaxation times of {relaxed.time:.3g} "
+            f"s; below {RELAXATIONS:g} the stable amplitude is an extrapolation.",
+            f"the record lasts {{}} relaxation times, below the {RELAXATIONS:g} that show the stable amplitude,",
+            duration / relaxed.time, RELAXATIONS * relaxed.time / duration,
+        )  # fmt: skip
 
 
 def _sampling_remarks(record: Record, steps: Sampling) -> Iterator[Remark]:
-    say = partial(Remark, Severity.NOTE, of="record", name=record.name)
-    if steps.jitter > _JITTER:
-        yield say(
-            kind="jitter",
-            text=f"the sampling is not uniform; steps depart from {steps.step:.4g} s by up to "
-            f"{100.0 * steps.jitter:.0f} %.",
-            alike="the sampling is not uniform; steps depart from the usual one by up to {} %",
-            value=100.0 * steps.jitter,
-            excess=steps.jitter / _JITTER,
-        )
+    if steps.jitter > JITTER:
+        off = 100.0 * steps.jitter
+        yield _note(
+            record, "jitter",
+            f"the sampling is not uniform; steps depart from {steps.step:.4g} s by up to {off:.0f} %.",
+            "the sampling is not uniform; steps depart from the usual one by up to {} %", off, steps.jitter / JITTER,
+        )  # fmt: skip
     if len(steps.gaps):
         longest = float(np.max(np.diff(steps.gaps, axis=1)))
-        yield say(
-            kind="gap",
-            text=f"{len(steps.gaps)} gap{'s' if len(steps.gaps) > 1 else ''} in the record, the longest "
-            f"{longest:.3g} s, the first at {steps.gaps[0, 0]:.4g} s; cycles inside are left out.",
-            alike="gaps (cycles inside are left out), the longest of {} s,",
-            value=longest,
-        )
+        yield _note(
+            record, "gap",
+            f"{len(steps.gaps)} gap{'s' if len(steps.gaps) > 1 else ''} in the record, the longest {longest:.3g} s, "
+            f"the first at {steps.gaps[0, 0]:.4g} s; cycles inside are left out.",
+            "gaps (cycles inside are left out), the longest of {} s,", longest,
+        )  # fmt: skip
 
 
 def _signal_remarks(record: Record, cycles: Cycles, line: Line | None) -> Iterator[Remark]:
-    say = partial(Remark, Severity.NOTE, of="record", name=record.name)
     largest = float(np.max(cycles.amplitude))
-    side = clipped_side(record.time, record.response, cycles)
-    if side:
+    if side := clipped_side(record.time, record.response, cycles):
         yield Remark(
             Severity.DOUBT, "clipped", "record", record.name,
             f"the signal is clipped {side}: samples pile up at the extreme reading.", f"the signal is clipped {side}",
         )  # fmt: skip
     offset, drift = _offset_and_drift(record, cycles)
-    if abs(offset) > _OFFSET * largest:
-        yield say(
-            kind="offset",
-            text=f"the signal has an offset of {offset:.3g}, {100 * abs(offset) / largest:.0f} % of the largest "
+    if abs(offset) > OFFSET * largest:
+        yield _note(
+            record, "offset",
+            f"the signal has an offset of {offset:.3g}, {100 * abs(offset) / largest:.0f} % of the largest amplitude; "
+            "it is removed.",
+            "the signal has an offset of {} % of the largest amplitude, which is removed,",
+            100.0 * abs(offset) / largest, abs(offset) / largest / OFFSET,
+        )  # fmt: skip
+    if abs(drift) > MEAN_DRIFT * largest:
+        yield _note(
+            record, "mean drift",
+            f"the mean drifts by {drift:.3g} over the record, {100 * abs(drift) / largest:.0f} % of the largest "
             "amplitude; it is removed.",
-            alike="the signal has an offset of {} % of the largest amplitude, which is removed,",
-            value=100.0 * abs(offset) / largest,
-            excess=abs(offset) / largest / _OFFSET,
-        )
-    if abs(drift) > _DRIFT * largest:
-        yield say(
-            kind="mean drift",
-            text=f"the mean drifts by {drift:.3g} over the record, {100 * abs(drift) / largest:.0f} % of the "
-            "largest amplitude; it is removed.",
-            alike="the mean drifts by {} % of the largest amplitude, which is removed,",
-            value=100.0 * abs(drift) / largest,
-            excess=abs(drift) / largest / _DRIFT,
-        )
+            "the mean drifts by {} % of the largest amplitude, which is removed,",
+            100.0 * abs(drift) / largest, abs(drift) / largest / MEAN_DRIFT,
+        )  # fmt: skip
     change, low, high = _frequency_drift(cycles)
-    if change > _FREQUENCY_DRIFT:
-        yield say(
-            kind="frequency drift",
-            text=f"the frequency drifts by {100 * change:.1f} %, between {low:.4g} and {high:.4g} Hz; stiffness, "
-            "wind speed or lock-in changes while the record runs.",
-            alike="the frequency drifts by {} %",
-            value=100.0 * change,
-            excess=change / _FREQUENCY_DRIFT,
-        )
-    if line is not None and line.relative > _SECOND_LINE:
+    if change > FREQUENCY_DRIFT:
+        yield _note(
+            record, "frequency drift",
+            f"the frequency drifts by {100 * change:.1f} %, between {low:.4g} and {high:.4g} Hz; stiffness, wind speed "
+            "or lock-in changes while the record runs.",
+            "the frequency drifts by {} %", 100.0 * change, change / FREQUENCY_DRIFT,
+        )  # fmt: skip
+    if line is not None and line.relative > SECOND_LINE:
         what = f"the harmonic of order {line.harmonic}" if line.harmonic else "another motion or pick-up"
-        yield say(
-            kind="second line",
-            text=f"a second line at {line.frequency:.4g} Hz has {100 * line.relative:.0f} % of the height of the "
-            f"main one at {cycles.reference_frequency:.4g} Hz ({what}).",
-            alike=f"a second line ({what}) has {{}} % of the height of the main one",
-            value=100.0 * line.relative,
-            excess=line.relative / _SECOND_LINE,
-        )
+        yield _note(
+            record, "second line",
+            f"a second line at {line.frequency:.4g} Hz has {100 * line.relative:.0f} % of the height of the main one "
+            f"at {cycles.reference_frequency:.4g} Hz ({what}).",
+            f"a second line ({what}) has {{}} % of the height of the main one", 100.0 * line.relative,
+            line.relative / SECOND_LINE,
+        )  # fmt: skip
 
 
 def _offset_and_drift(record: Record, cycles: Cycles) -> tuple[float, float]:
     """Offset, and change of the mean over the record, from a line through the means of whole cycles."""
     f = cycles.reference_frequency
     block = np.floor((record.time - record.time[0]) * f).astype(np.intp)
-    starts = np.flatnonzero(np.diff(block, prepend=-1))[:-1]  # the last cycle is not whole
-    stops = np.flatnonzero(np.diff(block, prepend=-1))[1:]
-    means = np.add.reduceat(record.response, starts)[: len(starts)]
-    means[-1] = np.sum(record.response[starts[-1] : stops[-1]])
-    means /= stops - starts
+    edges = np.flatnonzero(np.diff(block, prepend=-1))  # the last cycle is not whole
+    means = np.add.reduceat(record.response, edges)[:-1]
+    means[-1] = np.sum(record.response[edges[-2] : edges[-1]])
+    means /= np.diff(edges)
     x = np.linspace(-0.5, 0.5, len(means))
     return float(np.mean(means)), float(np.sum(x * means) / np.sum(x * x))
 
@@ -264,14 +257,11 @@ def _frequency_drift(cycles: Cycles) -> tuple[float, float, float]:
     count = max(2, min(20, len(cycles.time) // 10))
     f, precision = [], []
     for part in np.array_split(np.arange(len(cycles.time)), count):
-        usable = part[cycles.amplitude[part] > 4.0 * cycles.standard_error[part]]
+        usable = part[cycles.amplitude[part] > STANDS_OUT_OF_NOISE * cycles.standard_error[part]]
         if len(usable) < 5:
             continue
         w = (cycles.amplitude[usable] / cycles.standard_error[usable]) ** 2
-        t = cycles.time[usable] - np.average(cycles.time[usable], weights=w)
-        spread = float(np.sum(w * t * t))
-        slope = float(np.sum(w * t * cycles.phase[usable])) / spread
-        residual = cycles.phase[usable] - np.average(cycles.phase[usable], weights=w) - slope * t
+        slope, spread, residual = weighted_line(cycles.time[usable], cycles.phase[usable], w)
         chi2 = max(1.0, float(np.sum(w * residual**2)) / (len(usable) - 2))
         f.append(cycles.reference_frequency + slope / (2.0 * np.pi))
         precision.append(np.sqrt(chi2 / spread) / (2.0 * np.pi))

@@ -6,11 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.envelope.thresholds import FEWEST_CYCLES, VISIBLE
 from scruton.envelope.types import Cycles
 from scruton.errors import InputError
 
-_VISIBLE = 4.0  # amplitude over its standard error below which a ring-down has ended
-_FEWEST = 4  # cycles that a slope needs
 _BANDWIDTH = 0.35  # of the smooth damping curve, in ln A: an octave is 0.69
 _CURVE = 40  # points of the smooth damping curve
 
@@ -116,7 +115,7 @@ def ring_down(plucks: Sequence[Cycles], *, edges: FloatArray | None = None, name
     regressions say, the scatter is believed.
     """
     cut = [(_usable(c), c.reference_frequency) for c in plucks]
-    cut = [(p, f) for p, f in cut if len(p.time) >= _FEWEST]
+    cut = [(p, f) for p, f in cut if len(p.time) >= FEWEST_CYCLES]
     usable, references = [p for p, _ in cut], np.array([f for _, f in cut])
     if not usable:
         raise InputError(name, "", "no ring-down with four cycles above the noise", "a pluck in still air")
@@ -126,27 +125,16 @@ def ring_down(plucks: Sequence[Cycles], *, edges: FloatArray | None = None, name
     frequency, damping = references + turns[:, 0] / (2.0 * np.pi), fits[:, 0] / mean_omega
     f0, f0_sd = _pool(frequency, turns[:, 1] / (2.0 * np.pi))
     xi, xi_sd = _pool(damping, fits[:, 1] / mean_omega)
-    curve = _curve(usable)
     return RingDown(
-        frequency=f0,
-        frequency_sd=f0_sd,
-        damping_ratio=xi,
-        damping_ratio_sd=xi_sd,
-        pluck_frequency=frequency,
-        pluck_damping_ratio=damping,
-        bands=_bands(usable, edges),
-        linear=_linear(usable),
-        curve_amplitude=curve[0],
-        curve_damping_ratio=curve[1],
-        curve_sd=curve[2],
-    )
+        f0, f0_sd, xi, xi_sd, frequency, damping, _bands(usable, edges), _linear(usable), *_curve(usable)
+    )  # fmt: skip
 
 
 def _usable(cycles: Cycles) -> _Pluck:
     """Cut a pluck to its decay: from the largest amplitude, without the release, down to the noise."""
     a, error = cycles.amplitude, cycles.standard_error
     begin = int(np.argmax(a))
-    sunk = np.flatnonzero(_smooth(a[begin:]) < _VISIBLE * error[begin:])
+    sunk = np.flatnonzero(_smooth(a[begin:]) < VISIBLE * error[begin:])
     stop = begin + int(sunk[0]) if len(sunk) else len(a)
     begin += _release(cycles.time[begin:stop], a[begin:stop], error[begin:stop])
     part = slice(begin, stop)
@@ -177,15 +165,20 @@ def _release(time: FloatArray, a: FloatArray, error: FloatArray) -> int:
     return int(off[-1]) + 1 if len(off) else 0
 
 
+def weighted_line(x: FloatArray, y: FloatArray, weights: FloatArray) -> tuple[float, float, FloatArray]:
+    """Slope of y against x by weighted least squares, the weighted sum of squares of x about its mean, residuals."""
+    dx = x - np.average(x, weights=weights)
+    spread = float(np.sum(weights * dx * dx))
+    slope = float(np.sum(weights * dx * y)) / spread
+    return slope, spread, y - np.average(y, weights=weights) - slope * dx
+
+
 def _line(x: FloatArray, y: FloatArray, variance: FloatArray) -> tuple[float, float]:
     """Slope of a line and its standard error; scatter beyond `variance` counts equally for all points."""
     extra = 0.0
     for _ in range(5):
         w = 1.0 / (variance + extra + 1e-30)
-        dx = x - np.average(x, weights=w)
-        spread = float(np.sum(w * dx * dx))
-        slope = float(np.sum(w * dx * y)) / spread
-        residual = y - np.average(y, weights=w) - slope * dx
+        slope, spread, residual = weighted_line(x, y, w)
         extra = max(0.0, float(np.average(residual**2, weights=w) - np.average(variance, weights=w)))
     chi2 = float(np.sum(w * residual**2)) / max(1, len(x) - 2)
     # residuals that follow each other (curvature, beating) leave fewer independent points
@@ -220,16 +213,16 @@ def _bands(plucks: Sequence[_Pluck], edges: FloatArray | None) -> tuple[DampingB
         edges = top * 2.0 ** -np.arange(count, -1, -1.0)
     bands = []
     for lower, upper in zip(edges[-2::-1], edges[:0:-1], strict=True):
-        found = []
+        slopes = []
         for p, s in zip(plucks, smooth, strict=True):
             inside = np.flatnonzero((s >= np.log(lower)) & (s < np.log(upper)))
-            if len(inside) < _FEWEST:
+            if len(inside) < FEWEST_CYCLES:
                 continue
             part = slice(inside[0], inside[-1] + 1)
             slope, error = _line(p.time[part], -p.log_amplitude[part], p.variance[part])
-            found.append((slope / np.mean(p.omega[part]), error / np.mean(p.omega[part])))
-        if found:
-            xi, error = np.array(found).T
+            slopes.append((slope / np.mean(p.omega[part]), error / np.mean(p.omega[part])))
+        if slopes:
+            xi, error = np.array(slopes).T
             sd = float(np.std(xi, ddof=1)) if len(xi) > 1 else float(error[0])
             bands.append(DampingBand(float(lower), float(upper), float(np.mean(xi)), sd, len(xi)))
     return tuple(bands)

@@ -4,10 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scruton.arrays import FloatArray
-
-_JITTER = 0.01  # steps that vary by less count as equal
-_GAP = 1.75  # a step so many times the usual one misses at least a sample
+from scruton.arrays import BoolArray, FloatArray, IntArray
+from scruton.envelope.thresholds import GAP, JITTER
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,18 +29,18 @@ class Sampling:
     @property
     def uniform(self) -> bool:
         """True where no step differs by more than 1 % and there is no gap."""
-        return self.jitter <= _JITTER and len(self.gaps) == 0
+        return self.jitter <= JITTER and len(self.gaps) == 0
 
 
 def sampling(time: FloatArray) -> Sampling:
     """Look at the steps of `time` (N,), N >= 2, strictly increasing [s]."""
     steps = np.diff(time)
     step = float(np.median(steps))
-    if max(np.max(steps) - step, step - np.min(steps)) <= _JITTER * step:
+    if max(np.max(steps) - step, step - np.min(steps)) <= JITTER * step:
         # the mean is better rounded than any one difference of large times
         mean = float(time[-1] - time[0]) / len(steps)
         return Sampling(mean, float(np.max(np.abs(steps - step))) / step, np.empty((0, 2)))
-    wide = steps > _GAP * step
+    wide = steps > GAP * step
     jitter = float(np.max(np.abs(steps[~wide] - step)) / step)
     at = np.flatnonzero(wide)
     return Sampling(step, jitter, np.stack([time[at], time[at + 1]], axis=1))
@@ -57,3 +55,9 @@ def quantum_of(response: FloatArray) -> float:
     quantum = float(np.min(steps))
     multiples = steps / quantum
     return quantum if np.median(np.abs(multiples - np.round(multiples))) < 0.02 else 0.0
+
+
+def run_lengths(flag: BoolArray) -> IntArray:
+    """Lengths of the runs of true values."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flag, [False]])))
+    return edges[1::2] - edges[::2]

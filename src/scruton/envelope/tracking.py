@@ -8,15 +8,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from scruton.arrays import FloatArray
-from scruton.envelope.windows import ComplexArray
-
-BoolArray = NDArray[np.bool_]
-
-_CLEAR = 30.0  # amplitude over standard error above which |z| is used as it is (bias 1/60 of a standard error)
-_RELIABLE = 8.0  # signal to noise that an average must reach before its direction is used
+from scruton.arrays import BoolArray, ComplexArray, FloatArray
+from scruton.envelope.thresholds import CLEAR, RELIABLE
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +64,7 @@ def _path(z: ComplexArray, variance: FloatArray) -> FloatArray:
     phase, known = np.zeros(n), np.zeros(n, dtype=bool)
     for half in _widths(n):
         average = box_sum(z * np.exp(-1j * phase), half)
-        new = ~known & (np.abs(average) > _RELIABLE * np.sqrt(box_sum(variance, half))) & (np.abs(average) > 0.0)
+        new = ~known & (np.abs(average) > RELIABLE * np.sqrt(box_sum(variance, half))) & (np.abs(average) > 0.0)
         phase[new] += np.angle(average[new])
         width[new] = 4 * half
         known |= new
@@ -97,7 +91,7 @@ def _neighbours(z: ComplexArray, variance: FloatArray, present: BoolArray) -> tu
     n = len(z)
     direction, rate = np.ones(n, dtype=complex), np.zeros(n, dtype=complex)
     near = np.abs(box_sum(z, 1)) ** 2
-    clear = present & (near >= _CLEAR**2 * box_sum(variance, 1)) & (np.abs(z) ** 2 >= _CLEAR**2 * variance)
+    clear = present & (near >= CLEAR**2 * box_sum(variance, 1)) & (np.abs(z) ** 2 >= CLEAR**2 * variance)
     direction[clear] = z[clear]
     slope = _log_slope(z)
     usable = clear & np.isfinite(slope)
@@ -109,7 +103,7 @@ def _neighbours(z: ComplexArray, variance: FloatArray, present: BoolArray) -> tu
             break
         total, noise = box_sum(z, half), np.maximum(box_sum(variance, half) - variance, 0.0)
         others = total - z
-        reliable = (np.abs(others) ** 2 >= _RELIABLE**2 * noise) & (np.abs(others) > 0.0)
+        reliable = (np.abs(others) ** 2 >= RELIABLE**2 * noise) & (np.abs(others) > 0.0)
         if half == n:
             reliable[:] = np.abs(others) > 0.0
         done = open_ & reliable

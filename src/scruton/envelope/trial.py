@@ -1,7 +1,8 @@
 """Trial functions that smooth the transient amplitude: Eq. (4) of the paper and what its Fig. 13 compares."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from types import MappingProxyType
 from typing import Protocol
 
@@ -160,65 +161,41 @@ def _grid_minima(x: FloatArray, y: FloatArray, root: FloatArray, count: int) -> 
     return chosen
 
 
-@dataclass(frozen=True)
-class PolynomialFit:
-    """A polynomial in time; `constants` c0, c1, ... multiply powers of the time mapped on [-1, 1]."""
+@dataclass(frozen=True, eq=False)
+class LinearFit:
+    """A sum of functions of time, with its coefficients c0, c1, ... and its rate."""
 
-    polynomial: np.polynomial.Polynomial
+    coefficients: tuple[float, ...]
+    curve: Callable[[FloatArray], FloatArray]
+    rate: Callable[[FloatArray], FloatArray]
 
     @property
     def constants(self) -> Mapping[str, float]:
-        """Coefficients of the powers of scaled time."""
-        return MappingProxyType({f"c{i}": float(c) for i, c in enumerate(self.polynomial.coef)})
+        """The coefficients by name."""
+        return MappingProxyType({f"c{i}": c for i, c in enumerate(self.coefficients)})
 
     def value(self, time: FloatArray) -> FloatArray:
-        """The polynomial at `time`."""
-        return np.asarray(self.polynomial(np.asarray(time)), dtype=float)
+        """The sum at `time`."""
+        return np.asarray(self.curve(np.asarray(time)), dtype=float)
 
     def derivative(self, time: FloatArray) -> FloatArray:
         """Its derivative at `time`."""
-        return np.asarray(self.polynomial.deriv()(np.asarray(time)), dtype=float)
+        return np.asarray(self.rate(np.asarray(time)), dtype=float)
 
 
 @dataclass(frozen=True)
 class Polynomial:
-    """A polynomial of a stated order."""
+    """A polynomial of a stated order; its coefficients multiply powers of the time mapped on [-1, 1]."""
 
     order: int = 6
 
-    def fit(self, time: FloatArray, amplitude: FloatArray) -> PolynomialFit:
+    def fit(self, time: FloatArray, amplitude: FloatArray) -> LinearFit:
         """Fit by least squares; ValueError if there are not more points than coefficients."""
         if len(time) <= self.order + 1:
             raise ValueError(f"a polynomial of order {self.order} needs more than {self.order + 1} amplitudes")
         t, y, weight = block_means(time, amplitude)
-        return PolynomialFit(np.polynomial.Polynomial.fit(t, y, self.order, w=np.sqrt(weight)))
-
-
-@dataclass(frozen=True)
-class SplineFit:
-    """A cubic spline; `constants` c0, c1, ... are its B-spline coefficients."""
-
-    knots: tuple[float, ...]
-    coefficients: tuple[float, ...]
-
-    @property
-    def constants(self) -> Mapping[str, float]:
-        """B-spline coefficients."""
-        return MappingProxyType({f"c{i}": c for i, c in enumerate(self.coefficients)})
-
-    def value(self, time: FloatArray) -> FloatArray:
-        """The spline at `time`."""
-        return self._evaluate(time, 0)
-
-    def derivative(self, time: FloatArray) -> FloatArray:
-        """Its derivative at `time`."""
-        return self._evaluate(time, 1)
-
-    def _evaluate(self, time: FloatArray, order: int) -> FloatArray:
-        from scipy.interpolate import BSpline
-
-        spline = BSpline(np.array(self.knots), np.array(self.coefficients), 3)
-        return np.asarray(spline(np.asarray(time), nu=order), dtype=float)
+        found = np.polynomial.Polynomial.fit(t, y, self.order, w=np.sqrt(weight))
+        return LinearFit(tuple(map(float, found.coef)), found, found.deriv())
 
 
 @dataclass(frozen=True)
@@ -227,7 +204,7 @@ class CubicSpline:
 
     knots: int = 8
 
-    def fit(self, time: FloatArray, amplitude: FloatArray) -> SplineFit:
+    def fit(self, time: FloatArray, amplitude: FloatArray) -> LinearFit:
         """Fit by least squares; ValueError if there are too few points for the knots."""
         from scipy.interpolate import make_lsq_spline
 
@@ -238,15 +215,11 @@ class CubicSpline:
         # the record's own ends close the spline; block means lie inside them
         knots = np.concatenate([[inner[0]] * 3, inner, [inner[-1]] * 3])
         spline = make_lsq_spline(t, y, knots, k=3, w=np.sqrt(weight))
-        return SplineFit(tuple(map(float, knots)), tuple(map(float, spline.c)))
+        return LinearFit(tuple(map(float, spline.c)), spline, partial(spline, nu=1))
 
 
 TRIAL_FUNCTIONS: Mapping[str, TrialFunction] = MappingProxyType(
-    {
-        "second-order exponential": SecondOrderExponential(),
-        "polynomial": Polynomial(),
-        "cubic spline": CubicSpline(),
-    }
+    {"second-order exponential": SecondOrderExponential(), "polynomial": Polynomial(), "cubic spline": CubicSpline()}
 )
 """The trial functions of the paper's Fig. 13 by name, with orders that suit a record of some hundred cycles."""
 

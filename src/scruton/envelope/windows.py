@@ -3,12 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from scruton.arrays import FloatArray
-
-ComplexArray = NDArray[np.complex128]
-IntArray = NDArray[np.intp]
+from scruton.arrays import ComplexArray, FloatArray, IntArray
 
 _BLOCK = 40_000  # samples that are worked on at once: small enough to stay in the processor's cache
 

@@ -19,7 +19,7 @@ from scruton.dynamics.extended import channel_innovations
 from scruton.gap.data import GapData
 from scruton.gap.null_model import NullModel
 from scruton.stats.fisher_scoring import climb
-from scruton.stats.moves import StudentT
+from scruton.stats.student_t import StudentT
 from scruton.stats.thresholds import WIDEN
 
 _STEP = 1e-4

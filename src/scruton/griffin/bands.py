@@ -1,7 +1,7 @@
 """Credible bands of the Griffin curve, from the posterior of the law and from that of the trial function."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -11,17 +11,16 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.laws import amplitude_ratio, extrapolation_index
 from scruton.envelope.damping import aerodynamic_damping, griffin_curve, total_damping
 from scruton.errors import InputError
-from scruton.griffin.posterior import draws_of, exponent_draws, mass_damping_draws, peak_names, unit_of
+from scruton.griffin.posterior import draws_of, exponent_draws, mass_damping_draws, names_of, peak_names, unit_of
+from scruton.griffin.thresholds import ENOUGH_DRAWS, X_TRUSTED
 
 if TYPE_CHECKING:
     import xarray as xr
 
 INTERVALS = (0.50, 0.90, 0.95)
-X_TRUSTED = 0.3  # laws of aerodynamic damping agree to 2 % in amplitude for |x| < 0.2 and part beyond this
 _BEYOND = 0.5  # the trial function is drawn, dashed, for this part of the record's length before and after it
 _TIMES = 400
 _TRIAL_DRAWS = 1000
-_ENOUGH = 0.9  # a band is given where this part of the draws has an amplitude
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,14 +64,8 @@ class GriffinBand:
                 return np.asarray(1.0 / value, dtype=float)
 
         units = {"A/D": "D/A", "D/A": "A/D", "rad": "1/rad", "1/rad": "rad"}
-        return GriffinBand(
-            self.scruton_number,
-            over(self.median),
-            MappingProxyType({p: over(one)[::-1] for p, one in self.intervals.items()}),
-            units[self.unit],
-            self.label,
-            self.extrapolated,
-        )
+        intervals = MappingProxyType({p: over(ends)[::-1] for p, ends in self.intervals.items()})
+        return replace(self, median=over(self.median), intervals=intervals, unit=units[self.unit])
 
 
 def index_draws(tree: "xr.DataTree", scruton_numbers: FloatArray, test: str) -> FloatArray:
@@ -133,16 +126,16 @@ def band(
 ) -> GriffinBand:
     """Summarise draws (S, n) at `scruton_numbers` (n,) into a band; NaN draws say nothing and are left out."""
     known = np.isfinite(draws) | np.isinf(draws)
-    enough = known.mean(axis=0) >= _ENOUGH
+    enough = known.mean(axis=0) >= ENOUGH_DRAWS
     outside = np.zeros(len(scruton_numbers), dtype=bool) if extrapolated is None else extrapolated
 
     def at(*probability: float) -> FloatArray:
         if np.isfinite(draws).all():  # the common case, all columns at once
             return quantiles(draws, probability)
-        found = np.full((len(probability), len(scruton_numbers)), np.nan)
+        points = np.full((len(probability), len(scruton_numbers)), np.nan)
         for i in np.flatnonzero(enough):
-            found[:, i] = quantiles(draws[known[:, i], i], probability)
-        return found
+            points[:, i] = quantiles(draws[known[:, i], i], probability)
+        return points
 
     return GriffinBand(
         np.asarray(scruton_numbers, dtype=float),
@@ -208,12 +201,12 @@ def trial_griffin_draws(
     with its sign, is what would make that amplitude stable; Eqs. (7) and (8) turn it into Sc.
     """
     group = tree.get("trial_function")
-    known = [] if group is None else [str(one) for one in group["record"].to_numpy()]
+    known = [] if group is None else names_of(group["record"])
     if group is None or record not in known:
         raise InputError("posterior", "record", f"'{record}'", f"one of: {', '.join(known) or 'none was fitted'}")
     time, amplitudes, test = _record_data(tree, record)
     constants = {name: group[name].sel(record=record).to_numpy().reshape(-1) for name in "abcd"}
-    size = min(len(one) for one in (constants["a"], draws_of(tree, "damping_ratio", test)))
+    size = min(len(draws) for draws in (constants["a"], draws_of(tree, "damping_ratio", test)))
     pick = np.unique(np.linspace(0, size - 1, min(size, _TRIAL_DRAWS)).astype(int))
     a, b, c, d = (constants[name][pick, None] for name in "abcd")
     length = time[-1] - time[0]
@@ -228,7 +221,7 @@ def trial_griffin_draws(
     curve = griffin_curve(aero, amplitude, 1.0, omega, omega0)
     sc = mass_damping_draws(tree, test)[pick, None] * curve.scruton_number
     grid = np.asarray(scruton_numbers, dtype=float)
-    draws = np.stack([_read(grid, one, values) for one, values in zip(sc, amplitude, strict=True)])
+    draws = np.stack([_read(grid, numbers, values) for numbers, values in zip(sc, amplitude, strict=True)])
     return draws, (float(amplitudes.min()), float(amplitudes.max()))
 
 
@@ -236,10 +229,10 @@ def trial_griffin_band(tree: "xr.DataTree", scruton_numbers: FloatArray | Sequen
     """Credible band of the paper's procedure for one record; parameters as of `trial_griffin_draws`."""
     grid = np.asarray(scruton_numbers, dtype=float)
     draws, (low, high) = trial_griffin_draws(tree, grid, record)
-    found = band(grid, draws, unit_of(tree), record)
+    whole = band(grid, draws, unit_of(tree), record)
     with np.errstate(invalid="ignore"):
-        outside = ~((found.median >= low) & (found.median <= high))
-    return GriffinBand(grid, found.median, found.intervals, found.unit, record, outside)
+        outside = ~((whole.median >= low) & (whole.median <= high))
+    return replace(whole, extrapolated=outside)
 
 
 def _record_data(tree: "xr.DataTree", record: str) -> tuple[FloatArray, FloatArray, str]:

@@ -11,6 +11,7 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.effects.terms import COLUMNS
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.errors import InputError
+from scruton.griffin.posterior import names_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -57,12 +58,12 @@ class EffectCurve:
 
         sc = np.atleast_2d(np.asarray(scruton_numbers, dtype=float))
         sc = np.broadcast_to(sc, (len(self.coefficients), sc.shape[1]))
-        found = np.empty(sc.shape)
+        amplitude = np.empty(sc.shape)
         for j in range(sc.shape[1]):
             rows = self.coefficients.copy()
             rows[:, Term.STRUCTURAL] = self.omega0 * sc[:, j] / self.mass_damping_factor
-            found[:, j] = limit_cycle_amplitude(rows, None, self.largest)
-        return found
+            amplitude[:, j] = limit_cycle_amplitude(rows, None, self.largest)
+        return amplitude
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +114,7 @@ def law_curves(tree: "xr.DataTree", *, law_n: float | None = None) -> LawCurves:
     if "campaign_posterior" not in tree:
         raise InputError("posterior", "", "no campaign posterior", "a fit of at least one test in wind")
     group = tree["campaign_posterior"]
-    labels = [str(one) for one in group["law"].to_numpy()]
+    labels = names_of(group["law"])
     weights = np.asarray(tree["laws"]["weight"].sel(law=labels).to_numpy(), dtype=float)
 
     def draws(name: str) -> FloatArray:
@@ -124,14 +125,16 @@ def law_curves(tree: "xr.DataTree", *, law_n: float | None = None) -> LawCurves:
         draws, ("reference_amplitude", "reference_relaxation", "n", "discrepancy_amplitude")
     )
     if "effect" in tree and law_n is None:
-        found = tree["effect"]
-        rows = np.resize(found["coefficient"].to_numpy(), (n.shape[1], found.sizes["term"]))
+        carried = tree["effect"]
+        rows = np.resize(carried["coefficient"].to_numpy(), (n.shape[1], carried.sizes["term"]))
         table = np.zeros((n.shape[1], COLUMNS))
         table[:, : rows.shape[1]] = rows
-        effect = EffectCurve(table, *(float(found.attrs[key]) for key in ("omega0", "mass_damping_factor", "largest")))
-        names = [str(found.attrs["effect"]), *np.atleast_1d(found.attrs["also"]).tolist()]
+        effect = EffectCurve(
+            table, *(float(carried.attrs[key]) for key in ("omega0", "mass_damping_factor", "largest"))
+        )
+        names = [str(carried.attrs["effect"]), *np.atleast_1d(carried.attrs["also"]).tolist()]
         # The reference law's curve, and what is unknown added to the discrepancy.
-        tau = np.hypot(discrepancy[:1], float(found.attrs["discrepancy_sd"]))
+        tau = np.hypot(discrepancy[:1], float(carried.attrs["discrepancy_sd"]))
         label = f"{labels[0]} with " + " and ".join(names)
         return LawCurves(reference, amplitude[:1], relaxation[:1], n[:1], tau, np.ones(1), (label,), effect)
     if law_n is None:
@@ -151,7 +154,7 @@ def what_if(tree: "xr.DataTree", law_n: float | None) -> tuple[str, ...]:
     if law_n is None:
         return ()
     group = tree["campaign_posterior"]
-    if any(bool(np.all(one == law_n)) for one in np.asarray(group["n"].to_numpy(), dtype=float)):
+    if any(bool(np.all(n == law_n)) for n in np.asarray(group["n"].to_numpy(), dtype=float)):
         return ()
     return (
         f"the law n = {law_n:g} was not fitted: its curve is a what-if, with the amplitude and relaxation that the "

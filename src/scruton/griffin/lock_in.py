@@ -1,6 +1,5 @@
 """Stable amplitude against reduced velocity at any Scruton number, from the tests at all wind speeds."""
 
-import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -10,8 +9,10 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.errors import InputError
-from scruton.griffin.bands import INTERVALS, X_TRUSTED
-from scruton.griffin.posterior import unit_of
+from scruton.griffin.bands import INTERVALS
+from scruton.griffin.curves import stream
+from scruton.griffin.posterior import names_of, unit_of
+from scruton.griffin.thresholds import X_TRUSTED
 from scruton.infer.smooth import log_ratio
 
 if TYPE_CHECKING:
@@ -105,7 +106,7 @@ def lock_in_draws(
     if not np.isfinite(scruton_number):
         raise InputError("prediction", "scruton_number", repr(scruton_number), "a finite number such as 30")
     v = lock_in_velocities(tree, rig) if velocities is None else np.asarray(velocities, dtype=float)
-    z, new = np.random.default_rng([seed, zlib.crc32(b"griffin: lock-in")]).standard_normal((2, group.sizes["draw"]))
+    z, new = stream(seed, "lock-in").standard_normal((2, group.sizes["draw"]))
     shift = _flat(group, "scale_shift") * new if rig is None else _shift(tree, rig)
     f, h = _at(tree, v * np.exp(shift)[:, None])
     n, reference = float(group.attrs["law_n"]), float(group.attrs["reference_scruton_number"])
@@ -132,9 +133,9 @@ def lock_in_band(
     method: Literal["linear", "inverted_cdf"] = "linear" if np.isfinite(draws[:, known]).all() else "inverted_cdf"
 
     def at(*probability: float) -> FloatArray:
-        found = np.full((len(probability), v.size), np.nan)
-        found[:, known] = np.quantile(draws[:, known], probability, axis=0, method=method)
-        return found
+        points = np.full((len(probability), v.size), np.nan)
+        points[:, known] = np.quantile(draws[:, known], probability, axis=0, method=method)
+        return points
 
     beyond = (v < group.attrs["tested_low"] * (1 - 1e-9)) | (v > group.attrs["tested_high"] * (1 + 1e-9))
     return LockInBand(
@@ -152,8 +153,7 @@ def _index(tree: "xr.DataTree", scruton_number: float, v: FloatArray) -> FloatAr
     _, h = _at(tree, np.broadcast_to(v, (group.sizes["draw"], v.size)))
     relaxation = np.median(np.exp(h) - float(group.attrs["law_n"]) * nearest, axis=0)
     with np.errstate(divide="ignore"):
-        found: FloatArray = (scruton_number - nearest) / np.maximum(relaxation, 0.0)
-    return np.nan_to_num(found, nan=0.0)
+        return np.nan_to_num((scruton_number - nearest) / np.maximum(relaxation, 0.0), nan=0.0)
 
 
 def _shift(tree: "xr.DataTree", rig: str) -> FloatArray:
@@ -164,7 +164,7 @@ def _shift(tree: "xr.DataTree", rig: str) -> FloatArray:
 
 
 def _rig(tree: "xr.DataTree", rig: str) -> int:
-    known = [str(one) for one in _group(tree)["rig"].to_numpy()]
+    known = names_of(_group(tree)["rig"])
     if rig not in known:
         raise InputError("posterior", "rig", f"'{rig}'", f"a rig with tests within lock-in, one of: {', '.join(known)}")
     return known.index(rig)
@@ -185,8 +185,8 @@ def _at(tree: "xr.DataTree", v: FloatArray) -> tuple[FloatArray, FloatArray]:
     place = np.clip((v - grid[0]) / (grid[1] - grid[0]), 0.0, grid.size - 1.0)
     i = np.minimum(place.astype(int), grid.size - 2)
     first, second = (
-        (1.0 - (place - i)) * np.take_along_axis(one, i, axis=1) + (place - i) * np.take_along_axis(one, i + 1, axis=1)
-        for one in (_flat(group, key).reshape(-1, grid.size) for key in ("ln_amplitude", "ln_relaxation"))
+        (1.0 - (place - i)) * np.take_along_axis(own, i, axis=1) + (place - i) * np.take_along_axis(own, i + 1, axis=1)
+        for own in (_flat(group, key).reshape(-1, grid.size) for key in ("ln_amplitude", "ln_relaxation"))
     )
     return first, second
 

@@ -15,9 +15,14 @@ if TYPE_CHECKING:
 WANTED_TEST = "a test that was fitted"
 
 
+def names_of(values: "xr.DataTree | xr.DataArray") -> list[str]:
+    """Names along a coordinate, or in a variable."""
+    return [str(name) for name in values.to_numpy()]
+
+
 def test_names(tree: "xr.DataTree") -> tuple[str, ...]:
     """Names of the tests in wind, in the campaign's order; empty for a still-air campaign."""
-    return tuple(str(name) for name in tree["posterior"]["test"].to_numpy()) if "posterior" in tree else ()
+    return tuple(names_of(tree["posterior"]["test"])) if "posterior" in tree else ()
 
 
 def peak_names(tree: "xr.DataTree") -> tuple[str, ...]:
@@ -76,9 +81,9 @@ def chosen_rig(tree: "xr.DataTree", rig: str | None) -> str:
 
 def rigs_in_wind(tree: "xr.DataTree") -> Sequence[str]:
     """Rigs that a test uses, in the order of the rigs."""
-    used = [str(one) for one in tree["constant_data"]["rig"].to_numpy()]
-    order = [str(one) for one in tree["rig_posterior"]["rig"].to_numpy()] if "rig_posterior" in tree else used
-    return [one for one in dict.fromkeys([*order, *used]) if one in used]
+    used = names_of(tree["constant_data"]["rig"])
+    order = names_of(tree["rig_posterior"]["rig"]) if "rig_posterior" in tree else used
+    return [rig for rig in dict.fromkeys([*order, *used]) if rig in used]
 
 
 def mass_damping_draws(tree: "xr.DataTree", test: str) -> FloatArray:
@@ -88,6 +93,6 @@ def mass_damping_draws(tree: "xr.DataTree", test: str) -> FloatArray:
 
 def rig_mass_damping_draws(tree: "xr.DataTree", rig: str) -> FloatArray:
     """The same for a rig, in the air of its first test, (S,)."""
-    rigs = [str(one) for one in tree["constant_data"]["rig"].to_numpy()]
-    tests = [str(one) for one in tree["constant_data"]["test"].to_numpy()]
+    rigs = names_of(tree["constant_data"]["rig"])
+    tests = names_of(tree["constant_data"]["test"])
     return mass_damping_draws(tree, tests[rigs.index(rig)])

@@ -1,7 +1,7 @@
 """Predictive stable amplitude at a design Scruton number, laws weighed, with the discrepancy between settings."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +11,7 @@ from scruton.campaign.plausibility import damping_flag
 from scruton.campaign.schema import Quantity
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.errors import InputError
-from scruton.griffin.bands import INTERVALS, X_TRUSTED, index_draws, quantiles
+from scruton.griffin.bands import INTERVALS, index_draws, quantiles
 from scruton.griffin.curves import shared_curve, stream, what_if
 from scruton.griffin.posterior import (
     chosen_rig,
@@ -22,6 +22,8 @@ from scruton.griffin.posterior import (
     test_names,
     unit_of,
 )
+from scruton.griffin.thresholds import X_TRUSTED
+from scruton.records import as_json
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -101,24 +103,27 @@ class Prediction:
 
         A number that does not exist (an upper bound where no amplitude is stable) is null.
         """
-        return {
-            "sc": _number(self.scruton_number),
-            "damping_ratio": _number(self.damping_ratio),
-            "amplitude": {
-                "unit": self.unit,
-                "median": _number(self.median),
-                "mean": _number(self.mean),
-                "sd": _number(self.sd),
-                "interval": {f"{p:.2f}": [_number(one) for one in self.interval(p)] for p in INTERVALS},
-            },
-            "rig": self.rig,
-            "laws": dict(self.laws),
-            "extrapolation_index": _number(self.extrapolation_index),
-            "discrepancy_sd": self.discrepancy_sd,
-            "probability_no_vibration": self.dies,
-            "fraction_unbounded": self.unbounded,
-            "flags": list(self.flags),
-        }
+        content: dict[str, Any] = as_json(
+            {
+                "sc": self.scruton_number,
+                "damping_ratio": self.damping_ratio,
+                "amplitude": {
+                    "unit": self.unit,
+                    "median": self.median,
+                    "mean": self.mean,
+                    "sd": self.sd,
+                    "interval": {f"{p:.2f}": self.interval(p) for p in INTERVALS},
+                },
+                "rig": self.rig,
+                "laws": self.laws,
+                "extrapolation_index": self.extrapolation_index,
+                "discrepancy_sd": self.discrepancy_sd,
+                "probability_no_vibration": self.dies,
+                "fraction_unbounded": self.unbounded,
+                "flags": self.flags,
+            }
+        )
+        return content
 
 
 def predict(
@@ -174,26 +179,27 @@ def predict(
     else:
         assert damping_ratio is not None
         design = damping_ratio if isinstance(damping_ratio, Quantity) else Quantity(float(damping_ratio))
+        if not 0.0 < design.mean < 1.0 or (design.sd is not None and not design.sd >= 0.0):
+            raise InputError(
+                "prediction", "damping_ratio", f"{design.mean} +/- {design.sd}",
+                'a ratio between 0 and 1, "0.003 +/- 0.001"',
+            )  # fmt: skip
         # a stream of its own: the discrepancy of a design is the same however its damping is stated
-        xi_draws = _damping_draws(design, len(factor), stream(seed, "design damping"))
+        xi_draws = design.draw(stream(seed, "design damping"), len(factor))
         sc, xi = xi_draws * factor, float(np.median(xi_draws))
     curve = shared_curve(tree, law_n=law_n, seed=seed)
     # A short run may have kept another number of draws of the rig than of the curve.
     draws = predictive_draws(tree, np.resize(sc, curve.n.size)[:, None], law_n=law_n, seed=seed)[:, 0]
     indices = {test: float(np.median(index_draws(tree, sc[:, None], test))) for test in peak_names(tree)}
-    found = Prediction(
+    prediction = Prediction(
         float(np.median(sc)), xi, unit_of(tree), draws, curve.laws, name, indices,
         float(np.median(curve.discrepancy)), (),
     )  # fmt: skip
-    return Prediction(**(vars(found) | {"flags": (*what_if(tree, law_n), *_flags(found))}))
+    return replace(prediction, flags=(*what_if(tree, law_n), *_flags(prediction)))
 
 
 def predictive_draws(
-    tree: "xr.DataTree",
-    scruton_numbers: FloatArray | Sequence[float],
-    *,
-    law_n: float | None = None,
-    seed: int = 0,
+    tree: "xr.DataTree", scruton_numbers: FloatArray | Sequence[float], *, law_n: float | None = None, seed: int = 0
 ) -> FloatArray:
     """Predictive stable amplitudes of a new setting, from all peak tests together.
 
@@ -242,39 +248,25 @@ def single_draws(
     return draws
 
 
-def _damping_draws(design: Quantity, size: int, rng: np.random.Generator) -> FloatArray:
-    if not 0.0 < design.mean < 1.0 or (design.sd is not None and not design.sd >= 0.0):
-        raise InputError(
-            "prediction",
-            "damping_ratio",
-            f"{design.mean} +/- {design.sd}",
-            'a ratio between 0 and 1, "0.003 +/- 0.001"',
-        )
-    return design.draw(rng, size)
-
-
-def _flags(one: Prediction) -> tuple[str, ...]:
+def _flags(prediction: Prediction) -> tuple[str, ...]:
     flags = []
-    place = f"Sc = {one.scruton_number:.4g}"
-    if abs(one.extrapolation_index) > X_TRUSTED:
+    place = f"Sc = {prediction.scruton_number:.4g}"
+    if abs(prediction.extrapolation_index) > X_TRUSTED:
         flags.append(
-            f"{place}: extrapolation index x = {one.extrapolation_index:.2f} from the nearest test; beyond "
+            f"{place}: extrapolation index x = {prediction.extrapolation_index:.2f} from the nearest test; beyond "
             f"|x| = {X_TRUSTED:g} laws of aerodynamic damping part, and the interval is that of the laws used: "
-            + ", ".join(f"{law} ({weight:.0%})" for law, weight in one.laws.items() if weight > 0.005)
+            + ", ".join(f"{law} ({weight:.0%})" for law, weight in prediction.laws.items() if weight > 0.005)
         )
-    implausible = damping_flag(one.damping_ratio)
+    implausible = damping_flag(prediction.damping_ratio)
     if implausible:
         flags.append(f"{place}: {implausible}")
-    if one.scruton_number < 0.0:
+    if prediction.scruton_number < 0.0:
         flags.append(f"{place}: a negative Scruton number has no physical meaning; it shows the trend only")
-    if one.dies > 0.0:
-        flags.append(f"{place}: no vibration in {one.dies:.1%} of the draws; they are counted as zero amplitude")
-    if one.unbounded > 0.0:
+    if prediction.dies > 0.0:
+        flags.append(f"{place}: no vibration in {prediction.dies:.1%} of the draws; they are counted as zero amplitude")
+    if prediction.unbounded > 0.0:
         flags.append(
-            f"{place}: no stable amplitude in {one.unbounded:.1%} of the draws; they are counted as infinitely large"
+            f"{place}: no stable amplitude in {prediction.unbounded:.1%} of the draws; they are counted as infinitely "
+            "large"
         )
     return tuple(flags)
-
-
-def _number(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None

@@ -12,7 +12,8 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Motion
 from scruton.dynamics.laws import amplitude_ratio
-from scruton.griffin.bands import X_TRUSTED, GriffinBand, band
+from scruton.griffin.bands import GriffinBand, band
+from scruton.griffin.thresholds import X_TRUSTED
 from scruton.infer.cards import ModelCard
 
 REACH = 4.0  # of the curves, over the reference Scruton number

@@ -129,9 +129,9 @@ def validate(
         return fit_campaign(part, card, seed=seed, thorough=False, report=told, checkpoints=place)
 
     whole = fitted_to(campaign, 0, _part(progress, "all tests", 0.0))
-    fitted = {one["name"]: one["parameters"] for one in whole.summary["tests"]}
+    fitted = {test["name"]: test["parameters"] for test in whole.summary["tests"]}
     with_records = tests_used(campaign, tuple(fitted))
-    peaks = [one.name for one in peak_tests(with_records, {k: v["a_star"]["median"] for k, v in fitted.items()})]
+    peaks = [test.name for test in peak_tests(with_records, {k: v["a_star"]["median"] for k, v in fitted.items()})]
     if len(peaks) < 2:
         raise InputError(
             campaign.path, "tests", f"{len(peaks)} rigs with records in wind", "two or more: one predicts the other"
@@ -140,7 +140,7 @@ def validate(
     if singles and len(peaks) > 2:
         plan += [(test, (other,)) for other in peaks for test in peaks if test != other]
     trees: dict[tuple[str, ...], tuple[object, bool]] = {}
-    found = []
+    validations = []
     for i, (test, source) in enumerate(plan):
         if source not in trees:
             told = _part(progress, f"{test} from {', '.join(source)}", i / len(plan))
@@ -149,7 +149,7 @@ def validate(
         tree, trusted = trees[source]
         stated = campaign.test(test).stable_amplitude
         sc = fitted[test]["scruton_number"]["median"]
-        found.append(
+        validations.append(
             Validation(
                 test,
                 source,
@@ -159,7 +159,7 @@ def validate(
                 trusted and whole.converged,
             )
         )
-    return found
+    return validations
 
 
 def _part(progress: Progress | None, what: str, done: float) -> Progress | None:

@@ -87,8 +87,7 @@ def standardised_innovations(one: TestResult) -> FloatArray:
     """One-step errors over their standard deviations at the posterior median, (N,)."""
     middle = np.median(one.samples.chain.reshape(-1, one.samples.chain.shape[-1]), axis=0)
     innovation, variance = one.posterior.innovations(middle[None])
-    found: FloatArray = innovation[:, 0] / np.sqrt(variance[:, 0])
-    return found
+    return np.asarray(innovation[:, 0] / np.sqrt(variance[:, 0]))
 
 
 def unconstrained(tests: Sequence[TestResult]) -> list[str]:

@@ -96,12 +96,9 @@ def front_end_of_record(
     """
     varies = ringdown is not None and damping_varies(ringdown) is not None
     return front_end(
-        record.time,
-        record.response,
+        record,
         frequency=wind_frequency,
         still_air_frequency=rig.frequency.mean,
         damping_ratio=ringdown.structural_damping if ringdown is not None and varies else damping_ratio,
         mass_damping_factor=mass_damping_factor,
-        is_envelope=record.is_envelope,
-        name=record.name,
     )

@@ -215,8 +215,7 @@ class CampaignPosterior(Posterior):
     def _inside(self, u: FloatArray, s: Settings) -> np.ndarray:
         amplitude, strength, own = self._deviations(u, s)
         good = np.isfinite(amplitude) & np.isfinite(strength) & (own > 0.0) & (s.relaxation_ratio > 0.0)
-        found: np.ndarray = good.all(axis=1)
-        return found
+        return np.asarray(good.all(axis=1))
 
     def log_prior(self, u: FloatArray) -> FloatArray:
         """Log prior density of the coordinates without the joint constraint, (W,); NaN where a parameter is none."""
@@ -315,10 +314,8 @@ class CampaignPosterior(Posterior):
 
 def _exp(value: FloatArray) -> FloatArray:
     """Exponential of a coordinate that a search may take far out: no overflow."""
-    found: FloatArray = np.exp(np.minimum(value, 300.0))
-    return found
+    return np.asarray(np.exp(np.minimum(value, 300.0)))
 
 
 def _normal(deviation: FloatArray, log_sd: FloatArray) -> FloatArray:
-    density: FloatArray = -0.5 * (np.square(deviation * np.exp(-log_sd)) + _LOG_2PI) - log_sd
-    return density
+    return np.asarray(-0.5 * (np.square(deviation * np.exp(-log_sd)) + _LOG_2PI) - log_sd)

@@ -85,8 +85,7 @@ class WindPosterior(Posterior):
         ratio, damping = log["relaxation_ratio"], log["damping_ratio"]
         if self.n is not None:
             return ratio > damping + np.log(-self.n) if self.n < 0 else np.ones(len(u), dtype=bool)
-        within: np.ndarray = np.exp(ratio - damping) + self.exponents(u) > 0.0
-        return within
+        return np.asarray(np.exp(ratio - damping) + self.exponents(u) > 0.0)
 
     def log_likelihood(self, u: FloatArray) -> FloatArray:
         """State-space likelihood of the transients, normal likelihood of the steady amplitudes, (W,)."""

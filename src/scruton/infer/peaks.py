@@ -13,12 +13,12 @@ from scruton.infer.models import WIND
 from scruton.infer.results import LawResult, LawWeights, PeakResult, TestResult
 from scruton.infer.sampling import Sampling
 from scruton.infer.thresholds import HOPELESS
-from scruton.stats.evidence import evidence_by_importance, fit_student_t, log_evidence, posterior_weights
-from scruton.stats.optimum import find_optimum
+from scruton.stats.evidence import evidence_by_importance, log_evidence, posterior_weights
+from scruton.stats.optimum import laplace_log_evidence
 from scruton.stats.sampler import Samples
 from scruton.stats.settings import SamplerSettings
 from scruton.stats.stacking import stacking_weights
-from scruton.stats.thresholds import WIDEN
+from scruton.stats.student_t import fit_student_t
 
 
 def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Sampling) -> PeakResult:
@@ -41,7 +41,7 @@ def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Samplin
     log_z, error = np.full(len(labels), np.nan), np.full(len(labels), np.nan)
     if several:
         log_z[:] = [
-            _laplace(one, sampling.seed_of(f"screening, {label}"))
+            laplace_log_evidence(one, np.random.default_rng(sampling.seed_of(f"screening, {label}")))
             for one, label in zip(posteriors, labels, strict=True)
         ]
     sampled = np.array([k == 0 or log_z[k] > log_z.max() - HOPELESS for k in range(len(labels))])
@@ -88,17 +88,6 @@ def stack(result: PeakResult, sampling: Sampling) -> PeakResult:
         stacking[chosen] = stacking_weights(scores)
     use = stacking if sampling.card.averaging == "stacking" else weights.weight
     return replace(result, weights=replace(weights, stacking=stacking, weight=use))
-
-
-def _laplace(posterior: CampaignPosterior, seed: np.random.SeedSequence) -> float:
-    """Log evidence by Laplace's approximation; the prior mass of the constraint, of order one, is left out."""
-    try:
-        peak = find_optimum(posterior, np.random.default_rng(seed))
-    except ValueError:
-        return -np.inf
-    d = peak.centre.size
-    log_det = float(np.log(np.diag(peak.cholesky) / WIDEN).sum())
-    return float(posterior.log_prob(peak.centre[None])[0] + 0.5 * d * np.log(2.0 * np.pi) + log_det)
 
 
 def _settings(settings: SamplerSettings, posterior: CampaignPosterior) -> SamplerSettings:

@@ -87,15 +87,13 @@ def time_to_half(time: FloatArray, y: FloatArray) -> FloatArray:
     with np.errstate(divide="ignore", invalid="ignore"):
         part = np.clip((half - before) / (after - before), 0.0, 1.0)
     part = np.where(np.isfinite(part), part, 1.0)
-    found: FloatArray = time[k - 1] + part * (time[k] - time[k - 1]) - time[0]
-    return found
+    return np.asarray(time[k - 1] + part * (time[k] - time[k - 1]) - time[0])
 
 
 def final_level(y: FloatArray) -> FloatArray:
     """Mean of the last tenth of the cycles, five at least, (R,)."""
     tail = max(5, y.shape[1] // 10)
-    level: FloatArray = y[:, -tail:].mean(axis=1)
-    return level
+    return np.asarray(y[:, -tail:].mean(axis=1))
 
 
 def statistics(time: FloatArray, y: FloatArray, mean: FloatArray) -> dict[str, FloatArray]:
@@ -220,8 +218,7 @@ def prior_replicates(
         scatter[:, k + 1] = forget[:, k] * scatter[:, k] + kick[:, k]
     scatter *= prior["amplitude_scatter"][:, None] * a_star
     noise = prior["noise_factor"][:, None] * standard_error * rng.standard_normal(curve.shape)
-    found: FloatArray = curve + scatter + noise
-    return found
+    return np.asarray(curve + scatter + noise)
 
 
 def prior_check(

@@ -137,8 +137,7 @@ class Observations:
     @cached_property
     def _own_relaxation(self) -> FloatArray:
         """Sc_lambda at each point's Sc, (P,)."""
-        own: FloatArray = np.exp(self._centre) - self.n * self.scruton_number
-        return own
+        return np.asarray(np.exp(self._centre) - self.n * self.scruton_number)
 
     @cached_property
     def on_relaxation(self) -> FloatArray:
@@ -195,13 +194,11 @@ class Observations:
         """Compute the same at each of (S, 2) discrepancies, (S, M, M)."""
         tau, kappa = (np.square(discrepancy[:, i])[:, None, None] for i in (0, 1))
         first, second = self._discrepancies
-        total: FloatArray = self._measured + tau * first + kappa * second
-        return total
+        return np.asarray(self._measured + tau * first + kappa * second)
 
     def linear(self, f: FloatArray, h: FloatArray) -> FloatArray:
         """What `y` would be without noise for functions whose first P columns are at the points, (S, M)."""
-        found: FloatArray = self.on_amplitude * f[:, self.of_point] + self.on_relaxation * h[:, self.of_point]
-        return found
+        return np.asarray(self.on_amplitude * f[:, self.of_point] + self.on_relaxation * h[:, self.of_point])
 
     def exact(self, f: FloatArray, h: FloatArray) -> FloatArray:
         """What `raw` would be without noise, (S, M)."""
@@ -213,8 +210,7 @@ class Observations:
 def matern(distance: FloatArray, length: FloatArray) -> FloatArray:
     """Matern 5/2 correlation at |v - v'|, arguments broadcast."""
     r = np.sqrt(5.0) * distance / length
-    found: FloatArray = (1.0 + r + r * r / 3.0) * np.exp(-r)
-    return found
+    return np.asarray((1.0 + r + r * r / 3.0) * np.exp(-r))
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,8 +256,7 @@ class SpeedPosterior(Posterior):
         ln_s, weight = self._nodes
         shifts = self.named(u)["shift"]
         squares = np.square(shifts).sum(axis=1)[:, None]
-        found: FloatArray = weight - 0.5 * squares * np.exp(-2.0 * ln_s) - shifts.shape[1] * (ln_s + _HALF_LOG_2PI)
-        return found
+        return np.asarray(weight - 0.5 * squares * np.exp(-2.0 * ln_s) - shifts.shape[1] * (ln_s + _HALF_LOG_2PI))
 
     def log_prior(self, u: FloatArray) -> FloatArray:
         """Log prior density, the shifts' scale integrated out, (W,)."""
@@ -276,8 +271,7 @@ class SpeedPosterior(Posterior):
         """Draw s_v given the shifts, (W,)."""
         terms = self.shift_terms(u)
         # the largest of terms with Gumbel noise is a draw
-        found: FloatArray = np.exp(self._nodes[0][np.argmax(terms + rng.gumbel(size=terms.shape), axis=1)])
-        return found
+        return np.asarray(np.exp(self._nodes[0][np.argmax(terms + rng.gumbel(size=terms.shape), axis=1)]))
 
     def guesses(self, rng: np.random.Generator, size: int) -> FloatArray:
         """Prior draws, half of them with the rigs shifted until their largest amplitudes meet, or nearly.
@@ -296,23 +290,17 @@ class SpeedPosterior(Posterior):
 
     def places(self, u: FloatArray) -> FloatArray:
         """Reduced velocity at which each point meets the functions, (W, P)."""
-        found: FloatArray = self.data.velocity * np.exp(self.named(u)["shift"][:, self.data.rig_of])
-        return found
+        return np.asarray(self.data.velocity * np.exp(self.named(u)["shift"][:, self.data.rig_of]))
 
     def _scales(self, u: FloatArray) -> FloatArray:
         """s_A, s_G and l, (3, ...)."""
         return np.moveaxis(np.exp(self.named(u)["scales"]), -1, 0)
 
     @cached_property
-    def _coefficients(self) -> tuple[FloatArray, FloatArray]:
-        return self.data.on_amplitude, self.data.on_relaxation
-
-    @cached_property
     def _departure(self) -> FloatArray:
         """Data less their prior mean, (M,)."""
         (a, _), (g, _) = self.means
-        found: FloatArray = self.data.y - a * self.data.on_amplitude - g * self.data.on_relaxation
-        return found
+        return np.asarray(self.data.y - a * self.data.on_amplitude - g * self.data.on_relaxation)
 
     @property
     def arrays(self) -> tuple[FloatArray, ...]:
@@ -326,7 +314,8 @@ class SpeedPosterior(Posterior):
         k = matern(np.abs(v[:, :, None] - v[:, None, :]), length[:, None, None])
         k = k[:, self.data.of_point[:, None], self.data.of_point]
         total = np.broadcast_to(noise, k.shape).copy()
-        for scale, c, (_, sd) in zip(scales, self._coefficients, self.means, strict=True):
+        coefficients = self.data.on_amplitude, self.data.on_relaxation
+        for scale, c, (_, sd) in zip(scales, coefficients, self.means, strict=True):
             total += np.outer(c, c) * (np.square(scale)[:, None, None] * k + sd**2)
         return total
 
@@ -340,8 +329,7 @@ class SpeedPosterior(Posterior):
         # The factor's last row is the whitened departure.
         factor = np.linalg.cholesky(bordered)
         half_log_determinant = np.log(np.diagonal(factor, axis1=1, axis2=2)[:, :size]).sum(axis=1)
-        found: FloatArray = -0.5 * np.square(factor[:, size, :size]).sum(axis=1) - half_log_determinant
-        return found
+        return np.asarray(-0.5 * np.square(factor[:, size, :size]).sum(axis=1) - half_log_determinant)
 
     def smoothed_relaxation(self, u: FloatArray) -> FloatArray:
         """Posterior mean of h at every point at one place (d,), (P,)."""
@@ -349,8 +337,7 @@ class SpeedPosterior(Posterior):
         (_, _), (mean, sd) = self.means
         cross = (scale**2 * matern(np.abs(v[:, None] - v), length) + sd**2)[:, self.data.of_point]
         gain = np.linalg.solve(self.covariance(u[None], self.data.noise)[0], self._departure)
-        found: FloatArray = mean + (cross * self.data.on_relaxation) @ gain
-        return found
+        return np.asarray(mean + (cross * self.data.on_relaxation) @ gain)
 
     def functions(
         self, u: FloatArray, discrepancy: FloatArray, grid: FloatArray, rng: np.random.Generator
@@ -392,7 +379,8 @@ class SpeedPosterior(Posterior):
         error = (np.linalg.cholesky(noise) @ normal(data.y.size, 1))[..., 0]
         misfit = data.y - data.linear(f, h) - error
         gain = np.linalg.solve(self.covariance(u, noise), misfit[..., None])[..., 0]
-        for one, scale, c, (_, sd) in zip((f, h), scales, self._coefficients, self.means, strict=True):
+        coefficients = data.on_amplitude, data.on_relaxation
+        for one, scale, c, (_, sd) in zip((f, h), scales, coefficients, self.means, strict=True):
             weighted = (c * gain)[..., None]
             smooth = (k[:, :, data.of_point] @ weighted)[..., 0]
             one += np.square(scale) * smooth + sd**2 * weighted.sum(axis=1)

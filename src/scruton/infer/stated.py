@@ -39,8 +39,7 @@ def draw_stated(
             return np.full(shape, quantity.mean)
         log_sd = np.sqrt(np.log1p((quantity.sd / quantity.mean) ** 2))
         z = np.random.default_rng(seed_of(name)).standard_normal(shape)
-        scattered: FloatArray = quantity.mean * np.exp(log_sd * z)
-        return scattered
+        return np.asarray(quantity.mean * np.exp(log_sd * z))
 
     return StatedDraws(
         draws(f"mass of {rig.name}", rig.mass),

@@ -160,8 +160,6 @@ def sizing_part(folder: Path, bridge: Path, limits: Sequence[str] = (), seed: in
     InputError
         If the fit holds no test in wind, or the bridge does not suit it.
     """
-    import json
-
     from scruton.errors import InputError
     from scruton.griffin.posterior import motion_of
     from scruton.infer.store import read_tree
@@ -175,9 +173,8 @@ def sizing_part(folder: Path, bridge: Path, limits: Sequence[str] = (), seed: in
     if not summary["tests"]:
         raise InputError(bridge, "", "a campaign without tests in wind", "a campaign with at least one test")
     stands = load_bridge(bridge, motion_of(tree))
-    found = size(tree, stands, [limit(one) for one in limits], seed=seed)
-    found["provenance"] = sizing_origin(folder, summary, stands, seed=seed, settings={"limits": list(limits)})
-    content = json.loads(json.dumps(found, allow_nan=False))
+    content = size(tree, stands, [limit(one) for one in limits], seed=seed).to_json()
+    content["provenance"] = sizing_origin(folder, summary, stands, seed=seed, settings={"limits": list(limits)})
     names = [f"risk_{k}" for k in range(1, len(content["modes"]) + 1)] if len(content["modes"]) > 1 else ["risk"]
     failures = Failures()
 

@@ -31,11 +31,9 @@ from scruton.errors import InputError
 from scruton.simulate.disturbances import Disturbances
 from scruton.simulate.equation import STEPS_PER_CYCLE
 from scruton.simulate.motion import simulate_record
+from scruton.simulate.thresholds import LARGEST, MOST_STEPS
 from scruton.simulate.truth import FORCES, Truth
 from scruton.workspace import Workspace, digest
-
-LARGEST = 1e12  # of any number, in its unit
-MOST_STEPS = 1e8  # of the integration of one record
 
 _RECORD = ("duration", "initial_amplitude", "disturbances")  # what a record says beyond campaign.toml
 

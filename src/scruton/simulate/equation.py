@@ -21,6 +21,7 @@ from numba import njit
 
 from scruton.arrays import FloatArray
 from scruton.simulate.disturbances import COHERENCE_FORMS, FRICTION_FORMS, Disturbances
+from scruton.simulate.thresholds import LAGGED, LEAST_WIND
 from scruton.simulate.truth import Truth
 
 STEPS_PER_CYCLE = 120
@@ -114,7 +115,7 @@ def _second_term(amplitude, lagged, drive, k):  # type: ignore[no-untyped-def]
         else:
             left *= u / np.sqrt(1.0 + u * u)
     if k.memory > 0.0 and lagged > 0.0:
-        left *= min(max(amplitude / lagged, 0.2), 5.0)
+        left *= min(max(amplitude / lagged, LAGGED[0]), LAGGED[1])
     return left
 
 
@@ -192,8 +193,9 @@ def integrate(  # type: ignore[no-untyped-def]
     """
     x, v = start[0], start[1]
     out[0] = x
-    amplitude = np.sqrt(x * x + (v / k.omega) ** 2)
-    lagged = amplitude
+    # A square is a product: numba makes of x ** 2 one or a call of pow, whichever function it compiled first.
+    quadrature = v / k.omega
+    amplitude = lagged = np.sqrt(x * x + quadrature * quadrature)
     q, qv = 0.0, 0.0
     if k.wake_gain != 0.0:
         # The wake starts locked: in phase with the velocity, at the amplitude of its own cycle.
@@ -206,8 +208,9 @@ def integrate(  # type: ignore[no-untyped-def]
     root = kick * np.sqrt(h)
     for i in range(1, out.size):
         for _ in range(substeps):
-            gust = max(speed[i] + wind, 0.05)
-            amplitude = np.sqrt(x * x + (v / k.omega) ** 2)
+            gust = max(speed[i] + wind, LEAST_WIND)
+            quadrature = v / k.omega
+            amplitude = np.sqrt(x * x + quadrature * quadrature)
             left = _second_term(amplitude, lagged, drive[i], k)
             bump = _bump(amplitude, k) + rate[i]
             # At rest the jump has no side: the spring decides where the motion goes.

@@ -90,7 +90,7 @@ class Wind:
 
 
 @dataclass(frozen=True)
-class DamperWish:
+class DamperRequest:
     """What is asked of a tuned mass damper.
 
     Attributes
@@ -151,7 +151,7 @@ class Bridge:
     limits: tuple[Limit, ...]
     modes: tuple[Mode, ...]
     wind: Wind | None = None
-    damper: DamperWish = field(default_factory=DamperWish)
+    damper: DamperRequest = field(default_factory=DamperRequest)
     cost: Cost | None = None
     sha256: Mapping[str, str] = field(default_factory=dict)
 
@@ -339,11 +339,11 @@ def _wind(table: Table, digests: dict[str, str]) -> Wind:
     return Wind(scale * ratio[1:], share * 8766.0 * np.diff(-np.exp(-(ratio**shape))))
 
 
-def _damper(table: Table, motion: Motion) -> DamperWish:
+def _damper(table: Table, motion: Motion) -> DamperRequest:
     values = table.read(_DAMPER)
     if "lever_arm" in table and motion is Motion.HEAVING:
         raise table.error("lever_arm", "a lever arm against heaving", "none: it is that of dampers against torsion")
-    return DamperWish(**values)
+    return DamperRequest(**values)
 
 
 _DAMPING_RATIO = Dimension("a damping ratio, a bare number", "", 0.003)

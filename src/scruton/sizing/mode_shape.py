@@ -53,11 +53,8 @@ class ModeShape:
         levels, place = np.unique(exponents, return_inverse=True)
         if levels.size > 60:  # a free exponent: smooth in n
             grid = np.linspace(levels[0], levels[-1], 60)
-            found = np.interp(exponents, grid, [self._factor(one) for one in grid])
-        else:
-            found = np.array([self._factor(one) for one in levels])[place].reshape(exponents.shape)
-        result: FloatArray = found
-        return result
+            return np.asarray(np.interp(exponents, grid, [self._factor(level) for level in grid]))
+        return np.array([self._factor(level) for level in levels])[place].reshape(exponents.shape)
 
     def at(self, fraction: float) -> float:
         """Value at a fraction of the span."""

@@ -13,7 +13,7 @@ from scipy.special import ndtri
 
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Motion
-from scruton.dynamics.laws import amplitude_ratio, index_of
+from scruton.dynamics.laws import index_of
 from scruton.griffin.curves import LawCurves, SharedCurve
 from scruton.sizing.bridge import Bridge, Mode
 
@@ -39,8 +39,22 @@ def unit_cube(count: int, seed: int, sources: int = len(SOURCES)) -> FloatArray:
     from scipy.stats import qmc
 
     points = qmc.Sobol(sources, scramble=True, rng=np.random.default_rng([seed, 0x512E])).random(count)
-    found: FloatArray = np.clip(points, 1e-9, 1.0 - 1e-9)
-    return found
+    return np.clip(points, 1e-9, 1.0 - 1e-9)
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Median, 5 and 95 % points of what is uncertain; None for a point that is not asked for."""
+
+    median: float
+    low: float | None = None
+    high: float | None = None
+
+
+def spread(draws: FloatArray) -> Spread:
+    """Median, 5 and 95 % points of draws; no interpolation, since some may be infinite."""
+    low, median, high = np.quantile(draws, [0.05, 0.5, 0.95], method="inverted_cdf")
+    return Spread(float(median), float(low), float(high))
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,19 +77,19 @@ class ModeModel:
 
     def uncertain(self) -> tuple[int, ...]:
         """Sources of which there is more than one value, that bear on the amplitude."""
-        found = [SECTION]
+        sources = [SECTION]
         if np.count_nonzero(self.laws.weights > 0.0) > 1:
-            found.append(LAW)
+            sources.append(LAW)
         if self.laws.discrepancy.max() > 0.0:
-            found.append(DISCREPANCY)
-        for source, one in (
+            sources.append(DISCREPANCY)
+        for source, stated in (
             (DAMPING, self.mode.damping_ratio),
             (COHERENCE, self.bridge.coherence),
             (MASS, self.mode.mass),
         ):
-            if one is not None and not one.certain:
-                found.append(source)
-        return tuple(found)
+            if stated is not None and not stated.certain:
+                sources.append(source)
+        return tuple(sources)
 
     def draws(self, u: FloatArray) -> "Draws":
         """Draws at points of the unit cube, (N, sources)."""
@@ -104,6 +118,22 @@ class ModeModel:
             draw,
             self.table,
         )
+
+    @property
+    def lever_arm(self) -> float:
+        """Lever arm of dampers against torsion [m]; 1 for heaving."""
+        if self.bridge.motion is Motion.HEAVING:
+            return 1.0
+        return self.bridge.damper.lever_arm or 0.5 * self.bridge.width
+
+    @property
+    def damper_position(self) -> float:
+        """Fraction of the span where the mode's dampers stand: as asked for, or where the mode is largest."""
+        if self.bridge.damper.position is not None:
+            return self.bridge.damper.position
+        x = self.mode.shape.position
+        largest = x[int(np.abs(self.mode.shape.value).argmax())]
+        return float((largest - x[0]) / (x[-1] - x[0]))
 
     @cached_property
     def table(self) -> "CurveTable | None":
@@ -157,15 +187,15 @@ class Draws:
         """Scruton number with added damping: (N,) for one a draw, (N, K) for (1, K) or (N, K)."""
         damping = self.damping_ratio if np.ndim(added) < 2 else self.damping_ratio[:, None]
         factor = self.factor if np.ndim(added) < 2 else self.factor[:, None]
-        found: FloatArray = (damping + np.asarray(added)) * factor
-        return found
+        return np.asarray((damping + np.asarray(added)) * factor)
 
     def amplitude(self, added: ArrayLike) -> FloatArray:
         """Stable amplitude [m] or [rad] with added damping, shaped as `scruton_number`; zero where vibration dies."""
         sc = self.scruton_number(added)
         square = sc if sc.ndim == 2 else sc[:, None]
-        found = self.scale[:, None] * self._on_curve(square)
-        return found if sc.ndim == 2 else found[:, 0]
+        on_curve = self.curve.at(square) if self.table is None else self.table.amplitude(self.row, square)
+        amplitude = self.scale[:, None] * on_curve
+        return amplitude if sc.ndim == 2 else amplitude[:, 0]
 
     def needed(self, limit: float) -> FloatArray:
         """Added damping at which the amplitude is down to the limit, (N,); below zero where none is needed.
@@ -181,16 +211,7 @@ class Draws:
             sc = self.table.scruton_number(self.row, target)
         else:
             sc = curve.reference + curve.relaxation * index_of(np.log(target / curve.amplitude), curve.n)
-        found: FloatArray = sc / self.factor - self.damping_ratio
-        return found
-
-    def _on_curve(self, sc: FloatArray) -> FloatArray:
-        curve = self.curve
-        if self.table is None:
-            x = (sc - curve.reference) / curve.relaxation[:, None]
-            found: FloatArray = curve.amplitude[:, None] * amplitude_ratio(x, curve.n[:, None])
-            return found
-        return self.table.amplitude(self.row, sc)
+        return np.asarray(sc / self.factor - self.damping_ratio)
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,12 +247,12 @@ class CurveTable:
         wanted = np.log(target)
         above = own > wanted[:, None]
         last = np.where(above.any(axis=1), self.grid.size - 1 - above[:, ::-1].argmax(axis=1), -1)
-        found = np.full(len(target), np.inf)  # still above where the table ends
-        found[last == -1] = self.grid[0]
+        numbers = np.full(len(target), np.inf)  # still above where the table ends
+        numbers[last == -1] = self.grid[0]
         inside = np.flatnonzero((last >= 0) & (last < self.grid.size - 1))
         k = last[inside]
         high, low = own[inside, k], own[inside, k + 1]
         alive = np.isfinite(low)
         part = np.where(alive, (high - wanted[inside]) / (high - np.where(alive, low, high - 1.0)), 0.5)
-        found[inside] = np.exp(np.log(self.grid[k]) + part * np.diff(np.log(self.grid))[k])
-        return found
+        numbers[inside] = np.exp(np.log(self.grid[k]) + part * np.diff(np.log(self.grid))[k])
+        return numbers

@@ -6,49 +6,76 @@ from dataclasses import dataclass
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.campaign.schema import Motion
-from scruton.sizing.bridge import Mode
-from scruton.sizing.model import COHERENCE, LAW, SECTION, SOURCES, Draws, ModeModel, unit_cube
+from scruton.sizing.model import COHERENCE, LAW, SECTION, SOURCES, Draws, ModeModel, Spread, spread, unit_cube
+from scruton.sizing.risk import Risk
 from scruton.sizing.tmd import TunedMass, response
+from scruton.sizing.tmd_design import BuiltDamper
 
 POINTS = 1 << 14
 
 
-@dataclass(frozen=True, eq=False)
-class Installed:
-    """Tuned masses as they hang in the bridge.
-
-    Attributes
-    ----------
-    mass : float
-        Of one damper [kg].
-    frequency : float
-        Its own [Hz].
-    damping_ratio : float
-    position : float
-        Fraction of the span.
-    """
-
-    mass: float
-    frequency: float
-    damping_ratio: float
-    position: float
-
-
-@dataclass(frozen=True, eq=False)
-class Together:
+@dataclass(frozen=True)
+class Exceedance:
     """Probabilities over all modes.
 
     Attributes
     ----------
     each : tuple of float
         P(amplitude > limit) by mode.
-    union : float
+    any : float
         P(any mode exceeds its limit), each mode in its own lock-in.
     """
 
     each: tuple[float, ...]
-    union: float
+    any: float
+
+
+@dataclass(frozen=True)
+class LockInHours:
+    """Hours a year in lock-in, by mode.
+
+    Attributes
+    ----------
+    lock_in : tuple of (float, float)
+        Reduced velocities between which a mode locks in.
+    assumed : tuple of bool
+        Whether that is the range of the peak tests, widened, since the mode states none.
+    a_year, exceeding_a_year : tuple of float
+        Hours in lock-in, and those expected beyond the limit.
+    """
+
+    lock_in: tuple[tuple[float, float], ...]
+    assumed: tuple[bool, ...]
+    a_year: tuple[float, ...]
+    exceeding_a_year: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class AllModes:
+    """All modes together.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the modes.
+    without : Exceedance
+        As the bridge is.
+    with_required_damping : Exceedance or None
+        With the damping required at 95 %, where all modes can have it.
+    with_dampers : Exceedance or None
+        With all dampers, each acting on every mode, where modal masses are stated.
+    added_by_dampers : tuple of Spread or None
+        Damping ratio that they add, by mode.
+    hours : LockInHours or None
+        Where the bridge has a wind climate.
+    """
+
+    names: tuple[str, ...]
+    without: Exceedance
+    with_required_damping: Exceedance | None = None
+    with_dampers: Exceedance | None = None
+    added_by_dampers: tuple[Spread, ...] | None = None
+    hours: LockInHours | None = None
 
 
 def joint_draws(models: Sequence[ModeModel], seed: int, points: int = POINTS) -> list[Draws]:
@@ -57,69 +84,85 @@ def joint_draws(models: Sequence[ModeModel], seed: int, points: int = POINTS) ->
     own = [source for source in SOURCES if source not in shared]
     # One cube with a coordinate for each source of each mode: cubes of their own would tie the modes together.
     cube = unit_cube(points, seed + 10, len(shared) + len(own) * len(models))
-    found = []
+    draws = []
     for k, model in enumerate(models):
         u = np.empty((points, len(SOURCES)))
         u[:, shared] = cube[:, : len(shared)]
         first = len(shared) + k * len(own)
         u[:, own] = cube[:, first : first + len(own)]
-        found.append(model.draws(u))
-    return found
+        draws.append(model.draws(u))
+    return draws
 
 
-def together(draws: Sequence[Draws], limits: Sequence[float], added: Sequence[FloatArray | float]) -> Together:
+def exceedance(draws: Sequence[Draws], limits: Sequence[float], added: Sequence[FloatArray | float]) -> Exceedance:
     """Probabilities with added damping by mode: a number, or one for every draw."""
     exceeds = np.array(
-        [one.needed(limit) > more for one, limit, more in zip(draws, limits, added, strict=True)], dtype=bool
+        [own.needed(limit) > more for own, limit, more in zip(draws, limits, added, strict=True)], dtype=bool
     )
-    return Together(tuple(float(row.mean()) for row in exceeds), float(exceeds.any(axis=0).mean()))
+    return Exceedance(tuple(float(row.mean()) for row in exceeds), float(exceeds.any(axis=0).mean()))
 
 
-def added_by(installed: Sequence[Installed], mode: Mode, detuning: FloatArray, lever_arm: float = 1.0) -> FloatArray:
+def all_modes(
+    models: Sequence[ModeModel],
+    risks: Sequence[Risk],
+    dampers: Sequence[tuple[BuiltDamper, float]],
+    peak_range: tuple[float, float],
+    seed: int,
+) -> AllModes:
+    """Union over the modes, with and without dampers, and hours a year.
+
+    Parameters
+    ----------
+    models : sequence of ModeModel
+    risks : sequence of Risk
+        Of every mode against the limit that governs it.
+    dampers : sequence of (BuiltDamper, float)
+        Of all modes, with the fractions of the span where they hang.
+    peak_range : (float, float)
+        Reduced velocities for modes that state no range of lock-in.
+    seed : int
+    """
+    draws, limits = joint_draws(models, seed), [risk.limit for risk in risks]
+    without = exceedance(draws, limits, [0.0] * len(models))
+    needs = [need for risk in risks if (need := risk.required["0.95"]) is not None]
+    with_dampers = added_by_dampers = hours = None
+    if all(model.mode.modal_mass is not None for model in models):
+        added = [added_by(dampers, model, own.detuning) for model, own in zip(models, draws, strict=True)]
+        with_dampers = exceedance(draws, limits, added)
+        added_by_dampers = tuple(spread(own) for own in added)
+    wind = models[0].bridge.wind
+    if wind is not None:
+        ranges = tuple(model.mode.lock_in or peak_range for model in models)
+        speeds = [model.mode.frequency.mean * model.bridge.depth for model in models]
+        a_year = tuple(
+            wind.between(low * speed, high * speed) for (low, high), speed in zip(ranges, speeds, strict=True)
+        )
+        assumed = tuple(model.mode.lock_in is None for model in models)
+        exceeding = tuple(p * own for p, own in zip(without.each, a_year, strict=True))
+        hours = LockInHours(ranges, assumed, a_year, exceeding)
+    return AllModes(
+        tuple(model.mode.name for model in models), without,
+        exceedance(draws, limits, needs) if len(needs) == len(models) else None, with_dampers, added_by_dampers, hours,
+    )  # fmt: skip
+
+
+def added_by(dampers: Sequence[tuple[BuiltDamper, float]], model: ModeModel, detuning: FloatArray) -> FloatArray:
     """Damping ratio that all dampers of the bridge add to one mode, for draws of its detuning.
 
     Parameters
     ----------
-    installed : sequence of Installed
-    mode : Mode
+    dampers : sequence of (BuiltDamper, float)
+        With masses, and the fractions of the span where they hang.
+    model : ModeModel
         With a modal mass.
     detuning : (N,) array
-    lever_arm : float
-        Of torsion [m].
     """
+    mode = model.mode
     assert mode.modal_mass is not None
-    dampers = []
-    for one in installed:
-        shape = mode.shape.at(one.position) * lever_arm
-        ratio = one.mass * shape**2 / mode.modal_mass
+    moving = []
+    for damper, position in dampers:
+        assert damper.mass is not None
+        ratio = damper.mass * (mode.shape.at(position) * model.lever_arm) ** 2 / mode.modal_mass
         if ratio > 1e-9:  # one at a node does not move
-            dampers.append(TunedMass(ratio, one.frequency / mode.frequency.mean, one.damping_ratio))
-    if not dampers:
-        return np.zeros(len(detuning))
-    return response(dampers, detuning).added_damping
-
-
-def lock_in_hours(model: ModeModel, reduced_velocity: tuple[float, float]) -> float | None:
-    """Hours a year in which the wind is in the lock-in range of a mode; None without a wind climate."""
-    wind = model.bridge.wind
-    if wind is None:
-        return None
-    speed = model.mode.frequency.mean * model.bridge.depth
-    return wind.between(reduced_velocity[0] * speed, reduced_velocity[1] * speed)
-
-
-def lever_arm(model: ModeModel) -> float:
-    """Lever arm of dampers against torsion [m]; 1 for heaving."""
-    if model.bridge.motion is Motion.HEAVING:
-        return 1.0
-    return model.bridge.damper.lever_arm or 0.5 * model.bridge.width
-
-
-def position(model: ModeModel) -> float:
-    """Fraction of the span where a mode's dampers stand: as wished, or where the mode is largest."""
-    if model.bridge.damper.position is not None:
-        return model.bridge.damper.position
-    shape = model.mode.shape
-    x = shape.position
-    place = x[int(np.abs(shape.value).argmax())]
-    return float((place - x[0]) / (x[-1] - x[0]))
+            moving.append(TunedMass(ratio, damper.frequency / mode.frequency.mean, damper.damping_ratio))
+    return response(moving, detuning).added_damping if moving else np.zeros(len(detuning))

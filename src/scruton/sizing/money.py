@@ -6,57 +6,71 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr
 
-from scruton.arrays import FloatArray
+from scruton.arrays import BoolArray, FloatArray
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.sizing.bridge import Cost
-from scruton.sizing.model import (
-    DAMPING,
-    DISCREPANCY,
-    LAW,
-    SECTION,
-    SOURCES,
-    Draws,
-    ModeModel,
-    unit_cube,
-)
+from scruton.sizing.damper import Damper
+from scruton.sizing.model import DAMPING, DISCREPANCY, LAW, SECTION, SOURCES, Draws, ModeModel, unit_cube
+from scruton.sizing.risk import Risk
+from scruton.sizing.thresholds import DAMPING_TEST_COV, STEADY_COV, STROKE_TOLERANCE
 
 POINTS = 1 << 14
-DAMPING_TEST_COV = 0.15  # of a structural damping ratio from free decays or ambient vibration of the finished bridge
-STEADY_COV = 0.01  # of a steady amplitude in the tunnel
 _KNOTS, _DEGREE = 6, 3
 
 
 @dataclass(frozen=True, eq=False)
-class CostCurve:
-    """Expected cost against what is bought.
+class CostByDamping:
+    """Expected cost where damping is bought by the percentage point.
 
     Attributes
     ----------
-    added : (K,) array
-        Added damping ratio.
-    probability, damper, failure, total : (K,) array
-        P(amplitude > limit); cost of the damper, expected cost of failure, and their sum.
-    best : int
+    added_damping : (K,) array
+    damper, failure, total : (K,) array
+        Cost of the damper, expected cost of failure, and their sum.
+    best_added_damping, best_total : float
         Where the sum is least.
+    at_the_end : bool
+        Whether that is the most damping looked at.
     """
 
-    added: FloatArray
-    probability: FloatArray
+    added_damping: FloatArray
     damper: FloatArray
     failure: FloatArray
     total: FloatArray
-
-    @property
-    def best(self) -> int:
-        """Index of the least expected cost."""
-        return int(np.argmin(self.total))
+    best_added_damping: float
+    best_total: float
+    at_the_end: bool
 
 
-def cost_curve(cost: Cost, added: FloatArray, probability: FloatArray) -> CostCurve:
-    """Cost of damping that is bought by the percentage point, with the cost of failure."""
-    damper = np.where(added > 0.0, cost.fixed, 0.0) + cost.per_percent * 100.0 * added
-    failure = cost.failure * probability
-    return CostCurve(added, probability, damper, failure, damper + failure)
+@dataclass(frozen=True, eq=False)
+class CostByMass:
+    """Expected cost where dampers are bought by their mass.
+
+    Attributes
+    ----------
+    mass : (M,) array
+        Of all dampers together [kg].
+    damper, failure, total : (M,) array
+        Cost of the dampers, expected cost of failure, and their sum.
+    allowed : (M,) array of bool
+        Within the largest mass ratio and the largest stroke.
+    without : float
+        Expected cost without a damper.
+    best_mass, best_total : float
+        Where the sum is least; zero kg where none is better.
+    at_the_end : bool
+        Whether that is the heaviest looked at.
+    """
+
+    mass: FloatArray
+    damper: FloatArray
+    failure: FloatArray
+    total: FloatArray
+    allowed: BoolArray
+    without: float
+    best_mass: float
+    best_total: float
+    at_the_end: bool
 
 
 @dataclass(frozen=True)
@@ -93,6 +107,72 @@ class Information:
     worth: tuple[Worth, ...]
 
 
+@dataclass(frozen=True)
+class Costs:
+    """Least expected cost of one mode, and what knowing more is worth, as far as costs are stated.
+
+    Attributes
+    ----------
+    currency : str
+    failure : float
+        Of a bridge that exceeds its limit.
+    by_mass : CostByMass or None
+    by_damping : CostByDamping or None
+    information : Information or None
+    """
+
+    currency: str
+    failure: float
+    by_mass: CostByMass | None = None
+    by_damping: CostByDamping | None = None
+    information: Information | None = None
+
+
+def costs(model: ModeModel, risk: Risk, damper: Damper, seed: int) -> Costs:
+    """Expected costs of one mode with the costs that its bridge states."""
+    cost = model.bridge.cost
+    assert cost is not None
+    by_damping = known = None
+    if cost.per_percent > 0.0:
+        by_damping = cost_by_damping(cost, risk.curve.added_damping, risk.curve.probability)
+        known = information(model, risk.limit, cost, risk.curve.added_damping, seed=seed)
+    by_mass = cost_by_mass(cost, risk.probability, damper) if cost.per_kg > 0.0 else None
+    return Costs(cost.currency, cost.failure, by_mass, by_damping, known)
+
+
+def cost_by_damping(cost: Cost, added: FloatArray, probability: FloatArray) -> CostByDamping:
+    """Cost of damping that is bought by the percentage point, with the cost of failure; (K,) arrays."""
+    damper, failure = _damping_cost(cost, added), cost.failure * probability
+    total = damper + failure
+    best = int(np.argmin(total))
+    return CostByDamping(added, damper, failure, total, float(added[best]), float(total[best]), best == added.size - 1)
+
+
+def cost_by_mass(cost: Cost, probability: float, damper: Damper) -> CostByMass | None:
+    """Cost of dampers by their mass, with the cost of failure; `probability` is that without any.
+
+    None where no mass of the mode is stated.
+    """
+    chart, asked = damper.map, damper.asked
+    if chart.mass is None:
+        return None
+    bought, failure = cost.fixed + cost.per_kg * chart.mass, cost.failure * chart.probability
+    total, without = bought + failure, cost.failure * probability
+    allowed = chart.mass_ratio <= asked.largest_mass_ratio
+    if asked.largest_stroke is not None:
+        allowed &= chart.stroke_high <= (1.0 + STROKE_TOLERANCE) * asked.largest_stroke
+    best = int(np.argmin(np.where(allowed, total, np.inf)))
+    none = bool(not allowed[best] or without <= total[best])
+    return CostByMass(
+        chart.mass, bought, failure, total, allowed, without, 0.0 if none else float(chart.mass[best]),
+        without if none else float(total[best]), not none and best == total.size - 1,
+    )  # fmt: skip
+
+
+def _damping_cost(cost: Cost, added: FloatArray) -> FloatArray:
+    return np.where(added > 0.0, cost.fixed, 0.0) + cost.per_percent * 100.0 * added
+
+
 def information(
     model: ModeModel, limit: float, cost: Cost, added: FloatArray, *, seed: int = 0, points: int = POINTS
 ) -> Information:
@@ -105,19 +185,19 @@ def information(
     """
     u = unit_cube(points, seed + 3)
     draws = model.draws(u)
-    damper = cost_curve(cost, added, np.zeros(added.size)).damper
+    damper = _damping_cost(cost, added)
     certain = damper + cost.failure * (draws.needed(limit)[:, None] > added)
     # What does not tell the discrepancy is judged at the mean over it, which is known: less noise.
     mean = damper + cost.failure * _mean_over_discrepancy(draws, limit, added)
     now = float(mean.mean(axis=0).min())
-    found = [
-        Worth(SOURCES[one], "perfect", _saving(certain if one == DISCREPANCY else mean, _coordinates(draws, u, one)))
-        for one in model.uncertain()
+    worth = [
+        Worth(SOURCES[k], "perfect", _saving(certain if k == DISCREPANCY else mean, _coordinates(draws, u, k)))
+        for k in model.uncertain()
     ]
     for name, (tells, outcome) in _experiments(model, draws, seed).items():
-        found.append(Worth(name, "sample", _saving(certain if tells else mean, outcome)))
-    found.sort(key=lambda one: (one.kind, -one.value))
-    return Information(now - float(certain.min(axis=1).mean()), tuple(found))
+        worth.append(Worth(name, "sample", _saving(certain if tells else mean, outcome)))
+    worth.sort(key=lambda item: (item.kind, -item.value))
+    return Information(now - float(certain.min(axis=1).mean()), tuple(worth))
 
 
 def _mean_over_discrepancy(draws: Draws, limit: float, added: FloatArray) -> FloatArray:
@@ -155,15 +235,15 @@ def _experiments(model: ModeModel, draws: Draws, seed: int) -> Mapping[str, tupl
 
     own = float(np.median(draws.scruton_number(0.0)))
     again = [value + np.std(value) * noise() for value in (np.log(curve.amplitude), np.log(curve.relaxation))]
-    found = {
+    experiments = {
         "a rig at the bridge's own Scruton number": (True, steady(own, draws.discrepancy)),
         "a rig at twice that Scruton number": (False, steady(2.0 * own, noise())),
         "growth records as long as all so far": (False, again),
     }
     if DAMPING in model.uncertain():
         test = np.log(draws.damping_ratio) + DAMPING_TEST_COV * noise()
-        found["a damping test of the finished bridge"] = (False, [test])
-    return found
+        experiments["a damping test of the finished bridge"] = (False, [test])
+    return experiments
 
 
 def _saving(losses: FloatArray, outcome: Sequence[FloatArray]) -> float:
@@ -185,14 +265,14 @@ def _basis(outcome: Sequence[FloatArray]) -> FloatArray:
     """Additive cubic splines in the ranks of each coordinate, and products of their first powers."""
     from scipy.interpolate import BSpline
 
-    ranks = [_ranks(one) for one in outcome if np.ptp(one) > 0.0]
+    ranks = [_ranks(numbers) for numbers in outcome if np.ptp(numbers) > 0.0]
     columns = [np.ones((outcome[0].size, 1))]
     knots = np.concatenate((np.zeros(_DEGREE), np.linspace(0.0, 1.0, _KNOTS), np.ones(_DEGREE)))
-    for one in ranks:
-        columns.append(BSpline.design_matrix(one, knots, _DEGREE).toarray()[:, 1:])
-    for i, one in enumerate(ranks):
+    for rank in ranks:
+        columns.append(BSpline.design_matrix(rank, knots, _DEGREE).toarray()[:, 1:])
+    for i, rank in enumerate(ranks):
         for other in ranks[i + 1 :]:
-            columns += [(one**p * other**q)[:, None] for p in (1, 2) for q in (1, 2)]
+            columns += [(rank**p * other**q)[:, None] for p in (1, 2) for q in (1, 2)]
     return np.hstack(columns)
 
 
@@ -200,5 +280,4 @@ def _ranks(value: FloatArray) -> FloatArray:
     """Place among the draws, in (0, 1); equal values share one."""
     _, place, counts = np.unique(value, return_inverse=True, return_counts=True)
     middle = np.cumsum(counts) - 0.5 * counts
-    found: FloatArray = middle[place.ravel()] / value.size
-    return found
+    return np.asarray(middle[place.ravel()] / value.size)

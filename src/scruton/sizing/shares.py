@@ -30,7 +30,7 @@ class Share:
 
 def shares(
     model: ModeModel, limit: float, *, added: float = 0.0, seed: int = 0, points: int = POINTS
-) -> dict[str, list[Share]]:
+) -> dict[str, tuple[Share, ...]]:
     """Sobol' indices, by quantity ("needed", "amplitude" with `added` damping), the largest total first.
 
     The section's posterior is one source: its amplitude and relaxation are correlated and cannot be told apart.
@@ -49,14 +49,16 @@ def shares(
     }
 
 
-def sobol_shares(model: ModeModel, function: Callable[[FloatArray], FloatArray], seed: int, points: int) -> list[Share]:
+def sobol_shares(
+    model: ModeModel, function: Callable[[FloatArray], FloatArray], seed: int, points: int
+) -> tuple[Share, ...]:
     """Sobol' indices of a function of the unit cube."""
     from scipy.stats import sobol_indices, uniform
 
     sources = model.uncertain()
     fixed = np.full(len(SOURCES), 0.5)
     if len(sources) == 1:
-        return [Share(SOURCES[sources[0]], 1.0, 1.0)]
+        return (Share(SOURCES[sources[0]], 1.0, 1.0),)
 
     def of(rows: FloatArray) -> FloatArray:
         flat = rows.reshape(len(sources), -1)
@@ -65,12 +67,12 @@ def sobol_shares(model: ModeModel, function: Callable[[FloatArray], FloatArray],
         return function(u).reshape(1, *rows.shape[1:])
 
     cube: Any = [uniform()] * len(sources)
-    found = sobol_indices(func=of, n=points, dists=cube, rng=np.random.default_rng([seed, 0x50B0]))
+    indices = sobol_indices(func=of, n=points, dists=cube, rng=np.random.default_rng([seed, 0x50B0]))
     rows = [
         Share(SOURCES[source], float(first), float(total))
-        for source, first, total in zip(sources, found.first_order.ravel(), found.total_order.ravel(), strict=True)
+        for source, first, total in zip(sources, indices.first_order.ravel(), indices.total_order.ravel(), strict=True)
     ]
     if not all(np.isfinite([row.first, row.total]).all() for row in rows):
         # the same in every draw: there is no variance to share
         rows = [Share(row.source, 0.0, 0.0) for row in rows]
-    return sorted(rows, key=lambda one: -one.total)
+    return tuple(sorted(rows, key=lambda row: -row.total))

@@ -6,16 +6,13 @@ frequency.  A damper is tuned once, so that last one is what its tuning has to b
 The amplitude comes in as a function of the added damping, draw by draw, so nothing here knows a law or a bridge.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from scruton.arrays import FloatArray
 from scruton.errors import InputError
 from scruton.sizing.tmd import TunedMass, positive
-from scruton.sizing.tmd_tuning import Amplitude, Draws, Outcome
+from scruton.sizing.tmd_tuning import Outcome, TuningDraws
 
 DETUNINGS = (-0.05, -0.02, 0.02, 0.05)
 _LIGHTEST = 1e-6  # mass ratio below which no search goes
@@ -42,23 +39,33 @@ class Detuned:
 
 
 @dataclass(frozen=True)
+class BuiltDamper(TunedMass):
+    """A damper as it is built; None where the mass of the mode is not stated.
+
+    Attributes
+    ----------
+    frequency : float
+        Its own [Hz].
+    mass, spring, dashpot : float or None
+        [kg], [N/m] and [N s/m].
+    """
+
+    frequency: float
+    mass: float | None
+    spring: float | None
+    dashpot: float | None
+
+
+@dataclass(frozen=True)
 class Design:
     """A set of dampers and what it leaves.
 
     Attributes
     ----------
-    dampers : tuple of TunedMass
+    dampers : tuple of BuiltDamper
         Ratios to the nominal frequency; empty where none is needed.
-    mass : float
-        All dampers together [kg].
-    springs, dashpots : tuple of float
-        Of each damper [N/m] and [N s/m].
-    probability : float
-        Of exceeding the limit, over the draws.
-    stroke, stroke_high : float
-        Median and 95 % quantile of the largest relative stroke among the dampers [m].
-    added_damping, added_damping_low : float
-        Median and 5 % quantile of the damping ratio that they add in the limit cycle.
+    outcome : Outcome
+        Over the draws.
     detuned : tuple of Detuned
         At frequency errors of -5, -2, +2 and +5 %.
     achievable : bool
@@ -67,89 +74,41 @@ class Design:
         Why they are not, or what decided on the mass.
     """
 
-    dampers: tuple[TunedMass, ...]
-    mass: float
-    springs: tuple[float, ...]
-    dashpots: tuple[float, ...]
-    probability: float
-    stroke: float
-    stroke_high: float
-    added_damping: float
-    added_damping_low: float
+    dampers: tuple[BuiltDamper, ...]
+    outcome: Outcome
     detuned: tuple[Detuned, ...]
     achievable: bool
     reason: str
 
 
-@dataclass(frozen=True)
-class MassMap:
-    """Risk and stroke of the best tuned dampers against their mass; arrays over the mass ratios.
-
-    Attributes
-    ----------
-    mass_ratio, probability, stroke, stroke_high, added_damping : (M,) array
-        Total mass ratio, risk, median and 95 % quantile of the stroke [m], median of the added damping.
-    dampers : tuple of tuple of TunedMass
-    """
-
-    mass_ratio: FloatArray
-    probability: FloatArray
-    stroke: FloatArray
-    stroke_high: FloatArray
-    added_damping: FloatArray
-    dampers: tuple[tuple[TunedMass, ...], ...]
-
-
 def design(
-    amplitude: Amplitude,
+    draws: TuningDraws,
     *,
-    limit: float,
     risk: float,
-    modal_mass: float,
     frequency: float,
-    detuning: ArrayLike,
-    number: int = 1,
-    shape: float = 1.0,
-    largest_stroke: float | None = None,
+    modal_mass: float | None = None,
     largest_mass_ratio: float = 0.05,
-    damping_range: tuple[float, float] = (0.005, 0.4),
 ) -> Design:
     """Find the dampers of least mass with P(amplitude > limit) <= risk.
 
     Parameters
     ----------
-    amplitude : callable
-        Stable amplitude (S,) [m, or rad with `shape` in m] of every draw at its added damping ratio (S,), where the
-        mode shape is one.  More damping must never give more amplitude.
-    limit : float
-        Unit of the amplitude.
+    draws : TuningDraws
+        Of the amplitude and the frequency error, with limit, number of dampers and largest stroke.
     risk : float
         Between 0 and 1.
-    modal_mass : float
-        kg (kg m^2 for an amplitude in rad), for a mode shape of one where the amplitude is taken.
     frequency : float
         Nominal frequency of the mode [Hz].
-    detuning : (S,) array
-        Draws of the relative error of that frequency, joint with those in `amplitude`.
-    number : int
-        Dampers of equal mass and damping ratio with evenly spread frequencies; the spread is found.
-    shape : float
-        Mode shape where the dampers hang; for torsion their distance from the axis [m].
-    largest_stroke : float, optional
-        m, for the 95 % quantile of the stroke.
+    modal_mass : float, optional
+        kg (kg m^2 for an amplitude in rad), for a mode shape of one where the amplitude is taken; without it dampers
+        are ratios only.
     largest_mass_ratio : float
         Of all dampers together.
-    damping_range : tuple of float
-        Damping ratios that a damper can be built with.
-
-    Returns
-    -------
-    Design
 
     Raises
     ------
     InputError
-        If an argument is out of range, or `amplitude` does not return one number per draw.
+        If an argument is out of range.
 
     Notes
     -----
@@ -157,92 +116,46 @@ def design(
     amplitude is also over g, the frequency of the response over that of the mode (`Response.frequency`), under others
     it is not; here that is left out, which costs up to 5 % of the amplitude at a mass ratio of 1 %.
     """
-    positive("limit", limit)
-    scale = positive("modal_mass", modal_mass) / positive("shape", shape) ** 2
-    omega = 2.0 * np.pi * positive("frequency", frequency)
+    positive("frequency", frequency)
+    scale = None if modal_mass is None else positive("modal_mass", modal_mass) / draws.shape**2
     if not 0.0 < risk < 1.0:
         raise InputError("damper", "risk", f"{risk:g}", "a probability between 0 and 1, as 0.05")
-    if largest_stroke is not None:
-        positive("largest_stroke", largest_stroke)
     positive("largest_mass_ratio", largest_mass_ratio)
-    draws = Draws(amplitude, limit, detuning, number, shape, damping_range, largest_stroke)
 
     def finish(dampers: tuple[TunedMass, ...], reason: str, achievable: bool = True) -> Design:
-        outcome = draws.outcome(dampers)
-        masses = [damper.mass_ratio * scale for damper in dampers]
-        own = [omega * damper.frequency_ratio for damper in dampers]
         return Design(
-            dampers,
-            float(sum(masses)),
-            tuple(m * w**2 for m, w in zip(masses, own, strict=True)),
-            tuple(2.0 * d.damping_ratio * m * w for d, m, w in zip(dampers, masses, own, strict=True)),
-            outcome.probability, outcome.stroke, outcome.stroke_high, outcome.added, outcome.added_low,
+            tuple(_built(damper, frequency, scale) for damper in dampers),
+            draws.outcome(dampers),
             tuple(_detuned(draws, dampers, error) for error in DETUNINGS),
             achievable,
             reason,
-        )  # fmt: skip
+        )
 
     if draws.outcome(()).probability <= risk:
         return finish((), "no damper is needed")
     dampers, lack = draws.tune(largest_mass_ratio, risk)
     if lack > 0.0:
         # The draw that decides at this risk may be out of reach for all: what is left to seek is the least risk.
-        best = dampers if largest_stroke is not None else draws.least_risk(largest_mass_ratio)
+        best = dampers if draws.largest_stroke is not None else draws.least_risk(largest_mass_ratio)
         return finish(best, _why_not(draws, best, risk, largest_mass_ratio), achievable=False)
     dampers = _lightest(draws, dampers, lack, risk)
-    by_stroke = largest_stroke is not None and draws.outcome(dampers).stroke_high > 0.99 * largest_stroke
+    by_stroke = draws.largest_stroke is not None and draws.outcome(dampers).stroke_high > 0.99 * draws.largest_stroke
     return finish(dampers, f"the {'stroke' if by_stroke else 'risk'} decides on the mass")
 
 
-def mass_map(
-    amplitude: Amplitude,
-    *,
-    limit: float,
-    mass_ratios: Sequence[float] | FloatArray,
-    detuning: ArrayLike,
-    number: int = 1,
-    shape: float = 1.0,
-    largest_stroke: float | None = None,
-    damping_range: tuple[float, float] = (0.005, 0.4),
-) -> MassMap:
-    """Tune dampers of given mass for the least risk, those that can within the largest stroke.
-
-    Parameters
-    ----------
-    mass_ratios : (M,) sequence of float
-        Of all dampers together.
-    amplitude, limit, detuning, number, shape, largest_stroke, damping_range
-        As for `design`.
-
-    Returns
-    -------
-    MassMap
-        Dampers too light for the largest stroke are there with the stroke that they have.
-
-    Raises
-    ------
-    InputError
-        As `design`.
-    """
-    positive("limit", limit)
-    positive("shape", shape)
-    if largest_stroke is not None:
-        positive("largest_stroke", largest_stroke)
-    ratios = np.array([positive("mass_ratios", mu) for mu in mass_ratios])
-    draws = Draws(amplitude, limit, detuning, number, shape, damping_range, largest_stroke)
-    dampers = tuple(draws.least_risk(mu) for mu in ratios)
-    results = [draws.outcome(each) for each in dampers]
-    return MassMap(
-        ratios,
-        np.array([r.probability for r in results]),
-        np.array([r.stroke for r in results]),
-        np.array([r.stroke_high for r in results]),
-        np.array([r.added for r in results]),
-        dampers,
-    )
+def _built(damper: TunedMass, frequency: float, scale: float | None) -> BuiltDamper:
+    """A damper of a mode of this frequency [Hz], whose mass is its mass ratio times `scale` [kg]."""
+    own = damper.frequency_ratio * frequency
+    if scale is None:
+        return BuiltDamper(**vars(damper), frequency=own, mass=None, spring=None, dashpot=None)
+    mass, omega = damper.mass_ratio * scale, 2.0 * np.pi * frequency * damper.frequency_ratio
+    return BuiltDamper(
+        **vars(damper), frequency=own, mass=mass, spring=mass * omega**2,
+        dashpot=2.0 * damper.damping_ratio * mass * omega,
+    )  # fmt: skip
 
 
-def _lightest(draws: Draws, dampers: tuple[TunedMass, ...], lack: float, risk: float) -> tuple[TunedMass, ...]:
+def _lightest(draws: TuningDraws, dampers: tuple[TunedMass, ...], lack: float, risk: float) -> tuple[TunedMass, ...]:
     """Lighten dampers that keep the limits until they just do.
 
     What lacks falls nearly linearly with the logarithm of the mass, with a slope between a half and one: regula falsi.
@@ -272,12 +185,12 @@ def _lightest(draws: Draws, dampers: tuple[TunedMass, ...], lack: float, risk: f
     raise InputError("damper", "amplitude", "an amplitude that rises with damping", "one that never does")
 
 
-def _detuned(draws: Draws, dampers: tuple[TunedMass, ...], error: float) -> Detuned:
-    outcome: Outcome = draws.outcome(dampers, error)
+def _detuned(draws: TuningDraws, dampers: tuple[TunedMass, ...], error: float) -> Detuned:
+    outcome = draws.outcome(dampers, error)
     return Detuned(error, outcome.probability, outcome.stroke, outcome.stroke_high)
 
 
-def _why_not(draws: Draws, dampers: tuple[TunedMass, ...], risk: float, largest: float) -> str:
+def _why_not(draws: TuningDraws, dampers: tuple[TunedMass, ...], risk: float, largest: float) -> str:
     """What stands in the way of the heaviest dampers."""
     never = float(np.mean(np.isinf(draws.needed)))
     if never > risk:

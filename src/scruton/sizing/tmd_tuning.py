@@ -13,36 +13,59 @@ from numpy.typing import ArrayLike
 
 from scruton.arrays import FloatArray
 from scruton.errors import InputError
-from scruton.sizing.tmd import TunedMass, check_detuning, den_hartog, response
+from scruton.sizing.thresholds import STROKE_TOLERANCE
+from scruton.sizing.tmd import TunedMass, check_detuning, den_hartog, positive, response
 
 STROKE_QUANTILE = 0.95
 _NODES = 81
 _LOWERINGS = 3  # of the risk that a tuning aims at
 _FAR = 1e3  # what lacks at a tuning that no one would build
 _OUT_OF_REACH = 1e6
-CLOSE = 0.01  # by which a stroke may miss its limit on a map
 
 Amplitude = Callable[[FloatArray], FloatArray]
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What dampers leave over the draws: the risk, the stroke (median, 95 %), the added damping (median, 5 %)."""
+    """What dampers leave over the draws.
+
+    Attributes
+    ----------
+    probability : float
+        Of exceeding the limit.
+    stroke, stroke_high : float
+        Median and 95 % quantile of the largest relative stroke among the dampers [m].
+    added_damping, added_damping_low : float
+        Median and 5 % quantile of the damping ratio that they add in the limit cycle.
+    """
 
     probability: float
     stroke: float
     stroke_high: float
-    added: float
-    added_low: float
+    added_damping: float
+    added_damping_low: float
 
 
-class Draws:
+class TuningDraws:
     """Joint draws of amplitude and frequency error, with the limits to keep; nothing in it changes once it is made.
 
     Parameters
     ----------
-    amplitude, limit, detuning, number, shape, damping_range, largest_stroke
-        As for `scruton.sizing.tmd_design.design`.
+    amplitude : callable
+        Stable amplitude (S,) [m, or rad with `shape` in m] of every draw at its added damping ratio (S,), where the
+        mode shape is one.  More damping must never give more amplitude.
+    limit : float
+        Unit of the amplitude.
+    detuning : (S,) array
+        Draws of the relative error of the mode's frequency, joint with those in `amplitude`.
+    number : int
+        Dampers of equal mass and damping ratio with evenly spread frequencies; the spread is found.
+    shape : float
+        Mode shape where the dampers hang; for torsion their distance from the axis [m].
+    damping_range : tuple of float
+        Damping ratios that a damper can be built with.
+    largest_stroke : float, optional
+        m, for the 95 % quantile of the stroke.
 
     Attributes
     ----------
@@ -74,8 +97,9 @@ class Draws:
         low, high = damping_range
         if not 0.0 < low < high < 1.0:
             raise InputError("damper", "damping_range", f"{low:g} to {high:g}", "two rising numbers between 0 and 1")
-        self._amplitude, self.limit, self.number, self.shape = amplitude, limit, number, shape
-        self.damping_range, self.largest_stroke = damping_range, largest_stroke
+        self._amplitude, self.number, self.damping_range = amplitude, number, damping_range
+        self.limit, self.shape = positive("limit", limit), positive("shape", shape)
+        self.largest_stroke = None if largest_stroke is None else positive("largest_stroke", largest_stroke)
         self.needed = self._needed()
         # Half of the nodes follow the draws, half reach their tails.
         even = np.linspace(0.0, 1.0, _NODES // 2 + 1)
@@ -95,9 +119,9 @@ class Draws:
         """What dampers leave, without the table; at one frequency error for all draws if it is given."""
         added = relative = np.zeros(self.detuning.size)
         if dampers:
-            found = response(dampers, self.detuning if detuning is None else detuning)
-            added = np.broadcast_to(found.added_damping, self.detuning.shape)
-            relative = np.broadcast_to(found.stroke.max(axis=0), self.detuning.shape)
+            added_by = response(dampers, self.detuning if detuning is None else detuning)
+            added = np.broadcast_to(added_by.added_damping, self.detuning.shape)
+            relative = np.broadcast_to(added_by.stroke.max(axis=0), self.detuning.shape)
         amplitude = self.amplitude(added)
         stroke = self.shape * relative * amplitude if dampers else relative
         return Outcome(
@@ -162,18 +186,18 @@ class Draws:
             starts = [[np.log(zeta), (middle / first.frequency_ratio - 1.0) / unit, half / middle / unit]]
         else:
             starts = [[np.log(first.damping_ratio * k), 0.0, 0.5 / k] for k in (1.0, 0.5, 2.0)]
-        found = []
+        searches = []
         for start in starts:
             x = np.array(start[:size])
             x[0] = np.clip(x[0], low, high - 0.3 if high - low > 0.3 else low)
             simplex = np.vstack([x, x + np.diag([0.3, 0.2, 0.3][:size])])
-            found.append(
+            searches.append(
                 minimize(
                     objective, x, method="Nelder-Mead",
                     options={"initial_simplex": simplex, "maxfev": 50 * size, "xatol": 3e-3, "fatol": 5e-4},
                 )
             )  # fmt: skip
-        best = dampers(min(found, key=lambda each: float(each.fun)).x)
+        best = dampers(min(searches, key=lambda each: float(each.fun)).x)
         return best, self.lack(best, risk)
 
     def least_risk(self, mass_ratio: float) -> tuple[TunedMass, ...]:
@@ -188,7 +212,7 @@ class Draws:
                 break
             other, _ = self.tune(mass_ratio, risk - 0.5 / self.detuning.size, best)
             lower = self.outcome(other).probability
-            if lower >= risk or (self._stroke_lack(best) <= CLOSE < self._stroke_lack(other)):
+            if lower >= risk or (self._stroke_lack(best) <= STROKE_TOLERANCE < self._stroke_lack(other)):
                 break
             best, risk = other, lower
         return best

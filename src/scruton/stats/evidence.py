@@ -23,10 +23,10 @@ from scipy.optimize import brentq
 from scipy.special import expit, logsumexp
 
 from scruton.arrays import FloatArray
-from scruton.stats.moves import FITTED_TO_DRAWS, StudentT
 from scruton.stats.optimum import find_optimum
 from scruton.stats.posterior import Posterior
 from scruton.stats.sampler import Samples
+from scruton.stats.student_t import StudentT, fit_student_t
 from scruton.stats.thresholds import (
     DRAWS_A_DIMENSION,
     GOOD_PARETO_K,
@@ -352,23 +352,6 @@ def _pareto_k(log_weight: FloatArray) -> float:
     return float(array_stats.psislw(-log_weight)[1])
 
 
-def fit_student_t(points: FloatArray, weight: FloatArray) -> StudentT:
-    """Student-t with the mean and covariance of points (N, d) whose weights (N,) add up to one.
-
-    Raises
-    ------
-    ValueError
-        If the points fill no volume.
-    """
-    centre = weight @ points
-    deviation = points - centre
-    covariance = (deviation * weight[:, None]).T @ deviation
-    try:
-        return StudentT(centre, np.linalg.cholesky(covariance), FITTED_TO_DRAWS)
-    except np.linalg.LinAlgError as error:
-        raise ValueError("the draws fill no volume: no proposal can be fitted to them") from error
-
-
 def log_prior_mass(posterior: Posterior, rng: np.random.Generator) -> tuple[float, float]:
     """Logarithm of the prior probability of the joint constraint, and its standard error.
 
@@ -413,13 +396,6 @@ def posterior_weights(log_evidence: FloatArray, prior_weight: FloatArray) -> Flo
         raise ValueError("no model has both a finite log evidence and a positive prior weight")
     weight: FloatArray = np.exp(score - top)
     return weight / weight.sum()
-
-
-def posterior_weight_errors(weights: FloatArray, error: FloatArray) -> FloatArray:
-    """Standard errors of posterior weights, (K,), from those of the log evidences, (K,), to first order."""
-    jacobian = np.diag(weights) - np.outer(weights, weights)
-    found: FloatArray = np.sqrt(np.square(jacobian) @ np.square(error))
-    return found
 
 
 def _streams(seed: np.random.SeedSequence, count: int) -> list[np.random.SeedSequence]:

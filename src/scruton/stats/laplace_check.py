@@ -7,9 +7,9 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.stats.evidence import Evidence, _mean_weight, bridge_halves
-from scruton.stats.moves import StudentT
 from scruton.stats.sampler import _Ensemble
 from scruton.stats.settings import SamplerSettings
+from scruton.stats.student_t import StudentT
 
 LogProb = Callable[[FloatArray], FloatArray]
 

@@ -4,52 +4,12 @@ emcee's `DESnookerMove` (3.1.6) is biased - a unit normal in four dimensions com
 of 0.86 - and is never used here.
 """
 
-from dataclasses import dataclass
-from functools import cached_property
-
 import emcee
 import numpy as np
-from scipy.special import gammaln
 
 from scruton.arrays import FloatArray
 from scruton.stats.settings import SamplerSettings
-
-# A proposal from the curvature at the optimum fits a near-normal posterior; one fitted to draws meets heavier tails.
-AT_OPTIMUM, FITTED_TO_DRAWS = 10.0, 5.0
-
-
-@dataclass(frozen=True, eq=False)
-class StudentT:
-    """Multivariate Student-t: `centre` (d,), `cholesky` (d, d) lower factor of its scale matrix."""
-
-    centre: FloatArray
-    cholesky: FloatArray
-    degrees_of_freedom: float = AT_OPTIMUM
-
-    def draw(self, rng: np.random.RandomState, size: int) -> FloatArray:
-        """Draw from it, (size, d)."""
-        nu, d = self.degrees_of_freedom, self.centre.size
-        # The same bit stream, so that emcee's saved state covers it, read by numpy's newer and faster routines.
-        fast = np.random.Generator(rng._bit_generator)
-        z = fast.standard_normal((size, d))
-        shrink = np.sqrt(fast.chisquare(nu, size) / nu)
-        draws: FloatArray = self.centre + (z @ self.cholesky.T) / shrink[:, None]
-        return draws
-
-    def log_density(self, x: FloatArray) -> FloatArray:
-        """Log density, (size,)."""
-        nu, d = self.degrees_of_freedom, self.centre.size
-        inverse, constant = self._inverse
-        z = (x - self.centre) @ inverse
-        density: FloatArray = constant - 0.5 * (nu + d) * np.log1p(np.einsum("ij,ij->i", z, z) / nu)
-        return density
-
-    @cached_property
-    def _inverse(self) -> tuple[FloatArray, float]:
-        """Transposed inverse of the Cholesky factor, and the logarithm of the normalising constant."""
-        nu, d = self.degrees_of_freedom, self.centre.size
-        constant = gammaln(0.5 * (nu + d)) - gammaln(0.5 * nu) - 0.5 * d * np.log(nu * np.pi)
-        return np.linalg.inv(self.cholesky).T, float(constant - np.log(np.diag(self.cholesky)).sum())
+from scruton.stats.student_t import AT_OPTIMUM, StudentT
 
 
 class IndependenceMove(emcee.moves.MHMove):

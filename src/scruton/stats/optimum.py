@@ -4,8 +4,8 @@ import numpy as np
 from scipy.optimize import minimize
 
 from scruton.arrays import FloatArray
-from scruton.stats.moves import StudentT
 from scruton.stats.posterior import Posterior
+from scruton.stats.student_t import StudentT
 from scruton.stats.thresholds import WIDEN
 
 STEP = 1e-4  # of the finite differences, in units of the search's own scale
@@ -43,6 +43,19 @@ def find_optimum(posterior: Posterior, rng: np.random.Generator, guesses: int = 
             best, best_value = climbed, height
     centre, covariance = _laplace(posterior, best, scale)
     return StudentT(centre, np.linalg.cholesky(covariance) * WIDEN)
+
+
+def laplace_log_evidence(posterior: Posterior, rng: np.random.Generator) -> float:
+    """Log evidence by Laplace's approximation at the optimum; -inf where no guess has a finite posterior.
+
+    The prior mass of the joint constraint, of order one, is left out.
+    """
+    try:
+        peak = find_optimum(posterior, rng)
+    except ValueError:
+        return -np.inf
+    log_det = float(np.log(np.diag(peak.cholesky) / WIDEN).sum())
+    return float(posterior.log_prob(peak.centre[None])[0] + 0.5 * peak.centre.size * np.log(2.0 * np.pi) + log_det)
 
 
 def _climb(posterior: Posterior, start: FloatArray, scale: FloatArray) -> FloatArray:
@@ -106,5 +119,4 @@ def _steps(posterior: Posterior, u: FloatArray, scale: FloatArray) -> FloatArray
         step = np.minimum(step * factor, scale)
         if np.abs(np.log(factor)).max() < 0.3:
             break
-    found: FloatArray = step
-    return found
+    return np.asarray(step)

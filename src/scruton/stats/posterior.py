@@ -26,12 +26,10 @@ class Posterior(ABC):
     def log_prior(self, u: FloatArray) -> FloatArray:
         """Log prior density without the joint constraint, (W,)."""
         if self._normal_priors is None:
-            total: FloatArray = self.log_prior_terms(u).sum(axis=1)
-            return total
+            return np.asarray(self.log_prior_terms(u).sum(axis=1))
         location, scale, constant = self._normal_priors
         z = (u - location) / scale
-        density: FloatArray = constant - 0.5 * np.einsum("ij,ij->i", z, z)
-        return density
+        return np.asarray(constant - 0.5 * np.einsum("ij,ij->i", z, z))
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -106,8 +106,7 @@ class Prior:
         if self._bounded:
             return np.where((u >= one) & (u <= two), -np.log(two - one), -np.inf)
         z = (u - one) / two
-        density: FloatArray = -0.5 * (z * z + _LOG_2PI) - np.log(two)
-        return density
+        return np.asarray(-0.5 * (z * z + _LOG_2PI) - np.log(two))
 
     def draw(self, rng: np.random.Generator, size: int) -> FloatArray:
         """Draws of the sampled coordinate, (size,)."""

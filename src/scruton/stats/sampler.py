@@ -11,10 +11,11 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.stats.checkpoint import Checkpoint, pack_random_state, unpack_random_state
 from scruton.stats.convergence import Convergence, judge
-from scruton.stats.moves import FITTED_TO_DRAWS, StudentT, moves
+from scruton.stats.moves import moves
 from scruton.stats.optimum import find_optimum
 from scruton.stats.posterior import Posterior
 from scruton.stats.settings import SamplerSettings
+from scruton.stats.student_t import FITTED_TO_DRAWS, StudentT
 from scruton.stats.thresholds import ADAPTATIONS, FAR_BELOW, OVERDISPERSED
 
 FIRST_CHUNK = 20  # steps; then as many as the run already has, so that checks cost a fixed share

@@ -1,28 +1,12 @@
 """Weights of laws by what each says of a record that it has not seen: stacking of predictive distributions."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.stats.evidence import Evidence
 
 # Weight of the barrier at the end: how far from the optimum, in mean log score a record, per law.  A smaller one is
 # lost in rounding, and laws that score alike no longer share alike.
 SHARPEST = 1e-9
-
-
-def leave_one_out_scores(full: Evidence, without: Mapping[str, Evidence]) -> dict[str, float]:
-    """Log joint density of each record given all others: ln Z of all less ln Z without it.
-
-    Parameters
-    ----------
-    full : Evidence
-        Of the model given all records.
-    without : mapping
-        By record: of the same model, with the same priors, given the others.
-    """
-    return {record: full.log_z - one.log_z for record, one in without.items()}
 
 
 def stacking_weights(scores: FloatArray) -> FloatArray:
@@ -86,5 +70,4 @@ def stacking_weights(scores: FloatArray) -> FloatArray:
             if length <= 1e-10:
                 break
             weights = weights * (1.0 + length * step)
-    found: FloatArray = weights / weights.sum()
-    return found
+    return np.asarray(weights / weights.sum())

@@ -134,13 +134,11 @@ def trend(x: FloatArray, before: FloatArray) -> tuple[float, float]:
     """
     from scipy.stats import f
 
-    design = _powers(before)
-    _, rest, rank, _ = np.linalg.lstsq(design, x, rcond=None)
-    freedom = x.size - design.shape[1]
-    if rank < design.shape[1] or freedom < 1 or not rest.size:
-        return float("nan"), float("nan")
+    _, _, rest, freedom = _regression(x, before)
+    if np.isnan(rest):
+        return rest, rest
     total = float(np.sum((x - x.mean()) ** 2))
-    value = (total - float(rest[0])) / 2.0 / (float(rest[0]) / freedom)
+    value = (total - rest) / 2.0 / (rest / freedom)
     return value, float(f.sf(value, 2, freedom))
 
 
@@ -151,20 +149,25 @@ def curvature(x: FloatArray, before: FloatArray) -> tuple[float, float]:
     """
     from scipy.stats import t
 
-    design = _powers(before)
-    coefficients, rest, rank, _ = np.linalg.lstsq(design, x, rcond=None)
-    freedom = x.size - design.shape[1]
-    if rank < design.shape[1] or freedom < 1 or not rest.size:
-        return float("nan"), float("nan")
-    spread = float(rest[0]) / freedom * np.linalg.inv(design.T @ design)[2, 2]
+    design, coefficients, rest, freedom = _regression(x, before)
+    if np.isnan(rest):
+        return rest, rest
+    spread = rest / freedom * np.linalg.inv(design.T @ design)[2, 2]
     value = float(coefficients[2] / np.sqrt(spread))
     return value, float(2.0 * t.sf(abs(value), freedom))
 
 
-def _powers(amplitude: FloatArray) -> FloatArray:
-    """1, s and s^2 of the amplitude scaled to unit spread."""
+def _regression(x: FloatArray, amplitude: FloatArray) -> tuple[FloatArray, FloatArray, float, int]:
+    """Regress x on 1, s and s^2 of the amplitude scaled to unit spread.
+
+    Gives the design, the coefficients, the rest's sum of squares, NaN where there is none, and its freedom.
+    """
     s = (amplitude - amplitude.mean()) / (amplitude.std() or 1.0)
-    return np.stack([np.ones_like(s), s, s * s], axis=1)
+    design = np.stack([np.ones_like(s), s, s * s], axis=1)
+    coefficients, rest, rank, _ = np.linalg.lstsq(design, x, rcond=None)
+    freedom = x.size - design.shape[1]
+    known = rank == design.shape[1] and freedom >= 1 and rest.size > 0
+    return design, coefficients, float(rest[0]) if known else float("nan"), freedom
 
 
 def judge(

@@ -39,7 +39,7 @@ STOPS: dict[str, tuple[str, ...]] = {
     "criticise": ("scruton.infer.criticism.criticise_tree",),
     "validate": ("scruton.infer.fit.fit_campaign",),
     "batch": ("distributed.LocalCluster",),
-    "calibrate": ("scruton.calibrate.run.run_one", "scruton.processes.pool"),
+    "calibrate": ("scruton.calibrate.run.run_campaign", "scruton.processes.pool"),
     "diagnose": ("scruton.gap.run.diagnose_data",),
     "challenge make": ("scruton.calibrate.challenge.make.simulate_case", "scruton.processes.pool"),
     "challenge run": ("scruton.gap.run.diagnose_campaign", "scruton.processes.pool"),

@@ -18,7 +18,7 @@ STOP = {
     "criticise": "scruton.infer.criticism.criticise_tree",
     "fit": "scruton.infer.fit.fit_campaign",
     "batch": "scruton.app.workers.connected",
-    "calibrate": "scruton.calibrate.run.run_one",
+    "calibrate": "scruton.calibrate.run.run_campaign",
 }
 
 

@@ -11,8 +11,8 @@ from scruton.arrays import FloatArray
 from scruton.calibrate.challenge.outside import OPEN
 from scruton.calibrate.challenge.scenarios import CATALOGUE, apply
 from scruton.calibrate.challenge.scope import IN_WIND, STILL, Parameters
-from scruton.calibrate.challenge.sections import AMPLITUDES, Body, RigTruth, limit_cycle, random_body, scruton_factor
-from scruton.calibrate.thresholds import FAIR_AMPLITUDE, FAIR_RANGE, FAIR_RATE, SAME_CYCLE, STEADY
+from scruton.calibrate.challenge.sections import Body, RigTruth, limit_cycle, random_body, scruton_factor
+from scruton.calibrate.thresholds import FAIR_AMPLITUDE, FAIR_RANGE, FAIR_RATE, SAME_CYCLE, STEADY, USUAL
 from scruton.campaign.schema import Campaign, Kind, Quantity, Record, Rig, Test
 from scruton.simulate import Disturbances, Truth, simulate_record
 
@@ -129,7 +129,7 @@ def _with_limit_cycles(effects: Sequence[str], severity: float, rigs: int, rng: 
 
 def _fair(amplitude: float, rate: float, before: RigTruth, body: Body) -> bool:
     """Whether a limit cycle is left, not much smaller or larger than the one before the effects."""
-    low, high = AMPLITUDES[body.section.motion]
+    low, high = USUAL[body.section.motion]["amplitude"]
     old_amplitude, old_rate = before.undisturbed
     return (
         np.isfinite(amplitude)

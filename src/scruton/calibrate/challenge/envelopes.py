@@ -59,8 +59,8 @@ def load_envelopes(folder: Path) -> Envelopes:
     spread = np.ptp(speed[wind]) / 2.0 if wind.any() else 0.0
     place = (speed - np.mean(speed[wind])) / spread if spread > 0.0 else np.zeros(len(wind))
     return Envelopes(
-        time=tuple(one.time - one.time[0] for one in cycles),
-        amplitude=tuple(one.amplitude / scale for one in cycles),
+        time=tuple(record.time - record.time[0] for record in cycles),
+        amplitude=tuple(record.amplitude / scale for record in cycles),
         rig=layout.rig,
         direction=layout.direction,
         wind=wind,

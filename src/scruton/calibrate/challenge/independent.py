@@ -5,7 +5,7 @@ With a over the middle test's stable amplitude, and structural damping :math:`\x
 .. math:: \dot a = -[\omega \xi_i (1 + \delta_i) + \alpha_r g] a + \beta_r h + \text{(what a candidate adds)}
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,13 +21,12 @@ _FLOOR = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """What a candidate's term may depend on: (P, R) arrays but for the (R,) ones of `envelopes`."""
+    """What a candidate's term may depend on, (P, R) arrays."""
 
     a: FloatArray
     place: FloatArray  # (R,): of the time in the record, -1/2 to 1/2
     aero: FloatArray  # linear aerodynamic rate
     drive: FloatArray
-    envelopes: Envelopes
 
 
 Term = Callable[[State, FloatArray], FloatArray]  # (P, K) own parameters to (P, R) rates
@@ -57,7 +56,7 @@ def candidates(e: Envelopes) -> tuple[Candidate, ...]:
     def coherence(s: State, c: FloatArray) -> FloatArray:
         return s.drive * (np.tanh(s.a / np.maximum(c[:, :1], 1e-3)) - 1.0)
 
-    found = [
+    table = [
         Candidate("none", lambda s, c: 0.0 * s.a, 0),
         Candidate("coulomb_friction", lambda s, c: -c[:, :1] * rate + 0.0 * s.a, 1),
         Candidate("structural_damping_nonlinearity", power(2, False), 1),
@@ -71,7 +70,7 @@ def candidates(e: Envelopes) -> tuple[Candidate, ...]:
         Candidate("sensor_clipping", lambda s, c: 0.0 * s.a, 1, 1.0, reading=True),
     ]
     if rigs > 1:
-        found += [
+        table += [
             Candidate("coulomb_friction", lambda s, c: -(c @ of_rig.T) * rate, rigs),
             Candidate("reduced_velocity_drift", lambda s, c: c[:, :1] * e.velocity * (s.drive - s.aero * s.a), 1),
             Candidate(
@@ -80,7 +79,7 @@ def candidates(e: Envelopes) -> tuple[Candidate, ...]:
             ),
             Candidate("sensor_gain_error", lambda s, c: s.drive * (c @ of_rig[:, 1:].T), rigs - 1),
         ]  # fmt: skip
-    return tuple(found)
+    return tuple(table)
 
 
 def criteria(e: Envelopes) -> dict[str, float]:
@@ -145,14 +144,16 @@ class _Grid:
 
     @classmethod
     def of(cls, e: Envelopes) -> "_Grid":
-        longest, records = max(t.size for t in e.time), len(e.time)
-        step, place, amplitude = (np.zeros((longest, records)) for _ in range(3))
-        inside = np.zeros((longest, records), dtype=bool)
-        for r, (t, a) in enumerate(zip(e.time, e.amplitude, strict=True)):
-            step[1 : t.size, r] = np.diff(t)
-            place[: t.size, r] = t / max(t[-1], 1e-9) - 0.5
-            amplitude[: a.size, r], inside[: a.size, r] = a, True
-        return cls(step, place, amplitude, inside)
+        def columns(rows: Iterable[FloatArray]) -> FloatArray:
+            return np.stack([np.pad(row, (0, longest - row.size)) for row in rows], axis=1)
+
+        longest = max(t.size for t in e.time)
+        return cls(
+            columns(np.diff(t, prepend=t[0]) for t in e.time),
+            columns(t / max(t[-1], 1e-9) - 0.5 for t in e.time),
+            columns(e.amplitude),
+            columns(np.ones(t.size) for t in e.time) > 0.0,
+        )
 
     def solve(self, e: Envelopes, candidate: Candidate, u: FloatArray) -> FloatArray:
         """Readings of (P, parameters): (P, cycles, R), by the midpoint rule from cycle to cycle."""
@@ -165,7 +166,7 @@ class _Grid:
         path[:, 0] = a
 
         def rate(x: FloatArray, place: FloatArray) -> FloatArray:
-            total: FloatArray = -(structural + aero) * x + drive + candidate.term(State(x, place, aero, drive, e), own)
+            total: FloatArray = -(structural + aero) * x + drive + candidate.term(State(x, place, aero, drive), own)
             return total
 
         with np.errstate(all="ignore"):

@@ -7,7 +7,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from scruton.calibrate.challenge.case import EFFECTS, NOISE, TURBULENCE, simulate_case
+from scruton.calibrate.challenge.case import NOISE, TURBULENCE, simulate_case
 from scruton.calibrate.challenge.plan import SEVERITIES, checked, planned
 from scruton.campaign.write import save_campaign
 from scruton.documents import read_json, write_text
@@ -16,8 +16,6 @@ from scruton.processes import completed
 from scruton.progress import Progress
 from scruton.provenance import provenance
 from scruton.workspace import Workspace
-
-__all__ = ["ANSWERS", "CHALLENGE", "EFFECTS", "make_challenge", "simulate_case"]
 
 CHALLENGE, ANSWERS = "challenge.json", "answers/answers.json"
 _MADE = "a file that a challenge was made with"

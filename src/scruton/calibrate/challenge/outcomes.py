@@ -3,7 +3,7 @@
 import json
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -133,8 +133,8 @@ def read_outcomes(
     there = [name for name in names if (results / name / CASE).exists() or (results / name / GAP).exists()]
     if not there:
         raise InputError(results, "", "no result of any case", "the folder that scruton challenge run wrote")
-    found = tuple(_outcome(folder / name, results / name, sealed[name]) for name in there)
-    return found, dict(table.get("settings", {})) | {"not_run": len(names) - len(there)}
+    outcomes = tuple(_outcome(folder / name, results / name, sealed[name]) for name in there)
+    return outcomes, dict(table.get("settings", {})) | {"not_run": len(names) - len(there)}
 
 
 def _opened(path: Path, digest: object) -> dict[str, Any]:
@@ -156,52 +156,51 @@ def _outcome(campaign: Path, place: Path, answer: Mapping[str, Any]) -> Outcome:
     seconds = note.get("seconds")
     if seconds is not None and (isinstance(seconds, bool) or not isinstance(seconds, int | float)):
         raise InputError(place / CASE, "seconds", repr(seconds), "a number")
-    truth = tuple(str(one) for one in answer["effects"])
     rigs = answer["parameters"].get("coulomb_friction", {}).get("rigs", ())
-    own: dict[str, Any] = {
-        "case": campaign.name, "kind": str(answer["kind"]), "truth": truth, "severity": float(answer["severity"]),
-        "seconds": seconds, "rigs": tuple(str(answer["rigs"][j]["name"]) for j in rigs),
-    }  # fmt: skip
+    truth = Outcome(
+        campaign.name, str(answer["kind"]), tuple(map(str, answer["effects"])), float(answer["severity"]), FAILED,
+        rigs=tuple(str(answer["rigs"][j]["name"]) for j in rigs), seconds=seconds,
+    )  # fmt: skip
     if not (place / GAP).exists():
-        return Outcome(**own, verdict=FAILED)
+        return truth
     gap = read_json(place / GAP)
     try:
         verdict = str(gap["verdict"])
-        groups = [tuple(one) for one in gap.get("indistinguishable", ()) if verdict in one]
+        groups = [tuple(group) for group in gap.get("indistinguishable", ()) if verdict in group]
         shrink = gap.get("shrink") or {}
-        return Outcome(
-            **own,
+        return replace(
+            truth,
             verdict=verdict,
             also=tuple(gap.get("also", ())),
             probability={str(name): float(p) for name, p in gap.get("probability", {}).items()},
             group=groups[0] if groups else (verdict,),
             shrink=(shrink.get("held_out") or {}).get("fraction"),
             settled=_stable_amplitudes(campaign, shrink.get("stable_amplitude") or (), answer),
-            rigs_named=_named(gap.get("where", ())),
+            rigs_named=_rigs_with_friction(gap.get("where", ())),
         )
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         found = f"{type(error).__name__}: {error}"
         raise InputError(place / GAP, "", found, "a gap.json of scruton diagnose") from error
 
 
-def _named(where: Any) -> tuple[str, ...]:
-    """Rigs with friction: those that the diagnosis gives as the scope of it, else those where the damping departs."""
-    scope = {str(one["rig"]) for one in where if one.get("effect") == "coulomb_friction" and one.get("rig")}
-    found = {str(one["rig"]) for one in where if one["quantity"] == "damping" and one.get("rig")}
-    return tuple(sorted(scope or found))
+def _rigs_with_friction(where: Any) -> tuple[str, ...]:
+    """Those that the diagnosis gives as the scope of it, else those where the damping departs."""
+    rows = [row for row in where if row.get("rig")]
+    scope = {str(row["rig"]) for row in rows if row.get("effect") == "coulomb_friction"}
+    return tuple(sorted(scope or {str(row["rig"]) for row in rows if row["quantity"] == "damping"}))
 
 
-def _stable_amplitudes(campaign: Path, entries: Any, answer: Mapping[str, Any]) -> tuple[StableAmplitude, ...]:
-    if not entries:
+def _stable_amplitudes(campaign: Path, rows: Any, answer: Mapping[str, Any]) -> tuple[StableAmplitude, ...]:
+    if not rows:
         return ()
     tests = tomllib.loads((campaign / "campaign.toml").read_text(encoding="utf-8"))["tests"]
     rig_of = {test["name"]: test["rig"] for test in tests}
-    rigs = {one["name"]: one for one in answer["rigs"]}
-    found = []
-    for one in entries:
-        rig = rigs[rig_of[one["test"]]]
+    rigs = {rig["name"]: rig for rig in answer["rigs"]}
+    amplitudes = []
+    for row in rows:
+        rig = rigs[rig_of[row["test"]]]
         truth, without = float(rig["stable_amplitude"]), float(rig["stable_amplitude_without"])
-        if None not in (one["before"], one["after"]):
-            numbers = (float(one[key]) for key in ("measured", "before", "after"))
-            found.append(StableAmplitude(abs(truth / without - 1.0), truth, *numbers))
-    return tuple(found)
+        if None not in (row["before"], row["after"]):
+            numbers = (float(row[key]) for key in ("measured", "before", "after"))
+            amplitudes.append(StableAmplitude(abs(truth / without - 1.0), truth, *numbers))
+    return tuple(amplitudes)

@@ -5,15 +5,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.calibrate.thresholds import USUAL
 from scruton.campaign.schema import Motion, Section
 from scruton.simulate import Disturbances, Truth
 from scruton.simulate.equation import mean_rate
 
-AMPLITUDES = {Motion.HEAVING: (0.010, 0.15), Motion.TORSIONAL: (np.deg2rad(1.0), np.deg2rad(5.0))}
 _MIDDLE = {Motion.HEAVING: (0.018, 0.09), Motion.TORSIONAL: (np.deg2rad(1.3), np.deg2rad(3.8))}
-RELAXATION = (0.0035, 0.03)  # lambda/omega
-SCRUTON_NUMBERS = (7.0, 110.0)
-Y1 = {Motion.HEAVING: (-60.0, -3.0), Motion.TORSIONAL: (-15.0, -0.5)}
 _SPEED_SPREAD = 0.03  # relative, of the reduced velocity between the rigs' peak tests
 _TRIES = 1000
 
@@ -134,21 +131,17 @@ def _draw(rng: np.random.Generator, rigs: int) -> Body | None:
         )  # fmt: skip
         truth = replace(truth, damping_ratio=float(number / scruton_factor(truth)))
         made.append(RigTruth(truth, truth.damping_ratio))
-    made.sort(key=lambda one: one.scruton_number)
-    body = Body(Section(motion, width, depth), tuple(made))
-    return body if all(_usual(one, motion) for one in made) else None
+    made.sort(key=lambda rig: rig.scruton_number)
+    return Body(Section(motion, width, depth), tuple(made)) if all(map(_usual, made)) else None
 
 
-def _usual(rig: RigTruth, motion: Motion) -> bool:
+def _usual(rig: RigTruth) -> bool:
     amplitude, rate = rig.undisturbed
-    low, high = AMPLITUDES[motion]
-    return (
-        low <= amplitude <= high
-        and RELAXATION[0] <= rate / rig.wind.omega <= RELAXATION[1]
-        and SCRUTON_NUMBERS[0] <= rig.scruton_number <= SCRUTON_NUMBERS[1]
-        and 3e-4 < rig.wind.damping_ratio < 0.03
-        and Y1[motion][0] <= rig.wind.Y1 <= Y1[motion][1]
-    )
+    found = {
+        "amplitude": amplitude, "relaxation": rate / rig.wind.omega, "scruton_number": rig.scruton_number,
+        "damping_ratio": rig.wind.damping_ratio, "Y1": rig.wind.Y1,
+    }  # fmt: skip
+    return all(low <= found[name] <= high for name, (low, high) in USUAL[rig.wind.motion].items())
 
 
 def limit_cycle(truth: Truth, disturbances: Disturbances) -> tuple[float, float]:
@@ -169,8 +162,7 @@ def limit_cycle(truth: Truth, disturbances: Disturbances) -> tuple[float, float]
     grid: FloatArray = usual * np.geomspace(0.05, 4.0, 60)
     rates = mean_rate(truth, disturbances, grid)
     crossings = np.flatnonzero(np.sign(rates[1:]) != np.sign(rates[:-1]))
-    inside = [i for i in crossings if grid[i] > 0.05 * usual]
-    falling = [i for i in inside if rates[i] > 0.0]
+    falling = [i for i in crossings if grid[i] > 0.05 * usual and rates[i] > 0.0]
     if len(falling) != 1:
         return np.nan, np.nan
     i = falling[0]

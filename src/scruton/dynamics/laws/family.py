@@ -63,7 +63,7 @@ def _flow(t: ArrayLike, a0: ArrayLike, a_star: ArrayLike, lam: ArrayLike, n: Arr
 def _flat(outputs: int, *arguments: ArrayLike) -> tuple[list[FloatArray], list[FloatArray]]:
     """Arguments broadcast and in one row, as compiled functions take them, and arrays for what comes out."""
     arrays = np.broadcast_arrays(*(np.asarray(value, dtype=np.float64) for value in arguments))
-    return [value.ravel() for value in arrays], [np.empty(arrays[0].shape) for _ in range(outputs)]
+    return [np.array(value).ravel() for value in arrays], [np.empty(arrays[0].shape) for _ in range(outputs)]
 
 
 def extrapolation_index(scruton_number: ArrayLike, tested: ArrayLike, relaxation: ArrayLike) -> FloatArray:

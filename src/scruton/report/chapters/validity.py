@@ -1,6 +1,6 @@
 """How far the numbers reach, stated plainly."""
 
-from scruton.griffin.bands import X_TRUSTED
+from scruton.griffin.thresholds import X_TRUSTED
 from scruton.report.chapters.gap import gap_sentence
 from scruton.report.chapters.material import Material
 from scruton.report.chapters.posterior import discrepancy

@@ -7,8 +7,9 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.griffin import predictive_draws, shared_curve, single_draws
-from scruton.griffin.bands import X_TRUSTED, GriffinBand, band, griffin_band, griffin_draws, index_draws
+from scruton.griffin.bands import GriffinBand, band, griffin_band, griffin_draws, index_draws
 from scruton.griffin.posterior import draws_of, mass_damping_draws, peak_names, test_names, unit_of
+from scruton.griffin.thresholds import X_TRUSTED
 from scruton.report.figures.style import (
     BLACK,
     GREY,

@@ -45,15 +45,12 @@ def trial_function_fronts(fit: "Fit") -> dict[str, dict[str, "FrontEnd"]]:
                     continue
                 try:
                     mine[record.name] = front_end(
-                        record.time,
-                        record.response,
+                        record,
                         frequency=float(constant["wind_frequency"].sel(test=name)),
                         still_air_frequency=float(constant["frequency"].sel(test=name)),
                         damping_ratio=float(np.median(draws_of(fit.tree, "damping_ratio", name))),
                         mass_damping_factor=float(np.median(mass_damping_draws(fit.tree, name))),
                         trial=form,
-                        is_envelope=record.is_envelope,
-                        name=record.name,
                     )
                 except (InputError, ValueError):  # too short for so many constants
                     continue

@@ -1,10 +1,13 @@
-"""Acceptance limits of the amplitude: rules (f, B, D) -> limit. A further rule is a file and a line here."""
+"""Acceptance limits of the amplitude: rules (f, B, D) -> limit. A further rule is a file, and its name below."""
 
-from scruton.sizing.limits import acceleration, bd_49_01, fixed, jtg_t_3360
+from importlib import import_module
+
 from scruton.sizing.limits.rule import Limit, Rule, parse_limit
 
+_FILES = ("jtg_t_3360", "bd_49_01", "acceleration", "fixed")
+
 RULES: dict[str, Rule] = {
-    rule.name: rule for module in (jtg_t_3360, bd_49_01, acceleration, fixed) for rule in module.RULES
+    rule.name: rule for file in _FILES for rule in import_module(f"scruton.sizing.limits.{file}").RULES
 }
 
 

@@ -24,7 +24,7 @@ def seed_of(seed: int, regime: str, index: int) -> np.random.SeedSequence:
     return np.random.SeedSequence(seed, spawn_key=(list(REGIMES).index(regime), index))
 
 
-def run_one(regime_name: str, index: int, seed: int, base: ModelCard) -> dict[str, Any]:
+def run_campaign(regime_name: str, index: int, seed: int, base: ModelCard) -> dict[str, Any]:
     """Draw a truth, simulate and fit its campaign, and score every quantity.
 
     Returns

@@ -1,0 +1,11 @@
+"""Numbers that decide something in this room: unit, reason, and how each was set.
+
+Where nothing else is said, a value was set by judgement, without a run to show for it.
+"""
+
+# Extrapolation index |x| beyond which a curve counts as extrapolated. From the closed forms: laws of aerodynamic
+# damping agree to 2 % in amplitude for |x| < 0.2, and part beyond 0.3.
+X_TRUSTED = 0.3
+
+# Part of the draws that must have an amplitude for a band to be given.
+ENOUGH_DRAWS = 0.9

@@ -1,0 +1,65 @@
+"""Results as frozen dataclasses: to the content of a JSON document, and back."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import fields, is_dataclass
+from types import UnionType
+from typing import Any, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from scruton.arrays import BoolArray, FloatArray
+
+
+def as_json(value: Any) -> Any:
+    """What a JSON document holds of a result.
+
+    Dataclasses become objects, their fields in order; a field that stands at its default of None is left out.  Arrays
+    and tuples become lists, numpy's numbers Python's, and numbers that are not finite null.
+    """
+    if is_dataclass(value):
+        shown = ((field, getattr(value, field.name)) for field in fields(value))
+        return {field.name: as_json(own) for field, own in shown if own is not None or field.default is not None}
+    if isinstance(value, Mapping):
+        return {str(key): as_json(own) for key, own in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return as_json(value.tolist())
+    if isinstance(value, list | tuple):
+        return [as_json(own) for own in value]
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value
+
+
+def from_json(kind: Any, content: Any) -> Any:
+    """The result of a kind that `as_json` gave this content; a number that is null comes back as NaN.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        If the content is not that of such a result.
+    """
+    origin, parts = get_origin(kind), get_args(kind)
+    if is_dataclass(kind):
+        make: Callable[..., Any] = kind  # type: ignore[assignment]
+        hints, found = get_type_hints(kind), {}
+        for field in fields(kind):
+            if field.default is not None:
+                found[field.name] = from_json(hints[field.name], content[field.name])
+            elif field.name in content:  # it has a value, if only one that JSON cannot say
+                found[field.name] = from_json(_stated(hints[field.name]), content[field.name])
+        return make(**found)
+    if origin in (UnionType, Union):
+        return None if content is None else from_json(_stated(kind), content)
+    if kind in (FloatArray, BoolArray):
+        return np.array(content, dtype=float if kind == FloatArray else bool)
+    if origin is tuple:
+        each = [parts[0]] * len(content) if parts[-1] is Ellipsis else parts
+        return tuple(from_json(part, own) for part, own in zip(each, content, strict=True))
+    if origin is not None and issubclass(origin, Mapping):
+        return {key: from_json(parts[1], own) for key, own in content.items()}
+    return np.nan if kind is float and content is None else content
+
+
+def _stated(kind: Any) -> Any:
+    """A kind without its None."""
+    return next(part for part in get_args(kind) if part is not type(None)) if type(None) in get_args(kind) else kind

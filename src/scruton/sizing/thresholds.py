@@ -1,0 +1,35 @@
+"""Numbers that decide something in this room: unit, reason, and how each was set.
+
+Where nothing else is said, a value was set by judgement, without a run to show for it.
+"""
+
+# Damping ratio. More cannot be added to a bridge: required damping beyond it is "not achievable".
+LARGEST_ADDED = 0.05
+
+# Exponent n. Below it the force of the wind on strips near a node of the mode has no finite sum.
+LEAST_EXPONENT = -2.0
+
+# Of the reduced velocities of the peak tests: how far lock-in reaches beyond them where a mode states no range.
+LOCK_IN_MARGIN = 0.1
+
+# m, 95 % quantile. A longer stroke is remarked on where no largest one is stated.
+LONG_STROKE = 1.0
+
+# Of a mode's largest movement. A damper that moves less is remarked on: its mass grows with the inverse square.
+NEAR_NODE = 0.2
+
+# Of a mode's largest movement. A damper that moves less stands at a node, and is refused.
+AT_NODE = 1e-6
+
+# Factor. A damper may leave so much more risk than asked for, on draws that it was not tuned with: CHECK_DRAWS give a
+# risk of 5 % with a standard error of 2.4 % of it.
+RISK_TOLERANCE = 1.02
+
+# Of the largest stroke, by which a damper of given mass may miss it.
+STROKE_TOLERANCE = 0.01
+
+# Coefficient of variation of a structural damping ratio from free decays or ambient vibration of the finished bridge.
+DAMPING_TEST_COV = 0.15
+
+# Coefficient of variation of a steady amplitude in the tunnel.
+STEADY_COV = 0.01
