@@ -10,6 +10,7 @@ import pytest
 from scruton.calibrate import REGIMES, calibration_text, run_calibration, store
 from scruton.calibrate.campaigns import run_campaign
 from scruton.calibrate.coverage import cells, covered, pooled, uniformity
+from scruton.calibrate.execution import Execution
 from scruton.calibrate.identifiability import Identifiability, identifiability, information
 from scruton.calibrate.quantities import inside, quantities, score
 from scruton.calibrate.records import simulate_campaign
@@ -37,10 +38,10 @@ def card():
 CARD = 'format = 1\nname = "short"\nextends = "default"\n[sampler]\nmin_ess = 100\nmax_rhat = 1.1\n'
 
 
-def tiny(out: Path, **options):
+def tiny(out: Path, campaigns=4, seed=3, **how):
     short = out.parent / "short.toml"
     short.write_text(CARD, encoding="utf-8")
-    return run_calibration(out, **{"regimes": TINY, "campaigns": 4, "seed": 3, "model": str(short), **options})
+    return run_calibration(Execution(out, **how), regimes=TINY, campaigns=campaigns, seed=seed, model=str(short))
 
 
 @pytest.fixture(scope="module")
@@ -293,7 +294,6 @@ def test_campaigns_that_cannot_be_fitted_are_counted(card):
 
 @pytest.mark.slow
 def test_three_regimes_within_four_standard_errors(tmp_path):
-    result = run_calibration(
-        tmp_path / "slow", regimes=("sensor-noise", "torsional-growth-3", "ring-downs"), campaigns=60, seed=11, jobs=2
-    )
+    regimes = ("sensor-noise", "torsional-growth-3", "ring-downs")
+    result = run_calibration(Execution(tmp_path / "slow", jobs=2), regimes=regimes, campaigns=60, seed=11)
     assert result.calibrated, calibration_text(result)

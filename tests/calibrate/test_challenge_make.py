@@ -11,9 +11,10 @@ import pytest
 from scruton.calibrate.challenge.case import simulate_case
 from scruton.calibrate.challenge.make import make_challenge
 from scruton.calibrate.challenge.outside import OPEN
-from scruton.calibrate.challenge.plan import KINDS, SEVERITIES, block, checked, planned
+from scruton.calibrate.challenge.plan import KINDS, SEVERITIES, Plan
 from scruton.calibrate.challenge.scenarios import CATALOGUE, apply
 from scruton.calibrate.challenge.sections import limit_cycle, random_body
+from scruton.calibrate.execution import Execution
 from scruton.campaign import Fluid, Kind, load_campaign
 from scruton.campaign.write import save_campaign
 from scruton.errors import InputError
@@ -234,9 +235,9 @@ def test_one_rig_has_no_still_air():
 
 
 def test_blocks_hold_every_effect_at_every_severity():
-    wanted = checked(None, SEVERITIES, "full")
-    size = len(block(wanted, SEVERITIES))
-    drawn = [planned(3, k, wanted, SEVERITIES, "full") for k in range(1, 2 * size + 1)]
+    plan = Plan(3)
+    size = len(plan.block())
+    drawn = [plan.case(k) for k in range(1, 2 * size + 1)]
     count = Counter(drawn)
     assert count[((), 0.0)] == 16
     for name in EFFECTS:
@@ -246,14 +247,13 @@ def test_blocks_hold_every_effect_at_every_severity():
     assert len(two) == 12
     assert all(s >= 0.2 and set(names) <= set(CATALOGUE) for names, s in two)
     assert drawn[:size] != drawn[size:]
-    assert "reduced_velocity_drift" not in checked(None, SEVERITIES, "one-rig")
-    assert set(wanted) == set(KINDS)
+    assert "reduced_velocity_drift" not in Plan(3, design="one-rig").kinds
+    assert set(plan.kinds) == set(KINDS)
 
 
-def challenge(out, **more):
-    return make_challenge(
-        out, **({"cases": 3, "seed": 12, "effects": ("none", "sensor_gain_error"), "severities": (0.4,)} | more)
-    )
+def challenge(out, cases=3, jobs=1, force=False, resume=False, **more):
+    plan = Plan(**({"seed": 12, "effects": ("none", "sensor_gain_error"), "severities": (0.4,)} | more))
+    return make_challenge(Execution(out, jobs, force, resume), plan, cases)
 
 
 def bytes_of(out):
@@ -270,7 +270,7 @@ def test_a_challenge_loads_and_its_answers_are_sealed(tmp_path):
     answers = json.loads(sealed)
     for index, name in enumerate(table["cases"], start=1):
         loaded = load_campaign(out / name)
-        effects, severity = planned(12, index, table["settings"]["effects"], (0.4,), "full")
+        effects, severity = Plan(12, table["settings"]["effects"], (0.4,)).case(index)
         want, answer = simulate_case(12, index, effects, severity)
         assert answers[name] == json.loads(json.dumps(answer))
         for got, made in zip(records(loaded), records(want), strict=True):

@@ -12,9 +12,11 @@ from scruton.calibrate.challenge.baselines import BASELINES
 from scruton.calibrate.challenge.figures import calibration, confusion, figures
 from scruton.calibrate.challenge.make import make_challenge
 from scruton.calibrate.challenge.outcomes import Outcome, read_outcomes
+from scruton.calibrate.challenge.plan import Plan
 from scruton.calibrate.challenge.rates import median_interval, reliability, wilson
 from scruton.calibrate.challenge.run import run_challenge
 from scruton.calibrate.challenge.score import score_challenge, score_markdown, score_text
+from scruton.calibrate.execution import Execution
 from scruton.errors import InputError
 
 FRICTION, MEMORY, GAIN = "coulomb_friction", "fluid_memory", "sensor_gain_error"
@@ -318,59 +320,59 @@ def empty(folder, cases=3):
 
 def test_a_case_that_fails_stops_nothing_and_resume_keeps_what_is_done(tmp_path):
     folder, out, told = empty(tmp_path / "made"), tmp_path / "out", []
-    run = run_challenge(folder, out, diagnose=said, progress=lambda *what: told.append(what))
+    run = run_challenge(folder, Execution(out, progress=lambda *what: told.append(what)), said)
     assert told == [("run", 1 / 3), ("run", 2 / 3), ("run", 1.0)]
     assert dict(run.failed) == {"case-0002": "ValueError: a record of nothing"}
     assert json.loads((out / "case-0001" / "gap.json").read_text())["verdict"] == "none"
     assert json.loads((out / "case-0002" / "case.json").read_text())["error"] == "ValueError: a record of nothing"
     assert not (out / "case-0002" / "gap.json").exists()
     with pytest.raises(InputError, match=r"results of an earlier run .*; wanted an empty folder, --resume"):
-        run_challenge(folder, out, diagnose=said)
+        run_challenge(folder, Execution(out), said)
     (out / "case-0003" / "gap.json").unlink()
     empty(folder, cases=4)
-    run_challenge(folder, out, diagnose=said, resume=True)
+    run_challenge(folder, Execution(out, resume=True), said)
     ran = {path.name: path.read_text() for path in tmp_path.glob("ran-*")}
     assert ran == {"ran-case-0001": "x", "ran-case-0003": "xx", "ran-case-0004": "x"}
-    run_challenge(folder, out, diagnose=said, force=True)
+    run_challenge(folder, Execution(out, force=True), said)
     assert (tmp_path / "ran-case-0001").read_text() == "xx"
 
 
 def test_another_diagnosis_does_not_go_on_with_a_run(tmp_path):
     folder, out = empty(tmp_path / "made"), tmp_path / "out"
-    run_challenge(folder, out, diagnose=said)
+    run_challenge(folder, Execution(out), said)
     with pytest.raises(InputError, match=r"a run with other diagnosis \(.*said.*, now .*dies.*\)"):
-        run_challenge(folder, out, diagnose=dies, resume=True)
+        run_challenge(folder, Execution(out, resume=True), dies)
 
 
 def test_a_process_that_dies_costs_its_own_case_alone(tmp_path):
     folder = empty(tmp_path / "made")
-    run = run_challenge(folder, tmp_path / "out", jobs=2, diagnose=dies)
+    run = run_challenge(folder, Execution(tmp_path / "out", jobs=2), dies)
     assert dict(run.failed) == {"case-0002": "the process died"}
     assert (tmp_path / "out" / "case-0003" / "gap.json").exists()
 
 
 def test_folders_that_hold_no_challenge_are_refused(tmp_path):
     with pytest.raises(InputError, match="no folder; wanted a folder made by scruton challenge make"):
-        run_challenge(tmp_path / "nowhere", tmp_path / "out")
+        run_challenge(tmp_path / "nowhere", Execution(tmp_path / "out"))
     with pytest.raises(InputError, match="at least 1"):
-        run_challenge(empty(tmp_path / "made"), tmp_path / "out", jobs=0)
+        run_challenge(empty(tmp_path / "made"), Execution(tmp_path / "out", jobs=0))
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="a file; wanted the path of a folder"):
-        run_challenge(tmp_path / "made", tmp_path / "file", diagnose=said)
+        run_challenge(tmp_path / "made", Execution(tmp_path / "file"), said)
 
 
 @pytest.fixture(scope="module")
 def small(tmp_path_factory):
     """One campaign with strong drag or displacement damping."""
     folder = tmp_path_factory.mktemp("small")
-    kinds = ["structural_damping_nonlinearity"]
-    return make_challenge(folder, cases=1, seed=3, effects=kinds, severities=(0.4,), noise=(0.0, 0.005))
+    plan = Plan(3, ["structural_damping_nonlinearity"], (0.4,), noise=(0.0, 0.005))
+    return make_challenge(Execution(folder), plan, 1)
 
 
 @pytest.mark.parametrize("name", ["bic", "sparse", "chi-square"])
 def test_the_baselines_see_what_is_strong_and_run_as_a_diagnosis_does(small, tmp_path, name):
     expected = "unknown" if name == "chi-square" else "structural_damping_nonlinearity"
-    run = run_challenge(small, tmp_path, diagnose=BASELINES[name])
+    run = run_challenge(small, Execution(tmp_path), BASELINES[name])
     assert not run.failed
     found = json.loads((Path(tmp_path) / "case-0001" / "gap.json").read_text())
     assert found["verdict"] == expected

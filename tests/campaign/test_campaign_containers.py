@@ -3,6 +3,7 @@
 import io
 import struct
 import sys
+from pathlib import Path
 from typing import Any
 
 import h5py
@@ -10,7 +11,9 @@ import numpy as np
 import pytest
 from campaign_room import DEPTH, DISPLACEMENT, HEAVING, TIME, Room, record
 from scipy.io import savemat
+from scipy.sparse import csc_matrix
 
+from scruton.campaign import files, readers
 from scruton.errors import InputError
 
 OVER_D = DISPLACEMENT / DEPTH
@@ -304,8 +307,6 @@ def test_damaged_containers(room: Room, file: str) -> None:
 
 @pytest.mark.parametrize("version", MATLAB_FILES)
 def test_one_file_with_many_records_is_opened_once(room: Room, version: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    import scruton.campaign.files as files
-
     opened: list[str] = []
     plain = files.open_container
     monkeypatch.setattr(files, "open_container", lambda *given: opened.append("once") or plain(*given))
@@ -337,3 +338,33 @@ def test_no_flipped_bytes_break_a_reader(room: Room, file: str) -> None:
         room.load(HEAVING + record(file, variables("y"), *ALONE), {file: bytes(data)}, problems)
         refused += len(problems)
     assert refused > 0
+
+
+@pytest.mark.parametrize("fault", [KeyError("y"), ZeroDivisionError(), RecursionError("deep"), MemoryError()])
+@pytest.mark.parametrize("moment", ["open", "read"])
+def test_whatever_a_new_reader_raises_is_said_as_an_input_error(
+    room: Room, fault: Exception, moment: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A reader is a function and a line in `READERS`; it need not catch anything."""
+
+    class New(readers.Container):
+        def column(self, name: str) -> readers.Column:
+            raise fault
+
+    def open_new(data: bytes, path: Path) -> readers.Container:
+        if moment == "open":
+            raise fault
+        return New(path, ("y",))
+
+    monkeypatch.setitem(readers.READERS, ".new", (open_new, "a new file"))
+    wanted = "a new file" if moment == "open" else "a whole file"
+    found = "takes more memory" if isinstance(fault, MemoryError) else "cannot be read"
+    with pytest.raises(InputError, match=rf"r\.new: found a file that {found}.*wanted {wanted}"):
+        room.record("r.new", b"anything", variables("y"), *ALONE)
+
+
+def test_a_sparse_matrix_is_refused_without_a_warning(room: Room, recwarn: pytest.WarningsRecorder) -> None:
+    content = mat5(y=csc_matrix(np.eye(3)))
+    with pytest.raises(InputError, match="a sparse matrix"):
+        room.record("r.mat", content, variables("y"), *ALONE)
+    assert [str(one.message) for one in recwarn] == []

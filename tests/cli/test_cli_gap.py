@@ -6,6 +6,8 @@ import pytest
 
 from scruton import load_diagnosis
 from scruton.calibrate.challenge.make import make_challenge
+from scruton.calibrate.challenge.plan import Plan
+from scruton.calibrate.execution import Execution
 from scruton.cli import main
 from scruton.errors import InputError
 from tests.app.test_app_run import BLOCK
@@ -23,7 +25,7 @@ max_steps = 400
 @pytest.fixture(scope="module")
 def challenge(tmp_path_factory):
     folder = tmp_path_factory.mktemp("challenge")
-    make_challenge(folder, cases=1, seed=3, effects=["aerodynamic_damping_nonlinearity"], severities=(0.4,), force=True)
+    make_challenge(Execution(folder, force=True), Plan(3, ["aerodynamic_damping_nonlinearity"], (0.4,)), cases=1)
     return folder
 
 

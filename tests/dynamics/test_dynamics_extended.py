@@ -178,3 +178,11 @@ def test_saturated_reading_is_the_describing_function(level, soft):
     assert ratio * 0.1 == pytest.approx(third, abs=1e-5)
     up, down = (saturated_reading(0.1 * f, level, soft)[0] for f in (1.0001, 0.9999))
     assert slope == pytest.approx((up - down) / 2e-5, abs=2e-3)
+
+
+def test_kept_cycles_come_with_all_knots():
+    """Also where there are as many cycles as knots."""
+    data = channels(np.full(HATS, A_STAR), 1e-4)
+    kept = data.keep(np.arange(HATS) < 3)
+    assert kept.size == kept.phase.size == 3
+    np.testing.assert_array_equal(kept.knots, data.knots)

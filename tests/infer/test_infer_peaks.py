@@ -21,9 +21,8 @@ from scruton.infer.peaks import (
     stack,
 )
 from scruton.infer.sampling import Sampling
-from scruton.stats.evidence import posterior_weights
 from scruton.stats.settings import SamplerSettings
-from scruton.stats.stacking import stacking_weights
+from scruton.stats.stacking import posterior_weights, stacking_weights
 
 LAWS = (-1.0, 0.0, 2.0)
 PRIOR = (0.5, 0.3, 0.2)

@@ -17,7 +17,6 @@ from scruton.stats.evidence import (
     evidence_by_importance,
     log_evidence,
     log_prior_mass,
-    posterior_weights,
     widened,
 )
 from scruton.stats.optimum import find_optimum
@@ -25,7 +24,7 @@ from scruton.stats.posterior import Posterior
 from scruton.stats.priors import Prior
 from scruton.stats.sampler import Samples, sample
 from scruton.stats.settings import SamplerSettings
-from scruton.stats.stacking import stacking_weights
+from scruton.stats.stacking import posterior_weights, stacking_weights
 from scruton.stats.student_t import StudentT, fit_student_t
 
 SEEDS = 40

@@ -1,12 +1,16 @@
 """`scruton calibrate`, and `scruton challenge` with its steps: the verbs that check the program itself."""
 
 from argparse import Namespace
+from typing import TYPE_CHECKING
 
 from scruton.app.options import check_numbers
 from scruton.app.run import Outcome
 from scruton.errors import InputError
 from scruton.progress import Bar
 from scruton.terminal import DONE, NOT_TRUSTED
+
+if TYPE_CHECKING:
+    from scruton.calibrate.execution import Execution
 
 
 def run(arguments: Namespace) -> Outcome:
@@ -17,8 +21,8 @@ def run(arguments: Namespace) -> Outcome:
         raise InputError("command line", "--campaigns", str(arguments.campaigns), "a whole number, one or more")
     with Bar(arguments.quiet) as bar:
         result = run_calibration(
-            arguments.out, regimes=names(arguments.regimes), campaigns=arguments.campaigns, seed=arguments.seed,
-            jobs=arguments.jobs, force=arguments.force, resume=arguments.resume, progress=bar, model=arguments.model,
+            execution(arguments, bar), regimes=names(arguments.regimes), campaigns=arguments.campaigns,
+            seed=arguments.seed, model=arguments.model,
         )  # fmt: skip
     code = DONE if result.calibrated else NOT_TRUSTED
     return Outcome(calibration_text(result), [arguments.out / "calibration.json"], code=code)
@@ -27,15 +31,13 @@ def run(arguments: Namespace) -> Outcome:
 def challenge_make(arguments: Namespace) -> Outcome:
     """Write campaigns with a hidden effect and seal the answers."""
     from scruton.calibrate.challenge.make import make_challenge
+    from scruton.calibrate.challenge.plan import Plan
 
     low, high = check_numbers("--turbulence", arguments.turbulence, 2)
     severities = check_numbers("--severities", arguments.severities)
+    plan = Plan(arguments.seed, names(arguments.effects), severities, arguments.design, (low, high))
     with Bar(arguments.quiet) as bar:
-        folder = make_challenge(
-            arguments.out, cases=arguments.cases, seed=arguments.seed, effects=names(arguments.effects),
-            severities=severities, design=arguments.design, turbulence=(low, high), jobs=arguments.jobs,
-            force=arguments.force, resume=arguments.resume, progress=bar,
-        )  # fmt: skip
+        folder = make_challenge(execution(arguments, bar), plan, arguments.cases)
     return Outcome(lines=[f"challenge: {folder}"])
 
 
@@ -44,10 +46,7 @@ def challenge_run(arguments: Namespace) -> Outcome:
     from scruton.calibrate.challenge.run import run_challenge
 
     with Bar(arguments.quiet) as bar:
-        run_challenge(
-            arguments.folder, arguments.out, jobs=arguments.jobs, force=arguments.force, resume=arguments.resume,
-            progress=bar,
-        )  # fmt: skip
+        run_challenge(arguments.folder, execution(arguments, bar))
     return Outcome(lines=[f"results: {arguments.out}"])
 
 
@@ -56,17 +55,25 @@ def challenge_score(arguments: Namespace) -> Outcome:
     from scruton.calibrate.challenge.baselines import BASELINES
     from scruton.calibrate.challenge.run import run_challenge
     from scruton.calibrate.challenge.score import score_challenge, score_markdown, score_text
+    from scruton.calibrate.execution import Execution
 
     folder, results = arguments.folder, arguments.results
     out = arguments.out if arguments.out is not None else results / "score"
     others = {name: results / "baselines" / name for name in BASELINES} if arguments.baselines else {}
     with Bar(arguments.quiet) as bar:
         for name, place in others.items():
-            run_challenge(folder, place, jobs=arguments.jobs, resume=True, progress=bar, diagnose=BASELINES[name])
+            run_challenge(folder, Execution(place, arguments.jobs, resume=True, progress=bar), BASELINES[name])
     score = score_challenge(folder, results, None, out, baselines=others, force=arguments.force)
     if arguments.markdown is not None:
         arguments.markdown.write_text(score_markdown(score, arguments.pictures), encoding="utf-8")
     return Outcome(score_text(score), [out / "challenge-score.json"])
+
+
+def execution(arguments: Namespace, bar: Bar) -> "Execution":
+    """Where the results go and how, as the command line says."""
+    from scruton.calibrate.execution import Execution
+
+    return Execution(arguments.out, arguments.jobs, arguments.force, arguments.resume, bar)
 
 
 def names(listed: str | None) -> list[str] | None:

@@ -75,7 +75,8 @@ def read_bridge(
     from dataclasses import replace
 
     from scruton.griffin.posterior import chosen_rig, motion_of
-    from scruton.sizing.bridge import DAMPING, DAMPING_COV, load_bridge, stand_in
+    from scruton.sizing.bridge import DAMPING, load_bridge, stand_in
+    from scruton.sizing.thresholds import DAMPING_COV
 
     motion = motion_of(tree)
     design = None

@@ -1,8 +1,9 @@
 """Simulation-based calibration and coverage: whether a credible band deserves its name, on data from elsewhere."""
 
+from scruton.calibrate.execution import Execution
 from scruton.calibrate.regimes import REGIMES, Regime
 from scruton.calibrate.result import CalibrationResult
 from scruton.calibrate.run import run_calibration
 from scruton.calibrate.tables import calibration_text
 
-__all__ = ["REGIMES", "CalibrationResult", "Regime", "calibration_text", "run_calibration"]
+__all__ = ["REGIMES", "CalibrationResult", "Execution", "Regime", "calibration_text", "run_calibration"]

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from scruton.calibrate.execution import Execution
 from scruton.documents import write_bytes, write_text
 from scruton.errors import InputError
 from scruton.workspace import Workspace
@@ -12,13 +13,10 @@ from scruton.workspace import Workspace
 SETTINGS, LINES = "settings.json", "campaigns"
 
 
-def workspace(folder: Path, settings: Mapping[str, Any], *, force: bool, resume: bool) -> Workspace:
-    """The folder of a calibration, to be entered: what every campaign's numbers depend on is in `settings`."""
+def claim(how: Execution, settings: Mapping[str, Any]) -> Workspace:
+    """Claim the folder of a calibration: what every campaign's numbers depend on is in `settings`."""
     flat = {key: value for key, value in settings.items() if key != "versions"} | settings["versions"]
-    results = (SETTINGS, LINES)
-    return Workspace(
-        folder, "calibrate", inputs={}, settings=flat, results=results, force=force, resume=resume, grows=True
-    )
+    return how.claim("calibrate", inputs={}, settings=flat, results=(SETTINGS, LINES))
 
 
 def begin(work: Workspace, settings: Mapping[str, Any]) -> None:

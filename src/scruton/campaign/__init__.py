@@ -5,17 +5,7 @@
 
 from scruton.campaign.load import load_campaign
 from scruton.campaign.quantity import Quantity
-from scruton.campaign.schema import (
-    Campaign,
-    Fluid,
-    Kind,
-    Motion,
-    Record,
-    Rig,
-    Section,
-    Sweep,
-    Test,
-)
+from scruton.campaign.schema import Campaign, Fluid, Kind, Motion, Record, Rig, Section, Sweep, Test
 from scruton.campaign.select import peak_tests, tests_named, tests_used
 from scruton.campaign.units import parse_quantity
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from scruton.campaign.files import Files
 from scruton.campaign.readers import Column, Container, CsvDialect, is_delimited, read_columns
 from scruton.campaign.spelling import folded, show
-from scruton.campaign.toml import Field, Table, whole
+from scruton.campaign.toml import Field, Table, valid, whole
 from scruton.errors import InputError
 
 TEXT_KEYS = ("columns", "skip_rows", "delimiter", "decimal", "encoding")
@@ -138,21 +138,6 @@ def _dialect(table: Table) -> CsvDialect:
     return dialect
 
 
-def _delimiter(table: Table, key: str) -> str:
-    sign = table.text(key, _DELIMITERS, blank=True)
-    if len(sign) != 1 or sign in '"\n\r':
-        raise table.refusal(key, _DELIMITERS)
-    return sign
-
-
-def _decimal(table: Table, key: str) -> str:
-    wanted = '"." or ","'
-    sign = table.text(key, wanted)
-    if sign not in (".", ","):
-        raise table.refusal(key, wanted)
-    return sign
-
-
 def _encoding(table: Table, key: str) -> str:
     name = table.text(key, 'the name of an encoding, such as "utf-8" or "gbk"')
     try:
@@ -164,7 +149,7 @@ def _encoding(table: Table, key: str) -> str:
 
 _DIALECT = {
     "skip_rows": whole(0, math.inf, 0, wanted="how many lines stand before the header, such as skip_rows = 3"),
-    "delimiter": Field(_delimiter, ""),
-    "decimal": Field(_decimal, "."),
+    "delimiter": valid(lambda sign: isinstance(sign, str) and len(sign) == 1 and sign not in '"\n\r', _DELIMITERS, ""),
+    "decimal": valid(lambda sign: sign in (".", ","), '"." or ","', "."),
     "encoding": Field(_encoding, "utf-8"),
 }

@@ -209,12 +209,10 @@ def _test(table: Table, rigs: dict[str, Rig], reading: _Reading) -> Test:
     values = table.read(_TEST)
     rig, section = _rig_of(table, rigs), reading.section
     if rig.mass is None:
-        what, example = (
-            ("a mass", 'mass = "7.089 kg/m"')
-            if section.motion is Motion.HEAVING
-            else ("an inertia", 'inertia = "0.183 kg*m^2/m"')
-        )
-        wanted = f'a rig with {what}, such as {example} in rig "{rig.name}"'
+        what = 'a mass, such as mass = "7.089 kg/m"'
+        if section.motion is Motion.TORSIONAL:
+            what = 'an inertia, such as inertia = "0.183 kg*m^2/m"'
+        wanted = f'a rig with {what} in rig "{rig.name}"'
         raise table.error("rig", f'"{rig.name}", which has no mass', wanted)
     stable = None
     if "stable_amplitude" in table:

@@ -223,74 +223,67 @@ def stated(
     dimension: Dimension, default: Any = _REQUIRED, *, good: Callable[[float], bool] | None = None, wanted: str = ""
 ) -> Field:
     """Declare a quantity that may carry a standard deviation; `good` says which means are, `wanted` what is."""
-
-    def read(table: Table, key: str) -> Quantity:
-        value = table.quantity(key, dimension)
-        _check(table, key, value.mean, good, wanted)
-        return value
-
-    return Field(read, default)
+    return _measured(Table.quantity, dimension, default, good, wanted)
 
 
 def number(
     dimension: Dimension, default: Any = _REQUIRED, *, good: Callable[[float], bool] | None = None, wanted: str = ""
 ) -> Field:
     """Declare a quantity without a standard deviation, in SI; `good` says which values are, `wanted` what is."""
+    return _measured(Table.number, dimension, default, good, wanted)
 
-    def read(table: Table, key: str) -> float:
-        value = table.number(key, dimension)
-        _check(table, key, value, good, wanted)
+
+def _measured(
+    reader: Callable[[Table, str, Dimension], Any],
+    dimension: Dimension,
+    default: Any,
+    good: Callable[[float], bool] | None,
+    wanted: str,
+) -> Field:
+    def read(table: Table, key: str) -> Any:
+        value = reader(table, key, dimension)
+        size = value.mean if isinstance(value, Quantity) else value
+        if good is not None and not good(size):
+            raise table.error(key, f"{size:g}", wanted)
         return value
 
     return Field(read, default)
 
 
-def _check(table: Table, key: str, value: float, good: Callable[[float], bool] | None, wanted: str) -> None:
-    if good is not None and not good(value):
-        raise table.error(key, f"{value:g}", wanted)
+def valid(
+    good: Callable[[Any], bool], wanted: str, default: Any = _REQUIRED, then: Callable[[Any], Any] | None = None
+) -> Field:
+    """Declare a value of any type that passes a test, None being one that is left out; `then` converts it."""
+
+    def read(table: Table, key: str) -> Any:
+        if not good(table.values.get(key)):
+            raise table.refusal(key, wanted)
+        value = table.values.get(key)
+        return then(value) if then is not None else value
+
+    return Field(read, default)
 
 
 def bare(low: float = -math.inf, high: float = math.inf, default: Any = _REQUIRED, wanted: str = "") -> Field:
     """Declare a bare number between two bounds, both included."""
     wanted = wanted or f"a number from {low:g} to {high:g}"
-
-    def read(table: Table, key: str) -> float:
-        value = table.values.get(key)
-        if not is_number(value) or not low <= value <= high:
-            raise table.refusal(key, wanted)
-        return float(value)
-
-    return Field(read, default)
+    return valid(lambda value: is_number(value) and low <= value <= high, wanted, default, float)
 
 
 def whole(low: int, high: float, default: Any = _REQUIRED, wanted: str = "") -> Field:
     """Declare a whole number between two bounds, both included."""
     wanted = wanted or f"a whole number from {low} to {high}"
-
-    def read(table: Table, key: str) -> int:
-        value = table.values.get(key)
-        if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
-            raise table.refusal(key, wanted)
-        return value
-
-    return Field(read, default)
+    return valid(lambda value: is_number(value) and isinstance(value, int) and low <= value <= high, wanted, default)
 
 
 def flag(default: Any = _REQUIRED) -> Field:
     """Declare true or false."""
-
-    def read(table: Table, key: str) -> bool:
-        value = table.values.get(key)
-        if not isinstance(value, bool):
-            raise table.refusal(key, "true or false")
-        return value
-
-    return Field(read, default)
+    return valid(lambda value: isinstance(value, bool), "true or false", default)
 
 
 def anything() -> Field:
     """Declare a value that its owner reads; None where it is left out."""
-    return Field(lambda table, key: table.values[key], None)
+    return valid(lambda value: True, "")
 
 
 def is_number(value: object) -> TypeGuard[int | float]:

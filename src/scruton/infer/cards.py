@@ -9,7 +9,7 @@ from typing import Any
 
 from scruton.campaign.schema import Motion
 from scruton.campaign.spelling import did_you_mean, show
-from scruton.campaign.toml import Field, Table, Wording, anything, bare, is_number, read_toml, toml_text
+from scruton.campaign.toml import Field, Table, Wording, anything, bare, is_number, read_toml, toml_text, valid
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
 from scruton.errors import InputError
 from scruton.stats.priors import FAMILIES, Prior
@@ -187,17 +187,6 @@ def _merge(base: dict[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
 _WORDING = Wording(repr, "an unknown key", did_you_mean)
 
 
-def _exactly(value: object, wanted: str) -> Field:
-    """Declare a value that can be but one."""
-
-    def read(table: Table, key: str) -> object:
-        if table.values.get(key) != value:
-            raise table.refusal(key, wanted)
-        return value
-
-    return Field(read)
-
-
 def _text(default: str) -> Field:
     def read(table: Table, key: str) -> str:
         if not isinstance(table.values[key], str):
@@ -207,21 +196,19 @@ def _text(default: str) -> Field:
     return Field(read, default)
 
 
-def _averaging(table: Table, key: str) -> str:
-    if table.values[key] not in AVERAGING:
-        raise table.refusal(key, f"one of: {', '.join(AVERAGING)}")
-    return str(table.values[key])
-
-
-_SECTIONS = ("format", "name", "title", "law", "priors", "likelihood", "structural_damping", "sampler", "effects",
-             "diagnosis")  # fmt: skip
+_SECTIONS = (
+    "format", "name", "title", "law", "priors", "likelihood", "structural_damping", "sampler", "effects", "diagnosis"
+)  # fmt: skip
 _LAW = {
     "n": anything(),
     "prior_weights": anything(),
-    "averaging": Field(_averaging, AVERAGING[0]),
+    "averaging": valid(lambda name: name in AVERAGING, f"one of: {', '.join(AVERAGING)}", AVERAGING[0]),
     "reason": anything(),
 }
-_LIKELIHOOD = {"kind": _exactly("state-space", 'kind = "state-space"'), "initial_amplitude_sd": bare(low=1e-6)}
+_LIKELIHOOD = {
+    "kind": valid(lambda kind: kind == "state-space", 'kind = "state-space"'),
+    "initial_amplitude_sd": bare(low=1e-6),
+}
 _DAMPING = {"relative_sd": bare(1e-6, 2.0), "reason": anything()}
 _EFFECTS = {"prior_none": bare(0.01, 0.99, 0.5), "weights": anything(), "reason": anything()}
 _WEIGHTS = {name: bare(0.0, 1e6, None) for name in (*CATALOGUE, UNKNOWN.name)}
@@ -243,7 +230,7 @@ _SMALLEST = {"ensembles": 2, "walkers": 14, "draws": 8, "max_steps": 100}
 
 def _card(top: Table, text: str) -> ModelCard:
     top.check_keys(_SECTIONS)
-    _exactly(1, "format = 1").read(top, "format")
+    valid(lambda version: version == 1, "format = 1").read(top, "format")
     likelihood = _section(top, "likelihood").read(_LIKELIHOOD)
     damping = _section(top, "structural_damping")
     relative_sd = damping.read(_DAMPING)["relative_sd"]

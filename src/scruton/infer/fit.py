@@ -5,6 +5,7 @@ so that leaving one test out changes no number of another.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -37,14 +38,9 @@ from scruton.progress import Progress
 from scruton.stats.priors import Prior, check_support
 
 TRANSIENTS = (Kind.GROWTH, Kind.DECAY)
-TRIAL_PRIORS = (
-    "trial_amplitude",
-    "trial_slow_rate",
-    "trial_rate_gap",
-    "trial_residual",
-    "trial_residual_rate",
-    "noise_factor",
-)
+# Parameters of a trial function, and the priors of the card that they have.
+TRIAL_PRIORS = {"a": "trial_amplitude", "c": "trial_amplitude", "b": "trial_slow_rate", "rate_gap": "trial_rate_gap"}
+TRIAL_PRIORS |= {name: name for name in ("trial_residual", "trial_residual_rate", "noise_factor")}
 envelope = record_cycles  # what a fit calls it
 
 
@@ -164,8 +160,7 @@ def assemble(
 def stated_damping(rig: Rig, card: ModelCard, campaign: Campaign) -> Prior:
     """Prior of xi_s: what the laboratory states, with the card's relative uncertainty where it states none."""
     if rig.damping_ratio is None:
-        one = card.prior("structural_damping", campaign.section.motion)
-        return Prior("damping_ratio", one.family, one.first, one.second, one.unit, one.reason)
+        return replace(card.prior("structural_damping", campaign.section.motion), name="damping_ratio")
     stated: Quantity = rig.damping_ratio
     sd = card.damping_relative_sd * stated.mean if stated.sd is None else stated.sd
     log_sd = float(np.sqrt(np.log1p((max(sd, 1e-6 * stated.mean) / stated.mean) ** 2)))
@@ -220,9 +215,9 @@ def fit_test(
     priors = (*(card.prior(one, motion) for one in names), damping)
     verdicts = [judge_lock_in(r, cycles[r.name], priors, omega0, sampling) for r in test.records if is_steady(r)]
     # Lock-in that fluctuates as broad-band turbulence makes it counts like a transient; of other lock-in, the mean.
-    told = {r.name: cycles[r.name] for r in test.records if r.kind in TRANSIENTS}
-    told |= {one.record: one.cycles for one in verdicts if one.usable}
-    data = EnvelopeData.join(told)
+    informative = {r.name: cycles[r.name] for r in test.records if r.kind in TRANSIENTS}
+    informative |= {one.record: one.cycles for one in verdicts if one.usable}
+    data = EnvelopeData.join(informative)
     steady = [steady_amplitude(cycles[one.record]) for one in verdicts if not one.usable]
     posterior = WindPosterior(
         priors + ((card.exponent,) if card.exponent else ()),
@@ -276,16 +271,17 @@ def fit_trial(
     data = EnvelopeData.join({record.name: cycles})
     start = SecondOrderExponential().fit(data.time, data.amplitude)
     assert isinstance(start, ExponentialFit)
-    amplitude, slow, gap, residual, rate, noise = (card.prior(name, motion) for name in TRIAL_PRIORS)
-    named = tuple(
-        Prior(name, one.family, one.first, one.second, one.unit, one.reason)
-        for name, one in (("a", amplitude), ("c", amplitude), ("b", slow), ("rate_gap", gap))
-    )
+    priors = tuple(replace(card.prior(of, motion), name=name) for name, of in TRIAL_PRIORS.items())
     posterior = TrialPosterior(
-        (*named, residual, rate, noise), data, 2 * np.pi * cycles.reference_frequency,
+        priors, data, 2 * np.pi * cycles.reference_frequency,
         float(data.amplitude.max()), (start.a, start.b, start.c, start.d),
     )  # fmt: skip
     where = f"trial function of {record.name}"
-    admit(card, where, named[:2], [start.a / posterior.scale, start.c / posterior.scale])
+    admit(
+        card,
+        where,
+        [posterior.prior("a"), posterior.prior("c")],
+        [start.a / posterior.scale, start.c / posterior.scale],
+    )
     samples = sampling.run(where, posterior, data.amplitude, data.standard_error, data.time)
     return TrialResult(record, result.test, posterior, samples)

@@ -134,10 +134,6 @@ class CampaignPosterior(Posterior):
         return tuple(found)
 
     @cached_property
-    def _normals(self) -> tuple[FloatArray, FloatArray]:
-        return np.array([one.location for one in self.priors]), np.array([one.scale for one in self.priors])
-
-    @cached_property
     def own_coordinates(self) -> tuple[Coordinates, ...]:
         """Where the parameters of every test stand, by the names of `PeakTest.parameters`."""
         places: list[Coordinates] = []
@@ -227,12 +223,7 @@ class CampaignPosterior(Posterior):
         return self._prior_terms(u, self.settings(u))
 
     def _prior_terms(self, u: FloatArray, s: Settings) -> FloatArray:
-        if all(not one.family.endswith("uniform") for one in self.priors):
-            location, scale = self._normals
-            z = (u - location) / scale
-            terms = -0.5 * (z * z + _LOG_2PI) - np.log(scale)
-        else:
-            terms = np.stack([one.log_density(u[:, i]) for i, one in enumerate(self.priors)], axis=1)
+        terms = super().log_prior_terms(u)
         amplitude, strength, own = self._deviations(u, s)
         log = self.named(u)
         for j, (one, term) in enumerate(self._each(terms)):

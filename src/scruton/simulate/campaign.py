@@ -25,7 +25,7 @@ from scruton.campaign.readers import is_delimited
 from scruton.campaign.schema import Section
 from scruton.campaign.spelling import show
 from scruton.campaign.thresholds import MIN_SAMPLES
-from scruton.campaign.toml import Field, Table, Wording, is_number, read_toml
+from scruton.campaign.toml import Field, Table, Wording, is_number, read_toml, valid
 from scruton.campaign.write import write_record, write_toml
 from scruton.errors import InputError
 from scruton.simulate.disturbances import Disturbances
@@ -136,23 +136,12 @@ def _number(default: float | None = None, low: float = 0.0) -> Field:
     return Field(read)
 
 
-def _force(table: Table, key: str) -> str:
-    if not isinstance(table.values[key], str) or table.values[key] not in FORCES:
-        raise table.refusal(key, f"one of: {', '.join(FORCES)}")
-    return str(table.values[key])
-
-
 def _value_like(example: Any) -> Field:
     """Declare a field of `Disturbances`: a number, the name of a form, true or false."""
     if isinstance(example, float):
         return _number(low=-LARGEST)
 
-    def read(table: Table, key: str) -> Any:
-        if not isinstance(table.values[key], type(example)):
-            raise table.refusal(key, f"a value such as {example!r}")
-        return table.values[key]
-
-    return Field(read)
+    return valid(lambda value: isinstance(value, type(example)), f"a value such as {example!r}")
 
 
 _SIMULATION = {
@@ -167,7 +156,7 @@ _TRUTH = {
     "Y1": _number(low=-LARGEST),
     "epsilon": _number(low=-LARGEST),
     "Y2": _number(0.0, low=-LARGEST),
-    "force": Field(_force, "paper"),
+    "force": valid(lambda force: isinstance(force, str) and force in FORCES, f"one of: {', '.join(FORCES)}", "paper"),
 }
 _DISTURBANCES = {part.name: _value_like(part.default) for part in fields(Disturbances)}
 

@@ -21,18 +21,15 @@ from scruton.errors import InputError
 from scruton.sizing.limits import Limit
 from scruton.sizing.limits import limit as read_limit
 from scruton.sizing.mode_shape import ModeShape, read_shape, read_table, sine, uniform
+from scruton.sizing.thresholds import DAMPING_COV, FREQUENCY_COV, LARGEST_COV
 
 if TYPE_CHECKING:
     import xarray as xr
 
 FORMAT = 1
 AIR_DENSITY = 1.225  # kg/m^3, sea level, 15 degrees
-DAMPING_COV = 0.45  # of a design damping ratio that is stated without one: what repeated measurements scatter by
-FREQUENCY_COV = 0.01  # of a frequency that is stated without one: calculated against built
 # Steel box girders: median 0.3 %, as measured on one suspension bridge's modes and as designs assume.
 DAMPING = Quantity(0.003 * float(np.sqrt(1.0 + DAMPING_COV**2)), 0.003 * DAMPING_COV * 1.0966, minimum=0.001)
-
-LARGEST_COV = 10.0  # of anything; more is a slip of the pen
 _REACH = 18.0  # of -ln(1 - probability) of the wind speed: half a second a year lies beyond
 _MODAL_MASS = Dimension("a modal mass", "kg", 2e6)
 _SHARE = Dimension("a bare number", "", 0.5)
@@ -300,7 +297,7 @@ def _checked(value: Quantity, table: Table, key: str) -> Quantity:
 def _pair(table: Table, key: str) -> tuple[float, float]:
     value = table.values[key]
     wanted = f"two rising numbers U/(fD), such as {key} = [8.0, 11.0]"
-    if not isinstance(value, list) or len(value) != 2 or not all(is_number(speed) for speed in value):
+    if not isinstance(value, list) or len(value) != 2 or not all(map(is_number, value)):
         raise table.refusal(key, wanted)
     low, high = (float(speed) for speed in value)
     if not 0.0 <= low < high < np.inf:
@@ -349,6 +346,9 @@ def _damper(table: Table, motion: Motion) -> DamperRequest:
 _DAMPING_RATIO = Dimension("a damping ratio, a bare number", "", 0.003)
 _AMOUNT = number(_MONEY, 0.0, good=lambda amount: amount >= 0.0, wanted="an amount of zero or more")
 _PROBABILITY = number(_SHARE, 0.05, good=lambda share: share < 1.0, wanted="a number between 0 and 1")
+_SHAPE = Dimension("a shape parameter, a bare number", "", 2.0)
+_SHAPES = "a shape parameter between 0.5 and 20; winds have about 2"
+_SHARES = "the part of the time from directions that matter, up to 1"
 
 _TOP = {
     "format": anything(),
@@ -379,15 +379,9 @@ _MODE = {
 _WIND = {
     "rose": anything(),
     "weibull_scale": number(SPEED),
-    "weibull_shape": number(
-        Dimension("a shape parameter, a bare number", "", 2.0), good=lambda shape: 0.5 <= shape <= 20.0,
-        wanted="a shape parameter between 0.5 and 20; winds have about 2",
-    ),
-    "share": number(
-        _SHARE, 1.0, good=lambda share: share <= 1.0,
-        wanted="the part of the time from directions that matter, up to 1",
-    ),
-}  # fmt: skip
+    "weibull_shape": number(_SHAPE, good=lambda shape: 0.5 <= shape <= 20.0, wanted=_SHAPES),
+    "share": number(_SHARE, 1.0, good=lambda share: share <= 1.0, wanted=_SHARES),
+}
 _DAMPER = {
     "number": whole(1, 16, 1),
     "risk": _PROBABILITY,
@@ -398,8 +392,5 @@ _DAMPER = {
 }
 _COST = {
     "currency": text(default="", blank=True),
-    "fixed": _AMOUNT,
-    "per_kg": _AMOUNT,
-    "per_percent": _AMOUNT,
-    "failure": _AMOUNT,
+    **dict.fromkeys(("fixed", "per_kg", "per_percent", "failure"), _AMOUNT),
 }

@@ -20,9 +20,9 @@ from scruton.arrays import FloatArray
 from scruton.campaign.bounded import read_bytes
 from scruton.campaign.thresholds import LARGEST_NUMBER, LARGEST_TABLE
 from scruton.errors import InputError
+from scruton.sizing.thresholds import CLOSEST_POINTS
 
 _POINTS = 2001
-CLOSEST = 1e-9  # of the span, between points; no curve passes through what is closer
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,8 +137,10 @@ def make_shape(position: FloatArray, value: FloatArray, path: Path | str) -> Mod
     if not (np.diff(position) > 0.0).all():
         raise InputError(path, "position", "values that do not rise from row to row", "rising positions")
     span = position[-1] - position[0]
-    if span < CLOSEST or np.diff(position).min() < CLOSEST * span:
-        raise InputError(path, "position", "points that all but coincide", f"more than {CLOSEST:g} of the span between")
+    if span < CLOSEST_POINTS or np.diff(position).min() < CLOSEST_POINTS * span:
+        raise InputError(
+            path, "position", "points that all but coincide", f"more than {CLOSEST_POINTS:g} of the span between"
+        )
     if max(np.abs(position).max(), np.abs(value).max()) > LARGEST_NUMBER:
         raise InputError(path, "", "a number that no bridge has", f"numbers up to {LARGEST_NUMBER:g}")
     if not np.abs(value).max() > 0.0:

@@ -3,6 +3,18 @@
 Where nothing else is said, a value was set by judgement, without a run to show for it.
 """
 
+# Coefficient of variation of a design damping ratio that is stated without one: what repeated measurements scatter by.
+DAMPING_COV = 0.45
+
+# Coefficient of variation of a frequency that is stated without one: calculated against built.
+FREQUENCY_COV = 0.01
+
+# Coefficient of variation of anything; more is a slip of the pen.
+LARGEST_COV = 10.0
+
+# Of the span, between the points of a mode shape; no curve passes through what is closer.
+CLOSEST_POINTS = 1e-9
+
 # Damping ratio. More cannot be added to a bridge: required damping beyond it is "not achievable".
 LARGEST_ADDED = 0.05
 

@@ -379,25 +379,6 @@ def log_prior_mass(posterior: Posterior, rng: np.random.Generator) -> tuple[floa
     return log(hits / count), sqrt((count - hits) / (hits * count))
 
 
-def posterior_weights(log_evidence: FloatArray, prior_weight: FloatArray) -> FloatArray:
-    """Posterior probabilities of K models, (K,), from their log evidences and prior weights, (K,) each.
-
-    A model with a prior weight of zero, or a log evidence of -inf, has none.
-
-    Raises
-    ------
-    ValueError
-        If no model is left.
-    """
-    with np.errstate(divide="ignore"):
-        score = np.asarray(log_evidence, dtype=np.float64) + np.log(np.asarray(prior_weight, dtype=np.float64))
-    top = score.max()
-    if not np.isfinite(top):
-        raise ValueError("no model has both a finite log evidence and a positive prior weight")
-    weight: FloatArray = np.exp(score - top)
-    return weight / weight.sum()
-
-
 def _streams(seed: np.random.SeedSequence, count: int) -> list[np.random.SeedSequence]:
     """Children of a seed that is not advanced: the same seed gives the same evidence however often it is asked."""
     return [np.random.SeedSequence(seed.entropy, spawn_key=(*seed.spawn_key, _SPAWN, i)) for i in range(count)]

@@ -9,6 +9,8 @@ from scruton.arrays import FloatArray
 from scruton.stats.coordinates import Coordinates, Values
 from scruton.stats.priors import Prior
 
+_LOG_2PI = float(np.log(2.0 * np.pi))
+
 
 class Posterior(ABC):
     """A log posterior over sampled coordinates u, (W, d), vectorised over walkers."""
@@ -59,7 +61,11 @@ class Posterior(ABC):
 
     def log_prior_terms(self, u: FloatArray) -> FloatArray:
         """Log prior of every parameter, (W, d)."""
-        return np.stack([one.log_density(u[:, i]) for i, one in enumerate(self.priors)], axis=1)
+        if self._normal_priors is None:
+            return np.stack([one.log_density(u[:, i]) for i, one in enumerate(self.priors)], axis=1)
+        location, scale, _ = self._normal_priors
+        z = (u - location) / scale
+        return np.asarray(-0.5 * (z * z + _LOG_2PI) - np.log(scale))
 
     def log_prob(self, u: FloatArray) -> FloatArray:
         """Log posterior up to a constant, (W,); -inf outside the support, never NaN."""

@@ -1,4 +1,4 @@
-"""Weights of laws by what each says of a record that it has not seen: stacking of predictive distributions."""
+"""Weights of models: by their evidence, and by what each says of a record that it has not seen (stacking)."""
 
 import numpy as np
 
@@ -7,6 +7,25 @@ from scruton.arrays import FloatArray
 # Weight of the barrier at the end: how far from the optimum, in mean log score a record, per law.  A smaller one is
 # lost in rounding, and laws that score alike no longer share alike.
 SHARPEST = 1e-9
+
+
+def posterior_weights(log_evidence: FloatArray, prior_weight: FloatArray) -> FloatArray:
+    """Posterior probabilities of K models, (K,), from their log evidences and prior weights, (K,) each.
+
+    A model with a prior weight of zero, or a log evidence of -inf, has none.
+
+    Raises
+    ------
+    ValueError
+        If no model is left.
+    """
+    with np.errstate(divide="ignore"):
+        score = np.asarray(log_evidence, dtype=np.float64) + np.log(np.asarray(prior_weight, dtype=np.float64))
+    top = score.max()
+    if not np.isfinite(top):
+        raise ValueError("no model has both a finite log evidence and a positive prior weight")
+    weight: FloatArray = np.exp(score - top)
+    return weight / weight.sum()
 
 
 def stacking_weights(scores: FloatArray) -> FloatArray:

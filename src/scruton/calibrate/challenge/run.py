@@ -10,12 +10,12 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from scruton.calibrate.execution import Execution, at_least
 from scruton.documents import read_json, write_text
 from scruton.errors import InputError
 from scruton.processes import completed
-from scruton.progress import Progress
 from scruton.provenance import provenance
-from scruton.workspace import Workspace, digest
+from scruton.workspace import digest
 
 RUN, GAP, CASE = "challenge-run.json", "gap.json", "case.json"
 Diagnose = Callable[[Path], Mapping[str, Any]]
@@ -45,30 +45,16 @@ def diagnose_case(folder: Path) -> Mapping[str, Any]:
     return diagnose_campaign(folder, workers=1)
 
 
-def run_challenge(
-    folder: Path,
-    out: Path,
-    *,
-    jobs: int = 1,
-    force: bool = False,
-    resume: bool = False,
-    progress: Progress | None = None,
-    diagnose: Diagnose = diagnose_case,
-) -> ChallengeRun:
-    """Diagnose every case of a challenge.
+def run_challenge(folder: Path, how: Execution, diagnose: Diagnose = diagnose_case) -> ChallengeRun:
+    """Diagnose every case of a challenge; of a run that is resumed, failed cases are tried again.
 
     Parameters
     ----------
     folder : Path
         With one folder a case, each with its campaign.toml.
-    out : Path
-        Gets `case-0001/gap.json` and `case-0001/case.json` (seconds; the reason where a case failed) and so on.
-    jobs : int
-        Processes.
-    force, resume : bool
-        Replace the results that lie in the folder, or keep the cases that are done; failed ones are tried again.
-    progress : callable, optional
-        Told the step, and the fraction of the cases that is done.
+    how : Execution
+        Its folder gets `case-0001/gap.json` and `case-0001/case.json` (seconds; the reason where a case failed) and
+        so on.
     diagnose : callable
         From a case's folder to the content of gap.json; of module level, for several processes.
 
@@ -77,20 +63,16 @@ def run_challenge(
     InputError
         For a folder without campaigns, or one for results that holds others.
     """
-    if jobs < 1:
-        raise InputError("challenge", "jobs", str(jobs), "at least 1")
-    cases = cases_of(folder)
+    at_least(1, "challenge", jobs=how.jobs)
+    cases, out = cases_of(folder), how.folder
     settings, inputs = _settings(folder, cases, diagnose), _inputs(folder, cases)
     compared = {key: settings[key] for key in ("diagnosis", "scruton")}
-    claim = Workspace(
-        out, "challenge run", inputs=inputs, settings=compared, results=(RUN,), force=force, resume=resume, grows=True
-    )
+    claim = how.claim("challenge run", inputs=inputs, settings=compared, results=(RUN,))
     with claim as work:
         missing = [name for name in cases if work.find(f"{name}/{GAP}") is None]
-        for done, name in enumerate(_run(folder, work.new, missing, jobs, diagnose), len(cases) - len(missing) + 1):
+        for done, name in enumerate(_run(folder, work.new, missing, how.jobs, diagnose), len(cases) - len(missing) + 1):
             work.keep(name)
-            if progress:
-                progress("run", done / len(cases))
+            how.tell("run", done, len(cases))
         block = provenance("challenge run", seed=0, sha256=inputs, settings={"diagnosis": settings["diagnosis"]})
         write_text(work.new / RUN, json.dumps(settings | {"provenance": block}, indent=1) + "\n")
         work.publish()
