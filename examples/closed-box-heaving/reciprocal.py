@@ -81,7 +81,7 @@ def settled_mean(diagnosis: Diagnosis, test: int) -> tuple[float, float]:
 
 def reciprocals(diagnosis: Diagnosis) -> Reciprocals:
     """All that the figure shows."""
-    data, bare, final = diagnosis.data, diagnosis.bare, diagnosis.final
+    data, bare, final = diagnosis.data, diagnosis.null, diagnosis.final
     u = posterior_draws(final, np.random.default_rng(11), DRAWS)
     first = [int(np.flatnonzero(data.layout.test == j)[0]) for j in range(len(data.tests))]
     means, errors = np.array([settled_mean(diagnosis, j) for j in range(len(data.tests))]).T

@@ -70,7 +70,7 @@ def test_an_effect_touches_only_the_records_of_its_scope(name):
         variant.apply(table, values(variant, one, lambda p: np.exp(p.location) if p.log else 0.2), one)
         changed = (table != base(one)).any(axis=(0, 2))
         assert changed.any(), variant.label
-        assert not changed[~variant.scope].any(), variant.label
+        assert not changed[~variant.scope.records].any(), variant.label
 
 
 @pytest.mark.parametrize(

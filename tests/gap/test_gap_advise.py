@@ -7,28 +7,30 @@ import pytest
 
 from scruton.calibrate.challenge.case import simulate_case
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
-from scruton.gap.advise import WANTED, _extras, advise, confusions, invisible
+from scruton.gap.advise import _records, advise, confusions
 from scruton.gap.attribute import weigh
 from scruton.gap.check import check
 from scruton.gap.data import load_gap
-from scruton.gap.diagnosis import NONE, Diagnosis, _groups, _probabilities, fit_bare
-from scruton.gap.extra import Extra, carried, carry, expected, separation, with_record
+from scruton.gap.diagnosis import NONE, Diagnosis, _groups, _probabilities, fit_null
+from scruton.gap.further_record import FurtherRecord, expected, in_layout_of, separation, transplanted, with_record
 from scruton.gap.hypothesis import Hypothesis
+from scruton.gap.invisible import invisible
 from scruton.gap.screen import Screen
+from scruton.gap.thresholds import WANTED
 
 
 def weighed(effect: str | None, names: tuple[str, ...], index: int, design: str, severity: float = 0.3) -> Diagnosis:
     """A diagnosis over some effects alone, without the absolute check."""
     campaign, _ = simulate_case(900, index, effect, severity if effect else 0.0, design)
-    data, bare = fit_bare(load_gap(campaign))
+    data, null = fit_null(load_gap(campaign))
     effects = [UNKNOWN if name == UNKNOWN.name else CATALOGUE[name] for name in names]
-    found = weigh(Screen(bare), effects, workers=1)
-    gains = {name: c.log_evidence - bare.log_evidence for name, c in found.items()} | {NONE: 0.0}
+    found = weigh(Screen(null), effects, workers=1)
+    gains = {name: c.log_evidence - null.log_evidence for name, c in found.items()} | {NONE: 0.0}
     verdict = effect or NONE
-    final = found[effect].best if effect else bare
+    final = found[effect].best if effect else null
     assert final is not None
     return Diagnosis(
-        data, bare, (effect,) if effect else (), final, found, found, gains, _probabilities(gains, {}, 0.5),
+        data, null, (effect,) if effect else (), final, found, found, gains, _probabilities(gains, {}, 0.5),
         _groups(gains, verdict), {verdict: check(final)}, (),
     )  # fmt: skip
 
@@ -87,7 +89,7 @@ def test_a_record_in_wind_tells_less_than_one_in_still_air(alone: Diagnosis) -> 
     assert rival is not None
     truth = alone.final.hypothesis, alone.final.mode
     other = rival.hypothesis, rival.mode, rival.covariance
-    extras = list(_extras(alone))
+    extras = list(_records(alone))
     still = [separation(truth, other, one) for one in extras if one.still]
     wind = [separation(truth, other, one) for one in extras if not one.still and one.damping == 1.0]
     assert min(still) > WANTED > max(wind)
@@ -95,7 +97,7 @@ def test_a_record_in_wind_tells_less_than_one_in_still_air(alone: Diagnosis) -> 
 
 def test_a_hypothesis_is_not_told_from_itself(full: Diagnosis) -> None:
     final = full.final
-    for extra in list(_extras(full))[:6]:
+    for extra in list(_records(full))[:6]:
         same = separation((final.hypothesis, final.mode), (final.hypothesis, final.mode, final.covariance), extra)
         assert same == pytest.approx(0.0, abs=1e-9)
 
@@ -103,22 +105,22 @@ def test_a_hypothesis_is_not_told_from_itself(full: Diagnosis) -> None:
 def test_the_expected_record_is_what_the_filter_expects(full: Diagnosis) -> None:
     """Innovations of a noise-free run through the filter vanish, against its own standard deviations."""
     r = full.data.middle
-    extra = Extra("", 1.0, r, False, 0.3 * full.data.layout.reference_amplitude, 80)
+    extra = FurtherRecord("", 1.0, r, False, 0.3 * full.data.layout.reference_amplitude, 80)
     data = with_record(full.data, extra)
-    hypothesis = carried(full.final.hypothesis, data)
-    u, _ = carry(full.final.hypothesis, hypothesis, full.final.mode, full.final.covariance)
+    hypothesis = in_layout_of(data, full.final.hypothesis)
+    u, _ = transplanted(full.final.hypothesis, hypothesis, full.final.mode, full.final.covariance)
     channels = expected(hypothesis, u, extra)
-    told = Hypothesis(replace(hypothesis.bare, data=replace(data, channels=channels)), hypothesis.variants)
+    told = Hypothesis(replace(hypothesis.null, data=replace(data, channels=channels)), hypothesis.variants)
     v, s = told.innovations(u[None])
     z = (v / np.sqrt(s))[0][1:]
     assert np.max(np.abs(z)) < 0.2
 
 
 def test_old_records_keep_their_coefficients_beside_a_new_one(full: Diagnosis) -> None:
-    for extra in (one for one in _extras(full) if one.damping == 1.0):
+    for extra in (one for one in _records(full) if one.damping == 1.0):
         data = with_record(full.data, extra)
-        hypothesis = carried(full.final.hypothesis, data)
-        u, _ = carry(full.final.hypothesis, hypothesis, full.final.mode, full.final.covariance)
+        hypothesis = in_layout_of(data, full.final.hypothesis)
+        u, _ = transplanted(full.final.hypothesis, hypothesis, full.final.mode, full.final.covariance)
         before = full.final.hypothesis.table(full.final.mode[None])[0]
         assert np.allclose(hypothesis.table(u[None])[0, :-1], before, rtol=1e-12)
 
@@ -127,10 +129,10 @@ def test_other_damping_moves_the_expected_stable_amplitude(full: Diagnosis) -> N
     r = full.data.middle
     ends = []
     for damping in (0.5, 1.0, 2.0):
-        extra = Extra("", 1.0, r, False, full.data.layout.reference_amplitude, 400, damping)
+        extra = FurtherRecord("", 1.0, r, False, full.data.layout.reference_amplitude, 400, damping)
         data = with_record(full.data, extra)
-        hypothesis = carried(full.final.hypothesis, data)
-        u, _ = carry(full.final.hypothesis, hypothesis, full.final.mode, full.final.covariance)
+        hypothesis = in_layout_of(data, full.final.hypothesis)
+        u, _ = transplanted(full.final.hypothesis, hypothesis, full.final.mode, full.final.covariance)
         ends.append(expected(hypothesis, u, extra).amplitude[-1])
     assert ends[0] > ends[1] > ends[2]
 
@@ -147,8 +149,8 @@ def test_what_is_invisible_is_listed_with_bounds(alone: Diagnosis, full: Diagnos
 
 def test_still_air_alone_has_no_bridge_to_speak_of(full: Diagnosis) -> None:
     campaign = replace(full.data.campaign, tests=())
-    data, bare = fit_bare(load_gap(campaign))
-    still = replace(full, data=data, bare=bare, final=bare, found=(), rivals={}, singles={}, groups=())
+    data, null = fit_null(load_gap(campaign))
+    still = replace(full, data=data, null=null, final=null, found=(), rivals={}, singles={}, groups=())
     assert invisible(still) == []
     assert confusions(still)[0][0] == NONE
     assert advise(still)

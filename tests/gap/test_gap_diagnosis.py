@@ -7,14 +7,14 @@ import pytest
 
 from scruton.calibrate.challenge.case import simulate_case
 from scruton.dynamics.effects import CATALOGUE
-from scruton.gap.bare import bare_model
 from scruton.gap.check import check, second_lines
 from scruton.gap.data import load_gap
-from scruton.gap.diagnosis import diagnose, fit_bare
+from scruton.gap.diagnosis import diagnose, fit_null
 from scruton.gap.hypothesis import Hypothesis
-from scruton.gap.importance import importance
+from scruton.gap.null_model import null_model
 from scruton.gap.screen import Screen
 from scruton.infer.fit import envelope
+from scruton.stats.laplace_check import importance_evidence
 
 SEED = 8101
 
@@ -22,16 +22,16 @@ SEED = 8101
 @pytest.fixture(scope="module")
 def clean():
     campaign, _ = simulate_case(SEED, 1, None, 0.0)
-    data, bare = fit_bare(load_gap(campaign))
-    return campaign, data, bare
+    data, null = fit_null(load_gap(campaign))
+    return campaign, data, null
 
 
 def test_gradient_and_information_are_those_of_the_log_posterior(clean):
-    _, data, bare = clean
-    hypothesis = Hypothesis(bare_model(data))
+    _, data, null = clean
+    hypothesis = Hypothesis(null_model(data))
     rng = np.random.default_rng(3)
-    sd = np.sqrt(np.diag(bare.covariance))
-    u = bare.mode + 0.5 * sd * rng.standard_normal(bare.mode.size)
+    sd = np.sqrt(np.diag(null.covariance))
+    u = null.mode + 0.5 * sd * rng.standard_normal(null.mode.size)
     _, gradient, fisher = hypothesis.scores(u)
     for i in rng.choice(u.size, 12, replace=False):
         step = np.zeros(u.size)
@@ -42,27 +42,27 @@ def test_gradient_and_information_are_those_of_the_log_posterior(clean):
 
 
 def test_the_optimum_is_one(clean):
-    _, data, bare = clean
+    _, data, null = clean
     rng = np.random.default_rng(4)
-    root = np.linalg.cholesky(bare.covariance)
-    u = bare.mode + 0.7 * rng.standard_normal((50, bare.mode.size)) @ root.T
-    like, prior = bare.hypothesis.log_prob(u)
-    assert (like + prior).max() < bare.log_likelihood + bare.log_prior + 0.3
-    again = bare.hypothesis.fit(u[0])
-    assert again.log_evidence == pytest.approx(bare.log_evidence, abs=0.2)
+    root = np.linalg.cholesky(null.covariance)
+    u = null.mode + 0.7 * rng.standard_normal((50, null.mode.size)) @ root.T
+    like, prior = null.hypothesis.log_prob(u)
+    assert (like + prior).max() < null.log_likelihood + null.log_prior + 0.3
+    again = null.hypothesis.fit(u[0])
+    assert again.log_evidence == pytest.approx(null.log_evidence, abs=0.2)
     assert data.middle >= 0
 
 
 def test_laplace_against_importance_sampling(clean):
-    _, _, bare = clean
-    found = importance(bare, np.random.default_rng(1), 1500)
-    assert found.effective > 10
-    assert found.log_evidence == pytest.approx(found.laplace, abs=1.5 + 4 * found.error)
+    _, _, null = clean
+    found = importance_evidence(null.hypothesis.log_density, null.proposal(), np.random.default_rng(1), 1500)
+    assert found.effective_size > 10
+    assert found.log_z == pytest.approx(null.log_evidence, abs=1.5 + 4 * found.error)
 
 
 def test_a_clean_campaign_passes_the_absolute_check(clean):
-    campaign, data, bare = clean
-    mark = check(bare)
+    campaign, data, null = clean
+    mark = check(null)
     assert min(mark.colour, mark.level, mark.spread, mark.tails) > 1e-4
     assert mark.excess < 4
     assert max(line.ratio for line in second_lines(campaign, data.cycles)) < 25
@@ -71,13 +71,13 @@ def test_a_clean_campaign_passes_the_absolute_check(clean):
 def test_a_promise_is_the_gain_of_a_small_effect(clean):
     """The score test is the second-order gain: of a small effect it is most of what the fit finds."""
     campaign, _ = simulate_case(SEED, 1, "structural_damping_nonlinearity", 0.005)
-    data, bare = fit_bare(load_gap(campaign))
-    screen = Screen(bare)
+    data, null = fit_null(load_gap(campaign))
+    screen = Screen(null)
     variant = CATALOGUE["structural_damping_nonlinearity"].variants(data.layout)[0]
     promise = screen.linear(variant)
-    hypothesis = bare.hypothesis.extended(variant)
-    fitted = hypothesis.fit(hypothesis.start_from(bare.mode, promise.start))
-    gained = fitted.log_evidence - bare.log_evidence
+    hypothesis = null.hypothesis.extended(variant)
+    fitted = hypothesis.fit(hypothesis.start_from(null.mode, promise.start))
+    gained = fitted.log_evidence - null.log_evidence
     assert 0.5 * gained < promise.gain < 1.3 * gained
 
 

@@ -9,7 +9,7 @@ from scruton.calibrate.challenge.case import simulate_case
 from scruton.dynamics.limit_cycle import amplitude_rates
 from scruton.gap.check import SecondLine
 from scruton.gap.data import load_gap
-from scruton.gap.diagnosis import Diagnosis, diagnose, fit_bare
+from scruton.gap.diagnosis import Diagnosis, diagnose, fit_null
 from scruton.gap.finding import Finding
 from scruton.gap.locate import locate, merged
 from scruton.gap.locate_curves import DECAY, GROWTH, STILL, Curve, curve_findings, excess_curves
@@ -76,11 +76,11 @@ def test_every_finding_is_whole_and_lies_in_its_record(
 def test_the_curve_in_still_air_is_the_friction_that_was_put_in(friction: tuple[Diagnosis, list[int]]) -> None:
     diagnosis, rigs = friction
     data = diagnosis.data
-    curves = excess_curves(diagnosis.bare)
+    curves = excess_curves(diagnosis.null)
     curve = next(c for c in curves.damping if c.direction == STILL and data.layout.rig[c.record] == rigs[0])
     # the slow, obvious way: total damping from the found effect's own equation, minus that of the bare model
     tables = [
-        e.hypothesis.table(e.mode[None])[:, curve.record] for e in (diagnosis.final, diagnosis.bare)
+        e.hypothesis.table(e.mode[None])[:, curve.record] for e in (diagnosis.final, diagnosis.null)
     ]  # both at their optimum
     with_it, bare = (-amplitude_rates(t, curve.amplitude, data.channels.knots)[0] / curve.amplitude for t in tables)
     truth = (with_it - bare) / data.layout.omega[curve.record]
@@ -90,8 +90,8 @@ def test_the_curve_in_still_air_is_the_friction_that_was_put_in(friction: tuple[
 
 def test_no_effect_leaves_no_place_in_the_damping() -> None:
     campaign, _ = simulate_case(5, 2, None, 0.2)
-    data, bare = fit_bare(load_gap(campaign))
-    curves = excess_curves(bare)
+    data, null = fit_null(load_gap(campaign))
+    curves = excess_curves(null)
     assert [one for one in curve_findings(curves, data) if one.quantity == "damping"] == []
     assert wave_findings(data) == []
     directions = {c.direction for c in curves.damping}
@@ -126,14 +126,14 @@ def test_marks_of_scatter_know_noise_from_what_is_none() -> None:
     rng = np.random.default_rng(1)
     white = rng.standard_normal((200, 120))
     for mark in (_colour, _bursts, _tails):
-        assert np.mean([mark(x)[2] > 3.0 for x in white]) < 0.02
+        assert np.mean([mark(x).significance > 3.0 for x in white]) < 0.02
     coloured = np.convolve(rng.standard_normal(124), np.ones(5), mode="valid")
-    assert _colour(coloured)[2] > 5.0
+    assert _colour(coloured).significance > 5.0
     burst = np.where(np.arange(120) < 30, 3.0, 1.0) * white[0]
     found = _bursts(burst)
-    assert found[2] > 3.0
-    assert found[5] == slice(0, 30)
-    assert _tails(rng.standard_t(2, 300))[2] > 3.0
+    assert found.significance > 3.0
+    assert found.cycles == slice(0, 30)
+    assert _tails(rng.standard_t(2, 300)).significance > 3.0
 
 
 def test_lines_count_only_far_above_chance(friction: tuple[Diagnosis, list[int]]) -> None:

@@ -14,33 +14,33 @@ from scruton.dynamics.limit_cycle import limit_cycle_amplitude
 from scruton.gap.attribute import Candidate
 from scruton.gap.check import check
 from scruton.gap.data import load_gap
-from scruton.gap.density import density, given, learn, only, settled_by
-from scruton.gap.diagnosis import NONE, Diagnosis, fit_bare
-from scruton.gap.hypothesis import Weighed
+from scruton.gap.density import density, only, posterior_at_mode, posterior_without, restricted
+from scruton.gap.diagnosis import NONE, Diagnosis, fit_null
+from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.predict import stable_amplitude
 from scruton.gap.shrink import shrink
 
 
 def diagnosed(campaign: Campaign, effect: str | None, label: str = "", rival: str = "") -> Diagnosis:
     """A diagnosis by hand: the effect named, in one form, and one rival."""
-    data, bare = fit_bare(load_gap(campaign))
+    data, null = fit_null(load_gap(campaign))
 
-    def fit(name: str, wanted: str) -> Weighed:
+    def fit(name: str, wanted: str) -> FittedHypothesis:
         variants = (UNKNOWN if name == "unknown" else CATALOGUE[name]).variants(data.layout)
-        one = bare.hypothesis.extended(next(v for v in variants if v.label.startswith(wanted)))
+        one = null.hypothesis.extended(next(v for v in variants if v.label.startswith(wanted)))
         return one.fit(
-            one.start_from(bare.mode, {p.name: np.full(p.size, p.starts[0]) for p in one.variants[-1].parameters})
+            one.start_from(null.mode, {p.name: np.full(p.size, p.starts[0]) for p in one.variants[-1].parameters})
         )
 
     fits = {effect: fit(effect, label)} if effect else {}
     if rival:
         fits[rival] = fit(rival, "")
-    weights = {name: e.log_evidence - bare.log_evidence for name, e in fits.items()} | {NONE: 0.0}
-    final = fits[effect] if effect else bare
+    weights = {name: e.log_evidence - null.log_evidence for name, e in fits.items()} | {NONE: 0.0}
+    final = fits[effect] if effect else null
     candidates = {name: Candidate(name, e.log_evidence, e) for name, e in fits.items()}
     found = (effect,) if effect else ()
     return Diagnosis(
-        data, bare, found, final, candidates, candidates, weights, {name: 1.0 / len(weights) for name in weights},
+        data, null, found, final, candidates, candidates, weights, {name: 1.0 / len(weights) for name in weights},
         (found,) if found else (), {effect or NONE: check(final)}, (),
     )  # fmt: skip
 
@@ -111,8 +111,8 @@ def test_other_scruton_numbers_of_the_answer_are_predicted(bent: tuple[Diagnosis
 def test_leaving_cycles_out_leaves_priors_of_what_was_theirs(clean: Diagnosis) -> None:
     layout = clean.data.layout
     out = layout.test == 0
-    known = learn(clean.bare, ~out)
-    where = clean.bare.hypothesis.places["detuning"].start + np.flatnonzero(out)
+    known = posterior_without(clean.null, out)
+    where = clean.null.hypothesis.slices[None, "detuning"].start + np.flatnonzero(out)
     assert np.allclose(known.mean[where], 0.0, atol=1e-6)
     assert np.allclose(np.sqrt(np.diag(known.covariance))[where], 0.02, rtol=1e-3)
 
@@ -120,9 +120,9 @@ def test_leaving_cycles_out_leaves_priors_of_what_was_theirs(clean: Diagnosis) -
 def test_density_of_a_record_is_the_integral_that_importance_sampling_finds(clean: Diagnosis) -> None:
     """Laplace's joint density against sampling from a wide normal at the peak."""
     out = np.arange(len(clean.data.layout.records)) == 0
-    known = learn(clean.bare, clean.data.layout.test != 0)
+    known = posterior_without(clean.null, clean.data.layout.test == 0)
     scored = density(known, out)
-    part = given(known.hypothesis, out)
+    part = restricted(known.hypothesis, out)
     free = known.covariance[scored.where, scored.where] > 0.0
     inside = scored.where[free]
     prior = known.covariance[np.ix_(inside, inside)]
@@ -152,7 +152,7 @@ def test_density_of_a_record_is_the_integral_that_importance_sampling_finds(clea
 
 def test_shares_of_records_add_up(clean: Diagnosis) -> None:
     fold = clean.data.layout.test == 1
-    scored = density(settled_by(clean.bare, fold), fold)
+    scored = density(posterior_at_mode(clean.null, fold), fold)
     assert np.nansum(scored.shares) == pytest.approx(scored.value)
     assert np.isnan(scored.shares[~fold]).all()
 

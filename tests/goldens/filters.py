@@ -15,10 +15,10 @@ from scruton.dynamics.extended import channel_innovations
 from scruton.dynamics.likelihood import innovations, log_likelihood, pointwise_log_likelihood
 from scruton.dynamics.trial_filter import trial_log_likelihood
 from scruton.envelope.types import Cycles
-from scruton.gap.bare import bare_model
 from scruton.gap.data import load_gap
-from scruton.gap.density import density, settled_by
+from scruton.gap.density import density, posterior_at_mode
 from scruton.gap.hypothesis import Hypothesis
+from scruton.gap.null_model import null_model
 from scruton.infer.smooth import Observations, SpeedPoint, SpeedPosterior
 from scruton.infer.steady import gust_log_odds, phase_noise, steady_posterior
 from scruton.stats.priors import Prior
@@ -200,7 +200,7 @@ def gap(room: Room) -> dict[str, Any]:
     """Joint densities of a simulated campaign: of the bare hypothesis and of one effect, and of a test left out."""
     simulated(room)
     data = load_gap(load_campaign(room.folder / "campaign"))
-    bare = Hypothesis(bare_model(data), ())
+    bare = Hypothesis(null_model(data), ())
     friction = bare.extended(CATALOGUE["coulomb_friction"].variants(data.layout)[0])
     found = {}
     for name, one in (("bare", bare), ("friction", friction)):
@@ -212,7 +212,7 @@ def gap(room: Room) -> dict[str, Any]:
             "gradient": gradient.tolist(), "trace of the information": float(np.trace(fisher)),
         }  # fmt: skip
     out = data.layout.test == 0
-    scored = density(settled_by(bare.laplace(bare.start(), bare.scores(bare.start())[2]), out), out)
+    scored = density(posterior_at_mode(bare.laplace(bare.start(), bare.scores(bare.start())[2]), out), out)
     return found | {"left out": {"value": float(scored.value), "learnt": float(scored.learnt)}}
 
 

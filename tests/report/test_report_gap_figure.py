@@ -38,7 +38,7 @@ def test_every_test_and_rig_has_its_panel_and_the_verdict_its_bar(
 
 def test_curves_lie_in_their_panels_where_they_leave_zero(clipped: tuple[Diagnosis, tuple[Finding, ...]]) -> None:
     diagnosis, findings = clipped
-    curves = excess_curves(diagnosis.bare)
+    curves = excess_curves(diagnosis.null)
     figure = gap_figure(diagnosis, findings, curves).figure
     marked = [c for c in curves.damping if c.places()]
     assert marked

@@ -140,7 +140,7 @@ def _carry_effect(fit: "Fit", effect: str, card: "ModelCard", seed: int, progres
     from scruton.gap.data import load_gap
     from scruton.gap.diagnosis import diagnose_data
 
-    data = load_gap(fit.campaign)
+    data = load_gap(fit.campaign, card)
     diagnosis = diagnose_data(
         data, fit.campaign, prior=card.effect_weights, prior_none=card.prior_none, progress=progress
     )

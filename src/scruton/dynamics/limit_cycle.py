@@ -6,19 +6,15 @@ import numpy as np
 from numba import njit
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.effects.terms import HATS, Term
+from scruton.dynamics.effects.terms import BELONGS, HATS, Belongs, Term
 from scruton.dynamics.extended import effect_drift
 from scruton.dynamics.thresholds import RANGE
 
 _GRID = 280
 _HALVINGS = 40
 _HAT = int(Term.HAT)
-# What belongs to the rig, to one run of the tunnel or to the reading, and does not go to a bridge.
-_OF_RIG = (
-    Term.STRUCTURAL_LINEAR, Term.STRUCTURAL_SQUARE, Term.FRICTION, Term.TREND, Term.TREND_SINE, Term.TREND_DRIVE,
-    Term.GAIN, Term.CLIP,
-    Term.CLIP_SOFT, Term.STIFFNESS, Term.STIFFNESS_LINEAR, Term.JUMP, Term.JUMP_RATE,
-)  # fmt: skip
+# What does not go to a bridge; the damping ratio itself is the bridge's own, by its Scruton number.
+_LEFT_BEHIND = [int(term) for term in Term if BELONGS[term] is not Belongs.WIND and term is not Term.STRUCTURAL]
 
 
 @njit(cache=True)
@@ -132,5 +128,5 @@ def transferred(table: FloatArray) -> FloatArray:
         A copy.
     """
     kept: FloatArray = table.copy()
-    kept[..., [int(term) for term in _OF_RIG]] = 0.0
+    kept[..., _LEFT_BEHIND] = 0.0
     return kept

@@ -6,23 +6,13 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE
-from scruton.dynamics.effects.terms import Variant
+from scruton.dynamics.effects.effect import Variant
 from scruton.dynamics.reading import readings
-from scruton.gap.diagnosis import NONE, TEMPERATURE, UNSEEN, Diagnosis
-from scruton.gap.extra import Extra, separation
-from scruton.gap.hypothesis import Hypothesis, Weighed
-from scruton.gap.invisible import invisible
+from scruton.gap.diagnosis import NONE, UNSEEN, Diagnosis
+from scruton.gap.further_record import FurtherRecord, separation
+from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.predict import stable_amplitude
-
-__all__ = ["advise", "confusions", "invisible"]
-
-BLIND = 2.0  # standard deviations below which a signature is not seen
-SIZE = 0.2  # of an effect that was not found
-WANTED = float(np.sqrt(2.0 * TEMPERATURE * np.log(100.0)))  # for odds of a hundred
-_FAR = 10.0  # nats behind the verdict: then the fits themselves have told them apart
-_RIVALS = 3
-_CALIBRATION = 0.005  # of a static calibration, relative
-_COSTS = {"still": 1.0, "calibration": 2.0, "repeat": 2.0, "far": 2.5, "scruton": 6.0}
+from scruton.gap.thresholds import BLIND, CALIBRATION_ERROR, COSTS, FAR_BEHIND, MOST_RIVALS, USUAL_SIZE, WANTED
 
 
 def confusions(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
@@ -34,7 +24,7 @@ def confusions(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
     damping.  The group of `none` holds what could be there at that size without being seen.
     """
     verdict = diagnosis.verdict
-    space = _Projector(diagnosis.bare)
+    space = _Projector(diagnosis.null)
     tried = [(name, variant) for name in CATALOGUE if (variant := _typical(diagnosis, name)) is not None]
     signatures = {name: space.signature(variant) for name, variant in tried}
     seen = {name: space.left(s) for name, s in signatures.items()}
@@ -49,7 +39,7 @@ def confusions(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
             name
             for name, gain in diagnosis.log_weights.items()
             if name in CATALOGUE and name not in {*first, *diagnosis.found} and
-            gain > diagnosis.log_weights[verdict] - _FAR
+            gain > diagnosis.log_weights[verdict] - FAR_BEHIND
         ]  # fmt: skip
         if near:
             own = _Fitted(diagnosis)
@@ -68,7 +58,7 @@ def confusions(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
 class _Projector:
     """Whitened innovations of a hypothesis at its optimum, and what of a signature its parameters cannot mimic."""
 
-    def __init__(self, base: Weighed) -> None:
+    def __init__(self, base: FittedHypothesis) -> None:
         self.base, self.hypothesis = base, base.hypothesis
         self.v, log_s, jv, _ = self.hypothesis.derivatives(base.mode)
         self.root = np.exp(-0.5 * log_s)
@@ -101,7 +91,7 @@ class _Fitted:
     def __init__(self, diagnosis: Diagnosis) -> None:
         final = diagnosis.final
         self.final = final
-        others = Hypothesis(final.hypothesis.bare, final.hypothesis.variants[:-1])
+        others = Hypothesis(final.hypothesis.null, final.hypothesis.variants[:-1])
         v, s = final.hypothesis.innovations(final.mode[None])
         without, _ = others.innovations(final.mode[None, : others.size])
         self.others, self.root = others, 1.0 / np.sqrt(s[0])
@@ -122,7 +112,7 @@ class _Fitted:
 def _tangent(hypothesis: Hypothesis, jv: FloatArray, root: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Whitened derivatives by coordinate, (d, 3 N), and their products."""
     j = np.zeros((hypothesis.size, root.size))
-    for cycles, rows, where in hypothesis._blocks:
+    for cycles, rows, where in hypothesis.blocks:
         j[np.ix_(where, cycles)] = jv[np.ix_(rows, cycles)] * root[cycles]
     return j, j @ j.T
 
@@ -131,7 +121,7 @@ def _usual(variant: Variant) -> dict[str, FloatArray]:
     """Values at which a variant's size is 20 per cent; of shapes, where their search begins."""
     found = {}
     for i, p in enumerate(variant.parameters):
-        value = SIZE if i == 0 and not p.log else p.starts[len(p.starts) // 2]
+        value = USUAL_SIZE if i == 0 and not p.log else p.starts[len(p.starts) // 2]
         found[p.name] = np.full(p.size, value)
     return found
 
@@ -159,22 +149,22 @@ def advise(diagnosis: Diagnosis) -> list[str]:
     -------
     list of str
     """
-    extras = list(_extras(diagnosis))
+    records = list(_records(diagnosis))
     verdict = diagnosis.verdict
     lines = []
     if verdict == NONE:
-        space = _Projector(diagnosis.bare)
+        space = _Projector(diagnosis.null)
         seen = []
         for name in CATALOGUE:
             variant = _typical(diagnosis, name)
             if variant is not None:
                 seen.append((space.left(space.signature(variant)), name, variant))
-        for now, name, variant in sorted(seen, key=lambda one: one[0])[:_RIVALS]:
+        for now, name, variant in sorted(seen, key=lambda one: one[0])[:MOST_RIVALS]:
             if now < WANTED:
-                larger = diagnosis.bare.hypothesis.extended(variant)
-                truth = larger, larger.start_from(diagnosis.bare.mode, _usual(variant))
+                larger = diagnosis.null.hypothesis.extended(variant)
+                truth = larger, larger.start_from(diagnosis.null.mode, _usual(variant))
                 lines.append(
-                    _line(f"{name} of 20 % of the relaxation damping", NONE, now, truth, diagnosis.bare, extras)
+                    _line(f"{name} of 20 % of the relaxation damping", NONE, now, truth, diagnosis.null, records)
                 )
         return [x for x in lines if x] or [
             "an effect of 20 % of the relaxation damping would be seen in these records, whichever of the catalogue"
@@ -185,7 +175,7 @@ def advise(diagnosis: Diagnosis) -> list[str]:
         now = float(np.sqrt(2.0 * behind))
         if now >= WANTED:
             continue
-        lines.append(_line(verdict, name, now, truth, evidence, extras))
+        lines.append(_line(verdict, name, now, truth, evidence, records))
     if lines:
         return [x for x in lines if x]
     near = _near(diagnosis)
@@ -198,7 +188,7 @@ def advise(diagnosis: Diagnosis) -> list[str]:
     ]
 
 
-def _near(diagnosis: Diagnosis) -> list[tuple[str, Weighed]]:
+def _near(diagnosis: Diagnosis) -> list[tuple[str, FittedHypothesis]]:
     """Rivals that were fitted, the nearest first."""
     found = []
     for name, gain in sorted(diagnosis.log_weights.items(), key=lambda pair: -pair[1]):
@@ -206,27 +196,32 @@ def _near(diagnosis: Diagnosis) -> list[tuple[str, Weighed]]:
             continue
         best = diagnosis.rivals[name].best if name in diagnosis.rivals else None
         if name == NONE and len(diagnosis.found) == 1:
-            best = diagnosis.bare
+            best = diagnosis.null
         if best is not None:
             found.append((name, best))
-    return found[:_RIVALS]
+    return found[:MOST_RIVALS]
 
 
 def _line(
-    verdict: str, rival: str, now: float, truth: tuple[Hypothesis, FloatArray], other: Weighed, extras: list[Extra]
+    verdict: str,
+    rival: str,
+    now: float,
+    truth: tuple[Hypothesis, FloatArray],
+    other: FittedHypothesis,
+    records: list[FurtherRecord],
 ) -> str:
     """The advice against one rival."""
     options = []
-    for extra in extras:
+    for record in records:
         try:
-            more = separation(truth, (other.hypothesis, other.mode, other.covariance), extra)
+            more = separation(truth, (other.hypothesis, other.mode, other.covariance), record)
         except (LookupError, np.linalg.LinAlgError):
             continue
         if np.isfinite(more):
-            options.append((float(np.hypot(now, more)), extra.cost, extra.text))
+            options.append((float(np.hypot(now, more)), record.cost, record.text))
     more = _by_calibration(truth, other)
     if more > BLIND:
-        options.append((float(np.hypot(now, more)), _COSTS["calibration"], "a static calibration of every channel"))
+        options.append((float(np.hypot(now, more)), COSTS["calibration"], "a static calibration of every channel"))
     if not options:
         return ""
     enough = [one for one in options if one[0] >= WANTED]
@@ -236,17 +231,17 @@ def _line(
     return f"{text} would tell {verdict} from {rival} by {sigma:.0f} sigma ({now:.1f} now)"
 
 
-def _by_calibration(truth: tuple[Hypothesis, FloatArray], other: Weighed) -> float:
+def _by_calibration(truth: tuple[Hypothesis, FloatArray], other: FittedHypothesis) -> float:
     """Standard deviations by which a static calibration to half a per cent would tell two hypotheses apart."""
     found = []
     for hypothesis, u in (truth, (other.hypothesis, other.mode)):
-        largest = hypothesis.bare.data.layout.largest
+        largest = hypothesis.data.layout.largest
         table = hypothesis.table(u[None])[0].copy()
         found.append(readings(table, largest) / largest)
-    return float(np.max(np.abs(found[0] - found[1])) / _CALIBRATION)
+    return float(np.max(np.abs(found[0] - found[1])) / CALIBRATION_ERROR)
 
 
-def _extras(diagnosis: Diagnosis) -> Iterator[Extra]:
+def _records(diagnosis: Diagnosis) -> Iterator[FurtherRecord]:
     """Records that could be taken in this campaign."""
     data = diagnosis.data
     layout = data.layout
@@ -258,8 +253,8 @@ def _extras(diagnosis: Diagnosis) -> Iterator[Extra]:
         cycles = int(np.clip(3.0 / (2.0 * np.pi * data.nominal_damping[mine[0]]), 20, 300))
         template = int(still[0] if still.size else mine[0])
         again = "another" if still.size else "a"
-        yield Extra(f"{again} free decay of {data.rigs[i]} in still air from {start:.3g} {unit}", _COSTS["still"],
-                    template, True, start, cycles)  # fmt: skip
+        text = f"{again} free decay of {data.rigs[i]} in still air from {start:.3g} {unit}"
+        yield FurtherRecord(text, COSTS["still"], template, True, start, cycles)
     settled = {}
     for j in np.unique(layout.test[layout.wind]):
         r = int(np.flatnonzero(layout.test == j)[0])
@@ -272,7 +267,7 @@ def _extras(diagnosis: Diagnosis) -> Iterator[Extra]:
         for what, factor, cost in (("growth", 0.1, "repeat"), ("decay", 2.0, "repeat"), ("decay", 3.0, "far")):
             from_where = f"{factor * a:.3g} {unit} ({factor:g} times the stable amplitude)"
             text = f"another {what} of {data.tests[j]} from {from_where}"
-            yield Extra(text, _COSTS[cost], r, False, factor * a, cycles)
+            yield FurtherRecord(text, COSTS[cost], r, False, factor * a, cycles)
     if settled:
         r = data.middle
         tested = np.unique(layout.scruton_number[layout.wind])
@@ -281,5 +276,5 @@ def _extras(diagnosis: Diagnosis) -> Iterator[Extra]:
         cycles = int(np.clip(layout.duration[r] * layout.omega[r] / (2.0 * np.pi), 20, 400))
         for sc in numbers:
             factor = float(sc / layout.scruton_number[r])
-            yield Extra(f"a growth at another Scruton number, {sc:.3g},", _COSTS["scruton"], r, False, 0.1 * a, cycles,
-                        factor)  # fmt: skip
+            text = f"a growth at another Scruton number, {sc:.3g},"
+            yield FurtherRecord(text, COSTS["scruton"], r, False, 0.1 * a, cycles, factor)

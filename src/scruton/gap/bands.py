@@ -10,7 +10,7 @@ from scruton.dynamics.effects.terms import Term
 from scruton.dynamics.limit_cycle import limit_cycle_amplitude, transferred
 from scruton.errors import InputError
 from scruton.gap.diagnosis import NONE, UNSEEN, Diagnosis
-from scruton.gap.hypothesis import Weighed
+from scruton.gap.hypothesis import FittedHypothesis
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,7 +19,7 @@ AUTO = "auto"
 GROUP = "effect"
 
 
-def chosen(diagnosis: Diagnosis, effect: str) -> tuple[str, Weighed | None]:
+def chosen(diagnosis: Diagnosis, effect: str) -> tuple[str, FittedHypothesis | None]:
     """Name and hypothesis of the effect to use: the verdict's for "auto"; nothing where there is no gap.
 
     Raises
@@ -39,17 +39,14 @@ def chosen(diagnosis: Diagnosis, effect: str) -> tuple[str, Weighed | None]:
     return effect, best
 
 
-def posterior_draws(evidence: Weighed, rng: np.random.Generator, size: int) -> FloatArray:
+def posterior_draws(fit: FittedHypothesis, rng: np.random.Generator, size: int) -> FloatArray:
     """Draws of the Laplace approximation, (size, d), those outside of a prior's cut drawn again."""
-    root = np.linalg.cholesky(evidence.covariance)
+    root = np.linalg.cholesky(fit.covariance)
     kept: list[FloatArray] = []
     count = 0
     for _ in range(1000):
-        u = evidence.mode + rng.standard_normal((size, evidence.mode.size)) @ root.T
-        good = np.ones(size, dtype=bool)
-        for one in evidence.hypothesis.parameters:
-            if one.positive:
-                good &= (u[:, evidence.hypothesis.places[one.name]] >= 0.0).all(axis=1)
+        u = fit.mode + rng.standard_normal((size, fit.mode.size)) @ root.T
+        good = (u[:, fit.hypothesis.positive] >= 0.0).all(axis=1)
         kept.append(u[good])
         count += int(np.count_nonzero(good))
         if count >= size:
@@ -67,13 +64,12 @@ def discrepancy_of_the_unknown(diagnosis: Diagnosis) -> float:
     if best is None or diagnosis.data.middle < 0:
         return 0.0
     differences = []
-    bare, other = (e.hypothesis.table(e.mode[None])[0] for e in (diagnosis.bare, best))
     layout = diagnosis.data.layout
     for test in np.unique(layout.test[layout.wind]):
         r = int(np.flatnonzero(layout.test == test)[0])
         before, after = (
             limit_cycle_amplitude(table[r][None], diagnosis.data.channels.knots, layout.reference_amplitude)[0]
-            for table in (bare, other)
+            for table in (diagnosis.null.table, best.table)
         )
         if before > 0.0 and after > 0.0 and np.isfinite(before * after):
             differences.append(np.log(after / before))
@@ -89,8 +85,8 @@ def attach(tree: "xr.DataTree", diagnosis: Diagnosis, effect: str, seed: int) ->
     """
     import xarray as xr
 
-    name, evidence = chosen(diagnosis, effect)
-    if evidence is None or diagnosis.data.middle < 0:
+    name, fit = chosen(diagnosis, effect)
+    if fit is None or diagnosis.data.middle < 0:
         return NONE
     layout, middle = diagnosis.data.layout, diagnosis.data.middle
     group = tree["campaign_posterior"]
@@ -102,9 +98,9 @@ def attach(tree: "xr.DataTree", diagnosis: Diagnosis, effect: str, seed: int) ->
         "mass_damping_factor": float(layout.scruton_number[middle] / diagnosis.data.nominal_damping[middle]),
     }  # fmt: skip
     if name == UNSEEN:
-        evidence = diagnosis.bare
+        fit = diagnosis.null
         attributes["discrepancy_sd"] = discrepancy_of_the_unknown(diagnosis)
-    rows = transferred(evidence.hypothesis.table(posterior_draws(evidence, rng, size))[:, middle])
+    rows = transferred(fit.hypothesis.table(posterior_draws(fit, rng, size))[:, middle])
     tree[GROUP] = xr.DataTree(
         xr.Dataset({"coefficient": (("sample", "term"), rows[:, [int(t) for t in Term]])},
                    coords={"term": [t.name.lower() for t in Term]}, attrs=attributes)

@@ -10,12 +10,9 @@ from scipy.ndimage import median_filter
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign
 from scruton.envelope import Cycles
-from scruton.gap.hypothesis import Weighed
-
-_LAGS = 6
-_BLOCKS = 4
-_FEWEST = 16
-_SIGMAS = 2.5
+from scruton.gap.hypothesis import FittedHypothesis
+from scruton.gap.thresholds import BLOCKS, EXCESS_SIGMAS, FEWEST_CYCLES, KURTOSIS_SHARE, LAGS
+from scruton.stats.whiteness import ljung_box
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,66 +42,69 @@ class Check:
         return min(1.0, 5.0 * min(self.colour, self.level, self.spread, self.tails, self.phase))
 
 
-def check(evidence: Weighed) -> Check:
+@dataclass
+class _ChiSquare:
+    """A sum of squares that noise would make, and its degrees of freedom."""
+
+    value: float = 0.0
+    freedom: int = 0
+
+    def add(self, value: float, freedom: int) -> None:
+        self.value, self.freedom = self.value + value, self.freedom + freedom
+
+    @property
+    def p(self) -> float:
+        return float(stats.chi2.sf(self.value, max(self.freedom, 1)))
+
+    @property
+    def excess(self) -> float:
+        """Nats beyond noise: half of what it exceeds its mean by, less some of its standard deviations."""
+        return max(0.0, 0.5 * (self.value - self.freedom) - EXCESS_SIGMAS * float(np.sqrt(0.5 * max(self.freedom, 1))))
+
+
+def check(fit: FittedHypothesis) -> Check:
     """Test the innovations of a hypothesis at its optimum, in wind where there are such records."""
-    hypothesis = evidence.hypothesis
-    data = hypothesis.bare.data.channels
-    v, s = hypothesis.innovations(evidence.mode[None])
+    data, layout = fit.hypothesis.data.channels, fit.hypothesis.data.layout
+    v, s = fit.hypothesis.innovations(fit.mode[None])
     z = (v / np.sqrt(s))[0]
     amplitude, phase = z[: data.size], z[data.size : 2 * data.size]
-    colour = level = spread = angle = 0.0
-    colour_df = level_df = spread_df = angle_df = 0
+    colour, level, spread, angle = (_ChiSquare() for _ in range(4))
     fourth, count = 0.0, 0
-    layout = hypothesis.bare.data.layout
     for r in range(len(layout.records)):
         # In still air what is left is the demodulation's own: it counts only where there is nothing else.
         if layout.wind.any() and not layout.wind[r]:
             continue
         mine = data.record == r
         x = amplitude[mine][1:]
-        if x.size < _FEWEST:
+        if x.size < FEWEST_CYCLES:
             continue
-        q, df = _ljung_box(x)
-        colour, colour_df = colour + q, colour_df + df
-        for block in np.array_split(x, _BLOCKS):
-            level += float(block.mean() ** 2 * block.size)
-            level_df += 1
-            # Wilson-Hilferty: a standard normal from a sum of squares
+        _add_ljung_box(colour, x)
+        for block in np.array_split(x, BLOCKS):
             n = block.size
+            level.add(float(block.mean() ** 2 * n), 1)
+            # Wilson-Hilferty: a standard normal from a sum of squares
             cube = (float(np.sum(block**2)) / n) ** (1.0 / 3.0)
-            spread += ((cube - (1.0 - 2.0 / (9.0 * n))) / np.sqrt(2.0 / (9.0 * n))) ** 2
-            spread_df += 1
+            spread.add(((cube - (1.0 - 2.0 / (9.0 * n))) / np.sqrt(2.0 / (9.0 * n))) ** 2, 1)
         fourth += float(np.sum(np.minimum(x, 20.0) ** 4))
         count += x.size
         y = phase[mine]
         y = y[y != 0.0]
-        if y.size >= _FEWEST:
-            q, df = _ljung_box(y)
-            angle, angle_df = angle + q, angle_df + df
+        if y.size >= FEWEST_CYCLES:
+            _add_ljung_box(angle, y)
     kurtosis = (fourth / max(count, 1) - 3.0) / np.sqrt(24.0 / max(count, 1))
     return Check(
-        colour=float(stats.chi2.sf(colour, max(colour_df, 1))),
-        level=float(stats.chi2.sf(level, max(level_df, 1))),
-        spread=float(stats.chi2.sf(spread, max(spread_df, 1))),
-        # its distribution has a heavy right tail: half as many standard errors count
-        tails=float(stats.norm.sf(0.6 * kurtosis)),
-        phase=float(stats.chi2.sf(angle, max(angle_df, 1))),
-        excess=_excess(colour, colour_df) + _excess(level, level_df),
+        colour=colour.p,
+        level=level.p,
+        spread=spread.p,
+        tails=float(stats.norm.sf(KURTOSIS_SHARE * kurtosis)),
+        phase=angle.p,
+        excess=colour.excess + level.excess,
     )
 
 
-def _excess(chi_square: float, freedom: int) -> float:
-    """Nats beyond noise: half of what chi-square exceeds its mean by, less some of its standard deviations."""
-    return max(0.0, 0.5 * (chi_square - freedom) - _SIGMAS * float(np.sqrt(0.5 * max(freedom, 1))))
-
-
-def _ljung_box(x: FloatArray) -> tuple[float, int]:
-    n = x.size
-    x = x - x.mean()
-    power = float(x @ x)
-    lags = min(_LAGS, n // 4)
-    rho = np.array([float(x[k:] @ x[:-k]) / power for k in range(1, lags + 1)])
-    return float(n * (n + 2) * np.sum(rho**2 / (n - np.arange(1, lags + 1)))), lags
+def _add_ljung_box(total: _ChiSquare, x: FloatArray) -> None:
+    lags = min(LAGS, x.size // 4)
+    total.add(ljung_box(x, lags)[0], lags)
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,29 +135,28 @@ def second_lines(campaign: Campaign, cycles: Mapping[str, Cycles]) -> tuple[Seco
     for record in records:
         if record.is_envelope or record.name not in cycles:
             continue
-        one = cycles[record.name]
-        line = _line(record.time, record.response, one)
+        line = _line(record.time, record.response, cycles[record.name])
         if line is not None:
             found.append(SecondLine(record.name, *line))
     return tuple(found)
 
 
-def _line(time: FloatArray, response: FloatArray, one: Cycles) -> tuple[float, float, float] | None:
-    omega = 2.0 * np.pi * one.reference_frequency
-    half = 0.5 / one.reference_frequency
-    inside = (time >= one.time[0] - half) & (time <= one.time[-1] + half)
+def _line(time: FloatArray, response: FloatArray, cycles: Cycles) -> tuple[float, float, float] | None:
+    omega = 2.0 * np.pi * cycles.reference_frequency
+    half = 0.5 / cycles.reference_frequency
+    inside = (time >= cycles.time[0] - half) & (time <= cycles.time[-1] + half)
     t, y = time[inside], response[inside]
     if t.size < 64:
         return None
     # The complex amplitude, smooth over some cycles, through the cycles.
-    z = one.amplitude * np.exp(1j * one.phase)
+    z = cycles.amplitude * np.exp(1j * cycles.phase)
     kernel = np.hanning(7)[1:-1]
     kernel /= kernel.sum()
     padded = np.concatenate([2 * z[0] - z[2:0:-1], z, 2 * z[-1] - z[-2:-4:-1]])
     smooth = np.convolve(padded, kernel, mode="valid")
-    a = np.interp(t, one.time, np.abs(smooth))
-    phase = np.interp(t, one.time, np.unwrap(np.angle(smooth)))
-    origin = one.time[0] - half
+    a = np.interp(t, cycles.time, np.abs(smooth))
+    phase = np.interp(t, cycles.time, np.unwrap(np.angle(smooth)))
+    origin = cycles.time[0] - half
     theta = omega * (t - origin) + phase
     columns = np.stack(
         [np.ones_like(t), *(f(k * theta) * a for k in (1, 2, 3) for f in (np.cos, np.sin))],
@@ -167,7 +166,7 @@ def _line(time: FloatArray, response: FloatArray, one: Cycles) -> tuple[float, f
     residual *= np.hanning(t.size) ** 0.5
     power = np.abs(np.fft.rfft(residual)) ** 2
     frequency = np.fft.rfftfreq(t.size, float(np.median(np.diff(t))))
-    f0, resolution = one.reference_frequency, 1.0 / (t[-1] - t[0])
+    f0, resolution = cycles.reference_frequency, 1.0 / (t[-1] - t[0])
     use = (frequency > 0.3 * f0) & (frequency < 2.85 * f0)
     for k in (1, 2):
         use &= np.abs(frequency - k * f0) > max(4.0 * resolution, 0.08 * f0)

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.dynamics.effects.effect import Extent, Scope, Variant
 from scruton.dynamics.effects.generic import discrepancy, hats
-from scruton.dynamics.effects.terms import Term, Variant
+from scruton.dynamics.effects.terms import Term
 from scruton.dynamics.limit_cycle import amplitude_rates
 from scruton.dynamics.reading import inverse_reading
-from scruton.gap.hypothesis import Hypothesis, Weighed
+from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 
 _BAND = 40
 _ITERATIONS = 8
@@ -35,7 +36,7 @@ class Discrepancy:
 
 
 def damping_discrepancy(
-    bare: Weighed, final: Weighed, left_out: Sequence[tuple[FloatArray, FloatArray]]
+    null: FittedHypothesis, final: FittedHypothesis, left_out: Sequence[tuple[FloatArray, FloatArray]]
 ) -> Discrepancy:
     """Compare damping curves.
 
@@ -44,17 +45,16 @@ def damping_discrepancy(
 
     Parameters
     ----------
-    bare, final : Weighed
+    null, final : FittedHypothesis
     left_out : sequence of (array, array)
         Coordinates of both, one pair a test in order, from the records of the others.
     """
-    data = final.hypothesis.bare.data
+    data = final.hypothesis.data
     layout = data.layout
-    shapes = discrepancy(layout, layout.by_test())
-    free = final.hypothesis.extended(Variant("measured", shapes, hats, layout.wind))
-    fitted = free.fit(free.start_from(final.mode, {}), iterations=_ITERATIONS)
+    scope = Scope(Extent.EACH_TEST, layout.by_test())
+    fitted = final.with_variants(Variant("measured", discrepancy(scope.members), hats, scope), iterations=_ITERATIONS)
     tests = [int(np.flatnonzero(layout.test == j)[0]) for j in np.unique(layout.test[layout.wind])]
-    measured = [_curve(free, fitted.mode, r) for r in tests]
+    measured = [_curve(fitted.hypothesis, fitted.mode, r) for r in tests]
 
     def distance(hypothesis: Hypothesis, each: Sequence[FloatArray]) -> float:
         away = [
@@ -63,16 +63,16 @@ def damping_discrepancy(
         ]
         return float(np.mean(away))
 
-    full = [distance(one.hypothesis, [one.mode] * len(tests)) for one in (bare, final)]
+    full = [distance(fit.hypothesis, [fit.mode] * len(tests)) for fit in (null, final)]
     out = full
     if len(left_out) == len(tests):
-        out = [distance(one.hypothesis, [pair[i] for pair in left_out]) for i, one in enumerate((bare, final))]
+        out = [distance(fit.hypothesis, [pair[i] for pair in left_out]) for i, fit in enumerate((null, final))]
     return Discrepancy(*full, *out)
 
 
 def _curve(hypothesis: Hypothesis, u: FloatArray, record: int) -> FloatArray:
     """Damping rate -da/dt/a of a test over the amplitudes that its records read [1/s]; a steady wind."""
-    data = hypothesis.bare.data
+    data = hypothesis.data
     layout = data.layout
     mine = np.isin(data.channels.record, np.flatnonzero(layout.test == layout.test[record]))
     read = data.channels.amplitude[mine]

@@ -7,18 +7,19 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.campaign import peak_tests
-from scruton.campaign.schema import Campaign, Kind, Quantity, Record
+from scruton.campaign.schema import Campaign, Kind, Record
 from scruton.dynamics import Setting
-from scruton.dynamics.cycles import ABSENT, Channels
+from scruton.dynamics.cycles import ABSENT, Channels, gaps
 from scruton.dynamics.effects import Layout
 from scruton.dynamics.effects.terms import HATS
 from scruton.envelope import Cycles
 from scruton.envelope.harmonics import third_harmonic
 from scruton.errors import InputError
+from scruton.infer.cards import ModelCard, load_card
 from scruton.infer.fit import envelope
+from scruton.stats.priors import Prior
 
 _DIRECTION = {Kind.GROWTH: 1, Kind.DECAY: -1, Kind.STEADY: 0, Kind.FREE_DECAY: 0}
-STATED_DAMPING_SD = 0.05  # relative, where none is stated: the bare model takes the statement at its word
 FLOOR = 2e-4  # of the amplitude: what a demodulated amplitude may be off by, beside its noise
 
 
@@ -48,6 +49,8 @@ class GapData:
         Damping ratio of the record's rig as stated, or a typical one.
     cycles : dict
         By name of record.
+    priors : dict
+        Of the null model, by parameter.
     """
 
     campaign: Campaign
@@ -63,66 +66,43 @@ class GapData:
     damping_sd: FloatArray
     nominal_damping: FloatArray
     cycles: Mapping[str, Cycles]
-
-    def keep(self, records: np.ndarray) -> "GapData":
-        """Only the records of a mask, (R,) of bool, with the same numbers of tests and rigs."""
-        renumber = np.cumsum(records) - 1
-        inside = records[self.channels.record]
-        arrays = {name: value[inside] if name != "knots" else value for name, value in vars(self.channels).items()}
-        arrays["record"] = renumber[arrays["record"]]
-        layout = self.layout
-        chosen = {
-            name: getattr(layout, name)[records]
-            for name in (
-                "rig", "test", "direction", "duration", "omega", "largest", "reduced_velocity", "scruton_number"
-            )
-        }  # fmt: skip
-        names = tuple(name for name, kept in zip(layout.records, records, strict=True) if kept)
-        return replace(
-            self,
-            channels=Channels(**arrays),
-            layout=replace(layout, records=names, **chosen),
-            middle=self.middle,
-            aero_ratio=self.aero_ratio[records],
-            drive_ratio=self.drive_ratio[records],
-            mass_sd=self.mass_sd[records],
-            nominal_damping=self.nominal_damping[records],
-        )
+    priors: Mapping[str, Prior]
 
     def referred_to(self, amplitude: float, rate: float) -> "GapData":
         """The same data with other reference amplitude and rate."""
         return replace(self, layout=replace(self.layout, reference_amplitude=amplitude, reference_rate=rate))
 
 
-def load_gap(campaign: Campaign, *, damping_relative_sd: float = STATED_DAMPING_SD) -> GapData:
+def load_gap(campaign: Campaign, card: ModelCard | None = None) -> GapData:
     """Demodulate every record and note what belongs to it.
 
     Parameters
     ----------
     campaign : Campaign
-    damping_relative_sd : float
-        Relative uncertainty of a damping ratio that is stated without.
+    card : ModelCard, optional
+        Gives the priors of the null model; the shipped default by default.
 
     Raises
     ------
     InputError
         If there is no record, or one cannot be demodulated.
     """
-    entries: list[tuple[Record, int, int]] = []
+    card = card or load_card()
     rigs = tuple(rig.name for rig in campaign.rigs)
     tests = tuple(test.name for test in campaign.tests)
-    for i, rig in enumerate(campaign.rigs):
-        entries += [(record, i, -1) for record in rig.records]
     winds = {r.name: envelope(r, campaign.rig(t.rig).frequency.mean) for t in campaign.tests for r in t.records}
     stable = {
         test.name: float(np.median([_tail(winds[record.name]) for record in test.records]))
         for test in campaign.tests
         if test.records
     }
-    peaks = {one.name for one in peak_tests(campaign, stable)} if stable else set()
-    for j, test in enumerate(campaign.tests):
-        if test.name in peaks:
-            entries += [(record, rigs.index(test.rig), j) for record in test.records]
+    peaks = {test.name for test in peak_tests(campaign, stable)} if stable else set()
+    entries = [(record, i, -1) for i, rig in enumerate(campaign.rigs) for record in rig.records]
+    entries += [
+        (record, rigs.index(test.rig), j)
+        for j, test in enumerate(campaign.tests)
+        for record in (test.records if test.name in peaks else ())
+    ]
     if not entries:
         raise InputError(campaign.path, "", "no record in any rig or peak test", "records to diagnose")
     cycles = {
@@ -133,9 +113,8 @@ def load_gap(campaign: Campaign, *, damping_relative_sd: float = STATED_DAMPING_
     of_test = np.array([j for _, _, j in entries])
     omega = 2.0 * np.pi * np.array([campaign.rigs[i].frequency.mean for i in of_rig])
     settings = [_setting(campaign, j, cycles) if j >= 0 else None for j in of_test]
-    stated = [one.damping_ratio for one in campaign.rigs]
-    damping = np.array([one.mean if one else np.nan for one in stated])
-    sd = np.array([_relative_sd(one, damping_relative_sd) if one else 1.0 for one in stated])
+    stated = [rig.damping_ratio for rig in campaign.rigs]
+    damping = np.array([ratio.mean if ratio else np.nan for ratio in stated])
     sc = np.array([float(s.mass_damping_factor * _known(s.damping_ratio)) if s else np.nan for s in settings])
     speed = np.array([float(s.reduced_velocity) if s else np.nan for s in settings])
     middle = _middle(sc, of_test)
@@ -175,9 +154,15 @@ def load_gap(campaign: Campaign, *, damping_relative_sd: float = STATED_DAMPING_
         drive_ratio=drive / drive[base] if middle >= 0 else drive,
         mass_sd=np.array([_mass_sd(campaign, i, j) for i, j in zip(of_rig, of_test, strict=True)]),
         damping=damping,
-        damping_sd=sd,
+        damping_sd=np.array(
+            [
+                max(card.damping_relative_sd if ratio.sd is None else ratio.relative_sd, 1e-4) if ratio else 1.0
+                for ratio in stated
+            ]
+        ),
         cycles=cycles,
         nominal_damping=_nominal(campaign, damping, cycles)[of_rig],
+        priors=card.null_priors,
     )
 
 
@@ -189,10 +174,10 @@ def _nominal(campaign: Campaign, stated: FloatArray, cycles: Mapping[str, Cycles
             continue
         rates = []
         for record in rig.records:
-            one = cycles[record.name]
-            clear = one.amplitude > 5.0 * one.standard_error
+            decay = cycles[record.name]
+            clear = decay.amplitude > 5.0 * decay.standard_error
             if np.count_nonzero(clear) > 2:
-                t, a = one.time[clear], one.amplitude[clear]
+                t, a = decay.time[clear], decay.amplitude[clear]
                 rates.append(np.log(a[0] / a[-1]) / (t[-1] - t[0]) / (2.0 * np.pi * rig.frequency.mean))
         found[i] = max(float(np.median(rates)), 1e-5) if rates else 0.004
     return found
@@ -218,8 +203,7 @@ def _middle(sc: FloatArray, test: np.ndarray) -> int:
     if numbers.size == 0:
         return -1
     by_sc = sorted(numbers, key=lambda j: sc[test == j][0])
-    chosen = by_sc[len(by_sc) // 2] if len(by_sc) % 2 else by_sc[(len(by_sc) - 1) // 2]
-    return int(np.flatnonzero(test == chosen)[0])
+    return int(np.flatnonzero(test == by_sc[(len(by_sc) - 1) // 2])[0])
 
 
 def _setting(campaign: Campaign, j: int, cycles: Mapping[str, Cycles]) -> Setting:
@@ -239,45 +223,37 @@ def _setting(campaign: Campaign, j: int, cycles: Mapping[str, Cycles]) -> Settin
     )
 
 
-def _relative_sd(one: Quantity, default: float) -> float:
-    relative = default if one.sd is None else one.sd / one.mean
-    return max(relative, 1e-4)
-
-
 def _mass_sd(campaign: Campaign, i: int, j: int) -> float:
     if j < 0:
         return 0.0
     mass, density = campaign.rigs[i].mass, campaign.tests[j].air_density
     assert mass is not None
-    parts = [one.sd / one.mean if one.sd else 0.0 for one in (mass, density)]
-    return float(np.hypot(parts[0], parts[1]))
+    return float(np.hypot(mass.relative_sd, density.relative_sd))
 
 
 def _channels(records: list[Record], cycles: Mapping[str, Cycles], knots: FloatArray) -> Channels:
-    parts: dict[str, list[FloatArray]] = {name: [] for name in Channels.__dataclass_fields__ if name != "knots"}
+    parts: dict[str, list[FloatArray]] = {}
     for number, record in enumerate(records):
-        one = cycles[record.name]
-        size, period = one.time.size, 1.0 / one.reference_frequency
-        if record.is_envelope:
-            third, error = np.zeros(size), np.full(size, np.inf)
-        else:
-            third, error = third_harmonic(record.time, record.response, one)
-        steps = np.diff(one.time) - period
-        span = max(float(np.ptp(one.time)), period)
+        own = cycles[record.name]
+        size, period = own.time.size, 1.0 / own.reference_frequency
+        third, error = np.zeros(size), np.full(size, np.inf)
+        if not record.is_envelope:
+            third, error = third_harmonic(record.time, record.response, own)
+        time = own.time - own.time[0]
         columns = {
-            "amplitude": one.amplitude,
-            "standard_error": np.hypot(one.standard_error, FLOOR * np.abs(one.amplitude)),
-            "phase": one.phase - one.phase[0],
+            "amplitude": own.amplitude,
+            "standard_error": np.hypot(own.standard_error, FLOOR * np.abs(own.amplitude)),
+            "phase": own.phase - own.phase[0],
             "third": third,
-            "third_error": np.where(np.isfinite(error), np.hypot(error, FLOOR * one.amplitude), ABSENT),
-            "gap": np.r_[-1.0, np.where(steps > 0.25 * period, steps, 0.0)],
+            "third_error": np.where(np.isfinite(error), np.hypot(error, FLOOR * own.amplitude), ABSENT),
+            "gap": gaps(own),
             "period": np.full(size, period),
-            "time": one.time - one.time[0],
-            "place": (one.time - one.time[0]) / span - 0.5,
+            "time": time,
+            "place": time / max(float(np.ptp(own.time)), period) - 0.5,
             "record": np.full(size, number, dtype=np.intp),
-            "omega": np.full(size, 2.0 * np.pi * one.reference_frequency),
+            "omega": np.full(size, 2.0 * np.pi * own.reference_frequency),
             "has_phase": np.full(size, not record.is_envelope),
         }
         for name, column in columns.items():
-            parts[name].append(column)
+            parts.setdefault(name, []).append(column)
     return Channels(**{name: np.concatenate(part) for name, part in parts.items()}, knots=knots)

@@ -9,30 +9,32 @@ from scipy.special import logsumexp
 from scruton.campaign.schema import Campaign
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Effect
 from scruton.gap.attribute import Candidate, everything, weigh
-from scruton.gap.bare import bare_model
 from scruton.gap.check import Check, SecondLine, check, second_lines
 from scruton.gap.data import GapData, load_gap
-from scruton.gap.hypothesis import Hypothesis, Weighed
+from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
+from scruton.gap.null_model import null_model
 from scruton.gap.screen import Screen
+from scruton.gap.thresholds import (
+    ALLOWED_EXCESS,
+    ALLOWED_SHARE,
+    ANY_TEMPERATURE,
+    CHAIN_NATS,
+    FURTHER_SHARE,
+    GROUP_NATS,
+    LINE_NATS,
+    MOST_EFFECTS,
+    PREFERENCE_NATS,
+    PREFERENCE_SHARE,
+    SECOND_NATS,
+    SECOND_SHARE,
+    SMALLEST,
+    TEMPERATURE,
+)
 from scruton.progress import Progress
 
 NONE = "none"
 UNSEEN = UNKNOWN.name
 PRIOR_NONE = 0.5
-SECOND_NATS = 8.0  # that a further effect must gain, beside
-SECOND_SHARE = 0.04  # this part of what the first gained: forms differ, and the difference is no second effect
-SMALLEST = 0.025  # size of a further effect, below which it is nobody's concern
-CHAIN_NATS = 10.0  # by which several effects must beat one generic term, for each beyond the first
-LINE_NATS = 30.0  # over chance: a line in the spectrum beside the response
-ALLOWED_EXCESS = 4.0  # nats of colour and level that noise and fitting leave, with
-ALLOWED_SHARE = 0.12  # this part of the gain, for the form of an effect is never quite its form
-PREFERENCE_NATS = 5.0  # by which the generic term must lead a catalogued effect, with
-PREFERENCE_SHARE = 0.12  # this part of its gain
-GROUP_NATS = 4.0  # effects that close are one group
-# Evidences are divided by these: simulated campaigns say how often such a lead is wrong.
-ANY_TEMPERATURE = 2.5  # of some effect against none
-TEMPERATURE = 4.0  # of one effect against another, whose forms are never quite those of nature
-_MOST = 3  # effects at once
 _STARTS = (0.0, -1.5, 1.2)  # of ln(aerodynamic rate), about the prior's centre
 
 
@@ -43,11 +45,11 @@ class Diagnosis:
     Attributes
     ----------
     data : GapData
-    bare : Weighed
+    null : FittedHypothesis
         Of the bare model.
     found : tuple of str
         Effects, strongest first; empty for none; ("unknown",) for what is in no catalogue.
-    final : Weighed
+    final : FittedHypothesis
         Of the hypothesis with the effects found (the best generic term for the unknown; the bare model for none).
     singles : dict
         Every effect added to the bare model alone, and the unknown.
@@ -64,9 +66,9 @@ class Diagnosis:
     """
 
     data: GapData
-    bare: Weighed
+    null: FittedHypothesis
     found: tuple[str, ...]
-    final: Weighed
+    final: FittedHypothesis
     singles: Mapping[str, Candidate]
     rivals: Mapping[str, Candidate]
     log_weights: Mapping[str, float]
@@ -81,12 +83,12 @@ class Diagnosis:
         return self.found[0] if self.found else NONE
 
 
-def fit_bare(data: GapData) -> tuple[GapData, Weighed]:
-    """Fit the bare model, refer sizes to its stable amplitude and relaxation rate, and fit it again."""
-    evidence = _from_several(Hypothesis(bare_model(data)))
+def fit_null(data: GapData) -> tuple[GapData, FittedHypothesis]:
+    """Fit the null model, refer sizes to its stable amplitude and relaxation rate, and fit it again."""
+    fit = _from_several(Hypothesis(null_model(data)))
     if data.middle >= 0:
-        amplitude = float(np.exp(evidence.value("stable_amplitude")[0][0]))
-        aero = float(np.exp(evidence.value("aerodynamic_rate")[0][0]))
+        amplitude = float(np.exp(fit.value("stable_amplitude")[0][0]))
+        aero = float(np.exp(fit.value("aerodynamic_rate")[0][0]))
         damping = data.layout.omega[data.middle] * data.nominal_damping[data.middle]
         data = data.referred_to(amplitude, aero + damping)
     else:
@@ -94,18 +96,18 @@ def fit_bare(data: GapData) -> tuple[GapData, Weighed]:
             float(np.exp(np.mean(np.log(data.layout.largest)))) * 0.5,
             float(np.median(data.layout.omega * data.nominal_damping)),
         )
-    return data, Hypothesis(bare_model(data)).fit(evidence.mode)
+    return data, Hypothesis(null_model(data)).fit(fit.mode)
 
 
-def _from_several(bare: Hypothesis) -> Weighed:
+def _from_several(null: Hypothesis) -> FittedHypothesis:
     """The best of several climbs: one start alone may end where turbulence explains what the wind does."""
     starts = []
     for shift in _STARTS:
-        start = bare.start()
-        if "aerodynamic_rate" in bare.places:
-            start[bare.places["aerodynamic_rate"]] += shift
+        start = null.start()
+        if (where := null.slices.get((None, "aerodynamic_rate"))) is not None:
+            start[where] += shift
         starts.append(start)
-    return max((bare.fit(start) for start in starts), key=lambda one: one.log_evidence)
+    return max((null.fit(start) for start in starts), key=lambda fit: fit.log_evidence)
 
 
 def diagnose_data(
@@ -134,24 +136,26 @@ def diagnose_data(
     """
     tell = progress or (lambda _what, _done: None)
     tell("bare model", 0.0)
-    data, bare = fit_bare(data)
+    data, null = fit_null(data)
     lines = second_lines(campaign, data.cycles)
     tell("single effects", 0.1)
-    effects = tuple(one for one in everything() if (prior or {}).get(one.name, 1.0) > 0.0)
-    singles = weigh(Screen(bare), effects, workers=workers)
-    chain, bases = _forward(bare, singles, effects, workers, tell)
+    effects = tuple(effect for effect in everything() if (prior or {}).get(effect.name, 1.0) > 0.0)
+    singles = weigh(Screen(null), effects, workers=workers)
+    chain, bases = _forward(null, singles, effects, workers, tell)
     generic = singles[UNSEEN].log_evidence if UNSEEN in singles else -np.inf
     if len(chain) > 1 and bases[-1].log_evidence < generic + CHAIN_NATS * (len(chain) - 1):
         chain, bases = chain[:1], bases[:2]
     tell("absolute check", 0.8)
-    checks = {NONE: check(bare)}
-    base = bases[-2] if len(bases) > 1 else bare
+    checks = {NONE: check(null)}
+    base = bases[-2] if len(bases) > 1 else null
     if len(chain) > 1:
         # The strongest effect is judged with the others in place.
         order = sorted(range(len(chain)), key=lambda i: (_rank(chain[i].name), i))
         chain = [chain[i] for i in order]
-        others = Hypothesis(bare.hypothesis.bare, tuple(c.variant for c in chain[1:] if c.variant))
-        base = others.fit(_seed(others, bare))
+        others = Hypothesis(null.hypothesis.null, tuple(c.variant for c in chain[1:] if c.variant))
+        start = others.start()
+        start[: null.mode.size] = null.mode
+        base = others.fit(start)
         rivals = weigh(Screen(base), [e for e in effects if e.name not in {c.name for c in chain[1:]}], workers=workers)
     else:
         rivals = dict(singles)
@@ -163,26 +167,27 @@ def diagnose_data(
     assert leader is not None
     checks[best if leader is not base else NONE] = mark = check(leader)
     # Forms differ a little: what is left is measured by what was explained, at the noise that is left.
-    explained = max(gains[best], 0.0, _explained(bare, leader)) if leader is not base else 0.0
+    explained = max(gains[best], 0.0, _explained(null, leader)) if leader is not base else 0.0
     left = _left_over(mark, lines, names, data) - ALLOWED_SHARE * explained
-    gains[UNSEEN] -= PREFERENCE_NATS + PREFERENCE_SHARE * max(gains[UNSEEN], 0.0)
-    gains[UNSEEN] = max(gains[UNSEEN], max(gains[best], 0.0) + left)
+    if UNSEEN in gains:  # a card may leave it out
+        gains[UNSEEN] -= PREFERENCE_NATS + PREFERENCE_SHARE * max(gains[UNSEEN], 0.0)
+        gains[UNSEEN] = max(gains[UNSEEN], max(gains[best], 0.0) + left)
     gains[NONE] = 0.0
     probability = _probabilities(gains, prior or {}, prior_none)
     top = max(probability, key=lambda name: probability[name])
     if top == NONE:
         found: tuple[str, ...] = ()
-        final = bare
+        final = null
     elif top == UNSEEN:
         found = (UNSEEN,)
-        final = singles[UNSEEN].best or bare
+        final = singles[UNSEEN].best or null
     else:
         found = (top, *(name for name in names if name != top)) if len(names) > 1 else (top,)
-        final = rivals[top].best or bare
+        final = rivals[top].best or null
     checks.setdefault(found[0] if found else NONE, check(final))
     tell("done", 1.0)
     return Diagnosis(
-        data, bare, found, final, singles, rivals, gains, probability, _groups(gains, found[0] if found else NONE),
+        data, null, found, final, singles, rivals, gains, probability, _groups(gains, found[0] if found else NONE),
         checks, lines,
     )  # fmt: skip
 
@@ -194,61 +199,55 @@ def diagnose(campaign: Campaign, **options: object) -> Diagnosis:
 
 def _rank(name: str) -> int:
     """Effects on damping come before those that only the frequency or the reading shows."""
-    return {"amplitude": 0, "spectrum": 0, "signal": 0}.get(CATALOGUE[name].channel, 1) if name in CATALOGUE else 2
-
-
-def _seed(hypothesis: Hypothesis, bare: Weighed) -> np.ndarray:
-    start = hypothesis.start()
-    start[: bare.mode.size] = bare.mode
-    return start
+    return int(CATALOGUE[name].channel == "frequency") if name in CATALOGUE else 2
 
 
 def _forward(
-    bare: Weighed, singles: Mapping[str, Candidate], effects: Sequence[Effect], workers: int, tell: Progress
-) -> tuple[list[Candidate], list[Weighed]]:
-    """Add catalogued effects one by one while each gains enough; the hypotheses on the way, the bare one first."""
+    null: FittedHypothesis, singles: Mapping[str, Candidate], effects: Sequence[Effect], workers: int, tell: Progress
+) -> tuple[list[Candidate], list[FittedHypothesis]]:
+    """Add catalogued effects one by one while each gains enough; the hypotheses on the way, the null model first."""
     chain: list[Candidate] = []
-    bases = [bare]
+    bases = [null]
     candidates = dict(singles)
     first = 0.0
-    for step in range(_MOST):
+    for step in range(MOST_EFFECTS):
         named = [c for name, c in candidates.items() if name in CATALOGUE and name not in {x.name for x in chain}]
         best = max(named, key=lambda c: c.log_evidence)
         gain = best.log_evidence - bases[-1].log_evidence
         needed = SECOND_NATS + SECOND_SHARE * first if chain else 0.0
         rival = candidates[UNSEEN].log_evidence if UNSEEN in candidates else -np.inf
         # A second effect has to beat the generic term: it would mend a first that is wrong, too.
-        slack = PREFERENCE_NATS + 0.15 * max(gain, 0.0)
+        slack = PREFERENCE_NATS + FURTHER_SHARE * max(gain, 0.0)
         negligible = chain and best.best is not None and _largest_size(best.best) < SMALLEST
         if gain < needed or best.best is None or negligible or (chain and best.log_evidence < rival - slack):
             break
         chain.append(best)
         bases.append(best.best)
         first = max(first, gain)
-        if step + 1 < _MOST and gain > 0.0:
+        if step + 1 < MOST_EFFECTS and gain > 0.0:
             tell(f"effects beside {best.name}", 0.3 + 0.2 * step)
             taken = {x.name for x in chain}
             candidates = weigh(Screen(best.best), [e for e in effects if e.name not in taken], workers=workers)
     return chain, bases
 
 
-def _largest_size(evidence: Weighed) -> float:
+def _largest_size(fit: FittedHypothesis) -> float:
     """Largest size of the variant that was added last; infinite where it has none (a lag, a level)."""
-    last = len(evidence.hypothesis.variants) - 1
-    variant = evidence.hypothesis.variants[last]
+    last = len(fit.hypothesis.variants) - 1
+    variant = fit.hypothesis.variants[last]
     sizes = [p for p in variant.parameters if not p.log]
     if not sizes:
         return np.inf
-    return max(float(np.abs(evidence.value(f"{last}:{p.name}")[0]).max()) for p in sizes if p.name != variant.scan)
+    return max(float(np.abs(fit.value(p.name, last)[0]).max()) for p in sizes if p.name != variant.scan)
 
 
-def _explained(base: Weighed, leader: Weighed) -> float:
+def _explained(base: FittedHypothesis, leader: FittedHypothesis) -> float:
     """Nats of misfit of the amplitudes that the leader takes away, both hypotheses at its noise."""
-    data = leader.hypothesis.bare.data.channels
+    data = leader.hypothesis.data.channels
     size = data.size
     u = base.mode.copy()
     for name in ("scatter", "noise"):
-        u[base.hypothesis.places[name]] = leader.mode[leader.hypothesis.places[name]]
+        u[base.hypothesis.slices[None, name]] = leader.mode[leader.hypothesis.slices[None, name]]
     (v0, s0), (v1, s1) = base.hypothesis.innovations(u[None]), leader.hypothesis.innovations(leader.mode[None])
     chi = [float(np.sum(v[0, :size] ** 2 / s[0, :size])) for v, s in ((v0, s0), (v1, s1))]
     return 0.5 * (chi[0] - chi[1])
@@ -258,8 +257,9 @@ def _left_over(mark: Check, lines: Sequence[SecondLine], names: Sequence[str], d
     """Nats of misfit that no hypothesis of the catalogue has taken up."""
     excess = mark.excess - ALLOWED_EXCESS
     still = {name for name, wind in zip(data.layout.records, data.layout.wind, strict=True) if not wind}
-    forced = "vortex_shedding_forcing" in names
-    counted = [one.ratio for one in lines if not forced or one.record in still]
+    # Of a force off the response such lines are the signature.
+    forced = any(CATALOGUE[name].channel == "spectrum" for name in names)
+    counted = [line.ratio for line in lines if not forced or line.record in still]
     line = sum(max(0.0, ratio - LINE_NATS) for ratio in counted)
     return max(excess, line - ALLOWED_EXCESS if line > 0.0 else -ALLOWED_EXCESS)
 

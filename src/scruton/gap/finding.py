@@ -34,6 +34,8 @@ class Finding:
         What it is, for people.
     effect : str or None
         Effect of the verdict whose scope this tells; None for what was found without a look at the verdict.
+    kind : str
+        What was looked for: of findings of one kind in several records of a test, one stands for all.
     """
 
     quantity: str
@@ -47,31 +49,48 @@ class Finding:
     significance: float
     detail: str
     effect: str | None = None
+    kind: str = ""
 
     def to_json(self) -> dict[str, Any]:
         """Return the entry of `where` in gap.json."""
 
-        def pair(one: Range | None) -> list[float] | None:
-            return None if one is None else [float(f"{x:.6g}") for x in one]
+        def pair(ends: Range | None) -> list[float] | None:
+            return None if ends is None else [float(f"{x:.6g}") for x in ends]
 
         return {
-            "quantity": self.quantity,
-            "rig": self.rig,
-            "test": self.test,
-            "record": self.record,
-            "amplitude": pair(self.amplitude),
-            "time_s": pair(self.time),
-            "excess": float(f"{self.excess:.6g}"),
-            "interval90": pair(self.interval90),
-            "significance": float(f"{self.significance:.4g}"),
-            "detail": self.detail,
-            "effect": self.effect,
-        }
+            "quantity": self.quantity, "rig": self.rig, "test": self.test, "record": self.record,
+            "amplitude": pair(self.amplitude), "time_s": pair(self.time), "excess": float(f"{self.excess:.6g}"),
+            "interval90": pair(self.interval90), "significance": float(f"{self.significance:.4g}"),
+            "detail": self.detail, "effect": self.effect,
+        }  # fmt: skip
 
 
 def interval(value: float, sd: float) -> Range:
     """90 % interval of a normal distribution."""
     return (float(value - Z90 * sd), float(value + Z90 * sd))
+
+
+def of_record(
+    data: GapData,
+    record: int,
+    quantity: str,
+    value: float,
+    sd: float,
+    detail: str,
+    *,
+    kind: str = "",
+    **other: Any,
+) -> Finding:
+    """A finding in one record, over all of its amplitudes and time unless `other` fields of it say more."""
+    rig, test, name = names_of(data, record)
+    alone = np.arange(len(data.layout.records)) == record
+    fields: dict[str, Any] = {
+        "amplitude": amplitudes_of(data, alone), "time": time_of(data, record), "significance": float(abs(value) / sd)
+    }  # fmt: skip
+    return Finding(
+        quantity, rig, test, name, excess=float(value), interval90=interval(value, sd), detail=detail, kind=kind,
+        **(fields | other),
+    )  # fmt: skip
 
 
 def names_of(data: GapData, record: int) -> tuple[str, str | None, str]:

@@ -1,31 +1,35 @@
-r"""A hypothesis - the bare model with some effects in it - and its Laplace evidence by Fisher scoring.
+r"""A hypothesis - the null model with some effects in it - and its Laplace evidence by Fisher scoring.
 
 All records depend on a hypothesis through innovations v and variances S of the filter.  Their derivatives J are taken
 by central differences; a parameter that has one value per rig, test or record is moved in all of them at once, since
 records do not share it.  The Fisher information J'J/S + (dS)'(dS)/2S^2 plus the prior's precision is positive, whatever
-the point, so that scoring with a damped step climbs from anywhere; it is the curvature of Laplace's approximation, too.
+the point; it is the curvature of Laplace's approximation, too.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from scipy.special import log_ndtr
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.cycles import Channels
-from scruton.dynamics.effects.terms import Parameter, Variant
+from scruton.dynamics.effects.effect import Parameter, Variant
 from scruton.dynamics.extended import channel_innovations
-from scruton.gap.bare import BareModel
+from scruton.gap.data import GapData
+from scruton.gap.null_model import NullModel
+from scruton.stats.fisher_scoring import climb
+from scruton.stats.student_t import StudentT
+from scruton.stats.thresholds import WIDEN
 
 _STEP = 1e-4
+_FREEDOM = 8.0  # degrees of freedom of proposals
+_CHUNK = 100  # points whose filters run side by side
 _LOG_2PI = float(np.log(2.0 * np.pi))
-_DAMPING = (1.0, 0.3, 0.05)
 
 
 @dataclass(frozen=True, eq=False)
-class Weighed:
+class FittedHypothesis:
     """A hypothesis at its optimum.
 
     Attributes
@@ -44,97 +48,132 @@ class Weighed:
     log_prior: float
     log_evidence: float
 
-    def value(self, name: str) -> tuple[FloatArray, FloatArray]:
+    def value(self, name: str, variant: int | None = None) -> tuple[FloatArray, FloatArray]:
         """Mode and standard deviation of a parameter in its sampled coordinate, (members,) each."""
-        where = self.hypothesis.places[name]
+        where = self.hypothesis.slices[variant, name]
         return self.mode[where], np.sqrt(np.diag(self.covariance))[where]
+
+    @property
+    def table(self) -> FloatArray:
+        """Coefficients at the optimum, (R, COLUMNS)."""
+        table: FloatArray = self.hypothesis.table(self.mode[None])[0]
+        return table
+
+    def proposal(self) -> StudentT:
+        """Laplace's approximation a little wider, with heavier tails: what draws of the posterior start from."""
+        return StudentT(self.mode, np.linalg.cholesky(self.covariance) * WIDEN, _FREEDOM)
+
+    def with_variants(
+        self, *variants: Variant, start: Mapping[str, FloatArray] | None = None, iterations: int = 40
+    ) -> "FittedHypothesis":
+        """Add variants and fit from this optimum, the last one's parameters from `start` (zero by default)."""
+        larger = self.hypothesis.extended(*variants)
+        return larger.fit(larger.start_from(self.mode, start or {}), iterations=iterations)
+
+    def slopes(
+        self, function: Callable[[FloatArray], FloatArray], fraction: float, at: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """A function of the table of coefficients at the optimum, and its slopes by central differences.
+
+        Parameters
+        ----------
+        function : callable
+            (W, ...) from tables (W, R, COLUMNS).
+        fraction : float
+            Of a coordinate's standard deviation, that a step is.
+        at : (k,) array of int, optional
+            Coordinates; all by default.
+
+        Returns
+        -------
+        value : (...) array
+        slopes : (k, ...) array
+        """
+        where = np.arange(self.mode.size) if at is None else at
+        step = fraction * np.sqrt(np.diag(self.covariance))[where]
+        moves = np.zeros((where.size, self.mode.size))
+        moves[np.arange(where.size), where] = step
+        values = function(
+            self.hypothesis.table(np.concatenate([self.mode[None], self.mode + moves, self.mode - moves]))
+        )
+        up, down = values[1 : where.size + 1], values[where.size + 1 :]
+        return values[0], (up - down) / (2.0 * step.reshape((-1,) + (1,) * (up.ndim - 1)))
 
 
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
-    """The bare model and some variants of effects."""
+    """The null model and some variants of effects."""
 
-    bare: BareModel
+    null: NullModel
     variants: tuple[Variant, ...] = ()
+
+    @property
+    def data(self) -> GapData:
+        """What it is fitted to."""
+        return self.null.data
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """All parameters, those of variants renamed by their order."""
-        renamed = [
-            Parameter(f"{i}:{p.name}", p.location, p.scale, p.members, p.log, p.positive, p.unit, p.starts)
-            for i, variant in enumerate(self.variants)
-            for p in variant.parameters
-        ]
-        return (*self._bare_parameters, *renamed)
+        """All parameters, those of variants with the place of their variant as owner."""
+        owned = [replace(p, owner=i) for i, variant in enumerate(self.variants) for p in variant.parameters]
+        return (*self.null.parameters, *owned)
 
     @cached_property
-    def _bare_parameters(self) -> tuple[Parameter, ...]:
-        return self.bare.parameters
-
-    @cached_property
-    def places(self) -> dict[str, slice]:
-        """Slice of each parameter in the vector."""
+    def slices(self) -> dict[tuple[int | None, str], slice]:
+        """Where each parameter, by its key, stands in the vector of coordinates."""
         found, start = {}, 0
-        for one in self.parameters:
-            found[one.name] = slice(start, start + one.size)
-            start += one.size
+        for parameter in self.parameters:
+            found[parameter.key] = slice(start, start + parameter.size)
+            start += parameter.size
         return found
 
     @cached_property
     def size(self) -> int:
         """Number of coordinates."""
-        return sum(one.size for one in self.parameters)
+        return sum(parameter.size for parameter in self.parameters)
 
     @cached_property
     def prior(self) -> tuple[FloatArray, FloatArray]:
         """Locations and scales, (d,) each."""
-        location, scale = [], []
-        data = self.bare.data
-        for one in self.parameters:
-            centre = np.full(one.size, one.location)
-            width = np.full(one.size, one.scale)
-            if one.name == "damping":
-                width = np.array([data.damping_sd[data.layout.rig[one.members == j][0]] for j in range(one.size)])
-            elif one.name == "mass":
-                width = np.array([max(data.mass_sd[one.members == j][0], 1e-6) for j in range(one.size)])
-            elif one.name in ("scatter", "phase_scatter"):
-                # In still air nothing pushes the amplitude about but draughts.
-                still = np.array([not data.layout.wind[one.members == j].any() for j in range(one.size)])
-                centre = np.where(still, np.log(3e-4), centre)
-            location.append(centre)
-            scale.append(width)
-        return np.concatenate(location), np.concatenate(scale)
+        location, scale = (
+            np.concatenate([np.broadcast_to(getattr(parameter, name), parameter.size) for parameter in self.parameters])
+            for name in ("location", "scale")
+        )
+        return location, scale
 
     @cached_property
     def _logarithmic(self) -> np.ndarray:
-        return np.concatenate([np.full(one.size, one.log) for one in self.parameters])
+        return np.concatenate([np.full(parameter.size, parameter.log) for parameter in self.parameters])
+
+    @cached_property
+    def positive(self) -> np.ndarray:
+        """Whether the prior of each coordinate is cut at zero, (d,) of bool."""
+        return np.concatenate([np.full(parameter.size, parameter.positive) for parameter in self.parameters])
 
     def start(self) -> FloatArray:
-        """The prior's centre, (d,)."""
+        """The prior's centre, (d,); of variants, where their search begins."""
         found = self.prior[0].copy()
-        for one in self.parameters:
-            if one.name[0].isdigit() and not one.log:
-                found[self.places[one.name]] = one.starts[0]
+        for parameter in self.parameters:
+            if parameter.owner is not None and not parameter.log:
+                found[self.slices[parameter.key]] = parameter.starts[0]
         return found
 
     def table(self, u: FloatArray) -> FloatArray:
         """Coefficients, (W, R, COLUMNS), from coordinates (W, d)."""
-        values = {}
-        for one in self.parameters:
-            part = u[:, self.places[one.name]]
-            natural = np.exp(np.clip(part, -60.0, 60.0)) if one.log else part
+        values: dict[int | None, dict[str, FloatArray]] = {}
+        for parameter in self.parameters:
+            part = u[:, self.slices[parameter.key]]
+            natural = np.exp(np.clip(part, -60.0, 60.0)) if parameter.log else part
             padded = np.concatenate([natural, np.zeros((len(u), 1))], axis=1)
-            values[one.name] = padded[:, one.members]
-        table = self.bare.table(values)
-        layout = self.bare.data.layout
+            values.setdefault(parameter.owner, {})[parameter.name] = padded[:, parameter.members]
+        table = self.null.table(values[None])
         for i, variant in enumerate(self.variants):
-            mine = {p.name: values[f"{i}:{p.name}"] for p in variant.parameters}
-            variant.apply(table, mine, layout)
+            variant.apply(table, values.get(i, {}), self.data.layout)
         return table
 
-    def innovations(self, u: FloatArray, data: Channels | None = None) -> tuple[FloatArray, FloatArray]:
+    def innovations(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Innovations and variances, (W, 3 N) each."""
-        return channel_innovations(self.bare.data.channels if data is None else data, self.table(u))
+        return channel_innovations(self.data.channels, self.table(u))
 
     def log_prior(self, u: FloatArray) -> FloatArray:
         """Normalised log prior density, (W,)."""
@@ -143,12 +182,27 @@ class Hypothesis:
         density: FloatArray = -0.5 * np.sum(z * z, axis=1) - np.log(scale).sum() - 0.5 * scale.size * _LOG_2PI
         return density
 
-    def log_prob(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Log likelihood and log prior, (W,) each."""
+    def log_likelihood(self, u: FloatArray) -> FloatArray:
+        """Log likelihood, (W,), not finite where the filter fails."""
         v, s = self.innovations(u)
         with np.errstate(all="ignore"):
-            like = -0.5 * np.sum(v * v / s + np.log(s) + _LOG_2PI, axis=1)
+            like: FloatArray = -0.5 * np.sum(v * v / s + np.log(s) + _LOG_2PI, axis=1)
+        return like
+
+    def log_prob(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Log likelihood and log prior, (W,) each."""
+        like = self.log_likelihood(u)
         return np.where(np.isfinite(like), like, -np.inf), self.log_prior(u)
+
+    def log_density(self, u: FloatArray) -> FloatArray:
+        """Log likelihood and prior at points (N, d), priors that are cut at zero with twice their density, (N,)."""
+        parts = [sum(self.log_prob(u[i : i + _CHUNK])) for i in range(0, len(u), _CHUNK)]
+        inside = (u[:, self.positive] > 0.0).all(axis=1)
+        return np.where(inside, np.concatenate(parts) + np.count_nonzero(self.positive) * np.log(2.0), -np.inf)
+
+    def inside(self, u: FloatArray) -> FloatArray:
+        """Points (N, d) moved to where every prior that is cut at zero has density."""
+        return np.where(self.positive, np.abs(u) + 1e-6, u)
 
     def derivatives(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Innovations and log variances at a point, (3 N,) each, and derivatives by parameter, (P, 3 N) each.
@@ -156,28 +210,29 @@ class Hypothesis:
         Row i holds, for every cycle, the derivative in that value of parameter i which the cycle's record takes.
         """
         scale = self.prior[1] * _STEP
-        moves = np.zeros((len(self.parameters), self.size))
-        width = np.empty((len(self.parameters), len(self.bare.data.layout.records)))
-        for i, one in enumerate(self.parameters):
-            own = scale[self.places[one.name]]
-            moves[i, self.places[one.name]] = own
-            width[i] = 2.0 * np.r_[own, 1.0][one.members]
+        count, channels = len(self.parameters), self.data.channels
+        moves = np.zeros((count, self.size))
+        width = np.empty((count, len(self.data.layout.records)))
+        for i, parameter in enumerate(self.parameters):
+            where = self.slices[parameter.key]
+            moves[i, where] = scale[where]
+            width[i] = 2.0 * np.r_[scale[where], 1.0][parameter.members]
         v, s = self.innovations(np.concatenate([u[None], u + moves, u - moves]))
-        count = len(self.parameters)
         s = np.log(s)
-        width = width[:, np.tile(self.bare.data.channels.record, 3)]
+        width = width[:, np.tile(channels.record, 3)]
         jv, js = (v[1 : count + 1] - v[count + 1 :]) / width, (s[1 : count + 1] - s[count + 1 :]) / width
         return v[0], s[0], jv, js
 
     @cached_property
-    def _blocks(self) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]:
+    def blocks(self) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]:
         """For every record: its cycles in all channels, the parameters that it takes, and their coordinates."""
-        record, size = self.bare.data.channels.record, self.bare.data.channels.size
+        record, size = self.data.channels.record, self.data.channels.size
         found = []
-        for r in range(len(self.bare.data.layout.records)):
+        for r in range(len(self.data.layout.records)):
             cycles = np.flatnonzero(record == r)
-            rows = np.array([i for i, one in enumerate(self.parameters) if one.members[r] >= 0])
-            where = np.array([self.places[self.parameters[i].name].start + self.parameters[i].members[r] for i in rows])
+            rows = np.array([i for i, parameter in enumerate(self.parameters) if parameter.members[r] >= 0])
+            taken = [self.parameters[i] for i in rows]
+            where = np.array([self.slices[p.key].start + p.members[r] for p in taken])
             found.append((np.concatenate([cycles, cycles + size, cycles + 2 * size]), rows, where))
         return tuple(found)
 
@@ -189,14 +244,14 @@ class Hypothesis:
         gradient = -(u - location) / scale**2
         fisher = np.diag(1.0 / scale**2)
         pull, spread = v * weight, 1.0 - v * v * weight
-        for cycles, rows, where in self._blocks:
+        for cycles, rows, where in self.blocks:
             a, b = jv[np.ix_(rows, cycles)], js[np.ix_(rows, cycles)]
             gradient[where] -= a @ pull[cycles] + 0.5 * b @ spread[cycles]
             fisher[np.ix_(where, where)] += (a * weight[cycles]) @ a.T + 0.5 * b @ b.T
         value = -0.5 * float(np.sum(v * pull + log_s + _LOG_2PI)) + float(self.log_prior(u[None])[0])
         return value, gradient, fisher
 
-    def fit(self, start: FloatArray | None = None, *, iterations: int = 40) -> Weighed:
+    def fit(self, start: FloatArray | None = None, *, iterations: int = 40) -> FittedHypothesis:
         """Climb to the optimum and apply Laplace's approximation there.
 
         Parameters
@@ -206,52 +261,37 @@ class Hypothesis:
         iterations : int
             At most so many steps.
         """
-        u = self.start() if start is None else start.copy()
-        value, gradient, fisher = self.scores(u)
-        mu = 0.0
-        for _ in range(iterations):
-            diagonal = np.diag(np.diag(fisher))
-            steps = [np.linalg.solve(fisher + m * diagonal, gradient) for m in (mu, 10.0 * mu + 0.3, 100.0 * mu + 10.0)]
-            limit = np.where(self._logarithmic, 1.5, 5.0 * self.prior[1] + np.abs(u - self.prior[0]))
-            steps = [np.clip(s, -limit, limit) for s in steps]
-            trials = u + np.array([*steps, 0.3 * steps[0], 0.05 * steps[2]])
-            like, prior = self.log_prob(trials)
-            total = like + prior
-            best = int(np.argmax(total))
-            gain = total[best] - value
-            if not gain > 0.0:
-                if mu > 1e3:
-                    break
-                mu = 100.0 * mu + 30.0
-                continue
-            u = trials[best]
-            mu = (0.0, 0.1 * mu, mu, mu, 10.0 * mu + 1.0)[best]
-            value, gradient, fisher = self.scores(u)
-            if gain < 5e-3:
-                break
+        location, scale = self.prior
+        u, (_, _, fisher) = climb(
+            self.scores,
+            lambda points: sum(self.log_prob(points)),  # type: ignore[arg-type,return-value]
+            self.start() if start is None else start.copy(),
+            limit=lambda u: np.where(self._logarithmic, 1.5, 5.0 * scale + np.abs(u - location)),
+            iterations=iterations,
+        )
         return self.laplace(u, fisher)
 
-    def laplace(self, u: FloatArray, fisher: FloatArray) -> Weighed:
-        """Evidence from the optimum and the curvature there."""
+    def laplace(self, u: FloatArray, fisher: FloatArray) -> FittedHypothesis:
+        """Evidence from the optimum and the curvature there; a prior cut at zero counts by the posterior above it."""
         like, prior = (float(x[0]) for x in self.log_prob(u[None]))
         covariance = np.linalg.inv(fisher)
         _, logdet = np.linalg.slogdet(fisher)
         evidence = like + prior + 0.5 * u.size * _LOG_2PI - 0.5 * float(logdet)
         sd = np.sqrt(np.diag(covariance))
-        for one in self.parameters:
-            if one.positive:
-                where = self.places[one.name]
+        for parameter in self.parameters:
+            if parameter.positive:
+                where = self.slices[parameter.key]
                 evidence += float(np.sum(np.log(2.0) + log_ndtr(u[where] / sd[where])))
-        return Weighed(self, u, covariance, like, prior, evidence)
+        return FittedHypothesis(self, u, covariance, like, prior, evidence)
 
     def extended(self, *more: Variant) -> "Hypothesis":
         """Add variants."""
-        return Hypothesis(self.bare, (*self.variants, *more))
+        return Hypothesis(self.null, (*self.variants, *more))
 
     def start_from(self, base: FloatArray, start: Mapping[str, FloatArray]) -> FloatArray:
         """Coordinates that continue those of a smaller hypothesis, the last variant's parameters at `start`."""
         found = np.concatenate([base, np.zeros(self.size - base.size)])
         last = len(self.variants) - 1
         for name, values in start.items():
-            found[self.places[f"{last}:{name}"]] = values
+            found[self.slices[last, name]] = values
         return found

@@ -5,14 +5,11 @@ from typing import Any
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.effects.terms import Parameter, Term, Variant, add
+from scruton.dynamics.effects.effect import Extent, Parameter, Scope, Variant, add
+from scruton.dynamics.effects.terms import Term
 from scruton.dynamics.limit_cycle import limit_cycle_amplitude, transferred
 from scruton.gap.diagnosis import Diagnosis
-
-FRICTION = 0.1  # of the relaxation damping at the stable amplitude
-GAIN = 0.05
-_UNKNOWN_MASS = 0.02  # where none is stated
-_SIGMAS = 2.0
+from scruton.gap.thresholds import BOUND_SIGMAS, INVISIBLE_FRICTION, INVISIBLE_GAIN, UNKNOWN_MASS
 
 
 def invisible(diagnosis: Diagnosis) -> list[dict[str, Any]]:
@@ -35,24 +32,23 @@ def invisible(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     if data.middle < 0:
         return []
     layout, r = data.layout, data.middle
-    evidence = diagnosis.final
-    row = transferred(evidence.hypothesis.table(evidence.mode[None])[0, r])
+    row = transferred(diagnosis.final.table[r])
     a = _settled(diagnosis, row)
     rate, still = layout.reference_rate, bool(np.any(~layout.wind))
-    told = "; bounded by the still-air decays here" if still else "; a free decay in still air of every rig shows it"
-    mass = float(np.sqrt(np.mean(data.mass_sd[layout.wind] ** 2))) or _UNKNOWN_MASS
+    shown = "; bounded by the still-air decays here" if still else "; a free decay in still air of every rig shows it"
+    mass = float(np.sqrt(np.mean(data.mass_sd[layout.wind] ** 2))) or UNKNOWN_MASS
 
-    friction = _seen(diagnosis, int(Term.FRICTION), rate * layout.reference_amplitude, FRICTION)
+    friction = _seen(diagnosis, int(Term.FRICTION), rate * layout.reference_amplitude, INVISIBLE_FRICTION)
     with_friction = row.copy()
     with_friction[Term.DRIVE] += friction * rate * layout.reference_amplitude
     sd = float(np.max(np.where(data.damping_sd < 1.0, data.damping_sd, 0.1)))
-    offset = _SIGMAS * sd * row[Term.STRUCTURAL] / rate
+    offset = BOUND_SIGMAS * sd * row[Term.STRUCTURAL] / rate
     damping = _seen(diagnosis, int(Term.STRUCTURAL), rate, offset)
     misjudged = row.copy()
     misjudged[Term.AERO] -= damping * rate
     heavier = row.copy()
     heavier[[int(Term.AERO), int(Term.DRIVE), int(Term.AERO_LINEAR), int(Term.AERO_SQUARE), int(Term.AERO_FOURTH)]] *= (
-        1.0 + _SIGMAS * mass
+        1.0 + BOUND_SIGMAS * mass
     )
 
     def percent(table: FloatArray) -> float:
@@ -61,16 +57,16 @@ def invisible(diagnosis: Diagnosis) -> list[dict[str, Any]]:
 
     entries = [
         ("friction_everywhere", percent(with_friction),
-         f"Dry friction alike in every rig looks like a smaller epsilon{told}. Friction of {friction:.1%} of the "
+         f"Dry friction alike in every rig looks like a smaller epsilon{shown}. Friction of {friction:.1%} of the "
          "relaxation damping would make a bridge without it move more by {}"),
         ("damping_constant", percent(misjudged),
-         f"An error of the structural damping common to all rigs looks like another Y1{told}. One of {damping:.1%} of "
+         f"An error of the structural damping common to all rigs looks like another Y1{shown}. One of {damping:.1%} of "
          "the relaxation damping would change the bridge's amplitude by {}"),
-        ("gain_common", round(100.0 * GAIN, 2),
-         f"A gain of all channels alike scales every amplitude: {GAIN:.0%} would change the bridge's amplitude by {{}}"
-         "; a static calibration shows it"),
+        ("gain_common", round(100.0 * INVISIBLE_GAIN, 2),
+         f"A gain of all channels alike scales every amplitude: {INVISIBLE_GAIN:.0%} would change the bridge's "
+         "amplitude by {}; a static calibration shows it"),
         ("mass", percent(heavier),
-         f"The mass ratio stands beside Y1 in every equation: an error of {_SIGMAS * mass:.1%} would change the "
+         f"The mass ratio stands beside Y1 in every equation: an error of {BOUND_SIGMAS * mass:.1%} would change the "
          "bridge's amplitude by {}; added mass of known size shows it"),
     ]  # fmt: skip
     return [{"name": n, "text": text.format(f"{bound:.2g} %"), "bound": bound} for n, bound, text in entries]
@@ -84,12 +80,12 @@ def _settled(diagnosis: Diagnosis, row: FloatArray) -> float:
 def _seen(diagnosis: Diagnosis, term: int, unit: float, prior: float) -> float:
     """How large a coefficient common to all records may be, over its unit: as the prior says, or as records leave."""
     layout = diagnosis.data.layout
-    members = layout.everywhere()
+    scope = Scope(Extent.EVERYWHERE, layout.everywhere())
 
     def apply(table: FloatArray, values: Any, _layout: Any) -> None:
         add(table, Term(term), values["size"] * unit)
 
-    probe = Variant("probe", (Parameter("size", 0.0, max(prior, 1e-9), members),), apply, members >= 0)
+    probe = Variant("probe", (Parameter("size", 0.0, max(prior, 1e-9), scope.members),), apply, scope)
     hypothesis = diagnosis.final.hypothesis.extended(probe)
     _, _, fisher = hypothesis.scores(np.append(diagnosis.final.mode, 0.0))
     # Of the whole coefficient: an effect that was found shares it with the probe.
@@ -97,4 +93,4 @@ def _seen(diagnosis: Diagnosis, term: int, unit: float, prior: float) -> float:
     step = 1e-5 * hypothesis.prior[1]
     whole = hypothesis.table(np.concatenate([at[None], at + np.diag(step)]))[:, :, term].mean(axis=1) / unit
     slope = (whole[1:] - whole[0]) / step
-    return min(prior, _SIGMAS * float(np.sqrt(slope @ np.linalg.solve(fisher, slope))))
+    return min(prior, BOUND_SIGMAS * float(np.sqrt(slope @ np.linalg.solve(fisher, slope))))

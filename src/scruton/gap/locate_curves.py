@@ -12,25 +12,22 @@ import numpy as np
 from scipy.stats import norm
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.effects.terms import HATS, Layout, Parameter, Term, Values, Variant, add, compact
+from scruton.dynamics.effects.effect import Extent, Parameter, Scope, Values, Variant, add
+from scruton.dynamics.effects.terms import HATS, Layout, Term, compact
 from scruton.dynamics.limit_cycle import amplitude_rates
-from scruton.gap.bare import TOLERANCES
 from scruton.gap.data import GapData
 from scruton.gap.finding import Finding, Range, amplitudes_of, interval, names_of, time_of
-from scruton.gap.hypothesis import Weighed
+from scruton.gap.hypothesis import FittedHypothesis
+from scruton.gap.thresholds import CURVE_FALSE, FAST_GROWTH, FEWEST_CYCLES_OF_A_KNOT, SHORTEST_PLACE, STIFFNESS_IN_WIND
 
 GROWTH, DECAY, STEADY, STILL = "growth", "decay", "steady", "still air"
 _DIRECTION = {1: GROWTH, -1: DECAY, 0: STEADY}
 _SCALE = 0.5  # prior sd of the excess damping over the reference relaxation rate
 _LENGTH = 1.0  # over which it varies, in ln(amplitude)
 _BEND = 0.05  # prior sd of the relative change of frequency up to the largest amplitude
-_IN_WIND = 2.0  # times what is tolerated in still air: gusts move phase and amplitude together
-_FAST = 0.03  # growth ratio beyond which the frequency falls by half its square
 _GRID = 41
-_FALSE = 0.1  # probability that any curve of a campaign leaves zero by chance
-_SHORT = 0.1  # ln(amplitude) that a place covers at least
 _BRIDGE = 3  # points of the grid: places that close are one
-_FEWEST = 4  # cycles
+_STEP = 1e-3  # of a standard deviation, of the slopes in the coordinates
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,9 +76,9 @@ class Curve:
         found = [slice(a, b) for a, b in pairwise(edges) if sign[a] != 0.0]
         log_a = np.log(self.amplitude)
         return [
-            one
-            for one in found
-            if np.abs(z[one]).max() > self.critical and log_a[one.stop - 1] - log_a[one.start] > _SHORT
+            place
+            for place in found
+            if np.abs(z[place]).max() > self.critical and log_a[place.stop - 1] - log_a[place.start] > SHORTEST_PLACE
         ]
 
     def mean(self, place: slice) -> tuple[float, float]:
@@ -95,57 +92,104 @@ class Curves:
 
     Attributes
     ----------
-    fit : Weighed
+    fit : FittedHypothesis
         Of the bare model with a curve of damping and one of frequency in every group.
     damping, frequency, branch : tuple of Curve
     """
 
-    fit: Weighed
+    fit: FittedHypothesis
     damping: tuple[Curve, ...]
     frequency: tuple[Curve, ...]
     branch: tuple[Curve, ...]
 
 
-def excess_curves(bare: Weighed) -> Curves:
-    """Fit the discrepancy of damping and frequency, from the optimum of the bare model.
+def excess_curves(null: FittedHypothesis) -> Curves:
+    """Fit the discrepancy of damping and frequency, from the optimum of the null model.
 
     Parameters
     ----------
-    bare : Weighed
-        Of the bare model.
+    null : FittedHypothesis
+        Of the null model.
     """
-    data = bare.hypothesis.bare.data
+    data = null.hypothesis.data
     layout = data.layout
-    group, place = _groups(layout), _places(layout)
-    hypothesis = bare.hypothesis.extended(_smooth(layout, group), _bends(layout, place))
-    fit = hypothesis.fit(hypothesis.start_from(bare.mode, {}))
-    grids = {g: _grid(data, group == g) for g in range(group.max() + 1)}
-    shapes = sum(_knots_told(data, group == g) for g in grids)
-    critical = float(norm.isf(0.5 * _FALSE / max(shapes, 1)))
-    slopes = _Slopes(bare, fit)
-    first = {g: int(np.flatnonzero(group == g)[0]) for g in grids}
+    wind = 3 * (layout.test + 1) + layout.direction
+    # of a rig in still air, or of a test in one direction; of a rig or a test
+    group = compact(np.where(layout.wind, wind, 10_000 + layout.rig))
+    setting = compact(np.where(layout.wind, layout.test, 10_000 + layout.rig))
+    fit = null.with_variants(_smooth(layout, group), _bends(layout, setting))
+    groups = [group == g for g in range(group.max() + 1)]
+    settings = [setting == g for g in range(setting.max() + 1)]
+    critical = float(norm.isf(0.5 * CURVE_FALSE / max(sum(_knots_informed(data, mine) for mine in groups), 1)))
     damping = []
-    for g, grid in grids.items():
-        value, rows = slopes.damping(first[g], grid)
-        direction = _DIRECTION[int(layout.direction[first[g]])] if layout.wind[first[g]] else STILL
-        damping.append(
-            Curve("damping", direction, first[g], group == g, grid, value, slopes.covariance(rows), critical)
-        )
+    for mine in groups:
+        r = int(np.flatnonzero(mine)[0])
+        grid = _grid(data, mine)
+        excess, covariance = _excess(null, fit, {r: 1.0}, grid)
+        direction = _DIRECTION[int(layout.direction[r])] if layout.wind[r] else STILL
+        damping.append(Curve("damping", direction, r, mine, grid, excess, covariance, critical))
     frequency = []
-    bends = float(norm.isf(0.5 * _FALSE / (2.0 * (place.max() + 1))))
-    for g in range(place.max() + 1):
-        mine = place == g
-        if not data.channels.has_phase[mine[data.channels.record]].any():
-            continue
-        record = int(np.flatnonzero(mine)[0])
-        grid = _grid(data, mine, slopes.slow(record))
-        value, rows = slopes.frequency(record, grid)
-        allowed = slopes.tolerated(record, grid)
-        covariance = slopes.covariance(rows) + np.outer(allowed, allowed)
-        direction = "in wind" if layout.wind[record] else STILL
-        frequency.append(Curve("frequency", direction, record, mine, grid, value, covariance, bends))
-    branch = [c for t in np.unique(layout.test[layout.wind]) if (c := _branch(slopes, damping, data, int(t)))]
+    bends = float(norm.isf(0.5 * CURVE_FALSE / (2.0 * len(settings))))
+    for mine in settings:
+        if data.channels.has_phase[mine[data.channels.record]].any():
+            frequency.append(_frequency_curve(null, fit, mine, bends))
+    branch = [c for t in np.unique(layout.test[layout.wind]) if (c := _branch(null, fit, damping, int(t)))]
     return Curves(fit, tuple(damping), tuple(frequency), tuple(branch))
+
+
+def _excess(
+    null: FittedHypothesis, fit: FittedHypothesis, weights: dict[int, float], grid: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Excess damping ratio, (G,), of a weighted sum of records, and its covariance."""
+    data = fit.hypothesis.data
+
+    def ratio(table: FloatArray) -> FloatArray:
+        total = np.zeros((len(table), grid.size))
+        for r, weight in weights.items():
+            rates = amplitude_rates(np.ascontiguousarray(table[:, r]), grid, data.channels.knots)
+            total += -weight * rates / grid / data.layout.omega[r]
+        return total
+
+    value, slopes = fit.slopes(ratio, _STEP)
+    return value - ratio(null.table[None])[0], slopes.T @ fit.covariance @ slopes
+
+
+def _frequency_curve(null: FittedHypothesis, fit: FittedHypothesis, mine: np.ndarray, critical: float) -> Curve:
+    """Relative frequency over that at the smallest amplitude at which the motion grows slowly, of a rig or a test."""
+    data = fit.hypothesis.data
+    r = int(np.flatnonzero(mine)[0])
+    omega, wind, row = data.layout.omega[r], bool(data.layout.wind[r]), null.table[r]
+    slow = float(row[Term.DRIVE] / (row[Term.AERO] + row[Term.STRUCTURAL] + FAST_GROWTH * omega))
+    grid = _grid(data, mine, slow)
+
+    def bend(table: FloatArray) -> FloatArray:
+        linear, square = table[:, r, Term.STIFFNESS_LINEAR, None], table[:, r, Term.STIFFNESS, None]
+        return np.asarray(linear * (grid - grid[0]) + square * (grid**2 - grid[0] ** 2))
+
+    value, slopes = fit.slopes(bend, _STEP)
+    # What is too small to count: a tolerated stiffness, and half the square of the growth ratio.
+    growth = amplitude_rates(row[None], grid[:1], data.channels.knots)[0, 0] / grid[0]
+    share = (grid - grid[0]) / (grid[-1] - grid[0])
+    stiffness = data.priors["stiffness"].scale * (STIFFNESS_IN_WIND if wind else 1.0)
+    allowed = stiffness * share + 0.5 * (growth / omega) ** 2 * (share > 0.0)
+    covariance = slopes.T @ fit.covariance @ slopes + np.outer(allowed, allowed)
+    return Curve("frequency", "in wind" if wind else STILL, r, mine, grid, value, covariance, critical)
+
+
+def _branch(null: FittedHypothesis, fit: FittedHypothesis, damping: list[Curve], test: int) -> Curve | None:
+    """Growth minus decay at the amplitudes that both of a test pass."""
+    mine = {c.direction: c for c in damping if fit.hypothesis.data.layout.test[c.record] == test}
+    if GROWTH not in mine or DECAY not in mine:
+        return None
+    up, down = mine[GROWTH], mine[DECAY]
+    low, high = max(up.amplitude[0], down.amplitude[0]), min(up.amplitude[-1], down.amplitude[-1])
+    if not high > low * np.exp(SHORTEST_PLACE):
+        return None
+    grid = np.geomspace(low, high, _GRID)
+    excess, covariance = _excess(null, fit, {up.record: 1.0, down.record: -1.0}, grid)
+    return Curve(
+        "branch", "growth - decay", up.record, up.records | down.records, grid, excess, covariance, up.critical
+    )
 
 
 def curve_findings(curves: Curves, data: GapData) -> list[Finding]:
@@ -166,10 +210,8 @@ def _finding(curve: Curve, place: slice, data: GapData) -> Finding:
     others = sum(count > 0 for count in inside) - 1
     beside = f", and {others} more record{'s' if others > 1 else ''}" if others > 0 else ""
     if curve.quantity == "frequency":
-        step = curve.excess[place][-1]
-        sd = float(curve.sd[place][-1])
+        value, sd = float(curve.excess[place][-1]), float(curve.sd[place][-1])
         detail = f"frequency against amplitude, {curve.direction}: up to the largest amplitude{beside}"
-        value = float(step)
     else:
         value, sd = curve.mean(place)
         what = "growth minus decay" if curve.quantity == "branch" else curve.direction
@@ -186,16 +228,6 @@ def _cycles_within(data: GapData, record: int, span: Range) -> int:
     return int(np.count_nonzero((a >= span[0]) & (a <= span[1])))
 
 
-def _groups(layout: Layout) -> np.ndarray:
-    """Number of the group of every record: of a rig in still air, or of a test in one direction."""
-    wind = 3 * (layout.test + 1) + layout.direction
-    return compact(np.where(layout.wind, wind, 10_000 + layout.rig))
-
-
-def _places(layout: Layout) -> np.ndarray:
-    return compact(np.where(layout.wind, layout.test, 10_000 + layout.rig))
-
-
 def _smooth(layout: Layout, members: np.ndarray) -> Variant:
     """Excess damping as a Gaussian process in ln(amplitude), through its independent coordinates."""
     distance = np.subtract.outer(np.log(layout.knots), np.log(layout.knots))
@@ -207,7 +239,7 @@ def _smooth(layout: Layout, members: np.ndarray) -> Variant:
         table[:, :, int(Term.HAT) : int(Term.HAT) + HATS] += normal @ root.T * layout.rate[:, None]
 
     parameters = tuple(Parameter(f"shape{k}", 0.0, 1.0, members) for k in range(HATS))
-    return Variant("damping against amplitude", parameters, apply, members >= 0)
+    return Variant("damping against amplitude", parameters, apply, Scope(Extent.GROUPS, members))
 
 
 def _bends(layout: Layout, members: np.ndarray) -> Variant:
@@ -219,7 +251,7 @@ def _bends(layout: Layout, members: np.ndarray) -> Variant:
         add(table, Term.STIFFNESS, values["square"] / largest**2)
 
     parameters = tuple(Parameter(name, 0.0, _BEND, members) for name in ("linear", "square"))
-    return Variant("frequency against amplitude", parameters, apply, members >= 0)
+    return Variant("frequency against amplitude", parameters, apply, Scope(Extent.GROUPS, members))
 
 
 def _grid(data: GapData, records: np.ndarray, least: float = 0.0) -> FloatArray:
@@ -228,79 +260,9 @@ def _grid(data: GapData, records: np.ndarray, least: float = 0.0) -> FloatArray:
     return np.geomspace(low, max(high, 1.0001 * low), _GRID)
 
 
-def _knots_told(data: GapData, records: np.ndarray) -> int:
+def _knots_informed(data: GapData, records: np.ndarray) -> int:
     """Number of knots of a group with enough cycles about them."""
     a = np.log(np.maximum(data.channels.amplitude[records[data.channels.record]], 1e-300))
     knots = np.log(data.layout.knots)
     step = knots[1] - knots[0]
-    return int(sum(np.count_nonzero(np.abs(a - k) < step) >= _FEWEST for k in knots))
-
-
-class _Slopes:
-    """Curves at the optimum of the wide fit over those at the bare model's, and how they follow its coordinates."""
-
-    def __init__(self, bare: Weighed, fit: Weighed) -> None:
-        self.data = bare.hypothesis.bare.data
-        self.fit = fit
-        step = 1e-3 * np.sqrt(np.diag(fit.covariance))
-        size = fit.mode.size
-        self.step = step
-        self.table = fit.hypothesis.table(
-            np.concatenate([fit.mode[None], fit.mode + np.diag(step), fit.mode - np.diag(step)])
-        )
-        self.bare = bare.hypothesis.table(bare.mode[None])
-        self.size = size
-
-    def covariance(self, rows: FloatArray) -> FloatArray:
-        """Covariance of a curve from its slopes, (G, d)."""
-        return np.asarray(rows @ self.fit.covariance @ rows.T)
-
-    def damping(self, record: int, grid: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Excess damping ratio, (G,), and its slopes in the coordinates, (G, d)."""
-
-        def ratio(table: FloatArray) -> FloatArray:
-            rates = amplitude_rates(np.ascontiguousarray(table[:, record]), grid, self.data.channels.knots)
-            return np.asarray(-rates / grid / self.data.layout.omega[record])
-
-        return self._excess(ratio(self.table), ratio(self.bare))
-
-    def slow(self, record: int) -> float:
-        """Amplitude above which the motion grows slowly enough for its frequency to be its own."""
-        aero, drive, still = self.bare[0, record, [Term.AERO, Term.DRIVE, Term.STRUCTURAL]]
-        return float(drive / (aero + still + _FAST * self.data.layout.omega[record]))
-
-    def tolerated(self, record: int, grid: FloatArray) -> FloatArray:
-        """Change of frequency that is too small to count: of stiffness, and half the square of the growth ratio."""
-        ratio = amplitude_rates(self.bare[:, record], grid[:1], self.data.channels.knots)[0, 0] / grid[0]
-        fast = 0.5 * (ratio / self.data.layout.omega[record]) ** 2
-        share = (grid - grid[0]) / (grid[-1] - grid[0])
-        stiffness = TOLERANCES["stiffness"] * (_IN_WIND if self.data.layout.wind[record] else 1.0)
-        return np.asarray(stiffness * share + fast * (share > 0.0))
-
-    def frequency(self, record: int, grid: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Relative frequency over that at the smallest amplitude, (G,), and its slopes, (G, d)."""
-
-        def bend(table: FloatArray) -> FloatArray:
-            one, two = table[:, record, Term.STIFFNESS_LINEAR, None], table[:, record, Term.STIFFNESS, None]
-            return np.asarray(one * (grid - grid[0]) + two * (grid**2 - grid[0] ** 2))
-
-        return self._excess(bend(self.table), np.zeros((1, grid.size)))
-
-    def _excess(self, wide: FloatArray, bare: FloatArray) -> tuple[FloatArray, FloatArray]:
-        up, down = wide[1 : self.size + 1], wide[self.size + 1 :]
-        return wide[0] - bare[0], ((up - down) / (2.0 * self.step[:, None])).T
-
-
-def _branch(slopes: _Slopes, damping: list[Curve], data: GapData, test: int) -> Curve | None:
-    """Growth minus decay at the amplitudes that both of a test pass."""
-    mine = {c.direction: c for c in damping if data.layout.test[c.record] == test}
-    if GROWTH not in mine or DECAY not in mine:
-        return None
-    up, down = mine[GROWTH], mine[DECAY]
-    low, high = max(up.amplitude[0], down.amplitude[0]), min(up.amplitude[-1], down.amplitude[-1])
-    if not high > low * np.exp(_SHORT):
-        return None
-    grid = np.geomspace(low, high, _GRID)
-    (a, rows_a), (b, rows_b) = slopes.damping(up.record, grid), slopes.damping(down.record, grid)
-    covariance = slopes.covariance(rows_a - rows_b)
-    return Curve("branch", "growth - decay", up.record, up.records | down.records, grid, a - b, covariance, up.critical)
+    return int(sum(np.count_nonzero(np.abs(a - k) < step) >= FEWEST_CYCLES_OF_A_KNOT for k in knots))

@@ -41,7 +41,7 @@ def stable_amplitude(
     (W,) array
         A/D or rad; 0 where the motion dies out, inf where it grows without end.
     """
-    data = hypothesis.bare.data
+    data = hypothesis.data
     table = hypothesis.table(u)[:, record]
     if scruton_number is not None:
         table[:, Term.STRUCTURAL] = data.layout.omega[record] * damping_at(data, record, scruton_number)

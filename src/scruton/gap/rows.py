@@ -12,11 +12,10 @@ from scipy.optimize import least_squares
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE, Layout
-from scruton.dynamics.effects.terms import COLUMNS, HATS, Term, Variant
+from scruton.dynamics.effects.effect import Variant
+from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
 from scruton.dynamics.limit_cycle import amplitude_rates, limit_cycle_amplitude
-
-_NOTHING = 0.005  # of the misfit
-SD_AMPLITUDE, SD_RATE = 0.02, 0.05  # of the logarithms, where none is stated: reading a record, and its slope
+from scruton.gap.thresholds import CLOSES_NOTHING
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,8 +89,8 @@ def close_rows(rows: Rows) -> tuple[Closed, ...]:
     Effects that leave the rows as they are, whatever their size, are left out.
     """
     layout = _layout(rows)
-    bare, _ = _fit(rows, layout, None)
-    before = float(np.sum(_misfit(rows, layout, None, bare) ** 2))
+    null, _ = _fit(rows, layout, None)
+    before = float(np.sum(_misfit(rows, layout, None, null) ** 2))
     found = []
     for effect in CATALOGUE.values():
         options = []
@@ -104,18 +103,12 @@ def close_rows(rows: Rows) -> tuple[Closed, ...]:
             amplitude, _ = _predicted(rows, layout, variant, x)
             options.append(
                 Closed(
-                    effect.name,
-                    variant.label,
-                    before,
-                    after,
-                    1.0 - after / before,
-                    tuple(float(e) for e in amplitude / rows.amplitude - 1.0),
-                    _named(variant, x),
-                    after + cost,
+                    effect.name, variant.label, before, after, 1.0 - after / before,
+                    tuple(float(e) for e in amplitude / rows.amplitude - 1.0), _named(variant, x), after + cost,
                 )
-            )
+            )  # fmt: skip
         best = min(options, key=lambda one: one.penalised, default=None)
-        if best is not None and best.fraction > _NOTHING:
+        if best is not None and best.fraction > CLOSES_NOTHING:
             found.append(best)
     return tuple(sorted(found, key=lambda one: one.penalised))
 
@@ -131,10 +124,6 @@ def _layout(rows: Rows) -> Layout:
         reference_rate=float(rows.rate[m]), reference_omega=float(rows.omega[m]),
         knots=np.geomspace(rows.amplitude.min() / 3.0, rows.amplitude.max() * 3.0, HATS),
     )  # fmt: skip
-
-
-def _members(variant: Variant | None) -> int:
-    return sum(p.size for p in variant.parameters) if variant else 0
 
 
 def _split(variant: Variant, x: FloatArray) -> dict[str, FloatArray]:
@@ -216,7 +205,7 @@ def rows_text(closed: Sequence[Closed]) -> list[list[str]]:
     """Table of what each effect would close: effect, form, part closed, amplitude errors, parameters."""
     return [
         [
-            one.effect, one.form.split("#")[0], f"{one.fraction:.0%}",
+            one.effect, one.form, f"{one.fraction:.0%}",
             " ".join(f"{100 * e:+.0f}" for e in one.amplitude_errors),
             ", ".join(f"{name} {value:.3g}" for name, value in one.parameters[:3]),
         ]

@@ -7,20 +7,22 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from scruton.campaign import Campaign, load_campaign
-from scruton.dynamics.effects import Variant
-from scruton.dynamics.effects.terms import Parameter
-from scruton.gap.advise import advise, confusions, invisible
-from scruton.gap.bare import reference
-from scruton.gap.bridge import bridge_evidence
+from scruton.dynamics.effects import Parameter
+from scruton.gap.advise import advise, confusions
 from scruton.gap.data import load_gap
-from scruton.gap.diagnosis import ANY_TEMPERATURE, NONE, TEMPERATURE, UNSEEN, Diagnosis, diagnose_data
-from scruton.gap.importance import importance
+from scruton.gap.diagnosis import NONE, Diagnosis, diagnose_data
+from scruton.gap.hypothesis import FittedHypothesis
+from scruton.gap.invisible import invisible
 from scruton.gap.locate import Curves, Finding, excess_curves, locate
+from scruton.gap.null_model import reference
 from scruton.gap.results import FORMAT
 from scruton.gap.shrink import shrink
+from scruton.gap.thresholds import ANY_TEMPERATURE, TEMPERATURE
 from scruton.infer.cards import ModelCard, load_card
 from scruton.progress import Progress
 from scruton.provenance import provenance
+from scruton.stats.evidence import Evidence
+from scruton.stats.laplace_check import bridge_evidence, importance_evidence
 
 _LEADERS = 2
 SEED = 0  # of the few draws that a diagnosis makes
@@ -70,12 +72,12 @@ def examine(
     `thorough` adds the evidence of the leaders by bridge sampling, which takes half a minute or more.
     """
     campaign = source if isinstance(source, Campaign) else load_campaign(source)
-    data = load_gap(campaign)
+    data = load_gap(campaign, card)
     diagnosis = diagnose_data(
         data, campaign, prior=card.effect_weights, prior_none=card.prior_none, workers=workers, progress=progress
     )
     gap = diagnosis.verdict != NONE
-    curves = excess_curves(diagnosis.bare) if gap else None
+    curves = excess_curves(diagnosis.null) if gap else None
     findings = locate(diagnosis, curves) if gap else ()
     shrunk = shrink(diagnosis, workers=workers) if gap else None
     content = {
@@ -84,7 +86,7 @@ def examine(
         "also": list(diagnosis.found[1:]),
         "probability": {name: round(p, 6) for name, p in diagnosis.probability.items()},
         "indistinguishable": [list(group) for group in confusions(diagnosis)],
-        "where": [one.to_json() for one in findings],
+        "where": [finding.to_json() for finding in findings],
         "shrink": shrunk.to_json() if shrunk else {},
         "effects": {name: {"parameters": found_parameters(diagnosis, name)} for name in diagnosis.found},
         "advice": advise(diagnosis),
@@ -95,7 +97,7 @@ def examine(
         ),
         "sizes_refer_to": reference(diagnosis.data.layout),
         "evidence": _evidence(diagnosis, thorough),
-        "checks": {name: vars(one) for name, one in diagnosis.checks.items()},
+        "checks": {name: vars(mark) for name, mark in diagnosis.checks.items()},
         "card": card.name,
         "card_sha256": card.sha256,
         "sha256": dict(campaign.sha256 or {}),
@@ -108,54 +110,52 @@ def examine(
 
 
 def _evidence(diagnosis: Diagnosis, thorough: bool) -> dict[str, Any]:
-    """Log evidence over the bare model by Laplace; for the leaders by importance sampling, and by bridge sampling."""
-    ranked = sorted(diagnosis.singles.values(), key=lambda one: -one.log_evidence)
+    """Log evidence over the null model by Laplace; for the leaders by importance sampling, and by bridge sampling."""
+    ranked = sorted(diagnosis.singles.values(), key=lambda candidate: -candidate.log_evidence)
     rng = np.random.default_rng(SEED)
-    bare = importance(diagnosis.bare, rng)
-    bridged = bridge_evidence(diagnosis.bare, 0) if thorough else None
+    null = diagnosis.null
+    sampled = importance_evidence(null.hypothesis.log_density, null.proposal(), rng)
+    bridged = _bridged(null, 0) if thorough else None
     checked: dict[str, dict[str, float]] = {}
-    for k, one in enumerate(ranked[:_LEADERS]):
-        if one.best is None:
+    for k, candidate in enumerate(ranked[:_LEADERS]):
+        fit = candidate.best
+        if fit is None:
             continue
-        found = importance(one.best, rng)
-        checked[one.name] = {
-            "laplace": one.best.log_evidence - diagnosis.bare.log_evidence,
-            "importance": found.log_evidence - bare.log_evidence,
-            "error": float(np.hypot(found.error, bare.error)), "effective_draws": found.effective,
+        own = importance_evidence(fit.hypothesis.log_density, fit.proposal(), rng)
+        checked[candidate.name] = {
+            "laplace": fit.log_evidence - null.log_evidence, "importance": own.log_z - sampled.log_z,
+            "error": float(np.hypot(own.error, sampled.error)), "effective_draws": own.effective_size,
         }  # fmt: skip
         if bridged is not None:
-            over = bridge_evidence(one.best, k + 1)
-            checked[one.name] |= {
+            over = _bridged(fit, k + 1)
+            checked[candidate.name] |= {
                 "bridge": over.log_z - bridged.log_z, "bridge_error": float(np.hypot(over.error, bridged.error)),
                 "bridge_effective_draws": over.effective_size,
             }  # fmt: skip
-    gains = {one.name: one.log_evidence - diagnosis.bare.log_evidence for one in ranked}
+    gains = {candidate.name: candidate.log_evidence - null.log_evidence for candidate in ranked}
     return {"gain": {k: v if np.isfinite(v) else None for k, v in gains.items()}, "leaders": checked}
+
+
+def _bridged(fit: FittedHypothesis, seed: int) -> Evidence:
+    hypothesis = fit.hypothesis
+    return bridge_evidence(hypothesis.log_density, fit.proposal(), seed, inside=hypothesis.inside)
 
 
 def found_parameters(diagnosis: Diagnosis, name: str) -> dict[str, Any]:
     """Median and 90 % interval of every parameter of an effect that was found, in its own unit."""
-    evidence = diagnosis.final
+    fit, records = diagnosis.final, diagnosis.data.layout.records
     found: dict[str, Any] = {}
-    for i, variant in enumerate(evidence.hypothesis.variants):
-        if not _belongs(name, variant):
-            continue
-        for p in variant.parameters:
-            centre, sd = evidence.value(f"{i}:{p.name}")
+    for i, variant in enumerate(fit.hypothesis.variants):
+        for p in variant.parameters if variant.effect == name else ():
+            centre, sd = fit.value(p.name, i)
             for j in range(p.size):
-                scope = [r for r, m in zip(diagnosis.data.layout.records, p.members, strict=True) if m == j]
-                key = p.name if p.size == 1 else f"{p.name}[{j + 1}]"
                 low, middle, high = _quantiles(p, float(centre[j]), float(sd[j]))
-                found[key] = {
-                    "median": middle, "interval90": [low, high], "unit": p.unit, "form": variant.label.split("#")[0],
-                    "records": scope if len(scope) < len(diagnosis.data.layout.records) else "all",
+                mine = [record for record, member in zip(records, p.members, strict=True) if member == j]
+                found[p.name if p.size == 1 else f"{p.name}[{j + 1}]"] = {
+                    "median": middle, "interval90": [low, high], "unit": p.unit, "form": variant.label,
+                    "records": mine if len(mine) < len(records) else "all",
                 }  # fmt: skip
     return found
-
-
-def _belongs(name: str, variant: Variant) -> bool:
-    """Whether a variant is a form of the effect: each effect has a module of its name."""
-    return variant.apply.__module__.rsplit(".", 1)[-1] == ("generic" if name == UNSEEN else name)
 
 
 def _quantiles(parameter: Parameter, centre: float, sd: float) -> tuple[float, float, float]:

@@ -1,4 +1,4 @@
-"""Which variants are worth a fit: the gain that each promises from the optimum of the bare model alone."""
+"""Which variants are worth a fit: score tests from the optimum of the null model alone."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -7,23 +7,28 @@ from threading import Lock
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.effects.terms import Apply, Variant
+from scruton.dynamics.effects.effect import Variant
 from scruton.dynamics.extended import channel_innovations
-from scruton.gap.hypothesis import Weighed
+from scruton.gap.hypothesis import FittedHypothesis
+from scruton.gap.thresholds import FEWEST_BEATS
 
 _NUDGE = 1e-4
-_BEATS = 1.5  # in a record, at least: slower ones are a drift
 _MOMENTS = np.arange(0.15, 0.86, 0.05)
 _DETUNINGS = np.concatenate([np.arange(-0.2, -0.0045, 0.001), np.arange(0.005, 0.2001, 0.001)])
 
 
 @dataclass(frozen=True, eq=False)
-class Promise:
-    """A variant, the gain in log evidence that it promises, and where to start its fit."""
+class ScoreTest:
+    """A variant, the gain in log evidence that its score at the optimum lets expect, and where to start its fit."""
 
     variant: Variant
     gain: float
     start: Mapping[str, FloatArray]
+
+
+def first_starts(variant: Variant) -> dict[str, FloatArray]:
+    """Where the search begins in every parameter of a variant."""
+    return {p.name: np.full(p.size, p.starts[0]) for p in variant.parameters}
 
 
 class Screen:
@@ -31,39 +36,39 @@ class Screen:
 
     Parameters
     ----------
-    base : Weighed
+    base : FittedHypothesis
         Of the hypothesis that variants are added to.
     """
 
-    def __init__(self, base: Weighed) -> None:
+    def __init__(self, base: FittedHypothesis) -> None:
         self.base = base
         self.hypothesis = base.hypothesis
-        self.data = self.hypothesis.bare.data
+        self.data = self.hypothesis.data
         v, log_s, jv, js = self.hypothesis.derivatives(base.mode)
         self.v, self.weight, self.log_s = v, np.exp(-log_s), log_s
         self.spread = 1.0 - v * v * self.weight
         self.jv, self.js = jv, js
-        self._scans: dict[Apply, tuple[FloatArray, FloatArray, FloatArray]] = {}
+        self._scans: dict[tuple[str, str], tuple[FloatArray, FloatArray, FloatArray]] = {}
         self._lock = Lock()
-        self.table = self.hypothesis.table(base.mode[None])[0]
+        self.table = base.table
         self.value = -0.5 * float(np.sum(v * v * self.weight + log_s))
 
-    def linear(self, variant: Variant) -> Promise:
-        """Promise of a variant whose parameters start at zero."""
+    def linear(self, variant: Variant) -> ScoreTest:
+        """Test of a variant whose parameters start at zero."""
         columns, members, scales = [], [], []
         layout = self.data.layout
         tables = []
-        for one in variant.parameters:
+        for parameter in variant.parameters:
             values = {p.name: np.zeros((1, len(layout.records))) for p in variant.parameters}
-            values[one.name] = np.where(one.members >= 0, _NUDGE, 0.0)[None]
+            values[parameter.name] = np.where(parameter.members >= 0, _NUDGE, 0.0)[None]
             tables.append(self._with(variant, values))
         v, s = self._innovations(tables)
-        for i, one in enumerate(variant.parameters):
+        for i, parameter in enumerate(variant.parameters):
             columns.append(((v[i] - self.v) / _NUDGE, (np.log(s[i]) - self.log_s) / _NUDGE))
-            members.append(one.members)
-            scales += [one.scale] * one.size
+            members.append(parameter.members)
+            scales += [parameter.scale] * parameter.size
         gain = self._gain(columns, members, np.array(scales))
-        return Promise(variant, gain, {p.name: np.full(p.size, p.starts[0]) for p in variant.parameters})
+        return ScoreTest(variant, gain, first_starts(variant))
 
     def _innovations(self, tables: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
         """Innovations and variances of some tables; the base's goes first, so that what they share is not redone."""
@@ -82,7 +87,7 @@ class Screen:
         d, k = self.base.mode.size, scales.size
         starts = np.concatenate([[0], np.cumsum([int(m.max()) + 1 for m in members])])[:-1]
         score, own, mixed = np.zeros(k), np.diag(1.0 / scales**2), np.zeros((k, d))
-        for r, (cycles, rows, where) in enumerate(self.hypothesis._blocks):
+        for r, (cycles, rows, where) in enumerate(self.hypothesis.blocks):
             active = [i for i in range(len(members)) if members[i][r] >= 0]
             if not active:
                 continue
@@ -100,20 +105,19 @@ class Screen:
         step = np.linalg.solve(schur, score)
         return float(0.5 * score @ step - np.log(scales).sum() - 0.5 * logdet)
 
-    def direct(self, variant: Variant, grid: Sequence[float]) -> Promise:
-        """Promise of a variant of one positive parameter: the likelihood along a grid, the base held still."""
-        layout = self.data.layout
-        (one,) = variant.parameters
+    def direct(self, variant: Variant, grid: Sequence[float]) -> ScoreTest:
+        """Test of a variant of one positive parameter: the likelihood along a grid, the base held still."""
+        (parameter,) = variant.parameters
         tables = []
         for at in grid:
-            values = {one.name: np.where(one.members >= 0, np.exp(at), 0.0)[None] * np.ones((1, len(layout.records)))}
-            tables.append(self._with(variant, values))
+            value = np.where(parameter.members >= 0, np.exp(at), 0.0)[None]
+            tables.append(self._with(variant, {parameter.name: value}))
         v, s = self._innovations(tables)
         with np.errstate(all="ignore"):
             value = -0.5 * np.sum(v * v / s + np.log(s), axis=1) - self.value
         value = np.where(np.isfinite(value), value, -np.inf)
         best = int(np.argmax(value))
-        return Promise(variant, float(value[best]), {one.name: np.full(one.size, float(grid[best]))})
+        return ScoreTest(variant, float(value[best]), {parameter.name: np.full(parameter.size, float(grid[best]))})
 
     def _scanned(self, variant: Variant) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Grid, gain of every record in wind (G, R), and the best small step there (G, R, probes).
@@ -121,9 +125,10 @@ class Screen:
         Variants that differ in their records alone share one scan.
         """
         with self._lock:
-            if variant.apply not in self._scans:
-                self._scans[variant.apply] = self._scan_records(variant)
-            return self._scans[variant.apply]
+            form = variant.effect, variant.form
+            if form not in self._scans:
+                self._scans[form] = self._scan_records(variant)
+            return self._scans[form]
 
     def _scan_records(self, variant: Variant) -> tuple[FloatArray, FloatArray, FloatArray]:
         layout = self.data.layout
@@ -149,9 +154,9 @@ class Screen:
             for i, at in enumerate(part):
                 mine = slice(i * len(linear), (i + 1) * len(linear))
                 for r in np.flatnonzero(layout.wind):
-                    if variant.scan == "detuning" and abs(at) * cycles_in[r] < _BEATS:
+                    if variant.scan == "detuning" and abs(at) * cycles_in[r] < FEWEST_BEATS:
                         continue
-                    cycles = self.hypothesis._blocks[r][0]
+                    cycles = self.hypothesis.blocks[r][0]
                     a, b, w = jv[mine, cycles], js[mine, cycles], self.weight[cycles]
                     score = -(a * w) @ self.v[cycles] - 0.5 * b @ self.spread[cycles]
                     own = (a * w) @ a.T + 0.5 * b @ b.T + np.diag(1.0 / scale**2)
@@ -160,11 +165,11 @@ class Screen:
                     gain[begin + i, r] = 0.5 * score @ slopes[begin + i, r] - np.log(scale).sum() - 0.5 * logdet
         return grid, gain, slopes
 
-    def scan(self, variant: Variant) -> Promise:
-        """Promise of a variant with many optima: the best place on a grid of its scanned parameter, value by value."""
+    def scan(self, variant: Variant) -> ScoreTest:
+        """Test of a variant with many optima: the best place on a grid of its scanned parameter, value by value."""
         (scanned,) = (p for p in variant.parameters if p.name == variant.scan)
         grid, gain, slopes = self._scanned(variant)
-        gain = np.where(variant.scope, gain, -np.inf)
+        gain = np.where(variant.scope.records, gain, -np.inf)
         linear = _probes(variant)
         best, total = np.zeros(scanned.size), 0.0
         for g in range(scanned.size):
@@ -173,19 +178,19 @@ class Screen:
             summed = summed[:, scanned.members == g].sum(axis=1)
             best[g] = grid[int(np.argmax(summed))]
             total += float(summed.max()) - np.log(len(grid))
-        start = {p.name: np.full(p.size, p.starts[0]) for p in variant.parameters} | {scanned.name: best}
+        start = first_starts(variant) | {scanned.name: best}
         place = {float(at): i for i, at in enumerate(grid)}
         chosen = np.array([slopes[place[float(best[m])], r] if m >= 0 else np.zeros(len(linear))
                            for r, m in enumerate(scanned.members)])  # fmt: skip
         start |= _from_probes(variant, chosen)
-        return Promise(variant, total, start)
+        return ScoreTest(variant, total, start)
 
 
 @dataclass(frozen=True, eq=False)
 class _Probe:
     """A small step in which the innovations are linear: values by name for the records of a scope."""
 
-    scale: float
+    scale: float | FloatArray
     values: Mapping[str, float]
 
     def at(self, scope: np.ndarray) -> dict[str, FloatArray]:

@@ -8,21 +8,20 @@ from typing import Any
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.effects import CATALOGUE, UNKNOWN
+from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Term
 from scruton.gap.curves import Discrepancy, damping_discrepancy
 from scruton.gap.data import GapData
-from scruton.gap.density import Knowledge, density, learn, parameters_spent, settled_by
+from scruton.gap.density import NormalPosterior, density, parameters_spent, posterior_at_mode, posterior_without
 from scruton.gap.diagnosis import Diagnosis
-from scruton.gap.hypothesis import Weighed
+from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.predict import stable_amplitude
+from scruton.gap.thresholds import MEASURABLE_NATS, TAIL
 
 METRIC = (
     "joint log predictive density of whole records, nats short of the ceiling that the noise sets; held out: "
     "parameters from the other Scruton numbers and still air alone"
 )
-MEASURABLE_NATS = 10.0  # that the bare model must fall short by, beyond what a right one would
 _RESAMPLES = 2000
-_TAIL = 0.2  # of a record's cycles
 
 
 @dataclass(frozen=True)
@@ -37,7 +36,7 @@ class HeldOut:
 
 
 @dataclass(frozen=True)
-class Settled:
+class StableAmplitude:
     """Stable amplitude of a test, predicted from the other Scruton numbers.
 
     Attributes
@@ -88,7 +87,7 @@ class Shrink:
     statement : str
     runner_up : RunnerUp or None
         Its fraction is None, too, where no record can be left out.
-    stable_amplitude : tuple of Settled
+    stable_amplitude : tuple of StableAmplitude
         One for each test left out in turn.
     damping_discrepancy : Discrepancy or None
         Of damping curves; None without wind.
@@ -103,7 +102,7 @@ class Shrink:
     measurable: bool
     statement: str
     runner_up: RunnerUp | None
-    stable_amplitude: tuple[Settled, ...]
+    stable_amplitude: tuple[StableAmplitude, ...]
     damping_discrepancy: Discrepancy | None
 
     def to_json(self) -> dict[str, Any]:
@@ -123,7 +122,7 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2, seed: np.random.SeedSequen
     the rig is scored with the records: still-air decays, which stay, may say another.
 
     The ceiling is the density that a record has when the shared parameters are known, its own integrated as before:
-    its density at the fit to all records, less half the effective number of parameters fitted to it.  Of the bare
+    its density at the fit to all records, less half the effective number of parameters fitted to it.  Of the null
     model, the verdict and the generic one, that which comes highest in all is what noise allows.  On the records used,
     a model counts by what it would score on a replicate of them: as the ceiling, but less the whole effective number
     of parameters.
@@ -138,7 +137,7 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2, seed: np.random.SeedSequen
     """
     data = diagnosis.data
     folds = _folds(data)
-    models = [diagnosis.bare, diagnosis.final]
+    models = [diagnosis.null, diagnosis.final]
     generic = diagnosis.singles[UNKNOWN.name].best if UNKNOWN.name in diagnosis.singles else None
     runner = _runner_up(diagnosis)
     references = [*models, *([generic] if generic is not None and generic is not diagnosis.final else [])]
@@ -146,9 +145,9 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2, seed: np.random.SeedSequen
     held = [fold for fold, out in folds if out]
     with ThreadPoolExecutor(workers) as pool:
         known_jobs = [pool.submit(_known, m, [fold for fold, _ in folds]) for m in references]
-        told_jobs = [[pool.submit(_left_out, m, fold) for fold in held] for m in learners]
+        left_out_jobs = [[pool.submit(_left_out, m, fold) for fold in held] for m in learners]
         known = np.array([job.result() for job in known_jobs])
-        told = [[job.result() for job in jobs] for jobs in told_jobs]
+        left_out = [[job.result() for job in jobs] for jobs in left_out_jobs]
     best = int(np.argmax((known[:, 0] - 0.5 * known[:, 1]).sum(axis=1)))
     ceiling = known[best, 0] - 0.5 * known[best, 1]
     used = ceiling - (known[:2, 0] - known[:2, 1])
@@ -158,23 +157,23 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2, seed: np.random.SeedSequen
     measurable, held_out, by_runner = fraction is not None, None, None
     if held:
         mask = np.any(held, axis=0)
-        short = np.array([(ceiling - np.sum([scores for _, scores, _ in one], axis=0))[mask] for one in told])
-        learnt = sum(cost for _, _, cost in told[0])
+        short = np.array([(ceiling - np.sum([scores for _, scores, _ in parts], axis=0))[mask] for parts in left_out])
+        learnt = sum(cost for _, _, cost in left_out[0])
         measurable = float(short[0].sum()) - learnt > MEASURABLE_NATS
         held_out = _held_out(tuple(np.array(data.layout.records)[mask].tolist()), short[0], short[1], measurable, rng)
         by_runner = _fraction(short[0], short[2]) if runner and measurable else None
-    settled: tuple[Settled, ...] = ()
+    stable: tuple[StableAmplitude, ...] = ()
     discrepancy = None
     if data.layout.wind.any():
-        by_test = [(fold, told[0][i][0], told[1][i][0]) for i, fold in enumerate(held) if _is_test(data, fold)]
-        misstated = "structural_damping_error" in diagnosis.found
-        settled = tuple(_settled(data, fold, bare, final, misstated) for fold, bare, final in by_test)
-        pairs = [(bare.optimum, final.optimum) for _, bare, final in by_test]
-        discrepancy = damping_discrepancy(diagnosis.bare, diagnosis.final, pairs)
+        by_test = [(fold, left_out[0][i][0], left_out[1][i][0]) for i, fold in enumerate(held) if _is_test(data, fold)]
+        misstated = any(Term.STRUCTURAL in CATALOGUE[name].terms for name in diagnosis.found if name in CATALOGUE)
+        stable = tuple(_stable_amplitude(data, fold, null, final, misstated) for fold, null, final in by_test)
+        pairs = [(null.optimum, final.optimum) for _, null, final in by_test]
+        discrepancy = damping_discrepancy(diagnosis.null, diagnosis.final, pairs)
     return Shrink(
         METRIC, before, after, fraction, _bootstrap(used[0], used[1], rng) if fraction is not None else None, held_out,
         measurable, _statement(measurable, held_out, diagnosis.verdict),
-        RunnerUp(runner[0], by_runner) if runner else None, settled, discrepancy,
+        RunnerUp(runner[0], by_runner) if runner else None, stable, discrepancy,
     )  # fmt: skip
 
 
@@ -196,7 +195,7 @@ def _is_test(data: GapData, fold: np.ndarray) -> bool:
     return bool(test[first] >= 0 and np.array_equal(fold, test == test[first]))
 
 
-def _runner_up(diagnosis: Diagnosis) -> tuple[str, Weighed] | None:
+def _runner_up(diagnosis: Diagnosis) -> tuple[str, FittedHypothesis] | None:
     named = [
         (name, one.best)
         for name, one in diagnosis.rivals.items()
@@ -205,22 +204,22 @@ def _runner_up(diagnosis: Diagnosis) -> tuple[str, Weighed] | None:
     return max(named, key=lambda pair: pair[1].log_evidence) if named else None
 
 
-def _known(model: Weighed, folds: Sequence[np.ndarray]) -> FloatArray:
+def _known(model: FittedHypothesis, folds: Sequence[np.ndarray]) -> FloatArray:
     """Density of every record, parameters as all records settle them, and parameters spent on it, (2, R)."""
     found = np.zeros((2, len(folds[0])))
     for fold in folds:
-        known = settled_by(model, fold)
+        known = posterior_at_mode(model, fold)
         scored = density(known, fold)
         found[0, fold] = scored.shares[fold]
         found[1, fold] = parameters_spent(known, scored, model.covariance) / np.count_nonzero(fold)
     return found
 
 
-def _left_out(model: Weighed, fold: np.ndarray) -> tuple[Knowledge, FloatArray, float]:
+def _left_out(model: FittedHypothesis, fold: np.ndarray) -> tuple[NormalPosterior, FloatArray, float]:
     """What the other records say, the density of those left out, (R,), and what a right model would lose in all."""
-    known = learn(model, ~fold)
+    known = posterior_without(model, fold)
     scored = density(known, fold)
-    prior = settled_by(model, fold).covariance[np.ix_(scored.where, scored.where)]
+    prior = posterior_at_mode(model, fold).covariance[np.ix_(scored.where, scored.where)]
     own = np.diag(prior) > 0.0
     alone = np.eye(int(own.sum())) + scored.information[np.ix_(own, own)] @ prior[np.ix_(own, own)]
     cost = scored.learnt - 0.5 * float(np.linalg.slogdet(alone)[1])
@@ -252,7 +251,9 @@ def _bootstrap(before: FloatArray, after: FloatArray, rng: np.random.Generator) 
     return float(low), float(high)
 
 
-def _settled(data: GapData, fold: np.ndarray, bare: Knowledge, final: Knowledge, misstated: bool) -> Settled:
+def _stable_amplitude(
+    data: GapData, fold: np.ndarray, null: NormalPosterior, final: NormalPosterior, misstated: bool
+) -> StableAmplitude:
     """The stable amplitude of a test left out, as read; a misstated damping is what the bare model goes by."""
     records = np.flatnonzero(fold)
     test = next(t for t in data.campaign.tests if t.name == data.tests[data.layout.test[records[0]]])
@@ -262,16 +263,16 @@ def _settled(data: GapData, fold: np.ndarray, bare: Knowledge, final: Knowledge,
     before, after = (
         float(np.median([stable_amplitude(k.hypothesis, k.optimum[None], int(r), scruton_number=n, reading=True)[0]
                          for r in records]))
-        for k, n in ((bare, number), (final, None))
+        for k, n in ((null, number), (final, None))
     )  # fmt: skip
-    return Settled(
+    return StableAmplitude(
         test.name, measured, before, after, abs(before - measured) / measured, abs(after - measured) / measured
     )
 
 
 def _tail(data: GapData, record: int) -> float:
     a = data.cycles[data.layout.records[record]].amplitude
-    return float(np.mean(a[-max(5, int(_TAIL * a.size)) :]))
+    return float(np.mean(a[-max(5, int(TAIL * a.size)) :]))
 
 
 def _statement(measurable: bool, held: HeldOut | None, verdict: str) -> str:

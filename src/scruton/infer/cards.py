@@ -38,12 +38,28 @@ UNITS = {
     "speed_shift": "ln U/(f0 D)",
     EXPONENT: "-",
 }
+# The same of the null model that unmodelled effects are weighed against: the tables [diagnosis.NAME].
+NULL_UNITS = {
+    "stable_amplitude": "amplitude at the end of the records",
+    "aerodynamic_rate": "omega",
+    "scatter": "-",
+    "phase_scatter": "-",
+    "still_air_scatter": "-",
+    "noise": "-",
+    "detuning": "-",
+    "third": "-",
+    "third_noise": "-",
+    "stiffness": "-",
+    "stiffness_in_wind": "-",
+    "gain": "-",
+}
 UNITS_BY_MOTION = {"stable_amplitude.heaving": "A/D", "stable_amplitude.torsional": "rad"}
 AVERAGING = ("evidence", "stacking")
 MOST_SAMPLED = 1e7  # of walkers, draws, steps and the like: beyond, memory and patience end
 
 # Parameters that may have either sign.
 SIGNED = ("trial_amplitude", "trial_slow_rate", EXPONENT)
+NULL_SIGNED = ("detuning", "third", "stiffness", "stiffness_in_wind", "gain")
 
 
 @dataclass(frozen=True)
@@ -69,6 +85,8 @@ class ModelCard:
     sampler : SamplerSettings
     prior_none : float
         Prior probability that a campaign has no gap.
+    null_priors : mapping
+        Priors of the null model that effects are weighed against, by parameter.
     effect_weights : mapping
         Relative prior weight of unmodelled effects and of "unknown", where it is not 1; 0 leaves an effect out.
     reasons : mapping
@@ -90,6 +108,7 @@ class ModelCard:
     sampler: SamplerSettings
     prior_none: float
     effect_weights: Mapping[str, float]
+    null_priors: Mapping[str, Prior]
     reasons: Mapping[str, str]
     text: str
     resolved: str
@@ -177,7 +196,9 @@ def _text(default: str) -> Field:
     return Field(read, default)
 
 
-_SECTIONS = ("format", "name", "title", "law", "priors", "likelihood", "structural_damping", "sampler", "effects")
+_SECTIONS = (
+    "format", "name", "title", "law", "priors", "likelihood", "structural_damping", "sampler", "effects", "diagnosis"
+)  # fmt: skip
 _LAW = {
     "n": anything(),
     "prior_weights": anything(),
@@ -230,6 +251,7 @@ def _card(top: Table, text: str) -> ModelCard:
         sampler=_sampler(_section(top, "sampler")),
         prior_none=prior_none,
         effect_weights=effect_weights,
+        null_priors=_null_priors(_section(top, "diagnosis")) if "diagnosis" in top else load_card().null_priors,
         reasons={table.field: str(table.values.get("reason", "")) for table in (law, damping)},
         text=text,
         resolved=tomli_w.dumps(dict(top.values)),
@@ -285,10 +307,22 @@ def _priors(table: Table, *, free_law: bool) -> dict[str, Prior]:
     return priors
 
 
-def _prior(name: str, table: Table) -> Prior:
+def _null_priors(table: Table) -> dict[str, Prior]:
+    """Priors of the null model; a card that extends none may leave them out, and has the shipped ones."""
+    table.check_keys(NULL_UNITS)
+    priors = {}
+    for name in NULL_UNITS:
+        entry = table.inner(name, f"a table [{table.at(name)}]")
+        priors[name] = _prior(name, entry, NULL_UNITS, NULL_SIGNED)
+        if priors[name].family.endswith("uniform"):
+            raise entry.refusal("family", "normal or lognormal")
+    return priors
+
+
+def _prior(name: str, table: Table, units: Mapping[str, str] = UNITS, signed: tuple[str, ...] = SIGNED) -> Prior:
     family = table.values.get("family")
     # What must be positive is sampled by its logarithm; only a few parameters may have either sign.
-    allowed = [one for one, (_, logarithmic) in FAMILIES.items() if logarithmic == (name not in SIGNED)]
+    allowed = [one for one, (_, logarithmic) in FAMILIES.items() if logarithmic == (name not in signed)]
     if family not in allowed:
         raise table.refusal("family", f"one of: {', '.join(allowed)}")
     (first, second), _ = FAMILIES[family]
@@ -298,7 +332,7 @@ def _prior(name: str, table: Table) -> Prior:
         if not isinstance(value, str) or not value.strip():
             raise table.error(key, show(value) if value else "nothing", f"a {key}: every prior says its {key}")
     unit, reason = table.values["unit"], table.values["reason"]
-    wanted = UNITS_BY_MOTION.get(table.field.removeprefix("priors."), UNITS[name])
+    wanted = UNITS_BY_MOTION.get(table.field.removeprefix("priors."), units[name])
     if " ".join(unit.split()) not in (wanted, *wanted.split(" or ")):
         raise table.error("unit", f'"{unit}"', f'unit = "{wanted}", the one that {name} is in')
     numbers = [bare().read(table, key) for key in (first, second)]

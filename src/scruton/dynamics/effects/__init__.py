@@ -15,11 +15,12 @@ from scruton.dynamics.effects import (
     vortex_shedding_forcing,
     wind_speed_drift,
 )
-from scruton.dynamics.effects.terms import Effect, Layout, Parameter, Term, Variant
+from scruton.dynamics.effects.effect import Effect, Parameter, Variant
+from scruton.dynamics.effects.terms import Layout, Term
 
 CATALOGUE: dict[str, Effect] = {
-    one.EFFECT.name: one.EFFECT
-    for one in (
+    module.EFFECT.name: module.EFFECT
+    for module in (
         coulomb_friction,
         structural_damping_nonlinearity,
         structural_damping_error,

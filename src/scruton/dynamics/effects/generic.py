@@ -3,7 +3,18 @@
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.effects.terms import HATS, Effect, Layout, Parameter, Term, Values, Variant, add, size_prior
+from scruton.dynamics.effects.effect import (
+    DAMPING_RATIO,
+    Effect,
+    Extent,
+    Parameter,
+    Scope,
+    Values,
+    Variant,
+    add,
+    size_prior,
+)
+from scruton.dynamics.effects.terms import HATS, Belongs, Layout, Term
 
 
 def hats(table: FloatArray, values: Values, layout: Layout) -> None:
@@ -12,7 +23,7 @@ def hats(table: FloatArray, values: Values, layout: Layout) -> None:
         table[:, :, int(Term.HAT) + k] += values[f"hat{k}"] * layout.rate
 
 
-def discrepancy(layout: Layout, members: np.ndarray, scale: float = 0.3) -> tuple[Parameter, ...]:
+def discrepancy(members: np.ndarray, scale: float = 0.3) -> tuple[Parameter, ...]:
     """Weights of the hat functions in ln(amplitude), in units of the reference relaxation rate."""
     return tuple(size_prior(f"hat{k}", members, scale=scale) for k in range(HATS))
 
@@ -29,28 +40,28 @@ def _bend(table: FloatArray, values: Values, layout: Layout) -> None:
     add(table, Term.STIFFNESS, 0.1 * values["square"] / largest**2)
 
 
-def _variants(layout: Layout) -> tuple[Variant, ...]:
-    everywhere = layout.everywhere()
-    found = [
-        Variant("damping against amplitude, everywhere", discrepancy(layout, everywhere), hats, everywhere >= 0, 1.0)
-    ]
-    if not layout.wind.any():
-        return tuple(found)
-    wind, own = layout.in_wind(), layout.each(layout.wind)
-    found.append(Variant("damping against amplitude, in wind", discrepancy(layout, wind), hats, layout.wind, 1.0))
+def _forms(layout: Layout) -> list[Variant]:
+    shared = [Scope(Extent.EVERYWHERE, layout.everywhere(), "everywhere")]
+    wind = Scope(Extent.IN_WIND, layout.in_wind(), "in wind")
+    if layout.wind.any():
+        shared.append(wind)
     if np.unique(layout.test[layout.wind]).size > 1:
-        shapes = discrepancy(layout, layout.by_test())
-        found.append(Variant("damping against amplitude, of every test by its own", shapes, hats, layout.wind, 1.0))
-    bend = (size_prior("linear", wind, scale=0.2), size_prior("square", wind, scale=0.2))
+        shared.append(Scope(Extent.EACH_TEST, layout.by_test(), "of every test by its own"))
+    damping = "damping against amplitude, {scope}"
+    found = [Variant(damping, discrepancy(scope.members), hats, scope) for scope in shared]
+    if not layout.wind.any():
+        return found
+    bend = tuple(size_prior(name, wind.members, scale=0.2) for name in ("linear", "square"))
     # Rare: small changes of frequency in wind are everywhere, and no gap.
-    found.append(Variant("frequency against amplitude, in wind alone", bend, _bend, layout.wind, 0.003))
+    found.append(Variant("frequency against amplitude, in wind alone", bend, _bend, wind, 0.003))
+    own = Scope(Extent.EACH_RECORD, layout.each(layout.wind), "in every record")
     jump = (
-        size_prior("drive", own),
-        size_prior("rate", own),
-        Parameter("moment", 0.5, 0.3, own, unit="record", starts=(0.5,)),
+        size_prior("drive", own.members),
+        size_prior("rate", own.members),
+        Parameter("moment", 0.5, 0.3, own.members, unit="record", starts=(0.5,)),
     )
-    found.append(Variant("a jump in every record", jump, _jump, layout.wind, 1.0, scan="moment"))
-    return tuple(found)
+    found.append(Variant("a jump {scope}", jump, _jump, own, scan="moment"))
+    return found
 
 
 EFFECT = Effect(
@@ -61,5 +72,8 @@ EFFECT = Effect(
     "Discrepancy of Kennedy and O'Hagan (2001), put into the damping rather than onto the reading.",
     "Whatever the catalogued effects leave.",
     "amplitude",
-    _variants,
+    Belongs.WIND,
+    (Term.HAT, Term.JUMP, Term.JUMP_RATE, Term.JUMP_TIME, Term.STIFFNESS, Term.STIFFNESS_LINEAR),
+    DAMPING_RATIO,
+    _forms,
 )

@@ -3,7 +3,8 @@
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.effects.terms import Effect, Layout, Term, Values, Variant, size_prior
+from scruton.dynamics.effects.effect import Effect, Extent, Scope, Size, Values, Variant, added_damping, size_prior
+from scruton.dynamics.effects.terms import Belongs, Layout, Term
 
 
 def _position(layout: Layout) -> FloatArray:
@@ -49,23 +50,23 @@ def _own(table: FloatArray, values: Values, layout: Layout) -> None:
     _scale(table, np.exp(values["size"]), Term.AERO, Term.DRIVE)
 
 
-def _variants(layout: Layout) -> tuple[Variant, ...]:
+def _forms(layout: Layout) -> list[Variant]:
     tests = np.unique(layout.test[layout.wind])
     if tests.size < 2:
-        return ()
-    slope = (size_prior("size", layout.in_wind(), scale=0.5),)
+        return []
+    wind, own = Scope(Extent.IN_WIND, layout.in_wind()), Scope(Extent.EACH_TEST, layout.by_test())
+    slope = size_prior("size", wind.members, scale=0.5)
+    both = (slope, size_prior("epsilon", wind.members, scale=0.3))
     found = [
-        Variant("Y1 linear in the reduced velocity", slope, _both, layout.wind, 2.0),
-        Variant("epsilon linear in the reduced velocity", slope, _drive, layout.wind, 1.0),
+        Variant("Y1 linear in the reduced velocity", (slope,), _both, wind, 2.0),
+        Variant("epsilon linear in the reduced velocity", (slope,), _drive, wind, 1.0),
+        Variant("Y1 and epsilon linear in the reduced velocity", both, _two, wind, 2.0),
     ]
-    both = (*slope, size_prior("epsilon", layout.in_wind(), scale=0.3))
-    found.append(Variant("Y1 and epsilon linear in the reduced velocity", both, _two, layout.wind, 2.0))
     if tests.size > 2:
-        each = (size_prior("size", layout.by_test(), scale=0.25), size_prior("epsilon", layout.by_test(), scale=0.15))
-        found.append(Variant("Y1 and epsilon of every test by its own", each, _own_two, layout.wind, 0.3))
-        own = (size_prior("size", layout.by_test(), scale=0.25),)
-        found.append(Variant("Y1 of every test by its own", own, _own, layout.wind, 1.0))
-    return tuple(found)
+        each = (size_prior("size", own.members, scale=0.25), size_prior("epsilon", own.members, scale=0.15))
+        found.append(Variant("Y1 and epsilon of every test by its own", each, _own_two, own, 0.3))
+        found.append(Variant("Y1 of every test by its own", each[:1], _own, own, 1.0))
+    return found
 
 
 EFFECT = Effect(
@@ -76,5 +77,8 @@ EFFECT = Effect(
     "Section 4.3 of the Griffin-plot paper; Table 5 there.",
     "Tests differ by one factor in damping and drive alike, in order of U/(f0 D).",
     "amplitude",
-    _variants,
+    Belongs.WIND,
+    (Term.AERO, Term.DRIVE),
+    Size("test", "damping ratio at amplitude {at:.3g}", added_damping),
+    _forms,
 )

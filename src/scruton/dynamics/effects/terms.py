@@ -9,9 +9,8 @@ the shedding and the response.  The reading is gain times the (clipped) mean of 
 that fills some of these coefficients from its parameters: it knows no data and no inference.
 """
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from enum import IntEnum
+from dataclasses import dataclass
+from enum import IntEnum, StrEnum
 
 import numpy as np
 
@@ -66,6 +65,40 @@ class Term(IntEnum):
 
 
 COLUMNS = int(Term.HAT) + HATS
+
+
+class Belongs(StrEnum):
+    """Whose a coefficient or an effect is; what is the wind's goes to a bridge, nothing else does."""
+
+    RIG = "rig"  # springs, clamps, dampers
+    WIND = "wind"  # what the section and the flow would do anywhere
+    RUN = "run"  # the tunnel during one record
+    SENSOR = "sensor"  # the reading
+
+
+# Every column stands here: one that is new belongs to nobody until it is said whose it is.
+BELONGS: dict[Term, Belongs] = {
+    **dict.fromkeys(
+        (Term.STRUCTURAL, Term.STRUCTURAL_LINEAR, Term.STRUCTURAL_SQUARE, Term.FRICTION, Term.FRICTION_WIDTH,
+         Term.DETUNING, Term.STIFFNESS, Term.STIFFNESS_LINEAR),
+        Belongs.RIG,
+    ),
+    **dict.fromkeys(
+        (Term.AERO, Term.DRIVE, Term.AERO_LINEAR, Term.AERO_SQUARE, Term.AERO_FOURTH, Term.COHERENCE, Term.LAG,
+         Term.LAG_KIND, Term.LAG_START, Term.FORCE_COS, Term.FORCE_SIN, Term.FORCE_RATE, Term.SCATTER,
+         Term.PHASE_SCATTER),
+        Belongs.WIND,
+    ),
+    **dict.fromkeys(
+        (Term.TREND, Term.TREND_SINE, Term.TREND_DRIVE, Term.JUMP, Term.JUMP_TIME, Term.JUMP_RATE), Belongs.RUN
+    ),
+    **dict.fromkeys(
+        (Term.GAIN, Term.CLIP, Term.CLIP_SOFT, Term.NOISE, Term.THIRD, Term.THIRD_NOISE, Term.LINE_COS, Term.LINE_SIN,
+         Term.LINE_RATE, Term.LINE_DECAY),
+        Belongs.SENSOR,
+    ),
+    Term.HAT: Belongs.WIND,  # what nobody has named goes to the bridge, for want of knowing better
+}  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,118 +183,9 @@ class Layout:
         return found
 
 
-@dataclass(frozen=True, eq=False)
-class Parameter:
-    """A parameter of a variant, with a normal prior in its sampled coordinate.
-
-    Attributes
-    ----------
-    name : str
-    location, scale : float
-        Of the normal prior; of the logarithm where `log`.
-    members : (R,) array of int
-        Which of its values each record takes; -1: none (the value is zero there).
-    log : bool
-        Sampled by its logarithm: positive.
-    positive : bool
-        A normal prior cut at zero; counted by the mass of the posterior above it.
-    unit : str
-    starts : tuple of float
-        Values in the sampled coordinate from which the search begins.
-    """
-
-    name: str
-    location: float
-    scale: float
-    members: IntArray
-    log: bool = False
-    positive: bool = False
-    unit: str = "-"
-    starts: tuple[float, ...] = (0.0,)
-
-    @property
-    def size(self) -> int:
-        """Number of values."""
-        return int(self.members.max(initial=-1)) + 1
-
-
-Values = Mapping[str, FloatArray]
-Apply = Callable[[FloatArray, Values, Layout], None]
-
-
-@dataclass(frozen=True, eq=False)
-class Variant:
-    """One concrete form of an effect: which records it touches, and how.
-
-    Attributes
-    ----------
-    label : str
-        Says the form and the scope, for people.
-    parameters : tuple of Parameter
-    apply : callable
-        Adds to a table of coefficients, (W, R, COLUMNS), in place, from values by name, (W, R) each.
-    scope : (R,) array of bool
-        Records that it acts on.
-    weight : float
-        Prior probability within its effect, before normalisation.
-    size : str
-        Name of the parameter that tells how large the effect is; the first by default.
-    scan : str
-        Name of a parameter in which the likelihood has many optima: a grid is searched before the climb.
-    """
-
-    label: str
-    parameters: tuple[Parameter, ...]
-    apply: Apply
-    scope: IntArray
-    weight: float = 1.0
-    size: str = ""
-    scan: str = ""
-
-    def __post_init__(self) -> None:
-        if not self.size and self.parameters:
-            object.__setattr__(self, "size", self.parameters[0].name)
-
-
-@dataclass(frozen=True, eq=False)
-class Effect:
-    """One entry of the catalogue.
-
-    Attributes
-    ----------
-    name : str
-    title : str
-    physics, source, signature : str
-        What it is, where that is written, and what it does to the records.
-    channel : {"amplitude", "frequency", "signal"}
-        What it is seen in above all.
-    variants : callable
-        Makes the variants that a layout allows; none where it cannot act.
-    """
-
-    name: str
-    title: str
-    physics: str
-    source: str
-    signature: str
-    channel: str
-    variants: Callable[[Layout], tuple[Variant, ...]] = field(repr=False)
-
-
-def size_prior(name: str, members: IntArray, *, scale: float = 0.3, positive: bool = False) -> Parameter:
-    """Size of an effect: its damping at the reference amplitude over the reference relaxation rate, N(0, scale^2)."""
-    starts = (0.1,) if positive else (0.0,)
-    return Parameter(name, 0.0, scale, members, positive=positive, starts=starts)
-
-
 def compact(members: IntArray) -> IntArray:
     """Renumber members from zero without holes; -1 stays."""
     found = np.full(members.shape, -1, dtype=np.intp)
     inside = members >= 0
     found[inside] = np.unique(members[inside], return_inverse=True)[1]
     return found
-
-
-def add(table: FloatArray, term: Term, value: FloatArray) -> None:
-    """Add to one coefficient of all records; value is (W, R)."""
-    table[:, :, int(term)] += value

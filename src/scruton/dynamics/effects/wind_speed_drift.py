@@ -1,14 +1,24 @@
 """A wind that changes while the record runs."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.effects.terms import Effect, IntArray, Layout, Term, Values, Variant, add, size_prior
+from scruton.dynamics.effects.effect import (
+    Apply,
+    Effect,
+    Extent,
+    Size,
+    Station,
+    Values,
+    Variant,
+    add,
+    scopes,
+    size_prior,
+)
+from scruton.dynamics.effects.terms import Belongs, Layout, Term
 
 
-def _drift(term: Term, *, from_start: bool) -> Callable[[FloatArray, Values, Layout], None]:
+def _drift(term: Term, *, from_start: bool) -> Apply:
     """A drift about the mean of the record, or one that begins at the stated speed: then the mean is off, too."""
 
     def apply(table: FloatArray, values: Values, layout: Layout) -> None:
@@ -23,57 +33,47 @@ def _drift(term: Term, *, from_start: bool) -> Callable[[FloatArray, Values, Lay
     return apply
 
 
-_OWN = "in every record by its own"
-_NEAR_A_JUMP = "S-shaped drift from the stated speed"
-_FORMS = (
-    ("linear drift", _drift(Term.TREND, from_start=False)),
-    ("S-shaped drift", _drift(Term.TREND_SINE, from_start=False)),
-    ("linear drift from the stated speed", _drift(Term.TREND, from_start=True)),
-    (_NEAR_A_JUMP, _drift(Term.TREND_SINE, from_start=True)),
-)
-
-
 def _two(table: FloatArray, values: Values, layout: Layout) -> None:
     del layout
     add(table, Term.TREND, values["size"])
     add(table, Term.TREND_DRIVE, values["drive"])
 
 
-def _variants(layout: Layout) -> tuple[Variant, ...]:
+def _read(rows: FloatArray, _without: FloatArray, station: Station) -> FloatArray:
+    rise = rows[:, Term.TREND] + rows[:, Term.TREND_SINE]
+    return np.asarray(-rise * (2.0 * rows[:, Term.DRIVE] / station.amplitude - rows[:, Term.AERO]) / station.omega)
+
+
+def _forms(layout: Layout) -> list[Variant]:
     if not layout.wind.any():
-        return ()
-    scopes: list[tuple[str, IntArray, float]] = [("the same in every record in wind", layout.in_wind(), 2.0)]
-    tests = np.unique(layout.test[layout.wind])
-    records = np.flatnonzero(layout.wind)
-    if tests.size > 1:
-        scopes += [(f"in one test#{i}", layout.only(layout.test == i), 0.7 / tests.size) for i in tests]
-        scopes += [
-            (f"in every record of one test#{i}", layout.each(layout.test == i), 0.7 / tests.size)
-            for i in tests
-            if np.count_nonzero(layout.test == i) > 1
-        ]
-    if records.size > 1:
-        scopes.append((_OWN, layout.each(layout.wind), 1.0))
-        names = np.arange(len(layout.records))
-        scopes += [(f"in one record#{i}", layout.only(names == i), 1.0 / records.size) for i in records]
+        return []
+    shares = {
+        Extent.IN_WIND: (2.0, "the same in every record in wind"),
+        Extent.ONE_TEST: (0.7, "in one test"),
+        Extent.EACH_RECORD_OF_ONE_TEST: (0.7, "in every record of one test"),
+        Extent.EACH_RECORD: (1.0, "in every record by its own"),
+        Extent.ONE_RECORD: (1.0, "in one record"),
+    }
+    every = scopes(layout, shares, wind=True)
+    # An S and a mean of its own for every record come too near to a jump in each.
+    shared = [scope for scope in every if scope.extent is not Extent.EACH_RECORD]
     both = [
-        Variant(
-            f"linear drift, the drive's part its own, {where}",
-            (size_prior("size", members), size_prior("drive", members)), _two, members >= 0, 0.5 * weight,
-        )
-        for where, members, weight in scopes
+        Variant("linear drift, the drive's part its own, {scope}",
+                (size_prior("size", scope.members), size_prior("drive", scope.members)), _two, scope,
+                0.5 * scope.weight)
+        for scope in every
     ]  # fmt: skip
-    return (*both, *_alike(scopes))
-
-
-def _alike(scopes: list[tuple[str, IntArray, float]]) -> tuple[Variant, ...]:
-    return tuple(
-        Variant(f"{form}, {where}", (size_prior("size", members),), apply, members >= 0, weight)
-        for form, apply in _FORMS
-        for where, members, weight in scopes
-        # An S and a mean of its own for every record come too near to a jump in each.
-        if not (form == _NEAR_A_JUMP and where == _OWN)
-    )
+    alike = [
+        Variant(f"{form}, {{scope}}", (size_prior("size", scope.members),), apply, scope, scope.weight)
+        for form, apply, places in (
+            ("linear drift", _drift(Term.TREND, from_start=False), every),
+            ("S-shaped drift", _drift(Term.TREND_SINE, from_start=False), every),
+            ("linear drift from the stated speed", _drift(Term.TREND, from_start=True), every),
+            ("S-shaped drift from the stated speed", _drift(Term.TREND_SINE, from_start=True), shared),
+        )
+        for scope in places
+    ]
+    return both + alike
 
 
 EFFECT = Effect(
@@ -84,5 +84,8 @@ EFFECT = Effect(
     "Any log of a wind tunnel that was started a minute ago.",
     "Damping at the same amplitude changes with time; the end of the record is not steady. Frequency hardly moves.",
     "amplitude",
-    _variants,
+    Belongs.RUN,
+    (Term.TREND, Term.TREND_SINE, Term.TREND_DRIVE, Term.AERO, Term.DRIVE),
+    Size("damping", "damping ratio at amplitude {at:.3g}, end of the record over its start", _read),
+    _forms,
 )

@@ -53,11 +53,11 @@ def gap_figure(
     findings : sequence of Finding
         Rigs and tests in which effects of the verdict act are marked.
     curves : Curves, optional
-        `excess_curves(diagnosis.bare)`, where they are there already.
+        `excess_curves(diagnosis.null)`, where they are there already.
     alt : str
         The verdict in a sentence.
     """
-    curves = curves or excess_curves(diagnosis.bare)
+    curves = curves or excess_curves(diagnosis.null)
     data = diagnosis.data
     rows = _rows(data, curves)
     high = 8.0 + (_ROW_HEIGHT * len(rows) if len(rows) > 1 else _ONE_ROW_HEIGHT)

@@ -1,6 +1,7 @@
 """A record that was not taken: what a hypothesis expects of it, and how well it would tell another from that one."""
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -8,12 +9,13 @@ from numba import njit
 from scruton.arrays import FloatArray
 from scruton.dynamics.cycles import Channels
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
-from scruton.dynamics.effects.terms import HATS, Term, Variant
+from scruton.dynamics.effects.effect import Variant
+from scruton.dynamics.effects.terms import HATS, Term
 from scruton.dynamics.extended import channel_innovations, effect_drift
 from scruton.dynamics.reading import saturated_reading
-from scruton.gap.bare import bare_model
 from scruton.gap.data import FLOOR, GapData
 from scruton.gap.hypothesis import Hypothesis
+from scruton.gap.null_model import null_model
 
 _LAG, _LAG_START, _HAT = int(Term.LAG), int(Term.LAG_START), int(Term.HAT)
 _FC, _FS, _FR = int(Term.FORCE_COS), int(Term.FORCE_SIN), int(Term.FORCE_RATE)
@@ -22,7 +24,7 @@ _DET, _ST2, _ST1 = int(Term.DETUNING), int(Term.STIFFNESS), int(Term.STIFFNESS_L
 
 
 @dataclass(frozen=True)
-class Extra:
+class FurtherRecord:
     """A record that could be taken.
 
     Attributes
@@ -50,44 +52,36 @@ class Extra:
     damping: float = 1.0
 
 
-def with_record(data: GapData, extra: Extra) -> GapData:
+def with_record(data: GapData, record: FurtherRecord) -> GapData:
     """The layout of a campaign with one more record, at the end; its cycles are still to come."""
-    layout, t = data.layout, extra.template
-    other = extra.damping != 1.0
-    rig = len(data.rigs) if other else int(layout.rig[t])
-    test = -1 if extra.still else (len(data.tests) if other else int(layout.test[t]))
+    layout, t = data.layout, record.template
+    other = record.damping != 1.0
+    rig = len(data.rigs) if other else layout.rig[t]
+    test = -1 if record.still else (len(data.tests) if other else layout.test[t])
 
-    def more(values: np.ndarray, value: float) -> np.ndarray:
-        return np.append(values, np.asarray(value, dtype=values.dtype))
+    def grown(of: Any, **values: Any) -> dict[str, Any]:
+        arrays = {name: np.asarray(getattr(of, name)) for name in values}
+        return {name: np.append(a, np.asarray(values[name], dtype=a.dtype)) for name, a in arrays.items()}
 
-    sc = np.nan if extra.still else layout.scruton_number[t] * extra.damping
-    layout = replace(
-        layout,
-        records=(*layout.records, "extra"),
-        rig=more(layout.rig, rig),
-        test=more(layout.test, test),
-        direction=more(layout.direction, 0),
-        duration=more(layout.duration, extra.cycles * 2.0 * np.pi / layout.omega[t]),
-        omega=more(layout.omega, layout.omega[t]),
-        largest=more(layout.largest, min(extra.start, float(layout.largest.max()))),
-        reduced_velocity=more(layout.reduced_velocity, np.nan if extra.still else layout.reduced_velocity[t]),
-        scruton_number=more(layout.scruton_number, sc),
+    added = grown(
+        layout, rig=rig, test=test, direction=0, omega=layout.omega[t],
+        duration=record.cycles * 2.0 * np.pi / layout.omega[t], largest=min(record.start, float(layout.largest.max())),
+        reduced_velocity=np.nan if record.still else layout.reduced_velocity[t],
+        scruton_number=np.nan if record.still else layout.scruton_number[t] * record.damping,
+    )  # fmt: skip
+    stated = {"damping": data.nominal_damping[t] * record.damping, "damping_sd": float(np.median(data.damping_sd))}
+    names = ("aero_ratio", "drive_ratio", "mass_sd")
+    return replace(
+        data,
+        layout=replace(layout, **added | {"records": (*layout.records, "extra")}),
+        rigs=(*data.rigs, "another") if other else data.rigs,
+        tests=(*data.tests, "another") if other else data.tests,
+        **grown(data, **{name: 0.0 if record.still else getattr(data, name)[t] for name in names}),
+        **grown(data, nominal_damping=data.nominal_damping[t] * record.damping, **(stated if other else {})),
     )
-    grown = {
-        name: more(getattr(data, name), 0.0 if extra.still else getattr(data, name)[t])
-        for name in ("aero_ratio", "drive_ratio", "mass_sd")
-    }
-    if other:
-        grown |= {
-            "damping": more(data.damping, data.nominal_damping[t] * extra.damping),
-            "damping_sd": more(data.damping_sd, float(np.median(data.damping_sd))),
-        }
-    grown["nominal_damping"] = more(data.nominal_damping, data.nominal_damping[t] * extra.damping)
-    rigs, tests = (*data.rigs, "another") if other else data.rigs, (*data.tests, "another") if other else data.tests
-    return replace(data, layout=layout, rigs=rigs, tests=tests, **grown)  # type: ignore[arg-type]
 
 
-def carried(hypothesis: Hypothesis, data: GapData) -> Hypothesis:
+def in_layout_of(data: GapData, hypothesis: Hypothesis) -> Hypothesis:
     """The same hypothesis in a layout that has one more record.
 
     Raises
@@ -95,31 +89,31 @@ def carried(hypothesis: Hypothesis, data: GapData) -> Hypothesis:
     LookupError
         If one of its variants does not exist there.
     """
-    return Hypothesis(bare_model(data), tuple(_same(variant, data) for variant in hypothesis.variants))
+    return Hypothesis(null_model(data), tuple(_same(variant, data) for variant in hypothesis.variants))
 
 
 def _same(variant: Variant, data: GapData) -> Variant:
-    module = variant.apply.__module__
-    for effect in (*CATALOGUE.values(), UNKNOWN):
-        if module.endswith(effect.name) or (effect is UNKNOWN and module.endswith("generic")):
-            for one in effect.variants(data.layout):
-                if one.label == variant.label:
-                    return one
+    effects = {**CATALOGUE, UNKNOWN.name: UNKNOWN}
+    for candidate in effects[variant.effect].variants(data.layout):
+        if candidate.identity == variant.identity:
+            return candidate
     raise LookupError(variant.label)
 
 
-def carry(old: Hypothesis, new: Hypothesis, u: FloatArray, covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
+def transplanted(
+    old: Hypothesis, new: Hypothesis, u: FloatArray, covariance: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Coordinates and covariance in the larger layout: what is new there has its prior."""
     location, scale = new.prior
     mean, wide = location.copy(), np.diag(scale**2)
     to, fro = [], []
-    count = len(old.bare.data.layout.records)
-    for one, other in zip(new.parameters, old.parameters, strict=True):
-        for j in range(one.size):
-            shared = np.flatnonzero((one.members[:count] == j) & (other.members >= 0))
+    count = len(old.data.layout.records)
+    for larger, smaller in zip(new.parameters, old.parameters, strict=True):
+        for j in range(larger.size):
+            shared = np.flatnonzero((larger.members[:count] == j) & (smaller.members >= 0))
             if shared.size:
-                to.append(new.places[one.name].start + j)
-                fro.append(old.places[other.name].start + int(other.members[shared[0]]))
+                to.append(new.slices[larger.key].start + j)
+                fro.append(old.slices[smaller.key].start + int(smaller.members[shared[0]]))
     mean[to] = u[fro]
     wide[np.ix_(to, to)] = covariance[np.ix_(fro, fro)]
     return mean, wide
@@ -163,21 +157,21 @@ def _run(c, start, cycles, period, omega, knots):  # type: ignore[no-untyped-def
     return out
 
 
-def expected(hypothesis: Hypothesis, u: FloatArray, extra: Extra) -> Channels:
+def expected(hypothesis: Hypothesis, u: FloatArray, record: FurtherRecord) -> Channels:
     """Cycles of the extra record, the last of the layout, as a hypothesis expects them; errors as the others have."""
-    data = hypothesis.bare.data
+    data = hypothesis.data
     last = len(data.layout.records) - 1
     omega = float(data.layout.omega[last])
     period = 2.0 * np.pi / omega
     row = hypothesis.table(u[None])[0, last]
-    a, phase, third = _run(row, extra.start, extra.cycles, period, omega, data.channels.knots)
+    a, phase, third = _run(row, record.start, record.cycles, period, omega, data.channels.knots)
     old = data.channels
-    same = old.record == extra.template
+    same = old.record == record.template
     se = float(np.median(np.sqrt(np.maximum(old.standard_error[same] ** 2 - (FLOOR * old.amplitude[same]) ** 2, 0.0))))
     sees = a > 3.0 * se
-    time: FloatArray = np.arange(extra.cycles, dtype=np.float64) * period
+    time: FloatArray = np.arange(record.cycles, dtype=np.float64) * period
     place: FloatArray = np.asarray(time / max(float(time[-1]), period) - 0.5)
-    size = extra.cycles
+    size = record.cycles
     return Channels(
         amplitude=a,
         standard_error=np.hypot(se, FLOOR * a),
@@ -198,7 +192,7 @@ def expected(hypothesis: Hypothesis, u: FloatArray, extra: Extra) -> Channels:
 def separation(
     truth: tuple[Hypothesis, FloatArray],
     rival: tuple[Hypothesis, FloatArray, FloatArray],
-    extra: Extra,
+    record: FurtherRecord,
 ) -> float:
     """Standard deviations by which an extra record, as one hypothesis expects it, would miss a rival's prediction.
 
@@ -210,24 +204,24 @@ def separation(
         And its optimum.
     rival : (Hypothesis, (k,) array, (k, k) array)
         And its optimum and covariance.
-    extra : Extra
+    record : FurtherRecord
 
     Raises
     ------
     LookupError
         If one of them does not exist with that record.
     """
-    data = with_record(truth[0].bare.data, extra)
-    one, other = carried(truth[0], data), carried(rival[0], data)
+    data = with_record(truth[0].data, record)
+    one, other = in_layout_of(data, truth[0]), in_layout_of(data, rival[0])
     size = truth[0].size
-    u, _ = carry(truth[0], one, truth[1], np.zeros((size, size)))
-    w, covariance = carry(rival[0], other, rival[1], rival[2])
-    channels = expected(one, u, extra)
-    told = Hypothesis(replace(other.bare, data=replace(data, channels=channels)), other.variants)
-    v, log_s, jv, _ = told.derivatives(w)
+    u, _ = transplanted(truth[0], one, truth[1], np.zeros((size, size)))
+    w, covariance = transplanted(rival[0], other, rival[1], rival[2])
+    channels = expected(one, u, record)
+    informed = Hypothesis(replace(other.null, data=replace(data, channels=channels)), other.variants)
+    v, log_s, jv, _ = informed.derivatives(w)
     own, _ = channel_innovations(channels, one.table(u[None]))
     residual = (v - own[0]) * np.exp(-0.5 * log_s)
-    _, rows, where = told._blocks[-1]
+    _, rows, where = informed.blocks[-1]
     j = jv[rows] * np.exp(-0.5 * log_s)
     inner = j @ j.T
     prior = covariance[np.ix_(where, where)]

@@ -1,0 +1,314 @@
+"""What an effect is: an entry of the catalogue that says of itself all that others need to know."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+
+import numpy as np
+
+from scruton.arrays import FloatArray
+from scruton.dynamics.effects.terms import Belongs, IntArray, Layout, Term
+
+Values = Mapping[str, FloatArray]
+Apply = Callable[[FloatArray, Values, Layout], None]
+
+
+class Extent(StrEnum):
+    """Over what the values of a parameter extend."""
+
+    EVERYWHERE = "everywhere"
+    IN_WIND = "in wind"
+    ONE_RIG = "one rig"
+    ONE_RIG_IN_WIND = "one rig, in wind"
+    ALL_RIGS_BUT_ONE = "all rigs but one"
+    EACH_RIG = "each rig"
+    ONE_TEST = "one test"
+    EACH_TEST = "each test"
+    ONE_RECORD = "one record"
+    EACH_RECORD = "each record"
+    EACH_RECORD_OF_ONE_TEST = "each record of one test"
+    GROUPS = "groups of records"
+
+
+_OF_SEVERAL = {
+    Extent.ONE_RIG, Extent.ALL_RIGS_BUT_ONE, Extent.EACH_RIG, Extent.ONE_TEST, Extent.EACH_RECORD_OF_ONE_TEST,
+    Extent.ONE_RECORD, Extent.EACH_RECORD,
+}  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Scope:
+    """The records in which an effect acts, and which of them share a value.
+
+    Attributes
+    ----------
+    extent : Extent
+    members : (R,) array of int
+        Which value each record takes; -1: the effect does not act there.
+    words : str
+        The same for people.
+    number : int
+        Of the rig, test or record in the layout, where it is one; else -1.
+    weight : float
+        Prior probability among the scopes of an effect, before normalisation.
+    """
+
+    extent: Extent
+    members: IntArray
+    words: str = ""
+    number: int = -1
+    weight: float = 1.0
+
+    @property
+    def records(self) -> IntArray:
+        """Whether the effect acts in each record, (R,) of bool."""
+        inside: IntArray = self.members >= 0
+        return inside
+
+
+def scopes(layout: Layout, shares: Mapping[Extent, tuple[float, str]], *, wind: bool = False) -> list[Scope]:
+    """Scopes that a campaign allows; those of one rig, test or record only where there are several.
+
+    Parameters
+    ----------
+    layout : Layout
+    shares : mapping
+        Weight and words of every extent; the weight is divided among the rigs, tests or records.
+    wind : bool
+        Only rigs and records in wind.
+    """
+    inside = layout.wind if wind else np.ones(len(layout.records), dtype=bool)
+    found = []
+    for extent, (weight, words) in shares.items():
+        units, cases = _cases(layout, extent, inside)
+        if units > 1 or extent not in _OF_SEVERAL:
+            share = weight if cases and cases[0][0] < 0 else weight / max(units, 1)
+            found += [Scope(extent, members, words, number, share) for number, members in cases]
+    return found
+
+
+def _cases(layout: Layout, extent: Extent, inside: IntArray) -> tuple[int, list[tuple[int, IntArray]]]:
+    """How many rigs, tests or records there are, and the number (-1: of all) and members of every case."""
+    rigs, tests = np.unique(layout.rig[inside]), np.unique(layout.test[layout.wind])
+    records = np.flatnonzero(inside)
+    match extent:
+        case Extent.EVERYWHERE:
+            return 1, [(-1, layout.everywhere())]
+        case Extent.IN_WIND:
+            return 1, [(-1, layout.in_wind())]
+        case Extent.ONE_RIG:
+            return rigs.size, [(int(i), layout.only(layout.rig == i)) for i in rigs]
+        case Extent.ONE_RIG_IN_WIND:
+            masks = {int(i): layout.wind & (layout.rig == i) for i in rigs}
+            return rigs.size, [(i, layout.only(mask)) for i, mask in masks.items() if mask.any()]
+        case Extent.ALL_RIGS_BUT_ONE:
+            return rigs.size, [(int(i), layout.only(layout.rig != i)) for i in rigs]
+        case Extent.EACH_RIG:
+            return rigs.size, [(-1, layout.by_rig())]
+        case Extent.ONE_TEST:
+            return tests.size, [(int(i), layout.only(layout.test == i)) for i in tests]
+        case Extent.EACH_TEST:
+            return tests.size, [(-1, layout.by_test())]
+        case Extent.ONE_RECORD:
+            return records.size, [(int(r), layout.only(np.arange(len(inside)) == r)) for r in records]
+        case Extent.EACH_RECORD:
+            return records.size, [(-1, layout.each(inside))]
+        case Extent.EACH_RECORD_OF_ONE_TEST:
+            several = [i for i in tests if np.count_nonzero(layout.test == i) > 1]
+            return tests.size, [(int(i), layout.each(layout.test == i)) for i in several]
+        case _:
+            raise ValueError(f"no members follow from a layout for {extent}")
+
+
+@dataclass(frozen=True, eq=False)
+class Parameter:
+    """A parameter of a variant or of the null model, with a normal prior in its sampled coordinate.
+
+    Attributes
+    ----------
+    name : str
+    location, scale : float or (size,) array
+        Of the normal prior; of the logarithm where `log`.
+    members : (R,) array of int
+        Which of its values each record takes; -1: none (the value is zero there).
+    log : bool
+        Sampled by its logarithm: positive.
+    positive : bool
+        A normal prior cut at zero; counted by the mass of the posterior above it.
+    unit : str
+    starts : tuple of float
+        Values in the sampled coordinate from which the search begins.
+    owner : int or None
+        Place of its variant in a hypothesis; None in the null model.
+    """
+
+    name: str
+    location: float | FloatArray
+    scale: float | FloatArray
+    members: IntArray
+    log: bool = False
+    positive: bool = False
+    unit: str = "-"
+    starts: tuple[float, ...] = (0.0,)
+    owner: int | None = None
+
+    @property
+    def size(self) -> int:
+        """Number of values."""
+        return int(self.members.max(initial=-1)) + 1
+
+    @property
+    def key(self) -> tuple[int | None, str]:
+        """What tells it from every other parameter of a hypothesis."""
+        return self.owner, self.name
+
+
+@dataclass(frozen=True, eq=False)
+class Variant:
+    """One concrete form of an effect in one scope.
+
+    Attributes
+    ----------
+    form : str
+        For people; `{scope}` in it stands for the words of the scope.
+    parameters : tuple of Parameter
+    apply : callable
+        Adds to a table of coefficients, (W, R, COLUMNS), in place, from values by name, (W, R) each.
+    scope : Scope
+    weight : float
+        Prior probability within its effect, before normalisation.
+    size : str
+        Name of the parameter that tells how large the effect is; the first by default.
+    scan : str
+        Name of a parameter in which the likelihood has many optima: a grid is searched before the climb.
+    effect : str
+        Name of the effect that it is a form of, set by that effect; empty for none of the catalogue.
+    """
+
+    form: str
+    parameters: tuple[Parameter, ...]
+    apply: Apply
+    scope: Scope
+    weight: float = 1.0
+    size: str = ""
+    scan: str = ""
+    effect: str = ""
+
+    def __post_init__(self) -> None:
+        if not self.size and self.parameters:
+            object.__setattr__(self, "size", self.parameters[0].name)
+
+    @property
+    def label(self) -> str:
+        """Form and scope for people."""
+        return self.form.format(scope=self.scope.words)
+
+    @property
+    def identity(self) -> tuple[str, str, Extent, int]:
+        """Effect, form and scope: the same variant in another layout has the same."""
+        return self.effect, self.form, self.scope.extent, self.scope.number
+
+
+@dataclass(frozen=True, eq=False)
+class Station:
+    """Where the size of an effect is read: one record, at one amplitude.
+
+    Attributes
+    ----------
+    amplitude, largest : float
+        At which a damping is read, and the largest of the record; A/D or rad.
+    omega : float
+        Natural circular frequency [rad/s].
+    damping : callable
+        Damping rate -da/dt/a [1/s] at the amplitude, (W,), of rows of coefficients, (W, COLUMNS).
+    reading : callable
+        What the sensor shows of amplitudes, (W,), one for each row of coefficients.
+    """
+
+    amplitude: float
+    largest: float
+    omega: float
+    damping: Callable[[FloatArray], FloatArray]
+    reading: Callable[[FloatArray, FloatArray], FloatArray]
+
+
+Read = Callable[[FloatArray, FloatArray, Station], FloatArray]
+Span = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Size:
+    """How large an effect is in one record.
+
+    Attributes
+    ----------
+    quantity : {"damping", "frequency", "spectrum", "branch", "test", "signal"}
+        What it is seen in.
+    unit : str
+        What the number is, for people; `{at}` in it stands for the amplitude.
+    read : callable
+        The number, (W,), from rows of coefficients with the effect, (W, COLUMNS), one without, (1, COLUMNS), and the
+        station.
+    span : callable, optional
+        The part of the record's amplitudes in which it acts, from a row of coefficients; all of them by default.
+    """
+
+    quantity: str
+    unit: str
+    read: Read
+    span: Callable[[FloatArray, Span], Span] | None = None
+
+
+def added_damping(rows: FloatArray, without: FloatArray, station: Station) -> FloatArray:
+    """Damping ratio that an effect adds at an amplitude, (W,)."""
+    return (station.damping(rows) - station.damping(without)) / station.omega
+
+
+DAMPING_RATIO = Size("damping", "damping ratio at amplitude {at:.3g}", added_damping)
+
+
+@dataclass(frozen=True, eq=False)
+class Effect:
+    """One entry of the catalogue.
+
+    Attributes
+    ----------
+    name, title : str
+    physics, source, signature : str
+        What it is, where that is written, and what it does to the records.
+    channel : {"amplitude", "frequency", "signal", "spectrum"}
+        What it is seen in above all.
+    belongs : Belongs
+        Whose it is: of what is the wind's a bridge has its share.
+    terms : tuple of Term
+        Columns of the table of coefficients that it writes.
+    size : Size
+    forms : callable
+        Makes the variants that a layout allows; none where it cannot act.
+    """
+
+    name: str
+    title: str
+    physics: str
+    source: str
+    signature: str
+    channel: str
+    belongs: Belongs
+    terms: tuple[Term, ...]
+    size: Size
+    forms: Callable[[Layout], Sequence[Variant]] = field(repr=False)
+
+    def variants(self, layout: Layout) -> tuple[Variant, ...]:
+        """The variants that a layout allows, each with the name of this effect."""
+        return tuple(replace(variant, effect=self.name) for variant in self.forms(layout))
+
+
+def size_prior(name: str, members: IntArray, *, scale: float = 0.3, positive: bool = False) -> Parameter:
+    """Size of an effect: its damping at the reference amplitude over the reference relaxation rate, N(0, scale^2)."""
+    starts = (0.1,) if positive else (0.0,)
+    return Parameter(name, 0.0, scale, members, positive=positive, starts=starts)
+
+
+def add(table: FloatArray, term: Term, value: FloatArray) -> None:
+    """Add to one coefficient of all records; value is (W, R)."""
+    table[:, :, int(term)] += value

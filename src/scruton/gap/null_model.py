@@ -1,0 +1,105 @@
+"""The null model: the paper's law, one (Y1, epsilon) for the peak tests, constant structural damping, and its noise.
+
+Small imperfections that every laboratory has, and that nobody would call a gap, are part of it.  All its priors are
+those of the model card's table [diagnosis].
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scruton.arrays import FloatArray
+from scruton.dynamics.effects.effect import Parameter
+from scruton.dynamics.effects.terms import COLUMNS, IntArray, Layout, Term, compact
+from scruton.gap.data import GapData
+
+
+@dataclass(frozen=True, eq=False)
+class NullModel:
+    """Parameters of the null model and the table of coefficients that they make."""
+
+    data: GapData
+    parameters: tuple[Parameter, ...]
+
+    def table(self, values: dict[str, FloatArray]) -> FloatArray:
+        """Coefficients of every record, (W, R, COLUMNS), from values by name, (W, R) each (zero: not a member)."""
+        layout = self.data.layout
+        walkers = next(iter(values.values())).shape[0]
+        table = np.zeros((walkers, len(layout.records), COLUMNS))
+        wind = layout.wind
+        # Linear, so that an error of the stated ratio lies along a straight line with it.
+        damping = layout.omega * self.data.nominal_damping * np.maximum(1.0 + values["damping"], 0.01)
+        table[:, :, Term.STRUCTURAL] = damping
+        a_star = np.ones((walkers, len(layout.records)))
+        rate = damping.copy()
+        if wind.any():
+            still = layout.omega * self.data.nominal_damping
+            aero = values["aerodynamic_rate"] * self.data.aero_ratio
+            # The drive, given as the stable amplitude of the middle setting with its damping as stated.
+            drive = values["stable_amplitude"] * (values["aerodynamic_rate"] + still[self.data.middle])
+            drive *= self.data.drive_ratio
+            mass = np.exp(values["mass"]) if "mass" in values else 1.0
+            table[:, :, Term.AERO] = np.where(wind, aero * mass, 0.0)
+            table[:, :, Term.DRIVE] = np.where(wind, drive * mass, 0.0)
+            rate = np.where(wind, np.maximum(table[:, :, Term.AERO] + damping, 1e-3 * damping + 1e-9), rate)
+            a_star = np.where(wind, table[:, :, Term.DRIVE] / rate, a_star)
+        level = np.where(wind, a_star, layout.largest)
+        unit = level * np.sqrt(2.0 * rate)
+        table[:, :, Term.SCATTER] = values["scatter"] * unit
+        table[:, :, Term.PHASE_SCATTER] = values["phase_scatter"] * unit
+        table[:, :, Term.NOISE] = values["noise"]
+        table[:, :, Term.DETUNING] = values["detuning"]
+        table[:, :, Term.THIRD] = values["third"]
+        table[:, :, Term.THIRD_NOISE] = values["third_noise"]
+        table[:, :, Term.STIFFNESS] = values["stiffness"] / layout.largest.max() ** 2
+        if wind.any():
+            table[:, :, Term.STIFFNESS_LINEAR] = values["stiffness_in_wind"] / layout.largest.max()
+        table[:, :, Term.GAIN] = values["gain"]
+        return table
+
+
+def null_model(data: GapData) -> NullModel:
+    """The null model of a campaign, with the priors of its card."""
+    layout, wind = data.layout, data.layout.wind
+    parameters = []
+
+    def add(name: str, members: IntArray, *, times: float = 1.0, sd: FloatArray | None = None, unit: str = "-") -> None:
+        """A parameter whose prior's median is `times` that of the card; `sd` in place of the card's by member."""
+        prior = data.priors[name]
+        centre = float(np.log(prior.first * times)) if prior.logarithmic else prior.first
+        scale = prior.scale if sd is None else sd
+        parameters.append(Parameter(name, centre, scale, members, prior.logarithmic, unit=unit, starts=(centre,)))
+
+    if wind.any():
+        add("stable_amplitude", layout.in_wind(), times=layout.reference_amplitude, unit="A/D or rad")
+        add("aerodynamic_rate", layout.in_wind(), times=layout.reference_omega, unit="1/s")
+        if np.any(data.mass_sd[wind] > 0.0):
+            first = [np.flatnonzero(layout.by_test() == j)[0] for j in range(np.unique(layout.test[wind]).size)]
+            mass_sd = np.maximum(data.mass_sd[first], 1e-6)
+            parameters.append(Parameter("mass", 0.0, mass_sd, layout.by_test()))
+    rigs = np.unique(layout.rig)
+    parameters.append(Parameter("damping", 0.0, data.damping_sd[rigs], layout.by_rig(), unit="of the nominal"))
+    groups = compact(np.where(wind, layout.test, len(data.tests) + layout.rig))
+    # In still air nothing pushes the amplitude about but draughts.
+    still = np.array([not wind[groups == j].any() for j in range(groups.max() + 1)])
+    for name in ("scatter", "phase_scatter"):
+        add(name, groups)
+        centre = np.where(still, data.priors["still_air_scatter"].location, parameters[-1].location)
+        parameters[-1] = replace(parameters[-1], location=centre)
+    add("noise", layout.by_rig())
+    add("detuning", np.arange(len(layout.records)))
+    add("third", layout.by_rig())
+    add("third_noise", layout.by_rig())
+    add("stiffness", layout.everywhere())
+    if wind.any():
+        add("stiffness_in_wind", layout.in_wind())
+    add("gain", np.arange(len(layout.records)))
+    return NullModel(data, tuple(parameters))
+
+
+def reference(layout: Layout) -> str:
+    """What sizes are referred to, in words."""
+    return (
+        f"stable amplitude {layout.reference_amplitude:.4g}, relaxation rate {layout.reference_rate:.4g} 1/s "
+        f"({layout.reference_rate / layout.reference_omega:.3%} of omega)"
+    )

@@ -1,0 +1,79 @@
+"""The optimum of a posterior that offers scores: its gradient and Fisher information come with every value.
+
+The information is positive whatever the point, so that scoring with a damped step climbs from anywhere; steps of
+several dampings are tried side by side.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from scruton.arrays import FloatArray
+
+MOST_DAMPED = 1e3  # relative to the information's diagonal: where no step helps any more, the search ends
+
+
+def climb[Scores: tuple[Any, ...]](
+    scores: Callable[[FloatArray], Scores],
+    log_prob: Callable[[FloatArray], FloatArray],
+    start: FloatArray,
+    *,
+    limit: Callable[[FloatArray], FloatArray] | None = None,
+    free: FloatArray | slice = slice(None),
+    tolerance: float = 5e-3,
+    iterations: int = 40,
+    cautious: bool = True,
+) -> tuple[FloatArray, Scores]:
+    """Climb from a point by damped Fisher scoring.
+
+    Parameters
+    ----------
+    scores : callable
+        Value, gradient (k,) and information (k, k) in the free coordinates, and whatever else, at a point (d,).
+    log_prob : callable
+        Values (W,) at points (W, d).
+    start : (d,) array
+    limit : callable, optional
+        Longest step in each coordinate at a point, (k,).
+    free : (k,) array of int, optional
+        Coordinates that move; all by default.
+    tolerance : float
+        Gain of a step, in nats, below which it was the last.
+    iterations : int
+        At most so many steps.
+    cautious : bool
+        Whether to try a very short step, too.
+
+    Returns
+    -------
+    point : (d,) array
+    scores : tuple
+        As `scores` gives them there.
+    """
+    u, here, damping = start, scores(start), 0.0
+    for _ in range(iterations):
+        value, gradient, information = here[:3]
+        ridge = np.diag(np.diag(information))
+        dampings = (damping, 10.0 * damping + 0.3, 100.0 * damping + 10.0)
+        steps = [np.linalg.solve(information + m * ridge, gradient) for m in dampings]
+        if limit is not None:
+            longest = limit(u)
+            steps = [np.clip(s, -longest, longest) for s in steps]
+        steps += [0.3 * steps[0]] + ([0.05 * steps[2]] if cautious else [])
+        trials = np.repeat(u[None], len(steps), axis=0)
+        trials[:, free] += np.array(steps)
+        total = log_prob(trials)
+        best = int(np.argmax(total))
+        gain = total[best] - value
+        if not gain > 0.0:
+            if damping > MOST_DAMPED:
+                break
+            damping = 100.0 * damping + 30.0
+            continue
+        u = trials[best]
+        damping = (0.0, 0.1 * damping, damping, damping, 10.0 * damping + 1.0)[best]
+        here = scores(u)
+        if gain < tolerance:
+            break
+    return u, here
