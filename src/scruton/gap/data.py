@@ -240,7 +240,7 @@ def _setting(campaign: Campaign, j: int, cycles: Mapping[str, Cycles]) -> Settin
 
 
 def _relative_sd(one: Quantity, default: float) -> float:
-    relative = default if one.sd is None else one.sd / one.mean
+    relative = default if one.sd is None else one.relative_sd
     return max(relative, 1e-4)
 
 
@@ -249,8 +249,7 @@ def _mass_sd(campaign: Campaign, i: int, j: int) -> float:
         return 0.0
     mass, density = campaign.rigs[i].mass, campaign.tests[j].air_density
     assert mass is not None
-    parts = [one.sd / one.mean if one.sd else 0.0 for one in (mass, density)]
-    return float(np.hypot(parts[0], parts[1]))
+    return float(np.hypot(mass.relative_sd, density.relative_sd))
 
 
 def _channels(records: list[Record], cycles: Mapping[str, Cycles], knots: FloatArray) -> Channels:
