@@ -14,7 +14,7 @@ from scipy.special import ndtr
 
 from scruton.arrays import FloatArray
 from scruton.calibrate.regimes import AIR_DENSITY, DEPTH, FREQUENCY, MASS, REDUCED_VELOCITY, WIDTH, Regime
-from scruton.campaign.schema import Motion
+from scruton.campaign.schema import Motion, Quantity
 from scruton.dynamics import Setting, amplitude_ratio, force_parameters
 from scruton.infer.cards import ModelCard
 from scruton.stats import Coordinates, Prior
@@ -92,9 +92,10 @@ def stated(regime: Regime) -> tuple[Body, FloatArray]:
     return body, np.asarray(regime.scruton_numbers) / factor
 
 
-def log_sd(relative: float) -> float:
-    """Standard deviation of the logarithm of a lognormal quantity with this relative uncertainty."""
-    return float(np.sqrt(np.log1p(relative**2)))
+def scattered(relative_sd: float, z: FloatArray) -> FloatArray:
+    """What is true over what is stated, with this relative sd as `Quantity` reads it, from standard normals."""
+    stated = Quantity(1.0, relative_sd)
+    return np.asarray(stated.median * np.exp(stated.log_sd * z))
 
 
 def dimension(regime: Regime) -> int:
@@ -133,10 +134,10 @@ def from_normals(z: FloatArray, regime: Regime, card: ModelCard) -> tuple[Drawn,
     at_zero = relaxation + n * reference
 
     true = Body(
-        body.mass * np.exp(log_sd(regime.mass_sd) * own["mass"]),
-        body.air_density * np.exp(log_sd(regime.density_sd) * own["density"]),
+        body.mass * scattered(regime.mass_sd, own["mass"]),
+        body.air_density * scattered(regime.density_sd, own["density"]),
     )
-    xi = damping * np.exp(log_sd(regime.damping_sd) * own["damping"])
+    xi = damping * scattered(regime.damping_sd, own["damping"])
     places = setting(regime.motion, true, xi)
     sc = places.scruton_number
     with np.errstate(all="ignore"):

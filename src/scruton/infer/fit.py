@@ -13,7 +13,7 @@ import numpy as np
 import xarray as xr
 
 from scruton.campaign import peak_tests
-from scruton.campaign.schema import Campaign, Kind, Quantity, Record, Rig, Test
+from scruton.campaign.schema import Campaign, Kind, Record, Rig, Test
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.envelope import Cycles, FrontEnd, RingDown, record_cycles
 from scruton.envelope.trial import ExponentialFit, SecondOrderExponential
@@ -161,10 +161,9 @@ def stated_damping(rig: Rig, card: ModelCard, campaign: Campaign) -> Prior:
     """Prior of xi_s: what the laboratory states, with the card's relative uncertainty where it states none."""
     if rig.damping_ratio is None:
         return replace(card.prior("structural_damping", campaign.section.motion), name="damping_ratio")
-    stated: Quantity = rig.damping_ratio
-    sd = card.damping_relative_sd * stated.mean if stated.sd is None else stated.sd
-    log_sd = float(np.sqrt(np.log1p((max(sd, 1e-6 * stated.mean) / stated.mean) ** 2)))
-    return Prior("damping_ratio", "lognormal", stated.mean, log_sd, "-", f"as stated for rig {rig.name}")
+    stated = rig.damping_ratio.or_relative_sd(card.damping_relative_sd)
+    log_sd = max(stated.log_sd, 1e-6)  # a distribution, even of what is stated to be certain
+    return Prior("damping_ratio", "lognormal", stated.median, log_sd, "-", f"as stated for rig {rig.name}")
 
 
 def admit(card: ModelCard, where: str, priors: Sequence[Prior], values: Sequence[float]) -> None:

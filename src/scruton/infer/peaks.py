@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.campaign.schema import Campaign, Quantity
+from scruton.campaign.schema import Campaign
 from scruton.dynamics import Setting, force_parameters
 from scruton.infer.hierarchy import CampaignPosterior, PeakTest
 from scruton.infer.models import WIND
@@ -173,14 +173,13 @@ def derive(
 
 
 def _factor(campaign: Campaign, one: TestResult) -> tuple[float, float]:
-    """Mass-damping factor as stated, and the sd of its logarithm from mass and density."""
+    """Median of the mass-damping factor, and the sd of its logarithm, from mass and density as stated."""
     setting = _setting(campaign, one, None, 0.0)
     assert one.rig.mass is not None
 
-    def relative(quantity: Quantity) -> float:
-        return float(np.log1p(((quantity.sd or 0.0) / quantity.mean) ** 2))
-
-    return float(setting.mass_damping_factor), float(np.sqrt(relative(one.rig.mass) + relative(one.test.air_density)))
+    mass, density = one.rig.mass, one.test.air_density
+    median = mass.median / mass.mean * density.mean / density.median  # over that of the means
+    return float(setting.mass_damping_factor) * median, float(np.hypot(mass.log_sd, density.log_sd))
 
 
 def _setting(campaign: Campaign, one: TestResult, factor: FloatArray | None, damping: FloatArray | float) -> Setting:

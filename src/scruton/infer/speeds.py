@@ -166,7 +166,7 @@ def _sweep_points(tree: "xr.DataTree", campaign: Campaign, sweep: Sweep) -> Iter
         torsional=section.motion is Motion.TORSIONAL,
     )  # fmt: skip
     sc = float(per_damping) * tree["rig_posterior"]["damping_ratio"].sel(rig=rig.name).to_numpy()
-    mass_sd = (rig.mass.sd or 0.0) / rig.mass.mean
+    mass_sd = rig.mass.log_sd
     good = np.flatnonzero((sweep.amplitude > 0.0) & (sweep.wind_speed > 0.0))
     keep = good[np.unique(np.linspace(0, good.size - 1, min(good.size, SWEEP_POINTS)).round().astype(int))]
     for i in keep:

@@ -31,15 +31,11 @@ def draw_stated(
     seed_of: Callable[[str], np.random.SeedSequence],
     shape: tuple[int, ...],
 ) -> StatedDraws:
-    """Draw mass, frequency, density and wind speed, each lognormal about what is stated."""
+    """Draw mass, frequency, density and wind speed, as `Quantity` reads what is stated."""
     assert rig.mass is not None, "the loader refuses a test whose rig has no mass"
 
     def draws(name: str, quantity: Quantity) -> FloatArray:
-        if not quantity.sd:
-            return np.full(shape, quantity.mean)
-        log_sd = np.sqrt(np.log1p((quantity.sd / quantity.mean) ** 2))
-        z = np.random.default_rng(seed_of(name)).standard_normal(shape)
-        return np.asarray(quantity.mean * np.exp(log_sd * z))
+        return quantity.draw(np.random.default_rng(seed_of(name)), shape)
 
     return StatedDraws(
         draws(f"mass of {rig.name}", rig.mass),

@@ -366,7 +366,7 @@ _TOP = {
 _MODE = {
     "name": text("a name"),
     "motion": anything(),
-    "frequency": Field(lambda table, key: _uncertain(table, key, FREQUENCY, FREQUENCY_COV, "normal")),
+    "frequency": Field(lambda table, key: _uncertain(table, key, FREQUENCY, FREQUENCY_COV)),
     "mass": anything(),
     "inertia": anything(),
     "length": anything(),
