@@ -19,6 +19,7 @@ from scruton.calibrate.result import summarise
 from scruton.calibrate.thresholds import LIMIT_P
 from scruton.calibrate.truths import draw_normals, from_normals, omega0, scattered, setting
 from scruton.campaign import Kind, Motion
+from scruton.campaign.quantity import Quantity
 from scruton.dynamics import closed_form, relaxation
 from scruton.errors import InputError
 from scruton.infer.cards import load_card
@@ -164,7 +165,8 @@ def test_quantities_at_the_tested_setting_are_the_stable_amplitude(card):
     regime = REGIMES["turbulence-1"]
     own = regime.card(card)
     z = draw_normals(np.random.default_rng(1), regime, own, 50)
-    z[:, 6:] = 0.0  # damping, mass and density as stated
+    # damping, mass and density as stated: at their means, which lie above their medians
+    z[:, 6:] = [0.5 * Quantity(1.0, sd).log_sd for sd in (regime.damping_sd, regime.mass_sd, regime.density_sd)]
     drawn, _, possible = from_normals(z, regime, own)
     found = {name: value[possible] for name, value in quantities(drawn, regime, np.zeros(len(z))).items()}
     np.testing.assert_allclose(found["A(1 Sc)"], drawn.a_star[possible, 0], rtol=1e-12)

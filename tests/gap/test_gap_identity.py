@@ -1,5 +1,6 @@
 """An effect is what it says it is, wherever its functions come from."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -94,13 +95,20 @@ def test_a_disguised_effect_says_the_same(disguise, campaign, card, usual, monke
     assert diagnosed(campaign, card) == usual
 
 
-def test_an_effect_of_another_name_is_another(campaign, card, usual, monkeypatch) -> None:  # type: ignore[no-untyped-def]
+@pytest.fixture
+def renamed() -> Iterator[str]:
+    """The catalogue with one effect under another name, and afterwards as it was, in its order."""
+    shipped = dict(CATALOGUE)
+    CATALOGUE["sagging_springs"] = replace(CATALOGUE.pop(NAME), name="sagging_springs")
+    yield "sagging_springs"
+    CATALOGUE.clear()
+    CATALOGUE.update(shipped)
+
+
+def test_an_effect_of_another_name_is_another(campaign, card, usual, renamed) -> None:  # type: ignore[no-untyped-def]
     """The case that must fail: what decides is the name that an effect gives itself."""
-    renamed = replace(CATALOGUE[NAME], name="sagging_springs")
-    monkeypatch.delitem(CATALOGUE, NAME)
-    monkeypatch.setitem(CATALOGUE, "sagging_springs", renamed)
     found = diagnosed(campaign, card)
-    assert {NAME: "sagging_springs"}.get(usual["verdict"], usual["verdict"]) == found["verdict"]
+    assert {NAME: renamed}.get(usual["verdict"], usual["verdict"]) == found["verdict"]
     assert NAME not in found["effects"]
 
 

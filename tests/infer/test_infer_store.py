@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import fields, is_dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -32,6 +33,8 @@ def same(one, other, where="it"):
         assert len(one) == len(other), where
         for i, pair in enumerate(zip(one, other, strict=True)):
             same(*pair, f"{where}[{i}]")
+    elif isinstance(one, Path):
+        assert one.name == other.name, where
     elif isinstance(one, float) and np.isnan(one):
         assert np.isnan(other), where
     else:
@@ -99,6 +102,12 @@ def test_nothing_of_the_laboratory_is_read_again(written, monkeypatch):
         next(iter(back.cycles.values()))
 
 
+def test_where_the_campaign_lay_is_not_kept(both, small_campaign):
+    fit, back = both
+    assert str(small_campaign) not in fit.tree["inputs"]["document"].item()
+    assert {str(record.path) for test in back.campaign.tests for record in test.records} == {"growth.csv", "decay.csv"}
+
+
 def test_an_earlier_fit_is_refused_by_name(written, tmp_path):
     fit, _ = written
     groups = {f"/{name}": node.to_dataset() for name, node in fit.tree.children.items() if name != "inputs"}
@@ -159,13 +168,13 @@ def test_a_fault_of_the_layout_is_named(both, change, fault):
 @pytest.mark.parametrize("name", ["default", "free-exponent", "stacking"])
 def test_a_card_comes_back_as_it_was_resolved(name):
     card = load_card(name)
-    back = unpack(*pack(card=card), card=ModelCard)["card"]
+    back = unpack(*pack(Path(), card=card), card=ModelCard)["card"]
     assert back == card
     assert (back.sha256, back.exponent) == (card.sha256, card.exponent)
     assert [one.reason for one in back.priors.values()] == [one.reason for one in card.priors.values()]
 
 
 def test_what_is_not_there_is_an_error():
-    document, numbers = pack(card=load_card())
+    document, numbers = pack(Path(), card=load_card())
     with pytest.raises(KeyError, match="campaign"):
         unpack(document, numbers, campaign=ModelCard)

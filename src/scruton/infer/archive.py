@@ -5,6 +5,7 @@ that was written for people.
 """
 
 import json
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from enum import Enum
@@ -18,10 +19,12 @@ from numpy.typing import NDArray
 from scruton.arrays import FloatArray
 
 
-def pack(**values: Any) -> tuple[str, FloatArray]:
+def pack(folder: Path, **values: Any) -> tuple[str, FloatArray]:
     """Turn dataclasses, by name, into a JSON text and the numbers that it refers to.
 
-    Their fields may be numbers, texts, enumerations, paths, float arrays, tuples, mappings and dataclasses again.
+    Their fields may be numbers, texts, enumerations, paths, float arrays, tuples, mappings and dataclasses again. Paths
+    are kept as they lie from `folder`: where that stood on some machine is nobody's business, and no result depends
+    on it.
     """
     arrays: list[FloatArray] = []
     start = 0
@@ -37,7 +40,7 @@ def pack(**values: Any) -> tuple[str, FloatArray]:
         if isinstance(value, Enum):
             return value.value
         if isinstance(value, Path):
-            return str(value)
+            return Path(os.path.relpath(value, folder)).as_posix()
         if isinstance(value, Mapping):
             return {str(key): plain(one) for key, one in value.items()}
         if isinstance(value, str | bool | int | NoneType):

@@ -64,7 +64,7 @@ def build_tree(sampled: Sampled, sampling: Sampling, provenance: Mapping[str, An
 
 def inputs_group(campaign: Campaign, card: ModelCard) -> xr.Dataset:
     """Group `inputs`: the campaign and the resolved model card as data, to be read back by `scruton.load_fit`."""
-    document, numbers = pack(campaign=campaign, card=card)
+    document, numbers = pack(campaign.path.parent, campaign=campaign, card=card)
     group = dataset("inputs", {"document": document, "numbers": numbers})
     # Times of samples are mostly regular.
     group["numbers"].encoding = {"compression": "gzip", "compression_opts": 4, "shuffle": True}

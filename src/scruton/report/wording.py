@@ -140,8 +140,10 @@ class Notation:
 
     def spread(self, entry: Mapping[str, Any], factor: float = 1.0) -> tuple[str, str]:
         """Median and 90 % interval of a summary entry, all with the same digits."""
-        low, high = entry["interval"]["0.90"]
-        return self.number(entry["median"] * factor), self.range((low * factor, high * factor))
+        middle, low, high = (
+            None if value is None else value * factor for value in (entry["median"], *entry["interval"]["0.90"])
+        )
+        return self.number(middle), self.range((low, high))
 
 
 PAGE = Notation(number, "–", " to ", unit_text)
