@@ -2,14 +2,18 @@
 
 import math
 import os
+import re
 from collections.abc import Callable, Mapping
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scruton.app.thresholds import EXPONENTS, LARGEST_SC, LARGEST_SEED, LONGEST_PATH, MOST
 from scruton.dynamics.effects import CATALOGUE
 from scruton.errors import InputError
+
+if TYPE_CHECKING:
+    from scruton.campaign.quantity import Quantity
 
 AUTO = "auto"  # the effect that diagnosis finds
 
@@ -95,6 +99,20 @@ def _between(low: float, high: float, example: str) -> Callable[[str, float], No
     return check
 
 
+def parse_damping(text: str) -> "Quantity":
+    """Read a design damping ratio from the command line: "0.003", "0.003 +/- 0.001"."""
+    from scruton.campaign.quantity import Quantity
+
+    wanted = 'a damping ratio such as "0.003" or "0.003 +/- 0.001"'
+    try:
+        values = [float(part) for part in re.split(r"\s*(?:\+/-|±)\s*", text.strip())]
+    except ValueError:
+        raise InputError("command line", "--damping", f'"{text}"', wanted) from None
+    if len(values) > 2 or not 0 < values[0] < 1 or not all(math.isfinite(one) and one >= 0 for one in values):
+        raise InputError("command line", "--damping", f'"{text}"', wanted + ", between 0 and 1")
+    return Quantity(values[0], values[1] if len(values) == 2 else None)
+
+
 def _effect(_option: str, value: str) -> None:
     check_effect_name(value)
 
@@ -106,8 +124,6 @@ def _limit(option: str, value: str) -> None:
 
 
 def _damping(_option: str, value: str) -> None:
-    from scruton.app.predict import parse_damping
-
     parse_damping(value)
 
 

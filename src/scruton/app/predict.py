@@ -1,15 +1,12 @@
 """`scruton predict`: the stable amplitude at a design Scruton number, from a folder of results."""
 
 import json
-import math
-import re
 from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
-from scruton.app.options import check_effect_name
+from scruton.app.options import check_effect_name, parse_damping
 from scruton.app.run import Outcome
-from scruton.campaign import Quantity
 from scruton.errors import InputError
 from scruton.report.render_text import render_text
 from scruton.report.summaries import prediction_summary
@@ -46,18 +43,6 @@ def run(arguments: Namespace) -> Outcome:
     if arguments.json:
         return Outcome(lines=[json.dumps({"predictions": [one.to_json() for one in found]})], code=code)
     return Outcome(lines=[render_text(prediction_summary(found, summary))], code=code)
-
-
-def parse_damping(text: str) -> Quantity:
-    """Read a design damping ratio from the command line: "0.003", "0.003 +/- 0.001"."""
-    wanted = 'a damping ratio such as "0.003" or "0.003 +/- 0.001"'
-    try:
-        values = [float(part) for part in re.split(r"\s*(?:\+/-|±)\s*", text.strip())]
-    except ValueError:
-        raise InputError("command line", "--damping", f'"{text}"', wanted) from None
-    if len(values) > 2 or not 0 < values[0] < 1 or not all(math.isfinite(one) and one >= 0 for one in values):
-        raise InputError("command line", "--damping", f'"{text}"', wanted + ", between 0 and 1")
-    return Quantity(values[0], values[1] if len(values) == 2 else None)
 
 
 def check_effect(summary: dict[str, Any], effect: str | None, results: Path) -> None:

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scruton.app.options import check_writable
-from scruton.app.predict import check_effect, parse_damping
+from scruton.app.options import check_writable, parse_damping
+from scruton.app.predict import check_effect
 from scruton.app.run import Outcome, Run
 from scruton.errors import InputError
 from scruton.report.render_text import render_text
