@@ -88,12 +88,12 @@ def test_files_that_claim_more_than_they_hold(room: Room, file: str) -> None:
     with contextlib.suppress(InputError):  # imports
         room.record("y.npz", npz((3,)), *ALONE)
     tracemalloc.start()
-    began = time.monotonic()
+    began = time.process_time()
     with pytest.raises(InputError):
         room.record(file, CLAIMS[file], *ALONE)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert time.monotonic() - began < 10
+    assert time.process_time() - began < 10
     assert peak < 2.5e8
 
 
@@ -177,10 +177,10 @@ def test_files_have_a_largest_size(room: Room) -> None:
     ids=["one line", "a late line", "commas", "blanks", "columns", "one cell"],
 )
 def test_long_lines(room: Room, text: str, message: str) -> None:
-    began = time.monotonic()
+    began = time.process_time()
     with pytest.raises(InputError, match=message) as caught:
         room.record("r.csv", text)
-    assert time.monotonic() - began < 10
+    assert time.process_time() - began < 10
     assert len(str(caught.value)) < 5_000
 
 
@@ -212,10 +212,10 @@ HUGE = "9" * 400
 )
 def test_numbers_out_of_all_bounds(room: Room, old: str, new: str, message: str) -> None:
     assert old in HEAVING
-    began = time.monotonic()
+    began = time.process_time()
     with pytest.raises(InputError, match=message) as caught:
         room.load(HEAVING.replace(old, new, 1))
-    assert time.monotonic() - began < 10
+    assert time.process_time() - began < 10
     assert len(str(caught.value)) < 1_000
 
 
