@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from scruton.arrays import BoolArray, FloatArray
-from scruton.records import as_json, from_json
+from scruton.documents import as_json
+from scruton.records import from_json
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from scruton.documents import plain
+from scruton.documents import as_json
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -48,7 +48,7 @@ def csv_text(rows: Sequence[Mapping[str, Any]]) -> str:
 def _cell(value: Any) -> Any:
     if isinstance(value, float):
         return f"{value:.6g}"
-    return json.dumps(plain(value)) if isinstance(value, dict | list | tuple) else safe_cell(value)
+    return json.dumps(as_json(value)) if isinstance(value, dict | list | tuple) else safe_cell(value)
 
 
 def aligned(rows: Iterable[Sequence[str]]) -> str:

@@ -7,6 +7,7 @@ import json
 import math
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import fields, is_dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -73,14 +74,21 @@ def read_json(path: Path, wanted: str = "a JSON object") -> dict[str, Any]:
     return found
 
 
-def plain(value: Any) -> Any:
-    """What JSON has: arrays become lists, numbers of numpy those of Python, NaN and infinities null."""
-    if hasattr(value, "tolist"):
-        value = value.tolist()
+def as_json(value: Any) -> Any:
+    """What a JSON document holds of a result.
+
+    Dataclasses become objects, their fields in order; a field that stands at its default of None is left out.  Arrays
+    and tuples become lists, numpy's numbers Python's, and numbers that are not finite null.
+    """
+    if is_dataclass(value):
+        shown = ((field, getattr(value, field.name)) for field in fields(value))
+        return {field.name: as_json(own) for field, own in shown if own is not None or field.default is not None}
+    if hasattr(value, "tolist"):  # numpy's, which need not be loaded for that
+        return as_json(value.tolist())
     if isinstance(value, Mapping):
-        return {str(key): plain(entry) for key, entry in value.items()}
+        return {str(key): as_json(own) for key, own in value.items()}
     if isinstance(value, list | tuple):
-        return [plain(entry) for entry in value]
+        return [as_json(own) for own in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 

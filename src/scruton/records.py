@@ -1,4 +1,4 @@
-"""Results as frozen dataclasses: to the content of a JSON document, and back."""
+"""Frozen dataclasses back from JSON: the way there is `scruton.documents.as_json`."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
@@ -8,26 +8,6 @@ from typing import Any, Union, get_args, get_origin, get_type_hints
 import numpy as np
 
 from scruton.arrays import BoolArray, FloatArray
-
-
-def as_json(value: Any) -> Any:
-    """What a JSON document holds of a result.
-
-    Dataclasses become objects, their fields in order; a field that stands at its default of None is left out.  Arrays
-    and tuples become lists, numpy's numbers Python's, and numbers that are not finite null.
-    """
-    if is_dataclass(value):
-        shown = ((field, getattr(value, field.name)) for field in fields(value))
-        return {field.name: as_json(own) for field, own in shown if own is not None or field.default is not None}
-    if isinstance(value, Mapping):
-        return {str(key): as_json(own) for key, own in value.items()}
-    if isinstance(value, np.ndarray | np.generic):
-        return as_json(value.tolist())
-    if isinstance(value, list | tuple):
-        return [as_json(own) for own in value]
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    return value
 
 
 def from_json(kind: Any, content: Any) -> Any:

@@ -10,8 +10,9 @@ import pytest
 import xarray as xr
 from scipy import stats
 
+from scruton.documents import as_json
 from scruton.infer import replication, sensitivity
-from scruton.infer.criticism import criticise_tree, plain
+from scruton.infer.criticism import criticise_tree
 from scruton.stats import whiteness
 
 N = 80
@@ -358,4 +359,4 @@ def test_the_same_seed_gives_the_same_numbers(fitted: tuple[xr.DataTree, dict[st
 
 
 def test_missing_numbers_become_null() -> None:
-    assert plain({"a": [float("nan"), 1.0], "b": (np.inf, "x")}) == {"a": [None, 1.0], "b": [None, "x"]}
+    assert as_json({"a": [float("nan"), 1.0], "b": (np.inf, "x")}) == {"a": [None, 1.0], "b": [None, "x"]}

@@ -10,7 +10,7 @@ import numpy as np
 from scruton.app.run import Outcome, Run, default_folder
 from scruton.campaign import load_campaign
 from scruton.cells import safe_frame
-from scruton.documents import write_text
+from scruton.documents import as_json, write_text
 from scruton.report.render_text import render_text
 from scruton.report.summaries import validation_summary
 from scruton.terminal import DONE, NOT_TRUSTED
@@ -75,17 +75,13 @@ def _entry(one: "Validation") -> dict[str, Any]:
         "prediction": one.prediction.to_json(),
         "found": one.amplitude,
         "measured": one.measured,
-        "error": _finite(one.error),
-        "factor": _finite(one.factor),
+        "error": as_json(one.error),
+        "factor": as_json(one.factor),
         "z": one.z,
-        "log_score": _finite(one.log_score),
+        "log_score": as_json(one.log_score),
         "inside": {f"{p:.2f}": bool(one.inside(p)) for p in NOMINAL},
         "trusted": one.trusted,
     }
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
 
 
 def _write_csv(path: Path, found: Sequence["Validation"]) -> None:

@@ -15,7 +15,7 @@ from scruton.calibrate.regimes import Regime
 from scruton.calibrate.result import CalibrationResult
 from scruton.calibrate.thresholds import LIMIT
 from scruton.cells import aligned, csv_text
-from scruton.documents import plain, write_text
+from scruton.documents import as_json, write_text
 from scruton.provenance import provenance
 
 
@@ -38,7 +38,7 @@ def write_tables(result: CalibrationResult, folder: Path) -> None:
         "calibrate", seed=settings["seed"], sha256={}, settings={"regimes": [regime.name for regime in result.regimes]},
         card={"name": settings["model"], "sha256": settings["model_sha256"]},
     )  # fmt: skip
-    everything = plain({**tables, **more, "provenance": made_from})
+    everything = as_json({**tables, **more, "provenance": made_from})
     write_text(folder / "calibration.json", json.dumps(everything, indent=1, sort_keys=True, allow_nan=False) + "\n")
     write_text(folder / "calibration.txt", calibration_text(result) + "\n")
     for name, rows in tables.items():

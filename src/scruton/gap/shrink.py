@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.documents import as_json
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Term
 from scruton.gap.curves import Discrepancy, damping_discrepancy
 from scruton.gap.data import GapData
@@ -107,7 +108,7 @@ class Shrink:
 
     def to_json(self) -> dict[str, Any]:
         """Plain numbers, lists and strings."""
-        return _plain(asdict(self))  # type: ignore[no-any-return]
+        return as_json(asdict(self))  # type: ignore[no-any-return]
 
 
 def shrink(diagnosis: Diagnosis, *, workers: int = 2, seed: np.random.SeedSequence | None = None) -> Shrink:
@@ -286,13 +287,3 @@ def _statement(measurable: bool, held: HeldOut | None, verdict: str) -> str:
         return f"{closed} (one record: no interval)"
     low, high = held.interval90
     return f"{closed} (90 % interval {low:.0%} to {high:.0%})"
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {k: _plain(v) for k, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
-    if isinstance(value, float):
-        return value if np.isfinite(value) else None
-    return value

@@ -9,6 +9,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.campaign.plausibility import damping_flag
 from scruton.campaign.schema import Quantity
+from scruton.documents import as_json
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.errors import InputError
 from scruton.griffin.bands import INTERVALS, index_draws, quantiles
@@ -23,7 +24,6 @@ from scruton.griffin.posterior import (
     unit_of,
 )
 from scruton.griffin.thresholds import X_TRUSTED
-from scruton.records import as_json
 
 if TYPE_CHECKING:
     import xarray as xr

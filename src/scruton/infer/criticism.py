@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.documents import as_json
 from scruton.infer import replication, sensitivity
 from scruton.infer.replication import BandShare, PriorCheck
 from scruton.infer.sensitivity import Influence, Moved, Scaling
@@ -120,18 +121,7 @@ class Criticism:
     def to_json(self) -> dict[str, Any]:
         """Everything but the bands, with null for numbers that are missing."""
         content = {"format": 1, "ok": self.ok, "flags": [asdict(one) for one in self.flags]}
-        return plain(content | {"missing": list(self.missing)} | self.rows())  # type: ignore[no-any-return]
-
-
-def plain(value: Any) -> Any:
-    """Numbers that JSON knows: NaN and infinities become null."""
-    if isinstance(value, dict):
-        return {key: plain(one) for key, one in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(one) for one in value]
-    if isinstance(value, float):
-        return value if np.isfinite(value) else None
-    return value
+        return as_json(content | {"missing": list(self.missing)} | self.rows())  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scruton.cells import safe_cell
-from scruton.documents import write_text
+from scruton.documents import as_json, write_text
 from scruton.report.document import Code, Document, Equation, Paragraph, Run, Table
 from scruton.report.maths import Maths
 
@@ -129,12 +129,4 @@ def _distinct(header: Sequence[str]) -> list[str]:
 
 
 def _records(frame: "pd.DataFrame") -> list[dict[str, Any]]:
-    return [{str(key): _finite(value) for key, value in row.items()} for row in frame.to_dict("records")]
-
-
-def _finite(value: Any) -> Any:
-    import numpy as np
-
-    if isinstance(value, np.generic):
-        value = value.item()
-    return None if isinstance(value, float) and not np.isfinite(value) else value
+    return [as_json(row) for row in frame.to_dict("records")]

@@ -11,7 +11,7 @@ import numpy as np
 from scruton.calibrate.challenge.figures import Figure, by_effect, calibration, confusion, figures
 from scruton.calibrate.challenge.outcomes import Outcome, read_outcomes
 from scruton.cells import aligned, csv_text
-from scruton.documents import plain, write_text
+from scruton.documents import as_json, write_text
 from scruton.errors import InputError
 from scruton.provenance import provenance
 from scruton.workspace import Workspace
@@ -195,7 +195,7 @@ def _write(score: ChallengeScore, out: Path) -> None:
         write_text(out / f"{name}.csv", csv_text(table))
     write_text(out / "challenge-score.txt", f"{describe(score)}\n\n{score_text(score)}\n")
     draw(score.outcomes, out)
-    write_text(out / SCORE, json.dumps(plain(everything), indent=1, allow_nan=False) + "\n")
+    write_text(out / SCORE, json.dumps(as_json(everything), indent=1, allow_nan=False) + "\n")
 
 
 def _figure(one: Figure) -> dict[str, Any]:
