@@ -6,6 +6,9 @@ from numba import njit
 from scruton.dynamics.equation import flow_above_floor
 from scruton.dynamics.moments import (
     LOG_2PI,
+    gust_covariance,
+    gust_moments,
+    gust_response,
     mean_weight,
     moments_along,
     near_one,
@@ -24,21 +27,36 @@ def curvature(a, end, slope, n, p):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, inline="always")
-def advance(m, p, a_star, lam, q2, n, dt):  # type: ignore[no-untyped-def]
-    """Mean and variance of the state after dt without observation (linearised unless n = -1)."""
+def gust_hold(a, a_star, n):  # type: ignore[no-untyped-def]
+    """How much of a gust the amplitude feels, (a/a*)^(n + 1): one at the stable amplitude."""
+    return 1.0 if n == -1.0 else min(max(a / a_star, 1e-6), 3.0) ** (n + 1.0)
+
+
+@njit(cache=True, inline="always")
+def advance(m, p, h, p_h, p_hh, a_star, lam, q2, g2, fade, n, dt):  # type: ignore[no-untyped-def]
+    """Means and covariances of amplitude and gust after dt without observation (linearised unless n = -1)."""
     end, slope = flow_above_floor(m, a_star, np.exp(-lam * dt), n)
     e, _, _ = moments_along(slope, dt)
+    keep, hold = np.exp(-fade * dt), gust_hold(m, a_star, n)
+    push = hold * gust_response(lam, fade, dt)
+    dd, dh = gust_covariance(lam, fade, dt)
     if n != -1.0:
         end += noise_drift(m, p, q2, dt) + curvature(m, end, slope, n, p)
-    return end, slope * slope * p + q2 * e
+    mixed = slope * p_h + push * p_hh
+    p = slope * (slope * p + push * p_h) + push * mixed + q2 * e + g2 * hold * hold * dd
+    return end + push * h, p, keep * h, keep * mixed + g2 * hold * dh, g2 + keep * keep * (p_hh - g2)
 
 
 @njit(cache=True, error_model="numpy")
-def step_filter(y, se, gap, period, a_star, lam, q, r, n, m0, p0, innovation, variance):  # type: ignore[no-untyped-def]
+def step_filter(  # type: ignore[no-untyped-def]
+    y, se, gap, period, a_star, lam, q, r, gust, fade, n, m0, p0, innovation, variance
+):
     """Innovations and their variances, (N, W), for any law: the plain form, one walker after another."""
     for w in range(a_star.size):
-        m, p, q2 = m0, p0, q[w] * q[w]
+        q2, g2 = q[w] * q[w], gust[w] * gust[w]
+        m, p, h, p_h, p_hh = m0, p0, 0.0, 0.0, g2
         dt, decay, decay_middle = -1.0, 1.0, 1.0
+        moments = gust_moments(lam[w], fade[w], 1.0)
         for k in range(y.size):
             noise = r[w] * se[k]
             r2 = noise * noise
@@ -46,18 +64,24 @@ def step_filter(y, se, gap, period, a_star, lam, q, r, n, m0, p0, innovation, va
                 dt = period[k]
                 decay_middle = np.exp(-0.5 * lam[w] * dt)
                 decay = decay_middle * decay_middle
+                moments = gust_moments(lam[w], fade[w], dt)
             if gap[k] < 0.0:
-                m, p = m0, p0
+                m, p, h, p_h, p_hh = m0, p0, 0.0, 0.0, g2
                 if n[w] != -1.0:
                     # A diffuse state cannot be linearised: the first cycle fixes the state at its start.
                     innovation[k, w] = y[k] - m0
                     variance[k, w] = p0 + r2
                     gain = p0 / (p0 + r2)
                     m = m0 + gain * (y[k] - m0)
-                    m, p = advance(m, gain * r2, a_star[w], lam[w], q2, n[w], 0.5 * dt)
+                    m, p, h, p_h, p_hh = advance(
+                        m, gain * r2, h, p_h, p_hh, a_star[w], lam[w], q2, g2, fade[w], n[w], 0.5 * dt
+                    )
                     continue
             elif gap[k] > 0.0:
-                m, p = advance(m, p, a_star[w], lam[w], q2, n[w], gap[k])
+                m, p, h, p_h, p_hh = advance(m, p, h, p_h, p_hh, a_star[w], lam[w], q2, g2, fade[w], n[w], gap[k])
+            hold = gust_hold(m, a_star[w], n[w])
+            keep, push, weight_h, dd, dh, hh, dm, hm, mm = moments
+            push, weight_h = hold * push, hold * weight_h
             end, phi = flow_above_floor(m, a_star[w], decay, n[w])
             if n[w] == -1.0:
                 weight = mean_weight(lam[w], dt)
@@ -73,22 +97,34 @@ def step_filter(y, se, gap, period, a_star, lam, q, r, n, m0, p0, innovation, va
                 end += drift + bend
                 weight = (1.0 + 4.0 * phi_middle + phi) / 6.0
                 e, c, z = moments_along(phi, dt)
-            s = weight * weight * p + q2 * z + r2
-            cross = phi * weight * p + q2 * c
-            v = y[k] - mean
-            m = end + cross / s * v
-            p = phi * phi * p + q2 * e - cross * cross / s
+            at_d = weight * p + weight_h * p_h
+            at_h = weight * p_h + weight_h * p_hh
+            s = weight * at_d + weight_h * at_h + q2 * z + g2 * hold * hold * mm + r2
+            cross = phi * at_d + push * at_h + q2 * c + g2 * hold * hold * dm
+            cross_h = keep * at_h + g2 * hold * hm
+            v = y[k] - mean - weight_h * h
+            m = end + push * h + cross / s * v
+            h = keep * h + cross_h / s * v
+            mixed = phi * p_h + push * p_hh
+            p = phi * (phi * p + push * p_h) + push * mixed + q2 * e + g2 * hold * hold * dd - cross * cross / s
+            p_h = keep * mixed + g2 * hold * dh - cross * cross_h / s
+            p_hh = keep * keep * p_hh + g2 * hh - cross_h * cross_h / s
             innovation[k, w] = v
             variance[k, w] = s
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def curved_filter(y, se, gap, period, a_star, lam, q, r, n, m0, p0, log_like):  # type: ignore[no-untyped-def]
+def curved_filter(y, se, gap, period, a_star, lam, q, r, gust, fade, n, m0, p0, log_like):  # type: ignore[no-untyped-def]
     """Log likelihood for one law n != -1: `step_filter` with all walkers in the inner loops, which vectorise."""
     size = a_star.size
     inverse_star = 1.0 / a_star
     q2 = q * q
     r2 = r * r
+    g2 = gust * gust
+    h, p_h, p_hh, hold = np.empty(size), np.empty(size), np.empty(size), np.ones(size)
+    keep, push, weight_h = np.empty(size), np.empty(size), np.empty(size)
+    g_dd, g_dh, g_hh = np.empty(size), np.empty(size), np.empty(size)
+    g_dm, g_hm, g_mm = np.empty(size), np.empty(size), np.empty(size)
     m, p, decay, decay_middle = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
     power, ratio, ratio_middle = np.empty(size), np.empty(size), np.empty(size)
     level = np.zeros(size)  # ln(m/a*), kept up to date for n = 0
@@ -104,6 +140,9 @@ def curved_filter(y, se, gap, period, a_star, lam, q, r, n, m0, p0, log_like):  
             for w in range(size):
                 decay_middle[w] = np.exp(-0.5 * lam[w] * dt)
                 decay[w] = decay_middle[w] * decay_middle[w]
+                keep[w], push[w], weight_h[w], dd, dh, hh, dm, hm, mm = gust_moments(lam[w], fade[w], dt)
+                g_dd[w], g_dh[w], g_hh[w] = g2[w] * dd, g2[w] * dh, g2[w] * hh
+                g_dm[w], g_hm[w], g_mm[w] = g2[w] * dm, g2[w] * hm, g2[w] * mm
         yk, s2 = y[k], se[k] * se[k]
         if gap[k] != 0.0:
             stale = True
@@ -112,13 +151,31 @@ def curved_filter(y, se, gap, period, a_star, lam, q, r, n, m0, p0, log_like):  
                 s = p0 + r2[w] * s2
                 gain = p0 / s
                 start = m0 + gain * (yk - m0)
-                m[w], p[w] = advance(start, gain * r2[w] * s2, a_star[w], lam[w], q2[w], n, 0.5 * dt)
+                m[w], p[w], h[w], p_h[w], p_hh[w] = advance(
+                    start, gain * r2[w] * s2, 0.0, 0.0, g2[w], a_star[w], lam[w], q2[w], g2[w], fade[w], n, 0.5 * dt
+                )
                 quad[w] += (yk - m0) * (yk - m0) / s
                 prod[w] *= s
         else:
             if gap[k] > 0.0:
                 for w in range(size):
-                    m[w], p[w] = advance(m[w], p[w], a_star[w], lam[w], q2[w], n, gap[k])
+                    m[w], p[w], h[w], p_h[w], p_hh[w] = advance(
+                        m[w], p[w], h[w], p_h[w], p_hh[w], a_star[w], lam[w], q2[w], g2[w], fade[w], n, gap[k]
+                    )
+            if n == 2.0:
+                for w in range(size):
+                    rel = min(max(m[w] * inverse_star[w], 1e-6), 3.0)
+                    hold[w] = rel * rel * rel
+            elif n == 1.0:
+                for w in range(size):
+                    rel = min(max(m[w] * inverse_star[w], 1e-6), 3.0)
+                    hold[w] = rel * rel
+            elif n == 0.0:
+                for w in range(size):
+                    hold[w] = min(max(m[w] * inverse_star[w], 1e-6), 3.0)
+            else:
+                for w in range(size):
+                    hold[w] = gust_hold(m[w], a_star[w], n)
             # The flow is a -> a B^(-1/n), B = E + (a/a*)^n (1 - E), E = exp(-lambda dt); its slope E B^(-1/n - 1).
             if n == 2.0:
                 for w in range(size):
@@ -185,13 +242,23 @@ def curved_filter(y, se, gap, period, a_star, lam, q, r, n, m0, p0, log_like):  
                 power[w] = end
                 mean = (m[w] + 4.0 * (a * ratio_middle[w] + bend_middle) + end + bend) * (1.0 / 6.0) + 0.5 * drift
                 weight = (1.0 + 4.0 * phi_middle + phi) * (1.0 / 6.0)
-                s = weight * weight * pw + q2[w] * q_mean[w] + r2[w] * s2
-                cross = phi * weight * pw + q2[w] * q_cross[w]
-                v = yk - mean
+                b = hold[w]
+                wh, pu = b * weight_h[w], b * push[w]
+                at_d = weight * pw + wh * p_h[w]
+                at_h = weight * p_h[w] + wh * p_hh[w]
+                s = weight * at_d + wh * at_h + q2[w] * q_mean[w] + b * b * g_mm[w] + r2[w] * s2
+                cross = phi * at_d + pu * at_h + q2[w] * q_cross[w] + b * b * g_dm[w]
+                cross_h = keep[w] * at_h + b * g_hm[w]
+                v = yk - mean - wh * h[w]
                 inverse = 1.0 / s
                 gain = cross * inverse
-                m[w] = end + drift + bend + gain * v
-                p[w] = phi * phi * pw + q2[w] * q_end[w] - gain * cross
+                gain_h = cross_h * inverse
+                m[w] = end + pu * h[w] + drift + bend + gain * v
+                h[w] = keep[w] * h[w] + gain_h * v
+                mixed = phi * p_h[w] + pu * p_hh[w]
+                p[w] = phi * (phi * pw + pu * p_h[w]) + pu * mixed + q2[w] * q_end[w] + b * b * g_dd[w] - gain * cross
+                p_h[w] = keep[w] * mixed + b * g_dh[w] - gain * cross_h
+                p_hh[w] = keep[w] * keep[w] * p_hh[w] + g_hh[w] - gain_h * cross_h
                 quad[w] += v * v * inverse
                 prod[w] *= s
             if n == 0.0:

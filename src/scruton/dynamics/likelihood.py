@@ -27,6 +27,8 @@ def innovations(
     lam: FloatArray,
     q: FloatArray,
     r: FloatArray,
+    gust: FloatArray | float = 0.0,
+    gust_rate: FloatArray | float = 1.0,
     *,
     n: float | FloatArray = -1.0,
     initial_sd: float = 1.0,
@@ -39,6 +41,8 @@ def innovations(
     a_star, lam, q, r : (W,) arrays
         Stable amplitude (A/D or rad), relaxation rate [1/s], process noise [amplitude per sqrt(s)], and
         the factor on the cycles' standard errors.
+    gust, gust_rate : float or (W,) array
+        Standard deviation of the slow fluctuation of the stable amplitude, and its rate [1/s].
     n : float or (W,) array
         The law: -1 is the paper's.
     initial_sd : float
@@ -52,7 +56,7 @@ def innovations(
     innovation, variance = np.empty(shape), np.empty(shape)
     step_filter(
         data.amplitude, data.standard_error, data.gap, data.period,
-        *contiguous(a_star, lam, q, r, np.broadcast_to(n, shape[1:])), 0.0, initial_sd**2, innovation, variance,
+        *contiguous(a_star, lam, q, r, gust, gust_rate, n), 0.0, initial_sd**2, innovation, variance,
     )  # fmt: skip
     return innovation, variance
 
@@ -69,6 +73,8 @@ def log_likelihood(
     lam: FloatArray,
     q: FloatArray,
     r: FloatArray,
+    gust: FloatArray | float = 0.0,
+    gust_rate: FloatArray | float = 1.0,
     *,
     n: float | FloatArray = -1.0,
     initial_sd: float = 1.0,
@@ -77,10 +83,12 @@ def log_likelihood(
     out = np.empty(np.size(a_star))
     exponents = np.broadcast_to(np.asarray(n, dtype=np.float64), out.shape)
     if out.size and np.any(exponents != exponents[0]):  # n is free: every walker has a law of its own
-        terms = pointwise_log_likelihood(*innovations(data, a_star, lam, q, r, n=n, initial_sd=initial_sd))
+        terms = pointwise_log_likelihood(
+            *innovations(data, a_star, lam, q, r, gust=gust, gust_rate=gust_rate, n=n, initial_sd=initial_sd)
+        )
         total: FloatArray = terms.sum(axis=0)
         return total
-    walkers = contiguous(a_star, lam, q, r)
+    walkers = contiguous(a_star, lam, q, r, gust, gust_rate)
     arrays = (data.amplitude, data.standard_error, data.gap, data.period)
     if np.all(exponents == -1.0):
         linear_filter(*arrays, *walkers, 0.0, initial_sd**2, out)
@@ -89,6 +97,7 @@ def log_likelihood(
     return out
 
 
-def contiguous(*parameters: FloatArray) -> list[FloatArray]:
-    """Parameters as the compiled filters take them, (W,) each."""
-    return [np.ascontiguousarray(np.atleast_1d(values), dtype=np.float64) for values in parameters]
+def contiguous(first: FloatArray, *others: FloatArray | float) -> list[FloatArray]:
+    """Parameters as the compiled filters take them, (W,) each, W the size of the first."""
+    size = np.size(first)
+    return [np.ascontiguousarray(np.broadcast_to(values, size), dtype=np.float64) for values in (first, *others)]

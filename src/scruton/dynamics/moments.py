@@ -7,6 +7,8 @@ from numba import njit
 # to compile first, and the last bit differs.
 
 LOG_2PI = float(np.log(2.0 * np.pi))
+# Gauss's rule on (0, 1).
+_NODES, _WEIGHTS = (0.5 * (1.0 + x) if i == 0 else 0.5 * x for i, x in enumerate(np.polynomial.legendre.leggauss(5)))
 
 
 @njit(cache=True, inline="always")
@@ -34,6 +36,51 @@ def noise_moments(lam, dt):  # type: ignore[no-untyped-def]
     q_cross = one * one / (2.0 * lam * x)
     q_mean = (dt - 2.0 * one / lam + two / (2.0 * lam)) / (x * x)
     return q_end, q_cross, q_mean
+
+
+@njit(cache=True, inline="always")
+def gust_response(lam, k, u):  # type: ignore[no-untyped-def]
+    """Amplitude after u, for a unit of gust at its start: lam (e^{-lam u} - e^{-k u}) / (k - lam), smooth at k = lam."""
+    x = (lam - k) * u
+    return lam * u * np.exp(-lam * u) * (np.expm1(x) / x if abs(x) > 1e-8 else 1.0 + 0.5 * x)
+
+
+@njit(cache=True)
+def gust_moments(lam, k, dt):  # type: ignore[no-untyped-def]
+    """What a gust does over one interval: its own decay, its response (state, mean), and six covariances for unit sd.
+
+    The gust is an Ornstein-Uhlenbeck process of rate k towards which the amplitude relaxes at the rate lam.  The
+    covariances are those of (state, state), (state, gust), (gust, gust), (state, mean), (gust, mean), (mean, mean),
+    by Gauss's rule: exact to 1e-8 for lam dt, k dt < 1.
+    """
+    keep = np.exp(-k * dt)
+    response = gust_response(lam, k, dt)
+    weight = (-np.expm1(-k * dt) / k - response / lam) / dt
+    dd = dg = dm = gm = mm = 0.0
+    for j in range(_NODES.size):
+        u = dt * _NODES[j]
+        part = 2.0 * k * dt * _WEIGHTS[j]
+        d, g = gust_response(lam, k, u), np.exp(-k * u)
+        m = ((1.0 - g) / k - d / lam) / dt
+        dd += part * d * d
+        dg += part * d * g
+        dm += part * d * m
+        gm += part * g * m
+        mm += part * m * m
+    return keep, response, weight, dd, dg, -np.expm1(-2.0 * k * dt), dm, gm, mm
+
+
+@njit(cache=True, inline="always")
+def gust_covariance(lam, k, dt):  # type: ignore[no-untyped-def]
+    """Covariances (state, state) and (state, gust) that a gust of unit sd builds up over any time: stationary less kept.
+
+    The stationary covariance of state and gust is lam/(lam + k), of both kinds.
+    """
+    still = lam / (lam + k)
+    f, e, r = np.exp(-lam * dt), np.exp(-k * dt), gust_response(lam, k, dt)
+    dd = still - (f * f * still + 2.0 * f * r * still + r * r)
+    dg = still - e * (f * still + r)
+    return max(dd, 0.0), dg
 
 
 @njit(cache=True, inline="always")

@@ -23,6 +23,8 @@ UNITS = {
     "relaxation_ratio": "-",
     "amplitude_scatter": "-",
     "noise_factor": "-",
+    "gust_scatter": "-",
+    "gust_time": "relaxation times",
     "structural_damping": "-",
     "still_air_scatter": "-",
     "trial_amplitude": "largest amplitude of the record",
@@ -53,6 +55,8 @@ NULL_UNITS = {
     "stiffness_in_wind": "-",
     "gain": "-",
 }
+# Cards that were written before gusts were a state say nothing of them, and have the shipped priors.
+LATER = ("gust_scatter", "gust_time")
 UNITS_BY_MOTION = {"stable_amplitude.heaving": "A/D", "stable_amplitude.torsional": "rad"}
 AVERAGING = ("evidence", "stacking")
 MOST_SAMPLED = 1e7  # of walkers, draws, steps and the like: beyond, memory and patience end
@@ -297,6 +301,9 @@ def _priors(table: Table, *, free_law: bool) -> dict[str, Prior]:
     priors: dict[str, Prior] = {}
     for name in UNITS:
         if name == EXPONENT and not free_law:
+            continue
+        if name in LATER and name not in table:
+            priors[name] = load_card().priors[name]
             continue
         entry = table.inner(name, f"a table [{table.at(name)}]")
         if "family" in entry:

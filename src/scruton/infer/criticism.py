@@ -15,6 +15,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.documents import as_json
 from scruton.infer import replication, sensitivity
+from scruton.infer.models import NOISE
 from scruton.infer.replication import BandShare, PriorCheck
 from scruton.infer.sensitivity import Influence, Moved, Scaling
 from scruton.infer.store import stored_inputs
@@ -236,8 +237,7 @@ def _prior(
             "a_star": draws["stable_amplitude"],
             "relaxation_rate": rate,
             "n": law,
-            "amplitude_scatter": draws["amplitude_scatter"],
-            "noise_factor": draws["noise_factor"],
+            **{name: draws[name] for name in NOISE},
         }
         # A seed of its own for every record: leaving one out changes no number of another.
         rng = np.random.default_rng([seed, zlib.crc32(f"{one.test}/{one.record}".encode())])

@@ -21,7 +21,7 @@ from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
 from scruton.infer.flags import misfit, slips, unconstrained, varying_damping
 from scruton.infer.front import cycles_of, front_end_of_record, ringdowns_of
-from scruton.infer.models import SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
+from scruton.infer.models import WIND, SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
 from scruton.infer.peaks import fit_peaks, stack
 from scruton.infer.results import Fit, RigResult, Sampled, TestResult, TrialResult
 from scruton.infer.sampling import Sampling
@@ -210,8 +210,7 @@ def fit_test(
         "damping_ratio", "lognormal", float(np.exp(log_damping.mean())), float(max(log_damping.std(), 1e-6)), "-",
         f"posterior of rig {rig.rig.name}",
     )  # fmt: skip
-    names = ("stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor")
-    priors = (*(card.prior(one, motion) for one in names), damping)
+    priors = (*(card.prior(one, motion) for one in WIND[:-1]), damping)
     verdicts = [judge_lock_in(r, cycles[r.name], priors, omega0, sampling) for r in test.records if is_steady(r)]
     # Lock-in that fluctuates as broad-band turbulence makes it counts like a transient; of other lock-in, the mean.
     informative = {r.name: cycles[r.name] for r in test.records if r.kind in TRANSIENTS}

@@ -24,7 +24,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.laws import amplitude_ratio
-from scruton.infer.models import WIND, WindPosterior
+from scruton.infer.models import NOISE, WIND, WindPosterior
 from scruton.stats.coordinates import Coordinates, Values
 from scruton.stats.posterior import Posterior
 from scruton.stats.priors import Prior
@@ -78,6 +78,8 @@ class Settings:
     mass_damping_factor: FloatArray
     amplitude_scatter: FloatArray
     noise_factor: FloatArray
+    gust_scatter: FloatArray
+    gust_time: FloatArray
 
     @property
     def scruton_number(self) -> FloatArray:
@@ -178,8 +180,7 @@ class CampaignPosterior(Posterior):
             else:
                 own = at_zero * _exp(_exp(kappa) * v["w"]) - n * factor * damping
                 ratio = np.where(own > 0.0, own, np.nan) / factor
-            scatter, noise = np.exp(v["amplitude_scatter"]), np.exp(v["noise_factor"])
-            rows.append((np.exp(v["stable_amplitude"]), ratio, damping, factor, scatter, noise))
+            rows.append((np.exp(v["stable_amplitude"]), ratio, damping, factor, *(np.exp(v[name]) for name in NOISE)))
         return Settings(*(np.stack(one, axis=1) for one in zip(*rows, strict=True)))
 
     def _deviations(self, u: FloatArray, s: Settings) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -19,7 +19,8 @@ from scruton.stats.posterior import Posterior
 from scruton.stats.priors import Prior
 
 # Parameters of a test in wind under a law that is given.
-WIND = ("stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor", "damping_ratio")
+NOISE = ("amplitude_scatter", "noise_factor", "gust_scatter", "gust_time")
+WIND = ("stable_amplitude", "relaxation_ratio", *NOISE, "damping_ratio")
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +33,10 @@ class SteadyAmplitude:
 
 @dataclass(frozen=True, eq=False)
 class WindPosterior(Posterior):
-    """One test in wind: (a*, lambda/omega0, scatter, noise factor, xi_s) from the envelopes of its records.
+    """One test in wind: (a*, lambda/omega0, its noise, xi_s) from the envelopes of its records.
+
+    Noise is broad-band scatter, the factor on the standard errors, and gusts: a slow fluctuation of the stable
+    amplitude, of a scatter over it and of a time in relaxation times.
 
     Attributes
     ----------
@@ -71,13 +75,14 @@ class WindPosterior(Posterior):
         """N of every walker, (W,)."""
         return self.named(u)["law_exponent"] if self.n is None else np.full(u.shape[:-1], self.n)
 
-    def state_space(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """(a_star, lambda [1/s], q, r) of the filter from sampled coordinates, each (W,)."""
+    def state_space(self, u: FloatArray) -> tuple[FloatArray, ...]:
+        """(a_star, lambda [1/s], q, r, gust, gust rate [1/s]) of the filter from sampled coordinates, each (W,)."""
         log = self.named(u)
         a_star, lam = np.exp(log["stable_amplitude"]), np.exp(log["relaxation_ratio"]) * self.omega0
         # Stationary sd of an Ornstein-Uhlenbeck process: q / sqrt(2 lambda).
         q = np.exp(log["amplitude_scatter"]) * a_star * np.sqrt(2.0 * lam)
-        return a_star, lam, q, np.exp(log["noise_factor"])
+        gust, rate = np.exp(log["gust_scatter"]) * a_star, lam * np.exp(-log["gust_time"])
+        return a_star, lam, q, np.exp(log["noise_factor"]), gust, rate
 
     def inside(self, u: FloatArray) -> np.ndarray:
         """Y1 < 0 for laws in which the amplitude would otherwise diverge as damping falls."""
@@ -89,11 +94,11 @@ class WindPosterior(Posterior):
 
     def log_likelihood(self, u: FloatArray) -> FloatArray:
         """State-space likelihood of the transients, normal likelihood of the steady amplitudes, (W,)."""
-        a_star, lam, q, r = self.state_space(u)
+        a_star, *noise = self.state_space(u)
         total = np.zeros(len(u))
         if self.data.size:
             n = self.exponents(u) if self.n is None else self.n
-            total = log_likelihood(self.data, a_star, lam, q, r, n=n, initial_sd=self.initial_sd)
+            total = log_likelihood(self.data, a_star, *noise, n=n, initial_sd=self.initial_sd)
         for one in self.steady:
             total = total - 0.5 * ((one.mean - a_star) / one.standard_error) ** 2 - np.log(one.standard_error)
         return total

@@ -9,7 +9,7 @@ from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign
 from scruton.dynamics import Setting, force_parameters
 from scruton.infer.hierarchy import CampaignPosterior, PeakTest
-from scruton.infer.models import WIND
+from scruton.infer.models import NOISE, WIND
 from scruton.infer.results import LawResult, LawWeights, PeakResult, TestResult
 from scruton.infer.sampling import Sampling
 from scruton.infer.thresholds import HOPELESS
@@ -158,8 +158,7 @@ def derive(
         "damping_ratio": s.damping_ratio,
         "scruton_number": s.scruton_number,
         "mass_damping_factor": s.mass_damping_factor,
-        "amplitude_scatter": s.amplitude_scatter,
-        "noise_factor": s.noise_factor,
+        **{name: getattr(s, name) for name in NOISE},
     }
     forces = np.full((2, *s.a_star.shape), np.nan)
     if posterior.exponent is None and posterior.n == -1.0:

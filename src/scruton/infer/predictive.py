@@ -33,23 +33,34 @@ def free_runs(posterior: WindPosterior, chain: FloatArray, rng: np.random.Genera
     """
     flat = chain.reshape(-1, chain.shape[-1])
     u = flat[np.linspace(0, len(flat) - 1, RUNS).round().astype(int)]
-    a_star, lam, q, r = posterior.state_space(u)
+    state_space = posterior.state_space(u)
     data = posterior.data
     size = (RUNS, data.size)
     first = rng.standard_normal(size)  # used at the first cycle of a record only
     mean, replicate = np.empty(size), np.empty(size)
     _run(
-        data.amplitude, data.standard_error, data.gap, data.period, a_star, lam, q, r, posterior.exponents(u),
-        posterior.initial_sd**2, first, rng.standard_normal((2, *size)), mean, replicate,
+        data.amplitude, data.standard_error, data.gap, data.period, *state_space, posterior.exponents(u),
+        posterior.initial_sd**2, first, rng.standard_normal((4, *size)), mean, replicate,
     )  # fmt: skip
     return mean, replicate
 
 
 @njit(cache=True)
-def _run(y, se, gap, period, a_star, lam, q, r, n, p0, first, noise, mean, replicate):  # type: ignore[no-untyped-def]
+def _free(state, h, a_star, lam, q2, g2, fade, n, dt, one, two):  # type: ignore[no-untyped-def]
+    """State and gust after dt without noise, and what two standard normal numbers add to them."""
+    new, p, kept, p_h, p_hh = advance(state, 0.0, h, 0.0, 0.0, a_star, lam, q2, g2, fade, n, dt)
+    turn = np.sqrt(p_hh) * two
+    along = p_h / p_hh if p_hh > 0.0 else 0.0
+    return new, along * turn + np.sqrt(max(p - along * p_h, 0.0)) * one, kept + turn
+
+
+@njit(cache=True)
+def _run(  # type: ignore[no-untyped-def]
+    y, se, gap, period, a_star, lam, q, r, gust, fade, n, p0, first, noise, mean, replicate
+):
     for w in range(a_star.size):
         curve, state = 0.0, 0.0
-        q2 = q[w] * q[w]
+        q2, g2, h = q[w] * q[w], gust[w] * gust[w], 0.0
         for k in range(y.size):
             dt = period[k]
             blur = r[w] * se[k]
@@ -62,20 +73,24 @@ def _run(y, se, gap, period, a_star, lam, q, r, n, p0, first, noise, mean, repli
                 mean[w, k] = curve
                 replicate[w, k] = state + np.sqrt(r2) * noise[0, w, k]
                 curve, _ = flow_above_floor(curve, a_star[w], np.exp(-0.5 * lam[w] * dt), n[w])
-                state, spread = advance(state, 0.0, a_star[w], lam[w], q2, n[w], 0.5 * dt)
-                state += np.sqrt(spread) * noise[1, w, k]
+                h = gust[w] * noise[3, w, k]
+                state, kick, h = _free(
+                    state, h, a_star[w], lam[w], q2, g2, fade[w], n[w], 0.5 * dt, noise[1, w, k], noise[2, w, k]
+                )
+                state += kick
                 continue
             if gap[k] > 0.0:
                 curve, _ = flow_above_floor(curve, a_star[w], np.exp(-lam[w] * gap[k]), n[w])
-                state, spread = advance(state, 0.0, a_star[w], lam[w], q2, n[w], gap[k])
-                state += np.sqrt(spread) * first[w, k]
+                state, kick, h = _free(
+                    state, h, a_star[w], lam[w], q2, g2, fade[w], n[w], gap[k], first[w, k], noise[3, w, k]
+                )
+                state += kick
             middle, _ = flow_above_floor(curve, a_star[w], np.exp(-0.5 * lam[w] * dt), n[w])
             end, _ = flow_above_floor(curve, a_star[w], np.exp(-lam[w] * dt), n[w])
             mean[w, k] = (curve + 4.0 * middle + end) / 6.0
             curve = end
             half, _ = flow_above_floor(state, a_star[w], np.exp(-0.5 * lam[w] * dt), n[w])
-            new, spread = advance(state, 0.0, a_star[w], lam[w], q2, n[w], dt)
-            kick = np.sqrt(spread) * noise[1, w, k]
+            new, kick, h = _free(state, h, a_star[w], lam[w], q2, g2, fade[w], n[w], dt, noise[1, w, k], noise[2, w, k])
             # The noise of the cycle enters its mean by its covariance with the state at the end, about one half.
             e, c, z = noise_moments(lam[w], dt)
             rest = max(z - c * c / e, 0.0) * q2

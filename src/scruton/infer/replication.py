@@ -201,7 +201,7 @@ def prior_replicates(
     first : float
         First observed amplitude.
     prior : dict of (R,) arrays
-        `a_star`, `relaxation_rate` [1/s], `n`, `amplitude_scatter` and `noise_factor`.
+        `a_star`, `relaxation_rate` [1/s], `n`, and the noise of `scruton.infer.models`.
     rng : Generator
 
     Notes
@@ -213,10 +213,15 @@ def prior_replicates(
     curve = closed_form(time - time[0], start, a_star, rate, prior["n"][:, None])
     forget = np.exp(-rate * np.diff(time))
     kick = np.sqrt(1.0 - forget**2) * rng.standard_normal(forget.shape)
+    hold = np.exp(-rate * np.diff(time) / prior["gust_time"][:, None])
+    turn = np.sqrt(1.0 - hold**2) * rng.standard_normal(forget.shape)
+    gust = prior["gust_scatter"] * rng.standard_normal(len(rate))
     scatter = np.zeros_like(curve)
     for k in range(forget.shape[1]):
-        scatter[:, k + 1] = forget[:, k] * scatter[:, k] + kick[:, k]
-    scatter *= prior["amplitude_scatter"][:, None] * a_star
+        scatter[:, k + 1] = forget[:, k] * scatter[:, k] + kick[:, k] * prior["amplitude_scatter"]
+        scatter[:, k + 1] += (1.0 - forget[:, k]) * gust
+        gust = hold[:, k] * gust + turn[:, k] * prior["gust_scatter"]
+    scatter *= a_star
     noise = prior["noise_factor"][:, None] * standard_error * rng.standard_normal(curve.shape)
     return np.asarray(curve + scatter + noise)
 

@@ -45,7 +45,10 @@ class Variable:
 
 def _parameters(dims: tuple[str, ...], meaning: str) -> tuple[Variable, ...]:
     """The parameters of a test in wind, by the names of their priors."""
-    names = ("stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor", "damping_ratio")
+    names = (
+        "stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor", "gust_scatter", "gust_time",
+        "damping_ratio",
+    )  # fmt: skip
     free = Variable("law_exponent", dims, "f", "", meaning, optional=True)
     return (*(Variable(name, dims, "f", "", meaning) for name in names), free)
 
@@ -57,6 +60,8 @@ def _of_test(dims: tuple[str, ...], *, forces_may_lack: bool) -> tuple[Variable,
         Variable("relaxation_rate", dims, "f", "1/s", "lambda"),
         Variable("amplitude_scatter", dims, "f", "-", "stationary sd that turbulence gives the amplitude, over a_star"),
         Variable("noise_factor", dims, "f", "-", "sensor noise over the standard errors of the cycles"),
+        Variable("gust_scatter", dims, "f", "-", "sd that slow gusts give the stable amplitude, over a_star"),
+        Variable("gust_time", dims, "f", "1/lambda", "correlation time of the gusts, in relaxation times"),
         Variable("damping_ratio", dims, "f", "-", "structural damping xi_s"),
         Variable("scruton_number", dims, "f", "-", "Sc"),
         Variable("mass_damping_factor", dims, "f", "-", "Sc per unit of damping ratio"),

@@ -30,6 +30,8 @@ PRIOR_OF = {
     "relaxation_rate": "relaxation_ratio",
     "amplitude_scatter": "amplitude_scatter",
     "noise_factor": "noise_factor",
+    "gust_scatter": "gust_scatter",
+    "gust_time": "gust_time",
     "damping_ratio": "damping_ratio",
     "law_exponent": "law_exponent",
 }

@@ -8,7 +8,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign, Quantity, Rig, Section, Test
 from scruton.dynamics import Setting, force_parameters
-from scruton.infer.models import WindPosterior
+from scruton.infer.models import NOISE, WindPosterior
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +70,7 @@ def derive(
     found = {
         "a_star": a_star,
         "relaxation_rate": rate,
-        "amplitude_scatter": natural["amplitude_scatter"],
-        "noise_factor": natural["noise_factor"],
+        **{name: natural[name] for name in NOISE},
         "damping_ratio": damping,
         "scruton_number": sc,
         "relaxation_scruton_number": sc * natural["relaxation_ratio"] / damping,

@@ -173,7 +173,7 @@ def judge_steady(name: str, cycles: Cycles, samples: Samples, posterior: WindPos
             "make it with steady_posterior"
         )
     draws = samples.chain.reshape(-1, samples.chain.shape[-1])
-    _, rate, q, r = posterior.state_space(draws)
+    _, rate, q, r, *_ = posterior.state_space(draws)
     run = _take(kept, unbroken(kept))
     left_out = cycles.time.size - kept.time.size
     if run.time.size < FEWEST_ADJACENT:
