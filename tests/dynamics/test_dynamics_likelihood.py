@@ -25,7 +25,7 @@ def make_data(amplitudes, se, period, gaps=None, records=None):
     )
 
 
-def dense_log_likelihood(data, a_star, lam, q, r, sd0, gust=0.0, gust_rate=1.0, per_cycle=120):
+def dense_log_likelihood(data, a_star, lam, q, r, sd0, gust=0.0, gust_rate=1.0, set_point=0.0, per_cycle=120):
     """Multivariate normal of the cycle means of one record, by quadrature over the covariance of the SDE."""
     nodes, weights = np.polynomial.legendre.leggauss(2)
     edges, start = [], 0.0
@@ -39,7 +39,7 @@ def dense_log_likelihood(data, a_star, lam, q, r, sd0, gust=0.0, gust_rate=1.0, 
     w = np.tile(weights / 2 / per_cycle, cells.size)
     decay = np.exp(-lam * t)
     cov = q**2 / (2 * lam) * (np.exp(-lam * np.abs(t[:, None] - t[None, :])) - decay[:, None] * decay[None, :])
-    cov += sd0**2 * decay[:, None] * decay[None, :]
+    cov += sd0**2 * decay[:, None] * decay[None, :] + set_point**2 * (1 - decay)[:, None] * (1 - decay)[None, :]
     if gust:  # the amplitude as a filter of the gust, by the trapezium rule on a grid of its own
         grid = np.linspace(0.0, t[-1] * 1.0001, 2500)
         lag = grid[:, None] - grid[None, :]
@@ -77,9 +77,10 @@ def test_exact_for_the_papers_law(rng, lam, gaps):
     assert got == pytest.approx(dense_log_likelihood(data, 0.05, lam, 0.002, 1.2, 0.3), abs=2e-3)
 
 
+@pytest.mark.parametrize("set_point", [0.0, 0.004])
 @pytest.mark.parametrize("gust_rate", [0.05, 0.3, 2.0])
 @pytest.mark.parametrize("gaps", [False, True])
-def test_exact_with_a_gust(rng, gust_rate, gaps):
+def test_exact_with_gusts_and_a_set_point(rng, gust_rate, set_point, gaps):
     period, n, lam = 0.125, 14, 0.3
     y = 0.05 + 0.06 * np.exp(-lam * np.arange(n) * period) + 0.001 * rng.standard_normal(n)
     gap = np.zeros(n)
@@ -87,8 +88,8 @@ def test_exact_with_a_gust(rng, gust_rate, gaps):
         gap[5], gap[9] = 2 * period, 0.7
     data = make_data(y, 0.0008 * (1 + 0.3 * rng.random(n)), period, gap)
     theta = [np.array([x]) for x in (0.05, lam, 0.002, 1.2)]
-    got = log_likelihood(data, *theta, gust=0.01, gust_rate=gust_rate, initial_sd=0.3)[0]
-    wanted = dense_log_likelihood(data, 0.05, lam, 0.002, 1.2, 0.3, gust=0.01, gust_rate=gust_rate)
+    got = log_likelihood(data, *theta, gust=0.01, gust_rate=gust_rate, set_point=set_point, initial_sd=0.3)[0]
+    wanted = dense_log_likelihood(data, 0.05, lam, 0.002, 1.2, 0.3, gust=0.01, gust_rate=gust_rate, set_point=set_point)
     assert got == pytest.approx(wanted, abs=2e-3)
     assert abs(got - log_likelihood(data, *theta, initial_sd=0.3)[0]) > 0.05
 
@@ -102,6 +103,7 @@ def test_fast_filters_are_the_plain_filter_with_a_gust(rng, n):
     data = make_data(y, 0.001, 0.1, gap)
     theta = [np.exp(rng.normal(m, 0.3, walkers)) for m in np.log([0.05, 0.4, 0.002, 1.0])]
     wind = {"gust": np.exp(rng.normal(-6.0, 0.5, walkers)), "gust_rate": np.exp(rng.normal(-1.0, 0.5, walkers)), "n": n}
+    wind["set_point"] = np.exp(rng.normal(-6.0, 0.5, walkers))
     plain = pointwise_log_likelihood(*innovations(data, *theta, initial_sd=0.2, **wind)).sum(axis=0)
     np.testing.assert_allclose(log_likelihood(data, *theta, initial_sd=0.2, **wind), plain, rtol=1e-7)
 

@@ -47,14 +47,24 @@ def advance(m, p, h, p_h, p_hh, a_star, lam, q2, g2, fade, n, dt):  # type: igno
     return end + push * h, p, keep * h, keep * mixed + g2 * hold * dh, g2 + keep * keep * (p_hh - g2)
 
 
+@njit(cache=True, inline="always")
+def carried(c_d, c_h, m, a_star, lam, fade, n, dt):  # type: ignore[no-untyped-def]
+    """What a unit of the record's set-point has moved (amplitude, gust) after dt without observation."""
+    _, slope = flow_above_floor(m, a_star, np.exp(-lam * dt), n)
+    hold = gust_hold(m, a_star, n)
+    c_d = slope * c_d + hold * (gust_response(lam, fade, dt) * c_h + 1.0 - np.exp(-lam * dt))
+    return c_d, np.exp(-fade * dt) * c_h
+
+
 @njit(cache=True, error_model="numpy")
 def step_filter(  # type: ignore[no-untyped-def]
-    y, se, gap, period, a_star, lam, q, r, gust, fade, n, m0, p0, innovation, variance
+    y, se, gap, period, a_star, lam, q, r, gust, fade, offset, n, m0, p0, innovation, variance
 ):
     """Innovations and their variances, (N, W), for any law: the plain form, one walker after another."""
     for w in range(a_star.size):
         q2, g2 = q[w] * q[w], gust[w] * gust[w]
         m, p, h, p_h, p_hh = m0, p0, 0.0, 0.0, g2
+        c_mean, p_c, c_d, c_h = 0.0, 0.0, 0.0, 0.0
         dt, decay, decay_middle = -1.0, 1.0, 1.0
         moments = gust_moments(lam[w], fade[w], 1.0)
         for k in range(y.size):
@@ -67,17 +77,20 @@ def step_filter(  # type: ignore[no-untyped-def]
                 moments = gust_moments(lam[w], fade[w], dt)
             if gap[k] < 0.0:
                 m, p, h, p_h, p_hh = m0, p0, 0.0, 0.0, g2
+                c_mean, p_c, c_d, c_h = 0.0, offset[w] * offset[w], 0.0, 0.0
                 if n[w] != -1.0:
                     # A diffuse state cannot be linearised: the first cycle fixes the state at its start.
                     innovation[k, w] = y[k] - m0
                     variance[k, w] = p0 + r2
                     gain = p0 / (p0 + r2)
                     m = m0 + gain * (y[k] - m0)
+                    c_d, c_h = carried(c_d, c_h, m, a_star[w], lam[w], fade[w], n[w], 0.5 * dt)
                     m, p, h, p_h, p_hh = advance(
                         m, gain * r2, h, p_h, p_hh, a_star[w], lam[w], q2, g2, fade[w], n[w], 0.5 * dt
                     )
                     continue
             elif gap[k] > 0.0:
+                c_d, c_h = carried(c_d, c_h, m, a_star[w], lam[w], fade[w], n[w], gap[k])
                 m, p, h, p_h, p_hh = advance(m, p, h, p_h, p_hh, a_star[w], lam[w], q2, g2, fade[w], n[w], gap[k])
             hold = gust_hold(m, a_star[w], n[w])
             keep, push, weight_h, dd, dh, hh, dm, hm, mm = moments
@@ -103,18 +116,26 @@ def step_filter(  # type: ignore[no-untyped-def]
             cross = phi * at_d + push * at_h + q2 * c + g2 * hold * hold * dm
             cross_h = keep * at_h + g2 * hold * hm
             v = y[k] - mean - weight_h * h
+            felt = weight * c_d + weight_h * c_h + hold * (1.0 - mean_weight(lam[w], dt))
+            c_d = phi * c_d + push * c_h + hold * (1.0 - decay) - cross / s * felt
+            c_h = keep * c_h - cross_h / s * felt
             m = end + push * h + cross / s * v
             h = keep * h + cross_h / s * v
             mixed = phi * p_h + push * p_hh
             p = phi * (phi * p + push * p_h) + push * mixed + q2 * e + g2 * hold * hold * dd - cross * cross / s
             p_h = keep * mixed + g2 * hold * dh - cross * cross_h / s
             p_hh = keep * keep * p_hh + g2 * hh - cross_h * cross_h / s
-            innovation[k, w] = v
-            variance[k, w] = s
+            innovation[k, w] = v - felt * c_mean
+            variance[k, w] = s + felt * felt * p_c
+            gain = p_c * felt / variance[k, w]
+            c_mean += gain * innovation[k, w]
+            p_c -= gain * felt * p_c
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def curved_filter(y, se, gap, period, a_star, lam, q, r, gust, fade, n, m0, p0, log_like):  # type: ignore[no-untyped-def]
+def curved_filter(  # type: ignore[no-untyped-def]
+    y, se, gap, period, a_star, lam, q, r, gust, fade, offset, n, m0, p0, log_like
+):
     """Log likelihood for one law n != -1: `step_filter` with all walkers in the inner loops, which vectorise."""
     size = a_star.size
     inverse_star = 1.0 / a_star
@@ -123,6 +144,7 @@ def curved_filter(y, se, gap, period, a_star, lam, q, r, gust, fade, n, m0, p0, 
     g2 = gust * gust
     h, p_h, p_hh, hold = np.empty(size), np.empty(size), np.empty(size), np.ones(size)
     keep, push, weight_h = np.empty(size), np.empty(size), np.empty(size)
+    c, p_c, c_d, c_h, rest = np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size), np.empty(size)
     g_dd, g_dh, g_hh = np.empty(size), np.empty(size), np.empty(size)
     g_dm, g_hm, g_mm = np.empty(size), np.empty(size), np.empty(size)
     m, p, decay, decay_middle = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
@@ -141,6 +163,7 @@ def curved_filter(y, se, gap, period, a_star, lam, q, r, gust, fade, n, m0, p0, 
                 decay_middle[w] = np.exp(-0.5 * lam[w] * dt)
                 decay[w] = decay_middle[w] * decay_middle[w]
                 keep[w], push[w], weight_h[w], dd, dh, hh, dm, hm, mm = gust_moments(lam[w], fade[w], dt)
+                rest[w] = 1.0 - mean_weight(lam[w], dt)
                 g_dd[w], g_dh[w], g_hh[w] = g2[w] * dd, g2[w] * dh, g2[w] * hh
                 g_dm[w], g_hm[w], g_mm[w] = g2[w] * dm, g2[w] * hm, g2[w] * mm
         yk, s2 = y[k], se[k] * se[k]
@@ -151,6 +174,8 @@ def curved_filter(y, se, gap, period, a_star, lam, q, r, gust, fade, n, m0, p0, 
                 s = p0 + r2[w] * s2
                 gain = p0 / s
                 start = m0 + gain * (yk - m0)
+                c[w], p_c[w] = 0.0, offset[w] * offset[w]
+                c_d[w], c_h[w] = carried(0.0, 0.0, start, a_star[w], lam[w], fade[w], n, 0.5 * dt)
                 m[w], p[w], h[w], p_h[w], p_hh[w] = advance(
                     start, gain * r2[w] * s2, 0.0, 0.0, g2[w], a_star[w], lam[w], q2[w], g2[w], fade[w], n, 0.5 * dt
                 )
@@ -159,6 +184,7 @@ def curved_filter(y, se, gap, period, a_star, lam, q, r, gust, fade, n, m0, p0, 
         else:
             if gap[k] > 0.0:
                 for w in range(size):
+                    c_d[w], c_h[w] = carried(c_d[w], c_h[w], m[w], a_star[w], lam[w], fade[w], n, gap[k])
                     m[w], p[w], h[w], p_h[w], p_hh[w] = advance(
                         m[w], p[w], h[w], p_h[w], p_hh[w], a_star[w], lam[w], q2[w], g2[w], fade[w], n, gap[k]
                     )
@@ -253,12 +279,21 @@ def curved_filter(y, se, gap, period, a_star, lam, q, r, gust, fade, n, m0, p0, 
                 inverse = 1.0 / s
                 gain = cross * inverse
                 gain_h = cross_h * inverse
+                felt = weight * c_d[w] + wh * c_h[w] + b * rest[w]
+                c_d[w] = phi * c_d[w] + pu * c_h[w] + b * (1.0 - decay[w]) - gain * felt
+                c_h[w] = keep[w] * c_h[w] - gain_h * felt
                 m[w] = end + pu * h[w] + drift + bend + gain * v
                 h[w] = keep[w] * h[w] + gain_h * v
                 mixed = phi * p_h[w] + pu * p_hh[w]
                 p[w] = phi * (phi * pw + pu * p_h[w]) + pu * mixed + q2[w] * q_end[w] + b * b * g_dd[w] - gain * cross
                 p_h[w] = keep[w] * mixed + b * g_dh[w] - gain * cross_h
                 p_hh[w] = keep[w] * keep[w] * p_hh[w] + g_hh[w] - gain_h * cross_h
+                v -= felt * c[w]
+                s += felt * felt * p_c[w]
+                inverse = 1.0 / s
+                gain = p_c[w] * felt * inverse
+                c[w] += gain * v
+                p_c[w] -= gain * felt * p_c[w]
                 quad[w] += v * v * inverse
                 prod[w] *= s
             if n == 0.0:

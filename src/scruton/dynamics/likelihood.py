@@ -29,6 +29,7 @@ def innovations(
     r: FloatArray,
     gust: FloatArray | float = 0.0,
     gust_rate: FloatArray | float = 1.0,
+    set_point: FloatArray | float = 0.0,
     *,
     n: float | FloatArray = -1.0,
     initial_sd: float = 1.0,
@@ -43,6 +44,8 @@ def innovations(
         the factor on the cycles' standard errors.
     gust, gust_rate : float or (W,) array
         Standard deviation of the slow fluctuation of the stable amplitude, and its rate [1/s].
+    set_point : float or (W,) array
+        Standard deviation of the stable amplitude from record to record.
     n : float or (W,) array
         The law: -1 is the paper's.
     initial_sd : float
@@ -56,7 +59,7 @@ def innovations(
     innovation, variance = np.empty(shape), np.empty(shape)
     step_filter(
         data.amplitude, data.standard_error, data.gap, data.period,
-        *contiguous(a_star, lam, q, r, gust, gust_rate, n), 0.0, initial_sd**2, innovation, variance,
+        *contiguous(a_star, lam, q, r, gust, gust_rate, set_point, n), 0.0, initial_sd**2, innovation, variance,
     )  # fmt: skip
     return innovation, variance
 
@@ -75,6 +78,7 @@ def log_likelihood(
     r: FloatArray,
     gust: FloatArray | float = 0.0,
     gust_rate: FloatArray | float = 1.0,
+    set_point: FloatArray | float = 0.0,
     *,
     n: float | FloatArray = -1.0,
     initial_sd: float = 1.0,
@@ -84,11 +88,11 @@ def log_likelihood(
     exponents = np.broadcast_to(np.asarray(n, dtype=np.float64), out.shape)
     if out.size and np.any(exponents != exponents[0]):  # n is free: every walker has a law of its own
         terms = pointwise_log_likelihood(
-            *innovations(data, a_star, lam, q, r, gust=gust, gust_rate=gust_rate, n=n, initial_sd=initial_sd)
+            *innovations(data, a_star, lam, q, r, gust, gust_rate, set_point, n=n, initial_sd=initial_sd)
         )
         total: FloatArray = terms.sum(axis=0)
         return total
-    walkers = contiguous(a_star, lam, q, r, gust, gust_rate)
+    walkers = contiguous(a_star, lam, q, r, gust, gust_rate, set_point)
     arrays = (data.amplitude, data.standard_error, data.gap, data.period)
     if np.all(exponents == -1.0):
         linear_filter(*arrays, *walkers, 0.0, initial_sd**2, out)

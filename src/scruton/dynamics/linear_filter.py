@@ -14,7 +14,7 @@ from scruton.dynamics.moments import (
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def linear_filter(y, se, gap, period, a_star, lam, q, r, gust, fade, m0, p0, log_like):  # type: ignore[no-untyped-def]
+def linear_filter(y, se, gap, period, a_star, lam, q, r, gust, fade, offset, m0, p0, log_like):  # type: ignore[no-untyped-def]
     """Exact log likelihood for n = -1; all walkers in the inner loop, so that it vectorises."""
     size = a_star.size
     d = np.empty(size)  # deviation of the filtered mean from a_star
@@ -25,6 +25,8 @@ def linear_filter(y, se, gap, period, a_star, lam, q, r, gust, fade, m0, p0, log
     q_end, q_cross, q_mean = np.empty(size), np.empty(size), np.empty(size)
     g_dh, g_hh, g_hm = np.empty(size), np.empty(size), np.empty(size)
     r2 = r * r
+    # The set-point of the record: its mean and variance, and what it moves (state, gust).
+    mean_c, p_c, c_d, c_h = np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(size)
     quad = np.zeros(size)
     prod = np.ones(size)
     log_like[:] = 0.0
@@ -44,6 +46,7 @@ def linear_filter(y, se, gap, period, a_star, lam, q, r, gust, fade, m0, p0, log
             for w in range(size):
                 d[w], h[w] = m0 - a_star[w], 0.0
                 p[w], p_dh[w], p_hh[w] = p0, 0.0, gust[w] * gust[w]
+                mean_c[w], p_c[w], c_d[w], c_h[w] = 0.0, offset[w] * offset[w], 0.0, 0.0
         elif gap[k] > 0.0:
             for w in range(size):
                 f, g = np.exp(-lam[w] * gap[k]), np.exp(-fade[w] * gap[k])
@@ -53,6 +56,8 @@ def linear_filter(y, se, gap, period, a_star, lam, q, r, gust, fade, m0, p0, log
                 g2 = gust[w] * gust[w]
                 d[w] = f * d[w] + u * h[w]
                 h[w] *= g
+                c_d[w] = f * c_d[w] + u * c_h[w] + 1.0 - f
+                c_h[w] *= g
                 p[w] = f * f * p[w] + 2.0 * f * u * p_dh[w] + u * u * p_hh[w] + q[w] * q[w] * e + g2 * dd
                 p_dh[w] = g * (f * p_dh[w] + u * p_hh[w]) + g2 * dh
                 p_hh[w] = g2 + g * g * (p_hh[w] - g2)
@@ -69,12 +74,22 @@ def linear_filter(y, se, gap, period, a_star, lam, q, r, gust, fade, m0, p0, log
             inv = 1.0 / s
             gain = cross * inv
             gain_h = cross_h * inv
+            felt = weight[w] * c_d[w] + weight_h[w] * c_h[w] + 1.0 - weight[w]
+            c_d[w] = phi[w] * c_d[w] + push[w] * c_h[w] + 1.0 - phi[w] - gain * felt
+            c_h[w] = keep[w] * c_h[w] - gain_h * felt
             d[w] = phi[w] * d[w] + push[w] * h[w] + gain * v
             h[w] = keep[w] * h[w] + gain_h * v
             mixed = phi[w] * p_dh[w] + push[w] * p_hh[w]
             p[w] = phi[w] * (phi[w] * p[w] + push[w] * p_dh[w]) + push[w] * mixed + q_end[w] - gain * cross
             p_dh[w] = keep[w] * mixed + g_dh[w] - gain * cross_h
             p_hh[w] = keep[w] * keep[w] * p_hh[w] + g_hh[w] - gain_h * cross_h
+            # the set-point is known from the cycles so far
+            v -= felt * mean_c[w]
+            s += felt * felt * p_c[w]
+            inv = 1.0 / s
+            gain = p_c[w] * felt * inv
+            mean_c[w] += gain * v
+            p_c[w] -= gain * felt * p_c[w]
             quad[w] += v * v * inv
             prod[w] *= s
         if k % 8 == 7:  # one logarithm for eight cycles; eight variances cannot underflow

@@ -25,6 +25,7 @@ UNITS = {
     "noise_factor": "-",
     "gust_scatter": "-",
     "gust_time": "relaxation times",
+    "set_point_scatter": "-",
     "structural_damping": "-",
     "still_air_scatter": "-",
     "trial_amplitude": "largest amplitude of the record",
@@ -56,7 +57,7 @@ NULL_UNITS = {
     "gain": "-",
 }
 # Cards that were written before gusts were a state say nothing of them, and have the shipped priors.
-LATER = ("gust_scatter", "gust_time")
+LATER = ("gust_scatter", "gust_time", "set_point_scatter")
 UNITS_BY_MOTION = {"stable_amplitude.heaving": "A/D", "stable_amplitude.torsional": "rad"}
 AVERAGING = ("evidence", "stacking")
 MOST_SAMPLED = 1e7  # of walkers, draws, steps and the like: beyond, memory and patience end

@@ -80,6 +80,7 @@ class Settings:
     noise_factor: FloatArray
     gust_scatter: FloatArray
     gust_time: FloatArray
+    set_point_scatter: FloatArray
 
     @property
     def scruton_number(self) -> FloatArray:

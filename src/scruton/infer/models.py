@@ -19,7 +19,7 @@ from scruton.stats.posterior import Posterior
 from scruton.stats.priors import Prior
 
 # Parameters of a test in wind under a law that is given.
-NOISE = ("amplitude_scatter", "noise_factor", "gust_scatter", "gust_time")
+NOISE = ("amplitude_scatter", "noise_factor", "gust_scatter", "gust_time", "set_point_scatter")
 WIND = ("stable_amplitude", "relaxation_ratio", *NOISE, "damping_ratio")
 
 
@@ -36,7 +36,8 @@ class WindPosterior(Posterior):
     """One test in wind: (a*, lambda/omega0, its noise, xi_s) from the envelopes of its records.
 
     Noise is broad-band scatter, the factor on the standard errors, and gusts: a slow fluctuation of the stable
-    amplitude, of a scatter over it and of a time in relaxation times.
+    amplitude, of a scatter over it and of a time in relaxation times; and the wind is set anew for every record, which
+    gives the stable amplitude of each a scatter of its own.
 
     Attributes
     ----------
@@ -76,13 +77,13 @@ class WindPosterior(Posterior):
         return self.named(u)["law_exponent"] if self.n is None else np.full(u.shape[:-1], self.n)
 
     def state_space(self, u: FloatArray) -> tuple[FloatArray, ...]:
-        """(a_star, lambda [1/s], q, r, gust, gust rate [1/s]) of the filter from sampled coordinates, each (W,)."""
+        """(a_star, lambda [1/s], q, r, gust, gust rate [1/s], set-point) of the filter from sampled coordinates, each (W,)."""
         log = self.named(u)
         a_star, lam = np.exp(log["stable_amplitude"]), np.exp(log["relaxation_ratio"]) * self.omega0
         # Stationary sd of an Ornstein-Uhlenbeck process: q / sqrt(2 lambda).
         q = np.exp(log["amplitude_scatter"]) * a_star * np.sqrt(2.0 * lam)
         gust, rate = np.exp(log["gust_scatter"]) * a_star, lam * np.exp(-log["gust_time"])
-        return a_star, lam, q, np.exp(log["noise_factor"]), gust, rate
+        return a_star, lam, q, np.exp(log["noise_factor"]), gust, rate, np.exp(log["set_point_scatter"]) * a_star
 
     def inside(self, u: FloatArray) -> np.ndarray:
         """Y1 < 0 for laws in which the amplitude would otherwise diverge as damping falls."""

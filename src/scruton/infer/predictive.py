@@ -56,11 +56,12 @@ def _free(state, h, a_star, lam, q2, g2, fade, n, dt, one, two):  # type: ignore
 
 @njit(cache=True)
 def _run(  # type: ignore[no-untyped-def]
-    y, se, gap, period, a_star, lam, q, r, gust, fade, n, p0, first, noise, mean, replicate
+    y, se, gap, period, a_star, lam, q, r, gust, fade, offset, n, p0, first, noise, mean, replicate
 ):
     for w in range(a_star.size):
         curve, state = 0.0, 0.0
         q2, g2, h = q[w] * q[w], gust[w] * gust[w], 0.0
+        level = a_star[w]
         for k in range(y.size):
             dt = period[k]
             blur = r[w] * se[k]
@@ -74,23 +75,24 @@ def _run(  # type: ignore[no-untyped-def]
                 replicate[w, k] = state + np.sqrt(r2) * noise[0, w, k]
                 curve, _ = flow_above_floor(curve, a_star[w], np.exp(-0.5 * lam[w] * dt), n[w])
                 h = gust[w] * noise[3, w, k]
+                level = a_star[w] + offset[w] * first[w, k + 1]
                 state, kick, h = _free(
-                    state, h, a_star[w], lam[w], q2, g2, fade[w], n[w], 0.5 * dt, noise[1, w, k], noise[2, w, k]
+                    state, h, level, lam[w], q2, g2, fade[w], n[w], 0.5 * dt, noise[1, w, k], noise[2, w, k]
                 )
                 state += kick
                 continue
             if gap[k] > 0.0:
                 curve, _ = flow_above_floor(curve, a_star[w], np.exp(-lam[w] * gap[k]), n[w])
                 state, kick, h = _free(
-                    state, h, a_star[w], lam[w], q2, g2, fade[w], n[w], gap[k], first[w, k], noise[3, w, k]
+                    state, h, level, lam[w], q2, g2, fade[w], n[w], gap[k], first[w, k], noise[3, w, k]
                 )
                 state += kick
             middle, _ = flow_above_floor(curve, a_star[w], np.exp(-0.5 * lam[w] * dt), n[w])
             end, _ = flow_above_floor(curve, a_star[w], np.exp(-lam[w] * dt), n[w])
             mean[w, k] = (curve + 4.0 * middle + end) / 6.0
             curve = end
-            half, _ = flow_above_floor(state, a_star[w], np.exp(-0.5 * lam[w] * dt), n[w])
-            new, kick, h = _free(state, h, a_star[w], lam[w], q2, g2, fade[w], n[w], dt, noise[1, w, k], noise[2, w, k])
+            half, _ = flow_above_floor(state, level, np.exp(-0.5 * lam[w] * dt), n[w])
+            new, kick, h = _free(state, h, level, lam[w], q2, g2, fade[w], n[w], dt, noise[1, w, k], noise[2, w, k])
             # The noise of the cycle enters its mean by its covariance with the state at the end, about one half.
             e, c, z = noise_moments(lam[w], dt)
             rest = max(z - c * c / e, 0.0) * q2

@@ -221,6 +221,11 @@ def prior_replicates(
         scatter[:, k + 1] = forget[:, k] * scatter[:, k] + kick[:, k] * prior["amplitude_scatter"]
         scatter[:, k + 1] += (1.0 - forget[:, k]) * gust
         gust = hold[:, k] * gust + turn[:, k] * prior["gust_scatter"]
+    scatter += (
+        prior["set_point_scatter"][:, None]
+        * rng.standard_normal(len(rate))[:, None]
+        * (1.0 - np.exp(-rate * (time - time[0])))
+    )
     scatter *= a_star
     noise = prior["noise_factor"][:, None] * standard_error * rng.standard_normal(curve.shape)
     return np.asarray(curve + scatter + noise)

@@ -32,6 +32,7 @@ PRIOR_OF = {
     "noise_factor": "noise_factor",
     "gust_scatter": "gust_scatter",
     "gust_time": "gust_time",
+    "set_point_scatter": "set_point_scatter",
     "damping_ratio": "damping_ratio",
     "law_exponent": "law_exponent",
 }
