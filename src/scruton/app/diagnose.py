@@ -19,8 +19,8 @@ def run(arguments: Namespace) -> Outcome:
     """
     from scruton.gap.run import examine
     from scruton.infer.cards import load_card
+    from scruton.report.figures import save
     from scruton.report.figures.gap import gap_figure
-    from scruton.report.figures.save import save
 
     campaign, card = load_campaign(arguments.campaign), load_card(arguments.model)
     claim = Run(

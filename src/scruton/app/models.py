@@ -33,8 +33,8 @@ def show(arguments: Namespace) -> Outcome:
     folder = arguments.prior_predictive
     if folder is None:
         return Outcome(lines=[card.resolved.removesuffix("\n")])
-    from scruton.report.figures.prior import prior_plot
-    from scruton.report.figures.save import save
+    from scruton.report.figures import save
+    from scruton.report.figures.predictions import prior_plot
 
     stem = Path(arguments.card).stem if arguments.card.endswith(".toml") else arguments.card
     claim = Run(

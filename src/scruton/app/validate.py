@@ -32,8 +32,8 @@ def run(arguments: Namespace) -> Outcome:
     """
     from scruton.griffin.validate import validate
     from scruton.infer.cards import load_card
-    from scruton.report.figures.save import save
-    from scruton.report.figures.validation import validation_figure
+    from scruton.report.figures import save
+    from scruton.report.figures.predictions import validation_figure
 
     campaign, card = load_campaign(arguments.campaign), load_card(arguments.model)
     claim = Run(

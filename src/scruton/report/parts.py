@@ -43,7 +43,7 @@ class Part:
 
 def drawn(figure: "FigureWithCaption") -> Picture:
     """A figure with the contents of its files."""
-    from scruton.report.figures.save import contents
+    from scruton.report.figures.registry import contents
 
     svg, png = contents(figure, KINDS)
     return Picture(figure.name, figure.caption, figure.alt, svg, png)
