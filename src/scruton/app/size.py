@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from scruton.app.options import check_writable, parse_damping
 from scruton.app.predict import check_effect
 from scruton.app.run import Outcome, Run
-from scruton.documents import as_json
 from scruton.errors import InputError
 from scruton.report.render_text import render_text
 from scruton.report.sizing_summary import sizing_summary
@@ -51,7 +50,7 @@ def run(arguments: Namespace) -> Outcome:
     inputs = origin["fit_sha256"] | origin["bridge_sha256"]
     with Run(folder, "size", arguments, sha256=inputs, settings=settings, results=(RESULT,)) as work:
         sizing = size(tree, stands, rules, rig=rig, law_n=arguments.law, seed=arguments.seed, progress=work.bar)
-        content = as_json(sizing)
+        content = sizing.to_json()
         _explain(content, summary, bridge=arguments.bridge)
         content["provenance"] = origin | {key: settings[key] for key in ("law", "effect")}
         drawn = figures_from("sizing", content)

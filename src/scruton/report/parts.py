@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scruton.documents import as_json
 from scruton.provenance import provenance
 from scruton.report.document import Picture
 from scruton.report.failures import Failure, Failures
@@ -168,7 +167,7 @@ def sizing_part(folder: Path, bridge: Path, limits: Sequence[str] = (), seed: in
     if not summary["tests"]:
         raise InputError(bridge, "", "a campaign without tests in wind", "a campaign with at least one test")
     stands = load_bridge(bridge, motion_of(tree))
-    content = as_json(size(tree, stands, [limit(one) for one in limits], seed=seed))
+    content = size(tree, stands, [limit(one) for one in limits], seed=seed).to_json()
     content["provenance"] = sizing_origin(folder, summary, stands, seed=seed, settings={"limits": list(limits)})
     failures = Failures()
 

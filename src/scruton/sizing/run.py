@@ -10,7 +10,7 @@ import numpy as np
 from scruton.campaign.plausibility import damping_flag
 from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
-from scruton.documents import read_document
+from scruton.documents import as_json, read_document
 from scruton.errors import InputError
 from scruton.griffin.curves import law_curves, what_if
 from scruton.griffin.posterior import chosen_rig, motion_of, peak_names, rig_mass_damping_draws
@@ -102,7 +102,7 @@ class ModeSizing:
 
 @dataclass(frozen=True, eq=False)
 class Sizing:
-    """The damping that a bridge needs, the dampers that give it, and the risk that they leave; JSON by `as_json`.
+    """The damping that a bridge needs, the dampers that give it, and the risk that they leave.
 
     Attributes
     ----------
@@ -125,6 +125,11 @@ class Sizing:
     all_modes: AllModes
     flags: tuple[str, ...]
     provenance: Mapping[str, Any] | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """The content of sizing.json; numbers that do not exist are None."""
+        content: dict[str, Any] = as_json(self)
+        return content
 
 
 def load_sizing(folder: Path | str) -> Sizing:
