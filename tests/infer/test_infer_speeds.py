@@ -16,8 +16,8 @@ from scruton.infer.sampling import Sampling
 from scruton.infer.smooth import Observations, SpeedPoint, SpeedPosterior, log_ratio, matern
 from scruton.infer.speeds import PRIORS, fit_points, fit_speeds, in_lock_in, speeds_dataset
 from scruton.infer.thresholds import COMMON
+from scruton.stats.convergence import SamplerSettings
 from scruton.stats.priors import Prior
-from scruton.stats.settings import SamplerSettings
 
 FACTOR = 1000.0
 PRIOR = {

@@ -14,8 +14,7 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.dynamics.likelihood import innovations, log_likelihood, pointwise_log_likelihood
 from scruton.dynamics.trial_filter import trial_log_likelihood
-from scruton.stats.coordinates import Coordinates
-from scruton.stats.posterior import Posterior
+from scruton.stats.posterior import Coordinates, Posterior
 from scruton.stats.priors import Prior
 
 # Parameters of a test in wind under a law that is given.
