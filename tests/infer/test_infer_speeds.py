@@ -14,7 +14,8 @@ from scruton.infer import speeds as module
 from scruton.infer.cards import load_card
 from scruton.infer.sampling import Sampling
 from scruton.infer.smooth import Observations, SpeedPoint, SpeedPosterior, log_ratio, matern
-from scruton.infer.speeds import PRIORS, fit_points, fit_speeds, in_lock_in, speeds_dataset
+from scruton.infer.speeds import SCALES as SCALE_NAMES
+from scruton.infer.speeds import fit_points, fit_speeds, in_lock_in, speeds_dataset
 from scruton.infer.thresholds import COMMON
 from scruton.stats.priors import Prior
 from scruton.stats.settings import SamplerSettings
@@ -28,7 +29,7 @@ PRIOR = {
     "speed_length": Prior("speed_length", "lognormal", 1.0, 0.6, "U/(f0 D)"),
     "speed_shift": Prior("speed_shift", "lognormal", 0.02, 0.5, "-"),
 }
-SCALES = tuple(PRIOR[name] for name in PRIORS[2:])
+SCALES = tuple(PRIOR[name] for name in SCALE_NAMES)
 QUICK = SamplerSettings(ensembles=2, walkers=64, draws=16, min_ess=300.0)
 TAU, KAPPA = 0.05, 0.1
 
@@ -370,11 +371,11 @@ def test_the_cylinder_in_wind_gives_a_hump(shared_data) -> None:
     campaign = load_campaign(shared_data("cylinder-in-wind"))
     card = load_card("default")
     tree = real_tree(campaign)
-    priors = {name: PRIOR[name] for name in (*PRIORS[2:], "speed_shift")}
-    priors |= {name: card.prior(name, campaign.section.motion) for name in PRIORS[:2]}
-    discrepancy = (Prior("tau", "lognormal", 0.09, 0.4), Prior("kappa", "lognormal", 0.2, 0.4))
-    one = sampling(3)
-    speeds = fit_speeds(tree, campaign, priors, discrepancy, one)
+    priors = {name: PRIOR[name] for name in (*SCALE_NAMES, "speed_shift")}
+    priors["discrepancy_amplitude"] = Prior("tau", "lognormal", 0.09, 0.4)
+    priors["discrepancy_relaxation"] = Prior("kappa", "lognormal", 0.2, 0.4)
+    one = Sampling(replace(card, sampler=QUICK, priors={**card.priors, **priors}), 3)
+    speeds = fit_speeds(tree, campaign, one)
     assert speeds is not None
     assert not one.flags
     assert {point.name for point in speeds.left_out} == {"g1 U 16.9", "e2 U 14", "e2 U 16.6"}

@@ -20,13 +20,8 @@ from scruton.stats.sampler import Samples
 if TYPE_CHECKING:
     import xarray as xr
 
-PRIORS = (
-    "stable_amplitude",
-    "relaxation_ratio",
-    "speed_scale_amplitude",
-    "speed_scale_relaxation",
-    "speed_length",
-)
+SCALES = ("speed_scale_amplitude", "speed_scale_relaxation", "speed_length")
+PRIORS = ("stable_amplitude", "relaxation_ratio", *SCALES, "speed_shift")
 NAME = "speeds"  # of the posterior
 HYPERPARAMETERS = (  # as a Speeds and the tree name them
     "scale_amplitude", "scale_relaxation", "length", "scale_shift", "discrepancy_amplitude", "discrepancy_relaxation",
@@ -88,16 +83,8 @@ class Speeds:
     effective: float
 
 
-def fit_speeds(
-    tree: "xr.DataTree",
-    campaign: Campaign,
-    priors: Mapping[str, Prior],
-    discrepancy: tuple[Prior, Prior],
-    sampling: Sampling,
-    *,
-    law_n: float | None = None,
-) -> Speeds | None:
-    """Fit the smooth model to every test and sweep of a campaign.
+def fit_speeds(tree: "xr.DataTree", campaign: Campaign, sampling: Sampling) -> Speeds | None:
+    """Fit the smooth model to every test and sweep of a campaign, under the reference law, or the median of a free one.
 
     Parameters
     ----------
@@ -106,27 +93,26 @@ def fit_speeds(
         taken from campaign_posterior where it is there.
     campaign : Campaign
         For its sweeps, and the rigs that they were made with.
-    priors : mapping
-        By the names in `PRIORS` and "speed_shift", for the campaign's motion.
-    discrepancy : (Prior, Prior)
-        Of tau and kappa, drawn from where the tree has no campaign_posterior.
     sampling : Sampling
-        Says which sampler's settings and seed; flags are appended to it.
-    law_n : float, optional
-        Exponent of the law; the reference law, or the median of a free one, if left out.
+        Says which card, with the priors by the names in `PRIORS` and of tau and kappa where the tree has no
+        campaign_posterior, sampler's settings and seed; flags are appended to it.
 
     Returns
     -------
     Speeds or None
         None where fewer than three distinct reduced velocities lie within lock-in.
     """
-    n = _law(tree) if law_n is None else float(law_n)
+    card, motion = sampling.card, campaign.section.motion
+    n = float(tree["constant_data"]["law_n"])
+    n = float(np.median(tree["posterior"]["law_exponent"])) if np.isnan(n) else n
     points = speed_points(tree, campaign, n)
     drawn, reference = _from_peaks(tree, n)
     if drawn is None:
         rng = np.random.default_rng(sampling.seed_of(f"{NAME}: discrepancy"))
-        first, second = (one.from_sampled(one.draw(rng, DRAWS)) for one in discrepancy)
+        own = (card.prior(one, motion) for one in ("discrepancy_amplitude", "discrepancy_relaxation"))
+        first, second = (one.from_sampled(one.draw(rng, DRAWS)) for one in own)
         drawn = first, second
+    priors = {name: card.prior(name, motion) for name in PRIORS}
     per_damping = float(np.exp(np.log(tree["posterior"]["mass_damping_factor"].to_numpy()).mean()))
     return fit_points(points, n, priors, drawn, sampling, mass_damping_factor=per_damping, reference=reference)
 
@@ -219,7 +205,7 @@ def fit_points(
         return None
     at = float(np.exp(np.mean([np.log(one.scruton_number) for one in used]))) if reference is None else reference
     relaxation = priors["relaxation_ratio"]
-    scales = tuple(priors[name] for name in PRIORS[2:])
+    scales = tuple(priors[name] for name in SCALES)
     means = (
         (priors["stable_amplitude"].location, priors["stable_amplitude"].scale),
         (relaxation.location + float(np.log(mass_damping_factor)), relaxation.scale),
@@ -331,12 +317,6 @@ def speeds_dataset(speeds: Speeds) -> "xr.Dataset":
         drawn_high=float(speeds.drawn[0, 1]),
         effective_draws=speeds.effective,
     )
-
-
-def _law(tree: "xr.DataTree") -> float:
-    """Exponent of the reference law; the median where it is free."""
-    n = float(tree["constant_data"]["law_n"])
-    return float(np.median(tree["posterior"]["law_exponent"])) if np.isnan(n) else n
 
 
 def _from_peaks(tree: "xr.DataTree", n: float) -> tuple[tuple[FloatArray, FloatArray] | None, float | None]:
