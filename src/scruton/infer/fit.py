@@ -29,7 +29,7 @@ from scruton.infer.peaks import fit_peaks, stack
 from scruton.infer.results import Fit, RigResult, Sampled, TestResult, TrialResult
 from scruton.infer.sampling import Sampling
 from scruton.infer.speeds import NAME as SPEEDS
-from scruton.infer.speeds import fit_speeds, speeds_dataset
+from scruton.infer.speeds import fit_speeds
 from scruton.infer.steady import SteadyVerdict, judge_steady, steady_posterior
 from scruton.infer.store import convergence_frame
 from scruton.infer.summary import provenance_of_fit, summarise
@@ -130,7 +130,7 @@ def assemble(
     if sampled.joint and thorough:
         speeds = fit_speeds(tree, campaign, sampling)
         if speeds is not None:
-            tree["speeds"] = xr.DataTree(speeds_dataset(speeds))
+            tree["speeds"] = xr.DataTree(speeds.group)
             samples[SPEEDS] = speeds.samples
     tree["convergence"] = xr.DataTree(convergence_group(samples))
     convergence = convergence_frame(tree)
