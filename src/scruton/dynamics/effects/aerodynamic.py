@@ -148,10 +148,6 @@ EFFECTS = (
     Effect(
         "aerodynamic_damping_nonlinearity",
         "Aerodynamic damping beyond the law",
-        "The self-excited force has a part of higher order in the motion, as in Ehsan and Scanlan's model or in "
-        "Larsen's: the aerodynamic damping ratio gains a part proportional to A, A^2 or A^4.",
-        "Ehsan and Scanlan (1990); Larsen (1995); Gao and Zhu (2015).",
-        "The curve of damping against amplitude bends in wind, alike at all Scruton numbers, and not in still air.",
         "amplitude",
         Belongs.WIND,
         (Term.AERO_LINEAR, Term.AERO_SQUARE, Term.AERO_FOURTH),
@@ -161,11 +157,6 @@ EFFECTS = (
     Effect(
         "spanwise_coherence_loss",
         "Spanwise coherence lost at small amplitude",
-        "Vortices are locked along the span by the motion. At small amplitude the force is not correlated over the "
-        "whole model and the part of it that drives is smaller: c (1 - exp(-A/A_c)).",
-        "Correlation lengths of 2 D at the onset of lock-in against 3.5 D and more at large amplitude (Ricciardelli "
-        "2010).",
-        "Growth from rest is slower than the law says, and only there; noisier, too.",
         "amplitude",
         Belongs.WIND,
         (Term.COHERENCE,),
@@ -175,10 +166,6 @@ EFFECTS = (
     Effect(
         "reduced_velocity_drift",
         "Aerodynamic parameters change with the reduced velocity",
-        "Y1 and epsilon are functions of the reduced frequency. Where the peaks of the rigs lie at different reduced "
-        "velocities, each test has parameters of its own.",
-        "Section 4.3 of the Griffin-plot paper; Table 5 there.",
-        "Tests differ by one factor in damping and drive alike, in order of U/(f0 D).",
         "amplitude",
         Belongs.WIND,
         (Term.AERO, Term.DRIVE),
@@ -188,11 +175,6 @@ EFFECTS = (
     Effect(
         "fluid_memory",
         "The wake lags",
-        "The wake needs some cycles to follow the amplitude. The force is that of the amplitude a time tau ago, a "
-        "first-order lag: the simplest of the wake oscillators.",
-        "Hartlen and Currie (1970); Facchinetti, de Langre and Biolley (2004).",
-        "Growth and decay through the same amplitude differ in damping, with opposite signs; the stable amplitude "
-        "is untouched.",
         "amplitude",
         Belongs.WIND,
         (Term.LAG, Term.LAG_KIND, Term.LAG_START),
@@ -202,11 +184,6 @@ EFFECTS = (
     Effect(
         "vortex_shedding_forcing",
         "Vortex-shedding force",
-        "Near the edge of lock-in the wake sheds at its own Strouhal frequency too. That force does not know the "
-        "motion and beats with the response at the difference of the two frequencies.",
-        "The term C sin(omega_vs t + psi) of Scanlan's model, Eq. (9) of the Griffin-plot paper with it.",
-        "A line in the spectrum beside the response; amplitude and phase are modulated at the difference, also at "
-        "lock-in.",
         "spectrum",
         Belongs.WIND,
         (Term.FORCE_COS, Term.FORCE_SIN, Term.FORCE_RATE),

@@ -256,8 +256,7 @@ class Effect:
     Attributes
     ----------
     name, title : str
-    physics, source, signature : str
-        What it is, where that is written, and what it does to the records.
+        `docs/effects.md` says under the name what it is, where that is written, and what it does to the records.
     channel : {"amplitude", "frequency", "signal", "spectrum"}
         What it is seen in above all.
     belongs : Belongs
@@ -271,9 +270,6 @@ class Effect:
 
     name: str
     title: str
-    physics: str
-    source: str
-    signature: str
     channel: str
     belongs: Belongs
     terms: tuple[Term, ...]
@@ -295,7 +291,7 @@ def sized(
     form: str, apply: Apply, scope: Scope, *names: str, weight: float | None = None, scale: float = 0.3,
     positive: bool = False,
 ) -> Variant:  # fmt: skip
-    """A variant whose parameters are sizes (see `size_prior`), named "size" or as told; by default weighed as its scope."""
+    """A variant whose parameters are sizes (see `size_prior`), "size" by default; weighed as its scope if not told."""
     priors = (size_prior(name, scope.members, scale=scale, positive=positive) for name in names or ("size",))
     return Variant(form, tuple(priors), apply, scope, scope.weight if weight is None else weight)
 

@@ -53,10 +53,6 @@ def _forms(layout: Layout) -> list[Variant]:
 EFFECT = Effect(
     "unknown",
     "Something that is not in the catalogue",
-    "A damping that varies with amplitude in any smooth way, by test or everywhere, a jump in time, or records whose "
-    "innovations are not white.",
-    "Discrepancy of Kennedy and O'Hagan (2001), put into the damping rather than onto the reading.",
-    "Whatever the catalogued effects leave.",
     "amplitude",
     Belongs.WIND,
     (Term.HAT, Term.JUMP, Term.JUMP_RATE, Term.JUMP_TIME, Term.STIFFNESS, Term.STIFFNESS_LINEAR),

@@ -147,10 +147,6 @@ EFFECTS = (
     Effect(
         "wind_speed_drift",
         "The wind changes during the record",
-        "The wind speed, or the temperature, drifts while a record runs: the aerodynamic damping goes with U and the "
-        "drive with U^2, so that the amplitude follows.",
-        "Any log of a wind tunnel that was started a minute ago.",
-        "Damping at the same amplitude changes with time; the end of the record is not steady. Frequency hardly moves.",
         "amplitude",
         Belongs.RUN,
         (Term.TREND, Term.TREND_SINE, Term.TREND_DRIVE, Term.AERO, Term.DRIVE),
@@ -160,10 +156,6 @@ EFFECTS = (
     Effect(
         "stiffness_nonlinearity",
         "Frequency varies with amplitude",
-        "Springs that stiffen or soften, slack, or a pendulum: the frequency changes as A^2 (cubic stiffness), less "
-        "often as A.",
-        "Nayfeh and Mook, Nonlinear Oscillations, section 2.3 (Duffing).",
-        "The local frequency follows the amplitude; damping is untouched.",
         "frequency",
         Belongs.RIG,
         (Term.STIFFNESS, Term.STIFFNESS_LINEAR),
@@ -173,11 +165,6 @@ EFFECTS = (
     Effect(
         "sensor_gain_error",
         "Gain of a channel wrong",
-        "One record or rig reads too large or too small by a factor: a wrong range, a target that moved, two springs' "
-        "sensors averaged where one had failed.",
-        "Static calibration, or a second sensor.",
-        "A stable amplitude that differs from the others by a factor while the relaxation rate agrees; a gain of all "
-        "channels alike cannot be seen.",
         "signal",
         Belongs.SENSOR,
         (Term.GAIN,),
@@ -187,10 +174,6 @@ EFFECTS = (
     Effect(
         "sensor_clipping",
         "The reading saturates",
-        "Above some level the sensor, its amplifier or its target range flattens the reading.",
-        "Describing function of a saturation; any text on control.",
-        "The largest cycles have flat tops: a third harmonic in phase, of minus some per cent, and an amplitude too "
-        "small.",
         "signal",
         Belongs.SENSOR,
         (Term.CLIP, Term.CLIP_SOFT),

@@ -84,12 +84,6 @@ EFFECTS = (
     Effect(
         "coulomb_friction",
         "Dry friction",
-        "A force of constant size against the motion. Averaged over a cycle it takes 2F/(pi omega) from the amplitude "
-        "in unit time whatever the amplitude, so that the damping grows as 1/A and a free decay ends in a straight "
-        "line.",
-        "Den Hartog, Mechanical Vibrations; Dowell and Schwartz (1983) for the average.",
-        "In wind it has the form of a smaller epsilon: only still-air records, or rigs with different friction, tell "
-        "it.",
         "amplitude",
         Belongs.RIG,
         (Term.FRICTION, Term.FRICTION_WIDTH),
@@ -99,10 +93,6 @@ EFFECTS = (
     Effect(
         "structural_damping_nonlinearity",
         "Structural damping that varies with amplitude",
-        "Springs, clamps and air drag of the arms dissipate more (or less) at large amplitude: a damping ratio that "
-        "has a part proportional to A (quadratic drag) or to A^2.",
-        "Nayfeh and Mook, Nonlinear Oscillations, section 3.3 (averaged quadratic and cubic damping).",
-        "The same curve of damping against amplitude in still air and in wind, in growth and in decay.",
         "amplitude",
         Belongs.RIG,
         (Term.STRUCTURAL_LINEAR, Term.STRUCTURAL_SQUARE),
@@ -112,11 +102,6 @@ EFFECTS = (
     Effect(
         "structural_damping_error",
         "Stated structural damping wrong",
-        "The damping ratio that the laboratory states for a rig is off by a constant: taken at another amplitude, on "
-        "another day, or before a clamp was tightened.",
-        "Any free-decay test repeated.",
-        "One rig relaxes faster or slower than its statement says, at every amplitude alike; its still-air decays show "
-        "it.",
         "amplitude",
         Belongs.RIG,
         (Term.STRUCTURAL,),
