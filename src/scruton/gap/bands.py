@@ -7,9 +7,9 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE
 from scruton.dynamics.effects.terms import Term
-from scruton.dynamics.limit_cycle import limit_cycle_amplitude, transferred
+from scruton.dynamics.limit_cycle import transferred
 from scruton.errors import InputError
-from scruton.gap.diagnosis import NONE, UNSEEN, Diagnosis
+from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis
 from scruton.gap.hypothesis import FittedHypothesis
 
 if TYPE_CHECKING:
@@ -60,17 +60,12 @@ def discrepancy_of_the_unknown(diagnosis: Diagnosis) -> float:
     The stable amplitudes with the generic term differ from those of the bare model by as much; the root mean square
     over the tests.
     """
-    best = diagnosis.singles[UNSEEN].best
-    if best is None or diagnosis.data.middle < 0:
+    best = diagnosis.singles[UNKNOWN].best
+    if best is None:
         return 0.0
     differences = []
-    layout = diagnosis.data.layout
-    for test in np.unique(layout.test[layout.wind]):
-        r = int(np.flatnonzero(layout.test == test)[0])
-        before, after = (
-            limit_cycle_amplitude(table[r][None], diagnosis.data.channels.knots, layout.reference_amplitude)[0]
-            for table in (diagnosis.null.table, best.table)
-        )
+    for r in diagnosis.data.first_in_wind.values():
+        before, after = (fit.hypothesis.stable_amplitude(fit.mode[None], r)[0] for fit in (diagnosis.null, best))
         if before > 0.0 and after > 0.0 and np.isfinite(before * after):
             differences.append(np.log(after / before))
     return float(np.sqrt(np.mean(np.square(differences)))) if differences else 0.0
@@ -97,7 +92,7 @@ def attach(tree: "xr.DataTree", diagnosis: Diagnosis, effect: str, seed: int) ->
         "largest": float(layout.largest.max()), "discrepancy_sd": 0.0,
         "mass_damping_factor": float(layout.scruton_number[middle] / diagnosis.data.nominal_damping[middle]),
     }  # fmt: skip
-    if name == UNSEEN:
+    if name == UNKNOWN:
         fit = diagnosis.null
         attributes["discrepancy_sd"] = discrepancy_of_the_unknown(diagnosis)
     rows = transferred(fit.hypothesis.table(posterior_draws(fit, rng, size))[:, middle])

@@ -19,6 +19,7 @@ from scruton.infer.cards import ModelCard, load_card
 from scruton.infer.fit import envelope
 from scruton.stats.priors import Prior
 
+_TYPICAL = 0.005  # damping ratio where none is stated
 _DIRECTION = {Kind.GROWTH: 1, Kind.DECAY: -1, Kind.STEADY: 0, Kind.FREE_DECAY: 0}
 FLOOR = 2e-4  # of the amplitude: what a demodulated amplitude may be off by, beside its noise
 
@@ -68,6 +69,12 @@ class GapData:
     cycles: Mapping[str, Cycles]
     priors: Mapping[str, Prior]
 
+    @property
+    def first_in_wind(self) -> dict[int, int]:
+        """First record of every test that has records here, by the numbers of both."""
+        test = self.layout.test
+        return {int(j): int(np.flatnonzero(test == j)[0]) for j in np.unique(test[test >= 0])}
+
     def referred_to(self, amplitude: float, rate: float) -> "GapData":
         """The same data with other reference amplitude and rate."""
         return replace(self, layout=replace(self.layout, reference_amplitude=amplitude, reference_rate=rate))
@@ -92,7 +99,7 @@ def load_gap(campaign: Campaign, card: ModelCard | None = None) -> GapData:
     tests = tuple(test.name for test in campaign.tests)
     winds = {r.name: envelope(r, campaign.rig(t.rig).frequency.mean) for t in campaign.tests for r in t.records}
     stable = {
-        test.name: float(np.median([_tail(winds[record.name]) for record in test.records]))
+        test.name: float(np.median([settled_end(winds[record.name]) for record in test.records]))
         for test in campaign.tests
         if test.records
     }
@@ -115,7 +122,7 @@ def load_gap(campaign: Campaign, card: ModelCard | None = None) -> GapData:
     settings = [_setting(campaign, j, cycles) if j >= 0 else None for j in of_test]
     stated = [rig.damping_ratio for rig in campaign.rigs]
     damping = np.array([ratio.mean if ratio else np.nan for ratio in stated])
-    sc = np.array([float(s.mass_damping_factor * _known(s.damping_ratio)) if s else np.nan for s in settings])
+    sc = np.array([float(s.scruton_number) if s else np.nan for s in settings])
     speed = np.array([float(s.reduced_velocity) if s else np.nan for s in settings])
     middle = _middle(sc, of_test)
     aero = np.array(
@@ -123,7 +130,7 @@ def load_gap(campaign: Campaign, card: ModelCard | None = None) -> GapData:
     )
     drive = np.array([a / float(s.K) if s else 0.0 for a, s in zip(aero, settings, strict=True)])
     largest = np.array([float(np.max(cycles[r.name].amplitude)) for r, _, _ in entries])
-    reference = float(stable[tests[of_test[middle]]]) if middle >= 0 else float(np.exp(np.mean(np.log(largest)))) * 0.5
+    reference = float(stable[tests[of_test[middle]]]) if middle >= 0 else typical_amplitude(largest)
     rate = omega[middle] * 0.01 if middle >= 0 else omega[0] * 0.005
     smallest = min(_smallest(cycles[r.name]) for r, _, _ in entries)
     knots = np.linspace(np.log(max(smallest, largest.max() / 100.0)), np.log(largest.max()), HATS)
@@ -183,18 +190,19 @@ def _nominal(campaign: Campaign, stated: FloatArray, cycles: Mapping[str, Cycles
     return found
 
 
-def _tail(cycles: Cycles) -> float:
+def typical_amplitude(largest: FloatArray) -> float:
+    """What sizes are referred to in still air, from the largest amplitude of every record."""
+    return float(np.exp(np.mean(np.log(largest)))) * 0.5
+
+
+def settled_end(cycles: Cycles) -> float:
+    """Mean amplitude of the last fifth of a record."""
     return float(np.mean(cycles.amplitude[-max(5, cycles.amplitude.size // 5) :]))
 
 
 def _smallest(cycles: Cycles) -> float:
     clear = cycles.amplitude[cycles.amplitude > 5.0 * cycles.standard_error]
     return float(clear.min()) if clear.size else float(np.max(cycles.amplitude))
-
-
-def _known(value: object) -> float:
-    number = float(np.asarray(value))
-    return number if np.isfinite(number) else 0.005
 
 
 def _middle(sc: FloatArray, test: np.ndarray) -> int:
@@ -219,7 +227,7 @@ def _setting(campaign: Campaign, j: int, cycles: Mapping[str, Cycles]) -> Settin
         wind_speed=test.wind_speed.mean,
         frequency=rig.frequency.mean,
         wind_frequency=float(np.median([cycles[r.name].reference_frequency for r in test.records])),
-        damping_ratio=rig.damping_ratio.mean if rig.damping_ratio else np.nan,
+        damping_ratio=rig.damping_ratio.mean if rig.damping_ratio else _TYPICAL,
     )
 
 

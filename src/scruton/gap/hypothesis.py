@@ -15,7 +15,10 @@ from scipy.special import log_ndtr
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import Parameter, Variant
+from scruton.dynamics.effects.terms import Term
 from scruton.dynamics.extended import channel_innovations
+from scruton.dynamics.limit_cycle import limit_cycle_amplitude, transferred
+from scruton.dynamics.reading import readings
 from scruton.gap.data import GapData
 from scruton.gap.null_model import NullModel
 from scruton.stats.fisher_scoring import climb
@@ -236,19 +239,26 @@ class Hypothesis:
             found.append((np.concatenate([cycles, cycles + size, cycles + 2 * size]), rows, where))
         return tuple(found)
 
-    def scores(self, u: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """Log posterior, gradient (d,) and Fisher information with the prior's precision (d, d)."""
+    def add_scores(self, u: FloatArray, gradient: FloatArray, fisher: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Add what the records tell to a gradient (d,) and an information (d, d).
+
+        Returns innovations and log variances at the point, (3 N,) each.
+        """
         v, log_s, jv, js = self.derivatives(u)
-        location, scale = self.prior
         weight = np.exp(-log_s)
-        gradient = -(u - location) / scale**2
-        fisher = np.diag(1.0 / scale**2)
         pull, spread = v * weight, 1.0 - v * v * weight
         for cycles, rows, where in self.blocks:
             a, b = jv[np.ix_(rows, cycles)], js[np.ix_(rows, cycles)]
             gradient[where] -= a @ pull[cycles] + 0.5 * b @ spread[cycles]
             fisher[np.ix_(where, where)] += (a * weight[cycles]) @ a.T + 0.5 * b @ b.T
-        value = -0.5 * float(np.sum(v * pull + log_s + _LOG_2PI)) + float(self.log_prior(u[None])[0])
+        return v, log_s
+
+    def scores(self, u: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+        """Log posterior, gradient (d,) and Fisher information with the prior's precision (d, d)."""
+        location, scale = self.prior
+        gradient, fisher = -(u - location) / scale**2, np.diag(1.0 / scale**2)
+        v, log_s = self.add_scores(u, gradient, fisher)
+        value = -0.5 * float(np.sum(v * (v * np.exp(-log_s)) + log_s + _LOG_2PI)) + float(self.log_prior(u[None])[0])
         return value, gradient, fisher
 
     def fit(self, start: FloatArray | None = None, *, iterations: int = 40) -> FittedHypothesis:
@@ -294,4 +304,46 @@ class Hypothesis:
         last = len(self.variants) - 1
         for name, values in start.items():
             found[self.slices[last, name]] = values
+        return found
+
+    def stable_amplitude(
+        self,
+        u: FloatArray,
+        record: int,
+        *,
+        scruton_number: float | None = None,
+        bridge: bool = False,
+        reading: bool = False,
+    ) -> FloatArray:
+        """Stable amplitude of a test of the campaign.
+
+        Parameters
+        ----------
+        u : (W, d) array
+            Coordinates, one row a draw.
+        record : int
+            A record in wind of that test, by its number in the layout.
+        scruton_number : float, optional
+            At this Scruton number, by other structural damping in the same rig and wind, in place of the rig's own.
+            Another rig's damping is given so, too; an error of the rig's own stated damping goes with that damping.
+        bridge : bool
+            Without friction, gain and all else that does not go to a bridge: see `dynamics.limit_cycle.transferred`.
+        reading : bool
+            As the sensor reads it, gain and saturation included.
+
+        Returns
+        -------
+        (W,) array
+            A/D or rad; 0 where the motion dies out, inf where it grows without end.
+        """
+        data, layout = self.data, self.data.layout
+        table = self.table(u)[:, record]
+        if scruton_number is not None:
+            damping = float(scruton_number * data.nominal_damping[record] / layout.scruton_number[record])
+            table[:, Term.STRUCTURAL] = layout.omega[record] * damping
+        if bridge:
+            table = transferred(table)
+        found = limit_cycle_amplitude(table, data.channels.knots, layout.reference_amplitude)
+        if reading:
+            found = np.where(np.isfinite(found) & (found > 0.0), readings(table, found), found)
         return found

@@ -6,7 +6,7 @@ from scipy.stats import norm
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import Extent, Parameter, Scope, Values, Variant, add, size_prior
 from scruton.dynamics.effects.terms import Layout, Term
-from scruton.gap.finding import Finding, amplitudes_of, interval, names_of, of_record
+from scruton.gap.finding import Finding, amplitudes_of, place
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.thresholds import CONTRAST_FALSE
 
@@ -27,14 +27,10 @@ def still_air_findings(null: FittedHypothesis) -> list[Finding]:
             continue
         error, error_sd = m / share, float(np.sqrt(s**2 / share + prior**2))
         if _beyond(error / error_sd, value.size):
-            excess = float(stated * error)
-            found.append(
-                Finding(
-                    "damping", data.rigs[i], None, None, amplitudes_of(data, still), None, excess,
-                    interval(excess, float(stated * error_sd)), abs(error) / error_sd,
-                    "damping ratio, over the stated one",
-                )
-            )  # fmt: skip
+            whole = {"record": None, "amplitude": amplitudes_of(data, still), "time": None}
+            detail, r = "damping ratio, over the stated one", int(np.flatnonzero(still)[0])
+            fields = {"significance": abs(error) / error_sd, **whole}
+            found.append(place(data, r, "damping", float(stated * error), float(stated * error_sd), detail, **fields))
     return found
 
 
@@ -48,8 +44,8 @@ def drift_findings(null: FittedHypothesis) -> list[Finding]:
     # the slope of the damping at the stable amplitude, in the relative change of the wind
     slope = -(table[:, Term.AERO] + 2.0 * table[:, Term.STRUCTURAL]) / layout.omega
     return [
-        of_record(data, int(r), "damping", slope[r] * value[j], abs(slope[r]) * sd[j],
-                  f"damping ratio, end of the record over its start: wind {value[j]:+.1%}", kind="drift")
+        place(data, int(r), "damping", slope[r] * value[j], abs(slope[r]) * sd[j],
+              f"damping ratio, end of the record over its start: wind {value[j]:+.1%}", kind="drift")
         for j, r in enumerate(np.flatnonzero(layout.wind))
         if _beyond(value[j] / sd[j], value.size)
     ]  # fmt: skip
@@ -68,7 +64,7 @@ def gain_findings(null: FittedHypothesis) -> list[Finding]:
     sd = np.sqrt(np.diag(contrast @ fit.covariance[where, where] @ contrast.T))
     value = fit.mode[where] - np.median(fit.mode[where])
     return [
-        of_record(data, int(r), "signal", value[j], sd[j], "gain over that of its fellows, minus 1", kind="gain")
+        place(data, int(r), "signal", value[j], sd[j], "gain over that of its fellows, minus 1", kind="gain")
         for j, r in enumerate(records)
         if _beyond(value[j] / sd[j], value.size)
     ]
@@ -78,8 +74,7 @@ def between_tests(null: FittedHypothesis) -> list[Finding]:
     """Tests whose aerodynamic damping or drive is not that of the shared (Y1, epsilon)."""
     data = null.hypothesis.data
     layout = data.layout
-    numbers = np.unique(layout.test[layout.wind])
-    if numbers.size < 2:
+    if len(data.first_in_wind) < 2:
         return []
     scope = Scope(Extent.EACH_TEST, layout.by_test())
 
@@ -92,33 +87,23 @@ def between_tests(null: FittedHypothesis) -> list[Finding]:
     fit = null.with_variants(Variant("tests", parameters, apply, scope))
     shared = null.table
     found = []
-    for number in numbers:
-        mine = layout.test == number
-        r = int(np.flatnonzero(mine)[0])
-        rig, test, _ = names_of(data, r)
+    for number, r in data.first_in_wind.items():
+        whole = {"record": None, "amplitude": amplitudes_of(data, layout.test == number), "time": None}
         level = shared[r, Term.DRIVE] / (shared[r, Term.AERO] + shared[r, Term.STRUCTURAL])
 
-        def relaxation(table: FloatArray, r: int = r) -> FloatArray:
-            return np.asarray(table[:, r, Term.AERO] + table[:, r, Term.STRUCTURAL])
+        def parts(table: FloatArray, r: int = r, level: float = level) -> FloatArray:
+            relaxation = table[:, r, Term.AERO] + table[:, r, Term.STRUCTURAL]
+            return np.stack([relaxation, -table[:, r, Term.DRIVE] / level], axis=-1)
 
-        def drive(table: FloatArray, r: int = r, level: float = level) -> FloatArray:
-            return np.asarray(-table[:, r, Term.DRIVE] / level)
-
-        best: Finding | None = None
-        for what, damping in (
-            ("relaxation (Y1, structural damping)", relaxation),
-            ("drive over the stable amplitude (epsilon)", drive),
-        ):
-            own, slope = fit.slopes(damping, 1e-3)
-            value = float(own - damping(shared[None])[0]) / layout.omega[r]
+        own, slopes = fit.slopes(parts, 1e-3)
+        values = (own - parts(shared[None])[0]) / layout.omega[r]
+        looks = []
+        words = ("relaxation (Y1, structural damping)", "drive over the stable amplitude (epsilon)")
+        for what, value, slope in zip(words, values, np.ascontiguousarray(slopes.T), strict=True):
             sd = float(np.sqrt(slope @ fit.covariance @ slope)) / layout.omega[r]
-            z = abs(value) / sd
-            if _beyond(z, 2 * numbers.size) and (best is None or z > best.significance):
-                best = Finding(
-                    "test", rig, test, None, amplitudes_of(data, mine), None, value, interval(value, sd), z,
-                    f"damping ratio of the test's own {what}",
-                )  # fmt: skip
-        found += [best] if best else []
+            if _beyond(value / sd, 2 * len(data.first_in_wind)):
+                looks.append(place(data, r, "test", value, sd, f"damping ratio of the test's own {what}", **whole))
+        found += sorted(looks, key=lambda look: -look.significance)[:1]
     return found
 
 

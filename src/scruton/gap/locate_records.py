@@ -1,8 +1,8 @@
 """Places in single records: scatter that is no white noise, lines and beats in the spectrum, bent waves."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import f as f_distribution
@@ -11,7 +11,7 @@ from scipy.stats import norm
 from scruton.arrays import FloatArray
 from scruton.gap.check import SecondLine
 from scruton.gap.data import GapData
-from scruton.gap.finding import Finding, of_record, time_of
+from scruton.gap.finding import Finding, place, time_of
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.thresholds import FEWEST_CYCLES_OF_SCATTER, HIGH_AMPLITUDE, KURTOSIS_SHARE, LINE_NATS, SCATTER_FALSE
 from scruton.stats.whiteness import autocorrelation
@@ -20,12 +20,8 @@ _QUARTERS = 4
 _TAKEN = 2
 
 
-@dataclass(frozen=True)
-class Mark:
-    """What one look at the innovations of a record gives: a size, its error, and how significant it is.
-
-    `cycles` are those in which it was seen; all of them where None.
-    """
+class Mark(NamedTuple):
+    """What one look at the innovations of a record gives; `cycles` are those in which it was seen, by default all."""
 
     kind: str
     value: float
@@ -38,10 +34,7 @@ class Mark:
 def scatter_findings(fit: FittedHypothesis) -> list[Finding]:
     """Innovations that are coloured, come in bursts, are modulated or have heavy tails, by record in wind.
 
-    Parameters
-    ----------
-    fit : FittedHypothesis
-        With excess curves of damping: what a curve explains is no scatter.
+    The fit is that with excess curves of damping: what a curve explains is no scatter.
     """
     data = fit.hypothesis.data
     channels = data.channels
@@ -59,13 +52,11 @@ def scatter_findings(fit: FittedHypothesis) -> list[Finding]:
         time = data.cycles[name].time[1:]
         for mark in (_colour(x), _bursts(x), _tails(x), _modulation(x, level, float(channels.period[cycles[0]]))):
             if mark.significance > critical:
-                inside = time if mark.cycles is None else time[mark.cycles]
-                span = time_of(data, r) if mark.cycles is None else (float(inside[0]), float(inside[-1]))
+                fields = {"kind": mark.kind, "significance": mark.significance}
+                if mark.cycles is not None:
+                    fields["time"] = tuple(time[mark.cycles][[0, -1]].tolist())
                 quantity = "spectrum" if mark.kind == "beating" else "scatter"
-                found.append(
-                    of_record(data, r, quantity, mark.value, mark.sd, mark.detail, kind=mark.kind, time=span,
-                              significance=mark.significance)
-                )  # fmt: skip
+                found.append(place(data, r, quantity, mark.value, mark.sd, mark.detail, **fields))
     return found
 
 
@@ -119,8 +110,8 @@ def _modulation(x: FloatArray, level: float, period: float) -> Mark:
 def line_findings(lines: Sequence[SecondLine], data: GapData) -> list[Finding]:
     """Lines beside the response."""
     return [
-        of_record(data, data.layout.records.index(line.record), "spectrum", line.amplitude,
-                  line.amplitude / np.sqrt(2.0 * line.ratio), f"a second line at {line.frequency:.4g} Hz", kind="line")
+        place(data, data.layout.records.index(line.record), "spectrum", line.amplitude,
+              line.amplitude / np.sqrt(2.0 * line.ratio), f"a second line at {line.frequency:.4g} Hz", kind="line")
         for line in lines
         if line.ratio >= LINE_NATS
     ]  # fmt: skip
@@ -144,9 +135,7 @@ def wave_findings(data: GapData) -> list[Finding]:
         if abs(value) / sd < critical:
             continue
         span = (float(a[high].min()), float(a.max()))
-        what = "flat tops" if value < 0.0 else "peaked tops"
-        found.append(
-            of_record(data, r, "signal", value, sd, f"{what}: third harmonic in phase, over the amplitude",
-                      kind="wave", amplitude=span, time=time_of(data, r, span))
-        )  # fmt: skip
+        what = f"{'flat' if value < 0.0 else 'peaked'} tops: third harmonic in phase, over the amplitude"
+        fields = {"kind": "wave", "amplitude": span, "time": time_of(data, r, span)}
+        found.append(place(data, r, "signal", value, sd, what, **fields))
     return found

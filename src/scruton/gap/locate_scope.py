@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.stats import norm
@@ -14,7 +15,7 @@ from scruton.dynamics.limit_cycle import amplitude_rates
 from scruton.dynamics.reading import readings
 from scruton.gap.data import GapData
 from scruton.gap.diagnosis import Diagnosis
-from scruton.gap.finding import Finding, amplitudes_of, interval, names_of, time_of
+from scruton.gap.finding import Finding, amplitudes_of, place
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.thresholds import MOST_RECORDS_OF_AN_EFFECT, NEGLIGIBLE_PLACE
 
@@ -51,14 +52,7 @@ class _Placed:
 def scope_findings(diagnosis: Diagnosis) -> list[Finding]:
     """One finding for every rig or test that an effect of the verdict acts in.
 
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-
-    Returns
-    -------
-    list of Finding
-        Effects in the order of the verdict, the most significant place of each first.
+    Effects stand in the order of the verdict, the most significant place of each first.
     """
     fit = diagnosis.final
     found = []
@@ -153,16 +147,17 @@ def _finding(placed: _Placed, mine: np.ndarray) -> Finding | None:
         return None  # without an answer to its parameters: a rig that never reaches the level of clipping, say
     raw, raw_sd = placed.value()
     member = int(placed.size.members[record])
-    significance = abs(value) / sd if placed.size.log else abs(raw[member]) / raw_sd[member]
-    rig, test, name = names_of(data, record)
-    several, rigwide = np.count_nonzero(mine) > 1, bool(np.any(mine & ~layout.wind))
+    fields: dict[str, Any] = {"effect": effect.name, "amplitude": span}
+    if not placed.size.log:
+        fields["significance"] = float(abs(raw[member]) / raw_sd[member])
     if effect.size.span is not None:
-        span = effect.size.span(placed.fit.table[record], span)
-    return Finding(
-        effect.size.quantity, rig, None if rigwide else test, None if several else name, span,
-        None if several else time_of(data, record), value, interval(value, sd), float(significance),
-        f"{effect.title.lower()}: {effect.size.unit.format(at=at)}", effect.name,
-    )  # fmt: skip
+        fields["amplitude"] = effect.size.span(placed.fit.table[record], span)
+    if np.any(mine & ~layout.wind):
+        fields["test"] = None
+    if np.count_nonzero(mine) > 1:
+        fields |= {"record": None, "time": None}
+    detail = f"{effect.title.lower()}: {effect.size.unit.format(at=at)}"
+    return place(data, record, effect.size.quantity, value, sd, detail, **fields)
 
 
 def _size(placed: _Placed, record: int, at: float, span: Span) -> tuple[float, float]:

@@ -8,12 +8,13 @@ from scipy.special import ndtr, ndtri
 
 from scruton.campaign import Campaign, load_campaign
 from scruton.dynamics.effects import Parameter
-from scruton.gap.advise import advise, confusions
+from scruton.gap.advise import advise, confusions, invisible
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import NONE, Diagnosis, diagnose_data
+from scruton.gap.finding import Finding
 from scruton.gap.hypothesis import FittedHypothesis
-from scruton.gap.invisible import invisible
-from scruton.gap.locate import Curves, Finding, excess_curves, locate
+from scruton.gap.locate import locate
+from scruton.gap.locate_curves import Curves, excess_curves
 from scruton.gap.null_model import reference
 from scruton.gap.results import FORMAT
 from scruton.gap.shrink import shrink
@@ -79,7 +80,6 @@ def examine(
     gap = diagnosis.verdict != NONE
     curves = excess_curves(diagnosis.null) if gap else None
     findings = locate(diagnosis, curves) if gap else ()
-    shrunk = shrink(diagnosis, workers=workers) if gap else None
     content = {
         "format": FORMAT,
         "verdict": diagnosis.verdict,
@@ -87,7 +87,7 @@ def examine(
         "probability": {name: round(p, 6) for name, p in diagnosis.probability.items()},
         "indistinguishable": [list(group) for group in confusions(diagnosis)],
         "where": [finding.to_json() for finding in findings],
-        "shrink": shrunk.to_json() if shrunk else {},
+        "shrink": shrink(diagnosis, workers=workers) if gap else {},
         "effects": {name: {"parameters": found_parameters(diagnosis, name)} for name in diagnosis.found},
         "advice": advise(diagnosis),
         "invisible": invisible(diagnosis),
