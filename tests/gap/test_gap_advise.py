@@ -86,17 +86,16 @@ def test_a_record_in_wind_tells_less_than_one_in_still_air(alone: Diagnosis) -> 
     rival = alone.rivals["aerodynamic_damping_nonlinearity"].best
     assert rival is not None
     truth = alone.final.hypothesis, alone.final.mode
-    other = rival.hypothesis, rival.mode, rival.covariance
     extras = list(_records(alone))
-    still = [separation(truth, other, one) for one in extras if one.still]
-    wind = [separation(truth, other, one) for one in extras if not one.still and one.damping == 1.0]
+    still = [separation(truth, rival, one) for one in extras if one.still]
+    wind = [separation(truth, rival, one) for one in extras if not one.still and one.damping == 1.0]
     assert min(still) > WANTED > max(wind)
 
 
 def test_a_hypothesis_is_not_told_from_itself(full: Diagnosis) -> None:
     final = full.final
     for extra in list(_records(full))[:6]:
-        same = separation((final.hypothesis, final.mode), (final.hypothesis, final.mode, final.covariance), extra)
+        same = separation((final.hypothesis, final.mode), final, extra)
         assert same == pytest.approx(0.0, abs=1e-9)
 
 

@@ -1,6 +1,7 @@
 """What these data cannot tell, the cheapest record that would, and what no record in wind can show."""
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -105,11 +106,9 @@ def _signature(base: FittedHypothesis, tangent: _Tangent, variant: Variant) -> F
 
 def _usual(variant: Variant) -> dict[str, FloatArray]:
     """Values at which a variant's size is 20 per cent; of shapes, where their search begins."""
-    found = {}
-    for i, p in enumerate(variant.parameters):
-        value = thresholds.USUAL_SIZE if i == 0 and not p.log else p.starts[len(p.starts) // 2]
-        found[p.name] = np.full(p.size, value)
-    return found
+    values = [p.starts[len(p.starts) // 2] for p in variant.parameters]
+    values[0] = values[0] if variant.parameters[0].log else thresholds.USUAL_SIZE
+    return {p.name: np.full(p.size, value) for p, value in zip(variant.parameters, values, strict=True)}
 
 
 def _typical(diagnosis: Diagnosis) -> dict[str, Variant]:
@@ -159,15 +158,11 @@ def advise(diagnosis: Diagnosis) -> list[str]:
 
 def _near(diagnosis: Diagnosis) -> list[tuple[str, FittedHypothesis]]:
     """Rivals that were fitted, the nearest first."""
-    found = []
-    for name, gain in sorted(diagnosis.log_weights.items(), key=lambda pair: -pair[1]):
-        if name in diagnosis.found or not np.isfinite(gain):
-            continue
-        best = diagnosis.rivals[name].best if name in diagnosis.rivals else None
-        if name == NONE and len(diagnosis.found) == 1:
-            best = diagnosis.null
-        if best is not None:
-            found.append((name, best))
+    best = {name: one.best for name, one in diagnosis.rivals.items() if name not in diagnosis.found}
+    if len(diagnosis.found) == 1:
+        best[NONE] = diagnosis.null
+    ranked = sorted(diagnosis.log_weights.items(), key=lambda pair: -pair[1])
+    found = [(name, fit) for name, gain in ranked if np.isfinite(gain) and (fit := best.get(name)) is not None]
     return found[: thresholds.MOST_RIVALS]
 
 
@@ -182,17 +177,14 @@ def _line(
     """The advice against one rival; empty where no record can be imagined."""
     options = []
     for record in records:
-        try:
-            more = separation(truth, (other.hypothesis, other.mode, other.covariance), record)
-        except (LookupError, np.linalg.LinAlgError):
-            continue
-        if np.isfinite(more):
-            options.append((float(np.hypot(now, more)), record.cost, record.text))
-    shown = []
-    for hypothesis, u in (truth, (other.hypothesis, other.mode)):
-        largest = hypothesis.data.layout.largest
-        shown.append(readings(hypothesis.table(u[None])[0], largest) / largest)
-    more = float(np.max(np.abs(shown[0] - shown[1])) / thresholds.CALIBRATION_ERROR)
+        with suppress(LookupError, np.linalg.LinAlgError):
+            more = separation(truth, other, record)
+            if np.isfinite(more):
+                options.append((float(np.hypot(now, more)), record.cost, record.text))
+    largest = other.hypothesis.data.layout.largest
+    tables = (one.table(u[None])[0] for one, u in (truth, (other.hypothesis, other.mode)))
+    one, two = (readings(table, largest) / largest for table in tables)
+    more = float(np.max(np.abs(one - two)) / thresholds.CALIBRATION_ERROR)
     if more > BLIND:
         options.append((float(np.hypot(now, more)), COSTS["calibration"], "a static calibration of every channel"))
     if not options:

@@ -27,20 +27,11 @@ _ABOUT = (-2.0, -1.2, -0.5, 0.0, 0.5, 1.2)  # standard deviations of a prior
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """One effect, weighed.
-
-    Attributes
-    ----------
-    name : str
-    log_evidence : float
-        Averaged over its variants by their prior weights; -inf where none can act.
-    best : FittedHypothesis or None
-        Of the variant with the highest evidence.
-    """
+    """One effect, weighed."""
 
     name: str
-    log_evidence: float
-    best: FittedHypothesis | None
+    log_evidence: float  # averaged over its variants by their prior weights; -inf where none can act
+    best: FittedHypothesis | None  # of the variant with the highest evidence
 
     @property
     def variant(self) -> Variant | None:
@@ -99,16 +90,13 @@ class Screen:
 
     def tests(self, effect: Effect) -> list[ScoreTest]:
         """Screen every variant of an effect."""
-        found = []
-        for variant in effect.variants(self.data.layout):
-            first = variant.parameters[0]
-            if variant.scan:
-                found.append(self.scan(variant))
-            elif len(variant.parameters) == 1 and first.log:
-                found.append(self.direct(variant, first))
-            else:
-                found.append(self.linear(variant))
-        return found
+        return [self._test(variant) for variant in effect.variants(self.data.layout)]
+
+    def _test(self, variant: Variant) -> ScoreTest:
+        if variant.scan:
+            return self.scan(variant)
+        alone = len(variant.parameters) == 1 and variant.parameters[0].log
+        return self.direct(variant, variant.parameters[0]) if alone else self.linear(variant)
 
     def _innovations(
         self, variant: Variant, points: Sequence[Mapping[str, FloatArray]]
@@ -132,11 +120,8 @@ class Screen:
         dv, ds = (v - self.v) / _NUDGE, (np.log(s) - self.log_s) / _NUDGE
         scales = np.concatenate([np.broadcast_to(p.scale, p.size) for p in tested])
         first = np.cumsum([0, *(p.size for p in tested)])
-        score, own, mixed = (
-            np.zeros(scales.size),
-            np.diag(1.0 / scales**2),
-            np.zeros((scales.size, self.base.mode.size)),
-        )
+        score, own = np.zeros(scales.size), np.diag(1.0 / scales**2)
+        mixed = np.zeros((scales.size, self.base.mode.size))
         for r, (cycles, rows, where) in enumerate(self.hypothesis.blocks):
             active = [i for i, p in enumerate(tested) if p.members[r] >= 0]
             if not active:
@@ -182,9 +167,7 @@ class Screen:
             total += float(summed.max()) - np.log(len(grid))
         start = first_starts(variant) | {scanned.name: grid[best]}
         if "phase" in named:
-            chosen = np.where(
-                scanned.members[:, None] >= 0, slopes[best[scanned.members], np.arange(gain.shape[1])], 0.0
-            )
+            chosen = slopes[best[scanned.members], np.arange(gain.shape[1])]
             for name, each in (("size", np.hypot(*chosen.T)), ("phase", np.arctan2(chosen[:, 1], chosen[:, 0]))):
                 start[name] = np.array([each[named[name].members == g].mean() for g in range(named[name].size)])
         return ScoreTest(variant, total, start)

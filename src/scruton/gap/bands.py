@@ -41,16 +41,12 @@ def chosen(diagnosis: Diagnosis, effect: str) -> tuple[str, FittedHypothesis | N
 
 def posterior_draws(fit: FittedHypothesis, rng: np.random.Generator, size: int) -> FloatArray:
     """Draws of the Laplace approximation, (size, d), those outside of a prior's cut drawn again."""
-    root = np.linalg.cholesky(fit.covariance)
-    kept: list[FloatArray] = []
-    count = 0
+    root, kept = np.linalg.cholesky(fit.covariance), np.empty((0, fit.mode.size))
     for _ in range(1000):
         u = fit.mode + rng.standard_normal((size, fit.mode.size)) @ root.T
-        good = (u[:, fit.hypothesis.positive] >= 0.0).all(axis=1)
-        kept.append(u[good])
-        count += int(np.count_nonzero(good))
-        if count >= size:
-            return np.concatenate(kept)[:size]
+        kept = np.concatenate([kept, u[(u[:, fit.hypothesis.positive] >= 0.0).all(axis=1)]])
+        if len(kept) >= size:
+            return kept[:size]
     raise ValueError("the effect's size is negative almost surely: its records contradict it")
 
 

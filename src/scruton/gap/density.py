@@ -25,26 +25,14 @@ def restricted(hypothesis: Hypothesis, records: np.ndarray) -> Hypothesis:
 
 @dataclass(frozen=True, eq=False)
 class NormalPosterior:
-    """A normal distribution of a hypothesis' coordinates, from some records.
+    """A normal distribution of a hypothesis' coordinates, from some records."""
 
-    Attributes
-    ----------
-    hypothesis : Hypothesis
-        With the cycles of all records.
-    mean, covariance : (d,) and (d, d) arrays
-    start : (d,) array
-        From where optima are sought: of what has many.
-    optimum : (d,) array
-        Of the fit to those records and all that was stated.
-    stated : dict
-        Relative errors of stated damping that are scored with the records: standard deviation by coordinate.
-    """
-
-    hypothesis: Hypothesis
-    mean: FloatArray
-    covariance: FloatArray
-    start: FloatArray
-    optimum: FloatArray
+    hypothesis: Hypothesis  # with the cycles of all records
+    mean: FloatArray  # (d,)
+    covariance: FloatArray  # (d, d)
+    start: FloatArray  # (d,): from where optima are sought, of what has many
+    optimum: FloatArray  # (d,): of the fit to those records and all that was stated
+    # Relative errors of stated damping that are scored with the records: standard deviation by coordinate.
     stated: Mapping[int, float]
 
 
@@ -118,30 +106,16 @@ def _with_own(known: NormalPosterior, left_out: np.ndarray) -> NormalPosterior:
 
 @dataclass(frozen=True, eq=False)
 class RecordDensity:
-    """Joint log density of some records, where its integrand peaks, and the Fisher information there.
+    """Joint log density of some records, where its integrand peaks, and the Fisher information there."""
 
-    Attributes
-    ----------
-    value : float
-        Natural logarithm, all channels.
-    shares : (R,) array
-        What each record contributes to it: its likelihood at the peak, and an equal part of the rest. NaN for others.
-    where : (k,) array of int
-        Coordinates that the records depend on.
-    at : (d,) array
-        Coordinates at the peak.
-    information : (k, k) array
-        Of the records alone.
-    learnt : float
-        What the density falls short of that at known coordinates, on average, were the hypothesis right: half the
-        logarithm of the determinant of posterior over prior precision.
-    """
-
-    value: float
+    value: float  # natural logarithm, all channels
+    # What each record contributes, (R,): its likelihood at the peak, and an equal part of the rest; NaN for others.
     shares: FloatArray
-    where: np.ndarray
-    at: FloatArray
-    information: FloatArray
+    where: np.ndarray  # (k,): coordinates that the records depend on
+    at: FloatArray  # (d,): coordinates at the peak
+    information: FloatArray  # (k, k): of the records alone
+    # What the density falls short of that at known coordinates, on average, were the hypothesis right: half the
+    # logarithm of the determinant of posterior over prior precision.
     learnt: float
 
 

@@ -117,28 +117,25 @@ def diagnose_data(
     everything = (*CATALOGUE.values(), catalogue.UNKNOWN)
     effects = tuple(effect for effect in everything if (prior or {}).get(effect.name, 1.0) > 0.0)
     singles = weigh(null, effects, workers=workers)
-    chain, bases = _forward(null, singles, effects, workers, tell)
+    chain, base = _forward(null, singles, effects, workers, tell)
     generic = singles[UNKNOWN].log_evidence if UNKNOWN in singles else -np.inf
-    if len(chain) > 1 and bases[-1].log_evidence < generic + thresholds.CHAIN_NATS * (len(chain) - 1):
-        chain, bases = chain[:1], bases[:2]
+    if len(chain) > 1 and base.log_evidence < generic + thresholds.CHAIN_NATS * (len(chain) - 1):
+        chain = chain[:1]
     tell("absolute check", 0.8)
     checks = {NONE: check(null)}
-    base = bases[-2] if len(bases) > 1 else null
+    base, rivals = null, dict(singles)
     if len(chain) > 1:
-        # The strongest effect is judged with the others in place.
-        order = sorted(range(len(chain)), key=lambda i: (_rank(chain[i].name), i))
-        chain = [chain[i] for i in order]
+        # The strongest effect is judged with the others in place; those on damping come before those that only the
+        # frequency shows.
+        chain.sort(key=lambda one: CATALOGUE[one.name].channel == "frequency")
         beside = Hypothesis(null.hypothesis.null, tuple(c.variant for c in chain[1:] if c.variant))
         start = beside.start()
         start[: null.mode.size] = null.mode
         base = beside.fit(start)
         rivals = weigh(base, [e for e in effects if e.name not in {c.name for c in chain[1:]}], workers=workers)
-    else:
-        rivals = dict(singles)
     gains = {name: c.log_evidence - base.log_evidence for name, c in rivals.items()}
     names = tuple(c.name for c in chain)
-    catalogued = {name: gain for name, gain in gains.items() if name in CATALOGUE}
-    best = max(catalogued, key=lambda name: catalogued[name])
+    best = max((name for name in gains if name in CATALOGUE), key=lambda name: gains[name])
     leader = rivals[best].best if rivals[best].best and gains[best] > 0.0 else base
     assert leader is not None
     checks[best if leader is not base else NONE] = mark = check(leader)
@@ -158,12 +155,10 @@ def diagnose_data(
     elif top != NONE:
         others = names if len(names) > 1 else ()
         found, final = (top, *(name for name in others if name != top)), rivals[top].best or null
-    checks.setdefault(found[0] if found else NONE, check(final))
+    checks.setdefault(top, check(final))
     tell("done", 1.0)
-    return Diagnosis(
-        data, null, found, final, singles, rivals, gains, probability, _groups(gains, found[0] if found else NONE),
-        checks, lines,
-    )  # fmt: skip
+    groups = _groups(gains, top)
+    return Diagnosis(data, null, found, final, singles, rivals, gains, probability, groups, checks, lines)
 
 
 def diagnose(campaign: Campaign, **options: object) -> Diagnosis:
@@ -171,23 +166,17 @@ def diagnose(campaign: Campaign, **options: object) -> Diagnosis:
     return diagnose_data(load_gap(campaign), campaign, **options)  # type: ignore[arg-type]
 
 
-def _rank(name: str) -> int:
-    """Effects on damping come before those that only the frequency or the reading shows."""
-    return int(CATALOGUE[name].channel == "frequency") if name in CATALOGUE else 2
-
-
 def _forward(
     null: FittedHypothesis, singles: Mapping[str, Candidate], effects: Sequence[Effect], workers: int, tell: Progress
-) -> tuple[list[Candidate], list[FittedHypothesis]]:
-    """Add catalogued effects one by one while each gains enough; the hypotheses on the way, the null model first."""
+) -> tuple[list[Candidate], FittedHypothesis]:
+    """Add catalogued effects one by one while each gains enough; the hypothesis with all of them comes with them."""
     chain: list[Candidate] = []
-    bases = [null]
-    candidates = dict(singles)
-    first = 0.0
+    base, candidates, first = null, singles, 0.0
     for step in range(thresholds.MOST_EFFECTS):
-        named = [c for name, c in candidates.items() if name in CATALOGUE and name not in {x.name for x in chain}]
-        best = max(named, key=lambda c: c.log_evidence)
-        gain = best.log_evidence - bases[-1].log_evidence
+        taken = {one.name for one in chain}
+        named = [one for name, one in candidates.items() if name in CATALOGUE and name not in taken]
+        best = max(named, key=lambda one: one.log_evidence)
+        gain = best.log_evidence - base.log_evidence
         needed = thresholds.SECOND_NATS + thresholds.SECOND_SHARE * first if chain else 0.0
         rival = candidates[UNKNOWN].log_evidence if UNKNOWN in candidates else -np.inf
         # A second effect has to beat the generic term: it would mend a first that is wrong, too.
@@ -196,23 +185,20 @@ def _forward(
         if gain < needed or best.best is None or negligible or (chain and best.log_evidence < rival - slack):
             break
         chain.append(best)
-        bases.append(best.best)
-        first = max(first, gain)
+        base, first = best.best, max(first, gain)
         if step + 1 < thresholds.MOST_EFFECTS and gain > 0.0:
             tell(f"effects beside {best.name}", 0.3 + 0.2 * step)
-            taken = {x.name for x in chain}
-            candidates = weigh(best.best, [e for e in effects if e.name not in taken], workers=workers)
-    return chain, bases
+            others = [effect for effect in effects if effect.name not in {*taken, best.name}]
+            candidates = weigh(base, others, workers=workers)
+    return chain, base
 
 
 def _largest_size(fit: FittedHypothesis) -> float:
     """Largest size of the variant that was added last; infinite where it has none (a lag, a level)."""
     last = len(fit.hypothesis.variants) - 1
     variant = fit.hypothesis.variants[last]
-    sizes = [p for p in variant.parameters if not p.log]
-    if not sizes:
-        return np.inf
-    return max(float(np.abs(fit.value(p.name, last)[0]).max()) for p in sizes if p.name != variant.scan)
+    sizes = [p.name for p in variant.parameters if not p.log and p.name != variant.scan]
+    return max((float(np.abs(fit.value(name, last)[0]).max()) for name in sizes), default=np.inf)
 
 
 def _explained(base: FittedHypothesis, leader: FittedHypothesis) -> float:

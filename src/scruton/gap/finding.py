@@ -1,5 +1,6 @@
 """One place where the bare model and the measurement part."""
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,43 +14,24 @@ Z90 = 1.6448536269514722  # of a two-sided 90 % interval
 
 @dataclass(frozen=True)
 class Finding:
-    """One place where the bare model and the measurement part.
+    """One place where the bare model and the measurement part: an entry of `where` in gap.json.
 
-    Attributes
-    ----------
-    quantity : {"damping", "frequency", "scatter", "spectrum", "branch", "test", "signal"}
-    rig, test, record : str or None
-        None where the finding belongs to no single one; `test` is None in still air, too.
-    amplitude : (float, float) or None
-        A/D or rad.
-    time : (float, float) or None
-        On the record's own clock [s].
-    excess : float
-        Measured minus bare model: of the damping ratio (`damping`, `branch`: growth minus decay, `test`), relative
-        (`frequency`, `scatter`, `signal`), or an amplitude in A/D or rad (`spectrum`).
-    interval90 : (float, float)
-    significance : float
-        Standard errors from nothing.
-    detail : str
-        What it is, for people.
-    effect : str or None
-        Effect of the verdict whose scope this tells; None for what was found without a look at the verdict.
-    kind : str
-        What was looked for: of findings of one kind in several records of a test, one stands for all.
+    The excess is measured minus bare model: of the damping ratio (`damping`, `branch`: growth minus decay, `test`),
+    relative (`frequency`, `scatter`, `signal`), or an amplitude in A/D or rad (`spectrum`).
     """
 
-    quantity: str
-    rig: str | None
-    test: str | None
+    quantity: str  # damping, frequency, scatter, spectrum, branch, test or signal
+    rig: str | None  # as `test` and `record`, None where the finding belongs to no single one
+    test: str | None  # None in still air, too
     record: str | None
-    amplitude: Range | None
-    time: Range | None
+    amplitude: Range | None  # A/D or rad
+    time: Range | None  # on the record's own clock [s]
     excess: float
     interval90: Range
-    significance: float
-    detail: str
-    effect: str | None = None
-    kind: str = ""
+    significance: float  # standard errors from nothing
+    detail: str  # for people
+    effect: str | None = None  # of the verdict, whose scope this tells; None: found without a look at the verdict
+    kind: str = ""  # what was looked for: of one kind in several records of a test, one stands for all
 
     def to_json(self) -> dict[str, Any]:
         """Return the entry of `where` in gap.json."""
@@ -79,6 +61,14 @@ def place(data: GapData, number: int, quantity: str, value: float, sd: float, de
         "significance": float(abs(value) / sd),
     }
     return Finding(quantity, detail=detail, **(usual | fields))
+
+
+def alike(findings: Iterable[Finding], key: Callable[[Finding], object]) -> Iterable[list[Finding]]:
+    """Findings that share a key, in the order of the first of each."""
+    kinds: dict[object, list[Finding]] = {}
+    for finding in findings:
+        kinds.setdefault(key(finding), []).append(finding)
+    return kinds.values()
 
 
 def amplitudes_of(data: GapData, records: np.ndarray) -> Range:

@@ -96,9 +96,8 @@ class FittedHypothesis:
         step = fraction * np.sqrt(np.diag(self.covariance))[where]
         moves = np.zeros((where.size, self.mode.size))
         moves[np.arange(where.size), where] = step
-        values = function(
-            self.hypothesis.table(np.concatenate([self.mode[None], self.mode + moves, self.mode - moves]))
-        )
+        points = np.concatenate([self.mode[None], self.mode + moves, self.mode - moves])
+        values = function(self.hypothesis.table(points))
         up, down = values[1 : where.size + 1], values[where.size + 1 :]
         return values[0], (up - down) / (2.0 * step.reshape((-1,) + (1,) * (up.ndim - 1)))
 
@@ -135,23 +134,19 @@ class Hypothesis:
         """Number of coordinates."""
         return sum(parameter.size for parameter in self.parameters)
 
+    def _of_each(self, name: str) -> np.ndarray:
+        """A property of the parameters by coordinate, (d,)."""
+        return np.concatenate([np.broadcast_to(getattr(p, name), p.size) for p in self.parameters])
+
     @cached_property
     def prior(self) -> tuple[FloatArray, FloatArray]:
         """Locations and scales, (d,) each."""
-        location, scale = (
-            np.concatenate([np.broadcast_to(getattr(parameter, name), parameter.size) for parameter in self.parameters])
-            for name in ("location", "scale")
-        )
-        return location, scale
-
-    @cached_property
-    def _logarithmic(self) -> np.ndarray:
-        return np.concatenate([np.full(parameter.size, parameter.log) for parameter in self.parameters])
+        return self._of_each("location"), self._of_each("scale")
 
     @cached_property
     def positive(self) -> np.ndarray:
         """Whether the prior of each coordinate is cut at zero, (d,) of bool."""
-        return np.concatenate([np.full(parameter.size, parameter.positive) for parameter in self.parameters])
+        return self._of_each("positive")
 
     def start(self) -> FloatArray:
         """The prior's centre, (d,); of variants, where their search begins."""
@@ -163,15 +158,15 @@ class Hypothesis:
 
     def table(self, u: FloatArray) -> FloatArray:
         """Coefficients, (W, R, COLUMNS), from coordinates (W, d)."""
-        values: dict[int | None, dict[str, FloatArray]] = {}
+        values: dict[int | None, dict[str, FloatArray]] = {owner: {} for owner in (None, *range(len(self.variants)))}
         for parameter in self.parameters:
             part = u[:, self.slices[parameter.key]]
             natural = np.exp(np.clip(part, -60.0, 60.0)) if parameter.log else part
             padded = np.concatenate([natural, np.zeros((len(u), 1))], axis=1)
-            values.setdefault(parameter.owner, {})[parameter.name] = padded[:, parameter.members]
+            values[parameter.owner][parameter.name] = padded[:, parameter.members]
         table = self.null.table(values[None])
         for i, variant in enumerate(self.variants):
-            variant.apply(table, values.get(i, {}), self.data.layout)
+            variant.apply(table, values[i], self.data.layout)
         return table
 
     def innovations(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -233,9 +228,10 @@ class Hypothesis:
         found = []
         for r in range(len(self.data.layout.records)):
             cycles = np.flatnonzero(record == r)
-            rows = np.array([i for i, parameter in enumerate(self.parameters) if parameter.members[r] >= 0])
-            taken = [self.parameters[i] for i in rows]
-            where = np.array([self.slices[p.key].start + p.members[r] for p in taken])
+            taken = {
+                i: self.slices[p.key].start + p.members[r] for i, p in enumerate(self.parameters) if p.members[r] >= 0
+            }
+            rows, where = np.array(list(taken)), np.array(list(taken.values()))
             found.append((np.concatenate([cycles, cycles + size, cycles + 2 * size]), rows, where))
         return tuple(found)
 
@@ -272,11 +268,12 @@ class Hypothesis:
             At most so many steps.
         """
         location, scale = self.prior
+        logarithmic = self._of_each("log")
         u, (_, _, fisher) = climb(
             self.scores,
             lambda points: sum(self.log_prob(points)),  # type: ignore[arg-type,return-value]
             self.start() if start is None else start.copy(),
-            limit=lambda u: np.where(self._logarithmic, 1.5, 5.0 * scale + np.abs(u - location)),
+            limit=lambda u: np.where(logarithmic, 1.5, 5.0 * scale + np.abs(u - location)),
             iterations=iterations,
         )
         return self.laplace(u, fisher)
@@ -288,10 +285,8 @@ class Hypothesis:
         _, logdet = np.linalg.slogdet(fisher)
         evidence = like + prior + 0.5 * u.size * _LOG_2PI - 0.5 * float(logdet)
         sd = np.sqrt(np.diag(covariance))
-        for parameter in self.parameters:
-            if parameter.positive:
-                where = self.slices[parameter.key]
-                evidence += float(np.sum(np.log(2.0) + log_ndtr(u[where] / sd[where])))
+        for where in (self.slices[p.key] for p in self.parameters if p.positive):
+            evidence += float(np.sum(np.log(2.0) + log_ndtr(u[where] / sd[where])))
         return FittedHypothesis(self, u, covariance, like, prior, evidence)
 
     def extended(self, *more: Variant) -> "Hypothesis":
@@ -301,9 +296,8 @@ class Hypothesis:
     def start_from(self, base: FloatArray, start: Mapping[str, FloatArray]) -> FloatArray:
         """Coordinates that continue those of a smaller hypothesis, the last variant's parameters at `start`."""
         found = np.concatenate([base, np.zeros(self.size - base.size)])
-        last = len(self.variants) - 1
         for name, values in start.items():
-            found[self.slices[last, name]] = values
+            found[self.slices[len(self.variants) - 1, name]] = values
         return found
 
     def stable_amplitude(
@@ -345,5 +339,5 @@ class Hypothesis:
             table = transferred(table)
         found = limit_cycle_amplitude(table, data.channels.knots, layout.reference_amplitude)
         if reading:
-            found = np.where(np.isfinite(found) & (found > 0.0), readings(table, found), found)
+            return np.where(np.isfinite(found) & (found > 0.0), readings(table, found), found)
         return found

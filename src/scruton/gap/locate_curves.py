@@ -32,31 +32,16 @@ _STEP = 1e-3  # of a standard deviation, of the slopes in the coordinates
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """Excess against amplitude of a group of records.
+    """Excess against amplitude of a group of records."""
 
-    Attributes
-    ----------
-    quantity : {"damping", "frequency", "branch"}
-    direction : {"growth", "decay", "steady", "still air"}
-        "growth" minus "decay" for a branch.
-    record : int
-        The first of the group.
-    records : (R,) array of bool
-    amplitude, excess : (G,) arrays
-        Damping ratio, or relative frequency from that at the smallest amplitude.
-    covariance : (G, G) array
-    critical : float
-        Standard errors that no point of any curve of the campaign exceeds by chance, in 90 of 100 campaigns.
-    """
-
-    quantity: str
-    direction: str
-    record: int
-    records: np.ndarray
-    amplitude: FloatArray
-    excess: FloatArray
-    covariance: FloatArray
-    critical: float
+    quantity: str  # damping, frequency or branch
+    direction: str  # growth, decay, steady or still air; for a branch, growth minus decay
+    record: int  # the first of the group
+    records: np.ndarray  # (R,) of bool
+    amplitude: FloatArray  # (G,)
+    excess: FloatArray  # (G,): damping ratio, or relative frequency from that at the smallest amplitude
+    covariance: FloatArray  # (G, G)
+    critical: float  # standard errors that no point of any curve exceeds by chance, in 90 of 100 campaigns
 
     @property
     def sd(self) -> FloatArray:
@@ -83,16 +68,9 @@ class Curve:
 
 @dataclass(frozen=True, eq=False)
 class Curves:
-    """All curves of a campaign and the fit that they come from.
+    """All curves of a campaign and the fit that they come from."""
 
-    Attributes
-    ----------
-    fit : FittedHypothesis
-        Of the bare model with a curve of damping and one of frequency in every group.
-    damping, frequency, branch : tuple of Curve
-    """
-
-    fit: FittedHypothesis
+    fit: FittedHypothesis  # of the bare model with a curve of damping and one of frequency in every group
     damping: tuple[Curve, ...]
     frequency: tuple[Curve, ...]
     branch: tuple[Curve, ...]
@@ -108,7 +86,11 @@ def excess_curves(null: FittedHypothesis) -> Curves:
     fit = null.with_variants(_smooth(layout, group), _bends(layout, setting))
     groups = [group == g for g in range(group.max() + 1)]
     settings = [setting == g for g in range(setting.max() + 1)]
-    critical = float(norm.isf(0.5 * CURVE_FALSE / max(sum(_knots_informed(data, mine) for mine in groups), 1)))
+    # looks: the knots of every group with enough cycles about them
+    knots, record = np.log(layout.knots), data.channels.record
+    near = np.abs(np.log(np.maximum(data.channels.amplitude, 1e-300))[:, None] - knots) < knots[1] - knots[0]
+    looks = sum(np.count_nonzero(near[mine[record]].sum(axis=0) >= FEWEST_CYCLES_OF_A_KNOT) for mine in groups)
+    critical = float(norm.isf(0.5 * CURVE_FALSE / max(looks, 1)))
     damping = []
     for mine in groups:
         r = int(np.flatnonzero(mine)[0])
@@ -117,7 +99,7 @@ def excess_curves(null: FittedHypothesis) -> Curves:
         direction = _DIRECTION[int(layout.direction[r])] if layout.wind[r] else STILL
         damping.append(Curve("damping", direction, r, mine, grid, excess, covariance, critical))
     bends = float(norm.isf(0.5 * CURVE_FALSE / (2.0 * len(settings))))
-    told = [mine for mine in settings if data.channels.has_phase[mine[data.channels.record]].any()]
+    told = [mine for mine in settings if data.channels.has_phase[mine[record]].any()]
     frequency = [_frequency_curve(null, fit, mine, bends) for mine in told]
     branch = [curve for test in data.first_in_wind if (curve := _branch(null, fit, damping, test))]
     return Curves(fit, tuple(damping), tuple(frequency), tuple(branch))
@@ -233,11 +215,3 @@ def _grid(data: GapData, records: np.ndarray, least: float = 0.0) -> FloatArray:
     low, high = amplitudes_of(data, records)
     low = min(max(low, least), 0.5 * high)
     return np.geomspace(low, max(high, 1.0001 * low), _GRID)
-
-
-def _knots_informed(data: GapData, records: np.ndarray) -> int:
-    """Number of knots of a group with enough cycles about them."""
-    a = np.log(np.maximum(data.channels.amplitude[records[data.channels.record]], 1e-300))
-    knots = np.log(data.layout.knots)
-    near = np.abs(a[:, None] - knots) < knots[1] - knots[0]
-    return int(np.count_nonzero(near.sum(axis=0) >= FEWEST_CYCLES_OF_A_KNOT))

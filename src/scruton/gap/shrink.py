@@ -89,7 +89,9 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2) -> dict[str, Any]:
         by_runner = _fraction(short[0], short[2]) if runner and measurable else None
     stable, curves = [], None
     if data.layout.wind.any():
-        by_test = [(fold, left_out[0][i][0], left_out[1][i][0]) for i, fold in enumerate(held) if _is_test(data, fold)]
+        test = data.layout.test
+        whole = [i for i, fold in enumerate(held) if np.array_equal(fold, test == test[np.argmax(fold)])]
+        by_test = [(held[i], left_out[0][i][0], left_out[1][i][0]) for i in whole]
         misstated = any(Term.STRUCTURAL in CATALOGUE[name].terms for name in diagnosis.found if name in CATALOGUE)
         stable = [_stable_amplitude(data, fold, null, final, misstated) for fold, null, final in by_test]
         pairs = [(null.optimum, final.optimum) for _, null, final in by_test]
@@ -113,12 +115,6 @@ def _folds(data: GapData) -> list[tuple[np.ndarray, bool]]:
         return found + [(~layout.wind & (layout.rig == i), False) for i in np.unique(layout.rig[~layout.wind])]
     wind = layout.wind if tests.size else np.ones(count, dtype=bool)
     return [(np.arange(count) == r, bool(wind[r]) and count > 1) for r in range(count)]
-
-
-def _is_test(data: GapData, fold: np.ndarray) -> bool:
-    test = data.layout.test
-    first = int(np.flatnonzero(fold)[0])
-    return bool(test[first] >= 0 and np.array_equal(fold, test == test[first]))
 
 
 def _known(model: FittedHypothesis, folds: Sequence[np.ndarray]) -> FloatArray:
