@@ -3,13 +3,17 @@
 import json
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
+
 from scruton.calibrate.challenge.make import ANSWERS, CHALLENGE
 from scruton.calibrate.challenge.run import CASE, GAP, cases_of
+from scruton.calibrate.challenge.scenarios import CATALOGUE
+from scruton.calibrate.thresholds import CERTAIN
+from scruton.campaign.toml import is_number
 from scruton.documents import read_json
 from scruton.errors import InputError
 
@@ -17,108 +21,13 @@ NONE, UNKNOWN, FAILED = "none", "unknown", "failed"
 _ALLOWED = {"wake_oscillator": (UNKNOWN, "fluid_memory")}  # of the cases outside the catalogue
 
 
-@dataclass(frozen=True)
-class StableAmplitude:
-    """Stable amplitude of a test left out, A/D or rad.
-
-    Attributes
-    ----------
-    moved : float
-        What the effect does to it, relative.
-    truth, measured, before, after : float
-        As simulated; as measured; as the null model and the verdict's predict it.
-    """
-
-    moved: float
-    truth: float
-    measured: float
-    before: float
-    after: float
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """One case: what is in it, and what was said of it.
-
-    Attributes
-    ----------
-    case, kind : str
-        Kind: none, catalogue, two, or open (outside the catalogue).
-    truth : tuple of str
-        Effects; empty for none.
-    severity : float
-    verdict : str
-        "failed" where there is no diagnosis.
-    also : tuple of str
-    probability : mapping
-        Empty where the diagnosis gives none.
-    group : tuple of str
-        Effects that cannot be told from the verdict, itself among them.
-    shrink : float or None
-        Held-out shrink; None where it was not measured.
-    settled : tuple of StableAmplitude
-    rigs, rigs_named : tuple of str
-        Where friction is, and where it is said to be.
-    seconds : float or None
-    """
-
-    case: str
-    kind: str
-    truth: tuple[str, ...]
-    severity: float
-    verdict: str
-    also: tuple[str, ...] = ()
-    probability: Mapping[str, float] = field(default_factory=dict)
-    group: tuple[str, ...] = ()
-    shrink: float | None = None
-    settled: tuple[StableAmplitude, ...] = ()
-    rigs: tuple[str, ...] = ()
-    rigs_named: tuple[str, ...] = ()
-    seconds: float | None = None
-
-    @property
-    def name(self) -> str:
-        """Row of the confusion matrix."""
-        return NONE if not self.truth else "two" if len(self.truth) > 1 else self.truth[0]
-
-    @property
-    def accepted(self) -> tuple[str, ...]:
-        """Verdicts that are right; of two effects, either."""
-        if self.kind == NONE:
-            return (NONE,)
-        if self.kind == "open":
-            return _ALLOWED.get(self.truth[0], (UNKNOWN,))
-        return self.truth
-
-    @property
-    def right(self) -> bool:
-        """Whether the verdict is."""
-        return self.verdict in self.accepted
-
-    @property
-    def both_named(self) -> bool:
-        """Whether every effect is named, in `verdict` or `also`."""
-        return set(self.truth) <= {self.verdict, *self.also}
-
-
-def read_outcomes(
-    folder: Path, results: Path, answers: Path | None = None
-) -> tuple[tuple[Outcome, ...], dict[str, Any]]:
-    """Read results and open the sealed answers.
-
-    Parameters
-    ----------
-    folder : Path
-        Of the challenge.
-    results : Path
-        Of the run.
-    answers : Path, optional
-        The sealed file, if it lies elsewhere.
+def read_outcomes(folder: Path, results: Path, answers: Path | None = None) -> tuple[pd.DataFrame, dict[str, Any]]:
+    """Read the results of a run and open the sealed answers, which may lie elsewhere.
 
     Returns
     -------
-    outcomes : tuple of Outcome
-        Of every case that was run.
+    cases : DataFrame
+        One row a case that was run: what is in it, what was said of it, and how the two agree; see `_outcome`.
     settings : dict
         Of the challenge, and how many of its cases were not run (`not_run`).
 
@@ -133,8 +42,9 @@ def read_outcomes(
     there = [name for name in names if (results / name / CASE).exists() or (results / name / GAP).exists()]
     if not there:
         raise InputError(results, "", "no result of any case", "the folder that scruton challenge run wrote")
-    outcomes = tuple(_outcome(folder / name, results / name, sealed[name]) for name in there)
-    return outcomes, dict(table.get("settings", {})) | {"not_run": len(names) - len(there)}
+    cases = pd.DataFrame([_outcome(folder / name, results / name, sealed[name]) for name in there])
+    cases = cases.astype(dict.fromkeys(("shrink", "seconds", "p"), float))  # NaN for None
+    return cases, dict(table.get("settings", {})) | {"not_run": len(names) - len(there)}
 
 
 def _opened(path: Path, digest: object) -> dict[str, Any]:
@@ -151,46 +61,71 @@ def _opened(path: Path, digest: object) -> dict[str, Any]:
     return answers
 
 
-def _outcome(campaign: Path, place: Path, answer: Mapping[str, Any]) -> Outcome:
+def _outcome(campaign: Path, place: Path, answer: Mapping[str, Any]) -> dict[str, Any]:
+    """One case: what is in it, what was said of it, and how the two agree.
+
+    In it: `kind` (none, catalogue, two, or open: outside the catalogue), `truth` (its effects), `severity`, `rigs`
+    with friction, the `row` of the confusion matrix, `accepted` verdicts (of two effects, either).  Said: `verdict`
+    ("failed" where there is no diagnosis), `also`, `probability`, `group` (what cannot be told from the verdict, itself
+    among it), the held-out `shrink`, `settled` amplitudes, `rigs_named`.  Agreement: `right`, `both_named`, `in_group`,
+    `misled` (with certainty to an effect that it has not), `p` and `p_truth` of the verdict and of what is accepted.
+    """
     note = read_json(place / CASE) if (place / CASE).exists() else {}
     seconds = note.get("seconds")
-    if seconds is not None and (isinstance(seconds, bool) or not isinstance(seconds, int | float)):
+    if seconds is not None and not is_number(seconds):
         raise InputError(place / CASE, "seconds", repr(seconds), "a number")
-    rigs = answer["parameters"].get("coulomb_friction", {}).get("rigs", ())
-    truth = Outcome(
-        campaign.name, str(answer["kind"]), tuple(map(str, answer["effects"])), float(answer["severity"]), FAILED,
-        rigs=tuple(str(answer["rigs"][j]["name"]) for j in rigs), seconds=seconds,
-    )  # fmt: skip
-    if not (place / GAP).exists():
-        return truth
-    gap = read_json(place / GAP)
-    try:
-        verdict = str(gap["verdict"])
-        groups = [tuple(group) for group in gap.get("indistinguishable", ()) if verdict in group]
-        shrink = gap.get("shrink") or {}
-        return replace(
-            truth,
-            verdict=verdict,
-            also=tuple(gap.get("also", ())),
-            probability={str(name): float(p) for name, p in gap.get("probability", {}).items()},
-            group=groups[0] if groups else (verdict,),
-            shrink=(shrink.get("held_out") or {}).get("fraction"),
-            settled=_stable_amplitudes(campaign, shrink.get("stable_amplitude") or (), answer),
-            rigs_named=_rigs_with_friction(gap.get("where", ())),
-        )
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        found = f"{type(error).__name__}: {error}"
-        raise InputError(place / GAP, "", found, "a gap.json of scruton diagnose") from error
+    kind, truth = str(answer["kind"]), tuple(map(str, answer["effects"]))
+    friction = answer["parameters"].get("coulomb_friction", {}).get("rigs", ())
+    row: dict[str, Any] = {
+        "case": campaign.name, "kind": kind, "truth": truth, "severity": float(answer["severity"]), "verdict": FAILED,
+        "also": (), "probability": {}, "group": (), "shrink": None, "settled": (),
+        "rigs": tuple(str(answer["rigs"][j]["name"]) for j in friction), "rigs_named": (), "seconds": seconds,
+    }  # fmt: skip
+    if (place / GAP).exists():
+        gap = read_json(place / GAP)
+        try:
+            row |= _said(campaign, gap, answer)
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            found = f"{type(error).__name__}: {error}"
+            raise InputError(place / GAP, "", found, "a gap.json of scruton diagnose") from error
+    verdict, probability = row["verdict"], row["probability"]
+    accepted = truth or (NONE,)
+    if kind == "open":
+        accepted = _ALLOWED.get(truth[0], (UNKNOWN,))
+    return row | {
+        "right": verdict in accepted, "accepted": accepted,
+        "row": NONE if not truth else "two" if len(truth) > 1 else truth[0],
+        "both_named": set(truth) <= {verdict, *row["also"]}, "in_group": set(truth) <= set(row["group"]),
+        "misled": any(p > CERTAIN for name, p in probability.items() if name in CATALOGUE and name not in accepted),
+        "p": probability.get(verdict, 0.0) if probability else None,
+        "p_truth": sum(probability.get(name, 0.0) for name in accepted),
+    }  # fmt: skip
 
 
-def _rigs_with_friction(where: Any) -> tuple[str, ...]:
-    """Those that the diagnosis gives as the scope of it, else those where the damping departs."""
-    rows = [row for row in where if row.get("rig")]
-    scope = {str(row["rig"]) for row in rows if row.get("effect") == "coulomb_friction"}
-    return tuple(sorted(scope or {str(row["rig"]) for row in rows if row["quantity"] == "damping"}))
+def _said(campaign: Path, gap: Mapping[str, Any], answer: Mapping[str, Any]) -> dict[str, Any]:
+    """What a gap.json says of a case."""
+    verdict, shrink = str(gap["verdict"]), gap.get("shrink") or {}
+    where = [row for row in gap.get("where", ()) if row.get("rig")]
+    # Friction is where the diagnosis gives it as the scope, else where the damping departs.
+    scope = {str(row["rig"]) for row in where if row.get("effect") == "coulomb_friction"}
+    scope = scope or {str(row["rig"]) for row in where if row["quantity"] == "damping"}
+    return {
+        "verdict": verdict,
+        "also": tuple(gap.get("also", ())),
+        "probability": {str(name): float(p) for name, p in gap.get("probability", {}).items()},
+        "group": next((tuple(group) for group in gap.get("indistinguishable", ()) if verdict in group), (verdict,)),
+        "shrink": (shrink.get("held_out") or {}).get("fraction"),
+        "settled": _settled(campaign, shrink.get("stable_amplitude") or (), answer),
+        "rigs_named": tuple(sorted(scope)),
+    }
 
 
-def _stable_amplitudes(campaign: Path, rows: Any, answer: Mapping[str, Any]) -> tuple[StableAmplitude, ...]:
+def _settled(campaign: Path, rows: Any, answer: Mapping[str, Any]) -> tuple[dict[str, float], ...]:
+    """Stable amplitudes of tests left out [A/D or rad].
+
+    `moved` is what the effect does to it, relative; `truth` as simulated, `measured`, `before` and `after` as the null
+    model and the verdict's predict it.
+    """
     if not rows:
         return ()
     tests = tomllib.loads((campaign / "campaign.toml").read_text(encoding="utf-8"))["tests"]
@@ -201,6 +136,6 @@ def _stable_amplitudes(campaign: Path, rows: Any, answer: Mapping[str, Any]) -> 
         rig = rigs[rig_of[row["test"]]]
         truth, without = float(rig["stable_amplitude"]), float(rig["stable_amplitude_without"])
         if None not in (row["before"], row["after"]):
-            numbers = (float(row[key]) for key in ("measured", "before", "after"))
-            amplitudes.append(StableAmplitude(abs(truth / without - 1.0), truth, *numbers))
+            said = {key: float(row[key]) for key in ("measured", "before", "after")}
+            amplitudes.append({"moved": abs(truth / without - 1.0), "truth": truth, **said})
     return tuple(amplitudes)
