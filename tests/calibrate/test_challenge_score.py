@@ -10,9 +10,8 @@ import pytest
 
 from scruton.calibrate.challenge.baselines import BASELINES
 from scruton.calibrate.challenge.figures import calibration, confusion, median_interval, reliability, wilson
-from scruton.calibrate.challenge.make import make_challenge
+from scruton.calibrate.challenge.make import Plan, make_challenge
 from scruton.calibrate.challenge.outcomes import read_outcomes
-from scruton.calibrate.challenge.plan import Plan
 from scruton.calibrate.challenge.run import run_challenge
 from scruton.calibrate.challenge.score import score_challenge, score_markdown, score_text
 from scruton.calibrate.execution import Execution
@@ -315,7 +314,7 @@ def test_a_case_that_fails_stops_nothing_and_resume_keeps_what_is_done(tmp_path)
     folder, out, told = empty(tmp_path / "made"), tmp_path / "out", []
     run = run_challenge(folder, Execution(out, progress=lambda *what: told.append(what)), said)
     assert told == [("run", 1 / 3), ("run", 2 / 3), ("run", 1.0)]
-    assert dict(run.failed) == {"case-0002": "ValueError: a record of nothing"}
+    assert run == {"case-0002": "ValueError: a record of nothing"}
     assert json.loads((out / "case-0001" / "gap.json").read_text())["verdict"] == "none"
     assert json.loads((out / "case-0002" / "case.json").read_text())["error"] == "ValueError: a record of nothing"
     assert not (out / "case-0002" / "gap.json").exists()
@@ -340,7 +339,7 @@ def test_another_diagnosis_does_not_go_on_with_a_run(tmp_path):
 def test_a_process_that_dies_costs_its_own_case_alone(tmp_path):
     folder = empty(tmp_path / "made")
     run = run_challenge(folder, Execution(tmp_path / "out", jobs=2), dies)
-    assert dict(run.failed) == {"case-0002": "the process died"}
+    assert run == {"case-0002": "the process died"}
     assert (tmp_path / "out" / "case-0003" / "gap.json").exists()
 
 
@@ -366,7 +365,7 @@ def small(tmp_path_factory):
 def test_the_baselines_see_what_is_strong_and_run_as_a_diagnosis_does(small, tmp_path, name):
     expected = "unknown" if name == "chi-square" else "structural_damping_nonlinearity"
     run = run_challenge(small, Execution(tmp_path), BASELINES[name])
-    assert not run.failed
+    assert run == {}
     found = json.loads((Path(tmp_path) / "case-0001" / "gap.json").read_text())
     assert found["verdict"] == expected
     assert sum(found["probability"].values()) == pytest.approx(1.0 if name == "bic" else 0.0)

@@ -8,7 +8,7 @@ from scruton.calibrate.regimes import DEPTH, FREQUENCY, WIDTH, Regime
 from scruton.calibrate.truths import Body, Drawn, omega0, setting, stated, wind_speed
 from scruton.campaign.schema import Campaign, Kind, Quantity, Record, Rig, Test
 from scruton.dynamics import ehsan_scanlan_parameters, force_parameters
-from scruton.simulate import Truth, simulate_record
+from scruton.simulate import Noise, Truth, simulate_record
 
 SAMPLES_PER_CYCLE = 28
 RELAXATIONS = 5.5  # times that a transient is recorded for, within CYCLES
@@ -57,7 +57,6 @@ def _rig_and_test(regime: Regime, drawn: Drawn, body: Body, j: int, seed: np.ran
     choices, *children = seed.spawn(1 + len(regime.kinds) + regime.ring_downs)
     rng = np.random.default_rng(choices)
     frequency, natural = FREQUENCY[regime.motion], omega0(regime.motion)
-    noise = regime.sensor_noise * a_star
 
     def record(truth: Truth, kind: Kind, start: float, relaxes: float, relaxations: float, number: int) -> Record:
         time, response = simulate_record(
@@ -66,8 +65,7 @@ def _rig_and_test(regime: Regime, drawn: Drawn, body: Body, j: int, seed: np.ran
             duration=cycles_recorded(relaxes, natural, relaxations) / frequency,
             sample_rate=SAMPLES_PER_CYCLE * frequency,
             seed=children[number],
-            turbulence=regime.turbulence,
-            sensor_noise=noise,
+            noise=Noise(regime.turbulence, sensor_noise=regime.sensor_noise * a_star),
         )
         name = f"{kind.value}-{j + 1}-{number + 1}"
         return Record(name, Path(f"{name}.csv"), kind, time, response)

@@ -9,8 +9,7 @@ from scipy.stats import binom, binomtest
 
 from scruton.calibrate import thresholds
 from scruton.calibrate.challenge.outcomes import FAILED, NONE, UNKNOWN
-from scruton.calibrate.challenge.outside import OPEN
-from scruton.calibrate.challenge.scenarios import CATALOGUE
+from scruton.calibrate.challenge.scenarios import CATALOGUE, OPEN
 from scruton.calibrate.thresholds import SEVERE
 
 _SEVERE, _MILD = "s >= 20 %", "s = 10 %"

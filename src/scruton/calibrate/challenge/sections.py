@@ -17,18 +17,9 @@ _TRIES = 1000
 
 @dataclass(frozen=True)
 class RigTruth:
-    """One rig and its peak test.
+    """One rig and its peak test: the rig in its wind, and the damping that a laboratory without scatter would state.
 
-    Attributes
-    ----------
-    wind : Truth
-        The rig in its wind, as it truly is.
-    stated_damping : float
-        What the laboratory would state if it measured without scatter.
-    disturbances : Disturbances
-        In all records of the rig.
-    own : mapping
-        Number of a record (those in wind first) to fields of `Disturbances` of its own.
+    `disturbances` are in all records of the rig; `own` has further ones by number of the record, those in wind first.
     """
 
     wind: Truth
@@ -68,6 +59,11 @@ class Body:
         """The rig that severities refer to."""
         return self.rigs[len(self.rigs) // 2]
 
+    @property
+    def every(self) -> list[int]:
+        """Numbers of all rigs."""
+        return list(range(len(self.rigs)))
+
 
 def scruton_factor(truth: Truth) -> float:
     """Scruton number per unit of damping ratio."""
@@ -78,22 +74,16 @@ def scruton_factor(truth: Truth) -> float:
 def random_body(rng: np.random.Generator, rigs: int = 3) -> Body:
     """Draw a body, heaving or torsional, whose rigs all have an undisturbed limit cycle of a usual size.
 
-    Scruton numbers of three rigs stand about as 1 : 2 : 4.
-
-    Parameters
-    ----------
-    rng : Generator
-    rigs : int
-        3, or 1.
+    It has one rig, or three whose Scruton numbers stand about as 1 : 2 : 4.
     """
     for _ in range(_TRIES):
         body = _draw(rng, rigs)
-        if body is not None:
+        if all(map(_usual, body.rigs)):
             return body
     raise RuntimeError("no section with a limit cycle of a usual size was drawn")  # pragma: no cover
 
 
-def _draw(rng: np.random.Generator, rigs: int) -> Body | None:
+def _draw(rng: np.random.Generator, rigs: int) -> Body:
     motion = Motion.HEAVING if rng.random() < 0.5 else Motion.TORSIONAL
     torsional = motion is Motion.TORSIONAL
     depth = float(np.round(_log_uniform(rng, 0.04, 0.12), 4))
@@ -132,7 +122,7 @@ def _draw(rng: np.random.Generator, rigs: int) -> Body | None:
         truth = replace(truth, damping_ratio=float(number / scruton_factor(truth)))
         made.append(RigTruth(truth, truth.damping_ratio))
     made.sort(key=lambda rig: rig.scruton_number)
-    return Body(Section(motion, width, depth), tuple(made)) if all(map(_usual, made)) else None
+    return Body(Section(motion, width, depth), tuple(made))
 
 
 def _usual(rig: RigTruth) -> bool:
@@ -147,10 +137,7 @@ def _usual(rig: RigTruth) -> bool:
 def limit_cycle(truth: Truth, disturbances: Disturbances) -> tuple[float, float]:
     """Stable amplitude and relaxation rate [1/s] with what disturbs, by the work over a cycle.
 
-    Returns
-    -------
-    tuple of float
-        NaN where there is not one limit cycle that growth from a tenth and decay from 2.7 times the amplitude reach.
+    NaN where there is not one limit cycle that growth from a tenth and decay from 2.7 times the amplitude reach.
     """
     from scipy.optimize import brentq
 
