@@ -1,6 +1,6 @@
 """One campaign from its truth to its scores: the unit of work, the same wherever it runs."""
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, fields, replace
 from typing import Any
 
 import numpy as np
@@ -12,16 +12,6 @@ from scruton.calibrate.truths import Drawn, draw_normals, from_normals
 from scruton.campaign.schema import Campaign
 from scruton.infer.cards import ModelCard
 from scruton.infer.fit import fit_campaign
-
-_NAMES = (
-    "n", "reference_amplitude", "reference_relaxation", "discrepancy_amplitude",
-    "a_star", "relaxation_rate", "damping_ratio", "mass_damping_factor", "Y1", "epsilon",
-)  # fmt: skip
-
-
-def seed_of(seed: int, regime: str, index: int) -> np.random.SeedSequence:
-    """Seed of one campaign: it depends on nothing but the run's seed, the regime's place and the campaign's number."""
-    return np.random.SeedSequence(seed, spawn_key=(list(REGIMES).index(regime), index))
 
 
 def run_campaign(regime_name: str, index: int, seed: int, base: ModelCard) -> dict[str, Any]:
@@ -36,71 +26,46 @@ def run_campaign(regime_name: str, index: int, seed: int, base: ModelCard) -> di
     """
     regime = REGIMES[regime_name]
     card = regime.card(base)
-    draw, simulate, fit, fresh = seed_of(seed, regime_name, index).spawn(4)
+    # It depends on nothing but the run's seed, the regime's place and the campaign's number.
+    own = np.random.SeedSequence(seed, spawn_key=(list(REGIMES).index(regime_name), index))
+    draw, simulate, fit, fresh = own.spawn(4)
     record: dict[str, Any] = {"regime": regime_name, "index": index}
-    drawn, body, _ = from_normals(draw_normals(np.random.default_rng(draw), regime, card, 1), regime, card)
+    drawn, places, _ = from_normals(draw_normals(np.random.default_rng(draw), regime, card, 1), regime, card)
     try:
-        fitted = fit_quick(simulate_campaign(regime, drawn, body, simulate), card, fit)
+        posterior, facts = _fitted(simulate_campaign(regime, drawn, places, simulate), card, fit, regime.weighs_laws)
     except ValueError as error:  # a record that cannot be used is counted, not hidden
         return record | {"failed": str(error)}
     rng = np.random.default_rng(fresh)
     truths = {name: float(value[0]) for name, value in quantities(drawn, regime, rng.standard_normal(1)).items()}
-    posterior = fitted.averaged if regime.weighs_laws else fitted.reference
     draws = quantities(posterior, regime, rng.standard_normal(posterior.n.size))
     scores = {name: asdict(score(truth, draws[name])) for name, truth in truths.items()}
     if regime.weighs_laws:
         for name, truth in truths.items():
             scores[name]["inside"] = {f"{p:g}": inside(truth, draws[name], p) for p in INTERVALS}
-    return record | {
-        "converged": fitted.converged, "law_flag": fitted.law_flag, "weights": fitted.weights, "scores": scores,
-    }  # fmt: skip
+    return record | facts | {"scores": scores}
 
 
-@dataclass(frozen=True, eq=False)
-class Fitted:
-    """What is scored of a fit.
+def _fitted(
+    campaign: Campaign, card: ModelCard, seed: np.random.SeedSequence, averaged: bool
+) -> tuple[Drawn, dict[str, Any]]:
+    """Fit with the shortest run that passes the verdict on convergence.
 
-    Attributes
-    ----------
-    reference : Drawn
-        Draws under the card's first law.
-    averaged : Drawn
-        Draws of the laws in proportion to their weights.
-    converged : bool
-    law_flag : bool or None
-        Whether the fit says that the data speak against the first law.
-    weights : tuple of float
-        Of the laws.
+    Draws of the laws in proportion to their weights, or under the card's first law; and whether the fit converged,
+    whether it says that the data speak against the first law (perhaps None), and the weights of the laws.
     """
-
-    reference: Drawn
-    averaged: Drawn
-    converged: bool
-    law_flag: bool | None
-    weights: tuple[float, ...]
-
-
-def fit_quick(campaign: Campaign, card: ModelCard, seed: np.random.SeedSequence) -> Fitted:
-    """Fit with the shortest run that passes the verdict on convergence."""
     chain, choice = seed.spawn(2)
     sampler = replace(card.sampler, ensembles=2, walkers=max(card.sampler.walkers // 2, 64))
     fit = fit_campaign(campaign, replace(card, sampler=sampler), seed=int(chain.generate_state(1)[0]), thorough=False)
-    group = fit.tree["campaign_posterior"]
-    weight = fit.tree["laws"]["weight"]
+    group, weight = fit.tree["campaign_posterior"], fit.tree["laws"]["weight"]
     # (law, draw[, test]); laws of no weight need not have draws
-    stacked = {name: group[name].to_numpy() for name in _NAMES}
+    stacked = {one.name: group[one.name].to_numpy() for one in fields(Drawn) if one.name in group}
     values = {name: value.reshape(len(value), -1, *value.shape[3:]) for name, value in stacked.items()}
     size = values["n"].shape[1]
     share = np.nan_to_num(weight.sel(law=group["law"].to_numpy()).to_numpy().astype(np.float64))
     law = np.random.default_rng(choice).choice(share.size, size=size, p=share / share.sum())
+    chosen: Any = (law, np.arange(size)) if averaged else 0
     reference = float(group.attrs["reference_scruton_number"])
-    return Fitted(
-        Drawn(reference_scruton_number=reference, **{name: value[0] for name, value in values.items()}),
-        Drawn(
-            reference_scruton_number=reference,
-            **{name: value[law, np.arange(size)] for name, value in values.items()},
-        ),
-        fit.converged,
-        fit.summary.get("laws", {}).get("flag"),
-        tuple(weight.to_numpy().astype(np.float64).tolist()),
-    )
+    posterior = Drawn(reference_scruton_number=reference, **{name: value[chosen] for name, value in values.items()})
+    weights = tuple(weight.to_numpy().astype(np.float64).tolist())
+    flag = fit.summary.get("laws", {}).get("flag")
+    return posterior, {"converged": fit.converged, "law_flag": flag, "weights": weights}

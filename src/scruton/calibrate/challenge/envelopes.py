@@ -12,35 +12,19 @@ from scruton.gap.data import load_gap
 
 @dataclass(frozen=True, eq=False)
 class Envelopes:
-    """Amplitudes over the middle test's last ones, times in seconds, one entry a record.
+    """What a baseline sees: one entry a record (R), or a rig where that is said."""
 
-    Attributes
-    ----------
-    time, amplitude : tuple of (N_r,) arrays
-    rig, direction : (R,) int arrays
-        Direction: 1 growth, -1 decay, 0 otherwise.
-    wind : (R,) array of bool
-    omega : (R,) array
-        In rad/s.
-    aero, drive : (R,) arrays
-        Linear aerodynamic damping and drive over those of the middle test, for one Y1 and epsilon.
-    velocity : (R,) array
-        Reduced velocity less the mean, over half its range; zero where it does not differ.
-    damping, damping_sd : (rigs,) arrays
-        Stated; the sd is relative.
-    """
-
-    time: tuple[FloatArray, ...]
-    amplitude: tuple[FloatArray, ...]
+    time: tuple[FloatArray, ...]  # s
+    amplitude: tuple[FloatArray, ...]  # over the middle test's last ones
     rig: np.ndarray
-    direction: np.ndarray
-    wind: np.ndarray
-    omega: FloatArray
-    aero: FloatArray
+    direction: np.ndarray  # 1 growth, -1 decay, 0 otherwise
+    wind: np.ndarray  # bool
+    omega: FloatArray  # rad/s
+    aero: FloatArray  # linear aerodynamic damping and drive over those of the middle test, for one Y1 and epsilon
     drive: FloatArray
-    velocity: FloatArray
-    damping: FloatArray
-    damping_sd: FloatArray
+    velocity: FloatArray  # reduced velocity less the mean, over half its range; zero where it does not differ
+    damping: FloatArray  # of the rigs, as stated
+    damping_sd: FloatArray  # relative
 
     @property
     def rate(self) -> float:
