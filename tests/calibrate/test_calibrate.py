@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scruton.calibrate import REGIMES, calibration_text, run_calibration, store
-from scruton.calibrate.campaigns import run_campaign
+from scruton.calibrate import REGIMES, calibration_text, run_calibration
+from scruton.calibrate.campaigns import run_campaign, simulate_campaign
 from scruton.calibrate.coverage import cells, covered, pooled, uniformity
 from scruton.calibrate.execution import Execution
 from scruton.calibrate.identifiability import Identifiability, identifiability, information
 from scruton.calibrate.quantities import inside, quantities, score
-from scruton.calibrate.records import simulate_campaign
 from scruton.calibrate.regimes import LAW_REGIMES, TWELVE, chosen
 from scruton.calibrate.result import summarise
+from scruton.calibrate.run import load
 from scruton.calibrate.thresholds import LIMIT_P
 from scruton.calibrate.truths import draw_normals, from_normals, omega0, scattered
 from scruton.campaign import Kind, Motion
@@ -235,7 +235,7 @@ def test_whole_pipe(one_job):
 def test_processes_do_not_change_a_digit(one_job):
     """Tables are made from the records in the order of their index, so equal records are equal tables."""
     tasks = [("growth", 1), ("turbulence-1", 3)]
-    alone = [store.load(one_job, name)[index] for name, index in tasks]
+    alone = [load(one_job, name)[index] for name, index in tasks]
     card = load_card(one_job.parent / "short.toml")
     found = list(completed(run_campaign, [(*task, 3, card) for task in tasks], 2))
     for one in alone:

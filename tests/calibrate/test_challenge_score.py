@@ -9,9 +9,15 @@ import numpy as np
 import pytest
 
 from scruton.calibrate.challenge.baselines import BASELINES
-from scruton.calibrate.challenge.figures import calibration, confusion, median_interval, reliability, wilson
+from scruton.calibrate.challenge.figures import (
+    calibration,
+    confusion,
+    median_interval,
+    read_outcomes,
+    reliability,
+    wilson,
+)
 from scruton.calibrate.challenge.make import Plan, make_challenge
-from scruton.calibrate.challenge.outcomes import read_outcomes
 from scruton.calibrate.challenge.run import run_challenge
 from scruton.calibrate.challenge.score import score_challenge, score_markdown, score_text
 from scruton.calibrate.execution import Execution

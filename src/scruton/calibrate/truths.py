@@ -17,7 +17,7 @@ from scruton.calibrate.regimes import AIR_DENSITY, DEPTH, FREQUENCY, MASS, REDUC
 from scruton.campaign.schema import Motion, Quantity
 from scruton.dynamics import Setting, amplitude_ratio, ehsan_scanlan_parameters, force_parameters
 from scruton.infer.cards import ModelCard
-from scruton.stats import Coordinates, Prior
+from scruton.stats import Coordinates
 
 # Normals of the curve, and of every test.
 SHARED = Coordinates(
@@ -76,13 +76,8 @@ def scattered(relative_sd: float, z: FloatArray) -> FloatArray:
     return np.asarray(stated.median * np.exp(stated.log_sd * z))
 
 
-def dimension(regime: Regime) -> int:
-    """Number of standard normals that make one truth."""
-    return SHARED.size + OWN.size * len(regime.scruton_numbers)
-
-
 def from_normals(z: FloatArray, regime: Regime, card: ModelCard) -> tuple[Drawn, Setting, np.ndarray]:
-    """Campaigns that standard normals (S, d) stand for; see `dimension`.
+    """Campaigns that standard normals (S, d) stand for; see `draw_normals`.
 
     Returns
     -------
@@ -93,9 +88,13 @@ def from_normals(z: FloatArray, regime: Regime, card: ModelCard) -> tuple[Drawn,
         Whether every test has a stable amplitude, for n < 0 at zero damping too; what is not is drawn again.
     """
     tests, n = len(regime.scruton_numbers), regime.n
-    amplitude, ratio, tau, kappa = (
-        _value(card.prior(name, regime.motion), z[:, column]) for name, column in SHARED.items()
-    )
+    shared = []
+    for name, column in SHARED.items():
+        prior, normal = card.prior(name, regime.motion), z[:, column]
+        uniform = prior.family.endswith("uniform")
+        off = np.sqrt(3.0) * prior.scale * (2.0 * ndtr(normal) - 1.0) if uniform else prior.scale * normal
+        shared.append(prior.from_sampled(prior.location + off))
+    amplitude, ratio, tau, kappa = shared
     own = OWN.of(z[:, SHARED.stop :].reshape(len(z), tests, OWN.size))
     said = stated(regime)
     factor = setting(regime.motion, *said).mass_damping_factor
@@ -123,18 +122,11 @@ def from_normals(z: FloatArray, regime: Regime, card: ModelCard) -> tuple[Drawn,
 
 def draw_normals(rng: np.random.Generator, regime: Regime, card: ModelCard, size: int) -> FloatArray:
     """Draw standard normals whose campaigns are possible, (size, d); those that are not are drawn again whole."""
+    dimension = SHARED.size + OWN.size * len(regime.scruton_numbers)
     kept: list[FloatArray] = []
     for _ in range(_TRIES):
-        z = rng.standard_normal((2 * size + 8, dimension(regime)))
+        z = rng.standard_normal((2 * size + 8, dimension))
         kept.append(z[from_normals(z, regime, card)[2]])
         if sum(map(len, kept)) >= size:
             return np.concatenate(kept)[:size]
     raise ValueError(f"regime {regime.name}: its priors allow hardly any campaign with a stable amplitude")
-
-
-def _value(prior: Prior, z: FloatArray) -> FloatArray:
-    """Prior quantile of a standard normal."""
-    if prior.family.endswith("uniform"):
-        half = np.sqrt(3.0) * prior.scale
-        return prior.from_sampled(prior.location + half * (2.0 * ndtr(z) - 1.0))
-    return prior.from_sampled(prior.location + prior.scale * z)

@@ -42,7 +42,7 @@ def simulate_record(
     sample_rate: float,
     seed: int | np.random.SeedSequence,
     noise: Noise = Noise(),
-    disturbances: Disturbances = OFF,
+    disturbances: Disturbances | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Integrate one record.
 
@@ -56,7 +56,7 @@ def simulate_record(
     seed : int or SeedSequence
         The same seed gives the same bytes.
     noise : Noise
-    disturbances : Disturbances
+    disturbances : Disturbances, optional
         What the bare equation leaves out; the turbulence is scaled without it.
 
     Returns
@@ -71,7 +71,7 @@ def simulate_record(
     """
     if not (duration > 0 and sample_rate > 0 and initial_amplitude >= 0):
         raise ValueError("duration and sample_rate must be positive, initial_amplitude zero or more")
-    rng = np.random.default_rng(seed)
+    rng, disturbances = np.random.default_rng(seed), disturbances or OFF
     samples = int(np.floor(duration * sample_rate)) + 1
     substeps = max(1, int(np.ceil(STEPS_PER_CYCLE * truth.frequency / sample_rate)))
     kick = 0.0

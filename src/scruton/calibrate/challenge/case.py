@@ -7,17 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from scruton.arrays import FloatArray
 from scruton.calibrate.challenge.scenarios import IN_WIND, OPEN, STILL, Parameters, apply
-from scruton.calibrate.challenge.sections import Body, RigTruth, limit_cycle, random_body, scruton_factor
-from scruton.calibrate.thresholds import FAIR_AMPLITUDE, FAIR_RANGE, FAIR_RATE, SAME_CYCLE, STEADY, USUAL
+from scruton.calibrate.challenge.sections import SAMPLES_PER_CYCLE, Body, RigTruth, limit_cycle, random_body
+from scruton.calibrate.thresholds import FAIR_AMPLITUDE, FAIR_RANGE, FAIR_RATE, USUAL
 from scruton.campaign.schema import Campaign, Kind, Quantity, Record, Rig, Test
-from scruton.simulate import Disturbances, Noise, Truth, simulate_record
+from scruton.simulate import Noise, Truth, simulate_record
 from scruton.simulate.disturbances import OFF
 
 DESIGNS = {"full": 3, "one-rig": 1}
 TURBULENCE, NOISE = (0.005, 0.015), (0.0, 0.02)
-SAMPLES_PER_CYCLE = 28
 _CYCLES = (40.0, 200.0)
 _RELAXATIONS = (4.0, 6.0)
 _STILL_RELAXATIONS = 3.0
@@ -49,31 +47,13 @@ def simulate_case(
     turbulence: float | tuple[float, float] = TURBULENCE,
     noise: float | tuple[float, float] = NOISE,
 ) -> tuple[Campaign, dict[str, Any]]:
-    """Simulate one campaign of the challenge, which `seed` and `index` settle.
+    """Simulate one campaign of the challenge, and give the answer to it; `seed` and `index` settle what is drawn.
 
-    Parameters
-    ----------
-    effect : str, sequence of str, or None
-        None, one, or several at once, of the catalogue or outside of it.
-    severity : float
-        Of each.
-    design : {"full", "one-rig"}
-        Three rigs with two growths and two decays in wind and two free decays in still air each; or one rig without
-        still-air records.
-    turbulence, noise : float or (float, float)
-        Scatter of the amplitude over the stable amplitude, and sensor noise over the smallest stable amplitude, or a
-        range to draw from.
-
-    Returns
-    -------
-    campaign : Campaign
-    answer : dict
-        Plain numbers and strings; `rigs` has the stable amplitudes with and without the effects.
-
-    Raises
-    ------
-    ValueError
-        For an unknown effect or design, or one that leaves no rig a limit cycle.
+    It has no effect, one, or several of a severity at once.  The design "full" is three rigs with two growths and two
+    decays in wind and two free decays in still air each, "one-rig" one rig without still-air records.  `turbulence` is
+    the scatter of the amplitude over the stable amplitude, `noise` that of the sensor over the smallest stable
+    amplitude, or ranges to draw them from.  ValueError for an unknown effect or design, or one that leaves no rig a
+    limit cycle.
     """
     if design not in DESIGNS:
         raise ValueError(f"unknown design {design!r}; one of {', '.join(DESIGNS)}")
@@ -98,15 +78,16 @@ def _with_limit_cycles(effects: Sequence[str], severity: float, rigs: int, rng: 
         for name in effects:
             body, drawn = apply(body, name, severity, rng)
             parameters.append(drawn)
-        case = DrawnCase(body, without, tuple(parameters), tuple(_limit_cycle(rig) for rig in body.rigs))
-        if all(_fair(*stable, rig, body) for stable, rig in zip(case.stable, without.rigs, strict=True)):
+        stable = tuple(limit_cycle(rig.wind, rig.disturbances) for rig in body.rigs)
+        case = DrawnCase(body, without, tuple(parameters), stable)
+        if all(_fair(*one, rig) for one, rig in zip(stable, without.rigs, strict=True)):
             return case
     raise ValueError(f"no section was drawn in which {' and '.join(effects)} at {severity:g} leaves a limit cycle")
 
 
-def _fair(amplitude: float, rate: float, before: RigTruth, body: Body) -> bool:
+def _fair(amplitude: float, rate: float, before: RigTruth) -> bool:
     """Whether a limit cycle is left, not much smaller or larger than the one before the effects."""
-    low, high = USUAL[body.section.motion]["amplitude"]
+    low, high = USUAL[before.wind.motion]["amplitude"]
     old_amplitude, old_rate = before.undisturbed
     return (
         np.isfinite(amplitude)
@@ -114,27 +95,6 @@ def _fair(amplitude: float, rate: float, before: RigTruth, body: Body) -> bool:
         and FAIR_AMPLITUDE[0] <= amplitude / old_amplitude <= FAIR_AMPLITUDE[1]
         and FAIR_RATE[0] <= rate / old_rate <= FAIR_RATE[1]
     )
-
-
-def _limit_cycle(rig: RigTruth) -> tuple[float, float]:
-    """Stable amplitude and relaxation rate: by work over a cycle; by simulation where the wake has its own equation."""
-    if not rig.disturbances.wake_gain:
-        return limit_cycle(rig.wind, rig.disturbances)
-    usual, rate = rig.undisturbed
-    ends = []
-    for start in (0.12, 2.4):
-        time, x = simulate_record(
-            rig.wind, initial_amplitude=start * usual, duration=16.0 / rate,
-            sample_rate=SAMPLES_PER_CYCLE * rig.wind.frequency, seed=0, disturbances=rig.disturbances,
-        )  # fmt: skip
-        tail = x[time > 12.0 / rate]
-        halves = [float(np.sqrt(2.0) * part.std()) for part in np.array_split(tail, 2)]
-        if abs(halves[1] - halves[0]) > STEADY * usual:
-            return np.nan, np.nan
-        ends.append(float(np.mean(halves)))
-    if abs(ends[1] - ends[0]) > SAME_CYCLE * usual:
-        return np.nan, np.nan
-    return float(np.mean(ends)), rate
 
 
 def _campaign(
@@ -145,11 +105,12 @@ def _campaign(
     rng = np.random.default_rng(statements)
     damping_sd = float(rng.uniform(*_DAMPING_SD))
     rigs, tests = [], []
-    for j, (rig, child) in enumerate(zip(case.body.rigs, seed.spawn(len(case.body.rigs)), strict=True)):
+    seeds = seed.spawn(len(case.body.rigs))
+    for j, (rig, before) in enumerate(zip(case.body.rigs, case.without.rigs, strict=True)):
         own = replace(air, turbulence=air.turbulence * float(rng.uniform(0.85, 1.15)))
-        records = _records(rig, case.stable[j], own, child, j, still=still)
+        records = _records(rig, case.stable[j], own, seeds[j], j, still=still)
         mass = rig.wind.mass * (1.0 + _MASS_SD * float(rng.standard_normal()))
-        damping = rig.stated_damping * (1.0 + damping_sd * float(rng.standard_normal()))
+        damping = before.wind.damping_ratio * (1.0 + damping_sd * float(rng.standard_normal()))
         stated = Quantity(mass, _MASS_SD * mass), Quantity(damping, damping_sd * damping)
         rigs.append(Rig(f"rig {j + 1}", Quantity(rig.wind.frequency), *stated, tuple(records[IN_WIND:])))
         wind = Quantity(rig.wind.air_density), Quantity(rig.wind.wind_speed)
@@ -182,34 +143,25 @@ def _records(
     air = replace(air, turbulence=air.turbulence * amplitude / usual * np.sqrt(rate / usual_rate))
     made = []
     for i, (kind, truth, start, cycles) in enumerate(plans):
+        d = replace(rig.disturbances, **rig.own.get(i, {}))  # type: ignore[arg-type]
+        if d.clip_level < 0.0:  # a range over the largest amplitude
+            d = replace(d, clip_level=-d.clip_level * d.gain * largest)
+        if d.jump_time < 0.0:  # a time over the record's length
+            d = replace(d, jump_time=-d.jump_time * (cycles / f0))
         time, response = simulate_record(
             truth, initial_amplitude=start, duration=cycles / f0, sample_rate=SAMPLES_PER_CYCLE * f0,
-            seed=children[i], noise=air, disturbances=_resolved(rig.of(i), largest, cycles / f0),
+            seed=children[i], noise=air, disturbances=d,
         )  # fmt: skip
         if kind is Kind.FREE_DECAY:
-            end = _until_rest(response, max(_REST * start, 3.0 * air.sensor_noise))
+            # Until the motion is small, never less than twelve cycles.
+            whole = len(response) // SAMPLES_PER_CYCLE
+            peaks = np.abs(response[: whole * SAMPLES_PER_CYCLE]).reshape(whole, SAMPLES_PER_CYCLE).max(axis=1)
+            small = np.flatnonzero(peaks < max(_REST * start, 3.0 * air.sensor_noise))
+            end = max(int(small[0]), 12) * SAMPLES_PER_CYCLE + 1 if len(small) else len(response)
             time, response = time[:end], response[:end]
         name = f"r{j + 1}_{kind.value.replace('-', '_')}{i % 2 + 1}.csv"
         made.append(Record(name, Path(name), kind, time, response))
     return made
-
-
-def _resolved(d: Disturbances, largest: float, duration: float) -> Disturbances:
-    """Turn a range over the largest amplitude, and a time over the record's length, into numbers."""
-    return replace(
-        d,
-        clip_level=-d.clip_level * d.gain * largest if d.clip_level < 0.0 else d.clip_level,
-        jump_time=-d.jump_time * duration if d.jump_time < 0.0 else d.jump_time,
-    )
-
-
-def _until_rest(response: FloatArray, level: float) -> int:
-    """Number of samples until the motion is small, never less than twelve cycles."""
-    cycle = SAMPLES_PER_CYCLE
-    whole = len(response) // cycle
-    peaks = np.abs(response[: whole * cycle]).reshape(whole, cycle).max(axis=1)
-    small = np.flatnonzero(peaks < level)
-    return max(int(small[0]), 12) * cycle + 1 if len(small) else len(response)
 
 
 def _answer(case: DrawnCase, effects: Sequence[str], severity: float) -> dict[str, Any]:
@@ -220,7 +172,7 @@ def _answer(case: DrawnCase, effects: Sequence[str], severity: float) -> dict[st
     for j, (rig, before, stable) in enumerate(triples, start=1):
         changed = {key: value for key, value in vars(rig.disturbances).items() if value != getattr(OFF, key)}
         answer = {
-            "name": f"rig {j}", "mass_damping_factor": scruton_factor(rig.wind), "disturbances": changed,
+            "name": f"rig {j}", "mass_damping_factor": rig.scruton_factor, "disturbances": changed,
             "records": {str(i): dict(fields) for i, fields in rig.own.items()},
         }  # fmt: skip
         for suffix, truth, (amplitude, rate) in (("", rig, stable), ("_without", before, before.undisturbed)):
@@ -239,7 +191,7 @@ def _answer(case: DrawnCase, effects: Sequence[str], severity: float) -> dict[st
         row: dict[str, float | None] = {"scruton_number": ratio * middle.scruton_number}
         for name, rig in (("stable_amplitude", case.body.middle), ("stable_amplitude_without", middle)):
             damping = rig.wind.damping_ratio + (ratio - 1.0) * middle.wind.damping_ratio
-            amplitude, _ = _limit_cycle(replace(rig, wind=replace(rig.wind, damping_ratio=damping)))
+            amplitude, _ = limit_cycle(replace(rig.wind, damping_ratio=damping), rig.disturbances)
             row[name] = None if np.isnan(amplitude) else amplitude  # no limit cycle
         held_out.append(row)
     return {

@@ -28,27 +28,18 @@ def diagnose_case(folder: Path) -> Mapping[str, Any]:
 
 
 def run_challenge(folder: Path, how: Execution, diagnose: Diagnose = diagnose_case) -> dict[str, str]:
-    """Diagnose every case of a challenge; of a run that is resumed, failed cases are tried again.
+    """Diagnose every case of a challenge, and give the reason for each that has no diagnosis.
+
+    The folder of results gets `case-0001/gap.json` and `case-0001/case.json` (seconds; the reason where a case failed)
+    and so on. Failed cases of a run that is resumed are tried again.
 
     Parameters
     ----------
     folder : Path
-        With one folder a case, each with its campaign.toml.
+        With one folder a case, each with its campaign.toml (InputError where there is none).
     how : Execution
-        Its folder gets `case-0001/gap.json` and `case-0001/case.json` (seconds; the reason where a case failed) and
-        so on.
     diagnose : callable
         From a case's folder to the content of gap.json; of module level, for several processes.
-
-    Returns
-    -------
-    dict
-        By case without a diagnosis, the reason.
-
-    Raises
-    ------
-    InputError
-        For a folder without campaigns, or one for results that holds others.
     """
     at_least(1, "challenge", jobs=how.jobs)
     cases, out = cases_of(folder), how.folder

@@ -1,7 +1,7 @@
 """`challenge score`: confusion, figures and pictures of a run, beside those of the baselines."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from scruton.calibrate.challenge.figures import by_effect, calibration, confusion, figures
-from scruton.calibrate.challenge.outcomes import read_outcomes
+from scruton.calibrate.challenge.figures import by_effect, calibration, confusion, figures, read_outcomes
 from scruton.cells import aligned, csv_text
 from scruton.documents import as_json, write_text
 from scruton.errors import InputError
@@ -31,10 +30,7 @@ _NOISES = {"turbulence": "amplitude scatter", "noise": "sensor noise"}
 
 @dataclass(frozen=True, eq=False)
 class ChallengeScore:
-    """How a diagnosis did: its cases and the challenge's settings as `read_outcomes` gives them, its `figures`.
-
-    And those of others on the same cases, by name.
-    """
+    """How a diagnosis did; `baselines` are the figures of others on the same cases, by name."""
 
     cases: pd.DataFrame
     settings: Mapping[str, Any]
@@ -84,7 +80,10 @@ def score_text(score: ChallengeScore) -> str:
 
 def score_markdown(score: ChallengeScore, pictures: str = ".") -> str:
     """Everything as Markdown; `pictures` is their folder, as seen from the page."""
-    parts = [f"## {title}\n\n{_piped(rows)}" for title, rows in _tables(score)]
+    parts = []
+    for title, (header, *rows) in _tables(score):
+        lines = [f"| {' | '.join(row)} |" for row in (header, *rows)]
+        parts.append("\n".join([f"## {title}\n", lines[0], f"|{'---|' * len(header)}", *lines[1:]]))
     parts.append(
         "## Pictures\n\n"
         f"![Confusion matrix: truth by row, verdict by column]({pictures}/confusion.svg)\n\n"
@@ -170,8 +169,3 @@ def _write(score: ChallengeScore, out: Path) -> None:
 
 def _plain(table: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return [{key: value for key, value in one.items() if key != "percent"} for one in table]
-
-
-def _piped(rows: Sequence[Sequence[str]]) -> str:
-    lines = [f"| {' | '.join(row)} |" for row in rows]
-    return "\n".join([lines[0], f"|{'---|' * len(rows[0])}", *lines[1:]])
