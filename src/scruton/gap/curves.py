@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.effects.effect import Extent, Scope, Variant
-from scruton.dynamics.effects.generic import discrepancy, hats
+from scruton.dynamics.effects.effect import Extent, Scope
+from scruton.dynamics.effects.generic import discrepancy
 from scruton.dynamics.effects.terms import Term
 from scruton.dynamics.limit_cycle import amplitude_rates
 from scruton.dynamics.reading import inverse_reading
@@ -52,7 +52,7 @@ def damping_discrepancy(
     data = final.hypothesis.data
     layout = data.layout
     scope = Scope(Extent.EACH_TEST, layout.by_test())
-    fitted = final.with_variants(Variant("measured", discrepancy(scope.members), hats, scope), iterations=_ITERATIONS)
+    fitted = final.with_variants(discrepancy("measured", scope), iterations=_ITERATIONS)
     tests = [int(np.flatnonzero(layout.test == j)[0]) for j in np.unique(layout.test[layout.wind])]
     measured = [_curve(fitted.hypothesis, fitted.mode, r) for r in tests]
 

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.effects.effect import Extent, Parameter, Scope, Variant, add
+from scruton.dynamics.effects.effect import Extent, Parameter, Scope, Variant
 from scruton.dynamics.effects.terms import Term
 from scruton.dynamics.limit_cycle import limit_cycle_amplitude, transferred
 from scruton.gap.diagnosis import Diagnosis
@@ -83,7 +83,7 @@ def _seen(diagnosis: Diagnosis, term: int, unit: float, prior: float) -> float:
     scope = Scope(Extent.EVERYWHERE, layout.everywhere())
 
     def apply(table: FloatArray, values: Any, _layout: Any) -> None:
-        add(table, Term(term), values["size"] * unit)
+        table[:, :, term] += values["size"] * unit
 
     probe = Variant("probe", (Parameter("size", 0.0, max(prior, 1e-9), scope.members),), apply, scope)
     hypothesis = diagnosis.final.hypothesis.extended(probe)
