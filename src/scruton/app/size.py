@@ -9,8 +9,8 @@ from scruton.app.options import check_writable, parse_damping
 from scruton.app.predict import check_effect
 from scruton.app.run import Outcome, Run
 from scruton.errors import InputError
+from scruton.report.chapters.sizing import sizing_summary
 from scruton.report.render_text import render_text
-from scruton.report.sizing_summary import sizing_summary
 from scruton.terminal import DONE, NOT_TRUSTED
 
 if TYPE_CHECKING:

@@ -9,13 +9,12 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from scruton.report.document import Chart, Code, Document, Picture, Table
+from scruton.report.document import Document, Picture, Table
 from scruton.report.maths import Maths
 from scruton.report.thresholds import LARGEST_SVG_IN_PDF
 from scruton.report.typefaces import families, folders
 
 TEMPLATE = Path(__file__).parent / "templates" / "report.typ"
-MAIN, DATA, TYPEFACES = "main.typ", "document.json", "typefaces.json"
 
 
 def render_pdf(document: Document) -> bytes:
@@ -43,11 +42,18 @@ def render_pages(document: Document, *, ppi: float = 80.0) -> list[bytes]:
 
 
 def _typst(document: Document, **options: Any) -> Any:
+    """Typeset a document together with everything that the typesetter reads, by name."""
     import typst
 
     # its own annotations leave out that files may come as a dictionary
     compiler: Any = typst.compile
-    return compiler(sources(document), ignore_system_fonts=True, font_paths=_fonts(), **options)
+    files = {
+        "main.typ": TEMPLATE.read_bytes(),
+        "document.json": json.dumps(plain(document), ensure_ascii=False).encode(),
+        "typefaces.json": json.dumps(families()).encode(),
+    }
+    files |= {name: content for name, content in map(picture_file, document.every(Picture)) if content}
+    return compiler(files, ignore_system_fonts=True, font_paths=_fonts(), **options)
 
 
 @cache
@@ -56,20 +62,6 @@ def _fonts() -> Any:
     import typst
 
     return typst.Fonts(include_system_fonts=False, font_paths=list(folders()))
-
-
-def sources(document: Document) -> dict[str, bytes]:
-    """Everything that the typesetter reads, by name."""
-    files = {
-        MAIN: TEMPLATE.read_bytes(),
-        DATA: json.dumps(plain(document), ensure_ascii=False).encode(),
-        TYPEFACES: json.dumps(families()).encode(),
-    }
-    for one in document.pictures():
-        name, content = picture_file(one)
-        if content:
-            files[name] = content
-    return files
 
 
 def picture_file(one: Picture) -> tuple[str, bytes]:
@@ -82,33 +74,22 @@ def picture_file(one: Picture) -> tuple[str, bytes]:
 def plain(value: Any) -> Any:
     """A document as JSON: each block with its kind, pictures as names of files, formulae in Typst's language."""
     match value:
-        case str():
-            return readable(value)
+        case str():  # control characters have no glyph; line breaks stay
+            return "".join(one for one in value if one == "\n" or (ord(one) >= 32 and not 0x7F <= ord(one) < 0xA0))
         case Maths():
             return {"kind": "maths", "typst": value.typst}
-        case Code():
-            return {"kind": "code", "text": readable(value.text)}
-        case Picture():
-            name, content = picture_file(value)
-            texts = {key: readable(getattr(value, key)) for key in ("caption", "alt", "number")}
-            return {"kind": "picture", "file": name if content else "", "name": value.name, **texts}
-        case Chart():
-            return plain(value.picture)
         case tuple() | list():
             return [plain(one) for one in value]
         case bool() | int() | float() | None:
             return value
-    if not is_dataclass(value):
-        raise TypeError(f"a document holds no {type(value).__name__}")
-    entry = {one.name: plain(getattr(value, one.name)) for one in fields(value)}
-    kind = type(value).__name__.lower()
+        case Picture():
+            name, content = picture_file(value)
+            entry = {key: plain(getattr(value, key)) for key in ("name", "caption", "alt", "number")}
+            entry["file"] = name if content else ""
+        case _ if is_dataclass(value):
+            entry = {one.name: plain(getattr(value, one.name)) for one in fields(value)}
+        case _:
+            raise TypeError(f"a document holds no {type(value).__name__}")
     if isinstance(value, Table):
         entry["numeric"] = [value.is_numeric(i) for i in range(len(value.header))]
-    return entry | {"kind": kind}
-
-
-def readable(text: str) -> str:
-    """A text without control characters, which have no glyph; line breaks stay."""
-    return "".join(
-        letter for letter in text if letter == "\n" or (ord(letter) >= 32 and not 0x7F <= ord(letter) < 0xA0)
-    )
+    return entry | {"kind": type(value).__name__.lower()}

@@ -24,26 +24,13 @@ CJK, CJK_INDEX = "Noto Sans CJK SC", 2
 
 @dataclass(frozen=True)
 class Typeface:
-    """One face of a file.
-
-    Attributes
-    ----------
-    family : str
-        As the file names itself.
-    path : Path
-    index : int
-        Its place in a collection.
-    weight : int
-        400 regular, 700 bold.
-    style : str
-        "normal" or "oblique".
-    """
+    """One face of a file: family as the file names itself, place in a collection, weight (400 regular, 700 bold)."""
 
     family: str
     path: Path
     index: int = 0
     weight: int = 400
-    style: str = "normal"
+    style: str = "normal"  # or "oblique"
 
 
 @cache
@@ -82,49 +69,32 @@ def _folder(package: str) -> Path:
     return Path(found.origin).parent
 
 
-@dataclass(frozen=True)
-class Subset:
-    """The letters that a page needs from one typeface.
-
-    Attributes
-    ----------
-    letters : str
-        In order, each once.
-    content : bytes
-        An OpenType file of these letters alone.
-    """
-
-    letters: str
-    content: bytes
-
-
-def subsets(text: str) -> tuple[Subset, ...]:
+def subsets(text: str) -> Iterator[tuple[str, bytes]]:
     """What a reader's machine may lack of a text: its letters beyond DejaVu Sans, as small typefaces.
 
     Parameters
     ----------
     text : str
 
-    Returns
-    -------
-    tuple of Subset
-        The same text gives the same bytes. Letters that no typeface holds are left to the reader's machine.
+    Yields
+    ------
+    letters : str
+        Those that a page needs from one typeface, in order, each once.
+    content : bytes
+        An OpenType file of these letters alone; the same text gives the same bytes. Letters that no typeface holds are
+        left to the reader's machine.
     """
     missing = {letter for letter in text if letter.isprintable()}
-    found = []
-    for one in _regular():
+    # one face of every family that has pictures of letters
+    for one in typefaces():
         if not missing:
             break
+        if (one.weight, one.style) != (400, "normal") or one.family == LAST_RESORT:
+            continue
         known = _letters(one)
         if one.family != PLAIN and (letters := "".join(sorted(missing & known))):
-            found.append(Subset(letters, _subset(one, letters)))
+            yield letters, _subset(one, letters)
         missing -= known
-    return tuple(found)
-
-
-def _regular() -> Iterator[Typeface]:
-    """One face of every family that has pictures of letters."""
-    return (one for one in typefaces() if one.weight == 400 and one.style == "normal" and one.family != LAST_RESORT)
 
 
 @cache
