@@ -146,10 +146,7 @@ class Document:
 def numbered(document: Document) -> Document:
     """Leave out what is empty, and number chapters, tables, figures and equations.
 
-    Raises
-    ------
-    ValueError
-        If two tables, two pictures or two chapters have one name: their files and addresses would collide.
+    ValueError where two tables, pictures or chapters have one name: their files and addresses would collide.
     """
     counts: Counter[type] = Counter()
 

@@ -80,13 +80,7 @@ def _latex_run(one: Run) -> str:
 
 
 def write_tables(document: Document, frames: "Mapping[str, pd.DataFrame]", folder: Path) -> list[Path]:
-    """Write every table: CSV with all digits where a frame has them, else as shown; LaTeX as shown.
-
-    Returns
-    -------
-    list of Path
-        CSV files first.
-    """
+    """Write every table: first CSV, with all digits where a frame has them, else as shown; then LaTeX as shown."""
     paths = write_csv(frames, folder)
     tables = document.every(Table)
     texts = {f"{one.name}.csv": _as_shown(one) for one in tables if one.data not in frames}

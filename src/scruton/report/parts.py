@@ -51,13 +51,7 @@ def drawn(figure: FigureWithCaption) -> Picture:
 
 
 def gap_part(campaign: Path, model: str = "default") -> Part:
-    """Diagnose a campaign on disk.
-
-    Raises
-    ------
-    InputError
-        If the campaign cannot be read or holds no record.
-    """
+    """Diagnose a campaign on disk (InputError where it cannot be read or holds no record)."""
     diagnosis, content, findings, curves = examine(campaign, load_card(model), workers=1)
     failures = Failures()
 
@@ -76,13 +70,7 @@ def crossed_part(campaign: Campaign, card: ModelCard, seed: int) -> "dict[str, P
 
 
 def check_bridge(campaign: Path, bridge: Path, limits: Sequence[str] = ()) -> Bridge:
-    """Read a bridge, to refuse what is wrong with it before any work is done.
-
-    Raises
-    ------
-    InputError
-        Whatever is wrong with the bridge, its limits or the campaign.
-    """
+    """Read a bridge: InputError for whatever is wrong with it, its limits or the campaign, before any work is done."""
     found = load_bridge(bridge, load_campaign(campaign).section.motion)
     if not [*found.limits, *map(limit, limits)]:
         raise InputError(bridge, "limits", "no limit", 'at least one, such as limits = ["jtg"]')
@@ -113,13 +101,7 @@ def sizing_origin(
 
 
 def sizing_part(folder: Path, bridge: Path, limits: Sequence[str] = (), seed: int = 0) -> Part:
-    """Size the damping of a bridge from the fit in a folder.
-
-    Raises
-    ------
-    InputError
-        If the fit holds no test in wind, or the bridge does not suit it.
-    """
+    """Size a bridge's damping from the fit in a folder (InputError without a test in wind, or if they do not suit)."""
     tree, summary = read_tree(folder)
     if not summary["tests"]:
         raise InputError(bridge, "", "a campaign without tests in wind", "a campaign with at least one test")

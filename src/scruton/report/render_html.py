@@ -37,19 +37,7 @@ def page(template: str, tests: Any = (), filters: Any = (), **context: Any) -> s
 
 
 def render_html(document: Document) -> str:
-    """Render a page.
-
-    Parameters
-    ----------
-    document : Document
-        As `numbered` gave it.
-
-    Returns
-    -------
-    str
-        The page. Every text of the document is escaped; a policy in its head lets nothing load and no script run but
-        its own.
-    """
+    """Render a page from a numbered document: a policy in its head lets nothing load, no script run but its own."""
     from markupsafe import Markup
 
     pictures = document.every(Picture)

@@ -9,15 +9,7 @@ from scruton.report.maths import Maths
 def render_text(blocks: Iterable[Block]) -> str:
     """Render blocks one below the other, an empty line between them; tables without a row are left out.
 
-    Parameters
-    ----------
-    blocks : iterable of Block
-        Those that a terminal can show: paragraphs, headings, listings, boxes and tables.
-
-    Raises
-    ------
-    TypeError
-        For a block that it cannot show.
+    A terminal can show paragraphs, headings, listings, boxes and tables (TypeError for any other block).
     """
     return "\n\n".join(text for block in blocks if (text := _block(block)))
 

@@ -12,37 +12,22 @@ from typing import Any
 from scruton.report.document import Document, Picture, Table
 from scruton.report.maths import Maths
 from scruton.report.thresholds import LARGEST_SVG_IN_PDF
-from scruton.report.typefaces import families, folders
+from scruton.report.typefaces import families, typefaces
 
 TEMPLATE = Path(__file__).parent / "templates" / "report.typ"
 
 
 def render_pdf(document: Document) -> bytes:
-    """Typeset a document.
+    """Typeset a numbered document: the same one gives the same bytes, whatever typefaces are installed.
 
-    Parameters
-    ----------
-    document : Document
-        As `numbered` gave it.
-
-    Returns
-    -------
-    bytes
-        A PDF; the same document gives the same bytes, whatever typefaces are installed. It holds the letters that
-        it needs.
+    The PDF holds the letters that it needs.
     """
-    content: bytes = _typst(document, format="pdf", timestamp=0)
+    content: bytes = typeset(document, format="pdf", timestamp=0)
     return content
 
 
-def render_pages(document: Document, *, ppi: float = 80.0) -> list[bytes]:
-    """The pages as PNG, to be looked at."""
-    found = _typst(document, format="png", ppi=ppi)
-    return found if isinstance(found, list) else [found]
-
-
-def _typst(document: Document, **options: Any) -> Any:
-    """Typeset a document together with everything that the typesetter reads, by name."""
+def typeset(document: Document, **options: Any) -> Any:
+    """What `typst.compile` makes of a document: bytes, or a list of them where several pages go into several images."""
     import typst
 
     # its own annotations leave out that files may come as a dictionary
@@ -61,7 +46,7 @@ def _fonts() -> Any:
     """The typesetter's own typefaces and ours, read once."""
     import typst
 
-    return typst.Fonts(include_system_fonts=False, font_paths=list(folders()))
+    return typst.Fonts(include_system_fonts=False, font_paths=[*dict.fromkeys(one.path.parent for one in typefaces())])
 
 
 def picture_file(one: Picture) -> tuple[str, bytes]:

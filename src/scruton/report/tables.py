@@ -29,18 +29,9 @@ def unit_of(parameter: str, amplitude_unit: str) -> str:
 
 
 def tables(fit: "Fit", predictions: Sequence["Prediction"] = ()) -> dict[str, "pd.DataFrame"]:
-    """Build every table that has a row.
+    """Every table that has a row, by name: rigs, tests, records, posterior, laws, convergence, predictions, ring_downs.
 
-    Parameters
-    ----------
-    fit : Fit
-    predictions : sequence of Prediction
-
-    Returns
-    -------
-    dict of str to DataFrame
-        By name: rigs, tests, records, posterior, laws, convergence, predictions, ring_downs. Units stand in the
-        names of the columns, or in a column of their own where rows differ.
+    Units stand in the names of the columns, or in a column of their own where rows differ.
     """
     import pandas as pd
 
@@ -173,13 +164,7 @@ def _ring_downs(fit: "Fit", unit: str) -> Iterator[Row]:
 
 
 def write_csv(frames: Mapping[str, "pd.DataFrame"], folder: Path) -> list[Path]:
-    """Write each frame as NAME.csv (UTF-8), each in one atomic step; no cell is a formula to a spreadsheet.
-
-    Returns
-    -------
-    list of Path
-        The files, in the order of the frames.
-    """
+    """Write each frame as NAME.csv (UTF-8), each in one atomic step; no cell is a formula to a spreadsheet."""
     folder.mkdir(parents=True, exist_ok=True)
     paths = [folder / f"{name}.csv" for name in frames]
     for path, frame in zip(paths, frames.values(), strict=True):

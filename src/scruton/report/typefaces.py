@@ -56,11 +56,6 @@ def families() -> tuple[str, ...]:
     return tuple(dict.fromkeys(one.family for one in typefaces()))
 
 
-def folders() -> tuple[Path, ...]:
-    """Folders that hold the files."""
-    return tuple(dict.fromkeys(one.path.parent for one in typefaces()))
-
-
 def _folder(package: str) -> Path:
     """Folder of a package, which need not be imported for it."""
     found = find_spec(package)
@@ -70,19 +65,10 @@ def _folder(package: str) -> Path:
 
 
 def subsets(text: str) -> Iterator[tuple[str, bytes]]:
-    """What a reader's machine may lack of a text: its letters beyond DejaVu Sans, as small typefaces.
+    """What a reader's machine may lack of a text: its letters beyond DejaVu Sans, by typeface, in order, each once.
 
-    Parameters
-    ----------
-    text : str
-
-    Yields
-    ------
-    letters : str
-        Those that a page needs from one typeface, in order, each once.
-    content : bytes
-        An OpenType file of these letters alone; the same text gives the same bytes. Letters that no typeface holds are
-        left to the reader's machine.
+    With each a small OpenType file of these letters alone: the same text gives the same bytes. Letters that no typeface
+    holds are left to the reader's machine.
     """
     missing = {letter for letter in text if letter.isprintable()}
     # one face of every family that has pictures of letters

@@ -33,18 +33,9 @@ APPENDICES = ("methods",)
 
 
 def compose(material: Material, failures: Failures | None = None) -> Document:
-    """Write the document.
+    """Write the document, numbered; chapters that have nothing to say are left out.
 
-    Parameters
-    ----------
-    material : Material
-    failures : Failures, optional
-        What failed before, to be said in its chapter; a chapter that fails is added.
-
-    Returns
-    -------
-    Document
-        Numbered; chapters that have nothing to say are left out.
+    What failed before, if `failures` are given, is said in its chapter; a chapter that fails is added to them.
     """
     fit, failures = material.fit, failures or Failures()
     chapters = []

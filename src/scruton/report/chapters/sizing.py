@@ -1,6 +1,7 @@
 """Damper sizing and risk, from the content of sizing.json: its chapter, and what the terminal is told of it."""
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -61,10 +62,7 @@ def sizing_chapter(material: Material) -> Iterator[Block]:
         "hours",
         "Hours a year in lock-in, and expected beyond the limit",
         ("mode", "lock-in U/(fD)", "hours a year", "beyond the limit"),
-        [
-            (name, f"{number(low, 3)} to {number(high, 3)}{assumed}", number(a_year, 3), number(beyond, 3))
-            for name, low, high, assumed, a_year, beyond in _hours_in_lock_in(content)
-        ],
+        _hours(content, " to ", partial(number, digits=3), partial(number, digits=3)),
     )
     if together.rows or hours.rows:
         yield Heading("All modes together")
@@ -216,12 +214,16 @@ def _exceedances(content: Content, write: Callable[[float], str]) -> list[tuple[
     ]
 
 
-def _hours_in_lock_in(content: Content) -> Iterator[tuple[str, float, float, str, float, float]]:
-    """Mode, reduced velocities of lock-in, whether they are assumed, hours in lock-in and beyond the limit."""
-    if hours := content["all_modes"].get("hours"):
-        columns = (hours[key] for key in ("lock_in", "assumed", "a_year", "exceeding_a_year"))
-        for name, (low, high), assumed, a_year, beyond in zip(content["all_modes"]["names"], *columns, strict=True):
-            yield name, low, high, " (assumed)" if assumed else "", a_year, beyond
+def _hours(content: Content, between: str, velocity: Callable[..., str], hours: Callable[..., str]) -> list[Any]:
+    """One row a mode: reduced velocities of lock-in and whether they are assumed, hours in it and beyond the limit."""
+    found = content["all_modes"].get("hours")
+    if not found:
+        return []
+    columns = (found[key] for key in ("lock_in", "assumed", "a_year", "exceeding_a_year"))
+    return [
+        (name, between.join(map(velocity, bounds)) + (" (assumed)" if assumed else ""), hours(a_year), hours(beyond))
+        for name, bounds, assumed, a_year, beyond in zip(content["all_modes"]["names"], *columns, strict=True)
+    ]
 
 
 def number(value: float | None, digits: int = 4) -> str:
@@ -269,10 +271,7 @@ def sizing_summary(content: Content) -> Iterator[Block]:
         yield from _cost_summary(mode)
     if len(together["names"]) > 1 or "hours" in together:
         yield Table("all_modes", _TOGETHER, ("", *together["names"], "any"), _exceedances(content, "{:.3f}".format))
-        hours = [
-            (name, f"{low:.2f} .. {high:.2f}{assumed}", TERMINAL.number(a_year), TERMINAL.number(beyond))
-            for name, low, high, assumed, a_year, beyond in _hours_in_lock_in(content)
-        ]
+        hours = _hours(content, " .. ", "{:.2f}".format, TERMINAL.number)
         header = ("mode", "lock-in U/(fD)", "hours a year in lock-in", "expected hours beyond the limit")
         yield Table("hours", "", header, hours)
     yield Callout(CAUTION, "", content["flags"])
