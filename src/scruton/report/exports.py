@@ -2,7 +2,6 @@
 
 import csv
 import io
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -88,10 +87,8 @@ def write_tables(document: Document, frames: "Mapping[str, pd.DataFrame]", folde
     if methods := latex_chapter(document, METHODS):
         texts[f"{METHODS}.tex"] = methods
     for name, text in texts.items():
-        # a name that every file system takes
-        paths.append(folder / re.sub(r"[^A-Za-z0-9_.-]", "-", name))
-        write_text(paths[-1], text)
-    return paths
+        write_text(folder / name, text)
+    return [*paths, *(folder / name for name in texts)]
 
 
 def _as_shown(table: Table) -> str:
