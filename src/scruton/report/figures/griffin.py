@@ -112,7 +112,7 @@ def reciprocal_against_damping(fit: Fit) -> FigureWithCaption:
     for name in tests:
         sc = factor[name][:, None] * ratio
         beyond = np.abs(np.median(index_draws(tree, sc, name), axis=0)) > X_TRUSTED
-        own.append(band(100.0 * ratio, griffin_draws(tree, sc, name)[0], unit, name, beyond).reciprocal())
+        own.append(band(100.0 * ratio, griffin_draws(tree, sc, name), unit, name, beyond).reciprocal())
     drawing, axes = style.alone(95.0)
     griffin_axes.draw_bands(axes, fit, own)
     ceiling = max(_ceiling(fit, one, reciprocal=True) for one in own)
