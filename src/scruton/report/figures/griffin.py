@@ -249,10 +249,10 @@ def _steady(axes: "Axes", fit: Fit, styles: Mapping[str, style.LineStyle]) -> fl
             elinewidth=0.9, capsize=2.5, label=f"rig {style.shorten(rig, 20)}, posterior, 90 %", zorder=4,
         )  # fmt: skip
         top = max(top, float(high.max()))
-    for test in campaign.tests:
-        if test.stable_amplitude is not None:
-            at, label = test.wind_speed.mean / unit_speed[test.rig], "measured stable amplitude"
-            axes.plot([at], [test.stable_amplitude.mean], "x", color=style.BLACK, ms=5, mew=1.1, label=label, zorder=5)
+    stated = [(test, test.stable_amplitude.mean) for test in campaign.tests if test.stable_amplitude is not None]
+    if stated:
+        x, y = np.array([(test.wind_speed.mean / unit_speed[test.rig], mean) for test, mean in stated]).T
+        axes.plot(x, y, "x", color=style.BLACK, ms=5, mew=1.1, label="measured stable amplitude", zorder=5)
     return top
 
 
