@@ -106,6 +106,11 @@ class WindPosterior(Posterior):
         """Innovations and their variances, (N, W)."""
         return innovations(self.data, *self.state_space(u), n=self.exponents(u), initial_sd=self.initial_sd)
 
+    def standardised(self, chain: FloatArray) -> FloatArray:
+        """Innovations over their standard deviations at the median of draws (..., d), (N,)."""
+        innovation, variance = self.innovations(np.median(chain.reshape(-1, chain.shape[-1]), axis=0)[None])
+        return np.asarray(innovation[:, 0] / np.sqrt(variance[:, 0]))
+
 
 @dataclass(frozen=True, eq=False)
 class StillAirPosterior(Posterior):
