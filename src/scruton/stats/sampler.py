@@ -178,7 +178,6 @@ def sample(
 
     Parameters
     ----------
-    posterior : Posterior
     settings : SamplerSettings
         Ensembles, walkers, moves and the stopping rule.
     seed : SeedSequence
