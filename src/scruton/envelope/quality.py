@@ -5,15 +5,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from scruton.arrays import FloatArray
 from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Kind, Record
-from scruton.envelope.clipping import clipped_side
 from scruton.envelope.cycles import cycles_from_envelope, demodulate
 from scruton.envelope.lines import Line, second_line
 from scruton.envelope.relaxation import Relaxation, relaxation
 from scruton.envelope.ringdown import weighted_line
-from scruton.envelope.sampling import Sampling, sampling
+from scruton.envelope.sampling import Sampling, quantum_of, run_lengths, sampling
 from scruton.envelope.thresholds import (
+    CROWDED,
     DECAY_FROM,
     FREQUENCY_DRIFT,
     GROWTH_FROM,
@@ -21,10 +22,13 @@ from scruton.envelope.thresholds import (
     MEAN_DRIFT,
     OFFSET,
     RELAXATIONS,
+    RUN,
     SECOND_LINE,
     STANDS_OUT_OF_NOISE,
+    TOP,
 )
 from scruton.envelope.types import Cycles
+from scruton.envelope.windows import cut
 from scruton.errors import InputError
 
 
@@ -199,7 +203,7 @@ def _sampling_remarks(record: Record, steps: Sampling) -> Iterator[Remark]:
 
 def _signal_remarks(record: Record, cycles: Cycles, line: Line | None) -> Iterator[Remark]:
     largest = float(np.max(cycles.amplitude))
-    if side := clipped_side(record.time, record.response, cycles):
+    if side := _clipped_side(record.time, record.response, cycles):
         yield Remark(
             Severity.DOUBT, "clipped", "record", record.name,
             f"the signal is clipped {side}: samples pile up at the extreme reading.", f"the signal is clipped {side}",
@@ -238,6 +242,41 @@ def _signal_remarks(record: Record, cycles: Cycles, line: Line | None) -> Iterat
             f"a second line ({what}) has {{}} % of the height of the main one", 100.0 * line.relative,
             line.relative / SECOND_LINE,
         )  # fmt: skip
+
+
+def _clipped_side(time: FloatArray, response: FloatArray, cycles: Cycles) -> str:
+    """Say where a record is clipped: "above", "below", "above and below", or "" where it is not.
+
+    Two signs are looked for, in the cycles that reach the extreme: the extreme reading repeated in a row, more
+    often than rounding explains, and a top that holds far more samples than a sine's (a sensor that saturates softly).
+    """
+    offset = float(np.mean(response))
+    sides = [
+        word for word, sign in (("above", 1.0), ("below", -1.0)) if _piled_up(time, sign * (response - offset), cycles)
+    ]
+    return " and ".join(sides)
+
+
+def _piled_up(time: FloatArray, y: FloatArray, cycles: Cycles) -> bool:
+    windows = cut(time, cycles.reference_frequency)
+    top = float(np.max(y))
+    if top <= 0.0 or len(windows.number) == 0:
+        return False
+    per_cycle = np.median(windows.stop - windows.first)
+    at_top = y >= top - 1e-9 * top
+    # a rounded sine, too, repeats its largest reading, as long as it stays within half a quantum of it
+    honest = per_cycle / np.pi * np.sqrt(2.0 * min(quantum_of(y), top) / top)
+    if np.max(run_lengths(at_top)) >= max(RUN, 1.3 * honest + 2.0):
+        return True
+    stops = np.stack([windows.first, windows.stop], axis=1).ravel()
+    padded = np.append(y, -np.inf)
+    highest = np.maximum.reduceat(padded, stops)[::2]
+    reach = highest > top * (1.0 - 0.25 * TOP)
+    if np.count_nonzero(reach) < 3:
+        return False
+    crowd = np.add.reduceat(np.append(y > top * (1.0 - TOP), False).astype(float), stops)[::2]
+    share = np.sum(crowd[reach]) / np.sum((windows.stop - windows.first)[reach])
+    return bool(share > CROWDED * np.arccos(1.0 - TOP) / np.pi)
 
 
 def _offset_and_drift(record: Record, cycles: Cycles) -> tuple[float, float]:

@@ -84,13 +84,11 @@ class SecondOrderExponential:
         origin, length = float(time[0]), float(time[-1] - time[0])
         x, root = (t - origin) / length, np.sqrt(weight / weight.sum())
 
-        def basis(fast: float, gap: float) -> FloatArray:
+        def project(p: FloatArray) -> tuple[FloatArray, FloatArray]:
+            fast, gap = p[0], np.exp(p[1])
             # e^(bx) and the divided difference [e^(bx) - e^(dx)]/(b - d): well conditioned even where b is near d
             first = np.exp(fast * (x if fast <= 0.0 else x - 1.0))
-            return np.stack([first, first * -np.expm1(-gap * x) / gap], axis=1)
-
-        def project(p: FloatArray) -> tuple[FloatArray, FloatArray]:
-            design = basis(p[0], np.exp(p[1])) * root[:, None]
+            design = np.stack([first, first * -np.expm1(-gap * x) / gap], axis=1) * root[:, None]
             linear = np.linalg.lstsq(design, y * root, rcond=None)[0]
             return linear, y * root - design @ linear
 
