@@ -4,7 +4,6 @@ Everything here averages over as few cycles as give a direction that can be reli
 stands far above the noise, hundreds where it has sunk into it.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,12 +34,9 @@ def box_sum[A: (FloatArray, ComplexArray)](x: A, half: int) -> A:
     return result
 
 
-def _widths(n: int) -> Iterator[int]:
-    half = 1
-    while half < n:
-        yield half
-        half *= 2
-    yield n
+def _widths(n: int) -> list[int]:
+    """Powers of two below n, and n."""
+    return [*(2**k for k in range((n - 1).bit_length())), n]
 
 
 def _path(z: ComplexArray, variance: FloatArray) -> FloatArray:
