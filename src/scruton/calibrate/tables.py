@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from scruton.calibrate.coverage import EVERYTHING, LawCheck
+from scruton.calibrate.coverage import EVERYTHING, CalibrationResult, LawCheck
 from scruton.calibrate.identifiability import Identifiability
 from scruton.calibrate.pictures import draw
 from scruton.calibrate.quantities import INTERVALS, kind_of
 from scruton.calibrate.regimes import Regime
-from scruton.calibrate.result import CalibrationResult
 from scruton.calibrate.thresholds import LIMIT
 from scruton.cells import aligned, csv_text
 from scruton.documents import as_json, write_text
