@@ -1,4 +1,4 @@
-"""What a calibration shows: coverage of central intervals, single and pooled, uniformity of the ranks, checks of laws."""
+"""What a calibration shows: coverage of central intervals, one by one and pooled, uniform ranks, checks of the law."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
