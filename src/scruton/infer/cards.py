@@ -14,8 +14,8 @@ from scruton.campaign.spelling import did_you_mean, show
 from scruton.campaign.toml import Field, Table, Wording, anything, bare, is_number, read_toml, text, toml_text, valid
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
 from scruton.errors import InputError
-from scruton.stats.convergence import SamplerSettings
 from scruton.infer.thresholds import MOST_SAMPLED
+from scruton.stats.convergence import SamplerSettings
 from scruton.stats.priors import FAMILIES, Prior
 
 # Parameters that a card gives a prior, with the unit that it is in; some have a table for each motion. The program
