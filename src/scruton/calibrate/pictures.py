@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.calibrate.coverage import Cell
+from scruton.calibrate.coverage import CalibrationResult, Cell
 from scruton.calibrate.quantities import INTERVALS, kind_of
-from scruton.calibrate.result import CalibrationResult
 from scruton.calibrate.thresholds import LIMIT
 
 if TYPE_CHECKING:
