@@ -9,8 +9,8 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.documents import as_json
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Term
-from scruton.dynamics.effects.effect import Extent, Scope, Variant
-from scruton.dynamics.effects.generic import discrepancy, hats
+from scruton.dynamics.effects.effect import Extent, Scope
+from scruton.dynamics.effects.generic import discrepancy
 from scruton.dynamics.limit_cycle import amplitude_rates
 from scruton.dynamics.reading import inverse_reading
 from scruton.gap.data import GapData, settled_end
@@ -205,7 +205,7 @@ def damping_discrepancy(
     """
     data, layout = final.hypothesis.data, final.hypothesis.data.layout
     scope = Scope(Extent.EACH_TEST, layout.by_test())
-    fitted = final.with_variants(Variant("measured", discrepancy(scope.members), hats, scope), iterations=_ITERATIONS)
+    fitted = final.with_variants(discrepancy("measured", scope), iterations=_ITERATIONS)
     tests = list(data.first_in_wind.values())
     measured = [_curve(fitted.hypothesis, fitted.mode, r) for r in tests]
 
