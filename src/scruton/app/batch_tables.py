@@ -88,21 +88,15 @@ def _said(batch: "Batch") -> str:
 
 def batch_page(batch: "Batch") -> str:
     """Write the page: one file that needs nothing else; everything that came from the campaigns' files is escaped."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+    from scruton.report.render_html import page
 
-    from scruton.report.render_html import TEMPLATES, with_typefaces
-
-    environment = Environment(
-        loader=FileSystemLoader(TEMPLATES), autoescape=True, undefined=StrictUndefined,
-        trim_blocks=True, lstrip_blocks=True,
-    )  # fmt: skip
-    page = environment.get_template("batch.html.j2").render(
+    return page(
+        "batch.html.j2",
         said=_said(batch),
         design=[stated(one) for one in batch.design],
         campaigns=[_shown(one, batch) for one in batch.campaigns],
         provenance=batch.provenance,
     )
-    return with_typefaces(page)
 
 
 def _shown(entry: "Entry", batch: "Batch") -> dict[str, Any]:

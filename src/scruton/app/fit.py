@@ -139,18 +139,17 @@ def report(arguments: Namespace) -> Outcome:
     task = FitTask.asked(arguments)
     settings = {"sc": arguments.sc, "limits": limits, "gap": gap, "bridge": bridge is not None}
     with task.claim(arguments, sha256=sha256, settings=settings) as work, SecondProcess() as second:
-        crossed = begun(second, crossed_part, path, model, task.names, seed)
+        crossed = begun(second, crossed_part, task.campaign, task.card, seed)
         diagnosis = begun(second, gap_part, path, model) if gap else None
         fit = task.fit(work)
         write_fit(fit, work.new)
         sizing = None if bridge is None else begun(second, sizing_part, work.new, bridge, limits, seed)
         of_the_bridge = partial(scruton_numbers_of, fit, bridge) if bridge and fit.summary["tests"] else ()
         paths = write_report(
-            fit, work.new, design_sc=arguments.sc or of_the_bridge, gap=diagnosis, sizing=sizing, crossed=crossed,
-            second=second,
+            fit, work.new, place=task.folder, design_sc=arguments.sc or of_the_bridge, gap=diagnosis, sizing=sizing,
+            crossed=crossed, second=second,
         )  # fmt: skip
         work.publish()
-    paths = paths.moved(work.new, task.folder)
     places = (("report (PDF):", paths.pdf), ("report:", paths.report), ("Griffin plot:", paths.griffin))
     lines = [f"{name:13} {place}" for name, place in places if place is not None]
     failures = [one.sentence for one in paths.failures]

@@ -68,9 +68,9 @@ def size(arguments: Namespace) -> Outcome:
 
     InputError for bad input, or a folder that holds a sizing already; nothing is written then.
     """
+    from scruton.report.chapters.sizing import sizing_summary
     from scruton.report.figures import figures_from, save
     from scruton.report.parts import sizing_origin
-    from scruton.report.sizing_summary import sizing_summary
     from scruton.sizing.limits import limit
     from scruton.sizing.run import size
 
