@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
+from enum import Enum
+from pathlib import Path
 from types import UnionType
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
@@ -37,6 +39,8 @@ def from_json(kind: Any, content: Any) -> Any:
         return tuple(from_json(part, own) for part, own in zip(each, content, strict=True))
     if origin is not None and issubclass(origin, Mapping):
         return {key: from_json(parts[1], own) for key, own in content.items()}
+    if isinstance(kind, type) and issubclass(kind, Enum | Path):
+        return kind(content)
     return np.nan if kind is float and content is None else content
 
 
