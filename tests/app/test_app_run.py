@@ -36,6 +36,7 @@ def test_a_verb_without_a_function_needs_a_step(capsys) -> None:
             main([verb.name])
         assert "the following arguments are required: STEP" in capsys.readouterr().err
 
+
 def claim(folder, *, quiet=True, force=False, resume=False, seed=3, settings=None):
     arguments = Namespace(seed=seed, quiet=quiet, force=force, resume=resume)
     return Run(

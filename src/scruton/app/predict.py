@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scruton.app.options import check_effect_name, check_writable, parse_damping
+from scruton.app.options import check_writable, parse_damping
 from scruton.app.run import Outcome, Run
 from scruton.errors import InputError
 from scruton.report.render_text import render_text
@@ -53,7 +53,6 @@ def _read(results: Path, effect: str | None, wanted: str) -> "tuple[xr.DataTree,
     tree, summary = read_tree(results)
     if not summary["tests"]:
         raise InputError(results, "", "a campaign without tests in wind", wanted)
-    check_effect_name(effect)
     carried = summary.get("effect", {}).get("used")
     if effect is not None and (carried is None or effect not in ("auto", carried)):
         raise InputError(

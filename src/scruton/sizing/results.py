@@ -5,9 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from scruton.documents import as_json, read_document
+from scruton.documents import as_json, from_json, read_document
 from scruton.errors import InputError
-from scruton.records import from_json
 from scruton.sizing.damper import Damper
 from scruton.sizing.model import Spread
 from scruton.sizing.modes import AllModes
