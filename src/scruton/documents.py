@@ -8,6 +8,7 @@ import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
+from enum import Enum
 from hashlib import sha256
 from pathlib import Path
 from types import UnionType
@@ -124,6 +125,8 @@ def from_json(kind: Any, content: Any) -> Any:
         return tuple(from_json(part, own) for part, own in zip(each, content, strict=True))
     if origin is not None and issubclass(origin, Mapping):
         return {key: from_json(parts[1], own) for key, own in content.items()}
+    if isinstance(kind, type) and issubclass(kind, Enum | Path):
+        return kind(content)
     return np.nan if kind is float and content is None else content
 
 

@@ -12,11 +12,10 @@ import xarray as xr
 import scruton
 from scruton.campaign import load_campaign
 from scruton.errors import InputError
-from scruton.infer.archive import pack, unpack
 from scruton.infer.cards import ModelCard, load_card
 from scruton.infer.fit import fit_campaign
 from scruton.infer.result_schema import SCHEMA, dataset, faults
-from scruton.infer.store import POSTERIOR, SUMMARY, read_tree, write_fit
+from scruton.infer.store import POSTERIOR, SUMMARY, pack, read_tree, unpack, write_fit
 from scruton.report.figures import all_figures, save
 from scruton.report.tables import tables
 

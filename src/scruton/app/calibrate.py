@@ -32,8 +32,7 @@ def run(arguments: Namespace) -> Outcome:
 
 def challenge_make(arguments: Namespace) -> Outcome:
     """Write campaigns with a hidden effect and seal the answers."""
-    from scruton.calibrate.challenge.make import make_challenge
-    from scruton.calibrate.challenge.plan import Plan
+    from scruton.calibrate.challenge.make import Plan, make_challenge
 
     low, high = check_numbers("--turbulence", arguments.turbulence, 2)
     severities = check_numbers("--severities", arguments.severities)

@@ -4,24 +4,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from scruton.arrays import FloatArray
-from scruton.campaign.remarks import Severity, sentences
 from scruton.campaign.schema import Campaign
-from scruton.envelope import Cycles, RingDown, review, weigh
+from scruton.envelope import RingDown
 from scruton.infer.results import TestResult
 from scruton.infer.thresholds import BAND_FLOOR, DAMPING_CERTAINTY, DAMPING_VARIATION, NOT_WHITE
 from scruton.stats import whiteness
-
-
-def slips(
-    campaign: Campaign, cycles: Mapping[str, Cycles], ringdowns: Mapping[str, RingDown], stated_sd: float
-) -> list[str]:
-    """What looks like a slip in the campaign, worst first, alike slips in one line.
-
-    `stated_sd` is the relative standard deviation of a damping ratio that is stated without one. Mere properties of
-    records, which `scruton check` notes, are left out.
-    """
-    return sentences(review(weigh(campaign, cycles, ringdowns, stated_sd)), Severity.DOUBT)
 
 
 def damping_varies(ringdown: RingDown) -> tuple[int, int] | None:
@@ -41,20 +28,15 @@ def damping_varies(ringdown: RingDown) -> tuple[int, int] | None:
 
 def varying_damping(campaign: Campaign, ringdowns: Mapping[str, RingDown]) -> list[str]:
     """Rigs whose still-air damping depends on the amplitude."""
-    unit = campaign.section.amplitude_unit
-    lines = []
+    unit, lines = campaign.section.amplitude_unit, []
     for name, ringdown in ringdowns.items():
-        found = damping_varies(ringdown)
-        if found is None:
-            continue
-        texts = [
-            f"{100 * one.damping_ratio:.3g} % at {one.lower:.3g} to {one.upper:.3g} {unit}"
-            for one in (ringdown.bands[i] for i in found)
-        ]
-        lines.append(
-            f"rig {name}: structural damping varies with amplitude ({texts[0]}, {texts[1]}); the posterior of one "
-            "constant is an average over the ring-downs, and Eq. (6) takes the measured xi_s(A)"
-        )
+        bands = [ringdown.bands[i] for i in damping_varies(ringdown) or ()]
+        texts = [f"{100 * one.damping_ratio:.3g} % at {one.lower:.3g} to {one.upper:.3g} {unit}" for one in bands]
+        if texts:
+            lines.append(
+                f"rig {name}: structural damping varies with amplitude ({', '.join(texts)}); the posterior of one "
+                "constant is an average over the ring-downs, and Eq. (6) takes the measured xi_s(A)"
+            )
     return lines
 
 
@@ -63,14 +45,14 @@ def misfit(tests: Sequence[TestResult]) -> list[str]:
 
     The innovations are those of each test's own posterior at its median; p-values are adjusted over all records.
     """
-    parts = [(one, standardised_innovations(one)) for one in tests if one.posterior.data.size]
+    parts = [one for one in tests if one.posterior.data.size]
     if not parts:
         return []
     checks = whiteness.judge(
-        np.concatenate([innovation for _, innovation in parts]),
-        np.concatenate([one.posterior.data.amplitude for one, _ in parts]),
-        np.concatenate([np.full(one.posterior.data.size, one.test.name) for one, _ in parts]),
-        np.concatenate([one.posterior.data.record for one, _ in parts]),
+        np.concatenate([one.posterior.standardised(one.samples.chain) for one in parts]),
+        np.concatenate([one.posterior.data.amplitude for one in parts]),
+        np.repeat([one.test.name for one in parts], [one.posterior.data.size for one in parts]),
+        np.concatenate([one.posterior.data.record for one in parts]),
     )
     found: dict[str, list[str]] = {}
     for one in checks:
@@ -81,13 +63,6 @@ def misfit(tests: Sequence[TestResult]) -> list[str]:
         "model is not that of the records, `scruton criticise` says more"
         for test, what in found.items()
     ]
-
-
-def standardised_innovations(one: TestResult) -> FloatArray:
-    """One-step errors over their standard deviations at the posterior median, (N,)."""
-    middle = np.median(one.samples.chain.reshape(-1, one.samples.chain.shape[-1]), axis=0)
-    innovation, variance = one.posterior.innovations(middle[None])
-    return np.asarray(innovation[:, 0] / np.sqrt(variance[:, 0]))
 
 
 def unconstrained(tests: Sequence[TestResult]) -> list[str]:

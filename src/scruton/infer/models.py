@@ -14,8 +14,7 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.dynamics.likelihood import innovations, log_likelihood, pointwise_log_likelihood
 from scruton.dynamics.trial_filter import trial_log_likelihood
-from scruton.stats.coordinates import Coordinates
-from scruton.stats.posterior import Posterior
+from scruton.stats.posterior import Coordinates, Posterior
 from scruton.stats.priors import Prior
 
 # Parameters of a test in wind under a law that is given.
@@ -106,6 +105,11 @@ class WindPosterior(Posterior):
     def innovations(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Innovations and their variances, (N, W)."""
         return innovations(self.data, *self.state_space(u), n=self.exponents(u), initial_sd=self.initial_sd)
+
+    def standardised(self, chain: FloatArray) -> FloatArray:
+        """Innovations over their standard deviations at the median of draws (..., d), (N,)."""
+        innovation, variance = self.innovations(np.median(chain.reshape(-1, chain.shape[-1]), axis=0)[None])
+        return np.asarray(innovation[:, 0] / np.sqrt(variance[:, 0]))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,13 +1,19 @@
 """The results of a fit on disk, posterior.nc and fit.json, and back."""
 
 import gc
+import json
+import os
 import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scruton.documents import read_document, replace_file, write_document
+import numpy as np
+
+from scruton.arrays import FloatArray
+from scruton.documents import from_json, read_document, replace_file, write_document
 from scruton.errors import InputError
 from scruton.infer.result_schema import SCHEMA, faults
 from scruton.workspace import digest
@@ -125,6 +131,45 @@ def load_fit(folder: Path) -> "Fit":
     )  # fmt: skip
 
 
+def pack(folder: Path, **values: Any) -> tuple[str, FloatArray]:
+    """Turn dataclasses, by name, into a JSON text and the numbers of all their arrays, end to end, that it refers to.
+
+    Paths are kept as they lie from `folder`: where that stood on some machine is nobody's business, and no result
+    depends on it.
+    """
+    arrays = [np.empty(0)]
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, Path):
+            return Path(os.path.relpath(value, folder)).as_posix()
+        if not isinstance(value, np.ndarray):
+            return {one.name: getattr(value, one.name) for one in fields(value)}
+        start = sum(map(len, arrays))
+        arrays.append(np.asarray(value, dtype=np.float64).reshape(-1))
+        return {"start": start, "shape": list(value.shape)}
+
+    return json.dumps(values, ensure_ascii=False, default=plain), np.concatenate(arrays)
+
+
+def unpack(document: str, numbers: FloatArray, **kinds: type) -> dict[str, Any]:
+    """Read back what `pack` made: the values called as the keywords are, of their types.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        If the document holds no such values.
+    """
+
+    def read(found: dict[str, Any]) -> Any:
+        if found.keys() == {"start", "shape"}:
+            size = int(np.prod(found["shape"]))
+            return numbers[found["start"] : found["start"] + size].reshape(found["shape"])
+        return {key: value for key, value in found.items() if value is not None}
+
+    content = json.loads(document, object_hook=read)
+    return {name: from_json(kind, content[name]) for name, kind in kinds.items()}
+
+
 def stored_inputs(tree: "xr.DataTree", path: Path = Path(POSTERIOR)) -> "tuple[Campaign, ModelCard]":
     """The campaign and the resolved model card that a tree was made of; `path` is for the error.
 
@@ -134,7 +179,6 @@ def stored_inputs(tree: "xr.DataTree", path: Path = Path(POSTERIOR)) -> "tuple[C
         If an earlier version wrote the tree, which kept neither.
     """
     from scruton.campaign.schema import Campaign
-    from scruton.infer.archive import unpack
     from scruton.infer.cards import ModelCard
 
     try:
@@ -142,9 +186,8 @@ def stored_inputs(tree: "xr.DataTree", path: Path = Path(POSTERIOR)) -> "tuple[C
         document, numbers = str(group["document"].item()), group["numbers"].to_numpy()
         stored = unpack(document, numbers, campaign=Campaign, card=ModelCard)
     except (KeyError, TypeError, ValueError) as error:
-        raise InputError(
-            path, "", "results that do not hold the campaign and the card they were made of", WANTED
-        ) from error
+        found = "results that do not hold the campaign and the card they were made of"
+        raise InputError(path, "", found, WANTED) from error
     return stored["campaign"], stored["card"]
 
 

@@ -49,9 +49,8 @@ def summarise(
     sampled: Sampled,
     convergence: "pd.DataFrame",
     provenance: Mapping[str, Any],
-    *,
     flags: Sequence[str],
-    converged: bool,
+    *,
     misfit: bool,
 ) -> dict[str, Any]:
     """The content of fit.json.
@@ -63,7 +62,6 @@ def summarise(
         One row per parameter of every posterior.
     provenance : mapping
     flags : sequence of str
-    converged : bool
     misfit : bool
         Whether the innovations speak against the reference law.
     """
@@ -71,7 +69,7 @@ def summarise(
     return {
         "format": 1,
         "title": sampled.campaign.title,
-        "converged": converged,
+        "converged": bool(convergence["converged"].all()),
         "flags": list(flags),
         "law_n": reference_law(sampled.card),
         "laws": _laws(sampled.joint, misfit),

@@ -9,13 +9,12 @@ import xarray as xr
 
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign
-from scruton.infer.archive import pack
 from scruton.infer.cards import ModelCard
-from scruton.infer.flags import standardised_innovations
 from scruton.infer.predictive import free_runs
-from scruton.infer.result_schema import dataset
+from scruton.infer.result_schema import SCHEMA, dataset
 from scruton.infer.results import PeakResult, Sampled, TestResult, TrialResult
 from scruton.infer.sampling import Sampling
+from scruton.infer.store import pack
 from scruton.stats.sampler import Samples
 
 POINTWISE_THIN = 8  # the pointwise log likelihood is kept for every eighth draw
@@ -73,24 +72,12 @@ def inputs_group(campaign: Campaign, card: ModelCard) -> xr.Dataset:
 
 def convergence_group(samples: Mapping[str, Samples]) -> xr.Dataset:
     """Group `convergence`: a row for every parameter of every posterior."""
-    rows: dict[str, list[Any]] = {}
+    rows: dict[str, list[Any]] = {one.name: [] for one in SCHEMA["convergence"]}
     for posterior, one in samples.items():
-        verdict = one.convergence
-        for i, name in enumerate(one.names):
-            row = {
-                "posterior": posterior,
-                "parameter": name,
-                "rhat_nested": verdict.rhat_nested[i],
-                "ess_bulk": verdict.ess_bulk[i],
-                "ess_tail": verdict.ess_tail[i],
-                "tau": verdict.tau[i],
-                "steps": verdict.steps,
-                "acceptance": verdict.acceptance,
-                "stuck": verdict.stuck,
-                "converged": verdict.converged,
-            }
-            for key, value in row.items():
-                rows.setdefault(key, []).append(value)
+        for i, parameter in enumerate(one.names):
+            of = {"posterior": posterior, "parameter": parameter} | vars(one.convergence)
+            for key, column in rows.items():
+                column.append(of[key][i] if isinstance(of[key], np.ndarray) else of[key])
     return dataset("convergence", rows)
 
 
@@ -176,7 +163,7 @@ def _cycle_groups(tests: Sequence[TestResult], sampling: Sampling) -> dict[str, 
     log_likelihood = np.concatenate(pointwise, axis=-1)
     mean, replicate = (np.concatenate(run, axis=-1)[None] for run in zip(*runs, strict=True))
     observed = np.concatenate([one.posterior.data.amplitude for one in tests])
-    standardised = np.concatenate([standardised_innovations(one) for one in tests])
+    standardised = np.concatenate([one.posterior.standardised(one.samples.chain) for one in tests])
     kept = np.arange(log_likelihood.shape[1]) * POINTWISE_THIN
     return {
         "log_likelihood": dataset("log_likelihood", {"amplitude": log_likelihood}, draw=kept),
