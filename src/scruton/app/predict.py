@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
     from scruton.sizing.bridge import Bridge
 
-RESULT = "sizing.json"
-
 
 def predict(arguments: Namespace) -> Outcome:
     """Predict the stable amplitude at a design Scruton number; nothing is written.
@@ -71,7 +69,7 @@ def size(arguments: Namespace) -> Outcome:
     from scruton.report.parts import sizing_origin
     from scruton.report.sizing_summary import sizing_summary
     from scruton.sizing.limits import limit
-    from scruton.sizing.run import size
+    from scruton.sizing.run import RESULT, size
 
     results = arguments.results
     folder = arguments.out or results / "sizing"
