@@ -193,11 +193,12 @@ def _do(job: Job) -> None:
     from scruton.infer.store import POSTERIOR, SUMMARY, write_fit
     from scruton.report.build import HTML, write_report
 
-    task = FitTask.of(Path(job.campaign), Path(job.folder), model=job.model, seed=job.seed)
-    claim = task.claim(
-        Namespace(seed=job.seed, quiet=True, force=job.force, resume=True),
-        settings={"report": True, "sc": list(job.design)} if job.report else {},
-    )
+    asked = Namespace(
+        campaign=Path(job.campaign), out=Path(job.folder), model=job.model, tests=None, seed=job.seed, effect=None,
+        quiet=True, force=job.force, resume=True,
+    )  # fmt: skip
+    task = FitTask.of(asked)
+    claim = task.claim(asked, settings={"report": True, "sc": list(job.design)} if job.report else {})
     if not job.force and claim.done([POSTERIOR, SUMMARY, *([HTML] if job.report else [])]) and not _missing(job):
         return
     with claim as work:

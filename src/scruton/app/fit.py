@@ -2,13 +2,12 @@
 
 import shlex
 from argparse import Namespace
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scruton.app.options import check_effect_name
 from scruton.app.run import Outcome, Run, default_folder
 from scruton.campaign import Campaign, load_campaign, tests_named, tests_used
 from scruton.errors import InputError
@@ -36,43 +35,22 @@ class FitTask:
     folder: Path  # for the results
 
     @classmethod
-    def of(
-        cls,
-        path: Path,
-        out: Path | None,
-        *,
-        model: str,
-        tests: str | Sequence[str] | None = None,
-        seed: int,
-        effect: str | None = None,
-    ) -> "FitTask":
-        """Read the campaign and the card; InputError for bad input."""
+    def of(cls, asked: Namespace) -> "FitTask":
+        """Read the campaign and the card that the command line asks for; InputError for bad input."""
         from scruton.infer.cards import load_card
 
-        check_effect_name(effect)
-        campaign = load_campaign(path)
-        names = tests_named(campaign, tests)
+        campaign = load_campaign(asked.campaign)
+        names = tests_named(campaign, asked.tests)
         if names:
             campaign = tests_used(campaign, names)
-        return cls(campaign, load_card(model), names, seed, effect, out if out is not None else default_folder(path))
+        folder = asked.out if asked.out is not None else default_folder(asked.campaign)
+        return cls(campaign, load_card(asked.model), names, asked.seed, asked.effect, folder)
 
-    @classmethod
-    def asked(cls, arguments: Namespace) -> "FitTask":
-        """The fit that the command line asks for."""
-        options = {name: getattr(arguments, name) for name in ("model", "tests", "seed", "effect")}
-        return cls.of(arguments.campaign, arguments.out, **options)
-
-    def claim(self, arguments: Namespace, *, sha256: Mapping[str, str] = {}, settings: Mapping[str, Any] = {}) -> Run:
+    def claim(self, arguments: Namespace, sha256: Mapping[str, str] = {}, settings: Mapping[str, Any] = {}) -> Run:
         """The run, to be entered; `sha256` and `settings` are those beside the fit's own."""
-        return Run(
-            self.folder,
-            "fit",
-            arguments,
-            sha256={**(self.campaign.sha256 or {}), **sha256},
-            card=self.card,
-            settings={"tests": list(self.names), "effect": self.effect, **settings},
-            results=RESULTS,
-        )
+        files = {**(self.campaign.sha256 or {}), **sha256}
+        own = {"tests": list(self.names), "effect": self.effect, **settings}
+        return Run(self.folder, "fit", arguments, sha256=files, card=self.card, settings=own, results=RESULTS)
 
     def fit(self, work: Run) -> "Fit":
         """Fit, with checkpoints in the folder; an effect (or "auto": what diagnosis finds) goes into the tree."""
@@ -80,15 +58,11 @@ class FitTask:
 
         card, effect = self.card, self.effect
         tests = "".join(f" --test {shlex.quote(name)}" for name in self.names)
+        command = f"fit --seed {self.seed} --model {card.name}{tests}" + (f" --effect {effect}" if effect else "")
         fit = fit_campaign(
-            self.campaign,
-            card,
-            seed=self.seed,
-            checkpoints=work.checkpoints,
-            report=work.bar,
-            command=f"fit --seed {self.seed} --model {card.name}{tests}" + (f" --effect {effect}" if effect else ""),
+            self.campaign, card, seed=self.seed, checkpoints=work.checkpoints, report=work.bar, command=command,
             only=self.names,
-        )
+        )  # fmt: skip
         if effect is not None:
             from scruton.gap.bands import attach
             from scruton.gap.data import load_gap
@@ -111,7 +85,7 @@ def run(arguments: Namespace) -> Outcome:
     """Fit a campaign into a folder; InputError for bad input: nothing is written then."""
     from scruton.infer.store import write_fit
 
-    task = FitTask.asked(arguments)
+    task = FitTask.of(arguments)
     with task.claim(arguments) as work:
         fit = task.fit(work)
         paths = work.published(write_fit(fit, work.new))
@@ -136,9 +110,9 @@ def report(arguments: Namespace) -> Outcome:
         raise InputError("command line", "--limit", f'"{limits[0]}" without a bridge', "--bridge FILE beside it")
     stands = None if bridge is None else check_bridge(path, bridge, limits)
     sha256 = {} if stands is None else stands.sha256
-    task = FitTask.asked(arguments)
+    task = FitTask.of(arguments)
     settings = {"sc": arguments.sc, "limits": limits, "gap": gap, "bridge": bridge is not None}
-    with task.claim(arguments, sha256=sha256, settings=settings) as work, SecondProcess() as second:
+    with task.claim(arguments, sha256, settings) as work, SecondProcess() as second:
         crossed = begun(second, crossed_part, task.campaign, task.card, seed)
         diagnosis = begun(second, gap_part, path, model) if gap else None
         fit = task.fit(work)

@@ -6,14 +6,13 @@ import re
 from collections.abc import Callable, Mapping
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from scruton.app.thresholds import EXPONENTS, LARGEST_SC, LARGEST_SEED, LONGEST_PATH, MOST
+from scruton.campaign.quantity import Quantity
+from scruton.campaign.spelling import digits
 from scruton.dynamics.effects import CATALOGUE
 from scruton.errors import InputError
-
-if TYPE_CHECKING:
-    from scruton.campaign.quantity import Quantity
 
 AUTO = "auto"  # the effect that diagnosis finds
 
@@ -30,9 +29,9 @@ def check_options(options: Mapping[str, Any]) -> None:
                 check(one, f"--{name.replace('_', '-')}" if name != "out" else "-o")
 
 
-def check_effect_name(effect: str | None, option: str = "--effect") -> None:
+def check_effect_name(effect: str, option: str) -> None:
     """Refuse the name of an effect that is not in the catalogue."""
-    if effect is None or effect == AUTO or effect in CATALOGUE:
+    if effect == AUTO or effect in CATALOGUE:
         return
     close = [name for name in CATALOGUE if effect.lower() in name] or get_close_matches(effect, CATALOGUE, n=1)
     near = f'"{close[0]}"; ' if close else ""
@@ -66,9 +65,7 @@ def check_numbers(option: str, text: str, count: int | None = None) -> tuple[flo
 def _whole(low: int, high: int, wanted: str) -> Callable[[int, str], None]:
     def check(value: int, option: str) -> None:
         if not low <= value <= high:
-            text = str(value)
-            found = text if len(text) <= 24 else f"a number of {len(text.lstrip('-'))} digits"
-            raise InputError("command line", option, found, f"a whole number, {wanted}")
+            raise InputError("command line", option, digits(value), f"a whole number, {wanted}")
 
     return check
 
@@ -82,10 +79,8 @@ def _between(low: float, high: float, example: str) -> Callable[[float, str], No
     return check
 
 
-def parse_damping(text: str, option: str = "--damping") -> "Quantity":
+def parse_damping(text: str, option: str = "--damping") -> Quantity:
     """Read a design damping ratio from the command line: "0.003", "0.003 +/- 0.001"."""
-    from scruton.campaign.quantity import Quantity
-
     wanted = 'a damping ratio such as "0.003" or "0.003 +/- 0.001"'
     try:
         values = [float(part) for part in re.split(r"\s*(?:\+/-|±)\s*", text.strip())]

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scruton.app.options import check_effect_name, check_writable, parse_damping
+from scruton.app.options import check_writable, parse_damping
 from scruton.app.run import Outcome, Run
 from scruton.errors import InputError
 from scruton.report.render_text import render_text
@@ -16,8 +16,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from scruton.sizing.bridge import Bridge
-
-RESULT = "sizing.json"
 
 
 def predict(arguments: Namespace) -> Outcome:
@@ -53,7 +51,6 @@ def _read(results: Path, effect: str | None, wanted: str) -> "tuple[xr.DataTree,
     tree, summary = read_tree(results)
     if not summary["tests"]:
         raise InputError(results, "", "a campaign without tests in wind", wanted)
-    check_effect_name(effect)
     carried = summary.get("effect", {}).get("used")
     if effect is not None and (carried is None or effect not in ("auto", carried)):
         raise InputError(
@@ -72,7 +69,7 @@ def size(arguments: Namespace) -> Outcome:
     from scruton.report.figures import figures_from, save
     from scruton.report.parts import sizing_origin
     from scruton.sizing.limits import limit
-    from scruton.sizing.run import size
+    from scruton.sizing.run import RESULT, size
 
     results = arguments.results
     folder = arguments.out or results / "sizing"

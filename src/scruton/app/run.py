@@ -50,16 +50,12 @@ class Run(Workspace):
         self.provenance = provenance(verb, seed=arguments.seed, sha256=sha256, settings=settings, card=stated)
         # All that a card says, whatever cards it extends.
         cards = {} if card is None else {f"model card {card.name}": _sha256(card.resolved.encode()).hexdigest()}
+        settings = {"seed": arguments.seed, "version": self.provenance["versions"]["scruton"], **settings}
+        force, resume = arguments.force, getattr(arguments, "resume", False)
         super().__init__(
-            folder,
-            verb,
-            inputs={**sha256, **cards},
-            settings={"seed": arguments.seed, "version": self.provenance["versions"]["scruton"], **settings},
-            results=results,
-            force=arguments.force,
-            resume=getattr(arguments, "resume", False),
+            folder, verb, inputs={**sha256, **cards}, settings=settings, results=results, force=force, resume=resume,
             grows=grows,
-        )
+        )  # fmt: skip
         self.bar = Bar(arguments.quiet)
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:

@@ -141,10 +141,9 @@ def _reach(scheduler: str, security: dict[str, Any]) -> Iterator[Any]:
         try:
             client.wait_for_workers(1, timeout=REACH)
         except TimeoutError:
-            raise InputError(
-                "command line", "--scheduler", f"{scheduler}, a scheduler without workers",
-                f'at least one, started beforehand: "dask worker {scheduler} --nthreads 1"',
-            ) from None  # fmt: skip
+            found = f"{scheduler}, a scheduler without workers"
+            wanted = f'at least one, started beforehand: "dask worker {scheduler} --nthreads 1"'
+            raise InputError("command line", "--scheduler", found, wanted) from None
         yield client
 
 

@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.documents import read_document, replace_file, write_document
+from scruton.documents import from_json, read_document, replace_file, write_document
 from scruton.errors import InputError
 from scruton.infer.result_schema import SCHEMA, faults
-from scruton.records import from_json
 from scruton.workspace import digest
 
 if TYPE_CHECKING:

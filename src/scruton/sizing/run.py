@@ -10,12 +10,11 @@ import numpy as np
 from scruton.campaign.plausibility import damping_flag
 from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
-from scruton.documents import as_json, read_document
+from scruton.documents import as_json, from_json, read_document
 from scruton.errors import InputError
 from scruton.griffin.curves import law_curves, what_if
 from scruton.griffin.posterior import chosen_rig, motion_of, peak_names, rig_mass_damping_draws
 from scruton.progress import Progress
-from scruton.records import from_json
 from scruton.sizing.bridge import Bridge
 from scruton.sizing.limits import Limit
 from scruton.sizing.model import ModeModel, Spread, spread, unit_cube
