@@ -264,20 +264,17 @@ def _doubts(one: Check | PriorCheck | Scaling | Moved | Influence) -> Iterator[t
                 text = f"{one.huge:.0%} of the prior exceeds ten times the campaign's largest amplitude"
                 yield f"{text}: it says too little", False
             if one.instant > limits.ABSURD:
-                yield (
-                    f"{one.instant:.0%} of the prior relaxes within one cycle, where no amplitude equation holds",
-                    False,
-                )
+                text = f"{one.instant:.0%} of the prior relaxes within one cycle"
+                yield f"{text}, where no amplitude equation holds", False
         case Scaling(diagnosis=sensitivity.CONFLICT):
-            text = (
-                f"prior-data conflict: the posterior follows both the card's priors ({one.prior:.2f}) and the records "
+            both = f"both the card's priors ({one.prior:.2f}) and the records ({one.likelihood:.2f})"
+            yield (
+                f"prior-data conflict: the posterior follows {both}; ask whether the prior or the model is wrong",
+                False,
             )
-            yield f"{text}({one.likelihood:.2f}); ask whether the prior or the model is wrong", False
         case Scaling(diagnosis=sensitivity.WEAK):
-            text = (
-                f"weak likelihood: the posterior follows the card's priors ({one.prior:.2f}) rather than the records "
-            )
-            yield f"{text}({one.likelihood:.2f})", False
+            text = f"the card's priors ({one.prior:.2f}) rather than the records ({one.likelihood:.2f})"
+            yield f"weak likelihood: the posterior follows {text}", False
         case Moved() if one.parameter not in MEANT_TO_STAY and one.ratio > limits.BARELY_MOVED:
             yield f"{one.verdict}: its posterior sd is {one.ratio:.2f} of the prior's", False
         case Influence(trusted=False):

@@ -296,7 +296,9 @@ def fit_trial(
     shown = [start.a / posterior.scale, start.c / posterior.scale]
     admit(card, where, [posterior.prior("a"), posterior.prior("c")], shown)
     samples = sampling.run(where, posterior, data.amplitude, data.standard_error, data.time)
-    return TrialResult(record, result.test, posterior, samples)
+    names = ("a", "b", "c", "d", "residual_sd", "residual_rate")
+    constants = (*posterior.constants(samples.chain), *posterior.residual(samples.chain))
+    return TrialResult(record, result.test, posterior, samples, dict(zip(names, constants, strict=True)))
 
 
 def varying_damping(campaign: Campaign, ringdowns: Mapping[str, RingDown]) -> list[str]:

@@ -247,22 +247,9 @@ class LawPosterior(Posterior):
 
 
 def free_runs(posterior: WindPosterior, chain: FloatArray, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """Run the model from the start of every record, never corrected by the data on the way.
+    """Run the model under `RUNS` draws, spread evenly, from the start of every record, never corrected on the way.
 
-    Parameters
-    ----------
-    posterior : WindPosterior
-    chain : (chains, draws, d) array
-        Sampled coordinates; `RUNS` of them are used, spread evenly.
-    rng : Generator
-
-    Returns
-    -------
-    mean, replicate : (RUNS, N) arrays
-        The amplitude without noise, and a replicate of the data with turbulence and sensor noise.
-
-    Notes
-    -----
+    Gives the amplitude without noise and a replicate of the data with turbulence and sensor noise, (RUNS, N) each.
     The initial state of a record is drawn from its distribution after the record's first amplitude.
     """
     flat = chain.reshape(-1, chain.shape[-1])

@@ -30,28 +30,15 @@ _SAMPLED = {"a_star": "stable_amplitude", "relaxation_rate": "relaxation_ratio",
 
 
 def build_tree(sampled: Sampled, sampling: Sampling, provenance: Mapping[str, Any], *, thorough: bool) -> xr.DataTree:
-    """Every posterior of a campaign in one tree, and what it is conditioned on.
+    """Every posterior of a campaign in one tree, and what it is conditioned on, its provenance among the attributes.
 
-    Parameters
-    ----------
-    sampled : Sampled
-    sampling : Sampling
-        For the seeds of prior draws and free runs.
-    provenance : mapping
-        Kept as a JSON text among the attributes.
-    thorough : bool
-        Whether there is anything by cycle: free runs, innovations, pointwise likelihood.
+    There is something by cycle (free runs, innovations, pointwise likelihood) only where it is `thorough`.
     """
     rigs = sampled.rigs
-    chains = len(rigs[0].damping)
-    ensemble = next((one.samples.ensemble for one in rigs if one.samples), np.zeros(chains, dtype=int))
+    ensemble = next((one.samples.ensemble for one in rigs if one.samples), np.zeros(len(rigs[0].damping), dtype=int))
+    damping = {"damping_ratio": np.stack([one.damping for one in rigs], axis=-1)}
     groups = {
-        "rig_posterior": dataset(
-            "rig_posterior",
-            {"damping_ratio": np.stack([one.damping for one in rigs], axis=-1)},
-            rig=[one.rig.name for one in rigs],
-            ensemble=ensemble,
-        ),
+        "rig_posterior": dataset("rig_posterior", damping, rig=[one.rig.name for one in rigs], ensemble=ensemble),
         "constant_data": _constants(sampled),
     }
     if sampled.tests:
@@ -87,13 +74,6 @@ def convergence_group(samples: Mapping[str, Samples]) -> xr.Dataset:
             for key, column in rows.items():
                 column.append(of[key][i] if isinstance(of[key], np.ndarray) else of[key])
     return dataset("convergence", rows)
-
-
-def trial_constants(one: TrialResult) -> dict[str, FloatArray]:
-    """Constants of Eq. (4) and of the residual about it, (chains, draws) each."""
-    a, b, c, d = one.posterior.constants(one.samples.chain)
-    sd, rate = one.posterior.residual(one.samples.chain)
-    return {"a": a, "b": b, "c": c, "d": d, "residual_sd": sd, "residual_rate": rate}
 
 
 def _constants(sampled: Sampled) -> xr.Dataset:
@@ -196,11 +176,10 @@ def _campaign_groups(joint: PeakResult) -> dict[str, xr.Dataset]:
 
 
 def _trial_group(trials: Sequence[TrialResult]) -> xr.Dataset:
-    constants = [trial_constants(one) for one in trials]
     times = [one.posterior.data.time for one in trials]
     return dataset(
         "trial_function",
-        {key: np.stack([one[key] for one in constants], axis=-1) for key in constants[0]}
+        {key: np.stack([one.derived[key] for one in trials], axis=-1) for key in trials[0].derived}
         | {"origin": [one[0] for one in times], "end": [one[-1] for one in times]}
         | {"record_test": [one.test.name for one in trials]},
         record=[one.record.name for one in trials],
@@ -239,18 +218,7 @@ def summarise(
     *,
     misfit: bool,
 ) -> dict[str, Any]:
-    """The content of fit.json.
-
-    Parameters
-    ----------
-    sampled : Sampled
-    convergence : DataFrame
-        One row per parameter of every posterior.
-    provenance : mapping
-    flags : sequence of str
-    misfit : bool
-        Whether the innovations speak against the reference law.
-    """
+    """The content of fit.json; `misfit` says whether the innovations speak against the reference law."""
     verdicts: dict[Any, Any] = convergence.to_dict(orient="index")
     bands = {rig: one.bands for rig, one in sampled.ringdowns.items()}
     return {
@@ -298,7 +266,7 @@ def summarise(
             {
                 "name": one.record.name,
                 "test": one.test.name,
-                "parameters": parameters(trial_constants(one), f"trial function of {one.record.name}", verdicts),
+                "parameters": parameters(one.derived, f"trial function of {one.record.name}", verdicts),
             }
             for one in sampled.trials
         ],
