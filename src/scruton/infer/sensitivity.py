@@ -126,12 +126,12 @@ def power_scaling(tree: "xr.DataTree") -> tuple[Scaling, ...]:
         own = _log_prior(tree, test)
         total = np.sum(list(own.values()), axis=0)
         still = own.pop("damping_ratio", np.zeros_like(total))
-        likelihood = _flat(tree["sample_stats"]["lp"].sel(test=test)) - total
-        weights = [_weights(one) for one in (np.sum(list(own.values()), axis=0), still, likelihood)]
+        like = _flat(tree["sample_stats"]["lp"].sel(test=test)) - total
+        weights = [_weights(one) for one in (np.sum(list(own.values()), axis=0), still, like)]
         for name in (one for one in SCALED if one in tree["posterior"].data_vars):
             draws = _flat(tree["posterior"][name].sel(test=test))
-            moves = [sensitivity(draws, one) for one in weights]
-            found.append(Scaling(test, name, *moves, diagnose(*moves)))
+            prior, damping, likelihood = (sensitivity(draws, one) for one in weights)
+            found.append(Scaling(test, name, prior, damping, likelihood, diagnose(prior, damping, likelihood)))
     return tuple(found)
 
 
