@@ -229,7 +229,7 @@ def test_a_test_without_its_only_transient_keeps_its_place_but_not_its_relaxatio
     posterior = campaign(-1.0)
     rest = posterior.without("b1")
     assert [one.relaxes for one in rest.tests] == [True, False, False]
-    assert rest.names[posterior.own_coordinates[1].block] == (
+    assert rest.names[slice(posterior.own_coordinates[1].start, posterior.own_coordinates[1].stop)] == (
         "stable_amplitude of B", "w of B", "amplitude_scatter of B", "noise_factor of B", "damping_ratio of B"
     )  # fmt: skip
     assert rest.reference == posterior.reference, "the curve's parameters mean the same"

@@ -17,8 +17,8 @@ from scruton.infer.smooth import Observations, SpeedPoint, SpeedPosterior, log_r
 from scruton.infer.speeds import SCALES as SCALE_NAMES
 from scruton.infer.speeds import fit_points, in_lock_in, speed_points
 from scruton.infer.thresholds import COMMON
+from scruton.stats.convergence import SamplerSettings
 from scruton.stats.priors import Prior
-from scruton.stats.settings import SamplerSettings
 
 FACTOR = 1000.0
 PRIOR = {

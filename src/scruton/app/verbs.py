@@ -5,39 +5,20 @@ from typing import Any, NamedTuple  # dataclasses would take as long to import a
 
 
 class Argument(NamedTuple):
-    """What `argparse` is told of an argument.
-
-    Attributes
-    ----------
-    names : tuple of str
-    settings : dict
-        As of `add_argument`.
-    """
+    """What `argparse` is told of an argument."""
 
     names: tuple[str, ...]
     settings: dict[str, Any]
 
 
 class Verb(NamedTuple):
-    """A verb, or a step of one.
-
-    Attributes
-    ----------
-    name, help : str
-    work : str
-        Its function, "module:name" below `scruton.app`, which takes the arguments and gives an `Outcome`.
-    arguments : tuple of Argument; those of a tuple within exclude each other
-    steps : tuple of Verb
-    needs_step : bool
-        Whether one of the steps has to be named.
-    """
+    """A verb, or a step of one; one without a function of its own needs a step."""
 
     name: str
     help: str
-    work: str
-    arguments: tuple[Argument | tuple[Argument, ...], ...] = ()
+    work: str  # its function, "module:name" below `scruton.app`, which takes the arguments and gives an `Outcome`
+    arguments: tuple[Argument | tuple[Argument, ...], ...] = ()  # those of a tuple within exclude each other
     steps: "tuple[Verb, ...]" = ()
-    needs_step: bool = False
 
 
 def argument(*names: str, **settings: Any) -> Argument:
@@ -114,7 +95,7 @@ CHALLENGE = (
 VERBS = (
     Verb("check", "read a campaign, print what it holds and every warning", "check:run", (CAMPAIGN,)),
     Verb("fit", "front end and posteriors: writes posterior.nc and fit.json", "fit:run", FIT),
-    Verb("report", "fit, predict and write the report", "report:run", (
+    Verb("report", "fit, predict and write the report", "fit:report", (
         *FIT,
         SC,
         argument("--bridge", type=Path, metavar="FILE", help="bridge.toml: damper sizing and risk, too"),
@@ -124,7 +105,7 @@ VERBS = (
         ),
         flag("--no-gap", "leave out the diagnosis of the gap"),
     )),
-    Verb("predict", "predictive stable amplitude at a design Scruton number", "predict:run", (
+    Verb("predict", "predictive stable amplitude at a design Scruton number", "predict:predict", (
         RESULTS,
         SC,
         argument(
@@ -136,7 +117,7 @@ VERBS = (
         EFFECT,
         flag("--json", "print JSON"),
     )),
-    Verb("size", "damper sizing: required damping with its risk, dampers, what more testing is worth", "size:run", (
+    Verb("size", "damper sizing: required damping with its risk, dampers, what more testing is worth", "predict:size", (
         RESULTS,
         out("folder for the sizing (default: RESULTS/sizing)"),
         argument("--bridge", type=Path, metavar="FILE", help="bridge.toml (default: the section model itself)"),
@@ -159,7 +140,7 @@ VERBS = (
         (RESULTS, out("folder for the criticism (default: RESULTS/criticism)"), force("the criticism that lies")),
     ),
     Verb(
-        "validate", "predict every rig from the others and from each single one", "validate:run",
+        "validate", "predict every rig from the others and from each single one", "campaigns:validate",
         (CAMPAIGN, out("folder for the results (default: out/NAME/validation)"), MODEL,
          force("the validation that lies"), RESUME),
     ),
@@ -193,7 +174,7 @@ VERBS = (
         force("the results that lie"),
         flag("--resume", "go on with an interrupted run, or with more campaigns"),
     )),
-    Verb("diagnose", "the sim-to-real gap: where, which effect, how far it shrinks", "diagnose:run", (
+    Verb("diagnose", "the sim-to-real gap: where, which effect, how far it shrinks", "campaigns:diagnose", (
         CAMPAIGN,
         out("folder for the results (default: out/NAME/gap)"),
         MODEL,
@@ -202,9 +183,7 @@ VERBS = (
         force("the diagnosis that lies"),
         flag("--resume", "go on with an interrupted run: it begins again"),
     )),
-    Verb(
-        "challenge", "the blind check of diagnose: make campaigns, run, score", "", steps=CHALLENGE, needs_step=True
-    ),
+    Verb("challenge", "the blind check of diagnose: make campaigns, run, score", "", steps=CHALLENGE),
     Verb("models", "the shipped model cards; one card in full; what its priors say", "models:run", steps=(
         Verb("show", "print a card with all that it extends, or draw its priors", "models:show", (
             argument("card", metavar="CARD", help="a shipped name or a TOML file"),
@@ -215,7 +194,7 @@ VERBS = (
             argument("--seed", type=int, default=0, help="seed of the draws (default 0)"),
         )),
     )),
-    Verb("simulate", "write a synthetic campaign from the full equation of motion", "simulate:run", (
+    Verb("simulate", "write a synthetic campaign from the full equation of motion", "campaigns:simulate", (
         argument("spec", type=Path, help="TOML file with the section, the rigs, the tests and the truth"),
         out("folder for the campaign", required=True),
         force("the campaign that lies"),

@@ -1,7 +1,7 @@
 """What a calibration shows: coverage, ranks and checks of the law, from the records of its campaigns."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +48,7 @@ class CalibrationResult:
     @property
     def ranks(self) -> Ranks:
         """Ranks of the truths."""
-        return _ranks(self.scores)
+        return {name: {one: fields["rank"] for one, fields in table.items()} for name, table in self.scores.items()}
 
     @property
     def calibrated(self) -> bool:
@@ -66,25 +66,18 @@ def summarise(
 ) -> CalibrationResult:
     """Turn the campaigns' records into coverage, ranks and law checks."""
     good = {name: [record for record in mine if "failed" not in record] for name, mine in records.items()}
-    scores = {regime.name: _columns(good[regime.name]) for regime in regimes if not regime.weighs_laws}
-    ranks = _ranks(scores)
-    left_out = {(row.regime, row.quantity) for row in design if row.left_out}
-    return CalibrationResult(
-        folder, settings, regimes, scores, cells(ranks, left_out), pooled(ranks, left_out), uniformity(ranks, left_out),
-        design,
-        tuple(law_check(regime.name, good[regime.name]) for regime in regimes if regime.weighs_laws),
-        {name: tuple(str(record["failed"]) for record in mine if "failed" in record) for name, mine in records.items()},
-        {name: sum(not record["converged"] for record in mine) for name, mine in good.items()},
-    )  # fmt: skip
-
-
-def _columns(records: Sequence[Mapping[str, Any]]) -> dict[str, dict[str, FloatArray]]:
-    """Scores of many campaigns, by quantity and field."""
-    return {
-        name: {key: np.array([record["scores"][name][key] for record in records]) for key in first}
-        for name, first in (records[0]["scores"] if records else {}).items()
-    }
-
-
-def _ranks(scores: Mapping[str, Mapping[str, Mapping[str, FloatArray]]]) -> Ranks:
-    return {regime: {name: fields["rank"] for name, fields in table.items()} for regime, table in scores.items()}
+    scores = {}
+    for name in (regime.name for regime in regimes if not regime.weighs_laws):
+        mine = [record["scores"] for record in good[name]]
+        scores[name] = {
+            quantity: {key: np.array([one[quantity][key] for one in mine]) for key in first}
+            for quantity, first in (mine[0] if mine else {}).items()
+        }
+    failed = {name: tuple(str(one["failed"]) for one in mine if "failed" in one) for name, mine in records.items()}
+    unconverged = {name: sum(not record["converged"] for record in mine) for name, mine in good.items()}
+    laws = tuple(law_check(regime.name, good[regime.name]) for regime in regimes if regime.weighs_laws)
+    bare = CalibrationResult(folder, settings, regimes, scores, (), (), (), design, laws, failed, unconverged)
+    ranks, left_out = bare.ranks, {(row.regime, row.quantity) for row in design if row.left_out}
+    return replace(
+        bare, cells=cells(ranks, left_out), pooled=pooled(ranks, left_out), uniformity=uniformity(ranks, left_out)
+    )

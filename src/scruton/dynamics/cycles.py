@@ -110,5 +110,4 @@ def gaps(cycles: Cycles) -> FloatArray:
     """Time before each cycle of one record that no cycle covers [s], negative at the first, (N,)."""
     period = 1.0 / cycles.reference_frequency
     steps = np.diff(cycles.time) - period
-    between: FloatArray = np.r_[-1.0, np.where(steps > MISSING_CYCLE * period, steps, 0.0)]
-    return between
+    return np.asarray(np.r_[-1.0, np.where(steps > MISSING_CYCLE * period, steps, 0.0)])

@@ -59,8 +59,7 @@ def innovations(
 
 def pointwise_log_likelihood(innovation: FloatArray, variance: FloatArray) -> FloatArray:
     """Conditional log density of every cycle given those before it, same shape as the arguments."""
-    terms: FloatArray = -0.5 * (innovation**2 / variance + np.log(variance) + LOG_2PI)
-    return terms
+    return -0.5 * (innovation**2 / variance + np.log(variance) + LOG_2PI)
 
 
 def log_likelihood(
@@ -78,8 +77,7 @@ def log_likelihood(
     exponents = np.broadcast_to(np.asarray(n, dtype=np.float64), out.shape)
     if out.size and np.any(exponents != exponents[0]):  # n is free: every walker has a law of its own
         terms = pointwise_log_likelihood(*innovations(data, a_star, lam, q, r, n=n, initial_sd=initial_sd))
-        total: FloatArray = terms.sum(axis=0)
-        return total
+        return np.asarray(terms.sum(axis=0))
     walkers = contiguous(a_star, lam, q, r)
     arrays = (data.amplitude, data.standard_error, data.gap, data.period)
     if np.all(exponents == -1.0):

@@ -39,7 +39,7 @@ def amplitude_rates(table: FloatArray, amplitude: FloatArray, knots: FloatArray)
     ----------
     table : (W, COLUMNS) array
         Rows of coefficients.
-    amplitude : (A,) array
+    amplitude : (A,) array, or (W, A)
         A/D or rad.
     knots : (HATS,) array
         ln(amplitude) of the generic discrepancy.
@@ -49,25 +49,18 @@ def amplitude_rates(table: FloatArray, amplitude: FloatArray, knots: FloatArray)
     (W, A) array
         da/dt, amplitude per second.
     """
-    grid = np.broadcast_to(amplitude, (len(table), len(amplitude)))
-    rates: FloatArray = _rates(np.ascontiguousarray(table), np.ascontiguousarray(grid), knots)
-    return rates
+    grid = np.broadcast_to(amplitude, (len(table), amplitude.shape[-1]))
+    return np.asarray(_rates(np.ascontiguousarray(table), np.ascontiguousarray(grid), knots))
 
 
 def limit_cycle_amplitude(table: FloatArray, knots: FloatArray | None, scale: float) -> FloatArray:
     """Amplitude of the limit cycle that the equation with effects comes to, (W,): see `attracting_amplitude`.
 
-    Parameters
-    ----------
-    table : (W, COLUMNS) array
-    knots : (HATS,) array or None
-        ln(amplitude) of the generic discrepancy; None where there is none.
-    scale : float
-        A typical amplitude.
+    `table` and `knots` are those of `amplitude_rates`; without a generic discrepancy there are no knots.
     """
-    knots = np.linspace(0.0, 1.0, HATS) if knots is None else knots
+    own = np.linspace(0.0, 1.0, HATS) if knots is None else knots
     table = np.ascontiguousarray(table)
-    return attracting_amplitude(lambda a: np.asarray(_rates(table, np.ascontiguousarray(a), knots)), len(table), scale)
+    return attracting_amplitude(lambda a: amplitude_rates(table, a, own), len(table), scale)
 
 
 def attracting_amplitude(rate: Callable[[FloatArray], FloatArray], walkers: int, scale: float) -> FloatArray:

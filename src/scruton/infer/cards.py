@@ -15,8 +15,8 @@ from scruton.campaign.toml import Field, Table, Wording, anything, bare, is_numb
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
 from scruton.errors import InputError
 from scruton.infer.thresholds import MOST_SAMPLED
+from scruton.stats.convergence import SamplerSettings
 from scruton.stats.priors import FAMILIES, Prior
-from scruton.stats.settings import SamplerSettings
 
 # Parameters that a card gives a prior, with the unit that it is in; some have a table for each motion. The program
 # takes the number as it stands: a card that says another unit has a number that means another thing.

@@ -25,8 +25,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.infer.models import WIND, WindPosterior
-from scruton.stats.coordinates import Coordinates, Values
-from scruton.stats.posterior import Posterior
+from scruton.stats.posterior import Coordinates, Posterior, Values
 from scruton.stats.priors import Prior
 
 SHARED = ("reference_amplitude", "reference_relaxation_ratio", "discrepancy_amplitude", "discrepancy_relaxation")

@@ -20,8 +20,7 @@ from scruton.dynamics.laws.law import Law
 from scruton.dynamics.likelihood import innovations, log_likelihood, pointwise_log_likelihood
 from scruton.dynamics.moments import noise_moments
 from scruton.dynamics.trial_filter import trial_log_likelihood
-from scruton.stats.coordinates import Coordinates
-from scruton.stats.posterior import Posterior
+from scruton.stats.posterior import Coordinates, Posterior
 from scruton.stats.priors import Prior
 
 RUNS = 250  # free runs of a test

@@ -13,10 +13,10 @@ from scruton.infer.models import WIND
 from scruton.infer.results import LawResult, LawWeights, PeakResult, TestResult
 from scruton.infer.sampling import Sampling
 from scruton.infer.thresholds import HOPELESS
+from scruton.stats.convergence import SamplerSettings
 from scruton.stats.evidence import evidence_by_importance, log_evidence
 from scruton.stats.optimum import laplace_log_evidence
 from scruton.stats.sampler import Samples
-from scruton.stats.settings import SamplerSettings
 from scruton.stats.stacking import posterior_weights, stacking_weights
 from scruton.stats.student_t import fit_student_t
 

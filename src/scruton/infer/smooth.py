@@ -32,8 +32,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.infer.thresholds import COMMON
-from scruton.stats.coordinates import Coordinates
-from scruton.stats.posterior import Posterior
+from scruton.stats.posterior import Coordinates, Posterior
 from scruton.stats.priors import Prior
 
 _CHUNK = 250  # draws at a time

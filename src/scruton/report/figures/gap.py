@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scruton.gap.diagnosis import NONE, UNSEEN, Diagnosis
+from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis
 from scruton.gap.finding import Finding
 from scruton.gap.locate_curves import DECAY, GROWTH, STEADY, STILL, Curve, Curves, excess_curves
 from scruton.report.figures import style
@@ -119,7 +119,7 @@ def _headline(diagnosis: Diagnosis) -> str:
 
 
 def _words(name: str) -> str:
-    return {NONE: "no gap", UNSEEN: "not in the catalogue"}.get(name, name.replace("_", " "))
+    return {NONE: "no gap", UNKNOWN: "not in the catalogue"}.get(name, name.replace("_", " "))
 
 
 def _rows(data: "GapData", curves: Curves) -> list[tuple[int, int]]:

@@ -134,7 +134,7 @@ def reciprocal_against_damping(fit: "Fit") -> FigureWithCaption:
     for name in tests:
         sc = factor[name][:, None] * ratio
         beyond = np.abs(np.median(index_draws(tree, sc, name), axis=0)) > X_TRUSTED
-        own = band(100.0 * ratio, griffin_draws(tree, sc, name)[0], unit, name, beyond).reciprocal()
+        own = band(100.0 * ratio, griffin_draws(tree, sc, name), unit, name, beyond).reciprocal()
         draw_band(axes, own, styles[name], f"from {name}", bands=len(tests) <= MOST_BANDS)
         ceiling = max(ceiling, _ceiling(fit, own, tests, reciprocal=True))
     points(axes, fit, reciprocal=True, against_damping=True)
