@@ -5,14 +5,15 @@ from pathlib import Path
 
 from scruton.app.run import Outcome, Run
 from scruton.infer.cards import load_card, shipped_cards
-from scruton.report.render_text import table
+from scruton.report.document import Table
+from scruton.report.render_text import render_text
 
 
 def run(_: Namespace) -> Outcome:
     """One row a shipped card: its name, the exponents of its laws and its title."""
     cards = [load_card(name) for name in sorted(shipped_cards(), key=lambda name: (name != "default", name))]
     rows = [(card.name, ", ".join(f"{one:g}" for one in card.laws) or "free", card.title) for card in cards]
-    return Outcome(lines=[table(("card", "n", "title"), rows, left=True)])
+    return Outcome(lines=[render_text([Table("cards", "", ("card", "n", "title"), rows, numeric=[False] * 3)])])
 
 
 def show(arguments: Namespace) -> Outcome:
