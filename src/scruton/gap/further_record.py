@@ -81,14 +81,10 @@ def transplanted(
     """Coordinates and covariance in the larger layout: what is new there has its prior."""
     location, scale = new.prior
     mean, wide = location.copy(), np.diag(scale**2)
-    to, fro = [], []
-    count = len(old.data.layout.records)
-    for larger, smaller in zip(new.parameters, old.parameters, strict=True):
-        for j in range(larger.size):
-            shared = np.flatnonzero((larger.members[:count] == j) & (smaller.members >= 0))
-            if shared.size:
-                to.append(new.slices[larger.key].start + j)
-                fro.append(old.slices[smaller.key].start + int(smaller.members[shared[0]]))
+    there = new.places[:, : len(old.data.layout.records)]
+    shared = (there >= 0) & (old.places >= 0)
+    to, first = np.unique(there[shared], return_index=True)
+    fro = old.places[shared][first]
     mean[to] = u[fro]
     wide[np.ix_(to, to)] = covariance[np.ix_(fro, fro)]
     return mean, wide

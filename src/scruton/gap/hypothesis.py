@@ -130,6 +130,12 @@ class Hypothesis:
         return found
 
     @cached_property
+    def places(self) -> np.ndarray:
+        """Coordinate of every parameter that each record takes, (P, R); -1: none."""
+        starts = [(p.members, self.slices[p.key].start) for p in self.parameters]
+        return np.array([np.where(members >= 0, start + members, -1) for members, start in starts])
+
+    @cached_property
     def size(self) -> int:
         """Number of coordinates."""
         return sum(parameter.size for parameter in self.parameters)
@@ -210,29 +216,21 @@ class Hypothesis:
         scale = self.prior[1] * _STEP
         count, channels = len(self.parameters), self.data.channels
         moves = np.zeros((count, self.size))
-        width = np.empty((count, len(self.data.layout.records)))
-        for i, parameter in enumerate(self.parameters):
-            where = self.slices[parameter.key]
+        for i, where in enumerate(self.slices.values()):
             moves[i, where] = scale[where]
-            width[i] = 2.0 * np.r_[scale[where], 1.0][parameter.members]
         v, s = self.innovations(np.concatenate([u[None], u + moves, u - moves]))
         s = np.log(s)
-        width = width[:, np.tile(channels.record, 3)]
+        width = 2.0 * np.r_[scale, 1.0][self.places[:, np.tile(channels.record, 3)]]
         jv, js = (v[1 : count + 1] - v[count + 1 :]) / width, (s[1 : count + 1] - s[count + 1 :]) / width
         return v[0], s[0], jv, js
 
     @cached_property
     def blocks(self) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]:
         """For every record: its cycles in all channels, the parameters that it takes, and their coordinates."""
-        record, size = self.data.channels.record, self.data.channels.size
-        found = []
-        for r in range(len(self.data.layout.records)):
-            cycles = np.flatnonzero(record == r)
-            taken = {
-                i: self.slices[p.key].start + p.members[r] for i, p in enumerate(self.parameters) if p.members[r] >= 0
-            }
-            rows, where = np.array(list(taken)), np.array(list(taken.values()))
-            found.append((np.concatenate([cycles, cycles + size, cycles + 2 * size]), rows, where))
+        record, found = np.tile(self.data.channels.record, 3), []
+        for r, places in enumerate(self.places.T):
+            rows = np.flatnonzero(places >= 0)
+            found.append((np.flatnonzero(record == r), rows, places[rows]))
         return tuple(found)
 
     def add_scores(self, u: FloatArray, gradient: FloatArray, fisher: FloatArray) -> tuple[FloatArray, FloatArray]:

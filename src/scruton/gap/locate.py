@@ -3,7 +3,6 @@
 First the effects of the verdict, with the size that each reads of itself in the rigs, tests and records where it acts.
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from operator import attrgetter, itemgetter
 from typing import Any
@@ -170,14 +169,10 @@ def _findings(placed: _Placed, acts: np.ndarray) -> list[Finding]:
     layout = placed.data.layout
     by_rig = placed.damps_a_rig or bool(np.any(acts & ~layout.wind))
     groups = layout.rig if by_rig else np.where(layout.wind, layout.test, -1)
-    found = []
-    for g in np.unique(groups[acts]):
-        mine = acts & (groups == g)
-        each: Iterable[np.ndarray] = [mine]
-        if placed.effect.belongs is Belongs.RUN:
-            each = (np.arange(mine.size) == r for r in np.flatnonzero(mine))
-        found += [finding for records in each if (finding := _finding(placed, records)) is not None]
-    return found
+    if placed.effect.belongs is Belongs.RUN:
+        groups = np.arange(acts.size)
+    every = (_finding(placed, acts & (groups == g)) for g in np.unique(groups[acts]))
+    return [finding for finding in every if finding is not None]
 
 
 def _finding(placed: _Placed, mine: np.ndarray) -> Finding | None:
