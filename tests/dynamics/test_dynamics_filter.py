@@ -10,7 +10,7 @@ from scruton.dynamics.equation import drift
 from scruton.dynamics.filter import innovations_of
 from scruton.dynamics.laws.law import Law
 from scruton.dynamics.likelihood import innovations, log_likelihood, pointwise_log_likelihood
-from scruton.infer.any_law import LawPosterior
+from scruton.infer.models import LawPosterior
 from scruton.stats.optimum import find_optimum
 from scruton.stats.priors import Prior
 

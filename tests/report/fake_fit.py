@@ -20,8 +20,7 @@ from scruton.infer.cards import ModelCard, load_card
 from scruton.infer.result_schema import SCHEMA, dataset, faults
 from scruton.infer.results import Fit
 from scruton.infer.store import convergence_frame
-from scruton.infer.summary import parameters
-from scruton.infer.tree import inputs_group
+from scruton.infer.tree import inputs_group, parameters
 
 CHAINS, DRAWS, RUNS, ENSEMBLES = 8, 60, 100, 4
 # What the records are made to say of the card's laws: log evidence, its error (NaN: by Laplace's approximation).

@@ -22,8 +22,7 @@ from scruton.envelope import Cycles, RingDown, record_cycles, review, weigh
 from scruton.envelope.trial import SecondOrderExponential
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
-from scruton.infer.flags import misfit, unconstrained, varying_damping
-from scruton.infer.front import cycles_of, front_ends_of, ringdowns_of
+from scruton.infer.front import cycles_of, damping_varies, front_ends_of, ringdowns_of
 from scruton.infer.models import SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
 from scruton.infer.peaks import fit_peaks, stack
 from scruton.infer.results import Fit, RigResult, Sampled, TestResult, TrialResult
@@ -32,10 +31,10 @@ from scruton.infer.speeds import NAME as SPEEDS
 from scruton.infer.speeds import fit_speeds
 from scruton.infer.steady import SteadyVerdict, judge_steady, steady_posterior
 from scruton.infer.store import convergence_frame
-from scruton.infer.summary import provenance_of_fit, summarise
-from scruton.infer.thresholds import STEADY_FLOOR
-from scruton.infer.tree import build_tree, convergence_group
+from scruton.infer.thresholds import NOT_WHITE, STEADY_FLOOR
+from scruton.infer.tree import build_tree, convergence_group, provenance_of_fit, summarise
 from scruton.progress import Progress
+from scruton.stats import whiteness
 from scruton.stats.priors import Prior, check_support
 
 TRANSIENTS = (Kind.GROWTH, Kind.DECAY)
@@ -296,4 +295,57 @@ def fit_trial(
     shown = [start["a"] / posterior.scale, start["c"] / posterior.scale]
     admit(card, where, [posterior.prior("a"), posterior.prior("c")], shown)
     samples = sampling.run(where, posterior, data.amplitude, data.standard_error, data.time)
-    return TrialResult(record, result.test, posterior, samples)
+    names = ("a", "b", "c", "d", "residual_sd", "residual_rate")
+    constants = (*posterior.constants(samples.chain), *posterior.residual(samples.chain))
+    return TrialResult(record, result.test, posterior, samples, dict(zip(names, constants, strict=True)))
+
+
+def varying_damping(campaign: Campaign, ringdowns: Mapping[str, RingDown]) -> list[str]:
+    """Rigs whose still-air damping depends on the amplitude."""
+    unit, lines = campaign.section.amplitude_unit, []
+    for name, ringdown in ringdowns.items():
+        bands = [ringdown.bands[i] for i in damping_varies(ringdown) or ()]
+        texts = [f"{100 * one.damping_ratio:.3g} % at {one.lower:.3g} to {one.upper:.3g} {unit}" for one in bands]
+        if texts:
+            lines.append(
+                f"rig {name}: structural damping varies with amplitude ({', '.join(texts)}); the posterior of one "
+                "constant is an average over the ring-downs, and Eq. (6) takes the measured xi_s(A)"
+            )
+    return lines
+
+
+def misfit(tests: Sequence[TestResult]) -> list[str]:
+    """Records whose innovations can be predicted: the law or the noise of the model is not theirs.
+
+    The innovations are those of each test's own posterior at its median; p-values are adjusted over all records.
+    """
+    parts = [one for one in tests if one.posterior.data.size]
+    if not parts:
+        return []
+    checks = whiteness.judge(
+        np.concatenate([one.posterior.standardised(one.samples.chain) for one in parts]),
+        np.concatenate([one.posterior.data.amplitude for one in parts]),
+        np.repeat([one.test.name for one in parts], [one.posterior.data.size for one in parts]),
+        np.concatenate([one.posterior.data.record for one in parts]),
+    )
+    found: dict[str, list[str]] = {}
+    for one in checks:
+        if one.name in whiteness.PREDICTABLE and one.adjusted < NOT_WHITE:
+            found.setdefault(one.test, []).append(f"{one.name}{f' of {one.record}' if one.record else ''}")
+    return [
+        f"test {test}: the innovations of the filter are not white ({'; '.join(what)}); the law or the noise of the "
+        "model is not that of the records, `scruton criticise` says more"
+        for test, what in found.items()
+    ]
+
+
+def unconstrained(tests: Sequence[TestResult]) -> list[str]:
+    """Tests that no transient record constrains."""
+    names = [one.test.name for one in tests if not one.posterior.data.size]
+    if not names:
+        return []
+    return [
+        f"{'tests' if len(names) > 1 else 'test'} {', '.join(names)}: no growth or decay record. Lock-in records give "
+        "the stable amplitude alone; the relaxation rate, and with it Y1, epsilon and amplitudes at other Scruton "
+        "numbers, rest on the prior"
+    ]

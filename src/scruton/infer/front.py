@@ -8,7 +8,7 @@ import numpy as np
 
 from scruton.campaign.schema import Campaign, Record, Rig
 from scruton.envelope import Cycles, FrontEnd, RingDown, front_end, record_cycles, ring_down
-from scruton.infer.flags import damping_varies
+from scruton.infer.thresholds import BAND_FLOOR, DAMPING_CERTAINTY, DAMPING_VARIATION
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,6 +48,21 @@ def ringdowns_of(campaign: Campaign, cycles: Mapping[str, Cycles]) -> Mapping[st
         return ring_down([cycles[record.name] for record in rig.records])
 
     return Computed(damping, {rig.name: (rig,) for rig in campaign.rigs if rig.records})
+
+
+def damping_varies(ringdown: RingDown) -> tuple[int, int] | None:
+    """Indices of the bands between which damping changes most, if it does; None where one constant will do."""
+    bands = ringdown.bands
+    xi = np.array([one.damping_ratio for one in bands])
+    error = np.array([np.hypot(one.sd / np.sqrt(one.plucks), BAND_FLOOR * abs(one.damping_ratio)) for one in bands])
+    worst, found = 0.0, None
+    for i in range(len(bands)):
+        for j in range(i):
+            gap = abs(xi[i] - xi[j])
+            ratio = gap / np.hypot(error[i], error[j])
+            if ratio > max(worst, DAMPING_CERTAINTY) and gap > DAMPING_VARIATION * 0.5 * abs(xi[i] + xi[j]):
+                worst, found = ratio, (j, i)
+    return found
 
 
 def front_ends_of(campaign: Campaign, tree: "xr.DataTree", ringdowns: Mapping[str, RingDown]) -> Mapping[str, FrontEnd]:

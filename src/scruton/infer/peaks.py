@@ -130,14 +130,9 @@ def data_of(posterior: CampaignPosterior) -> list[FloatArray]:
 def derive(
     campaign: Campaign, tests: Sequence[TestResult], posterior: CampaignPosterior, samples: Samples
 ) -> dict[str, FloatArray]:
-    """Every quantity of the campaign model in its own unit.
+    """Every quantity of the campaign model in its own unit, by the names of the tree's group `campaign_posterior`.
 
-    Returns
-    -------
-    dict
-        (chains, draws): n, reference_amplitude, reference_relaxation, discrepancy_amplitude, discrepancy_relaxation;
-        (chains, draws, tests): a_star, relaxation_rate [1/s], damping_ratio, scruton_number, mass_damping_factor,
-        amplitude_scatter, noise_factor, Y1 and epsilon (NaN unless n = -1).
+    Those of the shared curve are (chains, draws), those of the tests (chains, draws, tests).
     """
     shape = samples.log_prob.shape
     u = samples.chain.reshape(-1, samples.chain.shape[-1])

@@ -52,12 +52,13 @@ class TestResult:
 
 @dataclass(frozen=True, eq=False)
 class TrialResult:
-    """The trial-function constants of one record."""
+    """The trial-function constants of one record, with those of the residual, as `derived`, (chains, draws) each."""
 
     record: Record
     test: Test
     posterior: TrialPosterior
     samples: Samples
+    derived: Mapping[str, FloatArray]
 
 
 @dataclass(frozen=True, eq=False)

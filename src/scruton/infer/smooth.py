@@ -145,10 +145,6 @@ class Observations:
         return np.concatenate([f[:, :count] + shift, h[:, self.known]], axis=1)
 
 
-def _amplitude(point: SpeedPoint) -> float:
-    return float(point.mean[0])
-
-
 def matern(distance: FloatArray, length: FloatArray) -> FloatArray:
     """Matern 5/2 correlation at |v - v'|, arguments broadcast."""
     r = np.sqrt(5.0) * distance / length
@@ -221,9 +217,10 @@ class SpeedPosterior(Posterior):
         Sweeps that are laid over each other askew match here and there: other modes, of which the search must not be
         the prey.
         """
-        u, points = self.prior_draws(rng, size), self.data.points
-        highest = [max((one for one in points if one.rig == rig), key=_amplitude).velocity for rig in self.data.rigs]
-        met = np.log(highest).mean() - np.log(highest)
+        u = self.prior_draws(rng, size)
+        rigs = [[one for one in self.data.points if one.rig == rig] for rig in self.data.rigs]
+        highest = np.log([mine[np.argmax([one.mean[0] for one in mine])].velocity for mine in rigs])
+        met = highest.mean() - highest
         self.named(u[: size // 2])["shift"] = met + 0.01 * rng.standard_normal((size // 2, met.size))
         return u
 

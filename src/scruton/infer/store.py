@@ -4,8 +4,7 @@ import gc
 import json
 import os
 import threading
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -46,28 +45,20 @@ def write_fit(fit: "Fit", folder: Path) -> tuple[Path, Path]:
     folder.mkdir(parents=True, exist_ok=True)
     posterior, summary = folder / POSTERIOR, folder / SUMMARY
     temporary = folder / f"{POSTERIOR}.tmp"
-    with _no_collection():
-        fit.tree.to_netcdf(temporary, engine="h5netcdf")
-    replace_file(temporary, posterior)
-    write_document(summary, {**fit.summary, "files": {POSTERIOR: digest(posterior)}})
-    return posterior, summary
-
-
-@contextmanager
-def _no_collection() -> Iterator[None]:
-    """Keep the cyclic collector still: HDF5 objects that it closes midway change where the next ones lie.
-
-    One thread at a time: the collector is the process's, and the first that is through would let it loose on the rest.
-    """
+    # HDF5 objects that the cyclic collector closes midway change where the next ones lie. One thread at a time: the
+    # collector is the process's, and the first that is through would let it loose on the rest.
     with _WRITING:
         was = gc.isenabled()
         gc.collect()
         gc.disable()
         try:
-            yield
+            fit.tree.to_netcdf(temporary, engine="h5netcdf")
         finally:
             if was:
                 gc.enable()
+    replace_file(temporary, posterior)
+    write_document(summary, {**fit.summary, "files": {POSTERIOR: digest(posterior)}})
+    return posterior, summary
 
 
 def read_tree(folder: Path) -> tuple["xr.DataTree", dict[str, Any]]:
@@ -152,13 +143,7 @@ def pack(folder: Path, **values: Any) -> tuple[str, FloatArray]:
 
 
 def unpack(document: str, numbers: FloatArray, **kinds: type) -> dict[str, Any]:
-    """Read back what `pack` made: the values called as the keywords are, of their types.
-
-    Raises
-    ------
-    KeyError, TypeError, ValueError
-        If the document holds no such values.
-    """
+    """Read back what `pack` made, of the types given (KeyError, TypeError or ValueError if the document holds none)."""
 
     def read(found: dict[str, Any]) -> Any:
         if found.keys() == {"start", "shape"}:
@@ -171,13 +156,7 @@ def unpack(document: str, numbers: FloatArray, **kinds: type) -> dict[str, Any]:
 
 
 def stored_inputs(tree: "xr.DataTree", path: Path = Path(POSTERIOR)) -> "tuple[Campaign, ModelCard]":
-    """The campaign and the resolved model card that a tree was made of; `path` is for the error.
-
-    Raises
-    ------
-    InputError
-        If an earlier version wrote the tree, which kept neither.
-    """
+    """The campaign and the resolved model card that a tree holds (InputError where an earlier version wrote it)."""
     from scruton.campaign.schema import Campaign
     from scruton.infer.cards import ModelCard
 
