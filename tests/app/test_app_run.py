@@ -87,8 +87,8 @@ def test_the_picture_of_a_card_is_on_record(tmp_path, capsys, monkeypatch) -> No
             path.write_text("drawn", encoding="utf-8")
         return paths
 
-    monkeypatch.setattr(import_module("scruton.report.figures.save"), "save", save)
-    monkeypatch.setattr("scruton.report.figures.prior.prior_plot", lambda *_, **__: None)
+    monkeypatch.setattr("scruton.report.figures.save", save)
+    monkeypatch.setattr("scruton.report.figures.predictions.prior_plot", lambda *_, **__: None)
     for name in ("default", "paper", "default"):
         assert main(["models", "show", name, "--prior-predictive", str(tmp_path), "--seed", "2"]) == 0
     assert capsys.readouterr().out.splitlines()[:2] == [str(tmp_path / f"default.{kind}") for kind in ("svg", "png")]

@@ -17,7 +17,7 @@ from fontTools.ttLib import TTFont
 from matplotlib.figure import Figure
 
 from scruton.report.document import Chapter, Code, Document, Paragraph, numbered
-from scruton.report.figures.save import contents
+from scruton.report.figures.registry import contents
 from scruton.report.figures.style import house_style, literal
 from scruton.report.render_html import render_html
 from scruton.report.render_typst import render_pdf, typeset
@@ -167,7 +167,7 @@ import hashlib, json, sys
 from matplotlib.figure import Figure
 from matplotlib.font_manager import findSystemFonts, fontManager
 from scruton.report.document import Chapter, Document, Paragraph, numbered
-from scruton.report.figures.save import contents
+from scruton.report.figures.registry import contents
 from scruton.report.figures.style import house_style
 from scruton.report.render_html import render_html
 from scruton.report.render_typst import render_pdf

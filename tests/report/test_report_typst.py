@@ -29,7 +29,7 @@ from scruton.report.document import (
 )
 from scruton.report.equations import GRIFFIN, INDEX
 from scruton.report.figures import FigureWithCaption
-from scruton.report.figures.save import contents
+from scruton.report.figures.registry import contents
 from scruton.report.parts import drawn
 from scruton.report.render_typst import plain, render_pdf, typeset
 from scruton.report.tables import tables

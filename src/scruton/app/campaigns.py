@@ -24,8 +24,8 @@ def validate(arguments: Namespace) -> Outcome:
 
     from scruton.griffin.validate import validate
     from scruton.infer.cards import load_card
-    from scruton.report.figures.save import save
-    from scruton.report.figures.validation import validation_figure
+    from scruton.report.figures import save
+    from scruton.report.figures.predictions import validation_figure
     from scruton.report.summaries import validation_summary
 
     campaign, card = load_campaign(arguments.campaign), load_card(arguments.model)
@@ -67,8 +67,8 @@ def diagnose(arguments: Namespace) -> Outcome:
     from scruton.gap.run import examine
     from scruton.infer.cards import load_card
     from scruton.report.chapters.gap import gap_summary
+    from scruton.report.figures import save
     from scruton.report.figures.gap import gap_figure
-    from scruton.report.figures.save import save
 
     campaign, card, thorough = load_campaign(arguments.campaign), load_card(arguments.model), arguments.thorough
     folder, settings = arguments.out or default_folder(arguments.campaign) / "gap", {"thorough": thorough}

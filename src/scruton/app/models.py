@@ -24,8 +24,8 @@ def show(arguments: Namespace) -> Outcome:
     card, folder = load_card(arguments.card), arguments.prior_predictive
     if folder is None:
         return Outcome(lines=[card.resolved.removesuffix("\n")])
-    from scruton.report.figures.prior import prior_plot
-    from scruton.report.figures.save import save
+    from scruton.report.figures import save
+    from scruton.report.figures.predictions import prior_plot
 
     stem = Path(arguments.card).stem if arguments.card.endswith(".toml") else arguments.card
     forced = Namespace(**{**vars(arguments), "force": True})

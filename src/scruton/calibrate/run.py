@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from scruton.calibrate.campaigns import run_campaign
+from scruton.calibrate.coverage import CalibrationResult, summarise
 from scruton.calibrate.execution import Execution, at_least
 from scruton.calibrate.identifiability import identifiability
 from scruton.calibrate.regimes import chosen
-from scruton.calibrate.result import CalibrationResult, summarise
 from scruton.calibrate.tables import write_tables
 from scruton.documents import write_bytes, write_text
 from scruton.errors import InputError

@@ -29,8 +29,8 @@ class LockInBand:
     ----------
     velocity : (n,) array
         U/(f0 D) with the still-air frequency.
-    median, intervals, unit
-        As of `GriffinBand`; NaN beyond what the tests reach.
+    median : (n,) array
+        As of `GriffinBand`, and so are `intervals` and `unit`; NaN beyond what the tests reach.
     extrapolated : (n,) array of bool
         Beyond the outermost test, or |x| > 0.3 from the nearest tested Scruton number.
     """

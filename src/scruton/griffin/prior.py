@@ -75,10 +75,8 @@ def prior_curves(card: ModelCard, reference: Reference, *, seed: int = 0, draws:
 
     Parameters
     ----------
-    card : ModelCard
     reference : Reference
         The setting that the priors of a* and lambda/omega0 are taken to be about, its damping ratio as known.
-    seed : int
     draws : int
         Curves.
     """

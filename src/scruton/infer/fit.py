@@ -19,7 +19,7 @@ from scruton.campaign.schema import Campaign, Kind, Record, Rig, Section, Test
 from scruton.dynamics import Setting, force_parameters
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.envelope import Cycles, RingDown, record_cycles, review, weigh
-from scruton.envelope.trial import ExponentialFit, SecondOrderExponential
+from scruton.envelope.trial import SecondOrderExponential
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
 from scruton.infer.flags import misfit, unconstrained, varying_damping
@@ -286,15 +286,14 @@ def fit_trial(
     """Posterior of the constants a, b, c, d of one transient record (Eq. 4)."""
     card, motion = sampling.card, campaign.section.motion
     data = EnvelopeData.join({record.name: cycles})
-    start = SecondOrderExponential().fit(data.time, data.amplitude)
-    assert isinstance(start, ExponentialFit)
+    start = SecondOrderExponential().fit(data.time, data.amplitude).constants
     priors = tuple(replace(card.prior(of, motion), name=name) for name, of in TRIAL_PRIORS.items())
     posterior = TrialPosterior(
         priors, data, 2 * np.pi * cycles.reference_frequency,
-        float(data.amplitude.max()), (start.a, start.b, start.c, start.d),
+        float(data.amplitude.max()), (start["a"], start["b"], start["c"], start["d"]),
     )  # fmt: skip
     where = f"trial function of {record.name}"
-    shown = [start.a / posterior.scale, start.c / posterior.scale]
+    shown = [start["a"] / posterior.scale, start["c"] / posterior.scale]
     admit(card, where, [posterior.prior("a"), posterior.prior("c")], shown)
     samples = sampling.run(where, posterior, data.amplitude, data.standard_error, data.time)
     return TrialResult(record, result.test, posterior, samples)

@@ -23,7 +23,7 @@ from scruton.report.document import Picture
 from scruton.report.failures import Failure, Failures
 from scruton.report.figures import FigureWithCaption, figures_from
 from scruton.report.figures.gap import gap_figure
-from scruton.report.figures.save import contents
+from scruton.report.figures.registry import contents
 from scruton.report.figures.sizing import governing, modes
 from scruton.sizing.bridge import Bridge, load_bridge
 from scruton.sizing.limits import limit

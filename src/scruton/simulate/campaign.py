@@ -124,14 +124,7 @@ def _value_like(example: Any) -> Field:
     return valid(lambda value: isinstance(value, type(example)), f"a value such as {example!r}")
 
 
-_SIMULATION = {
-    "sample_rate": _number(),
-    "turbulence": _number(0.0),
-    "sensor_noise": _number(0.0),
-    "quantum": _number(0.0),
-    "gust_intensity": _number(0.0),
-    "gust_time": _number(1.0),
-}
+_SIMULATION = {"sample_rate": _number()} | {name: _number(usual) for name, usual in vars(Noise()).items()}
 _TRUTH = {
     "Y1": _number(low=-LARGEST),
     "epsilon": _number(low=-LARGEST),

@@ -21,17 +21,17 @@ class Noise:
     turbulence : float
         Scatter of the stationary amplitude over the stable amplitude that broad-band turbulence shall make.  In
         still air there is no turbulence.
-    gust_intensity, gust_time : float
-        Relative standard deviation and time scale [s] of slow fluctuations of the wind speed.
     sensor_noise, quantum : float
         Standard deviation of white noise on the reading and step of its rounding, A/D or rad.
+    gust_intensity, gust_time : float
+        Relative standard deviation and time scale [s] of slow fluctuations of the wind speed.
     """
 
     turbulence: float = 0.0
-    gust_intensity: float = 0.0
-    gust_time: float = 1.0
     sensor_noise: float = 0.0
     quantum: float = 0.0
+    gust_intensity: float = 0.0
+    gust_time: float = 1.0
 
 
 def simulate_record(

@@ -17,11 +17,8 @@ class Rule:
 
     Attributes
     ----------
-    name : str
-        As a user writes it.
-    title : str
-    source : str
-        Where the rule stands.
+    name, source : str
+        As a user writes it, and where the rule stands.
     confirm : str
         What should be confirmed against the code's own text; empty where nothing is open.
     value : float or None

@@ -93,7 +93,6 @@ def log_evidence(posterior: Posterior, samples: Samples, seed: np.random.SeedSeq
 
     Parameters
     ----------
-    posterior : Posterior
     samples : Samples
         Draws of this posterior, with `log_prob` as it gives them.
     seed : SeedSequence
@@ -222,7 +221,6 @@ def evidence_by_importance(
 
     Parameters
     ----------
-    posterior : Posterior
     seed : SeedSequence
         The only source of randomness; it is not advanced.
     start : StudentT, optional

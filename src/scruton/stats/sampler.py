@@ -31,8 +31,6 @@ FIRST_CHUNK = 20  # steps; then as many as the run already has, so that checks c
 LARGEST_CHUNK = 256
 _PROPOSAL = ("centre", "cholesky", "degrees_of_freedom")
 
-Progress = Callable[[int, Convergence], None]
-
 
 @dataclass(frozen=True)
 class Checkpoint:
@@ -174,13 +172,12 @@ def sample(
     settings: SamplerSettings,
     seed: np.random.SeedSequence,
     checkpoint: Checkpoint | None = None,
-    progress: Progress | None = None,
+    progress: Callable[[int, Convergence], None] | None = None,
 ) -> Samples:
     """Draw from a posterior.
 
     Parameters
     ----------
-    posterior : Posterior
     settings : SamplerSettings
         Ensembles, walkers, moves and the stopping rule.
     seed : SeedSequence

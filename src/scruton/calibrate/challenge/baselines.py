@@ -97,8 +97,8 @@ def bic(folder: Path) -> dict[str, Any]:
         own = np.full(candidate.size, level if candidate.reading else candidate.start)
         u, squares = _fit(e, candidate, np.r_[null, own], noise)
         count = u.size - (len(e.damping) if candidate.believed else 0)
-        bic = float(size * np.log(squares / size) + count * np.log(size))
-        best[candidate.effect] = min(best.get(candidate.effect, np.inf), bic)
+        criterion = float(size * np.log(squares / size) + count * np.log(size))
+        best[candidate.effect] = min(best.get(candidate.effect, np.inf), criterion)
     logs = np.array([-0.5 * value for value in best.values()])
     probability = dict(zip(best, np.exp(logs - logsumexp(logs)).tolist(), strict=True))
     return _gap(max(probability, key=probability.__getitem__), probability)
@@ -155,7 +155,14 @@ def chi_square(folder: Path) -> dict[str, Any]:
     rigs = len(e.damping)
     rows, values = [], []
     for r, (t, a) in enumerate(zip(e.time, e.amplitude, strict=True)):
-        for x, y, se in _binned(t, a):
+        # In stretches of a record: amplitude, damping rate -d ln a/dt from cycle to cycle, and its standard error.
+        decrement = -np.diff(np.log(np.maximum(a, 1e-9))) / np.diff(t)
+        for part in np.array_split(np.arange(decrement.size), min(CHI_SQUARE_BINS, max(decrement.size // 5, 1))):
+            if part.size < CYCLES_OF_A_BIN:
+                continue
+            se = max(float(decrement[part].std(ddof=1)) / np.sqrt(part.size), 1e-9)
+            # The law has a part in 1/a: its mean is that of 1/a.
+            x, y = float(1.0 / np.mean(1.0 / a[part])), float(decrement[part].mean())
             row = np.zeros(rigs + 2)
             row[e.rig[r]] = e.omega[r] * e.damping[e.rig[r]]
             if e.wind[r]:
@@ -176,18 +183,6 @@ def _gap(verdict: str, probability: dict[str, float]) -> dict[str, Any]:
         "format": 1, "verdict": verdict, "also": [], "probability": probability, "indistinguishable": groups,
         "where": [], "shrink": {}, "effects": {}, "advice": [],
     }  # fmt: skip
-
-
-def _binned(t: FloatArray, a: FloatArray) -> list[tuple[float, float, float]]:
-    """Amplitude, damping rate -d ln a/dt and its standard error, in stretches of a record, from cycle to cycle."""
-    rows = []
-    decrement = -np.diff(np.log(np.maximum(a, 1e-9))) / np.diff(t)
-    for part in np.array_split(np.arange(decrement.size), min(CHI_SQUARE_BINS, max(decrement.size // 5, 1))):
-        if part.size >= CYCLES_OF_A_BIN:
-            se = float(decrement[part].std(ddof=1)) / np.sqrt(part.size)
-            # The law has a part in 1/a: its mean is that of 1/a.
-            rows.append((float(1.0 / np.mean(1.0 / a[part])), float(decrement[part].mean()), max(se, 1e-9)))
-    return rows
 
 
 class State(NamedTuple):

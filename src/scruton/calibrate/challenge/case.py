@@ -79,22 +79,18 @@ def _with_limit_cycles(effects: Sequence[str], severity: float, rigs: int, rng: 
             body, drawn = apply(body, name, severity, rng)
             parameters.append(drawn)
         stable = tuple(limit_cycle(rig.wind, rig.disturbances) for rig in body.rigs)
-        case = DrawnCase(body, without, tuple(parameters), stable)
-        if all(_fair(*one, rig) for one, rig in zip(stable, without.rigs, strict=True)):
-            return case
+        low, high = USUAL[body.section.motion]["amplitude"]
+        before = [rig.undisturbed for rig in without.rigs]
+        # A limit cycle is left, not much smaller or larger than the one before the effects.
+        if all(
+            np.isfinite(amplitude)
+            and FAIR_RANGE[0] * low <= amplitude <= FAIR_RANGE[1] * high
+            and FAIR_AMPLITUDE[0] <= amplitude / usual <= FAIR_AMPLITUDE[1]
+            and FAIR_RATE[0] <= rate / usual_rate <= FAIR_RATE[1]
+            for (amplitude, rate), (usual, usual_rate) in zip(stable, before, strict=True)
+        ):
+            return DrawnCase(body, without, tuple(parameters), stable)
     raise ValueError(f"no section was drawn in which {' and '.join(effects)} at {severity:g} leaves a limit cycle")
-
-
-def _fair(amplitude: float, rate: float, before: RigTruth) -> bool:
-    """Whether a limit cycle is left, not much smaller or larger than the one before the effects."""
-    low, high = USUAL[before.wind.motion]["amplitude"]
-    old_amplitude, old_rate = before.undisturbed
-    return (
-        np.isfinite(amplitude)
-        and FAIR_RANGE[0] * low <= amplitude <= FAIR_RANGE[1] * high
-        and FAIR_AMPLITUDE[0] <= amplitude / old_amplitude <= FAIR_AMPLITUDE[1]
-        and FAIR_RATE[0] <= rate / old_rate <= FAIR_RATE[1]
-    )
 
 
 def _campaign(

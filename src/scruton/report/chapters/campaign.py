@@ -41,14 +41,16 @@ def campaign_chapter(material: Material) -> Iterator[Block]:
             "Records",
             ("record", "of", "kind", "length [s]", "cycles", "frequency [Hz]", f"amplitude [{material.unit}]"),
             [
-                (record, of, kind, number(length, 3), str(cycles), number(frequency), PAGE.range((low, high), 3))
-                for record, of, kind, length, _, cycles, frequency, _, _, low, high, _ in frames["records"].itertuples(
-                    index=False
+                (
+                    one["record"], one["of"], one["kind"], number(one["length [s]"], 3), str(one["cycles"]),
+                    number(one["frequency [Hz]"]),
+                    PAGE.range([one[f"{end} amplitude [{material.unit}]"] for end in ("smallest", "largest")], 3),
                 )
+                for one in frames["records"].to_dict("records")
             ],
             numeric=(False, False, False, True, True, True, True),
             data="records",
-        )
+        )  # fmt: skip
 
 
 def _similitude(material: Material) -> Table:
