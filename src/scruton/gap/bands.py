@@ -31,9 +31,8 @@ def chosen(diagnosis: Diagnosis, effect: str) -> tuple[str, FittedHypothesis | N
         return diagnosis.verdict, None if diagnosis.verdict == NONE else diagnosis.final
     if effect not in CATALOGUE:
         raise InputError("command line", "--effect", repr(effect), f"auto, or one of: {', '.join(CATALOGUE)}")
-    best = diagnosis.singles[effect].best if effect in diagnosis.singles else None
-    if effect in diagnosis.found:
-        best = diagnosis.final
+    single = diagnosis.singles[effect].best if effect in diagnosis.singles else None
+    best = diagnosis.final if effect in diagnosis.found else single
     if best is None:
         raise InputError("command line", "--effect", effect, "an effect that these records give any support")
     return effect, best

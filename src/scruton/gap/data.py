@@ -126,7 +126,7 @@ def load_gap(campaign: Campaign, card: ModelCard | None = None) -> GapData:
     middle = by_sc[(len(by_sc) - 1) // 2] if by_sc else -1
     demodulated = [cycles[record.name] for record in records]
     largest = np.array([float(np.max(own.amplitude)) for own in demodulated])
-    base, reference, rate = 0, typical_amplitude(largest), 0.005
+    base, reference, rate = 0, float(np.exp(np.mean(np.log(largest)))) * 0.5, 0.005
     if middle >= 0:
         base, reference, rate = middle, float(stable[tests[of_test[middle]]]), 0.01
         aero, drive = aero / aero[middle], drive / drive[middle]
@@ -186,11 +186,6 @@ def _nominal(campaign: Campaign, stated: FloatArray, cycles: Mapping[str, Cycles
                 rates.append(np.log(a[0] / a[-1]) / (t[-1] - t[0]) / (2.0 * np.pi * rig.frequency.mean))
         found[i] = max(float(np.median(rates)), 1e-5) if rates else 0.004
     return found
-
-
-def typical_amplitude(largest: FloatArray) -> float:
-    """What sizes are referred to in still air, from the largest amplitude of every record."""
-    return float(np.exp(np.mean(np.log(largest)))) * 0.5
 
 
 def _clear(cycles: Cycles) -> np.ndarray:

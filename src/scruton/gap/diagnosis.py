@@ -12,7 +12,7 @@ from scruton.dynamics.effects import CATALOGUE, Effect
 from scruton.gap import thresholds
 from scruton.gap.attribute import Candidate, weigh
 from scruton.gap.check import Check, SecondLine, check, second_lines
-from scruton.gap.data import GapData, load_gap, typical_amplitude
+from scruton.gap.data import GapData, load_gap
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.null_model import null_model
 from scruton.progress import Progress
@@ -77,11 +77,11 @@ def fit_null(data: GapData) -> tuple[GapData, FittedHypothesis]:
             starts[-1][where] += shift
     fit = max((null.fit(start) for start in starts), key=lambda fit: fit.log_evidence)
     damping = data.layout.omega * data.nominal_damping
+    amplitude, rate = data.layout.reference_amplitude, float(np.median(damping))
     if data.middle >= 0:
         amplitude, aero = (float(np.exp(fit.value(name)[0][0])) for name in ("stable_amplitude", "aerodynamic_rate"))
-        data = data.referred_to(amplitude, aero + damping[data.middle])
-    else:
-        data = data.referred_to(typical_amplitude(data.layout.largest), float(np.median(damping)))
+        rate = aero + damping[data.middle]
+    data = data.referred_to(amplitude, rate)
     return data, Hypothesis(null_model(data)).fit(fit.mode)
 
 
