@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import fields, is_dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -32,6 +33,8 @@ def same(one, other, where="it"):
         assert len(one) == len(other), where
         for i, pair in enumerate(zip(one, other, strict=True)):
             same(*pair, f"{where}[{i}]")
+    elif isinstance(one, partial):
+        assert (one.func, one.args, one.keywords) == (other.func, other.args, other.keywords), where
     elif isinstance(one, Path):
         assert one.name == other.name, where
     elif isinstance(one, float) and np.isnan(one):
