@@ -9,7 +9,7 @@ from benchmarks.result import Figure
 from scruton.campaign.schema import Campaign, Kind, Motion, Quantity, Record, Rig, Section, Test
 from scruton.infer.cards import load_card
 from scruton.infer.fit import fit_campaign
-from scruton.simulate import Truth, simulate_record
+from scruton.simulate import Noise, Truth, simulate_record
 
 LIMIT = 60.0  # seconds
 # rig: frequency [Hz], damping ratio, wind speed [m/s], Y1, epsilon, duration of a record [s]
@@ -30,7 +30,7 @@ def campaign() -> Campaign:
         for i, (kind, start) in enumerate([(Kind.GROWTH, 0.1), (Kind.DECAY, 2.3)] * 3):
             time_, response = simulate_record(
                 truth, initial_amplitude=start * stable, duration=duration, sample_rate=200.0,
-                seed=np.random.SeedSequence([int(name), i]), turbulence=0.01, sensor_noise=1e-4,
+                seed=np.random.SeedSequence([int(name), i]), noise=Noise(0.01, sensor_noise=1e-4),
             )  # fmt: skip
             records.append(Record(f"{name}-{i}.csv", Path(__file__), kind, time_, response))
         rigs.append(Rig(name, Quantity(frequency), Quantity(7.2, 0.036), Quantity(damping, 0.05 * damping)))

@@ -47,7 +47,7 @@ def run() -> list[Figure]:
             cycles = {record.name: envelope(record, problem.FREQUENCY)}
             rig = fit_rig(campaign, campaign.rigs[0], cycles, None, sampling)
             test = fit_test(campaign, campaign.tests[0], rig, cycles, sampling)
-        assemble(Sampled(campaign, card, cycles, {}, (rig,), (test,), None, ()), {}, sampling, {})
+        assemble(Sampled(campaign, card, cycles, {}, (rig,), (test,), None, ()), sampling, {})
         verdict = test.samples.convergence
         assert verdict.converged, verdict.explain(test.samples.names, card.sampler)
         rows.append(

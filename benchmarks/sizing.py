@@ -13,8 +13,7 @@ from scruton.griffin.curves import LawCurves
 from scruton.sizing.bridge import Bridge, Mode
 from scruton.sizing.limits import RULES, Limit
 from scruton.sizing.model import ModeModel, unit_cube
-from scruton.sizing.risk import risk
-from scruton.sizing.shares import shares
+from scruton.sizing.risk import risk, shares
 from scruton.sizing.tmd_design import design
 from scruton.sizing.tmd_tuning import TuningDraws
 

@@ -7,7 +7,8 @@ import numpy as np
 
 from scruton.campaign.schema import Motion
 from scruton.dynamics import Setting, force_parameters, relaxation
-from scruton.gap.rows import SD_AMPLITUDE, SD_RATE, Rows, close_rows, rows_text
+from scruton.gap.rows import Rows, close_rows, rows_text
+from scruton.gap.thresholds import SD_AMPLITUDE, SD_RATE
 from scruton.report.render_text import table
 
 WIDTH, DEPTH, DENSITY = 0.300, 0.075, 1.19

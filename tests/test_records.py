@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from scruton.arrays import BoolArray, FloatArray
-from scruton.documents import as_json
-from scruton.records import from_json
+from scruton.documents import as_json, from_json
 
 
 @dataclass(frozen=True)

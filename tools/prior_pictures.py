@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from scruton.infer.cards import load_card, shipped_cards
-from scruton.report.figures.prior import prior_plot
-from scruton.report.figures.save import save
+from scruton.report.figures import save
+from scruton.report.figures.predictions import prior_plot
 
 if __name__ == "__main__":
     for name in shipped_cards():

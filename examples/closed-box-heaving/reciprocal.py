@@ -15,7 +15,6 @@ from scruton.dynamics.effects.terms import Term
 from scruton.gap.bands import posterior_draws
 from scruton.gap.diagnosis import Diagnosis, diagnose
 from scruton.gap.finding import Z90
-from scruton.gap.predict import stable_amplitude
 from scruton.report.figures import FigureWithCaption, save
 from scruton.report.figures.style import BLACK, BLUE, GREEN, LIGHT, VERMILLION, house_style, new_figure
 from scruton.report.render_text import table
@@ -90,15 +89,15 @@ def reciprocals(diagnosis: Diagnosis) -> Reciprocals:
 
     def line(scruton_numbers: FloatArray) -> FloatArray:
         one = [
-            stable_amplitude(final.hypothesis, u, data.middle, scruton_number=float(x), bridge=True)
+            final.hypothesis.stable_amplitude(u, data.middle, scruton_number=float(x), bridge=True)
             for x in scruton_numbers
         ]
         return 1.0 / np.array(one).T
 
     def bare_at(x: float) -> float:
-        return float(stable_amplitude(bare.hypothesis, bare.mode[None], data.middle, scruton_number=float(x))[0])
+        return float(bare.hypothesis.stable_amplitude(bare.mode[None], data.middle, scruton_number=float(x))[0])
 
-    found = 1.0 / np.array([stable_amplitude(final.hypothesis, u, r) for r in first])
+    found = 1.0 / np.array([final.hypothesis.stable_amplitude(u, r) for r in first])
     along = line(grid)
     return Reciprocals(
         rigs=tuple(data.rigs[data.layout.rig[i]] for i in first),

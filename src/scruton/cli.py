@@ -27,7 +27,8 @@ def _run(argv: Sequence[str] | None) -> int:
     from scruton.app.options import check_options
 
     check_options(vars(arguments))
-    outcome = outcome_of(arguments)
+    module, name = arguments.work.split(":")
+    outcome: Outcome = getattr(import_module(f"scruton.app.{module}"), name)(arguments)
     if outcome.text and not arguments.quiet:
         print(outcome.text)
     for line in outcome.lines:
@@ -37,23 +38,18 @@ def _run(argv: Sequence[str] | None) -> int:
     return outcome.code
 
 
-def outcome_of(arguments: argparse.Namespace) -> "Outcome":
-    """Do what the arguments ask for."""
-    module, name = arguments.work.split(":")
-    outcome: Outcome = getattr(import_module(f"scruton.app.{module}"), name)(arguments)
-    return outcome
-
-
 def parser() -> argparse.ArgumentParser:
     """Build the parser of all commands."""
+    from scruton import __version__
+
     top = Parser(prog="scruton", description="Bayesian uncertainty quantification for vortex-induced vibration.")
-    top.add_argument("--version", action="version", version=f"scruton {_version()}")
+    top.add_argument("--version", action="version", version=f"scruton {__version__}")
     verbs = top.add_subparsers(metavar="COMMAND", required=True)
     for verb in VERBS:
         below = verbs.add_parser(verb.name, help=verb.help, description=verb.help)
         _declare(below, (SEED, QUIET, *verb.arguments), verb)
         if verb.steps:
-            steps = below.add_subparsers(metavar="STEP", required=verb.needs_step, dest="step")
+            steps = below.add_subparsers(metavar="STEP", required=not verb.work, dest="step")
             for step in verb.steps:
                 _declare(steps.add_parser(step.name, help=step.help), step.arguments, step)
     return top
@@ -66,12 +62,6 @@ def _declare(parser: argparse.ArgumentParser, arguments: Sequence[Argument | tup
         for argument in together:
             place.add_argument(*argument.names, **argument.settings)
     parser.set_defaults(work=verb.work)
-
-
-def _version() -> str:
-    from scruton import __version__
-
-    return __version__
 
 
 if __name__ == "__main__":

@@ -50,14 +50,9 @@ def completed[T](
 
 
 class SecondProcess:
-    """A second process for what can be done meanwhile.
+    """A second process for what can be done meanwhile; where its block fails, it is ended, whatever it was doing.
 
-    Where the block that it is opened for fails, it is ended, whatever it was doing.
-
-    Parameters
-    ----------
-    beside : bool
-        False: there is none, and everything is done here when its result is asked for.
+    With `beside` false there is none, and everything is done here when its result is asked for.
     """
 
     def __init__(self, beside: bool = True) -> None:

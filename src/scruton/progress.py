@@ -37,7 +37,13 @@ class Bar:
             return
         if self._line is None or stage != self._stage:
             self.end()
-            self._stage, self._line = stage, _line()
+            from tqdm import tqdm
+
+            tqdm.set_lock(RLock())  # the default one is a semaphore of the system, and for many processes
+            tqdm.monitor_interval = 0  # no thread beside
+            form = "  [{bar:24}] {desc}, {remaining} left"
+            self._stage = stage
+            self._line = tqdm(total=1.0, smoothing=0, ascii=".#", bar_format=form, file=sys.stderr)
         self._line.n = fraction
         self._line.set_description_str(f"{stage}{note}")
 
@@ -46,11 +52,3 @@ class Bar:
         if self._line is not None:
             self._line.close()
             self._line = None
-
-
-def _line() -> "tqdm":
-    from tqdm import tqdm
-
-    tqdm.set_lock(RLock())  # the default one is a semaphore of the system, and for many processes
-    tqdm.monitor_interval = 0  # no thread beside
-    return tqdm(total=1.0, smoothing=0, ascii=".#", bar_format="  [{bar:24}] {desc}, {remaining} left", file=sys.stderr)

@@ -17,8 +17,9 @@ import json
 import os
 import shutil
 import socket
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from hashlib import sha256
+from collections.abc import Mapping, Sequence
+from hashlib import file_digest
+from itertools import count
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Any, Self
@@ -78,6 +79,8 @@ class Workspace:
         self.force, self.resume, self.grows = force, resume, grows
         self.state = folder / STATE / name
         self.new, self.checkpoints = self.state / "new", self.state / "checkpoints"
+        # State of an interrupted run that --force drops, kept until it is certain that the new run can do better.
+        self._earlier = self.state.with_name(f"{name}.old")
         self.replacing = False  # old results lie there, which count for nothing
         self._made: list[Path] = []  # folders that were not there before
         self._begun = self._kept = False
@@ -102,13 +105,7 @@ class Workspace:
         return next((one for one in places if one.exists()), None)
 
     def done(self, wanted: Sequence[str]) -> bool:
-        """Whether the folder holds the whole results of this very run, the files that are wanted among them.
-
-        Raises
-        ------
-        InputError
-            If it holds those of another run.
-        """
+        """Whether the folder holds the whole results of this very run (InputError: of another), with what is wanted."""
         earlier = read_manifest(self.folder)["runs"].get(self.name)
         if earlier is None or self.state.exists():
             return False
@@ -131,83 +128,62 @@ class Workspace:
         self._begun = False
         shutil.rmtree(self._earlier, ignore_errors=True)
 
-    @property
-    def _earlier(self) -> Path:
-        """State of an interrupted run that --force drops, kept until it is certain that the new run can do better."""
-        return self.state.with_name(f"{self.name}.old")
-
     def _open(self) -> None:
         _make(self.folder / STATE, self._made)
         self._lock = _locked(self.folder)
-        _finish_swaps(self.folder)
+        for path in sorted((self.folder / STATE).glob(f"*/{SWAP}")):  # of a run that was killed in the midst of it
+            _swap(self.folder, path.parent / "new", read_document(path, _OWN, ("files", "stale", "known", "manifest")))
+            shutil.rmtree(path.parent)
         self._manifest = read_manifest(self.folder)
         finished = self._manifest["runs"].get(self.name)
         unfinished = read_document(self.state / RUN, _OWN) if (self.state / RUN).is_file() else None
         present = results_in(self.folder, self.name, self.results)
-        self._refuse(present, unfinished)
+        begun = unfinished is not None and any(self.state.glob("*/*"))
+        if (present or begun) and not self.force and not self.resume:  # nobody said what to do with it
+            shown = ", ".join([*present[:_SHOWN], *(["..."] if len(present) > _SHOWN else [])])
+            found = f"results of an earlier run ({shown})" if present else "what an interrupted run left"
+            hint = "--resume to go on with that run, " if begun or self.grows else ""
+            raise InputError(self.folder, "-o", found, f"an empty folder, {hint}or --force to replace it")
         if self.resume and unfinished is not None and not self._differing(unfinished):
             self.replacing = bool(unfinished["replacing"])
-        elif self.resume and not self.force and (unfinished is not None or present):
-            self._check_same(unfinished or finished)
-            self._begin()
         else:
-            self.replacing = bool(present)
-            self._begin()
-        self._clean()
+            if self.resume and not self.force and (unfinished is not None or present):
+                self._check_same(unfinished or finished)
+            else:
+                self.replacing = bool(present)
+            if self.state.exists():  # what an interrupted run left is kept aside until this one is whole
+                shutil.rmtree(self._earlier, ignore_errors=True)
+                os.replace(self.state, self._earlier)  # noqa: PTH105
+            self.state.mkdir()
+            self._begun = True
+        if not self.grows:
+            shutil.rmtree(self.new, ignore_errors=True)
+        for path in self.new.rglob("*.tmp"):  # what a killed run left half-written
+            path.unlink()
         self.new.mkdir(parents=True, exist_ok=True)
         self.checkpoints.mkdir(exist_ok=True)
         write_document(self.state / RUN, self.run | {"replacing": self.replacing})
-
-    def _refuse(self, present: Sequence[str], unfinished: Mapping[str, Any] | None) -> None:
-        """Refuse what nobody said what to do with."""
-        if self.force or self.resume:
-            return
-        begun = unfinished is not None and any(self.state.glob("*/*"))
-        if not present and not begun:
-            return
-        shown = ", ".join([*present[:_SHOWN], *(["..."] if len(present) > _SHOWN else [])])
-        found = f"results of an earlier run ({shown})" if present else "what an interrupted run left"
-        hint = "--resume to go on with that run, " if begun or self.grows else ""
-        raise InputError(self.folder, "-o", found, f"an empty folder, {hint}or --force to replace it")
 
     def _check_same(self, earlier: Mapping[str, Any] | None) -> None:
         """Refuse to resume another run."""
         wanted = "the same command and files as before, another folder, or --force to begin anew"
         if earlier is None:
             raise InputError(self.folder, "--resume", "results whose inputs are not on record", wanted)
-        differing = self._differing(earlier)
-        if differing:
+        if differing := self._differing(earlier):
             raise InputError(self.folder, "--resume", f"a run with other {', '.join(differing)}", wanted)
 
     def _differing(self, earlier: Mapping[str, Any]) -> list[str]:
         """Names of the inputs and settings that this run and an earlier one both have, and that differ."""
-        found = []
-        for table in ("settings", "inputs"):
-            theirs = earlier[table]
-            for name, value in self.run[table].items():
-                if name in theirs and theirs[name] != value:
-                    found.append(name if table == "inputs" else f"{name} ({theirs[name]!r}, now {value!r})")
-        return found
-
-    def _begin(self) -> None:
-        """Begin anew; what an interrupted run left is kept aside until this one is whole."""
-        if self.state.exists():
-            shutil.rmtree(self._earlier, ignore_errors=True)
-            os.replace(self.state, self._earlier)  # noqa: PTH105
-        self.state.mkdir()
-        self._begun = True
-
-    def _clean(self) -> None:
-        """Remove what a killed run left half-written."""
-        if not self.grows:
-            shutil.rmtree(self.new, ignore_errors=True)
-        for path in self.new.rglob("*.tmp"):
-            path.unlink()
+        mine, theirs = self.run["settings"], earlier["settings"]
+        settings = [name for name in mine if name in theirs and theirs[name] != mine[name]]
+        inputs = [name for name, own in self.run["inputs"].items() if earlier["inputs"].get(name, own) != own]
+        return [*(f"{name} ({theirs[name]!r}, now {mine[name]!r})" for name in settings), *inputs]
 
     def _record(self, part: Sequence[str] = ()) -> dict[str, Any]:
         """What a swap of all or of a part has to do: files with their digests, files to remove, and the manifest."""
-        names = [name for one in part or ("",) for name in _files(self.new, one)]
-        files = {name: digest(self.new / name) for name in names}
+        tops = [self.new / one for one in part or ("",)]
+        paths = [path for top in tops for path in ([top] if top.is_file() else sorted(top.rglob("*")))]
+        files = {path.relative_to(self.new).as_posix(): digest(path) for path in paths if path.is_file()}
         runs: dict[str, Any] = self._manifest["runs"]
         known = {name: value for run in runs.values() for name, value in run["files"].items()}
         before = runs.get(self.name, {"files": {}})["files"]
@@ -252,10 +228,7 @@ class Workspace:
 def digest(path: Path) -> str:
     """SHA-256 of a file."""
     with path.open("rb") as stream:
-        found = sha256()
-        while block := stream.read(1 << 20):
-            found.update(block)
-    return found.hexdigest()
+        return file_digest(stream, "sha256").hexdigest()
 
 
 def read_manifest(folder: Path) -> dict[str, Any]:
@@ -277,14 +250,6 @@ def results_in(folder: Path, name: str, results: Sequence[str]) -> list[str]:
     return [*found, *(one for one in files if one not in found and (folder / one).exists())]
 
 
-def _files(folder: Path, part: str = "") -> Iterator[str]:
-    """Every file below a folder, or below a part of it, by its path relative to the folder, in order."""
-    top = folder / part
-    for path in [top] if top.is_file() else sorted(top.rglob("*")):
-        if path.is_file():
-            yield path.relative_to(folder).as_posix()
-
-
 def _make(folder: Path, made: list[Path]) -> None:
     """Make a folder and those above it, and note which were not there."""
     for one in reversed([folder, *folder.parents]):
@@ -295,21 +260,15 @@ def _make(folder: Path, made: list[Path]) -> None:
                 raise InputError(one, "-o", "a file", "the path of a folder for the results")
             one.mkdir()
             made.append(one)
-        except (OSError, ValueError) as error:  # ValueError: a path with a null character; or InputError
-            if isinstance(error, InputError):
-                raise
+        except InputError:
+            raise
+        except (OSError, ValueError) as error:  # ValueError: a path with a null character
             reason = getattr(error, "strerror", None) or error
             raise InputError(one, "-o", f"that it cannot be made ({reason})", "a folder that can be") from None
 
 
 def _locked(folder: Path) -> IO[str]:
-    """Lock a folder for as long as the file is open, however the process ends.
-
-    Raises
-    ------
-    InputError
-        If another process holds the lock.
-    """
+    """Lock a folder for as long as the file is open, however the process ends (InputError: another one holds it)."""
     path = folder / STATE / LOCK
     try:
         stream = path.open("a+", encoding="utf-8")
@@ -345,13 +304,6 @@ def _lock(stream: IO[str]) -> None:
     fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
-def _finish_swaps(folder: Path) -> None:
-    """Complete what a run that was killed while it put its results in their places left undone."""
-    for path in sorted((folder / STATE).glob(f"*/{SWAP}")):
-        _swap(folder, path.parent / "new", read_document(path, _OWN, ("files", "stale", "known", "manifest")))
-        shutil.rmtree(path.parent)
-
-
 def _swap(folder: Path, new: Path, swap: Mapping[str, Any]) -> None:
     """Move new files to their places and remove stale ones; may be done again from any point where it was stopped."""
     for name, mine in swap["files"].items():
@@ -359,27 +311,16 @@ def _swap(folder: Path, new: Path, swap: Mapping[str, Any]) -> None:
         if not source.exists():
             continue  # moved before it was stopped
         if place.exists() and digest(place) not in (swap["known"].get(name), mine):
-            os.replace(place, _spare(place))  # noqa: PTH105
+            # it is not the program's: kept under a free name
+            spare = next(one for i in count(1) if not (one := place.with_name(f"{place.name}.~{i}~")).exists())
+            os.replace(place, spare)  # noqa: PTH105
         place.parent.mkdir(parents=True, exist_ok=True)
         replace_file(source, place)
     for name, theirs in swap["stale"].items():
         place = folder / name
         if place.is_file() and digest(place) == theirs:
             place.unlink()
-    _prune(folder / name for name in swap["stale"])
-    write_document(folder / STATE / MANIFEST, swap["manifest"])
-
-
-def _spare(path: Path) -> Path:
-    """A free name beside a file that is not the program's and lies where a result goes."""
-    count = 1
-    while (found := path.with_name(f"{path.name}.~{count}~")).exists():
-        count += 1
-    return found
-
-
-def _prune(paths: Iterable[Path]) -> None:
-    """Remove the folders that stale files left empty."""
-    for one in {path.parent for path in paths}:
-        with contextlib.suppress(OSError):
+    for one in {(folder / name).parent for name in swap["stale"]}:
+        with contextlib.suppress(OSError):  # it is not left empty
             one.rmdir()
+    write_document(folder / STATE / MANIFEST, swap["manifest"])

@@ -111,8 +111,12 @@ def test_an_interrupted_batch_goes_on_in_two_processes_to_the_same_bytes(room, w
         if len(set(told)) == 3:
             raise StoppedError
 
-    task = FitTask.of(Path("wind"), resumed / "wind", model="card.toml", seed=0)
-    with pytest.raises(StoppedError), task.claim(Namespace(seed=0, quiet=True, force=False)) as work:
+    asked = Namespace(
+        campaign=Path("wind"), out=resumed / "wind", model="card.toml", tests=None, seed=0, effect=None, quiet=True,
+        force=False,
+    )  # fmt: skip
+    task = FitTask.of(asked)
+    with pytest.raises(StoppedError), task.claim(asked) as work:
         fit_campaign(task.campaign, task.card, checkpoints=work.checkpoints, report=stop)
     assert len(list(work.checkpoints.glob("*.npz"))) >= 2
     code = batch(

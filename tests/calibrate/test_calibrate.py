@@ -7,17 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scruton.calibrate import REGIMES, calibration_text, run_calibration, store
-from scruton.calibrate.campaigns import run_campaign
-from scruton.calibrate.coverage import cells, covered, pooled, uniformity
+from scruton.calibrate import REGIMES, calibration_text, run_calibration
+from scruton.calibrate.campaigns import run_campaign, simulate_campaign
+from scruton.calibrate.coverage import cells, covered, pooled, summarise, uniformity
 from scruton.calibrate.execution import Execution
 from scruton.calibrate.identifiability import Identifiability, identifiability, information
 from scruton.calibrate.quantities import inside, quantities, score
-from scruton.calibrate.records import simulate_campaign
 from scruton.calibrate.regimes import LAW_REGIMES, TWELVE, chosen
-from scruton.calibrate.result import summarise
+from scruton.calibrate.run import load
 from scruton.calibrate.thresholds import LIMIT_P
-from scruton.calibrate.truths import draw_normals, from_normals, omega0, scattered, setting
+from scruton.calibrate.truths import draw_normals, from_normals, omega0, scattered
 from scruton.campaign import Kind, Motion
 from scruton.campaign.quantity import Quantity
 from scruton.dynamics import closed_form, relaxation
@@ -135,7 +134,7 @@ def test_truths_follow_the_hierarchy(name, card):
     regime = REGIMES[name]
     own = regime.card(card)
     z = draw_normals(np.random.default_rng(1), regime, own, 2000)
-    drawn, body, possible = from_normals(z, regime, own)
+    drawn, places, possible = from_normals(z, regime, own)
     assert possible.all()
     # a truth without any deviation lies on the curve, in amplitude and in rate
     zero = z.copy()
@@ -154,8 +153,7 @@ def test_truths_follow_the_hierarchy(name, card):
     curve = plain.reference_amplitude[:, None] * np.abs(base) ** (1.0 / regime.n)
     np.testing.assert_allclose(plain.a_star[good], curve[good], rtol=1e-10)
     if regime.n == -1.0:
-        place = setting(regime.motion, body, drawn.damping_ratio)
-        a_star, rate = relaxation(drawn.Y1, drawn.epsilon, place)
+        a_star, rate = relaxation(drawn.Y1, drawn.epsilon, places)
         np.testing.assert_allclose(a_star, drawn.a_star, rtol=1e-9)
         np.testing.assert_allclose(rate, drawn.relaxation_rate, rtol=1e-9)
         assert (drawn.Y1 < 0).all()
@@ -179,8 +177,8 @@ def test_quantities_at_the_tested_setting_are_the_stable_amplitude(card):
 def test_records_relax_to_the_true_amplitude(regime, card):
     own = regime.card(card)
     z = draw_normals(np.random.default_rng(5), regime, own, 1)
-    drawn, body, _ = from_normals(z, regime, own)
-    campaign = simulate_campaign(regime, drawn, body, np.random.SeedSequence(1))
+    drawn, places, _ = from_normals(z, regime, own)
+    campaign = simulate_campaign(regime, drawn, places, np.random.SeedSequence(1))
     assert [len(rig.records) for rig in campaign.rigs] == [regime.ring_downs] * len(regime.scruton_numbers)
     for j, test in enumerate(campaign.tests):
         for record in test.records:
@@ -236,7 +234,7 @@ def test_whole_pipe(one_job):
 def test_processes_do_not_change_a_digit(one_job):
     """Tables are made from the records in the order of their index, so equal records are equal tables."""
     tasks = [("growth", 1), ("turbulence-1", 3)]
-    alone = [store.load(one_job, name)[index] for name, index in tasks]
+    alone = [load(one_job, name)[index] for name, index in tasks]
     card = load_card(one_job.parent / "short.toml")
     found = list(completed(run_campaign, [(*task, 3, card) for task in tasks], 2))
     for one in alone:

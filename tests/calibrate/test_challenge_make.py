@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 
 from scruton.calibrate.challenge.case import simulate_case
-from scruton.calibrate.challenge.make import make_challenge
-from scruton.calibrate.challenge.outside import OPEN
-from scruton.calibrate.challenge.plan import KINDS, SEVERITIES, Plan
-from scruton.calibrate.challenge.scenarios import CATALOGUE, apply
+from scruton.calibrate.challenge.make import KINDS, SEVERITIES, Plan, make_challenge
+from scruton.calibrate.challenge.scenarios import CATALOGUE, OPEN, apply
 from scruton.calibrate.challenge.sections import limit_cycle, random_body
 from scruton.calibrate.execution import Execution
 from scruton.campaign import Fluid, Kind, load_campaign

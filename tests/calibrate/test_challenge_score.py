@@ -9,11 +9,15 @@ import numpy as np
 import pytest
 
 from scruton.calibrate.challenge.baselines import BASELINES
-from scruton.calibrate.challenge.figures import calibration, confusion, figures
-from scruton.calibrate.challenge.make import make_challenge
-from scruton.calibrate.challenge.outcomes import Outcome, read_outcomes
-from scruton.calibrate.challenge.plan import Plan
-from scruton.calibrate.challenge.rates import median_interval, reliability, wilson
+from scruton.calibrate.challenge.figures import (
+    calibration,
+    confusion,
+    median_interval,
+    read_outcomes,
+    reliability,
+    wilson,
+)
+from scruton.calibrate.challenge.make import Plan, make_challenge
 from scruton.calibrate.challenge.run import run_challenge
 from scruton.calibrate.challenge.score import score_challenge, score_markdown, score_text
 from scruton.calibrate.execution import Execution
@@ -132,50 +136,46 @@ def write_challenge(folder, cases, design="full"):
 
 
 def reached(score):
-    return {one.name: one for one in score.figures}
+    return {one["figure"]: one for one in score.figures}
 
 
 def test_every_rate_is_the_count_by_hand(challenge):
     found = reached(score_challenge(*challenge))
     for name, (hits, cases) in BY_HAND.items():
-        assert found[name].cases == cases, name
-        assert found[name].reached == pytest.approx(hits / cases), name
-        assert found[name].interval95 == wilson(hits, cases), name
+        assert found[name]["cases"] == cases, name
+        assert found[name]["reached"] == pytest.approx(hits / cases), name
+        assert (found[name]["low95"], found[name]["high95"]) == wilson(hits, cases), name
 
 
 def test_group_sizes_shrink_and_amplitudes_by_hand(challenge):
     found = reached(score_challenge(*challenge))
-    assert found["mean group size, s >= 20 %"].reached == pytest.approx((2 + 1 + 2 + 1) / 4)
-    assert found["mean group size, s = 10 %"].reached == pytest.approx((1 + 3) / 2)  # the failed case has no group
-    assert found["median held-out shrink, verdict right"].reached == pytest.approx(0.8)  # of 0.9 and 0.7
-    assert found["median held-out shrink, called unknown and right"].reached == pytest.approx(0.45)
+    assert found["mean group size, s >= 20 %"]["reached"] == pytest.approx((2 + 1 + 2 + 1) / 4)
+    assert found["mean group size, s = 10 %"]["reached"] == pytest.approx((1 + 3) / 2)  # the failed case has no group
+    assert found["median held-out shrink, verdict right"]["reached"] == pytest.approx(0.8)  # of 0.9 and 0.7
+    assert found["median held-out shrink, called unknown and right"]["reached"] == pytest.approx(0.45)
     one = found["held-out stable amplitude, error before over after, s >= 20 %"]
-    assert one.cases == 1
-    assert one.reached == pytest.approx(0.3 / 0.03)
+    assert one["cases"] == 1
+    assert one["reached"] == pytest.approx(0.3 / 0.03)
     measured = found["held-out stable amplitude, error before over after, against the measured one"]
-    assert measured.reached == pytest.approx(0.28 / 0.01)
-    assert found["seconds a campaign, one process (median)"].reached == pytest.approx(9.5)
+    assert measured["reached"] == pytest.approx(0.28 / 0.01)
+    assert found["seconds a campaign, one process (median)"]["reached"] == pytest.approx(9.5)
 
 
 def test_log_score_and_calibration_by_hand(challenge):
     found = reached(score_challenge(*challenge))
     # wake_oscillator: unknown and fluid_memory together; of two effects, both together.
     p = [0.9, 0.8, 0.4, 0.4, 0.99, 0.95, 1e-6, 1e-6, 0.5, 0.5, 0.95, 0.95, 1e-6, 0.99, 0.9, 1e-6, 0.11]
-    assert found["mean log score of the truth"].reached == pytest.approx(np.mean(np.log(p)))
-    assert found["mean log score of the truth"].cases == 17
-    bins = calibration(score_challenge(*challenge).outcomes)
-    assert bins.count.sum() == 17
-    assert bins.count.max() - bins.count.min() <= 1
-    assert found["calibration error of the verdict's probability"].reached == bins.error
+    assert found["mean log score of the truth"]["reached"] == pytest.approx(np.mean(np.log(p)))
+    assert found["mean log score of the truth"]["cases"] == 17
+    bins, error, _ = calibration(score_challenge(*challenge).cases)
+    assert bins.cases.sum() == 17
+    assert bins.cases.max() - bins.cases.min() <= 1
+    assert found["calibration error of the verdict's probability"]["reached"] == error
 
 
 def test_confusion_matrix_by_hand(challenge):
-    rows, columns, counts = confusion(score_challenge(*challenge).outcomes)
-    table = {
-        (row, column): int(counts[i, j])
-        for i, row in enumerate(rows) for j, column in enumerate(columns) if counts[i, j]
-    }  # fmt: skip
-    assert table == {
+    counts = confusion(score_challenge(*challenge).cases).stack()
+    assert counts[counts > 0].to_dict() == {
         ("none", "none"): 2, ("none", FRICTION): 1, ("none", "unknown"): 1,
         (FRICTION, FRICTION): 2, (FRICTION, MEMORY): 1, (MEMORY, "unknown"): 1,
         (GAIN, GAIN): 1, (GAIN, MEMORY): 1, (GAIN, "failed"): 1,
@@ -187,14 +187,14 @@ def test_confusion_matrix_by_hand(challenge):
 
 def test_met_and_wanted(challenge, tmp_path):
     found = reached(score_challenge(*challenge))
-    assert found["no effect, called something else"].met is False
-    assert found["median held-out shrink, verdict right"].met is False
-    assert found["held-out stable amplitude, error before over after, s >= 20 %"].met is True
-    assert found["no diagnosis"].met is None
+    assert found["no effect, called something else"]["met"] is False
+    assert found["median held-out shrink, verdict right"]["met"] is False
+    assert found["held-out stable amplitude, error before over after, s >= 20 %"]["met"] is True
+    assert found["no diagnosis"]["met"] is None
     one_rig = reached(score_challenge(*write_challenge(tmp_path / "one", CASES, "one-rig")))
-    assert one_rig["truth in the group, s >= 20 %"].wanted == 0.95
-    assert one_rig["mean group size, s = 10 %"].wanted == 6.0
-    assert one_rig["no effect, called something else"].wanted is None
+    assert one_rig["truth in the group, s >= 20 %"]["wanted"] == 0.95
+    assert one_rig["mean group size, s = 10 %"]["wanted"] == 6.0
+    assert one_rig["no effect, called something else"]["wanted"] is None
 
 
 def test_a_score_is_written_in_full_and_not_over_another(challenge, tmp_path):
@@ -227,7 +227,7 @@ def test_answers_other_than_those_sealed_are_refused(challenge, tmp_path):
     (folder / "answers" / "answers.json").unlink()
     with pytest.raises(InputError, match=r"no file; wanted the sealed answers"):
         score_challenge(folder, results)
-    assert len(score_challenge(folder, results, elsewhere).outcomes) == len(CASES)
+    assert len(score_challenge(folder, results, elsewhere).cases) == len(CASES)
     elsewhere.write_text(elsewhere.read_text().replace("fluid_memory", "fluid_memorY", 1))
     with pytest.raises(InputError, match=r"SHA-256: found [0-9a-f]{64}; wanted [0-9a-f]{64} as challenge.json has it"):
         score_challenge(folder, results, elsewhere)
@@ -238,8 +238,8 @@ def test_cases_that_were_not_run_are_told(challenge):
     for name in ("case-0001", "case-0018"):
         for path in (results / name).iterdir():
             path.unlink()
-    outcomes, settings = read_outcomes(folder, results)
-    assert (len(outcomes), settings["not_run"]) == (16, 2)
+    cases, settings = read_outcomes(folder, results)
+    assert (len(cases), settings["not_run"]) == (16, 2)
     assert "2 cases have not been run" in score_markdown(score_challenge(folder, results))
     with pytest.raises(InputError, match="no result of any case"):
         read_outcomes(folder, folder)
@@ -252,33 +252,31 @@ def test_a_gap_that_is_none_is_named(challenge):
         score_challenge(folder, results)
 
 
-def test_no_case_of_a_kind_gives_no_figure():
-    found = {
-        one.name: one for one in figures([Outcome("case-0001", "none", (), 0.0, "none", probability={"none": 1.0})])
-    }
-    assert np.isnan(found["top-1, s >= 20 %"].reached)
-    assert found["top-1, s >= 20 %"].met is None
-    assert found["no effect, called something else"].reached == 0.0
-    assert found["mean log score of the truth"].reached == 0.0
+def test_no_case_of_a_kind_gives_no_figure(tmp_path):
+    found = reached(score_challenge(*write_challenge(tmp_path, [(answer("none"), gap("none", 1.0))])))
+    assert np.isnan(found["top-1, s >= 20 %"]["reached"])
+    assert found["top-1, s >= 20 %"]["met"] is None
+    assert found["no effect, called something else"]["reached"] == 0.0
+    assert found["mean log score of the truth"]["reached"] == 0.0
 
 
 def test_reliability_bins():
     p = np.repeat([0.55, 0.65, 0.75, 0.85, 0.95], 20)
     right = np.concatenate([np.arange(20) < n for n in (11, 13, 15, 17, 9)])
-    found = reliability(p.tolist(), right.tolist(), bins=5)
-    np.testing.assert_array_equal(found.count, 20)
+    found, error, _ = reliability(p.tolist(), right.tolist(), bins=5)
+    np.testing.assert_array_equal(found.cases, 20)
     np.testing.assert_allclose(found.probability, [0.55, 0.65, 0.75, 0.85, 0.95])
     np.testing.assert_allclose(found.accuracy, [0.55, 0.65, 0.75, 0.85, 0.45])
-    assert found.error == pytest.approx(0.5 / 5)
-    assert reliability([0.5], [True]).count.tolist() == [1]
-    assert np.isnan(reliability([], []).error)
+    assert error == pytest.approx(0.5 / 5)
+    assert reliability([0.5], [True])[0].cases.tolist() == [1]
+    assert np.isnan(reliability([], [])[1])
 
 
 def test_chance_is_the_error_of_calibrated_probabilities():
     rng = np.random.default_rng(1)
     p = rng.uniform(0.5, 1.0, 400)
-    errors = [reliability(p.tolist(), (rng.random(400) < p).tolist()).error for _ in range(300)]
-    assert reliability(p.tolist(), [True] * 400).chance == pytest.approx(np.mean(errors), rel=0.06)
+    errors = [reliability(p.tolist(), (rng.random(400) < p).tolist())[1] for _ in range(300)]
+    assert reliability(p.tolist(), [True] * 400)[2] == pytest.approx(np.mean(errors), rel=0.06)
 
 
 def test_intervals():
@@ -322,7 +320,7 @@ def test_a_case_that_fails_stops_nothing_and_resume_keeps_what_is_done(tmp_path)
     folder, out, told = empty(tmp_path / "made"), tmp_path / "out", []
     run = run_challenge(folder, Execution(out, progress=lambda *what: told.append(what)), said)
     assert told == [("run", 1 / 3), ("run", 2 / 3), ("run", 1.0)]
-    assert dict(run.failed) == {"case-0002": "ValueError: a record of nothing"}
+    assert run == {"case-0002": "ValueError: a record of nothing"}
     assert json.loads((out / "case-0001" / "gap.json").read_text())["verdict"] == "none"
     assert json.loads((out / "case-0002" / "case.json").read_text())["error"] == "ValueError: a record of nothing"
     assert not (out / "case-0002" / "gap.json").exists()
@@ -347,7 +345,7 @@ def test_another_diagnosis_does_not_go_on_with_a_run(tmp_path):
 def test_a_process_that_dies_costs_its_own_case_alone(tmp_path):
     folder = empty(tmp_path / "made")
     run = run_challenge(folder, Execution(tmp_path / "out", jobs=2), dies)
-    assert dict(run.failed) == {"case-0002": "the process died"}
+    assert run == {"case-0002": "the process died"}
     assert (tmp_path / "out" / "case-0003" / "gap.json").exists()
 
 
@@ -373,8 +371,8 @@ def small(tmp_path_factory):
 def test_the_baselines_see_what_is_strong_and_run_as_a_diagnosis_does(small, tmp_path, name):
     expected = "unknown" if name == "chi-square" else "structural_damping_nonlinearity"
     run = run_challenge(small, Execution(tmp_path), BASELINES[name])
-    assert not run.failed
+    assert run == {}
     found = json.loads((Path(tmp_path) / "case-0001" / "gap.json").read_text())
     assert found["verdict"] == expected
     assert sum(found["probability"].values()) == pytest.approx(1.0 if name == "bic" else 0.0)
-    assert len(score_challenge(small, tmp_path).outcomes) == 1
+    assert len(score_challenge(small, tmp_path).cases) == 1

@@ -214,7 +214,7 @@ def test_the_same_samples_do_not_count_twice(room: Room) -> None:
 def test_files_are_read_and_hashed_once(room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
     reads: list[str] = []
     plain = files.read_bytes
-    monkeypatch.setattr(files, "read_bytes", lambda path, largest: reads.append(path.name) or plain(path, largest))
+    monkeypatch.setattr(files, "read_bytes", lambda path, *more: reads.append(path.name) or plain(path, *more))
     toml = HEAVING + "".join(record("r.csv", f'start = "{i / 10} s"') for i in range(5))
     room.load(toml + record("r.csv", 'encoding = "ascii"'), {"r.csv": csv()})
     assert sorted(reads) == ["campaign.toml", "r.csv"]

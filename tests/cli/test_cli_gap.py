@@ -5,8 +5,7 @@ import json
 import pytest
 
 from scruton import load_diagnosis
-from scruton.calibrate.challenge.make import make_challenge
-from scruton.calibrate.challenge.plan import Plan
+from scruton.calibrate.challenge.make import Plan, make_challenge
 from scruton.calibrate.execution import Execution
 from scruton.cli import main
 from scruton.errors import InputError

@@ -1,5 +1,7 @@
 """The catalogue: every entry complete, off at zero, and with the signature that its text names."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -42,9 +44,12 @@ def values(variant, one, at):
 
 def test_the_catalogue_is_complete():
     assert tuple(CATALOGUE) == NAMES
+    pages = (Path(__file__).parents[2] / "docs" / "effects.md").read_text(encoding="utf-8").split("\n## ")
+    described = {page.split("`")[1]: page for page in pages[1:] if page.startswith("`")}
+    assert tuple(described) == (*NAMES, UNKNOWN.name)
     for effect in (*CATALOGUE.values(), UNKNOWN):
-        for text in (effect.title, effect.physics, effect.source, effect.signature):
-            assert len(text) > 8
+        for part in (f"**{effect.title}.** ", "*Adds:* ", "*Signature:* ", "*Source:* "):
+            assert part in described[effect.name], (effect.name, part)
         assert effect.channel in ("amplitude", "frequency", "signal", "spectrum")
         assert effect.variants(layout()), effect.name
 

@@ -6,14 +6,25 @@ from grid_filter import grid_log_likelihood, motion
 from numba import njit
 
 from scruton.dynamics.cycles import EnvelopeData
+from scruton.dynamics.equation import drift
 from scruton.dynamics.filter import innovations_of
-from scruton.dynamics.laws.law import N_FAMILY, PAPER, Law
+from scruton.dynamics.laws.law import Law
 from scruton.dynamics.likelihood import innovations, log_likelihood, pointwise_log_likelihood
-from scruton.infer.any_law import LawPosterior
+from scruton.infer.models import LawPosterior
 from scruton.stats.optimum import find_optimum
 from scruton.stats.priors import Prior
 
 A_STAR, PERIOD = 0.05, 0.125
+
+
+@njit
+def _family(a, c):
+    return drift(a, c[0], c[1], c[2])
+
+
+_NAMES = {"a_star": "A/D or rad", "relaxation_rate": "1/s", "n": "exponent"}
+N_FAMILY = Law("n-family", _family, _NAMES)
+PAPER = Law("paper", _family, _NAMES, linear=True)  # n = -1
 
 
 @pytest.fixture

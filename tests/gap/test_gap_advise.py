@@ -7,15 +7,13 @@ import pytest
 
 from scruton.calibrate.challenge.case import simulate_case
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
-from scruton.gap.advise import _records, advise, confusions
+from scruton.gap.advise import _records, advise, confusions, invisible
 from scruton.gap.attribute import weigh
 from scruton.gap.check import check
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import NONE, Diagnosis, _groups, _probabilities, fit_null
 from scruton.gap.further_record import FurtherRecord, expected, in_layout_of, separation, transplanted, with_record
 from scruton.gap.hypothesis import Hypothesis
-from scruton.gap.invisible import invisible
-from scruton.gap.screen import Screen
 from scruton.gap.thresholds import WANTED
 
 
@@ -24,7 +22,7 @@ def weighed(effect: str | None, names: tuple[str, ...], index: int, design: str,
     campaign, _ = simulate_case(900, index, effect, severity if effect else 0.0, design)
     data, null = fit_null(load_gap(campaign))
     effects = [UNKNOWN if name == UNKNOWN.name else CATALOGUE[name] for name in names]
-    found = weigh(Screen(null), effects, workers=1)
+    found = weigh(null, effects, workers=1)
     gains = {name: c.log_evidence - null.log_evidence for name, c in found.items()} | {NONE: 0.0}
     verdict = effect or NONE
     final = found[effect].best if effect else null
@@ -88,17 +86,16 @@ def test_a_record_in_wind_tells_less_than_one_in_still_air(alone: Diagnosis) -> 
     rival = alone.rivals["aerodynamic_damping_nonlinearity"].best
     assert rival is not None
     truth = alone.final.hypothesis, alone.final.mode
-    other = rival.hypothesis, rival.mode, rival.covariance
     extras = list(_records(alone))
-    still = [separation(truth, other, one) for one in extras if one.still]
-    wind = [separation(truth, other, one) for one in extras if not one.still and one.damping == 1.0]
+    still = [separation(truth, rival, one) for one in extras if one.still]
+    wind = [separation(truth, rival, one) for one in extras if not one.still and one.damping == 1.0]
     assert min(still) > WANTED > max(wind)
 
 
 def test_a_hypothesis_is_not_told_from_itself(full: Diagnosis) -> None:
     final = full.final
     for extra in list(_records(full))[:6]:
-        same = separation((final.hypothesis, final.mode), (final.hypothesis, final.mode, final.covariance), extra)
+        same = separation((final.hypothesis, final.mode), final, extra)
         assert same == pytest.approx(0.0, abs=1e-9)
 
 

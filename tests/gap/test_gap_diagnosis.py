@@ -7,12 +7,12 @@ import pytest
 
 from scruton.calibrate.challenge.case import simulate_case
 from scruton.dynamics.effects import CATALOGUE
+from scruton.gap.attribute import Screen
 from scruton.gap.check import check, second_lines
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import diagnose, fit_null
 from scruton.gap.hypothesis import Hypothesis
 from scruton.gap.null_model import null_model
-from scruton.gap.screen import Screen
 from scruton.infer.fit import envelope
 from scruton.stats.laplace_check import importance_evidence
 

@@ -270,7 +270,7 @@ def test_one_test_alone_carries_both_discrepancies(n: float) -> None:
 
 def test_one_test_alone_without_discrepancies_is_its_own_posterior() -> None:
     tree = campaign_tree(spread=0.1, peak=[0, 1, 0])
-    np.testing.assert_allclose(single_draws(tree, [30.0], "T1"), griffin_draws(tree, [30.0], "T1")[0], rtol=1e-12)
+    np.testing.assert_allclose(single_draws(tree, [30.0], "T1"), griffin_draws(tree, [30.0], "T1"), rtol=1e-12)
 
 
 def test_a_wind_too_weak_at_the_tested_setting_says_that_it_dies_beyond() -> None:

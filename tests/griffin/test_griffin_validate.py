@@ -15,7 +15,7 @@ from scruton.griffin import Prediction, predict
 from scruton.griffin.validate import Validation, validate
 from scruton.infer.cards import load_card
 from scruton.infer.fit import fit_campaign
-from scruton.stats.settings import SamplerSettings
+from scruton.stats.convergence import SamplerSettings
 
 
 def validation(draws, amplitude: float) -> Validation:

@@ -111,7 +111,7 @@ def judged_simulation(truth: dict[str, Any], n: float, seed: int) -> list[str]:
     from scruton.envelope import demodulate
     from scruton.infer.cards import load_card
     from scruton.infer.models import WindPosterior
-    from scruton.simulate import Truth, simulate_record
+    from scruton.simulate import Noise, Truth, simulate_record
     from scruton.stats.priors import Prior
 
     section = Truth(Motion.HEAVING, 0.3, 0.075, 7.292, 7.87, 0.0065, 1.22, 5.036, **truth)
@@ -119,8 +119,8 @@ def judged_simulation(truth: dict[str, Any], n: float, seed: int) -> list[str]:
     cycles = {}
     for name, start in (("decay", 2.5), ("growth", 0.1)):
         time, response = simulate_record(
-            section, sample_rate=100.0, duration=9.0, initial_amplitude=start * stable, turbulence=0.01,
-            sensor_noise=1e-4, seed=np.random.SeedSequence([seed, int(name == "growth")]),
+            section, sample_rate=100.0, duration=9.0, initial_amplitude=start * stable,
+            noise=Noise(0.01, sensor_noise=1e-4), seed=np.random.SeedSequence([seed, int(name == "growth")]),
         )  # fmt: skip
         cycles[name] = demodulate(time, response)
     data = EnvelopeData.join(cycles)

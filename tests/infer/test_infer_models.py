@@ -8,8 +8,7 @@ import pytest
 from scruton.campaign.schema import Motion
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.infer.cards import load_card
-from scruton.infer.models import SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
-from scruton.infer.predictive import free_runs
+from scruton.infer.models import SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior, free_runs
 from scruton.stats.priors import Prior
 from scruton.stats.sampler import sample
 

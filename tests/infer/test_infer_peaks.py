@@ -19,8 +19,8 @@ from scruton.infer.peaks import (
 from scruton.infer.results import LawWeights
 from scruton.infer.sampling import Sampling
 from scruton.infer.thresholds import FAVOURED, HOPELESS
+from scruton.stats.convergence import SamplerSettings
 from scruton.stats.optimum import laplace_log_evidence
-from scruton.stats.settings import SamplerSettings
 from scruton.stats.stacking import posterior_weights, stacking_weights
 
 LAWS = (-1.0, 0.0, 2.0)

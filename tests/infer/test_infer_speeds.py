@@ -14,10 +14,11 @@ from scruton.infer import speeds as module
 from scruton.infer.cards import load_card
 from scruton.infer.sampling import Sampling
 from scruton.infer.smooth import Observations, SpeedPoint, SpeedPosterior, log_ratio, matern
-from scruton.infer.speeds import PRIORS, fit_points, fit_speeds, in_lock_in, speeds_dataset
+from scruton.infer.speeds import SCALES as SCALE_NAMES
+from scruton.infer.speeds import fit_points, in_lock_in, speed_points
 from scruton.infer.thresholds import COMMON
+from scruton.stats.convergence import SamplerSettings
 from scruton.stats.priors import Prior
-from scruton.stats.settings import SamplerSettings
 
 FACTOR = 1000.0
 PRIOR = {
@@ -28,7 +29,7 @@ PRIOR = {
     "speed_length": Prior("speed_length", "lognormal", 1.0, 0.6, "U/(f0 D)"),
     "speed_shift": Prior("speed_shift", "lognormal", 0.02, 0.5, "-"),
 }
-SCALES = tuple(PRIOR[name] for name in PRIORS[2:])
+SCALES = tuple(PRIOR[name] for name in SCALE_NAMES)
 QUICK = SamplerSettings(ensembles=2, walkers=64, draws=16, min_ess=300.0)
 TAU, KAPPA = 0.05, 0.1
 
@@ -75,10 +76,15 @@ def campaign_points(rng, steady=(), n=-1.0, speeds=7):
 def predicted(speeds, v, sc):
     """Draws at one speed of the grid, without the new setting's discrepancy: (S, n)."""
     f, h = (
-        np.array([np.interp(v, speeds.velocity, one) for one in draws])
-        for draws in (speeds.ln_amplitude, speeds.ln_relaxation)
+        np.array([np.interp(v, speeds.group["velocity"], one) for one in drawn(speeds, name)])
+        for name in ("ln_amplitude", "ln_relaxation")
     )
-    return np.exp(f + log_ratio(h, np.asarray(sc), speeds.reference_scruton_number, speeds.n))
+    return np.exp(f + log_ratio(h, np.asarray(sc), speeds.group.reference_scruton_number, speeds.group.law_n))
+
+
+def drawn(speeds, name) -> np.ndarray:
+    """Draws of one variable, (S, ...)."""
+    return speeds.group[name].to_numpy()[0]
 
 
 def fit(points, n=-1.0, **kwargs):
@@ -225,7 +231,7 @@ def test_a_known_lock_in_curve_is_predicted_at_an_untested_scruton_number(steady
     speeds = fit(campaign_points(np.random.default_rng(5), steady), sampling=sampling(2))
     assert speeds is not None
     assert speeds.samples.convergence.converged
-    assert speeds.effective > 500
+    assert speeds.group.effective_draws > 500
     v = np.linspace(7.8, 10.2, 9)
     for sc in (5.0, 20.0, 60.0):
         draws = predicted(speeds, v, sc)
@@ -236,7 +242,7 @@ def test_a_known_lock_in_curve_is_predicted_at_an_untested_scruton_number(steady
     assert inner[1, 4] / inner[0, 4] < 1.3  # at the peak, and is worth having
     assert np.all(inner[1] / inner[0] < 2.1)
     again = fit(campaign_points(np.random.default_rng(5), steady), sampling=sampling(2))
-    np.testing.assert_array_equal(again.ln_amplitude, speeds.ln_amplitude)
+    np.testing.assert_array_equal(again.group["ln_amplitude"], speeds.group["ln_amplitude"])
 
 
 def test_rigs_whose_lock_in_sits_elsewhere_are_laid_over_each_other() -> None:
@@ -251,7 +257,7 @@ def test_rigs_whose_lock_in_sits_elsewhere_are_laid_over_each_other() -> None:
     assert speeds is not None
     assert not one.flags
     middle = np.log([9.6, 8.5, 8.1])
-    np.testing.assert_allclose(np.median(speeds.shift, axis=0), middle.mean() - middle, atol=0.02)
+    np.testing.assert_allclose(np.median(drawn(speeds, "shift"), axis=0), middle.mean() - middle, atol=0.02)
 
 
 def test_steady_tests_of_one_scruton_number_say_nothing_of_the_relaxation() -> None:
@@ -260,7 +266,7 @@ def test_steady_tests_of_one_scruton_number_say_nothing_of_the_relaxation() -> N
     ]
     speeds = fit(points)
     assert speeds is not None
-    middle = speeds.ln_relaxation[:, 30]
+    middle = drawn(speeds, "ln_relaxation")[:, 30]
     sd = np.hypot(1.2, 0.5)
     assert np.median(middle) == pytest.approx(np.log(20.0), abs=0.2)
     assert middle.std() == pytest.approx(sd, rel=0.15)
@@ -288,15 +294,16 @@ def test_the_grid_reaches_half_a_length_beyond_the_tests() -> None:
     points = campaign_points(np.random.default_rng(5))
     speeds = fit(points)
     margin = 0.5 * np.exp(np.median(speeds.samples.chain[..., 2]))
-    assert speeds.tested == pytest.approx((7.6, 10.4))
-    np.testing.assert_allclose(speeds.drawn[0], [7.6 - margin, 10.4 + margin], rtol=0.02)
-    np.testing.assert_array_equal(speeds.drawn[1:], np.tile(speeds.drawn[0], (2, 1)))
-    assert speeds.velocity[0] < speeds.drawn[0, 0] < speeds.drawn[0, 1] < speeds.velocity[-1]
+    group = speeds.group
+    assert (group.tested_low, group.tested_high) == pytest.approx((7.6, 10.4))
+    whole = [group.drawn_low, group.drawn_high]
+    np.testing.assert_allclose(whole, [7.6 - margin, 10.4 + margin], rtol=0.02)
+    np.testing.assert_array_equal([group["rig_low"], group["rig_high"]], np.tile(whole, (2, 1)).T)
+    assert group["velocity"][0] < whole[0] < whole[1] < group["velocity"][-1]
     # but not past a test outside lock-in: a rig's own for the rig, any for a new rig
     outside = [point("a", "light", 10.5, 10.0, -9.0), point("b", "heavy", 10.2, 30.0, -9.0)]
     cut = fit([one for one in points if one.name != "heavy 6"] + outside)
-    assert cut.drawn[:, 1].tolist() == [10.5, 10.5, 10.2]
-    group = speeds_dataset(speeds)
+    assert [cut.group.drawn_high, *cut.group["rig_high"]] == [10.5, 10.5, 10.2]
     assert group["ln_amplitude"].dims == group["ln_relaxation"].dims == ("chain", "draw", "velocity")
     assert group.attrs["reference_scruton_number"] == pytest.approx(np.sqrt(300.0))
     assert group.attrs["law_n"] == -1.0
@@ -344,7 +351,7 @@ def cover(sets: int) -> dict[float, tuple[float, float, float]]:
         if in_lock_in(points)[1]:
             continue  # the model's prior does not know of the edge of lock-in
         speeds = fit(points, tau=tau, kappa=kappa, reference=reference, sampling=sampling(number, FAST))
-        tree = xr.DataTree.from_dict({"/speeds": speeds_dataset(speeds)})
+        tree = xr.DataTree.from_dict({"/speeds": speeds.group})
         new = np.log(lock_in_draws(tree, 60.0, held, seed=number))
         wanted = f[-2:] + log_ratio(h[-2:], np.asarray(60.0), reference, -1.0) + tau * rng.standard_normal()
         for k, p in enumerate((0.5, 0.9)):
@@ -370,15 +377,17 @@ def test_the_cylinder_in_wind_gives_a_hump(shared_data) -> None:
     campaign = load_campaign(shared_data("cylinder-in-wind"))
     card = load_card("default")
     tree = real_tree(campaign)
-    priors = {name: PRIOR[name] for name in (*PRIORS[2:], "speed_shift")}
-    priors |= {name: card.prior(name, campaign.section.motion) for name in PRIORS[:2]}
-    discrepancy = (Prior("tau", "lognormal", 0.09, 0.4), Prior("kappa", "lognormal", 0.2, 0.4))
+    own = ("stable_amplitude", "relaxation_ratio")
+    priors = PRIOR | {name: card.prior(name, campaign.section.motion) for name in own}
     one = sampling(3)
-    speeds = fit_speeds(tree, campaign, priors, discrepancy, one)
+    tau, kappa = (np.exp(np.log(x) + 0.4 * np.random.default_rng(0).standard_normal(2000)) for x in (0.09, 0.2))
+    factor = float(np.exp(np.log(tree["posterior"]["mass_damping_factor"].to_numpy()).mean()))
+    points = speed_points(tree, campaign, -1.0)
+    speeds = fit_points(points, -1.0, priors, (tau, kappa), one, mass_damping_factor=factor)
     assert speeds is not None
     assert not one.flags
     assert {point.name for point in speeds.left_out} == {"g1 U 16.9", "e2 U 14", "e2 U 16.6"}
-    tree["speeds"] = xr.DataTree(speeds_dataset(speeds))
+    tree["speeds"] = xr.DataTree(speeds.group)
     band = lock_in_band(tree, 9.5, rig="g2")
     peak = int(np.argmax(band.median))
     assert 5.35 < band.velocity[peak] < 5.6

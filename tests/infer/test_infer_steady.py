@@ -24,7 +24,7 @@ from scruton.infer.steady import (
     stationary_part,
     steady_posterior,
 )
-from scruton.simulate import Truth, simulate_record
+from scruton.simulate import Noise, Truth, simulate_record
 from scruton.stats.priors import Prior
 
 FREQUENCY, DAMPING = 8.0, 0.004
@@ -57,7 +57,7 @@ def record(
         options["gust_time"] /= rate
     time, response = simulate_record(
         truth, initial_amplitude=start * truth.balance()[0], duration=times / rate, sample_rate=28 * FREQUENCY,
-        seed=seed, **{"turbulence": 0.02, "sensor_noise": 0.0002} | options,
+        seed=seed, noise=Noise(**{"turbulence": 0.02, "sensor_noise": 0.0002} | options),
     )  # fmt: skip
     return demodulate(time, response)
 

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import fields, is_dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +13,10 @@ import xarray as xr
 import scruton
 from scruton.campaign import load_campaign
 from scruton.errors import InputError
-from scruton.infer.archive import pack, unpack
 from scruton.infer.cards import ModelCard, load_card
 from scruton.infer.fit import fit_campaign
 from scruton.infer.result_schema import SCHEMA, dataset, faults
-from scruton.infer.store import POSTERIOR, SUMMARY, read_tree, write_fit
+from scruton.infer.store import POSTERIOR, SUMMARY, pack, read_tree, unpack, write_fit
 from scruton.report.figures import all_figures, save
 from scruton.report.tables import tables
 
@@ -33,6 +33,8 @@ def same(one, other, where="it"):
         assert len(one) == len(other), where
         for i, pair in enumerate(zip(one, other, strict=True)):
             same(*pair, f"{where}[{i}]")
+    elif isinstance(one, partial):
+        assert (one.func, one.args, one.keywords) == (other.func, other.args, other.keywords), where
     elif isinstance(one, Path):
         assert one.name == other.name, where
     elif isinstance(one, float) and np.isnan(one):

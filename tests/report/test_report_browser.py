@@ -35,14 +35,14 @@ def page(fit, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     titled = type(fit)(**(vars(fit) | {"campaign": campaign}))
     design = [predict(fit.tree, scruton_number=DESIGN, seed=1)]
     content = sizing()
-    pictures = [Picture(name, "caption", "alternative", DOT, b"") for name in ("griffin", "risk")]
     charts = {
         "griffin": griffin_chart(titled, design),
         "risk": risk_chart(content["modes"][0], content["modes"][0]["limits"][0]["curve"], "probability"),
     }
+    pictures = [Picture(name, "caption", "alternative", DOT, b"", one) for name, one in charts.items()]
     material = Material(titled, tables(titled), pictures, design, gap=GAP, sizing=content)
     path = folder / "report.html"
-    path.write_text(render_html(compose(material, charts)), encoding="utf-8")
+    path.write_text(render_html(compose(material)), encoding="utf-8")
     with opened(path, folder / "profile") as browser:
         yield browser
 

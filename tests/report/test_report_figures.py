@@ -18,25 +18,16 @@ from matplotlib.text import Text
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Motion
 from scruton.dynamics import closed_form
+from scruton.griffin.damping import aerodynamic_draws, amplitude_grid, total_draws, trial_draws
 from scruton.griffin.posterior import draws_of
 from scruton.infer.results import Fit
 from scruton.report.figures import FigureWithCaption, all_figures, figure, save
-from scruton.report.figures.chains import corner_plot
-from scruton.report.figures.damping import (
-    aerodynamic_damping_by_test,
-    aerodynamic_draws,
-    amplitude_grid,
-    total_draws,
-    trial_draws,
-)
-from scruton.report.figures.griffin import griffin_plot, reciprocal_plot
+from scruton.report.figures.criticism import corner_plot
+from scruton.report.figures.damping import aerodynamic_damping_by_test
+from scruton.report.figures.griffin import griffin_plot, has_lock_in, law_comparison, reciprocal_plot
 from scruton.report.figures.griffin_axes import line_styles
-from scruton.report.figures.laws import law_comparison
-from scruton.report.figures.lock_in import has_lock_in
-from scruton.report.figures.records import predicted, record_figures
-from scruton.report.figures.registry import Registered, chapter_of, registered, registered_name
-from scruton.report.figures.ringdowns import ring_down_figures
-from scruton.report.figures.save import laid_out_once, rounded
+from scruton.report.figures.records import predicted, record_figures, ring_down_figures, trial_comparison
+from scruton.report.figures.registry import Registered, chapter_of, laid_out_once, registered, registered_name, rounded
 from scruton.report.figures.style import (
     WIDTH,
     decimate,
@@ -48,7 +39,6 @@ from scruton.report.figures.style import (
     thin,
     thin_along,
 )
-from scruton.report.figures.trial import trial_comparison
 
 STRANGE = ["虎门大桥 +3° α₀", "Sc_2 $5 & <b>", "a very long name of a test that goes on until it does not fit"]
 
@@ -66,7 +56,7 @@ def figures() -> list[FigureWithCaption]:
 def figures_with_one_chain(fit: Fit) -> list[FigureWithCaption]:
     """All figures, corner and trace of the first test only: those of the others take long and are like them."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("scruton.report.figures.chains.CHAINS_SHOWN", 1)
+        patch.setattr("scruton.report.figures.criticism.CHAINS_SHOWN", 1)
         return all_figures(fit)
 
 

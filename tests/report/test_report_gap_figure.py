@@ -6,10 +6,11 @@ import pytest
 
 from scruton.calibrate.challenge.case import simulate_case
 from scruton.gap.diagnosis import Diagnosis, diagnose
-from scruton.gap.locate import Finding, locate
+from scruton.gap.finding import Finding
+from scruton.gap.locate import locate
 from scruton.gap.locate_curves import excess_curves
+from scruton.report.figures import save
 from scruton.report.figures.gap import gap_figure
-from scruton.report.figures.save import save
 
 
 @pytest.fixture(scope="module")

@@ -115,8 +115,8 @@ def three():
 PICTURE = Picture("griffin", "a caption", "an alternative", b"<svg/>", b"PNG")
 
 
-def page_of(fit, pictures=(PICTURE,), charts=None, **kwargs) -> Page:
-    return Page(render_html(compose(Material(fit, tables(fit), pictures, **kwargs), charts)))
+def page_of(fit, pictures=(PICTURE,), **kwargs) -> Page:
+    return Page(render_html(compose(Material(fit, tables(fit), pictures, **kwargs))))
 
 
 def spaced(page: Page) -> str:
@@ -143,7 +143,7 @@ def validations(fit, level: float = 1.0) -> list[Validation]:
 @pytest.fixture
 def crossed(three, monkeypatch: pytest.MonkeyPatch) -> None:
     """No fits for the crossed predictions of the report of `three`: its records are made up."""
-    monkeypatch.setattr("scruton.griffin.validate.validate", lambda *_, **__: validations(three))
+    monkeypatch.setattr("scruton.report.parts.validate", lambda *_, **__: validations(three))
 
 
 @pytest.fixture
@@ -311,12 +311,10 @@ def test_building_again_gives_the_same_bytes(three, tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("one_figure", "crossed")
 def test_what_other_analyses_bring_is_written_and_shown(three, tmp_path: Path) -> None:
-    pictures = [Picture(name, f"caption of {name}", "a", b"<svg/>", b"PNG") for name in ("gap", "risk")]
     mode = sizing()["modes"][0]
-    chart = risk_chart(mode, mode["limits"][0]["curve"], "risk")
-    paths = build_report(
-        three, tmp_path, gap=Part(GAP, pictures[:1]), sizing=Part(sizing(), pictures[1:], {"risk": chart})
-    )
+    charts = {"gap": None, "risk": risk_chart(mode, mode["limits"][0]["curve"], "risk")}
+    pictures = [Picture(name, f"caption of {name}", "a", b"<svg/>", b"PNG", one) for name, one in charts.items()]
+    paths = build_report(three, tmp_path, gap=Part(GAP, pictures[:1]), sizing=Part(sizing(), pictures[1:]))
     page = Page(paths.report.read_text(encoding="utf-8"))
     check_page(page)
     assert "caption of gap" in page.text
@@ -374,7 +372,7 @@ def test_a_report_of_several_rigs_validates_its_own_campaign(
         asked.append((arguments, keywords))
         return validations(three, 0.6)
 
-    monkeypatch.setattr("scruton.griffin.validate.validate", validate)
+    monkeypatch.setattr("scruton.report.parts.validate", validate)
     paths = build_report(three, tmp_path, design_sc=[30.0])
     assert asked == [((three.campaign, three.card), {"seed": 1, "singles": False})]
     assert "OUTSIDE" in Page(paths.report.read_text(encoding="utf-8")).text

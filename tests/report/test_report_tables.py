@@ -15,7 +15,7 @@ from scruton.campaign.schema import Motion
 from scruton.cells import csv_text, safe_cell
 from scruton.griffin import predict
 from scruton.report.document import ALARM, Callout, Listing, Picture, Table, paragraph
-from scruton.report.exports import _write_shown
+from scruton.report.exports import _as_shown
 from scruton.report.render_text import render_text
 from scruton.report.tables import tables, unit_of, write_csv
 from scruton.report.wording import PAGE, TERMINAL
@@ -126,14 +126,14 @@ def test_no_csv_file_holds_a_formula(tmp_path: Path) -> None:
     """What names of tests and titles may put into every kind of CSV file that is written."""
     frame = pd.DataFrame({"=name": FORMULAS, "z": [-1.5, 2.0, np.nan, -0.0, 1e-300, -7.123456789012345]})
     (path,) = write_csv({"t": frame}, tmp_path)
-    shown = _write_shown(Table("t", "c", ("=name", "z"), tuple((one, "-1.5") for one in FORMULAS)), tmp_path / "s.csv")
+    shown = _as_shown(Table("t", "c", ("=name", "z"), tuple((one, "-1.5") for one in FORMULAS)))
     entry = {
         "name": "=n", "title": "@t", "state": "done", "reason": "-r", "rigs": 1, "tests": 1, "flags": [], "unit": "A/D",
         "report": None, "predictions": [], "peaks": [{"test": "+t", "rig": "=r"}],
     }  # fmt: skip
     batch = Batch(tmp_path, (entry,), (), {})
     plain = csv_text([{"name": one, "z": -1.5} for one in FORMULAS])
-    for text in (path.read_text(encoding="utf-8"), shown.read_text(encoding="utf-8"), batch_csv(batch), plain):
+    for text in (path.read_text(encoding="utf-8"), shown, batch_csv(batch), plain):
         cells = [cell for row in csv.reader(io.StringIO(text)) for cell in row]
         assert any(cell.startswith("'") for cell in cells)
         for cell in cells:

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 from scruton.campaign import load_campaign
 from scruton.campaign.schema import Motion
 from scruton.errors import InputError
-from scruton.simulate import Disturbances, Truth, simulate_record, write_campaign
+from scruton.simulate import Disturbances, Noise, Truth, simulate_record, write_campaign
 from scruton.simulate.equation import mean_rate
 
 WIND = Truth(Motion.HEAVING, 0.3, 0.075, 7.292, 7.87, 0.0065, 1.22, 5.036, -11.111, 0.03235)
@@ -221,7 +221,7 @@ def test_lock_in_comes_and_goes():
 
 def test_a_second_mode_adds_a_line_that_dies_out():
     d = Disturbances(second_amplitude=0.1 * A, second_frequency=10.0, second_rate=0.5, second_scatter=0.0)
-    arguments = {"initial_amplitude": A, "duration": 8.0, "sample_rate": 200.0, "seed": 8, "turbulence": 0.01}
+    arguments = {"initial_amplitude": A, "duration": 8.0, "sample_rate": 200.0, "seed": 8, "noise": Noise(0.01)}
     t, bare = simulate_record(WIND, **arguments)
     line = simulate_record(WIND, **arguments, disturbances=d)[1] - bare
     spectrum = np.abs(np.fft.rfft(line * np.hanning(len(line))))
@@ -236,7 +236,7 @@ def test_a_second_mode_adds_a_line_that_dies_out():
 
 
 def test_the_channel_scales_and_saturates():
-    arguments = {"initial_amplitude": 2 * A, "duration": 5.0, "sample_rate": 200.0, "seed": 8, "turbulence": 0.01}
+    arguments = {"initial_amplitude": 2 * A, "duration": 5.0, "sample_rate": 200.0, "seed": 8, "noise": Noise(0.01)}
     x = simulate_record(WIND, **arguments)[1]
     np.testing.assert_allclose(
         simulate_record(WIND, **arguments, disturbances=Disturbances(gain=0.8))[1], 0.8 * x, atol=1e-12
@@ -269,7 +269,7 @@ def test_the_same_seed_gives_the_same_bytes():
     d = Disturbances(
         spell_on=0.5, spell_off=0.5, spell_depth=0.5, second_scatter=1e-3, second_frequency=9.0, second_rate=1.0
     )
-    arguments = {"initial_amplitude": A, "duration": 5.0, "sample_rate": 200.0, "disturbances": d, "turbulence": 0.01}
+    arguments = {"initial_amplitude": A, "duration": 5.0, "sample_rate": 200.0, "disturbances": d, "noise": Noise(0.01)}
     one, two = (simulate_record(WIND, **arguments, seed=np.random.SeedSequence(3))[1] for _ in range(2))
     assert one.tobytes() == two.tobytes()
     assert one.tobytes() != simulate_record(WIND, **arguments, seed=4)[1].tobytes()

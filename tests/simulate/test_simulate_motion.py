@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from scruton.campaign.schema import Motion
 from scruton.envelope import demodulate
-from scruton.simulate import Truth, simulate_record
+from scruton.simulate import Noise, Truth, simulate_record
 
 HEAVE = Truth(Motion.HEAVING, 0.3, 0.075, 7.292, 7.87, 0.0065, 1.22, 5.036, -11.111, 0.03235)
 TWIST = Truth(Motion.TORSIONAL, 1.08, 0.0908, 2.110, 3.162, 0.00096, 1.228, 3.4, -0.02, 0.04)
@@ -74,7 +74,7 @@ def test_decay_relaxes_at_the_rate_of_the_energy_balance():
 
 def test_still_air_is_a_free_decay():
     still = Truth(Motion.HEAVING, 0.3, 0.075, 7.292, 7.87, 0.0065)
-    t, y = simulate_record(still, initial_amplitude=0.05, duration=10.0, sample_rate=250.0, seed=2, turbulence=0.05)
+    t, y = simulate_record(still, initial_amplitude=0.05, duration=10.0, sample_rate=250.0, seed=2, noise=Noise(0.05))
     phase = np.random.default_rng(2).uniform(0, 2 * np.pi)
     w0, xi = 2 * np.pi * 7.87, 0.0065
     wd, x0, v0 = w0 * np.sqrt(1 - xi**2), 0.05 * np.cos(phase), -0.05 * w0 * np.sin(phase)
@@ -86,27 +86,28 @@ def test_still_air_is_a_free_decay():
 def test_turbulence_makes_the_scatter_that_is_asked_for(scatter):
     stable, rate = HEAVE.balance()
     t, y = simulate_record(
-        HEAVE, initial_amplitude=stable, duration=1200 / rate, sample_rate=100.0, seed=3, turbulence=scatter
+        HEAVE, initial_amplitude=stable, duration=1200 / rate, sample_rate=100.0, seed=3, noise=Noise(scatter)
     )
     amplitude = demodulate(t, y).amplitude
     assert amplitude.std() / stable == pytest.approx(scatter, rel=0.12)
 
 
 def test_one_seed_one_record_and_noise_as_asked():
-    arguments = {"initial_amplitude": 0.03, "duration": 5.0, "sample_rate": 200.0, "turbulence": 0.01}
-    one, two = (simulate_record(HEAVE, **arguments, seed=9, sensor_noise=1e-3)[1] for _ in range(2))
+    arguments = {"initial_amplitude": 0.03, "duration": 5.0, "sample_rate": 200.0}
+    hiss = Noise(0.01, sensor_noise=1e-3)
+    one, two = (simulate_record(HEAVE, **arguments, seed=9, noise=hiss)[1] for _ in range(2))
     assert one.tobytes() == two.tobytes()
-    assert one.tobytes() != simulate_record(HEAVE, **arguments, seed=10, sensor_noise=1e-3)[1].tobytes()
-    clean = simulate_record(HEAVE, **arguments, seed=9)[1]
+    assert one.tobytes() != simulate_record(HEAVE, **arguments, seed=10, noise=hiss)[1].tobytes()
+    clean = simulate_record(HEAVE, **arguments, seed=9, noise=Noise(0.01))[1]
     assert (one - clean).std() == pytest.approx(1e-3, rel=0.1)
-    rounded = simulate_record(HEAVE, **arguments, seed=9, quantum=1e-3)[1]
+    rounded = simulate_record(HEAVE, **arguments, seed=9, noise=Noise(0.01, quantum=1e-3))[1]
     np.testing.assert_allclose(rounded / 1e-3, np.round(rounded / 1e-3), atol=1e-9)
 
 
 def test_shedding_and_gusts_act():
     quiet = simulate_record(HEAVE, initial_amplitude=0.03, duration=10.0, sample_rate=200.0, seed=1)[1]
     gusty = simulate_record(
-        HEAVE, initial_amplitude=0.03, duration=10.0, sample_rate=200.0, seed=1, gust_intensity=0.05
+        HEAVE, initial_amplitude=0.03, duration=10.0, sample_rate=200.0, seed=1, noise=Noise(gust_intensity=0.05)
     )[1]
     assert np.abs(gusty - quiet).max() > 1e-3
     shed = Truth(**{**vars(HEAVE), "shedding": 0.05, "shedding_frequency": 9.0})
@@ -121,4 +122,4 @@ def test_bad_arguments():
         simulate_record(HEAVE, initial_amplitude=0.03, duration=-1.0, sample_rate=200.0, seed=1)
     growing = Truth(**{**vars(HEAVE), "Y1": 11.0})
     with pytest.raises(ValueError, match="this force has none"):
-        simulate_record(growing, initial_amplitude=0.03, duration=1.0, sample_rate=200.0, seed=1, turbulence=0.01)
+        simulate_record(growing, initial_amplitude=0.03, duration=1.0, sample_rate=200.0, seed=1, noise=Noise(0.01))

@@ -8,8 +8,7 @@ from scruton.campaign.quantity import Quantity
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.sizing.mode_shape import sine, uniform
 from scruton.sizing.model import DAMPING, DISCREPANCY, SOURCES, CurveTable, unit_cube
-from scruton.sizing.risk import risk
-from scruton.sizing.shares import shares, sobol_shares
+from scruton.sizing.risk import risk, shares, sobol_shares
 
 
 @pytest.mark.parametrize(

@@ -12,6 +12,7 @@ from scruton.campaign.schema import Motion
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.infer.cards import load_card
 from scruton.infer.models import WindPosterior
+from scruton.stats.convergence import SamplerSettings
 from scruton.stats.evidence import (
     bridge,
     evidence_by_importance,
@@ -23,7 +24,6 @@ from scruton.stats.optimum import find_optimum
 from scruton.stats.posterior import Posterior
 from scruton.stats.priors import Prior
 from scruton.stats.sampler import Samples, sample
-from scruton.stats.settings import SamplerSettings
 from scruton.stats.stacking import posterior_weights, stacking_weights
 from scruton.stats.student_t import StudentT, fit_student_t
 
@@ -105,7 +105,7 @@ class Banana(Posterior):
 def samples_of(chain, posterior):
     """What the sampler returns, of draws (chains, draws, d) made otherwise; four ensembles."""
     log_prob = posterior.log_prob(chain.reshape(-1, chain.shape[-1])).reshape(chain.shape[:2])
-    return Samples(posterior.names, chain, log_prob, np.arange(len(chain)) * 4 // len(chain), None, ())
+    return Samples(posterior.names, chain, log_prob, np.arange(len(chain)) * 4 // len(chain), None)
 
 
 def autocorrelated(rng, chains, draws, d, phi):

@@ -8,13 +8,11 @@ import pytest
 from scipy import stats
 
 from scruton.errors import InputError
-from scruton.stats.checkpoint import Checkpoint
-from scruton.stats.moves import IndependenceMove, moves
+from scruton.stats.convergence import SamplerSettings
 from scruton.stats.optimum import find_optimum
 from scruton.stats.posterior import Posterior
 from scruton.stats.priors import Prior
-from scruton.stats.sampler import sample
-from scruton.stats.settings import SamplerSettings
+from scruton.stats.sampler import Checkpoint, IndependenceMove, moves, sample
 from scruton.stats.student_t import StudentT
 
 COVARIANCE = np.array([[1.0, 0.6, 0.0, 0.1], [0.6, 1.5, 0.2, 0.0], [0.0, 0.2, 0.5, 0.3], [0.1, 0.0, 0.3, 2.0]])

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from scruton.app.batch_tables import CSV, JSON, PAGE, batch_text, write_batch
 from scruton.app.fit import RESULTS, FitTask
 from scruton.app.run import Outcome, Run, campaign_folder
 from scruton.documents import read_json
@@ -18,7 +19,6 @@ from scruton.terminal import BAD_INPUT, DONE, NOT_TRUSTED
 from scruton.workspace import results_in
 
 CONVERGED, NOT_CONVERGED, FAILED, UNFINISHED = STATES = "done", "not converged", "failed", "unfinished"
-JSON, CSV, PAGE = "batch.json", "batch.csv", "batch.html"
 # Figures are drawn with settings of the whole process, so a worker with several threads takes its campaigns in turn.
 _ONE_AT_A_TIME = threading.Lock()
 
@@ -27,48 +27,23 @@ Entry = dict[str, Any]
 
 @dataclass(frozen=True)
 class Job:
-    """One campaign as its worker needs it; paths are absolute.
-
-    Attributes
-    ----------
-    name : str
-        Of the campaign in the batch, and of its folder.
-    campaign, folder : str
-    model : str
-        Name or path of the model card.
-    seed : int
-    design : tuple of float
-        Scruton numbers to predict the stable amplitude at.
-    report, quiet : bool
-    force : bool
-        Replace results that lie in the folder.
-    version : str
-        Of the program that asks: results do not depend on who computes them.
-    """
+    """One campaign as its worker needs it; paths are absolute, `name` is that of the campaign in the batch."""
 
     name: str
     campaign: str
     folder: str
     model: str
     seed: int
-    design: tuple[float, ...]
+    design: tuple[float, ...]  # Scruton numbers to predict the stable amplitude at
     report: bool
     quiet: bool
-    version: str
-    force: bool = False
+    version: str  # of the program that asks: results do not depend on who computes them
+    force: bool = False  # replace results that lie in the folder
 
 
 @dataclass(frozen=True)
 class Batch:
-    """What became of a batch: one entry a campaign, in the order in which they were named (the content of batch.json).
-
-    Attributes
-    ----------
-    folder : Path
-    campaigns : tuple of dict
-    design : tuple of float
-    provenance : dict
-    """
+    """What became of a batch: one entry a campaign, in the order in which they were named, as batch.json holds it."""
 
     folder: Path
     campaigns: tuple[Entry, ...]
@@ -91,50 +66,61 @@ class Batch:
         """Whether there was nothing to run: every campaign is bad input."""
         return all(one["bad_input"] for one in self.campaigns)
 
-    @property
-    def faults(self) -> list[tuple[str, str]]:
-        """Name and reason of each campaign that failed or did not converge."""
-        return [(one["name"], f"{one['state']}: {one['reason']}") for one in self.campaigns if one["reason"]]
-
-    @property
-    def paths(self) -> tuple[Path, Path, Path]:
-        """The page, the table and the JSON."""
-        return self.folder / PAGE, self.folder / CSV, self.folder / JSON
-
 
 def run(arguments: Namespace) -> Outcome:
     """Fit many campaigns, each into a folder of its own below that of the results, and summarise them.
 
     The results are those of `scruton fit` or `scruton report` on each campaign, bit for bit, whoever computes them. A
-    campaign that fails is an entry with its reason, and stops nothing.
-
-    Raises
-    ------
-    InputError
-        For bad arguments, a folder that holds results, or a scheduler that cannot be reached; nothing is written then.
+    campaign that fails is an entry with its reason, and stops nothing.  InputError for bad arguments, a folder that
+    holds results, or a scheduler that cannot be reached; nothing is written then.
     """
-    from scruton.app.batch_tables import batch_text
-    from scruton.app.workers import connected, cores
+    from scruton.app.workers import connected, cores, finished
 
-    _refuse_repeated(arguments.campaigns)
-    todo, work = _planned(arguments)
+    out = arguments.out
+    todo, claim = _planned(arguments)
+    entries = [_blank(job, UNFINISHED) for job in todo]
     tls = arguments.tls_ca, arguments.tls_cert, arguments.tls_key
     processes = min(arguments.jobs or cores(), len(todo))
-    with work, connected(arguments.scheduler, processes, tls=tls, quiet=arguments.quiet) as client:
-        batch = _done(arguments, todo, work, client)
+
+    def batch() -> Batch:
+        named = [_as_named(entry, path, out) for entry, path in zip(entries, arguments.campaigns, strict=True)]
+        return Batch(out, tuple(named), todo[0].design, claim.provenance)
+
+    def sum_up() -> None:
+        write_batch(batch(), claim.new)
+        claim.keep(PAGE, CSV, JSON)
+
+    with claim as work, connected(arguments.scheduler, processes, tls=tls, quiet=arguments.quiet) as client:
+        sum_up()
+        try:
+            for done, (index, outcome) in enumerate(finished(client, run_one, todo), start=1):
+                entries[index] = outcome.value or _blank(todo[index], FAILED, outcome.fault)
+                failed = sum(entry["state"] == FAILED for entry in entries)
+                note = f", {failed} failed" if failed else ""
+                work.bar("campaigns", done / len(todo), f", {done} of {len(todo)}{note}")
+        finally:  # where it is interrupted, too: what was done is kept
+            sum_up()
+        whole = batch()
+        write_batch(whole, work.new)
+        work.publish()
     return Outcome(
-        batch_text(batch),
-        batch.paths,
-        [f"{name}: {reason}" for name, reason in batch.faults],
-        DONE if batch.good else BAD_INPUT if batch.none_ran else NOT_TRUSTED,
+        batch_text(whole),
+        [out / name for name in (PAGE, CSV, JSON)],
+        [f"{one['name']}: {one['state']}: {one['reason']}" for one in whole.campaigns if one["reason"]],
+        DONE if whole.good else BAD_INPUT if whole.none_ran else NOT_TRUSTED,
     )
 
 
 def _planned(arguments: Namespace) -> tuple[list[Job], Run]:
-    """One job a campaign, and the claim on the folder of the batch, to be entered."""
+    """One job a campaign, and the claim on the folder of the batch, to be entered; nothing is touched."""
     from scruton import __version__
     from scruton.infer.cards import load_card
 
+    seen: dict[Path, Path] = {}
+    for one in arguments.campaigns:
+        other = seen.setdefault(campaign_folder(one).resolve(), one)
+        if other is not one:
+            raise InputError("command line", "CAMPAIGN", f"{one}, which is {other} again", "each campaign once")
     card, path = load_card(arguments.model), Path(arguments.model)
     design = tuple(dict.fromkeys(arguments.sc))
     common: dict[str, Any] = {
@@ -145,54 +131,32 @@ def _planned(arguments: Namespace) -> tuple[list[Job], Run]:
         Job(name, str(campaign.absolute()), str(arguments.out.absolute() / name), **common)
         for name, campaign in zip(names(arguments.campaigns), arguments.campaigns, strict=True)
     ]
-    if not arguments.force and not arguments.resume:
-        _refuse_results(todo)
+    for job in todo if not arguments.force and not arguments.resume else ():
+        if found := results_in(Path(job.folder), "fit", RESULTS):
+            raise InputError(
+                job.folder, "-o", f"results of an earlier run ({', '.join(found[:4])})",
+                "an empty folder, --resume to go on with the batch, or --force to replace its results",
+            )  # fmt: skip
     settings = {"report": arguments.report, **({"sc": list(design)} if arguments.report else {})}
     claim = Run(arguments.out, "batch", arguments, sha256={}, card=card, settings=settings, results=(JSON,), grows=True)
     claim.provenance |= {"sc": list(design), "report": arguments.report}
     return todo, claim
 
 
-def _done(arguments: Namespace, todo: Sequence[Job], work: Run, client: Any) -> Batch:
-    """Do every job; the summary is written before, after, and where it is interrupted: what was done is kept."""
-    from scruton.app.batch_tables import write_batch
-    from scruton.app.workers import finished
-
-    out, entries = arguments.out, [_blank(job, UNFINISHED) for job in todo]
-
-    def batch() -> Batch:
-        named = [_as_named(entry, path, out) for entry, path in zip(entries, arguments.campaigns, strict=True)]
-        return Batch(out, tuple(named), todo[0].design, work.provenance)
-
-    def sum_up() -> None:
-        write_batch(batch(), work.new)
-        work.keep(PAGE, CSV, JSON)
-
-    sum_up()
-    try:
-        for done, (index, outcome) in enumerate(finished(client, run_one, todo), start=1):
-            entries[index] = outcome.value or _blank(todo[index], FAILED, outcome.fault)
-            failed = sum(entry["state"] == FAILED for entry in entries)
-            note = f", {failed} failed" if failed else ""
-            work.bar("campaigns", done / len(todo), f", {done} of {len(todo)}{note}")
-    finally:
-        sum_up()
-    write_batch(batch(), work.new)
-    work.publish()
-    return batch()
-
-
 def names(campaigns: Sequence[Path]) -> list[str]:
     """Names of campaigns in a batch: those of their folders, with as many of the folders above as tells them apart.
+
+    File systems that do not tell capitals from small letters hold them, too.
 
     >>> names([Path("/2023/deck"), Path("/2024/deck"), Path("/tower")])
     ['2023-deck', '2024-deck', 'tower']
     """
     parts = [campaign_folder(one).resolve().parts[1:] or ("campaign",) for one in campaigns]
+    folded = [[part.casefold() for part in one] for one in parts]
     found: list[str] = []
-    for one in parts:
+    for one, alike in zip(parts, folded, strict=True):
         depth = 1
-        while depth < len(one) and sum(_same(one[-depth:], other[-depth:]) for other in parts) > 1:
+        while depth < len(one) and sum(alike[-depth:] == other[-depth:] for other in folded) > 1:
             depth += 1
         name = label = "-".join(one[-depth:]).encode(errors="backslashreplace").decode()
         count = 1
@@ -201,11 +165,6 @@ def names(campaigns: Sequence[Path]) -> list[str]:
             name = f"{label}-{count}"
         found.append(name)
     return found
-
-
-def _same(one: tuple[str, ...], other: tuple[str, ...]) -> bool:
-    """Whether two paths are one on a file system that does not tell capitals from small letters."""
-    return [part.casefold() for part in one] == [part.casefold() for part in other]
 
 
 def run_one(job: Job) -> Entry:
@@ -234,11 +193,12 @@ def _do(job: Job) -> None:
     from scruton.infer.store import POSTERIOR, SUMMARY, write_fit
     from scruton.report.build import HTML, write_report
 
-    task = FitTask.of(Path(job.campaign), Path(job.folder), model=job.model, seed=job.seed)
-    claim = task.claim(
-        Namespace(seed=job.seed, quiet=True, force=job.force, resume=True),
-        settings={"report": True, "sc": list(job.design)} if job.report else {},
-    )
+    asked = Namespace(
+        campaign=Path(job.campaign), out=Path(job.folder), model=job.model, tests=None, seed=job.seed, effect=None,
+        quiet=True, force=job.force, resume=True,
+    )  # fmt: skip
+    task = FitTask.of(asked)
+    claim = task.claim(asked, settings={"report": True, "sc": list(job.design)} if job.report else {})
     if not job.force and claim.done([POSTERIOR, SUMMARY, *([HTML] if job.report else [])]) and not _missing(job):
         return
     with claim as work:
@@ -251,9 +211,7 @@ def _do(job: Job) -> None:
 
 def _missing(job: Job) -> list[str]:
     """What is missing from the report of a finished folder."""
-    if not job.report:
-        return []
-    content = read_json(Path(job.folder) / "report.json")
+    content = read_json(Path(job.folder) / "report.json") if job.report else {}
     return [one["sentence"] for one in content.get("failures", [])]
 
 
@@ -267,8 +225,8 @@ def summarise(job: Job) -> Entry:
     predictions = [
         predict(tree, scruton_number=sc, seed=job.seed).to_json() for sc in (job.design if summary["tests"] else ())
     ]
-    converged, flags = bool(summary["converged"]), list(summary["flags"])
-    state, reason = (CONVERGED, "") if converged else (NOT_CONVERGED, "; ".join(flags[:1]))
+    flags = list(summary["flags"])
+    state, reason = (CONVERGED, "") if summary["converged"] else (NOT_CONVERGED, "; ".join(flags[:1]))
     if missing := _missing(job):
         state, reason = FAILED, "; ".join(missing)
     return _blank(job, state, reason) | {
@@ -305,22 +263,3 @@ def _as_named(entry: Entry, campaign: Path, out: Path) -> Entry:
     """Spell paths as the user did, so that the summary does not depend on where it was made."""
     reason = entry["reason"].replace(str(campaign.absolute()), str(campaign)).replace(str(out.absolute()), str(out))
     return entry | {"campaign": str(campaign), "reason": reason}
-
-
-def _refuse_repeated(campaigns: Sequence[Path]) -> None:
-    """Refuse a campaign that is named twice."""
-    seen: dict[Path, Path] = {}
-    for path in campaigns:
-        other = seen.setdefault(campaign_folder(path).resolve(), path)
-        if other is not path:
-            raise InputError("command line", "CAMPAIGN", f"{path}, which is {other} again", "each campaign once")
-
-
-def _refuse_results(todo: Sequence[Job]) -> None:
-    """Refuse folders with results that nobody said what to do with; nothing is touched."""
-    for one in todo:
-        if found := results_in(Path(one.folder), "fit", RESULTS):
-            raise InputError(
-                one.folder, "-o", f"results of an earlier run ({', '.join(found[:4])})",
-                "an empty folder, --resume to go on with the batch, or --force to replace its results",
-            )  # fmt: skip

@@ -15,31 +15,24 @@ from scruton.report.wording import TERMINAL, estimate, stated
 if TYPE_CHECKING:
     from scruton.app.batch import Batch, Entry
 
+JSON, CSV, PAGE = "batch.json", "batch.csv", "batch.html"
 LEVEL = "0.90"
 QUANTITIES = {"scruton_number": "Sc", "a_star": "a*", "Y1": "Y1", "epsilon": "epsilon"}
 
 
 def write_batch(batch: "Batch", folder: Path) -> None:
     """Write the summary into a folder, each file in one atomic step."""
-    page, rows, content = (path.name for path in batch.paths)
-    write_text(folder / page, batch_page(batch))
-    write_text(folder / rows, batch_csv(batch))
-    write_document(
-        folder / content,
-        {
-            "format": 1,
-            "counts": batch.counts,
-            "campaigns": list(batch.campaigns),
-            "provenance": batch.provenance,
-        },
-    )
+    write_text(folder / PAGE, batch_page(batch))
+    write_text(folder / CSV, batch_csv(batch))
+    content = {"counts": batch.counts, "campaigns": list(batch.campaigns), "provenance": batch.provenance}
+    write_document(folder / JSON, {"format": 1, **content})
 
 
 def batch_csv(batch: "Batch") -> str:
     """One row a peak test, or one a campaign that has none; intervals of 90 %."""
-    design = [f"amplitude at Sc {stated(one)}" for one in batch.design]
     header = ["campaign", "title", "state", "reason", "rigs", "tests", "flags", "folder", "report", "peak test", "rig"]
     header += [one for name in QUANTITIES.values() for one in (name, f"{name} q05", f"{name} q95")]
+    design = [f"amplitude at Sc {stated(one)}" for one in batch.design]
     header += ["unit", *(one for name in design for one in (name, f"{name} q05", f"{name} q95"))]
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
@@ -57,9 +50,7 @@ def batch_csv(batch: "Batch") -> str:
 
 def _predicted(entry: "Entry", batch: "Batch") -> list[dict[str, Any] | None]:
     """Amplitude at each design Scruton number; None where the campaign has no prediction."""
-    if not entry["predictions"]:
-        return [None] * len(batch.design)
-    return [one["amplitude"] for one in entry["predictions"]]
+    return [one["amplitude"] for one in entry["predictions"]] or [None] * len(batch.design)
 
 
 def _numbers(one: dict[str, Any] | None) -> list[float | None]:
@@ -67,25 +58,21 @@ def _numbers(one: dict[str, Any] | None) -> list[float | None]:
 
 
 def batch_text(batch: "Batch") -> str:
-    """Table for the terminal."""
+    """Table for the terminal: what is the campaign's stands in the row of its first peak test."""
     header = ["campaign", "state", "rigs", "tests", "Sc", "a*", "90 %", "Y1", "epsilon"]
     header += [f"A(Sc {stated(one)})" for one in batch.design] + ["unit", "flags"]
     rows = []
     for one in batch.campaigns:
-        predicted = [TERMINAL.number(_numbers(found)[0]) for found in _predicted(one, batch)]
-        for i, peak in enumerate(one["peaks"] or [{}]):
+        own = [one["name"], one["state"], _count(one["rigs"]), _count(one["tests"])]
+        last = [TERMINAL.number(_numbers(found)[0]) for found in _predicted(one, batch)]
+        last += [one["unit"] or "-", str(len(one["flags"]))]
+        for peak in one["peaks"] or [{}]:
             sc, (amplitude, low, high), y1, epsilon = (_numbers(peak.get(key)) for key in QUANTITIES)
-            own = [one["name"], one["state"], *(_count(one[key]) for key in ("rigs", "tests"))] if not i else [""] * 4
-            rows.append(
-                [
-                    *own, TERMINAL.number(sc[0]), TERMINAL.number(amplitude),
-                    TERMINAL.range(None if low is None else (low, high)), TERMINAL.number(y1[0]),
-                    TERMINAL.number(epsilon[0]),
-                    *(predicted if not i else [""] * len(predicted)),
-                    *([one["unit"] or "-", str(len(one["flags"]))] if not i else ["", ""]),
-                ]
-            )  # fmt: skip
-    return render_text([Table("batch", "", tuple(header), tuple(map(tuple, rows))), paragraph(_said(batch))])
+            interval = TERMINAL.range(None if low is None else (low, high))
+            found = [*map(TERMINAL.number, (sc[0], amplitude)), interval, *map(TERMINAL.number, (y1[0], epsilon[0]))]
+            rows.append((*own, *found, *last))
+            own, last = [""] * len(own), [""] * len(last)
+    return render_text([Table("batch", "", tuple(header), tuple(rows)), paragraph(_said(batch))])
 
 
 def _count(value: int | None) -> str:
@@ -101,31 +88,27 @@ def _said(batch: "Batch") -> str:
 
 def batch_page(batch: "Batch") -> str:
     """Write the page: one file that needs nothing else; everything that came from the campaigns' files is escaped."""
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+    from scruton.report.render_html import page
 
-    from scruton.report.render_html import TEMPLATES, with_typefaces
-
-    environment = Environment(
-        loader=FileSystemLoader(TEMPLATES), autoescape=True, undefined=StrictUndefined,
-        trim_blocks=True, lstrip_blocks=True,
-    )  # fmt: skip
-    page = environment.get_template("batch.html.j2").render(
+    return page(
+        "batch.html.j2",
         said=_said(batch),
         design=[stated(one) for one in batch.design],
         campaigns=[_shown(one, batch) for one in batch.campaigns],
         provenance=batch.provenance,
     )
-    return with_typefaces(page)
 
 
 def _shown(entry: "Entry", batch: "Batch") -> dict[str, Any]:
-    """One campaign as the page shows it: cells are text."""
+    """One campaign as the page shows it: cells are text; a folder without results has nothing to open."""
+    folder = f"{quote(entry['name'])}/" if entry["rigs"] is not None else ""
+    files = [*(["report.html"] if entry["report"] else []), "fit.json"] if folder else []
     return {
         **{key: entry[key] for key in ("name", "title", "campaign", "state", "reason", "flags")},
         "unit": entry["unit"] or "",
         "counts": [_count(entry[key]).replace("-", "–") for key in ("rigs", "tests")],
-        "folder": f"{quote(entry['name'])}/" if entry["rigs"] is not None else "",
-        "links": _links(entry),
+        "folder": folder,
+        "links": {name: folder + name for name in files},
         "peaks": [
             {"test": one["test"], **{key: _estimate(one[key]) for key in QUANTITIES}} for one in entry["peaks"]
         ],
@@ -133,17 +116,7 @@ def _shown(entry: "Entry", batch: "Batch") -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _links(entry: "Entry") -> dict[str, str]:
-    """What a reader may open, by its name."""
-    if entry["rigs"] is None:
-        return {}
-    files = ["report.html"] if entry["report"] else []
-    return {name: f"{quote(entry['name'])}/{name}" for name in [*files, "fit.json"]}
-
-
 def _estimate(one: dict[str, Any] | None) -> tuple[str, str]:
     """Median and interval, or dashes."""
-    if one is None:
-        return "–", ""
-    median, interval = estimate(one)
+    median, interval = ("–", "") if one is None else estimate(one)
     return median, "" if interval == "as stated" else interval

@@ -1,6 +1,8 @@
 """`scruton calibrate`, and `scruton challenge` with its steps: the verbs that check the program itself."""
 
 from argparse import Namespace
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from scruton.app.options import check_numbers
@@ -19,10 +21,10 @@ def run(arguments: Namespace) -> Outcome:
 
     if arguments.campaigns < 1:
         raise InputError("command line", "--campaigns", str(arguments.campaigns), "a whole number, one or more")
-    with Bar(arguments.quiet) as bar:
+    with execution(arguments) as execute:
         result = run_calibration(
-            execution(arguments, bar), regimes=names(arguments.regimes), campaigns=arguments.campaigns,
-            seed=arguments.seed, model=arguments.model,
+            execute, regimes=names(arguments.regimes), campaigns=arguments.campaigns, seed=arguments.seed,
+            model=arguments.model,
         )  # fmt: skip
     code = DONE if result.calibrated else NOT_TRUSTED
     return Outcome(calibration_text(result), [arguments.out / "calibration.json"], code=code)
@@ -30,14 +32,13 @@ def run(arguments: Namespace) -> Outcome:
 
 def challenge_make(arguments: Namespace) -> Outcome:
     """Write campaigns with a hidden effect and seal the answers."""
-    from scruton.calibrate.challenge.make import make_challenge
-    from scruton.calibrate.challenge.plan import Plan
+    from scruton.calibrate.challenge.make import Plan, make_challenge
 
     low, high = check_numbers("--turbulence", arguments.turbulence, 2)
     severities = check_numbers("--severities", arguments.severities)
     plan = Plan(arguments.seed, names(arguments.effects), severities, arguments.design, (low, high))
-    with Bar(arguments.quiet) as bar:
-        folder = make_challenge(execution(arguments, bar), plan, arguments.cases)
+    with execution(arguments) as execute:
+        folder = make_challenge(execute, plan, arguments.cases)
     return Outcome(lines=[f"challenge: {folder}"])
 
 
@@ -45,8 +46,8 @@ def challenge_run(arguments: Namespace) -> Outcome:
     """Diagnose every campaign of a challenge, without the answers."""
     from scruton.calibrate.challenge.run import run_challenge
 
-    with Bar(arguments.quiet) as bar:
-        run_challenge(arguments.folder, execution(arguments, bar))
+    with execution(arguments) as execute:
+        run_challenge(arguments.folder, execute)
     return Outcome(lines=[f"results: {arguments.out}"])
 
 
@@ -69,11 +70,13 @@ def challenge_score(arguments: Namespace) -> Outcome:
     return Outcome(score_text(score), [out / "challenge-score.json"])
 
 
-def execution(arguments: Namespace, bar: Bar) -> "Execution":
-    """Where the results go and how, as the command line says."""
+@contextmanager
+def execution(arguments: Namespace) -> "Iterator[Execution]":
+    """Where the results go and how, as the command line says; a bar shows how far it is."""
     from scruton.calibrate.execution import Execution
 
-    return Execution(arguments.out, arguments.jobs, arguments.force, arguments.resume, bar)
+    with Bar(arguments.quiet) as bar:
+        yield Execution(arguments.out, arguments.jobs, arguments.force, arguments.resume, bar)
 
 
 def names(listed: str | None) -> list[str] | None:

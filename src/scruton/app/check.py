@@ -3,7 +3,7 @@
 from argparse import Namespace
 
 from scruton.app.run import Outcome
-from scruton.campaign import Campaign, Fluid, Quantity, Record, Rig, Test, load_campaign
+from scruton.campaign import Campaign, Fluid, Quantity, Record, Test, load_campaign
 from scruton.campaign.remarks import sentences
 from scruton.envelope import RecordQuality, gather, review
 from scruton.errors import InputError
@@ -17,37 +17,41 @@ from scruton.terminal import BAD_INPUT
 def run(arguments: Namespace) -> Outcome:
     """Read everything, say what was found; a record that cannot be read stops nothing, but is bad input.
 
-    Raises
-    ------
-    InputError
-        If campaign.toml itself cannot be used.
+    InputError if campaign.toml itself cannot be used.
     """
     problems: list[InputError] = []
     campaign = load_campaign(arguments.campaign, problems)
+    section, unit = campaign.section, campaign.section.amplitude_unit
     inspection = gather(campaign, problems)
-    rows = [
+    warnings = sentences(review(inspection))
+    heading = (
+        f"{campaign.title}\n{section.motion.value}, B = {number(section.width)} m, D = {number(section.depth)} m"
+        f"{'' if section.fluid is Fluid.AIR else f', in {section.fluid.value}'}; "
+        f"{len(campaign.rigs)} rigs, {len(campaign.tests)} tests"
+    )
+    rigs = tuple(
+        (rig.name, _stated(rig.frequency), _stated(rig.mass), _stated(rig.damping_ratio, 100.0), str(len(rig.records)))
+        for rig in campaign.rigs
+    )
+    tests = tuple(_test_row(campaign, test) for test in campaign.tests)
+    rows = tuple(
         _row(record, rig.name if test is None else test.name, inspection.qualities[record.name])
         for record, rig, test in inspection.records()
-    ]
-    warnings = sentences(review(inspection))
-    unit = campaign.section.amplitude_unit
-    sweeps = [
+    )
+    sweeps = tuple(
         (one.rig, str(one.wind_speed.size), TERMINAL.range((one.wind_speed.min(), one.wind_speed.max())),
          TERMINAL.number(one.amplitude.max()))
         for one in campaign.sweeps
-    ]  # fmt: skip
+    )  # fmt: skip
     counted = "1 warning" if len(warnings) == 1 else f"{len(warnings)} warnings, worst first"
     unread = (f"{len(problems)} records cannot be used", tuple(map(str, problems)))
     text = render_text(
         [
-            paragraph(_heading(campaign)),
-            Table("rigs", "", RIG_HEADER, tuple(map(_rig_row, campaign.rigs))),
-            Table(
-                "tests", "", (*TEST_HEADER, f"stable [{unit}]", "records"),
-                tuple(_test_row(campaign, test) for test in campaign.tests),
-            ),
-            Table("sweeps", "", ("sweep of rig", "points", "wind speed [m/s]", f"largest [{unit}]"), tuple(sweeps)),
-            Table("records", "", (*RECORD_HEADER[:7], f"amplitude [{unit}]", *RECORD_HEADER[7:]), tuple(rows)),
+            paragraph(heading),
+            Table("rigs", "", RIG_HEADER, rigs),
+            Table("tests", "", (*TEST_HEADER, f"stable [{unit}]", "records"), tests),
+            Table("sweeps", "", ("sweep of rig", "points", "wind speed [m/s]", f"largest [{unit}]"), sweeps),
+            Table("records", "", (*RECORD_HEADER[:7], f"amplitude [{unit}]", *RECORD_HEADER[7:]), rows),
             Callout(CAUTION, counted, tuple(warnings)) if warnings else paragraph("No warnings."),
             *([Callout(ALARM, *unread)] if problems else []),
         ]
@@ -60,25 +64,11 @@ TEST_HEADER = ("test", "rig", "U [m/s]", "U/(f0 D)", "Sc", "peak")
 RECORD_HEADER = ("record", "of", "kind", "length [s]", "rate [Hz]", "cycles", "f [Hz]", "S/N", "second line")
 
 
-def _heading(campaign: Campaign) -> str:
-    section = campaign.section
-    return (
-        f"{campaign.title}\n{section.motion.value}, B = {number(section.width)} m, D = {number(section.depth)} m"
-        f"{'' if section.fluid is Fluid.AIR else f', in {section.fluid.value}'}; "
-        f"{len(campaign.rigs)} rigs, {len(campaign.tests)} tests"
-    )
-
-
 def _stated(quantity: Quantity | None, factor: float = 1.0) -> str:
     if quantity is None:
         return "-"
     text = number(quantity.mean * factor)
     return text if not quantity.sd else f"{text} +/- {number(quantity.sd * factor, 2)}"
-
-
-def _rig_row(rig: Rig) -> tuple[str, ...]:
-    stated = (_stated(rig.frequency), _stated(rig.mass), _stated(rig.damping_ratio, 100.0))
-    return (rig.name, *stated, str(len(rig.records)))
 
 
 def _test_row(campaign: Campaign, test: Test) -> tuple[str, ...]:
@@ -103,11 +93,10 @@ def _test_row(campaign: Campaign, test: Test) -> tuple[str, ...]:
 
 
 def _row(record: Record, owner: str, quality: RecordQuality) -> tuple[str, ...]:
-    low, high = quality.amplitude_range
     line = quality.second_line
     return (
         record.name, owner, record.kind.value, number(quality.duration), number(quality.sample_rate),
-        str(quality.cycles), number(quality.frequency, 5), TERMINAL.range((low, high), 3),
+        str(quality.cycles), number(quality.frequency, 5), TERMINAL.range(quality.amplitude_range, 3),
         number(quality.signal_to_noise, 3),
         "-" if line is None else f"{number(line.frequency)} Hz, {100 * line.relative:.0f} %",
     )  # fmt: skip

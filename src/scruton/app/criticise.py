@@ -1,7 +1,6 @@
 """`scruton criticise`: what a statistician asks of a fit, answered in tables, figures and sentences."""
 
 from argparse import Namespace
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +8,7 @@ from scruton.app.run import Outcome, Run
 from scruton.documents import write_text
 from scruton.errors import InputError
 from scruton.infer.criticism import Criticism
-from scruton.report.document import ALARM, Callout, Table, paragraph
+from scruton.report.document import ALARM, Block, Callout, Table, paragraph
 from scruton.report.render_text import render_text
 from scruton.report.wording import TERMINAL
 from scruton.terminal import DONE, NOT_TRUSTED
@@ -18,39 +17,35 @@ FOLDER, CONTENT, TEXT = "criticism", "criticism.json", "criticism.txt"
 FIGURES, TABLES = "figures", "tables"
 
 
+STATISTIC = ("test", "record", "statistic", "observed", "90 % expected", "p", "p, Holm")
+
+
 def run(arguments: Namespace) -> Outcome:
     """Criticise the fit in a folder of results: criticism.json, criticism.txt, tables (CSV) and figures (SVG, PNG).
 
-    Raises
-    ------
-    InputError
-        If the folder holds no fit of a test in wind, or a criticism lies where one shall be written.
+    InputError if the folder holds no fit of a test in wind, or a criticism lies where one shall be written.
     """
     from scruton.infer.criticism import criticise_tree
     from scruton.infer.store import provenance_of, read_tree
 
-    results, seed = arguments.results, arguments.seed
+    results = arguments.results
     folder = results / FOLDER if arguments.out is None else arguments.out
     if folder.resolve() == results.resolve():
-        raise InputError(
-            folder, "-o", "the folder of the fit itself", "another folder, such as its subfolder criticism"
-        )
+        wanted = "another folder, such as its subfolder criticism"
+        raise InputError(folder, "-o", "the folder of the fit itself", wanted)
     tree, summary = read_tree(results)
     if "posterior" not in tree:
         wanted = "a fit of at least one test in wind: still air says nothing of the law"
         raise InputError(results, "", "a campaign without tests in wind", wanted)
     fitted = provenance_of(results, summary)
     with Run(folder, "criticise", arguments, sha256=fitted, settings={}, results=(CONTENT, TEXT)) as work:
-        criticism = criticise_tree(tree, summary, seed=seed)
+        criticism = criticise_tree(tree, summary, seed=arguments.seed)
         text = criticism_text(criticism, str(summary["title"]))
         written = [*_tables(criticism, work.new / TABLES), *_figures(tree, criticism, work.new / FIGURES)]
         write_text(work.new / TEXT, text + "\n")
         work.write(CONTENT, {**criticism.to_json(), "fit_sha256": fitted})
         paths = work.published([work.new / CONTENT, work.new / TEXT, *written])
-    code = DONE if criticism.ok else NOT_TRUSTED
-    if arguments.quiet:
-        return Outcome(lines=paths[:1], code=code)
-    return Outcome(text, paths, code=code)
+    return Outcome(text, paths[:1] if arguments.quiet else paths, code=DONE if criticism.ok else NOT_TRUSTED)
 
 
 def _tables(criticism: Criticism, folder: Path) -> list[Path]:
@@ -59,20 +54,15 @@ def _tables(criticism: Criticism, folder: Path) -> list[Path]:
     from scruton.report.tables import write_csv
 
     frames = {name: pd.DataFrame(rows) for name, rows in criticism.rows().items() if rows}
-    frames["flags"] = pd.DataFrame(
-        [[one.check, one.where, one.text, one.serious] for one in criticism.flags],
-        columns=["check", "where", "text", "serious"],
-    )
+    frames["flags"] = pd.DataFrame(criticism.flags, columns=["check", "where", "text", "serious"])
     return write_csv(frames, folder)
 
 
 def _figures(tree: Any, criticism: Criticism, folder: Path) -> list[Path]:
     from scruton.report.figures import figures_from, save
 
-    found = []
-    for one in figures_from("criticism", tree, criticism):
-        found += save(one, folder, formats=("svg", "png"))
-    return found
+    drawn = figures_from("criticism", tree, criticism)
+    return [path for one in drawn for path in save(one, folder, formats=("svg", "png"))]
 
 
 def verdict(criticism: Criticism) -> str:
@@ -86,83 +76,71 @@ def verdict(criticism: Criticism) -> str:
 
 def criticism_text(criticism: Criticism, title: str) -> str:
     """Verdict, flags and tables for the terminal."""
-    ordered = sorted(criticism.flags, key=lambda flag: not flag.serious)
     flags = [
-        f"{'SERIOUS, ' if flag.serious else ''}{f'{flag.where}: ' if flag.where else ''}{flag.text}" for flag in ordered
+        f"{'SERIOUS, ' if flag.serious else ''}{f'{flag.where}: ' if flag.where else ''}{flag.text}"
+        for flag in sorted(criticism.flags, key=lambda flag: not flag.serious)
     ]
     missing = "\n".join(["Not checked", *(f"  {check}" for check in criticism.missing)])
-    return render_text(
-        [
-            paragraph(f"{title}\n{verdict(criticism)}"),
-            Callout(ALARM, "", tuple(flags)),
-            *([paragraph(missing)] if criticism.missing else []),
-            *(
-                Table("", heading, tuple(header), tuple(map(tuple, rows)))
-                for heading, header, rows in _sections(criticism)
-            ),
-        ]
+    found: list[Block] = [paragraph(f"{title}\n{verdict(criticism)}"), Callout(ALARM, "", tuple(flags))]
+    return render_text([*found, *([paragraph(missing)] if criticism.missing else []), *_sections(criticism)])
+
+
+def _p(value: float) -> str:
+    return TERMINAL.number(value, 2) if not value < 1e-6 else "< 1e-6"
+
+
+def _whose(one: Any, *values: float) -> tuple[str, ...]:
+    return one.test or "(campaign)", one.parameter, *(TERMINAL.number(value, 2) for value in values)
+
+
+def _sections(criticism: Criticism) -> list[Table]:
+    innovations, predictive = (
+        tuple(
+            (one.test, one.record or "(all)", one.name, TERMINAL.number(one.value, 3),
+             TERMINAL.range((one.low, one.high), 3), _p(one.p), _p(one.adjusted))
+            for one in checks
+        )
+        for checks in (criticism.innovations, criticism.predictive)
+    )  # fmt: skip
+    shares = tuple(
+        (one.test, one.record, f"{one.level:.0%}", f"{one.share:.0%}", f"{one.low:.0%} .. {one.high:.0%}")
+        for one in criticism.shares
     )
-
-
-def _sections(criticism: Criticism) -> list[tuple[str, Sequence[str], list[list[str]]]]:
-    def p(value: float) -> str:
-        return TERMINAL.number(value, 2) if not value < 1e-6 else "< 1e-6"
-
-    def checks(rows: Sequence[Any]) -> list[list[str]]:
-        return [
-            [one.test, one.record or "(all)", one.name, TERMINAL.number(one.value, 3),
-             TERMINAL.range((one.low, one.high), 3), p(one.p), p(one.adjusted)]
-            for one in rows
-        ]  # fmt: skip
-
-    statistic = ("test", "record", "statistic", "observed", "90 % expected", "p", "p, Holm")
-
-    def whose(one: Any, *values: float) -> list[str]:
-        return [one.test or "(campaign)", one.parameter, *(TERMINAL.number(value, 2) for value in values)]
-
+    prior = tuple(
+        (one.test, one.record, f"{one.inside:.0%}", _p(one.p_half), _p(one.p_final), f"{one.huge:.0%}",
+         f"{one.instant:.0%}")
+        for one in criticism.prior
+    )  # fmt: skip
+    scaling = tuple(
+        (*_whose(one, one.prior, one.still_air, one.likelihood), one.diagnosis) for one in criticism.scaling
+    )
+    moved = tuple((*_whose(one, one.prior_sd, one.posterior_sd, one.ratio), one.verdict) for one in criticism.moved)
+    influence = tuple(
+        (one.test, one.record, one.parameter, f"{one.shift:+.2f}", f"{one.widening:.2f}", TERMINAL.number(one.z, 2),
+         f"{one.khat:.2f}" + ("" if one.trusted else " !"))
+        for one in criticism.influence
+    )  # fmt: skip
     return [
-        ("Innovations of the filter", statistic, checks(criticism.innovations)),
-        ("Posterior predictive", statistic, checks(criticism.predictive)),
-        (
-            "Share of cycles inside the posterior predictive bands",
-            ("test", "record", "band", "share", "90 % expected"),
-            [
-                [one.test, one.record, f"{one.level:.0%}", f"{one.share:.0%}", f"{one.low:.0%} .. {one.high:.0%}"]
-                for one in criticism.shares
-            ],
+        Table("", "Innovations of the filter", STATISTIC, innovations),
+        Table("", "Posterior predictive", STATISTIC, predictive),
+        Table(
+            "", "Share of cycles inside the posterior predictive bands",
+            ("test", "record", "band", "share", "90 % expected"), shares,
         ),
-        (
-            "Prior predictive",
-            ("test", "record", "inside 90 %", "p, half", "p, final", "amplitude x 10", "within a cycle"),
-            [
-                [one.test, one.record, f"{one.inside:.0%}", p(one.p_half), p(one.p_final), f"{one.huge:.0%}",
-                 f"{one.instant:.0%}"]
-                for one in criticism.prior
-            ],
+        Table(
+            "", "Prior predictive",
+            ("test", "record", "inside 90 %", "p, half", "p, final", "amplitude x 10", "within a cycle"), prior,
         ),
-        (
-            "Sensitivity of the posterior, by power scaling (0.05 and more matters)",
-            ("test", "parameter", "priors", "still air", "records", "diagnosis"),
-            [
-                [*whose(one, one.prior, one.still_air, one.likelihood), one.diagnosis]
-                for one in criticism.scaling
-            ],
+        Table(
+            "", "Sensitivity of the posterior, by power scaling (0.05 and more matters)",
+            ("test", "parameter", "priors", "still air", "records", "diagnosis"), scaling,
         ),
-        (
-            "Posterior over prior standard deviation (of the logarithm where positive)",
-            ("test", "parameter", "prior sd", "posterior sd", "ratio", "verdict"),
-            [
-                [*whose(one, one.prior_sd, one.posterior_sd, one.ratio), one.verdict]
-                for one in criticism.moved
-            ],
+        Table(
+            "", "Posterior over prior standard deviation (of the logarithm where positive)",
+            ("test", "parameter", "prior sd", "posterior sd", "ratio", "verdict"), moved,
         ),
-        (
-            "Influence: the posterior without a record, in posterior sds",
-            ("test", "record", "parameter", "shift", "sd ratio", "z", "k-hat"),
-            [
-                [one.test, one.record, one.parameter, f"{one.shift:+.2f}", f"{one.widening:.2f}",
-                 TERMINAL.number(one.z, 2), f"{one.khat:.2f}" + ("" if one.trusted else " !")]
-                for one in criticism.influence
-            ],
+        Table(
+            "", "Influence: the posterior without a record, in posterior sds",
+            ("test", "record", "parameter", "shift", "sd ratio", "z", "k-hat"), influence,
         ),
     ]  # fmt: skip

@@ -1,16 +1,16 @@
-"""`scruton fit`: posterior.nc, fit.json and their tables for the terminal."""
+"""`scruton fit`: posterior.nc and fit.json; `scruton report`: with diagnosis, crossed predictions and sizing, too."""
 
 import shlex
 from argparse import Namespace
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scruton.app.options import check_effect_name
 from scruton.app.run import Outcome, Run, default_folder
 from scruton.campaign import Campaign, load_campaign, tests_named, tests_used
-from scruton.progress import Progress
+from scruton.errors import InputError
 from scruton.report.render_text import render_text
 from scruton.report.summaries import fit_summary
 from scruton.terminal import DONE, NOT_TRUSTED
@@ -23,19 +23,69 @@ if TYPE_CHECKING:
 RESULTS = ("posterior.nc", "fit.json", "report.html", "report.pdf", "report.json", "gap.json", "sizing.json")
 
 
+@dataclass(frozen=True, eq=False)
+class FitTask:
+    """A fit that was asked for: its inputs are read and checked, and nothing is done yet."""
+
+    campaign: Campaign  # restricted to the tests in `names`, where there are any
+    card: "ModelCard"
+    names: tuple[str, ...]
+    seed: int
+    effect: str | None
+    folder: Path  # for the results
+
+    @classmethod
+    def of(cls, asked: Namespace) -> "FitTask":
+        """Read the campaign and the card that the command line asks for; InputError for bad input."""
+        from scruton.infer.cards import load_card
+
+        campaign = load_campaign(asked.campaign)
+        names = tests_named(campaign, asked.tests)
+        if names:
+            campaign = tests_used(campaign, names)
+        folder = asked.out if asked.out is not None else default_folder(asked.campaign)
+        return cls(campaign, load_card(asked.model), names, asked.seed, asked.effect, folder)
+
+    def claim(self, arguments: Namespace, sha256: Mapping[str, str] = {}, settings: Mapping[str, Any] = {}) -> Run:
+        """The run, to be entered; `sha256` and `settings` are those beside the fit's own."""
+        files = {**(self.campaign.sha256 or {}), **sha256}
+        own = {"tests": list(self.names), "effect": self.effect, **settings}
+        return Run(self.folder, "fit", arguments, sha256=files, card=self.card, settings=own, results=RESULTS)
+
+    def fit(self, work: Run) -> "Fit":
+        """Fit, with checkpoints in the folder; an effect (or "auto": what diagnosis finds) goes into the tree."""
+        from scruton.infer.fit import fit_campaign
+
+        card, effect = self.card, self.effect
+        tests = "".join(f" --test {shlex.quote(name)}" for name in self.names)
+        command = f"fit --seed {self.seed} --model {card.name}{tests}" + (f" --effect {effect}" if effect else "")
+        fit = fit_campaign(
+            self.campaign, card, seed=self.seed, checkpoints=work.checkpoints, report=work.bar, command=command,
+            only=self.names,
+        )  # fmt: skip
+        if effect is not None:
+            from scruton.gap.bands import attach
+            from scruton.gap.data import load_gap
+            from scruton.gap.diagnosis import diagnose_data
+
+            found = diagnose_data(
+                load_gap(fit.campaign, card), fit.campaign, prior=card.effect_weights, prior_none=card.prior_none,
+                progress=work.bar,
+            )  # fmt: skip
+            name = attach(fit.tree, found, effect, self.seed)
+            fit.summary["effect"] = {
+                "asked": effect, "used": name, "also": list(found.found[1:]) if name == found.verdict else [],
+                "probability": found.probability.get(name, 0.0),
+            }  # fmt: skip
+        work.bar.end()
+        return fit
+
+
 def run(arguments: Namespace) -> Outcome:
-    """Fit a campaign into a folder.
-
-    With --effect (its name, or "auto" for what diagnosis finds) the predictions carry that unmodelled effect.
-
-    Raises
-    ------
-    InputError
-        For bad input; nothing is written then.
-    """
+    """Fit a campaign into a folder; InputError for bad input: nothing is written then."""
     from scruton.infer.store import write_fit
 
-    task = FitTask.asked(arguments)
+    task = FitTask.of(arguments)
     with task.claim(arguments) as work:
         fit = task.fit(work)
         paths = work.published(write_fit(fit, work.new))
@@ -43,109 +93,39 @@ def run(arguments: Namespace) -> Outcome:
     return Outcome(render_text(fit_summary(fit)), lines, fit.flags, DONE if fit.converged else NOT_TRUSTED)
 
 
-@dataclass(frozen=True, eq=False)
-class FitTask:
-    """A fit that was asked for: its inputs are read and checked, and nothing is done yet.
+def report(arguments: Namespace) -> Outcome:
+    """Fit a campaign into a folder and write its report there; a second process shares the work.
 
-    Attributes
-    ----------
-    campaign : Campaign
-        Restricted to the tests in `names`, where there are any.
-    card : ModelCard
-    names : tuple of str
-    seed : int
-    effect : str or None
-    folder : Path
-        For the results.
+    InputError for bad input; nothing is written then. What fails once the fit is made is a remark.
     """
+    from scruton.infer.store import write_fit
+    from scruton.processes import SecondProcess
+    from scruton.report.build import write_report
+    from scruton.report.failures import begun
+    from scruton.report.parts import check_bridge, crossed_part, gap_part, scruton_numbers_of, sizing_part
 
-    campaign: Campaign
-    card: "ModelCard"
-    names: tuple[str, ...]
-    seed: int
-    effect: str | None
-    folder: Path
-
-    @classmethod
-    def of(
-        cls,
-        path: Path,
-        out: Path | None,
-        *,
-        model: str,
-        tests: str | Sequence[str] | None = None,
-        seed: int,
-        effect: str | None = None,
-    ) -> "FitTask":
-        """Read the campaign and the card; InputError for bad input."""
-        from scruton.infer.cards import load_card
-
-        check_effect_name(effect)
-        campaign = load_campaign(path)
-        names = tests_named(campaign, tests)
-        if names:
-            campaign = tests_used(campaign, names)
-        return cls(campaign, load_card(model), names, seed, effect, out if out is not None else default_folder(path))
-
-    @classmethod
-    def asked(cls, arguments: Namespace) -> "FitTask":
-        """The fit that the command line asks for."""
-        return cls.of(
-            arguments.campaign, arguments.out, model=arguments.model, tests=arguments.tests, seed=arguments.seed,
-            effect=arguments.effect,
+    path, model, seed = arguments.campaign, arguments.model, arguments.seed
+    bridge, limits, gap = arguments.bridge, arguments.limit, not arguments.no_gap
+    if limits and bridge is None:
+        raise InputError("command line", "--limit", f'"{limits[0]}" without a bridge', "--bridge FILE beside it")
+    stands = None if bridge is None else check_bridge(path, bridge, limits)
+    sha256 = {} if stands is None else stands.sha256
+    task = FitTask.of(arguments)
+    settings = {"sc": arguments.sc, "limits": limits, "gap": gap, "bridge": bridge is not None}
+    with task.claim(arguments, sha256, settings) as work, SecondProcess() as second:
+        crossed = begun(second, crossed_part, task.campaign, task.card, seed)
+        diagnosis = begun(second, gap_part, path, model) if gap else None
+        fit = task.fit(work)
+        write_fit(fit, work.new)
+        sizing = None if bridge is None else begun(second, sizing_part, work.new, bridge, limits, seed)
+        of_the_bridge = partial(scruton_numbers_of, fit, bridge) if bridge and fit.summary["tests"] else ()
+        paths = write_report(
+            fit, work.new, place=task.folder, design_sc=arguments.sc or of_the_bridge, gap=diagnosis, sizing=sizing,
+            crossed=crossed, second=second,
         )  # fmt: skip
-
-    def claim(
-        self,
-        arguments: Namespace,
-        *,
-        sha256: Mapping[str, str] | None = None,
-        settings: Mapping[str, Any] | None = None,
-    ) -> Run:
-        """The run, to be entered; `sha256` and `settings` are those beside the fit's own."""
-        return Run(
-            self.folder,
-            "fit",
-            arguments,
-            sha256={**(self.campaign.sha256 or {}), **(sha256 or {})},
-            card=self.card,
-            settings={"tests": list(self.names), "effect": self.effect, **(settings or {})},
-            results=RESULTS,
-        )
-
-    def fit(self, work: Run) -> "Fit":
-        """Fit, with checkpoints in the folder."""
-        from scruton.infer.fit import fit_campaign
-
-        fit = fit_campaign(
-            self.campaign,
-            self.card,
-            seed=self.seed,
-            checkpoints=work.checkpoints,
-            report=work.bar,
-            command=f"fit --seed {self.seed} --model {self.card.name}"
-            + "".join(f" --test {shlex.quote(name)}" for name in self.names)
-            + (f" --effect {self.effect}" if self.effect else ""),
-            only=self.names,
-        )
-        if self.effect is not None:
-            _carry_effect(fit, self.effect, self.card, self.seed, work.bar)
-        work.bar.end()
-        return fit
-
-
-def _carry_effect(fit: "Fit", effect: str, card: "ModelCard", seed: int, progress: Progress) -> None:
-    """Diagnose the campaign and put the effect into the tree of the fit."""
-    from scruton.gap.bands import attach
-    from scruton.gap.data import load_gap
-    from scruton.gap.diagnosis import diagnose_data
-
-    data = load_gap(fit.campaign, card)
-    diagnosis = diagnose_data(
-        data, fit.campaign, prior=card.effect_weights, prior_none=card.prior_none, progress=progress
-    )
-    name = attach(fit.tree, diagnosis, effect, seed)
-    fit.summary["effect"] = {
-        "asked": effect, "used": name, "also": list(diagnosis.found[1:]) if name == diagnosis.verdict else [],
-        "probability": diagnosis.probability.get(name, 0.0),
-    }  # fmt: skip
+        work.publish()
+    places = (("report (PDF):", paths.pdf), ("report:", paths.report), ("Griffin plot:", paths.griffin))
+    lines = [f"{name:13} {place}" for name, place in places if place is not None]
+    failures = [one.sentence for one in paths.failures]
+    code = DONE if fit.converged and not failures else NOT_TRUSTED
+    return Outcome(render_text(fit_summary(fit)), lines, [*failures, *fit.flags], code)

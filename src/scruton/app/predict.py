@@ -1,66 +1,113 @@
-"""`scruton predict`: the stable amplitude at a design Scruton number, from a folder of results."""
+"""`scruton predict` and `scruton size`: what is asked of a folder of results."""
 
 import json
 from argparse import Namespace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from scruton.app.options import check_effect_name, parse_damping
-from scruton.app.run import Outcome
+from scruton.app.options import check_writable, parse_damping
+from scruton.app.run import Outcome, Run
 from scruton.errors import InputError
 from scruton.report.render_text import render_text
-from scruton.report.summaries import prediction_summary
 from scruton.terminal import DONE, NOT_TRUSTED
 
+if TYPE_CHECKING:
+    import xarray as xr
 
-def run(arguments: Namespace) -> Outcome:
-    """Predict from a folder of results; nothing is written.
+    from scruton.sizing.bridge import Bridge
 
-    Raises
-    ------
-    InputError
-        For results that cannot be read, or hold no test in wind.
+
+def predict(arguments: Namespace) -> Outcome:
+    """Predict the stable amplitude at a design Scruton number; nothing is written.
+
+    InputError for results that cannot be read, or hold no test in wind.
     """
     from scruton.griffin import predict
-    from scruton.infer.store import read_tree
+    from scruton.report.summaries import prediction_summary
 
     results, rig = arguments.results, arguments.rig
     if not arguments.sc and not arguments.damping:
         raise InputError("command line", "--sc", "no design Scruton number", "--sc 30, or --damping 0.003")
-    tree, summary = read_tree(results)
-    if not summary["tests"]:
-        raise InputError(
-            results, "", "a campaign without tests in wind", "a fit of at least one test: still air says nothing of it"
-        )
-    check_effect(summary, arguments.effect, results)
+    tree, summary = _read(results, arguments.effect, "a fit of at least one test: still air says nothing of it")
     rigs = [one["name"] for one in summary["rigs"]]
     if rig is not None and rig not in rigs:
         raise InputError(results, "--rig", f"'{rig}'", f"one of: {', '.join(rigs)}")
     common: dict[str, Any] = {"rig": rig, "law_n": arguments.law, "seed": arguments.seed}
     found = [predict(tree, scruton_number=one, **common) for one in arguments.sc]
     found += [predict(tree, damping_ratio=parse_damping(one), **common) for one in arguments.damping]
-    code = DONE if summary["converged"] else NOT_TRUSTED
-    if arguments.json:
-        return Outcome(lines=[json.dumps({"predictions": [one.to_json() for one in found]})], code=code)
-    return Outcome(lines=[render_text(prediction_summary(found, summary))], code=code)
+    text = json.dumps({"predictions": [one.to_json() for one in found]}) if arguments.json else None
+    lines = [text or render_text(prediction_summary(found, summary))]
+    return Outcome(lines=lines, code=DONE if summary["converged"] else NOT_TRUSTED)
 
 
-def check_effect(summary: dict[str, Any], effect: str | None, results: Path) -> None:
-    """Refuse a fit that does not carry the effect: what was found is put into the fit, nothing here can.
+def _read(results: Path, effect: str | None, wanted: str) -> "tuple[xr.DataTree, dict[str, Any]]":
+    """Read a fit of tests in wind that carries the effect; "auto": any that was diagnosed, also one without a gap.
 
-    Parameters
-    ----------
-    summary : dict
-        Of fit.json.
-    effect : str or None
-        A name, or "auto": any fit that was diagnosed, also one without a gap.
-    results : Path
-        For the error.
+    What was found is put into the fit: nothing here can.
     """
-    check_effect_name(effect)
+    from scruton.infer.store import read_tree
+
+    tree, summary = read_tree(results)
+    if not summary["tests"]:
+        raise InputError(results, "", "a campaign without tests in wind", wanted)
     carried = summary.get("effect", {}).get("used")
     if effect is not None and (carried is None or effect not in ("auto", carried)):
         raise InputError(
             results, "--effect", f"a fit that carries {carried or 'no effect'}",
             f"the folder of `scruton fit CAMPAIGN --effect {effect}`",
         )  # fmt: skip
+    return tree, summary
+
+
+def size(arguments: Namespace) -> Outcome:
+    """Size the damping: sizing.json, its table for the terminal and its figures.
+
+    InputError for bad input, or a folder that holds a sizing already; nothing is written then.
+    """
+    from scruton.report.chapters.sizing import sizing_summary
+    from scruton.report.figures import figures_from, save
+    from scruton.report.parts import sizing_origin
+    from scruton.sizing.limits import limit
+    from scruton.sizing.run import RESULT, size
+
+    results = arguments.results
+    folder = arguments.out or results / "sizing"
+    rules = [limit(one) for one in arguments.limit]
+    check_writable(folder)
+    tree, summary = _read(results, arguments.effect, "a fit of at least one test")
+    stands = _bridge(tree, arguments)
+    settings = {name: getattr(arguments, name) for name in ("law", "effect", "rig", "damping")}
+    settings["limits"] = arguments.limit
+    origin = sizing_origin(results, summary, stands, seed=arguments.seed, settings=settings)
+    inputs = origin["fit_sha256"] | origin["bridge_sha256"]
+    with Run(folder, "size", arguments, sha256=inputs, settings=settings, results=(RESULT,)) as work:
+        content = size(
+            tree, stands, rules, rig=arguments.rig, law_n=arguments.law, seed=arguments.seed, progress=work.bar
+        ).to_json()
+        if arguments.bridge is None:
+            content["flags"].append("no bridge was given: the answer is for the section model itself, at its own size")
+        if not summary["converged"]:
+            content["flags"].insert(0, "the fit did not converge: " + "; ".join(summary["flags"]))
+        content["provenance"] = origin | {key: settings[key] for key in ("law", "effect")}
+        drawn = figures_from("sizing", content)
+        figures = [path for one in drawn for path in save(one, work.new, formats=("svg", "png"))]
+        work.write(RESULT, content)
+        paths = work.published([work.new / RESULT, *figures])
+    return Outcome(render_text(sizing_summary(content)), paths, code=DONE if summary["converged"] else NOT_TRUSTED)
+
+
+def _bridge(tree: "xr.DataTree", arguments: Namespace) -> "Bridge":
+    """Read the bridge of the command line, or take the section model itself where none is given."""
+    from scruton.griffin.posterior import chosen_rig, motion_of
+    from scruton.sizing.bridge import DAMPING, load_bridge, stand_in
+    from scruton.sizing.thresholds import DAMPING_COV
+
+    motion, stated = motion_of(tree), arguments.damping
+    design = None if stated is None else parse_damping(stated).or_relative_sd(DAMPING_COV)
+    if arguments.bridge is None:
+        return stand_in(tree, motion, chosen_rig(tree, arguments.rig), design or DAMPING)
+    found = load_bridge(arguments.bridge, motion)
+    if design is None:
+        return found
+    return replace(found, modes=tuple(replace(mode, damping_ratio=design) for mode in found.modes))

@@ -20,45 +20,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a verb says when it has ended.
+    """What a verb says when it has ended."""
 
-    Attributes
-    ----------
-    text : str
-        Tables and sentences for standard output; not with --quiet.
-    lines : sequence of str or Path
-        For standard output in any case: where the results lie.
-    remarks : sequence of str
-        For standard error: why the results are not to be trusted.
-    code : int
-        Exit code.
-    """
-
-    text: str = ""
-    lines: Sequence[str | Path] = ()
-    remarks: Sequence[str] = ()
-    code: int = DONE
+    text: str = ""  # tables and sentences for standard output; not with --quiet
+    lines: Sequence[str | Path] = ()  # for standard output in any case: where the results lie
+    remarks: Sequence[str] = ()  # for standard error: why the results are not to be trusted
+    code: int = DONE  # of the exit
 
 
 class Run(Workspace):
     """A verb's claim on a folder, with the provenance of all that it writes there, and the bar of its progress.
 
-    Parameters
-    ----------
-    folder : Path
-        For the results.
-    verb : str
-    arguments : Namespace
-        Seed, --quiet, --force and --resume of the command line.
-    sha256 : mapping of str to str
-        SHA-256 of every file that is read, by the name that an error shows.
-    card : ModelCard, optional
-    settings : mapping
-        What else the results depend on, as JSON can hold it.
-    results : sequence of str
-        Files that say that results lie there, for folders without a manifest.
-    grows : bool
-        As of `Workspace`, which see for the errors, too.
+    The seed, --quiet, --force and --resume are the command line's; the rest is as of `Workspace`.
     """
 
     def __init__(
@@ -73,21 +46,16 @@ class Run(Workspace):
         card: "ModelCard | None" = None,
         grows: bool = False,
     ) -> None:
-        self.provenance = provenance(
-            verb, seed=arguments.seed, sha256=sha256, settings=settings, card=None if card is None else identity(card)
-        )
+        stated = None if card is None else {"name": card.name, "sha256": card.sha256}
+        self.provenance = provenance(verb, seed=arguments.seed, sha256=sha256, settings=settings, card=stated)
         # All that a card says, whatever cards it extends.
         cards = {} if card is None else {f"model card {card.name}": _sha256(card.resolved.encode()).hexdigest()}
+        settings = {"seed": arguments.seed, "version": self.provenance["versions"]["scruton"], **settings}
+        force, resume = arguments.force, getattr(arguments, "resume", False)
         super().__init__(
-            folder,
-            verb,
-            inputs={**sha256, **cards},
-            settings={"seed": arguments.seed, "version": self.provenance["versions"]["scruton"], **settings},
-            results=results,
-            force=arguments.force,
-            resume=getattr(arguments, "resume", False),
+            folder, verb, inputs={**sha256, **cards}, settings=settings, results=results, force=force, resume=resume,
             grows=grows,
-        )
+        )  # fmt: skip
         self.bar = Bar(arguments.quiet)
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None) -> None:
@@ -104,11 +72,6 @@ class Run(Workspace):
         places = [self.folder / path.relative_to(self.new) for path in written]
         self.publish()
         return places
-
-
-def identity(card: "ModelCard") -> dict[str, str]:
-    """What a result says of its model card."""
-    return {"name": card.name, "sha256": card.sha256}
 
 
 def default_folder(campaign: Path) -> Path:

@@ -4,50 +4,26 @@ from pathlib import Path
 from typing import Any, NamedTuple  # dataclasses would take as long to import as all the rest
 
 
-class Argument(NamedTuple):
-    """What `argparse` is told of an argument.
+class Argument:
+    """What `argparse` is told of an argument, spelt as for it."""
 
-    Attributes
-    ----------
-    names : tuple of str
-    settings : dict
-        As of `add_argument`.
-    """
-
-    names: tuple[str, ...]
-    settings: dict[str, Any]
+    def __init__(self, *names: str, **settings: Any) -> None:
+        self.names, self.settings = names, settings
 
 
 class Verb(NamedTuple):
-    """A verb, or a step of one.
-
-    Attributes
-    ----------
-    name, help : str
-    work : str
-        Its function, "module:name" below `scruton.app`, which takes the arguments and gives an `Outcome`.
-    arguments : tuple of Argument; those of a tuple within exclude each other
-    steps : tuple of Verb
-    needs_step : bool
-        Whether one of the steps has to be named.
-    """
+    """A verb, or a step of one; one without a function of its own needs a step."""
 
     name: str
     help: str
-    work: str
-    arguments: tuple[Argument | tuple[Argument, ...], ...] = ()
+    work: str  # its function, "module:name" below `scruton.app`, which takes the arguments and gives an `Outcome`
+    arguments: tuple[Argument | tuple[Argument, ...], ...] = ()  # those of a tuple within exclude each other
     steps: "tuple[Verb, ...]" = ()
-    needs_step: bool = False
-
-
-def argument(*names: str, **settings: Any) -> Argument:
-    """Note an argument, spelt as for `argparse`."""
-    return Argument(names, settings)
 
 
 def flag(name: str, text: str) -> Argument:
     """Note an option without a value."""
-    return argument(name, action="store_true", help=text)
+    return Argument(name, action="store_true", help=text)
 
 
 def force(what: str, where: str = "in the folder") -> Argument:
@@ -55,31 +31,31 @@ def force(what: str, where: str = "in the folder") -> Argument:
     return flag("--force", f"replace {what} {where}")
 
 
-CAMPAIGN = argument("campaign", type=Path, help="folder with a campaign.toml")
-RESULTS = argument("results", type=Path, help="folder that fit or report wrote")
+CAMPAIGN = Argument("campaign", type=Path, help="folder with a campaign.toml")
+RESULTS = Argument("results", type=Path, help="folder that fit or report wrote")
 SPREAD = "processes (results do not depend on it)"
-SEED = argument("--seed", type=int, default=0, help="seed of all randomness (default 0)")
+SEED = Argument("--seed", type=int, default=0, help="seed of all randomness (default 0)")
 QUIET = flag("--quiet", "no progress, no tables: only errors and paths")
-MODEL = argument("--model", default="default", metavar="CARD", help="model card: a shipped name or a TOML file")
-SC = argument(
+MODEL = Argument("--model", default="default", metavar="CARD", help="model card: a shipped name or a TOML file")
+SC = Argument(
     "--sc", type=float, action="append", default=[], metavar="SC", help="design Scruton number; may be repeated"
 )
 RESUME = flag("--resume", "go on with an interrupted run")
-JOBS = argument("--jobs", type=int, default=1, metavar="N", help=SPREAD)
-EFFECT = argument("--effect", metavar="NAME", help='the effect that the fit has to carry; "auto": whichever it does')
+JOBS = Argument("--jobs", type=int, default=1, metavar="N", help=SPREAD)
+EFFECT = Argument("--effect", metavar="NAME", help='the effect that the fit has to carry; "auto": whichever it does')
 
 
 def out(text: str, **settings: Any) -> Argument:
     """Note the folder of the results."""
-    return argument("-o", "--out", type=Path, help=text, **settings)
+    return Argument("-o", "--out", type=Path, help=text, **settings)
 
 
 FIT = (
     CAMPAIGN,
     out("folder for the results (default: out/NAME of the campaign's folder)"),
     MODEL,
-    argument("--tests", "--test", action="append", metavar="NAME,...", help="use only these tests; may be repeated"),
-    argument("--effect", metavar="NAME", help='carry an unmodelled effect into the predictions; "auto": what is found'),
+    Argument("--tests", "--test", action="append", metavar="NAME,...", help="use only these tests; may be repeated"),
+    Argument("--effect", metavar="NAME", help='carry an unmodelled effect into the predictions; "auto": what is found'),
     force("the results that lie"),
     RESUME,
 )
@@ -87,26 +63,26 @@ FIT = (
 CHALLENGE = (
     Verb("make", "write campaigns with a hidden effect and seal the answers", "calibrate:challenge_make", (
         out("folder for the challenge", required=True),
-        argument("--cases", type=int, default=65, metavar="N", help="campaigns; blocks of 65 hold every kind"),
+        Argument("--cases", type=int, default=65, metavar="N", help="campaigns; blocks of 65 hold every kind"),
         SEED,
-        argument("--effects", metavar="NAME,...", help='only these; "none" and "two" count (default: all)'),
-        argument("--severities", default="0.1,0.2,0.4", metavar="S,...", help="default 0.1,0.2,0.4"),
-        argument("--design", choices=("full", "one-rig"), default="full", help="or one rig, no still air"),
-        argument("--turbulence", default="0.005,0.015", metavar="LOW,HIGH", help="scatter of the amplitude"),
+        Argument("--effects", metavar="NAME,...", help='only these; "none" and "two" count (default: all)'),
+        Argument("--severities", default="0.1,0.2,0.4", metavar="S,...", help="default 0.1,0.2,0.4"),
+        Argument("--design", choices=("full", "one-rig"), default="full", help="or one rig, no still air"),
+        Argument("--turbulence", default="0.005,0.015", metavar="LOW,HIGH", help="scatter of the amplitude"),
         QUIET, force("what lies"), JOBS, RESUME,
     )),
     Verb("run", "diagnose every campaign, without the answers", "calibrate:challenge_run", (
-        argument("folder", type=Path, help="folder that make wrote"),
+        Argument("folder", type=Path, help="folder that make wrote"),
         out("folder for the results", required=True),
         QUIET, force("what lies"), JOBS, RESUME,
     )),
     Verb("score", "open the answers and score", "calibrate:challenge_score", (
-        argument("folder", type=Path, help="folder that make wrote"),
-        argument("results", type=Path, help="folder that run wrote"),
+        Argument("folder", type=Path, help="folder that make wrote"),
+        Argument("results", type=Path, help="folder that run wrote"),
         out("folder for tables and pictures (default: RESULTS/score)"),
         flag("--baselines", "score simpler methods beside"),
-        argument("--markdown", type=Path, metavar="FILE", help="write the tables as Markdown, too"),
-        argument("--pictures", default=".", metavar="PATH", help="folder of the pictures, as the Markdown sees it"),
+        Argument("--markdown", type=Path, metavar="FILE", help="write the tables as Markdown, too"),
+        Argument("--pictures", default=".", metavar="PATH", help="folder of the pictures, as the Markdown sees it"),
         QUIET, force("what lies"), JOBS,
     )),
 )  # fmt: skip
@@ -114,43 +90,43 @@ CHALLENGE = (
 VERBS = (
     Verb("check", "read a campaign, print what it holds and every warning", "check:run", (CAMPAIGN,)),
     Verb("fit", "front end and posteriors: writes posterior.nc and fit.json", "fit:run", FIT),
-    Verb("report", "fit, predict and write the report", "report:run", (
+    Verb("report", "fit, predict and write the report", "fit:report", (
         *FIT,
         SC,
-        argument("--bridge", type=Path, metavar="FILE", help="bridge.toml: damper sizing and risk, too"),
-        argument(
+        Argument("--bridge", type=Path, metavar="FILE", help="bridge.toml: damper sizing and risk, too"),
+        Argument(
             "--limit", action="append", default=[], metavar="RULE",
             help="limit beside the bridge's, as of size; may be repeated",
         ),
         flag("--no-gap", "leave out the diagnosis of the gap"),
     )),
-    Verb("predict", "predictive stable amplitude at a design Scruton number", "predict:run", (
+    Verb("predict", "predictive stable amplitude at a design Scruton number", "predict:predict", (
         RESULTS,
         SC,
-        argument(
+        Argument(
             "--damping", action="append", default=[], metavar="XI[+/-SD]",
             help='design damping ratio, "0.003" or "0.003 +/- 0.001"',
         ),
-        argument("--rig", help="rig whose mass, frequency and wind are meant (default: the first)"),
-        argument("--law", type=float, metavar="N", help="exponent of the law (default: the model card's)"),
+        Argument("--rig", help="rig whose mass, frequency and wind are meant (default: the first)"),
+        Argument("--law", type=float, metavar="N", help="exponent of the law (default: the model card's)"),
         EFFECT,
         flag("--json", "print JSON"),
     )),
-    Verb("size", "damper sizing: required damping with its risk, dampers, what more testing is worth", "size:run", (
+    Verb("size", "damper sizing: required damping with its risk, dampers, what more testing is worth", "predict:size", (
         RESULTS,
         out("folder for the sizing (default: RESULTS/sizing)"),
-        argument("--bridge", type=Path, metavar="FILE", help="bridge.toml (default: the section model itself)"),
-        argument(
+        Argument("--bridge", type=Path, metavar="FILE", help="bridge.toml (default: the section model itself)"),
+        Argument(
             "--limit", action="append", default=[], metavar="RULE",
             help='"jtg", "kd", "rms-acceleration", "peak-acceleration: 0.5 m/s^2", "0.13 m", "0.05" (A/D); '
             "may be repeated",
         ),
-        argument(
+        Argument(
             "--damping", metavar="XI[+/-SD]",
             help="structural damping ratio of every mode of the bridge; uncertain by 45 %% where no SD is given",
         ),
-        argument("--rig", help="rig whose mass ratio a mode without a mass has (default: the first)"),
-        argument("--law", type=float, metavar="N", help="exponent of the law (default: all, weighed)"),
+        Argument("--rig", help="rig whose mass ratio a mode without a mass has (default: the first)"),
+        Argument("--law", type=float, metavar="N", help="exponent of the law (default: all, weighed)"),
         EFFECT,
         force("the sizing that lies"),
     )),
@@ -159,21 +135,21 @@ VERBS = (
         (RESULTS, out("folder for the criticism (default: RESULTS/criticism)"), force("the criticism that lies")),
     ),
     Verb(
-        "validate", "predict every rig from the others and from each single one", "validate:run",
+        "validate", "predict every rig from the others and from each single one", "campaigns:validate",
         (CAMPAIGN, out("folder for the results (default: out/NAME/validation)"), MODEL,
          force("the validation that lies"), RESUME),
     ),
     Verb("batch", "fit many campaigns side by side: a folder for each, one summary of all", "batch:run", (
-        argument("campaigns", type=Path, nargs="+", metavar="CAMPAIGN", help="folders with a campaign.toml"),
+        Argument("campaigns", type=Path, nargs="+", metavar="CAMPAIGN", help="folders with a campaign.toml"),
         out("folder for all results", required=True, metavar="DIR"),
         (
-            argument(
+            Argument(
                 "--jobs", type=int, metavar="N", help="processes (default: one a core; results do not depend)"
             ),
-            argument("--scheduler", metavar="ADDRESS", help="a running Dask scheduler, tls://host:port or tcp://"),
+            Argument("--scheduler", metavar="ADDRESS", help="a running Dask scheduler, tls://host:port or tcp://"),
         ),
         *(
-            argument(f"--tls-{name}", type=Path, metavar="FILE", help=f"{text}, for a scheduler under tls://")
+            Argument(f"--tls-{name}", type=Path, metavar="FILE", help=f"{text}, for a scheduler under tls://")
             for name, text in (("ca", "certificate of the authority"), ("cert", "own certificate"), ("key", "own key"))
         ),
         MODEL,
@@ -186,37 +162,35 @@ VERBS = (
     )),
     Verb("calibrate", "simulation-based calibration and coverage of the bands", "calibrate:run", (
         out("folder for the results", required=True),
-        argument("--regimes", metavar="NAME,...", help="only these regimes (default: all)"),
-        argument("--campaigns", type=int, default=500, metavar="N", help="in every regime (default 500)"),
+        Argument("--regimes", metavar="NAME,...", help="only these regimes (default: all)"),
+        Argument("--campaigns", type=int, default=500, metavar="N", help="in every regime (default 500)"),
         JOBS,
         MODEL,
         force("the results that lie"),
         flag("--resume", "go on with an interrupted run, or with more campaigns"),
     )),
-    Verb("diagnose", "the sim-to-real gap: where, which effect, how far it shrinks", "diagnose:run", (
+    Verb("diagnose", "the sim-to-real gap: where, which effect, how far it shrinks", "campaigns:diagnose", (
         CAMPAIGN,
         out("folder for the results (default: out/NAME/gap)"),
         MODEL,
-        argument("--workers", type=int, default=2, metavar="N", help="threads (results do not depend on it)"),
+        Argument("--workers", type=int, default=2, metavar="N", help="threads (results do not depend on it)"),
         flag("--thorough", "evidence of the leaders by bridge sampling, too"),
         force("the diagnosis that lies"),
         flag("--resume", "go on with an interrupted run: it begins again"),
     )),
-    Verb(
-        "challenge", "the blind check of diagnose: make campaigns, run, score", "", steps=CHALLENGE, needs_step=True
-    ),
+    Verb("challenge", "the blind check of diagnose: make campaigns, run, score", "", steps=CHALLENGE),
     Verb("models", "the shipped model cards; one card in full; what its priors say", "models:run", steps=(
         Verb("show", "print a card with all that it extends, or draw its priors", "models:show", (
-            argument("card", metavar="CARD", help="a shipped name or a TOML file"),
-            argument(
+            Argument("card", metavar="CARD", help="a shipped name or a TOML file"),
+            Argument(
                 "--prior-predictive", type=Path, metavar="DIR",
                 help="draw Griffin curves from its priors: CARD.svg and CARD.png",
             ),
-            argument("--seed", type=int, default=0, help="seed of the draws (default 0)"),
+            Argument("--seed", type=int, default=0, help="seed of the draws (default 0)"),
         )),
     )),
-    Verb("simulate", "write a synthetic campaign from the full equation of motion", "simulate:run", (
-        argument("spec", type=Path, help="TOML file with the section, the rigs, the tests and the truth"),
+    Verb("simulate", "write a synthetic campaign from the full equation of motion", "campaigns:simulate", (
+        Argument("spec", type=Path, help="TOML file with the section, the rigs, the tests and the truth"),
         out("folder for the campaign", required=True),
         force("the campaign that lies"),
     )),

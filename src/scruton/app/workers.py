@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -48,31 +49,21 @@ def cores() -> int:
 
 @contextmanager
 def connected(scheduler: str | None, jobs: int, *, tls: TlsFiles = NO_TLS, quiet: bool = False) -> Iterator[Any]:
-    """Open a Dask client: of a scheduler, or of `jobs` processes that end with the block.
+    """Open a Dask client: of a scheduler ("tls://host:port"), or of `jobs` processes that end with the block.
 
     The processes have one thread each and talk over the loopback interface alone; there is no dashboard, and Dask's
-    own files lie in a temporary folder.
-
-    Parameters
-    ----------
-    scheduler : str or None
-        Address of a running scheduler, "tls://host:port" or "tcp://host:port".
-    jobs : int
-        Processes where no scheduler is named.
-    tls : (Path, Path, Path)
-        Certificate of the authority, own certificate and own key: with them the scheduler and this program know each
-        other.  Without, whoever reaches the scheduler's port runs what he likes on its workers, and here.
-    quiet : bool
-        Silence the warnings of the processes, too.
-
-    Raises
-    ------
-    InputError
-        If the scheduler cannot be reached, or has no worker; TLS that is incomplete or belongs to none.
+    own files lie in a temporary folder.  Without TLS, whoever reaches the scheduler's port runs what he likes on its
+    workers, and here.  InputError if the scheduler cannot be reached or has no worker; TLS that cannot be.
     """
     security = _security(scheduler, tls)
     import dask
-    from distributed import Client, LocalCluster
+    from distributed import Client, LocalCluster, WorkerPlugin
+
+    class LeaveInterrupts(WorkerPlugin):
+        """Interrupts from the terminal are for the parent, which ends the workers in good order."""
+
+        def setup(self, worker: Any) -> None:
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
 
     with ExitStack() as stack:
         folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="scruton-", ignore_cleanup_errors=True))
@@ -90,19 +81,8 @@ def connected(scheduler: str | None, jobs: int, *, tls: TlsFiles = NO_TLS, quiet
             )
         )  # fmt: skip
         client = stack.enter_context(Client(cluster))
-        client.register_plugin(_leave_interrupts())
+        client.register_plugin(LeaveInterrupts())
         yield client
-
-
-def _leave_interrupts() -> Any:
-    """A plugin of workers: interrupts from the terminal are for the parent, which ends them in good order."""
-    from distributed import WorkerPlugin
-
-    class LeaveInterrupts(WorkerPlugin):
-        def setup(self, worker: Any) -> None:
-            signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-    return LeaveInterrupts()
 
 
 @contextmanager
@@ -161,25 +141,17 @@ def _reach(scheduler: str, security: dict[str, Any]) -> Iterator[Any]:
         try:
             client.wait_for_workers(1, timeout=REACH)
         except TimeoutError:
-            raise InputError(
-                "command line", "--scheduler", f"{scheduler}, a scheduler without workers",
-                f'at least one, started beforehand: "dask worker {scheduler} --nthreads 1"',
-            ) from None  # fmt: skip
+            found = f"{scheduler}, a scheduler without workers"
+            wanted = f'at least one, started beforehand: "dask worker {scheduler} --nthreads 1"'
+            raise InputError("command line", "--scheduler", found, wanted) from None
         yield client
 
 
 def finished(client: Any, work: Callable[[Any], Any], tasks: Sequence[Any]) -> Iterator[tuple[int, Outcome]]:
-    """Do every task; its index and outcome come as soon as it is done.
+    """Do every task by a function that the workers can import; index and outcome come as soon as it is done.
 
     A worker holds one task at a time, so that one that dies takes nothing else with it. Dask gives the task to another
     worker then, and gives it up when that one dies, too.
-
-    Parameters
-    ----------
-    client : distributed.Client
-    work : callable
-        Of one task; a function of a module, that the workers can import.
-    tasks : sequence
     """
     waiting = deque(enumerate(tasks))
     running: dict[str, tuple[int, Any]] = {}
@@ -201,12 +173,11 @@ def finished(client: Any, work: Callable[[Any], Any], tasks: Sequence[Any]) -> I
                 future = ended.get(timeout=POLL)
             except queue.Empty:
                 continue
-            index, _ = running.pop(future.key)
-            yield index, _outcome(future)
+            yield running.pop(future.key)[0], _outcome(future)
     finally:
         if running and _workers(client) is not None:
             client.cancel([future for _, future in running.values()])
-    for index in sorted([index for index, _ in running.values()] + [index for index, _ in waiting]):
+    for index, _ in sorted([*running.values(), *waiting], key=itemgetter(0)):
         yield index, Outcome(fault="no worker is left: the scheduler or all of its workers are gone")
 
 

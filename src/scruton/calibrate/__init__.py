@@ -1,8 +1,8 @@
 """Simulation-based calibration and coverage: whether a credible band deserves its name, on data from elsewhere."""
 
+from scruton.calibrate.coverage import CalibrationResult
 from scruton.calibrate.execution import Execution
 from scruton.calibrate.regimes import REGIMES, Regime
-from scruton.calibrate.result import CalibrationResult
 from scruton.calibrate.run import run_calibration
 from scruton.calibrate.tables import calibration_text
 

@@ -1,27 +1,29 @@
-"""One campaign from its truth to its scores: the unit of work, the same wherever it runs."""
+"""One campaign from its truth to its scores: the unit of work, the same wherever it runs.
 
-from dataclasses import asdict, dataclass, replace
+Its records come from the full equation of motion, never from the amplitude equation.
+"""
+
+from dataclasses import asdict, fields, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from scruton.calibrate.quantities import INTERVALS, inside, quantities, score
-from scruton.calibrate.records import simulate_campaign
-from scruton.calibrate.regimes import REGIMES
-from scruton.calibrate.truths import Drawn, draw_normals, from_normals
-from scruton.campaign.schema import Campaign
+from scruton.calibrate.regimes import DEPTH, FREQUENCY, REGIMES, WIDTH, Regime
+from scruton.calibrate.truths import Drawn, draw_normals, from_normals, omega0, stated, wind_speed
+from scruton.campaign.schema import Campaign, Kind, Quantity, Record, Rig, Test
+from scruton.dynamics import Setting
 from scruton.infer.cards import ModelCard
 from scruton.infer.fit import fit_campaign
+from scruton.simulate import Noise, Truth, simulate_record
 
-_NAMES = (
-    "n", "reference_amplitude", "reference_relaxation", "discrepancy_amplitude",
-    "a_star", "relaxation_rate", "damping_ratio", "mass_damping_factor", "Y1", "epsilon",
-)  # fmt: skip
-
-
-def seed_of(seed: int, regime: str, index: int) -> np.random.SeedSequence:
-    """Seed of one campaign: it depends on nothing but the run's seed, the regime's place and the campaign's number."""
-    return np.random.SeedSequence(seed, spawn_key=(list(REGIMES).index(regime), index))
+SAMPLES_PER_CYCLE = 28
+RELAXATIONS = 5.5  # times that a transient is recorded for, within CYCLES
+CYCLES = (15.0, 250.0)
+START = {Kind.GROWTH: (0.1, 0.2), Kind.DECAY: (2.2, 2.5)}  # over the stable amplitude
+RING_DOWN_START = 2.0
+RING_DOWN_RELAXATIONS = 3.0
 
 
 def run_campaign(regime_name: str, index: int, seed: int, base: ModelCard) -> dict[str, Any]:
@@ -36,71 +38,92 @@ def run_campaign(regime_name: str, index: int, seed: int, base: ModelCard) -> di
     """
     regime = REGIMES[regime_name]
     card = regime.card(base)
-    draw, simulate, fit, fresh = seed_of(seed, regime_name, index).spawn(4)
+    # It depends on nothing but the run's seed, the regime's place and the campaign's number.
+    own = np.random.SeedSequence(seed, spawn_key=(list(REGIMES).index(regime_name), index))
+    draw, simulate, fit, fresh = own.spawn(4)
     record: dict[str, Any] = {"regime": regime_name, "index": index}
-    drawn, body, _ = from_normals(draw_normals(np.random.default_rng(draw), regime, card, 1), regime, card)
+    drawn, places, _ = from_normals(draw_normals(np.random.default_rng(draw), regime, card, 1), regime, card)
     try:
-        fitted = fit_quick(simulate_campaign(regime, drawn, body, simulate), card, fit)
+        posterior, facts = _fitted(simulate_campaign(regime, drawn, places, simulate), card, fit, regime.weighs_laws)
     except ValueError as error:  # a record that cannot be used is counted, not hidden
         return record | {"failed": str(error)}
     rng = np.random.default_rng(fresh)
     truths = {name: float(value[0]) for name, value in quantities(drawn, regime, rng.standard_normal(1)).items()}
-    posterior = fitted.averaged if regime.weighs_laws else fitted.reference
     draws = quantities(posterior, regime, rng.standard_normal(posterior.n.size))
     scores = {name: asdict(score(truth, draws[name])) for name, truth in truths.items()}
     if regime.weighs_laws:
         for name, truth in truths.items():
             scores[name]["inside"] = {f"{p:g}": inside(truth, draws[name], p) for p in INTERVALS}
-    return record | {
-        "converged": fitted.converged, "law_flag": fitted.law_flag, "weights": fitted.weights, "scores": scores,
-    }  # fmt: skip
+    return record | facts | {"scores": scores}
 
 
-@dataclass(frozen=True, eq=False)
-class Fitted:
-    """What is scored of a fit.
+def _fitted(
+    campaign: Campaign, card: ModelCard, seed: np.random.SeedSequence, averaged: bool
+) -> tuple[Drawn, dict[str, Any]]:
+    """Fit with the shortest run that passes the verdict on convergence.
 
-    Attributes
-    ----------
-    reference : Drawn
-        Draws under the card's first law.
-    averaged : Drawn
-        Draws of the laws in proportion to their weights.
-    converged : bool
-    law_flag : bool or None
-        Whether the fit says that the data speak against the first law.
-    weights : tuple of float
-        Of the laws.
+    Draws of the laws in proportion to their weights, or under the card's first law; and whether the fit converged,
+    whether it says that the data speak against the first law (perhaps None), and the weights of the laws.
     """
-
-    reference: Drawn
-    averaged: Drawn
-    converged: bool
-    law_flag: bool | None
-    weights: tuple[float, ...]
-
-
-def fit_quick(campaign: Campaign, card: ModelCard, seed: np.random.SeedSequence) -> Fitted:
-    """Fit with the shortest run that passes the verdict on convergence."""
     chain, choice = seed.spawn(2)
     sampler = replace(card.sampler, ensembles=2, walkers=max(card.sampler.walkers // 2, 64))
     fit = fit_campaign(campaign, replace(card, sampler=sampler), seed=int(chain.generate_state(1)[0]), thorough=False)
-    group = fit.tree["campaign_posterior"]
-    weight = fit.tree["laws"]["weight"]
+    group, weight = fit.tree["campaign_posterior"], fit.tree["laws"]["weight"]
     # (law, draw[, test]); laws of no weight need not have draws
-    stacked = {name: group[name].to_numpy() for name in _NAMES}
+    stacked = {one.name: group[one.name].to_numpy() for one in fields(Drawn) if one.name in group}
     values = {name: value.reshape(len(value), -1, *value.shape[3:]) for name, value in stacked.items()}
     size = values["n"].shape[1]
     share = np.nan_to_num(weight.sel(law=group["law"].to_numpy()).to_numpy().astype(np.float64))
     law = np.random.default_rng(choice).choice(share.size, size=size, p=share / share.sum())
+    chosen: Any = (law, np.arange(size)) if averaged else 0
     reference = float(group.attrs["reference_scruton_number"])
-    return Fitted(
-        Drawn(reference_scruton_number=reference, **{name: value[0] for name, value in values.items()}),
-        Drawn(
-            reference_scruton_number=reference,
-            **{name: value[law, np.arange(size)] for name, value in values.items()},
-        ),
-        fit.converged,
-        fit.summary.get("laws", {}).get("flag"),
-        tuple(weight.to_numpy().astype(np.float64).tolist()),
-    )
+    posterior = Drawn(reference_scruton_number=reference, **{name: value[chosen] for name, value in values.items()})
+    weights = tuple(weight.to_numpy().astype(np.float64).tolist())
+    flag = fit.summary.get("laws", {}).get("flag")
+    return posterior, {"converged": fit.converged, "law_flag": flag, "weights": weights}
+
+
+def cycles_recorded(rate: float, natural: float, relaxations: float = RELAXATIONS) -> float:
+    """Length in cycles of a record of something that relaxes at `rate` [1/s]."""
+    return float(np.clip(relaxations * natural / (2.0 * np.pi * rate), *CYCLES))
+
+
+def simulate_campaign(regime: Regime, drawn: Drawn, places: Setting, seed: np.random.SeedSequence) -> Campaign:
+    """Simulate all records of one campaign, of which `drawn` and `places` hold one draw.
+
+    Mass, density and damping of the campaign are as the laboratory states them.
+    """
+    rigs, tests = [], []
+    frequency, natural, kinds = FREQUENCY[regime.motion], omega0(regime.motion), regime.kinds
+    for j, child in enumerate(seed.spawn(len(regime.scruton_numbers))):
+        a_star, rate, xi = (float(one[0, j]) for one in (drawn.a_star, drawn.relaxation_rate, drawn.damping_ratio))
+        mass, density = (float(np.asarray(one)[0, j]) for one in (places.mass, places.air_density))
+        still = Truth(regime.motion, WIDTH, DEPTH, mass, frequency, xi)
+        wind = replace(
+            still, air_density=density, wind_speed=wind_speed(regime.motion), Y1=float(drawn.Y1[0, j]),
+            epsilon=float(drawn.epsilon[0, j]), force="ehsan-scanlan" if regime.n == 2.0 else "paper",
+        )  # fmt: skip
+        choices, *children = child.spawn(1 + len(kinds) + regime.ring_downs)
+        rng = np.random.default_rng(choices)
+        plans = [(wind, kind, rng.uniform(*START[kind]), rate, RELAXATIONS) for kind in kinds]
+        ring_down = (still, Kind.FREE_DECAY, RING_DOWN_START, natural * xi, RING_DOWN_RELAXATIONS)
+        records = []
+        for number, (truth, kind, start, relaxes, times) in enumerate([*plans, *[ring_down] * regime.ring_downs], 1):
+            time, response = simulate_record(
+                truth, initial_amplitude=start * a_star,
+                duration=cycles_recorded(relaxes, natural, times) / frequency,
+                sample_rate=SAMPLES_PER_CYCLE * frequency, seed=children[number - 1],
+                noise=Noise(regime.turbulence, sensor_noise=regime.sensor_noise * a_star),
+            )  # fmt: skip
+            name = f"{kind.value}-{j + 1}-{number}"
+            records.append(Record(name, Path(f"{name}.csv"), kind, time, response))
+        errors = (regime.mass_sd, regime.density_sd, regime.damping_sd)
+        means = (float(one[j]) for one in stated(regime))
+        said = [Quantity(mean, sd * mean if sd else None) for mean, sd in zip(means, errors, strict=True)]
+        rigs.append(Rig(f"rig {j + 1}", Quantity(frequency), said[0], said[2], tuple(records[len(kinds) :])))
+        speed = Quantity(wind_speed(regime.motion))
+        tests.append(
+            Test(f"test {j + 1}", f"rig {j + 1}", said[1], speed, peak=True, records=tuple(records[: len(kinds)]))
+        )
+    path, source = Path(f"{regime.name}.toml"), "simulated from the full equation of motion"
+    return Campaign(path, regime.title, source, regime.section, tuple(rigs), tuple(tests))

@@ -1,13 +1,16 @@
-"""The arithmetic of calibration: coverage of central intervals, pooled coverage, uniformity of the ranks."""
+"""What a calibration shows: coverage of central intervals, one by one and pooled, uniform ranks, checks of the law."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.calibrate.identifiability import Identifiability
 from scruton.calibrate.quantities import INTERVALS, kind_of
+from scruton.calibrate.regimes import Regime
 from scruton.calibrate.thresholds import LIMIT, LIMIT_P
 
 EVERYTHING = "all"
@@ -174,3 +177,73 @@ def law_check(regime: str, records: Sequence[Mapping[str, Any]], probability: st
     inside = {name: [one[name]["inside"][probability] for one in scores] for name in (scores[0] if scores else ())}
     coverage = {name: float(np.mean(hits)) for name, hits in inside.items()}
     return LawCheck(regime, len(records), float(np.mean(flags)) if flags else float("nan"), tuple(weights), coverage)
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationResult:
+    """What a calibration shows.
+
+    Attributes
+    ----------
+    folder : Path
+    settings : mapping
+        Seed, model card, versions.
+    regimes : tuple of Regime
+    scores : mapping
+        Regime to quantity to the fields of `scruton.calibrate.quantities.Score`, (campaigns,) each, in their order.
+    cells, pooled, uniformity, identifiability, laws
+        See `Cell`, `Pooled`, `Uniformity`, `Identifiability` and `LawCheck`.
+    failed : mapping
+        Regime to the reasons of campaigns that could not be fitted.
+    unconverged : mapping
+        Regime to the number of campaigns whose sampling did not converge; they count in all tables.
+    """
+
+    folder: Path
+    settings: Mapping[str, Any]
+    regimes: tuple[Regime, ...]
+    scores: Mapping[str, Mapping[str, Mapping[str, FloatArray]]]
+    cells: tuple[Cell, ...]
+    pooled: tuple[Pooled, ...]
+    uniformity: tuple[Uniformity, ...]
+    identifiability: tuple[Identifiability, ...]
+    laws: tuple[LawCheck, ...]
+    failed: Mapping[str, tuple[str, ...]]
+    unconverged: Mapping[str, int]
+
+    @property
+    def ranks(self) -> Ranks:
+        """Ranks of the truths."""
+        return {name: {one: fields["rank"] for one, fields in table.items()} for name, table in self.scores.items()}
+
+    @property
+    def calibrated(self) -> bool:
+        """Whether no cell and no set of ranks lies beyond four standard errors, and no campaign failed."""
+        beyond = [*(cell.beyond for cell in self.cells), *(ranks.beyond for ranks in self.uniformity)]
+        return not any(beyond) and not any(self.failed.values())
+
+
+def summarise(
+    folder: Path,
+    settings: Mapping[str, Any],
+    regimes: tuple[Regime, ...],
+    records: Mapping[str, Sequence[Mapping[str, Any]]],
+    design: tuple[Identifiability, ...],
+) -> CalibrationResult:
+    """Turn the campaigns' records into coverage, ranks and law checks."""
+    good = {name: [record for record in mine if "failed" not in record] for name, mine in records.items()}
+    scores = {}
+    for name in (regime.name for regime in regimes if not regime.weighs_laws):
+        mine = [record["scores"] for record in good[name]]
+        scores[name] = {
+            quantity: {key: np.array([one[quantity][key] for one in mine]) for key in first}
+            for quantity, first in (mine[0] if mine else {}).items()
+        }
+    failed = {name: tuple(str(one["failed"]) for one in mine if "failed" in one) for name, mine in records.items()}
+    unconverged = {name: sum(not record["converged"] for record in mine) for name, mine in good.items()}
+    laws = tuple(law_check(regime.name, good[regime.name]) for regime in regimes if regime.weighs_laws)
+    bare = CalibrationResult(folder, settings, regimes, scores, (), (), (), design, laws, failed, unconverged)
+    ranks, left_out = bare.ranks, {(row.regime, row.quantity) for row in design if row.left_out}
+    return replace(
+        bare, cells=cells(ranks, left_out), pooled=pooled(ranks, left_out), uniformity=uniformity(ranks, left_out)
+    )

@@ -18,15 +18,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.calibrate import campaigns
 from scruton.calibrate.quantities import quantities
-from scruton.calibrate.records import (
-    RELAXATIONS,
-    RING_DOWN_RELAXATIONS,
-    RING_DOWN_START,
-    SAMPLES_PER_CYCLE,
-    START,
-    cycles_recorded,
-)  # fmt: skip
 from scruton.calibrate.regimes import FREQUENCY, Regime
 from scruton.calibrate.thresholds import UNINFORMED
 from scruton.calibrate.truths import draw_normals, from_normals, omega0
@@ -134,7 +127,7 @@ def transient_information(regime: Regime, card: ModelCard, a_star: float, rate: 
     The nuisances are the scatter, the factor on the noise, and every record's initial amplitude.
     """
     scatter, factor = (card.prior(name, regime.motion) for name in ("amplitude_scatter", "noise_factor"))
-    times, noise = _times(regime, rate, RELAXATIONS), _noise(regime, a_star)
+    times, noise = _record(regime, a_star, rate, campaigns.RELAXATIONS)
 
     def moments(a_star: float, rate: float, scatter: float, factor: float, start: float) -> Moments:
         return _moments(times, start, a_star, rate, scatter * a_star, noise * factor)
@@ -142,7 +135,7 @@ def transient_information(regime: Regime, card: ModelCard, a_star: float, rate: 
     values = {"a_star": a_star, "rate": rate, "scatter": regime.turbulence or np.exp(scatter.location), "factor": 1.0}
     total = np.diag([0.0, 0.0, scatter.scale**-2.0, factor.scale**-2.0])
     for kind in regime.kinds:
-        start = float(np.mean(START[kind])) * a_star
+        start = float(np.mean(campaigns.START[kind])) * a_star
         total += _marginal(information(moments, values | {"start": start}), len(values))
     return _marginal(total, 2)
 
@@ -150,8 +143,8 @@ def transient_information(regime: Regime, card: ModelCard, a_star: float, rate: 
 def ring_down_information(regime: Regime, card: ModelCard, a_star: float, rate: float) -> float:
     """Information of one rig's ring-downs about ln xi, the nuisances integrated out."""
     scatter, factor = (card.prior(name, regime.motion) for name in ("still_air_scatter", "noise_factor"))
-    times, noise = _times(regime, rate, RING_DOWN_RELAXATIONS), _noise(regime, a_star)
-    first = RING_DOWN_START * a_star  # what the scatter is a share of
+    times, noise = _record(regime, a_star, rate, campaigns.RING_DOWN_RELAXATIONS)
+    first = campaigns.RING_DOWN_START * a_star  # what the scatter is a share of
 
     def moments(rate: float, scatter: float, factor: float, start: float) -> Moments:
         return _moments(times, start, 0.0, rate, scatter * first, noise * factor)
@@ -162,19 +155,9 @@ def ring_down_information(regime: Regime, card: ModelCard, a_star: float, rate: 
 
 
 def information(moments: Callable[..., Moments], values: Mapping[str, float]) -> FloatArray:
-    """Expected information about the logarithms of positive parameters of one normal vector.
+    """Expected information about the logarithms of the d positive parameters of one normal vector, (d, d).
 
-    Parameters
-    ----------
-    moments : callable
-        From the parameters, by name, to mean and covariance.
-    values : mapping
-        Of the d parameters.
-
-    Returns
-    -------
-    (d, d) array
-        In the order of the values.
+    `moments` gives mean and covariance from the parameters by name; rows are in the order of the values.
     """
     inverse = np.linalg.inv(moments(**values)[1])
     slopes, bends = [], []
@@ -195,14 +178,11 @@ def _moments(t: FloatArray, start: float, a_star: float, rate: float, spread: fl
     return mean, covariance + noise**2 * np.eye(t.size)
 
 
-def _times(regime: Regime, rate: float, relaxations: float) -> FloatArray:
-    cycles = int(cycles_recorded(rate, omega0(regime.motion), relaxations))
-    return np.asarray((np.arange(cycles) + 0.5) / FREQUENCY[regime.motion], dtype=np.float64)
-
-
-def _noise(regime: Regime, a_star: float) -> float:
-    """Standard error of one cycle's amplitude."""
-    return regime.sensor_noise * a_star * float(np.sqrt(2.0 / SAMPLES_PER_CYCLE))
+def _record(regime: Regime, a_star: float, rate: float, relaxations: float) -> tuple[FloatArray, float]:
+    """Times of the cycles [s] of a record, and the standard error of one cycle's amplitude."""
+    cycles = int(campaigns.cycles_recorded(rate, omega0(regime.motion), relaxations))
+    noise = regime.sensor_noise * a_star * float(np.sqrt(2.0 / campaigns.SAMPLES_PER_CYCLE))
+    return np.asarray((np.arange(cycles) + 0.5) / FREQUENCY[regime.motion], dtype=np.float64), noise
 
 
 def _marginal(full: FloatArray, keep: int) -> FloatArray:

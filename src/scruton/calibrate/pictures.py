@@ -8,15 +8,13 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.calibrate.coverage import Cell
+from scruton.calibrate.coverage import CalibrationResult, Cell
 from scruton.calibrate.quantities import INTERVALS, kind_of
-from scruton.calibrate.result import CalibrationResult
 from scruton.calibrate.thresholds import LIMIT
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
 
 BLUE, RED, GREY, LIGHT = "#0072B2", "#D55E00", "#6E6E6E", "#E4E4E4"  # Okabe and Ito
 _LOOKS = (("#56B4E9", "o"), (BLUE, "s"), (RED, "^"))  # of the three intervals
@@ -29,17 +27,15 @@ def draw(result: CalibrationResult, folder: Path) -> list[Path]:
     """Write the coverage picture and the rank pictures, one of all regimes together and one of each."""
     if not result.cells:
         return []
-    paths = [save(coverage_picture(result), folder / "coverage.png")]
+    pictures = {"coverage": coverage_picture(result)}
+    tables = {regime: table for regime, table in result.ranks.items() if table}
     # By kind of quantity, of the first test where there are several: one of each kind a campaign.
-    tables = [table for table in result.ranks.values() if table]
-    firsts = [{kind_of(name): rank for name, rank in reversed(list(table.items()))} for table in tables]
-    kinds = dict.fromkeys(map(kind_of, tables[0]))
+    firsts = [{kind_of(name): rank for name, rank in reversed(list(table.items()))} for table in tables.values()]
+    kinds = dict.fromkeys(kind_of(name) for name in next(iter(tables.values())))
     together = {kind: np.concatenate([ranks[kind] for ranks in firsts]) for kind in kinds}
-    paths.append(save(rank_picture(together, "all regimes, first test of each campaign"), folder / "ranks.png"))
-    for regime, table in result.ranks.items():
-        if table:
-            paths.append(save(rank_picture(table, regime), folder / f"ranks-{regime}.png"))
-    return paths
+    pictures["ranks"] = rank_picture(together, "all regimes, first test of each campaign")
+    pictures |= {f"ranks-{regime}": rank_picture(table, regime) for regime, table in tables.items()}
+    return [save(figure, folder / f"{name}.png") for name, figure in pictures.items()]
 
 
 def coverage_picture(result: CalibrationResult) -> "Figure":
@@ -51,11 +47,11 @@ def coverage_picture(result: CalibrationResult) -> "Figure":
     rows = -(-len(kinds) // _COLUMNS)
     figure = Figure(figsize=(WIDTH * 1.35, rows * (0.9 + 0.26 * len(regimes)) + 0.6), layout="constrained")
     panels = figure.subplots(rows, min(_COLUMNS, len(kinds)), sharex=True, sharey=True, squeeze=False)
+    for axes in panels.flat[len(kinds) :]:
+        axes.set_visible(False)
     for axes, kind in zip(panels.flat, kinds, strict=False):
         _coverage_panel(axes, [cell for cell in result.cells if kind_of(cell.quantity) == kind], regimes)
         axes.set_title(kind, fontsize=8, loc="left")
-    for axes in panels.flat[len(kinds) :]:
-        axes.set_visible(False)
     first = panels[0, 0]
     first.set_yticks(range(len(regimes)), regimes)
     first.set_ylim(len(regimes) - 0.4, -0.6)
@@ -69,14 +65,11 @@ def _coverage_panel(axes: "Axes", cells: list[Cell], regimes: list[str]) -> None
     axes.axvline(0.0, color=GREY, lw=0.8)
     for i, (p, (colour, marker)) in enumerate(zip(INTERVALS, _LOOKS, strict=True)):
         mine = [cell for cell in cells if cell.interval == p]
-        offset = 0.26 * (i - 1)
-        for row, regime in enumerate(regimes):
-            here = [cell for cell in mine if cell.regime == regime]
-            if here:
-                reach = 100.0 * LIMIT * here[0].standard_error
-                axes.barh(row + offset, 2 * reach, 0.22, left=-reach, color=colour, alpha=0.18, lw=0)
+        y = [regimes.index(cell.regime) + 0.26 * (i - 1) for cell in mine]
+        for row, cell in dict(zip(y, mine, strict=True)).items():  # every cell of a regime has as many campaigns
+            reach = 100.0 * LIMIT * cell.standard_error
+            axes.barh(row, 2 * reach, 0.22, left=-reach, color=colour, alpha=0.18, lw=0)
         x = [100.0 * (cell.coverage - p) for cell in mine]
-        y = [regimes.index(cell.regime) + offset for cell in mine]
         faces = ["white" if cell.left_out else colour for cell in mine]
         edges = ["black" if cell.beyond else colour for cell in mine]
         axes.scatter(x, y, s=14, marker=marker, c=faces, edgecolors=edges, lw=0.8, zorder=3, label=f"{100 * p:.0f} %")
@@ -85,20 +78,12 @@ def _coverage_panel(axes: "Axes", cells: list[Cell], regimes: list[str]) -> None
 
 
 def rank_picture(ranks: Mapping[str, FloatArray], title: str) -> "Figure":
-    """Draw the difference between the ranks' distribution function and the uniform one, by arviz's SBC plot.
-
-    Parameters
-    ----------
-    ranks : mapping
-        By quantity, (campaigns,) each.
-    title : str
-    """
+    """Draw the distribution function of the ranks of each quantity, (campaigns,), less uniform, by arviz's SBC plot."""
     import arviz as az
     import matplotlib.pyplot as plt
 
-    rows = -(-len(ranks) // _COLUMNS)
     tree = az.from_dict({"prior_sbc": {name: rank[None, :] for name, rank in ranks.items()}})
-    size = (WIDTH * 1.35, 1.55 * rows + 0.6)
+    size = (WIDTH * 1.35, 1.55 * -(-len(ranks) // _COLUMNS) + 0.6)
     with warnings.catch_warnings(), plt.rc_context({"font.size": 7, "axes.titlesize": 8}):
         warnings.simplefilter("ignore")
         plot = az.plot_ecdf_pit(
@@ -123,8 +108,7 @@ def dress(axes: "Axes", grid: Literal["both", "x"] = "both") -> None:
     axes.tick_params(labelsize=7)
     axes.grid(axis=grid, color=LIGHT, lw=0.5)
     axes.set_axisbelow(True)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
+    axes.spines[["top", "right"]].set_visible(False)
 
 
 def save(figure: "Figure", path: Path) -> Path:

@@ -7,27 +7,47 @@ from typing import Any
 
 import numpy as np
 
-from scruton.calibrate.coverage import EVERYTHING, LawCheck
+from scruton.calibrate.coverage import EVERYTHING, CalibrationResult, LawCheck
 from scruton.calibrate.identifiability import Identifiability
 from scruton.calibrate.pictures import draw
 from scruton.calibrate.quantities import INTERVALS, kind_of
-from scruton.calibrate.regimes import Regime
-from scruton.calibrate.result import CalibrationResult
 from scruton.calibrate.thresholds import LIMIT
 from scruton.cells import aligned, csv_text
 from scruton.documents import as_json, write_text
 from scruton.provenance import provenance
 
+_PLAIN = ("ring_downs", "turbulence", "sensor_noise", "damping_sd", "mass_sd", "density_sd")
+
 
 def write_tables(result: CalibrationResult, folder: Path) -> None:
     """Write every table and picture of a calibration into a folder."""
+
+    def measured(row: Identifiability) -> float:
+        """Median posterior sd over the campaigns, beside what was expected."""
+        found = result.scores.get(row.regime, {}).get(row.quantity)
+        return float("nan") if found is None else float(np.median(found["posterior_sd"]))
+
     tables: dict[str, list[dict[str, Any]]] = {
-        "regimes": [_regime(regime) for regime in result.regimes],
+        # The truths of scatter and noise factor are a regime's own, not the prior's.
+        "regimes": [
+            {
+                "regime": regime.name,
+                "title": regime.title,
+                "motion": regime.motion.value,
+                "scruton_numbers": list(regime.scruton_numbers),
+                "records": [kind.value for kind in regime.kinds],
+                **{name: getattr(regime, name) for name in _PLAIN},
+                "true_law": regime.n,
+                "fitted_laws": list(regime.laws),
+                "card_overrides": {name: list(value) for name, value in regime.overrides.items()},
+            }
+            for regime in result.regimes
+        ],
         "coverage": [asdict(cell) | {"z": cell.z, "beyond": cell.beyond} for cell in result.cells],
         "pooled": [asdict(row) | {"points": row.points} for row in result.pooled],
         "ranks": [asdict(row) | {"beyond": row.beyond} for row in result.uniformity],
         "identifiability": [
-            asdict(row) | {"ratio": row.ratio, "measured_sd": _measured(result, row), "left_out": row.left_out}
+            asdict(row) | {"ratio": row.ratio, "measured_sd": measured(row), "left_out": row.left_out}
             for row in result.identifiability
         ],
         "laws": [asdict(check) for check in result.laws],
@@ -123,25 +143,3 @@ def _verdict(result: CalibrationResult) -> str:
         if count
     ]
     return "\n".join(lines)
-
-
-def _measured(result: CalibrationResult, row: Identifiability) -> float:
-    """Median posterior sd over the campaigns, beside what was expected."""
-    fields = result.scores.get(row.regime, {}).get(row.quantity)
-    return float("nan") if fields is None else float(np.median(fields["posterior_sd"]))
-
-
-def _regime(regime: Regime) -> dict[str, Any]:
-    """What a regime is, for the tables; the truths of scatter and noise factor are its own, not the prior's."""
-    names = ("ring_downs", "turbulence", "sensor_noise", "damping_sd", "mass_sd", "density_sd")
-    return {
-        "regime": regime.name,
-        "title": regime.title,
-        "motion": regime.motion.value,
-        "scruton_numbers": list(regime.scruton_numbers),
-        "records": [kind.value for kind in regime.kinds],
-        **{name: getattr(regime, name) for name in names},
-        "true_law": regime.n,
-        "fitted_laws": list(regime.laws),
-        "card_overrides": {name: list(value) for name, value in regime.overrides.items()},
-    }

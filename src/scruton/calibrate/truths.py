@@ -15,9 +15,9 @@ from scipy.special import ndtr
 from scruton.arrays import FloatArray
 from scruton.calibrate.regimes import AIR_DENSITY, DEPTH, FREQUENCY, MASS, REDUCED_VELOCITY, WIDTH, Regime
 from scruton.campaign.schema import Motion, Quantity
-from scruton.dynamics import Setting, amplitude_ratio, force_parameters
+from scruton.dynamics import Setting, amplitude_ratio, ehsan_scanlan_parameters, force_parameters
 from scruton.infer.cards import ModelCard
-from scruton.stats import Coordinates, Prior
+from scruton.stats import Coordinates
 
 # Normals of the curve, and of every test.
 SHARED = Coordinates(
@@ -29,40 +29,19 @@ _TRIES = 1000
 
 @dataclass(frozen=True, eq=False)
 class Drawn:
-    """Draws of the campaign model, of the prior or of a posterior.
+    """Draws of the campaign model, of the prior or of a posterior: (S,) arrays of the curve, (S, J) of the tests."""
 
-    Attributes
-    ----------
-    n : (S,) array
-        Law of every draw.
-    reference_scruton_number : float
-    reference_amplitude, reference_relaxation : (S,) arrays
-        A_ref [A/D or rad] and R_ref, the Scruton number that belongs to the relaxation rate there.
-    discrepancy_amplitude : (S,) array
-        tau.
-    a_star, relaxation_rate, damping_ratio, mass_damping_factor, Y1, epsilon : (S, J) arrays
-        A/D or rad, 1/s, and without unit; Y1 and epsilon are NaN unless n = -1.
-    """
-
-    n: FloatArray
+    n: FloatArray  # law of every draw
     reference_scruton_number: float
-    reference_amplitude: FloatArray
-    reference_relaxation: FloatArray
-    discrepancy_amplitude: FloatArray
-    a_star: FloatArray
-    relaxation_rate: FloatArray
+    reference_amplitude: FloatArray  # A_ref [A/D or rad]
+    reference_relaxation: FloatArray  # R_ref, the Scruton number that belongs to the relaxation rate there
+    discrepancy_amplitude: FloatArray  # tau
+    a_star: FloatArray  # A/D or rad
+    relaxation_rate: FloatArray  # 1/s
     damping_ratio: FloatArray
     mass_damping_factor: FloatArray
-    Y1: FloatArray
+    Y1: FloatArray  # of a posterior, NaN unless n = -1
     epsilon: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
-class Body:
-    """Mass [kg/m or kg m^2/m] and air density [kg/m^3] of every test, (S, J) each, true or as stated."""
-
-    mass: FloatArray
-    air_density: FloatArray
 
 
 def omega0(motion: Motion) -> float:
@@ -75,21 +54,20 @@ def wind_speed(motion: Motion) -> float:
     return REDUCED_VELOCITY * FREQUENCY[motion] * DEPTH
 
 
-def setting(motion: Motion, body: Body, damping_ratio: FloatArray) -> Setting:
+def setting(motion: Motion, mass: FloatArray, air_density: FloatArray, damping_ratio: FloatArray) -> Setting:
     """Settings of all tests; the force has no stiffness, so that the frequency in the wind is that in still air."""
     return Setting(
-        motion=motion, width=WIDTH, depth=DEPTH, mass=body.mass, air_density=body.air_density,
-        wind_speed=wind_speed(motion), frequency=FREQUENCY[motion], wind_frequency=FREQUENCY[motion],
-        damping_ratio=damping_ratio,
+        motion=motion, width=WIDTH, depth=DEPTH, mass=mass, air_density=air_density, wind_speed=wind_speed(motion),
+        frequency=FREQUENCY[motion], wind_frequency=FREQUENCY[motion], damping_ratio=damping_ratio,
     )  # fmt: skip
 
 
-def stated(regime: Regime) -> tuple[Body, FloatArray]:
-    """Mass and density as stated, and the damping ratios that give the regime's Scruton numbers, (J,)."""
+def stated(regime: Regime) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Mass, density as stated, and the damping ratios that give the regime's Scruton numbers, (J,) each."""
     tests = len(regime.scruton_numbers)
-    body = Body(np.full(tests, MASS[regime.motion]), np.full(tests, AIR_DENSITY))
-    factor = setting(regime.motion, body, np.zeros(tests)).mass_damping_factor
-    return body, np.asarray(regime.scruton_numbers) / factor
+    mass, density = np.full(tests, MASS[regime.motion]), np.full(tests, AIR_DENSITY)
+    factor = setting(regime.motion, mass, density, np.zeros(tests)).mass_damping_factor
+    return mass, density, np.asarray(regime.scruton_numbers) / factor
 
 
 def scattered(relative_sd: float, z: FloatArray) -> FloatArray:
@@ -98,47 +76,34 @@ def scattered(relative_sd: float, z: FloatArray) -> FloatArray:
     return np.asarray(stated.median * np.exp(stated.log_sd * z))
 
 
-def dimension(regime: Regime) -> int:
-    """Number of standard normals that make one truth."""
-    return SHARED.size + OWN.size * len(regime.scruton_numbers)
-
-
-def from_normals(z: FloatArray, regime: Regime, card: ModelCard) -> tuple[Drawn, Body, np.ndarray]:
-    """Campaigns that standard normals stand for.
-
-    Parameters
-    ----------
-    z : (S, d) array
-        See `dimension`.
-    regime : Regime
-    card : ModelCard
-        Of the regime; see `Regime.card`.
+def from_normals(z: FloatArray, regime: Regime, card: ModelCard) -> tuple[Drawn, Setting, np.ndarray]:
+    """Campaigns that standard normals (S, d) stand for; see `draw_normals`.
 
     Returns
     -------
     drawn : Drawn
-    body : Body
-        True mass and density.
+    places : Setting
+        As they truly are, (S, J) each.
     possible : (S,) array of bool
         Whether every test has a stable amplitude, for n < 0 at zero damping too; what is not is drawn again.
     """
     tests, n = len(regime.scruton_numbers), regime.n
-    amplitude, ratio, tau, kappa = (
-        _value(card.prior(name, regime.motion), z[:, column]) for name, column in SHARED.items()
-    )
+    shared = []
+    for name, column in SHARED.items():
+        prior, normal = card.prior(name, regime.motion), z[:, column]
+        uniform = prior.family.endswith("uniform")
+        off = np.sqrt(3.0) * prior.scale * (2.0 * ndtr(normal) - 1.0) if uniform else prior.scale * normal
+        shared.append(prior.from_sampled(prior.location + off))
+    amplitude, ratio, tau, kappa = shared
     own = OWN.of(z[:, SHARED.stop :].reshape(len(z), tests, OWN.size))
-    body, damping = stated(regime)
-    factor = setting(regime.motion, body, damping).mass_damping_factor
+    said = stated(regime)
+    factor = setting(regime.motion, *said).mass_damping_factor
     reference = float(np.exp(np.log(regime.scruton_numbers).mean()))
     relaxation = ratio * float(np.exp(np.log(factor).mean()))
     at_zero = relaxation + n * reference
-
-    true = Body(
-        body.mass * scattered(regime.mass_sd, own["mass"]),
-        body.air_density * scattered(regime.density_sd, own["density"]),
-    )
-    xi = damping * scattered(regime.damping_sd, own["damping"])
-    places = setting(regime.motion, true, xi)
+    errors = (("mass", regime.mass_sd), ("density", regime.density_sd), ("damping", regime.damping_sd))
+    mass, density, xi = (one * scattered(sd, own[name]) for one, (name, sd) in zip(said, errors, strict=True))
+    places = setting(regime.motion, mass, density, xi)
     sc = places.scruton_number
     with np.errstate(all="ignore"):
         curve = amplitude[:, None] * amplitude_ratio((sc - reference) / relaxation[:, None], n)
@@ -148,27 +113,20 @@ def from_normals(z: FloatArray, regime: Regime, card: ModelCard) -> tuple[Drawn,
         possible = np.isfinite(a_star) & (a_star > 0.0) & (rate > 0.0)
         if n < 0.0:
             possible &= at_zero[:, None] > 0.0
-        forces = force_parameters(a_star, rate, places) if n == -1.0 else np.full((2, *sc.shape), np.nan)
+        forces = (ehsan_scanlan_parameters if n == 2.0 else force_parameters)(a_star, rate, places)
     drawn = Drawn(
         np.full(len(z), n), reference, amplitude, relaxation, tau, a_star, rate, xi, places.mass_damping_factor, *forces
     )
-    return drawn, true, possible.all(axis=1)
+    return drawn, places, possible.all(axis=1)
 
 
 def draw_normals(rng: np.random.Generator, regime: Regime, card: ModelCard, size: int) -> FloatArray:
     """Draw standard normals whose campaigns are possible, (size, d); those that are not are drawn again whole."""
+    dimension = SHARED.size + OWN.size * len(regime.scruton_numbers)
     kept: list[FloatArray] = []
     for _ in range(_TRIES):
-        z = rng.standard_normal((2 * size + 8, dimension(regime)))
+        z = rng.standard_normal((2 * size + 8, dimension))
         kept.append(z[from_normals(z, regime, card)[2]])
         if sum(map(len, kept)) >= size:
             return np.concatenate(kept)[:size]
     raise ValueError(f"regime {regime.name}: its priors allow hardly any campaign with a stable amplitude")
-
-
-def _value(prior: Prior, z: FloatArray) -> FloatArray:
-    """Prior quantile of a standard normal."""
-    if prior.family.endswith("uniform"):
-        half = np.sqrt(3.0) * prior.scale
-        return prior.from_sampled(prior.location + half * (2.0 * ndtr(z) - 1.0))
-    return prior.from_sampled(prior.location + prior.scale * z)

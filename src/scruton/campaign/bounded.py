@@ -2,11 +2,11 @@
 
 import os
 import stat
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from scruton.errors import InputError
-
-MISSING = "no such file"
 
 _KINDS = (
     (stat.S_ISDIR, "a folder"), (stat.S_ISFIFO, "a pipe"), (stat.S_ISSOCK, "a socket"),
@@ -14,21 +14,10 @@ _KINDS = (
 )  # fmt: skip
 
 
-def read_bytes(path: Path, largest: int, wanted: str = "a file that is there") -> bytes:
-    """Read a regular file of at most `largest` bytes.
+def read_bytes(path: Path, largest: int, wanted: str | Callable[[Path], str] = "a file that is there") -> bytes:
+    """Read a regular file of at most `largest` bytes; `wanted` is what an error says where there is no such file.
 
-    Parameters
-    ----------
-    path : Path
-    largest : int
-        Bytes.
-    wanted : str
-        What an error says where there is no such file.
-
-    Raises
-    ------
-    InputError
-        No such file; a folder, pipe, socket or device; a file that is too large, or not to be opened.
+    InputError, too, for a folder, pipe, socket or device; for a file that is too large, or not to be opened.
     """
     try:
         with open(path, "rb", opener=_without_waiting) as file:  # Path.open takes no opener
@@ -37,14 +26,17 @@ def read_bytes(path: Path, largest: int, wanted: str = "a file that is there") -
                 raise _no_file(path, status.st_mode)
             data = file.read(status.st_size + 1) if status.st_size <= largest else b""
     except FileNotFoundError:
-        raise InputError(path, "", MISSING, wanted) from None
+        raise InputError(path, "", "no such file", wanted if isinstance(wanted, str) else wanted(path)) from None
     except IsADirectoryError:
         raise InputError(path, "", "a folder", "a file") from None
     except InputError:
         raise
     except (OSError, ValueError) as error:  # ValueError: a path with a null character
-        if _mode(path) is not None and not stat.S_ISREG(_mode(path) or 0):
-            raise _no_file(path, _mode(path) or 0) from None
+        mode = stat.S_IFREG
+        with suppress(OSError, ValueError):
+            mode = path.stat().st_mode
+        if not stat.S_ISREG(mode):
+            raise _no_file(path, mode) from None
         reason = getattr(error, "strerror", None) or error
         raise InputError(path, "", f"a file that cannot be opened ({reason})", "one that can be read") from None
     if status.st_size > largest:
@@ -57,13 +49,6 @@ def read_bytes(path: Path, largest: int, wanted: str = "a file that is there") -
 def _without_waiting(name: str, flags: int) -> int:
     """Open at once, also a pipe that nobody writes to."""
     return os.open(name, flags | getattr(os, "O_NONBLOCK", 0))
-
-
-def _mode(path: Path) -> int | None:
-    try:
-        return path.stat().st_mode
-    except (OSError, ValueError):
-        return None
 
 
 def _no_file(path: Path, mode: int) -> InputError:

@@ -30,47 +30,37 @@ def file_path(table: Table, folder: Path) -> Path:
 
 
 def open_table(table: Table, files: Files) -> tuple[Path, Container]:
-    """Open the file that a table names.
-
-    Raises
-    ------
-    InputError
-        A missing or unreadable file; dialect keys that are wrong or do not go with its type.
-    """
+    """Open the file that a table names (InputError for the file, or for dialect keys that do not go with its type)."""
     path = file_path(table, files.folder)
     wrong, right = (("variables",), "columns") if is_delimited(path) else (TEXT_KEYS, "variables")
     for key in wrong:
         if key in table:
             raise table.error(key, f'a key that does not go with a file of type "{path.suffix}"', f'"{right}", perhaps')
-    return path, files.open(path, _dialect(table))
+    dialect = CsvDialect(**{key: field.read(table, key) for key, field in _DIALECT.items()})
+    if dialect.delimiter == dialect.decimal:
+        raise table.error("delimiter", show(dialect.delimiter), "a sign other than the decimal one")
+    return path, files.open(path, dialect)
 
 
 def chosen_columns(table: Table, path: Path, container: Container, wanted: Mapping[str, bool]) -> dict[str, Column]:
-    """Read the columns that hold the wanted quantities.
+    """Read the columns that hold the wanted quantities, by quantity; InputError where one is unknown or missing.
 
-    Parameters
-    ----------
-    table : Table
-        A record's or a sweep's; its `columns` or `variables` say what is called what.
-    path, container : Path, Container
-        The open file.
-    wanted : mapping of str to bool
-        Quantities, alternatives parted by a bar ("displacement|amplitude"), and whether one must be there.
-
-    Returns
-    -------
-    dict
-        By quantity.  What the table does not state goes by its own name in the file.
-
-    Raises
-    ------
-    InputError
-        Unknown quantities, none or several of one group, columns that are not there.
+    What is `wanted` are quantities, alternatives parted by a bar ("displacement|amplitude"), and whether one must be
+    there.  What the table's `columns` or `variables` do not state goes by its own name in the file.
     """
     known = [quantity for group in wanted for quantity in group.split("|")]
-    key = "columns" if is_delimited(path) else "variables"
+    positions = is_delimited(path)
+    key = "columns" if positions else "variables"
     table.table("units").check_keys(known)
-    stated = _stated(table.table(key), known, positions=is_delimited(path))
+    names_of = table.table(key)
+    stated: dict[str, str | int] = {}
+    names_of.check_keys(known)
+    for quantity, value in names_of.values.items():
+        position = positions and isinstance(value, int) and not isinstance(value, bool)
+        if not position and not (isinstance(value, str) and value):
+            say = "the name of a column, or its position counted from 0" if positions else "the path of a variable"
+            raise names_of.error(quantity, show(value), say)
+        stated[quantity] = value
     there = container.names
     have = {folded(name): name for name in there}
     names: dict[str, str | int] = {}
@@ -83,27 +73,12 @@ def chosen_columns(table: Table, path: Path, container: Container, wanted: Mappi
             if folded(spelling) in have
         }
         if len(matches) > 1:
-            choice = f'{key} = {{ {quantities[0]} = "{matches[quantities[0]]}" }}'
-            raise InputError(
-                path, "", f"both {' and '.join(matches)}", f"one of the two; say which in the table: {choice}"
-            )
+            say = f'one of the two; say which in the table: {key} = {{ {quantities[0]} = "{matches[quantities[0]]}" }}'
+            raise InputError(path, "", f"both {' and '.join(matches)}", say)
         if needed and not matches:
             raise _missing(path, key, quantities, there)
         names |= matches
     return dict(zip(names, read_columns(container, list(names.values())), strict=True))
-
-
-def _stated(table: Table, known: list[str], *, positions: bool) -> dict[str, str | int]:
-    table.check_keys(known)
-    names: dict[str, str | int] = {}
-    for quantity, value in table.values.items():
-        name: object = None if isinstance(value, bool) or value == "" else value
-        if isinstance(name, str) or (positions and isinstance(name, int)):
-            names[quantity] = name
-        else:
-            wanted = "the name of a column, or its position counted from 0" if positions else "the path of a variable"
-            raise table.error(quantity, show(value), wanted)
-    return names
 
 
 def _missing(path: Path, key: str, quantities: list[str], there: Sequence[str]) -> InputError:
@@ -115,27 +90,11 @@ def _missing(path: Path, key: str, quantities: list[str], there: Sequence[str]) 
         )  # fmt: skip
     listed = ", ".join(f'"{name}"' for name in there[:12]) + (", ..." if len(there) > 12 else "")
     example = there[-1] if there else "y"
-    return InputError(
-        path, " or ".join(quantities), f"no such column among {listed or 'none'}",
-        f'one, or its name in the table: {key} = {{ {quantities[0]} = "{example}" }}' + _delimiter_hint(key, there),
-    )  # fmt: skip
-
-
-def _delimiter_hint(key: str, there: Sequence[str]) -> str:
-    """Suggest a delimiter where the whole header was taken for one column."""
-    if key == "columns" and len(there) == 1:
-        for sign, spelling in ((";", ";"), ("\t", "\\t"), (",", ","), ("|", "|"), (" ", " ")):
-            if sign in there[0]:
-                return f'; or the delimiter, delimiter = "{spelling}"'
-    return ""
-
-
-def _dialect(table: Table) -> CsvDialect:
-    """Read how a text file is laid out."""
-    dialect = CsvDialect(**{key: field.read(table, key) for key, field in _DIALECT.items()})
-    if dialect.delimiter == dialect.decimal:
-        raise table.error("delimiter", show(dialect.delimiter), "a sign other than the decimal one")
-    return dialect
+    wanted = f'one, or its name in the table: {key} = {{ {quantities[0]} = "{example}" }}'
+    if key == "columns" and len(there) == 1:  # the whole header was taken for one column
+        sign = next((sign for sign in (";", "\t", ",", "|", " ") if sign in there[0]), "")
+        wanted += f'; or the delimiter, delimiter = "{"\\t" if sign == "\t" else sign}"' if sign else ""
+    return InputError(path, " or ".join(quantities), f"no such column among {listed or 'none'}", wanted)
 
 
 def _encoding(table: Table, key: str) -> str:

@@ -5,40 +5,26 @@ from difflib import get_close_matches
 from hashlib import sha256
 from pathlib import Path
 
-from scruton.campaign.bounded import MISSING, read_bytes, relative_to
+from scruton.campaign.bounded import read_bytes, relative_to
 from scruton.campaign.readers import Container, CsvDialect, open_container
 from scruton.campaign.thresholds import LARGEST_RECORD
-from scruton.errors import InputError
 
 
 @dataclass
 class Files:
-    """Files below (or beside) a campaign's folder.
-
-    Attributes
-    ----------
-    folder : Path
-        What relative paths start from.
-    sha256 : dict
-        Digest of every file that was read, by its path relative to `folder`.
-    """
+    """Files below (or beside) a campaign's folder, which relative paths start from."""
 
     folder: Path
-    sha256: dict[str, str] = field(default_factory=dict)
+    sha256: dict[str, str] = field(default_factory=dict)  # of every file that was read, by its relative path
     _bytes: dict[Path, bytes] = field(default_factory=dict)
     _open: dict[tuple[Path, CsvDialect], Container] = field(default_factory=dict)
 
     def read(self, path: Path, largest: int = LARGEST_RECORD) -> bytes:
         """Read a file of at most `largest` bytes and note its digest (InputError as `read_bytes`)."""
-        if path in self._bytes:
-            return self._bytes[path]
-        try:
-            data = read_bytes(path, largest)
-        except InputError as error:
-            raise InputError(path, "", error.found, self._hint(path)) if error.found == MISSING else error from None
-        self._bytes[path] = data
-        self.sha256[self.key(path)] = sha256(data).hexdigest()
-        return data
+        if path not in self._bytes:
+            self._bytes[path] = read_bytes(path, largest, _instead_of)
+            self.sha256[self.key(path)] = sha256(self._bytes[path]).hexdigest()
+        return self._bytes[path]
 
     def open(self, path: Path, dialect: CsvDialect) -> Container:
         """Open a file of records (InputError as `read`, or as its reader)."""
@@ -50,9 +36,10 @@ class Files:
         """Return a path relative to the campaign's folder, with forward slashes."""
         return relative_to(path, self.folder)
 
-    def _hint(self, path: Path) -> str:
-        if not path.parent.is_dir():
-            return f"a file; its folder {path.parent} is not there either"
-        names = [one.name for one in path.parent.iterdir() if one.is_file()]
-        close = get_close_matches(path.name, names, n=1)
-        return f'a file that is there, "{close[0]}" perhaps' if close else "a file that is there"
+
+def _instead_of(path: Path) -> str:
+    if not path.parent.is_dir():
+        return f"a file; its folder {path.parent} is not there either"
+    names = [one.name for one in path.parent.iterdir() if one.is_file()]
+    close = get_close_matches(path.name, names, n=1)
+    return f'a file that is there, "{close[0]}" perhaps' if close else "a file that is there"

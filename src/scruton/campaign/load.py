@@ -2,10 +2,12 @@
 
 import json
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
+from scruton.campaign import units
 from scruton.campaign.columns import file_path
 from scruton.campaign.files import Files
 from scruton.campaign.quantity import Quantity
@@ -14,19 +16,7 @@ from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Campaign, Fluid, Kind, Motion, Record, Rig, Section, Sweep, Test
 from scruton.campaign.spelling import nearest, show
 from scruton.campaign.thresholds import LARGEST_TOML
-from scruton.campaign.toml import Table, anything, choice, flag, number, parse_toml, stated, text
-from scruton.campaign.units import (
-    DAMPING_RATIO,
-    DENSITY,
-    FREQUENCY,
-    INERTIA,
-    LENGTH,
-    MASS,
-    REDUCED_VELOCITY,
-    SPEED,
-    odd_unit,
-    parse_amplitude,
-)
+from scruton.campaign.toml import Field, Table, anything, choice, flag, number, parse_toml, stated, text
 from scruton.errors import InputError
 
 FILE_NAME = "campaign.toml"
@@ -34,28 +24,33 @@ FORMAT = 1
 STILL_AIR = (Kind.FREE_DECAY,)
 IN_WIND = (Kind.GROWTH, Kind.DECAY, Kind.STEADY)
 
+
+def _damping_ratio(table: Table, key: str) -> Quantity:
+    ratio = table.quantity(key, units.DAMPING_RATIO)
+    if ratio.mean > 1.0:
+        raise table.error(key, f"{ratio.mean:g}", "a ratio below 1, not in percent: 0.0058 is 0.58 %")
+    return ratio
+
+
 _TOP_KEYS = ("format", "title", "source", "section", "rigs", "tests", "sweeps")
 _SECTION = {
     "motion": choice(Motion),
-    "width": number(LENGTH),
-    "depth": number(LENGTH),
+    "width": number(units.LENGTH),
+    "depth": number(units.LENGTH),
     "fluid": choice(Fluid, Fluid.AIR),
 }
 _RIG = {
     "name": text('a name, such as name = "1#"'),
     "mass": anything(),
     "inertia": anything(),
-    "frequency": stated(FREQUENCY),
-    "damping_ratio": stated(
-        DAMPING_RATIO, None, good=lambda ratio: ratio <= 1.0,
-        wanted="a ratio below 1, not in percent: 0.0058 is 0.58 %",
-    ),
+    "frequency": stated(units.FREQUENCY),
+    "damping_ratio": Field(_damping_ratio, None),
     "records": anything(),
-}  # fmt: skip
+}
 _TEST = {
     "name": text('a name, such as name = "Sc 1.9"'),
     "rig": text("the name of a rig"),
-    "air_density": stated(DENSITY),
+    "air_density": stated(units.DENSITY),
     "wind_speed": anything(),
     "reduced_velocity": anything(),
     "peak": flag(None),
@@ -101,17 +96,22 @@ def load_campaign(path: Path, problems: list[InputError] | None = None) -> Campa
     top = Table(path, "", parse_toml(files.read(path, LARGEST_TOML), path))
     top.check_keys(_TOP_KEYS)
     top.check_format(FORMAT)
-    section = _section(top)
+    if "section" not in top:
+        raise top.error("section", "nothing", "a table [section] with motion, width and depth")
+    section = Section(**top.table("section").read(_SECTION))
     rigs, tests, sweeps = top.tables("rigs"), top.tables("tests"), top.tables("sweeps")
     if not rigs:
         raise top.error("rigs", "nothing", "at least one [[rigs]]")
     reading = _Reading(section, files, problems, _record_names([*rigs, *tests], files))
-    read_rigs = tuple(_rig(table, reading) for table in rigs)
+    read_rigs = tuple(reading.rig(table) for table in rigs)
     _check_names(rigs, "rig")
     by_name = {rig.name: rig for rig in read_rigs}
-    read_tests = tuple(_test(table, by_name, reading) for table in tests)
+    read_tests = tuple(reading.test(table, by_name) for table in tests)
     _check_names(tests, "test")
-    _check_peaks(tests, read_tests)
+    peaks: dict[str, str] = {}
+    for table, test in zip(tests, read_tests, strict=True):
+        if test.peak and (before := peaks.setdefault(test.rig, test.name)) != test.name:
+            raise table.error("peak", f'true, as in test "{before}" of the same rig', "one peak test a rig")
     return Campaign(
         path=path,
         title=text(default=path.resolve().parent.name).read(top, "title"),
@@ -119,7 +119,7 @@ def load_campaign(path: Path, problems: list[InputError] | None = None) -> Campa
         section=section,
         rigs=read_rigs,
         tests=read_tests,
-        sweeps=tuple(sweep for table in sweeps for sweep in _sweep(table, by_name, reading)),
+        sweeps=tuple(reading.sweeps(sweeps, by_name)),
         sha256=files.sha256,
         remarks=tuple(_odd_units(top)),
     )
@@ -135,30 +135,78 @@ class _Reading:
     names: dict[str, str]  # by field
     seen: dict[str, str] = field(default_factory=dict)  # fingerprint of a record to its field
 
-    def report(self, error: InputError) -> None:
-        if self.problems is None:
-            raise error
-        self.problems.append(error)
-
-    def records(self, owner: Table, kinds: Collection[Kind]) -> tuple[Record, ...]:
-        found = []
-        for table in owner.tables("records"):
+    def each[T](self, tables: Iterable[Table], read: Callable[..., T], *more: Any) -> Iterator[T]:
+        """Read what can be read; where problems are gathered, leave the rest out."""
+        for table in tables:
             try:
-                self._check_new(table)
-                found.append(read_record(table, self.names.get(table.field, ""), self.section, self.files, kinds))
+                yield read(table, *more)
             except InputError as error:
-                self.report(error)
-        return tuple(found)
+                if self.problems is None:
+                    raise
+                self.problems.append(error)
 
-    def _check_new(self, table: Table) -> None:
-        """Raise InputError where the very same samples were named before: they would count twice."""
-        where = {key: value for key, value in table.values.items() if key != "kind"}
-        if isinstance(where.get("file"), str):
-            where["file"] = self.files.key(file_path(table, self.files.folder))
-        fingerprint = json.dumps(where, sort_keys=True, default=str)
-        before = self.seen.setdefault(fingerprint, table.field)
-        if before != table.field:
-            raise InputError(table.file, table.field, f"the same record as {before}", "each record once")
+    def records(self, owner: Table, kinds: Sequence[Kind]) -> tuple[Record, ...]:
+        def read(table: Table) -> Record:
+            where = {key: value for key, value in table.values.items() if key != "kind"}
+            if isinstance(where.get("file"), str):
+                where["file"] = self.files.key(file_path(table, self.files.folder))
+            fingerprint = json.dumps(where, sort_keys=True, default=str)
+            before = self.seen.setdefault(fingerprint, table.field)
+            if before != table.field:  # the very same samples would count twice
+                raise InputError(table.file, table.field, f"the same record as {before}", "each record once")
+            return read_record(table, self.names.get(table.field, ""), self.section, self.files, kinds)
+
+        return tuple(self.each(owner.tables("records"), read))
+
+    def rig(self, table: Table) -> Rig:
+        """Read a rig; its mass per unit length, or for torsion the inertia, goes under either name."""
+        values, heaving = table.read(_RIG), self.section.motion is Motion.HEAVING
+        if "inertia" in table and heaving:
+            raise table.error("inertia", "the inertia of a heaving section", 'its mass, such as mass = "7.089 kg/m"')
+        if "mass" in table and "inertia" in table:
+            raise table.error("inertia", "both mass and inertia", "one of the two")
+        key = "inertia" if "inertia" in table else "mass"
+        mass = table.quantity(key, units.MASS if heaving else units.INERTIA) if key in table else None
+        if values["damping_ratio"] is None and not table.tables("records"):
+            raise table.error("damping_ratio", "nothing, and no free-decay record either", "one of the two")
+        records = self.records(table, STILL_AIR)
+        return Rig(values["name"], values["frequency"], mass, values["damping_ratio"], records)
+
+    def test(self, table: Table, rigs: Mapping[str, Rig]) -> Test:
+        values, section = table.read(_TEST), self.section
+        rig = _rig_of(table, rigs)
+        if rig.mass is None:
+            what = 'a mass, such as mass = "7.089 kg/m"'
+            if section.motion is Motion.TORSIONAL:
+                what = 'an inertia, such as inertia = "0.183 kg*m^2/m"'
+            wanted = f'a rig with {what} in rig "{rig.name}"'
+            raise table.error("rig", f'"{rig.name}", which has no mass', wanted)
+        stable = None
+        if "stable_amplitude" in table:
+            place = table.at("stable_amplitude")
+            stable = units.parse_amplitude(values["stable_amplitude"], section, table.file, place)
+        if "wind_speed" in table and "reduced_velocity" in table:
+            raise table.error("wind_speed", "both wind_speed and reduced_velocity", "one of the two")
+        if "reduced_velocity" in table:  # the uncertainty of f0 is left out: U/(f0 D) is what was set
+            reduced = table.quantity("reduced_velocity", units.REDUCED_VELOCITY)
+            scale = rig.frequency.mean * section.depth
+            speed = Quantity(reduced.mean * scale, None if reduced.sd is None else reduced.sd * scale)
+        else:
+            speed = table.quantity("wind_speed", units.SPEED)
+        records = self.records(table, IN_WIND)
+        return Test(values["name"], rig.name, values["air_density"], speed, values["peak"], stable, records)
+
+    def sweeps(self, tables: Iterable[Table], rigs: Mapping[str, Rig]) -> Iterator[Sweep]:
+        for table in tables:
+            frequency = _rig_of(table, rigs).frequency.mean
+            yield from self.each([table], read_sweep, self.section, frequency, self.files)
+
+
+def _rig_of(table: Table, rigs: Mapping[str, Rig]) -> Rig:
+    name = table.text("rig", "the name of a rig")
+    if name not in rigs:
+        raise table.error("rig", show(name), f"the name of a rig, {nearest(name, rigs)}")
+    return rigs[name]
 
 
 def _odd_units(table: Table) -> Iterator[Remark]:
@@ -166,93 +214,14 @@ def _odd_units(table: Table) -> Iterator[Remark]:
     for key, value in table.values.items():
         place = table.at(key)
         if isinstance(value, str) and (key in _QUANTITIES or table.field.endswith(".units")):
-            found = odd_unit(value)
+            found = units.odd_unit(value)
             if found is not None:
-                yield Remark(
-                    Severity.DOUBT, "unit", "", place, f"{show(value)} has {found}; was another one meant?",
-                    "a unit that no laboratory uses",
-                )  # fmt: skip
-        elif isinstance(value, Mapping):
-            yield from _odd_units(Table(table.file, place, value))
-        elif isinstance(value, list):
-            for i, inner in enumerate(value):
-                if isinstance(inner, Mapping):
-                    yield from _odd_units(Table(table.file, f"{place}[{i}]", inner))
-
-
-def _section(top: Table) -> Section:
-    if "section" not in top:
-        raise top.error("section", "nothing", "a table [section] with motion, width and depth")
-    return Section(**top.table("section").read(_SECTION))
-
-
-def _rig(table: Table, reading: _Reading) -> Rig:
-    values = table.read(_RIG)
-    mass = _mass(table, reading.section.motion)
-    if values["damping_ratio"] is None and not table.tables("records"):
-        raise table.error("damping_ratio", "nothing, and no free-decay record either", "one of the two")
-    records = reading.records(table, STILL_AIR)
-    return Rig(values["name"], values["frequency"], mass, values["damping_ratio"], records)
-
-
-def _mass(table: Table, motion: Motion) -> Quantity | None:
-    """Mass per unit length, or for torsion the inertia, under either name."""
-    if "inertia" in table and motion is Motion.HEAVING:
-        raise table.error("inertia", "the inertia of a heaving section", 'its mass, such as mass = "7.089 kg/m"')
-    if "mass" in table and "inertia" in table:
-        raise table.error("inertia", "both mass and inertia", "one of the two")
-    key = "inertia" if "inertia" in table else "mass"
-    return table.quantity(key, MASS if motion is Motion.HEAVING else INERTIA) if key in table else None
-
-
-def _test(table: Table, rigs: dict[str, Rig], reading: _Reading) -> Test:
-    values = table.read(_TEST)
-    rig, section = _rig_of(table, rigs), reading.section
-    if rig.mass is None:
-        what = 'a mass, such as mass = "7.089 kg/m"'
-        if section.motion is Motion.TORSIONAL:
-            what = 'an inertia, such as inertia = "0.183 kg*m^2/m"'
-        wanted = f'a rig with {what} in rig "{rig.name}"'
-        raise table.error("rig", f'"{rig.name}", which has no mass', wanted)
-    stable = None
-    if "stable_amplitude" in table:
-        stable = parse_amplitude(values["stable_amplitude"], section, table.file, table.at("stable_amplitude"))
-    return Test(
-        name=values["name"],
-        rig=rig.name,
-        air_density=values["air_density"],
-        wind_speed=_wind_speed(table, rig, section),
-        peak=values["peak"],
-        stable_amplitude=stable,
-        records=reading.records(table, IN_WIND),
-    )
-
-
-def _wind_speed(table: Table, rig: Rig, section: Section) -> Quantity:
-    """Wind speed [m/s], stated or from U/(f0 D); the uncertainty of f0 is left out: U/(f0 D) is what was set."""
-    if "wind_speed" in table and "reduced_velocity" in table:
-        raise table.error("wind_speed", "both wind_speed and reduced_velocity", "one of the two")
-    if "reduced_velocity" not in table:
-        return table.quantity("wind_speed", SPEED)
-    reduced = table.quantity("reduced_velocity", REDUCED_VELOCITY)
-    scale = rig.frequency.mean * section.depth
-    return Quantity(reduced.mean * scale, None if reduced.sd is None else reduced.sd * scale)
-
-
-def _sweep(table: Table, rigs: dict[str, Rig], reading: _Reading) -> tuple[Sweep, ...]:
-    rig = _rig_of(table, rigs)
-    try:
-        return (read_sweep(table, reading.section, rig.frequency.mean, reading.files),)
-    except InputError as error:
-        reading.report(error)
-        return ()
-
-
-def _rig_of(table: Table, rigs: dict[str, Rig]) -> Rig:
-    name = table.text("rig", "the name of a rig")
-    if name not in rigs:
-        raise table.error("rig", show(name), f"the name of a rig, {nearest(name, rigs)}")
-    return rigs[name]
+                text = f"{show(value)} has {found}; was another one meant?"
+                yield Remark(Severity.DOUBT, "unit", "", place, text, "a unit that no laboratory uses")
+        within = value if isinstance(value, list) else [value]
+        for i, inner in enumerate(within):
+            if isinstance(inner, Mapping):
+                yield from _odd_units(Table(table.file, f"{place}[{i}]" if within is value else place, inner))
 
 
 def _check_names(tables: Sequence[Table], what: str) -> None:
@@ -263,15 +232,6 @@ def _check_names(tables: Sequence[Table], what: str) -> None:
             raise table.error("name", f"{show(table.values['name'])}, as in {before}", f"another name for each {what}")
 
 
-def _check_peaks(tables: Sequence[Table], tests: Sequence[Test]) -> None:
-    first: dict[str, str] = {}
-    for table, test in zip(tables, tests, strict=True):
-        if test.peak:
-            before = first.setdefault(test.rig, test.name)
-            if before != test.name:
-                raise table.error("peak", f'true, as in test "{before}" of the same rig', "one peak test a rig")
-
-
 def _record_names(owners: Sequence[Table], files: Files) -> dict[str, str]:
     """Name every record: the file's name, longer where two folders hold that name, numbered where it is used often."""
     keys = {
@@ -280,13 +240,12 @@ def _record_names(owners: Sequence[Table], files: Files) -> dict[str, str]:
         for table in owner.tables("records")
         if isinstance(file := table.values.get("file"), str)
     }
-    last = {key: Path(key).name for key in keys.values()}
-    folders = Counter(last.values())
     uses = Counter(keys.values())
+    folders = Counter(Path(key).name for key in uses)
     count: Counter[str] = Counter()
     names = {}
     for place, key in keys.items():
         count[key] += 1
-        short = last[key] if folders[last[key]] == 1 else key
+        short = Path(key).name if folders[Path(key).name] == 1 else key
         names[place] = short if uses[key] == 1 else f"{short}#{count[key]}"
     return names

@@ -3,15 +3,17 @@
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from hashlib import sha256
+from itertools import combinations
 
 import numpy as np
 
-from scruton.campaign.duplicates import duplicates
+from scruton.campaign.bounded import relative_to
 from scruton.campaign.quantity import Quantity
 from scruton.campaign.remarks import Remark, Severity
-from scruton.campaign.schema import Campaign, Fluid, Motion, Rig
+from scruton.campaign.schema import Campaign, Fluid, Motion, Record, Rig, Test
 from scruton.campaign.spelling import figure
-from scruton.campaign.thresholds import FAR, LARGEST_SD
+from scruton.campaign.thresholds import FAR, LARGEST_SD, OVERLAP
 
 
 @dataclass(frozen=True)
@@ -48,14 +50,7 @@ AMPLITUDE = {
 def implausible(campaign: Campaign) -> list[Remark]:
     """Remark on everything that `campaign.toml` and its tables state and that can hardly be.
 
-    Parameters
-    ----------
-    campaign : Campaign
-
-    Returns
-    -------
-    list of Remark
-        In no order; `scruton.campaign.remarks.sentences` ranks and folds.
+    The remarks are in no order; `scruton.campaign.remarks.sentences` ranks and folds.
     """
     return [*campaign.remarks, *(remark for check in CHECKS for remark in check(campaign))]
 
@@ -81,7 +76,7 @@ def outside(value: float, wanted: Range, kind: str, of: str, name: str, what: st
 
 
 def _out_of_range(campaign: Campaign) -> Iterator[Remark]:
-    section, heaving = campaign.section, campaign.section.motion is Motion.HEAVING
+    section = campaign.section
     density, amplitude = DENSITY[section.fluid], AMPLITUDE[section.motion]
     yield from outside(section.width / section.depth, SLENDERNESS, "slenderness", "", "section", "B/D")
     yield from outside(section.depth, DEPTH, "depth", "", "section", "the depth D")
@@ -104,7 +99,8 @@ def _out_of_range(campaign: Campaign) -> Iterator[Remark]:
         air = next((test.air_density.mean for test in campaign.tests if test.rig == rig.name), math.nan)
         # a density that is no fluid's is remarked on by itself, and says nothing of the mass
         if rig.mass is not None and density.low <= air <= density.high:
-            what = f"the {'mass' if heaving else 'inertia'} over that of the fluid displaced"
+            what = "mass" if section.motion is Motion.HEAVING else "inertia"
+            what = f"the {what} over that of the fluid displaced"
             yield from outside(heaviness(campaign, rig, air), HEAVINESS[section.fluid], "mass", "rig", rig.name, what)
         if rig.damping_ratio is not None:
             ratio = rig.damping_ratio.mean
@@ -121,19 +117,16 @@ def heaviness(campaign: Campaign, rig: Rig, density: float) -> float:
 
 
 def _uncertainty(campaign: Campaign) -> Iterator[Remark]:
-    stated: list[tuple[str, str, str, Quantity | None]] = []
-    for rig in campaign.rigs:
-        for what in ("mass", "frequency", "damping_ratio"):
-            stated.append(("rig", rig.name, what, getattr(rig, what)))
-    for test in campaign.tests:
-        for what in ("air_density", "wind_speed", "stable_amplitude"):
-            stated.append(("test", test.name, what, getattr(test, what)))
-    for of, name, what, quantity in stated:
+    of_rigs, of_tests = ("mass", "frequency", "damping_ratio"), ("air_density", "wind_speed", "stable_amplitude")
+    stated: list[tuple[str, Rig | Test, str]] = [("rig", rig, what) for rig in campaign.rigs for what in of_rigs]
+    stated += [("test", test, what) for test in campaign.tests for what in of_tests]
+    for of, owner, what in stated:
+        quantity: Quantity | None = getattr(owner, what)
         if quantity is not None and quantity.relative_sd > LARGEST_SD:
             share, most = 100.0 * quantity.relative_sd, f"{100.0 * LARGEST_SD:.0f} %"
             sd_of = f"the standard deviation of the {what.replace('_', ' ')} is"
             yield Remark(
-                Severity.DOUBT, "uncertainty", of, name,
+                Severity.DOUBT, "uncertainty", of, owner.name,
                 f"{sd_of} {share:.3g} % of its mean, above {most}; an interval or a percentage is none.",
                 f"{sd_of} {{}} % of its mean, above {most},",
                 share, share / (100.0 * LARGEST_SD),
@@ -142,13 +135,47 @@ def _uncertainty(campaign: Campaign) -> Iterator[Remark]:
 
 def _sweeps(campaign: Campaign) -> Iterator[Remark]:
     for sweep in campaign.sweeps:
-        if not np.any(sweep.amplitude > 0.0):
-            text = "every amplitude of the sweep is zero"
-        elif sweep.amplitude.size < 2:
-            text = "the sweep has one point, which tells no range of lock-in"
-        else:
-            continue
-        yield Remark(Severity.DOUBT, "sweep", "sweep of rig", sweep.rig, f"{text}.", text)
+        text = "the sweep has one point, which tells no range of lock-in" if sweep.amplitude.size < 2 else ""
+        text = text if np.any(sweep.amplitude > 0.0) else "every amplitude of the sweep is zero"
+        if text:
+            yield Remark(Severity.DOUBT, "sweep", "sweep of rig", sweep.rig, f"{text}.", text)
 
 
-CHECKS: tuple[Callable[[Campaign], Iterator[Remark]], ...] = (_out_of_range, _uncertainty, _sweeps, duplicates)
+def _duplicates(campaign: Campaign) -> Iterator[Remark]:
+    """Remark on records that share samples: the same file under two names, overlapping windows, or copied numbers."""
+    owned = [(f"rig {rig.name}", record) for rig in campaign.rigs for record in rig.records]
+    owned += [(f"test {test.name}", record) for test in campaign.tests for record in test.records]
+    sha256_of = campaign.sha256 or {}
+    digests = {}
+    for _, record in owned:  # of the file, by its path where they are not known, and of the samples
+        own = sha256_of.get(relative_to(record.path, campaign.path.parent), str(record.path))
+        digests[id(record)] = own, sha256(record.response.tobytes()).hexdigest()
+    for (owner, first), (other_owner, second) in combinations(owned, 2):
+        shared = _shared(first, second, digests[id(first)], digests[id(second)])
+        if shared:
+            where = f"both in {owner}" if owner == other_owner else f"in {owner} and in {other_owner}"
+            yield Remark(
+                Severity.SERIOUS, "duplicate", "record", f"{first.name} and {second.name}",
+                f"{shared}, {where}; what is measured once counts twice.", "samples that another record holds",
+            )  # fmt: skip
+
+
+def _shared(first: Record, second: Record, digests: tuple[str, str], others: tuple[str, str]) -> str:
+    """What two records share, in words; empty where they share nothing."""
+    if digests[0] == others[0] and first.path != second.path:
+        return "the same bytes"
+    if digests[1] == others[1]:
+        return "the same samples"
+    if first.path != second.path:
+        return ""
+    begin, end = max(first.time[0], second.time[0]), min(first.time[-1], second.time[-1])
+    here, there = (
+        one.response[np.searchsorted(one.time, begin, "left") : np.searchsorted(one.time, end, "right")]
+        for one in (first, second)
+    )
+    if len(here) < OVERLAP or not np.array_equal(here, there):  # other columns of one file share its times alone
+        return ""
+    return f"{len(here)} samples of one file ({begin:.4g} s to {end:.4g} s)"
+
+
+CHECKS: tuple[Callable[[Campaign], Iterator[Remark]], ...] = (_out_of_range, _uncertainty, _sweeps, _duplicates)

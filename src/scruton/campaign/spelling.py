@@ -23,6 +23,12 @@ def figure(value: float) -> str:
     return f"{value:.0f}" if 100.0 <= abs(value) < 1e6 else f"{value:.2g}"
 
 
+def digits(value: float) -> str:
+    """Write a number in full; of one that is longer than any that is meant, how long it is."""
+    text = str(value)
+    return text if len(text) <= 24 else f"a number of {len(text.lstrip('-'))} digits"
+
+
 def nearest(word: str, known: Iterable[str]) -> str:
     """Name what is known, the nearest to `word` first: '"mass" (known: frequency, mass, name)'."""
     names = list(known)

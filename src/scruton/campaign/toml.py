@@ -15,7 +15,7 @@ from typing import Any, TypeGuard
 
 from scruton.campaign.bounded import read_bytes
 from scruton.campaign.quantity import Quantity
-from scruton.campaign.spelling import nearest, show
+from scruton.campaign.spelling import digits, nearest, show
 from scruton.campaign.thresholds import DEEPEST_TOML, LARGEST_NUMBER, LARGEST_TOML, MOST_TABLES
 from scruton.campaign.units import Dimension, parse_quantity
 from scruton.errors import InputError
@@ -41,13 +41,7 @@ def toml_text(data: bytes, path: Path) -> str:
 
 
 def parse_toml(data: bytes, path: Path, wanted: str = "a TOML file") -> dict[str, Any]:
-    """Parse TOML whose numbers a double holds and whose tables are not nested without end.
-
-    Raises
-    ------
-    InputError
-        Bytes that are not UTF-8, or not TOML; a number that is not finite or too large; tables nested too deeply.
-    """
+    """Parse TOML whose numbers a double holds and whose tables are not nested without end (else InputError)."""
     text = toml_text(data, path)
     try:
         if _DOTTED.search(text):
@@ -55,7 +49,9 @@ def parse_toml(data: bytes, path: Path, wanted: str = "a TOML file") -> dict[str
         content = tomllib.loads(text)
         for place, value in _numbers(content, ""):
             if not abs(value) <= LARGEST_NUMBER:  # nor is NaN
-                raise InputError(path, place, _shown(value), f"a number between {-LARGEST_NUMBER:g} and 1e+15")
+                endless = isinstance(value, float) and not math.isfinite(value)
+                found = f"{value} (not a finite number)" if endless else digits(value)
+                raise InputError(path, place, found, f"a number between {-LARGEST_NUMBER:g} and 1e+15")
     except InputError:
         raise
     except RecursionError:
@@ -78,13 +74,6 @@ def _numbers(value: object, place: str, depth: int = 0) -> Iterator[tuple[str, i
     elif isinstance(value, list):
         for i, inner in enumerate(value):
             yield from _numbers(inner, f"{place}[{i}]", depth + 1)
-
-
-def _shown(value: float) -> str:
-    if isinstance(value, float) and not math.isfinite(value):
-        return f"{value} (not a finite number)"
-    text = str(value)
-    return text if len(text) <= 24 else f"a number of {len(text.lstrip('-'))} digits"
 
 
 @dataclass(frozen=True)
@@ -150,7 +139,7 @@ class Table:
             raise self.error("format", show(stated), f"format = {version}, the one that this version reads")
 
     def required(self, key: str, wanted: str) -> Any:
-        """Return a value of any type, or raise InputError where it is absent."""
+        """Return a value of any type (InputError where it is absent)."""
         if key not in self:
             raise self.error(key, "nothing", wanted)
         return self.values[key]
@@ -219,32 +208,20 @@ def choice(words: type[StrEnum], default: Any = _REQUIRED) -> Field:
     return Field(lambda table, key: words(table.choice(key, [member.value for member in words])), default)
 
 
-def stated(
-    dimension: Dimension, default: Any = _REQUIRED, *, good: Callable[[float], bool] | None = None, wanted: str = ""
-) -> Field:
-    """Declare a quantity that may carry a standard deviation; `good` says which means are, `wanted` what is."""
-    return _measured(Table.quantity, dimension, default, good, wanted)
+def stated(dimension: Dimension) -> Field:
+    """Declare a quantity that may carry a standard deviation."""
+    return Field(lambda table, key: table.quantity(key, dimension))
 
 
 def number(
     dimension: Dimension, default: Any = _REQUIRED, *, good: Callable[[float], bool] | None = None, wanted: str = ""
 ) -> Field:
     """Declare a quantity without a standard deviation, in SI; `good` says which values are, `wanted` what is."""
-    return _measured(Table.number, dimension, default, good, wanted)
 
-
-def _measured(
-    reader: Callable[[Table, str, Dimension], Any],
-    dimension: Dimension,
-    default: Any,
-    good: Callable[[float], bool] | None,
-    wanted: str,
-) -> Field:
-    def read(table: Table, key: str) -> Any:
-        value = reader(table, key, dimension)
-        size = value.mean if isinstance(value, Quantity) else value
-        if good is not None and not good(size):
-            raise table.error(key, f"{size:g}", wanted)
+    def read(table: Table, key: str) -> float:
+        value = table.number(key, dimension)
+        if good is not None and not good(value):
+            raise table.error(key, f"{value:g}", wanted)
         return value
 
     return Field(read, default)

@@ -23,30 +23,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Dimension:
-    """What a number stands for.
+    """What a number stands for."""
 
-    Attributes
-    ----------
-    name : str
-        As an error message calls it.
-    unit : str
-        The SI unit that it is converted to; empty for bare numbers.
-    example : float
-        A usual value in that unit.
-    positive : bool
-        Whether zero and negative values are errors.
-    units : (float, float)
-        Smallest and largest unit, in the SI one, that a laboratory writes such a number in.
-    largest : float
-        In the SI unit; no size beyond it, nor below its inverse, is one of this world.
-    """
-
-    name: str
-    unit: str
-    example: float
-    positive: bool = True
-    units: tuple[float, float] = (0.0, math.inf)
-    largest: float = 1e12
+    name: str  # as an error message calls it
+    unit: str  # the SI unit that it is converted to; empty for bare numbers
+    example: float  # a usual value in that unit
+    positive: bool = True  # zero and negative values are errors
+    units: tuple[float, float] = (0.0, math.inf)  # the smallest and the largest that a laboratory writes it in
+    largest: float = 1e12  # no size beyond it, nor below its inverse, is one of this world
 
     @property
     def spelling(self) -> str:
@@ -77,8 +61,7 @@ _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _PLUS_MINUS = re.compile(r"±|\+\s*/\s*-|\+-")
 _OVER_DEPTH = frozenset({"-", "1", "A/D", "y/D"})  # ways to write "already divided by D"
 
-# From a unit as the user writes it to the factor that makes the number SI; ValueError if it has another dimension.
-Factor = Callable[[str], float]
+Factor = Callable[[str], float]  # of a unit that makes the number SI; ValueError if it has another dimension
 
 
 def parse_quantity(value: object, dimension: Dimension, file: Path | str, field: str) -> Quantity:
@@ -108,30 +91,13 @@ def parse_quantity(value: object, dimension: Dimension, file: Path | str, field:
 
 
 def parse_amplitude(value: object, section: Section, file: Path | str, field: str) -> Quantity:
-    """Read an amplitude: bare (A/D, or rad for torsion) or with a unit ("4.91 mm", "1.2 deg").
-
-    Returns
-    -------
-    Quantity
-        A/D for heaving, rad for torsion.
-
-    Raises
-    ------
-    InputError
-        As `parse_quantity`.
-    """
+    """Read an amplitude, A/D or rad: bare, or with a unit ("4.91 mm", "1.2 deg"); InputError as `parse_quantity`."""
     dimension = HEAVING_AMPLITUDE if section.motion is Motion.HEAVING else TORSIONAL_AMPLITUDE
     return _parse(value, dimension, lambda unit: amplitude_factor(unit, section) if unit else 1.0, file, field)
 
 
 def amplitude_factor(unit: str, section: Section) -> float:
-    """Factor from `unit` to A/D (heaving: a length over the depth) or to rad (torsion).
-
-    Raises
-    ------
-    ValueError
-        A unit of another dimension, or one that is not known.
-    """
+    """Factor from `unit` to A/D (heaving: a length over the depth) or to rad (torsion); errors as `unit_factor`."""
     if section.motion is Motion.TORSIONAL:
         return unit_factor(unit, ANGLE)
     return 1.0 if unit in _OVER_DEPTH else unit_factor(unit, LENGTH) / section.depth
@@ -139,13 +105,7 @@ def amplitude_factor(unit: str, section: Section) -> float:
 
 @lru_cache(maxsize=256)
 def unit_factor(unit: str, dimension: Dimension) -> float:
-    """Factor from `unit` to the SI unit of `dimension`.
-
-    Raises
-    ------
-    ValueError
-        A unit of another dimension, or one that is not known.
-    """
+    """Factor from `unit` to the SI unit of `dimension`; ValueError for another dimension, or one that is not known."""
     if not dimension.unit:
         if unit in ("", "-", "1"):
             return 1.0
@@ -234,18 +194,15 @@ def _from_table(table: Mapping[str, object], factor: Factor) -> tuple[float, flo
         raise ValueError(f'the key "{unknown[0]}" is not known here, only mean and sd are')
     if "mean" not in table:
         raise ValueError("it has no mean")
-    mean = _single(table, "mean", factor)
-    return mean, _single(table, "sd", factor) if "sd" in table else None
-
-
-def _single(table: Mapping[str, object], key: str, factor: Factor) -> float:
-    try:
-        number, sd = _from_text(table[key], factor)
-    except ValueError as error:
-        raise ValueError(f"{key}: {error}") from None
-    if sd is not None:
-        raise ValueError(f"{key} has a standard deviation of its own")
-    return number
+    found: dict[str, float] = {}
+    for key in ("mean", "sd") if "sd" in table else ("mean",):
+        try:
+            found[key], sd = _from_text(table[key], factor)
+        except ValueError as error:
+            raise ValueError(f"{key}: {error}") from None
+        if sd is not None:
+            raise ValueError(f"{key} has a standard deviation of its own")
+    return found["mean"], found.get("sd")
 
 
 def _from_text(value: object, factor: Factor) -> tuple[float, float | None]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.campaign.quantity import Quantity
-from scruton.campaign.schema import Campaign, Fluid, Motion, Record, Section
+from scruton.campaign.schema import Campaign, Fluid, Motion, Rig, Section, Test
 
 
 def write_toml(path: Path, content: dict[str, Any]) -> None:
@@ -26,21 +26,9 @@ def write_record(
     digits: int,
     angle: str = "deg",
 ) -> None:
-    """Write a record as CSV.
+    """Write a record as CSV: y/D in mm, rotation [rad] in `angle`, with so many digits of the largest reading.
 
-    Parameters
-    ----------
-    path : Path
-    section : Section
-        For the motion, and the depth that displacements are multiplied by.
-    response : (N,) array
-        y/D (written in mm) or rotation [rad].
-    time : (N,) array, optional
-        Seconds; left out, the file has one column.
-    digits : int
-        Significant, of the largest reading.
-    angle : {"deg", "rad"}
-        What rotations are written in.
+    Without the time [s] the file has one column.
     """
     if section.motion is Motion.TORSIONAL:
         header, values = f"rotation [{angle}]", np.rad2deg(response) if angle == "deg" else response
@@ -56,60 +44,47 @@ def write_record(
 
 
 def save_campaign(campaign: Campaign, folder: Path) -> None:
-    """Write a campaign; the sampling rate stands in campaign.toml, the records have one column.
+    """Write a campaign, sampled evenly from time zero, into an empty folder; every test is the peak of its rig.
 
-    Parameters
-    ----------
-    campaign : Campaign
-        Sampled evenly from time zero; every test is the peak of its rig.
-    folder : Path
-        There, and empty.
+    The sampling rate stands in campaign.toml, the records have one column.
     """
     section = campaign.section
     mass_unit = "kg*m^2/m" if section.motion is Motion.TORSIONAL else "kg/m"
+
+    def records(owner: Rig | Test) -> list[dict[str, str]]:
+        found = []
+        for one in owner.records:
+            write_record(folder / one.name, section, one.response, digits=5)
+            rate = (len(one.time) - 1) / (one.time[-1] - one.time[0])
+            found.append({"file": one.name, "kind": one.kind.value, "sample_rate": f"{rate:.10g} Hz"})
+        return found
+
+    body = {"motion": section.motion.value, "width": f"{section.width!r} m", "depth": f"{section.depth!r} m"}
     content: dict[str, Any] = {
         "format": 1,
         "title": campaign.title,
         "source": campaign.source,
-        "section": {
-            "motion": section.motion.value,
-            "width": f"{section.width!r} m",
-            "depth": f"{section.depth!r} m",
-        }
-        | ({} if section.fluid is Fluid.AIR else {"fluid": section.fluid.value}),
+        "section": body | ({} if section.fluid is Fluid.AIR else {"fluid": section.fluid.value}),
         "rigs": [
             {"name": rig.name}
             | ({"mass": _stated(rig.mass, mass_unit)} if rig.mass else {})
             | {"frequency": _stated(rig.frequency, "Hz")}
             | ({"damping_ratio": _stated(rig.damping_ratio)} if rig.damping_ratio else {})
-            | ({"records": [_record(record) for record in rig.records]} if rig.records else {})
+            | ({"records": records(rig)} if rig.records else {})
             for rig in campaign.rigs
         ],
         "tests": [
-            {
-                "name": test.name,
-                "rig": test.rig,
-                "air_density": _stated(test.air_density, "kg/m^3"),
-                "wind_speed": _stated(test.wind_speed, "m/s"),
-                "peak": True,
-                "records": [_record(record) for record in test.records],
-            }
+            {"name": test.name, "rig": test.rig, "air_density": _stated(test.air_density, "kg/m^3"),
+             "wind_speed": _stated(test.wind_speed, "m/s"), "peak": True, "records": records(test)}
             for test in campaign.tests
         ],
-    }
-    for records in (*(rig.records for rig in campaign.rigs), *(test.records for test in campaign.tests)):
-        for record in records:
-            write_record(folder / record.name, section, record.response, digits=5)
+    }  # fmt: skip
     write_toml(folder / "campaign.toml", content)
 
 
 def _stated(quantity: Quantity, unit: str = "") -> Any:
-    def show(value: float) -> Any:
-        return f"{float(value)!r} {unit}" if unit else float(value)
-
-    return show(quantity.mean) if quantity.sd is None else {"mean": show(quantity.mean), "sd": show(quantity.sd)}
-
-
-def _record(record: Record) -> dict[str, Any]:
-    rate = (len(record.time) - 1) / (record.time[-1] - record.time[0])
-    return {"file": record.name, "kind": record.kind.value, "sample_rate": f"{rate:.10g} Hz"}
+    found: dict[str, Any] = {"mean": float(quantity.mean)}
+    if quantity.sd is not None:
+        found["sd"] = float(quantity.sd)
+    shown = {key: f"{value!r} {unit}" if unit else value for key, value in found.items()}
+    return shown if len(shown) > 1 else shown["mean"]

@@ -1,21 +1,21 @@
 """The amplitude equation, its laws and force models, Scruton numbers and Griffin curves; no data."""
 
 from scruton.dynamics.force_model import (
-    aerodynamic_damping,
-    ehsan_scanlan_parameters,
-    ehsan_scanlan_relaxation,
-    force_parameters,
-    is_stable,
-    relaxation,
-    stiffness_parameter,
-    total_damping,
-)
-from scruton.dynamics.griffin_curve import ehsan_scanlan_amplitude, reciprocal_amplitude, stable_amplitude
-from scruton.dynamics.identify import (
     Y1_epsilon_from_damping,
     Y1_epsilon_from_griffin,
     Y1_from_amplitude,
+    aerodynamic_damping,
+    ehsan_scanlan_amplitude,
+    ehsan_scanlan_parameters,
+    ehsan_scanlan_relaxation,
     epsilon_from_amplitude,
+    force_parameters,
+    is_stable,
+    reciprocal_amplitude,
+    relaxation,
+    stable_amplitude,
+    stiffness_parameter,
+    total_damping,
 )
 from scruton.dynamics.laws import (
     LAWS,

@@ -70,27 +70,11 @@ class EnvelopeData:
 
 @dataclass(frozen=True, eq=False)
 class Channels(EnvelopeData):
-    """The cycles of all records with the other channels that diagnosis reads, end to end.
+    """The cycles of all records, by number and from 0 s each, with the other channels that diagnosis reads, end to end.
 
-    Attributes
-    ----------
-    amplitude, standard_error, gap, period : (N,) arrays
-        As in `EnvelopeData`.
-    time : (N,) array
-        From the record's first cycle [s].
-    record : (N,) array of int
-    phase : (N,) array
-        Against the demodulation [rad].
-    third, third_error : (N,) arrays
-        In-phase third harmonic of the reading (A/D or rad) and its standard error.
-    place : (N,) array
-        Time in the record from -1/2 to 1/2.
-    omega : (N,) array
-        Circular frequency of the demodulation [rad/s].
-    has_phase : (N,) array of bool
-        Whether the record tells a phase: an envelope does not.
-    knots : (HATS,) array
-        ln(amplitude) of the generic discrepancy.
+    Phase [rad] and omega [rad/s] are those of the demodulation; `third` is the in-phase third harmonic of the reading
+    (A/D or rad), `place` the time in the record from -1/2 to 1/2, `knots` (HATS,) the ln(amplitude) of the generic
+    discrepancy.  An envelope has no phase.
     """
 
     phase: FloatArray
@@ -110,5 +94,4 @@ def gaps(cycles: Cycles) -> FloatArray:
     """Time before each cycle of one record that no cycle covers [s], negative at the first, (N,)."""
     period = 1.0 / cycles.reference_frequency
     steps = np.diff(cycles.time) - period
-    between: FloatArray = np.r_[-1.0, np.where(steps > MISSING_CYCLE * period, steps, 0.0)]
-    return between
+    return np.asarray(np.r_[-1.0, np.where(steps > MISSING_CYCLE * period, steps, 0.0)])

@@ -236,20 +236,10 @@ def _extended_filter(  # type: ignore[no-untyped-def]
 
 
 def channel_innovations(data: Channels, table: FloatArray, *, initial_sd: float = 1.0) -> tuple[FloatArray, FloatArray]:
-    """Innovations of amplitude, phase and third harmonic, and their variances.
+    """Innovations of amplitude, phase and third harmonic, and their variances, (W, 3 N) each in that order.
 
-    Parameters
-    ----------
-    data : Channels
-    table : (W, R, COLUMNS) array
-        Coefficients of every record.
-    initial_sd : float
-        Of the normal prior, mean 0, of each record's first amplitude.
-
-    Returns
-    -------
-    innovation, variance : (W, 3 N) arrays
-        Amplitude, then phase (0 and 1 where the amplitude is too faint to tell it), then third harmonic.
+    `table` (W, R, COLUMNS) holds the coefficients of every record; `initial_sd` is that of the normal prior, mean 0, of
+    each record's first amplitude.  Where the amplitude is too faint to tell the phase, they are 0 and 1.
     """
     shape = (len(table), 3 * data.size)
     # Rows are mostly neighbours of the first one: what they leave alone is copied from it.

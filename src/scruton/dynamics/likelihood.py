@@ -66,8 +66,7 @@ def innovations(
 
 def pointwise_log_likelihood(innovation: FloatArray, variance: FloatArray) -> FloatArray:
     """Conditional log density of every cycle given those before it, same shape as the arguments."""
-    terms: FloatArray = -0.5 * (innovation**2 / variance + np.log(variance) + LOG_2PI)
-    return terms
+    return -0.5 * (innovation**2 / variance + np.log(variance) + LOG_2PI)
 
 
 def log_likelihood(
@@ -87,11 +86,9 @@ def log_likelihood(
     out = np.empty(np.size(a_star))
     exponents = np.broadcast_to(np.asarray(n, dtype=np.float64), out.shape)
     if out.size and np.any(exponents != exponents[0]):  # n is free: every walker has a law of its own
-        terms = pointwise_log_likelihood(
-            *innovations(data, a_star, lam, q, r, gust, gust_rate, set_point, n=n, initial_sd=initial_sd)
-        )
-        total: FloatArray = terms.sum(axis=0)
-        return total
+        wind = (gust, gust_rate, set_point)
+        terms = pointwise_log_likelihood(*innovations(data, a_star, lam, q, r, *wind, n=n, initial_sd=initial_sd))
+        return np.asarray(terms.sum(axis=0))
     walkers = contiguous(a_star, lam, q, r, gust, gust_rate, set_point)
     arrays = (data.amplitude, data.standard_error, data.gap, data.period)
     if np.all(exponents == -1.0):

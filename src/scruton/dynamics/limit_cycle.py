@@ -33,61 +33,30 @@ def _rates(table, amplitude, knots):  # type: ignore[no-untyped-def]
 
 
 def amplitude_rates(table: FloatArray, amplitude: FloatArray, knots: FloatArray) -> FloatArray:
-    """Right-hand side of the amplitude equation, in the middle of the record, with a wake that has caught up.
+    """da/dt [amplitude per second], (W, A), in the middle of the record, with a wake that has caught up.
 
-    Parameters
-    ----------
-    table : (W, COLUMNS) array
-        Rows of coefficients.
-    amplitude : (A,) array
-        A/D or rad.
-    knots : (HATS,) array
-        ln(amplitude) of the generic discrepancy.
-
-    Returns
-    -------
-    (W, A) array
-        da/dt, amplitude per second.
+    Rows of coefficients, (W, COLUMNS), at amplitudes (A,) or (W, A); ln(amplitude) of the discrepancy's knots, (HATS,).
     """
-    grid = np.broadcast_to(amplitude, (len(table), len(amplitude)))
-    rates: FloatArray = _rates(np.ascontiguousarray(table), np.ascontiguousarray(grid), knots)
-    return rates
+    grid = np.broadcast_to(amplitude, (len(table), amplitude.shape[-1]))
+    return np.asarray(_rates(np.ascontiguousarray(table), np.ascontiguousarray(grid), knots))
 
 
 def limit_cycle_amplitude(table: FloatArray, knots: FloatArray | None, scale: float) -> FloatArray:
     """Amplitude of the limit cycle that the equation with effects comes to, (W,): see `attracting_amplitude`.
 
-    Parameters
-    ----------
-    table : (W, COLUMNS) array
-    knots : (HATS,) array or None
-        ln(amplitude) of the generic discrepancy; None where there is none.
-    scale : float
-        A typical amplitude.
+    `table` and `knots` are those of `amplitude_rates`; without a generic discrepancy there are no knots.
     """
-    knots = np.linspace(0.0, 1.0, HATS) if knots is None else knots
+    own = np.linspace(0.0, 1.0, HATS) if knots is None else knots
     table = np.ascontiguousarray(table)
-    return attracting_amplitude(lambda a: np.asarray(_rates(table, np.ascontiguousarray(a), knots)), len(table), scale)
+    return attracting_amplitude(lambda a: amplitude_rates(table, a, own), len(table), scale)
 
 
 def attracting_amplitude(rate: Callable[[FloatArray], FloatArray], walkers: int, scale: float) -> FloatArray:
-    """Amplitude that the motion comes to under any drift, by bisection.
+    """Amplitude that the motion comes to under any drift, (W,): 0 where it dies out, inf where it grows without end.
 
     Of several stable amplitudes it is the one that growth from a small amplitude reaches; where small amplitudes die
-    out (friction, coherence lost) it is the one that the widest range of ln(amplitude) leads to.
-
-    Parameters
-    ----------
-    rate : function
-        da/dt, (W, A), at amplitudes (W, A), a row of them for each walker.
-    walkers : int
-    scale : float
-        A typical amplitude: it is sought from 0.004 to 8 times that.
-
-    Returns
-    -------
-    (W,) array
-        0 where the motion dies out, inf where it grows beyond the range.
+    out (friction, coherence lost) it is the one that the widest range of ln(amplitude) leads to.  It is sought by
+    bisection, from 0.004 to 8 times `scale`, a typical amplitude; `rate` gives da/dt at amplitudes (W, A).
     """
     grid = scale * np.geomspace(*RANGE, _GRID)
     up = rate(np.broadcast_to(grid, (walkers, _GRID))) > 0.0
@@ -117,16 +86,7 @@ def transferred(table: FloatArray) -> FloatArray:
     knowing better.  The suspension's own stays in the laboratory: friction, structural damping that varies with
     amplitude, an error of the stated damping (when `scruton_number` gives the bridge's own), stiffness.  So do wind
     that drifted in one run, and gain and saturation of a sensor.
-
-    Parameters
-    ----------
-    table : (..., COLUMNS) array
-
-    Returns
-    -------
-    (..., COLUMNS) array
-        A copy.
     """
-    kept: FloatArray = table.copy()
+    kept = table.copy()
     kept[..., _LEFT_BEHIND] = 0.0
     return kept

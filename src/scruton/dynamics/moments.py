@@ -40,7 +40,7 @@ def noise_moments(lam, dt):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, inline="always")
 def gust_response(lam, k, u):  # type: ignore[no-untyped-def]
-    """Amplitude after u, for a unit of gust at its start: lam (e^{-lam u} - e^{-k u}) / (k - lam), smooth at k = lam."""
+    """Amplitude after u by a unit of gust at its start: lam (e^{-lam u} - e^{-k u}) / (k - lam), smooth at k = lam."""
     x = (lam - k) * u
     return lam * u * np.exp(-lam * u) * (np.expm1(x) / x if abs(x) > 1e-8 else 1.0 + 0.5 * x)
 
@@ -72,7 +72,7 @@ def gust_moments(lam, k, dt):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, inline="always")
 def gust_covariance(lam, k, dt):  # type: ignore[no-untyped-def]
-    """Covariances (state, state) and (state, gust) that a gust of unit sd builds up over any time: stationary less kept.
+    """Covariances (state, state), (state, gust) that a gust of unit sd builds up over any time: stationary less kept.
 
     The stationary covariance of state and gust is lam/(lam + k), of both kinds.
     """

@@ -59,8 +59,7 @@ def inverse_reading(y, level, soft):  # type: ignore[no-untyped-def]
 
 def readings(table: FloatArray, amplitude: FloatArray) -> FloatArray:
     """Readings of (W,) amplitudes by the sensors of (W, COLUMNS) rows of coefficients, (W,)."""
-    shown: FloatArray = _readings(np.ascontiguousarray(table), amplitude)
-    return shown
+    return np.asarray(_readings(np.ascontiguousarray(table), amplitude))
 
 
 @njit(cache=True)

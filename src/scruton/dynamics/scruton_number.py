@@ -27,6 +27,11 @@ from scruton.arrays import FloatArray
 DEFINITIONS = ("paper", "scruton", "stability", "skop-griffin", "mass-damping", "eurocode")
 
 
+def floats(value: ArrayLike) -> FloatArray:
+    """Numbers as the equations take them."""
+    return np.asarray(value, dtype=np.float64)
+
+
 def factor(
     definition: str, *, mass: ArrayLike, air_density: ArrayLike, width: ArrayLike, depth: ArrayLike,
     torsional: bool = False, strouhal: float | None = None,
@@ -53,27 +58,19 @@ def factor(
     """
     if definition not in DEFINITIONS:
         raise ValueError(f"unknown definition of the Scruton number '{definition}'; one of {', '.join(DEFINITIONS)}")
-    m, rho, B, D = (np.asarray(value, dtype=np.float64) for value in (mass, air_density, width, depth))
+    m, rho, B, D = (floats(value) for value in (mass, air_density, width, depth))
     if torsional and definition != "paper":
         raise ValueError(f"the definition '{definition}' has no torsional form; 'paper' has one (Eq. 8)")
     if definition == "paper":
-        area = (B**3 if torsional else B) * D
-        paper: FloatArray = 4.0 * np.pi * m / (rho * area)
-        return paper
+        return 4.0 * np.pi * m / (rho * ((B**3 if torsional else B) * D))
     m_star = 4.0 * m / (np.pi * rho * D**2)
     if definition == "skop-griffin":
         if strouhal is None or not strouhal > 0:
             raise ValueError("the Skop-Griffin parameter needs a Strouhal number > 0")
-        griffin: FloatArray = 2.0 * np.pi**3 * strouhal**2 * m_star
-        return griffin
-    constants = {
-        "scruton": np.pi / 2.0,
-        "stability": np.pi**2,
-        "mass-damping": 1.0,
-        "eurocode": np.pi**2,
-    }
-    per_unit: FloatArray = constants[definition] * m_star
-    return per_unit
+        return 2.0 * np.pi**3 * strouhal**2 * m_star
+    return {"scruton": np.pi / 2.0, "stability": np.pi**2, "mass-damping": 1.0, "eurocode": np.pi**2}[
+        definition
+    ] * m_star
 
 
 def scruton_number(
@@ -84,8 +81,7 @@ def scruton_number(
     per_unit = factor(
         definition, mass=mass, air_density=air_density, width=width, depth=depth, torsional=torsional, strouhal=strouhal
     )
-    number: FloatArray = per_unit * np.asarray(damping_ratio, dtype=np.float64)
-    return number
+    return per_unit * floats(damping_ratio)
 
 
 def damping_ratio(
@@ -96,7 +92,7 @@ def damping_ratio(
     per_unit = factor(
         definition, mass=mass, air_density=air_density, width=width, depth=depth, torsional=torsional, strouhal=strouhal
     )
-    return np.asarray(number, dtype=np.float64) / per_unit
+    return floats(number) / per_unit
 
 
 def convert(
@@ -106,4 +102,4 @@ def convert(
     """Turn a Scruton number of one definition into that of another (heaving)."""
     body = {"mass": 1.0, "air_density": 1.0, "width": width, "depth": depth, "strouhal": strouhal}
     ratio = factor(target, **body) / factor(source, **body)  # type: ignore[arg-type]
-    return np.asarray(number) * ratio
+    return floats(number) * ratio

@@ -7,11 +7,7 @@ from numpy.typing import ArrayLike
 
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Motion
-from scruton.dynamics.scruton_number import factor
-
-
-def _f(value: ArrayLike) -> FloatArray:
-    return np.asarray(value, dtype=np.float64)
+from scruton.dynamics.scruton_number import factor, floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,22 +49,22 @@ class Setting:
     @property
     def omega0(self) -> FloatArray:
         """Natural circular frequency in still air [rad/s]."""
-        return 2.0 * np.pi * _f(self.frequency)
+        return 2.0 * np.pi * floats(self.frequency)
 
     @property
     def omega(self) -> FloatArray:
         """Circular frequency in the wind [rad/s]."""
-        return 2.0 * np.pi * _f(self.wind_frequency)
+        return 2.0 * np.pi * floats(self.wind_frequency)
 
     @property
     def K0(self) -> FloatArray:
         """Reduced frequency in still air, omega0 D/U."""
-        return self.omega0 * _f(self.depth) / _f(self.wind_speed)
+        return self.omega0 * floats(self.depth) / floats(self.wind_speed)
 
     @property
     def K(self) -> FloatArray:
         """Reduced frequency, omega D/U."""
-        return self.omega * _f(self.depth) / _f(self.wind_speed)
+        return self.omega * floats(self.depth) / floats(self.wind_speed)
 
     @property
     def reduced_velocity(self) -> FloatArray:
@@ -78,7 +74,7 @@ class Setting:
     @property
     def side_ratio(self) -> FloatArray:
         """B/D."""
-        return _f(self.width) / _f(self.depth)
+        return floats(self.width) / floats(self.depth)
 
     @property
     def beta(self) -> FloatArray:
@@ -93,24 +89,18 @@ class Setting:
     @property
     def mass_ratio(self) -> FloatArray:
         """m_r = rho D^2/m; for torsion mu_r = rho B^2 D^2/J_m."""
-        lengths = np.square(_f(self.depth))
+        lengths = np.square(floats(self.depth))
         if self.torsional:
-            lengths = lengths * np.square(_f(self.width))
-        return _f(self.air_density) * lengths / _f(self.mass)
+            lengths = lengths * np.square(floats(self.width))
+        return floats(self.air_density) * lengths / floats(self.mass)
 
     @property
     def mass_damping_factor(self) -> FloatArray:
         """Scruton number per unit of damping ratio: 4 pi m/(rho B D), or 4 pi J_m/(rho B^3 D) (Eqs. 7 and 8)."""
-        return factor(
-            "paper",
-            mass=self.mass,
-            air_density=self.air_density,
-            width=self.width,
-            depth=self.depth,
-            torsional=self.torsional,
-        )
+        m, rho, B, D = self.mass, self.air_density, self.width, self.depth
+        return factor("paper", mass=m, air_density=rho, width=B, depth=D, torsional=self.torsional)
 
     @property
     def scruton_number(self) -> FloatArray:
         """Sc of Eq. (7) or (8)."""
-        return self.mass_damping_factor * _f(self.damping_ratio)
+        return self.mass_damping_factor * floats(self.damping_ratio)

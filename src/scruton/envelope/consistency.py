@@ -15,25 +15,10 @@ from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Kind, Record, Test
 from scruton.campaign.spelling import figure
 from scruton.campaign.thresholds import FAR
+from scruton.envelope import thresholds
 from scruton.envelope.inspection import Inspection
 from scruton.envelope.ringdown import DampingBand, RingDown
 from scruton.envelope.sampling import run_lengths
-from scruton.envelope.thresholds import (
-    BAND_FLOOR,
-    CLEAR_BAND,
-    DAMPING_FACTOR,
-    DEAD,
-    EXTRAPOLATED,
-    FINE,
-    LEVELS,
-    NYQUIST,
-    SETTLED,
-    SIGMAS,
-    STILL,
-    STILL_FREQUENCY,
-    TREND,
-    WIND_FREQUENCY,
-)
 
 # What a record of another kind, level or length than it is filed as would also be noted for.
 CAUSES = ("kind", "stated level", "dead")
@@ -64,7 +49,7 @@ def _frequency(inspection: Inspection) -> Iterator[Remark]:
         if record.is_envelope:
             continue
         line, stated = inspection.cycles[record.name].reference_frequency, rig.frequency.mean
-        limit = STILL_FREQUENCY if test is None else WIND_FREQUENCY
+        limit = thresholds.STILL_FREQUENCY if test is None else thresholds.WIND_FREQUENCY
         departure = abs(line / stated - 1.0)
         if departure > limit:
             where = "still air" if test is None else "wind"
@@ -84,9 +69,9 @@ def _sampling(inspection: Inspection) -> Iterator[Remark]:
         if record.is_envelope:
             continue
         rate, f0 = inspection.qualities[record.name].sample_rate, rig.frequency.mean
-        if rate >= FINE * f0:
+        if rate >= thresholds.FINE * f0:
             continue
-        alias = rate < NYQUIST * f0
+        alias = rate < thresholds.NYQUIST * f0
         line = inspection.cycles[record.name].reference_frequency
         follows = (
             f"a motion at f0 is seen as an alias, and the line followed at {line:.4g} Hz ({line / f0:.3g} times f0) "
@@ -97,10 +82,10 @@ def _sampling(inspection: Inspection) -> Iterator[Remark]:
         yield Remark(
             Severity.SERIOUS if alias else Severity.DOUBT, "alias" if alias else "thinned", "record", record.name,
             f"{rate:.4g} samples a second are {rate / f0:.2g} per cycle of the f0 = {f0:.4g} Hz stated for rig "
-            f"{rig.name}; below {NYQUIST if alias else FINE:g} {follows}.",
-            f"{{}} samples per cycle of f0 (below {NYQUIST if alias else FINE:g}: "
+            f"{rig.name}; below {thresholds.NYQUIST if alias else thresholds.FINE:g} {follows}.",
+            f"{{}} samples per cycle of f0 (below {thresholds.NYQUIST if alias else thresholds.FINE:g}: "
             f"{'what is followed may be an alias' if alias else 'thinned'})",
-            rate / f0, (NYQUIST if alias else FINE) * f0 / rate,
+            rate / f0, (thresholds.NYQUIST if alias else thresholds.FINE) * f0 / rate,
         )  # fmt: skip
 
 
@@ -115,7 +100,7 @@ def _kind(inspection: Inspection) -> Iterator[Remark]:
         last = fitted.stable_amplitude + (first - fitted.stable_amplitude) * math.exp(-fitted.rate * duration)
         ratio = max(last, 1e-300) / max(first, 1e-300)
         rises = record.kind is Kind.GROWTH
-        if (ratio < 1.0 / TREND) if rises else (ratio > TREND):
+        if (ratio < 1.0 / thresholds.TREND) if rises else (ratio > thresholds.TREND):
             word = "falls" if rises else "grows"
             yield Remark(
                 Severity.SERIOUS, "kind", "record", record.name,
@@ -138,7 +123,7 @@ def _levels(inspection: Inspection) -> Iterator[Remark]:
             f"growth and decay settle at amplitudes that differ by a factor {ratio:.3g} ({growth.name} at "
             f"{growth.level:.3g}, {decay.name} at {decay.level:.3g}): a unit or gain of one of them, or two stable "
             "amplitudes.",
-            "growth and decay settle at amplitudes that differ by a factor {}", ratio, ratio / LEVELS,
+            "growth and decay settle at amplitudes that differ by a factor {}", ratio, ratio / thresholds.LEVELS,
         )  # fmt: skip
 
 
@@ -156,7 +141,7 @@ class _End:
         amplitude, fitted = inspection.cycles[record.name].amplitude, inspection.qualities[record.name].relaxation
         tail = float(np.mean(amplitude[-max(3, len(amplitude) // 4) :]))
         assert fitted is not None  # growths and decays have one
-        settled = fitted.rate * float(record.time[-1] - record.time[0]) >= SETTLED
+        settled = fitted.rate * float(record.time[-1] - record.time[0]) >= thresholds.SETTLED
         # a trend that is led on to nothing says nothing of the level
         heads_for = fitted.stable_amplitude if fitted.stable_amplitude > 0.0 and not settled else tail
         return cls(record.name, tail, heads_for, settled)
@@ -165,7 +150,7 @@ class _End:
 def _ends(test: Test, kind: Kind, inspection: Inspection) -> list[_End]:
     """Where the transients of one kind end, those left out that end in nothing."""
     usable = [record for record in test.records if record.kind is kind and record.name in inspection.qualities]
-    ends = [_End.of(record, inspection) for record in usable if _standing(record, inspection) < DEAD]
+    ends = [_End.of(record, inspection) for record in usable if _standing(record, inspection) < thresholds.DEAD]
     return [end for end in ends if end.tail > 0.0]
 
 
@@ -176,10 +161,10 @@ def _apart(growth: _End, decay: _End) -> float:
     head for is far apart.
     """
     factor = max(growth.level / decay.level, decay.level / growth.level)
-    if factor > (LEVELS if growth.settled and decay.settled else EXTRAPOLATED):
+    if factor > (thresholds.LEVELS if growth.settled and decay.settled else thresholds.EXTRAPOLATED):
         return factor
     crossed = growth.tail / decay.tail
-    return crossed if crossed > LEVELS else 1.0
+    return crossed if crossed > thresholds.LEVELS else 1.0
 
 
 def _stated_level(inspection: Inspection) -> Iterator[Remark]:
@@ -191,14 +176,14 @@ def _stated_level(inspection: Inspection) -> Iterator[Remark]:
         ends = [*_ends(test, Kind.GROWTH, inspection), *_ends(test, Kind.DECAY, inspection)]
         for end in ends:
             ratio = end.level / stated
-            if end.settled and max(ratio, 1.0 / ratio) > LEVELS:
+            if end.settled and max(ratio, 1.0 / ratio) > thresholds.LEVELS:
                 yield Remark(
                     Severity.SERIOUS if max(ratio, 1.0 / ratio) > FAR else Severity.DOUBT, "stated level", "record",
                     end.name,
                     f"settles at {end.level:.3g}, {ratio:.3g} times the stable amplitude {stated:.3g} stated for test "
                     f"{test.name}.",
                     "the record settles at {} times the stable amplitude stated for its test", ratio,
-                    max(ratio, 1.0 / ratio) / LEVELS,
+                    max(ratio, 1.0 / ratio) / thresholds.LEVELS,
                 )  # fmt: skip
 
 
@@ -216,14 +201,15 @@ def _damping(inspection: Inspection) -> Iterator[Remark]:
         sd = stated.or_relative_sd(inspection.stated_sd).sd or 0.0
         ratio = xi / stated.mean
         sigmas = _sigmas(stated.mean, sd, ringdown)
-        twice = not 1.0 / DAMPING_FACTOR < ratio < DAMPING_FACTOR
-        if sigmas > SIGMAS or (twice and sigmas > 0.0):
+        factor = thresholds.DAMPING_FACTOR
+        twice = not 1.0 / factor < ratio < factor
+        if sigmas > thresholds.SIGMAS or (twice and sigmas > 0.0):
             yield Remark(
                 Severity.SERIOUS if twice else Severity.DOUBT, "damping", "rig", rig.name,
                 f"the ring-downs show a damping ratio of {xi:.3g}, {ratio:.3g} times the {stated.mean:.3g} stated"
-                f"{f' and {figure(sigmas)} standard deviations from it' if sigmas > SIGMAS else ''}.",
+                f"{f' and {figure(sigmas)} standard deviations from it' if sigmas > thresholds.SIGMAS else ''}.",
                 "the ring-downs show {} times the damping ratio stated", ratio,
-                max(sigmas / SIGMAS, ratio / DAMPING_FACTOR, 1.0 / max(DAMPING_FACTOR * ratio, 1e-9)),
+                max(sigmas / thresholds.SIGMAS, ratio / factor, 1.0 / max(factor * ratio, 1e-9)),
             )  # fmt: skip
 
 
@@ -232,7 +218,7 @@ def _sigmas(stated: float, sd: float, ringdown: RingDown) -> float:
 
     Damping may vary with amplitude: what is stated at one of them contradicts nobody.
     """
-    bands = [band for band in ringdown.bands if _error(band) < CLEAR_BAND * abs(band.damping_ratio)]
+    bands = [band for band in ringdown.bands if _error(band) < thresholds.CLEAR_BAND * abs(band.damping_ratio)]
     if not bands:
         return abs(ringdown.damping_ratio - stated) / math.hypot(sd, ringdown.damping_ratio_sd)
     misses = [(band.damping_ratio - stated) / math.hypot(sd, _error(band)) for band in bands]
@@ -240,7 +226,7 @@ def _sigmas(stated: float, sd: float, ringdown: RingDown) -> float:
 
 
 def _error(band: DampingBand) -> float:
-    return math.hypot(band.sd / math.sqrt(band.plucks), BAND_FLOOR * abs(band.damping_ratio))
+    return math.hypot(band.sd / math.sqrt(band.plucks), thresholds.BAND_FLOOR * abs(band.damping_ratio))
 
 
 def _amplitude(inspection: Inspection) -> Iterator[Remark]:
@@ -256,18 +242,18 @@ def _dead(inspection: Inspection) -> Iterator[Remark]:
     """Records that stand still, at zero or at another reading, for a third of their samples or more."""
     for record, _, _ in inspection.records():
         share = _standing(record, inspection)
-        if share >= DEAD:
+        if share >= thresholds.DEAD:
             yield Remark(
                 Severity.DOUBT, "dead", "record", record.name,
                 f"{100 * share:.0f} % of the record do not move, at zero or another constant; start and stop cut it.",
-                "{} % of the record do not move, at zero or another constant,", 100.0 * share, share / DEAD,
+                "{} % of the record do not move, at zero or another constant,", 100.0 * share, share / thresholds.DEAD,
             )  # fmt: skip
 
 
 def _standing(record: Record, inspection: Inspection) -> float:
     """Share of the samples that stand in long stretches of one value (in an envelope, of zero)."""
     quality = inspection.qualities[record.name]
-    longest = max(3, round(STILL * quality.sample_rate / quality.frequency))
+    longest = max(3, round(thresholds.STILL * quality.sample_rate / quality.frequency))
     same = np.diff(record.response) == 0.0
     if record.is_envelope:
         same &= record.response[1:] == 0.0

@@ -103,8 +103,8 @@ def front_end(
             motion = filter_band(motion, steps.step, band_pass[0] * frequency, band_pass[1] * frequency)
         a = transient_amplitude(motion, float(time[-1] - time[0]) / (len(time) - 1), omega)
         del motion
-        if len(steps.gaps):
-            keep = _outside_gaps(time, steps)
+        for begin, end in steps.gaps:
+            keep = (time < begin - 2.0 * steps.step) | (time > end + 2.0 * steps.step)
             time, a = time[keep], a[keep]
     form = trial_function(trial) if isinstance(trial, str) else trial
     fit = form.fit(time, a)
@@ -138,10 +138,3 @@ def _equal_steps(time: FloatArray, response: FloatArray, steps: Sampling) -> tup
         inside = (even > begin) & (even < end)
         even_response[inside] = np.interp(even[inside], time, response)
     return even, even_response
-
-
-def _outside_gaps(time: FloatArray, steps: Sampling) -> np.ndarray:
-    keep = np.ones(len(time), dtype=bool)
-    for begin, end in steps.gaps:
-        keep &= (time < begin - 2.0 * steps.step) | (time > end + 2.0 * steps.step)
-    return keep

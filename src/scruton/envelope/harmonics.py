@@ -8,25 +8,11 @@ from scruton.envelope.types import Cycles
 
 
 def third_harmonic(time: FloatArray, response: FloatArray, cycles: Cycles) -> tuple[FloatArray, FloatArray]:
-    """In-phase third harmonic of every cycle.
+    """In-phase third harmonic of every cycle of a record as `demodulate` gives them, and its standard error, (K,) each.
 
-    Parameters
-    ----------
-    time, response : (N,) arrays
-        Seconds, and A/D or rad.
-    cycles : Cycles
-        From `demodulate`, of the same record.
-
-    Returns
-    -------
-    third, error : (K,) arrays
-        Coefficient of cos(3 theta) where the response is A cos(theta), negative for flat tops, and its standard error
-        (infinite where there are fewer than twelve samples per cycle).
-
-    Notes
-    -----
-    Each cycle is regressed on a constant, a slope, three harmonics and the fundamental times time, so that growth leaks
-    into none of them.
+    It is the coefficient of cos(3 theta) where the response is A cos(theta), negative for flat tops; the error is
+    infinite where there are fewer than twelve samples per cycle.  Each cycle is regressed on a constant, a slope, three
+    harmonics and the fundamental times time, so that growth leaks into none of them.
     """
     count = cycles.time.size
     third, error = np.zeros(count), np.full(count, np.inf)

@@ -5,26 +5,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from scruton.arrays import FloatArray
 from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Kind, Record
-from scruton.envelope.clipping import clipped_side
+from scruton.envelope import thresholds
 from scruton.envelope.cycles import cycles_from_envelope, demodulate
 from scruton.envelope.lines import Line, second_line
 from scruton.envelope.relaxation import Relaxation, relaxation
 from scruton.envelope.ringdown import weighted_line
-from scruton.envelope.sampling import Sampling, sampling
-from scruton.envelope.thresholds import (
-    DECAY_FROM,
-    FREQUENCY_DRIFT,
-    GROWTH_FROM,
-    JITTER,
-    MEAN_DRIFT,
-    OFFSET,
-    RELAXATIONS,
-    SECOND_LINE,
-    STANDS_OUT_OF_NOISE,
-)
+from scruton.envelope.sampling import Sampling, quantum_of, run_lengths, sampling
 from scruton.envelope.types import Cycles
+from scruton.envelope.windows import cut
 from scruton.errors import InputError
 
 
@@ -152,40 +143,41 @@ def _note(record: Record, kind: str, text: str, alike: str, value: float, excess
 
 
 def _transient_remarks(record: Record, stable: float, relaxed: Relaxation) -> Iterator[Remark]:
-    first = relaxed.first_amplitude
-    if record.kind is Kind.DECAY and first < DECAY_FROM * stable:
+    first, low, high = relaxed.first_amplitude, thresholds.DECAY_FROM, thresholds.GROWTH_FROM
+    if record.kind is Kind.DECAY and first < low * stable:
         yield _note(
             record, "decay start",
-            f"the decay starts at {first / stable:.2f} times the stable amplitude; from below {DECAY_FROM} times, the "
+            f"the decay starts at {first / stable:.2f} times the stable amplitude; from below {low} times, the "
             "rate of decay is hardly told from turbulence.",
-            f"the decay starts at {{}} times the stable amplitude, below {DECAY_FROM} times,", first / stable,
+            f"the decay starts at {{}} times the stable amplitude, below {low} times,", first / stable,
         )  # fmt: skip
-    if record.kind is Kind.GROWTH and first > GROWTH_FROM * stable:
+    if record.kind is Kind.GROWTH and first > high * stable:
         yield _note(
             record, "growth start",
             f"the growth starts at {first / stable:.2f} times the stable amplitude; it should start below "
-            f"{GROWTH_FROM}, so that the damping at small amplitude is seen.",
-            f"the growth starts at {{}} times the stable amplitude, above {GROWTH_FROM} times,", first / stable,
-            first / stable / GROWTH_FROM,
+            f"{high}, so that the damping at small amplitude is seen.",
+            f"the growth starts at {{}} times the stable amplitude, above {high} times,", first / stable,
+            first / stable / high,
         )  # fmt: skip
-    duration = float(record.time[-1] - record.time[0])
-    if duration < RELAXATIONS * relaxed.time:
+    duration, least = float(record.time[-1] - record.time[0]), thresholds.RELAXATIONS
+    if duration < least * relaxed.time:
         yield _note(
             record, "length",
             f"the record lasts {duration:.3g} s, {duration / relaxed.time:.1f} relaxation times of {relaxed.time:.3g} "
-            f"s; below {RELAXATIONS:g} the stable amplitude is an extrapolation.",
-            f"the record lasts {{}} relaxation times, below the {RELAXATIONS:g} that show the stable amplitude,",
-            duration / relaxed.time, RELAXATIONS * relaxed.time / duration,
+            f"s; below {least:g} the stable amplitude is an extrapolation.",
+            f"the record lasts {{}} relaxation times, below the {least:g} that show the stable amplitude,",
+            duration / relaxed.time, least * relaxed.time / duration,
         )  # fmt: skip
 
 
 def _sampling_remarks(record: Record, steps: Sampling) -> Iterator[Remark]:
-    if steps.jitter > JITTER:
+    if steps.jitter > thresholds.JITTER:
         off = 100.0 * steps.jitter
         yield _note(
             record, "jitter",
             f"the sampling is not uniform; steps depart from {steps.step:.4g} s by up to {off:.0f} %.",
-            "the sampling is not uniform; steps depart from the usual one by up to {} %", off, steps.jitter / JITTER,
+            "the sampling is not uniform; steps depart from the usual one by up to {} %",
+            off, steps.jitter / thresholds.JITTER,
         )  # fmt: skip
     if len(steps.gaps):
         longest = float(np.max(np.diff(steps.gaps, axis=1)))
@@ -199,45 +191,80 @@ def _sampling_remarks(record: Record, steps: Sampling) -> Iterator[Remark]:
 
 def _signal_remarks(record: Record, cycles: Cycles, line: Line | None) -> Iterator[Remark]:
     largest = float(np.max(cycles.amplitude))
-    if side := clipped_side(record.time, record.response, cycles):
+    if side := _clipped_side(record.time, record.response, cycles):
         yield Remark(
             Severity.DOUBT, "clipped", "record", record.name,
             f"the signal is clipped {side}: samples pile up at the extreme reading.", f"the signal is clipped {side}",
         )  # fmt: skip
     offset, drift = _offset_and_drift(record, cycles)
-    if abs(offset) > OFFSET * largest:
+    if abs(offset) > thresholds.OFFSET * largest:
         yield _note(
             record, "offset",
             f"the signal has an offset of {offset:.3g}, {100 * abs(offset) / largest:.0f} % of the largest amplitude; "
             "it is removed.",
             "the signal has an offset of {} % of the largest amplitude, which is removed,",
-            100.0 * abs(offset) / largest, abs(offset) / largest / OFFSET,
+            100.0 * abs(offset) / largest, abs(offset) / largest / thresholds.OFFSET,
         )  # fmt: skip
-    if abs(drift) > MEAN_DRIFT * largest:
+    if abs(drift) > thresholds.MEAN_DRIFT * largest:
         yield _note(
             record, "mean drift",
             f"the mean drifts by {drift:.3g} over the record, {100 * abs(drift) / largest:.0f} % of the largest "
             "amplitude; it is removed.",
             "the mean drifts by {} % of the largest amplitude, which is removed,",
-            100.0 * abs(drift) / largest, abs(drift) / largest / MEAN_DRIFT,
+            100.0 * abs(drift) / largest, abs(drift) / largest / thresholds.MEAN_DRIFT,
         )  # fmt: skip
     change, low, high = _frequency_drift(cycles)
-    if change > FREQUENCY_DRIFT:
+    if change > thresholds.FREQUENCY_DRIFT:
         yield _note(
             record, "frequency drift",
             f"the frequency drifts by {100 * change:.1f} %, between {low:.4g} and {high:.4g} Hz; stiffness, wind speed "
             "or lock-in changes while the record runs.",
-            "the frequency drifts by {} %", 100.0 * change, change / FREQUENCY_DRIFT,
+            "the frequency drifts by {} %", 100.0 * change, change / thresholds.FREQUENCY_DRIFT,
         )  # fmt: skip
-    if line is not None and line.relative > SECOND_LINE:
+    if line is not None and line.relative > thresholds.SECOND_LINE:
         what = f"the harmonic of order {line.harmonic}" if line.harmonic else "another motion or pick-up"
         yield _note(
             record, "second line",
             f"a second line at {line.frequency:.4g} Hz has {100 * line.relative:.0f} % of the height of the main one "
             f"at {cycles.reference_frequency:.4g} Hz ({what}).",
             f"a second line ({what}) has {{}} % of the height of the main one", 100.0 * line.relative,
-            line.relative / SECOND_LINE,
+            line.relative / thresholds.SECOND_LINE,
         )  # fmt: skip
+
+
+def _clipped_side(time: FloatArray, response: FloatArray, cycles: Cycles) -> str:
+    """Say where a record is clipped: "above", "below", "above and below", or "" where it is not.
+
+    Two signs are looked for, in the cycles that reach the extreme: the extreme reading repeated in a row, more
+    often than rounding explains, and a top that holds far more samples than a sine's (a sensor that saturates softly).
+    """
+    offset = float(np.mean(response))
+    sides = [
+        word for word, sign in (("above", 1.0), ("below", -1.0)) if _piled_up(time, sign * (response - offset), cycles)
+    ]
+    return " and ".join(sides)
+
+
+def _piled_up(time: FloatArray, y: FloatArray, cycles: Cycles) -> bool:
+    windows = cut(time, cycles.reference_frequency)
+    top = float(np.max(y))
+    if top <= 0.0 or len(windows.number) == 0:
+        return False
+    per_cycle = np.median(windows.stop - windows.first)
+    at_top = y >= top - 1e-9 * top
+    # a rounded sine, too, repeats its largest reading, as long as it stays within half a quantum of it
+    honest = per_cycle / np.pi * np.sqrt(2.0 * min(quantum_of(y), top) / top)
+    if np.max(run_lengths(at_top)) >= max(thresholds.RUN, 1.3 * honest + 2.0):
+        return True
+    stops = np.stack([windows.first, windows.stop], axis=1).ravel()
+    padded = np.append(y, -np.inf)
+    highest = np.maximum.reduceat(padded, stops)[::2]
+    reach = highest > top * (1.0 - 0.25 * thresholds.TOP)
+    if np.count_nonzero(reach) < 3:
+        return False
+    crowd = np.add.reduceat(np.append(y > top * (1.0 - thresholds.TOP), False).astype(float), stops)[::2]
+    share = np.sum(crowd[reach]) / np.sum((windows.stop - windows.first)[reach])
+    return bool(share > thresholds.CROWDED * np.arccos(1.0 - thresholds.TOP) / np.pi)
 
 
 def _offset_and_drift(record: Record, cycles: Cycles) -> tuple[float, float]:
@@ -257,7 +284,7 @@ def _frequency_drift(cycles: Cycles) -> tuple[float, float, float]:
     count = max(2, min(20, len(cycles.time) // 10))
     f, precision = [], []
     for part in np.array_split(np.arange(len(cycles.time)), count):
-        usable = part[cycles.amplitude[part] > STANDS_OUT_OF_NOISE * cycles.standard_error[part]]
+        usable = part[cycles.amplitude[part] > thresholds.STANDS_OUT_OF_NOISE * cycles.standard_error[part]]
         if len(usable) < 5:
             continue
         w = (cycles.amplitude[usable] / cycles.standard_error[usable]) ** 2

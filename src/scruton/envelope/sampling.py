@@ -10,16 +10,9 @@ from scruton.envelope.thresholds import GAP, JITTER
 
 @dataclass(frozen=True, eq=False)
 class Sampling:
-    """The time steps of a record.
+    """The time steps of a record: the usual (median) one [s], jitter, and the times [s] about each gap, (m, 2).
 
-    Attributes
-    ----------
-    step : float
-        Usual (median) step [s].
-    jitter : float
-        Largest departure of a step from the usual one, gaps left out, over the usual one.
-    gaps : (m, 2) array
-        Times [s] of the samples before and after each gap.
+    Jitter is the largest departure of a step from the usual one, gaps left out, over the usual one.
     """
 
     step: float

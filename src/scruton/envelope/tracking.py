@@ -4,7 +4,6 @@ Everything here averages over as few cycles as give a direction that can be reli
 stands far above the noise, hundreds where it has sunk into it.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,14 +16,8 @@ from scruton.envelope.thresholds import CLEAR, RELIABLE
 class Track:
     """What is known of each cycle from its neighbours, (K,) arrays on the unbroken grid of cycles.
 
-    Attributes
-    ----------
-    phase : (K,) array
-        Smooth phase against the reference [rad].
-    direction : (K,) complex array
-        Unit vector along the response; independent of the cycle's own noise unless the motion is far above it.
-    rate : (K,) complex array
-        Growth per cycle plus i times advance of phase per cycle [rad].
+    `phase` is smooth, against the reference [rad]; `direction`, a unit vector along the response, is independent of the
+    cycle's own noise unless the motion is far above it; `rate` is growth plus i times turn [rad], per cycle.
     """
 
     phase: FloatArray
@@ -41,12 +34,9 @@ def box_sum[A: (FloatArray, ComplexArray)](x: A, half: int) -> A:
     return result
 
 
-def _widths(n: int) -> Iterator[int]:
-    half = 1
-    while half < n:
-        yield half
-        half *= 2
-    yield n
+def _widths(n: int) -> list[int]:
+    """Powers of two below n, and n."""
+    return [*(2**k for k in range((n - 1).bit_length())), n]
 
 
 def _path(z: ComplexArray, variance: FloatArray) -> FloatArray:
@@ -133,16 +123,9 @@ def _log_slope(z: ComplexArray) -> ComplexArray:
 
 
 def follow(z: ComplexArray, variance: FloatArray, present: BoolArray) -> Track:
-    """Follow the phase of cycle amplitudes that lie in noise.
+    """Follow the phase of cycle amplitudes z against the reference frequency, (K,), that lie in noise.
 
-    Parameters
-    ----------
-    z : (K,) complex array
-        Complex amplitude of each cycle against the reference frequency, 0 where the cycle is missing.
-    variance : (K,) array
-        Variance of its real (or imaginary) part, 0 where the cycle is missing.
-    present : (K,) array of bool
-        False where the cycle is missing.
+    `variance` is that of the real (or imaginary) part; where the cycle is not `present` both are 0.
     """
     path = _path(z, variance)
     direction, rate = _neighbours(z * np.exp(-1j * path), variance, present)

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from types import MappingProxyType
 from typing import Protocol
 
 import numpy as np
@@ -15,18 +14,21 @@ _SHORTEST, _FASTEST = 12.0, 300.0  # growth and decay over the record, as expone
 _CLOSEST = 0.02  # smallest (b - d) times the record's length: below it a and c grow without bound
 
 
-class TrialFit(Protocol):
-    """A trial function with its constants found."""
+@dataclass(frozen=True, eq=False)
+class TrialFit:
+    """A trial function with its constants found.
 
-    @property
-    def constants(self) -> Mapping[str, float]:
-        """The constants by name."""
+    Attributes
+    ----------
+    constants : mapping of str to float
+        By name: a, b, c, d of Eq. (4) with b > d, in time from the first one fitted; coefficients c0, c1, ... else.
+    value, derivative : callable
+        Smoothed amplitude at times [s], the record's own, and its rate [1/s times the amplitude's unit].
+    """
 
-    def value(self, time: FloatArray) -> FloatArray:
-        """Smoothed amplitude at `time` [s], the record's own time."""
-
-    def derivative(self, time: FloatArray) -> FloatArray:
-        """Its rate [1/s times the amplitude's unit]."""
+    constants: Mapping[str, float]
+    value: Callable[[FloatArray], FloatArray]
+    derivative: Callable[[FloatArray], FloatArray]
 
 
 class TrialFunction(Protocol):
@@ -50,30 +52,10 @@ def block_means(time: FloatArray, amplitude: FloatArray) -> tuple[FloatArray, Fl
     return np.add.reduceat(time, starts) / counts, np.add.reduceat(amplitude, starts) / counts, counts
 
 
-@dataclass(frozen=True)
-class ExponentialFit:
-    """Eq. (4), A = a exp(b t) + c exp(d t) with b > d; t counts from `origin`, the first time fitted [s]."""
-
-    a: float
-    b: float
-    c: float
-    d: float
-    origin: float
-
-    @property
-    def constants(self) -> Mapping[str, float]:
-        """The four constants of Eq. (4)."""
-        return MappingProxyType({"a": self.a, "b": self.b, "c": self.c, "d": self.d})
-
-    def value(self, time: FloatArray) -> FloatArray:
-        """Eq. (4)."""
-        t = np.asarray(time) - self.origin
-        return self.a * np.exp(self.b * t) + self.c * np.exp(self.d * t)
-
-    def derivative(self, time: FloatArray) -> FloatArray:
-        """Derivative of Eq. (4) with respect to time."""
-        t = np.asarray(time) - self.origin
-        return self.a * self.b * np.exp(self.b * t) + self.c * self.d * np.exp(self.d * t)
+def _exponentials(time: FloatArray, origin: float, a: float, b: float, c: float, d: float) -> FloatArray:
+    """Eq. (4), A = a exp(b t) + c exp(d t); t counts from `origin` [s]."""
+    t = np.asarray(time) - origin
+    return a * np.exp(b * t) + c * np.exp(d * t)
 
 
 @dataclass(frozen=True)
@@ -86,7 +68,7 @@ class SecondOrderExponential:
 
     starts: int = 5
 
-    def fit(self, time: FloatArray, amplitude: FloatArray) -> ExponentialFit:
+    def fit(self, time: FloatArray, amplitude: FloatArray) -> TrialFit:
         """Fit a, b, c, d by least squares with b > d.
 
         Raises
@@ -102,37 +84,33 @@ class SecondOrderExponential:
         origin, length = float(time[0]), float(time[-1] - time[0])
         x, root = (t - origin) / length, np.sqrt(weight / weight.sum())
 
-        def basis(fast: float, gap: float) -> FloatArray:
+        def project(p: FloatArray) -> tuple[FloatArray, FloatArray]:
+            fast, gap = p[0], np.exp(p[1])
             # e^(bx) and the divided difference [e^(bx) - e^(dx)]/(b - d): well conditioned even where b is near d
             first = np.exp(fast * (x if fast <= 0.0 else x - 1.0))
-            return np.stack([first, first * -np.expm1(-gap * x) / gap], axis=1)
-
-        def project(p: FloatArray) -> tuple[FloatArray, FloatArray]:
-            design = basis(p[0], np.exp(p[1])) * root[:, None]
+            design = np.stack([first, first * -np.expm1(-gap * x) / gap], axis=1) * root[:, None]
             linear = np.linalg.lstsq(design, y * root, rcond=None)[0]
             return linear, y * root - design @ linear
 
         def residual(p: FloatArray) -> FloatArray:
             return project(p)[1]
 
-        lower, upper = [-_FASTEST, np.log(_CLOSEST)], [_SHORTEST, np.log(_FASTEST)]
-        best: tuple[float, FloatArray] | None = None
-        for start in _grid_minima(x, y, root, self.starts):
-            found = least_squares(
-                residual, np.clip(start, lower, upper), bounds=(lower, upper), xtol=1e-12, ftol=1e-12, gtol=1e-12
-            )
-            if best is None or found.cost < best[0]:
-                best = (float(found.cost), found.x)
-        assert best is not None
-        rate, gap = best[1][0], np.exp(best[1][1])
-        u, v = project(best[1])[0]
+        box, exact = ([-_FASTEST, np.log(_CLOSEST)], [_SHORTEST, np.log(_FASTEST)]), 1e-12
+        starts = _grid_minima(x, y, root, self.starts)
+        found = [
+            least_squares(residual, np.clip(start, *box), bounds=box, xtol=exact, ftol=exact, gtol=exact)
+            for start in starts
+        ]
+        best = min(found, key=lambda one: one.cost).x
+        rate, gap = best[0], np.exp(best[1])
+        u, v = project(best)[0]
         scale = np.exp(-max(rate, 0.0))
-        return ExponentialFit(
-            a=float(scale * (u + v / gap)),
-            b=float(rate / length),
-            c=float(-scale * v / gap),
-            d=float((rate - gap) / length),
-            origin=origin,
+        a, b = float(scale * (u + v / gap)), float(rate / length)
+        c, d = float(-scale * v / gap), float((rate - gap) / length)
+        return TrialFit(
+            {"a": a, "b": b, "c": c, "d": d},
+            partial(_exponentials, origin=origin, a=a, b=b, c=c, d=d),
+            partial(_exponentials, origin=origin, a=a * b, b=b, c=c * d, d=d),
         )
 
 
@@ -161,26 +139,8 @@ def _grid_minima(x: FloatArray, y: FloatArray, root: FloatArray, count: int) -> 
     return chosen
 
 
-@dataclass(frozen=True, eq=False)
-class LinearFit:
-    """A sum of functions of time, with its coefficients c0, c1, ... and its rate."""
-
-    coefficients: tuple[float, ...]
-    curve: Callable[[FloatArray], FloatArray]
-    rate: Callable[[FloatArray], FloatArray]
-
-    @property
-    def constants(self) -> Mapping[str, float]:
-        """The coefficients by name."""
-        return MappingProxyType({f"c{i}": c for i, c in enumerate(self.coefficients)})
-
-    def value(self, time: FloatArray) -> FloatArray:
-        """The sum at `time`."""
-        return np.asarray(self.curve(np.asarray(time)), dtype=float)
-
-    def derivative(self, time: FloatArray) -> FloatArray:
-        """Its derivative at `time`."""
-        return np.asarray(self.rate(np.asarray(time)), dtype=float)
+def _coefficients(found: np.ndarray) -> dict[str, float]:
+    return {f"c{i}": float(c) for i, c in enumerate(found)}
 
 
 @dataclass(frozen=True)
@@ -189,13 +149,13 @@ class Polynomial:
 
     order: int = 6
 
-    def fit(self, time: FloatArray, amplitude: FloatArray) -> LinearFit:
+    def fit(self, time: FloatArray, amplitude: FloatArray) -> TrialFit:
         """Fit by least squares; ValueError if there are not more points than coefficients."""
         if len(time) <= self.order + 1:
             raise ValueError(f"a polynomial of order {self.order} needs more than {self.order + 1} amplitudes")
         t, y, weight = block_means(time, amplitude)
         found = np.polynomial.Polynomial.fit(t, y, self.order, w=np.sqrt(weight))
-        return LinearFit(tuple(map(float, found.coef)), found, found.deriv())
+        return TrialFit(_coefficients(found.coef), found, found.deriv())
 
 
 @dataclass(frozen=True)
@@ -204,7 +164,7 @@ class CubicSpline:
 
     knots: int = 8
 
-    def fit(self, time: FloatArray, amplitude: FloatArray) -> LinearFit:
+    def fit(self, time: FloatArray, amplitude: FloatArray) -> TrialFit:
         """Fit by least squares; ValueError if there are too few points for the knots."""
         from scipy.interpolate import make_lsq_spline
 
@@ -215,12 +175,14 @@ class CubicSpline:
         # the record's own ends close the spline; block means lie inside them
         knots = np.concatenate([[inner[0]] * 3, inner, [inner[-1]] * 3])
         spline = make_lsq_spline(t, y, knots, k=3, w=np.sqrt(weight))
-        return LinearFit(tuple(map(float, spline.c)), spline, partial(spline, nu=1))
+        return TrialFit(_coefficients(spline.c), spline, partial(spline, nu=1))
 
 
-TRIAL_FUNCTIONS: Mapping[str, TrialFunction] = MappingProxyType(
-    {"second-order exponential": SecondOrderExponential(), "polynomial": Polynomial(), "cubic spline": CubicSpline()}
-)
+TRIAL_FUNCTIONS: Mapping[str, TrialFunction] = {
+    "second-order exponential": SecondOrderExponential(),
+    "polynomial": Polynomial(),
+    "cubic spline": CubicSpline(),
+}
 """The trial functions of the paper's Fig. 13 by name, with orders that suit a record of some hundred cycles."""
 
 

@@ -11,18 +11,9 @@ _BLOCK = 40_000  # samples that are worked on at once: small enough to stay in t
 
 @dataclass(frozen=True, eq=False)
 class Windows:
-    """A record cut into windows of one cycle of the reference frequency.
+    """A record cut into K windows of one cycle of the reference frequency [Hz].
 
-    Attributes
-    ----------
-    number : (K,) array of int
-        Place of each window on the grid of cycles; gaps in the record leave numbers out.
-    first, stop : (K,) array of int
-        Samples of the window, `first <= i < stop`.
-    middle : (K,) array
-        Middle of the window [s].
-    frequency : float
-        Reference frequency [Hz].
+    Gaps leave out numbers on the grid of cycles; a window has samples `first <= i < stop` and its middle [s].
     """
 
     number: IntArray
@@ -81,22 +72,12 @@ def fit_cycles(
     drift: FloatArray | None = None,
     harmonic: bool = False,
 ) -> CycleFit:
-    """Regress each window on [cos, sin, 1] times its own growth, by normal equations.
+    """Regress each window on [cos, sin, 1], and a second harmonic if wanted, times its own growth, by normal equations.
 
-    Parameters
-    ----------
-    time, response : (N,) array
-        Seconds, and the response (best with its mean taken off).
-    windows : Windows
-        From `cut`.
-    rate : (K,) complex array, optional
-        Growth rate [1/s] plus i times the departure of the circular frequency from the reference [rad/s]: inside
-        the window the response is Re[z exp((rate + i omega) tau)], tau counted from mid-cycle.
-    drift : (K,) array, optional
-        Slope of the offset [1/s], subtracted beforehand. It is not fitted: over one cycle a slope and a sine
-        have a correlation of 0.78, so that fitting both would cost most of the precision.
-    harmonic : bool, optional
-        Fit a second harmonic, too.
+    `rate` [1/s] is the growth plus i times the departure of the circular frequency from the reference: inside the
+    window the response is Re[z exp((rate + i omega) tau)], tau counted from mid-cycle.  `drift`, the slope of the
+    offset [1/s], is subtracted beforehand and not fitted: over one cycle a slope and a sine have a correlation of 0.78,
+    so that fitting both would cost most of the precision.
     """
     count, p = len(windows.number), 5 if harmonic else 3
     coefficient, covariance = np.zeros((count, 5)), np.zeros((count, 5))
@@ -134,15 +115,5 @@ def fit_cycles(
         right = sums[:, :p, p]
         coefficient[block, :p] = c = np.einsum("kij,kj->ki", inv, right)
         squares[block] = np.maximum(sums[:, p, p] - np.einsum("ki,ki->k", c, right), 1e-14 * sums[:, p, p])
-    return CycleFit(
-        z=coefficient[:, 0] + 1j * coefficient[:, 1],
-        offset=coefficient[:, 2],
-        second=coefficient[:, 3] + 1j * coefficient[:, 4],
-        squares=squares,
-        freedom=(n - p).astype(float),
-        cov_rr=covariance[:, 0],
-        cov_ii=covariance[:, 1],
-        cov_ri=covariance[:, 2],
-        cov_offset=covariance[:, 3],
-        cov_second=covariance[:, 4],
-    )
+    z, second = coefficient[:, 0] + 1j * coefficient[:, 1], coefficient[:, 3] + 1j * coefficient[:, 4]
+    return CycleFit(z, coefficient[:, 2], second, squares, (n - p).astype(float), *covariance.T)

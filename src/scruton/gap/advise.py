@@ -1,18 +1,24 @@
-"""What these data cannot tell, and the cheapest record that would."""
+"""What these data cannot tell, the cheapest record that would, and what no record in wind can show."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from typing import Any
 
 import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE
-from scruton.dynamics.effects.effect import Variant
+from scruton.dynamics.effects.effect import Extent, Parameter, Scope, Variant, add
+from scruton.dynamics.effects.terms import Term
+from scruton.dynamics.limit_cycle import limit_cycle_amplitude, transferred
 from scruton.dynamics.reading import readings
-from scruton.gap.diagnosis import NONE, UNSEEN, Diagnosis
+from scruton.gap import thresholds
+from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis
 from scruton.gap.further_record import FurtherRecord, separation
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
-from scruton.gap.predict import stable_amplitude
-from scruton.gap.thresholds import BLIND, CALIBRATION_ERROR, COSTS, FAR_BEHIND, MOST_RIVALS, USUAL_SIZE, WANTED
+from scruton.gap.thresholds import BLIND, BOUND_SIGMAS, COSTS, WANTED
+
+_USUAL = "20 % of the relaxation damping"
 
 
 def confusions(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
@@ -23,117 +29,92 @@ def confusions(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
     where its evidence is as good to within some nats.  Other pairs are looked at with 20 per cent of the relaxation
     damping.  The group of `none` holds what could be there at that size without being seen.
     """
-    verdict = diagnosis.verdict
-    space = _Projector(diagnosis.null)
-    tried = [(name, variant) for name in CATALOGUE if (variant := _typical(diagnosis, name)) is not None]
-    signatures = {name: space.signature(variant) for name, variant in tried}
-    seen = {name: space.left(s) for name, s in signatures.items()}
+    verdict, weights = diagnosis.verdict, diagnosis.log_weights
+    space = _Tangent(diagnosis.null.hypothesis, diagnosis.null.mode)
+    signatures = {name: _signature(diagnosis.null, space, variant) for name, variant in _typical(diagnosis).items()}
+    seen = {name: space.left(signature) for name, signature in signatures.items()}
+    first = [verdict]
     if verdict == NONE:
-        first = [NONE, *(name for name, sigma in seen.items() if sigma < BLIND)]
-    elif verdict == UNSEEN:
-        first = [UNSEEN]
-    else:
-        first = list(diagnosis.groups[0]) if diagnosis.groups else [verdict]
-        first = [verdict, *(name for name in first if name != verdict)]
-        near = [
-            name
-            for name, gain in diagnosis.log_weights.items()
-            if name in CATALOGUE and name not in {*first, *diagnosis.found} and
-            gain > diagnosis.log_weights[verdict] - FAR_BEHIND
-        ]  # fmt: skip
-        if near:
-            own = _Fitted(diagnosis)
-            first += [name for name in near if (v := _variant(diagnosis, name)) and own.left_after(v) < BLIND]
-    groups = [set(first)]
+        first += [name for name, sigma in seen.items() if sigma < BLIND]
+    elif verdict != UNKNOWN:
+        first += [name for group in diagnosis.groups[:1] for name in group if name != verdict]
+        known = {*first, *diagnosis.found}
+        first += _near_signature(diagnosis, [
+            name for name, gain in weights.items()
+            if name in CATALOGUE and name not in known and gain > weights[verdict] - thresholds.FAR_BEHIND
+        ])  # fmt: skip
+    groups: list[set[str]] = []
     rest = [name for name in signatures if name not in first and seen[name] >= BLIND]
     for i, name in enumerate(rest):
         for other in rest[i + 1 :]:
-            if min(space.left(signatures[name], signatures[other]), space.left(signatures[other], signatures[name])) \
-                    < BLIND:  # fmt: skip
-                joined = {name, other}.union(*(g for g in groups[1:] if g & {name, other}))
-                groups = [groups[0], *(g for g in groups[1:] if not g & joined), joined]
-    return (tuple(first), *(tuple(sorted(g)) for g in groups[1:]))
+            one, two = signatures[name], signatures[other]
+            if min(space.left(one, two), space.left(two, one)) < BLIND:
+                joined = {name, other}.union(*(group for group in groups if group & {name, other}))
+                groups = [*(group for group in groups if not group & joined), joined]
+    return (tuple(first), *(tuple(sorted(group)) for group in groups))
 
 
-class _Projector:
-    """Whitened innovations of a hypothesis at its optimum, and what of a signature its parameters cannot mimic."""
+def _near_signature(diagnosis: Diagnosis, names: Sequence[str]) -> list[str]:
+    """Effects that can mimic the verdict's signature at its fitted size, the others found in place."""
+    final, typical = diagnosis.final, _typical(diagnosis)
+    others = Hypothesis(final.hypothesis.null, final.hypothesis.variants[:-1])
+    v, s = final.hypothesis.innovations(final.mode[None])
+    without, _ = others.innovations(final.mode[None, : others.size])
+    root = 1.0 / np.sqrt(s[0])
+    found = []
+    for name in names:
+        best = diagnosis.rivals[name].variant if name in diagnosis.rivals else None
+        if (variant := best or typical.get(name)) is None:
+            continue
+        larger = others.extended(variant)
+        values = _usual(variant) if any(p.log for p in variant.parameters) else {}
+        tangent = _Tangent(larger, larger.start_from(final.mode[: others.size], values), root)
+        if tangent.left((without[0] - v[0]) * root) < BLIND:
+            found.append(name)
+    return found
 
-    def __init__(self, base: FittedHypothesis) -> None:
-        self.base, self.hypothesis = base, base.hypothesis
-        self.v, log_s, jv, _ = self.hypothesis.derivatives(base.mode)
-        self.root = np.exp(-0.5 * log_s)
-        self.j, self.fisher = _tangent(self.hypothesis, jv, self.root)
-        self.fisher += np.diag(1.0 / self.hypothesis.prior[1] ** 2)
 
-    def signature(self, variant: Variant) -> FloatArray:
-        """What an effect of the usual size moves, whitened."""
-        larger = self.hypothesis.extended(variant)
-        u = larger.start_from(self.base.mode, _usual(variant))
-        v, _ = larger.innovations(u[None])
-        found: FloatArray = (v[0] - self.v) * self.root
-        return found
+class _Tangent:
+    """Whitened derivatives of a hypothesis by coordinate at a point, and what of a signature they cannot mimic."""
+
+    def __init__(self, hypothesis: Hypothesis, u: FloatArray, root: FloatArray | None = None) -> None:
+        self.v, log_s, jv, _ = hypothesis.derivatives(u)
+        self.root = np.exp(-0.5 * log_s) if root is None else root
+        self.j = np.zeros((hypothesis.size, self.root.size))
+        for cycles, rows, where in hypothesis.blocks:
+            self.j[np.ix_(where, cycles)] = jv[np.ix_(rows, cycles)] * self.root[cycles]
+        self.fisher = self.j @ self.j.T
+        self.fisher += np.diag(1.0 / hypothesis.prior[1] ** 2)
 
     def left(self, signature: FloatArray, other: FloatArray | None = None) -> float:
         """Length of a signature, parameters of the hypothesis and some size of another signature projected out."""
         own = self._off(signature, signature)
-        if other is None:
-            return float(np.sqrt(max(own, 0.0)))
-        cross, length = self._off(signature, other), self._off(other, other)
-        return float(np.sqrt(max(own - cross**2 / max(length, 1e-12), 0.0)))
+        if other is not None:
+            own -= self._off(signature, other) ** 2 / max(self._off(other, other), 1e-12)
+        return float(np.sqrt(max(own, 0.0)))
 
     def _off(self, a: FloatArray, b: FloatArray) -> float:
         return float(a @ b - (self.j @ a) @ np.linalg.solve(self.fisher, self.j @ b))
 
 
-class _Fitted:
-    """The verdict's signature at its fitted size."""
-
-    def __init__(self, diagnosis: Diagnosis) -> None:
-        final = diagnosis.final
-        self.final = final
-        others = Hypothesis(final.hypothesis.null, final.hypothesis.variants[:-1])
-        v, s = final.hypothesis.innovations(final.mode[None])
-        without, _ = others.innovations(final.mode[None, : others.size])
-        self.others, self.root = others, 1.0 / np.sqrt(s[0])
-        self.signature = (without[0] - v[0]) * self.root
-
-    def left_after(self, variant: Variant) -> float:
-        """What of it the other parameters and those of a variant cannot mimic."""
-        larger = self.others.extended(variant)
-        values = _usual(variant) if any(p.log for p in variant.parameters) else {}
-        u = larger.start_from(self.final.mode[: self.others.size], values)
-        _, _, jv, _ = larger.derivatives(u)
-        j, fisher = _tangent(larger, jv, self.root)
-        fisher += np.diag(1.0 / larger.prior[1] ** 2)
-        pull = j @ self.signature
-        return float(np.sqrt(max(self.signature @ self.signature - pull @ np.linalg.solve(fisher, pull), 0.0)))
-
-
-def _tangent(hypothesis: Hypothesis, jv: FloatArray, root: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Whitened derivatives by coordinate, (d, 3 N), and their products."""
-    j = np.zeros((hypothesis.size, root.size))
-    for cycles, rows, where in hypothesis.blocks:
-        j[np.ix_(where, cycles)] = jv[np.ix_(rows, cycles)] * root[cycles]
-    return j, j @ j.T
+def _signature(base: FittedHypothesis, tangent: _Tangent, variant: Variant) -> FloatArray:
+    """What an effect of the usual size moves, whitened."""
+    larger = base.hypothesis.extended(variant)
+    v, _ = larger.innovations(larger.start_from(base.mode, _usual(variant))[None])
+    return np.asarray((v[0] - tangent.v) * tangent.root)
 
 
 def _usual(variant: Variant) -> dict[str, FloatArray]:
     """Values at which a variant's size is 20 per cent; of shapes, where their search begins."""
-    found = {}
-    for i, p in enumerate(variant.parameters):
-        value = USUAL_SIZE if i == 0 and not p.log else p.starts[len(p.starts) // 2]
-        found[p.name] = np.full(p.size, value)
-    return found
+    values = [p.starts[len(p.starts) // 2] for p in variant.parameters]
+    values[0] = values[0] if variant.parameters[0].log else thresholds.USUAL_SIZE
+    return {p.name: np.full(p.size, value) for p, value in zip(variant.parameters, values, strict=True)}
 
 
-def _typical(diagnosis: Diagnosis, name: str) -> Variant | None:
-    variants = CATALOGUE[name].variants(diagnosis.data.layout)
-    return max(variants, key=lambda one: one.weight, default=None)
-
-
-def _variant(diagnosis: Diagnosis, name: str) -> Variant | None:
-    best = diagnosis.rivals[name].variant if name in diagnosis.rivals else None
-    return best or _typical(diagnosis, name)
+def _typical(diagnosis: Diagnosis) -> dict[str, Variant]:
+    """The likeliest variant of every effect that can act in these records."""
+    every = {name: effect.variants(diagnosis.data.layout) for name, effect in CATALOGUE.items()}
+    return {name: max(variants, key=lambda one: one.weight) for name, variants in every.items() if variants}
 
 
 def advise(diagnosis: Diagnosis) -> list[str]:
@@ -144,62 +125,45 @@ def advise(diagnosis: Diagnosis) -> list[str]:
     predicts, whose parameters may bend as far as all other records allow, adds to how far the rival lies behind
     already; a static calibration settles gains and saturation.  Without a verdict, it is the least visible effects, at
     20 per cent of the relaxation damping, that are to be told from none.
-
-    Returns
-    -------
-    list of str
     """
     records = list(_records(diagnosis))
-    verdict = diagnosis.verdict
-    lines = []
+    verdict, null, lines = diagnosis.verdict, diagnosis.null, []
     if verdict == NONE:
-        space = _Projector(diagnosis.null)
-        seen = []
-        for name in CATALOGUE:
-            variant = _typical(diagnosis, name)
-            if variant is not None:
-                seen.append((space.left(space.signature(variant)), name, variant))
-        for now, name, variant in sorted(seen, key=lambda one: one[0])[:MOST_RIVALS]:
-            if now < WANTED:
-                larger = diagnosis.null.hypothesis.extended(variant)
-                truth = larger, larger.start_from(diagnosis.null.mode, _usual(variant))
-                lines.append(
-                    _line(f"{name} of 20 % of the relaxation damping", NONE, now, truth, diagnosis.null, records)
-                )
-        return [x for x in lines if x] or [
-            "an effect of 20 % of the relaxation damping would be seen in these records, whichever of the catalogue"
+        space, typical = _Tangent(null.hypothesis, null.mode), _typical(diagnosis)
+        seen = {name: space.left(_signature(null, space, variant)) for name, variant in typical.items()}
+        for name in sorted(seen, key=lambda name: seen[name])[: thresholds.MOST_RIVALS]:
+            if seen[name] < WANTED:
+                larger = null.hypothesis.extended(typical[name])
+                truth = larger, larger.start_from(null.mode, _usual(typical[name]))
+                lines.append(_line(f"{name} of {_USUAL}", NONE, seen[name], truth, null, records))
+        return [line for line in lines if line] or [
+            f"an effect of {_USUAL} would be seen in these records, whichever of the catalogue"
         ]
-    truth = diagnosis.final.hypothesis, diagnosis.final.mode
-    for name, evidence in _near(diagnosis):
-        behind = max(diagnosis.log_weights[verdict] - diagnosis.log_weights[name], 0.0)
-        now = float(np.sqrt(2.0 * behind))
-        if now >= WANTED:
-            continue
-        lines.append(_line(verdict, name, now, truth, evidence, records))
-    if lines:
-        return [x for x in lines if x]
     near = _near(diagnosis)
+    truth = diagnosis.final.hypothesis, diagnosis.final.mode
+    behind = [diagnosis.log_weights[verdict] - diagnosis.log_weights[name] for name, _ in near]
+    for (name, fit), nats in zip(near, behind, strict=True):
+        now = float(np.sqrt(2.0 * max(nats, 0.0)))
+        if now < WANTED:
+            lines.append(_line(verdict, name, now, truth, fit, records))
+    if lines:
+        return [line for line in lines if line]
     if not near:
         return [f"no rival of {verdict} is near: no further record is needed to name it"]
-    behind = diagnosis.log_weights[verdict] - diagnosis.log_weights[near[0][0]]
     return [
-        f"{verdict} is told from its nearest rival {near[0][0]} by {np.sqrt(2.0 * behind):.0f} sigma: "
+        f"{verdict} is told from its nearest rival {near[0][0]} by {np.sqrt(2.0 * behind[0]):.0f} sigma: "
         "no further record is needed to name it"
     ]
 
 
 def _near(diagnosis: Diagnosis) -> list[tuple[str, FittedHypothesis]]:
     """Rivals that were fitted, the nearest first."""
-    found = []
-    for name, gain in sorted(diagnosis.log_weights.items(), key=lambda pair: -pair[1]):
-        if name in (diagnosis.verdict, *diagnosis.found) or not np.isfinite(gain):
-            continue
-        best = diagnosis.rivals[name].best if name in diagnosis.rivals else None
-        if name == NONE and len(diagnosis.found) == 1:
-            best = diagnosis.null
-        if best is not None:
-            found.append((name, best))
-    return found[:MOST_RIVALS]
+    best = {name: one.best for name, one in diagnosis.rivals.items() if name not in diagnosis.found}
+    if len(diagnosis.found) == 1:
+        best[NONE] = diagnosis.null
+    ranked = sorted(diagnosis.log_weights.items(), key=lambda pair: -pair[1])
+    found = [(name, fit) for name, gain in ranked if np.isfinite(gain) and (fit := best.get(name)) is not None]
+    return found[: thresholds.MOST_RIVALS]
 
 
 def _line(
@@ -210,16 +174,17 @@ def _line(
     other: FittedHypothesis,
     records: list[FurtherRecord],
 ) -> str:
-    """The advice against one rival."""
+    """The advice against one rival; empty where no record can be imagined."""
     options = []
     for record in records:
-        try:
-            more = separation(truth, (other.hypothesis, other.mode, other.covariance), record)
-        except (LookupError, np.linalg.LinAlgError):
-            continue
-        if np.isfinite(more):
-            options.append((float(np.hypot(now, more)), record.cost, record.text))
-    more = _by_calibration(truth, other)
+        with suppress(LookupError, np.linalg.LinAlgError):
+            more = separation(truth, other, record)
+            if np.isfinite(more):
+                options.append((float(np.hypot(now, more)), record.cost, record.text))
+    largest = other.hypothesis.data.layout.largest
+    tables = (one.table(u[None])[0] for one, u in (truth, (other.hypothesis, other.mode)))
+    one, two = (readings(table, largest) / largest for table in tables)
+    more = float(np.max(np.abs(one - two)) / thresholds.CALIBRATION_ERROR)
     if more > BLIND:
         options.append((float(np.hypot(now, more)), COSTS["calibration"], "a static calibration of every channel"))
     if not options:
@@ -231,21 +196,10 @@ def _line(
     return f"{text} would tell {verdict} from {rival} by {sigma:.0f} sigma ({now:.1f} now)"
 
 
-def _by_calibration(truth: tuple[Hypothesis, FloatArray], other: FittedHypothesis) -> float:
-    """Standard deviations by which a static calibration to half a per cent would tell two hypotheses apart."""
-    found = []
-    for hypothesis, u in (truth, (other.hypothesis, other.mode)):
-        largest = hypothesis.data.layout.largest
-        table = hypothesis.table(u[None])[0].copy()
-        found.append(readings(table, largest) / largest)
-    return float(np.max(np.abs(found[0] - found[1])) / CALIBRATION_ERROR)
-
-
 def _records(diagnosis: Diagnosis) -> Iterator[FurtherRecord]:
     """Records that could be taken in this campaign."""
-    data = diagnosis.data
-    layout = data.layout
-    unit = "A/D" if data.campaign.section.motion.value == "heaving" else "rad"
+    data, layout = diagnosis.data, diagnosis.data.layout
+    unit = data.campaign.section.amplitude_unit
     for i in np.unique(layout.rig):
         mine = np.flatnonzero(layout.rig == i)
         still = mine[~layout.wind[mine]]
@@ -255,26 +209,96 @@ def _records(diagnosis: Diagnosis) -> Iterator[FurtherRecord]:
         again = "another" if still.size else "a"
         text = f"{again} free decay of {data.rigs[i]} in still air from {start:.3g} {unit}"
         yield FurtherRecord(text, COSTS["still"], template, True, start, cycles)
-    settled = {}
-    for j in np.unique(layout.test[layout.wind]):
-        r = int(np.flatnonzero(layout.test == j)[0])
-        a = float(stable_amplitude(diagnosis.final.hypothesis, diagnosis.final.mode[None], r)[0])
+    stable = {}
+    for j, r in data.first_in_wind.items():
+        a = float(diagnosis.final.hypothesis.stable_amplitude(diagnosis.final.mode[None], r)[0])
         if not (0.0 < a < np.inf):
             continue
-        settled[int(j)] = a
+        stable[j] = a
         cycles = int(np.median(layout.duration[layout.test == j]) * layout.omega[r] / (2.0 * np.pi))
         cycles = int(np.clip(cycles, 20, 400))
         for what, factor, cost in (("growth", 0.1, "repeat"), ("decay", 2.0, "repeat"), ("decay", 3.0, "far")):
             from_where = f"{factor * a:.3g} {unit} ({factor:g} times the stable amplitude)"
             text = f"another {what} of {data.tests[j]} from {from_where}"
             yield FurtherRecord(text, COSTS[cost], r, False, factor * a, cycles)
-    if settled:
+    if stable:
         r = data.middle
         tested = np.unique(layout.scruton_number[layout.wind])
-        numbers = [0.6 * tested[0], *np.sqrt(tested[:-1] * tested[1:]), 1.6 * tested[-1]]
-        a = settled.get(int(layout.test[r]), layout.reference_amplitude)
+        a = stable.get(int(layout.test[r]), layout.reference_amplitude)
         cycles = int(np.clip(layout.duration[r] * layout.omega[r] / (2.0 * np.pi), 20, 400))
-        for sc in numbers:
-            factor = float(sc / layout.scruton_number[r])
+        for sc in (0.6 * tested[0], *np.sqrt(tested[:-1] * tested[1:]), 1.6 * tested[-1]):
             text = f"a growth at another Scruton number, {sc:.3g},"
+            factor = float(sc / layout.scruton_number[r])
             yield FurtherRecord(text, COSTS["scruton"], r, False, 0.1 * a, cycles, factor)
+
+
+def invisible(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    """List what records in wind cannot show, with a bound on the error of the bridge's stable amplitude.
+
+    The bridge is taken at the middle Scruton number of the campaign.  Friction alike in every rig has the form of a
+    smaller epsilon, and an error of damping common to all that of a smaller Y1: still-air decays show them; where
+    there are some, the bound is what those leave.  A gain of all channels alike and the mass are shown by no record.
+
+    Returns
+    -------
+    list of dict
+        `name`; `text`; `bound`: of the relative error of the bridge's stable amplitude, in per cent.
+    """
+    data, layout, r = diagnosis.data, diagnosis.data.layout, diagnosis.data.middle
+    if r < 0:
+        return []
+    row = transferred(diagnosis.final.table[r])
+    rate, level = layout.reference_rate, layout.reference_amplitude
+    mass = float(np.sqrt(np.mean(data.mass_sd[layout.wind] ** 2))) or thresholds.UNKNOWN_MASS
+    friction = _seen(diagnosis, Term.FRICTION, rate * level, thresholds.INVISIBLE_FRICTION)
+    sd = float(np.max(np.where(data.damping_sd < 1.0, data.damping_sd, 0.1)))
+    damping = _seen(diagnosis, Term.STRUCTURAL, rate, BOUND_SIGMAS * sd * row[Term.STRUCTURAL] / rate)
+    aerodynamic = [Term.AERO, Term.DRIVE, Term.AERO_LINEAR, Term.AERO_SQUARE, Term.AERO_FOURTH]
+
+    def settled(terms: Sequence[Term] = (), factor: float = 1.0, added: float = 0.0) -> float:
+        """Stable amplitude with some coefficients changed."""
+        moved = row[None].copy()
+        moved[:, list(terms)] = moved[:, list(terms)] * factor + added
+        return float(limit_cycle_amplitude(moved, data.channels.knots, level)[0])
+
+    def percent(moved: float) -> float:
+        a = settled()
+        return round(100.0 * abs(moved / a - 1.0), 2) if a > 0.0 and np.isfinite(moved) else float("inf")
+
+    gain = thresholds.INVISIBLE_GAIN
+    shown = "; a free decay in still air of every rig shows it"
+    if np.any(~layout.wind):
+        shown = "; bounded by the still-air decays here"
+    entries = [
+        ("friction_everywhere", percent(settled([Term.DRIVE], added=friction * rate * level)),
+         f"Dry friction alike in every rig looks like a smaller epsilon{shown}. Friction of {friction:.1%} of the "
+         "relaxation damping would make a bridge without it move more by {}"),
+        ("damping_constant", percent(settled([Term.AERO], added=-damping * rate)),
+         f"An error of the structural damping common to all rigs looks like another Y1{shown}. One of {damping:.1%} of "
+         "the relaxation damping would change the bridge's amplitude by {}"),
+        ("gain_common", round(100.0 * gain, 2),
+         f"A gain of all channels alike scales every amplitude: {gain:.0%} would change the bridge's "
+         "amplitude by {}; a static calibration shows it"),
+        ("mass", percent(settled(aerodynamic, 1.0 + BOUND_SIGMAS * mass)),
+         f"The mass ratio stands beside Y1 in every equation: an error of {BOUND_SIGMAS * mass:.1%} would change the "
+         "bridge's amplitude by {}; added mass of known size shows it"),
+    ]  # fmt: skip
+    return [{"name": n, "text": text.format(f"{bound:.2g} %"), "bound": bound} for n, bound, text in entries]
+
+
+def _seen(diagnosis: Diagnosis, term: Term, unit: float, prior: float) -> float:
+    """How large a coefficient common to all records may be, over its unit: as the prior says, or as records leave."""
+    scope = Scope(Extent.EVERYWHERE, diagnosis.data.layout.everywhere())
+
+    def apply(table: FloatArray, values: Any, _layout: Any) -> None:
+        add(table, term, values["size"] * unit)
+
+    probe = Variant("probe", (Parameter("size", 0.0, max(prior, 1e-9), scope.members),), apply, scope)
+    hypothesis = diagnosis.final.hypothesis.extended(probe)
+    at = np.append(diagnosis.final.mode, 0.0)
+    _, _, fisher = hypothesis.scores(at)
+    # Of the whole coefficient: an effect that was found shares it with the probe.
+    step = 1e-5 * hypothesis.prior[1]
+    whole = hypothesis.table(np.concatenate([at[None], at + np.diag(step)]))[:, :, term].mean(axis=1) / unit
+    slope = (whole[1:] - whole[0]) / step
+    return min(prior, BOUND_SIGMAS * float(np.sqrt(slope @ np.linalg.solve(fisher, slope))))

@@ -1,37 +1,37 @@
-"""Which effect: the evidence of every catalogued effect against none and against the unknown."""
+"""Which effect: the evidence of every catalogued effect against none and against the unknown.
+
+Score tests from one optimum alone tell which variants are worth a fit.
+"""
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import logsumexp
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Effect
-from scruton.dynamics.effects.effect import Variant
-from scruton.dynamics.effects.terms import Layout
+from scruton.dynamics.effects import Effect
+from scruton.dynamics.effects.effect import Parameter, Variant
+from scruton.dynamics.extended import channel_innovations
 from scruton.gap.hypothesis import FittedHypothesis
-from scruton.gap.screen import ScoreTest, Screen, first_starts
-from scruton.gap.thresholds import FIT_SHARE, FIT_WITHIN, HOPELESS, MOST_FITS
+from scruton.gap.thresholds import FEWEST_BEATS, FIT_SHARE, FIT_WITHIN, HOPELESS, MOST_FITS
+
+_NUDGE = 1e-4
+_PROBE = 1e-3
+_MOMENTS = np.arange(0.15, 0.86, 0.05)
+_DETUNINGS = np.concatenate([np.arange(-0.2, -0.0045, 0.001), np.arange(0.005, 0.2001, 0.001)])
+_ABOUT = (-2.0, -1.2, -0.5, 0.0, 0.5, 1.2)  # standard deviations of a prior
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """One effect, weighed.
-
-    Attributes
-    ----------
-    name : str
-    log_evidence : float
-        Averaged over its variants by their prior weights; -inf where none can act.
-    best : FittedHypothesis or None
-        Of the variant with the highest evidence.
-    """
+    """One effect, weighed."""
 
     name: str
-    log_evidence: float
-    best: FittedHypothesis | None
+    log_evidence: float  # averaged over its variants by their prior weights; -inf where none can act
+    best: FittedHypothesis | None  # of the variant with the highest evidence
 
     @property
     def variant(self) -> Variant | None:
@@ -39,53 +39,24 @@ class Candidate:
         return self.best.hypothesis.variants[-1] if self.best else None
 
 
-def score_tests(screen: Screen, effect: Effect) -> list[ScoreTest]:
-    """Screen every variant of an effect."""
-    found = []
-    for variant in effect.variants(screen.data.layout):
-        first = variant.parameters[0]
-        if variant.scan:
-            found.append(screen.scan(variant))
-        elif len(variant.parameters) == 1 and first.log:
-            about = (float(first.location + first.scale * x) for x in (-2.0, -1.2, -0.5, 0.0, 0.5, 1.2))
-            found.append(screen.direct(variant, sorted({*first.starts, *about})))
-        elif any(p.log or p.starts[0] for p in variant.parameters):
-            found.append(_conditional(screen, variant))
-        else:
-            found.append(screen.linear(variant))
-    return found
+class ScoreTest(NamedTuple):
+    """A variant, the gain in log evidence that its score at the optimum lets expect, and where to start its fit."""
+
+    variant: Variant
+    gain: float
+    start: Mapping[str, FloatArray]
 
 
-def _conditional(screen: Screen, variant: Variant) -> ScoreTest:
-    """Variants whose further parameters shape the first: screened by the first with the others at their starts."""
-    layout = screen.data.layout
-
-    def apply(table: FloatArray, values: Mapping[str, FloatArray], _layout: Layout) -> None:
-        fixed = {
-            p.name: np.where(p.members >= 0, np.exp(p.starts[0]) if p.log else p.starts[0], 0.0)[None]
-            * np.ones((len(table), 1))
-            for p in variant.parameters[1:]
-        }
-        variant.apply(table, {**values, **fixed}, layout)
-
-    first = screen.linear(replace(variant, parameters=variant.parameters[:1], apply=apply))
-    return ScoreTest(variant, first.gain, first_starts(variant))
+def first_starts(variant: Variant) -> dict[str, FloatArray]:
+    """Where the search begins in every parameter of a variant."""
+    return {p.name: np.full(p.size, p.starts[0]) for p in variant.parameters}
 
 
-def weigh(screen: Screen, effects: Sequence[Effect], *, workers: int = 2) -> dict[str, Candidate]:
-    """Evidence of every effect added to a hypothesis.
-
-    Parameters
-    ----------
-    screen : Screen
-        At the optimum of that hypothesis.
-    effects : sequence of Effect
-    workers : int
-        Threads: the filter lets go of the interpreter.
-    """
-    base = screen.base
+def weigh(base: FittedHypothesis, effects: Sequence[Effect], *, workers: int = 2) -> dict[str, Candidate]:
+    """Evidence of every effect added to a hypothesis at its optimum; the filter lets go of the interpreter."""
+    screen = Screen(base)
     with ThreadPoolExecutor(workers) as pool:
-        tested = list(pool.map(lambda effect: score_tests(screen, effect), effects))
+        tested = list(pool.map(screen.tests, effects))
         chosen: list[ScoreTest] = []
         for tests in tested:
             ranked = sorted(tests, key=lambda test: -test.gain - np.log(test.variant.weight))[:MOST_FITS]
@@ -96,16 +67,156 @@ def weigh(screen: Screen, effects: Sequence[Effect], *, workers: int = 2) -> dic
     for effect, tests in zip(effects, tested, strict=True):
         total = sum(test.variant.weight for test in tests)
         mine = [(test, fit) for test, fit in zip(chosen, fits, strict=True) if test.variant.effect == effect.name]
-        if not mine:
-            best_gain = max((test.gain for test in tests), default=-np.inf)
-            found[effect.name] = Candidate(effect.name, base.log_evidence + min(best_gain, -1.0), None)
-            continue
         # What was not fitted has its share of the prior all the same, so that many hopeless variants dilute.
         logs = [np.log(test.variant.weight / total) + fit.log_evidence for test, fit in mine]
-        found[effect.name] = Candidate(effect.name, float(logsumexp(logs)), mine[int(np.argmax(logs))][1])
+        if mine:
+            evidence, best = float(logsumexp(logs)), mine[int(np.argmax(logs))][1]
+        else:
+            evidence, best = base.log_evidence + min(max((t.gain for t in tests), default=-np.inf), -1.0), None
+        found[effect.name] = Candidate(effect.name, evidence, best)
     return found
 
 
-def everything() -> tuple[Effect, ...]:
-    """The catalogue and the unknown."""
-    return (*CATALOGUE.values(), UNKNOWN)
+class Screen:
+    """Score tests from one optimum, that of the hypothesis that variants are added to."""
+
+    def __init__(self, base: FittedHypothesis) -> None:
+        self.base, self.hypothesis, self.data = base, base.hypothesis, base.hypothesis.data
+        self.v, self.log_s, self.jv, self.js = self.hypothesis.derivatives(base.mode)
+        self.weight = np.exp(-self.log_s)
+        self.spread = 1.0 - self.v * self.v * self.weight
+        self.table = base.table
+        self._scans: dict[tuple[str, str], tuple[FloatArray, FloatArray, FloatArray]] = {}
+
+    def tests(self, effect: Effect) -> list[ScoreTest]:
+        """Screen every variant of an effect."""
+        return [self._test(variant) for variant in effect.variants(self.data.layout)]
+
+    def _test(self, variant: Variant) -> ScoreTest:
+        if variant.scan:
+            return self.scan(variant)
+        alone = len(variant.parameters) == 1 and variant.parameters[0].log
+        return self.direct(variant, variant.parameters[0]) if alone else self.linear(variant)
+
+    def _innovations(
+        self, variant: Variant, points: Sequence[Mapping[str, FloatArray]]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Innovations and variances with a variant; the base goes first, so that what they share is not redone."""
+        tables = np.repeat(self.table[None], len(points) + 1, axis=0)
+        for i, values in enumerate(points, 1):
+            variant.apply(tables[i : i + 1], values, self.data.layout)
+        v, s = channel_innovations(self.data.channels, tables)
+        return v[1:], s[1:]
+
+    def linear(self, variant: Variant) -> ScoreTest:
+        """Laplace gain of a variant, the parameters of the base re-optimised to second order.
+
+        Where further parameters shape the first one, they are held where their search begins.
+        """
+        shaped = any(p.log or p.starts[0] for p in variant.parameters)
+        tested = variant.parameters[:1] if shaped else variant.parameters
+        held = {p.name: _in_records(p, np.exp(p.starts[0]) if p.log else p.starts[0]) for p in variant.parameters}
+        v, s = self._innovations(variant, [held | {p.name: _in_records(p, _NUDGE)} for p in tested])
+        dv, ds = (v - self.v) / _NUDGE, (np.log(s) - self.log_s) / _NUDGE
+        scales = np.concatenate([np.broadcast_to(p.scale, p.size) for p in tested])
+        first = np.cumsum([0, *(p.size for p in tested)])
+        score, own = np.zeros(scales.size), np.diag(1.0 / scales**2)
+        mixed = np.zeros((scales.size, self.base.mode.size))
+        for r, (cycles, rows, where) in enumerate(self.hypothesis.blocks):
+            active = [i for i, p in enumerate(tested) if p.members[r] >= 0]
+            if not active:
+                continue
+            place = np.array([first[i] + tested[i].members[r] for i in active])
+            a, b, w = dv[np.ix_(active, cycles)], ds[np.ix_(active, cycles)], self.weight[cycles]
+            score[place] -= (a * w) @ self.v[cycles] + 0.5 * b @ self.spread[cycles]
+            own[np.ix_(place, place)] += (a * w) @ a.T + 0.5 * b @ b.T
+            c, e = self.jv[np.ix_(rows, cycles)], self.js[np.ix_(rows, cycles)]
+            mixed[np.ix_(place, where)] += (a * w) @ c.T + 0.5 * b @ e.T
+        schur = own - mixed @ self.base.covariance @ mixed.T
+        schur = 0.5 * (schur + schur.T)
+        gain = 0.5 * score @ np.linalg.solve(schur, score) - np.log(scales).sum() - 0.5 * np.linalg.slogdet(schur)[1]
+        return ScoreTest(variant, float(gain), first_starts(variant))
+
+    def direct(self, variant: Variant, parameter: Parameter) -> ScoreTest:
+        """Test of a variant of one positive parameter: the likelihood along a grid, the base held still."""
+        about = (float(parameter.location + parameter.scale * x) for x in _ABOUT)
+        grid = sorted({*parameter.starts, *about})
+        v, s = self._innovations(variant, [{parameter.name: _in_records(parameter, np.exp(at))} for at in grid])
+        here = -0.5 * float(np.sum(self.v * self.v * self.weight + self.log_s))
+        with np.errstate(all="ignore"):
+            value = -0.5 * np.sum(v * v / s + np.log(s), axis=1) - here
+        value = np.where(np.isfinite(value), value, -np.inf)
+        best = int(np.argmax(value))
+        return ScoreTest(variant, float(value[best]), {parameter.name: np.full(parameter.size, float(grid[best]))})
+
+    def scan(self, variant: Variant) -> ScoreTest:
+        """Test of a variant with many optima: the best place on a grid of its scanned parameter, value by value."""
+        named = {p.name: p for p in variant.parameters}
+        scanned = named[variant.scan]
+        form = variant.effect, variant.form
+        if form not in self._scans:  # variants that differ in their records alone share one
+            self._scans[form] = self._scan_records(variant)
+        grid, gain, slopes = self._scans[form]
+        gain = np.where(variant.scope.records, gain, -np.inf)
+        best, total = np.zeros(scanned.size, dtype=int), 0.0
+        for g in range(scanned.size):
+            # a record too short for the slowest beats has no say, but forbids nothing to the others
+            summed = np.where(np.isfinite(gain), gain, np.minimum(gain.max(axis=0, initial=0.0), 0.0) - 3.0)
+            summed = summed[:, scanned.members == g].sum(axis=1)
+            best[g] = int(np.argmax(summed))
+            total += float(summed.max()) - np.log(len(grid))
+        start = first_starts(variant) | {scanned.name: grid[best]}
+        if "phase" in named:
+            chosen = slopes[best[scanned.members], np.arange(gain.shape[1])]
+            for name, each in (("size", np.hypot(*chosen.T)), ("phase", np.arctan2(chosen[:, 1], chosen[:, 0]))):
+                start[name] = np.array([each[named[name].members == g].mean() for g in range(named[name].size)])
+        return ScoreTest(variant, total, start)
+
+    def _scan_records(self, variant: Variant) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Grid, gain of every record in wind (G, R), and the best small step there (G, R, probes)."""
+        layout, records = self.data.layout, len(self.data.layout.records)
+        probes = _probes(variant)
+        grid = _MOMENTS if variant.scan == "moment" else _DETUNINGS
+        nothing = {p.name: np.zeros((1, records)) for p in variant.parameters}
+        gain = np.full((len(grid), records), -np.inf)
+        slopes = np.zeros((len(grid), records, len(probes)))
+        scale = np.array([p for p, _ in probes])
+        beats = layout.duration * layout.omega / (2.0 * np.pi)  # at a detuning of 1
+        chunk = max(1, 48 // len(probes))
+        for begin in range(0, len(grid), chunk):
+            part = grid[begin : begin + chunk]
+            points = [
+                nothing
+                | {variant.scan: np.full((1, records), at)}
+                | {name: np.where(layout.wind, value, 0.0)[None] for name, value in values.items()}
+                for at in part
+                for _, values in probes
+            ]
+            v, s = self._innovations(variant, points)
+            jv, js = (v - self.v) / _PROBE, (np.log(s) - self.log_s) / _PROBE
+            for i, at in enumerate(part):
+                mine = slice(i * len(probes), (i + 1) * len(probes))
+                for r in np.flatnonzero(layout.wind):
+                    if variant.scan == "detuning" and abs(at) * beats[r] < FEWEST_BEATS:
+                        continue
+                    cycles = self.hypothesis.blocks[r][0]
+                    a, b, w = jv[mine, cycles], js[mine, cycles], self.weight[cycles]
+                    score = -(a * w) @ self.v[cycles] - 0.5 * b @ self.spread[cycles]
+                    own = (a * w) @ a.T + 0.5 * b @ b.T + np.diag(1.0 / scale**2)
+                    _, logdet = np.linalg.slogdet(own)
+                    slopes[begin + i, r] = np.linalg.solve(own, score)
+                    gain[begin + i, r] = 0.5 * score @ slopes[begin + i, r] - np.log(scale).sum() - 0.5 * logdet
+        return grid, gain, slopes
+
+
+def _in_records(parameter: Parameter, value: float) -> FloatArray:
+    """A value in the records that take the parameter, zero in others, (1, R)."""
+    return np.where(parameter.members >= 0, value, 0.0)[None]
+
+
+def _probes(variant: Variant) -> list[tuple[float | FloatArray, dict[str, float]]]:
+    """Small steps in which the innovations are linear, with the scale of each: of a size and a phase, quadratures."""
+    names = {p.name: p for p in variant.parameters}
+    if "phase" in names:
+        return [(names["size"].scale, {"size": _PROBE, "phase": angle}) for angle in (0.0, 0.5 * np.pi)]
+    return [(p.scale, {p.name: _PROBE}) for p in variant.parameters if p.name != variant.scan]

@@ -7,9 +7,9 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE
 from scruton.dynamics.effects.terms import Term
-from scruton.dynamics.limit_cycle import limit_cycle_amplitude, transferred
+from scruton.dynamics.limit_cycle import transferred
 from scruton.errors import InputError
-from scruton.gap.diagnosis import NONE, UNSEEN, Diagnosis
+from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis
 from scruton.gap.hypothesis import FittedHypothesis
 
 if TYPE_CHECKING:
@@ -31,9 +31,8 @@ def chosen(diagnosis: Diagnosis, effect: str) -> tuple[str, FittedHypothesis | N
         return diagnosis.verdict, None if diagnosis.verdict == NONE else diagnosis.final
     if effect not in CATALOGUE:
         raise InputError("command line", "--effect", repr(effect), f"auto, or one of: {', '.join(CATALOGUE)}")
-    best = diagnosis.singles[effect].best if effect in diagnosis.singles else None
-    if effect in diagnosis.found:
-        best = diagnosis.final
+    single = diagnosis.singles[effect].best if effect in diagnosis.singles else None
+    best = diagnosis.final if effect in diagnosis.found else single
     if best is None:
         raise InputError("command line", "--effect", effect, "an effect that these records give any support")
     return effect, best
@@ -41,16 +40,12 @@ def chosen(diagnosis: Diagnosis, effect: str) -> tuple[str, FittedHypothesis | N
 
 def posterior_draws(fit: FittedHypothesis, rng: np.random.Generator, size: int) -> FloatArray:
     """Draws of the Laplace approximation, (size, d), those outside of a prior's cut drawn again."""
-    root = np.linalg.cholesky(fit.covariance)
-    kept: list[FloatArray] = []
-    count = 0
+    root, kept = np.linalg.cholesky(fit.covariance), np.empty((0, fit.mode.size))
     for _ in range(1000):
         u = fit.mode + rng.standard_normal((size, fit.mode.size)) @ root.T
-        good = (u[:, fit.hypothesis.positive] >= 0.0).all(axis=1)
-        kept.append(u[good])
-        count += int(np.count_nonzero(good))
-        if count >= size:
-            return np.concatenate(kept)[:size]
+        kept = np.concatenate([kept, u[(u[:, fit.hypothesis.positive] >= 0.0).all(axis=1)]])
+        if len(kept) >= size:
+            return kept[:size]
     raise ValueError("the effect's size is negative almost surely: its records contradict it")
 
 
@@ -60,17 +55,12 @@ def discrepancy_of_the_unknown(diagnosis: Diagnosis) -> float:
     The stable amplitudes with the generic term differ from those of the bare model by as much; the root mean square
     over the tests.
     """
-    best = diagnosis.singles[UNSEEN].best
-    if best is None or diagnosis.data.middle < 0:
+    best = diagnosis.singles[UNKNOWN].best
+    if best is None:
         return 0.0
     differences = []
-    layout = diagnosis.data.layout
-    for test in np.unique(layout.test[layout.wind]):
-        r = int(np.flatnonzero(layout.test == test)[0])
-        before, after = (
-            limit_cycle_amplitude(table[r][None], diagnosis.data.channels.knots, layout.reference_amplitude)[0]
-            for table in (diagnosis.null.table, best.table)
-        )
+    for r in diagnosis.data.first_in_wind.values():
+        before, after = (fit.hypothesis.stable_amplitude(fit.mode[None], r)[0] for fit in (diagnosis.null, best))
         if before > 0.0 and after > 0.0 and np.isfinite(before * after):
             differences.append(np.log(after / before))
     return float(np.sqrt(np.mean(np.square(differences)))) if differences else 0.0
@@ -97,7 +87,7 @@ def attach(tree: "xr.DataTree", diagnosis: Diagnosis, effect: str, seed: int) ->
         "largest": float(layout.largest.max()), "discrepancy_sd": 0.0,
         "mass_damping_factor": float(layout.scruton_number[middle] / diagnosis.data.nominal_damping[middle]),
     }  # fmt: skip
-    if name == UNSEEN:
+    if name == UNKNOWN:
         fit = diagnosis.null
         attributes["discrepancy_sd"] = discrepancy_of_the_unknown(diagnosis)
     rows = transferred(fit.hypothesis.table(posterior_draws(fit, rng, size))[:, middle])

@@ -8,7 +8,7 @@ from scipy import stats
 from scipy.ndimage import median_filter
 
 from scruton.arrays import FloatArray
-from scruton.campaign.schema import Campaign
+from scruton.campaign.schema import Campaign, Record
 from scruton.envelope import Cycles
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.thresholds import BLOCKS, EXCESS_SIGMAS, FEWEST_CYCLES, KURTOSIS_SHARE, LAGS
@@ -42,33 +42,14 @@ class Check:
         return min(1.0, 5.0 * min(self.colour, self.level, self.spread, self.tails, self.phase))
 
 
-@dataclass
-class _ChiSquare:
-    """A sum of squares that noise would make, and its degrees of freedom."""
-
-    value: float = 0.0
-    freedom: int = 0
-
-    def add(self, value: float, freedom: int) -> None:
-        self.value, self.freedom = self.value + value, self.freedom + freedom
-
-    @property
-    def p(self) -> float:
-        return float(stats.chi2.sf(self.value, max(self.freedom, 1)))
-
-    @property
-    def excess(self) -> float:
-        """Nats beyond noise: half of what it exceeds its mean by, less some of its standard deviations."""
-        return max(0.0, 0.5 * (self.value - self.freedom) - EXCESS_SIGMAS * float(np.sqrt(0.5 * max(self.freedom, 1))))
-
-
 def check(fit: FittedHypothesis) -> Check:
     """Test the innovations of a hypothesis at its optimum, in wind where there are such records."""
     data, layout = fit.hypothesis.data.channels, fit.hypothesis.data.layout
     v, s = fit.hypothesis.innovations(fit.mode[None])
     z = (v / np.sqrt(s))[0]
     amplitude, phase = z[: data.size], z[data.size : 2 * data.size]
-    colour, level, spread, angle = (_ChiSquare() for _ in range(4))
+    # sums of squares that noise would make, and their degrees of freedom
+    sums = {name: np.zeros(2) for name in ("colour", "level", "spread", "phase")}
     fourth, count = 0.0, 0
     for r in range(len(layout.records)):
         # In still air what is left is the demodulation's own: it counts only where there is nothing else.
@@ -78,33 +59,32 @@ def check(fit: FittedHypothesis) -> Check:
         x = amplitude[mine][1:]
         if x.size < FEWEST_CYCLES:
             continue
-        _add_ljung_box(colour, x)
+        sums["colour"] += _ljung_box(x)
         for block in np.array_split(x, BLOCKS):
             n = block.size
-            level.add(float(block.mean() ** 2 * n), 1)
+            sums["level"] += block.mean() ** 2 * n, 1
             # Wilson-Hilferty: a standard normal from a sum of squares
             cube = (float(np.sum(block**2)) / n) ** (1.0 / 3.0)
-            spread.add(((cube - (1.0 - 2.0 / (9.0 * n))) / np.sqrt(2.0 / (9.0 * n))) ** 2, 1)
+            sums["spread"] += ((cube - (1.0 - 2.0 / (9.0 * n))) / np.sqrt(2.0 / (9.0 * n))) ** 2, 1
         fourth += float(np.sum(np.minimum(x, 20.0) ** 4))
         count += x.size
         y = phase[mine]
         y = y[y != 0.0]
         if y.size >= FEWEST_CYCLES:
-            _add_ljung_box(angle, y)
+            sums["phase"] += _ljung_box(y)
     kurtosis = (fourth / max(count, 1) - 3.0) / np.sqrt(24.0 / max(count, 1))
-    return Check(
-        colour=colour.p,
-        level=level.p,
-        spread=spread.p,
-        tails=float(stats.norm.sf(KURTOSIS_SHARE * kurtosis)),
-        phase=angle.p,
-        excess=colour.excess + level.excess,
-    )
+    p = {name: float(stats.chi2.sf(value, max(freedom, 1))) for name, (value, freedom) in sums.items()}
+    # nats beyond noise: half of what a sum exceeds its mean by, less some of its standard deviations
+    excess = [
+        max(0.0, 0.5 * (value - freedom) - EXCESS_SIGMAS * float(np.sqrt(0.5 * max(freedom, 1))))
+        for value, freedom in (sums["colour"].tolist(), sums["level"].tolist())
+    ]
+    return Check(**p, tails=float(stats.norm.sf(KURTOSIS_SHARE * kurtosis)), excess=excess[0] + excess[1])
 
 
-def _add_ljung_box(total: _ChiSquare, x: FloatArray) -> None:
+def _ljung_box(x: FloatArray) -> tuple[float, int]:
     lags = min(LAGS, x.size // 4)
-    total.add(ljung_box(x, lags)[0], lags)
+    return ljung_box(x, lags)[0], lags
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,18 +110,13 @@ class SecondLine:
 
 def second_lines(campaign: Campaign, cycles: Mapping[str, Cycles]) -> tuple[SecondLine, ...]:
     """Look for a line beside the response in every record, the fundamental and its harmonics taken off."""
-    found = []
-    records = [r for rig in campaign.rigs for r in rig.records] + [r for test in campaign.tests for r in test.records]
-    for record in records:
-        if record.is_envelope or record.name not in cycles:
-            continue
-        line = _line(record.time, record.response, cycles[record.name])
-        if line is not None:
-            found.append(SecondLine(record.name, *line))
-    return tuple(found)
+    every = [r for rig in campaign.rigs for r in rig.records] + [r for test in campaign.tests for r in test.records]
+    used = [record for record in every if not record.is_envelope and record.name in cycles]
+    return tuple(line for record in used if (line := _line(record, cycles[record.name])))
 
 
-def _line(time: FloatArray, response: FloatArray, cycles: Cycles) -> tuple[float, float, float] | None:
+def _line(record: Record, cycles: Cycles) -> SecondLine | None:
+    time, response = record.time, record.response
     omega = 2.0 * np.pi * cycles.reference_frequency
     half = 0.5 / cycles.reference_frequency
     inside = (time >= cycles.time[0] - half) & (time <= cycles.time[-1] + half)
@@ -158,12 +133,9 @@ def _line(time: FloatArray, response: FloatArray, cycles: Cycles) -> tuple[float
     phase = np.interp(t, cycles.time, np.unwrap(np.angle(smooth)))
     origin = cycles.time[0] - half
     theta = omega * (t - origin) + phase
-    columns = np.stack(
-        [np.ones_like(t), *(f(k * theta) * a for k in (1, 2, 3) for f in (np.cos, np.sin))],
-        axis=1,
-    )
-    residual = y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]
-    residual *= np.hanning(t.size) ** 0.5
+    columns = np.stack([np.ones_like(t), *(f(k * theta) * a for k in (1, 2, 3) for f in (np.cos, np.sin))], axis=1)
+    window = np.hanning(t.size) ** 0.5
+    residual = (y - columns @ np.linalg.lstsq(columns, y, rcond=None)[0]) * window
     power = np.abs(np.fft.rfft(residual)) ** 2
     frequency = np.fft.rfftfreq(t.size, float(np.median(np.diff(t))))
     f0, resolution = cycles.reference_frequency, 1.0 / (t[-1] - t[0])
@@ -178,5 +150,5 @@ def _line(time: FloatArray, response: FloatArray, cycles: Cycles) -> tuple[float
     above = np.where(use, power / np.maximum(floor, 1e-300), 0.0)
     peak = int(np.argmax(above))
     ratio = float(above[peak] - np.log(np.count_nonzero(use)))
-    window = np.hanning(t.size) ** 0.5
-    return float(frequency[peak]), float(2.0 * np.sqrt(power[peak]) / window.sum()), ratio
+    amplitude = float(2.0 * np.sqrt(power[peak]) / window.sum())
+    return SecondLine(record.name, float(frequency[peak]), amplitude, ratio)

@@ -7,6 +7,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.campaign import peak_tests
+from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Campaign, Kind, Record
 from scruton.dynamics import Setting
 from scruton.dynamics.cycles import ABSENT, Channels, gaps
@@ -19,7 +20,8 @@ from scruton.infer.cards import ModelCard, load_card
 from scruton.infer.fit import envelope
 from scruton.stats.priors import Prior
 
-_DIRECTION = {Kind.GROWTH: 1, Kind.DECAY: -1, Kind.STEADY: 0, Kind.FREE_DECAY: 0}
+_TYPICAL = 0.005  # damping ratio where none is stated
+_DIRECTION = {Kind.GROWTH: 1, Kind.DECAY: -1}
 FLOOR = 2e-4  # of the amplitude: what a demodulated amplitude may be off by, beside its noise
 
 
@@ -68,6 +70,11 @@ class GapData:
     cycles: Mapping[str, Cycles]
     priors: Mapping[str, Prior]
 
+    @property
+    def first_in_wind(self) -> dict[int, int]:
+        """First record of every test that has records here, by the numbers of both."""
+        return _first_in_wind(self.layout.test)
+
     def referred_to(self, amplitude: float, rate: float) -> "GapData":
         """The same data with other reference amplitude and rate."""
         return replace(self, layout=replace(self.layout, reference_amplitude=amplitude, reference_rate=rate))
@@ -88,11 +95,10 @@ def load_gap(campaign: Campaign, card: ModelCard | None = None) -> GapData:
         If there is no record, or one cannot be demodulated.
     """
     card = card or load_card()
-    rigs = tuple(rig.name for rig in campaign.rigs)
-    tests = tuple(test.name for test in campaign.tests)
+    rigs, tests = (tuple(owner.name for owner in owners) for owners in (campaign.rigs, campaign.tests))
     winds = {r.name: envelope(r, campaign.rig(t.rig).frequency.mean) for t in campaign.tests for r in t.records}
     stable = {
-        test.name: float(np.median([_tail(winds[record.name]) for record in test.records]))
+        test.name: float(np.median([settled_end(winds[record.name]) for record in test.records]))
         for test in campaign.tests
         if test.records
     }
@@ -109,61 +115,60 @@ def load_gap(campaign: Campaign, card: ModelCard | None = None) -> GapData:
         record.name: winds[record.name] if j >= 0 else envelope(record, campaign.rigs[i].frequency.mean)
         for record, i, j in entries
     }
-    of_rig = np.array([i for _, i, _ in entries])
-    of_test = np.array([j for _, _, j in entries])
+    records = [record for record, _, _ in entries]
+    of_rig, of_test = (np.array([entry[k] for entry in entries]) for k in (1, 2))
     omega = 2.0 * np.pi * np.array([campaign.rigs[i].frequency.mean for i in of_rig])
-    settings = [_setting(campaign, j, cycles) if j >= 0 else None for j in of_test]
+    in_wind = np.array([_in_wind(campaign, j, cycles) for j in of_test])
+    sc, speed, aero, drive, mass_sd = (column.copy() for column in in_wind.T)
     stated = [rig.damping_ratio for rig in campaign.rigs]
     damping = np.array([ratio.mean if ratio else np.nan for ratio in stated])
-    sc = np.array([float(s.mass_damping_factor * _known(s.damping_ratio)) if s else np.nan for s in settings])
-    speed = np.array([float(s.reduced_velocity) if s else np.nan for s in settings])
-    middle = _middle(sc, of_test)
-    aero = np.array(
-        [float(s.mass_ratio * np.asarray(s.wind_speed) / np.asarray(s.depth)) if s else 0.0 for s in settings]
-    )
-    drive = np.array([a / float(s.K) if s else 0.0 for a, s in zip(aero, settings, strict=True)])
-    largest = np.array([float(np.max(cycles[r.name].amplitude)) for r, _, _ in entries])
-    reference = float(stable[tests[of_test[middle]]]) if middle >= 0 else float(np.exp(np.mean(np.log(largest)))) * 0.5
-    rate = omega[middle] * 0.01 if middle >= 0 else omega[0] * 0.005
-    smallest = min(_smallest(cycles[r.name]) for r, _, _ in entries)
+    by_sc = sorted(_first_in_wind(of_test).values(), key=lambda r: sc[r])
+    middle = by_sc[(len(by_sc) - 1) // 2] if by_sc else -1
+    demodulated = [cycles[record.name] for record in records]
+    largest = np.array([float(np.max(own.amplitude)) for own in demodulated])
+    base, reference, rate = 0, float(np.exp(np.mean(np.log(largest)))) * 0.5, 0.005
+    if middle >= 0:
+        base, reference, rate = middle, float(stable[tests[of_test[middle]]]), 0.01
+        aero, drive = aero / aero[middle], drive / drive[middle]
+    smallest = min(own.amplitude.min(where=_clear(own), initial=np.max(own.amplitude)) for own in demodulated)
     knots = np.linspace(np.log(max(smallest, largest.max() / 100.0)), np.log(largest.max()), HATS)
     layout = Layout(
-        records=tuple(record.name for record, _, _ in entries),
+        records=tuple(record.name for record in records),
         rig=of_rig,
         test=of_test,
-        direction=np.array([_DIRECTION[record.kind] for record, _, _ in entries]),
-        duration=np.array([float(np.ptp(cycles[record.name].time)) for record, _, _ in entries]),
+        direction=np.array([_DIRECTION.get(record.kind, 0) for record in records]),
+        duration=np.array([float(np.ptp(own.time)) for own in demodulated]),
         omega=omega,
         largest=largest,
         reduced_velocity=speed,
         scruton_number=sc,
         reference_amplitude=reference,
-        reference_rate=float(rate),
-        reference_omega=float(omega[middle] if middle >= 0 else omega[0]),
+        reference_rate=float(omega[base] * rate),
+        reference_omega=float(omega[base]),
         knots=np.exp(knots),
     )
-    base = middle if middle >= 0 else 0
     return GapData(
         campaign=campaign,
-        channels=_channels([record for record, _, _ in entries], cycles, knots),
+        channels=_channels(records, cycles, knots),
         layout=layout,
         tests=tests,
         rigs=rigs,
         middle=middle,
-        aero_ratio=aero / aero[base] if middle >= 0 else aero,
-        drive_ratio=drive / drive[base] if middle >= 0 else drive,
-        mass_sd=np.array([_mass_sd(campaign, i, j) for i, j in zip(of_rig, of_test, strict=True)]),
+        aero_ratio=aero,
+        drive_ratio=drive,
+        mass_sd=mass_sd,
         damping=damping,
-        damping_sd=np.array(
-            [
-                max(card.damping_relative_sd if ratio.sd is None else ratio.relative_sd, 1e-4) if ratio else 1.0
-                for ratio in stated
-            ]
-        ),
+        damping_sd=np.array([_damping_sd(ratio, card) for ratio in stated]),
         cycles=cycles,
         nominal_damping=_nominal(campaign, damping, cycles)[of_rig],
         priors=card.null_priors,
     )
+
+
+def _damping_sd(stated: Quantity | None, card: ModelCard) -> float:
+    if stated is None:
+        return 1.0
+    return max(card.damping_relative_sd if stated.sd is None else stated.relative_sd, 1e-4)
 
 
 def _nominal(campaign: Campaign, stated: FloatArray, cycles: Mapping[str, Cycles]) -> FloatArray:
@@ -175,7 +180,7 @@ def _nominal(campaign: Campaign, stated: FloatArray, cycles: Mapping[str, Cycles
         rates = []
         for record in rig.records:
             decay = cycles[record.name]
-            clear = decay.amplitude > 5.0 * decay.standard_error
+            clear = _clear(decay)
             if np.count_nonzero(clear) > 2:
                 t, a = decay.time[clear], decay.amplitude[clear]
                 rates.append(np.log(a[0] / a[-1]) / (t[-1] - t[0]) / (2.0 * np.pi * rig.frequency.mean))
@@ -183,34 +188,29 @@ def _nominal(campaign: Campaign, stated: FloatArray, cycles: Mapping[str, Cycles
     return found
 
 
-def _tail(cycles: Cycles) -> float:
+def _clear(cycles: Cycles) -> np.ndarray:
+    """Which cycles' amplitudes can be told from noise."""
+    return np.asarray(cycles.amplitude > 5.0 * cycles.standard_error)
+
+
+def settled_end(cycles: Cycles) -> float:
+    """Mean amplitude of the last fifth of a record."""
     return float(np.mean(cycles.amplitude[-max(5, cycles.amplitude.size // 5) :]))
 
 
-def _smallest(cycles: Cycles) -> float:
-    clear = cycles.amplitude[cycles.amplitude > 5.0 * cycles.standard_error]
-    return float(clear.min()) if clear.size else float(np.max(cycles.amplitude))
+def _first_in_wind(test: np.ndarray) -> dict[int, int]:
+    """First record of every test that has records here, by the numbers of both."""
+    return {int(j): int(np.flatnonzero(test == j)[0]) for j in np.unique(test[test >= 0])}
 
 
-def _known(value: object) -> float:
-    number = float(np.asarray(value))
-    return number if np.isfinite(number) else 0.005
-
-
-def _middle(sc: FloatArray, test: np.ndarray) -> int:
-    """First record of the test in the middle of the Scruton numbers."""
-    numbers = np.unique(test[test >= 0])
-    if numbers.size == 0:
-        return -1
-    by_sc = sorted(numbers, key=lambda j: sc[test == j][0])
-    return int(np.flatnonzero(test == by_sc[(len(by_sc) - 1) // 2])[0])
-
-
-def _setting(campaign: Campaign, j: int, cycles: Mapping[str, Cycles]) -> Setting:
+def _in_wind(campaign: Campaign, j: int, cycles: Mapping[str, Cycles]) -> tuple[float, ...]:
+    """Scruton number, reduced velocity, linear aerodynamic damping and drive of a test, and sd of ln(mass ratio)."""
+    if j < 0:
+        return np.nan, np.nan, 0.0, 0.0, 0.0
     test = campaign.tests[j]
     rig = campaign.rig(test.rig)
     assert rig.mass is not None, "the loader refuses a test whose rig has no mass"
-    return Setting(
+    setting = Setting(
         motion=campaign.section.motion,
         width=campaign.section.width,
         depth=campaign.section.depth,
@@ -219,20 +219,15 @@ def _setting(campaign: Campaign, j: int, cycles: Mapping[str, Cycles]) -> Settin
         wind_speed=test.wind_speed.mean,
         frequency=rig.frequency.mean,
         wind_frequency=float(np.median([cycles[r.name].reference_frequency for r in test.records])),
-        damping_ratio=rig.damping_ratio.mean if rig.damping_ratio else np.nan,
+        damping_ratio=rig.damping_ratio.mean if rig.damping_ratio else _TYPICAL,
     )
-
-
-def _mass_sd(campaign: Campaign, i: int, j: int) -> float:
-    if j < 0:
-        return 0.0
-    mass, density = campaign.rigs[i].mass, campaign.tests[j].air_density
-    assert mass is not None
-    return float(np.hypot(mass.relative_sd, density.relative_sd))
+    aero = float(setting.mass_ratio * np.asarray(setting.wind_speed) / np.asarray(setting.depth))
+    mass_sd = float(np.hypot(rig.mass.relative_sd, test.air_density.relative_sd))
+    return float(setting.scruton_number), float(setting.reduced_velocity), aero, aero / float(setting.K), mass_sd
 
 
 def _channels(records: list[Record], cycles: Mapping[str, Cycles], knots: FloatArray) -> Channels:
-    parts: dict[str, list[FloatArray]] = {}
+    parts: list[dict[str, FloatArray]] = []
     for number, record in enumerate(records):
         own = cycles[record.name]
         size, period = own.time.size, 1.0 / own.reference_frequency
@@ -254,6 +249,5 @@ def _channels(records: list[Record], cycles: Mapping[str, Cycles], knots: FloatA
             "omega": np.full(size, 2.0 * np.pi * own.reference_frequency),
             "has_phase": np.full(size, not record.is_envelope),
         }
-        for name, column in columns.items():
-            parts.setdefault(name, []).append(column)
-    return Channels(**{name: np.concatenate(part) for name, part in parts.items()}, knots=knots)
+        parts.append(columns)
+    return Channels(**{name: np.concatenate([part[name] for part in parts]) for name in parts[0]}, knots=knots)

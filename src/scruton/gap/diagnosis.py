@@ -7,33 +7,17 @@ import numpy as np
 from scipy.special import logsumexp
 
 from scruton.campaign.schema import Campaign
-from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Effect
-from scruton.gap.attribute import Candidate, everything, weigh
+from scruton.dynamics import effects as catalogue
+from scruton.dynamics.effects import CATALOGUE, Effect
+from scruton.gap import thresholds
+from scruton.gap.attribute import Candidate, weigh
 from scruton.gap.check import Check, SecondLine, check, second_lines
 from scruton.gap.data import GapData, load_gap
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.null_model import null_model
-from scruton.gap.screen import Screen
-from scruton.gap.thresholds import (
-    ALLOWED_EXCESS,
-    ALLOWED_SHARE,
-    ANY_TEMPERATURE,
-    CHAIN_NATS,
-    FURTHER_SHARE,
-    GROUP_NATS,
-    LINE_NATS,
-    MOST_EFFECTS,
-    PREFERENCE_NATS,
-    PREFERENCE_SHARE,
-    SECOND_NATS,
-    SECOND_SHARE,
-    SMALLEST,
-    TEMPERATURE,
-)
 from scruton.progress import Progress
 
-NONE = "none"
-UNSEEN = UNKNOWN.name
+NONE, UNKNOWN = "none", catalogue.UNKNOWN.name
 PRIOR_NONE = 0.5
 _STARTS = (0.0, -1.5, 1.2)  # of ln(aerodynamic rate), about the prior's centre
 
@@ -85,29 +69,20 @@ class Diagnosis:
 
 def fit_null(data: GapData) -> tuple[GapData, FittedHypothesis]:
     """Fit the null model, refer sizes to its stable amplitude and relaxation rate, and fit it again."""
-    fit = _from_several(Hypothesis(null_model(data)))
-    if data.middle >= 0:
-        amplitude = float(np.exp(fit.value("stable_amplitude")[0][0]))
-        aero = float(np.exp(fit.value("aerodynamic_rate")[0][0]))
-        damping = data.layout.omega[data.middle] * data.nominal_damping[data.middle]
-        data = data.referred_to(amplitude, aero + damping)
-    else:
-        data = data.referred_to(
-            float(np.exp(np.mean(np.log(data.layout.largest)))) * 0.5,
-            float(np.median(data.layout.omega * data.nominal_damping)),
-        )
-    return data, Hypothesis(null_model(data)).fit(fit.mode)
-
-
-def _from_several(null: Hypothesis) -> FittedHypothesis:
-    """The best of several climbs: one start alone may end where turbulence explains what the wind does."""
-    starts = []
+    null, starts = Hypothesis(null_model(data)), []
+    # The best of several climbs: one start alone may end where turbulence explains what the wind does.
     for shift in _STARTS:
-        start = null.start()
+        starts.append(null.start())
         if (where := null.slices.get((None, "aerodynamic_rate"))) is not None:
-            start[where] += shift
-        starts.append(start)
-    return max((null.fit(start) for start in starts), key=lambda fit: fit.log_evidence)
+            starts[-1][where] += shift
+    fit = max((null.fit(start) for start in starts), key=lambda fit: fit.log_evidence)
+    damping = data.layout.omega * data.nominal_damping
+    amplitude, rate = data.layout.reference_amplitude, float(np.median(damping))
+    if data.middle >= 0:
+        amplitude, aero = (float(np.exp(fit.value(name)[0][0])) for name in ("stable_amplitude", "aerodynamic_rate"))
+        rate = aero + damping[data.middle]
+    data = data.referred_to(amplitude, rate)
+    return data, Hypothesis(null_model(data)).fit(fit.mode)
 
 
 def diagnose_data(
@@ -139,57 +114,51 @@ def diagnose_data(
     data, null = fit_null(data)
     lines = second_lines(campaign, data.cycles)
     tell("single effects", 0.1)
-    effects = tuple(effect for effect in everything() if (prior or {}).get(effect.name, 1.0) > 0.0)
-    singles = weigh(Screen(null), effects, workers=workers)
-    chain, bases = _forward(null, singles, effects, workers, tell)
-    generic = singles[UNSEEN].log_evidence if UNSEEN in singles else -np.inf
-    if len(chain) > 1 and bases[-1].log_evidence < generic + CHAIN_NATS * (len(chain) - 1):
-        chain, bases = chain[:1], bases[:2]
+    everything = (*CATALOGUE.values(), catalogue.UNKNOWN)
+    effects = tuple(effect for effect in everything if (prior or {}).get(effect.name, 1.0) > 0.0)
+    singles = weigh(null, effects, workers=workers)
+    chain, base = _forward(null, singles, effects, workers, tell)
+    generic = singles[UNKNOWN].log_evidence if UNKNOWN in singles else -np.inf
+    if len(chain) > 1 and base.log_evidence < generic + thresholds.CHAIN_NATS * (len(chain) - 1):
+        chain = chain[:1]
     tell("absolute check", 0.8)
     checks = {NONE: check(null)}
-    base = bases[-2] if len(bases) > 1 else null
+    base, rivals = null, dict(singles)
     if len(chain) > 1:
-        # The strongest effect is judged with the others in place.
-        order = sorted(range(len(chain)), key=lambda i: (_rank(chain[i].name), i))
-        chain = [chain[i] for i in order]
-        others = Hypothesis(null.hypothesis.null, tuple(c.variant for c in chain[1:] if c.variant))
-        start = others.start()
+        # The strongest effect is judged with the others in place; those on damping come before those that only the
+        # frequency shows.
+        chain.sort(key=lambda one: CATALOGUE[one.name].channel == "frequency")
+        beside = Hypothesis(null.hypothesis.null, tuple(c.variant for c in chain[1:] if c.variant))
+        start = beside.start()
         start[: null.mode.size] = null.mode
-        base = others.fit(start)
-        rivals = weigh(Screen(base), [e for e in effects if e.name not in {c.name for c in chain[1:]}], workers=workers)
-    else:
-        rivals = dict(singles)
+        base = beside.fit(start)
+        rivals = weigh(base, [e for e in effects if e.name not in {c.name for c in chain[1:]}], workers=workers)
     gains = {name: c.log_evidence - base.log_evidence for name, c in rivals.items()}
     names = tuple(c.name for c in chain)
-    catalogued = {name: gain for name, gain in gains.items() if name in CATALOGUE}
-    best = max(catalogued, key=lambda name: catalogued[name])
+    best = max((name for name in gains if name in CATALOGUE), key=lambda name: gains[name])
     leader = rivals[best].best if rivals[best].best and gains[best] > 0.0 else base
     assert leader is not None
     checks[best if leader is not base else NONE] = mark = check(leader)
     # Forms differ a little: what is left is measured by what was explained, at the noise that is left.
     explained = max(gains[best], 0.0, _explained(null, leader)) if leader is not base else 0.0
-    left = _left_over(mark, lines, names, data) - ALLOWED_SHARE * explained
-    if UNSEEN in gains:  # a card may leave it out
-        gains[UNSEEN] -= PREFERENCE_NATS + PREFERENCE_SHARE * max(gains[UNSEEN], 0.0)
-        gains[UNSEEN] = max(gains[UNSEEN], max(gains[best], 0.0) + left)
+    left = _left_over(mark, lines, names, data) - thresholds.ALLOWED_SHARE * explained
+    if UNKNOWN in gains:  # a card may leave it out
+        gains[UNKNOWN] -= thresholds.PREFERENCE_NATS + thresholds.PREFERENCE_SHARE * max(gains[UNKNOWN], 0.0)
+        gains[UNKNOWN] = max(gains[UNKNOWN], max(gains[best], 0.0) + left)
     gains[NONE] = 0.0
     probability = _probabilities(gains, prior or {}, prior_none)
     top = max(probability, key=lambda name: probability[name])
-    if top == NONE:
-        found: tuple[str, ...] = ()
-        final = null
-    elif top == UNSEEN:
-        found = (UNSEEN,)
-        final = singles[UNSEEN].best or null
-    else:
-        found = (top, *(name for name in names if name != top)) if len(names) > 1 else (top,)
-        final = rivals[top].best or null
-    checks.setdefault(found[0] if found else NONE, check(final))
+    found: tuple[str, ...] = ()
+    final = null
+    if top == UNKNOWN:
+        found, final = (top,), singles[top].best or null
+    elif top != NONE:
+        others = names if len(names) > 1 else ()
+        found, final = (top, *(name for name in others if name != top)), rivals[top].best or null
+    checks.setdefault(top, check(final))
     tell("done", 1.0)
-    return Diagnosis(
-        data, null, found, final, singles, rivals, gains, probability, _groups(gains, found[0] if found else NONE),
-        checks, lines,
-    )  # fmt: skip
+    groups = _groups(gains, top)
+    return Diagnosis(data, null, found, final, singles, rivals, gains, probability, groups, checks, lines)
 
 
 def diagnose(campaign: Campaign, **options: object) -> Diagnosis:
@@ -197,71 +166,62 @@ def diagnose(campaign: Campaign, **options: object) -> Diagnosis:
     return diagnose_data(load_gap(campaign), campaign, **options)  # type: ignore[arg-type]
 
 
-def _rank(name: str) -> int:
-    """Effects on damping come before those that only the frequency or the reading shows."""
-    return int(CATALOGUE[name].channel == "frequency") if name in CATALOGUE else 2
-
-
 def _forward(
     null: FittedHypothesis, singles: Mapping[str, Candidate], effects: Sequence[Effect], workers: int, tell: Progress
-) -> tuple[list[Candidate], list[FittedHypothesis]]:
-    """Add catalogued effects one by one while each gains enough; the hypotheses on the way, the null model first."""
+) -> tuple[list[Candidate], FittedHypothesis]:
+    """Add catalogued effects one by one while each gains enough; the hypothesis with all of them comes with them."""
     chain: list[Candidate] = []
-    bases = [null]
-    candidates = dict(singles)
-    first = 0.0
-    for step in range(MOST_EFFECTS):
-        named = [c for name, c in candidates.items() if name in CATALOGUE and name not in {x.name for x in chain}]
-        best = max(named, key=lambda c: c.log_evidence)
-        gain = best.log_evidence - bases[-1].log_evidence
-        needed = SECOND_NATS + SECOND_SHARE * first if chain else 0.0
-        rival = candidates[UNSEEN].log_evidence if UNSEEN in candidates else -np.inf
+    base, candidates, first = null, singles, 0.0
+    for step in range(thresholds.MOST_EFFECTS):
+        taken = {one.name for one in chain}
+        named = [one for name, one in candidates.items() if name in CATALOGUE and name not in taken]
+        best = max(named, key=lambda one: one.log_evidence)
+        gain = best.log_evidence - base.log_evidence
+        needed = thresholds.SECOND_NATS + thresholds.SECOND_SHARE * first if chain else 0.0
+        rival = candidates[UNKNOWN].log_evidence if UNKNOWN in candidates else -np.inf
         # A second effect has to beat the generic term: it would mend a first that is wrong, too.
-        slack = PREFERENCE_NATS + FURTHER_SHARE * max(gain, 0.0)
-        negligible = chain and best.best is not None and _largest_size(best.best) < SMALLEST
+        slack = thresholds.PREFERENCE_NATS + thresholds.FURTHER_SHARE * max(gain, 0.0)
+        negligible = chain and best.best is not None and _largest_size(best.best) < thresholds.SMALLEST
         if gain < needed or best.best is None or negligible or (chain and best.log_evidence < rival - slack):
             break
         chain.append(best)
-        bases.append(best.best)
-        first = max(first, gain)
-        if step + 1 < MOST_EFFECTS and gain > 0.0:
+        base, first = best.best, max(first, gain)
+        if step + 1 < thresholds.MOST_EFFECTS and gain > 0.0:
             tell(f"effects beside {best.name}", 0.3 + 0.2 * step)
-            taken = {x.name for x in chain}
-            candidates = weigh(Screen(best.best), [e for e in effects if e.name not in taken], workers=workers)
-    return chain, bases
+            others = [effect for effect in effects if effect.name not in {*taken, best.name}]
+            candidates = weigh(base, others, workers=workers)
+    return chain, base
 
 
 def _largest_size(fit: FittedHypothesis) -> float:
     """Largest size of the variant that was added last; infinite where it has none (a lag, a level)."""
     last = len(fit.hypothesis.variants) - 1
     variant = fit.hypothesis.variants[last]
-    sizes = [p for p in variant.parameters if not p.log]
-    if not sizes:
-        return np.inf
-    return max(float(np.abs(fit.value(p.name, last)[0]).max()) for p in sizes if p.name != variant.scan)
+    sizes = [p.name for p in variant.parameters if not p.log and p.name != variant.scan]
+    return max((float(np.abs(fit.value(name, last)[0]).max()) for name in sizes), default=np.inf)
 
 
 def _explained(base: FittedHypothesis, leader: FittedHypothesis) -> float:
     """Nats of misfit of the amplitudes that the leader takes away, both hypotheses at its noise."""
-    data = leader.hypothesis.data.channels
-    size = data.size
     u = base.mode.copy()
     for name in ("scatter", "noise"):
         u[base.hypothesis.slices[None, name]] = leader.mode[leader.hypothesis.slices[None, name]]
-    (v0, s0), (v1, s1) = base.hypothesis.innovations(u[None]), leader.hypothesis.innovations(leader.mode[None])
-    chi = [float(np.sum(v[0, :size] ** 2 / s[0, :size])) for v, s in ((v0, s0), (v1, s1))]
+    chi = []
+    for hypothesis, at in ((base.hypothesis, u), (leader.hypothesis, leader.mode)):
+        v, s = (x[0, : hypothesis.data.channels.size] for x in hypothesis.innovations(at[None]))
+        chi.append(float(np.sum(v**2 / s)))
     return 0.5 * (chi[0] - chi[1])
 
 
 def _left_over(mark: Check, lines: Sequence[SecondLine], names: Sequence[str], data: GapData) -> float:
     """Nats of misfit that no hypothesis of the catalogue has taken up."""
-    excess = mark.excess - ALLOWED_EXCESS
+    excess = mark.excess - thresholds.ALLOWED_EXCESS
     still = {name for name, wind in zip(data.layout.records, data.layout.wind, strict=True) if not wind}
     # Of a force off the response such lines are the signature.
     forced = any(CATALOGUE[name].channel == "spectrum" for name in names)
     counted = [line.ratio for line in lines if not forced or line.record in still]
-    line = sum(max(0.0, ratio - LINE_NATS) for ratio in counted)
-    return max(excess, line - ALLOWED_EXCESS if line > 0.0 else -ALLOWED_EXCESS)
+    line = sum(max(0.0, ratio - thresholds.LINE_NATS) for ratio in counted)
+    return max(excess, line - thresholds.ALLOWED_EXCESS if line > 0.0 else -thresholds.ALLOWED_EXCESS)
 
 
 def _probabilities(gains: Mapping[str, float], prior: Mapping[str, float], prior_none: float) -> dict[str, float]:
@@ -272,15 +232,17 @@ def _probabilities(gains: Mapping[str, float], prior: Mapping[str, float], prior
     for name in share:
         weight = (1.0 - prior_none) * share[name] / total
         # What loses against none is not lifted by another effect's gain.
-        lead = best / ANY_TEMPERATURE + (gains[name] - best) / TEMPERATURE
-        gain = lead if gains[name] > 0.0 else gains[name] / ANY_TEMPERATURE
+        lead = best / thresholds.ANY_TEMPERATURE + (gains[name] - best) / thresholds.TEMPERATURE
+        gain = lead if gains[name] > 0.0 else gains[name] / thresholds.ANY_TEMPERATURE
         logs[name] = np.log(weight) + gain if weight > 0.0 and np.isfinite(gain) else -np.inf
     norm = logsumexp(list(logs.values()))
     return {name: float(np.exp(value - norm)) for name, value in logs.items()}
 
 
 def _groups(gains: Mapping[str, float], verdict: str) -> tuple[tuple[str, ...], ...]:
-    if verdict in (NONE, UNSEEN):
+    if verdict in (NONE, UNKNOWN):
         return ()
-    close = [name for name, gain in gains.items() if name in CATALOGUE and gain > gains[verdict] - GROUP_NATS]
+    close = [
+        name for name, gain in gains.items() if name in CATALOGUE and gain > gains[verdict] - thresholds.GROUP_NATS
+    ]
     return (tuple(sorted(close, key=lambda name: -gains[name])),)

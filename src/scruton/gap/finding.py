@@ -1,5 +1,6 @@
 """One place where the bare model and the measurement part."""
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,100 +14,68 @@ Z90 = 1.6448536269514722  # of a two-sided 90 % interval
 
 @dataclass(frozen=True)
 class Finding:
-    """One place where the bare model and the measurement part.
+    """One place where the bare model and the measurement part: an entry of `where` in gap.json.
 
-    Attributes
-    ----------
-    quantity : {"damping", "frequency", "scatter", "spectrum", "branch", "test", "signal"}
-    rig, test, record : str or None
-        None where the finding belongs to no single one; `test` is None in still air, too.
-    amplitude : (float, float) or None
-        A/D or rad.
-    time : (float, float) or None
-        On the record's own clock [s].
-    excess : float
-        Measured minus bare model: of the damping ratio (`damping`, `branch`: growth minus decay, `test`), relative
-        (`frequency`, `scatter`, `signal`), or an amplitude in A/D or rad (`spectrum`).
-    interval90 : (float, float)
-    significance : float
-        Standard errors from nothing.
-    detail : str
-        What it is, for people.
-    effect : str or None
-        Effect of the verdict whose scope this tells; None for what was found without a look at the verdict.
-    kind : str
-        What was looked for: of findings of one kind in several records of a test, one stands for all.
+    The excess is measured minus bare model: of the damping ratio (`damping`, `branch`: growth minus decay, `test`),
+    relative (`frequency`, `scatter`, `signal`), or an amplitude in A/D or rad (`spectrum`).
     """
 
-    quantity: str
-    rig: str | None
-    test: str | None
+    quantity: str  # damping, frequency, scatter, spectrum, branch, test or signal
+    rig: str | None  # as `test` and `record`, None where the finding belongs to no single one
+    test: str | None  # None in still air, too
     record: str | None
-    amplitude: Range | None
-    time: Range | None
+    amplitude: Range | None  # A/D or rad
+    time: Range | None  # on the record's own clock [s]
     excess: float
     interval90: Range
-    significance: float
-    detail: str
-    effect: str | None = None
-    kind: str = ""
+    significance: float  # standard errors from nothing
+    detail: str  # for people
+    effect: str | None = None  # of the verdict, whose scope this tells; None: found without a look at the verdict
+    kind: str = ""  # what was looked for: of one kind in several records of a test, one stands for all
 
     def to_json(self) -> dict[str, Any]:
         """Return the entry of `where` in gap.json."""
 
-        def pair(ends: Range | None) -> list[float] | None:
-            return None if ends is None else [float(f"{x:.6g}") for x in ends]
+        def rounded(value: Any) -> Any:
+            if isinstance(value, tuple):
+                return [rounded(end) for end in value]
+            return float(f"{value:.6g}") if isinstance(value, float) else value
 
-        return {
-            "quantity": self.quantity, "rig": self.rig, "test": self.test, "record": self.record,
-            "amplitude": pair(self.amplitude), "time_s": pair(self.time), "excess": float(f"{self.excess:.6g}"),
-            "interval90": pair(self.interval90), "significance": float(f"{self.significance:.4g}"),
-            "detail": self.detail, "effect": self.effect,
-        }  # fmt: skip
-
-
-def interval(value: float, sd: float) -> Range:
-    """90 % interval of a normal distribution."""
-    return (float(value - Z90 * sd), float(value + Z90 * sd))
+        shown = {"time_s" if name == "time" else name: rounded(value) for name, value in vars(self).items()}
+        del shown["kind"]
+        return shown | {"significance": float(f"{self.significance:.4g}")}
 
 
-def of_record(
-    data: GapData,
-    record: int,
-    quantity: str,
-    value: float,
-    sd: float,
-    detail: str,
-    *,
-    kind: str = "",
-    **other: Any,
-) -> Finding:
-    """A finding in one record, over all of its amplitudes and time unless `other` fields of it say more."""
-    rig, test, name = names_of(data, record)
-    alone = np.arange(len(data.layout.records)) == record
-    fields: dict[str, Any] = {
-        "amplitude": amplitudes_of(data, alone), "time": time_of(data, record), "significance": float(abs(value) / sd)
-    }  # fmt: skip
-    return Finding(
-        quantity, rig, test, name, excess=float(value), interval90=interval(value, sd), detail=detail, kind=kind,
-        **(fields | other),
-    )  # fmt: skip
-
-
-def names_of(data: GapData, record: int) -> tuple[str, str | None, str]:
-    """Rig, test (None in still air) and name of a record."""
+def place(data: GapData, number: int, quantity: str, value: float, sd: float, detail: str, **fields: Any) -> Finding:
+    """A finding in the record of a number, over all of its amplitudes and time, unless `fields` say otherwise."""
     layout = data.layout
-    test = int(layout.test[record])
-    return data.rigs[layout.rig[record]], data.tests[test] if test >= 0 else None, layout.records[record]
+    test = int(layout.test[number])
+    usual = {
+        "rig": data.rigs[layout.rig[number]],
+        "test": data.tests[test] if test >= 0 else None,
+        "record": layout.records[number],
+        "amplitude": amplitudes_of(data, np.arange(len(layout.records)) == number),
+        "time": time_of(data, number),
+        "excess": float(value),
+        "interval90": (float(value - Z90 * sd), float(value + Z90 * sd)),
+        "significance": float(abs(value) / sd),
+    }
+    return Finding(quantity, detail=detail, **(usual | fields))
+
+
+def alike(findings: Iterable[Finding], key: Callable[[Finding], object]) -> Iterable[list[Finding]]:
+    """Findings that share a key, in the order of the first of each."""
+    kinds: dict[object, list[Finding]] = {}
+    for finding in findings:
+        kinds.setdefault(key(finding), []).append(finding)
+    return kinds.values()
 
 
 def amplitudes_of(data: GapData, records: np.ndarray) -> Range:
     """Range of the amplitudes that can be told from noise in some records, (R,) of bool."""
-    channels = data.channels
-    mine = records[channels.record]
-    a, se = channels.amplitude[mine], channels.standard_error[mine]
-    clear = a[a > 5.0 * se]
-    clear = a if clear.size == 0 else clear
+    mine = data.channels.keep(records[data.channels.record])
+    clear = mine.amplitude[mine.amplitude > 5.0 * mine.standard_error]
+    clear = mine.amplitude if clear.size == 0 else clear
     return float(clear.min()), float(clear.max())
 
 

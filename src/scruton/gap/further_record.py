@@ -9,12 +9,11 @@ from numba import njit
 from scruton.arrays import FloatArray
 from scruton.dynamics.cycles import Channels
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
-from scruton.dynamics.effects.effect import Variant
 from scruton.dynamics.effects.terms import HATS, Term
 from scruton.dynamics.extended import channel_innovations, effect_drift
 from scruton.dynamics.reading import saturated_reading
 from scruton.gap.data import FLOOR, GapData
-from scruton.gap.hypothesis import Hypothesis
+from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.null_model import null_model
 
 _LAG, _LAG_START, _HAT = int(Term.LAG), int(Term.LAG_START), int(Term.HAT)
@@ -25,31 +24,15 @@ _DET, _ST2, _ST1 = int(Term.DETUNING), int(Term.STIFFNESS), int(Term.STIFFNESS_L
 
 @dataclass(frozen=True)
 class FurtherRecord:
-    """A record that could be taken.
-
-    Attributes
-    ----------
-    text : str
-    cost : float
-        Effort against a still-air decay.
-    template : int
-        Record whose rig (and test, in wind) it shares.
-    still : bool
-        In still air.
-    start : float
-        Amplitude of release, A/D or rad.
-    cycles : int
-    damping : float
-        Structural damping ratio over that of the template's rig: another Scruton number; 1: the same.
-    """
+    """A record that could be taken."""
 
     text: str
-    cost: float
-    template: int
-    still: bool
-    start: float
+    cost: float  # effort against a still-air decay
+    template: int  # record whose rig (and test, in wind) it shares
+    still: bool  # in still air
+    start: float  # amplitude of release, A/D or rad
     cycles: int
-    damping: float = 1.0
+    damping: float = 1.0  # structural, over that of the template's rig: another Scruton number where it is not 1
 
 
 def with_record(data: GapData, record: FurtherRecord) -> GapData:
@@ -82,22 +65,14 @@ def with_record(data: GapData, record: FurtherRecord) -> GapData:
 
 
 def in_layout_of(data: GapData, hypothesis: Hypothesis) -> Hypothesis:
-    """The same hypothesis in a layout that has one more record.
-
-    Raises
-    ------
-    LookupError
-        If one of its variants does not exist there.
-    """
-    return Hypothesis(null_model(data), tuple(_same(variant, data) for variant in hypothesis.variants))
-
-
-def _same(variant: Variant, data: GapData) -> Variant:
-    effects = {**CATALOGUE, UNKNOWN.name: UNKNOWN}
-    for candidate in effects[variant.effect].variants(data.layout):
-        if candidate.identity == variant.identity:
-            return candidate
-    raise LookupError(variant.label)
+    """The same hypothesis in a layout that has one more record; LookupError if a variant does not exist there."""
+    effects, variants = CATALOGUE | {UNKNOWN.name: UNKNOWN}, []
+    for variant in hypothesis.variants:
+        same = [one for one in effects[variant.effect].variants(data.layout) if one.identity == variant.identity]
+        if not same:
+            raise LookupError(variant.label)
+        variants.append(same[0])
+    return Hypothesis(null_model(data), tuple(variants))
 
 
 def transplanted(
@@ -106,14 +81,10 @@ def transplanted(
     """Coordinates and covariance in the larger layout: what is new there has its prior."""
     location, scale = new.prior
     mean, wide = location.copy(), np.diag(scale**2)
-    to, fro = [], []
-    count = len(old.data.layout.records)
-    for larger, smaller in zip(new.parameters, old.parameters, strict=True):
-        for j in range(larger.size):
-            shared = np.flatnonzero((larger.members[:count] == j) & (smaller.members >= 0))
-            if shared.size:
-                to.append(new.slices[larger.key].start + j)
-                fro.append(old.slices[smaller.key].start + int(smaller.members[shared[0]]))
+    there = new.places[:, : len(old.data.layout.records)]
+    shared = (there >= 0) & (old.places >= 0)
+    to, first = np.unique(there[shared], return_index=True)
+    fro = old.places[shared][first]
     mean[to] = u[fro]
     wide[np.ix_(to, to)] = covariance[np.ix_(fro, fro)]
     return mean, wide
@@ -169,9 +140,8 @@ def expected(hypothesis: Hypothesis, u: FloatArray, record: FurtherRecord) -> Ch
     same = old.record == record.template
     se = float(np.median(np.sqrt(np.maximum(old.standard_error[same] ** 2 - (FLOOR * old.amplitude[same]) ** 2, 0.0))))
     sees = a > 3.0 * se
-    time: FloatArray = np.arange(record.cycles, dtype=np.float64) * period
-    place: FloatArray = np.asarray(time / max(float(time[-1]), period) - 0.5)
     size = record.cycles
+    time: FloatArray = np.arange(size, dtype=np.float64) * period
     return Channels(
         amplitude=a,
         standard_error=np.hypot(se, FLOOR * a),
@@ -181,7 +151,7 @@ def expected(hypothesis: Hypothesis, u: FloatArray, record: FurtherRecord) -> Ch
         gap=np.r_[-1.0, np.zeros(size - 1)],
         period=np.full(size, period),
         time=time,
-        place=place,
+        place=time / max(float(time[-1]), period) - 0.5,
         record=np.full(size, last, dtype=np.intp),
         omega=np.full(size, omega),
         has_phase=sees & bool(old.has_phase[same].any()),
@@ -189,33 +159,17 @@ def expected(hypothesis: Hypothesis, u: FloatArray, record: FurtherRecord) -> Ch
     )
 
 
-def separation(
-    truth: tuple[Hypothesis, FloatArray],
-    rival: tuple[Hypothesis, FloatArray, FloatArray],
-    record: FurtherRecord,
-) -> float:
+def separation(truth: tuple[Hypothesis, FloatArray], rival: FittedHypothesis, record: FurtherRecord) -> float:
     """Standard deviations by which an extra record, as one hypothesis expects it, would miss a rival's prediction.
 
-    The rival predicts with its parameters' uncertainty: it may bend them as far as the records that are there allow.
-
-    Parameters
-    ----------
-    truth : (Hypothesis, (d,) array)
-        And its optimum.
-    rival : (Hypothesis, (k,) array, (k, k) array)
-        And its optimum and covariance.
-    record : FurtherRecord
-
-    Raises
-    ------
-    LookupError
-        If one of them does not exist with that record.
+    The first comes with its coordinates; the rival may bend its own as far as the records that are there allow.
+    LookupError if one of them does not exist with that record.
     """
-    data = with_record(truth[0].data, record)
-    one, other = in_layout_of(data, truth[0]), in_layout_of(data, rival[0])
-    size = truth[0].size
-    u, _ = transplanted(truth[0], one, truth[1], np.zeros((size, size)))
-    w, covariance = transplanted(rival[0], other, rival[1], rival[2])
+    hypothesis, at = truth
+    data = with_record(hypothesis.data, record)
+    one, other = in_layout_of(data, hypothesis), in_layout_of(data, rival.hypothesis)
+    u, _ = transplanted(hypothesis, one, at, np.zeros((at.size, at.size)))
+    w, covariance = transplanted(rival.hypothesis, other, rival.mode, rival.covariance)
     channels = expected(one, u, record)
     informed = Hypothesis(replace(other.null, data=replace(data, channels=channels)), other.variants)
     v, log_s, jv, _ = informed.derivatives(w)

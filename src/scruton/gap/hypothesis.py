@@ -15,7 +15,10 @@ from scipy.special import log_ndtr
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import Parameter, Variant
+from scruton.dynamics.effects.terms import Term
 from scruton.dynamics.extended import channel_innovations
+from scruton.dynamics.limit_cycle import limit_cycle_amplitude, transferred
+from scruton.dynamics.reading import readings
 from scruton.gap.data import GapData
 from scruton.gap.null_model import NullModel
 from scruton.stats.fisher_scoring import climb
@@ -93,9 +96,8 @@ class FittedHypothesis:
         step = fraction * np.sqrt(np.diag(self.covariance))[where]
         moves = np.zeros((where.size, self.mode.size))
         moves[np.arange(where.size), where] = step
-        values = function(
-            self.hypothesis.table(np.concatenate([self.mode[None], self.mode + moves, self.mode - moves]))
-        )
+        points = np.concatenate([self.mode[None], self.mode + moves, self.mode - moves])
+        values = function(self.hypothesis.table(points))
         up, down = values[1 : where.size + 1], values[where.size + 1 :]
         return values[0], (up - down) / (2.0 * step.reshape((-1,) + (1,) * (up.ndim - 1)))
 
@@ -128,27 +130,29 @@ class Hypothesis:
         return found
 
     @cached_property
+    def places(self) -> np.ndarray:
+        """Coordinate of every parameter that each record takes, (P, R); -1: none."""
+        starts = [(p.members, self.slices[p.key].start) for p in self.parameters]
+        return np.array([np.where(members >= 0, start + members, -1) for members, start in starts])
+
+    @cached_property
     def size(self) -> int:
         """Number of coordinates."""
         return sum(parameter.size for parameter in self.parameters)
 
+    def _of_each(self, name: str) -> np.ndarray:
+        """A property of the parameters by coordinate, (d,)."""
+        return np.concatenate([np.broadcast_to(getattr(p, name), p.size) for p in self.parameters])
+
     @cached_property
     def prior(self) -> tuple[FloatArray, FloatArray]:
         """Locations and scales, (d,) each."""
-        location, scale = (
-            np.concatenate([np.broadcast_to(getattr(parameter, name), parameter.size) for parameter in self.parameters])
-            for name in ("location", "scale")
-        )
-        return location, scale
-
-    @cached_property
-    def _logarithmic(self) -> np.ndarray:
-        return np.concatenate([np.full(parameter.size, parameter.log) for parameter in self.parameters])
+        return self._of_each("location"), self._of_each("scale")
 
     @cached_property
     def positive(self) -> np.ndarray:
         """Whether the prior of each coordinate is cut at zero, (d,) of bool."""
-        return np.concatenate([np.full(parameter.size, parameter.positive) for parameter in self.parameters])
+        return self._of_each("positive")
 
     def start(self) -> FloatArray:
         """The prior's centre, (d,); of variants, where their search begins."""
@@ -160,15 +164,15 @@ class Hypothesis:
 
     def table(self, u: FloatArray) -> FloatArray:
         """Coefficients, (W, R, COLUMNS), from coordinates (W, d)."""
-        values: dict[int | None, dict[str, FloatArray]] = {}
+        values: dict[int | None, dict[str, FloatArray]] = {owner: {} for owner in (None, *range(len(self.variants)))}
         for parameter in self.parameters:
             part = u[:, self.slices[parameter.key]]
             natural = np.exp(np.clip(part, -60.0, 60.0)) if parameter.log else part
             padded = np.concatenate([natural, np.zeros((len(u), 1))], axis=1)
-            values.setdefault(parameter.owner, {})[parameter.name] = padded[:, parameter.members]
+            values[parameter.owner][parameter.name] = padded[:, parameter.members]
         table = self.null.table(values[None])
         for i, variant in enumerate(self.variants):
-            variant.apply(table, values.get(i, {}), self.data.layout)
+            variant.apply(table, values[i], self.data.layout)
         return table
 
     def innovations(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -212,43 +216,43 @@ class Hypothesis:
         scale = self.prior[1] * _STEP
         count, channels = len(self.parameters), self.data.channels
         moves = np.zeros((count, self.size))
-        width = np.empty((count, len(self.data.layout.records)))
-        for i, parameter in enumerate(self.parameters):
-            where = self.slices[parameter.key]
+        for i, where in enumerate(self.slices.values()):
             moves[i, where] = scale[where]
-            width[i] = 2.0 * np.r_[scale[where], 1.0][parameter.members]
         v, s = self.innovations(np.concatenate([u[None], u + moves, u - moves]))
         s = np.log(s)
-        width = width[:, np.tile(channels.record, 3)]
+        width = 2.0 * np.r_[scale, 1.0][self.places[:, np.tile(channels.record, 3)]]
         jv, js = (v[1 : count + 1] - v[count + 1 :]) / width, (s[1 : count + 1] - s[count + 1 :]) / width
         return v[0], s[0], jv, js
 
     @cached_property
     def blocks(self) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]:
         """For every record: its cycles in all channels, the parameters that it takes, and their coordinates."""
-        record, size = self.data.channels.record, self.data.channels.size
-        found = []
-        for r in range(len(self.data.layout.records)):
-            cycles = np.flatnonzero(record == r)
-            rows = np.array([i for i, parameter in enumerate(self.parameters) if parameter.members[r] >= 0])
-            taken = [self.parameters[i] for i in rows]
-            where = np.array([self.slices[p.key].start + p.members[r] for p in taken])
-            found.append((np.concatenate([cycles, cycles + size, cycles + 2 * size]), rows, where))
+        record, found = np.tile(self.data.channels.record, 3), []
+        for r, places in enumerate(self.places.T):
+            rows = np.flatnonzero(places >= 0)
+            found.append((np.flatnonzero(record == r), rows, places[rows]))
         return tuple(found)
 
-    def scores(self, u: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """Log posterior, gradient (d,) and Fisher information with the prior's precision (d, d)."""
+    def add_scores(self, u: FloatArray, gradient: FloatArray, fisher: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Add what the records tell to a gradient (d,) and an information (d, d).
+
+        Returns innovations and log variances at the point, (3 N,) each.
+        """
         v, log_s, jv, js = self.derivatives(u)
-        location, scale = self.prior
         weight = np.exp(-log_s)
-        gradient = -(u - location) / scale**2
-        fisher = np.diag(1.0 / scale**2)
         pull, spread = v * weight, 1.0 - v * v * weight
         for cycles, rows, where in self.blocks:
             a, b = jv[np.ix_(rows, cycles)], js[np.ix_(rows, cycles)]
             gradient[where] -= a @ pull[cycles] + 0.5 * b @ spread[cycles]
             fisher[np.ix_(where, where)] += (a * weight[cycles]) @ a.T + 0.5 * b @ b.T
-        value = -0.5 * float(np.sum(v * pull + log_s + _LOG_2PI)) + float(self.log_prior(u[None])[0])
+        return v, log_s
+
+    def scores(self, u: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+        """Log posterior, gradient (d,) and Fisher information with the prior's precision (d, d)."""
+        location, scale = self.prior
+        gradient, fisher = -(u - location) / scale**2, np.diag(1.0 / scale**2)
+        v, log_s = self.add_scores(u, gradient, fisher)
+        value = -0.5 * float(np.sum(v * (v * np.exp(-log_s)) + log_s + _LOG_2PI)) + float(self.log_prior(u[None])[0])
         return value, gradient, fisher
 
     def fit(self, start: FloatArray | None = None, *, iterations: int = 40) -> FittedHypothesis:
@@ -262,11 +266,12 @@ class Hypothesis:
             At most so many steps.
         """
         location, scale = self.prior
+        logarithmic = self._of_each("log")
         u, (_, _, fisher) = climb(
             self.scores,
             lambda points: sum(self.log_prob(points)),  # type: ignore[arg-type,return-value]
             self.start() if start is None else start.copy(),
-            limit=lambda u: np.where(self._logarithmic, 1.5, 5.0 * scale + np.abs(u - location)),
+            limit=lambda u: np.where(logarithmic, 1.5, 5.0 * scale + np.abs(u - location)),
             iterations=iterations,
         )
         return self.laplace(u, fisher)
@@ -278,10 +283,8 @@ class Hypothesis:
         _, logdet = np.linalg.slogdet(fisher)
         evidence = like + prior + 0.5 * u.size * _LOG_2PI - 0.5 * float(logdet)
         sd = np.sqrt(np.diag(covariance))
-        for parameter in self.parameters:
-            if parameter.positive:
-                where = self.slices[parameter.key]
-                evidence += float(np.sum(np.log(2.0) + log_ndtr(u[where] / sd[where])))
+        for where in (self.slices[p.key] for p in self.parameters if p.positive):
+            evidence += float(np.sum(np.log(2.0) + log_ndtr(u[where] / sd[where])))
         return FittedHypothesis(self, u, covariance, like, prior, evidence)
 
     def extended(self, *more: Variant) -> "Hypothesis":
@@ -291,7 +294,48 @@ class Hypothesis:
     def start_from(self, base: FloatArray, start: Mapping[str, FloatArray]) -> FloatArray:
         """Coordinates that continue those of a smaller hypothesis, the last variant's parameters at `start`."""
         found = np.concatenate([base, np.zeros(self.size - base.size)])
-        last = len(self.variants) - 1
         for name, values in start.items():
-            found[self.slices[last, name]] = values
+            found[self.slices[len(self.variants) - 1, name]] = values
+        return found
+
+    def stable_amplitude(
+        self,
+        u: FloatArray,
+        record: int,
+        *,
+        scruton_number: float | None = None,
+        bridge: bool = False,
+        reading: bool = False,
+    ) -> FloatArray:
+        """Stable amplitude of a test of the campaign.
+
+        Parameters
+        ----------
+        u : (W, d) array
+            Coordinates, one row a draw.
+        record : int
+            A record in wind of that test, by its number in the layout.
+        scruton_number : float, optional
+            At this Scruton number, by other structural damping in the same rig and wind, in place of the rig's own.
+            Another rig's damping is given so, too; an error of the rig's own stated damping goes with that damping.
+        bridge : bool
+            Without friction, gain and all else that does not go to a bridge: see `dynamics.limit_cycle.transferred`.
+        reading : bool
+            As the sensor reads it, gain and saturation included.
+
+        Returns
+        -------
+        (W,) array
+            A/D or rad; 0 where the motion dies out, inf where it grows without end.
+        """
+        data, layout = self.data, self.data.layout
+        table = self.table(u)[:, record]
+        if scruton_number is not None:
+            damping = float(scruton_number * data.nominal_damping[record] / layout.scruton_number[record])
+            table[:, Term.STRUCTURAL] = layout.omega[record] * damping
+        if bridge:
+            table = transferred(table)
+        found = limit_cycle_amplitude(table, data.channels.knots, layout.reference_amplitude)
+        if reading:
+            return np.where(np.isfinite(found) & (found > 0.0), readings(table, found), found)
         return found

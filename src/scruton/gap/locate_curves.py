@@ -16,7 +16,7 @@ from scruton.dynamics.effects.effect import Extent, Parameter, Scope, Values, Va
 from scruton.dynamics.effects.terms import HATS, Layout, Term, compact
 from scruton.dynamics.limit_cycle import amplitude_rates
 from scruton.gap.data import GapData
-from scruton.gap.finding import Finding, Range, amplitudes_of, interval, names_of, time_of
+from scruton.gap.finding import Finding, amplitudes_of, place, time_of
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.thresholds import CURVE_FALSE, FAST_GROWTH, FEWEST_CYCLES_OF_A_KNOT, SHORTEST_PLACE, STIFFNESS_IN_WIND
 
@@ -32,31 +32,16 @@ _STEP = 1e-3  # of a standard deviation, of the slopes in the coordinates
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """Excess against amplitude of a group of records.
+    """Excess against amplitude of a group of records."""
 
-    Attributes
-    ----------
-    quantity : {"damping", "frequency", "branch"}
-    direction : {"growth", "decay", "steady", "still air"}
-        "growth" minus "decay" for a branch.
-    record : int
-        The first of the group.
-    records : (R,) array of bool
-    amplitude, excess : (G,) arrays
-        Damping ratio, or relative frequency from that at the smallest amplitude.
-    covariance : (G, G) array
-    critical : float
-        Standard errors that no point of any curve of the campaign exceeds by chance, in 90 of 100 campaigns.
-    """
-
-    quantity: str
-    direction: str
-    record: int
-    records: np.ndarray
-    amplitude: FloatArray
-    excess: FloatArray
-    covariance: FloatArray
-    critical: float
+    quantity: str  # damping, frequency or branch
+    direction: str  # growth, decay, steady or still air; for a branch, growth minus decay
+    record: int  # the first of the group
+    records: np.ndarray  # (R,) of bool
+    amplitude: FloatArray  # (G,)
+    excess: FloatArray  # (G,): damping ratio, or relative frequency from that at the smallest amplitude
+    covariance: FloatArray  # (G, G)
+    critical: float  # standard errors that no point of any curve exceeds by chance, in 90 of 100 campaigns
 
     @property
     def sd(self) -> FloatArray:
@@ -73,46 +58,27 @@ class Curve:
             if sign[i] != 0.0 and same.size and not np.any(sign[same[-1] + 1 : i] == -sign[i]):
                 sign[same[-1] : i] = sign[i]
         edges = [0, *(np.flatnonzero(np.diff(sign)) + 1), z.size]
-        found = [slice(a, b) for a, b in pairwise(edges) if sign[a] != 0.0]
         log_a = np.log(self.amplitude)
         return [
-            place
-            for place in found
-            if np.abs(z[place]).max() > self.critical and log_a[place.stop - 1] - log_a[place.start] > SHORTEST_PLACE
+            slice(i, j)
+            for i, j in pairwise(edges)
+            if sign[i] != 0.0 and np.abs(z[i:j]).max() > self.critical and log_a[j - 1] - log_a[i] > SHORTEST_PLACE
         ]
-
-    def mean(self, place: slice) -> tuple[float, float]:
-        """Mean over a stretch, even in ln(amplitude), and its standard error."""
-        return float(self.excess[place].mean()), float(np.sqrt(self.covariance[place, place].mean()))
 
 
 @dataclass(frozen=True, eq=False)
 class Curves:
-    """All curves of a campaign and the fit that they come from.
+    """All curves of a campaign and the fit that they come from."""
 
-    Attributes
-    ----------
-    fit : FittedHypothesis
-        Of the bare model with a curve of damping and one of frequency in every group.
-    damping, frequency, branch : tuple of Curve
-    """
-
-    fit: FittedHypothesis
+    fit: FittedHypothesis  # of the bare model with a curve of damping and one of frequency in every group
     damping: tuple[Curve, ...]
     frequency: tuple[Curve, ...]
     branch: tuple[Curve, ...]
 
 
 def excess_curves(null: FittedHypothesis) -> Curves:
-    """Fit the discrepancy of damping and frequency, from the optimum of the null model.
-
-    Parameters
-    ----------
-    null : FittedHypothesis
-        Of the null model.
-    """
-    data = null.hypothesis.data
-    layout = data.layout
+    """Fit the discrepancy of damping and frequency, from the optimum of the null model."""
+    data, layout = null.hypothesis.data, null.hypothesis.data.layout
     wind = 3 * (layout.test + 1) + layout.direction
     # of a rig in still air, or of a test in one direction; of a rig or a test
     group = compact(np.where(layout.wind, wind, 10_000 + layout.rig))
@@ -120,7 +86,11 @@ def excess_curves(null: FittedHypothesis) -> Curves:
     fit = null.with_variants(_smooth(layout, group), _bends(layout, setting))
     groups = [group == g for g in range(group.max() + 1)]
     settings = [setting == g for g in range(setting.max() + 1)]
-    critical = float(norm.isf(0.5 * CURVE_FALSE / max(sum(_knots_informed(data, mine) for mine in groups), 1)))
+    # looks: the knots of every group with enough cycles about them
+    knots, record = np.log(layout.knots), data.channels.record
+    near = np.abs(np.log(np.maximum(data.channels.amplitude, 1e-300))[:, None] - knots) < knots[1] - knots[0]
+    looks = sum(np.count_nonzero(near[mine[record]].sum(axis=0) >= FEWEST_CYCLES_OF_A_KNOT) for mine in groups)
+    critical = float(norm.isf(0.5 * CURVE_FALSE / max(looks, 1)))
     damping = []
     for mine in groups:
         r = int(np.flatnonzero(mine)[0])
@@ -128,12 +98,10 @@ def excess_curves(null: FittedHypothesis) -> Curves:
         excess, covariance = _excess(null, fit, {r: 1.0}, grid)
         direction = _DIRECTION[int(layout.direction[r])] if layout.wind[r] else STILL
         damping.append(Curve("damping", direction, r, mine, grid, excess, covariance, critical))
-    frequency = []
     bends = float(norm.isf(0.5 * CURVE_FALSE / (2.0 * len(settings))))
-    for mine in settings:
-        if data.channels.has_phase[mine[data.channels.record]].any():
-            frequency.append(_frequency_curve(null, fit, mine, bends))
-    branch = [c for t in np.unique(layout.test[layout.wind]) if (c := _branch(null, fit, damping, int(t)))]
+    told = [mine for mine in settings if data.channels.has_phase[mine[record]].any()]
+    frequency = [_frequency_curve(null, fit, mine, bends) for mine in told]
+    branch = [curve for test in data.first_in_wind if (curve := _branch(null, fit, damping, test))]
     return Curves(fit, tuple(damping), tuple(frequency), tuple(branch))
 
 
@@ -194,38 +162,27 @@ def _branch(null: FittedHypothesis, fit: FittedHypothesis, damping: list[Curve],
 
 def curve_findings(curves: Curves, data: GapData) -> list[Finding]:
     """Places where curves leave zero."""
-    return [
-        _finding(curve, place, data)
-        for curve in (*curves.damping, *curves.frequency, *curves.branch)
-        for place in curve.places()
-    ]
+    every = (*curves.damping, *curves.frequency, *curves.branch)
+    return [_finding(curve, stretch, data) for curve in every for stretch in curve.places()]
 
 
-def _finding(curve: Curve, place: slice, data: GapData) -> Finding:
-    rig, test, _ = names_of(data, curve.record)
-    span = (float(curve.amplitude[place][0]), float(curve.amplitude[place][-1]))
-    numbers = np.flatnonzero(curve.records)
-    inside = [_cycles_within(data, int(r), span) for r in numbers]
-    record = int(numbers[int(np.argmax(inside))])
-    others = sum(count > 0 for count in inside) - 1
+def _finding(curve: Curve, stretch: slice, data: GapData) -> Finding:
+    a, excess, sds = data.channels.amplitude, curve.excess[stretch], curve.sd[stretch]
+    span = (float(curve.amplitude[stretch][0]), float(curve.amplitude[stretch][-1]))
+    cycles = np.bincount(data.channels.record[(a >= span[0]) & (a <= span[1])], minlength=curve.records.size)
+    inside = np.where(curve.records, cycles, -1)
+    record, others = int(np.argmax(inside)), int(np.count_nonzero(inside > 0)) - 1
     beside = f", and {others} more record{'s' if others > 1 else ''}" if others > 0 else ""
     if curve.quantity == "frequency":
-        value, sd = float(curve.excess[place][-1]), float(curve.sd[place][-1])
+        value, sd = float(excess[-1]), float(sds[-1])
         detail = f"frequency against amplitude, {curve.direction}: up to the largest amplitude{beside}"
     else:
-        value, sd = curve.mean(place)
+        # the mean over the stretch, even in ln(amplitude)
+        value, sd = float(excess.mean()), float(np.sqrt(curve.covariance[stretch, stretch].mean()))
         what = "growth minus decay" if curve.quantity == "branch" else curve.direction
         detail = f"damping ratio, {what}{beside}"
-    peak = float(np.abs(curve.excess[place] / curve.sd[place]).max())
-    return Finding(
-        curve.quantity, rig, test, data.layout.records[record], span, time_of(data, record, span), value,
-        interval(value, sd), peak, detail,
-    )  # fmt: skip
-
-
-def _cycles_within(data: GapData, record: int, span: Range) -> int:
-    a = data.channels.amplitude[data.channels.record == record]
-    return int(np.count_nonzero((a >= span[0]) & (a <= span[1])))
+    time, peak = time_of(data, record, span), float(np.abs(excess / sds).max())
+    return place(data, record, curve.quantity, value, sd, detail, amplitude=span, time=time, significance=peak)
 
 
 def _smooth(layout: Layout, members: np.ndarray) -> Variant:
@@ -258,11 +215,3 @@ def _grid(data: GapData, records: np.ndarray, least: float = 0.0) -> FloatArray:
     low, high = amplitudes_of(data, records)
     low = min(max(low, least), 0.5 * high)
     return np.geomspace(low, max(high, 1.0001 * low), _GRID)
-
-
-def _knots_informed(data: GapData, records: np.ndarray) -> int:
-    """Number of knots of a group with enough cycles about them."""
-    a = np.log(np.maximum(data.channels.amplitude[records[data.channels.record]], 1e-300))
-    knots = np.log(data.layout.knots)
-    step = knots[1] - knots[0]
-    return int(sum(np.count_nonzero(np.abs(a - k) < step) >= FEWEST_CYCLES_OF_A_KNOT for k in knots))

@@ -1,31 +1,32 @@
-"""Places in single records: scatter that is no white noise, lines and beats in the spectrum, bent waves."""
+"""Places in single records: scatter that is no white noise, lines and beats in the spectrum, bent waves.
+
+And those that one record shows only beside others: damping off its statement, drifts, gains, tests that differ.
+"""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import f as f_distribution
 from scipy.stats import norm
 
 from scruton.arrays import FloatArray
+from scruton.dynamics.effects.effect import Extent, Parameter, Scope, Values, Variant, add, size_prior
+from scruton.dynamics.effects.terms import Layout, Term
+from scruton.gap import thresholds
 from scruton.gap.check import SecondLine
 from scruton.gap.data import GapData
-from scruton.gap.finding import Finding, of_record, time_of
+from scruton.gap.finding import Finding, amplitudes_of, place, time_of
 from scruton.gap.hypothesis import FittedHypothesis
-from scruton.gap.thresholds import FEWEST_CYCLES_OF_SCATTER, HIGH_AMPLITUDE, KURTOSIS_SHARE, LINE_NATS, SCATTER_FALSE
 from scruton.stats.whiteness import autocorrelation
 
 _QUARTERS = 4
 _TAKEN = 2
 
 
-@dataclass(frozen=True)
-class Mark:
-    """What one look at the innovations of a record gives: a size, its error, and how significant it is.
-
-    `cycles` are those in which it was seen; all of them where None.
-    """
+class Mark(NamedTuple):
+    """What one look at the innovations of a record gives; `cycles` are those in which it was seen, by default all."""
 
     kind: str
     value: float
@@ -38,20 +39,17 @@ class Mark:
 def scatter_findings(fit: FittedHypothesis) -> list[Finding]:
     """Innovations that are coloured, come in bursts, are modulated or have heavy tails, by record in wind.
 
-    Parameters
-    ----------
-    fit : FittedHypothesis
-        With excess curves of damping: what a curve explains is no scatter.
+    The fit is that with excess curves of damping: what a curve explains is no scatter.
     """
     data = fit.hypothesis.data
     channels = data.channels
     v, s = (x[0, : channels.size] for x in fit.hypothesis.innovations(fit.mode[None]))
-    critical = float(norm.isf(SCATTER_FALSE / max(int(np.count_nonzero(data.layout.wind)), 1)))
+    critical = float(norm.isf(thresholds.SCATTER_FALSE / max(int(np.count_nonzero(data.layout.wind)), 1)))
     found: list[Finding] = []
     for r, name in enumerate(data.layout.records):
         cycles = np.flatnonzero(channels.record == r)[1:]
         # in still air the innovations are those of the demodulation, whose errors are bounds
-        if cycles.size < FEWEST_CYCLES_OF_SCATTER or not data.layout.wind[r]:
+        if cycles.size < thresholds.FEWEST_CYCLES_OF_SCATTER or not data.layout.wind[r]:
             continue
         x = (v / np.sqrt(s))[cycles]
         amplitude = channels.amplitude[cycles]
@@ -59,13 +57,11 @@ def scatter_findings(fit: FittedHypothesis) -> list[Finding]:
         time = data.cycles[name].time[1:]
         for mark in (_colour(x), _bursts(x), _tails(x), _modulation(x, level, float(channels.period[cycles[0]]))):
             if mark.significance > critical:
-                inside = time if mark.cycles is None else time[mark.cycles]
-                span = time_of(data, r) if mark.cycles is None else (float(inside[0]), float(inside[-1]))
+                fields = {"kind": mark.kind, "significance": mark.significance}
+                if mark.cycles is not None:
+                    fields["time"] = tuple(time[mark.cycles][[0, -1]].tolist())
                 quantity = "spectrum" if mark.kind == "beating" else "scatter"
-                found.append(
-                    of_record(data, r, quantity, mark.value, mark.sd, mark.detail, kind=mark.kind, time=span,
-                              significance=mark.significance)
-                )  # fmt: skip
+                found.append(place(data, r, quantity, mark.value, mark.sd, mark.detail, **fields))
     return found
 
 
@@ -97,7 +93,9 @@ def _bursts(x: FloatArray) -> Mark:
 def _tails(x: FloatArray) -> Mark:
     excess = float(np.mean(np.minimum(np.abs(x - x.mean()), 20.0) ** 4) / np.var(x) ** 2 - 3.0)
     sd = float(np.sqrt(24.0 / x.size))
-    return Mark("tails", excess, sd, max(0.0, KURTOSIS_SHARE * excess / sd), "excess kurtosis of the innovations")
+    return Mark(
+        "tails", excess, sd, max(0.0, thresholds.KURTOSIS_SHARE * excess / sd), "excess kurtosis of the innovations"
+    )
 
 
 def _modulation(x: FloatArray, level: float, period: float) -> Mark:
@@ -119,10 +117,10 @@ def _modulation(x: FloatArray, level: float, period: float) -> Mark:
 def line_findings(lines: Sequence[SecondLine], data: GapData) -> list[Finding]:
     """Lines beside the response."""
     return [
-        of_record(data, data.layout.records.index(line.record), "spectrum", line.amplitude,
-                  line.amplitude / np.sqrt(2.0 * line.ratio), f"a second line at {line.frequency:.4g} Hz", kind="line")
+        place(data, data.layout.records.index(line.record), "spectrum", line.amplitude,
+              line.amplitude / np.sqrt(2.0 * line.ratio), f"a second line at {line.frequency:.4g} Hz", kind="line")
         for line in lines
-        if line.ratio >= LINE_NATS
+        if line.ratio >= thresholds.LINE_NATS
     ]  # fmt: skip
 
 
@@ -130,11 +128,11 @@ def wave_findings(data: GapData) -> list[Finding]:
     """Third harmonics in phase at the largest amplitudes, beyond those at small ones: flat tops of a reading."""
     channels, found = data.channels, []
     count = len(data.layout.records)
-    critical = float(norm.isf(0.5 * SCATTER_FALSE / count))
+    critical = float(norm.isf(0.5 * thresholds.SCATTER_FALSE / count))
     for r in range(count):
         mine = channels.record == r
         a, third, error = channels.amplitude[mine], channels.third[mine], channels.third_error[mine]
-        high = a > HIGH_AMPLITUDE * a.max()
+        high = a > thresholds.HIGH_AMPLITUDE * a.max()
         if np.count_nonzero(high) < 2 or not np.all(error < 1e5):
             continue
         ratio, se = third[high] / a[high], error[high] / a[high]
@@ -144,9 +142,126 @@ def wave_findings(data: GapData) -> list[Finding]:
         if abs(value) / sd < critical:
             continue
         span = (float(a[high].min()), float(a.max()))
-        what = "flat tops" if value < 0.0 else "peaked tops"
-        found.append(
-            of_record(data, r, "signal", value, sd, f"{what}: third harmonic in phase, over the amplitude",
-                      kind="wave", amplitude=span, time=time_of(data, r, span))
-        )  # fmt: skip
+        what = f"{'flat' if value < 0.0 else 'peaked'} tops: third harmonic in phase, over the amplitude"
+        fields = {"kind": "wave", "amplitude": span, "time": time_of(data, r, span)}
+        found.append(place(data, r, "signal", value, sd, what, **fields))
     return found
+
+
+def still_air_findings(null: FittedHypothesis) -> list[Finding]:
+    """Rigs whose damping is not what is stated, as the records tell it without that statement."""
+    data = null.hypothesis.data
+    value, sd = null.value("damping")
+    found = []
+    for i, (m, s) in enumerate(zip(value, sd, strict=True)):
+        still = (data.layout.rig == i) & ~data.layout.wind
+        stated = data.damping[i] if i < data.damping.size else np.nan
+        if not np.isfinite(stated) or not np.any(still):
+            continue
+        prior = float(data.damping_sd[i])
+        share = 1.0 - (s / prior) ** 2
+        if share < 0.1:
+            continue
+        error, error_sd = m / share, float(np.sqrt(s**2 / share + prior**2))
+        if _beyond(error / error_sd, value.size):
+            whole = {"record": None, "amplitude": amplitudes_of(data, still), "time": None}
+            detail, r = "damping ratio, over the stated one", int(np.flatnonzero(still)[0])
+            fields = {"significance": abs(error) / error_sd, **whole}
+            found.append(place(data, r, "damping", float(stated * error), float(stated * error_sd), detail, **fields))
+    return found
+
+
+def drift_findings(null: FittedHypothesis) -> list[Finding]:
+    """Damping that changes while a record runs: a wind that rises or falls, told record by record."""
+    data = null.hypothesis.data
+    layout = data.layout
+    fit = _with_one_each(null, Term.TREND, size_prior("size", layout.each(layout.wind)))
+    value, sd = fit.value("size", 0)
+    table = fit.table
+    # the slope of the damping at the stable amplitude, in the relative change of the wind
+    slope = -(table[:, Term.AERO] + 2.0 * table[:, Term.STRUCTURAL]) / layout.omega
+    return [
+        place(data, int(r), "damping", slope[r] * value[j], abs(slope[r]) * sd[j],
+              f"damping ratio, end of the record over its start: wind {value[j]:+.1%}", kind="drift")
+        for j, r in enumerate(np.flatnonzero(layout.wind))
+        if _beyond(value[j] / sd[j], value.size)
+    ]  # fmt: skip
+
+
+def gain_findings(null: FittedHypothesis) -> list[Finding]:
+    """Records whose reading is larger or smaller than that of the others by a factor."""
+    data = null.hypothesis.data
+    layout = data.layout
+    records = np.flatnonzero(layout.wind)
+    if records.size < 3:
+        return []
+    fit = _with_one_each(null, Term.GAIN, size_prior("size", layout.each(layout.wind), scale=0.2))
+    where = fit.hypothesis.slices[0, "size"]
+    contrast = np.eye(records.size) - 1.0 / records.size
+    sd = np.sqrt(np.diag(contrast @ fit.covariance[where, where] @ contrast.T))
+    value = fit.mode[where] - np.median(fit.mode[where])
+    return [
+        place(data, int(r), "signal", value[j], sd[j], "gain over that of its fellows, minus 1", kind="gain")
+        for j, r in enumerate(records)
+        if _beyond(value[j] / sd[j], value.size)
+    ]
+
+
+def between_tests(null: FittedHypothesis) -> list[Finding]:
+    """Tests whose aerodynamic damping or drive is not that of the shared (Y1, epsilon)."""
+    data = null.hypothesis.data
+    layout = data.layout
+    if len(data.first_in_wind) < 2:
+        return []
+    scope = Scope(Extent.EACH_TEST, layout.by_test())
+
+    def apply(table: FloatArray, values: Values, layout: Layout) -> None:
+        del layout
+        table[:, :, Term.AERO] *= np.exp(values["size"])
+        table[:, :, Term.DRIVE] *= np.exp(values["size"] + values["drive"])
+
+    parameters = (size_prior("size", scope.members), size_prior("drive", scope.members))
+    fit = null.with_variants(Variant("tests", parameters, apply, scope))
+    shared = null.table
+    found = []
+    for number, r in data.first_in_wind.items():
+        whole = {"record": None, "amplitude": amplitudes_of(data, layout.test == number), "time": None}
+        level = shared[r, Term.DRIVE] / (shared[r, Term.AERO] + shared[r, Term.STRUCTURAL])
+
+        def parts(table: FloatArray, r: int = r, level: float = level) -> FloatArray:
+            relaxation = table[:, r, Term.AERO] + table[:, r, Term.STRUCTURAL]
+            return np.stack([relaxation, -table[:, r, Term.DRIVE] / level], axis=-1)
+
+        own, slopes = fit.slopes(parts, 1e-3)
+        values = (own - parts(shared[None])[0]) / layout.omega[r]
+        looks = []
+        words = ("relaxation (Y1, structural damping)", "drive over the stable amplitude (epsilon)")
+        for what, value, slope in zip(words, values, np.ascontiguousarray(slopes.T), strict=True):
+            sd = float(np.sqrt(slope @ fit.covariance @ slope)) / layout.omega[r]
+            if _beyond(value / sd, 2 * len(data.first_in_wind)):
+                looks.append(place(data, r, "test", value, sd, f"damping ratio of the test's own {what}", **whole))
+        found += sorted(looks, key=lambda look: -look.significance)[:1]
+    return found
+
+
+def _beyond(z: float, count: int) -> bool:
+    return bool(abs(z) > norm.isf(0.5 * thresholds.CONTRAST_FALSE / count))
+
+
+def _with_one_each(null: FittedHypothesis, term: Term, size: Parameter) -> FittedHypothesis:
+    """Fit one value of a coefficient for every record."""
+
+    def apply(table: FloatArray, values: Values, layout: Layout) -> None:
+        del layout
+        add(table, term, values["size"])
+
+    return null.with_variants(Variant("each", (size,), apply, Scope(Extent.EACH_RECORD, size.members)))
+
+
+# Looks that are listed only where an effect is credible, by its name.
+CONTRASTS = {
+    "structural_damping_error": still_air_findings,
+    "reduced_velocity_drift": between_tests,
+    "wind_speed_drift": drift_findings,
+    "sensor_gain_error": gain_findings,
+}

@@ -10,7 +10,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import Parameter
-from scruton.dynamics.effects.terms import COLUMNS, IntArray, Layout, Term, compact
+from scruton.dynamics.effects.terms import COLUMNS, IntArray, Term, compact
 from scruton.gap.data import GapData
 
 
@@ -23,17 +23,14 @@ class NullModel:
 
     def table(self, values: dict[str, FloatArray]) -> FloatArray:
         """Coefficients of every record, (W, R, COLUMNS), from values by name, (W, R) each (zero: not a member)."""
-        layout = self.data.layout
-        walkers = next(iter(values.values())).shape[0]
-        table = np.zeros((walkers, len(layout.records), COLUMNS))
-        wind = layout.wind
+        layout, wind = self.data.layout, self.data.layout.wind
+        still = layout.omega * self.data.nominal_damping
         # Linear, so that an error of the stated ratio lies along a straight line with it.
-        damping = layout.omega * self.data.nominal_damping * np.maximum(1.0 + values["damping"], 0.01)
+        damping = still * np.maximum(1.0 + values["damping"], 0.01)
+        table = np.zeros((*damping.shape, COLUMNS))
         table[:, :, Term.STRUCTURAL] = damping
-        a_star = np.ones((walkers, len(layout.records)))
-        rate = damping.copy()
+        level, rate = np.broadcast_to(layout.largest, damping.shape), damping
         if wind.any():
-            still = layout.omega * self.data.nominal_damping
             aero = values["aerodynamic_rate"] * self.data.aero_ratio
             # The drive, given as the stable amplitude of the middle setting with its damping as stated.
             drive = values["stable_amplitude"] * (values["aerodynamic_rate"] + still[self.data.middle])
@@ -42,19 +39,14 @@ class NullModel:
             table[:, :, Term.AERO] = np.where(wind, aero * mass, 0.0)
             table[:, :, Term.DRIVE] = np.where(wind, drive * mass, 0.0)
             rate = np.where(wind, np.maximum(table[:, :, Term.AERO] + damping, 1e-3 * damping + 1e-9), rate)
-            a_star = np.where(wind, table[:, :, Term.DRIVE] / rate, a_star)
-        level = np.where(wind, a_star, layout.largest)
+            level = np.where(wind, table[:, :, Term.DRIVE] / rate, level)
+            table[:, :, Term.STIFFNESS_LINEAR] = values["stiffness_in_wind"] / layout.largest.max()
         unit = level * np.sqrt(2.0 * rate)
         table[:, :, Term.SCATTER] = values["scatter"] * unit
         table[:, :, Term.PHASE_SCATTER] = values["phase_scatter"] * unit
-        table[:, :, Term.NOISE] = values["noise"]
-        table[:, :, Term.DETUNING] = values["detuning"]
-        table[:, :, Term.THIRD] = values["third"]
-        table[:, :, Term.THIRD_NOISE] = values["third_noise"]
+        for term in (Term.NOISE, Term.DETUNING, Term.THIRD, Term.THIRD_NOISE, Term.GAIN):
+            table[:, :, term] = values[term.name.lower()]
         table[:, :, Term.STIFFNESS] = values["stiffness"] / layout.largest.max() ** 2
-        if wind.any():
-            table[:, :, Term.STIFFNESS_LINEAR] = values["stiffness_in_wind"] / layout.largest.max()
-        table[:, :, Term.GAIN] = values["gain"]
         return table
 
 
@@ -63,19 +55,17 @@ def null_model(data: GapData) -> NullModel:
     layout, wind = data.layout, data.layout.wind
     parameters = []
 
-    def add(name: str, members: IntArray, *, times: float = 1.0, sd: FloatArray | None = None, unit: str = "-") -> None:
-        """A parameter whose prior's median is `times` that of the card; `sd` in place of the card's by member."""
+    def add(name: str, members: IntArray, *, times: float = 1.0, unit: str = "-") -> None:
+        """A parameter whose prior's median is `times` that of the card."""
         prior = data.priors[name]
         centre = float(np.log(prior.first * times)) if prior.logarithmic else prior.first
-        scale = prior.scale if sd is None else sd
-        parameters.append(Parameter(name, centre, scale, members, prior.logarithmic, unit=unit, starts=(centre,)))
+        parameters.append(Parameter(name, centre, prior.scale, members, prior.logarithmic, unit=unit, starts=(centre,)))
 
     if wind.any():
         add("stable_amplitude", layout.in_wind(), times=layout.reference_amplitude, unit="A/D or rad")
         add("aerodynamic_rate", layout.in_wind(), times=layout.reference_omega, unit="1/s")
         if np.any(data.mass_sd[wind] > 0.0):
-            first = [np.flatnonzero(layout.by_test() == j)[0] for j in range(np.unique(layout.test[wind]).size)]
-            mass_sd = np.maximum(data.mass_sd[first], 1e-6)
+            mass_sd = np.maximum(data.mass_sd[list(data.first_in_wind.values())], 1e-6)
             parameters.append(Parameter("mass", 0.0, mass_sd, layout.by_test()))
     rigs = np.unique(layout.rig)
     parameters.append(Parameter("damping", 0.0, data.damping_sd[rigs], layout.by_rig(), unit="of the nominal"))
@@ -86,20 +76,16 @@ def null_model(data: GapData) -> NullModel:
         add(name, groups)
         centre = np.where(still, data.priors["still_air_scatter"].location, parameters[-1].location)
         parameters[-1] = replace(parameters[-1], location=centre)
-    add("noise", layout.by_rig())
-    add("detuning", np.arange(len(layout.records)))
-    add("third", layout.by_rig())
-    add("third_noise", layout.by_rig())
-    add("stiffness", layout.everywhere())
-    if wind.any():
-        add("stiffness_in_wind", layout.in_wind())
-    add("gain", np.arange(len(layout.records)))
+    each = np.arange(len(layout.records))
+    for name, members in (
+        ("noise", layout.by_rig()),
+        ("detuning", each),
+        ("third", layout.by_rig()),
+        ("third_noise", layout.by_rig()),
+        ("stiffness", layout.everywhere()),
+        ("stiffness_in_wind", layout.in_wind()),
+        ("gain", each),
+    ):
+        if members.max() >= 0:
+            add(name, members)
     return NullModel(data, tuple(parameters))
-
-
-def reference(layout: Layout) -> str:
-    """What sizes are referred to, in words."""
-    return (
-        f"stable amplitude {layout.reference_amplitude:.4g}, relaxation rate {layout.reference_rate:.4g} 1/s "
-        f"({layout.reference_rate / layout.reference_omega:.3%} of omega)"
-    )

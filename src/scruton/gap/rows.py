@@ -12,7 +12,7 @@ from scipy.optimize import least_squares
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE, Layout
-from scruton.dynamics.effects.effect import Variant
+from scruton.dynamics.effects.effect import Parameter, Variant
 from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
 from scruton.dynamics.limit_cycle import amplitude_rates, limit_cycle_amplitude
 from scruton.gap.thresholds import CLOSES_NOTHING
@@ -89,24 +89,26 @@ def close_rows(rows: Rows) -> tuple[Closed, ...]:
     Effects that leave the rows as they are, whatever their size, are left out.
     """
     layout = _layout(rows)
-    null, _ = _fit(rows, layout, None)
-    before = float(np.sum(_misfit(rows, layout, None, null) ** 2))
+    bare = _Problem(rows, layout)
+    before = float(np.sum(bare.misfit(bare.fit()) ** 2))
     found = []
     for effect in CATALOGUE.values():
         options = []
         for variant in effect.variants(layout):
             if variant.scan or effect.channel == "frequency":
                 continue
-            x, _ = _fit(rows, layout, variant)
-            after = float(np.sum(_misfit(rows, layout, variant, x) ** 2))
-            cost = float(np.sum(_prior(variant, x) ** 2))
-            amplitude, _ = _predicted(rows, layout, variant, x)
-            options.append(
-                Closed(
-                    effect.name, variant.label, before, after, 1.0 - after / before,
-                    tuple(float(e) for e in amplitude / rows.amplitude - 1.0), _named(variant, x), after + cost,
-                )
-            )  # fmt: skip
+            problem = _Problem(rows, layout, variant)
+            x = problem.fit()
+            after = float(np.sum(problem.misfit(x) ** 2))
+            errors = tuple(float(e) for e in problem.predicted(x)[0] / rows.amplitude - 1.0)
+            named = tuple(
+                (p.name if p.size == 1 else f"{p.name}[{j}]", float(np.exp(value) if p.log else value))
+                for p, part in problem.parts(x)
+                for j, value in enumerate(part, 1)
+            )
+            penalised = after + float(np.sum(problem.prior(x) ** 2))
+            fraction = 1.0 - after / before
+            options.append(Closed(effect.name, variant.label, before, after, fraction, errors, named, penalised))
         best = min(options, key=lambda one: one.penalised, default=None)
         if best is not None and best.fraction > CLOSES_NOTHING:
             found.append(best)
@@ -126,79 +128,62 @@ def _layout(rows: Rows) -> Layout:
     )  # fmt: skip
 
 
-def _split(variant: Variant, x: FloatArray) -> dict[str, FloatArray]:
-    found, at = {}, 2
-    for p in variant.parameters:
-        part = np.exp(x[at : at + p.size]) if p.log else x[at : at + p.size]
-        found[p.name] = np.r_[part, 0.0][p.members][None]
-        at += p.size
-    return found
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    """Least squares of the rows in ln(stable amplitude), ln(aerodynamic rate) and an effect's own coordinates."""
 
+    rows: Rows
+    layout: Layout
+    variant: Variant | None = None
 
-def _prior(variant: Variant | None, x: FloatArray) -> FloatArray:
-    if variant is None:
-        return np.zeros(0)
-    location = np.concatenate([np.full(p.size, p.location) for p in variant.parameters])
-    scale = np.concatenate([np.full(p.size, p.scale) for p in variant.parameters])
-    result: FloatArray = (x[2:] - location) / scale
-    return result
+    def parts(self, x: FloatArray) -> list[tuple[Parameter, FloatArray]]:
+        """The effect's parameters with their coordinates."""
+        own = self.variant.parameters if self.variant else ()
+        ends = 2 + np.cumsum([p.size for p in own], dtype=int)
+        return [(p, x[end - p.size : end]) for p, end in zip(own, ends, strict=True)]
 
+    def predicted(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Stable amplitudes as read, and relaxation rates, (T,) each."""
+        rows, layout = self.rows, self.layout
+        table = np.zeros((1, len(rows.amplitude), COLUMNS))
+        still, aero = rows.omega * rows.damping_ratio, np.exp(x[1])
+        table[0, :, Term.STRUCTURAL] = still
+        table[0, :, Term.AERO] = aero * rows.aero_ratio
+        table[0, :, Term.DRIVE] = np.exp(x[0]) * (aero + still[rows.middle]) * rows.drive_ratio
+        if self.variant:
+            padded = {p.name: (np.r_[np.exp(part) if p.log else part, 0.0], p.members) for p, part in self.parts(x)}
+            self.variant.apply(table, {name: part[members][None] for name, (part, members) in padded.items()}, layout)
+        knots = np.log(layout.knots)
+        amplitude = limit_cycle_amplitude(table[0], knots, layout.reference_amplitude)
+        amplitude = np.where(np.isfinite(amplitude) & (amplitude > 0.0), amplitude, 1e-3 * layout.reference_amplitude)
+        step = 1e-4 * amplitude
+        up, down = (np.diag(amplitude_rates(table[0], amplitude + s * step, knots)) for s in (1.0, -1.0))
+        rate = np.maximum(-(up - down) / (2.0 * step), 1e-9)
+        return amplitude * (1.0 + table[0, :, Term.GAIN]), rate
 
-def _named(variant: Variant, x: FloatArray) -> tuple[tuple[str, float], ...]:
-    values = x[2:]
-    names = [p.name if p.size == 1 else f"{p.name}[{j + 1}]" for p in variant.parameters for j in range(p.size)]
-    logs = [p.log for p in variant.parameters for _ in range(p.size)]
-    return tuple((n, float(np.exp(v) if log else v)) for n, v, log in zip(names, values, logs, strict=True))
+    def misfit(self, x: FloatArray) -> FloatArray:
+        """Distances of the rows from what is predicted, in standard deviations, (2 T,)."""
+        rows, (amplitude, rate) = self.rows, self.predicted(x)
+        away = np.log(amplitude / rows.amplitude) / rows.amplitude_sd, np.log(rate / rows.rate) / rows.rate_sd
+        return np.concatenate(away)
 
+    def prior(self, x: FloatArray) -> FloatArray:
+        """Distances of the effect's coordinates from their priors, in standard deviations."""
+        return np.concatenate([np.zeros(0), *((part - p.location) / p.scale for p, part in self.parts(x))])
 
-def _predicted(rows: Rows, layout: Layout, variant: Variant | None, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Stable amplitudes as read, and relaxation rates, (T,) each."""
-    count = len(rows.amplitude)
-    table = np.zeros((1, count, COLUMNS))
-    still = rows.omega * rows.damping_ratio
-    aero = np.exp(x[1])
-    table[0, :, Term.STRUCTURAL] = still
-    table[0, :, Term.AERO] = aero * rows.aero_ratio
-    table[0, :, Term.DRIVE] = np.exp(x[0]) * (aero + still[rows.middle]) * rows.drive_ratio
-    if variant is not None:
-        variant.apply(table, _split(variant, x), layout)
-    knots = np.log(layout.knots)
-    amplitude = limit_cycle_amplitude(table[0], knots, layout.reference_amplitude)
-    amplitude = np.where(np.isfinite(amplitude) & (amplitude > 0.0), amplitude, 1e-3 * layout.reference_amplitude)
-    step = 1e-4 * amplitude
-    up, down = (
-        np.array([amplitude_rates(table[0, j : j + 1], np.array([amplitude[j] + s * step[j]]), knots)[0, 0]
-                  for j in range(count)])
-        for s in (1.0, -1.0)
-    )  # fmt: skip
-    rate = np.maximum(-(up - down) / (2.0 * step), 1e-9)
-    return amplitude * (1.0 + table[0, :, Term.GAIN]), rate
+    def fit(self) -> FloatArray:
+        """Coordinates at the optimum, with the priors of the effect."""
+        rows, m, own = self.rows, self.rows.middle, self.variant.parameters if self.variant else ()
+        aero = max(float(rows.rate[m] - rows.omega[m] * rows.damping_ratio[m]), 0.05 * float(rows.rate[m]))
+        first = [np.log(rows.amplitude[m]), np.log(aero), *(p.starts[0] for p in own for _ in range(p.size))]
+        shift = np.arange(len(first)) > 1
 
+        def residuals(x: FloatArray) -> FloatArray:
+            cut = [1e3 * np.minimum(np.r_[part, 0.0][p.members], 0.0) for p, part in self.parts(x) if p.positive]
+            return np.concatenate([self.misfit(x), self.prior(x), *cut])
 
-def _misfit(rows: Rows, layout: Layout, variant: Variant | None, x: FloatArray) -> FloatArray:
-    amplitude, rate = _predicted(rows, layout, variant, x)
-    return np.concatenate(
-        [np.log(amplitude / rows.amplitude) / rows.amplitude_sd, np.log(rate / rows.rate) / rows.rate_sd]
-    )
-
-
-def _fit(rows: Rows, layout: Layout, variant: Variant | None) -> tuple[FloatArray, float]:
-    m = rows.middle
-    aero = max(float(rows.rate[m] - rows.omega[m] * rows.damping_ratio[m]), 0.05 * float(rows.rate[m]))
-    starts = [np.r_[np.log(rows.amplitude[m]), np.log(aero)]]
-    if variant is not None:
-        first = np.concatenate([np.full(p.size, p.starts[0]) for p in variant.parameters])
-        starts = [np.r_[starts[0], first], np.r_[starts[0], first - 0.1], np.r_[starts[0], first + 0.1]]
-
-    def residuals(x: FloatArray) -> FloatArray:
-        values = _split(variant, x) if variant else {}
-        cut = [p.name for p in variant.parameters if p.positive] if variant else []
-        low = [1e3 * min(value, 0.0) for name in cut for value in values[name][0]]
-        return np.concatenate([_misfit(rows, layout, variant, x), _prior(variant, x), low])
-
-    fits = [least_squares(residuals, start) for start in starts]
-    best = min(fits, key=lambda one: float(one.cost))
-    return np.asarray(best.x), float(best.cost)
+        fits = [least_squares(residuals, first + s * shift) for s in ((0.0, -0.1, 0.1) if own else (0.0,))]
+        return np.asarray(min(fits, key=lambda one: float(one.cost)).x)
 
 
 def rows_text(closed: Sequence[Closed]) -> list[list[str]]:

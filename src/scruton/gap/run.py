@@ -8,13 +8,13 @@ from scipy.special import ndtr, ndtri
 
 from scruton.campaign import Campaign, load_campaign
 from scruton.dynamics.effects import Parameter
-from scruton.gap.advise import advise, confusions
+from scruton.gap.advise import advise, confusions, invisible
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import NONE, Diagnosis, diagnose_data
+from scruton.gap.finding import Finding
 from scruton.gap.hypothesis import FittedHypothesis
-from scruton.gap.invisible import invisible
-from scruton.gap.locate import Curves, Finding, excess_curves, locate
-from scruton.gap.null_model import reference
+from scruton.gap.locate import locate
+from scruton.gap.locate_curves import Curves, excess_curves
 from scruton.gap.results import FORMAT
 from scruton.gap.shrink import shrink
 from scruton.gap.thresholds import ANY_TEMPERATURE, TEMPERATURE
@@ -25,6 +25,7 @@ from scruton.stats.evidence import Evidence
 from scruton.stats.laplace_check import bridge_evidence, importance_evidence
 
 _LEADERS = 2
+_METHODS = (("importance", "error", "effective_draws"), ("bridge", "bridge_error", "bridge_effective_draws"))
 SEED = 0  # of the few draws that a diagnosis makes
 
 
@@ -76,10 +77,9 @@ def examine(
     diagnosis = diagnose_data(
         data, campaign, prior=card.effect_weights, prior_none=card.prior_none, workers=workers, progress=progress
     )
-    gap = diagnosis.verdict != NONE
+    gap, layout = diagnosis.verdict != NONE, diagnosis.data.layout
     curves = excess_curves(diagnosis.null) if gap else None
     findings = locate(diagnosis, curves) if gap else ()
-    shrunk = shrink(diagnosis, workers=workers) if gap else None
     content = {
         "format": FORMAT,
         "verdict": diagnosis.verdict,
@@ -87,7 +87,7 @@ def examine(
         "probability": {name: round(p, 6) for name, p in diagnosis.probability.items()},
         "indistinguishable": [list(group) for group in confusions(diagnosis)],
         "where": [finding.to_json() for finding in findings],
-        "shrink": shrunk.to_json() if shrunk else {},
+        "shrink": shrink(diagnosis, workers=workers) if gap else {},
         "effects": {name: {"parameters": found_parameters(diagnosis, name)} for name in diagnosis.found},
         "advice": advise(diagnosis),
         "invisible": invisible(diagnosis),
@@ -95,7 +95,10 @@ def examine(
             "simulated campaigns of three rigs from the full equation of motion, 0.5 to 1.5 % turbulence; "
             f"evidences are divided by {TEMPERATURE:g} between effects, by {ANY_TEMPERATURE:g} against none"
         ),
-        "sizes_refer_to": reference(diagnosis.data.layout),
+        "sizes_refer_to": (
+            f"stable amplitude {layout.reference_amplitude:.4g}, relaxation rate {layout.reference_rate:.4g} 1/s "
+            f"({layout.reference_rate / layout.reference_omega:.3%} of omega)"
+        ),
         "evidence": _evidence(diagnosis, thorough),
         "checks": {name: vars(mark) for name, mark in diagnosis.checks.items()},
         "card": card.name,
@@ -112,33 +115,26 @@ def examine(
 def _evidence(diagnosis: Diagnosis, thorough: bool) -> dict[str, Any]:
     """Log evidence over the null model by Laplace; for the leaders by importance sampling, and by bridge sampling."""
     ranked = sorted(diagnosis.singles.values(), key=lambda candidate: -candidate.log_evidence)
-    rng = np.random.default_rng(SEED)
-    null = diagnosis.null
-    sampled = importance_evidence(null.hypothesis.log_density, null.proposal(), rng)
-    bridged = _bridged(null, 0) if thorough else None
-    checked: dict[str, dict[str, float]] = {}
-    for k, candidate in enumerate(ranked[:_LEADERS]):
-        fit = candidate.best
-        if fit is None:
+    rng, null = np.random.default_rng(SEED), diagnosis.null
+
+    def sampled(fit: FittedHypothesis, seed: int) -> tuple[Evidence, Evidence | None]:
+        density, proposal = fit.hypothesis.log_density, fit.proposal()
+        own = importance_evidence(density, proposal, rng)
+        return own, bridge_evidence(density, proposal, seed, inside=fit.hypothesis.inside) if thorough else None
+
+    base, checked = sampled(null, 0), {}
+    for k, candidate in enumerate(ranked[:_LEADERS], 1):
+        if (fit := candidate.best) is None:
             continue
-        own = importance_evidence(fit.hypothesis.log_density, fit.proposal(), rng)
-        checked[candidate.name] = {
-            "laplace": fit.log_evidence - null.log_evidence, "importance": own.log_z - sampled.log_z,
-            "error": float(np.hypot(own.error, sampled.error)), "effective_draws": own.effective_size,
-        }  # fmt: skip
-        if bridged is not None:
-            over = _bridged(fit, k + 1)
-            checked[candidate.name] |= {
-                "bridge": over.log_z - bridged.log_z, "bridge_error": float(np.hypot(over.error, bridged.error)),
-                "bridge_effective_draws": over.effective_size,
-            }  # fmt: skip
+        checked[candidate.name] = {"laplace": fit.log_evidence - null.log_evidence}
+        for (value, error, draws), over, under in zip(_METHODS, sampled(fit, k), base, strict=True):
+            if over and under:
+                checked[candidate.name] |= {
+                    value: over.log_z - under.log_z, error: float(np.hypot(over.error, under.error)),
+                    draws: over.effective_size,
+                }  # fmt: skip
     gains = {candidate.name: candidate.log_evidence - null.log_evidence for candidate in ranked}
     return {"gain": {k: v if np.isfinite(v) else None for k, v in gains.items()}, "leaders": checked}
-
-
-def _bridged(fit: FittedHypothesis, seed: int) -> Evidence:
-    hypothesis = fit.hypothesis
-    return bridge_evidence(hypothesis.log_density, fit.proposal(), seed, inside=hypothesis.inside)
 
 
 def found_parameters(diagnosis: Diagnosis, name: str) -> dict[str, Any]:
@@ -147,9 +143,8 @@ def found_parameters(diagnosis: Diagnosis, name: str) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for i, variant in enumerate(fit.hypothesis.variants):
         for p in variant.parameters if variant.effect == name else ():
-            centre, sd = fit.value(p.name, i)
-            for j in range(p.size):
-                low, middle, high = _quantiles(p, float(centre[j]), float(sd[j]))
+            for j, (centre, sd) in enumerate(zip(*fit.value(p.name, i), strict=True)):
+                low, middle, high = _quantiles(p, float(centre), float(sd))
                 mine = [record for record, member in zip(records, p.members, strict=True) if member == j]
                 found[p.name if p.size == 1 else f"{p.name}[{j + 1}]"] = {
                     "median": middle, "interval90": [low, high], "unit": p.unit, "form": variant.label,

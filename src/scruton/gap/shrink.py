@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -10,108 +9,26 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.documents import as_json
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Term
-from scruton.gap.curves import Discrepancy, damping_discrepancy
-from scruton.gap.data import GapData
+from scruton.dynamics.effects.effect import Extent, Scope
+from scruton.dynamics.effects.generic import discrepancy
+from scruton.dynamics.limit_cycle import amplitude_rates
+from scruton.dynamics.reading import inverse_reading
+from scruton.gap.data import GapData, settled_end
 from scruton.gap.density import NormalPosterior, density, parameters_spent, posterior_at_mode, posterior_without
 from scruton.gap.diagnosis import Diagnosis
-from scruton.gap.hypothesis import FittedHypothesis
-from scruton.gap.predict import stable_amplitude
-from scruton.gap.thresholds import MEASURABLE_NATS, TAIL
+from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
+from scruton.gap.thresholds import MEASURABLE_NATS
 
 METRIC = (
     "joint log predictive density of whole records, nats short of the ceiling that the noise sets; held out: "
     "parameters from the other Scruton numbers and still air alone"
 )
 _RESAMPLES = 2000
+_BAND = 40  # points of a damping curve
+_ITERATIONS = 8  # of the fit of the measured curves
 
 
-@dataclass(frozen=True)
-class HeldOut:
-    """The gap on records left out: see `Shrink`; one record gives no `interval90`."""
-
-    records: tuple[str, ...]
-    before: float
-    after: float
-    fraction: float | None
-    interval90: tuple[float, float] | None
-
-
-@dataclass(frozen=True)
-class StableAmplitude:
-    """Stable amplitude of a test, predicted from the other Scruton numbers.
-
-    Attributes
-    ----------
-    test : str
-    measured : float
-        Mean of the last fifth of its records, or as stated; A/D or rad, as read.
-    before, after : float
-        As the bare model and the verdict's predict it.
-    error_before, error_after : float
-        Relative.
-    """
-
-    test: str
-    measured: float
-    before: float
-    after: float
-    error_before: float
-    error_after: float
-
-
-@dataclass(frozen=True)
-class RunnerUp:
-    """The next best effect and the part of the held-out gap that it closes."""
-
-    effect: str
-    fraction: float | None
-
-
-@dataclass(frozen=True)
-class Shrink:
-    """How far the gap shrinks.
-
-    Attributes
-    ----------
-    metric : str
-    before, after : float
-        Nats that the bare model and the verdict's fall short of the ceiling, on all records, the parameters that were
-        fitted to them discounted.
-    fraction : float or None
-        (before - after)/before; None where the gap is too small to measure.
-    interval90 : (float, float) or None
-        By bootstrap over records; None for a single one, which says nothing of its like.
-    held_out : HeldOut or None
-        None where no record can be left out.
-    measurable : bool
-        Whether the gap is large enough to be measured: on the records held out, or, without any, on those used.
-    statement : str
-    runner_up : RunnerUp or None
-        Its fraction is None, too, where no record can be left out.
-    stable_amplitude : tuple of StableAmplitude
-        One for each test left out in turn.
-    damping_discrepancy : Discrepancy or None
-        Of damping curves; None without wind.
-    """
-
-    metric: str
-    before: float
-    after: float
-    fraction: float | None
-    interval90: tuple[float, float] | None
-    held_out: HeldOut | None
-    measurable: bool
-    statement: str
-    runner_up: RunnerUp | None
-    stable_amplitude: tuple[StableAmplitude, ...]
-    damping_discrepancy: Discrepancy | None
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain numbers, lists and strings."""
-        return as_json(asdict(self))  # type: ignore[no-any-return]
-
-
-def shrink(diagnosis: Diagnosis, *, workers: int = 2, seed: np.random.SeedSequence | None = None) -> Shrink:
+def shrink(diagnosis: Diagnosis, *, workers: int = 2) -> dict[str, Any]:
     """Measure the gap before and after the effects found, on the records used and on records held out.
 
     Every Scruton number is left out in turn (all records in wind of its test; every record in turn where there is one
@@ -128,21 +45,28 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2, seed: np.random.SeedSequen
     a model counts by what it would score on a replicate of them: as the ceiling, but less the whole effective number
     of parameters.
 
-    Parameters
-    ----------
-    diagnosis : Diagnosis
-    workers : int
-        Threads.
-    seed : SeedSequence, optional
-        Of the bootstrap.
+    Returns
+    -------
+    dict
+        `shrink` of gap.json: nats that the bare model (`before`) and the verdict's (`after`) fall short of the ceiling
+        on all records; `fraction`, (before - after)/before, None where the gap is too small to measure, and its
+        `interval90` by bootstrap over records, None for a single one, which says nothing of its like; the same of the
+        records `held_out`, None where none can be; `measurable`, on those held out or, without any, on those used;
+        `runner_up`, the next best effect and the part of the held-out gap that it closes; `stable_amplitude` of every
+        test left out in turn, as predicted by both, with relative errors; `damping_discrepancy`, None without wind.
     """
     data = diagnosis.data
     folds = _folds(data)
     models = [diagnosis.null, diagnosis.final]
     generic = diagnosis.singles[UNKNOWN.name].best if UNKNOWN.name in diagnosis.singles else None
-    runner = _runner_up(diagnosis)
+    rivals = {
+        name: one.best
+        for name, one in diagnosis.rivals.items()
+        if name in CATALOGUE and name not in diagnosis.found and one.best is not None
+    }
+    runner = max(rivals, key=lambda name: rivals[name].log_evidence, default=None)
     references = [*models, *([generic] if generic is not None and generic is not diagnosis.final else [])]
-    learners = [*models, *([runner[1]] if runner else [])]
+    learners = [*models, *([rivals[runner]] if runner else [])]
     held = [fold for fold, out in folds if out]
     with ThreadPoolExecutor(workers) as pool:
         known_jobs = [pool.submit(_known, m, [fold for fold, _ in folds]) for m in references]
@@ -152,30 +76,33 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2, seed: np.random.SeedSequen
     best = int(np.argmax((known[:, 0] - 0.5 * known[:, 1]).sum(axis=1)))
     ceiling = known[best, 0] - 0.5 * known[best, 1]
     used = ceiling - (known[:2, 0] - known[:2, 1])
-    rng = np.random.default_rng(seed or np.random.SeedSequence(0))
-    before, after = (float(x) for x in used.sum(axis=1))
-    fraction = _fraction(used[0], used[1]) if before > MEASURABLE_NATS else None
-    measurable, held_out, by_runner = fraction is not None, None, None
+    rng = np.random.default_rng(np.random.SeedSequence(0))
+    measurable, held_out, by_runner = bool(used[0].sum() > MEASURABLE_NATS), None, None
+    on_used = measurable
     if held:
         mask = np.any(held, axis=0)
         short = np.array([(ceiling - np.sum([scores for _, scores, _ in parts], axis=0))[mask] for parts in left_out])
         learnt = sum(cost for _, _, cost in left_out[0])
         measurable = float(short[0].sum()) - learnt > MEASURABLE_NATS
-        held_out = _held_out(tuple(np.array(data.layout.records)[mask].tolist()), short[0], short[1], measurable, rng)
+        names = np.array(data.layout.records)[mask].tolist()
+        held_out = {"records": names, **_closed(short[0], short[1], rng if measurable else None)}
         by_runner = _fraction(short[0], short[2]) if runner and measurable else None
-    stable: tuple[StableAmplitude, ...] = ()
-    discrepancy = None
+    stable, curves = [], None
     if data.layout.wind.any():
-        by_test = [(fold, left_out[0][i][0], left_out[1][i][0]) for i, fold in enumerate(held) if _is_test(data, fold)]
+        test = data.layout.test
+        whole = [i for i, fold in enumerate(held) if np.array_equal(fold, test == test[np.argmax(fold)])]
+        by_test = [(held[i], left_out[0][i][0], left_out[1][i][0]) for i in whole]
         misstated = any(Term.STRUCTURAL in CATALOGUE[name].terms for name in diagnosis.found if name in CATALOGUE)
-        stable = tuple(_stable_amplitude(data, fold, null, final, misstated) for fold, null, final in by_test)
+        stable = [_stable_amplitude(data, fold, null, final, misstated) for fold, null, final in by_test]
         pairs = [(null.optimum, final.optimum) for _, null, final in by_test]
-        discrepancy = damping_discrepancy(diagnosis.null, diagnosis.final, pairs)
-    return Shrink(
-        METRIC, before, after, fraction, _bootstrap(used[0], used[1], rng) if fraction is not None else None, held_out,
-        measurable, _statement(measurable, held_out, diagnosis.verdict),
-        RunnerUp(runner[0], by_runner) if runner else None, stable, discrepancy,
-    )  # fmt: skip
+        curves = damping_discrepancy(diagnosis.null, diagnosis.final, pairs)
+    found: dict[str, Any] = as_json({
+        "metric": METRIC, **_closed(used[0], used[1], rng if on_used else None), "held_out": held_out,
+        "measurable": measurable, "statement": _statement(measurable, held_out, diagnosis.verdict),
+        "runner_up": {"effect": runner, "fraction": by_runner} if runner else None, "stable_amplitude": stable,
+        "damping_discrepancy": curves,
+    })  # fmt: skip
+    return found
 
 
 def _folds(data: GapData) -> list[tuple[np.ndarray, bool]]:
@@ -188,21 +115,6 @@ def _folds(data: GapData) -> list[tuple[np.ndarray, bool]]:
         return found + [(~layout.wind & (layout.rig == i), False) for i in np.unique(layout.rig[~layout.wind])]
     wind = layout.wind if tests.size else np.ones(count, dtype=bool)
     return [(np.arange(count) == r, bool(wind[r]) and count > 1) for r in range(count)]
-
-
-def _is_test(data: GapData, fold: np.ndarray) -> bool:
-    test = data.layout.test
-    first = int(np.flatnonzero(fold)[0])
-    return bool(test[first] >= 0 and np.array_equal(fold, test == test[first]))
-
-
-def _runner_up(diagnosis: Diagnosis) -> tuple[str, FittedHypothesis] | None:
-    named = [
-        (name, one.best)
-        for name, one in diagnosis.rivals.items()
-        if name in CATALOGUE and name not in diagnosis.found and one.best is not None
-    ]
-    return max(named, key=lambda pair: pair[1].log_evidence) if named else None
 
 
 def _known(model: FittedHypothesis, folds: Sequence[np.ndarray]) -> FloatArray:
@@ -227,63 +139,97 @@ def _left_out(model: FittedHypothesis, fold: np.ndarray) -> tuple[NormalPosterio
     return known, np.where(fold, scored.shares, 0.0), cost
 
 
-def _held_out(
-    names: tuple[str, ...], before: FloatArray, after: FloatArray, measurable: bool, rng: np.random.Generator
-) -> HeldOut:
-    """The gap on the records left out, and how far it shrinks where it can be measured."""
-    return HeldOut(
-        names, float(before.sum()), float(after.sum()), _fraction(before, after) if measurable else None,
-        _bootstrap(before, after, rng) if measurable else None,
-    )  # fmt: skip
+def _closed(before: FloatArray, after: FloatArray, rng: np.random.Generator | None) -> dict[str, Any]:
+    """The gap on some records, (R,) each, and how far it shrinks; without a generator it cannot be measured.
+
+    Of a single record there is no interval: all of its resamples are it.
+    """
+    fraction = interval = None
+    if rng is not None:
+        fraction = _fraction(before, after)
+        if before.size > 1:
+            chosen = rng.integers(0, before.size, (_RESAMPLES, before.size))
+            b, a = before[chosen].sum(axis=1), after[chosen].sum(axis=1)
+            interval = np.quantile((b - a)[b > 0.0] / b[b > 0.0], [0.05, 0.95])
+    return {"before": before.sum(), "after": after.sum(), "fraction": fraction, "interval90": interval}
 
 
 def _fraction(before: FloatArray, after: FloatArray) -> float:
     return float((before.sum() - after.sum()) / before.sum())
 
 
-def _bootstrap(before: FloatArray, after: FloatArray, rng: np.random.Generator) -> tuple[float, float] | None:
-    """90 % interval of the fraction over records like these; None of a single one, all of whose resamples are it."""
-    if before.size < 2:
-        return None
-    chosen = rng.integers(0, before.size, (_RESAMPLES, before.size))
-    b, a = before[chosen].sum(axis=1), after[chosen].sum(axis=1)
-    found = (b - a)[b > 0.0] / b[b > 0.0]
-    low, high = np.quantile(found, [0.05, 0.95])
-    return float(low), float(high)
-
-
 def _stable_amplitude(
     data: GapData, fold: np.ndarray, null: NormalPosterior, final: NormalPosterior, misstated: bool
-) -> StableAmplitude:
+) -> dict[str, Any]:
     """The stable amplitude of a test left out, as read; a misstated damping is what the bare model goes by."""
     records = np.flatnonzero(fold)
     test = next(t for t in data.campaign.tests if t.name == data.tests[data.layout.test[records[0]]])
     stated = test.stable_amplitude
-    measured = stated.mean if stated else float(np.mean([_tail(data, int(r)) for r in records]))
+    ends = [settled_end(data.cycles[data.layout.records[r]]) for r in records]
+    measured = stated.mean if stated else float(np.mean(ends))
     number = float(data.layout.scruton_number[records[0]]) if misstated else None
     before, after = (
-        float(np.median([stable_amplitude(k.hypothesis, k.optimum[None], int(r), scruton_number=n, reading=True)[0]
+        float(np.median([k.hypothesis.stable_amplitude(k.optimum[None], int(r), scruton_number=n, reading=True)[0]
                          for r in records]))
         for k, n in ((null, number), (final, None))
     )  # fmt: skip
-    return StableAmplitude(
-        test.name, measured, before, after, abs(before - measured) / measured, abs(after - measured) / measured
-    )
+    return {
+        "test": test.name, "measured": measured, "before": before, "after": after,
+        "error_before": abs(before - measured) / measured, "error_after": abs(after - measured) / measured,
+    }  # fmt: skip
 
 
-def _tail(data: GapData, record: int) -> float:
-    a = data.cycles[data.layout.records[record]].amplitude
-    return float(np.mean(a[-max(5, int(TAIL * a.size)) :]))
-
-
-def _statement(measurable: bool, held: HeldOut | None, verdict: str) -> str:
+def _statement(measurable: bool, held: dict[str, Any] | None, verdict: str) -> str:
     if held is None:
         return "no record can be left out: the gap is not measured on held-out records"
-    if not measurable or held.fraction is None:
+    if not measurable:
         return "the gap is too small to measure on held-out records"
     what = "a generic term, for the unknown," if verdict == UNKNOWN.name else verdict
-    closed = f"{what} closes {held.fraction:.0%} of the gap on held-out records"
-    if held.interval90 is None:
+    closed = f"{what} closes {held['fraction']:.0%} of the gap on held-out records"
+    if held["interval90"] is None:
         return f"{closed} (one record: no interval)"
-    low, high = held.interval90
+    low, high = held["interval90"]
     return f"{closed} (90 % interval {low:.0%} to {high:.0%})"
+
+
+def damping_discrepancy(
+    null: FittedHypothesis, final: FittedHypothesis, left_out: Sequence[tuple[FloatArray, FloatArray]]
+) -> dict[str, float]:
+    """Mean distance of damping curves from the measured ones over ln(amplitude) and tests, over the relaxation rate.
+
+    The measured curve of a test is that of the verdict's hypothesis with a generic discrepancy of every test by its
+    own, fitted in the likelihood of all records; its noise keeps the distance of a right model above zero.
+
+    `left_out` holds coordinates of the bare model and the verdict's, one pair a test in order, from the records of the
+    others; where no test can be left out, the distances held out are those of the fits to all records.
+    """
+    data, layout = final.hypothesis.data, final.hypothesis.data.layout
+    scope = Scope(Extent.EACH_TEST, layout.by_test())
+    fitted = final.with_variants(discrepancy("measured", scope), iterations=_ITERATIONS)
+    tests = list(data.first_in_wind.values())
+    measured = [_curve(fitted.hypothesis, fitted.mode, r) for r in tests]
+
+    def distance(hypothesis: Hypothesis, each: Sequence[FloatArray]) -> float:
+        away = [
+            np.mean(np.abs(_curve(hypothesis, u, r) - m)) / layout.rate[r]
+            for u, m, r in zip(each, measured, tests, strict=True)
+        ]
+        return float(np.mean(away))
+
+    full = out = [distance(fit.hypothesis, [fit.mode] * len(tests)) for fit in (null, final)]
+    if len(left_out) == len(tests):
+        out = [distance(fit.hypothesis, [pair[i] for pair in left_out]) for i, fit in enumerate((null, final))]
+    return dict(zip(("before", "after", "held_out_before", "held_out_after"), (*full, *out), strict=True))
+
+
+def _curve(hypothesis: Hypothesis, u: FloatArray, record: int) -> FloatArray:
+    """Damping rate -da/dt/a of a test over the amplitudes that its records read [1/s]; a steady wind."""
+    data, layout = hypothesis.data, hypothesis.data.layout
+    mine = np.isin(data.channels.record, np.flatnonzero(layout.test == layout.test[record]))
+    read = data.channels.amplitude[mine]
+    band = np.geomspace(max(np.quantile(read, 0.02), 0.03 * read.max()), read.max(), _BAND)
+    table = hypothesis.table(u[None])[:, record]
+    table[:, [int(Term.TREND), int(Term.TREND_SINE), int(Term.TREND_DRIVE)]] = 0.0
+    row = table[0]
+    true = np.array([inverse_reading(y / (1.0 + row[Term.GAIN]), row[Term.CLIP], row[Term.CLIP_SOFT]) for y in band])
+    return np.asarray(-amplitude_rates(table, true, data.channels.knots)[0] / true)

@@ -1,133 +1,80 @@
 """Every threshold of the diagnosis: its value, unit, reason, and how it was set.
 
-"Judgement" means that no record of a computation is left.
+Where nothing is said of how, it is judgement: no record of a computation is left.
 """
 
 import numpy as np
 
 # ---- the verdict
-# Nats that a further effect must gain beside those found.  Judgement.
-SECOND_NATS = 8.0
-# Part of the first effect's gain that a further one must gain on top: forms differ, and the difference is no second
-# effect.  Judgement.
-SECOND_SHARE = 0.04
-# Size of a further effect, relative to the relaxation damping, below which it is nobody's concern.  Judgement.
-SMALLEST = 0.025
-# Nats by which several effects must beat one generic term, for each beyond the first.  Judgement.
-CHAIN_NATS = 10.0
-# Nats over chance of a line in the spectrum beside the response.  Judgement.
-LINE_NATS = 30.0
-# Nats of colour and level that noise and fitting leave in the innovations.  Judgement.
-ALLOWED_EXCESS = 4.0
-# Part of the gain that may be left, for the form of an effect is never quite its form.  Judgement.
-ALLOWED_SHARE = 0.12
-# Nats by which the generic term must lead a catalogued effect.  Judgement.
-PREFERENCE_NATS = 5.0
-# Part of the generic term's gain that it must lead by on top.  Judgement.
-PREFERENCE_SHARE = 0.12
-# Part of a further effect's gain by which it may stay behind the generic term.  Judgement.
-FURTHER_SHARE = 0.15
-# Nats: effects that close are one group.  Judgement.
-GROUP_NATS = 4.0
+SECOND_NATS = 8.0  # that a further effect must gain beside those found
+SECOND_SHARE = 0.04  # of the first gain, that a further one must add on top: forms differ, which is no second effect
+SMALLEST = 0.025  # size of a further effect over the relaxation damping, below which it is nobody's concern
+CHAIN_NATS = 10.0  # by which several effects must beat one generic term, for each beyond the first
+LINE_NATS = 30.0  # over chance, of a line in the spectrum beside the response
+ALLOWED_EXCESS = 4.0  # nats of colour and level that noise and fitting leave in the innovations
+ALLOWED_SHARE = 0.12  # of the gain, that may be left, for the form of an effect is never quite its form
+PREFERENCE_NATS = 5.0  # by which the generic term must lead a catalogued effect
+PREFERENCE_SHARE = 0.12  # of the generic term's gain, that it must lead by on top
+FURTHER_SHARE = 0.15  # of a further effect's gain, by which it may stay behind the generic term
+GROUP_NATS = 4.0  # effects that close are one group
 # Evidence of some effect against none is divided by this: how often such a lead is wrong.  Counted on
 # simulated campaigns of `scruton challenge make`; command and seed were not kept.
 ANY_TEMPERATURE = 2.5
-# Evidence of one effect against another, whose forms are never quite those of nature.  Likewise.
-TEMPERATURE = 4.0
-# Effects at once.  Judgement.
-MOST_EFFECTS = 3
+TEMPERATURE = 4.0  # likewise, of one effect against another, whose forms are never quite those of nature
+MOST_EFFECTS = 3  # at once
 
 # ---- which variants are fitted
-# Variants of an effect, at most.  Time.
-MOST_FITS = 4
-# Nats behind the best score test of its effect at which a variant is still fitted.  Judgement.
-FIT_WITHIN = 6.0
-# Part of the best score test's gain added to that, for score tests hold to second order.  Judgement.
-FIT_SHARE = 0.4
-# Nats: score tests below are taken at their word.  Judgement.
-HOPELESS = -1.0
-# Beats in a record, at least, for a force off the response: slower ones are a drift.  Judgement.
-FEWEST_BEATS = 1.5
+MOST_FITS = 4  # variants of an effect, at most: time
+FIT_WITHIN = 6.0  # nats behind the best score test of its effect at which a variant is still fitted
+FIT_SHARE = 0.4  # of the best score test's gain, added to that, for score tests hold to second order
+HOPELESS = -1.0  # nats: score tests below are taken at their word
+FEWEST_BEATS = 1.5  # in a record, for a force off the response: slower ones are a drift
 
 # ---- the absolute check
-# Lags of the Ljung-Box test.  Judgement.
-LAGS = 6
-# Parts of a record whose means and variances are compared.  Judgement.
-BLOCKS = 4
-# Cycles of a record, at least.  Judgement.
-FEWEST_CYCLES = 16
-# Standard deviations of chi-square that count as noise.  Judgement.
-EXCESS_SIGMAS = 2.5
-# Part of a kurtosis' standard errors that counts: its distribution has a heavy right tail.  Judgement.
-KURTOSIS_SHARE = 0.6
+LAGS = 6  # of the Ljung-Box test
+BLOCKS = 4  # parts of a record whose means and variances are compared
+FEWEST_CYCLES = 16  # of a record
+EXCESS_SIGMAS = 2.5  # standard deviations of chi-square that count as noise
+KURTOSIS_SHARE = 0.6  # of a kurtosis' standard errors, that counts: its distribution has a heavy right tail
 
 # ---- where
-# Probability that any curve of a campaign leaves zero by chance.  Stated.
-CURVE_FALSE = 0.1
-# Probability that any record of a campaign without a gap shows one kind of scatter.  Stated.
-SCATTER_FALSE = 0.03
-# Probability that any member of a campaign without a gap shows one kind of contrast.  Stated.
-CONTRAST_FALSE = 0.03
-# Cycles of a record whose scatter is looked at, at least.  Judgement.
-FEWEST_CYCLES_OF_SCATTER = 24
-# Cycles about a knot that informs it.  Judgement.
-FEWEST_CYCLES_OF_A_KNOT = 4
-# ln(amplitude) that a place covers at least.  Judgement.
-SHORTEST_PLACE = 0.1
-# Times the tolerated stiffness, in wind: gusts move phase and amplitude together.  Judgement.
-STIFFNESS_IN_WIND = 2.0
-# Growth ratio (damping ratio of growth) beyond which the frequency falls by half its square.  Second-order expansion.
-FAST_GROWTH = 0.03
-# Of a record's largest amplitude: where its wave would be bent.  Judgement.
-HIGH_AMPLITUDE = 0.8
-# Findings that are listed.  Judgement.
-MOST_FINDINGS = 12
-# Findings of one quantity, at most, before those of others have had their turn.  Judgement.
-MOST_OF_A_QUANTITY = 3
-# Of the largest gain of any effect: places that an effect of less would explain are echoes of another.  Judgement.
-ECHO = 0.6
-# Of the largest place of an effect, below which another is none.  Judgement.
-NEGLIGIBLE_PLACE = 1e-3
-# Records of an effect that are listed one by one.  Judgement.
-MOST_RECORDS_OF_AN_EFFECT = 6
+CURVE_FALSE = 0.1  # probability that any curve of a campaign leaves zero by chance: stated
+SCATTER_FALSE = 0.03  # that any record of a campaign without a gap shows one kind of scatter: stated
+CONTRAST_FALSE = 0.03  # that any member of a campaign without a gap shows one kind of contrast: stated
+FEWEST_CYCLES_OF_SCATTER = 24  # of a record whose scatter is looked at
+FEWEST_CYCLES_OF_A_KNOT = 4  # about a knot, that inform it
+SHORTEST_PLACE = 0.1  # ln(amplitude) that a place covers
+STIFFNESS_IN_WIND = 2.0  # times the tolerated stiffness: gusts move phase and amplitude together
+FAST_GROWTH = 0.03  # damping ratio of growth, beyond which the frequency falls by half its square: second order
+HIGH_AMPLITUDE = 0.8  # of a record's largest amplitude: where its wave would be bent
+MOST_FINDINGS = 12  # that are listed
+MOST_OF_A_QUANTITY = 3  # findings of one quantity, before those of others have had their turn
+ECHO = 0.6  # of the largest gain of any effect: places that an effect of less would explain are echoes of another
+NEGLIGIBLE_PLACE = 1e-3  # of the largest place of an effect, below which another is none
+MOST_RECORDS_OF_AN_EFFECT = 6  # that are listed one by one
 
 # ---- what the data cannot tell, and advice
-# Standard deviations below which a signature is not seen.  Convention.
-BLIND = 2.0
-# Of the relaxation damping: size of an effect that was not found.  The challenge's usual severity.
-USUAL_SIZE = 0.2
+BLIND = 2.0  # standard deviations below which a signature is not seen: convention
+USUAL_SIZE = 0.2  # of the relaxation damping, of an effect that was not found: the challenge's usual severity
 # Standard deviations that a further record should give: odds of a hundred at the temperature.
 WANTED = float(np.sqrt(2.0 * TEMPERATURE * np.log(100.0)))
-# Nats behind the verdict: then the fits themselves have told them apart.  Judgement.
-FAR_BEHIND = 10.0
-# Rivals that advice is given against.  Judgement.
-MOST_RIVALS = 3
-# Relative error of a static calibration.  Practice.
-CALIBRATION_ERROR = 0.005
-# Effort of a record against a still-air decay.  Judgement.
+FAR_BEHIND = 10.0  # nats behind the verdict: then the fits themselves have told them apart
+MOST_RIVALS = 3  # that advice is given against
+CALIBRATION_ERROR = 0.005  # relative, of a static calibration: practice
+# Effort of a record against a still-air decay.
 COSTS = {"still": 1.0, "calibration": 2.0, "repeat": 2.0, "far": 2.5, "scruton": 6.0}
-# Of the relaxation damping: friction that no record in wind shows.  Judgement.
-INVISIBLE_FRICTION = 0.1
-# Relative: a gain of all channels alike.  Judgement.
-INVISIBLE_GAIN = 0.05
-# Relative uncertainty of the mass where none is stated.  Judgement.
-UNKNOWN_MASS = 0.02
-# Standard deviations of a bound.  Convention.
-BOUND_SIGMAS = 2.0
+INVISIBLE_FRICTION = 0.1  # of the relaxation damping: friction that no record in wind shows
+INVISIBLE_GAIN = 0.05  # relative: a gain of all channels alike
+UNKNOWN_MASS = 0.02  # relative uncertainty of the mass where none is stated
+BOUND_SIGMAS = 2.0  # standard deviations of a bound: convention
 
 # ---- how far the gap shrinks
 # Nats that the null model must fall short by, beyond what a right one would.  A prototype gave shares of 1 to 4 of
 # gaps that were weaker.
 MEASURABLE_NATS = 10.0
-# sd of ln(scatter) of a test about that of the others, where it is not known.  Judgement.
-SCATTER_LIKE_OTHERS = 0.2
-# Part of a record's cycles at its end that is steady.  Judgement.
-TAIL = 0.2
+SCATTER_LIKE_OTHERS = 0.2  # sd of ln(scatter) of a test about that of the others, where it is not known
 
 # ---- rows of a table
-# Part of the misfit, below which an effect closes nothing.  Judgement.
-CLOSES_NOTHING = 0.005
-# sd of ln(amplitude) read off a record, where none is stated.  Judgement.
-SD_AMPLITUDE = 0.02
-# sd of ln(relaxation rate) from its slope, where none is stated.  Judgement.
-SD_RATE = 0.05
+CLOSES_NOTHING = 0.005  # part of the misfit, below which an effect closes nothing
+SD_AMPLITUDE = 0.02  # sd of ln(amplitude) read off a record, where none is stated
+SD_RATE = 0.05  # sd of ln(relaxation rate) from its slope, where none is stated

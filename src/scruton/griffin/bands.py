@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -58,14 +58,10 @@ class GriffinBand:
 
     def reciprocal(self) -> "GriffinBand":
         """The same band as D/A (or 1/rad), in which the paper's law is a straight line."""
-
-        def over(value: FloatArray) -> FloatArray:
-            with np.errstate(divide="ignore"):
-                return np.asarray(1.0 / value, dtype=float)
-
         units = {"A/D": "D/A", "D/A": "A/D", "rad": "1/rad", "1/rad": "rad"}
-        intervals = MappingProxyType({p: over(ends)[::-1] for p, ends in self.intervals.items()})
-        return replace(self, median=over(self.median), intervals=intervals, unit=units[self.unit])
+        with np.errstate(divide="ignore"):
+            intervals = MappingProxyType({p: 1.0 / ends[::-1] for p, ends in self.intervals.items()})
+            return replace(self, median=1.0 / self.median, intervals=intervals, unit=units[self.unit])
 
 
 def index_draws(tree: "xr.DataTree", scruton_numbers: FloatArray, test: str) -> FloatArray:
@@ -83,7 +79,7 @@ def griffin_draws(
     test: str | None = None,
     *,
     law_n: float | None = None,
-) -> tuple[FloatArray, int]:
+) -> FloatArray:
     """Stable amplitudes that one test's posterior predicts at other Scruton numbers.
 
     Parameters
@@ -99,9 +95,8 @@ def griffin_draws(
 
     Returns
     -------
-    draws : (S, n_sc) array
+    (S, n_sc) array
         A/D or rad; zero where vibration dies, inf where no amplitude is stable.
-    n_sc : int
 
     Raises
     ------
@@ -116,43 +111,32 @@ def griffin_draws(
     grid = np.asarray(scruton_numbers, dtype=float)
     name = peak_names(tree)[0] if test is None else test
     n = exponent_draws(tree, name)[:, None] if law_n is None else law_n
-    a_star = draws_of(tree, "a_star", name)
-    draws = a_star[:, None] * amplitude_ratio(index_draws(tree, grid, name), n)
-    return draws, draws.shape[1]
+    return np.asarray(draws_of(tree, "a_star", name)[:, None] * amplitude_ratio(index_draws(tree, grid, name), n))
 
 
 def band(
     scruton_numbers: FloatArray, draws: FloatArray, unit: str, label: str, extrapolated: np.ndarray | None = None
 ) -> GriffinBand:
     """Summarise draws (S, n) at `scruton_numbers` (n,) into a band; NaN draws say nothing and are left out."""
-    known = np.isfinite(draws) | np.isinf(draws)
-    enough = known.mean(axis=0) >= ENOUGH_DRAWS
+    known = ~np.isnan(draws)
     outside = np.zeros(len(scruton_numbers), dtype=bool) if extrapolated is None else extrapolated
 
     def at(*probability: float) -> FloatArray:
         if np.isfinite(draws).all():  # the common case, all columns at once
             return quantiles(draws, probability)
         points = np.full((len(probability), len(scruton_numbers)), np.nan)
-        for i in np.flatnonzero(enough):
+        for i in np.flatnonzero(known.mean(axis=0) >= ENOUGH_DRAWS):
             points[:, i] = quantiles(draws[known[:, i], i], probability)
         return points
 
-    return GriffinBand(
-        np.asarray(scruton_numbers, dtype=float),
-        at(0.5)[0],
-        MappingProxyType({p: at(0.5 - p / 2, 0.5 + p / 2) for p in INTERVALS}),
-        unit,
-        label,
-        outside,
-    )
+    intervals = MappingProxyType({p: at(0.5 - p / 2, 0.5 + p / 2) for p in INTERVALS})
+    return GriffinBand(np.asarray(scruton_numbers, dtype=float), at(0.5)[0], intervals, unit, label, outside)
 
 
 def quantiles(draws: FloatArray, probability: Sequence[float]) -> FloatArray:
     """Quantiles of draws that may hold inf: no interpolation then, which would turn inf into NaN."""
-    wanted = np.asarray(probability, dtype=np.float64)
-    if np.isfinite(draws).all():
-        return np.asarray(np.quantile(draws, wanted, axis=0), dtype=np.float64)
-    return np.asarray(np.quantile(draws, wanted, method="inverted_cdf"), dtype=np.float64)
+    method: Literal["linear", "inverted_cdf"] = "linear" if np.isfinite(draws).all() else "inverted_cdf"
+    return np.asarray(np.quantile(draws, probability, axis=0, method=method))
 
 
 def griffin_band(
@@ -165,9 +149,8 @@ def griffin_band(
     """Credible band of the Griffin curve from one test; parameters as of `griffin_draws`."""
     grid = np.asarray(scruton_numbers, dtype=float)
     name = peak_names(tree)[0] if test is None else test
-    draws, _ = griffin_draws(tree, grid, name, law_n=law_n)
     x = np.median(index_draws(tree, grid, name), axis=0)
-    return band(grid, draws, unit_of(tree), name, np.abs(x) > X_TRUSTED)
+    return band(grid, griffin_draws(tree, grid, name, law_n=law_n), unit_of(tree), name, np.abs(x) > X_TRUSTED)
 
 
 def trial_griffin_draws(
@@ -177,16 +160,15 @@ def trial_griffin_draws(
 
     Parameters
     ----------
-    tree : xarray.DataTree
-    scruton_numbers : (n_sc,) array
+    tree, scruton_numbers
+        As of `griffin_draws`.
     record : str
         Name of a growth or decay record.
 
     Returns
     -------
     draws : (S, n_sc) array
-        Amplitude (A/D or rad) at each Scruton number; NaN where that draw's curve does not reach it. At most 1000
-        draws are used.
+        Amplitude (A/D or rad) at each Scruton number, of at most 1000 draws; NaN where a curve does not reach it.
     amplitude_range : (float, float)
         Smallest and largest amplitude of the record: beyond it a draw is extrapolation.
 
@@ -204,7 +186,10 @@ def trial_griffin_draws(
     known = [] if group is None else names_of(group["record"])
     if group is None or record not in known:
         raise InputError("posterior", "record", f"'{record}'", f"one of: {', '.join(known) or 'none was fitted'}")
-    time, amplitudes, test = _record_data(tree, record)
+    constant = tree["constant_data"]
+    mine = constant["record"].to_numpy().astype(str) == record
+    time, amplitudes = constant["time"].to_numpy()[mine], tree["observed_data"]["amplitude"].to_numpy()[mine]
+    test = str(constant["record_test"].to_numpy()[mine][0])
     constants = {name: group[name].sel(record=record).to_numpy().reshape(-1) for name in "abcd"}
     size = min(len(draws) for draws in (constants["a"], draws_of(tree, "damping_ratio", test)))
     pick = np.unique(np.linspace(0, size - 1, min(size, _TRIAL_DRAWS)).astype(int))
@@ -214,7 +199,6 @@ def trial_griffin_draws(
     slow, fast = a * np.exp(b * t), c * np.exp(d * t)
     amplitude, rate = slow + fast, b * slow + d * fast
 
-    constant = tree["constant_data"]
     omega, omega0 = (2.0 * np.pi * float(constant[k].sel(test=test)) for k in ("wind_frequency", "frequency"))
     xi_s = draws_of(tree, "damping_ratio", test)[pick, None]
     aero = aerodynamic_damping(total_damping(amplitude, rate, omega), amplitude, lambda _: xi_s, omega, omega0)
@@ -233,15 +217,6 @@ def trial_griffin_band(tree: "xr.DataTree", scruton_numbers: FloatArray | Sequen
     with np.errstate(invalid="ignore"):
         outside = ~((whole.median >= low) & (whole.median <= high))
     return replace(whole, extrapolated=outside)
-
-
-def _record_data(tree: "xr.DataTree", record: str) -> tuple[FloatArray, FloatArray, str]:
-    """Times and amplitudes of a record's cycles, and its test."""
-    constant = tree["constant_data"]
-    mine = constant["record"].to_numpy().astype(str) == record
-    test = str(constant["record_test"].to_numpy()[mine][0])
-    amplitude = tree["observed_data"]["amplitude"].to_numpy()[mine]
-    return np.asarray(constant["time"].to_numpy()[mine]), np.asarray(amplitude), test
 
 
 def _read(grid: FloatArray, scruton_number: FloatArray, amplitude: FloatArray) -> FloatArray:

@@ -38,8 +38,7 @@ class SharedCurve:
         if self.effect is not None:
             return self.effect.at(scruton_numbers)
         x = (np.atleast_1d(scruton_numbers) - self.reference) / self.relaxation[:, None]
-        amplitude: FloatArray = self.amplitude[:, None] * amplitude_ratio(x, self.n[:, None])
-        return amplitude
+        return np.asarray(self.amplitude[:, None] * amplitude_ratio(x, self.n[:, None]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,19 +67,10 @@ class EffectCurve:
 
 @dataclass(frozen=True, eq=False)
 class LawCurves:
-    """Draws of the shared curve under each law, (L, S) arrays, before any law is chosen.
+    """Draws of the shared curve under each law, (L, S) arrays as of `SharedCurve`, before any law is chosen.
 
-    Attributes
-    ----------
-    reference : float
-        Scruton number at which `amplitude` and `relaxation` (A and Sc_lambda) are meant.
-    amplitude, relaxation, n, discrepancy : (L, S) array
-        `discrepancy` is tau, the standard deviation of ln(amplitude) of a setting about the curve.
-    weights : (L,) array
-        Of the laws; they sum to one.
-    labels : tuple of str
-    effect : EffectCurve or None
-        Where the fit carries an unmodelled effect; L is 1 then.
+    `discrepancy`, tau, is the standard deviation of ln(amplitude) of a setting about the curve.  The weights of the
+    laws, (L,), sum to one.  Where the fit carries an unmodelled `effect`, L is 1.
     """
 
     reference: float
@@ -94,9 +84,7 @@ class LawCurves:
 
     def choose(self, law: "np.ndarray[Any, Any]", draw: "np.ndarray[Any, Any]") -> SharedCurve:
         """Curve whose i-th draw is draw `draw[i]` of law `law[i]`."""
-        effect = None
-        if self.effect is not None:
-            effect = replace(self.effect, coefficients=self.effect.coefficients[draw])
+        effect = self.effect and replace(self.effect, coefficients=self.effect.coefficients[draw])
         return SharedCurve(
             self.reference, self.amplitude[law, draw], self.relaxation[law, draw], self.n[law, draw],
             self.discrepancy[law, draw], dict(zip(self.labels, self.weights.tolist(), strict=True)), effect,
@@ -137,15 +125,14 @@ def law_curves(tree: "xr.DataTree", *, law_n: float | None = None) -> LawCurves:
         tau = np.hypot(discrepancy[:1], float(carried.attrs["discrepancy_sd"]))
         label = f"{labels[0]} with " + " and ".join(names)
         return LawCurves(reference, amplitude[:1], relaxation[:1], n[:1], tau, np.ones(1), (label,), effect)
-    if law_n is None:
-        kept, label_list = list(range(len(labels))), labels
-    else:
+    kept = list(range(len(labels)))
+    if law_n is not None:
         # One that was not fitted carries the reference law's curve from the reference Scruton number.
-        kept = ([k for k in range(len(labels)) if np.all(n[k] == law_n)] or [0])[:1]
-        n, label_list = np.full_like(n, law_n), [f"n={law_n:g}"]
+        kept = ([k for k in kept if np.all(n[k] == law_n)] or [0])[:1]
+        n, labels = np.full_like(n, law_n), [f"n={law_n:g}"]
     return LawCurves(
         reference, amplitude[kept], relaxation[kept], n[kept], discrepancy[kept], weights[kept] / weights[kept].sum(),
-        tuple(label_list),
+        tuple(labels),
     )  # fmt: skip
 
 
@@ -154,7 +141,7 @@ def what_if(tree: "xr.DataTree", law_n: float | None) -> tuple[str, ...]:
     if law_n is None:
         return ()
     group = tree["campaign_posterior"]
-    if any(bool(np.all(n == law_n)) for n in np.asarray(group["n"].to_numpy(), dtype=float)):
+    if any(np.all(n == law_n) for n in group["n"].to_numpy()):
         return ()
     return (
         f"the law n = {law_n:g} was not fitted: its curve is a what-if, with the amplitude and relaxation that the "
@@ -163,20 +150,13 @@ def what_if(tree: "xr.DataTree", law_n: float | None) -> tuple[str, ...]:
 
 
 def shared_curve(tree: "xr.DataTree", *, law_n: float | None = None, seed: int = 0) -> SharedCurve:
-    """Draws of the shared curve: each draw from one law, as many of each law as it has weight.
-
-    Raises
-    ------
-    InputError
-        If the tree holds no campaign posterior.
-    """
+    """Draws of the shared curve: each draw from one law, as many of each as it has weight (errors: `law_curves`)."""
     laws = law_curves(tree, law_n=law_n)
     size = laws.n.shape[1]
     # Systematic allocation: as many draws of a law as its weight says, to one; scattered, since chains are ordered.
     rng = stream(seed, "laws")
     place = np.searchsorted(np.cumsum(laws.weights), (np.arange(size) + rng.random()) / size)
-    choice = rng.permutation(np.minimum(place, len(laws.labels) - 1))
-    curve = laws.choose(choice, np.arange(size))
+    curve = laws.choose(rng.permutation(np.minimum(place, len(laws.labels) - 1)), np.arange(size))
     return replace(curve, laws={label: weight for label, weight in curve.laws.items() if weight})
 
 

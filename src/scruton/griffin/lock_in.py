@@ -3,13 +3,13 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.errors import InputError
-from scruton.griffin.bands import INTERVALS
+from scruton.griffin.bands import INTERVALS, quantiles
 from scruton.griffin.curves import stream
 from scruton.griffin.posterior import names_of, unit_of
 from scruton.griffin.thresholds import X_TRUSTED
@@ -27,15 +27,10 @@ class LockInBand:
 
     Attributes
     ----------
-    scruton_number : float
     velocity : (n,) array
         U/(f0 D) with the still-air frequency.
     median : (n,) array
-        Zero where vibration dies, inf where no amplitude is stable, NaN beyond what the tests reach.
-    intervals : mapping
-        Equal-tailed intervals by probability (0.50, 0.90, 0.95), each a (2, n) array.
-    unit : str
-        "A/D" or "rad".
+        As of `GriffinBand`, and so are `intervals` and `unit`; NaN beyond what the tests reach.
     extrapolated : (n,) array of bool
         Beyond the outermost test, or |x| > 0.3 from the nearest tested Scruton number.
     """
@@ -107,8 +102,11 @@ def lock_in_draws(
         raise InputError("prediction", "scruton_number", repr(scruton_number), "a finite number such as 30")
     v = lock_in_velocities(tree, rig) if velocities is None else np.asarray(velocities, dtype=float)
     z, new = stream(seed, "lock-in").standard_normal((2, group.sizes["draw"]))
-    shift = _flat(group, "scale_shift") * new if rig is None else _shift(tree, rig)
-    f, h = _at(tree, v * np.exp(shift)[:, None])
+    if rig is None:
+        shift = _flat(group, "scale_shift") * new
+    else:
+        shift = _flat(group, "shift").reshape(-1, group.sizes["rig"])[:, _rig(tree, rig)]
+    f, h = _at(group, v * np.exp(shift)[:, None])
     n, reference = float(group.attrs["law_n"]), float(group.attrs["reference_scruton_number"])
     own = (_flat(group, "discrepancy_amplitude") * z)[:, None]
     draws: FloatArray = np.exp(f + log_ratio(h, np.asarray(float(scruton_number)), reference, n) + own)
@@ -129,38 +127,23 @@ def lock_in_band(
     v = lock_in_velocities(tree, rig) if velocities is None else np.asarray(velocities, dtype=float)
     draws = lock_in_draws(tree, scruton_number, v, rig=rig, seed=seed)
     known = ~np.isnan(draws[0])
-    # no interpolation between infinities, which would turn them into NaN
-    method: Literal["linear", "inverted_cdf"] = "linear" if np.isfinite(draws[:, known]).all() else "inverted_cdf"
 
     def at(*probability: float) -> FloatArray:
         points = np.full((len(probability), v.size), np.nan)
-        points[:, known] = np.quantile(draws[:, known], probability, axis=0, method=method)
+        points[:, known] = quantiles(draws[:, known], probability)
         return points
 
     beyond = (v < group.attrs["tested_low"] * (1 - 1e-9)) | (v > group.attrs["tested_high"] * (1 + 1e-9))
-    return LockInBand(
-        float(scruton_number), v, at(0.5)[0],
-        MappingProxyType({p: at(0.5 - p / 2, 0.5 + p / 2) for p in INTERVALS}),
-        unit_of(tree), beyond | (np.abs(_index(tree, scruton_number, v)) > X_TRUSTED),
-    )  # fmt: skip
-
-
-def _index(tree: "xr.DataTree", scruton_number: float, v: FloatArray) -> FloatArray:
-    """Median extrapolation index from the nearest tested Scruton number at each speed, (n_v,)."""
-    group = _group(tree)
+    # The median extrapolation index from the nearest tested Scruton number at each speed.
     tested = group["point_scruton_number"].to_numpy()
     nearest = float(tested[np.argmin(np.abs(tested - scruton_number))])
-    _, h = _at(tree, np.broadcast_to(v, (group.sizes["draw"], v.size)))
+    _, h = _at(group, np.broadcast_to(v, (group.sizes["draw"], v.size)))
     relaxation = np.median(np.exp(h) - float(group.attrs["law_n"]) * nearest, axis=0)
     with np.errstate(divide="ignore"):
-        return np.nan_to_num((scruton_number - nearest) / np.maximum(relaxation, 0.0), nan=0.0)
-
-
-def _shift(tree: "xr.DataTree", rig: str) -> FloatArray:
-    """Draws of a tested rig's shift of ln v, (S,)."""
-    group = _group(tree)
-    shifts = np.asarray(group["shift"].to_numpy(), dtype=float)
-    return shifts.reshape(-1, shifts.shape[-1])[:, _rig(tree, rig)]
+        x = np.nan_to_num((scruton_number - nearest) / np.maximum(relaxation, 0.0), nan=0.0)
+    intervals = MappingProxyType({p: at(0.5 - p / 2, 0.5 + p / 2) for p in INTERVALS})
+    far = beyond | (np.abs(x) > X_TRUSTED)
+    return LockInBand(float(scruton_number), v, at(0.5)[0], intervals, unit_of(tree), far)
 
 
 def _rig(tree: "xr.DataTree", rig: str) -> int:
@@ -178,10 +161,9 @@ def _range(tree: "xr.DataTree", rig: str | None) -> tuple[float, float]:
     return low, high
 
 
-def _at(tree: "xr.DataTree", v: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _at(group: Any, v: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Draws of (ln A, ln G), interpolated at speeds (S, n_v) of their own; held at the ends of the grid."""
-    group = _group(tree)
-    grid = np.asarray(group["velocity"].to_numpy(), dtype=float)
+    grid = _flat(group, "velocity")
     place = np.clip((v - grid[0]) / (grid[1] - grid[0]), 0.0, grid.size - 1.0)
     i = np.minimum(place.astype(int), grid.size - 2)
     first, second = (

@@ -1,6 +1,5 @@
 """What this room reads from the tree of a fit: draws by test, peak tests, and whose mass a rig has."""
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,8 +10,6 @@ from scruton.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
-
-WANTED_TEST = "a test that was fitted"
 
 
 def names_of(values: "xr.DataTree | xr.DataArray") -> list[str]:
@@ -71,19 +68,12 @@ def chosen_rig(tree: "xr.DataTree", rig: str | None) -> str:
     InputError
         If the named rig has no test: its mass in the wind is not known then.
     """
-    in_wind = rigs_in_wind(tree)
-    if rig is None:
-        return in_wind[0]
-    if rig not in in_wind:
-        raise InputError("posterior", "rig", f"'{rig}'", f"a rig with a test in wind, one of: {', '.join(in_wind)}")
-    return rig
-
-
-def rigs_in_wind(tree: "xr.DataTree") -> Sequence[str]:
-    """Rigs that a test uses, in the order of the rigs."""
     used = names_of(tree["constant_data"]["rig"])
     order = names_of(tree["rig_posterior"]["rig"]) if "rig_posterior" in tree else used
-    return [rig for rig in dict.fromkeys([*order, *used]) if rig in used]
+    in_wind = [one for one in dict.fromkeys([*order, *used]) if one in used]
+    if rig is not None and rig not in in_wind:
+        raise InputError("posterior", "rig", f"'{rig}'", f"a rig with a test in wind, one of: {', '.join(in_wind)}")
+    return rig or in_wind[0]
 
 
 def mass_damping_draws(tree: "xr.DataTree", test: str) -> FloatArray:
@@ -93,6 +83,5 @@ def mass_damping_draws(tree: "xr.DataTree", test: str) -> FloatArray:
 
 def rig_mass_damping_draws(tree: "xr.DataTree", rig: str) -> FloatArray:
     """The same for a rig, in the air of its first test, (S,)."""
-    rigs = names_of(tree["constant_data"]["rig"])
-    tests = names_of(tree["constant_data"]["test"])
-    return mass_damping_draws(tree, tests[rigs.index(rig)])
+    data = tree["constant_data"]
+    return mass_damping_draws(tree, names_of(data["test"])[names_of(data["rig"]).index(rig)])

@@ -103,21 +103,13 @@ class Prediction:
 
         A number that does not exist (an upper bound where no amplitude is stable) is null.
         """
+        amplitude = {key: getattr(self, key) for key in ("unit", "median", "mean", "sd")}
         content: dict[str, Any] = as_json(
             {
                 "sc": self.scruton_number,
                 "damping_ratio": self.damping_ratio,
-                "amplitude": {
-                    "unit": self.unit,
-                    "median": self.median,
-                    "mean": self.mean,
-                    "sd": self.sd,
-                    "interval": {f"{p:.2f}": self.interval(p) for p in INTERVALS},
-                },
-                "rig": self.rig,
-                "laws": self.laws,
-                "extrapolation_index": self.extrapolation_index,
-                "discrepancy_sd": self.discrepancy_sd,
+                "amplitude": amplitude | {"interval": {f"{p:.2f}": self.interval(p) for p in INTERVALS}},
+                **{key: getattr(self, key) for key in ("rig", "laws", "extrapolation_index", "discrepancy_sd")},
                 "probability_no_vibration": self.dies,
                 "fraction_unbounded": self.unbounded,
                 "flags": self.flags,
@@ -203,12 +195,7 @@ def predictive_draws(
 ) -> FloatArray:
     """Predictive stable amplitudes of a new setting, from all peak tests together.
 
-    Parameters
-    ----------
-    tree : xarray.DataTree
-    scruton_numbers : (n_sc,) array, or (S, n_sc) where the design is uncertain
-    law_n, seed
-        As of `predict`.
+    `scruton_numbers` is (n_sc,), or (S, n_sc) where the design is uncertain; the rest as of `predict`.
 
     Returns
     -------
@@ -217,9 +204,8 @@ def predictive_draws(
         so each row is one whole Griffin curve.
     """
     curve = shared_curve(tree, law_n=law_n, seed=seed)
-    z = stream(seed, "discrepancy").standard_normal(len(curve.n))
-    draws: FloatArray = curve.at(np.asarray(scruton_numbers, dtype=float)) * np.exp(curve.discrepancy * z)[:, None]
-    return draws
+    own = np.exp(curve.discrepancy * stream(seed, "discrepancy").standard_normal(len(curve.n)))
+    return np.asarray(curve.at(np.asarray(scruton_numbers, dtype=float)) * own[:, None])
 
 
 def single_draws(
@@ -244,8 +230,7 @@ def single_draws(
     x = (np.atleast_1d(np.asarray(scruton_numbers, dtype=float)) - own[:, None]) / shared[:, None]
     # For n > 0 the wind may be too weak for a vibration at the tested setting: such a draw says that it dies beyond.
     ratio = np.where(shared[:, None] > 0.0, amplitude_ratio(x, n[:, None]), np.where(x < 0.0, 0.0, np.inf))
-    draws: FloatArray = draws_of(tree, "a_star", test)[:, None] * ratio * np.exp(tau * (z[1] - z[2]))[:, None]
-    return draws
+    return np.asarray(draws_of(tree, "a_star", test)[:, None] * ratio * np.exp(tau * (z[1] - z[2]))[:, None])
 
 
 def _flags(prediction: Prediction) -> tuple[str, ...]:
@@ -257,8 +242,7 @@ def _flags(prediction: Prediction) -> tuple[str, ...]:
             f"|x| = {X_TRUSTED:g} laws of aerodynamic damping part, and the interval is that of the laws used: "
             + ", ".join(f"{law} ({weight:.0%})" for law, weight in prediction.laws.items() if weight > 0.005)
         )
-    implausible = damping_flag(prediction.damping_ratio)
-    if implausible:
+    if implausible := damping_flag(prediction.damping_ratio):
         flags.append(f"{place}: {implausible}")
     if prediction.scruton_number < 0.0:
         flags.append(f"{place}: a negative Scruton number has no physical meaning; it shows the trend only")

@@ -48,11 +48,10 @@ REFERENCES = {
 
 @dataclass(frozen=True, eq=False)
 class PriorCurves:
-    """Griffin curves from the priors of a card.
+    """Griffin curves from the priors of a card, and their band.
 
     Attributes
     ----------
-    reference : Reference
     scruton_number : (n,) array
         From zero to some times the reference.
     amplitude : (S, n) array
@@ -61,8 +60,6 @@ class PriorCurves:
         The law of every draw.
     relaxation_ratio : (S,) array
         lambda/omega0 at the reference.
-    band : GriffinBand
-        Median, 50, 90 and 95 % at every Scruton number.
     """
 
     reference: Reference
@@ -78,35 +75,31 @@ def prior_curves(card: ModelCard, reference: Reference, *, seed: int = 0, draws:
 
     Parameters
     ----------
-    card : ModelCard
     reference : Reference
         The setting that the priors of a* and lambda/omega0 are taken to be about, its damping ratio as known.
-    seed : int
     draws : int
         Curves.
     """
     rng = np.random.default_rng(seed)
-    exponent, ratio = _exponents(card, rng, draws), np.empty(draws)
+
+    def exponents(size: int) -> FloatArray:
+        if card.exponent:
+            return card.exponent.from_sampled(card.exponent.draw(rng, size))
+        return np.asarray(rng.choice(card.laws, size, p=card.law_weights), dtype=np.float64)
+
+    exponent, ratio = exponents(draws), np.empty(draws)
     relaxation = card.prior("relaxation_ratio", reference.motion)
     left = np.arange(draws)
     while left.size:
         ratio[left] = relaxation.from_sampled(relaxation.draw(rng, left.size))
         left = left[(exponent[left] < 0.0) & (ratio[left] + exponent[left] * reference.damping_ratio <= 0.0)]
         if card.exponent:  # the constraint is on n and lambda together: both are drawn anew
-            exponent[left] = _exponents(card, rng, left.size)
+            exponent[left] = exponents(left.size)
     stable = card.prior("stable_amplitude", reference.motion)
     level = stable.from_sampled(stable.draw(rng, draws))
     sc = np.linspace(0.0, REACH * reference.scruton_number, _POINTS)
     # x = (Sc - Sc_ref)/Sc_lambda, with Sc_lambda the Scruton number that belongs to lambda.
     x = (sc - reference.scruton_number) / (reference.mass_damping_factor * ratio[:, None])
     amplitude: FloatArray = level[:, None] * amplitude_ratio(x, exponent[:, None])
-    outside = np.median(np.abs(x), axis=0) > X_TRUSTED
-    return PriorCurves(
-        reference, sc, amplitude, exponent, ratio, band(sc, amplitude, reference.unit, card.name, outside)
-    )
-
-
-def _exponents(card: ModelCard, rng: np.random.Generator, size: int) -> FloatArray:
-    if card.exponent:
-        return card.exponent.from_sampled(card.exponent.draw(rng, size))
-    return np.asarray(rng.choice(card.laws, size, p=card.law_weights), dtype=np.float64)
+    whole = band(sc, amplitude, reference.unit, card.name, np.median(np.abs(x), axis=0) > X_TRUSTED)
+    return PriorCurves(reference, sc, amplitude, exponent, ratio, whole)

@@ -13,21 +13,18 @@ from scruton.griffin.predict import Prediction, predict
 from scruton.progress import Progress
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from scruton.infer.cards import ModelCard
     from scruton.infer.results import Fit
 
 
 @dataclass(frozen=True, eq=False)
 class Validation:
-    """One stable amplitude, predicted without its own records.
+    """The stable amplitude of one peak test, predicted without its own records from those of others, `source`.
 
     Attributes
     ----------
-    test : str
-        The peak test that is predicted.
-    source : tuple of str
-        The peak tests that it is predicted from.
-    prediction : Prediction
     amplitude : float
         What was found there, A/D or rad.
     measured : bool
@@ -98,8 +95,6 @@ def validate(
     ----------
     campaign : Campaign
         With peak tests of two rigs or more.
-    card : ModelCard
-    seed : int
     progress : callable, optional
         Told what is being predicted and the fraction done.
     singles : bool
@@ -124,11 +119,14 @@ def validate(
     """
     from scruton.infer.fit import fit_campaign
 
-    def fitted_to(part: Campaign, number: int, told: Progress | None) -> "Fit":
-        place = None if checkpoints is None else checkpoints / f"{number}"
-        return fit_campaign(part, card, seed=seed, thorough=False, report=told, checkpoints=place)
+    def told(what: str, done: float) -> Progress | None:
+        return progress and (lambda _name, _fraction: progress(what, done))
 
-    whole = fitted_to(campaign, 0, _part(progress, "all tests", 0.0))
+    def fitted_to(part: Campaign, number: int, report: Progress | None) -> "Fit":
+        place = None if checkpoints is None else checkpoints / f"{number}"
+        return fit_campaign(part, card, seed=seed, thorough=False, report=report, checkpoints=place)
+
+    whole = fitted_to(campaign, 0, told("all tests", 0.0))
     fitted = {test["name"]: test["parameters"] for test in whole.summary["tests"]}
     with_records = tests_used(campaign, tuple(fitted))
     peaks = [test.name for test in peak_tests(with_records, {k: v["a_star"]["median"] for k, v in fitted.items()})]
@@ -139,30 +137,17 @@ def validate(
     plan = [(test, tuple(other for other in peaks if other != test)) for test in peaks]
     if singles and len(peaks) > 2:
         plan += [(test, (other,)) for other in peaks for test in peaks if test != other]
-    trees: dict[tuple[str, ...], tuple[object, bool]] = {}
+    fits: dict[tuple[str, ...], tuple[xr.DataTree, bool]] = {}
     validations = []
     for i, (test, source) in enumerate(plan):
-        if source not in trees:
-            told = _part(progress, f"{test} from {', '.join(source)}", i / len(plan))
-            fit = fitted_to(tests_used(campaign, source), 1 + i, told)
-            trees[source] = fit.tree, fit.converged
-        tree, trusted = trees[source]
+        if source not in fits:
+            report = told(f"{test} from {', '.join(source)}", i / len(plan))
+            fit = fitted_to(tests_used(campaign, source), 1 + i, report)
+            fits[source] = fit.tree, fit.converged
+        tree, trusted = fits[source]
         stated = campaign.test(test).stable_amplitude
-        sc = fitted[test]["scruton_number"]["median"]
-        validations.append(
-            Validation(
-                test,
-                source,
-                predict(tree, scruton_number=sc, seed=seed),  # type: ignore[arg-type]
-                stated.mean if stated is not None else fitted[test]["a_star"]["median"],
-                stated is not None,
-                trusted and whole.converged,
-            )
-        )
+        predicted = predict(tree, scruton_number=fitted[test]["scruton_number"]["median"], seed=seed)
+        amplitude = stated.mean if stated is not None else fitted[test]["a_star"]["median"]
+        trusted = trusted and whole.converged
+        validations.append(Validation(test, source, predicted, amplitude, stated is not None, trusted))
     return validations
-
-
-def _part(progress: Progress | None, what: str, done: float) -> Progress | None:
-    if progress is None:
-        return None
-    return lambda name, fraction: progress(what, done)

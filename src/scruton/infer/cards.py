@@ -7,26 +7,25 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import tomli_w
+
 from scruton.campaign.schema import Motion
 from scruton.campaign.spelling import did_you_mean, show
-from scruton.campaign.toml import Field, Table, Wording, anything, bare, is_number, read_toml, toml_text, valid
+from scruton.campaign.toml import Field, Table, Wording, anything, bare, is_number, read_toml, text, toml_text, valid
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
 from scruton.errors import InputError
+from scruton.infer.thresholds import MOST_SAMPLED
+from scruton.stats.convergence import SamplerSettings
 from scruton.stats.priors import FAMILIES, Prior
-from scruton.stats.settings import SamplerSettings
 
 # Parameters that a card gives a prior, with the unit that it is in; some have a table for each motion. The program
 # takes the number as it stands: a card that says another unit has a number that means another thing.
 EXPONENT = "law_exponent"  # has a prior where the law is free, and only then
 UNITS = {
     "stable_amplitude": "A/D or rad",  # one prior for both motions
-    "relaxation_ratio": "-",
-    "amplitude_scatter": "-",
-    "noise_factor": "-",
-    "gust_scatter": "-",
+    **dict.fromkeys(("relaxation_ratio", "amplitude_scatter", "noise_factor", "gust_scatter"), "-"),
     "gust_time": "relaxation times",
-    "set_point_scatter": "-",
-    "structural_damping": "-",
+    **dict.fromkeys(("set_point_scatter", "structural_damping"), "-"),
     "still_air_scatter": "-",
     "trial_amplitude": "largest amplitude of the record",
     "trial_slow_rate": "omega",
@@ -45,26 +44,14 @@ UNITS = {
 NULL_UNITS = {
     "stable_amplitude": "amplitude at the end of the records",
     "aerodynamic_rate": "omega",
-    "scatter": "-",
-    "phase_scatter": "-",
-    "still_air_scatter": "-",
-    "noise": "-",
-    "detuning": "-",
-    "third": "-",
-    "third_noise": "-",
-    "stiffness": "-",
-    "stiffness_in_wind": "-",
-    "gain": "-",
+    **dict.fromkeys(("scatter", "phase_scatter", "still_air_scatter", "noise"), "-"),
+    **dict.fromkeys(("detuning", "third", "third_noise", "stiffness", "stiffness_in_wind", "gain"), "-"),
 }
 # Cards that were written before gusts were a state say nothing of them, and have the shipped priors.
 LATER = ("gust_scatter", "gust_time", "set_point_scatter")
 UNITS_BY_MOTION = {"stable_amplitude.heaving": "A/D", "stable_amplitude.torsional": "rad"}
-AVERAGING = ("evidence", "stacking")
-MOST_SAMPLED = 1e7  # of walkers, draws, steps and the like: beyond, memory and patience end
-
-# Parameters that may have either sign.
-SIGNED = ("trial_amplitude", "trial_slow_rate", EXPONENT)
-NULL_SIGNED = ("detuning", "third", "stiffness", "stiffness_in_wind", "gain")
+# Parameters that may have either sign; all others must be positive, and are sampled by their logarithm.
+SIGNED = {"trial_amplitude", "trial_slow_rate", EXPONENT, "detuning", "third", "stiffness", "stiffness_in_wind", "gain"}
 
 
 @dataclass(frozen=True)
@@ -140,12 +127,8 @@ class ModelCard:
 
 def shipped_cards() -> dict[str, Path]:
     """Return the cards that come with the package, by name."""
-    folder = files("scruton") / "models"
-    return {
-        Path(str(file)).stem: Path(str(file))
-        for file in sorted(folder.iterdir(), key=str)
-        if file.name.endswith(".toml")
-    }
+    found = (Path(str(file)) for file in sorted((files("scruton") / "models").iterdir(), key=str))
+    return {file.stem: file for file in found if file.name.endswith(".toml")}
 
 
 def load_card(name_or_path: str | Path = "default") -> ModelCard:
@@ -160,63 +143,32 @@ def load_card(name_or_path: str | Path = "default") -> ModelCard:
     path = shipped.get(str(name_or_path), Path(name_or_path))
     if not path.exists():
         raise InputError(path, "", "no such model card", f"the path of a card, or one of: {', '.join(shipped)}")
-    table, text = _read(path, shipped, ())
-    return _card(Table(path, "", table, _WORDING), text)
+    table, content = _read(path, shipped, ())
+    # Cards are read by people who know Python: values are shown as it shows them.
+    return _card(Table(path, "", table, Wording(repr, "an unknown key", did_you_mean)), content)
 
 
 def _read(path: Path, shipped: Mapping[str, Path], seen: tuple[Path, ...]) -> tuple[dict[str, Any], str]:
     """Table and text of a card; of one that extends another, both texts and the tables merged."""
-    wanted = "a model card such as the shipped default.toml"
-    data, table = read_toml(path, wanted)
-    text = toml_text(data, path)
+    data, table = read_toml(path, "a model card such as the shipped default.toml")
+    content = toml_text(data, path)
     if "extends" not in table:
-        return table, text
+        return table, content
     name = str(table.pop("extends"))
     base = shipped.get(name, path.parent / name)
     if "\0" in name or not base.is_file() or base in (*seen, path):
         raise InputError(path, "extends", repr(name), f"another card's path, or one of: {', '.join(shipped)}")
-    below, base_text = _read(base, shipped, (*seen, path))
-    return _merge(below, table), f"{base_text}\n# ---- extended by {path.name}\n{text}"
+    below, base_content = _read(base, shipped, (*seen, path))
+    return _merge(below, table), f"{base_content}\n# ---- extended by {path.name}\n{content}"
 
 
-def _merge(base: dict[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+def _merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     """Values of `over` where it has any; a prior that names its family replaces the other whole."""
     merged = dict(base)
     for key, value in over.items():
         whole = not isinstance(value, dict) or not isinstance(merged.get(key), dict) or "family" in value
         merged[key] = value if whole else _merge(merged[key], value)
     return merged
-
-
-# Cards are read by people who know Python: values are shown as it shows them.
-_WORDING = Wording(repr, "an unknown key", did_you_mean)
-
-
-def _text(default: str) -> Field:
-    def read(table: Table, key: str) -> str:
-        if not isinstance(table.values[key], str):
-            raise table.error(key, show(table.values[key]), "a text")
-        return str(table.values[key])
-
-    return Field(read, default)
-
-
-_SECTIONS = (
-    "format", "name", "title", "law", "priors", "likelihood", "structural_damping", "sampler", "effects", "diagnosis"
-)  # fmt: skip
-_LAW = {
-    "n": anything(),
-    "prior_weights": anything(),
-    "averaging": valid(lambda name: name in AVERAGING, f"one of: {', '.join(AVERAGING)}", AVERAGING[0]),
-    "reason": anything(),
-}
-_LIKELIHOOD = {
-    "kind": valid(lambda kind: kind == "state-space", 'kind = "state-space"'),
-    "initial_amplitude_sd": bare(low=1e-6),
-}
-_DAMPING = {"relative_sd": bare(1e-6, 2.0), "reason": anything()}
-_EFFECTS = {"prior_none": bare(0.01, 0.99, 0.5), "weights": anything(), "reason": anything()}
-_WEIGHTS = {name: bare(0.0, 1e6, None) for name in (*CATALOGUE, UNKNOWN.name)}
 
 
 def _whole(table: Table, key: str) -> int:
@@ -226,60 +178,71 @@ def _whole(table: Table, key: str) -> int:
     return int(value)
 
 
-_SAMPLER = {
-    one.name: Field(_whole, one.default) if one.type is int else bare(0.0, MOST_SAMPLED, one.default)
-    for one in fields(SamplerSettings)
+_AVERAGING = ("evidence", "stacking")
+_SECTIONS = {
+    "law": {
+        "n": anything(),
+        "prior_weights": anything(),
+        "averaging": valid(lambda name: name in _AVERAGING, f"one of: {', '.join(_AVERAGING)}", _AVERAGING[0]),
+        "reason": anything(),
+    },
+    "likelihood": {
+        "kind": valid(lambda kind: kind == "state-space", 'kind = "state-space"'),
+        "initial_amplitude_sd": bare(low=1e-6),
+    },
+    "structural_damping": {"relative_sd": bare(1e-6, 2.0), "reason": anything()},
+    "sampler": {
+        one.name: Field(_whole, one.default) if one.type is int else bare(0.0, MOST_SAMPLED, one.default)
+        for one in fields(SamplerSettings)
+    },
+    "effects": {"prior_none": bare(0.01, 0.99, 0.5), "weights": anything(), "reason": anything()},
 }
+_WEIGHTS = {name: bare(0.0, 1e6, None) for name in (*CATALOGUE, UNKNOWN.name)}
 _SMALLEST = {"ensembles": 2, "walkers": 14, "draws": 8, "max_steps": 100}
-
-
-def _card(top: Table, text: str) -> ModelCard:
-    top.check_keys(_SECTIONS)
-    valid(lambda version: version == 1, "format = 1").read(top, "format")
-    likelihood = _section(top, "likelihood").read(_LIKELIHOOD)
-    damping = _section(top, "structural_damping")
-    relative_sd = damping.read(_DAMPING)["relative_sd"]
-    law = _section(top, "law")
-    laws, law_weights, averaging = _laws(law)
-    prior_none, effect_weights = _effects(_section(top, "effects")) if "effects" in top else (0.5, {})
-    import tomli_w
-
-    return ModelCard(
-        name=_text(top.file.stem).read(top, "name"),
-        title=_text("").read(top, "title"),
-        laws=laws,
-        law_weights=law_weights,
-        averaging=averaging,
-        priors=_priors(_section(top, "priors"), free_law=not laws),
-        initial_amplitude_sd=likelihood["initial_amplitude_sd"],
-        damping_relative_sd=relative_sd,
-        sampler=_sampler(_section(top, "sampler")),
-        prior_none=prior_none,
-        effect_weights=effect_weights,
-        null_priors=_null_priors(_section(top, "diagnosis")) if "diagnosis" in top else load_card().null_priors,
-        reasons={table.field: str(table.values.get("reason", "")) for table in (law, damping)},
-        text=text,
-        resolved=tomli_w.dumps(dict(top.values)),
-    )
-
-
-def _effects(table: Table) -> tuple[float, dict[str, float]]:
-    """Prior probability of no gap, and the relative weights of effects."""
-    prior_none = table.read(_EFFECTS)["prior_none"]
-    if "weights" not in table:
-        return prior_none, {}
-    stated = _section(table, "weights")
-    weights = stated.read(_WEIGHTS)
-    return prior_none, {name: weights[name] for name in stated.values}
 
 
 def _section(table: Table, key: str) -> Table:
     return table.inner(key, f"a table [{table.at(key)}]", absent="nothing")
 
 
+def _card(top: Table, content: str) -> ModelCard:
+    top.check_keys(("format", "name", "title", "law", "priors", *list(_SECTIONS)[1:], "diagnosis"))
+    valid(lambda version: version == 1, "format = 1").read(top, "format")
+    likelihood = _section(top, "likelihood").read(_SECTIONS["likelihood"])
+    damping, law = _section(top, "structural_damping"), _section(top, "law")
+    relative_sd = damping.read(_SECTIONS["structural_damping"])["relative_sd"]
+    laws, law_weights, averaging = _laws(law)
+    prior_none, effect_weights = 0.5, {}
+    if "effects" in top:
+        effects = _section(top, "effects")
+        prior_none = effects.read(_SECTIONS["effects"])["prior_none"]
+        if "weights" in effects:
+            stated = _section(effects, "weights")
+            weights = stated.read(_WEIGHTS)
+            effect_weights = {name: weights[name] for name in stated.values}
+    return ModelCard(
+        name=text("a text", top.file.stem, blank=True).read(top, "name"),
+        title=text("a text", "", blank=True).read(top, "title"),
+        laws=laws,
+        law_weights=law_weights,
+        averaging=averaging,
+        priors=_priors(_section(top, "priors"), UNITS, left_out=(EXPONENT,) if laws else ()),
+        initial_amplitude_sd=likelihood["initial_amplitude_sd"],
+        damping_relative_sd=relative_sd,
+        sampler=_sampler(_section(top, "sampler")),
+        prior_none=prior_none,
+        effect_weights=effect_weights,
+        # A card that extends none may leave the null model out, and has the shipped one.
+        null_priors=_priors(_section(top, "diagnosis"), NULL_UNITS) if "diagnosis" in top else load_card().null_priors,
+        reasons={table.field: str(table.values.get("reason", "")) for table in (law, damping)},
+        text=content,
+        resolved=tomli_w.dumps(dict(top.values)),
+    )
+
+
 def _laws(table: Table) -> tuple[tuple[float, ...], tuple[float, ...], str]:
     """Exponents, prior weights and averaging; no exponents where n is free."""
-    values = table.read(_LAW)
+    values = table.read(_SECTIONS["law"])
     n = values["n"]
     if n == "free":
         return (), (), values["averaging"]
@@ -297,40 +260,31 @@ def _laws(table: Table) -> tuple[tuple[float, ...], tuple[float, ...], str]:
     return tuple(map(float, several)), tuple(float(weight) / total for weight in weights), values["averaging"]
 
 
-def _priors(table: Table, *, free_law: bool) -> dict[str, Prior]:
-    table.check_keys(UNITS)
+def _priors(table: Table, units: Mapping[str, str], left_out: tuple[str, ...] = ()) -> dict[str, Prior]:
+    """Priors of the parameters in `units`; those of the null model are one for both motions, and have no bounds."""
+    table.check_keys(units)
     priors: dict[str, Prior] = {}
-    for name in UNITS:
-        if name == EXPONENT and not free_law:
+    for name in units:
+        if name in left_out:
             continue
         if name in LATER and name not in table:
             priors[name] = load_card().priors[name]
             continue
         entry = table.inner(name, f"a table [{table.at(name)}]")
-        if "family" in entry:
-            priors[name] = _prior(name, entry)
+        if "family" in entry or units is NULL_UNITS:
+            priors[name] = _prior(name, entry, units[name])
+            if units is NULL_UNITS and priors[name].family.endswith("uniform"):
+                raise entry.refusal("family", "normal or lognormal")
             continue
         for motion in Motion:
-            priors[f"{name}.{motion}"] = _prior(name, entry.inner(motion, f"a table [{entry.at(motion)}]"))
+            own = entry.inner(motion, f"a table [{entry.at(motion)}]")
+            priors[f"{name}.{motion}"] = _prior(name, own, UNITS_BY_MOTION.get(f"{name}.{motion}", units[name]))
     return priors
 
 
-def _null_priors(table: Table) -> dict[str, Prior]:
-    """Priors of the null model; a card that extends none may leave them out, and has the shipped ones."""
-    table.check_keys(NULL_UNITS)
-    priors = {}
-    for name in NULL_UNITS:
-        entry = table.inner(name, f"a table [{table.at(name)}]")
-        priors[name] = _prior(name, entry, NULL_UNITS, NULL_SIGNED)
-        if priors[name].family.endswith("uniform"):
-            raise entry.refusal("family", "normal or lognormal")
-    return priors
-
-
-def _prior(name: str, table: Table, units: Mapping[str, str] = UNITS, signed: tuple[str, ...] = SIGNED) -> Prior:
+def _prior(name: str, table: Table, wanted: str) -> Prior:
     family = table.values.get("family")
-    # What must be positive is sampled by its logarithm; only a few parameters may have either sign.
-    allowed = [one for one, (_, logarithmic) in FAMILIES.items() if logarithmic == (name not in signed)]
+    allowed = [one for one, (_, logarithmic) in FAMILIES.items() if logarithmic == (name not in SIGNED)]
     if family not in allowed:
         raise table.refusal("family", f"one of: {', '.join(allowed)}")
     (first, second), _ = FAMILIES[family]
@@ -340,7 +294,6 @@ def _prior(name: str, table: Table, units: Mapping[str, str] = UNITS, signed: tu
         if not isinstance(value, str) or not value.strip():
             raise table.error(key, show(value) if value else "nothing", f"a {key}: every prior says its {key}")
     unit, reason = table.values["unit"], table.values["reason"]
-    wanted = UNITS_BY_MOTION.get(table.field.removeprefix("priors."), units[name])
     if " ".join(unit.split()) not in (wanted, *wanted.split(" or ")):
         raise table.error("unit", f'"{unit}"', f'unit = "{wanted}", the one that {name} is in')
     numbers = [bare().read(table, key) for key in (first, second)]
@@ -351,7 +304,7 @@ def _prior(name: str, table: Table, units: Mapping[str, str] = UNITS, signed: tu
 
 
 def _sampler(table: Table) -> SamplerSettings:
-    settings = SamplerSettings(**table.read(_SAMPLER))
+    settings = SamplerSettings(**table.read(_SECTIONS["sampler"]))
     for name, low in _SMALLEST.items():
         if getattr(settings, name) < low:
             raise table.error(name, str(getattr(settings, name)), f"at least {low}")

@@ -15,21 +15,11 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.documents import as_json
 from scruton.infer import replication, sensitivity
+from scruton.infer import thresholds as limits
 from scruton.infer.models import NOISE
 from scruton.infer.replication import BandShare, PriorCheck
 from scruton.infer.sensitivity import Influence, Moved, Scaling
 from scruton.infer.store import stored_inputs
-from scruton.infer.thresholds import (
-    ABSURD,
-    BARELY_MOVED,
-    DISAGREES,
-    FEWEST_CYCLES,
-    MOVES,
-    SERIOUS_PREDICTIVE,
-    SERIOUS_WHITENESS,
-    TRUSTED_KHAT,
-    WORTH_A_LOOK,
-)
 from scruton.stats import whiteness
 from scruton.stats.whiteness import Check
 
@@ -38,8 +28,7 @@ if TYPE_CHECKING:
 
 # Parameters whose prior is meant to speak, or of which nothing hangs: no flag where the data leave them where they are.
 MEANT_TO_STAY = (
-    "amplitude_scatter",
-    "noise_factor",
+    *NOISE,
     "damping_ratio",
     "discrepancy_amplitude",
     "discrepancy_relaxation",
@@ -121,8 +110,8 @@ class Criticism:
 
     def to_json(self) -> dict[str, Any]:
         """Everything but the bands, with null for numbers that are missing."""
-        content = {"format": 1, "ok": self.ok, "flags": [asdict(one) for one in self.flags]}
-        return as_json(content | {"missing": list(self.missing)} | self.rows())  # type: ignore[no-any-return]
+        content = {"format": 1, "ok": self.ok, "flags": self.flags, "missing": self.missing}
+        return as_json(content | self.rows())  # type: ignore[no-any-return]
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,12 +152,15 @@ def criticise_tree(tree: "xr.DataTree", summary: Mapping[str, Any], *, seed: int
         Of the prior predictive replicates, the only randomness.
     """
     missing = []
-    judged = [one for one in records(tree) if one.time.size >= FEWEST_CYCLES]
+    judged = [one for one in records(tree) if one.time.size >= limits.FEWEST_CYCLES]
     if not judged:
         missing.append("innovations, predictive checks, influence: no transient record holds enough cycles")
     innovations: tuple[Check, ...] = ()
     if judged and "innovations" in tree:
-        innovations = _innovations(tree)
+        end_to_end = np.asarray(tree["innovations"]["amplitude"].to_numpy(), dtype=float).reshape(-1)
+        amplitude = np.asarray(tree["observed_data"]["amplitude"].to_numpy(), dtype=float)
+        whose = (tree["constant_data"][key].to_numpy().astype(str) for key in ("record_test", "record"))
+        innovations = whiteness.judge(end_to_end, amplitude, *whose)
     elif judged:
         missing.append("whiteness of the innovations: the results do not hold them; fit again")
     predictive: list[Check] = []
@@ -194,31 +186,29 @@ def criticise_tree(tree: "xr.DataTree", summary: Mapping[str, Any], *, seed: int
     elif "campaign_posterior" in tree:
         missing.append("identifiability of the campaign model: the results hold no model card; fit again")
     influence = sensitivity.influences(tree)
-    alone = _alone(judged, influence)
+    alone = [name for name in dict.fromkeys(one.test for one in judged) if name not in {one.test for one in influence}]
     if alone:
         missing.append(f"influence: {', '.join(alone)} rests on one record, which cannot be left out")
     adjusted = whiteness.adjust(predictive, [replication.STATISTICS])
-    flags = (
-        *_convergence(summary),
-        *_whiteness_flags(innovations),
-        *_predictive_flags(adjusted),
-        *_prior_flags(prior),
-        *_scaling_flags(scaling),
-        *_moved_flags(moved),
-        *_influence_flags(influence),
-    )
+    flags: list[Flag] = []
+    if not summary.get("converged", True):
+        text = "the fit did not converge: what follows may judge draws that are not the posterior's"
+        flags.append(Flag("sampling", "", text, True))
+    asked: dict[str, Sequence[Any]] = {
+        "innovations": innovations,
+        "posterior predictive": adjusted,
+        "prior predictive": prior,
+        "prior sensitivity": scaling,
+        "identifiability": moved,
+        "influence": influence,
+    }
+    for check, row in ((check, row) for check, rows in asked.items() for row in rows):
+        parameter = getattr(row, "parameter", "") if getattr(row, "trusted", True) else ""
+        where = ", ".join(filter(None, (row.test or "campaign", getattr(row, "record", ""), parameter)))
+        found = [Flag(check, where, *doubt) for doubt in _doubts(row)]
+        flags += [one for one in found if one not in flags]  # of a record that dominates, one for all its parameters
     return Criticism(
-        innovations, adjusted, tuple(shares), prior, scaling, moved, influence, tuple(missing), flags, bands
-    )
-
-
-def _innovations(tree: "xr.DataTree") -> tuple[Check, ...]:
-    constant = tree["constant_data"]
-    return whiteness.judge(
-        np.asarray(tree["innovations"]["amplitude"].to_numpy(), dtype=float).reshape(-1),
-        np.asarray(tree["observed_data"]["amplitude"].to_numpy(), dtype=float),
-        constant["record_test"].to_numpy().astype(str),
-        constant["record"].to_numpy().astype(str),
+        innovations, adjusted, tuple(shares), prior, scaling, moved, influence, tuple(missing), tuple(flags), bands
     )
 
 
@@ -230,40 +220,15 @@ def _prior(
     largest = max(float(one.amplitude.max()) for one in judged)
     for one in judged:
         draws = {str(name): group[name].sel(test=one.test).to_numpy().reshape(-1) for name in group.data_vars}
-        omega0 = 2.0 * np.pi * float(constant["frequency"].sel(test=one.test))
-        rate = draws["relaxation_ratio"] * omega0
+        rate = draws["relaxation_ratio"] * (2.0 * np.pi * float(constant["frequency"].sel(test=one.test)))
         law = draws.get("law_exponent", np.full_like(rate, float(constant["law_n"])))
-        prior = {
-            "a_star": draws["stable_amplitude"],
-            "relaxation_rate": rate,
-            "n": law,
-            **{name: draws[name] for name in NOISE},
-        }
+        prior = draws | {"a_star": draws["stable_amplitude"], "relaxation_rate": rate, "n": law}
         # A seed of its own for every record: leaving one out changes no number of another.
         rng = np.random.default_rng([seed, zlib.crc32(f"{one.test}/{one.record}".encode())])
         replicate = replication.prior_replicates(one.time, one.standard_error, float(one.amplitude[0]), prior, rng)
         checks.append(replication.prior_check(one.test, one.record, one.time, one.amplitude, replicate, rate, largest))
         bands[one.test, one.record] = np.quantile(replicate, QUANTILES, axis=0)
     return tuple(checks), bands
-
-
-def _alone(judged: Sequence[RecordOf], influence: Sequence[Influence]) -> list[str]:
-    known = {one.test for one in influence}
-    return [name for name in dict.fromkeys(one.test for one in judged) if name not in known]
-
-
-def _where(test: str, record: str = "", parameter: str = "") -> str:
-    return ", ".join(one for one in (test, record, parameter) if one)
-
-
-def _convergence(summary: Mapping[str, Any]) -> list[Flag]:
-    if summary.get("converged", True):
-        return []
-    return [
-        Flag(
-            "sampling", "", "the fit did not converge: what follows may judge draws that are not the posterior's", True
-        )
-    ]
 
 
 _MEANING = {
@@ -277,86 +242,46 @@ _MEANING = {
 }
 
 
-def _whiteness_flags(checks: Sequence[Check]) -> Iterator[Flag]:
-    for one in checks:
-        if one.adjusted < WORTH_A_LOOK:
-            text = f"{_MEANING[one.name]} ({one.name} {one.value:.3g}, expected {_interval(one)}, p = {_p(one)})"
-            serious = one.name in whiteness.PREDICTABLE and one.adjusted < SERIOUS_WHITENESS
-            yield Flag("innovations", _where(one.test, one.record), text, serious)
-
-
-def _predictive_flags(checks: Sequence[Check]) -> Iterator[Flag]:
-    for one in checks:
-        if one.adjusted < WORTH_A_LOOK:
-            side = "more" if one.value > 0.5 * (one.low + one.high) else "less"
-            text = f"{one.name} {one.value:.3g} is {side} than the model produces ({_interval(one)}, p = {_p(one)})"
-            yield Flag("posterior predictive", _where(one.test, one.record), text, one.adjusted < SERIOUS_PREDICTIVE)
-
-
-def _prior_flags(checks: Sequence[PriorCheck]) -> Iterator[Flag]:
-    for one in checks:
-        where = _where(one.test, one.record)
-        for name, p in ((replication.HALF, one.p_half), (replication.FINAL, one.p_final)):
-            if p < WORTH_A_LOOK:
-                what = name.removesuffix(" [s]")
-                text = (
-                    f"the prior under this law hardly admits the record's {what} (p = {p:.2g}): mend one or the other"
-                )
-                yield Flag("prior predictive", where, text)
-        if one.huge > ABSURD:
-            text = f"{one.huge:.0%} of the prior exceeds ten times the campaign's largest amplitude: it says too little"
-            yield Flag("prior predictive", where, text)
-        if one.instant > ABSURD:
-            text = f"{one.instant:.0%} of the prior relaxes within one cycle, where no amplitude equation holds"
-            yield Flag("prior predictive", where, text)
-
-
-def _scaling_flags(rows: Sequence[Scaling]) -> Iterator[Flag]:
-    for one in rows:
-        where = _where(one.test, "", one.parameter)
-        if one.diagnosis == sensitivity.CONFLICT:
-            text = (
-                f"prior-data conflict: the posterior follows both the card's priors ({one.prior:.2f}) and the records "
-                f"({one.likelihood:.2f}); ask whether the prior or the model is wrong"
+def _doubts(one: Check | PriorCheck | Scaling | Moved | Influence) -> Iterator[tuple[str, bool]]:
+    """What of one answer is out of the ordinary, in a sentence, and whether it is serious."""
+    match one:
+        case Check() if one.adjusted < limits.WORTH_A_LOOK:
+            p = f"{one.adjusted:.1g}" if one.adjusted >= 1e-6 else "1e-6 or less"
+            expected = f"{one.low:.3g} to {one.high:.3g} in 90 % of cases, p = {p}"
+            if one.name in _MEANING:
+                serious = one.name in whiteness.PREDICTABLE and one.adjusted < limits.SERIOUS_WHITENESS
+                yield f"{_MEANING[one.name]} ({one.name} {one.value:.3g}, expected {expected})", serious
+            else:
+                side = "more" if one.value > 0.5 * (one.low + one.high) else "less"
+                text = f"{one.name} {one.value:.3g} is {side} than the model produces ({expected})"
+                yield text, one.adjusted < limits.SERIOUS_PREDICTIVE
+        case PriorCheck():
+            for what, p_value in (("time to half", one.p_half), ("final level", one.p_final)):
+                if p_value < limits.WORTH_A_LOOK:
+                    text = f"the prior under this law hardly admits the record's {what} (p = {p_value:.2g})"
+                    yield f"{text}: mend one or the other", False
+            if one.huge > limits.ABSURD:
+                text = f"{one.huge:.0%} of the prior exceeds ten times the campaign's largest amplitude"
+                yield f"{text}: it says too little", False
+            if one.instant > limits.ABSURD:
+                text = f"{one.instant:.0%} of the prior relaxes within one cycle"
+                yield f"{text}, where no amplitude equation holds", False
+        case Scaling(diagnosis=sensitivity.CONFLICT):
+            both = f"both the card's priors ({one.prior:.2f}) and the records ({one.likelihood:.2f})"
+            yield (
+                f"prior-data conflict: the posterior follows {both}; ask whether the prior or the model is wrong",
+                False,
             )
-            yield Flag("prior sensitivity", where, text)
-        elif one.diagnosis == sensitivity.WEAK:
-            text = (
-                f"weak likelihood: the posterior follows the card's priors ({one.prior:.2f}) rather than the records "
-                f"({one.likelihood:.2f})"
-            )
-            yield Flag("prior sensitivity", where, text)
-
-
-def _moved_flags(rows: Sequence[Moved]) -> Iterator[Flag]:
-    for one in rows:
-        if one.parameter in MEANT_TO_STAY or not one.ratio > BARELY_MOVED:
-            continue
-        text = f"{one.verdict}: its posterior sd is {one.ratio:.2f} of the prior's"
-        yield Flag("identifiability", _where(one.test or "campaign", "", one.parameter), text)
-
-
-def _influence_flags(rows: Sequence[Influence]) -> Iterator[Flag]:
-    doubtful: set[tuple[str, str]] = set()
-    for one in rows:
-        if not one.trusted:
-            if (one.test, one.record) not in doubtful:
-                doubtful.add((one.test, one.record))
-                text = (
-                    f"this record dominates the test (k-hat {one.khat:.2f} > {TRUSTED_KHAT}): reweighting "
-                    "cannot tell what the others say; refit without it"
-                )
-                yield Flag("influence", _where(one.test, one.record), text)
-        elif abs(one.shift) > MOVES or abs(one.z) > DISAGREES:
+        case Scaling(diagnosis=sensitivity.WEAK):
+            text = f"the card's priors ({one.prior:.2f}) rather than the records ({one.likelihood:.2f})"
+            yield f"weak likelihood: the posterior follows {text}", False
+        case Moved() if one.parameter not in MEANT_TO_STAY and one.ratio > limits.BARELY_MOVED:
+            yield f"{one.verdict}: its posterior sd is {one.ratio:.2f} of the prior's", False
+        case Influence(trusted=False):
+            text = f"this record dominates the test (k-hat {one.khat:.2f} > {limits.TRUSTED_KHAT}): reweighting "
+            yield f"{text}cannot tell what the others say; refit without it", False
+        case Influence() if abs(one.shift) > limits.MOVES or abs(one.z) > limits.DISAGREES:
             text = f"leaving this record out moves the posterior by {one.shift:+.1f} of its sds"
-            if abs(one.z) > DISAGREES:
+            if abs(one.z) > limits.DISAGREES:
                 text += f": it disagrees with the other records (z = {one.z:.1f})"
-            yield Flag("influence", _where(one.test, one.record, one.parameter), text)
-
-
-def _interval(one: Check) -> str:
-    return f"{one.low:.3g} to {one.high:.3g} in 90 % of cases"
-
-
-def _p(one: Check) -> str:
-    return f"{one.adjusted:.1g}" if one.adjusted >= 1e-6 else "1e-6 or less"
+            yield text, False

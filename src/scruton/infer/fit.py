@@ -12,29 +12,29 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from scruton.arrays import FloatArray
 from scruton.campaign import peak_tests
-from scruton.campaign.schema import Campaign, Kind, Record, Rig, Test
+from scruton.campaign.remarks import Severity, sentences
+from scruton.campaign.schema import Campaign, Kind, Record, Rig, Section, Test
+from scruton.dynamics import Setting, force_parameters
 from scruton.dynamics.cycles import EnvelopeData
-from scruton.envelope import Cycles, FrontEnd, RingDown, record_cycles
-from scruton.envelope.trial import ExponentialFit, SecondOrderExponential
+from scruton.envelope import Cycles, RingDown, record_cycles, review, weigh
+from scruton.envelope.trial import SecondOrderExponential
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
-from scruton.infer.flags import misfit, slips, unconstrained, varying_damping
-from scruton.infer.front import cycles_of, front_end_of_record, ringdowns_of
-from scruton.infer.models import WIND, SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
+from scruton.infer.front import cycles_of, damping_varies, front_ends_of, ringdowns_of
+from scruton.infer.models import NOISE, WIND, SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
 from scruton.infer.peaks import fit_peaks, stack
 from scruton.infer.results import Fit, RigResult, Sampled, TestResult, TrialResult
 from scruton.infer.sampling import Sampling
 from scruton.infer.speeds import NAME as SPEEDS
-from scruton.infer.speeds import PRIORS as SPEED_PRIORS
-from scruton.infer.speeds import fit_speeds, speeds_dataset
-from scruton.infer.stated import derive, draw_stated
+from scruton.infer.speeds import fit_speeds
 from scruton.infer.steady import SteadyVerdict, judge_steady, steady_posterior
 from scruton.infer.store import convergence_frame
-from scruton.infer.summary import provenance_of_fit, summarise
-from scruton.infer.thresholds import STEADY_FLOOR
-from scruton.infer.tree import build_tree, convergence_group
+from scruton.infer.thresholds import NOT_WHITE, STEADY_FLOOR
+from scruton.infer.tree import build_tree, convergence_group, provenance_of_fit, summarise
 from scruton.progress import Progress
+from scruton.stats import whiteness
 from scruton.stats.priors import Prior, check_support
 
 TRANSIENTS = (Kind.GROWTH, Kind.DECAY)
@@ -84,54 +84,39 @@ def fit_campaign(
     sampling = Sampling(card, seed, checkpoints, report)
     cycles = dict(cycles_of(campaign))
     if not cycles:
-        raise InputError(
-            campaign.path,
-            "",
-            "no record in any rig or test",
-            "at least one [[rigs.records]] or [[tests.records]]",
-        )
+        wanted = "at least one [[rigs.records]] or [[tests.records]]"
+        raise InputError(campaign.path, "", "no record in any rig or test", wanted)
     ringdowns = dict(ringdowns_of(campaign, cycles))
     rigs = {rig.name: fit_rig(campaign, rig, cycles, ringdowns.get(rig.name), sampling) for rig in campaign.rigs}
     tests = [fit_test(campaign, test, rigs[test.rig], cycles, sampling) for test in campaign.tests if test.records]
-    names = {
-        one.name for one in peak_tests(campaign, {t.test.name: float(np.median(t.derived["a_star"])) for t in tests})
-    }
+    levels = {one.test.name: float(np.median(one.derived["a_star"])) for one in tests}
+    names = {one.name for one in peak_tests(campaign, levels)}
     peaks = [one for one in tests if one.test.name in names]
     joint = fit_peaks(campaign, peaks, sampling) if peaks else None
     if joint and (thorough or card.averaging == "stacking"):
         joint = stack(joint, sampling)
     misfits = misfit(tests)
     sampling.flags += [
-        *slips(campaign, cycles, ringdowns, card.damping_relative_sd),
+        *sentences(review(weigh(campaign, cycles, ringdowns, card.damping_relative_sd)), Severity.DOUBT),
         *misfits,
         *varying_damping(campaign, ringdowns),
         *unconstrained(tests),
         *(one.explain() for test in tests for one in test.steady if not one.usable),
         *([joint.weights.flag] if joint and joint.weights.flag else []),
     ]
-    transients = [
-        (result, record) for result in tests for record in result.test.records if record.kind in TRANSIENTS and thorough
+    trials = [
+        fit_trial(campaign, result, record, cycles[record.name], sampling)
+        for result in tests
+        for record in result.test.records
+        if record.kind in TRANSIENTS and thorough
     ]
-    fronts = {
-        record.name: front_end_of_record(
-            record,
-            result.rig,
-            ringdowns.get(result.rig.name),
-            wind_frequency=result.wind_frequency,
-            damping_ratio=float(np.median(result.derived["damping_ratio"])),
-            mass_damping_factor=float(np.median(result.derived["mass_damping_factor"])),
-        )
-        for result, record in transients
-    }
-    trials = [fit_trial(campaign, result, record, cycles[record.name], sampling) for result, record in transients]
     sampled = Sampled(campaign, card, cycles, ringdowns, tuple(rigs.values()), tuple(tests), joint, tuple(trials))
     provenance = provenance_of_fit(campaign, card, seed=seed, command=command, only=only)
-    return assemble(sampled, fronts, sampling, provenance, thorough=thorough, misfit=bool(misfits))
+    return assemble(sampled, sampling, provenance, thorough=thorough, misfit=bool(misfits))
 
 
 def assemble(
     sampled: Sampled,
-    fronts: Mapping[str, FrontEnd],
     sampling: Sampling,
     provenance: Mapping[str, Any],
     *,
@@ -142,19 +127,18 @@ def assemble(
     campaign, card, samples = sampled.campaign, sampled.card, sampled.samples
     tree = build_tree(sampled, sampling, provenance, thorough=thorough)
     if sampled.joint and thorough:
-        motion = campaign.section.motion
-        priors = {name: card.prior(name, motion) for name in (*SPEED_PRIORS, "speed_shift")}
-        discrepancy = card.prior("discrepancy_amplitude", motion), card.prior("discrepancy_relaxation", motion)
-        speeds = fit_speeds(tree, campaign, priors, discrepancy, sampling)
+        speeds = fit_speeds(tree, campaign, sampling)
         if speeds is not None:
-            tree["speeds"] = xr.DataTree(speeds_dataset(speeds))
+            tree["speeds"] = xr.DataTree(speeds.group)
             samples[SPEEDS] = speeds.samples
     tree["convergence"] = xr.DataTree(convergence_group(samples))
     convergence = convergence_frame(tree)
-    converged = bool(convergence["converged"].all())
-    summary = summarise(sampled, convergence, provenance, flags=sampling.flags, converged=converged, misfit=misfit)
-    flags = tuple(sampling.flags)
-    return Fit(campaign, card, tree, sampled.cycles, sampled.ringdowns, fronts, convergence, flags, converged, summary)
+    summary = summarise(sampled, convergence, provenance, sampling.flags, misfit=misfit)
+    return Fit(
+        campaign, card, tree, sampled.cycles, sampled.ringdowns,
+        dict(front_ends_of(campaign, tree, sampled.ringdowns)), convergence, tuple(sampling.flags),
+        summary["converged"], summary,
+    )  # fmt: skip
 
 
 def stated_damping(rig: Rig, card: ModelCard, campaign: Campaign) -> Prior:
@@ -180,8 +164,7 @@ def fit_rig(
 ) -> RigResult:
     """Posterior of a rig's structural damping ratio, from its ring-downs and what the laboratory states."""
     card, motion = sampling.card, campaign.section.motion
-    prior = stated_damping(rig, card, campaign)
-    name = f"rig {rig.name}"
+    prior, name = stated_damping(rig, card, campaign), f"rig {rig.name}"
     data = EnvelopeData.join({r.name: cycles[r.name] for r in rig.records})
     if not data.size or ringdown is None:
         rng = np.random.default_rng(sampling.seed_of(name))
@@ -201,8 +184,7 @@ def fit_test(
     campaign: Campaign, test: Test, rig: RigResult, cycles: Mapping[str, Cycles], sampling: Sampling
 ) -> TestResult:
     """Posterior of one test in wind."""
-    card, motion = sampling.card, campaign.section.motion
-    name = f"test {test.name}"
+    card, motion, name = sampling.card, campaign.section.motion, f"test {test.name}"
     omega0 = 2 * np.pi * rig.rig.frequency.mean
     # The rig's posterior of ln xi_s enters as a normal prior: it is close to one, and the wind-on records add little.
     log_damping = np.log(rig.damping)
@@ -211,33 +193,32 @@ def fit_test(
         f"posterior of rig {rig.rig.name}",
     )  # fmt: skip
     priors = (*(card.prior(one, motion) for one in WIND[:-1]), damping)
-    verdicts = [judge_lock_in(r, cycles[r.name], priors, omega0, sampling) for r in test.records if is_steady(r)]
+    verdicts = [
+        judge_lock_in(r, cycles[r.name], priors, omega0, sampling) for r in test.records if r.kind is Kind.STEADY
+    ]
     # Lock-in that fluctuates as broad-band turbulence makes it counts like a transient; of other lock-in, the mean.
     informative = {r.name: cycles[r.name] for r in test.records if r.kind in TRANSIENTS}
     informative |= {one.record: one.cycles for one in verdicts if one.usable}
     data = EnvelopeData.join(informative)
     steady = [steady_amplitude(cycles[one.record]) for one in verdicts if not one.usable]
-    posterior = WindPosterior(
-        priors + ((card.exponent,) if card.exponent else ()),
-        data,
-        steady,
-        omega0,
-        card.law_n,
-        card.initial_amplitude_sd,
-    )
+    priors += (card.exponent,) if card.exponent else ()
+    posterior = WindPosterior(priors, data, steady, omega0, card.law_n, card.initial_amplitude_sd)
     levels = np.array([[one.mean, one.standard_error] for one in steady])
     tails = [max(float(cycles[r.name].amplitude[-10:].mean()), 1e-9) for r in test.records]
     admit(card, name, [posterior.prior("stable_amplitude")] * len(tails), tails)
     samples = sampling.run(name, posterior, data.amplitude, data.standard_error, data.time, levels)
     frequency = float(np.median([cycles[r.name].reference_frequency for r in test.records]))
-    stated = draw_stated(campaign, test, rig.rig, sampling.seed_of, samples.log_prob.shape)
+    # Mass and frequency belong to the rig and are the same draws in all its tests.
+    assert rig.rig.mass is not None, "the loader refuses a test whose rig has no mass"
+    quantities = {"mass": rig.rig.mass, "frequency": rig.rig.frequency}
+    quantities |= {"air_density": test.air_density, "wind_speed": test.wind_speed}
+    stated = {}
+    for key, quantity in quantities.items():
+        owner = rig.rig.name if key in ("mass", "frequency") else test.name
+        rng = np.random.default_rng(sampling.seed_of(f"{key.replace('_', ' ')} of {owner}"))
+        stated[key] = quantity.draw(rng, samples.log_prob.shape)
     derived = derive(campaign.section, stated, posterior, samples.chain, frequency)
     return TestResult(test, rig.rig, posterior, samples, stated, frequency, derived, tuple(verdicts))
-
-
-def is_steady(record: Record) -> bool:
-    """Whether a record is lock-in without a release."""
-    return record.kind is Kind.STEADY
 
 
 def judge_lock_in(
@@ -261,25 +242,108 @@ def steady_amplitude(cycles: Cycles) -> SteadyAmplitude:
     return SteadyAmplitude(mean, float(np.hypot(a.std() / np.sqrt(ess), STEADY_FLOOR * mean)))
 
 
+def derive(
+    section: Section,
+    stated: Mapping[str, FloatArray],
+    posterior: WindPosterior,
+    chain: FloatArray,
+    wind_frequency: float,
+) -> Mapping[str, FloatArray]:
+    """Every quantity of a test in its own unit, (chains, draws) each, from draws of the parameters and the `stated`.
+
+    Y1 and epsilon are derived only under the paper's law (n = -1): other laws have parameters of their own.
+    """
+    natural = posterior.natural(chain)
+    a_star, damping = natural["stable_amplitude"], natural["damping_ratio"]
+    rate = natural["relaxation_ratio"] * posterior.omega0
+    setting = Setting(
+        section.motion, section.width, section.depth, damping_ratio=damping,
+        wind_frequency=wind_frequency * stated["frequency"] / stated["frequency"].mean(), **stated,
+    )  # fmt: skip
+    sc = setting.scruton_number
+    found = {
+        "a_star": a_star,
+        "relaxation_rate": rate,
+        **{name: natural[name] for name in NOISE},
+        "damping_ratio": damping,
+        "scruton_number": sc,
+        "relaxation_scruton_number": sc * natural["relaxation_ratio"] / damping,
+        "mass_damping_factor": sc / damping,
+    }
+    if posterior.n is None:
+        found["law_exponent"] = natural["law_exponent"]
+    if posterior.n == -1.0:
+        found["Y1"], found["epsilon"] = force_parameters(a_star, rate, setting)
+    return found
+
+
 def fit_trial(
     campaign: Campaign, result: TestResult, record: Record, cycles: Cycles, sampling: Sampling
 ) -> TrialResult:
     """Posterior of the constants a, b, c, d of one transient record (Eq. 4)."""
     card, motion = sampling.card, campaign.section.motion
     data = EnvelopeData.join({record.name: cycles})
-    start = SecondOrderExponential().fit(data.time, data.amplitude)
-    assert isinstance(start, ExponentialFit)
+    start = SecondOrderExponential().fit(data.time, data.amplitude).constants
     priors = tuple(replace(card.prior(of, motion), name=name) for name, of in TRIAL_PRIORS.items())
     posterior = TrialPosterior(
         priors, data, 2 * np.pi * cycles.reference_frequency,
-        float(data.amplitude.max()), (start.a, start.b, start.c, start.d),
+        float(data.amplitude.max()), (start["a"], start["b"], start["c"], start["d"]),
     )  # fmt: skip
     where = f"trial function of {record.name}"
-    admit(
-        card,
-        where,
-        [posterior.prior("a"), posterior.prior("c")],
-        [start.a / posterior.scale, start.c / posterior.scale],
-    )
+    shown = [start["a"] / posterior.scale, start["c"] / posterior.scale]
+    admit(card, where, [posterior.prior("a"), posterior.prior("c")], shown)
     samples = sampling.run(where, posterior, data.amplitude, data.standard_error, data.time)
-    return TrialResult(record, result.test, posterior, samples)
+    names = ("a", "b", "c", "d", "residual_sd", "residual_rate")
+    constants = (*posterior.constants(samples.chain), *posterior.residual(samples.chain))
+    return TrialResult(record, result.test, posterior, samples, dict(zip(names, constants, strict=True)))
+
+
+def varying_damping(campaign: Campaign, ringdowns: Mapping[str, RingDown]) -> list[str]:
+    """Rigs whose still-air damping depends on the amplitude."""
+    unit, lines = campaign.section.amplitude_unit, []
+    for name, ringdown in ringdowns.items():
+        bands = [ringdown.bands[i] for i in damping_varies(ringdown) or ()]
+        texts = [f"{100 * one.damping_ratio:.3g} % at {one.lower:.3g} to {one.upper:.3g} {unit}" for one in bands]
+        if texts:
+            lines.append(
+                f"rig {name}: structural damping varies with amplitude ({', '.join(texts)}); the posterior of one "
+                "constant is an average over the ring-downs, and Eq. (6) takes the measured xi_s(A)"
+            )
+    return lines
+
+
+def misfit(tests: Sequence[TestResult]) -> list[str]:
+    """Records whose innovations can be predicted: the law or the noise of the model is not theirs.
+
+    The innovations are those of each test's own posterior at its median; p-values are adjusted over all records.
+    """
+    parts = [one for one in tests if one.posterior.data.size]
+    if not parts:
+        return []
+    checks = whiteness.judge(
+        np.concatenate([one.posterior.standardised(one.samples.chain) for one in parts]),
+        np.concatenate([one.posterior.data.amplitude for one in parts]),
+        np.repeat([one.test.name for one in parts], [one.posterior.data.size for one in parts]),
+        np.concatenate([one.posterior.data.record for one in parts]),
+    )
+    found: dict[str, list[str]] = {}
+    for one in checks:
+        if one.name in whiteness.PREDICTABLE and one.adjusted < NOT_WHITE:
+            found.setdefault(one.test, []).append(f"{one.name}{f' of {one.record}' if one.record else ''}")
+    return [
+        f"test {test}: the innovations of the filter are not white ({'; '.join(what)}); the law or the noise of the "
+        "model is not that of the records, `scruton criticise` says more"
+        for test, what in found.items()
+    ]
+
+
+def unconstrained(tests: Sequence[TestResult]) -> list[str]:
+    """Tests that no transient record constrains."""
+    names = [one.test.name for one in tests if not one.posterior.data.size]
+    if not names:
+        return []
+    return [
+        f"{'tests' if len(names) > 1 else 'test'} {', '.join(names)}: no growth or decay record. Lock-in records give "
+        "the stable amplitude alone; the relaxation rate, and with it Y1, epsilon and amplitudes at other Scruton "
+        "numbers, rest on the prior"
+    ]

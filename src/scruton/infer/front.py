@@ -1,104 +1,93 @@
 """The deterministic front end of a campaign: what a fit computes before any sampling, and a loaded fit when asked."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from scruton.campaign.schema import Campaign, Record, Rig
 from scruton.envelope import Cycles, FrontEnd, RingDown, front_end, record_cycles, ring_down
-from scruton.infer.flags import damping_varies
+from scruton.infer.thresholds import BAND_FLOOR, DAMPING_CERTAINTY, DAMPING_VARIATION
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
 class Computed[Value](Mapping[str, Value]):
-    """A mapping whose values are computed when they are first asked for.
+    """A mapping whose values are computed when they are first asked for, by `make` from the arguments of their keys."""
 
-    Parameters
-    ----------
-    makers : mapping
-        By key, what computes the value.
-    """
-
-    def __init__(self, makers: Mapping[str, Callable[[], Value]]) -> None:
-        self._makers = dict(makers)
+    def __init__(self, make: Callable[..., Value], arguments: Mapping[str, tuple[Any, ...]]) -> None:
+        self._make, self._arguments = make, dict(arguments)
         self._values: dict[str, Value] = {}
 
     def __getitem__(self, key: str) -> Value:
         if key not in self._values:
-            self._values[key] = self._makers[key]()
+            self._values[key] = self._make(*self._arguments[key])
         return self._values[key]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._makers)
+        return iter(self._arguments)
 
     def __len__(self) -> int:
-        return len(self._makers)
+        return len(self._arguments)
 
 
 def cycles_of(campaign: Campaign) -> Mapping[str, Cycles]:
     """The envelope of every record, by its name."""
+    records = [(record, rig.name) for rig in campaign.rigs for record in rig.records]
+    records += [(record, test.rig) for test in campaign.tests for record in test.records]
     frequency = {rig.name: rig.frequency.mean for rig in campaign.rigs}
-    still = [(record, frequency[rig.name]) for rig in campaign.rigs for record in rig.records]
-    wind = [(record, frequency[test.rig]) for test in campaign.tests for record in test.records]
-    return Computed({record.name: partial(record_cycles, record, f0) for record, f0 in (*still, *wind)})
+    return Computed(record_cycles, {record.name: (record, frequency[rig]) for record, rig in records})
 
 
 def ringdowns_of(campaign: Campaign, cycles: Mapping[str, Cycles]) -> Mapping[str, RingDown]:
     """The damping in still air of every rig that has free-decay records, by its name."""
-    return Computed({rig.name: partial(_ringdown, rig, cycles) for rig in campaign.rigs if rig.records})
+
+    def damping(rig: Rig) -> RingDown:
+        return ring_down([cycles[record.name] for record in rig.records])
+
+    return Computed(damping, {rig.name: (rig,) for rig in campaign.rigs if rig.records})
 
 
-def _ringdown(rig: Rig, cycles: Mapping[str, Cycles]) -> RingDown:
-    return ring_down([cycles[record.name] for record in rig.records])
+def damping_varies(ringdown: RingDown) -> tuple[int, int] | None:
+    """Indices of the bands between which damping changes most, if it does; None where one constant will do."""
+    bands = ringdown.bands
+    xi = np.array([one.damping_ratio for one in bands])
+    error = np.array([np.hypot(one.sd / np.sqrt(one.plucks), BAND_FLOOR * abs(one.damping_ratio)) for one in bands])
+    worst, found = 0.0, None
+    for i in range(len(bands)):
+        for j in range(i):
+            gap = abs(xi[i] - xi[j])
+            ratio = gap / np.hypot(error[i], error[j])
+            if ratio > max(worst, DAMPING_CERTAINTY) and gap > DAMPING_VARIATION * 0.5 * abs(xi[i] + xi[j]):
+                worst, found = ratio, (j, i)
+    return found
 
 
 def front_ends_of(campaign: Campaign, tree: "xr.DataTree", ringdowns: Mapping[str, RingDown]) -> Mapping[str, FrontEnd]:
     """Eqs. (2) to (8) on every record that has a trial function in the tree, by its name."""
     if "trial_function" not in tree:
         return {}
-    names: Iterable[str] = map(str, tree["trial_function"]["record"].to_numpy())
     records = {record.name: (record, test.name) for test in campaign.tests for record in test.records}
-    return Computed({name: partial(_front_end, *records[name], campaign, tree, ringdowns) for name in names})
+    names = tree["trial_function"]["record"].to_numpy().tolist()
+    return Computed(partial(_front_end, campaign, tree, ringdowns), {name: records[name] for name in names})
 
 
 def _front_end(
-    record: Record, test: str, campaign: Campaign, tree: "xr.DataTree", ringdowns: Mapping[str, RingDown]
+    campaign: Campaign, tree: "xr.DataTree", ringdowns: Mapping[str, RingDown], record: Record, test: str
 ) -> FrontEnd:
+    """Eqs. (2) to (8), with xi_s(A) from the ring-downs in Eq. (6) where it varies, else the constant's median."""
     posterior = tree["posterior"].to_dataset().sel(test=test)
     rig = campaign.rig(campaign.test(test).rig)
-    return front_end_of_record(
-        record,
-        rig,
-        ringdowns.get(rig.name),
-        wind_frequency=float(tree["constant_data"]["wind_frequency"].sel(test=test)),
-        damping_ratio=float(np.median(posterior["damping_ratio"])),
-        mass_damping_factor=float(np.median(posterior["mass_damping_factor"])),
-    )
-
-
-def front_end_of_record(
-    record: Record,
-    rig: Rig,
-    ringdown: RingDown | None,
-    *,
-    wind_frequency: float,
-    damping_ratio: float,
-    mass_damping_factor: float,
-) -> FrontEnd:
-    """Eqs. (2) to (8) on one transient record.
-
-    The structural damping in Eq. (6) is xi_s(A) from the ring-downs where it varies with amplitude, else
-    `damping_ratio`, the posterior median of the constant.
-    """
+    ringdown = ringdowns.get(rig.name)
     varies = ringdown is not None and damping_varies(ringdown) is not None
     return front_end(
         record,
-        frequency=wind_frequency,
+        frequency=float(tree["constant_data"]["wind_frequency"].sel(test=test)),
         still_air_frequency=rig.frequency.mean,
-        damping_ratio=ringdown.structural_damping if ringdown is not None and varies else damping_ratio,
-        mass_damping_factor=mass_damping_factor,
+        damping_ratio=ringdown.structural_damping
+        if ringdown and varies
+        else float(np.median(posterior["damping_ratio"])),
+        mass_damping_factor=float(np.median(posterior["mass_damping_factor"])),
     )

@@ -25,8 +25,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.infer.models import NOISE, WIND, WindPosterior
-from scruton.stats.coordinates import Coordinates, Values
-from scruton.stats.posterior import Posterior
+from scruton.stats.posterior import Coordinates, Posterior, Values
 from scruton.stats.priors import Prior
 
 SHARED = ("reference_amplitude", "reference_relaxation_ratio", "discrepancy_amplitude", "discrepancy_relaxation")
@@ -69,31 +68,6 @@ class PeakTest:
 
 
 @dataclass(frozen=True, eq=False)
-class Settings:
-    """Every test's parameters in physical units, (W, J) each; what the coordinates of walkers stand for."""
-
-    a_star: FloatArray
-    relaxation_ratio: FloatArray
-    damping_ratio: FloatArray
-    mass_damping_factor: FloatArray
-    amplitude_scatter: FloatArray
-    noise_factor: FloatArray
-    gust_scatter: FloatArray
-    gust_time: FloatArray
-    set_point_scatter: FloatArray
-
-    @property
-    def scruton_number(self) -> FloatArray:
-        """Sc of every test."""
-        return self.mass_damping_factor * self.damping_ratio
-
-    @property
-    def relaxation(self) -> FloatArray:
-        """Scruton number that belongs to every test's relaxation rate."""
-        return self.mass_damping_factor * self.relaxation_ratio
-
-
-@dataclass(frozen=True, eq=False)
 class CampaignPosterior(Posterior):
     """Joint posterior of the peak tests.
 
@@ -114,7 +88,7 @@ class CampaignPosterior(Posterior):
     """
 
     tests: Sequence[PeakTest]
-    shared: tuple[Prior, Prior, Prior, Prior]
+    shared: tuple[Prior, ...]
     n: float = -1.0
     exponent: Prior | None = None
 
@@ -166,8 +140,12 @@ class CampaignPosterior(Posterior):
         n, relaxation = self.exponents(u), factor * np.exp(log["reference_relaxation_ratio"])
         return np.exp(log["reference_amplitude"]), relaxation, n, relaxation + n * sc
 
-    def settings(self, u: FloatArray) -> Settings:
-        """Every test's parameters, (W, J) each; NaN where the coordinates mean none."""
+    def settings(self, u: FloatArray) -> dict[str, FloatArray]:
+        """Every test's parameters in their own units, by name, (W, J) each; NaN where the coordinates mean none.
+
+        Beside those of a test in wind its mass_damping_factor, scruton_number and relaxation, the Scruton number that
+        belongs to the relaxation rate.
+        """
         _, _, n, at_zero = self.curve(u)
         rows = []
         kappa = self.named(u)["discrepancy_relaxation"]
@@ -179,40 +157,34 @@ class CampaignPosterior(Posterior):
             if one.relaxes:
                 ratio = np.exp(v["relaxation_ratio"])
             else:
-                own = at_zero * _exp(_exp(kappa) * v["w"]) - n * factor * damping
+                # A search may take the coordinates far out: no overflow.
+                strength = at_zero * np.exp(np.minimum(np.exp(np.minimum(kappa, 300.0)) * v["w"], 300.0))
+                own = strength - n * factor * damping
                 ratio = np.where(own > 0.0, own, np.nan) / factor
-            rows.append((np.exp(v["stable_amplitude"]), ratio, damping, factor, *(np.exp(v[name]) for name in NOISE)))
-        return Settings(*(np.stack(one, axis=1) for one in zip(*rows, strict=True)))
+            noise = (np.exp(v[name]) for name in NOISE)
+            rows.append((np.exp(v["stable_amplitude"]), ratio, damping, factor, *noise))
+        names = (
+            "a_star", "relaxation_ratio", "damping_ratio", "mass_damping_factor", *NOISE,
+        )  # fmt: skip
+        s = {name: np.stack(one, axis=1) for name, one in zip(names, zip(*rows, strict=True), strict=True)}
+        s["scruton_number"] = s["mass_damping_factor"] * s["damping_ratio"]
+        s["relaxation"] = s["mass_damping_factor"] * s["relaxation_ratio"]
+        return s
 
-    def _deviations(self, u: FloatArray, s: Settings) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _deviations(self, u: FloatArray, s: dict[str, FloatArray]) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Deviations of ln a* and ln G from the shared curve, and G_j, (W, J) each; NaN off the constraint."""
         a_ref, relaxation, n, at_zero = (one[:, None] for one in self.curve(u))
-        sc = s.scruton_number
-        x = (sc - self.reference[0]) / relaxation
-        own = s.relaxation + n * sc
+        x = (s["scruton_number"] - self.reference[0]) / relaxation
+        own = s["relaxation"] + n * s["scruton_number"]
         with np.errstate(all="ignore"):
-            amplitude = np.log(s.a_star) - np.log(a_ref * amplitude_ratio(x, n))
+            amplitude = np.log(s["a_star"]) - np.log(a_ref * amplitude_ratio(x, n))
             return amplitude, np.log(own) - np.log(at_zero), own
-
-    def log_prob(self, u: FloatArray) -> FloatArray:
-        """Log posterior up to a constant, (W,); -inf outside the support, never NaN."""
-        s = self.settings(u)
-        total = self._prior_terms(u, s).sum(axis=1)
-        alive = np.isfinite(total) & self._inside(u, s)
-        found = np.full(len(u), -np.inf)
-        if alive.any():
-            with np.errstate(all="ignore"):
-                value = total[alive] + self.log_likelihood(u if alive.all() else u[alive])
-            found[alive] = np.where(np.isfinite(value), value, -np.inf)
-        return found
 
     def inside(self, u: FloatArray) -> np.ndarray:
         """A stable amplitude at every tested setting, and for n < 0 at zero damping (Y1 < 0), (W,) of bool."""
-        return self._inside(u, self.settings(u))
-
-    def _inside(self, u: FloatArray, s: Settings) -> np.ndarray:
+        s = self.settings(u)
         amplitude, strength, own = self._deviations(u, s)
-        good = np.isfinite(amplitude) & np.isfinite(strength) & (own > 0.0) & (s.relaxation_ratio > 0.0)
+        good = np.isfinite(amplitude) & np.isfinite(strength) & (own > 0.0) & (s["relaxation_ratio"] > 0.0)
         return np.asarray(good.all(axis=1))
 
     def log_prior(self, u: FloatArray) -> FloatArray:
@@ -222,10 +194,7 @@ class CampaignPosterior(Posterior):
 
     def log_prior_terms(self, u: FloatArray) -> FloatArray:
         """Log prior of every coordinate given those before it, (W, d)."""
-        return self._prior_terms(u, self.settings(u))
-
-    def _prior_terms(self, u: FloatArray, s: Settings) -> FloatArray:
-        terms = super().log_prior_terms(u)
+        s, terms = self.settings(u), super().log_prior_terms(u)
         amplitude, strength, own = self._deviations(u, s)
         log = self.named(u)
         for j, (one, term) in enumerate(self._each(terms)):
@@ -233,39 +202,31 @@ class CampaignPosterior(Posterior):
             if one.relaxes:
                 with np.errstate(all="ignore"):
                     # ln G_j is normal; the coordinate is ln(lambda/omega0).
-                    jacobian = np.log(s.relaxation[:, j] / own[:, j])
+                    jacobian = np.log(s["relaxation"][:, j] / own[:, j])
                 term["relaxation_ratio"] = _normal(strength[:, j], log["discrepancy_relaxation"]) + jacobian
         return terms
 
     def log_likelihood(self, u: FloatArray) -> FloatArray:
         """Sum of the tests' log likelihoods, (W,)."""
-        total = np.zeros(len(u))
-        for one, v in zip(self.tests, self.wind_coordinates(u), strict=True):
-            total += one.wind.log_likelihood(v)
-        return total
-
-    def wind_coordinates(self, u: FloatArray) -> list[FloatArray]:
-        """Coordinates of every test's own posterior, (W, d) each."""
-        s, coordinates = self.settings(u), []
+        s, total = self.settings(u), np.zeros(len(u))
         for j, (one, own) in enumerate(self._each(u)):
             v = np.empty((len(u), one.wind.coordinates.size))
             log = one.wind.named(v)
             for name in WIND:
-                log[name] = np.log(s.relaxation_ratio[:, j]) if name == "relaxation_ratio" else own[name]
+                log[name] = np.log(s["relaxation_ratio"][:, j]) if name == "relaxation_ratio" else own[name]
             if self.exponent:
                 log["law_exponent"] = self.exponents(u)
-            coordinates.append(v)
-        return coordinates
+            total += one.wind.log_likelihood(v)
+        return total
 
     def prior_sample(self, rng: np.random.Generator, size: int) -> tuple[FloatArray, np.ndarray]:
         """Draws of the generative prior and whether each satisfies the constraint; see `Posterior.prior_sample`."""
         u = np.stack([one.draw(rng, size) for one in self.priors], axis=1)
         z = rng.standard_normal((2, size, len(self.tests)))
         a_ref, relaxation, n, at_zero = self.curve(u)
-        good = at_zero > 0.0 if np.any(n < 0) else np.ones(size, dtype=bool)
-        good = np.where(n < 0, at_zero > 0.0, good)
+        good = (at_zero > 0.0) | ~np.any(n < 0)
         s, log = self.settings(u), self.named(u)
-        sc = s.scruton_number
+        sc = s["scruton_number"]
         with np.errstate(all="ignore"):
             for j, (one, own) in enumerate(self._each(u)):
                 x = (sc[:, j] - self.reference[0]) / relaxation
@@ -274,7 +235,7 @@ class CampaignPosterior(Posterior):
                 good &= np.isfinite(own["stable_amplitude"])
                 if one.relaxes:
                     strength = at_zero * np.exp(np.exp(log["discrepancy_relaxation"]) * z[1, :, j])
-                    own["relaxation_ratio"] = np.log((strength - n * sc[:, j]) / s.mass_damping_factor[:, j])
+                    own["relaxation_ratio"] = np.log((strength - n * sc[:, j]) / s["mass_damping_factor"][:, j])
                     good &= np.isfinite(own["relaxation_ratio"])
         good[good] = self.inside(u[good])
         return u, good
@@ -293,21 +254,16 @@ class CampaignPosterior(Posterior):
         known = [j for j, one in enumerate(self.tests) if one.relaxes]
         if known:
             # The tests' own strengths of the wind, where they agree with a positive one.
-            strength = np.log(np.maximum((s.relaxation + n * s.scruton_number)[:, known], 1e-3)).mean(axis=1)
+            strength = np.log(np.maximum((s["relaxation"] + n * s["scruton_number"])[:, known], 1e-3)).mean(axis=1)
             at_reference = np.exp(strength + 0.3 * rng.standard_normal(size)) - n[:, 0] * sc
             ratio = np.log(np.maximum(at_reference, 1e-12) / factor)
             log["reference_relaxation_ratio"] = np.where(at_reference > 0.0, ratio, log["reference_relaxation_ratio"])
-        x = (s.scruton_number - sc) / (factor * np.exp(log["reference_relaxation_ratio"]))[:, None]
+        x = (s["scruton_number"] - sc) / (factor * np.exp(log["reference_relaxation_ratio"]))[:, None]
         with np.errstate(all="ignore"):
-            level = (np.log(s.a_star) - np.log(amplitude_ratio(x, n))).mean(axis=1)
+            level = (np.log(s["a_star"]) - np.log(amplitude_ratio(x, n))).mean(axis=1)
         level = np.where(np.isfinite(level), level, log["reference_amplitude"])
         log["reference_amplitude"] = level + 0.05 * rng.standard_normal(size)
         return u
-
-
-def _exp(value: FloatArray) -> FloatArray:
-    """Exponential of a coordinate that a search may take far out: no overflow."""
-    return np.asarray(np.exp(np.minimum(value, 300.0)))
 
 
 def _normal(deviation: FloatArray, log_sd: FloatArray) -> FloatArray:

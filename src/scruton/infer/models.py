@@ -9,15 +9,21 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numba import njit
 
 from scruton.arrays import FloatArray
+from scruton.dynamics.curved_filter import advance
 from scruton.dynamics.cycles import EnvelopeData
+from scruton.dynamics.equation import flow_above_floor
+from scruton.dynamics.filter import innovations_of
+from scruton.dynamics.laws.law import Law
 from scruton.dynamics.likelihood import innovations, log_likelihood, pointwise_log_likelihood
+from scruton.dynamics.moments import noise_moments
 from scruton.dynamics.trial_filter import trial_log_likelihood
-from scruton.stats.coordinates import Coordinates
-from scruton.stats.posterior import Posterior
+from scruton.stats.posterior import Coordinates, Posterior
 from scruton.stats.priors import Prior
 
+RUNS = 250  # free runs of a test
 # Parameters of a test in wind under a law that is given.
 NOISE = ("amplitude_scatter", "noise_factor", "gust_scatter", "gust_time", "set_point_scatter")
 WIND = ("stable_amplitude", "relaxation_ratio", *NOISE, "damping_ratio")
@@ -77,7 +83,7 @@ class WindPosterior(Posterior):
         return self.named(u)["law_exponent"] if self.n is None else np.full(u.shape[:-1], self.n)
 
     def state_space(self, u: FloatArray) -> tuple[FloatArray, ...]:
-        """(a_star, lambda [1/s], q, r, gust, gust rate [1/s], set-point) of the filter from sampled coordinates, each (W,)."""
+        """(a_star, lambda [1/s], q, r, gust, gust rate [1/s], set-point) of the filter from coordinates, each (W,)."""
         log = self.named(u)
         a_star, lam = np.exp(log["stable_amplitude"]), np.exp(log["relaxation_ratio"]) * self.omega0
         # Stationary sd of an Ornstein-Uhlenbeck process: q / sqrt(2 lambda).
@@ -106,12 +112,16 @@ class WindPosterior(Posterior):
 
     def pointwise(self, u: FloatArray) -> FloatArray:
         """Conditional log likelihood of every cycle, (W, N)."""
-        terms = pointwise_log_likelihood(*self.innovations(u))
-        return terms.T
+        return pointwise_log_likelihood(*self.innovations(u)).T
 
     def innovations(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Innovations and their variances, (N, W)."""
         return innovations(self.data, *self.state_space(u), n=self.exponents(u), initial_sd=self.initial_sd)
+
+    def standardised(self, chain: FloatArray) -> FloatArray:
+        """Innovations over their standard deviations at the median of draws (..., d), (N,)."""
+        innovation, variance = self.innovations(np.median(chain.reshape(-1, chain.shape[-1]), axis=0)[None])
+        return np.asarray(innovation[:, 0] / np.sqrt(variance[:, 0]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,3 +205,119 @@ class TrialPosterior(Posterior):
             value = float(np.clip(value, prior.location - bound, prior.location + bound))
             near[name] = value + spread * rng.standard_normal(size // 2)
         return u
+
+
+@dataclass(frozen=True, eq=False)
+class LawPosterior(Posterior):
+    """Parameters of a law, scatter and noise factor of one test in wind, from the envelopes of its records.
+
+    By the plain filter: for laws outside the n-family, from Python.
+
+    Attributes
+    ----------
+    priors : tuple of Prior
+        By name: one for each parameter of the law, "amplitude_scatter" (over the stable amplitude) and "noise_factor".
+    data : EnvelopeData
+    law : Law
+    scale : float
+        A typical amplitude, A/D or rad: stable amplitudes are sought from 0.004 to 8 times that.
+    initial_sd : float
+        Prior of the initial amplitude.
+    """
+
+    priors: tuple[Prior, ...]
+    data: EnvelopeData
+    law: Law
+    scale: float
+    initial_sd: float = 1.0
+
+    def state_space(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Parameters of the law (W, P), stable amplitude, q and r of the filter, (W,) each."""
+        value = self.natural(u)
+        parameters = np.stack([value[name] for name in self.law.parameters], axis=-1)
+        a_star = self.law.stable_amplitude(parameters, self.scale)
+        q = value["amplitude_scatter"] * a_star * np.sqrt(2.0 * self.law.relaxation_rate(parameters, a_star))
+        return parameters, a_star, q, value["noise_factor"]
+
+    def log_likelihood(self, u: FloatArray) -> FloatArray:
+        """State-space likelihood, (W,); -inf where no amplitude is stable."""
+        parameters, a_star, q, r = self.state_space(u)
+        total = np.full(len(u), -np.inf)
+        stable = (a_star > 0.0) & np.isfinite(a_star)
+        terms = innovations_of(
+            self.law, self.data, parameters[stable], q[stable], r[stable], initial_sd=self.initial_sd
+        )
+        total[stable] = pointwise_log_likelihood(*terms).sum(axis=0)
+        return total
+
+
+def free_runs(posterior: WindPosterior, chain: FloatArray, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+    """Run the model under `RUNS` draws, spread evenly, from the start of every record, never corrected on the way.
+
+    Gives the amplitude without noise and a replicate of the data with turbulence and sensor noise, (RUNS, N) each.
+    The initial state of a record is drawn from its distribution after the record's first amplitude.
+    """
+    flat = chain.reshape(-1, chain.shape[-1])
+    u = flat[np.linspace(0, len(flat) - 1, RUNS).round().astype(int)]
+    data = posterior.data
+    size = (RUNS, data.size)
+    first = rng.standard_normal(size)  # used at the first cycle of a record only
+    mean, replicate = np.empty(size), np.empty(size)
+    _run(
+        data.amplitude, data.standard_error, data.gap, data.period, *posterior.state_space(u),
+        posterior.exponents(u), posterior.initial_sd**2, first, rng.standard_normal((5, *size)), mean, replicate,
+    )  # fmt: skip
+    return mean, replicate
+
+
+@njit(cache=True)
+def _free(state, h, level, lam, q2, g2, fade, n, dt, one, two):  # type: ignore[no-untyped-def]
+    """State and gust after dt, and what two standard normal numbers add to the state."""
+    new, p, kept, p_h, p_hh = advance(state, 0.0, h, 0.0, 0.0, level, lam, q2, g2, fade, n, dt)
+    turn = np.sqrt(p_hh) * two
+    along = p_h / p_hh if p_hh > 0.0 else 0.0
+    return new, along * turn + np.sqrt(max(p - along * p_h, 0.0)) * one, kept + turn
+
+
+@njit(cache=True)
+def _run(  # type: ignore[no-untyped-def]
+    y, se, gap, period, a_star, lam, q, r, gust, fade, set_point, n, p0, first, noise, mean, replicate
+):
+    for w in range(a_star.size):
+        curve, state, h, level = 0.0, 0.0, 0.0, a_star[w]
+        q2, g2 = q[w] * q[w], gust[w] * gust[w]
+        for k in range(y.size):
+            dt = period[k]
+            blur = r[w] * se[k]
+            r2 = blur * blur
+            if gap[k] < 0.0:
+                # The first amplitude is that of mid-cycle: draw it, and carry it on for half a cycle.
+                gain = p0 / (p0 + r2)
+                curve = gain * y[k] + np.sqrt(gain * r2) * first[w, k]
+                state = curve
+                mean[w, k] = curve
+                replicate[w, k] = state + np.sqrt(r2) * noise[0, w, k]
+                curve, _ = flow_above_floor(curve, a_star[w], np.exp(-0.5 * lam[w] * dt), n[w])
+                h, level = gust[w] * noise[3, w, k], a_star[w] + set_point[w] * noise[4, w, k]
+                state, kick, h = _free(
+                    state, h, level, lam[w], q2, g2, fade[w], n[w], 0.5 * dt, noise[1, w, k], noise[2, w, k]
+                )
+                state += kick
+                continue
+            if gap[k] > 0.0:
+                curve, _ = flow_above_floor(curve, a_star[w], np.exp(-lam[w] * gap[k]), n[w])
+                state, kick, h = _free(
+                    state, h, level, lam[w], q2, g2, fade[w], n[w], gap[k], first[w, k], noise[3, w, k]
+                )
+                state += kick
+            middle, _ = flow_above_floor(curve, a_star[w], np.exp(-0.5 * lam[w] * dt), n[w])
+            end, _ = flow_above_floor(curve, a_star[w], np.exp(-lam[w] * dt), n[w])
+            mean[w, k] = (curve + 4.0 * middle + end) / 6.0
+            curve = end
+            half, _ = flow_above_floor(state, level, np.exp(-0.5 * lam[w] * dt), n[w])
+            new, kick, h = _free(state, h, level, lam[w], q2, g2, fade[w], n[w], dt, noise[1, w, k], noise[2, w, k])
+            # The noise of the cycle enters its mean by its covariance with the state at the end, about one half.
+            e, c, z = noise_moments(lam[w], dt)
+            rest = max(z - c * c / e, 0.0) * q2
+            replicate[w, k] = (state + 4.0 * half + new) / 6.0 + c / e * kick + np.sqrt(rest + r2) * noise[0, w, k]
+            state = new + kick

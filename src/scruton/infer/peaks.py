@@ -13,10 +13,10 @@ from scruton.infer.models import NOISE, WIND
 from scruton.infer.results import LawResult, LawWeights, PeakResult, TestResult
 from scruton.infer.sampling import Sampling
 from scruton.infer.thresholds import HOPELESS
+from scruton.stats.convergence import SamplerSettings
 from scruton.stats.evidence import evidence_by_importance, log_evidence
 from scruton.stats.optimum import laplace_log_evidence
 from scruton.stats.sampler import Samples
-from scruton.stats.settings import SamplerSettings
 from scruton.stats.stacking import posterior_weights, stacking_weights
 from scruton.stats.student_t import fit_student_t
 
@@ -38,12 +38,9 @@ def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Samplin
     labels = tuple("n free" if one.exponent else f"n={one.n:g}" for one in posteriors)
     prior = np.array(card.law_weights or (1.0,))
     several = len(labels) > 1
-    log_z, error = np.full(len(labels), np.nan), np.full(len(labels), np.nan)
-    if several:
-        log_z[:] = [
-            laplace_log_evidence(one, np.random.default_rng(sampling.seed_of(f"screening, {label}")))
-            for one, label in zip(posteriors, labels, strict=True)
-        ]
+    log_z, error, unknown = np.full((3, len(labels)), np.nan)
+    for i, one in enumerate(posteriors if several else ()):
+        log_z[i] = laplace_log_evidence(one, np.random.default_rng(sampling.seed_of(f"screening, {labels[i]}")))
     sampled = np.array([k == 0 or log_z[k] > log_z.max() - HOPELESS for k in range(len(labels))])
     found = []
     for k in np.flatnonzero(sampled):
@@ -55,7 +52,7 @@ def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Samplin
             log_z[k], error[k] = evidence.log_z, evidence.error
         found.append(LawResult(labels[k], posterior, samples, derive(campaign, tests, posterior, samples)))
     weight = posterior_weights(np.where(sampled, log_z, -np.inf), prior) if several else prior
-    weights = LawWeights(labels, prior, weight, log_z, error, sampled, np.full(len(labels), np.nan))
+    weights = LawWeights(labels, prior, weight, log_z, error, sampled, unknown)
     return PeakResult(tuple(one.test.name for one in tests), tuple(found), weights)
 
 
@@ -67,9 +64,8 @@ def stack(result: PeakResult, sampling: Sampling) -> PeakResult:
     """
     weights = result.weights
     chosen = np.flatnonzero(weights.sampled)
-    records = [
-        name for test in result.laws[0].posterior.tests for name in dict.fromkeys(test.wind.data.record.tolist())
-    ]
+    tests = result.laws[0].posterior.tests
+    records = [name for test in tests for name in dict.fromkeys(test.wind.data.record.tolist())]
     stacking = np.where(weights.sampled, 1.0, 0.0)
     if len(chosen) > 1 and records:
         scores = np.empty((len(chosen), len(records)))
@@ -107,12 +103,15 @@ def campaign_posterior(
     names = ("stable_amplitude", "relaxation_ratio", "discrepancy_amplitude", "discrepancy_relaxation")
     peaks = []
     for one in tests:
-        factor, log_sd = _factor(campaign, one)
+        mass, density = one.rig.mass, one.test.air_density
+        assert mass is not None, "the loader refuses a test whose rig has no mass"
+        # The median of the factor over that of the means, as stated.
+        median = mass.median / mass.mean * density.mean / density.median
+        factor = float(_setting(campaign, one).mass_damping_factor) * median
         own = replace(one.posterior, priors=tuple(p for p in one.posterior.priors if p.name in WIND), n=n)
         draws = one.samples.chain.reshape(-1, one.samples.chain.shape[-1])
-        peaks.append(PeakTest(one.test.name, own, factor, draws, log_sd))
+        peaks.append(PeakTest(one.test.name, own, factor, draws, float(np.hypot(mass.log_sd, density.log_sd))))
     shared = tuple(card.prior(name, motion) for name in names)
-    assert len(shared) == 4
     return CampaignPosterior(peaks, shared, -1.0 if n is None else n, card.exponent if n is None else None)
 
 
@@ -131,20 +130,21 @@ def data_of(posterior: CampaignPosterior) -> list[FloatArray]:
 def derive(
     campaign: Campaign, tests: Sequence[TestResult], posterior: CampaignPosterior, samples: Samples
 ) -> dict[str, FloatArray]:
-    """Every quantity of the campaign model in its own unit.
+    """Every quantity of the campaign model in its own unit, by the names of the tree's group `campaign_posterior`.
 
-    Returns
-    -------
-    dict
-        (chains, draws): n, reference_amplitude, reference_relaxation, discrepancy_amplitude, discrepancy_relaxation;
-        (chains, draws, tests): a_star, relaxation_rate [1/s], damping_ratio, scruton_number, mass_damping_factor,
-        amplitude_scatter, noise_factor, Y1 and epsilon (NaN unless n = -1).
+    Those of the shared curve are (chains, draws), those of the tests (chains, draws, tests).
     """
     shape = samples.log_prob.shape
     u = samples.chain.reshape(-1, samples.chain.shape[-1])
     amplitude, relaxation, n, _ = posterior.curve(u)
     s, log = posterior.settings(u), posterior.named(u)
-    omega0 = np.array([one.wind.omega0 for one in posterior.tests])
+    s["relaxation_rate"] = s["relaxation_ratio"] * np.array([one.wind.omega0 for one in posterior.tests])
+    forces = np.full((2, *s["a_star"].shape), np.nan)
+    if posterior.exponent is None and posterior.n == -1.0:
+        for j, one in enumerate(tests):
+            setting = _setting(campaign, one, s["mass_damping_factor"][:, j], s["damping_ratio"][:, j])
+            forces[:, :, j] = force_parameters(s["a_star"][:, j], s["relaxation_rate"][:, j], setting)
+    s["Y1"], s["epsilon"] = forces
     shared = {
         "n": n,
         "reference_amplitude": amplitude,
@@ -152,55 +152,32 @@ def derive(
         "discrepancy_amplitude": np.exp(log["discrepancy_amplitude"]),
         "discrepancy_relaxation": np.exp(log["discrepancy_relaxation"]),
     }
-    own = {
-        "a_star": s.a_star,
-        "relaxation_rate": s.relaxation_ratio * omega0,
-        "damping_ratio": s.damping_ratio,
-        "scruton_number": s.scruton_number,
-        "mass_damping_factor": s.mass_damping_factor,
-        **{name: getattr(s, name) for name in NOISE},
-    }
-    forces = np.full((2, *s.a_star.shape), np.nan)
-    if posterior.exponent is None and posterior.n == -1.0:
-        for j, one in enumerate(tests):
-            setting = _setting(campaign, one, s.mass_damping_factor[:, j], s.damping_ratio[:, j])
-            forces[:, :, j] = force_parameters(own["a_star"][:, j], own["relaxation_rate"][:, j], setting)
-    own["Y1"], own["epsilon"] = forces
-    return {key: value.reshape(shape) for key, value in shared.items()} | {
-        key: value.reshape(*shape, -1) for key, value in own.items()
-    }
+    own = (
+        "a_star", "relaxation_rate", "damping_ratio", "scruton_number", "mass_damping_factor", *NOISE,
+        "Y1", "epsilon",
+    )  # fmt: skip
+    found = {key: value.reshape(shape) for key, value in shared.items()}
+    return found | {key: s[key].reshape(*shape, -1) for key in own}
 
 
-def _factor(campaign: Campaign, one: TestResult) -> tuple[float, float]:
-    """Median of the mass-damping factor, and the sd of its logarithm, from mass and density as stated."""
-    setting = _setting(campaign, one, None, 0.0)
-    assert one.rig.mass is not None
-
-    mass, density = one.rig.mass, one.test.air_density
-    median = mass.median / mass.mean * density.mean / density.median  # over that of the means
-    return float(setting.mass_damping_factor) * median, float(np.hypot(mass.log_sd, density.log_sd))
-
-
-def _setting(campaign: Campaign, one: TestResult, factor: FloatArray | None, damping: FloatArray | float) -> Setting:
+def _setting(
+    campaign: Campaign, one: TestResult, factor: FloatArray | None = None, damping: FloatArray | float = 0.0
+) -> Setting:
     """Setting of a test, at the mass that a drawn mass-damping factor means."""
-    assert one.rig.mass is not None, "the loader refuses a test whose rig has no mass"
-    section = campaign.section
+    assert one.rig.mass is not None
+    section, mass = campaign.section, one.rig.mass.mean
     stated = Setting(
-        motion=section.motion,
-        width=section.width,
-        depth=section.depth,
-        mass=one.rig.mass.mean,
-        air_density=one.test.air_density.mean,
-        wind_speed=one.test.wind_speed.mean if factor is None else np.resize(one.stated.wind_speed, factor.shape),
-        frequency=one.rig.frequency.mean if factor is None else np.resize(one.stated.frequency, factor.shape),
-        wind_frequency=one.wind_frequency,
-        damping_ratio=damping,
-    )
+        section.motion, section.width, section.depth, mass, one.test.air_density.mean, one.test.wind_speed.mean,
+        one.rig.frequency.mean, one.wind_frequency, damping,
+    )  # fmt: skip
     if factor is None:
         return stated
     # m_r and the factor are reciprocal to each other: scaling the mass carries both.
+    frequency, wind_speed = (np.resize(one.stated[key], factor.shape) for key in ("frequency", "wind_speed"))
     return replace(
         stated,
-        mass=one.rig.mass.mean * factor / float(stated.mass_damping_factor),
-        wind_frequency=one.wind_frequency * np.asarray(stated.frequency) / one.stated.frequency.mean(),
+        mass=mass * factor / float(stated.mass_damping_factor),
+        wind_speed=wind_speed,
+        frequency=frequency,
+        wind_frequency=one.wind_frequency * frequency / one.stated["frequency"].mean(),
     )

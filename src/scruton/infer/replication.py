@@ -15,13 +15,8 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.laws import closed_form
 from scruton.stats.whiteness import Check
 
-HALF, FINAL, SCATTER, EXCURSION, MEMORY = (
-    "time to half [s]",
-    "final level",
-    "scatter of increments",
-    "largest excursion",
-    "lag-one autocorrelation",
-)
+HALF, FINAL, SCATTER = "time to half [s]", "final level", "scatter of increments"
+EXCURSION, MEMORY = "largest excursion", "lag-one autocorrelation"
 STATISTICS = (HALF, FINAL, SCATTER, EXCURSION, MEMORY)
 
 

@@ -165,7 +165,7 @@ SCHEMA: Mapping[str, tuple[Variable, ...]] = {
         Variable("converged", ("row",), "b", "-", "the verdict on the posterior"),
     ),
     "inputs": (
-        Variable("document", (), "U", "", "JSON: campaign and resolved model card, see `scruton.infer.archive`"),
+        Variable("document", (), "U", "", "JSON: campaign and resolved model card, see `scruton.infer.store`"),
         Variable("numbers", ("number",), "f", "", "the records that the document refers to, end to end"),
     ),
 }

@@ -12,7 +12,6 @@ from scruton.envelope import Cycles, FrontEnd, RingDown
 from scruton.infer.cards import ModelCard
 from scruton.infer.hierarchy import CampaignPosterior
 from scruton.infer.models import TrialPosterior, WindPosterior
-from scruton.infer.stated import StatedDraws
 from scruton.infer.steady import SteadyVerdict
 from scruton.infer.thresholds import FAVOURED
 from scruton.stats.posterior import Posterior
@@ -37,7 +36,7 @@ class RigResult:
 
 @dataclass(frozen=True, eq=False)
 class TestResult:
-    """One test in wind."""
+    """One test in wind; `stated` and `derived` are draws by name, (chains, draws): what is known, what follows."""
 
     __test__ = False
 
@@ -45,7 +44,7 @@ class TestResult:
     rig: Rig
     posterior: WindPosterior
     samples: Samples
-    stated: StatedDraws
+    stated: Mapping[str, FloatArray]
     wind_frequency: float
     derived: Mapping[str, FloatArray]
     steady: tuple[SteadyVerdict, ...] = ()
@@ -53,12 +52,13 @@ class TestResult:
 
 @dataclass(frozen=True, eq=False)
 class TrialResult:
-    """The trial-function constants of one record."""
+    """The trial-function constants of one record, with those of the residual, as `derived`, (chains, draws) each."""
 
     record: Record
     test: Test
     posterior: TrialPosterior
     samples: Samples
+    derived: Mapping[str, FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,8 +115,7 @@ class LawWeights:
         return (
             f"the records favour the law {self.labels[best]} over {self.labels[0]}: log evidence {gap:.1f} higher. "
             f"What is inferred under {self.labels[0]}, Y1 and epsilon among it, describes these records badly; "
-            "predictions "
-            "weigh the laws"
+            "predictions weigh the laws"
         )
 
 

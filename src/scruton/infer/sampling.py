@@ -11,11 +11,9 @@ from scruton.arrays import FloatArray
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
 from scruton.progress import Progress
-from scruton.stats.checkpoint import Checkpoint
-from scruton.stats.convergence import Convergence
+from scruton.stats.convergence import Convergence, SamplerSettings
 from scruton.stats.posterior import Posterior
-from scruton.stats.sampler import Samples, sample
-from scruton.stats.settings import SamplerSettings
+from scruton.stats.sampler import Checkpoint, Samples, sample
 
 
 @dataclass(eq=False)

@@ -15,6 +15,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Motion
 from scruton.infer.cards import ModelCard
+from scruton.infer.models import NOISE
 from scruton.infer.thresholds import BARELY_MOVED, NOT_MOVED, SENSITIVE, TRUSTED_KHAT
 
 if TYPE_CHECKING:
@@ -25,17 +26,8 @@ CONFLICT, WEAK, STILL_AIR, FINE = "prior-data conflict", "weak likelihood", "fro
 STEADY = "(steady records)"
 # Parameters of a test beside the coordinates that have a prior of their own.
 SCALED = ("a_star", "relaxation_rate", "Y1", "epsilon", "damping_ratio")
-PRIOR_OF = {
-    "a_star": "stable_amplitude",
-    "relaxation_rate": "relaxation_ratio",
-    "amplitude_scatter": "amplitude_scatter",
-    "noise_factor": "noise_factor",
-    "gust_scatter": "gust_scatter",
-    "gust_time": "gust_time",
-    "set_point_scatter": "set_point_scatter",
-    "damping_ratio": "damping_ratio",
-    "law_exponent": "law_exponent",
-}
+PRIOR_OF = {"a_star": "stable_amplitude", "relaxation_rate": "relaxation_ratio"}
+PRIOR_OF |= {name: name for name in (*NOISE, "damping_ratio", "law_exponent")}
 FORCES = ("Y1", "epsilon")
 # Parameters of the campaign model, and the priors of the card that they have.
 SHARED_PRIOR = {
@@ -130,21 +122,17 @@ def power_scaling(tree: "xr.DataTree") -> tuple[Scaling, ...]:
     """
     if "log_prior" not in tree or "sample_stats" not in tree:
         return ()
-    terms, lp = tree["log_prior"].to_dataset(), tree["sample_stats"]["lp"]
     found = []
     for test in _tests(tree):
-        own = {str(name): _flat(terms[name].sel(test=test)) for name in terms.data_vars}
+        own = _log_prior(tree, test)
         total = np.sum(list(own.values()), axis=0)
         still = own.pop("damping_ratio", np.zeros_like(total))
-        weights = [
-            _weights(one) for one in (np.sum(list(own.values()), axis=0), still, _flat(lp.sel(test=test)) - total)
-        ]
-        for name in SCALED:
-            if name not in tree["posterior"].data_vars:
-                continue
+        like = _flat(tree["sample_stats"]["lp"].sel(test=test)) - total
+        weights = [_weights(one) for one in (np.sum(list(own.values()), axis=0), still, like)]
+        for name in (one for one in SCALED if one in tree["posterior"].data_vars):
             draws = _flat(tree["posterior"][name].sel(test=test))
             prior, damping, likelihood = (sensitivity(draws, one) for one in weights)
-            found.append(Scaling(str(test), name, prior, damping, likelihood, diagnose(prior, damping, likelihood)))
+            found.append(Scaling(test, name, prior, damping, likelihood, diagnose(prior, damping, likelihood)))
     return tuple(found)
 
 
@@ -202,8 +190,10 @@ def identifiability(tree: "xr.DataTree") -> tuple[Moved, ...]:
         forces = prior_forces(tree, test) if "Y1" in names else {}
         for name in names:
             before = forces[name] if name in FORCES else _flat(prior[PRIOR_OF[name]].sel(test=test))
-            after = _flat(posterior[name].sel(test=test))
-            found.append(moved(test, name, _sd(before, name), _sd(after, name)))
+            pair = (before, _flat(posterior[name].sel(test=test)))
+            # In the sampled coordinate: of the logarithm but for the exponent of the law.
+            sds = [float((one if name == "law_exponent" else np.log(np.abs(one))).std()) for one in pair]
+            found.append(moved(test, name, *sds))
     return tuple(found)
 
 
@@ -223,19 +213,14 @@ def prior_forces(tree: "xr.DataTree", test: str) -> dict[str, FloatArray]:
     from scruton.dynamics import Setting, force_parameters
 
     constant, prior = tree["constant_data"].to_dataset(), tree["prior"]
-
-    def at(name: str) -> float:
-        return float(constant[name].sel(test=test))
-
     a_star, ratio, damping = (
         _flat(prior[name].sel(test=test)) for name in ("stable_amplitude", "relaxation_ratio", "damping_ratio")
     )
-    setting = Setting(
-        motion=Motion(str(constant["motion"].item())), width=float(constant["width"]), depth=float(constant["depth"]),
-        mass=at("mass"), air_density=at("air_density"), wind_speed=at("wind_speed"), frequency=at("frequency"),
-        wind_frequency=at("wind_frequency"), damping_ratio=damping,
-    )  # fmt: skip
-    y1, epsilon = force_parameters(a_star, 2.0 * np.pi * at("frequency") * ratio, setting)
+    names = ("mass", "air_density", "wind_speed", "frequency", "wind_frequency")
+    at = {name: float(constant[name].sel(test=test)) for name in names}
+    size = float(constant["width"]), float(constant["depth"])
+    setting = Setting(Motion(str(constant["motion"].item())), *size, damping_ratio=damping, **at)
+    y1, epsilon = force_parameters(a_star, 2.0 * np.pi * at["frequency"] * ratio, setting)
     return {"Y1": y1, "epsilon": epsilon}
 
 
@@ -271,9 +256,13 @@ def influences(tree: "xr.DataTree") -> tuple[Influence, ...]:
             name: pointwise.to_numpy()[..., mine & (of_record == name)].sum(axis=-1).reshape(-1)
             for name in dict.fromkeys(of_record[mine].tolist())
         }
-        steady = _steady_density(tree, test, at, np.sum(list(densities.values()), axis=0)) if densities else None
-        if steady is not None:
-            densities[STEADY] = steady
+        if densities and "log_prior" in tree and "sample_stats" in tree:
+            # What the likelihood holds beside the cycles.
+            total = _flat(tree["sample_stats"]["lp"].sel(test=test).sel(at))
+            terms = list(_log_prior(tree, test, at).values())
+            steady = total - np.sum(terms, axis=0) - np.sum(list(densities.values()), axis=0)
+            if float(np.ptp(steady)) > 1e-6:
+                densities[STEADY] = steady
         if len(densities) < 2:
             continue
         draws = {name: np.log(_flat(posterior[name].sel(test=test).sel(at))) for name in ("a_star", "relaxation_rate")}
@@ -301,14 +290,10 @@ def left_out(record: str, log_density: FloatArray, draws: Mapping[str, FloatArra
     return found
 
 
-def _steady_density(tree: "xr.DataTree", test: str, at: Mapping[str, Any], transients: FloatArray) -> FloatArray | None:
-    """Log density of a test's steady records: what the likelihood holds beside the cycles; None without any."""
-    if "log_prior" not in tree or "sample_stats" not in tree:
-        return None
-    terms = tree["log_prior"].to_dataset().sel(test=test).sel(at)
-    total = _flat(tree["sample_stats"]["lp"].sel(test=test).sel(at))
-    rest: FloatArray = total - np.sum([_flat(terms[name]) for name in terms.data_vars], axis=0) - transients
-    return rest if float(np.ptp(rest)) > 1e-6 else None
+def _log_prior(tree: "xr.DataTree", test: str, at: Mapping[str, Any] | None = None) -> dict[str, FloatArray]:
+    """Log prior density of every parameter of a test, by name, at these chains and draws or at all."""
+    terms = tree["log_prior"].to_dataset().sel(test=test).sel(at or {})
+    return {str(name): _flat(terms[name]) for name in terms.data_vars}
 
 
 def _tests(tree: "xr.DataTree") -> Sequence[str]:
@@ -317,8 +302,3 @@ def _tests(tree: "xr.DataTree") -> Sequence[str]:
 
 def _flat(array: Any) -> FloatArray:
     return np.asarray(array.to_numpy(), dtype=float).reshape(-1)
-
-
-def _sd(draws: FloatArray, name: str) -> float:
-    """Standard deviation in the sampled coordinate: of the logarithm but for the exponent of the law."""
-    return float(draws.std() if name == "law_exponent" else np.log(np.abs(draws)).std())

@@ -32,8 +32,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.infer.thresholds import COMMON
-from scruton.stats.coordinates import Coordinates
-from scruton.stats.posterior import Posterior
+from scruton.stats.posterior import Coordinates, Posterior
 from scruton.stats.priors import Prior
 
 _CHUNK = 250  # draws at a time
@@ -79,119 +78,58 @@ def log_ratio(ln_relaxation: FloatArray, scruton_numbers: FloatArray, reference:
     return found
 
 
-@dataclass(frozen=True, eq=False)
 class Observations:
     """The points as one vector y, linear in (ln A, ln G) about `ln_relaxation` (P,): y = f(v) and c h(v), plus noise.
 
-    The first P entries are ln a* of every point, the rest ln G where it is known.
+    Of the M entries, each of the point `of_point`, the first P are ln a* and the rest ln G where it is `known`: as
+    summarised in `raw`, linearised in `y`; `on_amplitude` and `on_relaxation` are the coefficients of f and h. `noise`
+    (M, M) is the covariance of everything that is not smooth, at the central discrepancies.
     """
 
-    points: tuple[SpeedPoint, ...]
-    n: float
-    reference: float
-    discrepancy: tuple[float, float]
-    ln_relaxation: FloatArray | float
-
-    @cached_property
-    def scruton_number(self) -> FloatArray:
-        """Sc of every point, (P,)."""
-        return np.array([one.scruton_number for one in self.points])
-
-    @cached_property
-    def known(self) -> np.ndarray:
-        """Indices of the points whose ln G is known."""
-        return np.flatnonzero([one.mean.size == 2 for one in self.points])
-
-    @cached_property
-    def of_point(self) -> np.ndarray:
-        """Point of every entry, (M,)."""
-        return np.concatenate([np.arange(len(self.points)), self.known])
-
-    @cached_property
-    def velocity(self) -> FloatArray:
-        """Reduced velocity of every point, (P,)."""
-        return np.array([one.velocity for one in self.points])
-
-    @cached_property
-    def rigs(self) -> tuple[str, ...]:
-        """Names of the rigs, in the order of the points."""
-        return tuple(dict.fromkeys(one.rig for one in self.points))
-
-    @cached_property
-    def rig_of(self) -> np.ndarray:
-        """Index of each point's rig, (P,)."""
-        return np.array([self.rigs.index(one.rig) for one in self.points])
-
-    @cached_property
-    def on_amplitude(self) -> FloatArray:
-        """Coefficient of f in every entry, (M,)."""
-        return np.repeat([1.0, 0.0], [len(self.points), self.known.size])
-
-    @cached_property
-    def _centre(self) -> FloatArray:
-        """Where the law is linearised: `ln_relaxation`, kept where vibration is stable at Sc and the reference."""
-        centre = np.broadcast_to(self.ln_relaxation, self.scruton_number.shape)
-        least = self.n * np.maximum(self.scruton_number, self.reference)
-        return np.maximum(centre, np.log(1.05 * least)) if self.n > 0 else centre
-
-    @cached_property
-    def _own_relaxation(self) -> FloatArray:
-        """Sc_lambda at each point's Sc, (P,)."""
-        return np.asarray(np.exp(self._centre) - self.n * self.scruton_number)
-
-    @cached_property
-    def on_relaxation(self) -> FloatArray:
-        """Coefficient of h in every entry, (M,): d ln a*/d ln G = x G/Sc_lambda(Sc), then one."""
-        g = np.exp(self._centre)
-        x = (self.scruton_number - self.reference) / (g - self.n * self.reference)
-        return np.concatenate([x * g / self._own_relaxation, np.ones(self.known.size)])
-
-    @cached_property
-    def raw(self) -> FloatArray:
-        """(ln a*, ln G) as summarised, (M,)."""
-        return np.array([one.mean[0] for one in self.points] + [self.points[i].mean[1] for i in self.known])
-
-    @cached_property
-    def y(self) -> FloatArray:
-        """Linearised data, (M,)."""
-        count = len(self.points)
-        shift = log_ratio(self._centre, self.scruton_number, self.reference, self.n)
-        found = self.raw.copy()
-        found[:count] += self.on_relaxation[:count] * self._centre - shift
-        return found
-
-    @cached_property
-    def _measured(self) -> FloatArray:
-        """Covariance of the summaries; that of Sc is common to the tests of a rig, (M, M)."""
-        count = len(self.points)
-        found = np.zeros((self.of_point.size, self.of_point.size))
-        place = {int(i): count + k for k, i in enumerate(self.known)}
-        for i, one in enumerate(self.points):
-            where = [i, place[i]] if i in place else [i]
-            found[np.ix_(where, where)] = one.covariance
-        lever = self.scruton_number / self._own_relaxation * np.array([one.log_scruton_sd for one in self.points])
-        found[:count, :count] += np.outer(lever, lever) * self._same_rig[:count, :count]
-        return found
-
-    @cached_property
-    def _same_rig(self) -> FloatArray:
+    def __init__(
+        self,
+        points: tuple[SpeedPoint, ...],
+        n: float,
+        reference: float,
+        discrepancy: tuple[float, float],
+        ln_relaxation: FloatArray | float,
+    ) -> None:
+        self.points, self.n, self.reference, self.discrepancy = points, n, reference, discrepancy
+        self.ln_relaxation, count = ln_relaxation, len(points)
+        self.scruton_number = sc = np.array([one.scruton_number for one in points])
+        self.velocity = np.array([one.velocity for one in points])
+        self.known = np.flatnonzero([one.mean.size == 2 for one in points])
+        self.of_point = np.concatenate([np.arange(count), self.known])
+        self.rigs = tuple(dict.fromkeys(one.rig for one in points))
+        self.rig_of = np.array([self.rigs.index(one.rig) for one in points])
+        self.on_amplitude = np.repeat([1.0, 0.0], [count, self.known.size])
+        # The law is linearised where vibration is stable at Sc and at the reference.
+        centre = np.broadcast_to(ln_relaxation, sc.shape)
+        least = n * np.maximum(sc, reference)
+        centre = np.maximum(centre, np.log(1.05 * least)) if n > 0 else centre
+        g = np.exp(centre)
+        own = g - n * sc  # Sc_lambda at each point's Sc
+        x = (sc - reference) / (g - n * reference)
+        self.on_relaxation = np.concatenate([x * g / own, np.ones(self.known.size)])  # d ln a*/d ln G, then one
+        self.raw = np.array([one.mean[0] for one in points] + [points[i].mean[1] for i in self.known])
+        self.y = self.raw.copy()
+        self.y[:count] += self.on_relaxation[:count] * centre - log_ratio(centre, sc, reference, n)
+        # Covariance of the summaries; that of Sc is common to the tests of a rig.
         rigs = self.rig_of[self.of_point]
-        return np.asarray(rigs[:, None] == rigs, dtype=float)
-
-    @cached_property
-    def _discrepancies(self) -> tuple[FloatArray, FloatArray]:
-        """Correlation of the discrepancies of amplitude and of relaxation, (M, M) each."""
-        each = COMMON * self._same_rig + (1.0 - COMMON) * np.eye(self.of_point.size)
-        a = self.on_amplitude
-        return each * np.outer(a, a), each * np.outer(1.0 - a, 1.0 - a)
-
-    @cached_property
-    def noise(self) -> FloatArray:
-        """Covariance of everything that is not smooth, (M, M), at the central discrepancies."""
-        return np.asarray(self.noises(np.array([self.discrepancy]))[0])
+        same_rig = np.asarray(rigs[:, None] == rigs, dtype=float)
+        self._measured = np.zeros((self.of_point.size, self.of_point.size))
+        for i, one in enumerate(points):
+            where = np.flatnonzero(self.of_point == i)
+            self._measured[np.ix_(where, where)] = one.covariance
+        lever = sc / own * np.array([one.log_scruton_sd for one in points])
+        self._measured[:count, :count] += np.outer(lever, lever) * same_rig[:count, :count]
+        # Correlations of the discrepancies of amplitude and of relaxation.
+        each, a = COMMON * same_rig + (1.0 - COMMON) * np.eye(self.of_point.size), self.on_amplitude
+        self._discrepancies = each * np.outer(a, a), each * np.outer(1.0 - a, 1.0 - a)
+        self.noise = self.noises(np.array([discrepancy]))[0]
 
     def noises(self, discrepancy: FloatArray) -> FloatArray:
-        """Compute the same at each of (S, 2) discrepancies, (S, M, M)."""
+        """Compute `noise` at each of (S, 2) discrepancies, (S, M, M)."""
         tau, kappa = (np.square(discrepancy[:, i])[:, None, None] for i in (0, 1))
         first, second = self._discrepancies
         return np.asarray(self._measured + tau * first + kappa * second)
@@ -280,11 +218,9 @@ class SpeedPosterior(Posterior):
         the prey.
         """
         u = self.prior_draws(rng, size)
-        largest = np.zeros(len(self.data.rigs))
-        for i in range(largest.size):
-            mine = [one for one in self.data.points if one.rig == self.data.rigs[i]]
-            largest[i] = np.log(max(mine, key=lambda one: float(one.mean[0])).velocity)
-        met = largest.mean() - largest
+        rigs = [[one for one in self.data.points if one.rig == rig] for rig in self.data.rigs]
+        highest = np.log([mine[np.argmax([one.mean[0] for one in mine])].velocity for mine in rigs])
+        met = highest.mean() - highest
         self.named(u[: size // 2])["shift"] = met + 0.01 * rng.standard_normal((size // 2, met.size))
         return u
 
@@ -351,17 +287,11 @@ class SpeedPosterior(Posterior):
         log_weight : (S,) array
             Log likelihood under the exact law less that under the linearised one.
         """
-        values, weights = [], []
-        for start in range(0, len(u), _CHUNK):
-            part = slice(start, start + _CHUNK)
-            one, log_weight = self._functions(u[part], discrepancy[part], grid, rng)
-            values.append(one)
-            weights.append(log_weight)
-        return np.concatenate(values), np.concatenate(weights)
-
-    def _functions(
-        self, u: FloatArray, discrepancy: FloatArray, grid: FloatArray, rng: np.random.Generator
-    ) -> tuple[FloatArray, FloatArray]:
+        if len(u) > _CHUNK:
+            parts = [slice(start, start + _CHUNK) for start in range(0, len(u), _CHUNK)]
+            found = [self.functions(u[part], discrepancy[part], grid, rng) for part in parts]
+            values, log_weight = (np.concatenate(one) for one in zip(*found, strict=True))
+            return values, log_weight
         data, size, count = self.data, len(u), len(self.data.points)
         *scales, length = self._scales(u)[..., None]
         noise = data.noises(discrepancy)
@@ -388,5 +318,4 @@ class SpeedPosterior(Posterior):
         alive = np.isfinite(exact).all(axis=1)
         pair = np.stack([np.where(alive[:, None], exact, 0.0), data.y - data.linear(f, h)], axis=-1)
         cost = np.einsum("smi,smi->si", pair, np.linalg.solve(noise, pair))
-        values = np.stack([f, h], axis=1)[:, :, count:]
-        return values, np.where(alive, 0.5 * (cost[:, 1] - cost[:, 0]), -np.inf)
+        return np.stack([f, h], axis=1)[:, :, count:], np.where(alive, 0.5 * (cost[:, 1] - cost[:, 0]), -np.inf)

@@ -20,13 +20,8 @@ from scruton.stats.sampler import Samples
 if TYPE_CHECKING:
     import xarray as xr
 
-PRIORS = (
-    "stable_amplitude",
-    "relaxation_ratio",
-    "speed_scale_amplitude",
-    "speed_scale_relaxation",
-    "speed_length",
-)
+SCALES = ("speed_scale_amplitude", "speed_scale_relaxation", "speed_length")
+PRIORS = ("stable_amplitude", "relaxation_ratio", *SCALES, "speed_shift")
 NAME = "speeds"  # of the posterior
 HYPERPARAMETERS = (  # as a Speeds and the tree name them
     "scale_amplitude", "scale_relaxation", "length", "scale_shift", "discrepancy_amplitude", "discrepancy_relaxation",
@@ -42,93 +37,56 @@ class Speeds:
 
     Attributes
     ----------
-    velocity : (V,) array
-        Grid of U/(f0 D).
-    ln_amplitude, ln_relaxation : (S, V) array
-        ln A at the reference Scruton number (A/D or rad), and ln G.
-    scale_amplitude, scale_relaxation, length, scale_shift : (S,) array
-        Hyperparameters s_A, s_G, l and s_v.
-    shift : (S, R) array
-        Shift of ln v of every rig: the functions are met at v exp(shift).
-    rigs : tuple of str
-    discrepancy_amplitude, discrepancy_relaxation : (S,) array
-        tau and kappa of each draw.
-    reference_scruton_number, n : float
-    tested : (float, float)
-        Outermost reduced velocities used.
-    drawn : (1 + R, 2) array
-        Speeds worth drawing for a new rig, and for each of the rigs: half a length beyond the tests, but not past one
-        outside lock-in. The grid reaches farther by the shifts.
+    group : xarray.Dataset
+        Group `speeds` of the tree: draws of ln A at the reference Scruton number (A/D or rad), of ln G, of the
+        hyperparameters and of tau and kappa, and what they were conditioned on. Among its attributes are the outermost
+        reduced velocities that were used, those worth drawing for a new rig (the grid reaches farther by the shifts),
+        and the effective number of draws after the exact law has replaced its linearisation.
     points, left_out : tuple of SpeedPoint
         Used, and outside lock-in.
     samples : Samples
         Of the hyperparameters, for the verdict on convergence.
-    effective : float
-        Effective number of draws after the exact law has replaced its linearisation.
     """
 
-    velocity: FloatArray
-    ln_amplitude: FloatArray
-    ln_relaxation: FloatArray
-    scale_amplitude: FloatArray
-    scale_relaxation: FloatArray
-    length: FloatArray
-    scale_shift: FloatArray
-    shift: FloatArray
-    rigs: tuple[str, ...]
-    discrepancy_amplitude: FloatArray
-    discrepancy_relaxation: FloatArray
-    reference_scruton_number: float
-    n: float
-    tested: tuple[float, float]
-    drawn: FloatArray
+    group: "xr.Dataset"
     points: tuple[SpeedPoint, ...]
     left_out: tuple[SpeedPoint, ...]
     samples: Samples
-    effective: float
 
 
-def fit_speeds(
-    tree: "xr.DataTree",
-    campaign: Campaign,
-    priors: Mapping[str, Prior],
-    discrepancy: tuple[Prior, Prior],
-    sampling: Sampling,
-    *,
-    law_n: float | None = None,
-) -> Speeds | None:
-    """Fit the smooth model to every test and sweep of a campaign.
+def fit_speeds(tree: "xr.DataTree", campaign: Campaign, sampling: Sampling) -> Speeds | None:
+    """Fit the smooth model to every test and sweep of a campaign, under the reference law, or the median of a free one.
 
     Parameters
     ----------
     tree : xarray.DataTree
-        With the groups posterior, rig_posterior and constant_data; tau, kappa and the reference Scruton number are
-        taken from campaign_posterior where it is there.
+        With the groups posterior, rig_posterior, campaign_posterior, which gives tau, kappa and the reference Scruton
+        number, and constant_data.
     campaign : Campaign
         For its sweeps, and the rigs that they were made with.
-    priors : mapping
-        By the names in `PRIORS` and "speed_shift", for the campaign's motion.
-    discrepancy : (Prior, Prior)
-        Of tau and kappa, drawn from where the tree has no campaign_posterior.
     sampling : Sampling
-        Says which sampler's settings and seed; flags are appended to it.
-    law_n : float, optional
-        Exponent of the law; the reference law, or the median of a free one, if left out.
+        Says which card, with priors by the names in `PRIORS`, and which seed; flags are appended to it.
 
     Returns
     -------
     Speeds or None
         None where fewer than three distinct reduced velocities lie within lock-in.
     """
-    n = _law(tree) if law_n is None else float(law_n)
-    points = speed_points(tree, campaign, n)
-    drawn, reference = _from_peaks(tree, n)
-    if drawn is None:
-        rng = np.random.default_rng(sampling.seed_of(f"{NAME}: discrepancy"))
-        first, second = (one.from_sampled(one.draw(rng, DRAWS)) for one in discrepancy)
-        drawn = first, second
-    per_damping = float(np.exp(np.log(tree["posterior"]["mass_damping_factor"].to_numpy()).mean()))
-    return fit_points(points, n, priors, drawn, sampling, mass_damping_factor=per_damping, reference=reference)
+    n = float(tree["constant_data"]["law_n"])
+    n = float(np.median(tree["posterior"]["law_exponent"])) if np.isnan(n) else n
+    # tau and kappa under the law nearest to n.
+    joint = tree["campaign_posterior"].to_dataset()
+    nearest = np.argmin(np.abs(np.median(joint["n"].to_numpy(), axis=(1, 2)) - n))
+    tau, kappa = (joint[f"discrepancy_{of}"][nearest].to_numpy().reshape(-1) for of in ("amplitude", "relaxation"))
+    return fit_points(
+        speed_points(tree, campaign, n),
+        n,
+        {name: sampling.card.prior(name, campaign.section.motion) for name in PRIORS},
+        (tau, kappa),
+        sampling,
+        mass_damping_factor=float(np.exp(np.log(tree["posterior"]["mass_damping_factor"].to_numpy()).mean())),
+        reference=float(joint.attrs["reference_scruton_number"]),
+    )
 
 
 def speed_points(tree: "xr.DataTree", campaign: Campaign, n: float) -> tuple[SpeedPoint, ...]:
@@ -166,22 +124,18 @@ def _sweep_points(tree: "xr.DataTree", campaign: Campaign, sweep: Sweep) -> Iter
         torsional=section.motion is Motion.TORSIONAL,
     )  # fmt: skip
     sc = float(per_damping) * tree["rig_posterior"]["damping_ratio"].sel(rig=rig.name).to_numpy()
-    mass_sd = rig.mass.log_sd
     good = np.flatnonzero((sweep.amplitude > 0.0) & (sweep.wind_speed > 0.0))
-    keep = good[np.unique(np.linspace(0, good.size - 1, min(good.size, SWEEP_POINTS)).round().astype(int))]
-    for i in keep:
+    for i in good[np.unique(np.linspace(0, good.size - 1, min(good.size, SWEEP_POINTS)).round().astype(int))]:
         yield SpeedPoint(
             f"sweep of {rig.name}, point {i + 1}", rig.name, sweep.wind_speed[i] / (rig.frequency.mean * section.depth),
-            float(np.median(sc)), float(np.hypot(np.log(sc).std(), mass_sd)),
+            float(np.median(sc)), float(np.hypot(np.log(sc).std(), rig.mass.log_sd)),
             np.log(sweep.amplitude[[i]]), np.array([[SWEEP_LOG_SD**2]]),
         )  # fmt: skip
 
 
 def in_lock_in(points: Sequence[SpeedPoint]) -> tuple[tuple[SpeedPoint, ...], tuple[SpeedPoint, ...]]:
     """Split into the points within lock-in, and those below a tenth of their rig's largest amplitude."""
-    largest: dict[str, float] = {}
-    for one in points:
-        largest[one.rig] = max(largest.get(one.rig, -np.inf), float(one.mean[0]))
+    largest = {rig: max(one.mean[0] for one in points if one.rig == rig) for rig in {one.rig for one in points}}
     inside = [bool(one.mean[0] >= largest[one.rig] + np.log(OUTSIDE_LOCK_IN)) for one in points]
     used, rest = (tuple(p for p, good in zip(points, inside, strict=True) if good is want) for want in (True, False))
     return used, rest
@@ -219,7 +173,7 @@ def fit_points(
         return None
     at = float(np.exp(np.mean([np.log(one.scruton_number) for one in used]))) if reference is None else reference
     relaxation = priors["relaxation_ratio"]
-    scales = tuple(priors[name] for name in PRIORS[2:])
+    scales = tuple(priors[name] for name in SCALES)
     means = (
         (priors["stable_amplitude"].location, priors["stable_amplitude"].scale),
         (relaxation.location + float(np.log(mass_damping_factor)), relaxation.scale),
@@ -230,7 +184,27 @@ def fit_points(
     # The optimum is found with the law linearised under the priors' medians, and the law is linearised again there.
     rng = np.random.default_rng(sampling.seed_of(f"{NAME}: optimum"))
     posterior = _linearised(posterior, find_optimum(posterior, rng).centre)
-    samples = _second_stage(sampling).run(NAME, posterior, *posterior.arrays)
+    # Fewer walkers: few coordinates, a likelihood that is dear, and 2,000 draws wanted of them.
+    own = sampling.card.sampler
+    walkers = min(own.walkers, WALKERS)
+    few = replace(
+        own, walkers=walkers, draws=max(-(-2 * DRAWS // (own.ensembles * walkers)), own.draws),
+        min_ess=min(own.min_ess, ESS), max_steps=min(own.max_steps, STEPS),
+    )  # fmt: skip
+    few_walkers = replace(sampling, card=replace(sampling.card, sampler=few))
+    samples = few_walkers.run(NAME, posterior, *posterior.arrays)
+    return Speeds(_draw(posterior, samples, discrepancy, left_out, sampling), used, left_out, samples)
+
+
+def _draw(
+    posterior: SpeedPosterior,
+    samples: Samples,
+    discrepancy: tuple[FloatArray, FloatArray],
+    left_out: Sequence[SpeedPoint],
+    sampling: Sampling,
+) -> "xr.Dataset":
+    """Group `speeds` of the tree: draws by (chain, draw, velocity), the points used, and what it was conditioned on."""
+    data, used = posterior.data, posterior.data.points
     rng = np.random.default_rng(sampling.seed_of(f"{NAME}: functions"))
     u = samples.chain.reshape(-1, len(posterior.priors))
     u = u[rng.permutation(len(u))[: 2 * DRAWS]]
@@ -242,30 +216,48 @@ def fit_points(
     grid = np.linspace(drawn[0, 0] * np.exp(-2.5 * shift), drawn[0, 1] * np.exp(2.5 * shift), GRID)
     pair = np.stack(discrepancy, axis=1)[rng.integers(0, len(discrepancy[0]), len(u))]
     values, log_weight = posterior.functions(u, pair, grid, rng)
-    keep, effective = _resample(log_weight, DRAWS, rng)
+    # Systematic resampling, and the effective number of draws behind it.
+    weight = np.exp(log_weight - log_weight.max())
+    weight /= weight.sum()
+    keep = np.searchsorted(np.cumsum(weight), (np.arange(DRAWS) + rng.random()) / DRAWS).clip(0, weight.size - 1)
+    effective = float(1.0 / np.square(weight).sum())
     if effective < FEW_DRAWS:
         sampling.flags.append(
             f"{NAME}: the amplitude against reduced velocity rests on {effective:.0f} effective draws (wanted "
             f"{FEW_DRAWS:g}): the tests say too little of the relaxation at their Scruton numbers"
         )
-    values, pair = values[keep], pair[keep]
     s_a, s_g, length = np.exp(log_scales[keep]).T
-    return Speeds(
-        grid, values[:, 0], values[:, 1], s_a, s_g, length, s_v[keep], shifts[keep], data.rigs,
-        pair[:, 0], pair[:, 1], at, n, (float(v.min()), float(v.max())), drawn, used, left_out, samples, effective,
+    draws = {
+        "ln_amplitude": values[keep, 0],
+        "ln_relaxation": values[keep, 1],
+        "scale_amplitude": s_a,
+        "scale_relaxation": s_g,
+        "length": length,
+        "scale_shift": s_v[keep],
+        "discrepancy_amplitude": pair[keep, 0],
+        "discrepancy_relaxation": pair[keep, 1],
+        "shift": shifts[keep],
+    }
+    known = {
+        "rig_low": drawn[1:, 0],
+        "rig_high": drawn[1:, 1],
+        "point_velocity": data.velocity,
+        "point_scruton_number": data.scruton_number,
+        "point_rig": [one.rig for one in used],
+    }
+    group = dataset(
+        "speeds", {name: one[None] for name, one in draws.items()} | known, velocity=grid, rig=list(data.rigs),
+        point=[one.name for one in used],
     )  # fmt: skip
-
-
-def _second_stage(sampling: Sampling) -> Sampling:
-    """Sample with fewer walkers: few coordinates, a likelihood that is dear, and 2,000 draws wanted of them."""
-    card = sampling.card
-    walkers = min(card.sampler.walkers, WALKERS)
-    draws = -(-2 * DRAWS // (card.sampler.ensembles * walkers))
-    few = replace(
-        card.sampler, walkers=walkers, draws=max(draws, card.sampler.draws),
-        min_ess=min(card.sampler.min_ess, ESS), max_steps=min(card.sampler.max_steps, STEPS),
-    )  # fmt: skip
-    return replace(sampling, card=replace(card, sampler=few))
+    return group.assign_attrs(
+        reference_scruton_number=data.reference,
+        law_n=data.n,
+        tested_low=float(data.velocity.min()),
+        tested_high=float(data.velocity.max()),
+        drawn_low=float(drawn[0, 0]),
+        drawn_high=float(drawn[0, 1]),
+        effective_draws=effective,
+    )
 
 
 def _drawn(used: Sequence[SpeedPoint], left_out: Sequence[SpeedPoint], length: float) -> FloatArray:
@@ -289,66 +281,10 @@ def _drawn(used: Sequence[SpeedPoint], left_out: Sequence[SpeedPoint], length: f
 def _linearised(posterior: SpeedPosterior, u: FloatArray) -> SpeedPosterior:
     """Linearise the law where the points put G under these hyperparameters (Gauss and Newton)."""
     for _ in range(20):
-        step = np.clip(posterior.smoothed_relaxation(u) - posterior.data.ln_relaxation, -1.0, 1.0)
-        moved = replace(posterior.data, ln_relaxation=posterior.data.ln_relaxation + step)
+        data = posterior.data
+        step = np.clip(posterior.smoothed_relaxation(u) - data.ln_relaxation, -1.0, 1.0)
+        moved = Observations(data.points, data.n, data.reference, data.discrepancy, data.ln_relaxation + step)
         posterior = replace(posterior, data=moved)
         if np.abs(step).max() < 1e-3:
             break
     return posterior
-
-
-def _resample(log_weight: FloatArray, size: int, rng: np.random.Generator) -> tuple[np.ndarray, float]:
-    """Systematic resampling: indices (size,), and the effective number of draws behind them."""
-    weight = np.exp(log_weight - log_weight.max())
-    weight /= weight.sum()
-    at = (np.arange(size) + rng.random()) / size
-    return np.searchsorted(np.cumsum(weight), at).clip(0, weight.size - 1), float(1.0 / np.square(weight).sum())
-
-
-def speeds_dataset(speeds: Speeds) -> "xr.Dataset":
-    """Group `speeds` of the tree: draws by (chain, draw, velocity), the points used, and what it was conditioned on."""
-    values = {key: getattr(speeds, key)[None] for key in ("ln_amplitude", "ln_relaxation", *HYPERPARAMETERS, "shift")}
-    group = dataset(
-        "speeds",
-        values
-        | {
-            "rig_low": speeds.drawn[1:, 0],
-            "rig_high": speeds.drawn[1:, 1],
-            "point_velocity": [one.velocity for one in speeds.points],
-            "point_scruton_number": [one.scruton_number for one in speeds.points],
-            "point_rig": [one.rig for one in speeds.points],
-        },
-        velocity=speeds.velocity,
-        rig=list(speeds.rigs),
-        point=[one.name for one in speeds.points],
-    )
-    return group.assign_attrs(
-        reference_scruton_number=speeds.reference_scruton_number,
-        law_n=speeds.n,
-        tested_low=speeds.tested[0],
-        tested_high=speeds.tested[1],
-        drawn_low=float(speeds.drawn[0, 0]),
-        drawn_high=float(speeds.drawn[0, 1]),
-        effective_draws=speeds.effective,
-    )
-
-
-def _law(tree: "xr.DataTree") -> float:
-    """Exponent of the reference law; the median where it is free."""
-    n = float(tree["constant_data"]["law_n"])
-    return float(np.median(tree["posterior"]["law_exponent"])) if np.isnan(n) else n
-
-
-def _from_peaks(tree: "xr.DataTree", n: float) -> tuple[tuple[FloatArray, FloatArray] | None, float | None]:
-    """Draws of tau and kappa from the peak tests under the law nearest to n, and their reference Scruton number."""
-    group = tree.get("campaign_posterior")
-    if group is None:
-        return None, None
-    wanted = ("discrepancy_amplitude", "discrepancy_relaxation", "n")
-    arrays = {key: group[key] for key in wanted if key in group}
-    if "law" in group.dims:
-        laws = [float(np.median(arrays["n"].isel(law=i))) for i in range(group.sizes["law"])]
-        arrays = {key: one.isel(law=int(np.argmin(np.abs(np.array(laws) - n)))) for key, one in arrays.items()}
-    tau, kappa = (np.asarray(arrays[key].to_numpy(), dtype=float).reshape(-1) for key in wanted[:2])
-    reference = group.attrs.get("reference_scruton_number")
-    return (tau, kappa), None if reference is None else float(reference)

@@ -33,20 +33,8 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.envelope import Cycles
 from scruton.envelope.phase_diffusion import periodogram, phase_steps, step_spectrum, unbroken
+from scruton.infer import thresholds as limits
 from scruton.infer.models import WIND, WindPosterior
-from scruton.infer.thresholds import (
-    AGREE,
-    FEWEST_ADJACENT,
-    GUST_ODDS,
-    GUST_SIZE,
-    GUST_TIMES,
-    NOT_SETTLED,
-    PHASE_BAND,
-    RATE_SD,
-    RELAXATIONS,
-    SETTLED,
-    WHITE,
-)
 from scruton.stats.priors import Prior
 from scruton.stats.sampler import Samples
 from scruton.stats.whiteness import lags_of, ljung_box
@@ -120,9 +108,9 @@ def stationary_part(cycles: Cycles) -> Cycles:
     a = cycles.amplitude
     late = a[a.size // 2 :]
     off = np.abs(a - np.median(late)) / max(float(late.std()), 1e-300)
-    if not np.median(off[:3]) > NOT_SETTLED:
+    if not np.median(off[:3]) > limits.NOT_SETTLED:
         return cycles
-    return _take(cycles, slice(int(np.argmax(off <= SETTLED)), None))
+    return _take(cycles, slice(int(np.argmax(off <= limits.SETTLED)), None))
 
 
 def steady_posterior(
@@ -176,13 +164,15 @@ def judge_steady(name: str, cycles: Cycles, samples: Samples, posterior: WindPos
     _, rate, q, r, *_ = posterior.state_space(draws)
     run = _take(kept, unbroken(kept))
     left_out = cycles.time.size - kept.time.size
-    if run.time.size < FEWEST_ADJACENT:
-        said = f"it holds only {run.time.size} adjacent cycles (at least {FEWEST_ADJACENT})"
-        short = Condition("adjacent cycles", False, float(run.time.size), float(FEWEST_ADJACENT), float("inf"), said)
+    if run.time.size < limits.FEWEST_ADJACENT:
+        said = f"it holds only {run.time.size} adjacent cycles (at least {limits.FEWEST_ADJACENT})"
+        short = Condition(
+            "adjacent cycles", False, float(run.time.size), float(limits.FEWEST_ADJACENT), float("inf"), said
+        )
         return SteadyVerdict(name, (short,), kept, left_out)
     error = float(np.median(r) * np.sqrt(np.mean(run.standard_error**2)))
     conditions = (
-        _white(posterior, np.median(draws, axis=0)),
+        _white(posterior, draws),
         _gusts(run, posterior, np.log(q), error),
         _long(kept, rate, posterior.named(draws)["relaxation_ratio"], posterior.prior("relaxation_ratio")),
         _phase(run, float(np.median(rate)), np.log(q), error),
@@ -228,9 +218,9 @@ def gust_log_odds(
         like = -(count * (np.log(spectrum) + power / spectrum)).sum(axis=-1)
         return float(logsumexp(like + log_weight))
 
-    variance = GUST_SIZE**2 * float(amplitude.var())
+    variance = limits.GUST_SIZE**2 * float(amplitude.var())
     gusty = []
-    for time in GUST_TIMES:
+    for time in limits.GUST_TIMES:
         k = 1.0 / time
         followed = (_relaxing(k * rate, period, cosine) - k * own) / (1.0 - k * k)
         gusty.append(evidence(calm + variance * followed[:, None, :]))
@@ -294,14 +284,13 @@ def _binned(angle: FloatArray, power: FloatArray) -> tuple[FloatArray, FloatArra
     return np.add.reduceat(angle, starts) / count, np.add.reduceat(power, starts) / count, count.astype(np.float64)
 
 
-def _white(posterior: WindPosterior, centre: FloatArray) -> Condition:
-    innovation, variance = posterior.innovations(centre[None])
-    x = (innovation / np.sqrt(variance))[1:, 0]
+def _white(posterior: WindPosterior, draws: FloatArray) -> Condition:
+    x, bound = posterior.standardised(draws)[1:], limits.WHITE
     lags = lags_of(x.size)
     _, p = ljung_box(x, lags)
-    holds = bool(p >= WHITE)
-    said = f"innovations are {'' if holds else 'not '}white (Ljung-Box p = {p:.2g} over {lags} lags, bound {WHITE:g})"
-    return Condition("white innovations", holds, p, WHITE, 1.0, said)
+    holds = bool(p >= bound)
+    said = f"innovations are {'' if holds else 'not '}white (Ljung-Box p = {p:.2g} over {lags} lags, bound {bound:g})"
+    return Condition("white innovations", holds, p, bound, 1.0, said)
 
 
 def _gusts(run: Cycles, posterior: WindPosterior, log_q: FloatArray, error: float) -> Condition:
@@ -319,32 +308,28 @@ def _gusts(run: Cycles, posterior: WindPosterior, log_q: FloatArray, error: floa
     with np.errstate(divide="ignore"):
         log_odds = gust_log_odds(run.amplitude, period, rate, weight, q, error)
     odds = float(np.exp(np.clip(log_odds, -700.0, 700.0)))
-    holds = bool(odds <= GUST_ODDS)
-    than = f"{GUST_TIMES[0]:g} to {GUST_TIMES[-1]:g} relaxation times"
+    holds = bool(odds <= limits.GUST_ODDS)
+    than = f"{limits.GUST_TIMES[0]:g} to {limits.GUST_TIMES[-1]:g} relaxation times"
     said = f"gusts that last {than} are {'no more' if holds else 'more'} probable than none (odds {odds:.2g})"
-    return Condition("no slow gusts", holds, odds, 0.0, GUST_ODDS, said)
+    return Condition("no slow gusts", holds, odds, 0.0, limits.GUST_ODDS, said)
 
 
 def _long(cycles: Cycles, rate: FloatArray, log_ratio: FloatArray, prior: Prior) -> Condition:
     length = float(cycles.time[-1] - cycles.time[0]) + 1.0 / cycles.reference_frequency
-    times = length * float(np.quantile(rate, 0.05))
-    moved = float(log_ratio.std()) / prior.scale
-    said = f"the record holds {times:.0f} relaxation times at the 5 % quantile of the rate (at least {RELAXATIONS:g})"
-    if moved > RATE_SD:
-        said = (
-            f"the rate is hardly known: its posterior is {moved:.2f} times as wide as its prior (at most {RATE_SD:g})"
-        )
-    return Condition(
-        "relaxation times", times >= RELAXATIONS and moved <= RATE_SD, times, RELAXATIONS, float("inf"), said
-    )
+    times, least = length * float(np.quantile(rate, 0.05)), limits.RELAXATIONS
+    moved, most = float(log_ratio.std()) / prior.scale, limits.RATE_SD
+    said = f"the record holds {times:.0f} relaxation times at the 5 % quantile of the rate (at least {least:g})"
+    if moved > most:
+        said = f"the rate is hardly known: its posterior is {moved:.2f} times as wide as its prior (at most {most:g})"
+    return Condition("relaxation times", times >= least and moved <= most, times, least, float("inf"), said)
 
 
 def _phase(run: Cycles, rate: float, log_q: FloatArray, error: float) -> Condition:
-    name, low, high = "amplitude against phase", 1.0 / AGREE, AGREE
+    name, low, high = "amplitude against phase", 1.0 / limits.AGREE, limits.AGREE
     if not np.ptp(run.phase) > 0.0:
         said = "the phase is not known, as the file holds an envelope, so the noise cannot be checked against it"
         return Condition(name, False, float("nan"), low, high, said)
-    mean, sd, lines = phase_noise(run, PHASE_BAND * rate / run.reference_frequency, error)
+    mean, sd, lines = phase_noise(run, limits.PHASE_BAND * rate / run.reference_frequency, error)
     difference, width = float(log_q.mean()) - mean, _BAND * float(np.hypot(sd, log_q.std()))
     value, least, most = (float(np.exp(difference + one)) for one in (0.0, -width, width))
     holds = bool(least <= high and most >= low)

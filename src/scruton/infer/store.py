@@ -1,13 +1,18 @@
 """The results of a fit on disk, posterior.nc and fit.json, and back."""
 
 import gc
+import json
+import os
 import threading
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scruton.documents import read_document, replace_file, write_document
+import numpy as np
+
+from scruton.arrays import FloatArray
+from scruton.documents import from_json, read_document, replace_file, write_document
 from scruton.errors import InputError
 from scruton.infer.result_schema import SCHEMA, faults
 from scruton.workspace import digest
@@ -40,28 +45,20 @@ def write_fit(fit: "Fit", folder: Path) -> tuple[Path, Path]:
     folder.mkdir(parents=True, exist_ok=True)
     posterior, summary = folder / POSTERIOR, folder / SUMMARY
     temporary = folder / f"{POSTERIOR}.tmp"
-    with _no_collection():
-        fit.tree.to_netcdf(temporary, engine="h5netcdf")
-    replace_file(temporary, posterior)
-    write_document(summary, {**fit.summary, "files": {POSTERIOR: digest(posterior)}})
-    return posterior, summary
-
-
-@contextmanager
-def _no_collection() -> Iterator[None]:
-    """Keep the cyclic collector still: HDF5 objects that it closes midway change where the next ones lie.
-
-    One thread at a time: the collector is the process's, and the first that is through would let it loose on the rest.
-    """
+    # HDF5 objects that the cyclic collector closes midway change where the next ones lie. One thread at a time: the
+    # collector is the process's, and the first that is through would let it loose on the rest.
     with _WRITING:
         was = gc.isenabled()
         gc.collect()
         gc.disable()
         try:
-            yield
+            fit.tree.to_netcdf(temporary, engine="h5netcdf")
         finally:
             if was:
                 gc.enable()
+    replace_file(temporary, posterior)
+    write_document(summary, {**fit.summary, "files": {POSTERIOR: digest(posterior)}})
+    return posterior, summary
 
 
 def read_tree(folder: Path) -> tuple["xr.DataTree", dict[str, Any]]:
@@ -125,16 +122,42 @@ def load_fit(folder: Path) -> "Fit":
     )  # fmt: skip
 
 
-def stored_inputs(tree: "xr.DataTree", path: Path = Path(POSTERIOR)) -> "tuple[Campaign, ModelCard]":
-    """The campaign and the resolved model card that a tree was made of; `path` is for the error.
+def pack(folder: Path, **values: Any) -> tuple[str, FloatArray]:
+    """Turn dataclasses, by name, into a JSON text and the numbers of all their arrays, end to end, that it refers to.
 
-    Raises
-    ------
-    InputError
-        If an earlier version wrote the tree, which kept neither.
+    Paths are kept as they lie from `folder`: where that stood on some machine is nobody's business, and no result
+    depends on it.
     """
+    arrays = [np.empty(0)]
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, Path):
+            return Path(os.path.relpath(value, folder)).as_posix()
+        if not isinstance(value, np.ndarray):
+            return {one.name: getattr(value, one.name) for one in fields(value)}
+        start = sum(map(len, arrays))
+        arrays.append(np.asarray(value, dtype=np.float64).reshape(-1))
+        return {"start": start, "shape": list(value.shape)}
+
+    return json.dumps(values, ensure_ascii=False, default=plain), np.concatenate(arrays)
+
+
+def unpack(document: str, numbers: FloatArray, **kinds: type) -> dict[str, Any]:
+    """Read back what `pack` made, of the types given (KeyError, TypeError or ValueError if the document holds none)."""
+
+    def read(found: dict[str, Any]) -> Any:
+        if found.keys() == {"start", "shape"}:
+            size = int(np.prod(found["shape"]))
+            return numbers[found["start"] : found["start"] + size].reshape(found["shape"])
+        return {key: value for key, value in found.items() if value is not None}
+
+    content = json.loads(document, object_hook=read)
+    return {name: from_json(kind, content[name]) for name, kind in kinds.items()}
+
+
+def stored_inputs(tree: "xr.DataTree", path: Path = Path(POSTERIOR)) -> "tuple[Campaign, ModelCard]":
+    """The campaign and the resolved model card that a tree holds (InputError where an earlier version wrote it)."""
     from scruton.campaign.schema import Campaign
-    from scruton.infer.archive import unpack
     from scruton.infer.cards import ModelCard
 
     try:
@@ -142,9 +165,8 @@ def stored_inputs(tree: "xr.DataTree", path: Path = Path(POSTERIOR)) -> "tuple[C
         document, numbers = str(group["document"].item()), group["numbers"].to_numpy()
         stored = unpack(document, numbers, campaign=Campaign, card=ModelCard)
     except (KeyError, TypeError, ValueError) as error:
-        raise InputError(
-            path, "", "results that do not hold the campaign and the card they were made of", WANTED
-        ) from error
+        found = "results that do not hold the campaign and the card they were made of"
+        raise InputError(path, "", found, WANTED) from error
     return stored["campaign"], stored["card"]
 
 

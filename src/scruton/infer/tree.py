@@ -1,50 +1,44 @@
-"""The arviz DataTree of a fit, laid out as `scruton.infer.result_schema` has it."""
+"""What is kept of a fit: the arviz DataTree, laid out as `scruton.infer.result_schema` has it, and fit.json."""
 
 import json
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign
-from scruton.infer.archive import pack
+from scruton.documents import as_json
 from scruton.infer.cards import ModelCard
-from scruton.infer.flags import standardised_innovations
-from scruton.infer.predictive import free_runs
-from scruton.infer.result_schema import dataset
+from scruton.infer.models import free_runs
+from scruton.infer.result_schema import SCHEMA, dataset
 from scruton.infer.results import PeakResult, Sampled, TestResult, TrialResult
 from scruton.infer.sampling import Sampling
+from scruton.infer.store import pack
+from scruton.provenance import provenance
 from scruton.stats.sampler import Samples
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 POINTWISE_THIN = 8  # the pointwise log likelihood is kept for every eighth draw
 PRIOR_DRAWS = 1000
+INTERVALS = (0.50, 0.90, 0.95)
+# Sampled parameters under the names that users meet.
+_SAMPLED = {"a_star": "stable_amplitude", "relaxation_rate": "relaxation_ratio", "d": "rate_gap"}
 
 
 def build_tree(sampled: Sampled, sampling: Sampling, provenance: Mapping[str, Any], *, thorough: bool) -> xr.DataTree:
-    """Every posterior of a campaign in one tree, and what it is conditioned on.
+    """Every posterior of a campaign in one tree, and what it is conditioned on, its provenance among the attributes.
 
-    Parameters
-    ----------
-    sampled : Sampled
-    sampling : Sampling
-        For the seeds of prior draws and free runs.
-    provenance : mapping
-        Kept as a JSON text among the attributes.
-    thorough : bool
-        Whether there is anything by cycle: free runs, innovations, pointwise likelihood.
+    There is something by cycle (free runs, innovations, pointwise likelihood) only where it is `thorough`.
     """
     rigs = sampled.rigs
-    chains = len(rigs[0].damping)
-    ensemble = next((one.samples.ensemble for one in rigs if one.samples), np.zeros(chains, dtype=int))
+    ensemble = next((one.samples.ensemble for one in rigs if one.samples), np.zeros(len(rigs[0].damping), dtype=int))
+    damping = {"damping_ratio": np.stack([one.damping for one in rigs], axis=-1)}
     groups = {
-        "rig_posterior": dataset(
-            "rig_posterior",
-            {"damping_ratio": np.stack([one.damping for one in rigs], axis=-1)},
-            rig=[one.rig.name for one in rigs],
-            ensemble=ensemble,
-        ),
+        "rig_posterior": dataset("rig_posterior", damping, rig=[one.rig.name for one in rigs], ensemble=ensemble),
         "constant_data": _constants(sampled),
     }
     if sampled.tests:
@@ -73,37 +67,13 @@ def inputs_group(campaign: Campaign, card: ModelCard) -> xr.Dataset:
 
 def convergence_group(samples: Mapping[str, Samples]) -> xr.Dataset:
     """Group `convergence`: a row for every parameter of every posterior."""
-    rows: dict[str, list[Any]] = {}
+    rows: dict[str, list[Any]] = {one.name: [] for one in SCHEMA["convergence"]}
     for posterior, one in samples.items():
-        verdict = one.convergence
-        for i, name in enumerate(one.names):
-            row = {
-                "posterior": posterior,
-                "parameter": name,
-                "rhat_nested": verdict.rhat_nested[i],
-                "ess_bulk": verdict.ess_bulk[i],
-                "ess_tail": verdict.ess_tail[i],
-                "tau": verdict.tau[i],
-                "steps": verdict.steps,
-                "acceptance": verdict.acceptance,
-                "stuck": verdict.stuck,
-                "converged": verdict.converged,
-            }
-            for key, value in row.items():
-                rows.setdefault(key, []).append(value)
+        for i, parameter in enumerate(one.names):
+            of = {"posterior": posterior, "parameter": parameter} | vars(one.convergence)
+            for key, column in rows.items():
+                column.append(of[key][i] if isinstance(of[key], np.ndarray) else of[key])
     return dataset("convergence", rows)
-
-
-def reference_law(card: ModelCard) -> float:
-    """Exponent of the reference law; NaN where it is free."""
-    return np.nan if card.law_n is None else card.law_n
-
-
-def trial_constants(one: TrialResult) -> dict[str, FloatArray]:
-    """Constants of Eq. (4) and of the residual about it, (chains, draws) each."""
-    a, b, c, d = one.posterior.constants(one.samples.chain)
-    sd, rate = one.posterior.residual(one.samples.chain)
-    return {"a": a, "b": b, "c": c, "d": d, "residual_sd": sd, "residual_rate": rate}
 
 
 def _constants(sampled: Sampled) -> xr.Dataset:
@@ -112,7 +82,7 @@ def _constants(sampled: Sampled) -> xr.Dataset:
     values: dict[str, Any] = {
         "width": section.width,
         "depth": section.depth,
-        "law_n": reference_law(sampled.card),
+        "law_n": np.nan if sampled.card.law_n is None else sampled.card.law_n,
         "motion": section.motion.value,
         "amplitude_unit": section.amplitude_unit,
     }
@@ -149,20 +119,17 @@ def _test_groups(tests: Sequence[TestResult], sampling: Sampling) -> dict[str, x
 
     rng = np.random.default_rng(sampling.seed_of("prior"))
     prior = [one.posterior.natural(one.posterior.prior_draws(rng, PRIOR_DRAWS)) for one in tests]
-    ensemble = tests[0].samples.ensemble
+    ensemble, log_prior = tests[0].samples.ensemble, []
+    for one in tests:
+        chain = one.samples.chain
+        terms = one.posterior.log_prior_terms(chain.reshape(-1, chain.shape[-1])).reshape(chain.shape)
+        log_prior.append({name: one.posterior.named(terms)[name] for name in one.posterior.names})
     return {
         "posterior": group("posterior", [one.derived for one in tests], ensemble),
         "sample_stats": group("sample_stats", [{"lp": one.samples.log_prob} for one in tests], ensemble),
-        "log_prior": group("log_prior", [_log_prior(one) for one in tests], ensemble),
+        "log_prior": group("log_prior", log_prior, ensemble),
         "prior": group("prior", [{k: v[None] for k, v in one.items()} for one in prior], np.zeros(1, int)),
     }
-
-
-def _log_prior(one: TestResult) -> dict[str, FloatArray]:
-    """Log prior of every parameter, (chains, draws) each."""
-    chain = one.samples.chain
-    terms = one.posterior.named(one.posterior.log_prior_terms(chain.reshape(-1, chain.shape[-1])).reshape(chain.shape))
-    return {name: terms[name] for name in one.posterior.names}
 
 
 def _cycle_groups(tests: Sequence[TestResult], sampling: Sampling) -> dict[str, xr.Dataset]:
@@ -176,7 +143,7 @@ def _cycle_groups(tests: Sequence[TestResult], sampling: Sampling) -> dict[str, 
     log_likelihood = np.concatenate(pointwise, axis=-1)
     mean, replicate = (np.concatenate(run, axis=-1)[None] for run in zip(*runs, strict=True))
     observed = np.concatenate([one.posterior.data.amplitude for one in tests])
-    standardised = np.concatenate([standardised_innovations(one) for one in tests])
+    standardised = np.concatenate([one.posterior.standardised(one.samples.chain) for one in tests])
     kept = np.arange(log_likelihood.shape[1]) * POINTWISE_THIN
     return {
         "log_likelihood": dataset("log_likelihood", {"amplitude": log_likelihood}, draw=kept),
@@ -209,13 +176,150 @@ def _campaign_groups(joint: PeakResult) -> dict[str, xr.Dataset]:
 
 
 def _trial_group(trials: Sequence[TrialResult]) -> xr.Dataset:
-    constants = [trial_constants(one) for one in trials]
     times = [one.posterior.data.time for one in trials]
     return dataset(
         "trial_function",
-        {key: np.stack([one[key] for one in constants], axis=-1) for key in constants[0]}
+        {key: np.stack([one.derived[key] for one in trials], axis=-1) for key in trials[0].derived}
         | {"origin": [one[0] for one in times], "end": [one[-1] for one in times]}
         | {"record_test": [one.test.name for one in trials]},
         record=[one.record.name for one in trials],
         ensemble=trials[0].samples.ensemble,
     )
+
+
+def provenance_of_fit(
+    campaign: Campaign, card: ModelCard, *, seed: int, command: str, only: Sequence[str]
+) -> dict[str, Any]:
+    """Where the numbers come from: versions, seed, digests, the model card."""
+    section = campaign.section
+    return provenance(
+        command,
+        seed=seed,
+        sha256=campaign.sha256 or {},
+        settings={"tests": list(only)},
+        card={"name": card.name, "sha256": card.sha256, "text": card.text, "resolved": card.resolved},
+    ) | {
+        "tests": list(only),
+        "campaign": {
+            "title": campaign.title,
+            "source": campaign.source,
+            "motion": section.motion.value,
+            "width": section.width,
+            "depth": section.depth,
+        },
+    }
+
+
+def summarise(
+    sampled: Sampled,
+    convergence: "pd.DataFrame",
+    provenance: Mapping[str, Any],
+    flags: Sequence[str],
+    *,
+    misfit: bool,
+) -> dict[str, Any]:
+    """The content of fit.json; `misfit` says whether the innovations speak against the reference law."""
+    verdicts: dict[Any, Any] = convergence.to_dict(orient="index")
+    bands = {rig: one.bands for rig, one in sampled.ringdowns.items()}
+    return {
+        "format": 1,
+        "title": sampled.campaign.title,
+        "converged": bool(convergence["converged"].all()),
+        "flags": list(flags),
+        "law_n": np.nan if sampled.card.law_n is None else sampled.card.law_n,
+        "laws": _laws(sampled.joint, misfit) if sampled.joint else {},
+        "campaign": _campaign(sampled.joint) if sampled.joint else {},
+        "amplitude_unit": sampled.campaign.section.amplitude_unit,
+        "tests": [
+            {
+                "name": one.test.name,
+                "rig": one.rig.name,
+                "peak": one.test.name in sampled.peaks,
+                "wind_frequency": one.wind_frequency,
+                # Whether the fluctuations of lock-in records were used, and the conditions for it.
+                "lock_in": [
+                    {"record": verdict.record, "used": verdict.usable}
+                    | {
+                        "conditions": [
+                            {k: vars(c)[k] for k in ("name", "holds", "sentence")} for c in verdict.conditions
+                        ]
+                    }
+                    for verdict in one.steady
+                ],
+                "parameters": parameters(one.derived, f"test {one.test.name}", verdicts),
+            }
+            for one in sampled.tests
+        ],
+        "rigs": [
+            {
+                "name": one.rig.name,
+                "parameters": parameters({"damping_ratio": one.damping}, f"rig {one.rig.name}", verdicts),
+                "bands": [
+                    {"amplitude": [band.lower, band.upper]}
+                    | {"damping_ratio": band.damping_ratio, "sd": band.sd, "plucks": band.plucks}
+                    for band in bands.get(one.rig.name, ())
+                ],
+            }
+            for one in sampled.rigs
+        ],
+        "records": [
+            {
+                "name": one.record.name,
+                "test": one.test.name,
+                "parameters": parameters(one.derived, f"trial function of {one.record.name}", verdicts),
+            }
+            for one in sampled.trials
+        ],
+        "provenance": dict(provenance),
+    }
+
+
+def parameters(
+    values: Mapping[str, FloatArray], posterior: str = "", convergence: Mapping[Any, Mapping[str, Any]] | None = None
+) -> dict[str, Any]:
+    """Median, mean, sd and intervals of every parameter, with what sampling says of it where it was sampled."""
+    entries = {}
+    for name, draws in values.items():
+        entry: dict[str, Any] = {
+            "median": float(np.median(draws)),
+            "mean": float(draws.mean()),
+            "sd": float(draws.std()),
+            "interval": {
+                f"{p:.2f}": [float(x) for x in np.quantile(draws, [0.5 - p / 2, 0.5 + p / 2])] for p in INTERVALS
+            },
+        }
+        row = (convergence or {}).get((posterior, _SAMPLED.get(name, name)))
+        if row is not None:
+            entry |= {column: float(row[column]) for column in ("rhat_nested", "ess_bulk", "ess_tail")}
+        entries[name] = entry
+    return entries
+
+
+def _laws(joint: PeakResult, misfit: bool) -> dict[str, Any]:
+    """Laws and their weights; numbers that do not exist are null.
+
+    The flag says that the data speak against the reference law: by evidence, or by its innovations where it is alone.
+    """
+    of = joint.weights
+    columns = {
+        "prior": of.prior,
+        "weight": of.weight,
+        "stacking": of.stacking,
+        "log_evidence": of.log_evidence,
+        "log_evidence_error": of.error,
+        "sampled": of.sampled,
+    }
+    rows = {label: {name: one[k] for name, one in columns.items()} for k, label in enumerate(of.labels)}
+    return {"flag": bool(of.flag) or (len(of.labels) == 1 and misfit), "weights": as_json(rows)}
+
+
+def _campaign(joint: PeakResult) -> dict[str, Any]:
+    """The shared curve, the discrepancies and the peak tests in the campaign model, under the reference law."""
+    sc, _ = joint.laws[0].posterior.reference
+    derived = {key: value for key, value in joint.laws[0].derived.items() if np.isfinite(value).all()}
+    tests = [
+        {"name": name, "parameters": parameters({k: v[..., j] for k, v in derived.items() if v.ndim == 3})}
+        for j, name in enumerate(joint.tests)
+    ]
+    shared = {key: value for key, value in derived.items() if value.ndim == 2}
+    return {"reference_scruton_number": sc, "parameters": parameters(shared), "tests": tests}

@@ -10,24 +10,20 @@ from typing import TYPE_CHECKING, Any
 from scruton.documents import sealed, write_bytes
 from scruton.errors import InputError
 from scruton.processes import SecondProcess
-from scruton.provenance import provenance
 from scruton.report.failures import Failure, Failures, begun, guarded
-from scruton.report.parts import Part
 from scruton.workspace import Workspace
 
 if TYPE_CHECKING:
     from scruton.griffin import Prediction
     from scruton.infer.results import Fit
-    from scruton.report.chapters import Material
-    from scruton.report.document import Document, Picture
+    from scruton.report.document import Picture
+    from scruton.report.parts import Part
 
 HTML, PDF, JSON, FIGURES, TABLES = "report.html", "report.pdf", "report.json", "figures", "tables"
 GRIFFIN = "griffin"  # name of the figure that the command line points to
 
-PARTS = {"gap": "The diagnosis of the gap", "sizing": "The sizing"}  # by key of the chapter
-
 Crossed = Callable[[], "Mapping[str, Prediction] | Failure"]
-Waiting = Callable[[], Part | Failure]
+Waiting = Callable[[], "Part | Failure"]
 Design = Sequence[float] | Callable[[], Sequence[float]]
 
 
@@ -59,22 +55,6 @@ class ReportPaths:
     tables: tuple[Path, ...]
     failures: tuple[Failure, ...] = ()
 
-    def moved(self, old: Path, new: Path) -> "ReportPaths":
-        """The same files after their folder became another."""
-
-        def there(path: Path) -> Path:
-            return new / path.relative_to(old)
-
-        return replace(
-            self,
-            report=there(self.report),
-            pdf=None if self.pdf is None else there(self.pdf),
-            griffin=None if self.griffin is None else there(self.griffin),
-            numbers=there(self.numbers),
-            figures=tuple(map(there, self.figures)),
-            tables=tuple(map(there, self.tables)),
-        )
-
 
 def build_report(fit: "Fit", out: Path, **content: Any) -> ReportPaths:
     """Write the report of a fit into a folder of results.
@@ -92,18 +72,19 @@ def build_report(fit: "Fit", out: Path, **content: Any) -> ReportPaths:
     ReportPaths
     """
     with Workspace(out, "report", inputs={}, settings={}, force=True) as work:
-        paths = write_report(fit, work.new, **content)
+        paths = write_report(fit, work.new, place=out, **content)
         work.publish()
-    return paths.moved(work.new, out)
+    return paths
 
 
 def write_report(
     fit: "Fit",
     out: Path,
     *,
+    place: Path | None = None,
     design_sc: Design = (),
-    gap: Part | Waiting | None = None,
-    sizing: Part | Waiting | None = None,
+    gap: "Part | Waiting | None" = None,
+    sizing: "Part | Waiting | None" = None,
     crossed: Crossed | None = None,
     second: SecondProcess | None = None,
 ) -> ReportPaths:
@@ -116,6 +97,8 @@ def write_report(
     fit : Fit
     out : Path
         Folder for the new files; made if it is not there.
+    place : Path, optional
+        Folder that the files will be moved to, for the paths that are returned.
     design_sc : sequence of float, or callable that gives it
         Design Scruton numbers to predict the stable amplitude at.
     gap, sizing : Part, or callable that gives it, optional
@@ -136,66 +119,53 @@ def write_report(
     """
     from scruton.report.chapters import Material, compose, with_failures
     from scruton.report.charts import griffin_chart
-    from scruton.report.exports import write_tables
+    from scruton.report.exports import numbers, write_tables
     from scruton.report.render_html import render_html
     from scruton.report.render_typst import render_pdf
     from scruton.report.tables import tables
 
     failures = Failures()
-    design = _design(fit, design_sc, failures)
-    at_tests, others = _at_tests(fit, crossed, failures)
-    frames = failures.attempt("campaign", "The tables", lambda: tables(fit, [*design, *at_tests.values()]), {})
+    attempt = failures.attempt
+    design, at_tests, others = _predictions(fit, design_sc, crossed, failures)
+    frames = attempt("campaign", "The tables", lambda: tables(fit, [*design, *at_tests.values()]), {})
     pictures = _draw(fit, second or SecondProcess(beside=False), failures)
-    parts = _parts({"gap": gap, "sizing": sizing}, failures)
-    pictures += [one for part in parts.values() for one in part.pictures]
-    figures = _write_pictures(pictures, out / FIGURES)
-    material = Material(
-        fit, frames, pictures, design, at_tests, others,
-        **{name: part.content for name, part in parts.items()},
-    )  # fmt: skip
-    charts: dict[str, Mapping[str, Any]] = {}
-    if material.in_wind:
-        chart = failures.attempt(
-            "griffin-plot", "The chart of the Griffin plot", lambda: griffin_chart(fit, design), {}
-        )
-        charts |= {GRIFFIN: chart} if chart else {}
-    for part in parts.values():
-        charts |= part.charts
-    document = compose(material, charts, failures)
-    of_tables = failures.attempt("", "Writing the tables", lambda: write_tables(document, frames, out / TABLES), [])
-    numbers = failures.attempt("", "Writing the numbers", lambda: _numbers(material, document, charts), {"format": 1})
-    pdf = failures.attempt("", "The PDF", lambda: render_pdf(with_failures(document, failures)), None)
-    files = {name: dict(part.content) for name, part in parts.items()}
-    numbers |= files | {"failures": [one.to_json() for one in failures.found]}
-    contents = {
-        HTML: render_html(with_failures(document, failures)).encode(),
-        JSON: _json(numbers),
-        **({} if pdf is None else {PDF: pdf}),
-        **{f"{name}.json": _json(sealed(content)) for name, content in files.items()},
-    }
-    for file, content in contents.items():
-        write_bytes(out / file, content)
-    griffin = out / FIGURES / f"{GRIFFIN}.png"
+    parts: dict[str, Part] = {}
+    for name, what, part in (("gap", "The diagnosis of the gap", gap), ("sizing", "The sizing", sizing)):
+        done = attempt(name, what, part, None) if callable(part) else part
+        if done is not None:
+            parts[name] = done
+            pictures += done.pictures
+            failures.found += done.failures
+    files = {f"{one.name}.{kind}": getattr(one, kind) for one in pictures for kind in ("svg", "png")}
+    (out / FIGURES).mkdir(parents=True)
+    for name, drawing in files.items():
+        (out / FIGURES / name).write_bytes(drawing)
+    if fit.summary["tests"]:
+        chart = attempt("griffin-plot", "The chart of the Griffin plot", lambda: griffin_chart(fit, design), None)
+        pictures = [replace(one, chart=chart) if one.name == GRIFFIN else one for one in pictures]
+    contents = {name: dict(part.content) for name, part in parts.items()}
+    material = Material(fit, frames, pictures, design, at_tests, others, **contents)
+    document = compose(material, failures)
+    written = attempt("", "Writing the tables", lambda: write_tables(document, frames, out / TABLES), [])
+    values = attempt("", "Writing the numbers", lambda: numbers(material, document), {"format": 1})
+    pdf = attempt("", "The PDF", lambda: render_pdf(with_failures(document, failures)), b"")
+    values |= contents | {"failures": [one.to_json() for one in failures.found]}
+    write_bytes(out / HTML, render_html(with_failures(document, failures)).encode())
+    if pdf:
+        write_bytes(out / PDF, pdf)
+    jsons = {JSON: values, **{f"{name}.json": sealed(content) for name, content in contents.items()}}
+    for file, content in jsons.items():
+        write_bytes(out / file, (json.dumps(content, indent=1, ensure_ascii=False) + "\n").encode())
+    there = place or out
     return ReportPaths(
-        report=out / HTML,
-        pdf=None if pdf is None else out / PDF,
-        griffin=griffin if griffin.name in figures else None,
-        numbers=out / JSON,
-        figures=tuple(out / FIGURES / one for one in figures),
-        tables=tuple(out / TABLES / one.name for one in of_tables),
+        report=there / HTML,
+        pdf=there / PDF if pdf else None,
+        griffin=there / FIGURES / f"{GRIFFIN}.png" if f"{GRIFFIN}.png" in files else None,
+        numbers=there / JSON,
+        figures=tuple(there / FIGURES / one for one in files),
+        tables=tuple(there / TABLES / one.name for one in written),
         failures=tuple(failures.found),
     )
-
-
-def _parts(given: Mapping[str, Part | Waiting | None], failures: Failures) -> dict[str, Part]:
-    """Wait for the other analyses; those that fail are left out."""
-    found = {}
-    for name, part in given.items():
-        done = failures.attempt(name, PARTS[name], part, None) if callable(part) else part
-        if done is not None:
-            found[name] = done
-            failures.found += done.failures
-    return found
 
 
 def _draw(fit: "Fit", second: SecondProcess, failures: Failures) -> "list[Picture]":
@@ -219,89 +189,30 @@ def _draw(fit: "Fit", second: SecondProcess, failures: Failures) -> "list[Pictur
     return [one for one in kept if one is not None]
 
 
-def _write_pictures(pictures: "Sequence[Picture]", folder: Path) -> list[str]:
-    """Write the files of every picture; their names."""
-    folder.mkdir(parents=True)
-    names = []
-    for one in pictures:
-        for kind, content in (("svg", one.svg), ("png", one.png)):
-            (folder / f"{one.name}.{kind}").write_bytes(content)
-            names.append(f"{one.name}.{kind}")
-    return names
+def _predictions(
+    fit: "Fit", design_sc: Design, crossed: Crossed | None, failures: Failures
+) -> "tuple[list[Prediction], dict[str, Prediction], Mapping[str, Prediction]]":
+    """At the design; by peak test, for another setting at its Scruton number, and of it from the other peak tests.
 
-
-def _numbers(material: "Material", document: "Document", charts: Mapping[str, Any]) -> dict[str, Any]:
-    """The content of report.json, without that of the other analyses."""
-    from scruton.report.charts import plain
-    from scruton.report.exports import numbers
-
-    fit = material.fit
-    return numbers(
-        material.frames,
-        document,
-        {
-            "summary": fit.summary,
-            "provenance": _origin(material),
-            "predictions": [one.to_json() for one in material.design],
-            "at_tests": {name: one.to_json() for name, one in material.at_tests.items()},
-            "crossed": {name: one.to_json() for name, one in material.crossed.items()},
-            "curves": {name: plain(one) for name, one in charts.items()},
-        },
-    )
-
-
-def _origin(material: "Material") -> dict[str, Any]:
-    """What the report was made from: what its fit was, the bridge, and the design that was asked for."""
-    fitted = material.fit.summary["provenance"]
-    bridge = (material.sizing or {}).get("provenance", {}).get("bridge_sha256", {})
-    return provenance(
-        "report", seed=fitted["seed"], sha256={**fitted["sha256"], **bridge},
-        settings={"tests": fitted["tests"], "sc": [prediction.scruton_number for prediction in material.design]},
-        card={key: fitted["card"][key] for key in ("name", "sha256")},
-    )  # fmt: skip
-
-
-def _json(content: Any) -> bytes:
-    return (json.dumps(content, indent=1, ensure_ascii=False) + "\n").encode()
-
-
-def _predictions(fit: "Fit", design_sc: Sequence[float]) -> "list[Prediction]":
-    """Predictions at the design."""
+    Numbers that were asked for and cannot be are bad input.
+    """
     from scruton.griffin import predict
+    from scruton.report.parts import crossed_part
 
-    seed = int(fit.summary["provenance"]["seed"])
-    return [predict(fit.tree, scruton_number=float(sc), seed=seed) for sc in design_sc]
+    seed, attempt = int(fit.summary["provenance"]["seed"]), partial(failures.attempt, "predictions")
 
+    def predicted(numbers: Sequence[float]) -> "list[Prediction]":
+        return [predict(fit.tree, scruton_number=float(sc), seed=seed) for sc in numbers]
 
-def _design(fit: "Fit", design_sc: Design, failures: Failures) -> "list[Prediction]":
-    """Predictions at the design; numbers that were asked for and cannot be are bad input."""
-    passing: tuple[type[Exception], ...] = () if callable(design_sc) else (InputError,)
-    numbers: Sequence[float] = ()
+    passing: tuple[type[Exception], ...] = (InputError,)
     if callable(design_sc):
-        numbers = failures.attempt("predictions", "The Scruton numbers of the bridge", design_sc, numbers)
-    else:
-        numbers = design_sc
-    return failures.attempt(
-        "predictions", "The prediction at the design", partial(_predictions, fit, numbers), [], passing
-    )
-
-
-def _at_tests(
-    fit: "Fit", crossed: Crossed | None, failures: Failures
-) -> "tuple[Mapping[str, Prediction], Mapping[str, Prediction]]":
-    """By peak test: prediction for another setting at its Scruton number, and of it from the other peak tests."""
-    peaks = [one for one in fit.summary["tests"] if one["peak"]]
-    sc = [one["parameters"]["scruton_number"]["median"] for one in peaks]
-    found = failures.attempt("predictions", "The prediction at the tests", partial(_predictions, fit, sc), None)
-    tested = {} if found is None else dict(zip([one["name"] for one in peaks], found, strict=True))
+        passing = ()
+        design_sc = attempt("The Scruton numbers of the bridge", design_sc, ())
+    design = attempt("The prediction at the design", partial(predicted, design_sc), [], passing)
+    peaks = {one["name"]: one["parameters"]["scruton_number"]["median"] for one in fit.summary["tests"] if one["peak"]}
+    found = attempt("The prediction at the tests", partial(predicted, [*peaks.values()]), None)
+    tested = {} if found is None else dict(zip(peaks, found, strict=True))
     if len(peaks) < 2:
-        return tested, {}
-    what = "The prediction of each peak test from the others"
-    return tested, failures.attempt("predictions", what, crossed or partial(_crossed, fit), {})
-
-
-def _crossed(fit: "Fit") -> "Mapping[str, Prediction]":
-    from scruton.griffin.validate import validate
-
-    seed = int(fit.summary["provenance"]["seed"])
-    return {one.test: one.prediction for one in validate(fit.campaign, fit.card, seed=seed, singles=False)}
+        return design, tested, {}
+    crossed = crossed or partial(crossed_part, fit.campaign, fit.card, seed)
+    return design, tested, attempt("The prediction of each peak test from the others", crossed, {})

@@ -26,33 +26,42 @@ _POINTS = 60
 def griffin_chart(fit: "Fit", design: "Sequence[Prediction]" = ()) -> dict[str, Any]:
     """The Griffin plot to be read off: predictive quantiles along the Scruton number, the points, the curves.
 
-    Parameters
-    ----------
-    fit : Fit
-        With one test in wind or more.
-    design : sequence of Prediction
-        The first is where the reader begins.
-
-    Returns
-    -------
-    dict
-        As of `scruton.report.document.Chart`; None stands for a number that does not exist.
+    It is as of `scruton.report.document.Chart`; None stands for a number that does not exist. The reader begins at the
+    first prediction of the design.
     """
     tree, tests, unit = fit.tree, peak_names(fit.tree), unit_of(fit.tree)
     asked = [one.scruton_number for one in design]
-    upper = max([sc_range(tree, tests)[1], *(1.1 * one for one in asked)])
+    upper = max([sc_range(tree)[1], *(1.1 * one for one in asked)])
     grid = np.linspace(0.0, upper, GRID)
     draws = predictive_draws(tree, grid, seed=int(fit.summary["provenance"]["seed"]))
     predictive = band(grid, draws, unit, "predictive")
-    low, high = predictive.intervals[0.90]
-    half_low, half_high = predictive.intervals[0.50]
-    points = _points(fit, tests)
-    start = asked[0] if asked else float(np.median([one["x"] for one in points]))
+    low, high, half_low, half_high = map(_list, (*predictive.intervals[0.90], *predictive.intervals[0.50]))
+    points: list[dict[str, Any]] = [
+        {
+            "label": one.name, "x": _round(one.scruton_number),
+            "y": _round(one.median) if one.measured is None else one.measured.mean,
+            "low": _round(one.low), "high": _round(one.high),
+            "tone": "posterior" if one.measured is None else "measured",
+        }
+        for one in test_points(fit)
+    ]  # fmt: skip
+    lines: list[dict[str, Any]] = [
+        {"label": f"from {name} alone", "x": _list(grid), "y": _list(griffin_band(tree, grid, name).median),
+         "tone": "own"}
+        for name in tests[:MOST_BANDS]
+    ]  # fmt: skip
+    for _, record, front in islice(front_ends(fit, tests), _CURVES):
+        sc, amplitude = thinned_curve(front, _POINTS)
+        good = (amplitude > 0.0) & (sc >= 0.0)
+        line = {"label": f"Eqs. (2)-(8), {record.name}", "x": _list(sc[good]), "y": _list(amplitude[good])}
+        lines.append({**line, "tone": "deterministic"})
     largest = max(max(one["high"], one["y"]) for one in points)
     median = predictive.median[np.isfinite(predictive.median)]
     top = 1.3 * max(largest, min(float(median.max(initial=0.0)), 1.6 * largest))
-    section = fit.campaign.section
-    heaving = section.motion is Motion.HEAVING
+    start = asked[0] if asked else float(np.median([one["x"] for one in points]))
+    factor, shown, where = 180.0 / np.pi, "°", ""
+    if fit.campaign.section.motion is Motion.HEAVING:
+        factor, shown, where = 1e3 * fit.campaign.section.depth, "mm", "at the model's scale"
     return {
         "name": "Griffin plot",
         "key": "Black line: predictive median of all peak tests, grey: its 50 and 90 % intervals. Coloured: each test "
@@ -64,31 +73,22 @@ def griffin_chart(fit: "Fit", design: "Sequence[Prediction]" = ()) -> dict[str, 
         "y": {"label": f"Stable amplitude [{unit}]", "max": _round(top)},
         "grid": _list(grid),
         "areas": [
-            {"label": "predictive, 90 %", "low": _list(low), "high": _list(high), "tone": "outer"},
-            {"label": "predictive, 50 %", "low": _list(half_low), "high": _list(half_high), "tone": "inner"},
+            {"label": "predictive, 90 %", "low": low, "high": high, "tone": "outer"},
+            {"label": "predictive, 50 %", "low": half_low, "high": half_high, "tone": "inner"},
         ],
-        "lines": [*_own(fit, tests, grid), *_deterministic(fit, tests)],
+        "lines": lines,
         "points": points,
         "read": {
-            "what": "stable amplitude", "unit": unit, "median": _list(predictive.median), "low": _list(low),
-            "high": _list(high), "interval": "90 % interval",
-            "scale": {"factor": 1e3 * section.depth if heaving else 180.0 / np.pi, "unit": "mm" if heaving else "°",
-                      "where": "at the model's scale" if heaving else ""},
+            "what": "stable amplitude", "unit": unit, "median": _list(predictive.median), "low": low, "high": high,
+            "interval": "90 % interval", "scale": {"factor": factor, "unit": shown, "where": where},
         },
     }  # fmt: skip
 
 
 def risk_chart(mode: Mapping[str, Any], curve: Mapping[str, Any], what: str) -> dict[str, Any]:
-    """Probability of exceeding a limit along the damping that is added, to be read off.
+    """Probability of exceeding a limit along the damping that is added, to be read off; `what` says of what it is.
 
-    Parameters
-    ----------
-    mode : mapping
-        An entry of "modes" of sizing.json.
-    curve : mapping
-        The "curve" of one of its limits.
-    what : str
-        What the probability is of.
+    The mode is an entry of "modes" of sizing.json, the curve that of one of its limits.
     """
     grid = [_round(100.0 * one) for one in curve["added_damping"]]
     low, high = curve["probability_05"], curve["probability_95"]
@@ -108,39 +108,6 @@ def risk_chart(mode: Mapping[str, Any], curve: Mapping[str, Any], what: str) -> 
             "interval": "90 % band of section and law", "also": {"symbol": "Sc", "values": curve["scruton_number"]},
         },
     }  # fmt: skip
-
-
-def _points(fit: "Fit", tests: Sequence[str]) -> list[dict[str, Any]]:
-    """Where each peak test lies: its measured amplitude, else its posterior."""
-    return [
-        {
-            "label": one.name, "x": _round(one.scruton_number),
-            "y": _round(one.median) if one.measured is None else one.measured.mean,
-            "low": _round(one.low), "high": _round(one.high),
-            "tone": "posterior" if one.measured is None else "measured",
-        }
-        for one in test_points(fit, tests)
-    ]  # fmt: skip
-
-
-def _own(fit: "Fit", tests: Sequence[str], grid: FloatArray) -> list[dict[str, Any]]:
-    """What each peak test predicts alone."""
-    return [
-        {"label": f"from {name} alone", "x": _list(grid), "y": _list(griffin_band(fit.tree, grid, name).median),
-         "tone": "own"}
-        for name in tests[:MOST_BANDS]
-    ]  # fmt: skip
-
-
-def _deterministic(fit: "Fit", tests: Sequence[str]) -> list[dict[str, Any]]:
-    """Curves of the paper's own procedure, one a transient record."""
-    found = []
-    for _, record, front in islice(front_ends(fit, tests), _CURVES):
-        sc, amplitude = thinned_curve(front, _POINTS)
-        good = (amplitude > 0.0) & (sc >= 0.0)
-        line = {"label": f"Eqs. (2)-(8), {record}", "x": _list(sc[good]), "y": _list(amplitude[good])}
-        found.append({**line, "tone": "deterministic"})
-    return found
 
 
 def _step(span: float) -> float:

@@ -1,6 +1,7 @@
 """The report as a document: chapters of blocks, frozen, without a word on how they look; the renderers know that."""
 
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -9,13 +10,13 @@ from scruton.report.maths import Maths
 
 @dataclass(frozen=True)
 class Code:
-    """A word of code inside a line of text: a command, a file."""
+    """Text as it stands in a file: a word inside a line, such as a command; or a block."""
 
     text: str
 
 
 Run = str | Maths | Code
-ALARM, CAUTION, NOTE = "alarm", "caution", "note"
+ALARM, CAUTION = "alarm", "caution"
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,7 @@ class Heading:
 class Listing:
     """Lines with a mark before each."""
 
-    items: tuple[str, ...]
+    items: Sequence[str]
     role: str = "text"
 
 
@@ -56,33 +57,16 @@ class Equation:
 
 @dataclass(frozen=True)
 class Table:
-    """A table of text.
+    """A table of text."""
 
-    Attributes
-    ----------
-    name : str
-        Unique in a document: the stem of its LaTeX file.
-    caption : str
-    header : tuple of str
-    rows : tuple of tuple of str
-    note : str
-        What stands below it.
-    numeric : tuple of bool
-        Which columns hold numbers; by default all but the first.
-    data : str
-        Stem of the CSV file that has its numbers unrounded; by default a file of its own name is written as shown.
-    number : str
-        Given by `numbered`.
-    """
-
-    name: str
+    name: str  # unique in a document: the stem of its LaTeX file
     caption: str
-    header: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    note: str = ""
-    numeric: tuple[bool, ...] = ()
-    data: str = ""
-    number: str = ""
+    header: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    note: str = ""  # stands below it
+    numeric: Sequence[bool] = ()  # which columns hold numbers; by default all but the first
+    data: str = ""  # stem of the CSV file with its numbers unrounded; by default one of its own name, as shown
+    number: str = ""  # given by `numbered`
 
     def is_numeric(self, column: int) -> bool:
         """Whether a column holds numbers."""
@@ -91,86 +75,46 @@ class Table:
 
 @dataclass(frozen=True)
 class Picture:
-    """A figure.
+    """A figure, which answers where it comes with the numbers that a script draws it from.
 
-    Attributes
-    ----------
-    name : str
-        Unique in a document: the stem of its files.
-    caption, alt : str
-        What stands below it; what it shows, for a reader who cannot see it.
-    svg, png : bytes
-        The contents of its files, either empty where it is left out.
-    number : str
-        Given by `numbered`.
+    The `chart` is JSON: `x` and `y` (label, min, max; for x also start and step), `grid`, `areas` (label, low, high,
+    tone), `lines` (label, x, y, tone), `points` (label, x, y, low, high), `read` (median, low, high along the grid,
+    unit).
     """
 
-    name: str
-    caption: str
-    alt: str
-    svg: bytes = b""
+    name: str  # unique in a document: the stem of its files
+    caption: str  # stands below it
+    alt: str  # what it shows, for a reader who cannot see it
+    svg: bytes = b""  # contents of its files, either empty where it is left out
     png: bytes = b""
-    number: str = ""
-
-
-@dataclass(frozen=True)
-class Chart:
-    """A figure that answers: the picture where there is no script, and the numbers that a script draws it from.
-
-    Attributes
-    ----------
-    picture : Picture
-    data : mapping
-        JSON: `x` and `y` (label, min, max; for x also start and step), `grid`, `areas` (label, low, high, tone),
-        `lines` (label, x, y, tone), `points` (label, x, y, low, high), `read` (median, low, high along the grid, unit).
-    """
-
-    picture: Picture
-    data: Mapping[str, Any]
+    chart: Mapping[str, Any] | None = None
+    number: str = ""  # given by `numbered`
 
 
 @dataclass(frozen=True)
 class Callout:
-    """A box; `role` is ALARM (not to be trusted), CAUTION or NOTE."""
+    """A box; `role` is ALARM (not to be trusted) or CAUTION."""
 
     role: str
     head: str
-    lines: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class KeyFigure:
-    """One number that the reader came for."""
-
-    label: str
-    value: str
-    detail: str = ""
+    lines: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
 class KeyFigures:
-    """Numbers side by side."""
+    """The numbers that the reader came for, side by side: label, value and detail of each."""
 
-    items: tuple[KeyFigure, ...]
+    items: Sequence[tuple[str, str, str]]
 
 
 @dataclass(frozen=True)
 class Definitions:
     """Terms, each with its text."""
 
-    pairs: tuple[tuple[str, str], ...]
+    pairs: Sequence[tuple[str, str]]
 
 
-@dataclass(frozen=True)
-class Verbatim:
-    """Text as it stands in a file."""
-
-    text: str
-
-
-Block = (
-    Paragraph | Heading | Listing | Equation | Table | Picture | Chart | Callout | KeyFigures | Definitions | Verbatim
-)
+Block = Paragraph | Heading | Listing | Equation | Table | Picture | Callout | KeyFigures | Definitions | Code
 
 
 @dataclass(frozen=True)
@@ -179,88 +123,53 @@ class Chapter:
 
     key: str
     title: str
-    blocks: tuple[Block, ...]
+    blocks: Sequence[Block]
     appendix: bool = False
     number: str = ""
 
 
 @dataclass(frozen=True)
 class Document:
-    """A whole report.
-
-    Attributes
-    ----------
-    title, about, source : str
-        Heading, what sort of report it is, where the data come from.
-    chapters : tuple of Chapter
-        Those without a block are left out by `numbered`.
-    generator : str
-        Program and version.
-    """
+    """A whole report; chapters without a block are left out by `numbered`."""
 
     title: str
-    about: str
-    source: str
-    chapters: tuple[Chapter, ...]
-    generator: str = ""
+    about: str  # what sort of report it is
+    source: str  # of the data
+    chapters: Sequence[Chapter]
+    generator: str = ""  # program and version
 
-    def blocks(self) -> Iterator[Block]:
-        """Every block, in order."""
-        for chapter in self.chapters:
-            yield from chapter.blocks
-
-    def tables(self) -> tuple[Table, ...]:
-        """Every table, in order."""
-        return tuple(one for one in self.blocks() if isinstance(one, Table))
-
-    def pictures(self) -> tuple[Picture, ...]:
-        """Every picture, those of charts among them, in order."""
-        found = [one.picture if isinstance(one, Chart) else one for one in self.blocks()]
-        return tuple(one for one in found if isinstance(one, Picture))
+    def every[B: Block](self, kind: type[B]) -> list[B]:
+        """Every block of a kind, in order."""
+        return [one for chapter in self.chapters for one in chapter.blocks if isinstance(one, kind)]
 
 
 def numbered(document: Document) -> Document:
     """Leave out what is empty, and number chapters, tables, figures and equations.
 
-    Raises
-    ------
-    ValueError
-        If two tables, two pictures or two chapters have one name: their files and addresses would collide.
+    ValueError where two tables, pictures or chapters have one name: their files and addresses would collide.
     """
-    counts = {"table": 0, "figure": 0, "equation": 0}
-
-    def next_number(kind: str) -> str:
-        counts[kind] += 1
-        return str(counts[kind])
+    counts: Counter[type] = Counter()
 
     def with_number(block: Block) -> Block:
-        match block:
-            case Table():
-                return replace(block, number=next_number("table"))
-            case Picture():
-                return replace(block, number=next_number("figure"))
-            case Chart():
-                return replace(block, picture=replace(block.picture, number=next_number("figure")))
-            case Equation():
-                return replace(block, number=next_number("equation"))
-            case _:
-                return block
+        if not isinstance(block, Table | Picture | Equation):
+            return block
+        counts[type(block)] += 1
+        return replace(block, number=str(counts[type(block)]))
 
     chapters: list[Chapter] = []
     letters = iter("ABCDEFGH")
     for chapter in document.chapters:
-        kept = tuple(one for one in chapter.blocks if not isinstance(one, Table) or one.rows)
+        kept = [one for one in chapter.blocks if not isinstance(one, Table) or one.rows]
         if kept:
             body = sum(not one.appendix for one in chapters)
             number = next(letters) if chapter.appendix else str(body + 1)
-            chapters.append(replace(chapter, number=number, blocks=tuple(with_number(one) for one in kept)))
+            chapters.append(replace(chapter, number=number, blocks=tuple(map(with_number, kept))))
     found = replace(document, chapters=tuple(chapters))
     for kind, names in (
-        ("tables", [one.name for one in found.tables()]),
-        ("pictures", [one.name for one in found.pictures()]),
-        ("chapters", [one.key for one in found.chapters]),
+        ("tables", Counter(one.name for one in found.every(Table))),
+        ("pictures", Counter(one.name for one in found.every(Picture))),
+        ("chapters", Counter(one.key for one in chapters)),
     ):
-        twice = sorted({name for name in names if names.count(name) > 1})
-        if twice:
+        if twice := sorted(name for name, count in names.items() if count > 1):
             raise ValueError(f"{kind} of one name: {', '.join(twice)}")
     return found

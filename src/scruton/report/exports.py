@@ -2,18 +2,22 @@
 
 import csv
 import io
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scruton.cells import safe_cell
 from scruton.documents import as_json, write_text
-from scruton.report.document import Code, Document, Equation, Paragraph, Run, Table
+from scruton.provenance import provenance
+from scruton.report.charts import plain
+from scruton.report.document import Code, Document, Equation, Paragraph, Picture, Run, Table
 from scruton.report.maths import Maths
+from scruton.report.tables import write_csv
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from scruton.report.chapters import Material
 
 METHODS = "methods"  # chapter that goes to LaTeX as a whole
 _SPECIAL = {
@@ -56,12 +60,11 @@ def _latex_row(cells: Sequence[str]) -> str:
 def latex_chapter(document: Document, key: str) -> str:
     """Paragraphs and equations of a chapter in LaTeX, to be pasted; empty where there is no such chapter."""
     parts: list[str] = []
-    for chapter in document.chapters:
-        for block in chapter.blocks if chapter.key == key else ():
-            if isinstance(block, Paragraph):
-                parts.append("".join(_latex_run(one) for one in block.runs))
-            elif isinstance(block, Equation):
-                parts.append(f"\\begin{{equation}}\n  {block.maths.latex}\n\\end{{equation}}")
+    for block in (one for chapter in document.chapters if chapter.key == key for one in chapter.blocks):
+        if isinstance(block, Paragraph):
+            parts.append("".join(map(_latex_run, block.runs)))
+        elif isinstance(block, Equation):
+            parts.append(f"\\begin{{equation}}\n  {block.maths.latex}\n\\end{{equation}}")
     return "\n".join(parts) + "\n" if parts else ""
 
 
@@ -76,57 +79,53 @@ def _latex_run(one: Run) -> str:
 
 
 def write_tables(document: Document, frames: "Mapping[str, pd.DataFrame]", folder: Path) -> list[Path]:
-    """Write every table: CSV with all digits where a frame has them, else as shown; LaTeX as shown.
-
-    Returns
-    -------
-    list of Path
-        CSV files first.
-    """
-    from scruton.report.tables import write_csv
-
+    """Write every table: first CSV, with all digits where a frame has them, else as shown; then LaTeX as shown."""
     paths = write_csv(frames, folder)
-    shown = [one for one in document.tables() if one.data not in frames]
-    paths += [_write_shown(one, folder / f"{file_name(one.name)}.csv") for one in shown]
-    paths += [_write(folder / f"{file_name(one.name)}.tex", latex_table(one)) for one in document.tables()]
+    tables = document.every(Table)
+    texts = {f"{one.name}.csv": _as_shown(one) for one in tables if one.data not in frames}
+    texts |= {f"{one.name}.tex": latex_table(one) for one in tables}
     if methods := latex_chapter(document, METHODS):
-        paths.append(_write(folder / f"{METHODS}.tex", methods))
-    return paths
+        texts[f"{METHODS}.tex"] = methods
+    for name, text in texts.items():
+        write_text(folder / name, text)
+    return [*paths, *(folder / name for name in texts)]
 
 
-def file_name(name: str) -> str:
-    """A name that every file system takes."""
-    return re.sub(r"[^A-Za-z0-9_-]", "-", name)
-
-
-def _write_shown(table: Table, path: Path) -> Path:
+def _as_shown(table: Table) -> str:
+    """A table as CSV."""
     stream = io.StringIO(newline="")
     csv.writer(stream).writerows([safe_cell(one) for one in row] for row in (table.header, *table.rows))
-    return _write(path, stream.getvalue())
+    return stream.getvalue()
 
 
-def _write(path: Path, text: str) -> Path:
-    write_text(path, text)
-    return path
-
-
-def numbers(frames: "Mapping[str, pd.DataFrame]", document: Document, parts: Mapping[str, Any]) -> dict[str, Any]:
-    """The content of report.json: tables with all their digits, those that have no frame as shown, and the parts."""
-    content: dict[str, Any] = {"format": 1, "title": document.title, "generator": document.generator}
-    content |= parts
-    content["tables"] = {name: _records(frame) for name, frame in frames.items()} | {
-        one.name: [dict(zip(_distinct(one.header), row, strict=True)) for row in one.rows]
-        for one in document.tables()
-        if one.data not in frames
-    }
-    content["figures"] = {one.name: one.caption for one in document.pictures()}
-    return content
+def numbers(material: "Material", document: Document) -> dict[str, Any]:
+    """The content of report.json but for the other analyses: tables with all their digits where there are frames."""
+    fit, fitted = material.fit, material.fit.summary["provenance"]
+    return {
+        "format": 1,
+        "title": document.title,
+        "generator": document.generator,
+        "summary": fit.summary,
+        # what the fit was made from, the bridge, and the design that was asked for
+        "provenance": provenance(
+            "report", seed=fitted["seed"], sha256={**fitted["sha256"], **material.bridge_sha256},
+            settings={"tests": fitted["tests"], "sc": [one.scruton_number for one in material.design]},
+            card={key: fitted["card"][key] for key in ("name", "sha256")},
+        ),
+        "predictions": [one.to_json() for one in material.design],
+        "at_tests": {name: one.to_json() for name, one in material.at_tests.items()},
+        "crossed": {name: one.to_json() for name, one in material.crossed.items()},
+        "curves": {one.name: plain(one.chart) for one in material.pictures if one.chart},
+        "tables": {name: as_json(frame.to_dict("records")) for name, frame in material.frames.items()}
+        | {
+            one.name: [dict(zip(_distinct(one.header), row, strict=True)) for row in one.rows]
+            for one in document.every(Table)
+            if one.data not in material.frames
+        },
+        "figures": {one.name: one.caption for one in document.every(Picture)},
+    }  # fmt: skip
 
 
 def _distinct(header: Sequence[str]) -> list[str]:
     """Headings, a second of the same name with its place behind it."""
-    return [name if header[:i].count(name) == 0 else f"{name} ({i + 1})" for i, name in enumerate(header)]
-
-
-def _records(frame: "pd.DataFrame") -> list[dict[str, Any]]:
-    return [as_json(row) for row in frame.to_dict("records")]
+    return [name if name not in header[:i] else f"{name} ({i + 1})" for i, name in enumerate(header)]

@@ -15,47 +15,27 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Failure:
-    """Work that gave no result.
+    """Work that gave no result."""
 
-    Attributes
-    ----------
-    kind, text : str
-        Type of the exception and what it said.
-    fault : bool
-        Whether it is the program that is at fault, and not what it was given.
-    trace : str
-        Where it happened, for whoever mends it; empty where the input is at fault.
-    chapter, what : str
-        Key of the chapter that lacks it, and its name in a sentence; given by `Failures.keep`.
-    """
+    kind: str  # type of the exception
+    text: str  # what it said
+    fault: bool  # of the program, and not of what it was given
+    trace: str  # where it happened, for whoever mends it; empty where the input is at fault
+    chapter: str = ""  # key of the one that lacks it
+    what: str = ""  # its name in a sentence
 
-    kind: str
-    text: str
-    fault: bool
-    trace: str
-    chapter: str = ""
-    what: str = ""
-
-    @property
-    def head(self) -> str:
-        """What is missing, and whose fault it is."""
+    def callout(self) -> Callout:
+        """The box that stands in its place: what is missing and whose fault it is, and the exception in words."""
         if self.fault:
-            return f"{self.what} failed. This is a fault of the program, not of the data"
-        return f"{self.what} could not be made"
-
-    @property
-    def reason(self) -> str:
-        """The exception in words."""
-        return f"{self.kind}: {self.text or 'no further word'}" if self.fault else self.text
+            head = f"{self.what} failed. This is a fault of the program, not of the data"
+            return Callout(ALARM, head, (f"{self.kind}: {self.text or 'no further word'}",))
+        return Callout(ALARM, f"{self.what} could not be made", (self.text,))
 
     @property
     def sentence(self) -> str:
         """All of it in one line."""
-        return f"{self.head}: {self.reason}"
-
-    def callout(self) -> Callout:
-        """The box that stands in its place."""
-        return Callout(ALARM, self.head, (self.reason,))
+        box = self.callout()
+        return f"{box.head}: {box.lines[0]}"
 
     def to_json(self) -> dict[str, Any]:
         """Return the entry of `failures` in report.json."""
@@ -74,14 +54,12 @@ def guarded[T](
     """
     try:
         return work(*arguments)
-    except (KeyboardInterrupt, SystemExit, GeneratorExit):
-        raise
-    except passing:
-        raise
-    except InputError as error:
-        return Failure(type(error).__name__, str(error), fault=False, trace="")
     except BaseException as error:  # a panic of compiled code is no Exception
-        return Failure(type(error).__name__, str(error), fault=True, trace="".join(traceback.format_exception(error)))
+        if isinstance(error, (KeyboardInterrupt, SystemExit, GeneratorExit, *passing)):
+            raise
+        fault = not isinstance(error, InputError)
+        trace = "".join(traceback.format_exception(error)) if fault else ""
+        return Failure(type(error).__name__, str(error), fault, trace)
 
 
 def begun[T](second: "SecondProcess", work: Callable[..., T], *arguments: object) -> Callable[[], T | Failure]:
@@ -108,16 +86,8 @@ class Failures:
         return otherwise
 
     def attempt[T, D](
-        self,
-        chapter: str,
-        what: str,
-        work: Callable[[], T | Failure],
-        otherwise: D,
+        self, chapter: str, what: str, work: Callable[[], T | Failure], otherwise: D,
         passing: tuple[type[Exception], ...] = (),
-    ) -> T | D:
+    ) -> T | D:  # fmt: skip
         """Do some work, and keep its result or its failure."""
         return self.keep(chapter, what, guarded(work, passing=passing), otherwise)
-
-    def of(self, chapter: str) -> tuple[Callout, ...]:
-        """Boxes for a chapter."""
-        return tuple(one.callout() for one in self.found if one.chapter == chapter)

@@ -1,5 +1,6 @@
 """Formulae written once: one expression gives MathML for the screen, Typst for print and LaTeX to paste."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from html import escape
 
@@ -7,19 +8,6 @@ _GREEK = {
     "alpha": "α", "beta": "β", "epsilon": "ε", "lambda": "λ", "omega": "ω", "pi": "π", "rho": "ρ", "sigma": "σ",
     "tau": "τ", "xi": "ξ",
 }  # fmt: skip
-_SIGNS = {  # sign: MathML, Typst, LaTeX
-    "=": ("=", "=", "="),
-    "+": ("+", "+", "+"),
-    "-": ("−", "-", "-"),
-    "/": ("/", "\\/", "/"),
-    "(": ("(", "(", "("),
-    ")": (")", ")", ")"),
-    "[": ("[", "[", "["),
-    "]": ("]", "]", "]"),
-    ",": (",", ",", ","),
-    "<": ("<", "<", "<"),
-    "|": ("|", "|", "|"),
-}
 
 
 @dataclass(frozen=True)
@@ -47,68 +35,51 @@ def row(*parts: Part) -> Maths:
     )
 
 
-def frac(above: Part, below: Part) -> Maths:
-    """A fraction."""
-    a, b = _of(above), _of(below)
-    return Maths(
-        f"<mfrac>{a.mathml}{b.mathml}</mfrac>", f"frac({a.typst}, {b.typst})", rf"\frac{{{a.latex}}}{{{b.latex}}}"
-    )
+def _form(mathml: str, typst: str, latex: str, *, fence: bool = False) -> Callable[..., Maths]:
+    """A construction of one part or two, or around a whole row, from its form in each language."""
+
+    def formed(*parts: Part) -> Maths:
+        of = [row(*parts)] if fence else [_of(one) for one in parts]
+        return Maths(
+            mathml.format(*(one.mathml for one in of)),
+            typst.format(*(one.typst for one in of)),
+            latex.format(*(one.latex for one in of)),
+        )
+
+    return formed
 
 
-def sub(base: Part, index: Part) -> Maths:
-    """A symbol with an index."""
-    a, b = _of(base), _of(index)
-    return Maths(f"<msub>{a.mathml}{b.mathml}</msub>", f"{a.typst}_({b.typst})", f"{a.latex}_{{{b.latex}}}")
+frac = _form("<mfrac>{}{}</mfrac>", "frac({}, {})", r"\frac{{{}}}{{{}}}")
+sub = _form("<msub>{}{}</msub>", "{}_({})", "{}_{{{}}}")
+power = _form("<msup>{}{}</msup>", "{}^({})", "{}^{{{}}}")
+star = _form("<msup>{}<mo>*</mo></msup>", "{}^(*)", "{}^{{*}}")  # a stable amplitude
+prime = _form("<msup>{}<mo>′</mo></msup>", "{}'", "{}'")  # another setting
+dot = _form('<mover accent="true">{}<mo>˙</mo></mover>', "dot({})", r"\dot{{{}}}")  # a rate of change
+differential = _form('<mrow><mi mathvariant="normal">d</mi>{}</mrow>', "dif {}", r"\mathrm{{d}}{}")
+# Brackets as high as what they hold.
+bracket = _form("<mrow><mo>[</mo>{}<mo>]</mo></mrow>", "lr([{}])", r"\left[{}\right]", fence=True)
+paren = _form("<mrow><mo>(</mo>{}<mo>)</mo></mrow>", "lr(({}))", r"\left({}\right)", fence=True)
 
 
-def power(base: Part, exponent: Part) -> Maths:
-    """A power."""
-    a, b = _of(base), _of(exponent)
-    return Maths(f"<msup>{a.mathml}{b.mathml}</msup>", f"{a.typst}^({b.typst})", f"{a.latex}^{{{b.latex}}}")
-
-
-def star(base: Part) -> Maths:
-    """A symbol with an asterisk: a stable amplitude."""
-    a = _of(base)
-    return Maths(f"<msup>{a.mathml}<mo>*</mo></msup>", f"{a.typst}^(*)", f"{a.latex}^{{*}}")
-
-
-def prime(base: Part) -> Maths:
-    """A symbol with a prime: another setting."""
-    a = _of(base)
-    return Maths(f"<msup>{a.mathml}<mo>′</mo></msup>", f"{a.typst}'", f"{a.latex}'")
-
-
-def dot(base: Part) -> Maths:
-    """A rate of change."""
-    a = _of(base)
-    return Maths(f'<mover accent="true">{a.mathml}<mo>˙</mo></mover>', f"dot({a.typst})", rf"\dot{{{a.latex}}}")
+def mathml(maths: Maths, attributes: str = "") -> str:
+    """MathML of a formula in a line of text, with its LaTeX for whoever copies it."""
+    note = f'<annotation encoding="application/x-tex">{escape(maths.latex)}</annotation>'
+    return f"<math{attributes}><semantics><mrow>{maths.mathml}</mrow>{note}</semantics></math>"
 
 
 def display(maths: Maths) -> str:
-    """MathML of a displayed equation, with its LaTeX for whoever copies it."""
-    return _math(maths, ' display="block"')
-
-
-def inline(maths: Maths) -> str:
-    """MathML of a formula in a line of text."""
-    return _math(maths, "")
-
-
-def _math(maths: Maths, attributes: str) -> str:
-    note = f'<annotation encoding="application/x-tex">{escape(maths.latex)}</annotation>'
-    return f"<math{attributes}><semantics><mrow>{maths.mathml}</mrow>{note}</semantics></math>"
+    """MathML of a displayed equation."""
+    return mathml(maths, ' display="block"')
 
 
 def _of(part: Part) -> Maths:
     if isinstance(part, Maths):
         return part
-    if part in _SIGNS:
-        mathml, typst, latex = _SIGNS[part]
-        if part in "[](" or part in ")|":
-            # Brackets keep the size they are given: those of the three languages would each grow by rules of their own.
-            return Maths(f"<mo>{mathml}</mo>", f"\\{typst}" if part != "|" else "bar.v", latex)
-        return Maths(f"<mo>{escape(mathml)}</mo>", typst, latex)
+    if part in "[]()|":
+        # Brackets keep the size they are given: those of the three languages would each grow by rules of their own.
+        return Maths(f"<mo>{part}</mo>", f"\\{part}" if part != "|" else "bar.v", part)
+    if part in "=+-/,<":
+        return Maths(f"<mo>{escape(part.replace('-', '−'))}</mo>", part.replace("/", "\\/"), part)
     if part in _GREEK:
         return Maths(f"<mi>{_GREEK[part]}</mi>", part, f"\\{'varepsilon' if part == 'epsilon' else part}")
     if part.replace(".", "").isdigit():
@@ -116,21 +87,3 @@ def _of(part: Part) -> Maths:
     if len(part) == 1:
         return Maths(f"<mi>{escape(part)}</mi>", part, part)
     return Maths(f'<mi mathvariant="normal">{escape(part)}</mi>', f'"{part}"', rf"\mathrm{{{part}}}")
-
-
-def bracket(*parts: Part) -> Maths:
-    """Square brackets as high as what they hold."""
-    a = row(*parts)
-    return Maths(f"<mrow><mo>[</mo>{a.mathml}<mo>]</mo></mrow>", f"lr([{a.typst}])", rf"\left[{a.latex}\right]")
-
-
-def paren(*parts: Part) -> Maths:
-    """Round brackets as high as what they hold."""
-    a = row(*parts)
-    return Maths(f"<mrow><mo>(</mo>{a.mathml}<mo>)</mo></mrow>", f"lr(({a.typst}))", rf"\left({a.latex}\right)")
-
-
-def differential(symbol: Part) -> Maths:
-    """An upright d and its symbol."""
-    a = _of(symbol)
-    return Maths(f'<mrow><mi mathvariant="normal">d</mi>{a.mathml}</mrow>', f"dif {a.typst}", rf"\mathrm{{d}}{a.latex}")

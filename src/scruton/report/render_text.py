@@ -1,31 +1,26 @@
 """A document on the terminal: its tables laid out in columns, its paragraphs and boxes as lines."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
-from scruton.report.document import Block, Callout, Code, Heading, Listing, Paragraph, Run, Table
+from scruton.report.document import Block, Callout, Code, Heading, Listing, Paragraph, Table
 from scruton.report.maths import Maths
 
 
 def render_text(blocks: Iterable[Block]) -> str:
     """Render blocks one below the other, an empty line between them; tables without a row are left out.
 
-    Parameters
-    ----------
-    blocks : iterable of Block
-        Those that a terminal can show: paragraphs, headings, listings, boxes and tables.
-
-    Raises
-    ------
-    TypeError
-        For a block that it cannot show.
+    A terminal can show paragraphs, headings, listings, boxes and tables (TypeError for any other block).
     """
     return "\n\n".join(text for block in blocks if (text := _block(block)))
 
 
 def _block(block: Block) -> str:
     match block:
-        case Paragraph():
-            return "".join(map(_run, block.runs))
+        case Paragraph(runs):
+            texts = (
+                one.latex if isinstance(one, Maths) else one.text if isinstance(one, Code) else one for one in runs
+            )
+            return "".join(texts)
         case Heading():
             return block.text
         case Listing():
@@ -33,34 +28,19 @@ def _block(block: Block) -> str:
         case Callout():
             return "\n".join([*([block.head] if block.head else []), *(f"  ! {line}" for line in block.lines)])
         case Table():
-            if not block.rows:
-                return ""
-            left = bool(block.numeric) and not any(block.numeric)
-            lines = [block.caption, table(block.header, block.rows, left=left), block.note]
-            return "\n".join(filter(None, lines))
+            return "\n".join(filter(None, [block.caption, _columns(block), block.note])) if block.rows else ""
     raise TypeError(f"a terminal shows no {type(block).__name__}")
 
 
-def _run(run: Run) -> str:
-    match run:
-        case Maths():
-            return run.latex
-        case Code():
-            return run.text
-    return run
-
-
-def table(header: Sequence[str], rows: Sequence[Sequence[str]], *, left: bool = False) -> str:
-    """Lay out columns: the first to the left, the others to the right (or all to the `left`), two spaces apart."""
-    lines = [list(header), *[list(row) for row in rows]]
-    widths = [max(len(line[i]) for line in lines) for i in range(len(header))]
-
-    def join(line: Sequence[str]) -> str:
-        cells = [
+def _columns(table: Table) -> str:
+    """The first column to the left, the others to the right (or all to the left), two spaces apart."""
+    left = bool(table.numeric) and not any(table.numeric)
+    widths = [max(map(len, cells)) for cells in zip(table.header, *table.rows, strict=True)]
+    lines = [
+        "  ".join(
             cell.ljust(width) if left or i == 0 else cell.rjust(width)
             for i, (cell, width) in enumerate(zip(line, widths, strict=True))
-        ]
-        return "  ".join(cells).rstrip()
-
-    rule = "  ".join("-" * width for width in widths)
-    return "\n".join([join(lines[0]), rule, *map(join, lines[1:])])
+        ).rstrip()
+        for line in (table.header, *table.rows)
+    ]
+    return "\n".join([lines[0], "  ".join("-" * width for width in widths), *lines[1:]])

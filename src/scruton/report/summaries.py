@@ -1,9 +1,9 @@
 """What the terminal is told of a fit, of predictions and of a validation, as blocks of a document."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from scruton.report.document import Block, Paragraph, Table, paragraph
+from scruton.report.document import Block, Table, paragraph
 from scruton.report.thresholds import SHARE_SHOWN
 from scruton.report.wording import TERMINAL
 
@@ -12,69 +12,59 @@ if TYPE_CHECKING:
     from scruton.griffin.validate import Validation
     from scruton.infer.results import Fit
 
-_PARAMETERS = {
-    "scruton_number": "Sc", "a_star": "stable amplitude", "relaxation_rate": "lambda [1/s]", "Y1": "Y1",
-    "epsilon": "epsilon",
-}  # fmt: skip
 _SPREAD = ("median", "90 % interval")
 
 
-def fit_summary(fit: "Fit") -> list[Block]:
+def fit_summary(fit: "Fit") -> Iterator[Block]:
     """Medians and 90 % intervals of what a fit found, the laws, and whether it converged."""
+    yield paragraph(fit.campaign.title)
     rigs = [(one["name"], *TERMINAL.spread(one["parameters"]["damping_ratio"], 100.0)) for one in fit.summary["rigs"]]
-    found: list[Block] = [
-        paragraph(fit.campaign.title),
-        Table("damping", "Structural damping ratio [%]", ("rig", *_SPREAD), tuple(rigs)),
-    ]
-    for key, heading in _PARAMETERS.items():
+    yield Table("damping", "Structural damping ratio [%]", ("rig", *_SPREAD), rigs)
+    for key, title in {
+        "scruton_number": "Sc",
+        "a_star": f"stable amplitude [{fit.campaign.section.amplitude_unit}]",
+        "relaxation_rate": "lambda [1/s]",
+        "Y1": "Y1",
+        "epsilon": "epsilon",
+    }.items():
         tests = [
             (one["name"], one["rig"], *TERMINAL.spread(one["parameters"][key]))
             for one in fit.summary["tests"]
             if key in one["parameters"]
         ]
-        title = f"{heading} [{fit.campaign.section.amplitude_unit}]" if key == "a_star" else heading
-        found.append(Table(key, title, ("test", "rig", *_SPREAD), tuple(tests)))
+        yield Table(key, title, ("test", "rig", *_SPREAD), tests)
+    weights = fit.summary["laws"].get("weights", {})
+    if len(weights) > 1:
+        best = max(one["log_evidence"] for one in weights.values())
+        laws = [
+            (
+                law, TERMINAL.number(one["prior"]), TERMINAL.number(one["log_evidence"] - best, 3),
+                TERMINAL.number(one["weight"], 3), TERMINAL.number(one["stacking"], 3),
+                "" if one["sampled"] else "not sampled",
+            )
+            for law, one in weights.items()
+        ]  # fmt: skip
+        header = ("law", "prior", "log evidence", "weight", "stacking", "")
+        yield Table("laws", "Laws of aerodynamic damping; log evidence below the best", header, laws)
     shared = fit.summary["campaign"].get("parameters", {})
     discrepancy = [
         (name, *TERMINAL.spread(shared[key]))
         for key, name in (("discrepancy_amplitude", "ln amplitude"), ("discrepancy_relaxation", "ln G"))
         if key in shared
     ]
-    title = "Discrepancy between settings, standard deviation"
-    found += [_laws(fit), Table("discrepancy", title, ("of", *_SPREAD), tuple(discrepancy))]
-    state = "converged" if fit.converged else "NOT CONVERGED: not to be trusted"
-    return [*found, paragraph(f"Sampling: {state}")]
-
-
-def _laws(fit: "Fit") -> Table:
-    """The laws of the model card; no row where there is but one."""
-    weights = fit.summary["laws"].get("weights", {})
-    best = max((one["log_evidence"] for one in weights.values()), default=0.0) if len(weights) > 1 else 0.0
-    rows = [
-        (
-            law, TERMINAL.number(one["prior"]), TERMINAL.number(one["log_evidence"] - best, 3),
-            TERMINAL.number(one["weight"], 3), TERMINAL.number(one["stacking"], 3),
-            "" if one["sampled"] else "not sampled",
-        )
-        for law, one in weights.items()
-        if len(weights) > 1
-    ]  # fmt: skip
-    header = ("law", "prior", "log evidence", "weight", "stacking", "")
-    return Table("laws", "Laws of aerodynamic damping; log evidence below the best", header, tuple(rows))
+    yield Table("discrepancy", "Discrepancy between settings, standard deviation", ("of", *_SPREAD), discrepancy)
+    yield paragraph(f"Sampling: {'converged' if fit.converged else 'NOT CONVERGED: not to be trusted'}")
 
 
 def prediction_summary(predictions: "Sequence[Prediction]", summary: dict[str, Any]) -> list[Block]:
     """Stable amplitudes at the design, one row each, and what is to be known of them; `summary` is that of the fit."""
-    rows = []
-    for one in predictions:
-        entry = one.to_json()
-        amplitude = entry["amplitude"]
-        rows.append(
-            (
-                TERMINAL.number(entry["sc"]), TERMINAL.number(entry["damping_ratio"]), *TERMINAL.spread(amplitude),
-                TERMINAL.number(amplitude["sd"]), TERMINAL.number(one.extrapolation_index, 2),
-            )
-        )  # fmt: skip
+    rows = [
+        (
+            TERMINAL.number(entry["sc"]), TERMINAL.number(entry["damping_ratio"]), *TERMINAL.spread(entry["amplitude"]),
+            TERMINAL.number(entry["amplitude"]["sd"]), TERMINAL.number(entry["extrapolation_index"], 2),
+        )
+        for entry in (one.to_json() for one in predictions)
+    ]  # fmt: skip
     header = ("Sc", "damping ratio", f"amplitude [{summary['amplitude_unit']}]", "90 % interval", "sd", "x")
     shares = [f"{law} {weight:.0%}" for law, weight in predictions[0].laws.items() if weight > SHARE_SHOWN]
     lines = [
@@ -84,12 +74,12 @@ def prediction_summary(predictions: "Sequence[Prediction]", summary: dict[str, A
     ]
     if not summary["converged"]:
         lines.append("! the fit did not converge: " + "; ".join(summary["flags"]))
-    return [Table("predictions", "", header, tuple(rows), "\n".join(lines))]
+    return [Table("predictions", "", header, rows, "\n".join(lines))]
 
 
 def validation_summary(title: str, unit: str, found: "Sequence[Validation]", coverage: dict[str, float]) -> list[Block]:
     """Every prediction of a test from others beside what was found there."""
-    rows = tuple(
+    rows = [
         (
             one.test, ", ".join(one.source), TERMINAL.number(one.prediction.median),
             TERMINAL.range(one.prediction.interval(0.90)), TERMINAL.number(one.amplitude), f"{100 * one.error:+.0f} %",
@@ -97,20 +87,16 @@ def validation_summary(title: str, unit: str, found: "Sequence[Validation]", cov
             "inside" if one.inside() else "OUTSIDE",
         )
         for one in found
-    )  # fmt: skip
-    header = (
-        "test", "from", f"predicted [{unit}]", "90 % interval", "found", "error", "factor", "z", "log score", "",
-    )  # fmt: skip
+    ]  # fmt: skip
+    header = ("test", "from", f"predicted [{unit}]", "90 % interval", "found", "error", "factor", "z", "log score", "")
     inside = ", ".join(f"{float(p):.0%}: {share:.0%}" for p, share in coverage.items())
     laws = sorted({label for one in found for label, weight in one.prediction.laws.items() if weight > SHARE_SHOWN})
     return [
         paragraph(title),
         Table("validation", "", header, rows),
-        Paragraph(
-            (
-                f"{len(found)} predictions. Inside their intervals of {inside}. Factor: how far the 90 % interval "
-                "reaches from its median. Log score: log density of ln(amplitude), larger is better.",
-            )
+        paragraph(
+            f"{len(found)} predictions. Inside their intervals of {inside}. Factor: how far the 90 % interval reaches "
+            "from its median. Log score: log density of ln(amplitude), larger is better."
         ),
         paragraph(f"Laws used: {', '.join(laws)}."),
     ]

@@ -24,26 +24,13 @@ CJK, CJK_INDEX = "Noto Sans CJK SC", 2
 
 @dataclass(frozen=True)
 class Typeface:
-    """One face of a file.
-
-    Attributes
-    ----------
-    family : str
-        As the file names itself.
-    path : Path
-    index : int
-        Its place in a collection.
-    weight : int
-        400 regular, 700 bold.
-    style : str
-        "normal" or "oblique".
-    """
+    """One face of a file: family as the file names itself, place in a collection, weight (400 regular, 700 bold)."""
 
     family: str
     path: Path
     index: int = 0
     weight: int = 400
-    style: str = "normal"
+    style: str = "normal"  # or "oblique"
 
 
 @cache
@@ -69,11 +56,6 @@ def families() -> tuple[str, ...]:
     return tuple(dict.fromkeys(one.family for one in typefaces()))
 
 
-def folders() -> tuple[Path, ...]:
-    """Folders that hold the files."""
-    return tuple(dict.fromkeys(one.path.parent for one in typefaces()))
-
-
 def _folder(package: str) -> Path:
     """Folder of a package, which need not be imported for it."""
     found = find_spec(package)
@@ -82,49 +64,23 @@ def _folder(package: str) -> Path:
     return Path(found.origin).parent
 
 
-@dataclass(frozen=True)
-class Subset:
-    """The letters that a page needs from one typeface.
+def subsets(text: str) -> Iterator[tuple[str, bytes]]:
+    """What a reader's machine may lack of a text: its letters beyond DejaVu Sans, by typeface, in order, each once.
 
-    Attributes
-    ----------
-    letters : str
-        In order, each once.
-    content : bytes
-        An OpenType file of these letters alone.
-    """
-
-    letters: str
-    content: bytes
-
-
-def subsets(text: str) -> tuple[Subset, ...]:
-    """What a reader's machine may lack of a text: its letters beyond DejaVu Sans, as small typefaces.
-
-    Parameters
-    ----------
-    text : str
-
-    Returns
-    -------
-    tuple of Subset
-        The same text gives the same bytes. Letters that no typeface holds are left to the reader's machine.
+    With each a small OpenType file of these letters alone: the same text gives the same bytes. Letters that no typeface
+    holds are left to the reader's machine.
     """
     missing = {letter for letter in text if letter.isprintable()}
-    found = []
-    for one in _regular():
+    # one face of every family that has pictures of letters
+    for one in typefaces():
         if not missing:
             break
+        if (one.weight, one.style) != (400, "normal") or one.family == LAST_RESORT:
+            continue
         known = _letters(one)
         if one.family != PLAIN and (letters := "".join(sorted(missing & known))):
-            found.append(Subset(letters, _subset(one, letters)))
+            yield letters, _subset(one, letters)
         missing -= known
-    return tuple(found)
-
-
-def _regular() -> Iterator[Typeface]:
-    """One face of every family that has pictures of letters."""
-    return (one for one in typefaces() if one.weight == 400 and one.style == "normal" and one.family != LAST_RESORT)
 
 
 @cache

@@ -2,13 +2,15 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 PARAMETERS = {
     "a_star": "stable amplitude a*",
     "relaxation_rate": "relaxation rate λ",
     "amplitude_scatter": "scatter of the amplitude from turbulence",
+    "gust_scatter": "scatter of the stable amplitude from slow gusts",
+    "gust_time": "correlation time of the gusts",
+    "set_point_scatter": "scatter of the stable amplitude from record to record",
     "noise_factor": "factor on the standard errors of the cycles",
     "damping_ratio": "structural damping ratio ξₛ",
     "scruton_number": "Scruton number Sc",
@@ -30,27 +32,17 @@ _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _UNITS = {"kg/m^3": "kg/m³", "kg m^2/m": "kg m²/m", "1/s": "1/s", "-": ""}
 
 
-def parameter_name(name: str) -> str:
-    """Name of a parameter in words."""
-    return PARAMETERS.get(name, name)
-
-
 def unit_text(unit: str) -> str:
     """A unit with its powers raised; empty where there is none."""
     return _UNITS.get(unit, unit)
 
 
-def decimals(width: float) -> int:
-    """Decimals that an interval so wide is worth: its last digit is at most a thirtieth of it."""
-    return max(0, math.ceil(-math.log10(width / 30.0)))
-
-
 def number(value: Any, digits: int = 4) -> str:
     """Write a number with so many significant digits, without exponents where a reader would stumble over them."""
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return "–"
     if isinstance(value, bool) or not isinstance(value, int | float):
         return str(value)
-    if math.isnan(value):
-        return "–"
     if math.isinf(value):
         return "∞" if value > 0 else "−∞"
     if value == 0 or (isinstance(value, int) and abs(value) < 10**7):
@@ -91,9 +83,10 @@ def estimate(entry: Mapping[str, Any], scale: float = 1.0, level: str = "0.90") 
     if max(map(abs, finite)) < 1e-4:
         texts = [number(one, 3) for one in values]
     else:
-        # more than five significant digits are beyond any laboratory, however narrow the interval
+        # more than five significant digits are beyond any laboratory, however narrow the interval; and the last digit
+        # is at most a thirtieth of the interval
         most = 4 - math.floor(math.log10(max(map(abs, finite))))
-        places = max(0, min(decimals(width), most))
+        places = max(0, min(math.ceil(-math.log10(width / 30.0)), most))
         texts = [f"{one:.{places}f}".replace("-", "−") if math.isfinite(one) else "∞" for one in values]
     return texts[0], f"{texts[1]} to {texts[2]}"
 
@@ -115,23 +108,12 @@ def plain_number(value: float | None, digits: int = 4) -> str:
     return f"{value:.{digits}g}"
 
 
-@dataclass(frozen=True)
-class Notation:
-    """How the same table is written for one sort of reader.
+class Notation(NamedTuple):
+    """How the same table is written for one sort of reader."""
 
-    Attributes
-    ----------
-    number : callable
-        A number with so many significant digits.
-    missing, between : str
-        What stands for nothing, and between the bounds of a range.
-    unit : callable
-        Writes a unit.
-    """
-
-    number: Callable[..., str]
+    number: Callable[..., str]  # with so many significant digits
     missing: str
-    between: str
+    between: str  # the bounds of a range
     unit: Callable[[str], str]
 
     def range(self, bounds: Sequence[float | None] | None, digits: int = 4) -> str:

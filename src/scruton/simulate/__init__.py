@@ -2,7 +2,7 @@
 
 from scruton.simulate.campaign import write_campaign
 from scruton.simulate.disturbances import Disturbances
-from scruton.simulate.motion import simulate_record
+from scruton.simulate.motion import Noise, simulate_record
 from scruton.simulate.truth import Truth
 
-__all__ = ["Disturbances", "Truth", "simulate_record", "write_campaign"]
+__all__ = ["Disturbances", "Noise", "Truth", "simulate_record", "write_campaign"]

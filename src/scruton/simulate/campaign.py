@@ -14,7 +14,7 @@ The specification is the campaign.toml that shall come out, with these additions
 
 import zlib
 from collections.abc import Iterable
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -30,11 +30,12 @@ from scruton.campaign.write import write_record, write_toml
 from scruton.errors import InputError
 from scruton.simulate.disturbances import Disturbances
 from scruton.simulate.equation import STEPS_PER_CYCLE
-from scruton.simulate.motion import simulate_record
+from scruton.simulate.motion import Noise, simulate_record
 from scruton.simulate.thresholds import LARGEST, MOST_STEPS
 from scruton.simulate.truth import FORCES, Truth
 from scruton.workspace import Workspace, digest
 
+_OWNERS = ("rigs", "tests")
 _RECORD = ("duration", "initial_amplitude", "disturbances")  # what a record says beyond campaign.toml
 
 
@@ -63,33 +64,27 @@ def write_campaign(spec: Path, out: Path, *, seed: int, force: bool = False) -> 
         For a specification that makes no campaign, or a folder that holds one already.
     """
     _refuse_files(out, ["campaign.toml"], force=force)
-    content = _read(spec)
-    settings = _settings(spec, content)
-    truths = _truths(spec, content)
-    planned = [
-        (key, i, entry.pop("records", [])) for key in ("rigs", "tests") for i, entry in enumerate(content.get(key, []))
-    ]
-    damping = [rig.pop("true_damping_ratio", None) for rig in content.get("rigs", [])]
-    disturbed = {
-        rig.get("name"): _disturbances(spec, f"rigs[{i}]", rig.pop("disturbances", {}))
-        for i, rig in enumerate(content.get("rigs", []))
-    }
-    inputs = {spec.name: digest(spec)}
+    _, content = read_toml(spec, "a TOML file that specifies a simulated campaign")
+    settings, forces, damping, disturbed, records = _taken_out(spec, content)
     # What lies in the folder is refused here, file by file: a measured record counts like a result.
+    inputs = {spec.name: digest(spec)}
     with Workspace(out, "simulate", inputs=inputs, settings={"seed": seed}, force=True) as work:
         folder = work.new
-        campaign = _without_records(spec, content, folder)
-        for key, i, records in planned:
-            place = f"{key}[{i}]"
-            truth = _truth(spec, campaign, key, i, damping, truths)
-            common = disturbed[campaign.rigs[i].name if key == "rigs" else campaign.tests[i].rig]
-            kept = []
-            for j, record in enumerate(records):
-                kept.append(_write_record(spec, f"{place}.records[{j}]", record, truth, settings, folder, seed, common))
-            if kept:
-                content[key][i]["records"] = kept
-        write_toml(folder / "campaign.toml", content)
-        _loaded(spec, folder)
+        # The campaign's own loader checks everything but the records, and gives the numbers in SI.
+        campaign = _loaded(spec, folder, content)
+        names = [rig.name for rig in campaign.rigs]
+        for (key, i), mine in records.items():
+            rig = i if key == "rigs" else names.index(campaign.tests[i].rig)
+            truth = _truth(spec, campaign, rig, damping[rig])
+            if key == "tests":
+                wind = campaign.tests[i]
+                truth = replace(truth, air_density=wind.air_density.mean, wind_speed=wind.wind_speed.mean, **forces[i])
+            for j, record in enumerate(mine):
+                table = Table(spec, f"{key}[{i}].records[{j}]", record)
+                _write_record(table, truth, settings, folder, seed, disturbed[rig])
+            kept = [{name: value for name, value in record.items() if name not in _RECORD} for record in mine]
+            content[key][i] |= {"records": kept} if kept else {}
+        _loaded(spec, folder, content)
         _refuse_files(out, (path.name for path in folder.iterdir()), force=force)
         work.publish()
     return out
@@ -101,21 +96,6 @@ def _refuse_files(out: Path, names: Iterable[str], *, force: bool) -> None:
     if found and not force:
         wanted = "an empty folder, or --force to replace what lies in it"
         raise InputError(out, "-o", f"{', '.join(found[:4])}{', ...' if len(found) > 4 else ''}", wanted)
-
-
-def _read(spec: Path) -> dict[str, Any]:
-    """Read the specification; its rigs, tests and records are lists of tables, whatever else they are."""
-    _, content = read_toml(spec, "a TOML file that specifies a simulated campaign")
-    top = Table(spec, "", content)
-    for key in ("rigs", "tests"):
-        for owner in top.tables(key):
-            owner.text("name", "a name")
-            owner.tables("records")
-    return content
-
-
-def _listed(before: str) -> Wording:
-    return Wording(repr, "an unknown key", lambda key, known: f"{before}: {', '.join(known)}")
 
 
 def _number(default: float | None = None, low: float = 0.0) -> Field:
@@ -144,14 +124,7 @@ def _value_like(example: Any) -> Field:
     return valid(lambda value: isinstance(value, type(example)), f"a value such as {example!r}")
 
 
-_SIMULATION = {
-    "sample_rate": _number(),
-    "turbulence": _number(0.0),
-    "sensor_noise": _number(0.0),
-    "quantum": _number(0.0),
-    "gust_intensity": _number(0.0),
-    "gust_time": _number(1.0),
-}
+_SIMULATION = {"sample_rate": _number()} | {name: _number(usual) for name, usual in vars(Noise()).items()}
 _TRUTH = {
     "Y1": _number(low=-LARGEST),
     "epsilon": _number(low=-LARGEST),
@@ -161,25 +134,40 @@ _TRUTH = {
 _DISTURBANCES = {part.name: _value_like(part.default) for part in fields(Disturbances)}
 
 
-def _settings(spec: Path, content: dict[str, Any]) -> dict[str, float]:
-    top = Table(spec, "", {"simulation": content.pop("simulation", None)}, _listed("one of"))
-    return top.inner("simulation", "a table [simulation] with sample_rate and the noise").read(_SIMULATION)
+def _taken_out(spec: Path, content: dict[str, Any]) -> tuple[Any, ...]:
+    """Take out of a specification what campaign.toml does not have.
 
-
-def _truths(spec: Path, content: dict[str, Any]) -> list[dict[str, Any]]:
-    truths = []
+    That is: what stands in [simulation]; forces by test; damping ratios and disturbances by rig; and the records, by
+    "rigs" or "tests" and number.
+    """
+    top = Table(spec, "", content)
+    for owner in (one for key in _OWNERS for one in top.tables(key)):
+        owner.text("name", "a name")
+        owner.tables("records")
+    one_of = Wording(repr, "an unknown key", lambda key, known: f"one of: {', '.join(known)}")
+    stated = Table(spec, "", {"simulation": content.pop("simulation", None)}, one_of)
+    settings = stated.inner("simulation", "a table [simulation] with sample_rate and the noise").read(_SIMULATION)
+    forces = []
     for i, test in enumerate(content.get("tests", [])):
-        stated = test.pop("truth", None)
-        if not isinstance(stated, dict) or not {"Y1", "epsilon"} <= set(stated) <= set(_TRUTH):
-            raise InputError(spec, f"tests[{i}].truth", repr(stated), "truth = { Y1 = -6.3, epsilon = 0.038 }")
-        truths.append(Table(spec, f"tests[{i}].truth", stated, _listed("one of")).read(_TRUTH))
-    return truths
+        truth = test.pop("truth", None)
+        if not isinstance(truth, dict) or not {"Y1", "epsilon"} <= set(truth) <= set(_TRUTH):
+            raise InputError(spec, f"tests[{i}].truth", repr(truth), "truth = { Y1 = -6.3, epsilon = 0.038 }")
+        forces.append(Table(spec, f"tests[{i}].truth", truth, one_of).read(_TRUTH))
+    rigs = content.get("rigs", [])
+    damping = [rig.pop("true_damping_ratio", None) for rig in rigs]
+    disturbed = [_disturbances(Table(spec, f"rigs[{i}]", rig)) for i, rig in enumerate(rigs)]
+    for rig in rigs:
+        rig.pop("disturbances", None)
+    owners = [(key, i, entry) for key in _OWNERS for i, entry in enumerate(content.get(key, []))]
+    return settings, forces, damping, disturbed, {(key, i): entry.pop("records", []) for key, i, entry in owners}
 
 
-def _disturbances(spec: Path, place: str, stated: Any) -> dict[str, Any]:
+def _disturbances(owner: Table) -> dict[str, Any]:
     """Read fields of `Disturbances`: numbers, names of forms, true or false."""
-    owner = Table(spec, place, {"disturbances": stated}, _listed("some of"))
-    table = owner.inner("disturbances", "a table, disturbances = { friction = 0.5 }")
+    if "disturbances" not in owner:
+        return {}
+    wording = Wording(repr, "an unknown key", lambda key, known: f"some of: {', '.join(known)}")
+    table = replace(owner, wording=wording).inner("disturbances", "a table, disturbances = { friction = 0.5 }")
     table.check_keys(_DISTURBANCES)
     values = {key: _DISTURBANCES[key].read(table, key) for key in table.values}
     try:
@@ -190,59 +178,35 @@ def _disturbances(spec: Path, place: str, stated: Any) -> dict[str, Any]:
     return values
 
 
-def _without_records(spec: Path, content: dict[str, Any], folder: Path) -> Campaign:
-    """Let the campaign's own loader check everything but the records, and give the numbers in SI."""
+def _loaded(spec: Path, folder: Path, content: dict[str, Any]) -> Campaign:
+    """Write campaign.toml and load it."""
     write_toml(folder / "campaign.toml", content)
-    return _loaded(spec, folder)
-
-
-def _loaded(spec: Path, folder: Path) -> Campaign:
     try:
         return load_campaign(folder)
     except InputError as error:
         raise InputError(spec, error.field, error.found, error.wanted) from error
 
 
-def _truth(spec: Path, campaign: Campaign, key: str, i: int, damping: list[Any], truths: list[dict[str, Any]]) -> Truth:
-    rig = campaign.rigs[i] if key == "rigs" else campaign.rig(campaign.tests[i].rig)
-    place = campaign.rigs.index(rig)
-    stated = damping[place]
-    if stated is None and rig.damping_ratio is None:
-        raise InputError(spec, f"rigs[{place}].damping_ratio", "nothing", "a damping_ratio, or a true_damping_ratio")
-    ratio = rig.damping_ratio.mean if stated is None and rig.damping_ratio else stated
-    body: dict[str, Any] = {
-        "motion": campaign.section.motion,
-        "width": campaign.section.width,
-        "depth": campaign.section.depth,
-        "mass": rig.mass.mean if rig.mass else 1.0,
-        "frequency": rig.frequency.mean,
-        "damping_ratio": _number().read(
-            Table(spec, f"rigs[{place}]", {"true_damping_ratio": ratio}), "true_damping_ratio"
-        ),
-    }
-    if key == "rigs":
-        return Truth(**body)
-    test = campaign.tests[i]
-    return Truth(**body, air_density=test.air_density.mean, wind_speed=test.wind_speed.mean, **truths[i])
+def _truth(spec: Path, campaign: Campaign, number: int, damping: Any) -> Truth:
+    """A rig in still air."""
+    rig, section = campaign.rigs[number], campaign.section
+    if damping is None and rig.damping_ratio is None:
+        raise InputError(spec, f"rigs[{number}].damping_ratio", "nothing", "a damping_ratio, or a true_damping_ratio")
+    ratio = rig.damping_ratio.mean if damping is None and rig.damping_ratio else damping
+    key = "true_damping_ratio"
+    return Truth(
+        section.motion, section.width, section.depth, rig.mass.mean if rig.mass else 1.0, rig.frequency.mean,
+        _number().read(Table(spec, f"rigs[{number}]", {key: ratio}), key),
+    )  # fmt: skip
 
 
 def _write_record(
-    spec: Path,
-    field: str,
-    record: dict[str, Any],
-    truth: Truth,
-    settings: dict[str, Any],
-    folder: Path,
-    seed: int,
-    common: dict[str, Any],
-) -> dict[str, Any]:
-    name = record.get("file")
-    plain = isinstance(name, str) and name.isprintable() and Path(name).name == name and is_delimited(Path(name))
-    if not plain:
-        raise InputError(spec, f"{field}.file", show(name or record), 'file = "name.csv", a plain name')
-    table = Table(spec, field, record)
-    kept = {key: value for key, value in record.items() if key not in _RECORD}
-    own = _disturbances(spec, field, record.get("disturbances", {}))
+    table: Table, truth: Truth, settings: dict[str, Any], folder: Path, seed: int, common: dict[str, Any]
+) -> None:
+    name = table.values.get("file")
+    if not (isinstance(name, str) and name.isprintable() and Path(name).name == name and is_delimited(Path(name))):
+        raise table.error("file", show(name or table.values), 'file = "name.csv", a plain name')
+    own = _disturbances(table)
     duration = _number().read(table, "duration")
     samples = duration * settings["sample_rate"]
     if not MIN_SAMPLES <= samples <= MOST_STEPS or duration * truth.frequency * STEPS_PER_CYCLE > MOST_STEPS:
@@ -250,25 +214,24 @@ def _write_record(
         raise table.error("duration", found, f"{MIN_SAMPLES} samples or more, and at most {MOST_STEPS:g}")
     amplitude = _number().read(table, "initial_amplitude")
     try:
-        if not truth.still:
-            amplitude *= truth.balance()[0]
         time, response = simulate_record(
             truth,
-            initial_amplitude=amplitude,
+            initial_amplitude=amplitude if truth.still else amplitude * truth.balance()[0],
             duration=duration,
-            seed=np.random.SeedSequence([seed, zlib.crc32(record["file"].encode())]),
+            sample_rate=settings["sample_rate"],
+            seed=np.random.SeedSequence([seed, zlib.crc32(name.encode())]),
+            noise=Noise(**{key: value for key, value in settings.items() if key != "sample_rate"}),
             disturbances=Disturbances(**{**common, **own}),
-            **settings,
         )
     except ArithmeticError as error:
-        raise InputError(spec, field, f"numbers that cannot be simulated ({error})", "those of a tunnel") from error
+        found, wanted = f"numbers that cannot be simulated ({error})", "those of a tunnel"
+        raise InputError(table.file, table.field, found, wanted) from error
     except ValueError as error:
-        raise InputError(
-            spec, field, f"a record that cannot be simulated ({error})", "a force with a stable amplitude"
-        ) from error
+        found, wanted = f"a record that cannot be simulated ({error})", "a force with a stable amplitude"
+        raise InputError(table.file, table.field, found, wanted) from error
     if not np.isfinite(response).all():
-        raise InputError(spec, field, "a motion that grows beyond all numbers", "one that stays finite")
+        found = "a motion that grows beyond all numbers"
+        raise InputError(table.file, table.field, found, "one that stays finite")
     section = Section(truth.motion, truth.width, truth.depth)
     # six digits: finer than any sensor, and small files
-    write_record(folder / record["file"], section, response, time, digits=6, angle="rad")
-    return kept
+    write_record(folder / name, section, response, time, digits=6, angle="rad")

@@ -120,7 +120,10 @@ class Disturbances:
     @property
     def off(self) -> bool:
         """Whether nothing is added."""
-        return self == Disturbances()
+        return self == OFF
+
+
+OFF = Disturbances()
 
 
 def schedules(
@@ -145,42 +148,32 @@ def schedules(
     speed = one + d.drift * (rise + 0.5 if d.drift_from_start else rise)
     after = (time >= d.jump_time) & (d.jump_time > 0.0)
     drive = np.where(after, 1.0 + d.jump_drive, 1.0)
-    if d.spell_depth:
-        drive = drive * np.where(_on(d, time, rng), 1.0, 1.0 - d.spell_depth)
+    if d.spell_depth:  # a random telegraph: lock-in is on for exponential times, then off
+        now, is_on = 0.0, bool(rng.random() < d.spell_on / (d.spell_on + d.spell_off))
+        on = np.zeros(time.shape, bool)
+        while now < time[-1]:
+            end = now + rng.exponential(d.spell_on if is_on else d.spell_off)
+            on[(time >= now) & (time < end)] = is_on
+            now, is_on = end, not is_on
+        drive = drive * np.where(on, 1.0, 1.0 - d.spell_depth)
     return speed, drive, np.where(after, d.jump_rate, 0.0)
-
-
-def _on(d: Disturbances, time: FloatArray, rng: np.random.Generator) -> np.ndarray:
-    """Random telegraph: lock-in is on for exponential times, then off."""
-    now, is_on = 0.0, bool(rng.random() < d.spell_on / (d.spell_on + d.spell_off))
-    on = np.zeros(time.shape, bool)
-    while now < time[-1]:
-        end = now + rng.exponential(d.spell_on if is_on else d.spell_off)
-        on[(time >= now) & (time < end)] = is_on
-        now, is_on = end, not is_on
-    return on
 
 
 def read_out(disturbances: Disturbances, response: FloatArray, step: float, rng: np.random.Generator) -> FloatArray:
     """What the channel shows of the response: another mode, its gain, its range."""
-    d = disturbances
-    shown = response
+    d, shown = disturbances, response
     if d.second_amplitude or d.second_scatter:
-        shown = shown + _second_mode(d, len(response), step, rng)
+        from scipy.signal import lfilter
+
+        # A linear oscillator's complex amplitude, kicked by white noise: exact from sample to sample.
+        samples = len(response)
+        pole = np.exp((-d.second_rate + 2j * np.pi * d.second_frequency) * step)
+        fresh = d.second_scatter * np.sqrt(-np.expm1(-2.0 * d.second_rate * step))
+        kicks = fresh * (rng.standard_normal(samples) + 1j * rng.standard_normal(samples))
+        start = d.second_scatter * (rng.standard_normal() + 1j * rng.standard_normal())
+        kicks[0] = start + d.second_amplitude * np.exp(2j * np.pi * rng.random())
+        shown = shown + np.real(lfilter([1.0], [1.0, -pole], kicks))
     shown = d.gain * shown
     if d.clip_level:
         shown = shown / (1.0 + np.abs(shown / d.clip_level) ** d.clip_sharpness) ** (1.0 / d.clip_sharpness)
     return shown
-
-
-def _second_mode(d: Disturbances, samples: int, step: float, rng: np.random.Generator) -> FloatArray:
-    """A linear oscillator's complex amplitude, kicked by white noise: exact from sample to sample."""
-    from scipy.signal import lfilter
-
-    pole = np.exp((-d.second_rate + 2j * np.pi * d.second_frequency) * step)
-    fresh = d.second_scatter * np.sqrt(-np.expm1(-2.0 * d.second_rate * step))
-    kicks = fresh * (rng.standard_normal(samples) + 1j * rng.standard_normal(samples))
-    start = d.second_scatter * (rng.standard_normal() + 1j * rng.standard_normal())
-    kicks[0] = start + d.second_amplitude * np.exp(2j * np.pi * rng.random())
-    mode: FloatArray = np.real(lfilter([1.0], [1.0, -pole], kicks))
-    return mode

@@ -14,7 +14,7 @@ a cycle is integrated; the running amplitude sqrt(x^2 + (v/omega)^2) and the sch
 hundred-and-twentieth of a cycle.
 """
 
-from typing import NamedTuple
+from collections import namedtuple
 
 import numpy as np
 from numba import njit
@@ -27,44 +27,13 @@ from scruton.simulate.truth import Truth
 STEPS_PER_CYCLE = 120
 
 
-class Terms(NamedTuple):
-    """Every number that the forces need, in the order of `Truth` and `Disturbances`; see there."""
-
-    w0: float
-    omega: float
-    xi: float
-    pressure: float
-    passage: float
-    Y1: float
-    epsilon: float
-    Y2: float
-    scanlan: float
-    shedding: float
-    shedding_omega: float
-    shedding_phase: float
-    friction: float
-    dahl: float
-    friction_scale: float
-    quadratic_drag: float
-    displacement_drag: float
-    k2: float
-    k3: float
-    xxv: float
-    vvv: float
-    xv: float
-    xxxxv: float
-    coherence: float
-    coherence_form: float
-    memory: float
-    bump_rate: float
-    bump_amplitude: float
-    bump_width: float
-    wake_share: float
-    wake_gain: float
-    wake_damping: float
-    wake_coupling: float
-    wake_omega: float
-    jumps: float
+# Every number that the forces need, in the order of `Truth` and `Disturbances`; see there.
+Terms = namedtuple(
+    "Terms",
+    "w0 omega xi pressure passage Y1 epsilon Y2 scanlan shedding shedding_omega shedding_phase friction dahl "
+    "friction_scale quadratic_drag displacement_drag k2 k3 xxv vvv xv xxxxv coherence coherence_form memory bump_rate "
+    "bump_amplitude bump_width wake_share wake_gain wake_damping wake_coupling wake_omega jumps",
+)
 
 
 def terms(truth: Truth, d: Disturbances) -> Terms:

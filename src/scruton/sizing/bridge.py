@@ -16,10 +16,10 @@ from scruton.campaign.schema import Motion
 from scruton.campaign.spelling import show
 from scruton.campaign.thresholds import LARGEST_TABLE, LARGEST_TOML
 from scruton.campaign.toml import Field, Table, anything, bare, is_number, number, parse_toml, text, whole
-from scruton.campaign.units import DENSITY, FREQUENCY, INERTIA, LENGTH, MASS, SPEED, Dimension, parse_quantity
+from scruton.campaign.units import DENSITY, FREQUENCY, INERTIA, LENGTH, MASS, SPEED, Dimension
 from scruton.errors import InputError
-from scruton.sizing.limits import Limit
-from scruton.sizing.limits import limit as read_limit
+from scruton.griffin.posterior import names_of
+from scruton.sizing.limits import Limit, limit
 from scruton.sizing.mode_shape import ModeShape, read_shape, read_table, sine, uniform
 from scruton.sizing.thresholds import DAMPING_COV, FREQUENCY_COV, LARGEST_COV
 
@@ -31,26 +31,21 @@ AIR_DENSITY = 1.225  # kg/m^3, sea level, 15 degrees
 # Steel box girders: median 0.3 %, as measured on one suspension bridge's modes and as designs assume.
 DAMPING = Quantity(0.003 * float(np.sqrt(1.0 + DAMPING_COV**2)), 0.003 * DAMPING_COV * 1.0966, minimum=0.001)
 _REACH = 18.0  # of -ln(1 - probability) of the wind speed: half a second a year lies beyond
-_MODAL_MASS = Dimension("a modal mass", "kg", 2e6)
 _SHARE = Dimension("a bare number", "", 0.5)
-_MONEY = Dimension("an amount of money, a bare number", "", 1e6, positive=False, largest=1e15)
 
 
 @dataclass(frozen=True, eq=False)
 class Mode:
-    """One mode of the bridge.
+    """One mode of the bridge: its name, shape and structural damping ratio, and what is not plain.
 
     Attributes
     ----------
-    name : str
     frequency : Quantity
         [Hz]; its spread is what a damper's tuning has to live with.
     mass : Quantity or None
         Equivalent mass m [kg/m], or inertia [kg m^2/m] for torsion; None: the mass ratio of the section model.
     modal_mass : float or None
         Generalised mass for a shape of largest value 1 [kg], or [kg m^2]; dampers of stated mass need it.
-    shape : ModeShape
-    damping_ratio : Quantity
     lock_in : (float, float) or None
         Reduced velocities U/(fD) between which the mode locks in.
     """
@@ -66,15 +61,7 @@ class Mode:
 
 @dataclass(frozen=True, eq=False)
 class Wind:
-    """Hours a year of wind by speed, from directions that matter.
-
-    Attributes
-    ----------
-    speed : (N,) array
-        Upper ends of the classes [m/s], rising.
-    hours : (N,) array
-        Hours a year in each class; the first begins at zero.
-    """
+    """Hours a year of wind from directions that matter, by class of speed with the upper end [m/s]; (N,), rising."""
 
     speed: FloatArray
     hours: FloatArray
@@ -88,14 +75,12 @@ class Wind:
 
 @dataclass(frozen=True)
 class DamperRequest:
-    """What is asked of a tuned mass damper.
+    """What is asked of so many tuned mass dampers.
 
     Attributes
     ----------
-    number : int
     risk : float
         Probability of exceeding the limit that may remain.
-    largest_mass_ratio : float
     largest_stroke : float or None
         [m], not to be exceeded with 95 % confidence.
     position : float or None
@@ -118,12 +103,8 @@ class Cost:
 
     Attributes
     ----------
-    fixed : float
-        Of any damper at all.
-    per_kg : float
-        Of damper mass.
-    per_percent : float
-        Of one percentage point of added damping, where a damper is bought by its damping.
+    fixed, per_kg, per_percent : float
+        Of any damper at all, of its mass, and of one percentage point of added damping where that is what is bought.
     failure : float
         Of a bridge that exceeds its limit.
     """
@@ -152,15 +133,6 @@ class Bridge:
     cost: Cost | None = None
     sha256: Mapping[str, str] = field(default_factory=dict)
 
-    def mass_damping_factor(self, mass: FloatArray | float) -> FloatArray:
-        """Scruton number per unit of damping ratio of a mode of this mass (Eqs. 7 and 8)."""
-        from scruton.dynamics.scruton_number import factor
-
-        return factor(
-            "paper", mass=mass, air_density=self.air_density, width=self.width, depth=self.depth,
-            torsional=self.motion is Motion.TORSIONAL,
-        )  # fmt: skip
-
 
 def load_bridge(path: Path, motion: Motion) -> Bridge:
     """Read a `bridge.toml`.
@@ -170,7 +142,7 @@ def load_bridge(path: Path, motion: Motion) -> Bridge:
     path : Path
         The file, or the folder that holds a bridge.toml.
     motion : Motion
-        Of the section model: its modes are of this motion.
+        Of the section model, and so of the modes.
 
     Raises
     ------
@@ -192,27 +164,21 @@ def load_bridge(path: Path, motion: Motion) -> Bridge:
     if len(set(names)) < len(names):
         raise top.error("modes", f'the name "{max(names, key=names.count)}" twice', "a name of its own for each mode")
     values = {key: field.read(top, key) for key, field in _TOP.items()}
-    return Bridge(
-        values["title"] or path.resolve().parent.name,
-        motion,
-        values["width"],
-        values["depth"],
-        values["air_density"],
-        values["coherence"],
-        values["limits"],
-        modes,
-        _wind(top.table("wind"), digests) if "wind" in top else None,
-        _damper(top.table("damper"), motion),
-        Cost(**top.table("cost").read(_COST)) if "cost" in top else None,
-        digests,
-    )
+    wind = _wind(top.table("wind"), digests) if "wind" in top else None
+    damper = top.table("damper")
+    request = DamperRequest(**damper.read(_DAMPER))
+    if "lever_arm" in damper and motion is Motion.HEAVING:
+        raise damper.error("lever_arm", "a lever arm against heaving", "none: it is that of dampers against torsion")
+    values |= {"title": values["title"] or path.resolve().parent.name, "modes": modes, "wind": wind, "damper": request}
+    values["cost"] = Cost(**top.table("cost").read(_COST)) if "cost" in top else None
+    del values["format"]
+    return Bridge(**values, motion=motion, sha256=digests)
 
 
 def stand_in(tree: "xr.DataTree", motion: Motion, rig: str, damping_ratio: Quantity = DAMPING) -> Bridge:
     """The section model itself as a bridge, for an answer before there is one: its depth, frequency and mass ratio."""
     data = tree["constant_data"]
-    names = [str(one) for one in data["rig"].to_numpy()]
-    frequency = float(data["frequency"].to_numpy()[names.index(rig)])
+    frequency = float(data["frequency"].to_numpy()[names_of(data["rig"]).index(rig)])
     mode = Mode("section", Quantity(frequency), shape=uniform(), damping_ratio=damping_ratio)
     return Bridge(
         "the section model itself", motion, float(data["width"]), float(data["depth"]), AIR_DENSITY, Quantity(1.0), (),
@@ -227,7 +193,16 @@ def _mode(table: Table, motion: Motion, digests: dict[str, str]) -> Mode:
     key, other, dimension = ("mass", "inertia", MASS) if motion is Motion.HEAVING else ("inertia", "mass", INERTIA)
     if other in table:
         raise table.error(other, f"{other}, for a {motion.value} mode", key)
-    shape = _shape(table, digests)
+    name = text('a name: "sine", "uniform" or a CSV file', "sine").read(table, "shape")
+    if name == "sine":
+        shape = sine(whole(1, 100, 1).read(table, "half_waves"))
+    elif "half_waves" in table:
+        raise table.refusal("half_waves", 'none: it belongs to shape = "sine"')
+    elif name == "uniform":
+        shape = uniform()
+    else:
+        shape = read_shape(table.file.parent / name)
+        digests[name] = sha256(read_bytes(table.file.parent / name, LARGEST_TABLE)).hexdigest()
     mass = _uncertain(table, key, dimension) if key in table else None
     values = {key: field.read(table, key) for key, field in _MODE.items()}
     modal = values["modal_mass"]
@@ -236,25 +211,11 @@ def _mode(table: Table, motion: Motion, digests: dict[str, str]) -> Mode:
     return Mode(values["name"], values["frequency"], mass, modal, shape, values["damping_ratio"], values["lock_in"])
 
 
-def _shape(table: Table, digests: dict[str, str]) -> ModeShape:
-    name = text('a name: "sine", "uniform" or a CSV file', "sine").read(table, "shape")
-    if name != "sine" and "half_waves" in table:
-        raise table.error("half_waves", show(table.values["half_waves"]), 'none: it belongs to shape = "sine"')
-    if name == "uniform":
-        return uniform()
-    if name == "sine":
-        return sine(whole(1, 100, 1).read(table, "half_waves"))
-    path = table.file.parent / name
-    shape = read_shape(path)
-    digests[name] = sha256(read_bytes(path, LARGEST_TABLE)).hexdigest()
-    return shape
-
-
 def _uncertain(table: Table, key: str, dimension: Dimension, cov: float = 0.0, family: str = "lognormal") -> Quantity:
     """Read a number, "x +/- s", or a table of mean or median, sd or cov, minimum, distribution."""
-    value = table.required(key, f"{dimension.name}, such as {key} = {dimension.spelling}")
+    value = table.values.get(key)
     if not isinstance(value, Mapping):
-        stated = parse_quantity(value, dimension, table.file, table.at(key)).or_relative_sd(cov)
+        stated = table.quantity(key, dimension).or_relative_sd(cov)
         return _checked(replace(stated, family=family if stated.sd else "known"), table, key)
     inner = table.table(key)
     inner.check_keys(("mean", "median", "sd", "cov", "minimum", "distribution"))
@@ -281,16 +242,15 @@ def _uncertain(table: Table, key: str, dimension: Dimension, cov: float = 0.0, f
 
 def _checked(value: Quantity, table: Table, key: str) -> Quantity:
     sd, is_beta = value.sd or 0.0, value.family == "beta" and not value.certain
-    if key in ("damping_ratio", "coherence") and not value.mean <= 1.0:
-        raise table.refusal(key, "a bare number up to 1")
-    if sd > LARGEST_COV * value.mean:
-        raise table.refusal(key, f"a standard deviation up to {LARGEST_COV:g} times the mean")
-    if is_beta and not value.mean < 1.0:
-        raise table.refusal(key, "a mean between 0 and 1: beta is a distribution of fractions")
-    if is_beta and sd**2 >= value.mean * (1.0 - value.mean):
-        raise table.refusal(key, "a standard deviation that fits between 0 and 1")
-    if value.minimum >= value.mean:
-        raise table.refusal(key, "a minimum below the mean")
+    for good, wanted in (
+        (key not in ("damping_ratio", "coherence") or value.mean <= 1.0, "a bare number up to 1"),
+        (sd <= LARGEST_COV * value.mean, f"a standard deviation up to {LARGEST_COV:g} times the mean"),
+        (not is_beta or value.mean < 1.0, "a mean between 0 and 1: beta is a distribution of fractions"),
+        (not is_beta or sd**2 < value.mean * (1.0 - value.mean), "a standard deviation that fits between 0 and 1"),
+        (value.minimum < value.mean, "a minimum below the mean"),
+    ):
+        if not good:
+            raise table.refusal(key, wanted)
     return value
 
 
@@ -307,9 +267,9 @@ def _pair(table: Table, key: str) -> tuple[float, float]:
 
 def _limits(table: Table, key: str) -> tuple[Limit, ...]:
     texts = table.values[key]
-    if not isinstance(texts, list) or not all(isinstance(limit, str) for limit in texts):
+    if not isinstance(texts, list) or not all(isinstance(one, str) for one in texts):
         raise table.refusal(key, 'a list of limits, such as limits = ["jtg", "0.1 m"]')
-    return tuple(read_limit(limit, str(table.file), f"limits[{i}]") for i, limit in enumerate(texts))
+    return tuple(limit(one, str(table.file), f"limits[{i}]") for i, one in enumerate(texts))
 
 
 def _wind(table: Table, digests: dict[str, str]) -> Wind:
@@ -336,14 +296,8 @@ def _wind(table: Table, digests: dict[str, str]) -> Wind:
     return Wind(scale * ratio[1:], share * 8766.0 * np.diff(-np.exp(-(ratio**shape))))
 
 
-def _damper(table: Table, motion: Motion) -> DamperRequest:
-    values = table.read(_DAMPER)
-    if "lever_arm" in table and motion is Motion.HEAVING:
-        raise table.error("lever_arm", "a lever arm against heaving", "none: it is that of dampers against torsion")
-    return DamperRequest(**values)
-
-
 _DAMPING_RATIO = Dimension("a damping ratio, a bare number", "", 0.003)
+_MONEY = Dimension("an amount of money, a bare number", "", 1e6, positive=False, largest=1e15)
 _AMOUNT = number(_MONEY, 0.0, good=lambda amount: amount >= 0.0, wanted="an amount of zero or more")
 _PROBABILITY = number(_SHARE, 0.05, good=lambda share: share < 1.0, wanted="a number between 0 and 1")
 _SHAPE = Dimension("a shape parameter, a bare number", "", 2.0)
@@ -358,19 +312,14 @@ _TOP = {
     "air_density": number(DENSITY, AIR_DENSITY),
     "coherence": Field(lambda table, key: _uncertain(table, key, _SHARE, family="beta"), Quantity(1.0)),
     "limits": Field(_limits, ()),
-    "modes": anything(),
-    "wind": anything(),
-    "damper": anything(),
-    "cost": anything(),
+    **dict.fromkeys(("modes", "wind", "damper", "cost"), anything()),
 }
 _MODE = {
     "name": text("a name"),
     "motion": anything(),
     "frequency": Field(lambda table, key: _uncertain(table, key, FREQUENCY, FREQUENCY_COV)),
-    "mass": anything(),
-    "inertia": anything(),
-    "length": anything(),
-    "modal_mass": number(_MODAL_MASS, None),
+    **dict.fromkeys(("mass", "inertia", "length"), anything()),
+    "modal_mass": number(Dimension("a modal mass", "kg", 2e6), None),
     "shape": anything(),
     "half_waves": anything(),
     "damping_ratio": Field(lambda table, key: _uncertain(table, key, _DAMPING_RATIO, DAMPING_COV), DAMPING),

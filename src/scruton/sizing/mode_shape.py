@@ -62,12 +62,11 @@ class ModeShape:
         return float(np.interp(first + fraction * (last - first), self.position, self.value))
 
     def _factor(self, n: float) -> float:
-        size = np.abs(self.value)
-        square = self._mean(size**2)
         if abs(n) < 1e-6:
+            size = np.abs(self.value)
             safe = np.where(size > 0.0, size, 1.0)  # phi^2 ln(phi) -> 0
-            return float(np.exp(-self._mean(size**2 * np.log(safe)) / square))
-        return float((square / self._mean(size ** (2.0 + n))) ** (1.0 / n))
+            return float(np.exp(-self._mean(size**2 * np.log(safe)) / self.integral(2.0)))
+        return float((self.integral(2.0) / self.integral(2.0 + n)) ** (1.0 / n))
 
     def _mean(self, y: FloatArray) -> float:
         return float(simpson(y, x=self.position) / (self.position[-1] - self.position[0]))
@@ -96,9 +95,8 @@ def read_shape(path: Path) -> ModeShape:
     """
     table = read_table(path, "one header line, then two columns of numbers with a comma between, position and shape")
     if table.shape[1] != 2 or len(table) < 5:
-        raise InputError(
-            path, "", f"{len(table)} rows of {table.shape[1]} columns", "two columns and at least five rows"
-        )
+        found = f"{len(table)} rows of {table.shape[1]} columns"
+        raise InputError(path, "", found, "two columns and at least five rows")
     return make_shape(table[:, 0], table[:, 1], path)
 
 
@@ -138,9 +136,8 @@ def make_shape(position: FloatArray, value: FloatArray, path: Path | str) -> Mod
         raise InputError(path, "position", "values that do not rise from row to row", "rising positions")
     span = position[-1] - position[0]
     if span < CLOSEST_POINTS or np.diff(position).min() < CLOSEST_POINTS * span:
-        raise InputError(
-            path, "position", "points that all but coincide", f"more than {CLOSEST_POINTS:g} of the span between"
-        )
+        apart = f"more than {CLOSEST_POINTS:g} of the span between"
+        raise InputError(path, "position", "points that all but coincide", apart)
     if max(np.abs(position).max(), np.abs(value).max()) > LARGEST_NUMBER:
         raise InputError(path, "", "a number that no bridge has", f"numbers up to {LARGEST_NUMBER:g}")
     if not np.abs(value).max() > 0.0:

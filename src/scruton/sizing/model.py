@@ -14,6 +14,7 @@ from scipy.special import ndtri
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Motion
 from scruton.dynamics.laws import index_of
+from scruton.dynamics.scruton_number import factor as scruton_number_factor
 from scruton.griffin.curves import LawCurves, SharedCurve
 from scruton.sizing.bridge import Bridge, Mode
 
@@ -61,13 +62,8 @@ def spread(draws: FloatArray) -> Spread:
 class ModeModel:
     """One mode in the light of the section's posterior.
 
-    Attributes
-    ----------
-    laws : LawCurves
-    section_factor : (S,) array
-        Draws of Scruton number per unit of damping ratio of the section model, for a mode of the same mass ratio.
-    bridge : Bridge
-    mode : Mode
+    `section_factor`, (S,), has draws of the Scruton number per unit of damping ratio of the section model, for a mode
+    of the same mass ratio.
     """
 
     laws: LawCurves
@@ -77,19 +73,15 @@ class ModeModel:
 
     def uncertain(self) -> tuple[int, ...]:
         """Sources of which there is more than one value, that bear on the amplitude."""
-        sources = [SECTION]
-        if np.count_nonzero(self.laws.weights > 0.0) > 1:
-            sources.append(LAW)
-        if self.laws.discrepancy.max() > 0.0:
-            sources.append(DISCREPANCY)
-        for source, stated in (
-            (DAMPING, self.mode.damping_ratio),
-            (COHERENCE, self.bridge.coherence),
-            (MASS, self.mode.mass),
-        ):
-            if stated is not None and not stated.certain:
-                sources.append(source)
-        return tuple(sources)
+        vary = {
+            SECTION: True,
+            LAW: np.count_nonzero(self.laws.weights > 0.0) > 1,
+            DISCREPANCY: self.laws.discrepancy.max() > 0.0,
+            DAMPING: not self.mode.damping_ratio.certain,
+            COHERENCE: not self.bridge.coherence.certain,
+            MASS: self.mode.mass is not None and not self.mode.mass.certain,
+        }
+        return tuple(source for source, varies in vary.items() if varies)
 
     def draws(self, u: FloatArray) -> "Draws":
         """Draws at points of the unit cube, (N, sources)."""
@@ -102,22 +94,18 @@ class ModeModel:
         length = self.bridge.depth if self.bridge.motion is Motion.HEAVING else 1.0
         z = ndtri(u[:, DISCREPANCY])
         scale = length * self.mode.shape.factor(curve.n) * self.bridge.coherence.quantile(u[:, COHERENCE])
-        mass = self.mode.mass
-        if mass is None:
+        if self.mode.mass is None:
             factor = np.resize(self.section_factor, size)[draw]
         else:
-            factor = self.bridge.mass_damping_factor(mass.quantile(u[:, MASS]))
+            factor = scruton_number_factor(
+                "paper", mass=self.mode.mass.quantile(u[:, MASS]), air_density=self.bridge.air_density,
+                width=self.bridge.width, depth=self.bridge.depth, torsional=self.bridge.motion is Motion.TORSIONAL,
+            )  # fmt: skip
         frequency = self.mode.frequency
         return Draws(
-            curve,
-            scale * np.exp(curve.discrepancy * z),
-            self.mode.damping_ratio.quantile(u[:, DAMPING]),
-            factor,
-            frequency.quantile(u[:, FREQUENCY]) / frequency.mean - 1.0,
-            z,
-            draw,
-            self.table,
-        )
+            curve, scale * np.exp(curve.discrepancy * z), self.mode.damping_ratio.quantile(u[:, DAMPING]), factor,
+            frequency.quantile(u[:, FREQUENCY]) / frequency.mean - 1.0, z, draw, self.table,
+        )  # fmt: skip
 
     @property
     def lever_arm(self) -> float:
@@ -149,12 +137,10 @@ class ModeModel:
 
 @dataclass(frozen=True, eq=False)
 class Draws:
-    """Draws of a mode, (N,) arrays.
+    """Draws of a mode from the section's curves, (N,) arrays.
 
     Attributes
     ----------
-    curve : SharedCurve
-        Of the section.
     scale : (N,) array
         Amplitude of the bridge [m] or [rad] over that of the section's curve.
     damping_ratio : (N,) array
@@ -167,8 +153,6 @@ class Draws:
         Standard normal deviate of the discrepancy.
     row : (N,) array
         Which draw of the posterior each one is.
-    table : CurveTable or None
-        Of curves with an effect in them.
     """
 
     curve: SharedCurve
@@ -192,10 +176,9 @@ class Draws:
     def amplitude(self, added: ArrayLike) -> FloatArray:
         """Stable amplitude [m] or [rad] with added damping, shaped as `scruton_number`; zero where vibration dies."""
         sc = self.scruton_number(added)
-        square = sc if sc.ndim == 2 else sc[:, None]
+        square = sc.reshape(len(self), -1)
         on_curve = self.curve.at(square) if self.table is None else self.table.amplitude(self.row, square)
-        amplitude = self.scale[:, None] * on_curve
-        return amplitude if sc.ndim == 2 else amplitude[:, 0]
+        return (self.scale[:, None] * on_curve).reshape(sc.shape)
 
     def needed(self, limit: float) -> FloatArray:
         """Added damping at which the amplitude is down to the limit, (N,); below zero where none is needed.
@@ -206,10 +189,10 @@ class Draws:
         """
         with np.errstate(divide="ignore"):  # a coherence that comes out as zero keeps any limit
             target = limit / self.scale
-        curve = self.curve
         if self.table is not None:
             sc = self.table.scruton_number(self.row, target)
         else:
+            curve = self.curve
             sc = curve.reference + curve.relaxation * index_of(np.log(target / curve.amplitude), curve.n)
         return np.asarray(sc / self.factor - self.damping_ratio)
 

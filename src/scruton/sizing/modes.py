@@ -16,15 +16,7 @@ POINTS = 1 << 14
 
 @dataclass(frozen=True)
 class Exceedance:
-    """Probabilities over all modes.
-
-    Attributes
-    ----------
-    each : tuple of float
-        P(amplitude > limit) by mode.
-    any : float
-        P(any mode exceeds its limit), each mode in its own lock-in.
-    """
+    """P(amplitude > limit) by mode, and P(any mode exceeds its limit), each mode in its own lock-in."""
 
     each: tuple[float, ...]
     any: float
@@ -56,8 +48,6 @@ class AllModes:
 
     Attributes
     ----------
-    names : tuple of str
-        Of the modes.
     without : Exceedance
         As the bridge is.
     with_required_damping : Exceedance or None
@@ -113,18 +103,17 @@ def all_modes(
 
     Parameters
     ----------
-    models : sequence of ModeModel
     risks : sequence of Risk
         Of every mode against the limit that governs it.
     dampers : sequence of (BuiltDamper, float)
         Of all modes, with the fractions of the span where they hang.
     peak_range : (float, float)
         Reduced velocities for modes that state no range of lock-in.
-    seed : int
     """
     draws, limits = joint_draws(models, seed), [risk.limit for risk in risks]
     without = exceedance(draws, limits, [0.0] * len(models))
     needs = [need for risk in risks if (need := risk.required["0.95"]) is not None]
+    required = exceedance(draws, limits, needs) if len(needs) == len(models) else None
     with_dampers = added_by_dampers = hours = None
     if all(model.mode.modal_mass is not None for model in models):
         added = [added_by(dampers, model, own.detuning) for model, own in zip(models, draws, strict=True)]
@@ -140,23 +129,12 @@ def all_modes(
         assumed = tuple(model.mode.lock_in is None for model in models)
         exceeding = tuple(p * own for p, own in zip(without.each, a_year, strict=True))
         hours = LockInHours(ranges, assumed, a_year, exceeding)
-    return AllModes(
-        tuple(model.mode.name for model in models), without,
-        exceedance(draws, limits, needs) if len(needs) == len(models) else None, with_dampers, added_by_dampers, hours,
-    )  # fmt: skip
+    names = tuple(model.mode.name for model in models)
+    return AllModes(names, without, required, with_dampers, added_by_dampers, hours)
 
 
 def added_by(dampers: Sequence[tuple[BuiltDamper, float]], model: ModeModel, detuning: FloatArray) -> FloatArray:
-    """Damping ratio that all dampers of the bridge add to one mode, for draws of its detuning.
-
-    Parameters
-    ----------
-    dampers : sequence of (BuiltDamper, float)
-        With masses, and the fractions of the span where they hang.
-    model : ModeModel
-        With a modal mass.
-    detuning : (N,) array
-    """
+    """Damping ratio that all dampers of the bridge add to a mode of known modal mass, by its detuning, (N,)."""
     mode = model.mode
     assert mode.modal_mass is not None
     moving = []

@@ -9,10 +9,10 @@ from scipy.special import ndtr
 from scruton.arrays import BoolArray, FloatArray
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.sizing.bridge import Cost
-from scruton.sizing.damper import Damper
 from scruton.sizing.model import DAMPING, DISCREPANCY, LAW, SECTION, SOURCES, Draws, ModeModel, unit_cube
 from scruton.sizing.risk import Risk
 from scruton.sizing.thresholds import DAMPING_TEST_COV, STEADY_COV, STROKE_TOLERANCE
+from scruton.sizing.tmd_design import Damper
 
 POINTS = 1 << 14
 _KNOTS, _DEGREE = 6, 3
@@ -24,7 +24,6 @@ class CostByDamping:
 
     Attributes
     ----------
-    added_damping : (K,) array
     damper, failure, total : (K,) array
         Cost of the damper, expected cost of failure, and their sum.
     best_added_damping, best_total : float
@@ -44,22 +43,18 @@ class CostByDamping:
 
 @dataclass(frozen=True, eq=False)
 class CostByMass:
-    """Expected cost where dampers are bought by their mass.
+    """Expected cost where dampers are bought by their mass; what is not said here as of `CostByDamping`.
 
     Attributes
     ----------
     mass : (M,) array
         Of all dampers together [kg].
-    damper, failure, total : (M,) array
-        Cost of the dampers, expected cost of failure, and their sum.
     allowed : (M,) array of bool
         Within the largest mass ratio and the largest stroke.
     without : float
         Expected cost without a damper.
-    best_mass, best_total : float
+    best_mass : float
         Where the sum is least; zero kg where none is better.
-    at_the_end : bool
-        Whether that is the heaviest looked at.
     """
 
     mass: FloatArray
@@ -75,15 +70,9 @@ class CostByMass:
 
 @dataclass(frozen=True)
 class Worth:
-    """What it is worth to learn something.
+    """Expected saving, in the currency of the costs, by learning something.
 
-    Attributes
-    ----------
-    name : str
-    kind : {"perfect", "sample"}
-        Perfect knowledge of a source (EVPPI), or the outcome of an experiment (EVSI).
-    value : float
-        Expected saving, in the currency of the costs.
+    The kind is "perfect" knowledge of a source (EVPPI), or a "sample", the outcome of an experiment (EVSI).
     """
 
     name: str
@@ -93,15 +82,7 @@ class Worth:
 
 @dataclass(frozen=True, eq=False)
 class Information:
-    """Value of information about one mode and limit.
-
-    Attributes
-    ----------
-    perfect : float
-        Expected saving if everything were known (EVPI).
-    worth : tuple of Worth
-        The largest first within each kind.
-    """
+    """Expected saving if all of one mode and limit were known (EVPI), and its parts, the largest first by kind."""
 
     perfect: float
     worth: tuple[Worth, ...]
@@ -111,14 +92,7 @@ class Information:
 class Costs:
     """Least expected cost of one mode, and what knowing more is worth, as far as costs are stated.
 
-    Attributes
-    ----------
-    currency : str
-    failure : float
-        Of a bridge that exceeds its limit.
-    by_mass : CostByMass or None
-    by_damping : CostByDamping or None
-    information : Information or None
+    `failure` is the cost of a bridge that exceeds its limit.
     """
 
     currency: str
@@ -162,11 +136,10 @@ def cost_by_mass(cost: Cost, probability: float, damper: Damper) -> CostByMass |
     if asked.largest_stroke is not None:
         allowed &= chart.stroke_high <= (1.0 + STROKE_TOLERANCE) * asked.largest_stroke
     best = int(np.argmin(np.where(allowed, total, np.inf)))
-    none = bool(not allowed[best] or without <= total[best])
-    return CostByMass(
-        chart.mass, bought, failure, total, allowed, without, 0.0 if none else float(chart.mass[best]),
-        without if none else float(total[best]), not none and best == total.size - 1,
-    )  # fmt: skip
+    place = (float(chart.mass[best]), float(total[best]), best == total.size - 1)
+    if not allowed[best] or without <= total[best]:
+        place = (0.0, without, False)
+    return CostByMass(chart.mass, bought, failure, total, allowed, without, *place)
 
 
 def _damping_cost(cost: Cost, added: FloatArray) -> FloatArray:
@@ -187,37 +160,27 @@ def information(
     draws = model.draws(u)
     damper = _damping_cost(cost, added)
     certain = damper + cost.failure * (draws.needed(limit)[:, None] > added)
-    # What does not tell the discrepancy is judged at the mean over it, which is known: less noise.
-    mean = damper + cost.failure * _mean_over_discrepancy(draws, limit, added)
+    # What does not tell the discrepancy is judged at the mean over it, P(amplitude > limit) given all else: less noise.
+    curve = draws.curve
+    tau, shift = curve.discrepancy[:, None], curve.discrepancy * draws.discrepancy
+    with np.errstate(divide="ignore", invalid="ignore"):
+        log_margin = np.log(limit / draws.amplitude(added[None])) + shift[:, None]
+        mean = damper + cost.failure * np.where(tau > 0.0, ndtr(-(log_margin / tau)), log_margin < 0.0)
     now = float(mean.mean(axis=0).min())
+    # What a source tells, as numbers on which the need is smooth.
+    told = {
+        SECTION: [np.log(curve.amplitude), np.log(curve.relaxation), curve.discrepancy],
+        DISCREPANCY: [shift],
+        LAW: [curve.n],
+    }
     worth = [
-        Worth(SOURCES[k], "perfect", _saving(certain if k == DISCREPANCY else mean, _coordinates(draws, u, k)))
+        Worth(SOURCES[k], "perfect", _saving(certain if k == DISCREPANCY else mean, told.get(k, [u[:, k]])))
         for k in model.uncertain()
     ]
     for name, (tells, outcome) in _experiments(model, draws, seed).items():
         worth.append(Worth(name, "sample", _saving(certain if tells else mean, outcome)))
     worth.sort(key=lambda item: (item.kind, -item.value))
     return Information(now - float(certain.min(axis=1).mean()), tuple(worth))
-
-
-def _mean_over_discrepancy(draws: Draws, limit: float, added: FloatArray) -> FloatArray:
-    """P(amplitude > limit) given all but the discrepancy, (N, K)."""
-    tau = draws.curve.discrepancy
-    shift = tau * draws.discrepancy
-    with np.errstate(divide="ignore", invalid="ignore"):
-        log_margin = np.log(limit / draws.amplitude(added[None])) + shift[:, None]
-        deviate = log_margin / tau[:, None]
-    return np.where(tau[:, None] > 0.0, ndtr(-deviate), log_margin < 0.0)
-
-
-def _coordinates(draws: Draws, u: FloatArray, source: int) -> list[FloatArray]:
-    """What a source tells, as numbers on which the need is smooth."""
-    curve = draws.curve
-    if source == SECTION:
-        return [np.log(curve.amplitude), np.log(curve.relaxation), curve.discrepancy]
-    if source == DISCREPANCY:
-        return [curve.discrepancy * draws.discrepancy]
-    return [curve.n if source == LAW else u[:, source]]
 
 
 def _experiments(model: ModeModel, draws: Draws, seed: int) -> Mapping[str, tuple[bool, list[FloatArray]]]:
@@ -264,8 +227,10 @@ def _saving(losses: FloatArray, outcome: Sequence[FloatArray]) -> float:
 def _basis(outcome: Sequence[FloatArray]) -> FloatArray:
     """Additive cubic splines in the ranks of each coordinate, and products of their first powers."""
     from scipy.interpolate import BSpline
+    from scipy.stats import rankdata
 
-    ranks = [_ranks(numbers) for numbers in outcome if np.ptp(numbers) > 0.0]
+    # Places among the draws, in (0, 1); equal values share one.
+    ranks = [(rankdata(numbers) - 0.5) / numbers.size for numbers in outcome if np.ptp(numbers) > 0.0]
     columns = [np.ones((outcome[0].size, 1))]
     knots = np.concatenate((np.zeros(_DEGREE), np.linspace(0.0, 1.0, _KNOTS), np.ones(_DEGREE)))
     for rank in ranks:
@@ -274,10 +239,3 @@ def _basis(outcome: Sequence[FloatArray]) -> FloatArray:
         for other in ranks[i + 1 :]:
             columns += [(rank**p * other**q)[:, None] for p in (1, 2) for q in (1, 2)]
     return np.hstack(columns)
-
-
-def _ranks(value: FloatArray) -> FloatArray:
-    """Place among the draws, in (0, 1); equal values share one."""
-    _, place, counts = np.unique(value, return_inverse=True, return_counts=True)
-    middle = np.cumsum(counts) - 0.5 * counts
-    return np.asarray(middle[place.ravel()] / value.size)

@@ -1,33 +1,31 @@
-"""Probability of exceeding a limit against added damping, and the added damping that a confidence asks for."""
+"""Probability of exceeding a limit against added damping, what a confidence asks for, and which uncertainty matters."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.griffin.thresholds import X_TRUSTED
 from scruton.sizing.limits import Limit
-from scruton.sizing.model import LAW, SECTION, Draws, ModeModel, unit_cube
+from scruton.sizing.model import LAW, SECTION, SOURCES, Draws, ModeModel, unit_cube
 from scruton.sizing.thresholds import LARGEST_ADDED
 
 CONFIDENCES = ("0.50", "0.84", "0.95", "0.99")
-POINTS = 1 << 15
+POINTS, SHARE_POINTS = 1 << 15, 1 << 12
 _CURVES, _INNER = 256, 1024  # of the band: curves of the section, and draws of all else for each
 _GRID = 81
 
 
 @dataclass(frozen=True, eq=False)
 class RiskCurve:
-    """One mode against one limit, along the damping ratio that is added.
+    """P(amplitude > limit) and more of one mode against one limit, along the damping ratio that is added.
 
     Attributes
     ----------
-    added_damping : (K,) array
     scruton_number : (K,) array
         Median there.
-    probability : (K,) array
-        P(amplitude > limit).
     probability_05, probability_95 : (K,) array
         5 and 95 % points of that probability over the section's posterior and the laws: what testing could change.
     by_law : mapping
@@ -57,16 +55,13 @@ class Risk:
     Attributes
     ----------
     rule, title, source, confirm : str
-        As the user wrote it, and as of `scruton.sizing.limits.rule.Rule`.
+        As the user wrote it, and as of `scruton.sizing.limits.Rule`.
     limit : float
         [m] or [rad].
     probability, expected_exceedance : float
         P(amplitude > limit) and E[max(A - limit, 0)] without added damping.
-    required : mapping
-        Added damping ratio by confidence ("0.95"); None where more than `LARGEST_ADDED` would be needed.
-    required_text : mapping
-        The same in words.
-    curve : RiskCurve
+    required, required_text : mapping
+        Added damping ratio by confidence ("0.95"), and in words; None where more than `LARGEST_ADDED` would be needed.
     """
 
     rule: str
@@ -81,16 +76,8 @@ class Risk:
     curve: RiskCurve
 
 
-def risk(model: ModeModel, limit: Limit, *, seed: int = 0, points: int = POINTS) -> Risk:
+def risk(model: ModeModel, limit: Limit, *, seed: int = 0) -> Risk:
     """Probability of exceeding a limit, against added damping.
-
-    Parameters
-    ----------
-    model : ModeModel
-    limit : Limit
-    seed : int
-    points : int
-        Draws, a power of two.
 
     Raises
     ------
@@ -99,12 +86,17 @@ def risk(model: ModeModel, limit: Limit, *, seed: int = 0, points: int = POINTS)
     """
     bridge, rule = model.bridge, limit.rule
     largest = limit.amplitude(bridge.motion, model.mode.frequency.mean, bridge.width, bridge.depth)
-    u = unit_cube(points, seed)
+    u = unit_cube(POINTS, seed)
     needed = model.draws(u).needed(largest)
-    wanted = required(needed)
+    # Order statistics: what is needed may be infinite.
+    points = np.quantile(needed, [float(name) for name in CONFIDENCES], method="inverted_cdf").tolist()
+    wanted = {
+        name: max(point, 0.0) if point <= LARGEST_ADDED else None
+        for name, point in zip(CONFIDENCES, points, strict=True)
+    }
     top = max(LARGEST_ADDED if damping is None else damping for damping in wanted.values())
     added = np.linspace(0.0, min(max(1.4 * top, 0.002), LARGEST_ADDED), _GRID)
-    few = model.draws(u[: points // 4])
+    few = model.draws(u[: POINTS // 4])
     amplitude = few.amplitude(added[None])
     with np.errstate(invalid="ignore"):
         excess = np.maximum(amplitude - largest, 0.0).mean(axis=0)
@@ -115,47 +107,30 @@ def risk(model: ModeModel, limit: Limit, *, seed: int = 0, points: int = POINTS)
             v = u.copy()
             v[:, LAW] = model.laws.weights[:k].sum() + 0.5 * model.laws.weights[k]
             by_law[label] = probability(model.draws(v).needed(largest), added)
+    # The band: for every curve of the section, draws of all else.
+    outer, both = unit_cube(_CURVES, seed + 1), np.tile(unit_cube(_INNER, seed + 2), (_CURVES, 1))
+    for source in (SECTION, LAW):
+        both[:, source] = np.repeat(outer[:, source], _INNER)
+    by_curve = model.draws(both).needed(largest).reshape(_CURVES, _INNER)
+    lowest, highest = np.quantile([probability(own, added) for own in by_curve], [0.05, 0.95], axis=0)
     curve = RiskCurve(
         added, np.median(few.scruton_number(added[None]), axis=0), probability(needed, added),
-        *_band(model, largest, added, seed), by_law, low, middle, high, np.where(np.isfinite(excess), excess, np.nan),
+        lowest, highest, by_law, low, middle, high, np.where(np.isfinite(excess), excess, np.nan),
     )  # fmt: skip
+    never = f"not achievable with added damping up to {100 * LARGEST_ADDED:g} %"
+    in_words = {
+        name: never if damping is None else f"{100 * damping:.3f} %" if damping else "none"
+        for name, damping in wanted.items()
+    }
     return Risk(
         limit.text, rule.title, rule.source, rule.confirm, largest, float(np.mean(needed > 0.0)),
-        float(curve.expected_exceedance[0]), wanted, {name: _text(damping) for name, damping in wanted.items()}, curve,
+        float(curve.expected_exceedance[0]), wanted, in_words, curve,
     )  # fmt: skip
-
-
-def _text(required: float | None) -> str:
-    """What is required, in words."""
-    if required is None:
-        return f"not achievable with added damping up to {100 * LARGEST_ADDED:g} %"
-    return "none" if required == 0.0 else f"{100 * required:.3f} %"
 
 
 def probability(needed: FloatArray, added: FloatArray) -> FloatArray:
     """Fraction of draws that need more than is added."""
     return np.asarray(1.0 - np.searchsorted(np.sort(needed), added, side="right") / needed.size)
-
-
-def required(needed: FloatArray) -> dict[str, float | None]:
-    """Added damping by confidence, from what each draw needs."""
-    # Order statistics: what is needed may be infinite.
-    points = np.quantile(needed, [float(name) for name in CONFIDENCES], method="inverted_cdf").tolist()
-    return {
-        name: max(point, 0.0) if point <= LARGEST_ADDED else None
-        for name, point in zip(CONFIDENCES, points, strict=True)
-    }
-
-
-def _band(model: ModeModel, limit: float, added: FloatArray, seed: int) -> tuple[FloatArray, FloatArray]:
-    outer, inner = unit_cube(_CURVES, seed + 1), unit_cube(_INNER, seed + 2)
-    both = np.tile(inner, (_CURVES, 1))
-    for source in (SECTION, LAW):
-        both[:, source] = np.repeat(outer[:, source], _INNER)
-    needed = np.sort(model.draws(both).needed(limit).reshape(_CURVES, _INNER), axis=1)
-    each = np.array([1.0 - np.searchsorted(row, added, side="right") / _INNER for row in needed])
-    low, high = np.quantile(each, [0.05, 0.95], axis=0)
-    return low, high
 
 
 def flags(model: ModeModel, draws: Draws) -> list[str]:
@@ -174,3 +149,49 @@ def flags(model: ModeModel, draws: Draws) -> list[str]:
             "curve is not integrated along the span"
         )
     return remarks
+
+
+@dataclass(frozen=True)
+class Share:
+    """What one source contributes to a variance: first-order index (alone), and total (with all its interactions)."""
+
+    source: str
+    first: float
+    total: float
+
+
+def shares(model: ModeModel, limit: float, *, added: float = 0.0, seed: int = 0) -> dict[str, tuple[Share, ...]]:
+    """Sobol' indices, by quantity ("needed", "amplitude" with `added` damping), the largest total first.
+
+    The section's posterior is one source: its amplitude and relaxation are correlated and cannot be told apart.
+    An amplitude beyond ten times the limit counts as ten times.
+    """
+    return {
+        "needed": sobol_shares(model, lambda u: np.clip(model.draws(u).needed(limit), -1.0, 1.0), seed),
+        "amplitude": sobol_shares(model, lambda u: np.minimum(model.draws(u).amplitude(added), 10.0 * limit), seed),
+    }
+
+
+def sobol_shares(
+    model: ModeModel, function: Callable[[FloatArray], FloatArray], seed: int, points: int = SHARE_POINTS
+) -> tuple[Share, ...]:
+    """Sobol' indices of a function of the unit cube."""
+    from scipy.stats import sobol_indices, uniform
+
+    sources = model.uncertain()
+    if len(sources) == 1:
+        return (Share(SOURCES[sources[0]], 1.0, 1.0),)
+
+    def of(rows: FloatArray) -> FloatArray:
+        flat = rows.reshape(len(sources), -1)
+        u = np.full((flat.shape[1], len(SOURCES)), 0.5)
+        u[:, list(sources)] = np.clip(flat.T, 1e-9, 1.0 - 1e-9)
+        return function(u).reshape(1, *rows.shape[1:])
+
+    cube: Any = [uniform()] * len(sources)
+    indices = sobol_indices(func=of, n=points, dists=cube, rng=np.random.default_rng([seed, 0x50B0]))
+    both = np.stack([indices.first_order.ravel(), indices.total_order.ravel()])
+    if not np.isfinite(both).all():
+        both = np.zeros_like(both)  # the same in every draw: there is no variance to share
+    rows = [Share(SOURCES[source], *own) for source, own in zip(sources, both.T.tolist(), strict=True)]
+    return tuple(sorted(rows, key=lambda row: -row.total))

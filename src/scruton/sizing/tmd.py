@@ -79,10 +79,8 @@ class Response:
 
     Attributes
     ----------
-    added_damping : (...) array
-        Damping ratio added to the mode, of the shape of the detuning.
-    frequency : (...) array
-        Frequency of the response over the mode's true frequency.
+    added_damping, frequency : (...) array
+        Damping ratio added to the mode, and frequency of the response over the mode's true one, shaped as the detuning.
     stroke : (dampers, ...) array
         Amplitude of each damper's mass relative to the bridge, over the mode's amplitude where it hangs.
     """
@@ -102,10 +100,6 @@ def response(dampers: Sequence[TunedMass], detuning: ArrayLike = 0.0) -> Respons
     detuning : (...) array
         Relative error of that frequency: the true one is 1 + detuning times the nominal one.
 
-    Returns
-    -------
-    Response
-
     Raises
     ------
     InputError
@@ -119,7 +113,8 @@ def response(dampers: Sequence[TunedMass], detuning: ArrayLike = 0.0) -> Respons
     # where two roots merge is no loss: a root of less damping stands elsewhere.
     real = (squares.imag == 0.0) & (squares.real > -1.0)
     g = np.sqrt(np.where(real, 1.0 + squares.real, 1.0))
-    added = np.where(real, _added(mu, f, zeta, g), np.inf)
+    shares = (mu * zeta)[:, None, None] * f[:, :, None] * g**4 / _resonance(f, zeta, g)
+    added = np.where(real, np.sum(shares, axis=0), np.inf)
     least = np.argmin(added, axis=1)[:, None]
     frequency = np.take_along_axis(g, least, axis=1)[:, 0]
     stroke = frequency**2 / np.sqrt(_resonance(f, zeta, frequency))
@@ -183,8 +178,7 @@ def minimum_modal_damping(
     state[:, count + 1 :, : count + 1], state[:, count + 1 :, count + 1 :] = -stiffness, -damping
     values = np.linalg.eigvals(state)
     ratios = np.where(values.imag != 0.0, -values.real / np.abs(values), 1.0)
-    least: FloatArray = ratios.min(axis=1).reshape(error.shape)
-    return least
+    return np.asarray(ratios.min(axis=1).reshape(error.shape))
 
 
 def viscous_damper(added_damping: float, *, modal_mass: float, frequency: float, shape: float = 1.0) -> float:
@@ -221,9 +215,9 @@ def positive(name: str, value: float) -> float:
 def check_detuning(detuning: ArrayLike) -> FloatArray:
     """Return detunings as an array, or raise InputError."""
     error = np.asarray(detuning, dtype=float)
-    if not np.all(np.isfinite(error) & (error > -1.0)):
-        bad = error[~(np.isfinite(error) & (error > -1.0))].flat[0]
-        raise InputError("damper", "detuning", f"{bad:g}", "finite relative errors of the frequency, as 0.02")
+    bad = error[~(np.isfinite(error) & (error > -1.0))]
+    if bad.size:
+        raise InputError("damper", "detuning", f"{bad[0]:g}", "finite relative errors of the frequency, as 0.02")
     return error
 
 
@@ -239,14 +233,7 @@ def _resonance(f: FloatArray, zeta: FloatArray, g: FloatArray) -> FloatArray:
     """(f^2 - g^2)^2 + (2 zeta f g)^2 for f (dampers, draws) and g (draws, ...): (dampers, draws, ...)."""
     tail = (1,) * (g.ndim - 1)
     f, zeta = f.reshape(*f.shape, *tail), zeta.reshape(-1, 1, *tail)
-    square: FloatArray = (f**2 - g**2) ** 2 + (2.0 * zeta * f * g) ** 2
-    return square
-
-
-def _added(mu: FloatArray, f: FloatArray, zeta: FloatArray, g: FloatArray) -> FloatArray:
-    """Added damping at the frequencies g (draws, roots)."""
-    added: FloatArray = np.sum((mu * zeta)[:, None, None] * f[:, :, None] * g**4 / _resonance(f, zeta, g), axis=0)
-    return added
+    return np.asarray((f**2 - g**2) ** 2 + (2.0 * zeta * f * g) ** 2)
 
 
 def _balance_matrix(mu: FloatArray, f: FloatArray, zeta: FloatArray) -> FloatArray:

@@ -3,18 +3,24 @@
 The risk is taken over joint draws of whatever is uncertain: the Griffin curve, the damping of the bridge, and its
 frequency.  A damper is tuned once, so that last one is what its tuning has to be robust against.
 
-The amplitude comes in as a function of the added damping, draw by draw, so nothing here knows a law or a bridge.
+The amplitude comes in to `design` as a function of the added damping, draw by draw, so it knows neither law nor bridge;
+`damper` brings it the mode of a bridge.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from scruton.arrays import FloatArray
 from scruton.errors import InputError
-from scruton.sizing.tmd import TunedMass, positive
+from scruton.sizing.model import ModeModel, Spread, unit_cube
+from scruton.sizing.thresholds import RISK_TOLERANCE
+from scruton.sizing.tmd import TunedMass, positive, response
 from scruton.sizing.tmd_tuning import Outcome, TuningDraws
 
 DETUNINGS = (-0.05, -0.02, 0.02, 0.05)
+DAMPER_DRAWS, CHECK_DRAWS = 1 << 12, 1 << 15
+_CORRECTIONS, _MAP_POINTS = 4, 7
 _LIGHTEST = 1e-6  # mass ratio below which no search goes
 
 
@@ -26,10 +32,8 @@ class Detuned:
     ----------
     detuning : float
         True frequency over the nominal one, less 1.
-    probability : float
-        Of exceeding the limit.
-    stroke, stroke_high : float
-        Median and 95 % quantile [m].
+    probability, stroke, stroke_high : float
+        As of `scruton.sizing.tmd_tuning.Outcome`.
     """
 
     detuning: float
@@ -40,14 +44,9 @@ class Detuned:
 
 @dataclass(frozen=True)
 class BuiltDamper(TunedMass):
-    """A damper as it is built; None where the mass of the mode is not stated.
+    """A damper as it is built: its own frequency [Hz], mass [kg], spring [N/m] and dashpot [N s/m].
 
-    Attributes
-    ----------
-    frequency : float
-        Its own [Hz].
-    mass, spring, dashpot : float or None
-        [kg], [N/m] and [N s/m].
+    The last three are None where the mass of the mode is not stated.
     """
 
     frequency: float
@@ -58,16 +57,10 @@ class BuiltDamper(TunedMass):
 
 @dataclass(frozen=True)
 class Design:
-    """A set of dampers and what it leaves.
+    """A set of dampers (none where none is needed) and what it leaves, also at frequency errors of -5, -2, +2 and +5 %.
 
     Attributes
     ----------
-    dampers : tuple of BuiltDamper
-        Ratios to the nominal frequency; empty where none is needed.
-    outcome : Outcome
-        Over the draws.
-    detuned : tuple of Detuned
-        At frequency errors of -5, -2, +2 and +5 %.
     achievable : bool
         Whether risk and stroke are kept.  Where they are not, the dampers are the best of the largest mass.
     reason : str
@@ -122,37 +115,30 @@ def design(
         raise InputError("damper", "risk", f"{risk:g}", "a probability between 0 and 1, as 0.05")
     positive("largest_mass_ratio", largest_mass_ratio)
 
-    def finish(dampers: tuple[TunedMass, ...], reason: str, achievable: bool = True) -> Design:
-        return Design(
-            tuple(_built(damper, frequency, scale) for damper in dampers),
-            draws.outcome(dampers),
-            tuple(_detuned(draws, dampers, error) for error in DETUNINGS),
-            achievable,
-            reason,
-        )
-
-    if draws.outcome(()).probability <= risk:
-        return finish((), "no damper is needed")
-    dampers, lack = draws.tune(largest_mass_ratio, risk)
-    if lack > 0.0:
-        # The draw that decides at this risk may be out of reach for all: what is left to seek is the least risk.
-        best = dampers if draws.largest_stroke is not None else draws.least_risk(largest_mass_ratio)
-        return finish(best, _why_not(draws, best, risk, largest_mass_ratio), achievable=False)
-    dampers = _lightest(draws, dampers, lack, risk)
-    by_stroke = draws.largest_stroke is not None and draws.outcome(dampers).stroke_high > 0.99 * draws.largest_stroke
-    return finish(dampers, f"the {'stroke' if by_stroke else 'risk'} decides on the mass")
-
-
-def _built(damper: TunedMass, frequency: float, scale: float | None) -> BuiltDamper:
-    """A damper of a mode of this frequency [Hz], whose mass is its mass ratio times `scale` [kg]."""
-    own = damper.frequency_ratio * frequency
-    if scale is None:
-        return BuiltDamper(**vars(damper), frequency=own, mass=None, spring=None, dashpot=None)
-    mass, omega = damper.mass_ratio * scale, 2.0 * np.pi * frequency * damper.frequency_ratio
-    return BuiltDamper(
-        **vars(damper), frequency=own, mass=mass, spring=mass * omega**2,
-        dashpot=2.0 * damper.damping_ratio * mass * omega,
-    )  # fmt: skip
+    dampers: tuple[TunedMass, ...] = ()
+    achievable, reason = True, "no damper is needed"
+    if draws.outcome(()).probability > risk:
+        dampers, lack = draws.tune(largest_mass_ratio, risk)
+        achievable = not lack > 0.0
+        if achievable:
+            dampers = _lightest(draws, dampers, lack, risk)
+            stroke, largest = draws.outcome(dampers).stroke_high, draws.largest_stroke
+            by_stroke = largest is not None and stroke > 0.99 * largest
+            reason = f"the {'stroke' if by_stroke else 'risk'} decides on the mass"
+        else:
+            # The draw that decides at this risk may be out of reach for all: what is left to seek is the least risk.
+            dampers = dampers if draws.largest_stroke is not None else draws.least_risk(largest_mass_ratio)
+            reason = _why_not(draws, dampers, risk, largest_mass_ratio)
+    built = []
+    for one in dampers:
+        own, mass, spring, dashpot = one.frequency_ratio * frequency, None, None, None
+        if scale is not None:
+            mass, omega = one.mass_ratio * scale, 2.0 * np.pi * frequency * one.frequency_ratio
+            spring, dashpot = mass * omega**2, 2.0 * one.damping_ratio * mass * omega
+        built.append(BuiltDamper(**vars(one), frequency=own, mass=mass, spring=spring, dashpot=dashpot))
+    off = [draws.outcome(dampers, error) for error in DETUNINGS]
+    detuned = [Detuned(e, o.probability, o.stroke, o.stroke_high) for e, o in zip(DETUNINGS, off, strict=True)]
+    return Design(tuple(built), draws.outcome(dampers), tuple(detuned), achievable, reason)
 
 
 def _lightest(draws: TuningDraws, dampers: tuple[TunedMass, ...], lack: float, risk: float) -> tuple[TunedMass, ...]:
@@ -179,15 +165,11 @@ def _lightest(draws: TuningDraws, dampers: tuple[TunedMass, ...], lack: float, r
             light, shortage = middle, lack
     # Tuning reads a table; the answer must hold without it.
     for _ in range(20):
-        if draws.keeps(best, risk):
+        outcome, largest = draws.outcome(best), draws.largest_stroke
+        if outcome.probability <= risk and (largest is None or outcome.stroke_high <= largest):
             return best
         best = tuple(TunedMass(1.002 * d.mass_ratio, d.frequency_ratio, d.damping_ratio) for d in best)
     raise InputError("damper", "amplitude", "an amplitude that rises with damping", "one that never does")
-
-
-def _detuned(draws: TuningDraws, dampers: tuple[TunedMass, ...], error: float) -> Detuned:
-    outcome = draws.outcome(dampers, error)
-    return Detuned(error, outcome.probability, outcome.stroke, outcome.stroke_high)
 
 
 def _why_not(draws: TuningDraws, dampers: tuple[TunedMass, ...], risk: float, largest: float) -> str:
@@ -200,3 +182,110 @@ def _why_not(draws: TuningDraws, dampers: tuple[TunedMass, ...], risk: float, la
     if draws.largest_stroke is not None and outcome.stroke_high > draws.largest_stroke:
         left.append(f"a stroke of {outcome.stroke_high:.2g} m")
     return f"not achievable with a mass ratio up to {100.0 * largest:g} %: {' and '.join(left)} left at best"
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What was asked of the dampers, as of `scruton.sizing.bridge.DamperRequest`."""
+
+    risk: float
+    number: int
+    largest_mass_ratio: float
+    largest_stroke: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class MassMap:
+    """Risk and stroke of the best tuned dampers against their mass, (M,) arrays.
+
+    Attributes
+    ----------
+    mass_ratio, mass : (M,) array
+        Of all dampers together, the second [kg], where the mode's is stated.
+    probability : (M,) array
+        Of exceeding the limit, on draws that the dampers were not tuned with.
+    stroke, stroke_high, added_damping : (M,) array
+        Median and 95 % quantile [m], and the median.
+    """
+
+    mass_ratio: FloatArray
+    mass: FloatArray | None
+    probability: FloatArray
+    stroke: FloatArray
+    stroke_high: FloatArray
+    added_damping: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Damper:
+    """The lightest tuned mass dampers of one mode, and what they leave.
+
+    Attributes
+    ----------
+    position : float
+        Fraction of the span where they stand.
+    achievable, reason, dampers, detuned
+        As of `Design`.
+    mass_ratio, mass, probability
+        As of `MassMap`.
+    added_damping, stroke : Spread
+        In the limit cycle; the largest relative stroke [m].
+    """
+
+    asked: Asked
+    position: float
+    achievable: bool
+    reason: str
+    dampers: tuple[BuiltDamper, ...]
+    mass_ratio: float
+    mass: float | None
+    probability: float
+    added_damping: Spread
+    stroke: Spread
+    detuned: tuple[Detuned, ...]
+    map: MassMap
+
+
+def damper(model: ModeModel, limit: float, seed: int) -> Damper:
+    """Tune the lightest dampers that keep a mode's amplitude below a limit [m] or [rad], and those of other masses."""
+    request, mode = model.bridge.damper, model.mode
+    shape = abs(mode.shape.at(model.damper_position)) * model.lever_arm
+    draws, fresh = model.draws(unit_cube(DAMPER_DRAWS, seed + 4)), model.draws(unit_cube(CHECK_DRAWS, seed + 5))
+    needed = fresh.needed(limit)
+
+    def left_by(dampers: tuple[TunedMass, ...]) -> float:
+        added = response(dampers, fresh.detuning).added_damping if dampers else 0.0
+        return float(np.mean(needed > added))
+
+    tuning = TuningDraws(
+        draws.amplitude, limit, draws.detuning, request.number, shape, largest_stroke=request.largest_stroke
+    )
+    # A design is best for the draws that it was made with: on fresh ones it leaves more risk than was asked for.
+    aim = request.risk
+    for _ in range(_CORRECTIONS):
+        lightest = design(
+            tuning, risk=aim, frequency=mode.frequency.mean, modal_mass=mode.modal_mass,
+            largest_mass_ratio=request.largest_mass_ratio,
+        )  # fmt: skip
+        left = left_by(lightest.dampers)
+        if left <= RISK_TOLERANCE * request.risk or not lightest.achievable:
+            break
+        aim *= request.risk / left
+    total = sum(each.mass_ratio for each in lightest.dampers)
+    ratios = np.geomspace(max(0.1 * total, 2e-4), min(max(3.0 * total, 2e-3), 0.1), _MAP_POINTS)
+    if total > 0.0:
+        ratios = np.unique(np.append(ratios, total))
+    tuned = [tuning.least_risk(float(ratio)) for ratio in ratios]
+    outcomes = [tuning.outcome(dampers) for dampers in tuned]
+    columns = np.array([(own.stroke, own.stroke_high, own.added_damping) for own in outcomes]).T
+    mass = masses = None
+    if mode.modal_mass is not None:
+        scale = mode.modal_mass / shape**2
+        mass, masses = total * scale, ratios * scale
+    outcome = lightest.outcome
+    return Damper(
+        Asked(request.risk, request.number, request.largest_mass_ratio, request.largest_stroke),
+        model.damper_position, lightest.achievable, lightest.reason, lightest.dampers, total, mass, left,
+        Spread(outcome.added_damping, low=outcome.added_damping_low), Spread(outcome.stroke, high=outcome.stroke_high),
+        lightest.detuned, MassMap(ratios, masses, np.array([left_by(dampers) for dampers in tuned]), *columns),
+    )  # fmt: skip

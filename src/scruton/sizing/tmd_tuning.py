@@ -22,8 +22,6 @@ _LOWERINGS = 3  # of the risk that a tuning aims at
 _FAR = 1e3  # what lacks at a tuning that no one would build
 _OUT_OF_REACH = 1e6
 
-Amplitude = Callable[[FloatArray], FloatArray]
-
 
 @dataclass(frozen=True)
 class Outcome:
@@ -81,7 +79,7 @@ class TuningDraws:
 
     def __init__(
         self,
-        amplitude: Amplitude,
+        amplitude: Callable[[FloatArray], FloatArray],
         limit: float,
         detuning: ArrayLike,
         number: int = 1,
@@ -100,7 +98,14 @@ class TuningDraws:
         self._amplitude, self.number, self.damping_range = amplitude, number, damping_range
         self.limit, self.shape = positive("limit", limit), positive("shape", shape)
         self.largest_stroke = None if largest_stroke is None else positive("largest_stroke", largest_stroke)
-        self.needed = self._needed()
+        # What each draw needs, by bisection.
+        least, most = np.zeros(self.detuning.size), np.ones(self.detuning.size)
+        enough, never = self.amplitude(least) <= self.limit, self.amplitude(most) > self.limit
+        for _ in range(40):
+            middle = 0.5 * (least + most)
+            over = self.amplitude(middle) > self.limit
+            least, most = np.where(over, middle, least), np.where(over, most, middle)
+        self.needed = np.where(enough, 0.0, np.where(never, np.inf, most))
         # Half of the nodes follow the draws, half reach their tails.
         even = np.linspace(0.0, 1.0, _NODES // 2 + 1)
         reach = self.detuning.min() + even * np.ptp(self.detuning)
@@ -131,12 +136,6 @@ class TuningDraws:
             float(np.median(added)),
             float(np.quantile(added, 0.05)),
         )
-
-    def keeps(self, dampers: tuple[TunedMass, ...], risk: float) -> bool:
-        """Whether dampers keep the risk and the largest stroke."""
-        outcome = self.outcome(dampers)
-        stroke_kept = self.largest_stroke is None or outcome.stroke_high <= self.largest_stroke
-        return outcome.probability <= risk and stroke_kept
 
     def tune(
         self, mass_ratio: float, risk: float | None, near: tuple[TunedMass, ...] = ()
@@ -205,16 +204,18 @@ class TuningDraws:
 
         Within the largest stroke, where this mass can keep it.
         """
+        largest = np.inf if self.largest_stroke is None else self.largest_stroke
         best, _ = self.tune(mass_ratio, None)
-        risk = self.outcome(best).probability
+        left = self.outcome(best)
         for _ in range(_LOWERINGS):
-            if risk == 0.0:
+            if left.probability == 0.0:
                 break
-            other, _ = self.tune(mass_ratio, risk - 0.5 / self.detuning.size, best)
-            lower = self.outcome(other).probability
-            if lower >= risk or (self._stroke_lack(best) <= STROKE_TOLERANCE < self._stroke_lack(other)):
+            other, _ = self.tune(mass_ratio, left.probability - 0.5 / self.detuning.size, best)
+            lower = self.outcome(other)
+            strokes = [outcome.stroke_high / largest - 1.0 for outcome in (left, lower)]
+            if lower.probability >= left.probability or strokes[0] <= STROKE_TOLERANCE < strokes[1]:
                 break
-            best, risk = other, lower
+            best, left = other, lower
         return best
 
     def lack(self, dampers: tuple[TunedMass, ...], risk: float | None) -> float:
@@ -236,17 +237,3 @@ class TuningDraws:
         last = ratio.size - 1 - int(np.floor(risk * ratio.size + 1e-9))
         deciding = np.clip(np.partition(ratio, last)[last], 1.0 / _OUT_OF_REACH, _OUT_OF_REACH)
         return float(np.log(max(deciding, stroke)))
-
-    def _stroke_lack(self, dampers: tuple[TunedMass, ...]) -> float:
-        """Stroke over its limit, less one; below zero where there is no limit."""
-        return -1.0 if self.largest_stroke is None else self.outcome(dampers).stroke_high / self.largest_stroke - 1.0
-
-    def _needed(self) -> FloatArray:
-        low, high = np.zeros(self.detuning.size), np.ones(self.detuning.size)
-        enough = self.amplitude(low) <= self.limit
-        never = self.amplitude(high) > self.limit
-        for _ in range(40):
-            middle = 0.5 * (low + high)
-            over = self.amplitude(middle) > self.limit
-            low, high = np.where(over, middle, low), np.where(over, high, middle)
-        return np.where(enough, 0.0, np.where(never, np.inf, high))

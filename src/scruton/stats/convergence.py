@@ -5,10 +5,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.stats.settings import SamplerSettings
 from scruton.stats.thresholds import LONG_RUN, STUCK_BELOW, TIMES_SPANNED
 
 MOST = 64  # draws a walker that the diagnostics look at; of a longer run evenly thinned ones, which say as much
+
+
+@dataclass(frozen=True)
+class SamplerSettings:
+    """How long to sample and with which moves; see `scruton.stats.sampler`."""
+
+    ensembles: int = 4
+    walkers: int = 256
+    draws: int = 8
+    min_ess: float = 1000.0
+    max_rhat: float = 1.01
+    max_steps: int = 4000
+    independence: float = 0.9
+    differential_evolution: float = 0.07
+    stretch: float = 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +39,6 @@ class Convergence:
         Walkers in a mode of their own.
     acceptance : float
         Fraction of accepted proposals.
-    converged : bool
     """
 
     rhat_nested: FloatArray
@@ -70,9 +83,6 @@ def judge(
     chain : (chains, draws, d) array
         Walkers of all ensembles; those of one ensemble are neighbours.
     log_prob : (chains, draws) array
-    ensembles : int
-    acceptance : float
-    settings : SamplerSettings
     """
     from arviz_stats.base import array_stats
 

@@ -93,7 +93,6 @@ def log_evidence(posterior: Posterior, samples: Samples, seed: np.random.SeedSeq
 
     Parameters
     ----------
-    posterior : Posterior
     samples : Samples
         Draws of this posterior, with `log_prob` as it gives them.
     seed : SeedSequence
@@ -107,13 +106,20 @@ def log_evidence(posterior: Posterior, samples: Samples, seed: np.random.SeedSeq
         If the draws fill no volume, are fewer than four, or nothing of the prior lies within the constraint.
     """
     bridging, mass = _streams(seed, 2)
-    found = bridge_halves(
-        posterior.log_prob, _halves(samples), np.random.RandomState(np.random.MT19937(bridging)), draws
-    )
+    chain, log_prob = samples.chain, samples.log_prob
+    if log_prob.size < 4:
+        raise ValueError(f"{log_prob.size} posterior draws are too few for an evidence")
+    if len(chain) == 1:  # by time
+        half = chain.shape[1] // 2
+        halves = (chain[:, :half], log_prob[:, :half]), (chain[:, half:], log_prob[:, half:])
+    else:  # by ensemble, or by chain where there is one ensemble
+        _, label = np.unique(samples.ensemble, return_inverse=True)
+        first = (label if label.max() > 0 else np.arange(len(chain))) % 2 == 0
+        halves = (chain[first], log_prob[first]), (chain[~first], log_prob[~first])
+    found = bridge_halves(posterior.log_prob, halves, np.random.RandomState(np.random.MT19937(bridging)), draws)
     log_mass, mass_error = log_prior_mass(posterior, np.random.default_rng(mass))
-    return replace(
-        found, log_z=found.log_z - log_mass, error=float(np.hypot(found.error, mass_error)), log_prior_mass=log_mass
-    )
+    error = float(np.hypot(found.error, mass_error))
+    return replace(found, log_z=found.log_z - log_mass, error=error, log_prior_mass=log_mass)
 
 
 def bridge_halves(
@@ -127,30 +133,23 @@ def bridge_halves(
         Unnormalised log density at points (N, d).
     halves : pair of (chain, log density)
         (chains, draws, d) and (chains, draws) arrays.
-    rng : RandomState
     draws : int
         Draws of the proposals, both together.
     """
     bridges = []
-    for fitted, used in (halves, halves[::-1]):
-        u = fitted[0].reshape(-1, fitted[0].shape[-1])
+    for (fitted, _), (chain, density) in (halves, halves[::-1]):
+        u = fitted.reshape(-1, fitted.shape[-1])
         proposal = fit_student_t(u, np.full(len(u), 1.0 / len(u)))
         new = proposal.draw(rng, -(-draws // 2))
         at_new = log_prob(new) - proposal.log_density(new)
-        chain, density = used
         at_draws = density - proposal.log_density(chain.reshape(-1, u.shape[1])).reshape(density.shape)
         bridges.append(bridge(at_draws, at_new))
     one, two = bridges
     log_z = float(np.logaddexp(one.log_z, two.log_z) - log(2.0))
     # To first order the two share no draw.
     share = np.exp(np.array([one.log_z, two.log_z]) - log_z) / 2.0
-    return Evidence(
-        log_z,
-        float(np.hypot(share[0] * one.error, share[1] * two.error)),
-        0.0,
-        one.effective_size + two.effective_size,
-        0.5 * (one.overlap + two.overlap),
-    )
+    error = float(np.hypot(share[0] * one.error, share[1] * two.error))
+    return Evidence(log_z, error, 0.0, one.effective_size + two.effective_size, 0.5 * (one.overlap + two.overlap))
 
 
 def bridge(at_draws: FloatArray, at_new: FloatArray) -> Evidence:
@@ -168,8 +167,7 @@ def bridge(at_draws: FloatArray, at_new: FloatArray) -> Evidence:
     size = float(at_draws.size)
     for _ in range(2):
         # First with every draw counted, then with the effective number of the term that is averaged over them.
-        log_z, from_draws, from_new = _solve(at_draws, at_new, size)
-        size = _effective_size(from_draws)
+        size = _effective_size(_solve(at_draws, at_new, size)[1])
     log_z, from_draws, from_new = _solve(at_draws, at_new, size)
     variance = [
         np.square(one.std() / one.mean()) / count for one, count in ((from_draws, size), (from_new, at_new.size))
@@ -208,19 +206,6 @@ def _effective_size(terms: FloatArray) -> float:
     return min(max(found, 1.0), float(terms.size)) if np.isfinite(found) else fallback
 
 
-def _halves(samples: Samples) -> Halves:
-    """Divide the draws by ensemble; by chain where there is one ensemble, by time where there is one chain."""
-    chain, log_prob = samples.chain, samples.log_prob
-    if log_prob.size < 4:
-        raise ValueError(f"{log_prob.size} posterior draws are too few for an evidence")
-    if len(chain) == 1:
-        half = chain.shape[1] // 2
-        return (chain[:, :half], log_prob[:, :half]), (chain[:, half:], log_prob[:, half:])
-    _, label = np.unique(samples.ensemble, return_inverse=True)
-    first = (label if label.max() > 0 else np.arange(len(chain))) % 2 == 0
-    return (chain[first], log_prob[first]), (chain[~first], log_prob[~first])
-
-
 def evidence_by_importance(
     posterior: Posterior,
     seed: np.random.SeedSequence,
@@ -236,7 +221,6 @@ def evidence_by_importance(
 
     Parameters
     ----------
-    posterior : Posterior
     seed : SeedSequence
         The only source of randomness; it is not advanced.
     start : StudentT, optional
@@ -280,26 +264,19 @@ def _mean_weight(
     top = float(log_weight.max())
     if not np.isfinite(top):
         return Evidence(-inf, inf, log_mass, 0.0, 0.0, inf)
-    weight = np.exp(log_weight - top)
+    from arviz_stats.base import array_stats
+
+    weight, alive = np.exp(log_weight - top), log_weight[np.isfinite(log_weight)]
     mean, count = float(weight.mean()), weight.size
     size = float(weight.sum() ** 2 / np.square(weight).sum())
-    return Evidence(
-        top + log(mean) - log_mass,
-        float(np.hypot(weight.std() / mean / sqrt(count), mass_error)),
-        log_mass,
-        size,
-        size / count,
-        _pareto_k(log_weight[np.isfinite(log_weight)]),
-        _widening(points, weight / weight.sum(), size, proposal),
-    )
-
-
-def _widening(points: FloatArray, weight: FloatArray, size: float, proposal: StudentT) -> float:
-    """Largest ratio of standard deviations, weighted draws over proposal, less what so few draws show by chance."""
-    z = np.linalg.solve(proposal.cholesky, (points - proposal.centre).T)
+    # Infinite where the draws are too few to say.
+    pareto_k = float(array_stats.psislw(-alive)[1]) if alive.size >= 25 else inf
     # About the proposal's centre: a posterior that lies to one side is as bad as one too wide.
-    largest = float(np.linalg.eigvalsh((z * weight) @ z.T)[-1])
-    return sqrt(largest) / (1.0 + sqrt(len(z) / size))
+    z = np.linalg.solve(proposal.cholesky, (points - proposal.centre).T)
+    largest = float(np.linalg.eigvalsh((z * (weight / weight.sum())) @ z.T)[-1])
+    error = float(np.hypot(weight.std() / mean / sqrt(count), mass_error))
+    widening = sqrt(largest) / (1.0 + sqrt(len(z) / size))
+    return Evidence(top + log(mean) - log_mass, error, log_mass, size, size / count, pareto_k, widening)
 
 
 def widened(posterior: Posterior, proposal: StudentT) -> StudentT:
@@ -343,23 +320,10 @@ def _tempered(log_weight: FloatArray, least: float) -> FloatArray:
     return weights(low)
 
 
-def _pareto_k(log_weight: FloatArray) -> float:
-    """Pareto shape of the largest weights; infinite where they are too few to say."""
-    from arviz_stats.base import array_stats
-
-    if log_weight.size < 25:
-        return inf
-    return float(array_stats.psislw(-log_weight)[1])
-
-
 def log_prior_mass(posterior: Posterior, rng: np.random.Generator) -> tuple[float, float]:
     """Logarithm of the prior probability of the joint constraint, and its standard error.
 
-    Parameters
-    ----------
-    posterior : Posterior
-        Exactly (0, 0) if it does not override `Posterior.inside`.
-    rng : Generator
+    Exactly (0, 0) of a posterior that does not override `Posterior.inside`.
 
     Raises
     ------

@@ -1,14 +1,13 @@
 """Laplace's evidence checked: by importance sampling at the optimum, and by bridge sampling on a short run from it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.stats.convergence import SamplerSettings
 from scruton.stats.evidence import Evidence, _mean_weight, bridge_halves
 from scruton.stats.sampler import _Ensemble
-from scruton.stats.settings import SamplerSettings
 from scruton.stats.student_t import StudentT
 
 LogProb = Callable[[FloatArray], FloatArray]
@@ -28,16 +27,9 @@ def importance_evidence(log_prob: LogProb, proposal: StudentT, rng: np.random.Ge
         Unnormalised log density at points (N, d).
     proposal : StudentT
         At the optimum, a little wider than Laplace's approximation.
-    rng : Generator
-    draws : int
     """
     points = proposal.draw(np.random.RandomState(rng.bit_generator), draws)
     return _mean_weight(log_prob(points) - proposal.log_density(points), points, proposal, 0.0, 0.0)
-
-
-@dataclass(frozen=True)
-class _Target:
-    log_prob: LogProb
 
 
 def bridge_evidence(
@@ -75,10 +67,9 @@ def bridge_evidence(
         start = inside(proposal.centre + normal @ proposal.cholesky.T)
         state = np.random.RandomState(np.random.MT19937(rng.integers(2**31))).get_state()
         ensemble = _Ensemble(proposal, start, log_prob(start), state, [], [])
-        target = _Target(log_prob)
-        ensemble.advance(target, SETTLE, _MOVES)  # type: ignore[arg-type]
+        ensemble.advance(log_prob, SETTLE, _MOVES)
         ensemble.adapt()
-        ensemble.advance(target, steps, _MOVES)  # type: ignore[arg-type]
+        ensemble.advance(log_prob, steps, _MOVES)
         halves.append((ensemble.chain[0].swapaxes(0, 1), ensemble.log_probs[0].T))
     bridging = np.random.RandomState(np.random.MT19937(np.random.SeedSequence([seed, ENSEMBLES])))
     return bridge_halves(log_prob, (halves[0], halves[1]), bridging, WALKERS * steps // 4)

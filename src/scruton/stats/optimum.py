@@ -16,7 +16,6 @@ def find_optimum(posterior: Posterior, rng: np.random.Generator, guesses: int = 
 
     Parameters
     ----------
-    posterior : Posterior
     rng : Generator
         Chooses the guesses: each ensemble has its own, so that ensembles that meet have found the same optimum.
     guesses, starts : int

@@ -1,15 +1,67 @@
-"""What is sampled: priors by name and a log likelihood over an array of walkers."""
+"""What is sampled: coordinates and priors by name, and a log likelihood over an array of walkers."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.stats.coordinates import Coordinates, Values
 from scruton.stats.priors import Prior
 
 _LOG_2PI = float(np.log(2.0 * np.pi))
+
+
+class Values:
+    """Coordinates by name: `values["damping_ratio"]` is a view of its column (...), or of its columns (..., members).
+
+    Assigning to a name writes into the array.  Made by `Coordinates.of`.
+    """
+
+    def __init__(self, u: FloatArray, places: Mapping[str, int | slice]) -> None:
+        self._u, self._places = u, places
+
+    def __getitem__(self, name: str) -> FloatArray:
+        column: FloatArray = self._u[..., self._places[name]]
+        return column
+
+    def __setitem__(self, name: str, value: FloatArray) -> None:
+        self._u[..., self._places[name]] = value
+
+
+class Coordinates(dict[str, int | slice]):
+    """Where each parameter stands among the sampled coordinates, in the order given.
+
+    Parameters
+    ----------
+    members : mapping
+        By name, the number of members of a parameter that has one coordinate for each of them (a rig, a test, a
+        record), which stand side by side; None for a parameter with a single coordinate.
+    start : int
+        Column of the first parameter.
+
+    Examples
+    --------
+    >>> layout = Coordinates({"stable_amplitude": None, "damping": 3})
+    >>> layout["stable_amplitude"], layout["damping"], layout.size
+    (0, slice(1, 4, None), 4)
+    """
+
+    def __init__(self, members: Mapping[str, int | None], start: int = 0) -> None:
+        super().__init__()
+        self.start = self.stop = start
+        for name, count in members.items():
+            self[name] = self.stop if count is None else slice(self.stop, self.stop + count)
+            self.stop += 1 if count is None else count
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return self.stop - self.start
+
+    def of(self, u: FloatArray) -> Values:
+        """Coordinates by name, from an array with them on its last axis."""
+        return Values(u, self)
 
 
 class Posterior(ABC):

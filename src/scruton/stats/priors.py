@@ -86,9 +86,7 @@ class Prior:
     def _sampled_numbers(self) -> tuple[float, float]:
         if not self.logarithmic:
             return self.first, self.second
-        if self._bounded:
-            return float(np.log(self.first)), float(np.log(self.second))
-        return float(np.log(self.first)), self.second
+        return float(np.log(self.first)), float(np.log(self.second)) if self._bounded else self.second
 
     def to_sampled(self, value: FloatArray) -> FloatArray:
         """Parameter to sampled coordinate."""

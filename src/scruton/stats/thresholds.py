@@ -1,53 +1,50 @@
-"""What decides in statistics: when a run has converged, when an evidence can be believed.
+"""Numbers that decide something in this room: unit, reason, and how each was set.
 
-Each stands under its reason and how it was set, with its unit beside it.
+Where nothing else is said, a value was set by judgement, without a run to show for it.
 """
 
-# A walker whose mean lies this far below (or above) the median walker's is not in the same mode. Set by judgement.
+# A walker whose mean lies this far below (or above) the median walker's is not in the same mode.
 STUCK_BELOW = 20.0  # in log posterior
 
 # A run this long need not span so many autocorrelation times, and no walker of it may have rejected every proposal.
-# Set by judgement.
 LONG_RUN = 100  # steps
 
 # A shorter run must span these. One that has not yet left its start looks converged, ensemble for ensemble; but its
-# autocorrelation time then grows with its length. Set by judgement.
+# autocorrelation time then grows with its length.
 TIMES_SPANNED = 6.0  # autocorrelation times
 
-# Error that the prior mass of a constraint is known to: small beside that of an evidence. Set by judgement.
+# Error that the prior mass of a constraint is known to: small beside that of an evidence.
 PRIOR_MASS_ERROR = 0.01  # relative
 
-# A Student-t is fitted to weighted draws worth these for each dimension; fewer say nothing of a covariance. Set by
-# judgement.
+# A Student-t is fitted to weighted draws worth these for each dimension; fewer say nothing of a covariance.
 DRAWS_A_DIMENSION = 10  # effective draws
 
-# As many times the rounds asked for may a poor start need. Set by judgement.
+# As many times the rounds asked for may a poor start need.
 MORE_ROUNDS = 3  # times
 
 # Largest shape of the tail of importance weights whose error can be believed. From Vehtari et al., JMLR 25 (2024).
 GOOD_PARETO_K = 0.7  # -
 
-# Fewest independent draws on which an error rests. Set by judgement.
+# Fewest independent draws on which an error rests.
 GOOD_SIZE = 100.0  # draws
 
-# Largest sd of the weighted draws over that of their proposal: a narrower one sees only its own surroundings. Set by
-# judgement.
+# Largest sd of the weighted draws over that of their proposal: a narrower one sees only its own surroundings.
 GOOD_WIDENING = 1.15  # -
 
-# The proposal is a little wider than the Laplace approximation, as independence moves want it. Set by judgement.
+# The proposal is a little wider than the Laplace approximation, as independence moves want it.
 WIDEN = 1.05  # -
 
-# Scale of the walkers' start over that of the proposal, so that ensembles that agree have mixed. Set by judgement.
+# Scale of the walkers' start over that of the proposal, so that ensembles that agree have mixed.
 OVERDISPERSED = 1.5  # -
 
-# No walker starts this far below the optimum. Set by judgement.
+# No walker starts this far below the optimum.
 FAR_BELOW = 25.0  # in log posterior
 
-# So often does a run that has not converged fit its proposals to its draws and start again. Set by judgement.
+# So often does a run that has not converged fit its proposals to its draws and start again.
 ADAPTATIONS = 3  # times
 
-# A record with fewer is not judged. Set by judgement.
+# A record with fewer is not judged.
 FEWEST_INNOVATIONS = 12  # innovations
 
-# The Ljung-Box test looks at a fifth as many lags as there are innovations, and at most at these. Set by judgement.
+# The Ljung-Box test looks at a fifth as many lags as there are innovations, and at most at these.
 MOST_LAGS = 20  # lags

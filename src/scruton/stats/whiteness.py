@@ -7,7 +7,7 @@ shape.  The first cycle of a record has no forecast and is left out.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,26 +15,19 @@ from scruton.arrays import FloatArray
 from scruton.stats.thresholds import FEWEST_INNOVATIONS, MOST_LAGS
 
 # Names of the checks: those that say whether the innovations can be predicted come first.
-MEMORY, TREND, LAW, MEAN, VARIANCE, NORMALITY = (
-    "Ljung-Box",
-    "trend with amplitude",
-    "curvature with amplitude",
-    "mean",
-    "variance",
-    "Anderson-Darling",
-)
+MEMORY, TREND, LAW = "Ljung-Box", "trend with amplitude", "curvature with amplitude"
+MEAN, VARIANCE, NORMALITY = "mean", "variance", "Anderson-Darling"
 PREDICTABLE = (MEMORY, TREND, LAW)
 
 
 @dataclass(frozen=True)
 class Check:
-    """One statistic of one record beside what the model expects of it.
+    """One statistic, `name`, of one record beside what the model expects of it.
 
     Attributes
     ----------
     test, record : str
         `record` is empty for a statistic of all records of a test.
-    name : str
     value : float
         As observed; NaN where it cannot be computed.
     low, high : float
@@ -74,9 +67,7 @@ def holm(p: Sequence[float] | FloatArray) -> FloatArray:
 def autocorrelation(x: FloatArray, lags: int) -> FloatArray:
     """Sample autocorrelation at lags 1 to `lags`, (lags,)."""
     centred = x - x.mean()
-    total = float(centred @ centred)
-    if total <= 0.0:
-        return np.full(lags, np.nan)
+    total = float(centred @ centred) or np.nan
     return np.array([float(centred[k:] @ centred[:-k]) / total for k in range(1, lags + 1)])
 
 
@@ -92,8 +83,7 @@ def ljung_box(x: FloatArray, lags: int) -> tuple[float, float]:
     """
     from scipy.stats import chi2
 
-    r = autocorrelation(x, lags)
-    n = x.size
+    r, n = autocorrelation(x, lags), x.size
     q = float(n * (n + 2) * np.sum(r**2 / (n - np.arange(1, lags + 1))))
     return q, float(chi2.sf(q, lags))
 
@@ -194,9 +184,8 @@ def judge(
         pooled: list[tuple[FloatArray, FloatArray]] = []
         for one in dict.fromkeys(record[test == name].tolist()):
             mine = (test == name) & (record == one)
-            x, before = innovation[mine][1:], amplitude[mine][:-1]
-            good = np.isfinite(x)
-            x, before = x[good], before[good]
+            good = np.isfinite(innovation[mine][1:])
+            x, before = innovation[mine][1:][good], amplitude[mine][:-1][good]
             if x.size >= FEWEST_INNOVATIONS:
                 found += _record(str(name), str(one), x, before)
                 pooled.append((x, before))
@@ -208,8 +197,6 @@ def judge(
 
 def adjust(checks: Sequence[Check], families: Sequence[Sequence[str]]) -> tuple[Check, ...]:
     """Holm's correction over each family of names; checks of no family keep a NaN."""
-    from dataclasses import replace
-
     found = list(checks)
     for family in families:
         index = [i for i, one in enumerate(found) if one.name in family]

@@ -1,54 +1,116 @@
-"""`challenge make`: a folder of campaigns, and their answers in a sealed file whose hash lies in the open."""
+"""`challenge make`: a folder of campaigns, and their answers in a sealed file whose hash lies in the open.
+
+Cases come in blocks. A block has every effect at every severity once, eight cases without an effect and six with two
+of the catalogue at once, in a random order; 25 blocks are 200 cases without, and 25 of each effect at each severity.
+"""
 
 import json
+from collections.abc import Sequence
+from dataclasses import dataclass
 from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from scruton.calibrate.challenge.case import simulate_case
-from scruton.calibrate.challenge.plan import Plan
+import numpy as np
+
+from scruton.calibrate.challenge.case import DESIGNS, NOISE, TURBULENCE, simulate_case
+from scruton.calibrate.challenge.scenarios import CATALOGUE, OPEN
 from scruton.calibrate.execution import Execution, at_least
+from scruton.calibrate.thresholds import SEVERE_ENOUGH_FOR_TWO, WITH_TWO, WITHOUT_EFFECT
 from scruton.campaign.write import save_campaign
 from scruton.documents import read_json, write_text
+from scruton.errors import InputError
 from scruton.processes import completed
 from scruton.provenance import provenance
-from scruton.workspace import Workspace
 
 CHALLENGE, ANSWERS = "challenge.json", "answers/answers.json"
 _MADE = "a file that a challenge was made with"
+NONE, TWO = "none", "two"
+SEVERITIES = (0.1, 0.2, 0.4)
+KINDS = (NONE, *CATALOGUE, TWO, *OPEN)
+_BETWEEN_RIGS = "reduced_velocity_drift"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a challenge is made of: with the number of a case it settles every byte of it, and of none other.
+
+    Effects are those of `KINDS`, by default all that the design can have; `turbulence` and `noise` are ranges, see
+    `simulate_case`. InputError for unknown names, a design that is none, severities outside (0, 0.5], or ranges outside
+    0 to 0.2.
+    """
+
+    seed: int
+    effects: Sequence[str] | None = None
+    severities: Sequence[float] = SEVERITIES
+    design: str = "full"
+    turbulence: tuple[float, float] = TURBULENCE
+    noise: tuple[float, float] = NOISE
+
+    def __post_init__(self) -> None:
+        for field, (low, high) in (("turbulence", self.turbulence), ("noise", self.noise)):
+            if not 0.0 <= low <= high <= 0.2:
+                raise InputError("challenge", field, f"{low:g} to {high:g}", "a range between 0 and 0.2")
+        if self.design not in DESIGNS:
+            raise InputError("challenge", "design", repr(self.design), f"one of: {', '.join(DESIGNS)}")
+        if not self.severities or not all(0.0 < s <= 0.5 for s in self.severities):
+            raise InputError("challenge", "severities", repr(tuple(self.severities)), "numbers above 0, up to 0.5")
+        for name in self.effects or ():
+            if name not in KINDS:
+                raise InputError("challenge", "effects", repr(name), f"some of: {', '.join(KINDS)}")
+            if self.design == "one-rig" and name == _BETWEEN_RIGS:
+                raise InputError("challenge", "effects", repr(name), "the design full: it shows between rigs alone")
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """Kinds of cases: effects, "none" and "two"."""
+        wanted = KINDS if self.effects is None else self.effects
+        return tuple(name for name in wanted if self.design == "full" or name != _BETWEEN_RIGS)
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """All that decides, as JSON can hold it."""
+        return {
+            "seed": self.seed, "design": self.design, "effects": list(self.kinds),
+            "severities": [float(s) for s in self.severities], "turbulence": list(self.turbulence),
+            "noise": list(self.noise),
+        }  # fmt: skip
+
+    def block(self) -> list[tuple[str, float]]:
+        """Names and severities of one block, in order."""
+        enough = [s for s in self.severities if s >= SEVERE_ENOUGH_FOR_TWO] or list(self.severities)
+        own = {NONE: [0.0] * WITHOUT_EFFECT, TWO: [enough[i % len(enough)] for i in range(WITH_TWO)]}
+        return [(name, s) for name in self.kinds for s in own.get(name, self.severities)]
+
+    def case(self, index: int) -> tuple[tuple[str, ...], float]:
+        """Effects and severity of a case, the first of which is number 1."""
+        rows = self.block()
+        number, place = divmod(index - 1, len(rows))
+        order = np.random.default_rng([self.seed, number, 0xB10C]).permutation(len(rows))
+        name, severity = rows[order[place]]
+        if name == NONE:
+            return (), 0.0
+        if name != TWO:
+            return (name,), severity
+        single = [effect for effect in CATALOGUE if self.design == "full" or effect != _BETWEEN_RIGS]
+        pair = np.random.default_rng([self.seed, index, 0x2]).choice(len(single), size=2, replace=False)
+        return tuple(single[int(i)] for i in sorted(pair)), severity
 
 
 def make_challenge(how: Execution, plan: Plan, cases: int) -> Path:
-    """Write campaigns whose effects are hidden.
+    """Write campaigns whose effects are hidden, and return their folder (InputError where that holds a challenge).
 
-    Parameters
-    ----------
-    how : Execution
-        Its folder gets `case-0001/campaign.toml` with its records and so on, `challenge.json` (settings, the list of
-        cases, the SHA-256 of the answers) and `answers/answers.json`.
-    plan : Plan
-        Case k does not depend on how many there are.
-    cases : int
-        How many. They come in blocks that have every effect at every severity once; see
-        `scruton.calibrate.challenge.plan`. A challenge that is resumed may go on to more.
-
-    Returns
-    -------
-    Path
-        The folder.
-
-    Raises
-    ------
-    InputError
-        For a folder that holds a challenge.
+    It gets `case-0001/campaign.toml` with its records and so on, `challenge.json` (settings, the list of cases, the
+    SHA-256 of the answers) and `answers/answers.json`. A challenge that is resumed may go on to more cases.
     """
     at_least(1, "challenge", cases=cases, jobs=how.jobs)
     settings = plan.settings
-    claim = how.claim("challenge make", inputs={}, settings=settings, results=(CHALLENGE,))
     names = {index: f"case-{index:04d}" for index in range(1, cases + 1)}
-    with claim as work:
-        answers = _known(work)
+    with how.claim("challenge make", inputs={}, settings=settings, results=(CHALLENGE,)) as work:
+        before = work.find(ANSWERS)
+        answers: dict[str, Any] = {} if before is None else read_json(before, _MADE)
+        answers |= {path.stem: read_json(path, _MADE) for path in sorted(work.checkpoints.glob("*.json"))}
         missing = [i for i, name in names.items() if name not in answers or not work.find(f"{name}/campaign.toml")]
         tasks = [(work.new, work.checkpoints, i, plan) for i in missing]
         for done, index in enumerate(completed(_write_case, tasks, how.jobs), cases - len(missing) + 1):
@@ -65,13 +127,6 @@ def make_challenge(how: Execution, plan: Plan, cases: int) -> Path:
         write_text(work.new / CHALLENGE, json.dumps(table, indent=1) + "\n")
         work.publish()
     return how.folder
-
-
-def _known(work: Workspace) -> dict[str, Any]:
-    """Answers of the cases that are there."""
-    before = work.find(ANSWERS)
-    answers: dict[str, Any] = {} if before is None else read_json(before, _MADE)
-    return answers | {path.stem: read_json(path, _MADE) for path in sorted(work.checkpoints.glob("*.json"))}
 
 
 def _write_case(out: Path, answers: Path, index: int, plan: Plan) -> int:

@@ -4,7 +4,6 @@ import json
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass
 from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
@@ -21,23 +20,6 @@ RUN, GAP, CASE = "challenge-run.json", "gap.json", "case.json"
 Diagnose = Callable[[Path], Mapping[str, Any]]
 
 
-@dataclass(frozen=True)
-class ChallengeRun:
-    """What a run left behind.
-
-    Attributes
-    ----------
-    folder : Path
-    cases : tuple of str
-    failed : mapping
-        Case to the reason why it has no diagnosis.
-    """
-
-    folder: Path
-    cases: tuple[str, ...]
-    failed: Mapping[str, str]
-
-
 def diagnose_case(folder: Path) -> Mapping[str, Any]:
     """Diagnose a campaign with the default card in one thread: the content of gap.json."""
     from scruton.gap.run import diagnose_campaign
@@ -45,69 +27,49 @@ def diagnose_case(folder: Path) -> Mapping[str, Any]:
     return diagnose_campaign(folder, workers=1)
 
 
-def run_challenge(folder: Path, how: Execution, diagnose: Diagnose = diagnose_case) -> ChallengeRun:
-    """Diagnose every case of a challenge; of a run that is resumed, failed cases are tried again.
+def run_challenge(folder: Path, how: Execution, diagnose: Diagnose = diagnose_case) -> dict[str, str]:
+    """Diagnose every case of a challenge, and give the reason for each that has no diagnosis.
+
+    The folder of results gets `case-0001/gap.json` and `case-0001/case.json` (seconds; the reason where a case failed)
+    and so on. Failed cases of a run that is resumed are tried again.
 
     Parameters
     ----------
     folder : Path
-        With one folder a case, each with its campaign.toml.
+        With one folder a case, each with its campaign.toml (InputError where there is none).
     how : Execution
-        Its folder gets `case-0001/gap.json` and `case-0001/case.json` (seconds; the reason where a case failed) and
-        so on.
     diagnose : callable
         From a case's folder to the content of gap.json; of module level, for several processes.
-
-    Raises
-    ------
-    InputError
-        For a folder without campaigns, or one for results that holds others.
     """
     at_least(1, "challenge", jobs=how.jobs)
     cases, out = cases_of(folder), how.folder
-    settings, inputs = _settings(folder, cases, diagnose), _inputs(folder, cases)
-    compared = {key: settings[key] for key in ("diagnosis", "scruton")}
-    claim = how.claim("challenge run", inputs=inputs, settings=compared, results=(RUN,))
-    with claim as work:
+    tomls = sha256()
+    for name in cases:
+        tomls.update(name.encode() + b"\0" + (folder / name / "campaign.toml").read_bytes())
+    called = f"{diagnose.__module__}.{getattr(diagnose, '__qualname__', type(diagnose).__name__)}"
+    compared = {"diagnosis": called, "scruton": version("scruton")}
+    files = (path for name in cases for path in sorted((folder / name).rglob("*")) if path.is_file())
+    inputs = {path.relative_to(folder).as_posix(): digest(path) for path in files}
+    with how.claim("challenge run", inputs=inputs, settings=compared, results=(RUN,)) as work:
         missing = [name for name in cases if work.find(f"{name}/{GAP}") is None]
         for done, name in enumerate(_run(folder, work.new, missing, how.jobs, diagnose), len(cases) - len(missing) + 1):
             work.keep(name)
             how.tell("run", done, len(cases))
-        block = provenance("challenge run", seed=0, sha256=inputs, settings={"diagnosis": settings["diagnosis"]})
-        write_text(work.new / RUN, json.dumps(settings | {"provenance": block}, indent=1) + "\n")
+        block = provenance("challenge run", seed=0, sha256=inputs, settings={"diagnosis": called})
+        settings = {"format": 1, "campaigns_sha256": tomls.hexdigest(), **compared, "provenance": block}
+        write_text(work.new / RUN, json.dumps(settings, indent=1) + "\n")
         work.publish()
-    failed = {name: read_json(out / name / CASE).get("error") for name in cases if not (out / name / GAP).exists()}
-    return ChallengeRun(out, cases, {name: str(reason) for name, reason in failed.items()})
+    failed = (name for name in cases if not (out / name / GAP).exists())
+    return {name: str(read_json(out / name / CASE).get("error")) for name in failed}
 
 
 def cases_of(folder: Path) -> tuple[str, ...]:
-    """Names of the folders with a campaign.toml, in order.
-
-    Raises
-    ------
-    InputError
-        If there is none.
-    """
+    """Names of the folders with a campaign.toml, in order (InputError if there is none)."""
     found = tuple(sorted(p.parent.name for p in folder.glob("*/campaign.toml") if not p.parent.name.startswith(".")))
     if not found:
         wanted = "a folder made by scruton challenge make, with case-0001/campaign.toml and so on"
         raise InputError(folder, "", "no folder with a campaign.toml" if folder.is_dir() else "no folder", wanted)
     return found
-
-
-def _settings(folder: Path, cases: Sequence[str], diagnose: Diagnose) -> dict[str, Any]:
-    """What the results depend on: every campaign.toml, and who diagnoses."""
-    digest = sha256()
-    for name in cases:
-        digest.update(name.encode() + b"\0" + (folder / name / "campaign.toml").read_bytes())
-    called = f"{diagnose.__module__}.{getattr(diagnose, '__qualname__', type(diagnose).__name__)}"
-    return {"format": 1, "campaigns_sha256": digest.hexdigest(), "diagnosis": called, "scruton": version("scruton")}
-
-
-def _inputs(folder: Path, cases: Sequence[str]) -> dict[str, str]:
-    """SHA-256 of every file of every case."""
-    files = (path for name in cases for path in sorted((folder / name).rglob("*")) if path.is_file())
-    return {path.relative_to(folder).as_posix(): digest(path) for path in files}
 
 
 def _run(folder: Path, out: Path, names: Sequence[str], jobs: int, diagnose: Diagnose) -> Iterator[str]:

@@ -1,15 +1,15 @@
 """`challenge score`: confusion, figures and pictures of a run, beside those of the baselines."""
 
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
-from scruton.calibrate.challenge.figures import Figure, by_effect, calibration, confusion, figures
-from scruton.calibrate.challenge.outcomes import Outcome, read_outcomes
+from scruton.calibrate.challenge.figures import by_effect, calibration, confusion, figures, read_outcomes
 from scruton.cells import aligned, csv_text
 from scruton.documents import as_json, write_text
 from scruton.errors import InputError
@@ -30,22 +30,12 @@ _NOISES = {"turbulence": "amplitude scatter", "noise": "sensor noise"}
 
 @dataclass(frozen=True, eq=False)
 class ChallengeScore:
-    """How a diagnosis did.
+    """How a diagnosis did; `baselines` are the figures of others on the same cases, by name."""
 
-    Attributes
-    ----------
-    outcomes : tuple of Outcome
-    settings : mapping
-        Of the challenge; `not_run` is the number of cases without a result.
-    figures : tuple of Figure
-    baselines : mapping
-        Figures of others on the same cases, by name.
-    """
-
-    outcomes: tuple[Outcome, ...]
+    cases: pd.DataFrame
     settings: Mapping[str, Any]
-    figures: tuple[Figure, ...]
-    baselines: Mapping[str, tuple[Figure, ...]]
+    figures: list[dict[str, Any]]
+    baselines: Mapping[str, list[dict[str, Any]]]
 
 
 def score_challenge(
@@ -57,35 +47,25 @@ def score_challenge(
     baselines: Mapping[str, Path] | None = None,
     force: bool = False,
 ) -> ChallengeScore:
-    """Open the sealed answers and score a run.
+    """Open the sealed answers of a challenge, which may lie elsewhere, and score a run.
 
-    Parameters
-    ----------
-    folder, results : Path
-        Of the challenge, and of its run.
-    answers : Path, optional
-        The sealed file, if it lies elsewhere.
-    out : Path, optional
-        Gets challenge-score.json, challenge-score.txt, CSV tables and pictures; nothing is written without.
-    baselines : mapping, optional
-        Folders of runs of other diagnoses by name; see `scruton.calibrate.challenge.baselines`.
-    force : bool
-        Replace a score that lies in the folder.
+    `out` gets challenge-score.json, challenge-score.txt, CSV tables and pictures; nothing is written without, and
+    nothing over an earlier score unless with `force`.  `baselines` are folders of runs of other diagnoses by name.
 
     Raises
     ------
     InputError
-        If the answers are not those that were sealed, or there is nothing to score.
+        If the answers are not those that were sealed, there is nothing to score, or a score lies there.
     """
     if out is not None and (out / SCORE).exists() and not force:
         raise InputError(out, "-o", "an earlier score", "an empty folder, or --force to replace it")
-    outcomes, settings = read_outcomes(folder, results, answers)
+    cases, settings = read_outcomes(folder, results, answers)
     one_rig = settings.get("design") == "one-rig"
     others = {
         name: figures(read_outcomes(folder, place, answers)[0], one_rig=one_rig)
         for name, place in (baselines or {}).items()
     }
-    score = ChallengeScore(outcomes, settings, figures(outcomes, one_rig=one_rig), others)
+    score = ChallengeScore(cases, settings, figures(cases, one_rig=one_rig), others)
     if out is not None:
         with Workspace(out, "challenge score", inputs={}, settings={}, results=(SCORE,), force=force) as work:
             _write(score, work.new)
@@ -99,15 +79,11 @@ def score_text(score: ChallengeScore) -> str:
 
 
 def score_markdown(score: ChallengeScore, pictures: str = ".") -> str:
-    """Everything as Markdown.
-
-    Parameters
-    ----------
-    score : ChallengeScore
-    pictures : str
-        Folder of the pictures, as seen from the page.
-    """
-    parts = [f"## {title}\n\n{_piped(rows)}" for title, rows in _tables(score)]
+    """Everything as Markdown; `pictures` is their folder, as seen from the page."""
+    parts = []
+    for title, (header, *rows) in _tables(score):
+        lines = [f"| {' | '.join(row)} |" for row in (header, *rows)]
+        parts.append("\n".join([f"## {title}\n", lines[0], f"|{'---|' * len(header)}", *lines[1:]]))
     parts.append(
         "## Pictures\n\n"
         f"![Confusion matrix: truth by row, verdict by column]({pictures}/confusion.svg)\n\n"
@@ -118,8 +94,7 @@ def score_markdown(score: ChallengeScore, pictures: str = ".") -> str:
 
 def describe(score: ChallengeScore) -> str:
     """Say in one sentence what was scored."""
-    s = score.settings
-    kinds = [one.kind for one in score.outcomes]
+    s, kinds = score.settings, score.cases.kind.tolist()
     counts = ", ".join(f"{kinds.count(kind)} {what}" for kind, what in _KINDS.items() if kind in kinds)
     ranges = ", ".join(
         f"{what} of {100 * s[key][0]:g} to {100 * s[key][1]:g} %" for key, what in _NOISES.items() if key in s
@@ -132,13 +107,13 @@ def describe(score: ChallengeScore) -> str:
 def _tables(score: ChallengeScore) -> list[tuple[str, list[list[str]]]]:
     """Titles and rows of text, the first of them the header."""
     rows = [["figure", "reached", "wanted", "95 % interval", "cases", "met"]]
-    for figure in score.figures:
-        low, high = (_shown(x, figure) for x in figure.interval95)
-        span = f"{low} to {high}" if figure.cases and np.isfinite(figure.interval95[0]) else ""
-        met = {True: "yes", False: "NO", None: ""}[figure.met]
-        rows.append([figure.name, _shown(figure.reached, figure), _wanted(figure), span, str(figure.cases), met])
+    for one in score.figures:
+        low, high = (_shown(one[end], one) for end in ("low95", "high95"))
+        span = f"{low} to {high}" if one["cases"] and np.isfinite(one["low95"]) else ""
+        met = {True: "yes", False: "NO", None: ""}[one["met"]]
+        rows.append([one["figure"], _shown(one["reached"], one), _wanted(one), span, str(one["cases"]), met])
     effects = [["truth", "severity", "cases", "right", "95 % interval", "in group", "group size", "shrink", "else"]]
-    for row in by_effect(score.outcomes):
+    for row in by_effect(score.cases):
         effects.append([
             str(row["truth"]), "all" if row["severity"] is None else f"{row['severity']:g}", str(row["cases"]),
             _percent(row["right"]), f"{_percent(row['low95'])} to {_percent(row['high95'])}", _percent(row["in_group"]),
@@ -148,21 +123,22 @@ def _tables(score: ChallengeScore) -> list[tuple[str, list[list[str]]]]:
     tables = [("Figures", rows), ("By effect and severity", effects)]
     if score.baselines:
         beside = [["figure", "wanted", "scruton", *score.baselines]]
-        for same in zip(score.figures, *score.baselines.values(), strict=True):
-            if same[0].name.startswith(_ROWS_OF_BASELINES):
-                beside.append([same[0].name, _wanted(same[0]), *(_shown(one.reached, same[0]) for one in same)])
+        for one, *same in zip(score.figures, score.figures, *score.baselines.values(), strict=True):
+            if one["figure"].startswith(_ROWS_OF_BASELINES):
+                beside.append([one["figure"], _wanted(one), *(_shown(other["reached"], one) for other in same)])
         tables.append(("Beside the baselines", beside))
     return tables
 
 
-def _wanted(figure: Figure) -> str:
-    return "" if figure.wanted is None else f"{'<=' if figure.at_most else '>='} {_shown(figure.wanted, figure)}"
+def _wanted(figure: Mapping[str, Any]) -> str:
+    sign = "<=" if figure["at_most"] else ">="
+    return "" if figure["wanted"] is None else f"{sign} {_shown(figure['wanted'], figure)}"
 
 
-def _shown(value: float, figure: Figure) -> str:
+def _shown(value: float, figure: Mapping[str, Any]) -> str:
     if not np.isfinite(value):
         return "-"
-    return f"{100 * value:.1f} %" if figure.percent else f"{value:.3g}"
+    return f"{100 * value:.1f} %" if figure["percent"] else f"{value:.3g}"
 
 
 def _percent(value: object) -> str:
@@ -172,39 +148,24 @@ def _percent(value: object) -> str:
 def _write(score: ChallengeScore, out: Path) -> None:
     from scruton.calibrate.challenge.pictures import draw
 
-    truths, verdicts, counts = confusion(score.outcomes)
-    bins = calibration(score.outcomes)
-    tables: dict[str, list[dict[str, Any]]] = {
-        "figures": [_figure(one) for one in score.figures],
-        "effects": by_effect(score.outcomes),
-        "confusion": [
-            {"truth": truth} | dict(zip(verdicts, row, strict=True))
-            for truth, row in zip(truths, counts.tolist(), strict=True)
-        ],
-        "reliability": [
-            dict(zip(("probability", "accuracy", "cases"), values, strict=True))
-            for values in zip(bins.probability.tolist(), bins.accuracy.tolist(), bins.count.tolist(), strict=True)
-        ],
-        "cases": [asdict(one) | {"right": one.right} for one in score.outcomes],
+    cases = score.cases.loc[:, :"right"]  # without what follows from them
+    tables: dict[str, list[Any]] = {
+        "figures": _plain(score.figures),
+        "effects": by_effect(score.cases),
+        "confusion": confusion(score.cases).rename_axis("truth").reset_index().to_dict("records"),
+        "reliability": calibration(score.cases)[0].to_dict("records"),
+        "cases": cases.astype(object).where(cases.notna(), None).to_dict("records"),
     }
     settings = dict(score.settings)
     everything: dict[str, Any] = {"format": 1, "settings": settings} | tables
     everything["provenance"] = provenance("challenge score", seed=settings.get("seed", 0), sha256={}, settings=settings)
-    everything["baselines"] = {name: [_figure(one) for one in table] for name, table in score.baselines.items()}
+    everything["baselines"] = {name: _plain(table) for name, table in score.baselines.items()}
     for name, table in tables.items():
         write_text(out / f"{name}.csv", csv_text(table))
     write_text(out / "challenge-score.txt", f"{describe(score)}\n\n{score_text(score)}\n")
-    draw(score.outcomes, out)
+    draw(score.cases, out)
     write_text(out / SCORE, json.dumps(as_json(everything), indent=1, allow_nan=False) + "\n")
 
 
-def _figure(one: Figure) -> dict[str, Any]:
-    return {
-        "figure": one.name, "reached": one.reached, "low95": one.interval95[0], "high95": one.interval95[1],
-        "cases": one.cases, "wanted": one.wanted, "at_most": one.at_most, "met": one.met,
-    }  # fmt: skip
-
-
-def _piped(rows: Sequence[Sequence[str]]) -> str:
-    lines = [f"| {' | '.join(row)} |" for row in rows]
-    return "\n".join([lines[0], f"|{'---|' * len(rows[0])}", *lines[1:]])
+def _plain(table: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    return [{key: value for key, value in one.items() if key != "percent"} for one in table]

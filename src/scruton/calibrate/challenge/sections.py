@@ -5,34 +5,22 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.calibrate.thresholds import USUAL
+from scruton.calibrate.thresholds import SAME_CYCLE, STEADY, USUAL
 from scruton.campaign.schema import Motion, Section
-from scruton.simulate import Disturbances, Truth
+from scruton.simulate import Disturbances, Truth, simulate_record
 from scruton.simulate.equation import mean_rate
 
 _MIDDLE = {Motion.HEAVING: (0.018, 0.09), Motion.TORSIONAL: (np.deg2rad(1.3), np.deg2rad(3.8))}
+SAMPLES_PER_CYCLE = 28
 _SPEED_SPREAD = 0.03  # relative, of the reduced velocity between the rigs' peak tests
 _TRIES = 1000
 
 
 @dataclass(frozen=True)
 class RigTruth:
-    """One rig and its peak test.
-
-    Attributes
-    ----------
-    wind : Truth
-        The rig in its wind, as it truly is.
-    stated_damping : float
-        What the laboratory would state if it measured without scatter.
-    disturbances : Disturbances
-        In all records of the rig.
-    own : mapping
-        Number of a record (those in wind first) to fields of `Disturbances` of its own.
-    """
+    """One rig and its peak test: the rig in its wind, and what disturbs all records, or one by number (wind first)."""
 
     wind: Truth
-    stated_damping: float
     disturbances: Disturbances = field(default_factory=Disturbances)
     own: dict[int, dict[str, float | str]] = field(default_factory=dict)
 
@@ -47,13 +35,16 @@ class RigTruth:
         return replace(self.wind, air_density=0.0, wind_speed=0.0, Y1=0.0, epsilon=0.0, Y2=0.0, shedding=0.0)
 
     @property
+    def scruton_factor(self) -> float:
+        """Scruton number per unit of damping ratio: 4 pi m/(rho B D), 4 pi J/(rho B^3 D) for torsion."""
+        wind = self.wind
+        area = wind.width * wind.depth * (wind.width**2 if wind.motion is Motion.TORSIONAL else 1.0)
+        return 4.0 * np.pi * wind.mass / (wind.air_density * area)
+
+    @property
     def scruton_number(self) -> float:
         """4 pi m xi/(rho B D), 4 pi J xi/(rho B^3 D) for torsion."""
-        return scruton_factor(self.wind) * self.wind.damping_ratio
-
-    def of(self, record: int) -> Disturbances:
-        """What disturbs one record."""
-        return replace(self.disturbances, **self.own.get(record, {}))  # type: ignore[arg-type]
+        return self.scruton_factor * self.wind.damping_ratio
 
 
 @dataclass(frozen=True)
@@ -68,32 +59,33 @@ class Body:
         """The rig that severities refer to."""
         return self.rigs[len(self.rigs) // 2]
 
-
-def scruton_factor(truth: Truth) -> float:
-    """Scruton number per unit of damping ratio."""
-    area = truth.width * truth.depth * (truth.width**2 if truth.motion is Motion.TORSIONAL else 1.0)
-    return 4.0 * np.pi * truth.mass / (truth.air_density * area)
+    @property
+    def every(self) -> list[int]:
+        """Numbers of all rigs."""
+        return list(range(len(self.rigs)))
 
 
 def random_body(rng: np.random.Generator, rigs: int = 3) -> Body:
     """Draw a body, heaving or torsional, whose rigs all have an undisturbed limit cycle of a usual size.
 
-    Scruton numbers of three rigs stand about as 1 : 2 : 4.
-
-    Parameters
-    ----------
-    rng : Generator
-    rigs : int
-        3, or 1.
+    It has one rig, or three whose Scruton numbers stand about as 1 : 2 : 4.
     """
     for _ in range(_TRIES):
         body = _draw(rng, rigs)
-        if body is not None:
+        usual = USUAL[body.section.motion]
+        found = [
+            {
+                "amplitude": rig.undisturbed[0], "relaxation": rig.undisturbed[1] / rig.wind.omega,
+                "scruton_number": rig.scruton_number, "damping_ratio": rig.wind.damping_ratio, "Y1": rig.wind.Y1,
+            }
+            for rig in body.rigs
+        ]  # fmt: skip
+        if all(low <= one[name] <= high for one in found for name, (low, high) in usual.items()):
             return body
     raise RuntimeError("no section with a limit cycle of a usual size was drawn")  # pragma: no cover
 
 
-def _draw(rng: np.random.Generator, rigs: int) -> Body | None:
+def _draw(rng: np.random.Generator, rigs: int) -> Body:
     motion = Motion.HEAVING if rng.random() < 0.5 else Motion.TORSIONAL
     torsional = motion is Motion.TORSIONAL
     depth = float(np.round(_log_uniform(rng, 0.04, 0.12), 4))
@@ -129,32 +121,33 @@ def _draw(rng: np.random.Generator, rigs: int) -> Body | None:
             base, mass=float(own_mass), frequency=float(own_frequency),
             wind_speed=float(velocity * (1.0 + tilt * (j - (rigs - 1) / 2.0)) * own_frequency * depth),
         )  # fmt: skip
-        truth = replace(truth, damping_ratio=float(number / scruton_factor(truth)))
-        made.append(RigTruth(truth, truth.damping_ratio))
+        made.append(RigTruth(replace(truth, damping_ratio=float(number / RigTruth(truth).scruton_factor))))
     made.sort(key=lambda rig: rig.scruton_number)
-    return Body(Section(motion, width, depth), tuple(made)) if all(map(_usual, made)) else None
-
-
-def _usual(rig: RigTruth) -> bool:
-    amplitude, rate = rig.undisturbed
-    found = {
-        "amplitude": amplitude, "relaxation": rate / rig.wind.omega, "scruton_number": rig.scruton_number,
-        "damping_ratio": rig.wind.damping_ratio, "Y1": rig.wind.Y1,
-    }  # fmt: skip
-    return all(low <= found[name] <= high for name, (low, high) in USUAL[rig.wind.motion].items())
+    return Body(Section(motion, width, depth), tuple(made))
 
 
 def limit_cycle(truth: Truth, disturbances: Disturbances) -> tuple[float, float]:
     """Stable amplitude and relaxation rate [1/s] with what disturbs, by the work over a cycle.
 
-    Returns
-    -------
-    tuple of float
-        NaN where there is not one limit cycle that growth from a tenth and decay from 2.7 times the amplitude reach.
+    By simulation where the wake has an equation of its own.
+    NaN where there is not one limit cycle that growth from a tenth and decay from 2.7 times the amplitude reach.
     """
     from scipy.optimize import brentq
 
-    usual = truth.balance()[0]
+    usual, usual_rate = truth.balance()
+    if disturbances.wake_gain:
+        ends = []
+        for start in (0.12, 2.4):
+            time, x = simulate_record(
+                truth, initial_amplitude=start * usual, duration=16.0 / usual_rate,
+                sample_rate=SAMPLES_PER_CYCLE * truth.frequency, seed=0, disturbances=disturbances,
+            )  # fmt: skip
+            halves = [float(np.sqrt(2.0) * one.std()) for one in np.array_split(x[time > 12.0 / usual_rate], 2)]
+            if abs(halves[1] - halves[0]) > STEADY * usual:
+                return np.nan, np.nan
+            ends.append(float(np.mean(halves)))
+        same = abs(ends[1] - ends[0]) <= SAME_CYCLE * usual
+        return (float(np.mean(ends)), usual_rate) if same else (np.nan, np.nan)
 
     def rate(a: float) -> float:
         return float(mean_rate(truth, disturbances, np.array([a]))[0])

@@ -6,28 +6,40 @@ cannot read: `open_container` and `read_columns` turn that into an InputError, h
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from importlib import import_module
 from pathlib import Path
 
 from scruton.campaign.readers.columns import Clock, Column, Container
 from scruton.campaign.readers.delimited import CsvDialect, open_delimited
-from scruton.campaign.readers.hdf5 import open_hdf5
-from scruton.campaign.readers.matlab import is_hdf5, open_matlab
-from scruton.campaign.readers.npz import open_npz
-from scruton.campaign.readers.tdms import open_tdms
 from scruton.errors import InputError
 
 __all__ = ["READERS", "Clock", "Column", "Container", "CsvDialect", "is_delimited", "open_container", "read_columns"]
 
 _DELIMITED = (".csv", ".txt", ".dat", ".tsv", ".asc")
-_HDF5 = (open_hdf5, "an HDF5 or MATLAB 7.3 file")
+_SIGNATURE = b"\x89HDF\r\n\x1a\n"  # of HDF5; MATLAB puts 512 bytes of its own before it
+
+Reader = Callable[[bytes, Path], Container]
+
+
+def _from(name: str) -> Reader:
+    """The reader of a file here: it and its libraries are loaded when they are needed."""
+
+    def read(data: bytes, path: Path) -> Container:
+        reader: Reader = getattr(import_module(f"{__name__}.{name}"), f"open_{name}")
+        return reader(data, path)
+
+    return read
+
+
+_HDF5 = (_from("hdf5"), "an HDF5 or MATLAB 7.3 file")
 
 # By the file's ending: the reader, and what its files are, for the error about one that is not.
-READERS: dict[str, tuple[Callable[[bytes, Path], Container], str]] = {
-    ".mat": (open_matlab, "a MATLAB file, version 5 or 7.3"),
+READERS: dict[str, tuple[Reader, str]] = {
+    ".mat": (_from("matlab"), "a MATLAB file, version 5 or 7.3"),
     ".h5": _HDF5,
     ".hdf5": _HDF5,
-    ".npz": (open_npz, "a NumPy archive written by numpy.savez"),
-    ".tdms": (open_tdms, "a TDMS file as LabVIEW writes it"),
+    ".npz": (_from("npz"), "a NumPy archive written by numpy.savez"),
+    ".tdms": (_from("tdms"), "a TDMS file as LabVIEW writes it"),
 }
 
 
@@ -37,22 +49,7 @@ def is_delimited(path: Path) -> bool:
 
 
 def open_container(data: bytes, path: Path, dialect: CsvDialect) -> Container:
-    """Open a file by its ending.
-
-    Parameters
-    ----------
-    data : bytes
-        Its contents.
-    path : Path
-        Its name, for the ending and for error messages.
-    dialect : CsvDialect
-        How text is laid out; other containers do not look at it.
-
-    Raises
-    ------
-    InputError
-        An empty file, an unknown ending, or one that its reader cannot open, whatever that raises.
-    """
+    """Open a file by its ending; InputError where it is empty or unknown, or whatever its reader raises."""
     if not data:
         raise InputError(path, "", "an empty file", "a record")
     ending = path.suffix.lower()
@@ -62,7 +59,7 @@ def open_container(data: bytes, path: Path, dialect: CsvDialect) -> Container:
     if ending not in READERS:
         known = ", ".join([*_DELIMITED, *READERS])
         raise InputError(path, "", f'the file ending "{path.suffix}"', f"one of {known}; save the record as CSV, say")
-    reader, wanted = _HDF5 if ending == ".mat" and is_hdf5(data) else READERS[ending]
+    reader, wanted = _HDF5 if ending == ".mat" and _SIGNATURE in (data[:8], data[512:520]) else READERS[ending]
     with _readable(path, wanted):
         return reader(data, path)
 

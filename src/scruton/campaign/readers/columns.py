@@ -1,9 +1,10 @@
 """What every reader hands back, columns of numbers with name and unit, and what readers of binary files share."""
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,19 +13,17 @@ from scruton.arrays import FloatArray
 from scruton.campaign.thresholds import LARGEST_ARRAY, PACKED, SLACK, SMALL_ARRAY, TIGHTEST
 from scruton.errors import InputError
 
+_PART = re.compile(r"\s*\.?\s*(?:(?P<name>[^.\[\]]+)|\[(?P<index>[^\[\]]*)\])\s*")
+_SLOT = re.compile(r"\s*(?::|\d+)\s*")
+Index = tuple[int | slice, ...]
+
 RESAVE_OBJECT = (
     "numbers: in MATLAB put the columns into a struct or arrays (t = T.time; y = T.y) and save those, "
     "or write a CSV with writetable"
 )
 
 
-def sample(index: int) -> str:
-    """Say where sample `index` stands in a file that has no lines."""
-    return f"sample {index} (the first is 0)"
-
-
-@dataclass(frozen=True, eq=False)
-class Clock:
+class Clock(NamedTuple):
     """An even time axis that a channel carries with it: `start` and `step`, in seconds."""
 
     start: float
@@ -33,42 +32,21 @@ class Clock:
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """One column of a file.
-
-    Attributes
-    ----------
-    name : str
-        As the file spells it.
-    values : (N,) array
-        As the file holds them.
-    unit : str or None
-        As the file states it.
-    where : callable
-        From the index of a sample to its place in the file, in words.
-    clock : Clock or None
-        The time axis, where the file ties one to the column.
-    """
+    """One column of a file: name, (N,) values and unit as the file has them, and the time axis that it ties to it."""
 
     name: str
     values: FloatArray
     unit: str | None = None
-    where: Callable[[int], str] = sample
+    where: Callable[[int], str] = "sample {} (the first is 0)".format  # the place of a sample in the file, in words
     clock: Clock | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Container:
-    """An open file that gives columns by name.
-
-    Attributes
-    ----------
-    path : Path
-    names : tuple of str
-        Of the columns that stand at the top of the file, without units.
-    """
+    """An open file that gives columns by name."""
 
     path: Path
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # of the columns that stand at the top of the file, without units
 
     def read(self, names: Sequence[str | int]) -> tuple[Column, ...]:
         """Read columns (InputError for a name that is not there)."""
@@ -83,13 +61,7 @@ class Container:
         return InputError(self.path, name, found, wanted)
 
     def vector(self, name: str, array: NDArray[Any]) -> FloatArray:
-        """Flatten a vector of any real type, (N,), (1, N) or (N, 1), to float64.
-
-        Raises
-        ------
-        InputError
-            Not numbers, complex numbers, or a matrix.
-        """
+        """Flatten a vector of any real type, (N,), (1, N) or (N, 1), to float64 (InputError for anything else)."""
         array = np.asarray(array)
         if array.dtype.kind not in "biuf":
             kind = {"c": "complex numbers", "U": "text", "S": "text", "O": "cells or objects"}.get(array.dtype.kind)
@@ -101,21 +73,7 @@ class Container:
 
 
 def check_claim(claimed: int, stored: int, path: Path, name: str) -> None:
-    """Refuse, before memory is taken, what unpacks to more than so many stored bytes can hold.
-
-    Parameters
-    ----------
-    claimed, stored : int
-        Bytes once read, and bytes in the file.
-    path : Path
-    name : str
-        Of the array.
-
-    Raises
-    ------
-    InputError
-        A claim beyond `allowance`.
-    """
+    """Refuse, before memory is taken, an array whose stored bytes cannot hold the bytes that it claims to be."""
     if claimed > allowance(stored):
         found = f"{claimed:,} bytes of data in {stored:,} of the file"
         raise InputError(path, name, found, "a file that holds all of its samples")
@@ -124,3 +82,37 @@ def check_claim(claimed: int, stored: int, path: Path, name: str) -> None:
 def allowance(stored: int) -> int:
     """Bytes that so many stored bytes may unpack to."""
     return min(LARGEST_ARRAY, TIGHTEST * stored + SLACK, max(SMALL_ARRAY, PACKED * stored))
+
+
+def parse_path(text: str, path: Path) -> tuple[str, tuple[str | Index, ...]]:
+    """Split a path into a name, and names of fields and indices in the order in which they apply (InputError)."""
+    wanted = 'a path such as "y", "DATA[7].y" or "data[:,1]" (counted from 0)'
+    steps: list[str | Index] = []
+    position = 0
+    while position < len(text):
+        match = _PART.match(text, position)
+        if match is None or (not steps and match["name"] is None):
+            raise InputError(path, text, "a path that cannot be followed", wanted)
+        position = match.end()
+        if match["name"] is not None:
+            steps.append(match["name"].strip())
+            continue
+        slots = match["index"].split(",")
+        if not all(_SLOT.fullmatch(slot) for slot in slots):
+            found = f"the index [{match['index']}]"
+            raise InputError(path, text, found, "whole numbers counted from 0, or a colon: [7], [:,1]")
+        steps.append(tuple(slice(None) if slot.strip() == ":" else int(slot) for slot in slots))
+    if not steps or not isinstance(steps[0], str):
+        raise InputError(path, text, "an empty path", wanted)
+    return steps[0], tuple(steps[1:])
+
+
+def element(array: NDArray[Any], index: Index, path: Path, text: str) -> Any:
+    """Apply one index; a single number counts through an array of any shape, column by column as MATLAB does."""
+    try:
+        if len(index) == 1:
+            return array.reshape(-1, order="F")[index[0]]
+        return array[index]
+    except IndexError:
+        size = array.size if len(index) == 1 else " x ".join(str(n) for n in array.shape)
+        raise InputError(path, text, f"an index outside the array of {size}", "an index counted from 0") from None

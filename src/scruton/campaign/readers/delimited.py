@@ -6,7 +6,7 @@ import io
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
@@ -26,35 +26,17 @@ _WHITESPACE_SPLIT = re.compile(r"\s++(?![\[(])")  # keeps "time [s]" together
 
 @dataclass(frozen=True)
 class CsvDialect:
-    """How a text file is laid out.
+    """How a text file is laid out."""
 
-    Attributes
-    ----------
-    skip_rows : int
-        Lines before the header.
-    delimiter : str
-        Between columns; a space stands for any run of white space. Empty: a comma, or a semicolon beside a decimal
-        comma.
-    decimal : str
-        Decimal sign, point or comma.
-    encoding : str
-        Of the text; a byte-order mark is always understood.
-    """
-
-    skip_rows: int = 0
-    delimiter: str = ""
+    skip_rows: int = 0  # lines before the header
+    delimiter: str = ""  # a space stands for any run of white space; empty: a comma, or a semicolon beside decimal ones
     decimal: str = "."
-    encoding: str = "utf-8"
+    encoding: str = "utf-8"  # a byte-order mark is always understood
 
     @property
     def separator(self) -> str:
         """The delimiter in force."""
         return self.delimiter or (";" if self.decimal == "," else ",")
-
-    @property
-    def codec(self) -> str:
-        """The encoding in force: UTF-8 with or without a byte-order mark."""
-        return "utf-8-sig" if codecs.lookup(self.encoding).name == "utf-8" else self.encoding
 
 
 class Heading(NamedTuple):
@@ -79,48 +61,33 @@ class Delimited(Container):
     def read(self, names: Sequence[str | int]) -> tuple[Column, ...]:
         """Read columns in one pass."""
         positions = [self._position(name) for name in names]
-        self._parse([position for position in sorted(set(positions)) if position not in self.parsed])
-        return tuple(
-            Column(
-                self.headings[position].text if self.headings else f"column {position}",
-                self.parsed[position],
-                self.headings[position].unit if self.headings else None,
-                partial(self._where, position),
-            )
-            for position in positions
-        )
+        self._parse(sorted(set(positions) - set(self.parsed)))
+        plain = [Heading(f"column {position}", "", None) for position in range(self.width)]
+        heads = self.headings or plain
+        return tuple(Column(heads[one].text, self.parsed[one], heads[one].unit, self._where) for one in positions)
 
     def _position(self, name: str | int) -> int:
         if isinstance(name, int):
             if not 0 <= name < self.width:
                 raise self.error(f"column {name}", f"{self.width} columns", "a position counted from 0")
             return name
-        column = f'column "{name}"'
-        if not self.headings:
-            raise self.error(
-                column, "no header line: the first line holds numbers",
-                'a header line such as "time [s],displacement [m]", or columns by position: '
-                "columns = { time = 0, displacement = 1 }",
-            )  # fmt: skip
-        exact = [i for i, heading in enumerate(self.headings) if name in heading[:2]]
-        alike = exact or [
-            i for i, heading in enumerate(self.headings) if folded(name) in map(folded, (heading.text, heading.name))
-        ]
+        column, headings = f'column "{name}"', self.headings
+        if not headings:
+            wanted = 'a header line such as "time [s],displacement [m]", or columns by position: '
+            wanted += "columns = { time = 0, displacement = 1 }"
+            raise self.error(column, "no header line: the first line holds numbers", wanted)
+        exact = [i for i, heading in enumerate(headings) if name in heading[:2]]
+        alike = exact or [i for i, heading in enumerate(headings) if folded(name) in map(folded, heading[:2])]
         if not alike:
-            raise self.error(column, "no such column", self._hint(name))
+            wanted = nearest(name, self.names)
+            if len(headings) == 1 and (other := [sign for sign in (";", "\t", ",", " ") if sign in headings[0].text]):
+                shown = "\\t" if other[0] == "\t" else other[0]
+                wanted += f'; the columns may want another delimiter, such as delimiter = "{shown}"'
+            raise self.error(column, "no such column", wanted)
         if len(alike) > 1:
             wanted = "one, or its position counted from 0: columns = { displacement = 1 }"
             raise self.error(column, f"{len(alike)} columns of this name", wanted)
         return alike[0]
-
-    def _hint(self, name: str) -> str:
-        text = nearest(name, self.names)
-        if len(self.headings) == 1:
-            other = [sign for sign in (";", "\t", ",", " ") if sign in self.headings[0].text]
-            if other:
-                shown = "\\t" if other[0] == "\t" else other[0]
-                text += f'; the columns may want another delimiter, such as delimiter = "{shown}"'
-        return text
 
     def _parse(self, needed: list[int]) -> None:
         """Parse columns by pandas' C engine."""
@@ -149,11 +116,9 @@ class Delimited(Container):
         self.parsed.update({position: frame[position].to_numpy(dtype=np.float64) for position in needed})
 
     def _rows(self) -> Iterator[tuple[int, list[str]]]:
-        """Go through the data line by line, slowly: the number of the line in the file and its cells."""
-        for number, line in self._full_lines():
-            yield number, split_line(line, self.dialect)
+        return ((number, split_line(line, self.dialect)) for number, line in self._lines())
 
-    def _full_lines(self) -> Iterator[tuple[int, str]]:
+    def _lines(self) -> Iterator[tuple[int, str]]:
         """Go through the lines that are not blank, with their numbers in the file."""
         for number, (line, *_) in enumerate(_lines(self.text), start=self.first_line):
             if line.strip():
@@ -161,48 +126,37 @@ class Delimited(Container):
 
     def _bad_cell(self, needed: Sequence[int], error: Exception) -> InputError:
         """Find what pandas could not read, and say its line and column."""
+        decimal = self.dialect.decimal
         for line, cells in self._rows():
             if len(_strip_empty(cells)) > self.width:
-                return self.error(
-                    f"line {line}", f"{len(cells)} columns", f"{self.width}, as in the line of the header"
-                )
+                wanted = f"{self.width}, as in the line of the header"
+                return self.error(f"line {line}", f"{len(cells)} columns", wanted)
             for position in needed:
                 cell = cells[position].strip() if position < len(cells) else ""
-                if cell and not _is_number(cell, self.dialect.decimal):
+                if cell and not _is_number(cell, decimal):
                     column = f'column "{self.headings[position].text}"' if self.headings else f"column {position}"
-                    return self.error(f"line {line}, {column}", f'the text "{_printable(cell)}"', self._number(cell))
+                    shown = "".join(sign if sign.isprintable() else "?" for sign in cell[:60])
+                    wanted = "a number"
+                    if decimal == "." and re.fullmatch(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?", cell):
+                        wanted = 'a number with a decimal point, or decimal = "," in the record\'s table'
+                    return self.error(f"line {line}, {column}", f'the text "{shown}"', wanted)
         reason = str(error).strip().splitlines()[0]
         return self.error("", f"text that cannot be read ({reason})", "columns of numbers")
 
-    def _number(self, cell: str) -> str:
-        if self.dialect.decimal == "." and re.fullmatch(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?", cell):
-            return 'a number with a decimal point, or decimal = "," in the record\'s table'
-        return "a number"
-
-    def _where(self, position: int, index: int) -> str:
+    def _where(self, index: int) -> str:
         """Place of a sample: pandas leaves blank lines out, so lines are counted again."""
-        for i, (line, _) in enumerate(self._full_lines()):
-            if i == index:
-                return f"line {line}"
-        return f"row {index}"
+        line = next(islice(self._lines(), index, None), None)
+        return f"row {index}" if line is None else f"line {line[0]}"
 
 
 def open_delimited(data: bytes, path: Path, dialect: CsvDialect) -> Delimited:
-    """Read the header of a text file.
-
-    Raises
-    ------
-    InputError
-        Wrong encoding, a file that ends before the header, fewer names than columns.
-    """
+    """Read the header of a text file (InputError: wrong encoding, no header, fewer names than columns)."""
     try:
-        text = data.decode(dialect.codec)
+        text = data.decode("utf-8-sig" if codecs.lookup(dialect.encoding).name == "utf-8" else dialect.encoding)
     except UnicodeError as error:
         place = f" (at byte {error.start})" if isinstance(error, UnicodeDecodeError) else ""
-        raise InputError(
-            path, "", f"bytes that are not {dialect.encoding}{place}",
-            'the encoding of the file in the record\'s table, such as encoding = "gbk"',
-        ) from None  # fmt: skip
+        wanted = 'the encoding of the file in the record\'s table, such as encoding = "gbk"'
+        raise InputError(path, "", f"bytes that are not {dialect.encoding}{place}", wanted) from None
     _check_lines(text, path)
     lines = enumerate(_lines(text), start=1)
     full = ((number, *line) for number, line in lines if number > dialect.skip_rows and line[0].strip())
@@ -219,11 +173,10 @@ def open_delimited(data: bytes, path: Path, dialect: CsvDialect) -> Delimited:
     cells[0] = cells[0].lstrip("#% ")  # a header that numpy.savetxt or MATLAB wrote as a comment
     width = len(_strip_empty(split_line(after, dialect)))
     if width > len(cells):
-        raise InputError(
-            path, f"line {number + 1}", f"{width} columns under a header of {len(cells)}",
-            'as many as in the header (a decimal comma wants decimal = "," and delimiter = ";")',
-        )  # fmt: skip
-    headings = tuple(_heading(cell) for cell in cells)
+        found = f"{width} columns under a header of {len(cells)}"
+        wanted = 'as many as in the header (a decimal comma wants decimal = "," and delimiter = ";")'
+        raise InputError(path, f"line {number + 1}", found, wanted)
+    headings = tuple(map(_heading, cells))
     names = tuple(heading.name for heading in headings)
     return Delimited(path, names, text[end:], number + 1, dialect, headings, len(cells))
 
@@ -261,16 +214,10 @@ def _heading(text: str) -> Heading:
     return Heading(text, match["name"].strip(), unit.strip() or None)
 
 
-def _printable(text: str) -> str:
-    return "".join(sign if sign.isprintable() else "?" for sign in text[:60])
-
-
 def _strip_empty(cells: list[str]) -> list[str]:
     """Drop the empty cells that trailing delimiters leave."""
-    count = len(cells)
-    while count and not cells[count - 1].strip():
-        count -= 1
-    return cells[:count]
+    full = [i for i, cell in enumerate(cells, start=1) if cell.strip()]
+    return cells[: full[-1] if full else 0]
 
 
 def _is_number(cell: str, decimal: str) -> bool:

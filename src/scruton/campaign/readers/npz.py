@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.lib.npyio import NpzFile as Archive
 
-from scruton.campaign.readers.columns import Column, Container, check_claim
-from scruton.campaign.readers.variables import element, parse_path
+from scruton.campaign.readers.columns import Column, Container, check_claim, element, parse_path
 from scruton.campaign.spelling import nearest
 
 
@@ -50,9 +49,9 @@ class NpzFile(Container):
             version = np.lib.format.read_magic(file)
             reader = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
             shape, _, dtype = reader(file)
-        size = math.prod(shape) * dtype.itemsize
-        if size > entry.file_size and not dtype.hasobject:
-            found = f"{math.prod(shape):,} values in {entry.file_size:,} bytes"
+        count = math.prod(shape)
+        if count * dtype.itemsize > entry.file_size and not dtype.hasobject:
+            found = f"{count:,} values in {entry.file_size:,} bytes"
             raise self.error(root, found, "an array that holds all of its values")
         check_claim(entry.file_size, entry.compress_size, self.path, root)
 

@@ -27,21 +27,19 @@ class Tdms(Container):
     def column(self, name: str) -> Column:
         """Read a channel by its name."""
         alike = [channel for channel in self.channels.values() if channel.name == name]
-        matches = [self.channels[name]] if name in self.channels else alike
-        if len(matches) != 1:
-            what = f"{len(matches)} channels of this name" if matches else "no such channel"
+        if name not in self.channels and len(alike) != 1:
+            what = f"{len(alike)} channels of this name" if alike else "no such channel"
             raise self.error(name, what, nearest(name, self.names))
-        channel = matches[0]
+        channel = self.channels[name] if name in self.channels else alike[0]
         if len(channel) > self.size:  # a value takes a byte at least
             what = f"{len(channel):,} values in a file of {self.size:,} bytes"
             raise self.error(name, what, "a file that holds all of its samples")
-        values = self.vector(name, np.asarray(channel[:]))
-        properties = channel.properties
-        step = float(properties.get("wf_increment", 0.0))
+        said = channel.properties
+        step = float(said.get("wf_increment", 0.0))
         # LabVIEW writes a step of 1 with no unit where it knows no clock; only a real increment is a time axis.
-        clock = Clock(float(properties.get("wf_start_offset", 0.0)), step) if step > 0.0 else None
-        unit = str(properties.get("unit_string", "")).strip()
-        return Column(name, values, unit or None, clock=clock)
+        clock = Clock(float(said.get("wf_start_offset", 0.0)), step) if step > 0.0 else None
+        unit = str(said.get("unit_string", "")).strip() or None
+        return Column(name, self.vector(name, np.asarray(channel[:])), unit, clock=clock)
 
 
 def open_tdms(data: bytes, path: Path) -> Tdms:
@@ -49,9 +47,8 @@ def open_tdms(data: bytes, path: Path) -> Tdms:
     try:
         from nptdms import TdmsFile
     except ImportError:
-        raise InputError(
-            path, "", "a TDMS file, and no package that reads it", "nptdms: pip install 'scruton[tdms]'"
-        ) from None
+        found = "a TDMS file, and no package that reads it"
+        raise InputError(path, "", found, "nptdms: pip install 'scruton[tdms]'") from None
     logging.getLogger("nptdms.types").setLevel(logging.CRITICAL)  # it would print the bytes of a damaged name
     groups = TdmsFile.open(io.BytesIO(data)).groups()
     channels = {f"{group.name}/{channel.name}": channel for group in groups for channel in group.channels()}

@@ -30,10 +30,8 @@ class Extent(StrEnum):
     GROUPS = "groups of records"
 
 
-_OF_SEVERAL = {
-    Extent.ONE_RIG, Extent.ALL_RIGS_BUT_ONE, Extent.EACH_RIG, Extent.ONE_TEST, Extent.EACH_RECORD_OF_ONE_TEST,
-    Extent.ONE_RECORD, Extent.EACH_RECORD,
-}  # fmt: skip
+# Extents that make sense of one rig or test alone, too; the others need several.
+_OF_ANY = (Extent.EVERYWHERE, Extent.IN_WIND, Extent.ONE_RIG_IN_WIND, Extent.EACH_TEST)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,46 +76,30 @@ def scopes(layout: Layout, shares: Mapping[Extent, tuple[float, str]], *, wind: 
         Only rigs and records in wind.
     """
     inside = layout.wind if wind else np.ones(len(layout.records), dtype=bool)
-    found = []
-    for extent, (weight, words) in shares.items():
-        units, cases = _cases(layout, extent, inside)
-        if units > 1 or extent not in _OF_SEVERAL:
-            share = weight if cases and cases[0][0] < 0 else weight / max(units, 1)
-            found += [Scope(extent, members, words, number, share) for number, members in cases]
-    return found
-
-
-def _cases(layout: Layout, extent: Extent, inside: IntArray) -> tuple[int, list[tuple[int, IntArray]]]:
-    """How many rigs, tests or records there are, and the number (-1: of all) and members of every case."""
-    rigs, tests = np.unique(layout.rig[inside]), np.unique(layout.test[layout.wind])
-    records = np.flatnonzero(inside)
-    match extent:
-        case Extent.EVERYWHERE:
-            return 1, [(-1, layout.everywhere())]
-        case Extent.IN_WIND:
-            return 1, [(-1, layout.in_wind())]
-        case Extent.ONE_RIG:
-            return rigs.size, [(int(i), layout.only(layout.rig == i)) for i in rigs]
-        case Extent.ONE_RIG_IN_WIND:
-            masks = {int(i): layout.wind & (layout.rig == i) for i in rigs}
-            return rigs.size, [(i, layout.only(mask)) for i, mask in masks.items() if mask.any()]
-        case Extent.ALL_RIGS_BUT_ONE:
-            return rigs.size, [(int(i), layout.only(layout.rig != i)) for i in rigs]
-        case Extent.EACH_RIG:
-            return rigs.size, [(-1, layout.by_rig())]
-        case Extent.ONE_TEST:
-            return tests.size, [(int(i), layout.only(layout.test == i)) for i in tests]
-        case Extent.EACH_TEST:
-            return tests.size, [(-1, layout.by_test())]
-        case Extent.ONE_RECORD:
-            return records.size, [(int(r), layout.only(np.arange(len(inside)) == r)) for r in records]
-        case Extent.EACH_RECORD:
-            return records.size, [(-1, layout.each(inside))]
-        case Extent.EACH_RECORD_OF_ONE_TEST:
-            several = [i for i in tests if np.count_nonzero(layout.test == i) > 1]
-            return tests.size, [(int(i), layout.each(layout.test == i)) for i in several]
-        case _:
-            raise ValueError(f"no members follow from a layout for {extent}")
+    rigs, tests = np.unique(layout.rig[inside]).tolist(), np.unique(layout.test[layout.wind]).tolist()
+    records, several = np.flatnonzero(inside).tolist(), [i for i in tests if np.count_nonzero(layout.test == i) > 1]
+    one_rig = {i: layout.only(layout.rig == i) for i in rigs}
+    in_wind = {i: layout.only(layout.wind & (layout.rig == i)) for i in rigs if np.any(layout.wind & (layout.rig == i))}
+    # How many rigs, tests or records there are, and the members of every case, by its number; -1: of all.
+    cases: dict[Extent, tuple[int, dict[int, IntArray]]] = {
+        Extent.EVERYWHERE: (1, {-1: layout.everywhere()}),
+        Extent.IN_WIND: (1, {-1: layout.in_wind()}),
+        Extent.ONE_RIG: (len(rigs), one_rig),
+        Extent.ONE_RIG_IN_WIND: (len(rigs), in_wind),
+        Extent.ALL_RIGS_BUT_ONE: (len(rigs), {i: layout.only(layout.rig != i) for i in rigs}),
+        Extent.EACH_RIG: (len(rigs), {-1: layout.by_rig()}),
+        Extent.ONE_TEST: (len(tests), {i: layout.only(layout.test == i) for i in tests}),
+        Extent.EACH_TEST: (len(tests), {-1: layout.by_test()}),
+        Extent.ONE_RECORD: (len(records), {r: layout.only(np.arange(len(inside)) == r) for r in records}),
+        Extent.EACH_RECORD: (len(records), {-1: layout.each(inside)}),
+        Extent.EACH_RECORD_OF_ONE_TEST: (len(tests), {i: layout.each(layout.test == i) for i in several}),
+    }
+    return [
+        Scope(extent, members, words, number, weight if number < 0 else weight / cases[extent][0])
+        for extent, (weight, words) in shares.items()
+        if extent in _OF_ANY or cases[extent][0] > 1
+        for number, members in cases[extent][1].items()
+    ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,8 +256,7 @@ class Effect:
     Attributes
     ----------
     name, title : str
-    physics, source, signature : str
-        What it is, where that is written, and what it does to the records.
+        `docs/effects.md` says under the name what it is, where that is written, and what it does to the records.
     channel : {"amplitude", "frequency", "signal", "spectrum"}
         What it is seen in above all.
     belongs : Belongs
@@ -284,14 +265,11 @@ class Effect:
         Columns of the table of coefficients that it writes.
     size : Size
     forms : callable
-        Makes the variants that a layout allows; none where it cannot act.
+        Makes the variants that a layout allows; those that act in no record are left out.
     """
 
     name: str
     title: str
-    physics: str
-    source: str
-    signature: str
     channel: str
     belongs: Belongs
     terms: tuple[Term, ...]
@@ -299,8 +277,8 @@ class Effect:
     forms: Callable[[Layout], Sequence[Variant]] = field(repr=False)
 
     def variants(self, layout: Layout) -> tuple[Variant, ...]:
-        """The variants that a layout allows, each with the name of this effect."""
-        return tuple(replace(variant, effect=self.name) for variant in self.forms(layout))
+        """The variants that a layout allows and that act in some record, each with the name of this effect."""
+        return tuple(replace(v, effect=self.name) for v in self.forms(layout) if v.scope.records.any())
 
 
 def size_prior(name: str, members: IntArray, *, scale: float = 0.3, positive: bool = False) -> Parameter:
@@ -309,6 +287,39 @@ def size_prior(name: str, members: IntArray, *, scale: float = 0.3, positive: bo
     return Parameter(name, 0.0, scale, members, positive=positive, starts=starts)
 
 
+def sized(
+    form: str, apply: Apply, scope: Scope, *names: str, weight: float | None = None, scale: float = 0.3,
+    positive: bool = False,
+) -> Variant:  # fmt: skip
+    """A variant whose parameters are sizes (see `size_prior`), "size" by default; weighed as its scope if not told."""
+    priors = (size_prior(name, scope.members, scale=scale, positive=positive) for name in names or ("size",))
+    return Variant(form, tuple(priors), apply, scope, scope.weight if weight is None else weight)
+
+
 def add(table: FloatArray, term: Term, value: FloatArray) -> None:
     """Add to one coefficient of all records; value is (W, R)."""
     table[:, :, int(term)] += value
+
+
+# Powers of the amplitude that a damping goes with, and a change of the frequency; shares of a whole have no unit.
+_POWERS: dict[int, int] = {
+    Term.STRUCTURAL_LINEAR: 1, Term.STRUCTURAL_SQUARE: 2, Term.AERO_LINEAR: 1, Term.AERO_SQUARE: 2, Term.AERO_FOURTH: 4,
+}  # fmt: skip
+_BENDS: dict[int, int] = {Term.STIFFNESS_LINEAR: 1, Term.STIFFNESS: 2}
+_SHARES = (Term.GAIN, Term.TREND, Term.TREND_DRIVE, Term.JUMP)
+_BEND = 0.1  # the prior of the relative change of frequency up to the largest amplitude is N(0, (0.3 times this)^2)
+
+
+def adding(**terms: int) -> Apply:
+    """An `apply` that adds parameters, by name, to coefficients, each in the unit that `size_prior` is meant in."""
+
+    def apply(table: FloatArray, values: Values, layout: Layout) -> None:
+        for name, term in terms.items():
+            value = values[name]
+            if term in _BENDS:
+                value = _BEND * value / float(layout.largest.max()) ** _BENDS[term]
+            elif term not in _SHARES:
+                value = value * layout.rate / layout.reference_amplitude ** _POWERS.get(term, 0)
+            table[:, :, term] += value
+
+    return apply

@@ -11,6 +11,7 @@ that fills some of these coefficients from its parameters: it knows no data and 
 
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
+from typing import Self
 
 import numpy as np
 
@@ -18,53 +19,6 @@ from scruton.arrays import FloatArray
 
 IntArray = np.ndarray
 HATS = 8  # hat functions in ln(amplitude) of the generic damping discrepancy
-
-
-class Term(IntEnum):
-    """Columns of the table of coefficients, for one record; amplitudes are A/D or rad."""
-
-    STRUCTURAL = 0  # s1 [1/s]
-    STRUCTURAL_LINEAR = 1  # s2 [1/s per amplitude]
-    STRUCTURAL_SQUARE = 2  # s3 [1/s per amplitude^2]
-    FRICTION = 3  # F [amplitude/s]
-    FRICTION_WIDTH = 4  # a_F
-    AERO = 5  # l1 [1/s]
-    DRIVE = 6  # c [amplitude/s]
-    AERO_LINEAR = 7  # l2
-    AERO_SQUARE = 8  # l3
-    AERO_FOURTH = 9  # l5
-    COHERENCE = 10  # a_c; 0: none lost
-    TREND = 11  # gamma: relative change of the wind speed over the record, linear
-    LAG = 12  # [s]
-    LAG_KIND = 13  # 0: the wake's amplitude sets the force; 1: it sets the damping
-    LAG_START = 14  # amplitude that the wake remembers at the release, over that of the release
-    FORCE_COS = 15  # [amplitude/s]
-    FORCE_SIN = 16
-    FORCE_RATE = 17  # circular frequency of the shedding minus that of the demodulation [rad/s]
-    GAIN = 18  # reading over truth, minus 1
-    CLIP = 19  # level of saturation; 0: none
-    CLIP_SOFT = 20  # 0: hard, 1: tanh, 2: z/(1 + z^8)^(1/8)
-    SCATTER = 21  # q [amplitude/s^0.5]
-    NOISE = 22  # factor on standard errors
-    DETUNING = 23  # frequency over that of the demodulation, minus 1
-    STIFFNESS = 24  # relative change of frequency per amplitude^2
-    PHASE_SCATTER = 25  # q of the phase times amplitude [amplitude/s^0.5]
-    THIRD = 26  # in-phase third harmonic over the amplitude
-    THIRD_NOISE = 27  # factor on its standard errors
-    JUMP = 28  # relative change of the drive, from some moment on
-    JUMP_TIME = 29  # [s] after the first cycle
-    LINE_COS = 30  # a second oscillation in the reading, amplitude
-    LINE_SIN = 31
-    LINE_RATE = 32  # [rad/s] against the demodulation
-    LINE_DECAY = 33  # [1/s]
-    STIFFNESS_LINEAR = 34  # relative change of frequency per amplitude
-    JUMP_RATE = 35  # added damping rate from that moment on [1/s]
-    TREND_SINE = 36  # the same, along half a sine
-    TREND_DRIVE = 37  # relative change of the drive alone over the record, linear
-    HAT = 38  # first of HATS excess damping rates [1/s]
-
-
-COLUMNS = int(Term.HAT) + HATS
 
 
 class Belongs(StrEnum):
@@ -76,29 +30,63 @@ class Belongs(StrEnum):
     SENSOR = "sensor"  # the reading
 
 
-# Every column stands here: one that is new belongs to nobody until it is said whose it is.
-BELONGS: dict[Term, Belongs] = {
-    **dict.fromkeys(
-        (Term.STRUCTURAL, Term.STRUCTURAL_LINEAR, Term.STRUCTURAL_SQUARE, Term.FRICTION, Term.FRICTION_WIDTH,
-         Term.DETUNING, Term.STIFFNESS, Term.STIFFNESS_LINEAR),
-        Belongs.RIG,
-    ),
-    **dict.fromkeys(
-        (Term.AERO, Term.DRIVE, Term.AERO_LINEAR, Term.AERO_SQUARE, Term.AERO_FOURTH, Term.COHERENCE, Term.LAG,
-         Term.LAG_KIND, Term.LAG_START, Term.FORCE_COS, Term.FORCE_SIN, Term.FORCE_RATE, Term.SCATTER,
-         Term.PHASE_SCATTER),
-        Belongs.WIND,
-    ),
-    **dict.fromkeys(
-        (Term.TREND, Term.TREND_SINE, Term.TREND_DRIVE, Term.JUMP, Term.JUMP_TIME, Term.JUMP_RATE), Belongs.RUN
-    ),
-    **dict.fromkeys(
-        (Term.GAIN, Term.CLIP, Term.CLIP_SOFT, Term.NOISE, Term.THIRD, Term.THIRD_NOISE, Term.LINE_COS, Term.LINE_SIN,
-         Term.LINE_RATE, Term.LINE_DECAY),
-        Belongs.SENSOR,
-    ),
-    Term.HAT: Belongs.WIND,  # what nobody has named goes to the bridge, for want of knowing better
-}  # fmt: skip
+_RIG, _WIND, _RUN, _SENSOR = Belongs
+
+
+class Term(IntEnum):
+    """Columns of the table of coefficients, for one record, each with whose it is; amplitudes are A/D or rad."""
+
+    belongs: Belongs
+
+    def __new__(cls, column: int, belongs: Belongs) -> Self:
+        """One column and its owner: one that is new says whose it is."""
+        term = int.__new__(cls, column)
+        term._value_, term.belongs = column, belongs
+        return term
+
+    STRUCTURAL = 0, _RIG  # s1 [1/s]
+    STRUCTURAL_LINEAR = 1, _RIG  # s2 [1/s per amplitude]
+    STRUCTURAL_SQUARE = 2, _RIG  # s3 [1/s per amplitude^2]
+    FRICTION = 3, _RIG  # F [amplitude/s]
+    FRICTION_WIDTH = 4, _RIG  # a_F
+    AERO = 5, _WIND  # l1 [1/s]
+    DRIVE = 6, _WIND  # c [amplitude/s]
+    AERO_LINEAR = 7, _WIND  # l2
+    AERO_SQUARE = 8, _WIND  # l3
+    AERO_FOURTH = 9, _WIND  # l5
+    COHERENCE = 10, _WIND  # a_c; 0: none lost
+    TREND = 11, _RUN  # gamma: relative change of the wind speed over the record, linear
+    LAG = 12, _WIND  # [s]
+    LAG_KIND = 13, _WIND  # 0: the wake's amplitude sets the force; 1: it sets the damping
+    LAG_START = 14, _WIND  # amplitude that the wake remembers at the release, over that of the release
+    FORCE_COS = 15, _WIND  # [amplitude/s]
+    FORCE_SIN = 16, _WIND
+    FORCE_RATE = 17, _WIND  # circular frequency of the shedding minus that of the demodulation [rad/s]
+    GAIN = 18, _SENSOR  # reading over truth, minus 1
+    CLIP = 19, _SENSOR  # level of saturation; 0: none
+    CLIP_SOFT = 20, _SENSOR  # 0: hard, 1: tanh, 2: z/(1 + z^8)^(1/8)
+    SCATTER = 21, _WIND  # q [amplitude/s^0.5]
+    NOISE = 22, _SENSOR  # factor on standard errors
+    DETUNING = 23, _RIG  # frequency over that of the demodulation, minus 1
+    STIFFNESS = 24, _RIG  # relative change of frequency per amplitude^2
+    PHASE_SCATTER = 25, _WIND  # q of the phase times amplitude [amplitude/s^0.5]
+    THIRD = 26, _SENSOR  # in-phase third harmonic over the amplitude
+    THIRD_NOISE = 27, _SENSOR  # factor on its standard errors
+    JUMP = 28, _RUN  # relative change of the drive, from some moment on
+    JUMP_TIME = 29, _RUN  # [s] after the first cycle
+    LINE_COS = 30, _SENSOR  # a second oscillation in the reading, amplitude
+    LINE_SIN = 31, _SENSOR
+    LINE_RATE = 32, _SENSOR  # [rad/s] against the demodulation
+    LINE_DECAY = 33, _SENSOR  # [1/s]
+    STIFFNESS_LINEAR = 34, _RIG  # relative change of frequency per amplitude
+    JUMP_RATE = 35, _RUN  # added damping rate from that moment on [1/s]
+    TREND_SINE = 36, _RUN  # the same, along half a sine
+    TREND_DRIVE = 37, _RUN  # relative change of the drive alone over the record, linear
+    HAT = 38, _WIND  # first of HATS excess damping rates [1/s]; what nobody has named goes to the bridge, too
+
+
+COLUMNS = int(Term.HAT) + HATS
+BELONGS: dict[Term, Belongs] = {term: term.belongs for term in Term}
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,9 +166,7 @@ class Layout:
 
     def each(self, mask: IntArray) -> IntArray:
         """Members for a value of its own in each record of a mask."""
-        found = np.full(len(self.records), -1, dtype=np.intp)
-        found[mask] = np.arange(int(np.count_nonzero(mask)))
-        return found
+        return compact(np.where(mask, np.arange(len(self.records)), -1))
 
 
 def compact(members: IntArray) -> IntArray:

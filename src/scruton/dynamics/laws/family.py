@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from scruton.arrays import FloatArray
+from scruton.dynamics.scruton_number import floats
 
 LAWS: dict[str, float] = {"paper": -1.0, "gompertz": 0.0, "quadratic": 1.0, "ehsan-scanlan": 2.0}
 
@@ -54,7 +55,7 @@ def flow_derivative(t: ArrayLike, a0: ArrayLike, a_star: ArrayLike, lam: ArrayLi
 def _flow(t: ArrayLike, a0: ArrayLike, a_star: ArrayLike, lam: ArrayLike, n: ArrayLike) -> list[FloatArray]:
     from scruton.dynamics.equation import flows
 
-    decay = np.exp(-np.asarray(lam, dtype=np.float64) * np.asarray(t, dtype=np.float64))
+    decay = np.exp(-floats(lam) * floats(t))
     arrays, found = _flat(2, a0, a_star, decay, n)
     flows(*arrays, *(out.ravel() for out in found))
     return found
@@ -62,7 +63,7 @@ def _flow(t: ArrayLike, a0: ArrayLike, a_star: ArrayLike, lam: ArrayLike, n: Arr
 
 def _flat(outputs: int, *arguments: ArrayLike) -> tuple[list[FloatArray], list[FloatArray]]:
     """Arguments broadcast and in one row, as compiled functions take them, and arrays for what comes out."""
-    arrays = np.broadcast_arrays(*(np.asarray(value, dtype=np.float64) for value in arguments))
+    arrays = np.broadcast_arrays(*(floats(value) for value in arguments))
     return [np.array(value).ravel() for value in arrays], [np.empty(arrays[0].shape) for _ in range(outputs)]
 
 
@@ -72,8 +73,7 @@ def extrapolation_index(scruton_number: ArrayLike, tested: ArrayLike, relaxation
     Laws agree for abs(x) < 0.2 and part beyond 0.3.  `relaxation` is the Scruton number that belongs to lambda,
     Sc_lambda = Sc lambda/(omega0 xi).
     """
-    index: FloatArray = (np.asarray(scruton_number) - np.asarray(tested)) / np.asarray(relaxation)
-    return index
+    return (floats(scruton_number) - floats(tested)) / floats(relaxation)
 
 
 def amplitude_ratio(x: ArrayLike, n: ArrayLike) -> FloatArray:
@@ -82,12 +82,11 @@ def amplitude_ratio(x: ArrayLike, n: ArrayLike) -> FloatArray:
     Zero where the vibration dies (n > 0 and x >= 1/n); infinite where no amplitude is stable (n < 0 and
     x <= 1/n: for the paper's law below x = -1).
     """
-    x, n = np.broadcast_arrays(np.asarray(x, dtype=np.float64), np.asarray(n, dtype=np.float64))
+    x, n = np.broadcast_arrays(floats(x), floats(n))
     base = -n * x
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.exp(np.where(n == 0.0, -x, np.log1p(np.maximum(base, -1.0)) / np.where(n == 0.0, 1.0, n)))
-    end: FloatArray = np.where(base > -1.0, ratio, np.where(n > 0.0, 0.0, np.inf))
-    return end
+    return np.where(base > -1.0, ratio, np.where(n > 0.0, 0.0, np.inf))
 
 
 def index_of(log_ratio: ArrayLike, n: ArrayLike) -> FloatArray:
@@ -95,6 +94,5 @@ def index_of(log_ratio: ArrayLike, n: ArrayLike) -> FloatArray:
 
     x = (1 - r^n)/n, and -ln r at n = 0.
     """
-    n, log_ratio = np.asarray(n, dtype=np.float64), np.asarray(log_ratio, dtype=np.float64)
-    index: FloatArray = -np.where(n == 0.0, log_ratio, np.expm1(n * log_ratio) / np.where(n == 0.0, 1.0, n))
-    return index
+    n, log_ratio = floats(n), floats(log_ratio)
+    return -np.where(n == 0.0, log_ratio, np.expm1(n * log_ratio) / np.where(n == 0.0, 1.0, n))

@@ -7,7 +7,6 @@ import numpy as np
 from numba import njit
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.equation import drift
 from scruton.dynamics.limit_cycle import attracting_amplitude
 
 
@@ -58,17 +57,3 @@ def _rates(law, parameters, amplitude, found):  # type: ignore[no-untyped-def]
     for w in range(amplitude.shape[0]):
         for i in range(amplitude.shape[1]):
             found[0, w, i], found[1, w, i] = law(amplitude[w, i], parameters[w])
-
-
-@njit(cache=True, error_model="numpy")
-def _family(a, parameters):  # type: ignore[no-untyped-def]
-    return drift(a, parameters[0], parameters[1], parameters[2])
-
-
-_FAMILY_PARAMETERS = {
-    "a_star": "stable amplitude, A/D or rad",
-    "relaxation_rate": "rate at which small deviations from it die out, 1/s",
-    "n": "exponent",
-}
-N_FAMILY = Law("n-family", _family, _FAMILY_PARAMETERS)
-PAPER = Law("paper", _family, _FAMILY_PARAMETERS, linear=True)  # n = -1

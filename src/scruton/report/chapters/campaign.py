@@ -1,58 +1,66 @@
-"""The campaign as it was read, and its similitude: what each test is without dimensions."""
+"""What was measured: the campaign and its similitude, structural damping, records with their fitted envelopes."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scruton.campaign.schema import Motion
-from scruton.report.chapters.material import Material, chapter
+from scruton.report.chapters.material import Material
 from scruton.report.chapters.sizing import similitude_of
-from scruton.report.document import Block, Table, paragraph
-from scruton.report.wording import column, estimate, number, stated, unit_text
+from scruton.report.document import Block, Heading, Table, paragraph
+from scruton.report.equations import TRIAL
+from scruton.report.wording import PAGE, column, estimate, number, percent, stated, unit_text
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from scruton.infer.results import Fit
 
-
-@chapter("campaign", "Campaign and similitude")
 def campaign_chapter(material: Material) -> Iterator[Block]:
     """Section, similitude, rigs, tests and records."""
-    section = material.fit.campaign.section
-    heaving = section.motion is Motion.HEAVING
+    section, heaving, frames = material.fit.campaign.section, material.heaving, material.frames
     yield paragraph(
         f"One section in {'heave' if heaving else 'torsion'}: width B = {stated(section.width)} m along the wind, "
         f"depth D = {stated(section.depth)} m across it. Amplitudes are "
         f"{'those of the displacement over D' if heaving else 'those of the rotation, in radians'}."
     )
     if material.sizing is not None:
-        tested = [(one["name"], one["parameters"]["scruton_number"]["median"]) for one in material.fit.summary["tests"]]
+        tested = [(one["name"], one["parameters"]["scruton_number"]["median"]) for one in material.tests]
         yield similitude_of(material.sizing, tested)
-    if material.in_wind:
-        yield similitude_table(material.fit)
+    if material.tests:
+        yield _similitude(material)
     for name, caption, starts in (
         ("rigs", "Rigs", ("rig", "mass [", "f0 stated", "damping ratio stated", "ring-downs")),
         ("tests", "Tests in wind", ("test", "rig", "air density", "wind speed", "U/(f0", "frequency in", "peak")),
     ):
-        if name in material.frames:
-            frame = material.frames[name]
-            kept = [one for one in frame.columns if str(one).startswith(starts) and not frame[one].isna().all()]
-            yield from_frame(name, caption, frame[kept])
-    if "records" in material.frames:
-        yield _record_table(material.frames["records"])
+        if name in frames:
+            kept = [one for one in frames[name] if str(one).startswith(starts) and not frames[name][one].isna().all()]
+            yield _from_frame(name, caption, frames[name][kept])
+    if "records" in frames:
+        yield Table(
+            "records",
+            "Records",
+            ("record", "of", "kind", "length [s]", "cycles", "frequency [Hz]", f"amplitude [{material.unit}]"),
+            [
+                (
+                    one["record"], one["of"], one["kind"], number(one["length [s]"], 3), str(one["cycles"]),
+                    number(one["frequency [Hz]"]),
+                    PAGE.range([one[f"{end} amplitude [{material.unit}]"] for end in ("smallest", "largest")], 3),
+                )
+                for one in frames["records"].to_dict("records")
+            ],
+            numeric=(False, False, False, True, True, True, True),
+            data="records",
+        )  # fmt: skip
 
 
-def similitude_table(fit: "Fit") -> Table:
+def _similitude(material: Material) -> Table:
     """Dimensionless numbers of every test, which are what a bridge of the same section shares."""
-    section = fit.campaign.section
-    heaving = section.motion is Motion.HEAVING
+    section, heaving = material.fit.campaign.section, material.heaving
+    area = section.width * section.depth if heaving else section.width**3 * section.depth
     rows = []
-    for one in fit.summary["tests"]:
-        test = fit.campaign.test(one["name"])
-        rig = fit.campaign.rig(test.rig)
-        area = section.width * section.depth if heaving else section.width**3 * section.depth
+    for one in material.tests:
+        test = material.fit.campaign.test(one["name"])
+        rig = material.fit.campaign.rig(test.rig)
         mass = float("nan") if rig.mass is None else rig.mass.mean / (test.air_density.mean * area)
         reduced = test.wind_speed.mean / (rig.frequency.mean * section.depth)
         sc, interval = estimate(one["parameters"]["scruton_number"])
@@ -63,64 +71,99 @@ def similitude_table(fit: "Fit") -> Table:
                 number(reduced), number(2.0 * np.pi * one["wind_frequency"] * section.depth / test.wind_speed.mean),
             )
         )  # fmt: skip
+    mass_ratio = "m/(ρBD)" if heaving else "J/(ρB³D)"
     return Table(
         "similitude",
         "Similitude: the tests without dimensions",
-        (
-            "test", "rig", "peak", "Sc", "90 % interval", "m/(ρBD)" if heaving else "J/(ρB³D)", "ξₛ", "U/(f₀D)",
-            "K = ωD/U",
-        ),
-        tuple(rows),
+        ("test", "rig", "peak", "Sc", "90 % interval", mass_ratio, "ξₛ", "U/(f₀D)", "K = ωD/U"),
+        rows,
         "Peak tests are at the wind speed of the largest amplitude; they share one Griffin curve.",
         (False, False, False, *[True] * 6),
         data="tests",
-    )  # fmt: skip
-
-
-def _record_table(frame: "pd.DataFrame") -> Table:
-    smallest = next(str(one) for one in frame.columns if str(one).startswith("smallest"))
-    unit = smallest.partition("[")[2]
-    rows = [
-        (
-            str(one["record"]), str(one["of"]), str(one["kind"]), number(float(one["length [s]"]), 3),
-            str(one["cycles"]), number(float(one["frequency [Hz]"])),
-            f"{number(float(one[smallest]), 3)} to {number(float(one[smallest.replace('smallest', 'largest')]), 3)}",
-        )
-        for one in frame.to_dict("records")
-    ]  # fmt: skip
-    return Table(
-        "records",
-        "Records",
-        ("record", "of", "kind", "length [s]", "cycles", "frequency [Hz]", f"amplitude [{unit}"),
-        tuple(rows),
-        numeric=(False, False, False, True, True, True, True),
-        data="records",
     )
 
 
-def from_frame(name: str, caption: str, frame: "pd.DataFrame") -> Table:
+def _from_frame(name: str, caption: str, frame: "pd.DataFrame") -> Table:
     """A frame as a table: four significant digits, units with their powers raised."""
-
-    def texts(values: "pd.Series") -> list[str]:
+    header, cells = [], []
+    for heading, values in frame.items():
+        words, _, unit = str(heading).replace("f0", "f₀").partition(" [")
+        text = unit_text(unit.removesuffix("]"))
+        header.append(f"{words} [{text}]" if text else words)
         match values.dtype.kind:
             case "f":
-                return column([float(one) for one in values])
+                cells.append(column([float(one) for one in values]))
             case "b":
-                return ["yes" if one else "no" for one in values]
-        return [str(one) for one in values]
+                cells.append(["yes" if one else "no" for one in values])
+            case _:
+                cells.append([str(one) for one in values])
+    numeric = [kind.kind in "fi" for kind in frame.dtypes]
+    return Table(name, caption, header, [*zip(*cells, strict=True)], numeric=numeric, data=name)
 
+
+def structural_chapter(material: Material) -> Iterator[Block]:
+    """Damping ratio of every rig, by amplitude where there are ring-downs."""
+    if material.tests:
+        yield damping_table(material)
+    if ringdowns := material.fit.ringdowns:
+        yield paragraph(
+            "A suspension whose damping changes with amplitude shows it here; the Scruton number then depends "
+            "on the amplitude at which it is read."
+        )
+        yield Table(
+            "ring_downs",
+            "Structural damping ratio by amplitude",
+            ("rig", f"amplitude [{material.unit}]", "damping ratio", "sd", "plucks"),
+            [
+                (
+                    name, PAGE.range((band.lower, band.upper), 3), percent(band.damping_ratio, 4), percent(band.sd, 2),
+                    str(band.plucks),
+                )
+                for name, ring in ringdowns.items()
+                for band in ring.bands
+            ],
+            data="ring_downs",
+        )  # fmt: skip
+    yield from material.of("structural")
+
+
+def damping_table(material: Material) -> Table:
+    """Structural damping of every rig."""
+    rows = []
+    for one in material.fit.summary["rigs"]:
+        rig = material.fit.campaign.rig(one["name"])
+        ring, given = material.fit.ringdowns.get(rig.name), rig.damping_ratio
+        said = "–" if given is None else f"{stated(100.0 * given.mean)} %"
+        if given is not None and given.sd:
+            said += f" ± {stated(100.0 * given.sd)} %"
+        found = (f"{text} %" for text in estimate(one["parameters"]["damping_ratio"], 100.0))
+        frequency = ring.frequency if ring else rig.frequency.mean
+        rows.append((rig.name, number(frequency), said, str(len(rig.records)), *found))
     return Table(
-        name,
-        caption,
-        tuple(_heading(str(one)) for one in frame.columns),
-        tuple(zip(*(texts(frame[heading]) for heading in frame.columns), strict=True)),
-        numeric=tuple(frame[heading].dtype.kind in "fi" for heading in frame.columns),
-        data=name,
+        "damping",
+        "Structural damping ratio in still air",
+        ("rig", "f₀ [Hz]", "stated", "ring-downs", "found", "90 % interval"),
+        rows,
+        "Without ring-downs the damping found is the stated one, with the uncertainty of the model card.",
+        data="rigs",
     )
 
 
-def _heading(name: str) -> str:
-    """A column's name with its unit as a reader writes it."""
-    words, _, unit = name.replace("f0", "f₀").partition(" [")
-    text = unit_text(unit.removesuffix("]"))
-    return f"{words} [{text}]" if text else words
+def records_chapter(material: Material) -> Iterator[Block]:
+    """Every record beside its envelope; the constants of the trial functions, Eq. (4), below."""
+    yield from material.figure("records")
+    if records := material.fit.summary["records"]:
+        yield Heading("Trial functions")
+        yield paragraph("The second-order exponential ", TRIAL, " with b > d, and t from the record’s first cycle.")
+        yield Table(
+            "trial",
+            "Constants of the trial function: median, and 90 % interval below it",
+            ("record", "test", f"a [{material.unit}]", "b [1/s]", f"c [{material.unit}]", "d [1/s]"),
+            [
+                (one["name"], one["test"], *("\n".join(estimate(one["parameters"][name])) for name in "abcd"))
+                for one in records
+            ],
+            numeric=(False, False, True, True, True, True),
+            data="posterior",
+        )
+    yield from material.figure("trial_functions")

@@ -1,10 +1,10 @@
 """The gap between the bare model and the records: where, which effect, how far it shrinks, what would settle it."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
-from scruton.report.chapters.material import Material, chapter
+from scruton.report.chapters.material import Material
 from scruton.report.document import CAUTION, Block, Callout, Heading, Listing, Table, paragraph
 from scruton.report.thresholds import PLACES_SHOWN, PROBABILITY_SHOWN
 from scruton.report.wording import PAGE, TERMINAL, Notation, number, share
@@ -21,13 +21,61 @@ _BARE_IN_WIND = (
 _BARE_IN_STILL_AIR = "The bare model is a rig of constant damping ratio and constant frequency, whatever the amplitude."
 
 
-@chapter("gap", "The gap between model and measurement")
 def gap_chapter(material: Material) -> Iterator[Block]:
     """The diagnosis, in words, tables and its picture."""
-    if material.gap is not None:
-        yield from _verdict(material.gap, material)
-        yield from material.of("gap")
-        yield from _details(material.gap)
+    gap = material.gap
+    if gap is None:
+        return
+    yield paragraph(gap_sentence(gap), role="answer")
+    yield paragraph(_BARE_IN_WIND if material.tests else _BARE_IN_STILL_AIR)
+    if material.fit.summary["provenance"]["tests"]:
+        words = "The diagnosis uses every test of the campaign, those that the fit left out among them."
+        yield Callout(CAUTION, words)
+    if words := shrink_sentence(gap["shrink"]):
+        yield paragraph(words)
+    if alike := [" or ".join(map(_in_words, group)) for group in gap["indistinguishable"] if len(group) > 1]:
+        yield Callout(CAUTION, "These data cannot tell apart", alike)
+    yield from material.of("gap")
+    likely = _probabilities(gap, effect_title)
+    yield Table("gap_probability", "What explains the gap", ("cause", "probability"), likely)
+    yield _where_table(gap)
+    numeric = (False, False, True, True, False, False)
+    sizes = _sizes(gap, PAGE, effect_title)
+    yield Table("gap_size", "How large the effect is", ("effect", *_SIZE), sizes, numeric=numeric)
+    rows = [
+        (
+            one["test"], *(number(one[key]) for key in ("measured", "before", "after")),
+            *(f"{100.0 * one[key]:.1f} %" for key in ("error_before", "error_after")),
+        )
+        for one in gap["shrink"].get("stable_amplitude", ())
+    ]  # fmt: skip
+    yield Table(
+        "gap_amplitudes",
+        "Stable amplitude of every test before and after the effect is put in",
+        ("test", "measured", "bare model", "with the effect", "off before", "off after"),
+        rows,
+    )
+    if gap["advice"]:
+        yield Heading("What data would settle it")
+        yield Listing(gap["advice"])
+    if gap["invisible"]:
+        yield Heading(_INVISIBLE)
+        yield Listing([one["text"] for one in gap["invisible"]])
+    yield paragraph(f"Calibrated on {gap['calibrated_on']}.", role="note")
+
+
+def _where_table(gap: Mapping[str, Any]) -> Table:
+    rows = _places(gap, PAGE)
+    more = f" {len(rows) - PLACES_SHOWN} more are in gap.json." if len(rows) > PLACES_SHOWN else ""
+    return Table(
+        "gap_where",
+        "Where the bare model and the records part",
+        (*_WHERE, "z"),
+        rows[:PLACES_SHOWN],
+        "Excess: measured minus bare model, of a damping ratio or a relative frequency; z: how many standard "
+        f"deviations.{more}",
+        (False, False, False, False, True, True, True, True),
+    )
 
 
 def effect_title(name: str) -> str:
@@ -55,44 +103,10 @@ def gap_sentence(gap: Mapping[str, Any]) -> str:
     )
 
 
-def _verdict(gap: Mapping[str, Any], material: Material) -> Iterator[Block]:
-    yield paragraph(gap_sentence(gap), role="answer")
-    yield paragraph(_BARE_IN_WIND if material.in_wind else _BARE_IN_STILL_AIR)
-    if material.fit.summary["provenance"]["tests"]:
-        words = "The diagnosis uses every test of the campaign, those that the fit left out among them."
-        yield Callout(CAUTION, words)
-    if words := shrink_sentence(gap["shrink"]):
-        yield paragraph(words)
-    if alike := _alike(gap):
-        lines = tuple(" or ".join(_in_words(name) for name in group) for group in alike)
-        yield Callout(CAUTION, "These data cannot tell apart", lines)
-
-
-def _alike(gap: Mapping[str, Any]) -> list[Sequence[str]]:
-    return [group for group in gap["indistinguishable"] if len(group) > 1]
-
-
-def _details(gap: Mapping[str, Any]) -> Iterator[Block]:
-    likely = _probabilities(gap, effect_title)
-    yield Table("gap_probability", "What explains the gap", ("cause", "probability"), likely)
-    yield _where_table(gap)
-    numeric = (False, False, True, True, False, False)
-    sizes = _sizes(gap, PAGE, effect_title)
-    yield Table("gap_size", "How large the effect is", ("effect", *_SIZE), sizes, numeric=numeric)
-    yield _amplitude_table(gap)
-    if gap["advice"]:
-        yield Heading("What data would settle it")
-        yield Listing(tuple(map(str, gap["advice"])))
-    if gap["invisible"]:
-        yield Heading(_INVISIBLE)
-        yield Listing(tuple(str(one["text"]) for one in gap["invisible"]))
-    yield paragraph(f"Calibrated on {gap['calibrated_on']}.", role="note")
-
-
 def gap_summary(gap: Mapping[str, Any]) -> list[Block]:
     """The diagnosis for the terminal: every place, and effects by the names that files have."""
     names = [gap["verdict"], *gap["also"]]
-    alike = "; ".join(" / ".join(group) for group in _alike(gap))
+    alike = "; ".join(" / ".join(group) for group in gap["indistinguishable"] if len(group) > 1)
     said = _AGREE if names == ["none"] else " ".join(f"{effect_title(name)}." for name in names)
     probability = "Probability (calibrated on simulated campaigns)"
     return [
@@ -100,11 +114,11 @@ def gap_summary(gap: Mapping[str, Any]) -> list[Block]:
         Table("gap_probability", probability, ("cause", "probability"), _probabilities(gap, str)),
         *([paragraph(f"These data cannot tell apart: {alike}")] if alike else []),
         Table("gap_size", "Parameters", ("effect", *_SIZE), _sizes(gap, TERMINAL, str, most=6)),
-        Table("gap_where", "Where", _WHERE, tuple(row[:-1] for row in _places(gap, TERMINAL))),
+        Table("gap_where", "Where", _WHERE, [row[:-1] for row in _places(gap, TERMINAL)]),
         paragraph(shrink_sentence(gap["shrink"])),
-        Listing(tuple(gap["advice"])),
+        Listing(gap["advice"]),
         *([paragraph(f"{_INVISIBLE}:")] if gap["invisible"] else []),
-        Listing(tuple(one["text"] for one in gap["invisible"])),
+        Listing([one["text"] for one in gap["invisible"]]),
     ]
 
 
@@ -133,63 +147,27 @@ def _share(entry: Mapping[str, Any]) -> str:
     return f"{share(entry['fraction'])} (90 % interval {share(low)} to {share(high)})"
 
 
-def _probabilities(gap: Mapping[str, Any], title: Callable[[str], str]) -> tuple[tuple[str, ...], ...]:
+def _probabilities(gap: Mapping[str, Any], title: Callable[[str], str]) -> list[tuple[str, str]]:
     likely = sorted(gap["probability"].items(), key=lambda pair: -pair[1])
-    return tuple((title(name), f"{p:.3f}") for name, p in likely if p > PROBABILITY_SHOWN)
+    return [(title(name), f"{p:.3f}") for name, p in likely if p > PROBABILITY_SHOWN]
 
 
-def _where_table(gap: Mapping[str, Any]) -> Table:
-    rows = _places(gap, PAGE)[:PLACES_SHOWN]
-    more = len(gap["where"]) - len(rows)
-    return Table(
-        "gap_where",
-        "Where the bare model and the records part",
-        (*_WHERE, "z"),
-        rows,
-        "Excess: measured minus bare model, of a damping ratio or a relative frequency; z: how many standard "
-        "deviations." + (f" {more} more are in gap.json." if more > 0 else ""),
-        (False, False, False, False, True, True, True, True),
-    )
-
-
-def _places(gap: Mapping[str, Any], notation: Notation) -> tuple[tuple[str, ...], ...]:
+def _places(gap: Mapping[str, Any], of: Notation) -> list[tuple[str, ...]]:
     """Where the bare model and the records part, a row each, the number of standard deviations last."""
-    return tuple(
+    return [
         (
-            one["quantity"], one["rig"] or notation.missing, one["test"] or "still air",
-            one["record"] or notation.missing, notation.range(one["amplitude"], 3), notation.range(one["time_s"], 3),
-            notation.number(one["excess"], 3), notation.number(one["significance"], 2),
+            one["quantity"], one["rig"] or of.missing, one["test"] or "still air", one["record"] or of.missing,
+            of.range(one["amplitude"], 3), of.range(one["time_s"], 3), of.number(one["excess"], 3),
+            of.number(one["significance"], 2),
         )
         for one in gap["where"]
-    )  # fmt: skip
+    ]  # fmt: skip
 
 
-def _sizes(
-    gap: Mapping[str, Any], notation: Notation, title: Callable[[str], str], most: int | None = None
-) -> tuple[tuple[str, ...], ...]:
+def _sizes(gap: Mapping[str, Any], of: Notation, title: Callable[[str], str], most: int | None = None) -> list[Any]:
     """How large every effect is, a row each of its parameters, of at most so many."""
-    return tuple(
-        (
-            title(name), key, notation.number(one["median"]), notation.range(one["interval90"]),
-            notation.unit(one["unit"]), one["form"],
-        )
+    return [
+        (title(name), key, of.number(one["median"]), of.range(one["interval90"]), of.unit(one["unit"]), one["form"])
         for name, effect in gap["effects"].items()
         for key, one in list(effect["parameters"].items())[:most]
-    )  # fmt: skip
-
-
-def _amplitude_table(gap: Mapping[str, Any]) -> Table:
-    found: Sequence[Mapping[str, Any]] = gap["shrink"].get("stable_amplitude", ()) if gap["shrink"] else ()
-    rows = tuple(
-        (
-            one["test"], *(number(one[key]) for key in ("measured", "before", "after")),
-            *(f"{100.0 * one[key]:.1f} %" for key in ("error_before", "error_after")),
-        )
-        for one in found
-    )  # fmt: skip
-    return Table(
-        "gap_amplitudes",
-        "Stable amplitude of every test before and after the effect is put in",
-        ("test", "measured", "bare model", "with the effect", "off before", "off after"),
-        rows,
-    )
+    ]

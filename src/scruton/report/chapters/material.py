@@ -1,11 +1,15 @@
-"""What the chapters of a report are written from, and what makes a function one of them."""
+"""What the chapters of a report are written from."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from scruton.report.document import Block, Chapter, Picture
+import numpy as np
+
+from scruton.campaign.schema import Motion
+from scruton.report.document import Picture
 from scruton.report.figures.registry import chapter_of, registered_name
+from scruton.report.wording import estimate
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -16,51 +20,45 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Material:
-    """Results of a run, for the chapters.
-
-    Attributes
-    ----------
-    fit : Fit
-    frames : mapping
-        Tables by name, as of `scruton.report.tables.tables`.
-    pictures : sequence of Picture
-        In the order in which they shall stand; each goes to the chapter that its figure is registered with.
-    design : sequence of Prediction
-        Predictions at the design Scruton numbers that were asked for.
-    at_tests, crossed : mapping
-        Predictions by test: for another setting at its Scruton number, and of it from the other peak tests.
-    gap : mapping or None
-        Content of gap.json; None where no diagnosis was made.
-    sizing : mapping or None
-        Content of sizing.json; None without a bridge.
-    """
+    """Results of a run, for the chapters."""
 
     fit: "Fit"
-    frames: "Mapping[str, pd.DataFrame]"
-    pictures: Sequence[Picture] = ()
-    design: "Sequence[Prediction]" = ()
-    at_tests: "Mapping[str, Prediction]" = field(default_factory=dict)
-    crossed: "Mapping[str, Prediction]" = field(default_factory=dict)
-    gap: Mapping[str, Any] | None = None
-    sizing: Mapping[str, Any] | None = None
+    frames: "Mapping[str, pd.DataFrame]"  # by name, as of `scruton.report.tables.tables`
+    pictures: Sequence[Picture] = ()  # in their order; each goes to the chapter that its figure is registered with
+    design: "Sequence[Prediction]" = ()  # at the Scruton numbers that were asked for
+    at_tests: "Mapping[str, Prediction]" = field(default_factory=dict)  # for another setting at a test's Scruton number
+    crossed: "Mapping[str, Prediction]" = field(default_factory=dict)  # of a peak test from the other peak tests
+    gap: Mapping[str, Any] | None = None  # content of gap.json, where a diagnosis was made
+    sizing: Mapping[str, Any] | None = None  # content of sizing.json, where there is a bridge
 
     @property
-    def in_wind(self) -> bool:
-        """Whether the fit holds a test in wind."""
-        return bool(self.fit.summary["tests"])
+    def tests(self) -> list[dict[str, Any]]:
+        """Summary of every test in wind."""
+        tests: list[dict[str, Any]] = self.fit.summary["tests"]
+        return tests
 
     @property
     def unit(self) -> str:
         """Unit of amplitudes."""
         return self.fit.campaign.section.amplitude_unit
 
-    def of(self, chapter: str) -> tuple[Picture, ...]:
-        """Pictures of a chapter, in order."""
-        return tuple(one for one in self.pictures if chapter_of(one.name) == chapter)
+    @property
+    def heaving(self) -> bool:
+        """Whether the section heaves: else it twists."""
+        return self.fit.campaign.section.motion is Motion.HEAVING
 
-    def figure(self, name: str) -> tuple[Picture, ...]:
+    @property
+    def bridge_sha256(self) -> dict[str, str]:
+        """SHA-256 of the files of the bridge, by name; of none where there is no bridge."""
+        return {**(self.sizing or {}).get("provenance", {}).get("bridge_sha256", {})}
+
+    def of(self, chapter: str) -> list[Picture]:
+        """Pictures of a chapter, in order."""
+        return [one for one in self.pictures if chapter_of(one.name) == chapter]
+
+    def figure(self, name: str) -> list[Picture]:
         """Every page of the figure that is registered under a name."""
-        return tuple(one for one in self.pictures if registered_name(one.name) == name)
+        return [one for one in self.pictures if registered_name(one.name) == name]
 
     def cautions(self) -> list[str]:
         """What the reader must know of the predictions, each once."""
@@ -71,30 +69,19 @@ class Material:
         measured = self.fit.campaign.test(test).stable_amplitude
         if measured is not None:
             return measured.mean
-        entry = next(one for one in self.fit.summary["tests"] if one["name"] == test)
-        return float(entry["parameters"]["a_star"]["median"])
+        return float(next(one["parameters"]["a_star"]["median"] for one in self.tests if one["name"] == test))
 
+    def in_model_unit(self, entry: Mapping[str, Any]) -> tuple[str, str, str]:
+        """An amplitude as a length at the model's scale, or in degrees: median, 90 % interval and unit."""
+        scale = 1e3 * self.fit.campaign.section.depth if self.heaving else 180.0 / np.pi
+        return (*estimate(entry, scale), "mm" if self.heaving else "°")
 
-@dataclass(frozen=True)
-class ChapterWriter:
-    """A function that writes a chapter, with the key and title under which it is found, also where it fails."""
-
-    key: str
-    title: str
-    blocks: Callable[[Material], Iterable[Block]]
-    appendix: bool = False
-
-    def blank(self) -> Chapter:
-        """The chapter without a block."""
-        return Chapter(self.key, self.title, (), self.appendix)
-
-    def __call__(self, material: Material) -> Chapter:
-        """Write it; without a block it is left out of the report."""
-        return Chapter(self.key, self.title, tuple(self.blocks(material)), self.appendix)
-
-
-def chapter(
-    key: str, title: str, *, appendix: bool = False
-) -> Callable[[Callable[[Material], Iterable[Block]]], ChapterWriter]:
-    """Make a function that gives blocks a chapter."""
-    return lambda blocks: ChapterWriter(key, title, blocks, appendix)
+    def discrepancy(self) -> str:
+        """What was found of the discrepancy between settings, in words."""
+        found = self.fit.summary["campaign"].get("parameters")
+        if not found:
+            return ""
+        amplitude, strength = (
+            "{} (90 %: {})".format(*estimate(found[f"discrepancy_{of}"])) for of in ("amplitude", "relaxation")
+        )
+        return f"{amplitude} in the logarithm of the amplitude and {strength} in that of G"

@@ -1,21 +1,107 @@
-"""The appendix: methods in short, to paste, with the equations."""
+"""How the numbers came about: convergence and calibration, provenance, and methods in short, to paste."""
 
 from collections.abc import Iterator
 
-from scruton.campaign.schema import Motion
+import numpy as np
+
 from scruton.report import equations as eq
-from scruton.report.chapters.material import Material, chapter
-from scruton.report.chapters.posterior import discrepancy
-from scruton.report.document import Block, Equation, paragraph
+from scruton.report.chapters.material import Material
+from scruton.report.document import Block, Code, Definitions, Equation, Heading, Table, paragraph
 from scruton.report.maths import row
-from scruton.report.wording import stated
+from scruton.report.wording import PARAMETERS, number, stated
 
 
-@chapter("methods", "Methods in short", appendix=True)
+def convergence_chapter(material: Material) -> Iterator[Block]:
+    """Convergence of every posterior, and the campaign's own check of its intervals."""
+    fit, sampler = material.fit, material.fit.card.sampler
+    if len(fit.convergence):
+        verdict = "Every posterior converged" if fit.converged else "Not every posterior converged"
+        yield paragraph(
+            f"{verdict}: wanted were a nested R-hat below {sampler.max_rhat} over {sampler.ensembles} independent "
+            f"ensembles, and at least {sampler.min_ess:.0f} effective draws in the bulk and in the tails of every "
+            "parameter."
+        )
+        # the worst parameter of every posterior; all of them are in the CSV file
+        rows = []
+        for posterior, group in fit.convergence.groupby(level="posterior", sort=False):
+            worst = str(group.index.get_level_values("parameter")[int(np.argmax(group["rhat_nested"].fillna(np.inf)))])
+            rows.append(
+                (
+                    str(posterior), "yes" if bool(group["converged"].all()) else "NO",
+                    number(float(group["rhat_nested"].max(skipna=False)), 5), PARAMETERS.get(worst, worst),
+                    *(f"{group[ess].min():.0f}" for ess in ("ess_bulk", "ess_tail")),
+                    number(float(group["tau"].max()), 3), *(str(int(group[of].max())) for of in ("steps", "stuck")),
+                )
+            )  # fmt: skip
+        yield Table(
+            "convergence",
+            "Convergence of every posterior: its worst parameter",
+            (
+                "posterior",
+                "converged",
+                "nested R-hat",
+                "of",
+                "bulk ESS",
+                "tail ESS",
+                "τ [steps]",
+                "steps",
+                "stuck walkers",
+            ),
+            rows,
+            numeric=(False, False, True, False, True, True, True, True, True),
+            data="convergence",
+        )
+    else:
+        yield paragraph("Nothing had to be sampled: the damping ratios are as stated.")
+    if material.tests:
+        yield Heading("Calibration")
+        yield paragraph(
+            "How often the intervals hold the truth is measured on simulated campaigns whose truth is known, by ",
+            Code("scruton calibrate"), ".", _own_calibration(material),
+        )  # fmt: skip
+    yield from material.of("convergence")
+
+
+def _own_calibration(material: Material) -> str:
+    if not material.crossed:
+        return " This campaign has one peak test, so it cannot check its own predictions."
+    inside = 0
+    for test, prediction in material.crossed.items():
+        low, high = prediction.interval(0.90)
+        inside += low <= material.measured_or_found(test) <= high
+    return (
+        f" On this campaign itself, {inside} of {len(material.crossed)} peak tests lie inside the 90 % interval that "
+        "the others give them."
+    )
+
+
+def provenance_chapter(material: Material) -> Iterator[Block]:
+    """Everything that is needed to make the same numbers again: command, seed, versions, digests, the model card."""
+    found = material.fit.summary["provenance"]
+    card = found["card"]
+    tables = "tables/NAME.csv (numbers unrounded where there are more digits) and tables/NAME.tex (as shown)"
+    yield Definitions(
+        (
+            ("Command", str(found["command"] or "not recorded")),
+            ("Seed", str(found["seed"])),
+            ("Versions", ", ".join(f"{name} {version}" for name, version in sorted(found["versions"].items()))),
+            ("Tables", tables),
+            ("Figures", "figures/NAME.svg and figures/NAME.png"),
+            ("All numbers", "report.json"),
+        )
+    )
+    if digests := sorted({**found["sha256"], **material.bridge_sha256}.items()):
+        yield Heading("Files read")
+        yield Table("digests", "SHA-256 of every file read", ("file", "SHA-256"), digests, numeric=(False, False))
+    yield Heading(f"Model card “{card['name']}”")
+    yield paragraph(f"SHA-256 {card['sha256']}", role="note")
+    yield Code(str(card["text"]).rstrip("\n"))
+
+
 def methods_chapter(material: Material) -> Iterator[Block]:
     """What was done, in the order in which it was done."""
     fit = material.fit
-    if material.in_wind:
+    if material.tests:
         exponent = "free" if fit.card.law_n is None else stated(fit.card.law_n)
         yield paragraph(
             "Each record is demodulated by least squares, one amplitude with its standard error for every cycle. The "
@@ -30,11 +116,10 @@ def methods_chapter(material: Material) -> Iterator[Block]:
             "which 1/A is a straight line in the Scruton number; ", row("n", "=", "2"), " is that of Ehsan and "
             "Scanlan. The Scruton number is",
         )  # fmt: skip
-        heaving = fit.campaign.section.motion is Motion.HEAVING
-        yield Equation(eq.SCRUTON_HEAVING if heaving else eq.SCRUTON_TORSIONAL)
+        yield Equation(eq.SCRUTON_HEAVING if material.heaving else eq.SCRUTON_TORSIONAL)
         yield paragraph("and the stable amplitude at another Scruton number ", eq.SC_NEW, " is")
         yield from (Equation(eq.GRIFFIN), Equation(eq.INDEX), Equation(eq.RELAXATION))
-        found = discrepancy(fit)
+        found = material.discrepancy()
         yield paragraph(
             "The peak tests of all rigs are one model. They share this curve; each test’s amplitude lies off it by a "
             "factor whose logarithm is normal, and so does the relaxation Scruton number at zero damping, ",

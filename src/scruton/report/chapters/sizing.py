@@ -1,50 +1,76 @@
-"""Damper sizing and risk, from the content of sizing.json."""
+"""Damper sizing and risk, from the content of sizing.json: its chapter, and what the terminal is told of it."""
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from typing import Any
 
 import numpy as np
 
-from scruton.report.chapters.material import Material, chapter
-from scruton.report.document import Block, Heading, KeyFigure, Picture, Table, paragraph
+from scruton.report.chapters.material import Material
+from scruton.report.document import CAUTION, Block, Callout, Heading, Picture, Table, paragraph
 from scruton.report.figures.sizing import CONFIDENCES, Content, governing, modes
+from scruton.report.wording import PAGE, TERMINAL, Notation, percent, share
 from scruton.report.wording import number as written
-from scruton.report.wording import percent, share
 
 ASKED = "0.95"  # the confidence that the summary states
+_WITHIN = f"{share(float(ASKED))} confidence"
+_SHARES = [share(float(p)) for p in CONFIDENCES]
+_TOGETHER = "Probability of exceeding the limit in lock-in"
 
 
-@chapter("sizing", "Damper sizing and risk")
 def sizing_chapter(material: Material) -> Iterator[Block]:
     """What keeps the bridge below its limits, the damper that gives it, and the risk that is left."""
     content = material.sizing
     if content is None:
         return
+    unit, pictures = content["amplitude_unit"], {one.name: one for one in material.of("sizing")}
+
+    def shown(*names: str) -> Iterator[Picture]:
+        yield from (pictures[name] for name in names if name in pictures)
+
     yield paragraph(
         f"Bridge: {content['bridge']['title']}. The added damping ratio is what the bridge needs beyond its own so "
         "that the stable amplitude in lock-in stays below the limit; its confidence is the probability that it "
         "suffices, all uncertainties taken together."
     )
-    yield _required_table(content)
-    pictures = {one.name: one for one in material.of("sizing")}
-
-    def shown(name: str) -> Iterator[Picture]:
-        if name in pictures:
-            yield pictures[name]
-
+    yield Table(
+        "required_damping",
+        "Added damping ratio that keeps the amplitude below the limit, by confidence",
+        ("mode", "limit", "amplitude", "P without damper", *_SHARES),
+        [
+            (
+                mode["name"], one["rule"], _length(one["limit"], unit), percent(one["probability"]),
+                *(one["required_text"][p] for p in CONFIDENCES),
+            )
+            for mode in content["modes"]
+            for one in mode["limits"]
+        ],
+        numeric=(False, False, *[True] * 6),
+    )  # fmt: skip
     yield from shown("required_damping")
     for k, (ending, mode) in enumerate(modes(content).items(), 1):
         yield Heading(f"Mode {mode['name']}" if ending else "Risk")
-        yield from (*shown(f"risk{ending}"), *shown(f"shares{ending}"))
+        yield from shown(f"risk{ending}", f"shares{ending}")
         yield from (*_damper_blocks(mode, k), *shown(f"damper{ending}"))
-        yield from (*_cost_blocks(mode), *shown(f"cost{ending}"), *shown(f"information{ending}"))
-    together = [_together_table(content), _hours_table(content)]
-    if any(table.rows for table in together):
+        yield from (*_cost_blocks(mode), *shown(f"cost{ending}", f"information{ending}"))
+    names = content["all_modes"]["names"]
+    together = Table(
+        "all_modes", _TOGETHER, ("", *(f"mode {name}" for name in names), "any mode"),
+        _exceedances(content, percent) if len(names) > 1 else (),
+    )  # fmt: skip
+    hours = Table(
+        "hours",
+        "Hours a year in lock-in, and expected beyond the limit",
+        ("mode", "lock-in U/(fD)", "hours a year", "beyond the limit"),
+        _hours(content, " to ", partial(number, digits=3), partial(number, digits=3)),
+    )
+    if together.rows or hours.rows:
         yield Heading("All modes together")
-        yield from together
+        yield from (together, hours)
 
 
-def worst(content: Content) -> tuple[Content, Content]:
-    """The mode that needs most damping, and its governing limit."""
+def _worst(content: Content) -> tuple[Content, Content, list[str]]:
+    """The mode that needs most damping, its governing limit; its median amplitude with bounds and limit in words."""
 
     def need(mode: Content) -> tuple[float, float]:
         limit = governing(mode)
@@ -52,71 +78,44 @@ def worst(content: Content) -> tuple[Content, Content]:
         return (np.inf if required is None else required, limit["probability"])
 
     mode = max(content["modes"], key=need)
-    return mode, governing(mode)
+    limit = governing(mode)
+    lengths = (*(mode["amplitude"][key] for key in ("median", "low", "high")), limit["limit"])
+    return mode, limit, [_length(one, content["amplitude_unit"]) for one in lengths]
 
 
-def sizing_figures(content: Content | None) -> tuple[KeyFigure, ...]:
+def sizing_figures(content: Content) -> Iterator[tuple[str, str, str]]:
     """Amplitude of the bridge, limit, probability of exceeding it, damping required with its confidence."""
-    if content is None:
-        return ()
-    mode, limit = worst(content)
-    unit = content["amplitude_unit"]
-    own = mode["amplitude"]
-    return (
-        KeyFigure(
-            f"Amplitude of the bridge, mode {mode['name']}",
-            _length(own["median"], unit),
-            f"90 % interval {_length(own['low'], unit)} to {_length(own['high'], unit)}, no damper",
-        ),
-        KeyFigure(f"Limit ({limit['rule']})", _length(limit["limit"], unit), limit["title"]),
-        KeyFigure("Probability of exceeding it", percent(limit["probability"]), "in lock-in, without a damper"),
-        KeyFigure(
-            "Added damping ratio required", limit["required_text"][ASKED], f"{share(float(ASKED))} confidence"
-        ),
-    )  # fmt: skip
+    mode, limit, (median, low, high, most) = _worst(content)
+    yield f"Amplitude of the bridge, mode {mode['name']}", median, f"90 % interval {low} to {high}, no damper"
+    yield f"Limit ({limit['rule']})", most, limit["title"]
+    yield "Probability of exceeding it", percent(limit["probability"]), "in lock-in, without a damper"
+    yield "Added damping ratio required", limit["required_text"][ASKED], _WITHIN
 
 
 def sizing_sentence(content: Content) -> str:
     """The sizing in one sentence, for the summary."""
-    mode, limit = worst(content)
-    unit = content["amplitude_unit"]
-    own, sc = mode["amplitude"], mode["scruton_number"]
-    required = limit["required"][ASKED]
-    demand = (
-        "No added damping is needed"
-        if required == 0.0
-        else f"No added damping that was looked at suffices ({limit['required_text'][ASKED]})"
-        if required is None
-        else f"An added damping ratio of {limit['required_text'][ASKED]} is needed"
-    )
+    mode, limit, (median, low, high, most) = _worst(content)
+    sc, required, text = mode["scruton_number"], limit["required"][ASKED], limit["required_text"][ASKED]
+    demand = f"An added damping ratio of {text} is needed"
+    if required is None:
+        demand = f"No added damping that was looked at suffices ({text})"
+    elif required == 0.0:
+        demand = "No added damping is needed"
     return (
         f"{content['bridge']['title']}, mode {mode['name']}: at its Scruton number of {number(sc['median'], 3)} (90 %: "
-        f"{number(sc['low'], 3)} to {number(sc['high'], 3)}) the stable amplitude is {_length(own['median'], unit)}, "
-        f"90 % "
-        f"interval {_length(own['low'], unit)} to {_length(own['high'], unit)}. The limit of "
-        f"{_length(limit['limit'], unit)} "
-        f"({limit['rule']}) is exceeded with a probability of {percent(limit['probability'])}. {demand} to stay below "
-        f"it "
-        f"with {share(float(ASKED))} confidence."
-    )  # fmt: skip
+        f"{number(sc['low'], 3)} to {number(sc['high'], 3)}) the stable amplitude is {median}, 90 % interval {low} to "
+        f"{high}. The limit of {most} ({limit['rule']}) is exceeded with a probability of "
+        f"{percent(limit['probability'])}. {demand} to stay below it with {_WITHIN}."
+    )
 
 
-def sizing_warnings(content: Content | None) -> tuple[str, ...]:
-    """What is not to be trusted of the sizing."""
-    return () if content is None else tuple(str(one) for one in content["flags"])
-
-
-def sizing_assumptions(content: Content | None) -> tuple[str, ...]:
+def sizing_assumptions(content: Content) -> list[str]:
     """What the sizing assumes, for the limits of validity."""
-    if content is None:
-        return ()
-    confirm = {
-        f"{one['title']}. {one['confirm']}" for mode in content["modes"] for one in mode["limits"] if one["confirm"]
-    }
-    return (
+    limits = [one for mode in content["modes"] for one in mode["limits"]]
+    return [
         "The bridge vibrates in one mode at a time, with the section’s force correlated along the span as stated.",
-        *sorted(confirm),
-    )  # fmt: skip
+        *sorted({f"{one['title']}. {one['confirm']}" for one in limits if one["confirm"]}),
+    ]
 
 
 def similitude_of(content: Content, tested: Sequence[tuple[str, float]]) -> Table:
@@ -136,100 +135,71 @@ def similitude_of(content: Content, tested: Sequence[tuple[str, float]]) -> Tabl
         "bridge_similitude",
         "Scruton number required by the bridge, and the nearest one tested",
         ("mode", "f", "mean ξₛ", "Sc required", "90 % interval", "nearest test", "Sc achieved", "achieved/required"),
-        tuple(rows),
+        rows,
         "A ratio far from 1 means that the prediction at the bridge reaches along the Griffin curve.",
         (False, True, True, True, True, False, True, True),
     )
 
 
-def _required_table(content: Content) -> Table:
-    unit = content["amplitude_unit"]
-    rows = tuple(
-        (
-            mode["name"], one["rule"], _length(one["limit"], unit), percent(one["probability"]),
-            *(one["required_text"][p] for p in CONFIDENCES),
-        )
-        for mode in content["modes"]
-        for one in mode["limits"]
-    )  # fmt: skip
-    return Table(
-        "required_damping",
-        "Added damping ratio that keeps the amplitude below the limit, by confidence",
-        ("mode", "limit", "amplitude", "P without damper", *(f"{share(float(p))}" for p in CONFIDENCES)),
-        rows,
-        numeric=(False, False, *[True] * 6),
-    )
-
-
-def _damper_blocks(mode: Content, place: int) -> list[Block]:
-    damper = mode["damper"]
+def _damper_blocks(mode: Content, place: int) -> Iterator[Block]:
+    damper, name = mode["damper"], mode["name"]
     if not damper["dampers"]:
-        return [paragraph(f"Tuned mass damper, mode {mode['name']}: {damper['reason']}.")]
-    asked, stroke = damper["asked"], damper["stroke"]
-    words = (
-        f"Tuned mass damper, mode {mode['name']}: "
-        f"{'the least mass' if damper['achievable'] else 'NOT ACHIEVED'} for a risk of {percent(asked['risk'])}"
-        f" ({damper['reason']}). The risk left is {percent(damper['probability'])}; the stroke is "
-        f"{number(stroke['median'], 3)} m, and below {number(stroke['high'], 3)} m with 95 % confidence."
+        yield paragraph(f"Tuned mass damper, mode {name}: {damper['reason']}.")
+        return
+    stroke = damper["stroke"]
+    yield paragraph(
+        f"Tuned mass damper, mode {name}: {'the least mass' if damper['achievable'] else 'NOT ACHIEVED'} for a risk of "
+        f"{percent(damper['asked']['risk'])} ({damper['reason']}). The risk left is {percent(damper['probability'])}; "
+        f"the stroke is {number(stroke['median'], 3)} m, and below {number(stroke['high'], 3)} m with 95 % confidence."
     )
-    rows = tuple(
+    header = ("damper", "mass [kg]", "mass ratio", "frequency [Hz]", "damping ratio", "spring [N/m]", "dashpot [N s/m]")
+    rows = _damper_rows(damper, PAGE, percent, percent)
+    yield Table(f"dampers_{place}", f"Tuned mass dampers, mode {name}", header, rows)
+    yield Table(
+        f"detuned_{place}",
+        f"Risk where the dampers are detuned, mode {name}",
+        ("detuning", "P of exceeding the limit"),
+        [
+            (f"{100.0 * one['detuning']:+.0f} %".replace("-", "−"), percent(one["probability"]))
+            for one in damper["detuned"]
+        ],
+    )
+
+
+def _damper_rows(damper: Content, of: Notation, mass: Callable[..., str], damping: Callable[..., str]) -> list[Any]:
+    """One row a damper, its ratios of mass and of damping written as asked."""
+    return [
         (
-            str(k), number(one["mass"]) if one["mass"] is not None else "–", percent(one["mass_ratio"]),
-            number(one["frequency"], 5), percent(one["damping_ratio"]),
-            *("–" if one[key] is None else number(one[key]) for key in ("spring", "dashpot")),
+            str(k), of.number(one["mass"]), mass(one["mass_ratio"]), of.number(one["frequency"], 5),
+            damping(one["damping_ratio"]), of.number(one["spring"]), of.number(one["dashpot"]),
         )
         for k, one in enumerate(damper["dampers"], 1)
-    )  # fmt: skip
-    return [
-        paragraph(words),
-        Table(
-            f"dampers_{place}",
-            f"Tuned mass dampers, mode {mode['name']}",
-            ("damper", "mass [kg]", "mass ratio", "frequency [Hz]", "damping ratio", "spring [N/m]", "dashpot [N s/m]"),
-            rows,
-        ),
-        Table(
-            f"detuned_{place}",
-            f"Risk where the dampers are detuned, mode {mode['name']}",
-            ("detuning", "P of exceeding the limit"),
-            tuple((_signed(one["detuning"]), percent(one["probability"])) for one in damper["detuned"]),
-        ),
     ]  # fmt: skip
 
 
-def _cost_blocks(mode: Content) -> list[Block]:
-    cost = mode.get("cost")
-    if not cost:
-        return []
-    money = cost["currency"] or "units of currency"
-    found: list[Block] = []
+def _cost_blocks(mode: Content) -> Iterator[Block]:
+    cost = mode.get("cost") or {}
+    money = cost.get("currency") or "units of currency"
     if by_mass := cost.get("by_mass"):
-        choice = (
-            f"with a damper of {number(by_mass['best_mass'], 3)} kg; without a damper "
-            f"{number(by_mass['without'], 3)} {money}."
-            if by_mass["best_mass"]
-            else "without a damper."
-        )
-        found.append(paragraph(f"{least_cost(mode, by_mass, money, number, 3)} {choice}"))
+        best, without = by_mass["best_mass"], f"without a damper {number(by_mass['without'], 3)} {money}."
+        choice = f"with a damper of {number(best, 3)} kg; {without}" if best else "without a damper."
+        yield paragraph(f"{_least_cost(mode, by_mass, money, number, 3)} {choice}")
     if by_damping := cost.get("by_damping"):
         added = percent(by_damping["best_added_damping"])
-        found.append(paragraph(f"{least_cost(mode, by_damping, money, number, 3)} with {added} added damping."))
+        yield paragraph(f"{_least_cost(mode, by_damping, money, number, 3)} with {added} added damping.")
     if known := cost.get("information"):
-        found.append(
-            paragraph(
-                f"To know everything before choosing would save {number(known['perfect'], 3)} {money} in "
-                "expectation: an upper bound on what a further test is worth."
-            )
+        yield paragraph(
+            f"To know everything before choosing would save {number(known['perfect'], 3)} {money} in expectation: an "
+            "upper bound on what a further test is worth."
         )
-    return found
 
 
-def least_cost(mode: Content, curve: Content, money: str, write: Callable[..., str], digits: int) -> str:
+def _least_cost(mode: Content, curve: Content, money: str, write: Callable[..., str], digits: int) -> str:
     """What the cheapest choice along a curve of cost comes to, in words."""
     return f"Least expected cost, mode {mode['name']}: {write(curve['best_total'], digits)} {money}"
 
 
-def exceedances(content: Content, write: Callable[[float], str]) -> list[tuple[str, ...]]:
+def _exceedances(content: Content, write: Callable[[float], str]) -> list[tuple[str, ...]]:
     """Probability of exceeding the limit in every mode and in any, by what is done about it."""
     every = content["all_modes"]
     labels = {
@@ -238,40 +208,22 @@ def exceedances(content: Content, write: Callable[[float], str]) -> list[tuple[s
         "with_dampers": "with all dampers, each acting on every mode",
     }
     return [
-        (label, *(write(p) for p in every[key]["each"]), write(every[key]["any"]))
+        (label, *map(write, every[key]["each"]), write(every[key]["any"]))
         for key, label in labels.items()
         if key in every
     ]
 
 
-def _together_table(content: Content) -> Table:
-    names = content["all_modes"]["names"]
-    return Table(
-        "all_modes",
-        "Probability of exceeding the limit in lock-in",
-        ("", *(f"mode {name}" for name in names), "any mode"),
-        tuple(exceedances(content, percent)) if len(names) > 1 else (),
-    )
-
-
-def hours_in_lock_in(content: Content) -> Iterator[tuple[str, float, float, str, float, float]]:
-    """Mode, reduced velocities of lock-in, whether they are assumed, hours in lock-in and beyond the limit."""
-    if hours := content["all_modes"].get("hours"):
-        columns = (hours[key] for key in ("lock_in", "assumed", "a_year", "exceeding_a_year"))
-        for name, (low, high), assumed, a_year, beyond in zip(content["all_modes"]["names"], *columns, strict=True):
-            yield name, low, high, " (assumed)" if assumed else "", a_year, beyond
-
-
-def _hours_table(content: Content) -> Table:
-    return Table(
-        "hours",
-        "Hours a year in lock-in, and expected beyond the limit",
-        ("mode", "lock-in U/(fD)", "hours a year", "beyond the limit"),
-        tuple(
-            (name, f"{number(low, 3)} to {number(high, 3)}{assumed}", number(a_year, 3), number(beyond, 3))
-            for name, low, high, assumed, a_year, beyond in hours_in_lock_in(content)
-        ),
-    )
+def _hours(content: Content, between: str, velocity: Callable[..., str], hours: Callable[..., str]) -> list[Any]:
+    """One row a mode: reduced velocities of lock-in and whether they are assumed, hours in it and beyond the limit."""
+    found = content["all_modes"].get("hours")
+    if not found:
+        return []
+    columns = (found[key] for key in ("lock_in", "assumed", "a_year", "exceeding_a_year"))
+    return [
+        (name, between.join(map(velocity, bounds)) + (" (assumed)" if assumed else ""), hours(a_year), hours(beyond))
+        for name, bounds, assumed, a_year, beyond in zip(content["all_modes"]["names"], *columns, strict=True)
+    ]
 
 
 def number(value: float | None, digits: int = 4) -> str:
@@ -279,12 +231,82 @@ def number(value: float | None, digits: int = 4) -> str:
     return "no bound" if value is None else written(value, digits)
 
 
-def _signed(value: float) -> str:
-    return f"{100.0 * value:+.0f} %".replace("-", "−")
-
-
 def _length(value: float | None, unit: str) -> str:
     """An amplitude of the bridge in mm, or in degrees."""
     if value is None:
         return "no bound"
     return f"{number(1e3 * value, 3)} mm" if unit == "m" else f"{number(180.0 / np.pi * value, 3)}°"
+
+
+def sizing_summary(content: Content) -> Iterator[Block]:
+    """The sizing for the terminal: what is required, the dampers, what more knowledge would be worth."""
+    unit, every, together = content["amplitude_unit"], content["modes"], content["all_modes"]
+
+    def spread(entry: Content) -> str:
+        return f"{TERMINAL.number(entry['median'], 3)} ({TERMINAL.range((entry['low'], entry['high']), 3)})"
+
+    yield paragraph(f"{content['bridge']['title']}: damping that keeps the amplitude below the limit")
+    required = [
+        (
+            mode["name"], one["rule"], TERMINAL.number(one["limit"]), f"{one['probability']:.3f}",
+            *("> 5" if one["required"][p] is None else f"{100 * one['required'][p]:.3f}" for p in CONFIDENCES),
+        )
+        for mode in every
+        for one in mode["limits"]
+    ]  # fmt: skip
+    header = ("mode", "limit", f"[{unit}]", "P without", *_SHARES)
+    yield Table("required", "Added damping [%] by confidence", header, required)
+    without = [
+        (
+            mode["name"], spread(mode["scruton_number"]), spread(mode["amplitude"]),
+            *(f"{source['source']} {max(source['first'], 0.0):.0%}" if source["total"] else "-"
+              for source in mode["shares"]["needed"][:1]),
+        )
+        for mode in every
+    ]  # fmt: skip
+    header = ("mode", "Sc (90 %)", f"amplitude without [{unit}]", "largest share of variance")
+    yield Table("modes", "", header, without)
+    yield from map(_damper_summary, every)
+    for mode in every:
+        yield from _cost_summary(mode)
+    if len(together["names"]) > 1 or "hours" in together:
+        yield Table("all_modes", _TOGETHER, ("", *together["names"], "any"), _exceedances(content, "{:.3f}".format))
+        hours = _hours(content, " .. ", "{:.2f}".format, TERMINAL.number)
+        header = ("mode", "lock-in U/(fD)", "hours a year in lock-in", "expected hours beyond the limit")
+        yield Table("hours", "", header, hours)
+    yield Callout(CAUTION, "", content["flags"])
+
+
+def _damper_summary(mode: Content) -> Block:
+    one, name = mode["damper"], f"Tuned mass damper, mode {mode['name']}"
+    if not one["dampers"]:
+        return paragraph(f"{name}: {one['reason']}")
+    reached = "least mass" if one["achievable"] else "NOT ACHIEVED"
+    return Table(
+        "dampers",
+        f"{name}: {reached} for a risk of {one['asked']['risk']:.1%}; {one['reason']}",
+        ("damper", "mass [kg]", "mass ratio [%]", "frequency [Hz]", "damping [%]", "spring [N/m]", "dashpot [N s/m]"),
+        _damper_rows(one, TERMINAL, lambda ratio: f"{100 * ratio:.3f}", lambda ratio: f"{100 * ratio:.2f}"),
+        f"risk left {one['probability']:.3f}; stroke {TERMINAL.number(one['stroke']['median'], 3)} m "
+        f"(95 %: {TERMINAL.number(one['stroke']['high'], 3)} m); risk where detuned: "
+        + ", ".join(f"{each['detuning']:+.0%} {each['probability']:.3f}" for each in one["detuned"]),
+    )
+
+
+def _cost_summary(mode: Content) -> Iterator[Block]:
+    cost = mode.get("cost") or {}
+    money = str(cost.get("currency"))
+    if by_mass := cost.get("by_mass"):
+        best, end = by_mass["best_mass"], ", the heaviest looked at" if by_mass["at_the_end"] else ""
+        without = f"(without: {TERMINAL.number(by_mass['without'])} {money})"
+        choice = f"with a damper of {TERMINAL.number(best)} kg{end} {without}" if best else "without a damper"
+        yield paragraph(f"{_least_cost(mode, by_mass, money, TERMINAL.number, 4)} {choice}")
+    if by_damping := cost.get("by_damping"):
+        added = f"{100 * by_damping['best_added_damping']:.3f} % added damping"
+        end = ", the most looked at" if by_damping["at_the_end"] else ""
+        yield paragraph(f"{_least_cost(mode, by_damping, money, TERMINAL.number, 4)} with {added}{end}")
+    if known := cost.get("information"):
+        title = f"Value of knowing more before choosing [{money or 'currency'}]; "
+        title += f"all of it {TERMINAL.number(known['perfect'], 3)}"
+        rows = [(one["name"], one["kind"], TERMINAL.number(one["value"], 3)) for one in known["worth"]]
+        yield Table("information", title, ("of", "kind", "worth at most"), rows)

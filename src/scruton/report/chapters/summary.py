@@ -1,77 +1,71 @@
-"""The answer first: what was asked, the number with its interval, and whether it may be trusted."""
+"""The answer first, with whether it may be trusted; and how far the numbers reach, stated plainly."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
+from scruton.griffin.thresholds import X_TRUSTED
+from scruton.report.chapters.campaign import damping_table
 from scruton.report.chapters.gap import gap_sentence
-from scruton.report.chapters.material import Material, chapter
-from scruton.report.chapters.predictions import design_table, in_model_unit
-from scruton.report.chapters.sizing import sizing_figures, sizing_sentence, sizing_warnings
-from scruton.report.chapters.structural import damping_table
-from scruton.report.document import ALARM, CAUTION, Block, Callout, KeyFigure, KeyFigures, Listing, paragraph
+from scruton.report.chapters.material import Material
+from scruton.report.chapters.results import design_table
+from scruton.report.chapters.sizing import sizing_assumptions, sizing_figures, sizing_sentence
+from scruton.report.document import ALARM, CAUTION, Block, Callout, Heading, KeyFigures, Listing, Table, paragraph
+from scruton.report.thresholds import TESTS_ABREAST
 from scruton.report.wording import estimate, number, percent, stated
 
-if TYPE_CHECKING:
-    from scruton.infer.results import Fit
 
-
-@chapter("summary", "Summary")
 def summary_chapter(material: Material) -> Iterator[Block]:
     """Warnings in red, the answer, the numbers, and what they rest on."""
-    fit = material.fit
-    warnings = (*fit.flags, *sizing_warnings(material.sizing))
+    fit, sizing = material.fit, material.sizing
+    warnings = [*fit.flags, *(sizing["flags"] if sizing else ())]
     if not fit.converged:
         yield Callout(ALARM, "Not to be trusted: the sampling did not converge.", warnings)
     elif warnings:
         yield Callout(ALARM, "Read this before using a number.", warnings)
-    lines = [] if material.sizing is None else [sizing_sentence(material.sizing)]
-    lines += _answers(material)
+    lines = [*([sizing_sentence(sizing)] if sizing else ()), *_answers(material)]
     if len(lines) > 3:
-        yield Listing(tuple(lines), role="answer")
+        yield Listing(lines, role="answer")
     else:
         yield from (paragraph(line, role="answer") for line in lines)
-    if figures := (*sizing_figures(material.sizing), *_design_figures(material)):
+    if figures := [*(sizing_figures(sizing) if sizing else ()), *_design_figures(material)]:
         yield KeyFigures(figures)
-    if material.cautions():
-        yield Callout(CAUTION, "With caution", tuple(material.cautions()))
-    yield paragraph(*_basis(fit)) if material.in_wind else damping_table(fit)
+    if cautions := material.cautions():
+        yield Callout(CAUTION, "With caution", cautions)
+    yield _basis(material) if material.tests else damping_table(material)
     if material.gap is not None:
         yield paragraph(f"Diagnosis: {gap_sentence(material.gap)}")
-    if not material.in_wind:
+    if not material.tests:
         yield paragraph("The campaign holds no test in wind, so it says nothing of vortex-induced vibration.")
     elif material.design:
         yield design_table(material)
 
 
-def _design_figures(material: Material) -> Iterator[KeyFigure]:
+def _design_figures(material: Material) -> Iterator[tuple[str, str, str]]:
     """The numbers of the first design."""
     for one in material.design[:1]:
         amplitude = one.to_json()["amplitude"]
-        median, interval = estimate(amplitude)
-        title = f"Stable amplitude at Sc = {stated(one.scruton_number)}"
-        yield KeyFigure(title, f"{median} {one.unit}", f"90 % interval {interval} {one.unit}")
+        shown = {f"Stable amplitude at Sc = {stated(one.scruton_number)}": (*estimate(amplitude), one.unit)}
         if material.sizing is None:
-            median, interval, unit = in_model_unit(material.fit, amplitude)
-            yield KeyFigure("At the model's scale", f"{median} {unit}", f"90 % interval {interval} {unit}")
+            shown["At the model's scale"] = material.in_model_unit(amplitude)
+        for title, (median, interval, unit) in shown.items():
+            yield title, f"{median} {unit}", f"90 % interval {interval} {unit}"
         nearest = min(one.extrapolation_indices, key=lambda test: abs(one.extrapolation_indices[test]))
         reach = f"from {nearest}; laws agree for |x| < 0.2"
-        yield KeyFigure("Extrapolation index x", number(one.extrapolation_index, 2), reach)
+        yield "Extrapolation index x", number(one.extrapolation_index, 2), reach
 
 
 def _answers(material: Material) -> list[str]:
     """Sentences that answer what the report was asked: the design, else the peak tests, else structural damping."""
-    fit, unit = material.fit, material.unit
-    answers = []
+    unit, answers = material.unit, []
     for one in material.design:
         amplitude = one.to_json()["amplitude"]
         median, interval = estimate(amplitude)
-        model_median, model_interval, model_unit = in_model_unit(fit, amplitude)
+        model_median, model_interval, model_unit = material.in_model_unit(amplitude)
         answers.append(
             f"At the design Scruton number {stated(one.scruton_number)} (structural damping ratio "
             f"{percent(one.damping_ratio)} on rig {one.rig}) the predicted stable amplitude is {median} {unit}, "
             f"90 % interval {interval} {unit}; at the model's scale {model_median} ({model_interval}) {model_unit}."
         )
-    for test in fit.summary["tests"] if not answers else ():
+    for test in material.tests if not answers else ():
         if test["peak"]:
             median, interval = estimate(test["parameters"]["a_star"])
             sc = number(test["parameters"]["scruton_number"]["median"], 3)
@@ -79,28 +73,78 @@ def _answers(material: Material) -> list[str]:
                 f"Peak test {test['name']} (Sc = {sc}): the stable amplitude is {median} {unit}, 90 % interval "
                 f"{interval} {unit}."
             )
-    for rig in fit.summary["rigs"] if not answers else ():
+    for rig in material.fit.summary["rigs"] if not answers else ():
         median, interval = estimate(rig["parameters"]["damping_ratio"], 100.0)
         answers.append(f"Rig {rig['name']}: the structural damping ratio is {median} %, 90 % interval {interval} %.")
     return answers
 
 
-def _basis(fit: "Fit") -> tuple[str, str]:
+def _basis(material: Material) -> Block:
     """What the numbers rest on."""
-    campaign = fit.campaign
-    sc = [one["parameters"]["scruton_number"]["median"] for one in fit.summary["tests"] if one["peak"]]
-    records = _count(sum(len(one.records) for one in campaign.tests), "record")
-    words = f"It rests on {records} in wind of {_count(len(campaign.tests), 'test')}"
+
+    def counted(things: int, word: str) -> str:
+        return f"{things} {word}{'' if things == 1 else 's'}"
+
+    campaign = material.fit.campaign
+    sc = [one["parameters"]["scruton_number"]["median"] for one in material.tests if one["peak"]]
+    records = counted(sum(len(one.records) for one in campaign.tests), "record")
+    words = f"It rests on {records} in wind of {counted(len(campaign.tests), 'test')}"
     if sc:
         between = f"{number(min(sc), 3)} to {number(max(sc), 3)}" if len(sc) > 1 else number(sc[0], 3)
-        words += f", {_count(len(sc), 'peak test')} among them (Sc = {between}), and on "
-        words += _count(len(campaign.rigs), "rig")
-    return (
+        words += f", {counted(len(sc), 'peak test')} among them (Sc = {between}), and on "
+        words += counted(len(campaign.rigs), "rig")
+    return paragraph(
         f"{words}.",
         " Intervals carry the record, the structural damping, the law of aerodynamic damping and the discrepancy "
         "between settings.",
     )
 
 
-def _count(size: int, word: str) -> str:
-    return f"{size} {word}{'' if size == 1 else 's'}"
+def validity_chapter(material: Material) -> Iterator[Block]:
+    """Extrapolation, flags and assumptions."""
+    if not material.tests:
+        return
+    flags, cautions = material.fit.flags, material.cautions()
+    if flags:
+        yield Callout(ALARM, "Flags of the fit", flags)
+    if cautions:
+        yield Callout(CAUTION, "Flags of the predictions", cautions)
+    if not flags and not cautions:
+        yield paragraph("Neither the fit nor the predictions raised a flag.")
+    yield Heading("How far the design lies from the tests")
+    yield paragraph(
+        "The extrapolation index x is the distance from a test in units of the Scruton number that its relaxation rate "
+        f"is worth. Laws of aerodynamic damping agree to 2 % in amplitude for |x| < 0.2; beyond {X_TRUSTED:g} the "
+        "number rests on the laws that the model card lists."
+    )
+    yield _extrapolation(material)
+    yield Heading("What is assumed")
+    found = material.discrepancy()
+    assumed = [
+        "The section vibrates in one degree of freedom, and its amplitude changes little within one cycle.",
+        "The peak tests share one Griffin curve up to a discrepancy that is inferred"
+        + (f": {found}." if found else "."),
+        "The aerodynamic force is that of the model: Reynolds number, turbulence and details of the section are those "
+        "of the tunnel.",
+        "A new setting is at the wind speed of the largest amplitude, and exchangeable with the settings tested.",
+    ]  # fmt: skip
+    if len(material.fit.ringdowns) < len(material.fit.campaign.rigs):
+        assumed.append("Structural damping is as stated, with the uncertainty that the model card gives it.")
+    yield Listing([*assumed, *(sizing_assumptions(material.sizing) if material.sizing else ())])
+    if material.gap is not None:
+        said = gap_sentence(material.gap)
+        yield paragraph(f"Of what is not modelled: {said[0].lower()}{said[1:]}")
+
+
+def _extrapolation(material: Material) -> Table:
+    tests = list(material.design[0].extrapolation_indices) if material.design else []
+    header = [f"from {test}" for test in tests]
+    if len(tests) > TESTS_ABREAST:  # more columns would not fit the page
+        tests, header = [], ["from nearest test"]
+    rows = []
+    for one in material.design:
+        indices = [one.extrapolation_indices[test] for test in tests] or [one.extrapolation_index]
+        reached = "yes" if abs(one.extrapolation_index) <= X_TRUSTED else "NO"
+        rows.append((stated(one.scruton_number), *(number(index, 2) for index in indices), reached))
+    header = ["design Sc", *header, "within reach"]
+    return Table("extrapolation", "Extrapolation index x of every design", header, rows)

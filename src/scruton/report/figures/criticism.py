@@ -1,4 +1,4 @@
-"""Figures of a criticism: innovations, predictive checks, what moved the posterior."""
+"""Figures that judge a fit: chains, innovations, predictive checks, what moved the posterior."""
 
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
@@ -6,40 +6,170 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.griffin.posterior import peak_names, test_names, unit_of
 from scruton.infer import replication
 from scruton.infer.criticism import Criticism, RecordOf, records
+from scruton.infer.results import Fit
 from scruton.infer.thresholds import BARELY_MOVED, NOT_MOVED, SENSITIVE, TRUSTED_KHAT
-from scruton.report.figures import style
-from scruton.report.figures.registry import FigureWithCaption, figure
-from scruton.report.thresholds import PANELS_A_PAGE
+from scruton.report.figures import FigureWithCaption, figure, style
+from scruton.report.thresholds import CHAINS_SHOWN, PANELS_A_PAGE
 from scruton.stats import whiteness
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
+
+CORNER = ("a_star", "relaxation_rate", "damping_ratio", "Y1", "epsilon", "amplitude_scatter")
+TRACE = ("a_star", "relaxation_rate", "damping_ratio", "amplitude_scatter", "noise_factor")
+_MASS = (0.90, 0.50)  # what the contours hold
+_WALKERS = 3  # lines drawn of each ensemble
+_STEPS = 300
 _ROWS, _LINES, _POINTS = 4, 16, 1500
 # Signs of the parameters, as the axes show them.
 _SIGNS = {
     "a_star": "$a^*$", "relaxation_rate": r"$\lambda$", "Y1": "$Y_1$", "epsilon": r"$\varepsilon$",
     "damping_ratio": r"$\xi_s$", "amplitude_scatter": "scatter", "noise_factor": "noise factor",
+    "gust_scatter": "gusts", "gust_time": "gust time", "set_point_scatter": "set-point",
     "law_exponent": "$n$", "reference_amplitude": r"$A_\mathrm{ref}$", "reference_relaxation": r"$R_\mathrm{ref}$",
     "discrepancy_amplitude": r"$\tau$", "discrepancy_relaxation": r"$\kappa$",
 }  # fmt: skip
 
 
-def _label(test: str, record: str) -> str:
+def chains_shown(fit: Fit) -> dict[str, str]:
+    """Peak tests whose plots a report holds, by their number in the campaign: a name may hold what a file cannot."""
+    return {f"_{test_names(fit.tree).index(test) + 1}": test for test in peak_names(fit.tree)[:CHAINS_SHOWN]}
+
+
+@figure("posterior", name="corner", what="The corner plot", each=chains_shown)
+def corner_plot(fit: Fit, test: str) -> FigureWithCaption:
+    """Pairs of parameters of one test with contours that hold 50 and 90 % of the posterior."""
+    from matplotlib.ticker import MaxNLocator
+
+    names = CORNER if "Y1" in fit.tree["posterior"] else TRACE  # Y1 and epsilon are the paper's law's
+    draws = {name: _draws(fit.tree, name, test).reshape(-1) for name in names}
+    drawing = style.new_figure(150.0)
+    grid = drawing.add_gridspec(len(names), len(names))
+    for i, below in enumerate(names):
+        for j, across in enumerate(names[: i + 1]):
+            axes = drawing.add_subplot(grid[i, j])
+            if i == j:
+                _marginal(axes, draws[across])
+            else:
+                _pair(axes, draws[across], draws[below])
+                axes.set_ylim(*_range(draws[below]))
+                axes.yaxis.set_major_locator(MaxNLocator(3, prune="both"))
+                axes.tick_params(axis="y", labelleft=j == 0)
+            axes.set_xlim(*_range(draws[across]))
+            axes.xaxis.set_major_locator(MaxNLocator(3, prune="both"))
+            axes.tick_params(axis="x", labelbottom=below == names[-1], rotation=45)
+            axes.set_xlabel(_label(fit, across) if below == names[-1] else "")
+            axes.set_ylabel(_label(fit, below) if j == 0 and i > 0 else "")
+    drawing.align_labels()
+    words = f"{style.shorten(test, 30)}\ncontours hold 50 and 90 %"  # in the empty corner
+    drawing.text(0.62, 0.9, words, fontsize=8.5, va="top")
+    return FigureWithCaption(
+        drawing,
+        caption=f"Posterior of test {test}: marginal distributions with median and 90 % interval, and pairs with "
+        "contours that hold 50 and 90 % of the draws.",
+        alt=f"Corner plot of {', '.join(names)} for test {test}.",
+    )
+
+
+def _marginal(axes: "Axes", draws: FloatArray) -> None:
+    low, middle, high = np.quantile(draws, style.Q90)
+    counts, edges = np.histogram(draws, bins=_bins(draws), range=_range(draws), density=True)
+    axes.stairs(counts, edges, color=style.BLUE, fill=True, alpha=0.3)
+    axes.stairs(counts, edges, color=style.BLUE, lw=0.9)
+    axes.axvline(middle, color=style.GREY, lw=0.9)
+    for edge in (low, high):
+        axes.axvline(edge, color=style.GREY, lw=0.8, ls=(0, (3, 2)))
+    axes.set_yticks([])
+    axes.spines["left"].set_visible(False)
+
+
+def _pair(axes: "Axes", x: FloatArray, y: FloatArray) -> None:
+    from scipy.ndimage import gaussian_filter
+
+    counts, first, second = np.histogram2d(x, y, bins=_bins(x), range=[_range(x), _range(y)])
+    smooth = gaussian_filter(counts.T, 1.3, mode="constant")
+    ordered = np.sort(smooth.ravel())[::-1]
+    held = np.cumsum(ordered) / ordered.sum()
+    levels = sorted({float(ordered[np.searchsorted(held, mass)]) for mass in _MASS})
+    if levels[0] <= 0.0 or levels[-1] >= smooth.max():
+        axes.plot(x[:500], y[:500], ".", ms=1, color=style.BLUE)
+        return
+    centres = (0.5 * (first[1:] + first[:-1]), 0.5 * (second[1:] + second[:-1]))
+    colours = [style.SKY, style.BLUE][: len(levels)]
+    axes.contourf(*centres, smooth, levels=[*levels, float(smooth.max())], colors=colours, alpha=0.55)
+    axes.contour(*centres, smooth, levels=levels, colors=style.BLUE, linewidths=0.8)
+
+
+def _bins(draws: FloatArray) -> int:
+    return int(np.clip(np.sqrt(draws.size) / 2, 16, 32))
+
+
+def _range(draws: FloatArray) -> tuple[float, float]:
+    low, high = np.quantile(draws, [0.01, 0.99])
+    margin = 0.15 * (high - low) or 0.01 * abs(high) or 1e-9
+    return float(low - margin), float(high + margin)
+
+
+@figure("convergence", name="trace", what="The traces", each=chains_shown)
+def trace_plot(fit: Fit, test: str) -> FigureWithCaption:
+    """Chains of one test against the draw, coloured by ensemble, with the marginal of each ensemble beside."""
+    ensemble = fit.tree["posterior"]["ensemble"].to_numpy()
+    drawing = style.new_figure(19.5 * len(TRACE) + 10.0)
+    axes = drawing.subplots(len(TRACE), 2, width_ratios=(4.5, 1.0), sharey="row", squeeze=False)
+    for (left, right), name in zip(axes, TRACE, strict=True):
+        draws = _draws(fit.tree, name, test)
+        bins = np.linspace(draws.min(), draws.max(), 22)
+        steps = np.arange(0, draws.shape[1], -(-draws.shape[1] // _STEPS))
+        for i, number in enumerate(dict.fromkeys(ensemble.tolist())):
+            colour, mine = style.line_style(i).colour, draws[ensemble == number]
+            if mine.shape[0] > _WALKERS:
+                low, high = np.quantile(mine[:, steps], [0.05, 0.95], axis=0)
+                left.fill_between(steps, low, high, color=colour, alpha=0.12, lw=0)
+            for walker in mine[:_WALKERS]:
+                left.plot(steps, walker[steps], color=colour, lw=0.5, alpha=0.9, label=f"ensemble {number + 1}")
+            counts, _ = np.histogram(mine, bins=bins, density=True)
+            right.plot(counts, 0.5 * (bins[1:] + bins[:-1]), color=colour, lw=0.9)
+        left.set(
+            ylabel=_label(fit, name).replace("noise factor", "noise\nfactor"), xlim=(0, draws.shape[1]), ymargin=0.05
+        )
+        left.tick_params(labelbottom=name == TRACE[-1])
+        right.xaxis.set_visible(False)
+        right.spines["bottom"].set_visible(False)
+        right.tick_params(labelleft=False)
+    axes[0, 0].set_title(style.shorten(test, 50))
+    axes[-1, 0].set_xlabel("Draw of each walker [-]")
+    handles = style.legend_handles([axes[0, 0]])
+    drawing.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=min(4, len(handles)))
+    drawing.align_ylabels(axes[:, 0])
+    return FigureWithCaption(
+        drawing,
+        caption=f"Chains of test {test} by ensemble: band of 90 % of an ensemble's walkers at every draw, a few "
+        "walkers as lines, and the distribution of each ensemble at the right. Ensembles start apart and must agree.",
+        alt=f"Trace plot of {', '.join(TRACE)} for test {test}, one colour an ensemble.",
+    )
+
+
+def _draws(tree: "xr.DataTree", name: str, test: str) -> FloatArray:
+    values = np.asarray(tree["posterior"][name].sel(test=test).transpose("chain", "draw").values, dtype=float)
+    return 100.0 * values if name == "damping_ratio" else values
+
+
+def _label(fit: Fit, name: str) -> str:
+    units = {"a_star": "-" if fit.campaign.section.amplitude_unit == "A/D" else "rad", "relaxation_rate": "1/s",
+             "damping_ratio": "%"}  # fmt: skip
+    return f"{_SIGNS[name]} [{units.get(name, '-')}]"
+
+
+def _record(test: str, record: str) -> str:
     return f"{style.shorten(test, 20)}: {style.shorten(record, 24)}"
 
 
-@figure(
-    "",
-    name="innovations",
-    source="criticism",
-    caption="Standardised innovations of the filter, one record a row: against time; against the amplitude of the "
-    "cycle before, with the fitted parabola, which is flat where the law of damping has the right shape; their "
-    "autocorrelation with 95 % limits; and against normal quantiles.",
-)
+@figure(name="innovations", source="criticism")
 def innovation_figures(tree: "xr.DataTree", criticism: Criticism) -> Iterable[FigureWithCaption]:
     """Innovations of every record that was judged by them."""
     judged = {(one.test, one.record) for one in criticism.innovations}
@@ -49,12 +179,15 @@ def innovation_figures(tree: "xr.DataTree", criticism: Criticism) -> Iterable[Fi
         grid = drawing.subplots(len(page), 4, squeeze=False)
         for row, one in zip(grid, page, strict=True):
             _innovation_row(row, one, values[one.index])
-        labels = ("Time [s]", style.amplitude_label(_unit(tree)), "Lag [cycles]", "Normal quantile")
+        labels = ("Time [s]", style.amplitude_label(unit_of(tree)), "Lag [cycles]", "Normal quantile")
         for axes, label in zip(grid[-1], labels, strict=True):
             axes.set_xlabel(label, fontsize=7.5)
         drawing.align_ylabels()
         yield FigureWithCaption(
             drawing,
+            caption="Standardised innovations of the filter, one record a row: against time; against the amplitude of "
+            "the cycle before, with the fitted parabola, which is flat where the law of damping has the right shape; "
+            "their autocorrelation with 95 % limits; and against normal quantiles.",
             alt=f"Four panels for each of {len(page)} record(s): innovations over time and over amplitude, their "
             "autocorrelation, and a normal quantile plot.",
         )
@@ -70,15 +203,9 @@ def _innovation_row(row: "Sequence[Axes]", one: RecordOf, values: np.ndarray) ->
         axes.axhline(0.0, color=style.GREY, lw=0.6)
         axes.plot(at[pick], x[pick], ".", color=style.BLUE, ms=2.2)
     row[0].set_ylabel("Innovation [sd]", fontsize=7.5)
-    row[0].set_title(_label(one.test, one.record), fontsize=7.5)
+    row[0].set_title(_record(one.test, one.record), fontsize=7.5)
     grid = np.linspace(before.min(), before.max(), 100)
-    # on an axis of unit spread: three coefficients of amplitudes near 0.01 would be ill-conditioned
-    scale = before.std() or 1.0
-    middle = before.mean()
-    parabola = np.polynomial.polynomial.polyfit((before - middle) / scale, x, 2)
-    row[1].plot(
-        grid, np.polynomial.polynomial.polyval((grid - middle) / scale, parabola), color=style.VERMILLION, lw=1.2
-    )
+    row[1].plot(grid, np.polynomial.Polynomial.fit(before, x, 2)(grid), color=style.VERMILLION, lw=1.2)
     lags = whiteness.lags_of(x.size)
     limit = 1.96 / np.sqrt(x.size)
     row[2].axhspan(-limit, limit, color=style.LIGHT, alpha=0.45, lw=0)
@@ -92,47 +219,36 @@ def _innovation_row(row: "Sequence[Axes]", one: RecordOf, values: np.ndarray) ->
     row[3].set_ylabel("Innovation [sd]", fontsize=7.5)
 
 
-@figure(
-    "",
-    name="posterior_predictive",
-    source="criticism",
-    caption="Posterior predictive check: statistics of every record and the central 90 % of those of its replicates. "
-    "Statistics of the residual are about the mean curve of each draw, in units of amplitude.",
-)
+@figure(name="posterior_predictive", source="criticism")
 def predictive_figures(_: "xr.DataTree", criticism: Criticism) -> Iterable[FigureWithCaption]:
     """Statistics of every record beside those of its replicates."""
     known = list(dict.fromkeys((one.test, one.record) for one in criticism.predictive))
     for page in style.pages(known, _LINES):
-        drawing, panels = style.panels(
-            len(replication.STATISTICS), columns=3, height_mm=20.0 + 6.0 * len(page), sharey=True
-        )
-        for axes, statistic in zip(panels, replication.STATISTICS, strict=True):
+        height, names = 20.0 + 6.0 * len(page), replication.STATISTICS
+        drawing, panels = style.panels(len(names), columns=3, height_mm=height, sharey=True)
+        for axes, statistic in zip(panels, names, strict=True):
             rows = {(one.test, one.record): one for one in criticism.predictive if one.name == statistic}
             for i, key in enumerate(page):
                 one = rows[key]
-                bad = one.adjusted < 0.01
                 axes.hlines(i, one.low, one.high, color=style.LIGHT, lw=5.0, label="replicates, 90 %")
-                marker, colour, label = (
-                    ("D", style.VERMILLION, "observed, p < 0.01") if bad else ("o", style.BLUE, "observed")
-                )
+                marker, colour, label = "o", style.BLUE, "observed"
+                if one.adjusted < 0.01:
+                    marker, colour, label = "D", style.VERMILLION, "observed, p < 0.01"
                 axes.plot(one.value, i, marker, color=colour, ms=4.5, label=label)
             axes.set_title(statistic[0].upper() + statistic[1:], fontsize=8.0)
             axes.margins(x=0.08)
             axes.locator_params(axis="x", nbins=4)
-        _lines(panels[0], [f"{style.shorten(test, 14)}\n{style.shorten(record, 18)}" for test, record in page])
+        style.rows(panels[0], [f"{style.shorten(test, 14)}\n{style.shorten(record, 18)}" for test, record in page])
         style.below(drawing, panels)
         yield FigureWithCaption(
-            drawing, alt=f"Five panels with an interval and a mark for each of {len(page)} record(s)."
+            drawing,
+            caption="Posterior predictive check: statistics of every record and the central 90 % of those of its "
+            "replicates. Statistics of the residual are about the mean curve of each draw, in units of amplitude.",
+            alt=f"Five panels with an interval and a mark for each of {len(page)} record(s).",
         )
 
 
-@figure(
-    "",
-    name="prior_predictive",
-    source="criticism",
-    caption="Prior predictive check: what the priors alone expect of each record from its first amplitude on, with "
-    "what was observed.",
-)
+@figure(name="prior_predictive", source="criticism")
 def prior_figures(tree: "xr.DataTree", criticism: Criticism) -> Iterable[FigureWithCaption]:
     """Every record inside what the priors expected of it."""
     banded = [one for one in records(tree) if (one.test, one.record) in criticism.bands]
@@ -141,10 +257,12 @@ def prior_figures(tree: "xr.DataTree", criticism: Criticism) -> Iterable[FigureW
         for axes, one in zip(panels, page, strict=True):
             _prior_panel(axes, one, criticism.bands[one.test, one.record])
         for axes in panels[:: min(2, len(page))]:
-            axes.set_ylabel(style.amplitude_label(_unit(tree)))
+            axes.set_ylabel(style.amplitude_label(unit_of(tree)))
         style.below(drawing, panels, columns=4)
         yield FigureWithCaption(
             drawing,
+            caption="Prior predictive check: what the priors alone expect of each record from its first amplitude on, "
+            "with what was observed.",
             alt=f"Amplitudes of {len(page)} record(s) over time inside wide bands of the prior predictive, logarithmic "
             "scale.",
         )
@@ -164,18 +282,11 @@ def _prior_panel(axes: "Axes", one: RecordOf, bands: FloatArray) -> None:
     axes.set_yscale("log")
     axes.set_ylim(bottom=floor)
     style.plain_log(axes.yaxis)
-    axes.set_title(_label(one.test, one.record), fontsize=7.5)
+    axes.set_title(_record(one.test, one.record), fontsize=7.5)
     axes.set_xlabel("Time from the first cycle [s]")
 
 
-@figure(
-    "",
-    name="what_moved_the_posterior",
-    source="criticism",
-    caption="What moved the posterior. (a) Standard deviation after over before, in the coordinate that is sampled: "
-    "beyond 0.5 the data barely moved a parameter, beyond 0.8 they did not. (b) How far the posterior follows a factor "
-    "raised to a power (cumulative Jensen-Shannon distance a doubling): beyond 0.05 it matters.",
-)
+@figure(name="what_moved_the_posterior", source="criticism")
 def moved_figures(_: "xr.DataTree", criticism: Criticism) -> Iterable[FigureWithCaption]:
     """Standard deviations and sensitivities, a line for every parameter."""
     moved = [one.test for one in criticism.moved if one.test]
@@ -184,15 +295,12 @@ def moved_figures(_: "xr.DataTree", criticism: Criticism) -> Iterable[FigureWith
 
 
 def _moved(tests: Sequence[str], criticism: Criticism) -> FigureWithCaption:
-    moved = [one for one in criticism.moved if one.test in tests or not one.test]
-    lines = [(one.test, one.parameter) for one in moved]
-    ratios = {(one.test, one.parameter): one.ratio for one in moved}
+    ratios = {(one.test, one.parameter): one.ratio for one in criticism.moved if one.test in tests or not one.test}
     scaled = {(one.test, one.parameter): one for one in criticism.scaling if one.test in tests}
-    lines += [key for key in scaled if key not in ratios]
+    lines = list(dict.fromkeys([*ratios, *scaled]))
     drawing = style.new_figure(26.0 + 5.0 * len(lines))
     left, right = drawing.subplots(1, 2, sharey=True)
-    limits = ((left, BARELY_MOVED), (left, NOT_MOVED), (right, SENSITIVE))
-    for axes, edge in limits:
+    for axes, edge in ((left, BARELY_MOVED), (left, NOT_MOVED), (right, SENSITIVE)):
         axes.axvline(edge, color=style.GREY, lw=0.8, ls=(0, (4, 2)))
     for i, key in enumerate(lines):
         if np.isfinite(ratios.get(key, np.nan)):
@@ -208,61 +316,49 @@ def _moved(tests: Sequence[str], criticism: Criticism) -> FigureWithCaption:
             for value, marker, colour, label in shown:
                 if np.isfinite(value):
                     right.plot(max(value, 1e-4), i, marker, color=colour, label=label)
+    left.set(xscale="log", xlim=(0.5 * min(filter(np.isfinite, ratios.values()), default=0.1), 1.6))
+    right.set(xscale="log", xmargin=0.08)
     for axes, title in ((left, "(a) Posterior sd over prior sd"), (right, "(b) Sensitivity to ...")):
-        axes.set_xscale("log")
         axes.set_title(title)
-    lowest = min([ratio for ratio in ratios.values() if np.isfinite(ratio)], default=0.1)
-    left.set_xlim(0.5 * lowest, 1.6)
-    right.margins(x=0.08)
-    style.plain_log(left.xaxis)
-    style.plain_log(right.xaxis)
-    _lines(
-        left, [f"{style.shorten(test, 18) if test else 'campaign'}  {_SIGNS.get(name, name)}" for test, name in lines]
-    )
+        style.plain_log(axes.xaxis)
+    of = {test: style.shorten(test, 18) if test else "campaign" for test, _ in lines}
+    style.rows(left, [f"{of[test]}  {_SIGNS.get(name, name)}" for test, name in lines])
     style.below(drawing, [right])
-    return FigureWithCaption(drawing, alt=f"Two panels with marks for each of {len(lines)} parameters.")
+    return FigureWithCaption(
+        drawing,
+        caption="What moved the posterior. (a) Standard deviation after over before, in the coordinate that is "
+        "sampled: beyond 0.5 the data barely moved a parameter, beyond 0.8 they did not. (b) How far the posterior "
+        "follows a factor raised to a power (cumulative Jensen-Shannon distance a doubling): beyond 0.05 it matters.",
+        alt=f"Two panels with marks for each of {len(lines)} parameters.",
+    )
 
 
-@figure(
-    "",
-    name="influence",
-    source="criticism",
-    caption="Influence of each record: how far the posterior of the stable amplitude and of the relaxation rate moves "
-    "when the record is left out, by Pareto-smoothed reweighting. Hollow: the record dominates, only a refit tells.",
-)
+@figure(name="influence", source="criticism")
 def influence_figures(_: "xr.DataTree", criticism: Criticism) -> Iterable[FigureWithCaption]:
     """Shifts of the posterior without a record, a line for every record."""
     known = list(dict.fromkeys((one.test, one.record) for one in criticism.influence))
     rows = {(one.test, one.record, one.parameter): one for one in criticism.influence}
     reach = max([1.5, *(1.15 * abs(one.shift) for one in rows.values())])
-    marks = (
-        ("a_star", "o", style.BLUE, "$a^*$", -0.14),
-        ("relaxation_rate", "s", style.VERMILLION, r"$\lambda$", 0.14),
-    )
+    marks = (("a_star", "o", style.BLUE, -0.14), ("relaxation_rate", "s", style.VERMILLION, 0.14))
     for page in style.pages(known, _LINES):
-        drawing = style.new_figure(26.0 + 9.0 * len(page))
-        axes = drawing.subplots()
+        drawing, axes = style.alone(26.0 + 9.0 * len(page))
         axes.axvspan(-1.0, 1.0, color=style.LIGHT, alpha=0.45, lw=0)
         axes.axvline(0.0, color=style.GREY, lw=0.6)
         for i, (test, record) in enumerate(page):
-            for parameter, marker, colour, sign, rise in marks:
-                one = rows[test, record, parameter]
-                label = sign if one.trusted else f"{sign}, not to be trusted (k-hat > {TRUSTED_KHAT})"
-                inside = colour if one.trusted else "white"
+            for parameter, marker, colour, rise in marks:
+                one, label, inside = rows[test, record, parameter], _SIGNS[parameter], colour
+                if not one.trusted:
+                    label, inside = f"{label}, not to be trusted (k-hat > {TRUSTED_KHAT})", "white"
                 axes.plot(one.shift, i + rise, marker, color=colour, mfc=inside, label=label)
                 axes.hlines(i + rise, 0.0, one.shift, color=colour, lw=0.9)
-        _lines(axes, [_label(*key) for key in page])
+        style.rows(axes, [_record(*key) for key in page])
         axes.set_xlim(-reach, reach)
         axes.set_xlabel("Shift of the posterior when the record is left out [posterior sd]")
         style.below(drawing, [axes], columns=2)
-        yield FigureWithCaption(drawing, alt=f"A shift of two parameters for each of {len(page)} record(s).")
-
-
-def _lines(axes: "Axes", labels: Sequence[str]) -> None:
-    """Name the lines of an axis that counts downwards."""
-    axes.set_yticks(range(len(labels)), labels)
-    axes.set_ylim(len(labels) - 0.4, -0.6)
-
-
-def _unit(tree: "xr.DataTree") -> str:
-    return str(tree["constant_data"]["amplitude_unit"].item())
+        yield FigureWithCaption(
+            drawing,
+            caption="Influence of each record: how far the posterior of the stable amplitude and of the relaxation "
+            "rate moves when the record is left out, by Pareto-smoothed reweighting. Hollow: the record dominates, "
+            "only a refit tells.",
+            alt=f"A shift of two parameters for each of {len(page)} record(s).",
+        )

@@ -1,77 +1,69 @@
-"""Griffin plots: amplitude, or its reciprocal, against the Scruton number (the paper's Figs. 4, 10 and 12)."""
+"""Griffin plots: amplitude, or its reciprocal, against the Scruton number (the paper's Figs. 4, 10 and 12).
 
-from collections.abc import Iterable, Sequence
+Laws are compared by them, as in Fig. 15; and amplitude is drawn through the lock-in range, as in Figs. 1 and 6a.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from scruton.arrays import FloatArray
 from scruton.griffin import predictive_draws, shared_curve, single_draws
 from scruton.griffin.bands import GriffinBand, band, griffin_band, griffin_draws, index_draws
-from scruton.griffin.posterior import mass_damping_draws, peak_names, unit_of
+from scruton.griffin.lock_in import LockInBand, has_speeds, lock_in_band
+from scruton.griffin.posterior import draws_of, mass_damping_draws, peak_names, test_names, unit_of
 from scruton.griffin.thresholds import X_TRUSTED
-from scruton.report.figures import style
-from scruton.report.figures.griffin_axes import (
-    SC_LABEL,
-    deterministic,
-    draw_band,
-    frame,
-    line_styles,
-    points,
-    sc_range,
-    shade,
-    stable_amplitude_label,
-    test_points,
-)
-from scruton.report.figures.registry import FigureWithCaption, figure
-from scruton.report.thresholds import MOST_BANDS, PANELS_A_PAGE
+from scruton.infer.results import Fit
+from scruton.report.figures import FigureWithCaption, figure, griffin_axes, style
+from scruton.report.figures.damping import tests_with_transients
+from scruton.report.thresholds import MOST_RIG_BANDS, PANELS_A_PAGE, SCRUTON_NUMBERS_APART, SPEEDS_APART
 
 if TYPE_CHECKING:
-    from scruton.infer.results import Fit
+    from matplotlib.axes import Axes
+
 
 GRID = 161
+STABLE = "Stable amplitude"
+LAWS = ((-1.0, "(a) Eq. (11), n = \N{MINUS SIGN}1"), (2.0, "(b) Ehsan and Scanlan, Eq. (21), n = 2"))
+_RECIPROCAL = {"A/D": "Reciprocal amplitude D/A [-]", "rad": "Reciprocal amplitude [1/rad]"}
 
 
 @figure("griffin-plot", name="griffin", what="The Griffin plot")
-def griffin_plot(fit: "Fit") -> FigureWithCaption:
+def griffin_plot(fit: Fit) -> FigureWithCaption:
     """Stable amplitude against Scruton number: every peak test's band, the predictive band, the measured points."""
     return _plot(fit, reciprocal=False)
 
 
 @figure("reciprocal", name="griffin_reciprocal", what="The plot of 1/A")
-def reciprocal_plot(fit: "Fit") -> FigureWithCaption:
+def reciprocal_plot(fit: Fit) -> FigureWithCaption:
     """The same as D/A (or 1/rad), in which the paper's law is a straight line (Fig. 10)."""
     return _plot(fit, reciprocal=True)
 
 
-def _plot(fit: "Fit", *, reciprocal: bool) -> FigureWithCaption:
-    tree, tests, styles, unit = fit.tree, peak_names(fit.tree), line_styles(fit.tree), unit_of(fit.tree)
-    low, high = sc_range(tree, tests)
-    grid = np.linspace(low, high, GRID)
-    seed = int(fit.summary["provenance"]["seed"])
-    draws = predictive_draws(tree, grid, seed=seed)
-    discrepancy = float(np.median(shared_curve(tree, seed=seed).discrepancy))
-
-    def shown(found: GriffinBand) -> GriffinBand:
-        return found.reciprocal() if reciprocal else found
-
-    predictive = shown(band(grid, draws, unit, "predictive"))
-    drawing = style.new_figure(108.0)
-    axes = drawing.subplots()
-    shade(axes, grid, predictive)
-    for name in tests:
-        own = shown(griffin_band(tree, grid, name))
-        draw_band(axes, own, styles[name], f"from {name}", bands=len(tests) <= MOST_BANDS)
-    deterministic(axes, fit, tests, reciprocal=reciprocal)
-    points(axes, fit, reciprocal=reciprocal)
-    ceiling = _ceiling(fit, predictive, tests, reciprocal=reciprocal)
-    frame(axes, (low, high), ceiling, note=0.6 if reciprocal else 0.3)
-    axes.set_xlabel(SC_LABEL)
-    axes.set_ylabel(_reciprocal_label(unit) if reciprocal else stable_amplitude_label(unit))
+def _plot(fit: Fit, *, reciprocal: bool) -> FigureWithCaption:
+    tree, tests, unit, limits = fit.tree, peak_names(fit.tree), unit_of(fit.tree), griffin_axes.sc_range(fit.tree)
+    grid = np.linspace(*limits, GRID)
+    predictive = band(grid, predictive_draws(tree, grid, seed=_seed(fit)), unit, "predictive")
+    own = [griffin_band(tree, grid, name) for name in tests]
+    if reciprocal:
+        predictive, own = predictive.reciprocal(), [one.reciprocal() for one in own]
+    drawing, axes = style.alone(108.0)
+    griffin_axes.shade(axes, predictive)
+    griffin_axes.draw_bands(axes, fit, own)
+    griffin_axes.deterministic(axes, fit, tests, reciprocal=reciprocal)
+    griffin_axes.points(axes, fit, reciprocal=reciprocal)
+    ceiling = _ceiling(fit, predictive, reciprocal=reciprocal)
+    griffin_axes.frame(axes, limits, ceiling, note=0.6 if reciprocal else 0.3)
+    axes.set(
+        xlabel=griffin_axes.SC_LABEL, ylabel=_RECIPROCAL[unit] if reciprocal else style.amplitude_label(unit, STABLE)
+    )
     if unit == "rad" and not reciprocal:
         style.add_degrees(axes)
     style.below(drawing, [axes])
-    what = "Reciprocal stable amplitude" if reciprocal else "Stable amplitude"
+    what = "Reciprocal stable amplitude" if reciprocal else STABLE
     figures = "a straight line under the paper's law (n = -1)" if reciprocal else "the Griffin plot"
+    discrepancy = float(np.median(shared_curve(tree, seed=_seed(fit)).discrepancy))
     return FigureWithCaption(
         drawing,
         caption=f"{what} against the Scruton number, {figures}. Coloured: what each peak test's records alone predict, "
@@ -83,85 +75,228 @@ def _plot(fit: "Fit", *, reciprocal: bool) -> FigureWithCaption:
     )
 
 
-@figure(
-    "griffin-plot",
-    name="griffin_by_test",
-    what="The Griffin plots of single tests",
-    caption="The Griffin plot from one test at a time: 50 and 90 % credible bands of that test's curve, the 90 % "
-    "predictive band with the discrepancy between settings, the deterministic curve of its "
-    "records (dotted), and the points of every test. A test that predicts the others' points within the "
-    "grey band bears the self-similarity out.",
-)
-def griffin_by_test(fit: "Fit") -> Iterable[FigureWithCaption]:
+@figure("griffin-plot", name="griffin_by_test", what="The Griffin plots of single tests")
+def griffin_by_test(fit: Fit) -> Iterable[FigureWithCaption]:
     """The Griffin plot that each peak test gives by itself, one panel a test, with the points of all the others."""
-    tree, styles, unit, tests = fit.tree, line_styles(fit.tree), unit_of(fit.tree), peak_names(fit.tree)
-    low, high = sc_range(tree, tests)
-    grid = np.linspace(low, high, GRID)
-    for page in style.pages(tests, PANELS_A_PAGE):
+    tree, unit, limits = fit.tree, unit_of(fit.tree), griffin_axes.sc_range(fit.tree)
+    grid = np.linspace(*limits, GRID)
+    for page in style.pages(peak_names(tree), PANELS_A_PAGE):
         drawing, panels = style.panels(len(page), height_mm=58.0, sharey=True)
         for axes, name in zip(panels, page, strict=True):
-            draws = single_draws(tree, grid, name, seed=int(fit.summary["provenance"]["seed"]))
-            predictive = band(grid, draws, unit, "predictive")
-            shade(axes, grid, predictive)
-            draw_band(axes, griffin_band(tree, grid, name), styles[name], "")
-            deterministic(axes, fit, [name])
-            points(axes, fit)
-            frame(axes, (low, high), _ceiling(fit, predictive, tests), note=0.3 if axes is panels[0] else None)
+            predictive = band(grid, single_draws(tree, grid, name, seed=_seed(fit)), unit, "predictive")
+            griffin_axes.shade(axes, predictive)
+            griffin_axes.draw_bands(axes, fit, [griffin_band(tree, grid, name)], "median, 50 and 90 %")
+            griffin_axes.deterministic(axes, fit, [name])
+            griffin_axes.points(axes, fit)
+            griffin_axes.frame(axes, limits, _ceiling(fit, predictive), note=0.3 if axes is panels[0] else None)
             axes.set_title(f"from {style.shorten(name, 30)} alone")
-        style.outer_labels(panels, SC_LABEL, stable_amplitude_label(unit))
+        style.outer_labels(panels, griffin_axes.SC_LABEL, style.amplitude_label(unit, STABLE))
         style.below(drawing, panels)
-        yield FigureWithCaption(drawing, alt=_alt(fit, page, "Stable amplitude from one test at a time"))
+        yield FigureWithCaption(
+            drawing,
+            caption="The Griffin plot from one test at a time: 50 and 90 % credible bands of that test's curve, the "
+            "90 % predictive band with the discrepancy between settings, the deterministic curve of its records "
+            "(dotted), and the points of every test. A test that predicts the others' points within the grey band "
+            "bears the self-similarity out.",
+            alt=_alt(fit, page, "Stable amplitude from one test at a time"),
+        )
 
 
-@figure(
-    "reciprocal",
-    name="reciprocal_against_damping",
-    what="The plot of 1/A against damping",
-    caption="Reciprocal stable amplitude against the structural damping ratio, for the mass and the air of each test: "
-    "median with 50 and 90 % credible bands. A straight line is what the paper's law says; a curve that bends up "
-    "at small amplitude points at dry friction in the suspension.",
-)
-def reciprocal_against_damping(fit: "Fit") -> FigureWithCaption:
+@figure("reciprocal", name="reciprocal_against_damping", what="The plot of 1/A against damping")
+def reciprocal_against_damping(fit: Fit) -> FigureWithCaption:
     """Reciprocal amplitude against the structural damping ratio, as Fig. 12, for each test's own mass and air."""
-    tree, tests, styles, unit = fit.tree, peak_names(fit.tree), line_styles(fit.tree), unit_of(fit.tree)
-    low, high = sc_range(tree, tests)
+    tree, tests, unit = fit.tree, peak_names(fit.tree), unit_of(fit.tree)
     factor = {name: mass_damping_draws(tree, name) for name in tests}
-    heaviest = max(float(np.median(draws)) for draws in factor.values())
-    ratio = np.linspace(low, high, GRID) / heaviest
-    drawing = style.new_figure(95.0)
-    axes = drawing.subplots()
-    ceiling = 0.0
+    ratio = np.linspace(*griffin_axes.sc_range(tree), GRID) / max(float(np.median(draws)) for draws in factor.values())
+    own = []
     for name in tests:
         sc = factor[name][:, None] * ratio
         beyond = np.abs(np.median(index_draws(tree, sc, name), axis=0)) > X_TRUSTED
-        own = band(100.0 * ratio, griffin_draws(tree, sc, name)[0], unit, name, beyond).reciprocal()
-        draw_band(axes, own, styles[name], f"from {name}", bands=len(tests) <= MOST_BANDS)
-        ceiling = max(ceiling, _ceiling(fit, own, tests, reciprocal=True))
-    points(axes, fit, reciprocal=True, against_damping=True)
-    frame(axes, (100.0 * ratio[0], 100.0 * ratio[-1]), ceiling, note=0.6)
-    axes.set_xlabel("Structural damping ratio [%]")
-    axes.set_ylabel(_reciprocal_label(unit))
+        own.append(band(100.0 * ratio, griffin_draws(tree, sc, name), unit, name, beyond).reciprocal())
+    drawing, axes = style.alone(95.0)
+    griffin_axes.draw_bands(axes, fit, own)
+    ceiling = max(_ceiling(fit, one, reciprocal=True) for one in own)
+    griffin_axes.points(axes, fit, reciprocal=True, against_damping=True)
+    griffin_axes.frame(axes, (100.0 * ratio[0], 100.0 * ratio[-1]), ceiling, note=0.6)
+    axes.set(xlabel="Structural damping ratio [%]", ylabel=_RECIPROCAL[unit])
     style.below(drawing, [axes])
-    return FigureWithCaption(drawing, alt=_alt(fit, tests, "Reciprocal stable amplitude against damping ratio"))
+    return FigureWithCaption(
+        drawing,
+        caption="Reciprocal stable amplitude against the structural damping ratio, for the mass and the air of each "
+        "test: median with 50 and 90 % credible bands. A straight line is what the paper's law says; a curve that "
+        "bends up at small amplitude points at dry friction in the suspension.",
+        alt=_alt(fit, tests, "Reciprocal stable amplitude against damping ratio"),
+    )
 
 
-def _reciprocal_label(unit: str) -> str:
-    return "Reciprocal amplitude D/A [-]" if unit == "A/D" else "Reciprocal amplitude [1/rad]"
-
-
-def _ceiling(fit: "Fit", predictive: GriffinBand, tests: Sequence[str], *, reciprocal: bool = False) -> float:
+def _ceiling(fit: Fit, shown: GriffinBand, *, reciprocal: bool = False) -> float:
     """Top of the axis: all points, and the median where Sc is not negative, up to some times the largest point."""
-    median = predictive.median[(predictive.scruton_number >= 0.0) & np.isfinite(predictive.median)]
-    values = [value for point in test_points(fit, tests) for value in point.known if value > 0.0]
+    values = [value for point in griffin_axes.test_points(fit) for value in point.known if value > 0.0]
     largest = max(1.0 / value if reciprocal else value for value in values)
-    curve = min(float(median.max(initial=0.0)), 2.5 * largest)
-    return (1.15 if reciprocal else 1.3) * max(largest, curve)
+    return (1.15 if reciprocal else 1.3) * max(largest, min(_highest(shown), 2.5 * largest))
 
 
-def _alt(fit: "Fit", tests: Sequence[str], what: str) -> str:
+def _highest(shown: GriffinBand) -> float:
+    """Largest median where Sc is not negative."""
+    return float(shown.median[(shown.scruton_number >= 0.0) & np.isfinite(shown.median)].max(initial=0.0))
+
+
+def _seed(fit: Fit) -> int:
+    return int(fit.summary["provenance"]["seed"])
+
+
+def _alt(fit: Fit, tests: Sequence[str], what: str) -> str:
     values = [
         f"{one.name}: Sc {one.scruton_number:.3g}, amplitude {one.median:.3g} {unit_of(fit.tree)} "
         f"(90 % {one.low:.3g} to {one.high:.3g})"
-        for one in test_points(fit, tests[:8])
+        for one in [one for one in griffin_axes.test_points(fit) if one.name in tests][:8]
     ]
     return f"{what} against the Scruton number. " + "; ".join(values) + "."
+
+
+@figure("griffin-plot", name="laws", what="The comparison of laws", when=tests_with_transients)
+def law_comparison(fit: Fit) -> FigureWithCaption:
+    """Griffin curves of every peak test under n = -1 and under n = 2, from one and the same (a*, lambda)."""
+    tree, limits = fit.tree, griffin_axes.sc_range(fit.tree)
+    grid = np.linspace(*limits, GRID)
+    bands = {n: [griffin_band(tree, grid, name, law_n=n) for name in peak_names(tree)] for n, _ in LAWS}
+    measured = [one.measured.mean for one in griffin_axes.test_points(fit) if one.measured]
+    ceiling = 1.25 * max([*map(_highest, bands[-1.0]), *measured])
+    drawing, panels = style.panels(2, height_mm=78.0, sharex=True, sharey=True)
+    for axes, (n, title) in zip(panels, LAWS, strict=True):
+        griffin_axes.draw_bands(axes, fit, bands[n])
+        griffin_axes.points(axes, fit, own=False)
+        griffin_axes.frame(axes, limits, ceiling, note=0.3 if axes is panels[0] else None)
+        axes.set_title(title)
+    style.outer_labels(panels, griffin_axes.SC_LABEL, style.amplitude_label(unit_of(tree), STABLE))
+    style.below(drawing, panels)
+    return FigureWithCaption(
+        drawing,
+        caption="Griffin curves from the stable amplitude and the relaxation rate of one test at a time, (a) by the "
+        "paper's law and (b) by Ehsan and Scanlan's, with 50 and 90 % credible bands; thin where the extrapolation "
+        "index exceeds 0.3, beyond which laws part. Points are measured.",
+        alt="Two panels: curves of the paper's law stay near the measured points at distant Scruton numbers, those of "
+        "Ehsan and Scanlan's law fall to zero amplitude at a finite Scruton number.",
+    )
+
+
+def has_lock_in(fit: Fit) -> bool:
+    """Whether there are sweeps, or one rig was tested at several speeds."""
+    speeds: dict[str, list[float]] = {}
+    for test in fit.campaign.tests:
+        speeds.setdefault(test.rig, []).append(test.wind_speed.mean)
+    return bool(fit.campaign.sweeps) or any(max(one) > SPEEDS_APART * min(one) for one in speeds.values())
+
+
+@figure("griffin-plot", name="lock_in", what="The plot against wind speed", when=has_lock_in)
+def lock_in_plot(fit: Fit) -> FigureWithCaption:
+    """Steady amplitudes of sweeps and tests by rig, with the bands of the smooth model where the fit has it."""
+    wanted = {sweep.rig for sweep in fit.campaign.sweeps} | {test.rig for test in fit.campaign.tests}
+    used = [rig.name for rig in fit.campaign.rigs if rig.name in wanted]
+    styles = {name: style.line_style(i) for i, name in enumerate(used)}
+    unit, smooth = fit.campaign.section.amplitude_unit, has_speeds(fit.tree)
+    drawing = style.new_figure(140.0 if smooth else 95.0)
+    panels = list(drawing.subplots(2 if smooth else 1, 1, sharex=True, squeeze=False).flat)
+    top = _steady(panels[0], fit, styles)
+    caption = (
+        "Steady amplitude against reduced velocity, with the still-air frequency of each rig: sweeps where the "
+        "campaign has them, and the stable amplitude of every test's posterior with its 90 % interval."
+    )
+    alt = f"Amplitude through the lock-in range for rig(s) {', '.join(used)}."
+    if smooth:
+        caption += (
+            " Bands: stable amplitude and relaxation smooth in the reduced velocity, median with 50 and 90 % bands "
+            "of a new test of the same rig (above) or of a new rig (below), with its discrepancy and, for a new rig, "
+            "with the uncertain place of its lock-in. Thin: beyond the outermost test within lock-in, or an "
+            "extrapolation index of 0.3. Amplitudes below a tenth of a rig's largest lie outside lock-in: they enter "
+            "no band, and end it."
+        )
+        highest, peak = _smooth(panels, fit, styles)
+        top = max(top, highest)
+        i = int(np.nanargmax(np.where(np.isfinite(peak.median), peak.median, -1.0)))
+        low, high = peak.intervals[0.90][:, i]
+        alt += (
+            f" At Sc = {peak.scruton_number:.3g} the median is largest at a reduced velocity of "
+            f"{peak.velocity[i]:.3g}: {peak.median[i]:.3g} {unit} (90 % {low:.3g} to {high:.3g})."
+        )
+    panels[0].set_ylim(0.0, 1.08 * top)
+    style.outer_labels(panels, r"Reduced velocity $U/(f_0 D)$ [-]", style.amplitude_label(unit), columns=1)
+    for axes in panels if unit == "rad" else ():
+        style.add_degrees(axes)
+    style.below(drawing, panels)
+    return FigureWithCaption(drawing, caption=caption, alt=alt)
+
+
+def _steady(axes: "Axes", fit: Fit, styles: Mapping[str, style.LineStyle]) -> float:
+    """Sweeps, posteriors of the tests and what was measured; the largest amplitude drawn."""
+    campaign, tree, top = fit.campaign, fit.tree, 0.0
+    unit_speed = {rig.name: rig.frequency.mean * campaign.section.depth for rig in campaign.rigs}
+    for sweep in campaign.sweeps:
+        order, look = np.argsort(sweep.wind_speed, kind="stable"), styles[sweep.rig]
+        axes.plot(
+            sweep.wind_speed[order] / unit_speed[sweep.rig], sweep.amplitude[order], **look.pen,
+            lw=0.8, marker=look.marker, ms=3.5, label=style.shorten(f"rig {sweep.rig}, sweep"),
+        )  # fmt: skip
+        top = max(top, float(sweep.amplitude.max()))
+    for rig, look in styles.items():
+        mine = [test for test in campaign.tests if test.rig == rig and test.name in test_names(tree)]
+        if not mine:
+            continue
+        x = [test.wind_speed.mean / unit_speed[rig] for test in mine]
+        low, middle, high = np.array([np.quantile(draws_of(tree, "a_star", test.name), style.Q90) for test in mine]).T
+        axes.errorbar(
+            x, middle, [middle - low, high - middle], fmt=look.marker, ms=7.5, mfc="none", color=look.colour,
+            elinewidth=0.9, capsize=2.5, label=f"rig {style.shorten(rig, 20)}, posterior, 90 %", zorder=4,
+        )  # fmt: skip
+        top = max(top, float(high.max()))
+    stated = [(test, test.stable_amplitude.mean) for test in campaign.tests if test.stable_amplitude is not None]
+    if stated:
+        x, y = np.array([(test.wind_speed.mean / unit_speed[test.rig], mean) for test, mean in stated]).T
+        axes.plot(x, y, "x", color=style.BLACK, ms=5, mew=1.1, label="measured stable amplitude", zorder=5)
+    return top
+
+
+def _smooth(panels: "Sequence[Axes]", fit: Fit, styles: Mapping[str, style.LineStyle]) -> tuple[float, LockInBand]:
+    """Bands of every rig at its own Sc, and of a new one at an untested Sc; top of the former, and the latter."""
+    group = fit.tree["speeds"]
+    rigs, numbers = (group[key].to_numpy() for key in ("point_rig", "point_scruton_number"))
+    own = {str(name): float(np.median(numbers[rigs == name])) for name in group["rig"].to_numpy()}
+    bands = {rig: lock_in_band(fit.tree, sc, rig=rig, seed=_seed(fit)) for rig, sc in own.items()}
+    new = lock_in_band(fit.tree, _untested(list(own.values())), seed=_seed(fit))
+
+    def largest(values: FloatArray, found: LockInBand) -> float:
+        tested = (found.velocity >= group.attrs["tested_low"]) & (found.velocity <= group.attrs["tested_high"])
+        return float(values[tested & np.isfinite(values)].max(initial=0.0))
+
+    for rig in (name for name in styles if name in own):
+        label = style.shorten(f"rig {rig}, Sc = {own[rig]:.3g}, band")
+        _draw(panels[0], bands[rig], styles[rig], label, bands=len(own) <= MOST_RIG_BANDS)
+    panels[0].set_title("Each rig at its own Scruton number")
+    for rig, one in bands.items():
+        panels[1].plot(one.velocity, style.bounded(one.median), **styles[rig].pen, lw=0.7, zorder=3)
+    label = f"Sc = {new.scruton_number:.3g}"
+    _draw(panels[1], new, style.LineStyle(style.BLACK, "-", ""), f"{label}, median, 50 and 90 %")
+    middle = max(float(one.median[np.isfinite(one.median)].max(initial=0.0)) for one in bands.values())
+    top = min(max(middle, largest(new.intervals[0.90][1], new)), 2.0 * middle)
+    panels[1].set(ylim=(0.0, 1.08 * top), title=f"{label}, untested")
+    return max(largest(bands[rig].intervals[0.50][1], bands[rig]) for rig in styles if rig in own), new
+
+
+def _draw(axes: "Axes", band: LockInBand, look: style.LineStyle, label: str, *, bands: bool = True) -> None:
+    """Median with 50 and 90 % bands, thin where extrapolated."""
+    v, median = band.velocity, style.bounded(band.median)
+    for probability, alpha in ((0.90, 0.14), (0.50, 0.25)) if bands else ():
+        interval = style.bounded(band.intervals[probability])
+        axes.fill_between(v, *interval, color=look.colour, alpha=alpha, lw=0, zorder=1)
+    axes.plot(v, median, **look.pen, lw=0.7, zorder=2, label=style.shorten(label, 40))
+    axes.plot(v, np.where(band.extrapolated, np.nan, median), **look.pen, lw=1.7, zorder=2)
+
+
+def _untested(own: Sequence[float]) -> float:
+    """In the widest gap between tested Scruton numbers a factor two or more apart, else twice the largest."""
+    tested = np.sort(own)
+    ratio = tested[1:] / tested[:-1]
+    if ratio.max(initial=0.0) < SCRUTON_NUMBERS_APART:
+        return float(f"{2.0 * tested[-1]:.2g}")
+    i = int(ratio.argmax())
+    return float(f"{np.sqrt(tested[i] * tested[i + 1]):.2g}")

@@ -1,36 +1,36 @@
-"""Records with their envelope and the fitted bands, as Fig. 2 of the paper."""
+"""Records with their envelope and the fitted bands (Fig. 2 of the paper), ring-downs, and trial functions (Fig. 13)."""
 
 from collections.abc import Iterable
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.campaign.schema import Record, Test
-from scruton.report.figures import style
-from scruton.report.figures.registry import FigureWithCaption, figure
+from scruton.campaign.schema import Record, Rig, Test
+from scruton.envelope import TRIAL_FUNCTIONS, FrontEnd, front_end
+from scruton.errors import InputError
+from scruton.griffin.posterior import draws_of, mass_damping_draws, peak_names, unit_of
+from scruton.infer.results import Fit
+from scruton.report.figures import FigureWithCaption, figure, griffin_axes, style
 from scruton.report.thresholds import PANELS_A_PAGE
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
 
-    from scruton.infer.results import Fit
 
 _BINS = 300  # stretches that a long response is decimated to
 _DOTS = 150  # cycles drawn one by one; more become a line
 _POINTS = 120  # of a band
+_RIGS = 3  # on one page of ring-downs
+_PLUCKS = 4  # that the legend names
+_PLUCK_BINS = 200
+FITTED = "second-order exponential"  # the form of the trial function that the fit itself used
 
 
-@figure(
-    "records",
-    name="records",
-    what="The figures of the records",
-    caption="Records with the amplitude of every cycle, the 90 % credible band of the mean amplitude that the fitted "
-    "law gives from the first cycle on, and the 90 % predictive band, which holds turbulence and sensor noise as well. "
-    "Dashed: the stable amplitude of the posterior, with its 90 % interval.",
-)
-def record_figures(fit: "Fit") -> Iterable[FigureWithCaption]:
+@figure("records", name="records", what="The figures of the records")
+def record_figures(fit: Fit) -> Iterable[FigureWithCaption]:
     """One panel a record in wind, on as many pages as it takes; the records of a test stand together."""
     unit = fit.campaign.section.amplitude_unit
     in_wind = [(test, record) for test in fit.campaign.tests for record in test.records]
@@ -44,23 +44,25 @@ def record_figures(fit: "Fit") -> Iterable[FigureWithCaption]:
         tests = list(dict.fromkeys(test.name for test, _ in page))
         yield FigureWithCaption(
             drawing,
+            caption="Records with the amplitude of every cycle, the 90 % credible band of the mean amplitude that the "
+            "fitted law gives from the first cycle on, and the 90 % predictive band, which holds turbulence and "
+            "sensor noise as well. Dashed: the stable amplitude of the posterior, with its 90 % interval.",
             alt=f"Time histories of {len(page)} record(s) of {', '.join(tests)}: the response with its amplitude "
             f"growing or decaying towards the stable amplitude ({style.amplitude_label(unit)}), inside the predictive "
             "band.",
         )
 
 
-def _panel(axes: "Axes", fit: "Fit", test: Test, record: Record) -> None:
+def _panel(axes: "Axes", fit: Fit, test: Test, record: Record) -> None:
     begin = float(record.time[0])
     cycles = fit.cycles[record.name]
-    pen: dict[str, Any]
-    if not record.is_envelope:
-        pen = {"color": style.LIGHT, "label": "response", "zorder": 1}
-        if len(cycles.time) > _BINS and len(record.time) > 2 * _BINS:
-            extremes = style.extremes(record.time - begin, record.response, _BINS)
-            axes.fill_between(*extremes, alpha=0.7, lw=0, **pen)
-        else:
-            axes.plot(*style.decimate(record.time - begin, record.response, _BINS), lw=0.4, **pen)
+    pen: dict[str, Any] = {"color": style.LIGHT, "label": "response", "zorder": 1}
+    long = len(cycles.time) > _BINS and len(record.time) > 2 * _BINS
+    if long and not record.is_envelope:
+        extremes = style.extremes(record.time - begin, record.response, _BINS)
+        axes.fill_between(*extremes, alpha=0.7, lw=0, **pen)
+    elif not record.is_envelope:
+        axes.plot(*style.decimate(record.time - begin, record.response, _BINS), lw=0.4, **pen)
     band = predicted(fit.tree, record.name)
     if band is not None:
         pick = style.thin(len(band[0]), _POINTS)
@@ -90,22 +92,136 @@ def _panel(axes: "Axes", fit: "Fit", test: Test, record: Record) -> None:
 
 
 def predicted(tree: "xr.DataTree", record: str) -> tuple[FloatArray, FloatArray, FloatArray] | None:
-    """Times of a record's cycles with the 90 % bands of mean amplitude and of replicated data; None without a fit.
-
-    Returns
-    -------
-    time, mean, predictive : (n,), (2, n), (2, n) arrays
-    """
+    """Times (n,) of a record, 90 % bands (2, n) of mean amplitude and of replicated data; None without a fit."""
     if "posterior_predictive" not in tree:
         return None
     constant = tree["constant_data"]
     mine = constant["record"].to_numpy().astype(str) == record
     if not mine.any():
         return None
-    group = tree["posterior_predictive"]
+    draws = (tree["posterior_predictive"][name].to_numpy()[..., mine] for name in ("mean_amplitude", "amplitude"))
+    mean, predictive = (np.quantile(one.reshape(-1, mine.sum()), [0.05, 0.95], axis=0) for one in draws)
+    return constant["time"].to_numpy()[mine], mean, predictive
 
-    def interval(name: str) -> FloatArray:
-        draws = group[name].to_numpy()[..., mine]
-        return np.asarray(np.quantile(draws.reshape(-1, draws.shape[-1]), [0.05, 0.95], axis=0))
 
-    return constant["time"].to_numpy()[mine], interval("mean_amplitude"), interval("amplitude")
+@figure("structural", name="ring_downs", what="The figures of the ring-downs", in_still_air=True)
+def ring_down_figures(fit: Fit) -> Iterable[FigureWithCaption]:
+    """One row a rig with free decays: ln amplitude of every pluck against time, and damping ratio against amplitude."""
+    rigs = [rig for rig in fit.campaign.rigs if rig.name in fit.ringdowns]
+    for page in style.pages(rigs, _RIGS):
+        drawing = style.new_figure(58.0 * len(page) + 14.0)
+        axes = drawing.subplots(len(page), 2, squeeze=False)
+        for (left, right), rig in zip(axes, page, strict=True):
+            _decays(left, fit, rig)
+            _damping(right, fit, rig)
+        axes[-1, 0].set_xlabel("Time from the pluck's start [s]")
+        axes[-1, 1].set_xlabel(style.amplitude_label(fit.campaign.section.amplitude_unit))
+        drawing.legend(*axes[0, 1].get_legend_handles_labels(), loc="outside lower right", ncols=3)
+        for column in axes.T:
+            drawing.align_ylabels(column)
+        rings = [(rig.name, fit.ringdowns[rig.name]) for rig in page]
+        parts = [f"rig {name}: {100 * ring.damping_ratio:.3g} % at {ring.frequency:.3f} Hz" for name, ring in rings]
+        yield FigureWithCaption(
+            drawing,
+            caption="Ring-downs in still air. Left: the logarithm of the amplitude of every cycle, one colour a "
+            "pluck; a straight line is a constant damping ratio. Right: damping ratio against amplitude, by octave "
+            "(mean and spread of the plucks) and as a smooth curve with its 90 % band; orange: 90 % interval of the "
+            "posterior's constant.",
+            alt=f"Ring-downs and their damping. {'; '.join(parts)}.",
+        )
+
+
+def _decays(axes: "Axes", fit: Fit, rig: Rig) -> None:
+    lowest, highest, named = np.inf, -np.inf, len(rig.records) <= _PLUCKS
+    for i, record in enumerate(rig.records):
+        cycles = fit.cycles[record.name]
+        good = cycles.amplitude > 2.0 * cycles.standard_error
+        if not good.any():
+            continue
+        time, log = cycles.time[good] - cycles.time[good][0], np.log(cycles.amplitude[good])
+        label = style.shorten(record.name, 26) if named else ""
+        axes.plot(*style.decimate(time, log, _PLUCK_BINS), **style.line_style(i).pen, lw=1.0, label=label)
+        lowest, highest = min(lowest, float(log.min())), max(highest, float(log.max()))
+    if np.isfinite(lowest):
+        axes.set_ylim(max(lowest, highest - 7.0) - 0.2, highest + 0.3)
+    axes.set_xlim(left=0.0)
+    heaving = fit.campaign.section.amplitude_unit == "A/D"
+    axes.set_ylabel("ln(A/D) [-]" if heaving else "ln(amplitude / 1 rad) [-]")
+    many = f", {len(rig.records)} plucks" if len(rig.records) > 1 else ""
+    axes.set_title(f"rig {style.shorten(rig.name, 24)}{many}")
+    if named:
+        axes.legend(loc="upper right")
+
+
+def _damping(axes: "Axes", fit: Fit, rig: Rig) -> None:
+    ring = fit.ringdowns[rig.name]
+    draws = 100 * fit.tree["rig_posterior"]["damping_ratio"].sel(rig=rig.name).to_numpy()
+    low, middle, high = np.quantile(draws, style.Q90)
+    axes.axhspan(low, high, color=style.ORANGE, alpha=0.5, lw=0, label="constant, posterior, 90 %", zorder=1)
+    axes.axhline(middle, color=style.ORANGE, lw=1.0, zorder=1)
+    curve, spread = 100 * ring.curve_damping_ratio, 164.5 * ring.curve_sd
+    x, label = ring.curve_amplitude, "smooth, 90 %"
+    axes.fill_between(x, curve - spread, curve + spread, color=style.SKY, alpha=0.4, lw=0, label=label, zorder=2)
+    axes.plot(x, curve, color=style.BLUE, lw=1.2, label="smooth", zorder=3)
+    if ring.bands:
+        lower, upper, xi, sd = np.array([(b.lower, b.upper, b.damping_ratio, b.sd) for b in ring.bands]).T
+        centre = np.sqrt(lower * upper)
+        axes.errorbar(
+            centre, 100 * xi, 164.5 * sd, [centre - lower, upper - centre], fmt="o", ms=3.0, color=style.BLACK,
+            elinewidth=0.8, capsize=0, label="by octave, 90 %", zorder=4,
+        )  # fmt: skip
+    if rig.damping_ratio is not None:
+        axes.axhline(100 * rig.damping_ratio.mean, color=style.GREY, lw=0.9, ls=":", label="as stated", zorder=1)
+    axes.set_xscale("log")
+    style.plain_log(axes.xaxis)
+    shown = [100 * b.damping_ratio for b in ring.bands] + [float(low), float(high)]
+    reach = 0.5 * (max(shown) - min(shown)) + 0.05 * max(map(abs, shown))
+    bottom = min(shown) - reach
+    axes.set_ylim(max(bottom, 0.0) if min(shown) > 0.0 else bottom, max(shown) + reach)
+    axes.set(ylabel="Damping ratio [%]", title=rf"$f_0$ = {ring.frequency:.3f} Hz")
+
+
+@figure("records", name="trial_functions", what="The comparison of trial functions", when=lambda fit: fit.front_ends)
+def trial_comparison(fit: Fit) -> FigureWithCaption:
+    """One panel a trial function: the constructed Griffin curve of every record, and the measured points."""
+    fronts = {form: found for form in TRIAL_FUNCTIONS if (found := _fronts(fit, form))}
+    styles = griffin_axes.line_styles(fit.tree)
+    limits = griffin_axes.sc_range(fit.tree)
+    largest = max(value for point in griffin_axes.test_points(fit) for value in point.known)
+    drawing, panels = style.panels(len(fronts), columns=3, height_mm=66.0, sharex=True, sharey=True)
+    for letter, axes, (form, found) in zip("abcdef", panels, fronts.items(), strict=False):
+        for name, front in found:
+            griffin_axes.plot_curve(axes, front, style.shorten(name), **styles[name].pen, lw=1.1, zorder=3)
+        griffin_axes.points(axes, fit, own=False)
+        griffin_axes.frame(axes, limits, 1.45 * largest, note=None)
+        axes.set_title(f"({letter}) {form}", fontsize=8.0)
+        axes.set_xlabel(griffin_axes.SC_LABEL)
+    panels[0].set_ylabel(style.amplitude_label(unit_of(fit.tree), "Stable amplitude"))
+    style.below(drawing, panels, columns=4)
+    return FigureWithCaption(
+        drawing,
+        caption="Griffin curves that the deterministic procedure constructs from each transient record with other "
+        "trial functions in step (5): polynomials and splines follow the noise of the envelope, and its derivative "
+        "shows it. Hatched: negative Scruton numbers, without physical meaning.",
+        alt=f"Constructed Griffin curves of every record in {len(fronts)} panels: {', '.join(fronts)}.",
+    )
+
+
+def _fronts(fit: Fit, form: str) -> list[tuple[str, FrontEnd]]:
+    """The paper's procedure with a trial function on every transient record of the peak tests, with their test."""
+    found, constant = [], fit.tree["constant_data"]
+    for name, record, front in griffin_axes.front_ends(fit, peak_names(fit.tree)):
+        if form == FITTED:
+            found.append((name, front))
+            continue
+        with suppress(InputError, ValueError):  # too short for so many constants
+            front = front_end(
+                record,
+                frequency=float(constant["wind_frequency"].sel(test=name)),
+                still_air_frequency=float(constant["frequency"].sel(test=name)),
+                damping_ratio=float(np.median(draws_of(fit.tree, "damping_ratio", name))),
+                mass_damping_factor=float(np.median(mass_damping_draws(fit.tree, name))),
+                trial=form,
+            )
+            found.append((name, front))
+    return found

@@ -1,16 +1,12 @@
-"""The register of figures: a function that draws says which chapter it belongs to, and is found.
+"""The register of figures: a function that draws says which chapter it belongs to, and is found; and figures to files.
 
-A new figure is one function in one file of this folder::
-
-    @figure("griffin-plot", name="my_figure", what="The figure of mine", caption="What it shows.")
-    def my_figure(fit: Fit) -> FigureWithCaption:
-        drawing, axes = style.panels(1)
-        ...
-        return FigureWithCaption(drawing, alt="What is seen.")
+A new figure is one function in one file of this folder, as docs/extending.md shows.
 """
 
+import io
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cache, partial, wraps
 from importlib import import_module
@@ -18,8 +14,10 @@ from pathlib import Path
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any
 
+from scruton.documents import write_bytes
 from scruton.report.failures import Failures
 from scruton.report.figures.style import house_style
+from scruton.report.thresholds import DOTS_PER_INCH
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -27,6 +25,13 @@ if TYPE_CHECKING:
     from scruton.infer.results import Fit
 
 UNLISTED = "convergence"  # chapter of a figure that nobody registered
+FORMATS = ("svg", "png", "pdf")
+# Dates and program versions would make every run's files differ.
+_METADATA: dict[str, dict[str, Any]] = {
+    "svg": {"Date": None, "Creator": None},
+    "png": {"Software": None},
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +53,9 @@ class FigureWithCaption:
     name: str = ""
     caption: str = ""
     alt: str = ""
+
+
+Drawn = FigureWithCaption | Iterable[FigureWithCaption]
 
 
 @dataclass(frozen=True)
@@ -74,35 +82,27 @@ class Registered:
         Gives what it is drawn for one by one, by the ending of the figure's name; `draw` takes it as its last argument.
     """
 
-    draw: Callable[..., "FigureWithCaption | Iterable[FigureWithCaption]"]
+    draw: Callable[..., Drawn]
     chapter: str
     name: str
-    what: str
-    source: str
-    in_still_air: bool
-    when: "Callable[[Fit], Any] | None"
-    each: Callable[..., Mapping[str, Any]] | None
+    what: str = ""
+    source: str = "fit"
+    in_still_air: bool = False
+    when: "Callable[[Fit], Any] | None" = None
+    each: Callable[..., Mapping[str, Any]] | None = None
 
 
 _REGISTER: dict[str, Registered] = {}
 
 
 def figure(
-    chapter: str,
-    *,
-    name: str,
-    what: str = "",
-    source: str = "fit",
-    caption: str = "",
-    in_still_air: bool = False,
-    when: "Callable[[Fit], Any] | None" = None,
-    each: Callable[..., Mapping[str, Any]] | None = None,
+    chapter: str = "", *, name: str, caption: str = "", **entry: Any
 ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """Register a function that draws: it runs in the style of the house, and its pages are numbered.
 
     Parameters
     ----------
-    chapter, name, what, source, in_still_air, when, each
+    chapter, name, **entry
         As of `Registered`.
     caption : str
         Where it does not depend on what is drawn.
@@ -120,26 +120,18 @@ def figure(
                 drawn = draw(*arguments, **settings)
                 pages = _as_list(drawn)
             named = [
-                replace(page, name=page.name or page_name(name, i), caption=page.caption or caption)
-                for i, page in enumerate(pages)
+                replace(page, name=page.name or (f"{name}_{i}" if i > 1 else name), caption=page.caption or caption)
+                for i, page in enumerate(pages, 1)
             ]
             return named[0] if isinstance(drawn, FigureWithCaption) else named
 
         known = _REGISTER.get(name)
-        if known is not None and (known.draw.__module__, known.draw.__qualname__) != (
-            draw.__module__,
-            draw.__qualname__,
-        ):
+        if known and (known.draw.__module__, known.draw.__qualname__) != (draw.__module__, draw.__qualname__):
             raise ValueError(f"two figures of the name {name}: in {known.draw.__module__} and {draw.__module__}")
-        _REGISTER[name] = Registered(styled, chapter, name, what, source, in_still_air, when, each)
+        _REGISTER[name] = Registered(styled, chapter, name, **entry)
         return styled
 
     return register
-
-
-def page_name(name: str, page: int) -> str:
-    """Name of a page of a figure, counted from 0: the first has that of the figure."""
-    return name if page == 0 else f"{name}_{page + 1}"
 
 
 @cache
@@ -161,27 +153,27 @@ def chapter_of(name: str) -> str:
     return UNLISTED if entry is None else entry.chapter
 
 
-def _drawings(entry: Registered, *arguments: Any) -> Iterator[tuple[str, Callable[[], list[FigureWithCaption]]]]:
-    """What draws a figure, for each thing that it is drawn for; and its name in a sentence."""
-    if entry.each is None:
-        yield entry.what, lambda: _as_list(entry.draw(*arguments))
-        return
-
-    def draw(ending: str, item: Any) -> list[FigureWithCaption]:
-        return [replace(page, name=f"{entry.name}{ending}") for page in _as_list(entry.draw(*arguments, item))]
-
-    for ending, item in entry.each(*arguments).items():
-        yield f"{entry.what} of {item}", partial(draw, ending, item)
-
-
-def _as_list(drawn: FigureWithCaption | Iterable[FigureWithCaption]) -> list[FigureWithCaption]:
+def _as_list(drawn: Drawn) -> list[FigureWithCaption]:
     return [drawn] if isinstance(drawn, FigureWithCaption) else list(drawn)
+
+
+def _drawn(
+    entries: Iterable[Registered], arguments: Sequence[Any], failures: Failures | None
+) -> list[FigureWithCaption]:
+    """Every page of these figures, for each thing that they are drawn for."""
+    found: list[FigureWithCaption] = []
+    for entry in entries:
+        for ending, item in (entry.each(*arguments) if entry.each else {"": None}).items():
+            what, more = (f"{entry.what} of {item}", [item]) if entry.each else (entry.what, [])
+            draw: Callable[[], Any] = partial(entry.draw, *arguments, *more)
+            drawn = draw() if failures is None else failures.attempt(entry.chapter, what, draw, [])
+            found += [replace(page, name=f"{page.name}{ending}") for page in _as_list(drawn)]
+    return found
 
 
 def figures_from(source: str, *arguments: Any) -> list[FigureWithCaption]:
     """Every figure that is drawn from a sizing, or from a criticism; `arguments` go to the functions that draw."""
-    entries = [entry for entry in registered().values() if entry.source == source]
-    return [page for entry in entries for _, draw in _drawings(entry, *arguments) for page in draw()]
+    return _drawn([entry for entry in registered().values() if entry.source == source], arguments, None)
 
 
 def all_figures(fit: "Fit", failures: Failures | None = None) -> list[FigureWithCaption]:
@@ -199,10 +191,73 @@ def all_figures(fit: "Fit", failures: Failures | None = None) -> list[FigureWith
         Names are unique; a still-air campaign gives ring-downs alone.
     """
     in_wind = bool(fit.campaign.tests) and "posterior" in fit.tree
-    found: list[FigureWithCaption] = []
-    for entry in registered().values():
-        if entry.source != "fit" or not (in_wind or entry.in_still_air) or (entry.when and not entry.when(fit)):
-            continue
-        for what, draw in _drawings(entry, fit):
-            found += draw() if failures is None else failures.attempt(entry.chapter, what, draw, [])
+    wanted = [entry for entry in registered().values() if entry.source == "fit" and (in_wind or entry.in_still_air)]
+    return _drawn([entry for entry in wanted if not entry.when or entry.when(fit)], [fit], failures)
+
+
+def save(
+    figure: "Figure | FigureWithCaption", folder: Path, name: str = "", *, formats: Sequence[str] = FORMATS
+) -> list[Path]:
+    """Write a figure as SVG, PNG (200 dpi) and PDF.
+
+    Parameters
+    ----------
+    figure : Figure or FigureWithCaption
+    folder : Path
+        Made if it is not there.
+    name : str
+        Stem of the files; that of the figure with caption if left out.
+    formats : sequence of str
+        Some of `FORMATS`.
+
+    Returns
+    -------
+    list of Path
+        The files, in the order of `formats`.
+
+    Raises
+    ------
+    ValueError
+        If there is no name.
+    """
+    stem = name or getattr(figure, "name", "")
+    if not stem:
+        raise ValueError("a figure needs a name to be saved under")
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [folder / f"{stem}.{kind}" for kind in formats]
+    for path, content in zip(paths, contents(figure, formats), strict=True):
+        write_bytes(path, content)
+    return paths
+
+
+def contents(figure: "Figure | FigureWithCaption", formats: Sequence[str] = FORMATS) -> list[bytes]:
+    """What `save` writes, as bytes in the order of `formats`."""
+    bare = figure.figure if isinstance(figure, FigureWithCaption) else figure
+    said = {"Title": figure.caption, "Description": figure.alt} if isinstance(figure, FigureWithCaption) else {}
+    found = []
+    with house_style(), laid_out_once(bare):
+        for kind in formats:
+            content = io.BytesIO()
+            metadata = _METADATA[kind] | (said if kind == "svg" else {})
+            bare.savefig(content, format=kind, dpi=DOTS_PER_INCH, metadata=metadata)
+            found.append(rounded(content.getvalue()) if kind == "svg" else content.getvalue())
     return found
+
+
+@contextmanager
+def laid_out_once(figure: "Figure") -> Iterator[None]:
+    """Lay out before the first file rather than before each: many panels take a second."""
+    engine, dpi = figure.get_layout_engine(), figure.dpi
+    figure.dpi = DOTS_PER_INCH
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    try:
+        yield
+    finally:
+        figure.set_layout_engine(engine)
+        figure.dpi = dpi
+
+
+def rounded(svg: bytes) -> bytes:
+    """Round the coordinates of paths and marks to a hundredth of a point: a third of the file is such digits."""
+    return re.sub(rb'\s(?:d|x|y)="[^"]*"', lambda found: re.sub(rb"(\.\d\d)\d+", rb"\1", found.group()), svg)

@@ -1,17 +1,19 @@
 """Figures of the sizing: risk against added damping, damping by confidence, mass against risk, shares, cost."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from scruton.report.figures import style
-from scruton.report.figures.registry import FigureWithCaption, figure
+from scruton.report.figures import FigureWithCaption, figure, style
 
 Content = Mapping[str, Any]
 CONFIDENCES = ("0.50", "0.84", "0.95", "0.99")
 _COLOURS = (style.GREEN, style.ORANGE, style.VERMILLION, style.PURPLE)  # of the confidences
 _BAND: dict[str, Any] = {"color": style.SKY, "alpha": 0.4, "lw": 0}
+_ADDED = "Added damping ratio [%]"
+_array = partial(np.array, dtype=float)  # None, of JSON, becomes NaN
 
 
 def modes(content: Content, having: Callable[[Content], Any] = bool) -> dict[str, Content]:
@@ -26,25 +28,19 @@ def governing(mode: Content) -> Content:
     return found
 
 
-def _array(values: Any) -> Any:
-    return np.array([np.nan if one is None else one for one in values], dtype=float)
-
-
 @figure("sizing", name="risk", source="sizing", each=modes)
 def risk_curves(content: Content, mode: Content) -> FigureWithCaption:
     """Probability of exceeding the limit, and amplitude, against added damping."""
     one = governing(mode)
-    curve = one["curve"]
-    x = 100.0 * _array(curve["added_damping"])
-    drawing, axes = style.panels(2, height_mm=70.0)
-    left, right = axes
-    low, high = (_array(curve[f"probability_{q}"]) for q in ("05", "95"))
-    left.fill_between(x, low, high, **_BAND, label="90 % band of section and law")
-    left.plot(x, _array(curve["probability"]), color=style.BLUE, label="P(amplitude > limit)")
-    if len(curve["by_law"]) > 1:
-        for k, (label, values) in enumerate(curve["by_law"].items()):
-            pen = style.line_style(k + 1).pen
-            left.plot(x, _array(values), **pen, lw=0.8, label=label.replace("n=", "n = "))
+    curve = {key: _array(values) for key, values in one["curve"].items() if key != "by_law"}
+    laws = one["curve"]["by_law"]
+    x = 100.0 * curve["added_damping"]
+    drawing, (left, right) = style.panels(2, height_mm=70.0)
+    low, high, label = curve["probability_05"], curve["probability_95"], "90 % band of section and law"
+    left.fill_between(x, low, high, **_BAND, label=label)
+    left.plot(x, curve["probability"], color=style.BLUE, label="P(amplitude > limit)")
+    for k, (label, values) in enumerate(laws.items() if len(laws) > 1 else (), 1):
+        left.plot(x, _array(values), **style.line_style(k).pen, lw=0.8, label=label.replace("n=", "n = "))
     left.axhline(0.05, color=style.GREY, lw=0.6)
     left.annotate("5 %", (x[-1], 0.05), ha="right", va="bottom", color=style.GREY, fontsize=7)
     for p, colour in zip(CONFIDENCES, _COLOURS, strict=True):
@@ -53,16 +49,16 @@ def risk_curves(content: Content, mode: Content) -> FigureWithCaption:
             left.plot(100 * value, 1.0 - float(p), "o", color=colour, ms=5, zorder=5)
             left.annotate(f"{100 * float(p):.0f} %", (100 * value, 1.0 - float(p)), xytext=(4, 4),
                           textcoords="offset points", fontsize=7)  # fmt: skip
-    left.set(xlabel="Added damping ratio [%]", ylabel="Probability", ylim=(0.0, 1.02))
+    left.set(xlabel=_ADDED, ylabel="Probability", ylim=(0.0, 1.02))
     factor, shown = (1e3, "mm") if content["amplitude_unit"] == "m" else (180.0 / np.pi, "°")
-    low, middle, high = (factor * _array(curve[f"amplitude_{q}"]) for q in ("05", "50", "95"))
+    low, middle, high = (factor * curve[f"amplitude_{q}"] for q in ("05", "50", "95"))
+    limit = factor * one["limit"]
     right.fill_between(x, low, high, **_BAND, label="90 % interval")
     right.plot(x, middle, color=style.BLUE, label="median amplitude")
-    right.axhline(factor * one["limit"], color=style.VERMILLION, ls="--", label="limit")
-    top = float(np.nanmax(high, initial=0.0))
-    right.set(xlabel="Added damping ratio [%]", ylabel=f"Stable amplitude [{shown}]",
-              ylim=(0.0, 1.08 * max(min(top, 6.0 * factor * one["limit"]), factor * one["limit"])))  # fmt: skip
-    style.below(drawing, axes)
+    right.axhline(limit, color=style.VERMILLION, ls="--", label="limit")
+    top = max(min(float(np.nanmax(high, initial=0.0)), 6.0 * limit), limit)
+    right.set(xlabel=_ADDED, ylabel=f"Stable amplitude [{shown}]", ylim=(0.0, 1.08 * top))
+    style.below(drawing, [left, right])
     left.set_title(f"Mode {style.shorten(mode['name'])}, limit {style.shorten(one['rule'])}")
     return FigureWithCaption(
         drawing,
@@ -78,19 +74,16 @@ def risk_curves(content: Content, mode: Content) -> FigureWithCaption:
 def variance_shares(content: Content, mode: Content) -> FigureWithCaption:
     """Shares of variance: first-order and total Sobol' indices."""
     rows = mode["shares"]["needed"]
-    other = {one["source"]: one for one in mode["shares"]["amplitude"]}
+    names = [row["source"] for row in rows]
     drawing, axes = style.panels(2, height_mm=14.0 + 8.0 * len(rows), sharey=True)
-    for one, title, values in (
-        (axes[0], "damping that is needed", rows),
-        (axes[1], "amplitude at the required damping", [other[row["source"]] for row in rows]),
-    ):
-        y = np.arange(len(rows))
-        one.barh(
-            y, [100 * value["total"] for value in values], color=style.LIGHT, height=0.7, label="with interactions"
-        )
-        one.barh(y, [100 * max(value["first"], 0.0) for value in values], color=style.BLUE, height=0.4, label="alone")
+    titles = {"needed": "damping that is needed", "amplitude": "amplitude at the required damping"}
+    for one, (key, title) in zip(axes, titles.items(), strict=True):
+        shares = {share["source"]: share for share in mode["shares"][key]}
+        total, first = ([100 * shares[name][of] for name in names] for of in ("total", "first"))
+        one.barh(range(len(rows)), total, color=style.LIGHT, height=0.7, label="with interactions")
+        one.barh(range(len(rows)), np.maximum(first, 0.0), color=style.BLUE, height=0.4, label="alone")
         one.set(xlabel="Share of variance [%]", title=title, xlim=(0.0, 105.0))
-    axes[0].set_yticks(range(len(rows)), [row["source"] for row in rows])
+    axes[0].set_yticks(range(len(rows)), names)
     axes[0].invert_yaxis()
     axes[1].legend(loc="lower right")
     return FigureWithCaption(
@@ -101,45 +94,33 @@ def variance_shares(content: Content, mode: Content) -> FigureWithCaption:
     )  # fmt: skip
 
 
-@figure(
-    "sizing",
-    name="damper",
-    source="sizing",
-    each=lambda content: modes(content, lambda mode: mode["damper"]["dampers"]),
-)
+@figure("sizing", name="damper", source="sizing", each=partial(modes, having=lambda mode: mode["damper"]["dampers"]))
 def damper_masses(content: Content, mode: Content) -> FigureWithCaption:
     """Mass of the damper against risk, with its stroke."""
     damper = mode["damper"]
     chart = damper["map"]
     stated = chart["mass"] is not None
     x = _array(chart["mass"]) / 1e3 if stated else 100.0 * _array(chart["mass_ratio"])
-    drawing, axes = style.panels(2, height_mm=58.0)
-    left, right = axes
+    drawing, (left, right) = style.panels(2, height_mm=58.0)
+    limit: dict[str, Any] = {"color": style.VERMILLION, "ls": "--", "lw": 0.8}
     left.plot(x, 100.0 * _array(chart["probability"]), color=style.BLUE, marker="o", ms=3)
-    left.axhline(100.0 * damper["asked"]["risk"], color=style.VERMILLION, ls="--", lw=0.8, label="risk asked for")
+    left.axhline(100.0 * damper["asked"]["risk"], **limit, label="risk asked for")
     own = damper["mass"] / 1e3 if stated else 100.0 * damper["mass_ratio"]
     own_label = "damper of least mass" if damper["achievable"] else "heaviest, and not enough"
-    middle = damper["stroke"]["median"]  # None where no amplitude is stable
     left.plot(own, 100.0 * damper["probability"], "D", color=style.BLACK, label=own_label)
-    left.legend()
-    label = "Mass of all dampers [t]" if stated else "Mass ratio [%]"
-    left.set(xlabel=label, ylabel="P(amplitude > limit) [%]")
-    left.set_ylim(bottom=0.0)
     stroke = 1e3 * _array(chart["stroke"])
     right.fill_between(x, stroke, 1e3 * _array(chart["stroke_high"]), **_BAND, label="median to 95 %")
     right.plot(x, stroke, color=style.BLUE, marker="o", ms=3, label="median stroke")
-    right.plot(own, np.nan if middle is None else 1e3 * middle, "D", color=style.BLACK)
+    right.plot(own, 1e3 * _array(damper["stroke"]["median"]), "D", color=style.BLACK)  # NaN: no amplitude is stable
     if damper["asked"]["largest_stroke"]:
-        right.axhline(
-            1e3 * damper["asked"]["largest_stroke"], color=style.VERMILLION, ls="--", lw=0.8, label="largest stroke"
-        )
-    right.set(xlabel=label, ylabel="Relative stroke [mm]")
-    right.set_ylim(bottom=0.0)
-    right.legend()
+        right.axhline(1e3 * damper["asked"]["largest_stroke"], **limit, label="largest stroke")
+    for axes, label in ((left, "P(amplitude > limit) [%]"), (right, "Relative stroke [mm]")):
+        axes.set(xlabel="Mass of all dampers [t]" if stated else "Mass ratio [%]", ylabel=label)
+        axes.set_ylim(bottom=0.0)
+        axes.legend()
     count = damper["asked"]["number"]
-    left.set_title(
-        f"Mode {style.shorten(mode['name'])}: {'one damper' if count == 1 else f'{count} dampers'}, tuned at every mass"
-    )
+    dampers = "one damper" if count == 1 else f"{count} dampers"
+    left.set_title(f"Mode {style.shorten(mode['name'])}: {dampers}, tuned at every mass")
     return FigureWithCaption(
         drawing,
         caption=f"Tuned mass damper of mode {mode['name']}: risk and stroke against its mass, tuned for the least risk "
@@ -150,22 +131,18 @@ def damper_masses(content: Content, mode: Content) -> FigureWithCaption:
     )  # fmt: skip
 
 
-@figure(
-    "sizing",
-    name="cost",
-    source="sizing",
-    each=lambda content: modes(
-        content, lambda mode: any(key in mode.get("cost", {}) for key in ("by_damping", "by_mass"))
-    ),
-)
+def _with_costs(*keys: str) -> Callable[[Content], dict[str, Content]]:
+    """Modes whose cost holds one of these."""
+    return partial(modes, having=lambda mode: any(key in mode.get("cost", {}) for key in keys))
+
+
+@figure("sizing", name="cost", source="sizing", each=_with_costs("by_damping", "by_mass"))
 def expected_costs(content: Content, mode: Content) -> FigureWithCaption:
     """Expected cost against what is bought: damping, or mass."""
-    cost = mode["cost"]
-    curves = [key for key in ("by_damping", "by_mass") if key in cost]
+    curves = {key: mode["cost"][key] for key in ("by_damping", "by_mass") if key in mode["cost"]}
     drawing, axes = style.panels(len(curves), height_mm=60.0)
-    money = cost["currency"] or "currency"
-    for one, key in zip(axes, curves, strict=True):
-        curve = cost[key]
+    money = mode["cost"]["currency"] or "currency"
+    for one, (key, curve) in zip(axes, curves.items(), strict=True):
         by_mass = key == "by_mass"
         x = _array(curve["mass"]) / 1e3 if by_mass else 100.0 * _array(curve["added_damping"])
         one.plot(x, _array(curve["damper"]), color=style.GREEN, ls=":", label="damper")
@@ -177,8 +154,8 @@ def expected_costs(content: Content, mode: Content) -> FigureWithCaption:
                 one.plot(x, too_light, "o", ms=4, mfc="white", color=style.BLUE, label="not allowed: stroke or mass")
         best = curve["best_mass"] / 1e3 if by_mass else 100.0 * curve["best_added_damping"]
         one.plot(best, curve["best_total"], "D", color=style.BLACK, label="least")
-        one.set(xlabel="Mass of all dampers [t]" if by_mass else "Added damping ratio [%]",
-                ylabel=f"Expected cost [{money}]", ylim=(0.0, 4.0 * curve["best_total"]))  # fmt: skip
+        one.set(xlabel="Mass of all dampers [t]" if by_mass else _ADDED, ylabel=f"Expected cost [{money}]")
+        one.set_ylim(0.0, 4.0 * curve["best_total"])
     style.below(drawing, axes, columns=4)
     return FigureWithCaption(
         drawing,
@@ -187,22 +164,15 @@ def expected_costs(content: Content, mode: Content) -> FigureWithCaption:
     )  # fmt: skip
 
 
-@figure(
-    "sizing",
-    name="information",
-    source="sizing",
-    each=lambda content: modes(content, lambda mode: "information" in mode.get("cost", {})),
-)
+@figure("sizing", name="information", source="sizing", each=_with_costs("information"))
 def worth_of_information(content: Content, mode: Content) -> FigureWithCaption:
     """What it would be worth to know more."""
     worth = mode["cost"]["information"]["worth"]
-    drawing = style.new_figure(22.0 + 6.5 * len(worth))
-    axes = drawing.subplots()
-    y = np.arange(len(worth))
+    drawing, axes = style.alone(22.0 + 6.5 * len(worth))
     for kind, colour, label in (("perfect", style.SKY, "known perfectly"), ("sample", style.BLUE, "after a test")):
         place = [k for k, one in enumerate(worth) if one["kind"] == kind]
-        axes.barh(y[place], [worth[k]["value"] for k in place], color=colour, label=label)
-    axes.set_yticks(y, [one["name"] for one in worth])
+        axes.barh(place, [worth[k]["value"] for k in place], color=colour, label=label)
+    axes.set_yticks(range(len(worth)), [one["name"] for one in worth])
     axes.invert_yaxis()
     axes.set_xlabel(f"Expected saving [{mode['cost']['currency'] or 'currency'}]")
     axes.legend(loc="lower right")
@@ -217,8 +187,7 @@ def worth_of_information(content: Content, mode: Content) -> FigureWithCaption:
 def required_plot(content: Content) -> FigureWithCaption:
     """Added damping by confidence, every mode and limit."""
     rows = [(mode["name"], one) for mode in content["modes"] for one in mode["limits"]]
-    drawing = style.new_figure(20.0 + 15.0 * len(rows))
-    axes = drawing.subplots()
+    drawing, axes = style.alone(20.0 + 15.0 * len(rows))
     height = 0.8 / len(CONFIDENCES)
     top = max([one["required"][p] or 0.0 for _, one in rows for p in CONFIDENCES] + [1e-4])
     for i, (_, one) in enumerate(rows):
@@ -227,16 +196,15 @@ def required_plot(content: Content) -> FigureWithCaption:
             value = one["required"][p]
             axes.barh(y, 100.0 * (top * 1.15 if value is None else value), height=0.9 * height, color=_COLOURS[k],
                       hatch="//" if value is None else None, alpha=0.35 if value is None else 1.0,
-                      label=f"{100 * float(p):.0f} % confidence" if i == 0 else None)  # fmt: skip
+                      label=f"{100 * float(p):.0f} % confidence")  # fmt: skip
             text = "not achievable" if value is None else f" {100 * value:.2f} %" if value > 0.0 else " none"
             axes.annotate(text, (0.0 if value is None else 100.0 * value, y), xytext=(3, 0), textcoords="offset points",
                           va="center", fontsize=7)  # fmt: skip
-    axes.set_yticks(
-        range(len(rows)), [f"{style.shorten(name, 16)}\n{style.shorten(one['rule'], 20)}" for name, one in rows]
-    )
-    axes.set(xlabel="Added damping ratio [%]", xlim=(0.0, 100.0 * top * 1.25))
+    labels = [f"{style.shorten(name, 16)}\n{style.shorten(one['rule'], 20)}" for name, one in rows]
+    axes.set_yticks(range(len(rows)), labels)
+    axes.set(xlabel=_ADDED, xlim=(0.0, 100.0 * top * 1.25))
     axes.invert_yaxis()
-    drawing.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    style.below(drawing, [axes], columns=4)
     return FigureWithCaption(
         drawing,
         caption="Added damping that keeps the amplitude below the limit, by confidence.",

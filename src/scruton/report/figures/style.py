@@ -29,11 +29,40 @@ YELLOW, BLUE, VERMILLION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
 GREY, LIGHT = "#6E6E6E", "#C8C8C8"
 
 LEFT_TO_RIGHT = "\N{LEFT-TO-RIGHT MARK}"
+_OURS = "scruton "  # before the name of a typeface: none of the machine's is called so
 
 # Colour never speaks alone: each comes with a line style and a marker of its own.
 _COLOURS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK)
 _LINES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (6, 1.5, 1, 1.5)), (0, (1.2, 1.2)), (0, (8, 2)))
 _MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+
+_PARAMETERS: dict[Any, Any] = {
+    "font.size": 8.0,
+    "axes.titlesize": 8.5,
+    "xtick.labelsize": 7.5,
+    "ytick.labelsize": 7.5,
+    "legend.fontsize": 7.5,
+    "figure.titlesize": 9.0,
+    "axes.titlelocation": "left",
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "axes.formatter.use_mathtext": True,
+    "axes.formatter.limits": (-4, 5),
+    "axes.xmargin": 0.02,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "lines.linewidth": 1.2,
+    "lines.markersize": 4.5,
+    "patch.linewidth": 0.6,
+    "hatch.linewidth": 0.4,
+    "legend.frameon": False,
+    "legend.handlelength": 2.4,
+    "figure.constrained_layout.w_pad": 0.04,
+    "figure.constrained_layout.h_pad": 0.04,
+    "svg.hashsalt": "scruton",  # the same identifiers each time
+}
 
 
 @dataclass(frozen=True)
@@ -58,84 +87,45 @@ def line_style(index: int) -> LineStyle:
 
 @cache
 def _families() -> tuple[str, ...]:
-    """Make the typefaces known to matplotlib under names that none of the machine's has; these names."""
+    """Make the typefaces known to matplotlib; their names there."""
     from matplotlib.font_manager import FontEntry, fontManager
 
     fontManager.ttflist += [
-        FontEntry(str(one.path), one.index, _ours(one.family), one.style, weight=one.weight, size="scalable")
+        FontEntry(str(one.path), one.index, f"{_OURS}{one.family}", one.style, weight=one.weight, size="scalable")
         for one in typefaces.typefaces()
     ]
-    return tuple(map(_ours, typefaces.families()))
-
-
-def _ours(family: str) -> str:
-    return f"scruton {family}"
+    return tuple(f"{_OURS}{family}" for family in typefaces.families())
 
 
 @contextmanager
 def house_style() -> Iterator[None]:
     """Set matplotlib's parameters for the time of drawing or saving, and put them back."""
-    with _hushed("matplotlib"):  # says where it keeps its cache when there is no folder to write to
-        import matplotlib as mpl
-
-        families = _families()
-    parameters: Any = {
-        "font.family": list(families),
-        "font.size": 8.0,
-        "axes.titlesize": 8.5,
-        "axes.labelsize": 8.0,
-        "xtick.labelsize": 7.5,
-        "ytick.labelsize": 7.5,
-        "legend.fontsize": 7.5,
-        "figure.titlesize": 9.0,
-        "axes.titlelocation": "left",
-        "axes.linewidth": 0.6,
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "axes.axisbelow": True,
-        "axes.formatter.use_mathtext": True,
-        "axes.formatter.limits": (-4, 5),
-        "axes.xmargin": 0.02,
-        "xtick.major.width": 0.6,
-        "ytick.major.width": 0.6,
-        "lines.linewidth": 1.2,
-        "lines.markersize": 4.5,
-        "patch.linewidth": 0.6,
-        "hatch.linewidth": 0.4,
-        "legend.frameon": False,
-        "legend.handlelength": 2.4,
-        "figure.constrained_layout.w_pad": 0.04,
-        "figure.constrained_layout.h_pad": 0.04,
-        "figure.facecolor": "white",
-        "savefig.facecolor": "white",
-        "path.simplify": True,
-        "svg.fonttype": "path",  # glyphs as shapes: the page looks alike where the typeface is not installed
-        "svg.hashsalt": "scruton",
-        "pdf.fonttype": 3,
-    }
-    with mpl.rc_context(), _hushed("matplotlib.font_manager"):  # says that Chinese comes in one weight alone
-        mpl.rcdefaults()  # the user's own matplotlibrc is for the user's own figures
-        mpl.rcParams.update(parameters)
-        yield
-
-
-@contextmanager
-def _hushed(name: str) -> Iterator[None]:
-    """Keep the warnings of a logger off the terminal."""
-    log = logging.getLogger(name)
+    # it warns where it keeps its cache when there is no folder to write to, and that Chinese comes in one weight alone
+    log = logging.getLogger("matplotlib")
     level = log.level
     log.setLevel(logging.ERROR)
     try:
-        yield
+        import matplotlib as mpl
+
+        with mpl.rc_context():
+            mpl.rcdefaults()  # the user's own matplotlibrc is for the user's own figures
+            mpl.rcParams.update({"font.family": list(_families()), **_PARAMETERS})
+            yield
     finally:
         log.setLevel(level)
 
 
-def new_figure(height_mm: float, *, width: float = WIDTH) -> "Figure":
+def new_figure(height_mm: float) -> "Figure":
     """Start an empty figure of the page's width, laid out so that nothing overlaps."""
     from matplotlib.figure import Figure
 
-    return Figure(figsize=(width, height_mm / 25.4), layout="constrained")
+    return Figure(figsize=(WIDTH, height_mm / 25.4), layout="constrained")
+
+
+def alone(height_mm: float) -> "tuple[Figure, Axes]":
+    """Start a figure of one panel."""
+    drawing = new_figure(height_mm)
+    return drawing, drawing.subplots()
 
 
 def panels(count: int, *, columns: int = 2, height_mm: float = 52.0, **kwargs: Any) -> "tuple[Figure, list[Axes]]":
@@ -144,8 +134,7 @@ def panels(count: int, *, columns: int = 2, height_mm: float = 52.0, **kwargs: A
     rows = -(-count // columns)
     # one panel alone is drawn wide, hence a little higher
     figure = new_figure(rows * height_mm * (1.35 if count == 1 else 1.0) + 8.0)
-    axes = figure.subplots(rows, columns, squeeze=False, **kwargs)
-    flat = list(axes.flat)
+    flat = list(figure.subplots(rows, columns, squeeze=False, **kwargs).flat)
     for spare in flat[count:]:
         spare.set_visible(False)
     return figure, flat[:count]
@@ -178,8 +167,11 @@ def below(figure: "Figure", axes: "Sequence[Axes]", *, columns: int = 3) -> None
         spare[0].set_axis_off()
         spare[0].legend(handles.values(), handles.keys(), loc="center")
     elif handles:
-        count = _columns(list(handles), columns)
-        figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=count)
+        # as many columns as fit: some 105 letters, of which each handle takes the room of eight; Chinese is wide
+        widths = [8 + sum(2 if ord(letter) > 0x2E7F else 1 for letter in label) for label in handles]
+        counts = range(min(columns, len(handles)), 1, -1)
+        fitting = (n for n in counts if sum(int(one.max()) for one in np.array_split(widths, n)) <= 105)
+        figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=next(fitting, 1))
     figure.align_ylabels()
 
 
@@ -190,20 +182,6 @@ def legend_handles(axes: "Sequence[Axes]") -> dict[str, Any]:
         for handle, label in zip(*one.get_legend_handles_labels(), strict=True):
             handles.setdefault(label, handle)
     return handles
-
-
-def _columns(labels: Sequence[str], most: int) -> int:
-    """Columns of a legend that fit on the page: some 105 letters, of which each handle takes the room of eight."""
-    for count in range(min(most, len(labels)), 1, -1):
-        chunks = np.array_split(np.array([_width(one) for one in labels]), count)
-        if sum(int(one.max()) + 8 for one in chunks) <= 105:
-            return count
-    return 1
-
-
-def _width(text: str) -> int:
-    """Width of a text in letters; a Chinese character takes two."""
-    return sum(2 if ord(letter) > 0x2E7F else 1 for letter in text)
 
 
 def shorten(text: str, length: int = 34) -> str:
@@ -220,38 +198,18 @@ def literal(text: str) -> str:
     return edge + " ".join(text.split()).replace("$", r"\$") + edge
 
 
-def decimate(x: FloatArray, y: FloatArray, bins: int = 700) -> tuple[FloatArray, FloatArray]:
-    """Keep the smallest and largest sample of every bin, so that a long record draws alike from few points.
-
-    Parameters
-    ----------
-    x, y : (N,) array
-    bins : int
-        Number of stretches of equal sample count; records of up to 2 `bins` samples are left as they are.
-
-    Returns
-    -------
-    x, y : (M,) array, M <= 2 `bins`
-    """
-    size = len(y)
-    if size <= 2 * bins:
+def decimate(x: FloatArray, y: FloatArray, bins: int) -> tuple[FloatArray, FloatArray]:
+    """Keep the smallest and largest sample of `bins` stretches of equal count, so that a long record draws alike."""
+    if len(y) <= 2 * bins:
         return x, y
-    edges = np.linspace(0, size, bins + 1).astype(int)
-    keep = np.empty(2 * bins, dtype=int)
-    for i, (begin, end) in enumerate(pairwise(edges)):
-        part = y[begin:end]
-        keep[2 * i : 2 * i + 2] = sorted((begin + int(part.argmin()), begin + int(part.argmax())))
+    edges = np.linspace(0, len(y), bins + 1).astype(int)
+    ends = [(begin + y[begin:end].argmin(), begin + y[begin:end].argmax()) for begin, end in pairwise(edges)]
+    keep = np.sort(ends).ravel()
     return x[keep], y[keep]
 
 
 def extremes(x: FloatArray, y: FloatArray, bins: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Smallest and largest sample of every bin, to be filled between where the cycles themselves cannot be seen.
-
-    Returns
-    -------
-    x, low, high : (`bins`,) arrays
-        Middle of each bin, and its extremes.
-    """
+    """Middle, smallest and largest sample of every bin, to be filled between where cycles themselves cannot be seen."""
     starts = np.linspace(0, len(y), bins, endpoint=False).astype(int)
     middle = np.append((starts[:-1] + starts[1:]) // 2, (starts[-1] + len(y)) // 2)
     return x[middle], np.minimum.reduceat(y, starts), np.maximum.reduceat(y, starts)
@@ -281,23 +239,24 @@ def plain_log(axis: "Axis") -> None:
 
     An axis too short for two of these has a few round numbers.
     """
-    from matplotlib.ticker import FuncFormatter, Locator, LogLocator, MaxNLocator, NullFormatter
+    from matplotlib.ticker import FormatStrFormatter, Locator, LogLocator, MaxNLocator, NullFormatter
 
     low, high = axis.get_view_interval()
     decades: Locator = LogLocator(subs=(1.0, 2.0, 5.0) if high < 80.0 * low else (1.0,), numticks=12)
     axis.set_major_locator(MaxNLocator(5) if high < 2.5 * low else decades)
-    axis.set_major_formatter(FuncFormatter(_plain))
+    axis.set_major_formatter(FormatStrFormatter("%g"))
     axis.set_minor_formatter(NullFormatter())
 
 
-def _plain(value: float, _: int | None = None) -> str:
-    """A number as it is; no closure, so that figures can go to another process."""
-    return f"{value:g}"
+def rows(axes: "Axes", labels: Sequence[str], **words: Any) -> None:
+    """Name the rows of a panel that counts downwards."""
+    axes.set_yticks(range(len(labels)), labels, **words)
+    axes.set_ylim(len(labels) - 0.4, -0.6)
 
 
-def amplitude_label(unit: str) -> str:
+def amplitude_label(unit: str, name: str = "Amplitude") -> str:
     """Axis label of an amplitude."""
-    return "Amplitude A/D [-]" if unit == "A/D" else "Amplitude [rad]"
+    return f"{name} A/D [-]" if unit == "A/D" else f"{name} [rad]"
 
 
 def add_degrees(axes: "Axes") -> None:

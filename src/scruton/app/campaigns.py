@@ -1,0 +1,95 @@
+"""`scruton validate`, `scruton diagnose` and `scruton simulate`: what is made of, or for, a whole campaign."""
+
+from argparse import Namespace
+
+import numpy as np
+
+from scruton.app.run import Outcome, Run, default_folder
+from scruton.campaign import load_campaign
+from scruton.cells import safe_frame
+from scruton.documents import as_json, write_text
+from scruton.report.render_text import render_text
+from scruton.terminal import DONE, NOT_TRUSTED
+
+JSON, CSV = "validation.json", "validation.csv"
+NOMINAL = (0.50, 0.90, 0.95)
+
+
+def validate(arguments: Namespace) -> Outcome:
+    """Predict every rig's stable amplitude without its own records; not trusted where a fit has not converged.
+
+    InputError for bad input, or a folder that holds a validation already; nothing is written then.
+    """
+    import pandas as pd
+
+    from scruton.griffin.validate import validate
+    from scruton.infer.cards import load_card
+    from scruton.report.figures import save
+    from scruton.report.figures.predictions import validation_figure
+    from scruton.report.summaries import validation_summary
+
+    campaign, card = load_campaign(arguments.campaign), load_card(arguments.model)
+    unit, folder = campaign.section.amplitude_unit, arguments.out or default_folder(arguments.campaign) / "validation"
+    claim = Run(folder, "validate", arguments, sha256=campaign.sha256 or {}, card=card, settings={}, results=(JSON,))
+    with claim as work:
+        found = validate(campaign, card, seed=arguments.seed, progress=work.bar, checkpoints=work.checkpoints)
+        # share of what was found that lies inside the intervals
+        coverage = {f"{p:.2f}": float(np.mean([one.inside(p) for one in found])) for p in NOMINAL}
+        entries, rows = [], []
+        for one in found:
+            known = {"found": one.amplitude, "measured": one.measured, "error": one.error, "factor": one.factor}
+            inside = {f"{p:.2f}": bool(one.inside(p)) for p in NOMINAL}
+            entries.append(
+                {"test": one.test, "from": one.source, "prediction": one.prediction.to_json(), **known, "z": one.z,
+                 "log_score": one.log_score, "inside": inside, "trusted": one.trusted}
+            )  # fmt: skip
+            low, high = one.prediction.interval(0.90)
+            rows.append(
+                {"test": one.test, "from": ", ".join(one.source), "Sc [-]": one.prediction.scruton_number,
+                 "unit": one.prediction.unit, "median": one.prediction.median, "q05": low, "q95": high, **known,
+                 "z": one.z, "log score": one.log_score, "inside 90 %": one.inside()}
+            )  # fmt: skip
+        content = {"format": 1, "title": campaign.title, "unit": unit, "validations": as_json(entries)}
+        figures = save(validation_figure(found), work.new, formats=("svg", "png"))
+        write_text(work.new / CSV, safe_frame(pd.DataFrame(rows)).to_csv(index=False))
+        work.write(JSON, content | {"coverage": coverage})
+        paths = work.published([work.new / JSON, work.new / CSV, *figures])
+    text = render_text(validation_summary(campaign.title, unit, found, coverage))
+    return Outcome(text, paths, code=DONE if all(one.trusted for one in found) else NOT_TRUSTED)
+
+
+def diagnose(arguments: Namespace) -> Outcome:
+    """Diagnose a campaign into a folder: gap.json, its text for the terminal and its picture.
+
+    InputError for bad input, or a folder that holds a diagnosis already; nothing is written then.
+    """
+    from scruton.gap.results import RESULT
+    from scruton.gap.run import examine
+    from scruton.infer.cards import load_card
+    from scruton.report.chapters.gap import gap_summary
+    from scruton.report.figures import save
+    from scruton.report.figures.gap import gap_figure
+
+    campaign, card, thorough = load_campaign(arguments.campaign), load_card(arguments.model), arguments.thorough
+    folder, settings = arguments.out or default_folder(arguments.campaign) / "gap", {"thorough": thorough}
+    claim = Run(
+        folder, "diagnose", arguments, sha256=campaign.sha256 or {}, card=card, settings=settings, results=(RESULT,)
+    )
+    with claim as work:
+        diagnosis, content, findings, curves = examine(
+            campaign, card, workers=arguments.workers, thorough=thorough, progress=work.bar
+        )
+        pictures = save(gap_figure(diagnosis, findings, curves).figure, work.new, "gap", formats=("svg", "png"))
+        work.write(RESULT, content)
+        return Outcome(render_text(gap_summary(content)), work.published([work.new / RESULT, *pictures]))
+
+
+def simulate(arguments: Namespace) -> Outcome:
+    """Write a campaign from the full equation of motion; nothing is written unless all of it can be.
+
+    InputError for a specification that makes no campaign, or a folder that holds one already.
+    """
+    from scruton.simulate import write_campaign
+
+    folder = write_campaign(arguments.spec, arguments.out, seed=arguments.seed, force=arguments.force)
+    return Outcome(lines=[f"campaign: {folder}"])

@@ -1,0 +1,193 @@
+"""What the section and the wind do beyond the law: parts of higher order, coherence, K, a wake that lags, shedding."""
+
+import numpy as np
+
+from scruton.arrays import FloatArray
+from scruton.dynamics.effects.effect import (
+    DAMPING_RATIO,
+    Apply,
+    Effect,
+    Extent,
+    Parameter,
+    Scope,
+    Size,
+    Station,
+    Values,
+    Variant,
+    add,
+    added_damping,
+    adding,
+    scopes,
+    size_prior,
+    sized,
+)
+from scruton.dynamics.effects.terms import Belongs, Layout, Term
+
+
+def _in_wind(layout: Layout) -> Scope:
+    return Scope(Extent.IN_WIND, layout.in_wind())
+
+
+def _of_higher_order(layout: Layout) -> list[Variant]:
+    linear, square, fourth, scope = Term.AERO_LINEAR, Term.AERO_SQUARE, Term.AERO_FOURTH, _in_wind(layout)
+    both = adding(linear=linear, square=square)
+    return [
+        sized("parts in A and A^2 of the aerodynamic damping", both, scope, "linear", "square", weight=0.5),
+        sized("a part in A of the aerodynamic damping", adding(size=linear), scope),
+        sized("a part in A^2 of the aerodynamic damping", adding(size=square), scope, weight=1.5),
+        sized("a part in A^4 of the aerodynamic damping", adding(size=fourth), scope, weight=0.7),
+    ]
+
+
+def _incoherent(table: FloatArray, values: Values, layout: Layout) -> None:
+    table[:, :, Term.COHERENCE] = values["amplitude"] * layout.reference_amplitude
+
+
+def _coherence(layout: Layout) -> list[Variant]:
+    scope = _in_wind(layout)
+    amplitude = Parameter(
+        "amplitude", float(np.log(0.2)), 1.0, scope.members, log=True, unit="reference amplitude",
+        starts=tuple(float(np.log(x)) for x in (0.04, 0.12, 0.4)),
+    )  # fmt: skip
+    return [Variant("drive saturates as 1 - exp(-A/A_c)", (amplitude,), _incoherent, scope)]
+
+
+def _position(layout: Layout) -> FloatArray:
+    """Place of every record's test between the lowest (-1/2) and the highest (1/2) reduced velocity, 0 in still air."""
+    place, inside = layout.reduced_velocity, layout.wind
+    if np.ptp(place[inside]) <= 1e-3 * np.max(place[inside]):
+        # equal as stated: by the Scruton number, since the peak moves with it
+        place = np.log(layout.scruton_number)
+    low, high = float(np.min(place[inside])), float(np.max(place[inside]))
+    return np.where(inside, (place - 0.5 * (low + high)) / max(high - low, 1e-9), 0.0)
+
+
+def _scaled(form: str, scope: Scope, weight: float, **parts: tuple[Term, ...]) -> Variant:
+    """Coefficients times exp(parameter): of every test by its own, or linear in the reduced velocity."""
+    linear = scope.extent is Extent.IN_WIND
+    scales = {"size": 0.5, "epsilon": 0.3} if linear else {"size": 0.25, "epsilon": 0.15}
+
+    def apply(table: FloatArray, values: Values, layout: Layout) -> None:
+        for name, terms in parts.items():
+            factor = np.exp(values[name] * _position(layout) if linear else values[name])
+            for term in terms:
+                table[:, :, int(term)] *= factor
+
+    priors = tuple(size_prior(name, scope.members, scale=scales[name]) for name in parts)
+    return Variant(form, priors, apply, scope, weight)
+
+
+def _between_tests(layout: Layout) -> list[Variant]:
+    wind, own = _in_wind(layout), Scope(Extent.EACH_TEST, layout.by_test())
+    both, drive = (Term.AERO, Term.DRIVE), (Term.DRIVE,)
+    found = [
+        _scaled("Y1 linear in the reduced velocity", wind, 2.0, size=both),
+        _scaled("epsilon linear in the reduced velocity", wind, 1.0, size=drive),
+        _scaled("Y1 and epsilon linear in the reduced velocity", wind, 2.0, size=both, epsilon=drive),
+        _scaled("Y1 and epsilon of every test by its own", own, 0.3, size=both, epsilon=drive),
+        _scaled("Y1 of every test by its own", own, 1.0, size=both),
+    ]
+    tests = np.unique(layout.test[layout.wind]).size
+    return found if tests > 2 else found[:3] if tests == 2 else []
+
+
+def _lagging(kind: float, start: float) -> Apply:
+    def apply(table: FloatArray, values: Values, layout: Layout) -> None:
+        cycles = values["lag"]
+        table[:, :, Term.LAG] = cycles * 2.0 * np.pi / layout.omega
+        table[:, :, Term.LAG_KIND] = np.where(cycles > 0.0, kind, 0.0)
+        table[:, :, Term.LAG_START] = np.where(cycles > 0.0, start, 0.0)
+
+    return apply
+
+
+def _branch(rows: FloatArray, _without: FloatArray, station: Station) -> FloatArray:
+    # growth through half the stable amplitude, where da/dt = rate a: the wake's amplitude is (1 - lag rate) a
+    aero, rate = rows[:, Term.AERO], rows[:, Term.AERO] + rows[:, Term.STRUCTURAL]
+    pull = np.where(rows[:, Term.LAG_KIND] > 0.5, 2.0 * rate, -aero)
+    return np.asarray(-pull * rows[:, Term.LAG] * rate / station.omega)
+
+
+def _memory(layout: Layout) -> list[Variant]:
+    scope = _in_wind(layout)
+    centre = float(np.log(0.15 * layout.reference_omega / (2.0 * np.pi * layout.reference_rate)))
+    lag = Parameter("lag", centre, 1.0, scope.members, log=True, unit="cycles", starts=(centre - 1.0, centre + 0.3))
+    return [
+        Variant("the wake's amplitude sets the damping", (lag,), _lagging(1.0, 1.0), scope),
+        Variant("the wake's amplitude sets the force", (lag,), _lagging(0.0, 1.0), scope),
+        Variant("the wake's amplitude sets the force, from rest", (lag,), _lagging(0.0, 0.0), scope),
+    ]
+
+
+def _shedding(table: FloatArray, values: Values, layout: Layout) -> None:
+    unit = values["size"] * layout.rate * layout.reference_amplitude
+    add(table, Term.FORCE_COS, unit * np.cos(values["phase"]))
+    add(table, Term.FORCE_SIN, unit * np.sin(values["phase"]))
+    table[:, :, Term.FORCE_RATE] = values["detuning"] * layout.omega
+
+
+def _force(rows: FloatArray, _without: FloatArray, station: Station) -> FloatArray:
+    return np.asarray(np.hypot(rows[:, Term.FORCE_COS], rows[:, Term.FORCE_SIN]) / station.omega)
+
+
+def _forced(layout: Layout) -> list[Variant]:
+    found = []
+    shares = {Extent.EACH_TEST: (1.0, "in every test"), Extent.ONE_TEST: (1.0, "in one test")}
+    for scope in scopes(layout, shares):
+        parameters = (
+            size_prior("size", scope.members, positive=True),
+            # A uniform phase: a normal prior whose density at its centre is 1/(2 pi).
+            Parameter("phase", 0.0, np.sqrt(2.0 * np.pi), layout.each(scope.records), unit="rad"),
+            Parameter("detuning", 0.0, 0.05, scope.members, starts=(0.03,)),
+        )
+        found.append(Variant("{scope}", parameters, _shedding, scope, scope.weight, scan="detuning"))
+    return found
+
+
+EFFECTS = (
+    Effect(
+        "aerodynamic_damping_nonlinearity",
+        "Aerodynamic damping beyond the law",
+        "amplitude",
+        Belongs.WIND,
+        (Term.AERO_LINEAR, Term.AERO_SQUARE, Term.AERO_FOURTH),
+        DAMPING_RATIO,
+        _of_higher_order,
+    ),
+    Effect(
+        "spanwise_coherence_loss",
+        "Spanwise coherence lost at small amplitude",
+        "amplitude",
+        Belongs.WIND,
+        (Term.COHERENCE,),
+        DAMPING_RATIO,
+        _coherence,
+    ),
+    Effect(
+        "reduced_velocity_drift",
+        "Aerodynamic parameters change with the reduced velocity",
+        "amplitude",
+        Belongs.WIND,
+        (Term.AERO, Term.DRIVE),
+        Size("test", "damping ratio at amplitude {at:.3g}", added_damping),
+        _between_tests,
+    ),
+    Effect(
+        "fluid_memory",
+        "The wake lags",
+        "amplitude",
+        Belongs.WIND,
+        (Term.LAG, Term.LAG_KIND, Term.LAG_START),
+        Size("branch", "damping ratio of growth through half the stable amplitude, to first order in the lag", _branch),
+        _memory,
+    ),
+    Effect(
+        "vortex_shedding_forcing",
+        "Vortex-shedding force",
+        "spectrum",
+        Belongs.WIND,
+        (Term.FORCE_COS, Term.FORCE_SIN, Term.FORCE_RATE),
+        Size("spectrum", "amplitude that the force would add in one radian", _force),
+        _forced,
+    ),
+)

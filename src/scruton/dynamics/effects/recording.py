@@ -1,0 +1,183 @@
+"""What befalls a record: a wind that drifts, a frequency that follows the amplitude, a sensor that errs."""
+
+import numpy as np
+
+from scruton.arrays import FloatArray
+from scruton.dynamics.effects.effect import (
+    Apply,
+    Effect,
+    Extent,
+    Parameter,
+    Size,
+    Span,
+    Station,
+    Values,
+    Variant,
+    add,
+    adding,
+    scopes,
+    sized,
+)
+from scruton.dynamics.effects.terms import Belongs, Layout, Term
+
+# Saturation: kind, and level over the largest reading.
+_KINDS = (("hard", 0.0, 0.95), ("rounded", 2.0, 1.0), ("soft", 1.0, 1.6))
+
+
+def _drift(term: Term, *, from_start: bool) -> Apply:
+    """A drift about the mean of the record, or one that begins at the stated speed: then the mean is off, too."""
+
+    def apply(table: FloatArray, values: Values, layout: Layout) -> None:
+        del layout
+        size = values["size"]
+        mean = np.maximum(1.0 + 0.5 * size, 0.2) if from_start else np.ones_like(size)
+        # Eq. 10: the aerodynamic damping goes with U, the drive with U^2.
+        table[:, :, Term.AERO] *= mean
+        table[:, :, Term.DRIVE] *= mean**2
+        add(table, term, size / mean)
+
+    return apply
+
+
+def _rise(rows: FloatArray, _without: FloatArray, station: Station) -> FloatArray:
+    rise = rows[:, Term.TREND] + rows[:, Term.TREND_SINE]
+    return np.asarray(-rise * (2.0 * rows[:, Term.DRIVE] / station.amplitude - rows[:, Term.AERO]) / station.omega)
+
+
+def _drifting(layout: Layout) -> list[Variant]:
+    shares = {
+        Extent.IN_WIND: (2.0, "the same in every record in wind"),
+        Extent.ONE_TEST: (0.7, "in one test"),
+        Extent.EACH_RECORD_OF_ONE_TEST: (0.7, "in every record of one test"),
+        Extent.EACH_RECORD: (1.0, "in every record by its own"),
+        Extent.ONE_RECORD: (1.0, "in one record"),
+    }
+    every = scopes(layout, shares, wind=True)
+    # An S and a mean of its own for every record come too near to a jump in each.
+    shared = [scope for scope in every if scope.extent is not Extent.EACH_RECORD]
+    own, two = "linear drift, the drive's part its own, {scope}", adding(size=Term.TREND, drive=Term.TREND_DRIVE)
+    both = [sized(own, two, scope, "size", "drive", weight=0.5 * scope.weight) for scope in every]
+    alike = [
+        sized(f"{form}, {{scope}}", apply, scope)
+        for form, apply, places in (
+            ("linear drift", _drift(Term.TREND, from_start=False), every),
+            ("S-shaped drift", _drift(Term.TREND_SINE, from_start=False), every),
+            ("linear drift from the stated speed", _drift(Term.TREND, from_start=True), every),
+            ("S-shaped drift from the stated speed", _drift(Term.TREND_SINE, from_start=True), shared),
+        )
+        for scope in places
+    ]
+    return both + alike
+
+
+def _bend(rows: FloatArray, without: FloatArray, station: Station) -> FloatArray:
+    added, top = rows - without, station.largest
+    return added[:, Term.STIFFNESS_LINEAR] * top + added[:, Term.STIFFNESS] * top**2
+
+
+def _stiffness(layout: Layout) -> list[Variant]:
+    shares = {Extent.EVERYWHERE: (2.0, "in every record"), Extent.EACH_RIG: (1.0, "of every rig by its own")}
+    return [
+        sized(f"frequency changes as {power}, {{scope}}", adding(size=term), scope, weight=share * scope.weight)
+        for power, term, share in (("A^2", Term.STIFFNESS, 1.0), ("A", Term.STIFFNESS_LINEAR, 0.5))
+        for scope in scopes(layout, shares)
+    ]
+
+
+def _gain(rows: FloatArray, without: FloatArray, _station: Station) -> FloatArray:
+    return rows[:, Term.GAIN] - without[:, Term.GAIN]
+
+
+def _gains(layout: Layout) -> list[Variant]:
+    shares = {Extent.ONE_RIG: (2.0, "of one rig"), Extent.ONE_RECORD: (2.0, "of one record")}
+    found = scopes(layout, shares, wind=True)
+    return [sized("{scope}", adding(size=Term.GAIN), scope, scale=0.2) for scope in found]
+
+
+def _clip(kind: float, by_rig: bool) -> Apply:
+    def apply(table: FloatArray, values: Values, layout: Layout) -> None:
+        # Over the largest reading: of the rig, whose channel it is, or of all.
+        scope = values["level"][0] > 0.0
+        largest = np.full(scope.shape, np.max(np.where(scope, layout.largest, 0.0)))
+        if by_rig:
+            for i in np.unique(layout.rig):
+                largest[layout.rig == i] = layout.largest[layout.rig == i].max()
+        table[:, :, Term.CLIP] = values["level"] * largest
+        table[:, :, Term.CLIP_SOFT] = np.where(values["level"] > 0.0, kind, 0.0)
+
+    return apply
+
+
+def _loss(rows: FloatArray, _without: FloatArray, station: Station) -> FloatArray:
+    """Part of the amplitude that a saturated reading loses at the largest reading, negative."""
+    reading = station.largest
+    low, high = np.full(len(rows), 0.5 * reading), np.full(len(rows), 4.0 * reading)
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        short = station.reading(rows, middle) < reading
+        low, high = np.where(short, middle, low), np.where(short, high, middle)
+    return np.asarray(reading / (0.5 * (low + high)) - 1.0)
+
+
+def _above(row: FloatArray, span: Span) -> Span:
+    """Amplitudes above the level; a saturation that is not hard bends well below it."""
+    level = float(row[Term.CLIP]) * (0.6 if row[Term.CLIP_SOFT] > 0.5 else 1.0)
+    return min(max(span[0], level), span[1]), span[1]
+
+
+def _clipped(layout: Layout) -> list[Variant]:
+    # One level for all rigs, each by its own largest reading, is another effect than one for all by the largest of all.
+    rigs = {Extent.EACH_RIG: (1.0, "at its own"), Extent.EVERYWHERE: (1.0, "alike")}
+    single = {Extent.ONE_RIG: (2.0, "of one rig"), Extent.ONE_RECORD: (2.0, "of one record")}
+    choices = [("", False, scope) for scope in scopes(layout, {Extent.EVERYWHERE: (2.0, "of every channel")})]
+    if np.unique(layout.rig).size > 1:
+        choices += [("of every rig ", True, scope) for scope in scopes(layout, rigs)]
+    choices += [("", False, scope) for scope in scopes(layout, single)]
+    found = []
+    for form, kind, centre in _KINDS:
+        log, starts = float(np.log(centre)), tuple(float(np.log(centre * x)) for x in (0.97, 0.8))
+        for whose, by_rig, scope in choices:
+            level = Parameter("level", log, 0.4, scope.members, log=True, unit="largest reading", starts=starts)
+            text = f"{form} saturation {whose}{{scope}}"
+            found.append(Variant(text, (level,), _clip(kind, by_rig), scope, scope.weight))
+    return found
+
+
+EFFECTS = (
+    Effect(
+        "wind_speed_drift",
+        "The wind changes during the record",
+        "amplitude",
+        Belongs.RUN,
+        (Term.TREND, Term.TREND_SINE, Term.TREND_DRIVE, Term.AERO, Term.DRIVE),
+        Size("damping", "damping ratio at amplitude {at:.3g}, end of the record over its start", _rise),
+        _drifting,
+    ),
+    Effect(
+        "stiffness_nonlinearity",
+        "Frequency varies with amplitude",
+        "frequency",
+        Belongs.RIG,
+        (Term.STIFFNESS, Term.STIFFNESS_LINEAR),
+        Size("frequency", "relative change of frequency up to the largest amplitude", _bend),
+        _stiffness,
+    ),
+    Effect(
+        "sensor_gain_error",
+        "Gain of a channel wrong",
+        "signal",
+        Belongs.SENSOR,
+        (Term.GAIN,),
+        Size("signal", "relative error of the reading at the largest amplitude", _gain),
+        _gains,
+    ),
+    Effect(
+        "sensor_clipping",
+        "The reading saturates",
+        "signal",
+        Belongs.SENSOR,
+        (Term.CLIP, Term.CLIP_SOFT),
+        Size("signal", "relative error of the reading at the largest amplitude", _loss, _above),
+        _clipped,
+    ),
+)

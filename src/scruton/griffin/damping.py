@@ -1,0 +1,83 @@
+"""Damping ratio against amplitude, draw by draw: total and aerodynamic of the fitted law, and of the trial function."""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scruton.arrays import FloatArray
+from scruton.dynamics import rate as amplitude_rate
+from scruton.envelope.damping import aerodynamic_damping, total_damping
+from scruton.griffin.bands import trial_griffin_draws
+from scruton.griffin.posterior import draws_of, exponent_draws, mass_damping_draws
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from scruton.infer.results import Fit
+
+GRID = 121
+_DRAWS = 1000
+
+
+def amplitude_grid(fit: "Fit", test: str) -> FloatArray:
+    """Amplitudes that the test's transients went through, evenly spaced in the logarithm."""
+    mine = fit.tree["constant_data"]["record_test"].to_numpy().astype(str) == test
+    amplitude = fit.tree["observed_data"]["amplitude"].to_numpy()[mine]
+    stable = float(np.median(draws_of(fit.tree, "a_star", test)))
+    # the noise floor of a growth is no amplitude
+    low = max(float(amplitude.min()), 0.1 * stable)
+    return np.geomspace(min(low, 0.9 * stable), max(float(amplitude.max()), 1.1 * stable), GRID)
+
+
+def _thin(draws: FloatArray) -> FloatArray:
+    """At most 1000 draws, evenly spread, (S, 1)."""
+    return draws[np.unique(np.linspace(0, draws.size - 1, min(draws.size, _DRAWS)).round().astype(int)), None]
+
+
+def total_draws(tree: "xr.DataTree", test: str, amplitude: FloatArray) -> FloatArray:
+    """Draws of the total damping ratio at `amplitude` (n,), from Eq. (5) on the fitted law; (S, n), S <= 1000."""
+    a_star, rate = (_thin(draws_of(tree, key, test)) for key in ("a_star", "relaxation_rate"))
+    n = _thin(exponent_draws(tree, test))
+    omega = 2 * np.pi * float(tree["constant_data"]["wind_frequency"].sel(test=test))
+    return total_damping(amplitude, amplitude_rate(amplitude, a_star, rate, n), omega)
+
+
+def aerodynamic_draws(tree: "xr.DataTree", test: str, amplitude: FloatArray) -> FloatArray:
+    """Draws of the aerodynamic damping ratio at `amplitude` (n,), Eq. (6) on the fitted law; (S, n), S <= 1000."""
+    total = total_draws(tree, test, amplitude)
+    xi, constant = _thin(draws_of(tree, "damping_ratio", test)), tree["constant_data"]
+    omega, omega0 = (2 * np.pi * float(constant[key].sel(test=test)) for key in ("wind_frequency", "frequency"))
+    return aerodynamic_damping(total, amplitude, lambda _: xi, omega, omega0)
+
+
+def trial_draws(fit: "Fit", record: str, test: str) -> tuple[FloatArray, FloatArray]:
+    """Amplitudes that a record went through (n,), and draws of the aerodynamic damping there by Eq. (4), (S, n).
+
+    The Griffin curve of every draw is read the other way round: what damping an amplitude would be stable under,
+    with the opposite sign. NaN where a draw does not reach; amplitudes that few draws reach are left out.
+    """
+    tree, curve = fit.tree, fit.front_ends[record].griffin.scruton_number
+    constant = tree["constant_data"]
+    turn = float(constant["frequency"].sel(test=test)) / float(constant["wind_frequency"].sel(test=test))
+    factor = float(np.median(mass_damping_draws(tree, test)))
+    low, high = float(np.nanmin(curve)), float(np.nanmax(curve))
+    margin = 0.3 * (high - low)
+    # dense near the stable amplitude, where damping hardly changes, and far out at small amplitude
+    middle = float(np.median(draws_of(tree, "scruton_number", test)))
+    steps = np.geomspace(1e-3, 1.0, GRID)
+    sc = np.concatenate(
+        [middle - (middle - low + margin) * steps[::-1], [middle], middle + (high - middle + margin) * steps]
+    )
+    amplitudes, _ = trial_griffin_draws(tree, sc, record)
+    damping = -sc * turn / factor
+    grid = amplitude_grid(fit, test)
+    draws = np.full((len(amplitudes), GRID), np.nan)
+    for row, one in zip(draws, amplitudes, strict=True):
+        good = np.flatnonzero(np.isfinite(one))
+        order = good[np.argsort(one[good], kind="stable")]
+        if order.size > 1:
+            row[:] = np.interp(grid, one[order], damping[order], left=np.nan, right=np.nan)
+    mine = constant["record"].to_numpy().astype(str) == record
+    seen = tree["observed_data"]["amplitude"].to_numpy()[mine]
+    reached = (np.isfinite(draws).mean(axis=0) > 0.9) & (grid >= seen.min()) & (grid <= seen.max())
+    return grid[reached], draws[:, reached]

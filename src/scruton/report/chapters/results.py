@@ -1,0 +1,187 @@
+"""What was found: aerodynamic damping, the Griffin plot and its law, posteriors, predictions."""
+
+from collections.abc import Iterator, Sequence
+
+from scruton.report.chapters.material import Material
+from scruton.report.document import CAUTION, Block, Callout, Equation, Heading, Table, paragraph
+from scruton.report.equations import AERODYNAMIC, RECIPROCAL
+from scruton.report.maths import row
+from scruton.report.tables import unit_of
+from scruton.report.wording import PARAMETERS, estimate, number, percent, stated, unit_text
+
+
+def aerodynamic_chapter(material: Material) -> Iterator[Block]:
+    """Figures of aerodynamic damping against amplitude, and of the stability that follows from it."""
+    if figures := material.of("aerodynamic"):
+        yield paragraph("The aerodynamic damping ratio follows from the envelope’s rate of change,")
+        yield Equation(AERODYNAMIC)
+        yield paragraph(
+            "Where it is as far below zero as the structural one is above, the amplitude stays as it is; it is stable "
+            "where the sum of both grows with amplitude."
+        )
+        yield from figures
+
+
+def griffin_chapter(material: Material) -> Iterator[Block]:
+    """The plot that can be read off, the plots from single tests, and the laws."""
+    if not material.tests:
+        return
+    laws, by_test, lock_in = (material.figure(name) for name in ("laws", "griffin_by_test", "lock_in"))
+    yield from (picture for picture in material.of("griffin-plot") if picture not in (*laws, *by_test, *lock_in))
+    weights = _law_table(material)
+    below: dict[str, Sequence[Block]] = {
+        "The law of aerodynamic damping": [*([weights] if weights.rows else []), *laws],
+        "From one test at a time": by_test,
+        "Amplitude against wind speed": lock_in,
+    }
+    for heading, blocks in below.items():
+        if blocks:
+            yield Heading(heading)
+            yield from blocks
+
+
+def _law_table(material: Material) -> Table:
+    """The laws of the model card and what the records say of them; no row where there is but one."""
+    weights = material.fit.summary["laws"].get("weights", {})
+    best = max((one["log_evidence"] for one in weights.values() if one["log_evidence"] is not None), default=0.0)
+    rows = []
+    for label, one in weights.items() if len(weights) > 1 else ():
+        below, error = one["log_evidence"], one["log_evidence_error"]
+        rows.append(
+            (
+                label, f"{one['prior']:.2f}", "–" if below is None else f"{below - best:.1f}".replace("-", "−"),
+                "by Laplace's approximation" if error is None else f"± {error:.2f}", f"{one['weight']:.3f}",
+                "–" if one["stacking"] is None else f"{one['stacking']:.3f}",
+            )
+        )  # fmt: skip
+    return Table(
+        "laws",
+        "Laws of aerodynamic damping, weighed by the records of the peak tests",
+        ("law", "prior", "log evidence below the best", "error", "weight in predictions", "stacking"),
+        rows,
+        "Stacking scores each record, left out, by its joint density given all others. A law far below the best is not "
+        "sampled. Predictions draw on each law as often as its weight says.",
+        (False, True, True, False, True, True),
+        data="laws",
+    )
+
+
+def reciprocal_chapter(material: Material) -> Iterator[Block]:
+    """1/A against the Scruton number, in which the paper's law is a straight line."""
+    if figures := material.of("reciprocal"):
+        yield paragraph("Under the paper’s law the reciprocal of the stable amplitude is a straight line in Sc:")
+        yield Equation(RECIPROCAL)
+        yield paragraph(
+            "where ", row("x"), " is the distance from the test in units of the Scruton number that its relaxation "
+            "rate is worth. A bend says that another law, or an effect that is not modelled, is at work.",
+        )  # fmt: skip
+        yield from figures
+
+
+def posterior_chapter(material: Material) -> Iterator[Block]:
+    """One table a test; corner plots of the peak tests."""
+    corners = {one.name: one for one in material.of("posterior")}
+    for i, test in enumerate(material.tests, 1):
+        yield Table(
+            f"posterior_{i}",
+            f"Test {test['name']}",
+            ("parameter", "unit", "median", "50 % interval", "90 % interval"),
+            [
+                (
+                    PARAMETERS.get(key, key), unit_text(unit_of(key, material.unit)), estimate(entry)[0],
+                    *(estimate(entry, level=level)[1] for level in ("0.50", "0.90")),
+                )
+                for key, entry in test["parameters"].items()
+            ],
+            numeric=(False, False, True, True, True),
+            data="posterior",
+        )  # fmt: skip
+        if f"corner_{i}" in corners:
+            yield corners.pop(f"corner_{i}")
+    yield from corners.values()
+
+
+def predictions_chapter(material: Material) -> Iterator[Block]:
+    """Every prediction, with how each peak test would have been predicted from the others."""
+    if material.design:
+        numbers = ", ".join(f"Sc = {stated(one.scruton_number)}" for one in material.design)
+        yield paragraph(
+            f"The predictions at the design ({numbers}) stand in the summary. They draw on every law of the model "
+            "card as often as its weight says."
+        )
+        if cautions := material.cautions():
+            yield Callout(CAUTION, "With caution", cautions)
+    if material.tests:
+        yield _test_table(material)
+    rows = []
+    for test, one in material.crossed.items():
+        truth, (low, high) = material.measured_or_found(test), one.interval(0.90)
+        rows.append(
+            (
+                test, number(one.scruton_number), *estimate(one.to_json()["amplitude"]), number(truth),
+                "from its records" if material.fit.campaign.test(test).stable_amplitude is None else "measured",
+                f"{100 * (one.median / truth - 1):+.0f} %".replace("-", "−"),
+                "inside" if low <= truth <= high else "OUTSIDE",
+            )
+        )  # fmt: skip
+    yield Table(
+        "crossed",
+        f"Each peak test predicted from the other peak tests [{material.unit}]",
+        ("test", "Sc", "predicted", "90 % interval", "found", "how", "error", "90 % interval"),
+        rows,
+        "Each is a fit of its own that never sees the records of the test it predicts. Nine in ten should lie inside.",
+        (False, True, True, True, True, False, True, False),
+    )
+
+
+def design_table(material: Material) -> Table:
+    """Predictions at the design Scruton numbers."""
+    unit = material.unit
+    rows = []
+    for one in material.design:
+        amplitude = one.to_json()["amplitude"]
+        median, interval, model_unit = material.in_model_unit(amplitude)
+        rows.append(
+            (
+                stated(one.scruton_number), percent(one.damping_ratio), *estimate(amplitude),
+                estimate(amplitude, level="0.95")[1], f"{median} ({interval}) {model_unit}",
+                number(one.extrapolation_index, 2),
+            )
+        )  # fmt: skip
+    return Table(
+        "design",
+        "Predicted stable amplitude at the design Scruton numbers",
+        (
+            "Sc", "ξₛ", f"median [{unit}]", f"90 % interval [{unit}]", f"95 % interval [{unit}]",
+            "at the model's scale, 90 %", "x",
+        ),
+        rows,
+        "x is the extrapolation index from the nearest test: laws of aerodynamic damping agree for |x| < 0.2 and part "
+        "beyond 0.3.",
+        data="predictions",
+    )  # fmt: skip
+
+
+def _test_table(material: Material) -> Table:
+    """Stable amplitude of every test: measured, found, and predicted for another setting at its Scruton number."""
+    rows = []
+    for one in material.tests:
+        measured = material.fit.campaign.test(one["name"]).stable_amplitude
+        predicted = material.at_tests.get(one["name"])
+        rows.append(
+            (
+                one["name"], one["rig"], number(one["parameters"]["scruton_number"]["median"]),
+                "–" if measured is None else number(measured.mean), *estimate(one["parameters"]["a_star"]),
+                *(("–", "–") if predicted is None else estimate(predicted.to_json()["amplitude"])),
+            )
+        )  # fmt: skip
+    return Table(
+        "stable_amplitudes",
+        f"Stable amplitude at the tested Scruton numbers [{material.unit}]",
+        ("test", "rig", "Sc", "measured", "this test", "90 % interval", "another setting", "90 % interval"),
+        rows,
+        "“This test” is what its own records say. “Another setting” is the prediction for a rig of the same Scruton "
+        "number that was not tested; it draws on all peak tests and carries the discrepancy between settings.",
+        (False, False, *[True] * 6),
+        data="predictions" if material.at_tests else "tests",
+    )
