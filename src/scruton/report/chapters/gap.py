@@ -44,10 +44,10 @@ def gap_chapter(material: Material) -> Iterator[Block]:
     yield Table("gap_size", "How large the effect is", ("effect", *_SIZE), sizes, numeric=numeric)
     rows = [
         (
-            one["test"], *(number(one[key]) for key in ("measured", "before", "after")),
-            *(f"{100.0 * one[key]:.1f} %" for key in ("error_before", "error_after")),
+            test["test"], *(number(test[key]) for key in ("measured", "before", "after")),
+            *(f"{100.0 * test[key]:.1f} %" for key in ("error_before", "error_after")),
         )
-        for one in gap["shrink"].get("stable_amplitude", ())
+        for test in gap["shrink"].get("stable_amplitude", ())
     ]  # fmt: skip
     yield Table(
         "gap_amplitudes",
@@ -60,7 +60,7 @@ def gap_chapter(material: Material) -> Iterator[Block]:
         yield Listing(gap["advice"])
     if gap["invisible"]:
         yield Heading(_INVISIBLE)
-        yield Listing([one["text"] for one in gap["invisible"]])
+        yield Listing([entry["text"] for entry in gap["invisible"]])
     yield paragraph(f"Calibrated on {gap['calibrated_on']}.", role="note")
 
 
@@ -107,10 +107,10 @@ def gap_summary(gap: Mapping[str, Any]) -> list[Block]:
     """The diagnosis for the terminal: every place, and effects by the names that files have."""
     names = [gap["verdict"], *gap["also"]]
     alike = "; ".join(" / ".join(group) for group in gap["indistinguishable"] if len(group) > 1)
-    said = _AGREE if names == ["none"] else " ".join(f"{effect_title(name)}." for name in names)
+    titles = _AGREE if names == ["none"] else " ".join(f"{effect_title(name)}." for name in names)
     probability = "Probability (calibrated on simulated campaigns)"
     return [
-        paragraph(f"Verdict: {' and '.join(names)}. {said}"),
+        paragraph(f"Verdict: {' and '.join(names)}. {titles}"),
         Table("gap_probability", probability, ("cause", "probability"), _probabilities(gap, str)),
         *([paragraph(f"These data cannot tell apart: {alike}")] if alike else []),
         Table("gap_size", "Parameters", ("effect", *_SIZE), _sizes(gap, TERMINAL, str, most=6)),
@@ -118,7 +118,7 @@ def gap_summary(gap: Mapping[str, Any]) -> list[Block]:
         paragraph(shrink_sentence(gap["shrink"])),
         Listing(gap["advice"]),
         *([paragraph(f"{_INVISIBLE}:")] if gap["invisible"] else []),
-        Listing([one["text"] for one in gap["invisible"]]),
+        Listing([entry["text"] for entry in gap["invisible"]]),
     ]
 
 
@@ -156,18 +156,18 @@ def _places(gap: Mapping[str, Any], of: Notation) -> list[tuple[str, ...]]:
     """Where the bare model and the records part, a row each, the number of standard deviations last."""
     return [
         (
-            one["quantity"], one["rig"] or of.missing, one["test"] or "still air", one["record"] or of.missing,
-            of.range(one["amplitude"], 3), of.range(one["time_s"], 3), of.number(one["excess"], 3),
-            of.number(one["significance"], 2),
+            place["quantity"], place["rig"] or of.missing, place["test"] or "still air", place["record"] or of.missing,
+            of.range(place["amplitude"], 3), of.range(place["time_s"], 3), of.number(place["excess"], 3),
+            of.number(place["significance"], 2),
         )
-        for one in gap["where"]
+        for place in gap["where"]
     ]  # fmt: skip
 
 
 def _sizes(gap: Mapping[str, Any], of: Notation, title: Callable[[str], str], most: int | None = None) -> list[Any]:
     """How large every effect is, a row each of its parameters, of at most so many."""
     return [
-        (title(name), key, of.number(one["median"]), of.range(one["interval90"]), of.unit(one["unit"]), one["form"])
+        (title(name), key, of.number(size["median"]), of.range(size["interval90"]), of.unit(size["unit"]), size["form"])
         for name, effect in gap["effects"].items()
-        for key, one in list(effect["parameters"].items())[:most]
+        for key, size in list(effect["parameters"].items())[:most]
     ]

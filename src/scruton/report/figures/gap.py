@@ -97,11 +97,11 @@ def _upper(part: "SubFigure", data: "GapData", rows: Sequence[Row], findings: Se
     drawn = []
     least = 100.0 * SMALL_EXCESS * data.layout.reference_rate / data.layout.reference_omega
     for across, (rig, test, *pair) in zip(axes, rows, strict=True):
-        for one, column in zip(across, columns, strict=True):
+        for panel, column in zip(across, columns, strict=True):
             if not pair[column]:
-                one.set_axis_off()
+                panel.set_axis_off()
                 continue
-            _damping(one, pair[column], least)
+            _damping(panel, pair[column], least)
             name, of = data.rigs[rig], None if column else data.tests[test]
             where = "still air" if of is None else style.shorten(of, 20)
             title = f"{style.shorten(name, 26 if of is None else 20)}, {where}"
@@ -109,12 +109,12 @@ def _upper(part: "SubFigure", data: "GapData", rows: Sequence[Row], findings: Se
             if acting:
                 title += f": {', '.join(dict.fromkeys(acting))}"
             narrow = len(columns) > 1 and len(title) > _NARROW_TITLE
-            one.set_title(":\n".join(title.rsplit(": ", 1)) if narrow else title)
-            drawn.append(one)
+            panel.set_title(":\n".join(title.rsplit(": ", 1)) if narrow else title)
+            drawn.append(panel)
     drawn[0].set_xscale("log")
-    for one in axes[-1]:
-        style.plain_log(one.xaxis)
-        one.set_xlabel(_amplitude(data))
+    for panel in axes[-1]:
+        style.plain_log(panel.xaxis)
+        panel.set_xlabel(_amplitude(data))
     part.supylabel("Excess damping ratio:\nmeasured minus bare model [%]", fontsize=8.0, multialignment="center")
     return drawn
 
