@@ -36,9 +36,9 @@ def __getattr__(name: str) -> object:
         return import_module("importlib.metadata").version("scruton")
     if name not in _HOMES:
         raise AttributeError(f"module 'scruton' has no attribute '{name}'")
-    found: object = getattr(import_module(_HOMES[name]), name)
-    globals()[name] = found
-    return found
+    value: object = getattr(import_module(_HOMES[name]), name)
+    globals()[name] = value
+    return value
 
 
 def __dir__() -> list[str]:

@@ -97,14 +97,14 @@ def _interrupts_wait() -> Iterator[None]:
 def _silent() -> Iterator[None]:
     """Keep Dask's log off the terminal: what matters of it comes back as the fault of a task."""
     loggers = [logging.getLogger(name) for name in logging.root.manager.loggerDict if name.startswith("distributed")]
-    levels = [one.level for one in loggers]
-    for one in loggers:
-        one.setLevel(logging.CRITICAL + 1)
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL + 1)
     try:
         yield
     finally:
-        for one, level in zip(loggers, levels, strict=True):
-            one.setLevel(level)
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
 
 
 def _security(scheduler: str | None, tls: TlsFiles) -> dict[str, Any]:
@@ -123,13 +123,13 @@ def _security(scheduler: str | None, tls: TlsFiles) -> dict[str, Any]:
     from distributed import Security
 
     authority, certificate, key = map(str, tls)
-    found = Security(require_encryption=True, tls_ca_file=authority, tls_client_cert=certificate, tls_client_key=key)
+    security = Security(require_encryption=True, tls_ca_file=authority, tls_client_cert=certificate, tls_client_key=key)
     try:
-        found.get_connection_args("client")
+        security.get_connection_args("client")
     except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
         reason = f"certificates that cannot be used ({error})"
         raise InputError("command line", "--tls-ca", reason, "certificates and a key in PEM files") from None
-    return {"security": found}
+    return {"security": security}
 
 
 @contextmanager
