@@ -63,8 +63,8 @@ def diagnose(arguments: Namespace) -> Outcome:
 
     InputError for bad input, or a folder that holds a diagnosis already; nothing is written then.
     """
+    from scruton.gap.diagnose import examine
     from scruton.gap.results import RESULT
-    from scruton.gap.run import examine
     from scruton.infer.cards import load_card
     from scruton.report.chapters.gap import gap_summary
     from scruton.report.figures import save

@@ -69,7 +69,7 @@ def size(arguments: Namespace) -> Outcome:
     from scruton.report.figures import figures_from, save
     from scruton.report.parts import sizing_origin
     from scruton.sizing.limits import limit
-    from scruton.sizing.run import RESULT, size
+    from scruton.sizing.study import RESULT, size
 
     results = arguments.results
     folder = arguments.out or results / "sizing"

@@ -34,7 +34,7 @@ class GapData:
     campaign : Campaign
     channels : Channels
     layout : Layout
-        Its reference amplitude and rate are first guesses until the bare model has been fitted.
+        Its reference amplitude and rate are first guesses until the null model has been fitted.
     tests, rigs : tuple of str
         Names, in the order of the numbers in the layout.
     middle : int

@@ -1,4 +1,4 @@
-"""The verdict: the bare model, one effect, two, or something that is in no catalogue."""
+"""The verdict: the null model, one effect, two, or something that is in no catalogue."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -30,13 +30,13 @@ class Diagnosis:
     ----------
     data : GapData
     null : FittedHypothesis
-        Of the bare model.
+        Of the null model.
     found : tuple of str
         Effects, strongest first; empty for none; ("unknown",) for what is in no catalogue.
     final : FittedHypothesis
-        Of the hypothesis with the effects found (the best generic term for the unknown; the bare model for none).
+        Of the hypothesis with the effects found (the best generic term for the unknown; the null model for none).
     singles : dict
-        Every effect added to the bare model alone, and the unknown.
+        Every effect added to the null model alone, and the unknown.
     rivals : dict
         Every effect in place of the first one found, beside the others found.
     log_weights : dict
@@ -45,7 +45,7 @@ class Diagnosis:
     groups : tuple of tuple of str
         Effects that these data cannot tell apart, the verdict's first.
     checks : dict
-        Absolute checks: of the bare model ("none") and of the verdict's hypothesis.
+        Absolute checks: of the null model ("none") and of the verdict's hypothesis.
     lines : tuple of SecondLine
     """
 
@@ -94,7 +94,7 @@ def diagnose_data(
     workers: int = 2,
     progress: Progress | None = None,
 ) -> Diagnosis:
-    """Weigh the catalogue against the bare model.
+    """Weigh the catalogue against the null model.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def diagnose_data(
         Told what is being done and the fraction done.
     """
     tell = progress or (lambda _what, _done: None)
-    tell("bare model", 0.0)
+    tell("null model", 0.0)
     data, null = fit_null(data)
     lines = second_lines(campaign, data.cycles)
     tell("single effects", 0.1)

@@ -1,4 +1,4 @@
-"""One place where the bare model and the measurement part."""
+"""One place where the null model and the measurement part."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -14,9 +14,9 @@ Z90 = 1.6448536269514722  # of a two-sided 90 % interval
 
 @dataclass(frozen=True)
 class Finding:
-    """One place where the bare model and the measurement part: an entry of `where` in gap.json.
+    """One place where the null model and the measurement part: an entry of `where` in gap.json.
 
-    The excess is measured minus bare model: of the damping ratio (`damping`, `branch`: growth minus decay, `test`),
+    The excess is measured minus null model: of the damping ratio (`damping`, `branch`: growth minus decay, `test`),
     relative (`frequency`, `scatter`, `signal`), or an amplitude in A/D or rad (`spectrum`).
     """
 

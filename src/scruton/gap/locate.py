@@ -1,4 +1,4 @@
-"""Where the bare model and the measurement part: every place, with amplitude, time, rig, test, size and interval.
+"""Where the null model and the measurement part: every place, with amplitude, time, rig, test, size and interval.
 
 First the effects of the verdict, with the size that each reads of itself in the rigs, tests and records where it acts.
 """
@@ -25,7 +25,7 @@ from scruton.gap.locate_curves import Curves, curve_findings, excess_curves
 
 
 def locate(diagnosis: Diagnosis, curves: Curves | None = None) -> tuple[Finding, ...]:
-    """Find where the bare model and the measurement part.
+    """Find where the null model and the measurement part.
 
     First where the effects of the verdict act, then what is seen without a look at the verdict, strongest first; at
     most `thresholds.MOST_FINDINGS`.  `curves` are `excess_curves(diagnosis.null)`, where they are there already.

@@ -1,7 +1,7 @@
 """Excess damping and excess frequency against amplitude, by rig, test and direction, inside the likelihood.
 
-The excess of a group of records is the damping that the bare model needs there, with a smooth curve in ln(amplitude)
-of its own added in every group, minus the damping of the bare model alone at its optimum.  That difference is what
+The excess of a group of records is the damping that the null model needs there, with a smooth curve in ln(amplitude)
+of its own added in every group, minus the damping of the null model alone at its optimum.  That difference is what
 the data tell: how it splits into the curve and the shared parameters is not.
 """
 
@@ -70,7 +70,7 @@ class Curve:
 class Curves:
     """All curves of a campaign and the fit that they come from."""
 
-    fit: FittedHypothesis  # of the bare model with a curve of damping and one of frequency in every group
+    fit: FittedHypothesis  # of the null model with a curve of damping and one of frequency in every group
     damping: tuple[Curve, ...]
     frequency: tuple[Curve, ...]
     branch: tuple[Curve, ...]

@@ -48,7 +48,7 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2) -> dict[str, Any]:
     Returns
     -------
     dict
-        `shrink` of gap.json: nats that the bare model (`before`) and the verdict's (`after`) fall short of the ceiling
+        `shrink` of gap.json: nats that the null model (`before`) and the verdict's (`after`) fall short of the ceiling
         on all records; `fraction`, (before - after)/before, None where the gap is too small to measure, and its
         `interval90` by bootstrap over records, None for a single one, which says nothing of its like; the same of the
         records `held_out`, None where none can be; `measurable`, on those held out or, without any, on those used;
@@ -161,7 +161,7 @@ def _fraction(before: FloatArray, after: FloatArray) -> float:
 def _stable_amplitude(
     data: GapData, fold: np.ndarray, null: NormalPosterior, final: NormalPosterior, misstated: bool
 ) -> dict[str, Any]:
-    """The stable amplitude of a test left out, as read; a misstated damping is what the bare model goes by."""
+    """The stable amplitude of a test left out, as read; a misstated damping is what the null model goes by."""
     records = np.flatnonzero(fold)
     test = next(t for t in data.campaign.tests if t.name == data.tests[data.layout.test[records[0]]])
     stated = test.stable_amplitude
@@ -200,7 +200,7 @@ def damping_discrepancy(
     The measured curve of a test is that of the verdict's hypothesis with a generic discrepancy of every test by its
     own, fitted in the likelihood of all records; its noise keeps the distance of a right model above zero.
 
-    `left_out` holds coordinates of the bare model and the verdict's, one pair a test in order, from the records of the
+    `left_out` holds coordinates of the null model and the verdict's, one pair a test in order, from the records of the
     others; where no test can be left out, the distances held out are those of the fits to all records.
     """
     data, layout = final.hypothesis.data, final.hypothesis.data.layout

@@ -10,7 +10,7 @@ import numpy as np
 
 from scruton.campaign import Campaign, load_campaign
 from scruton.errors import InputError
-from scruton.gap.run import examine
+from scruton.gap.diagnose import examine
 from scruton.griffin.curves import law_curves
 from scruton.griffin.posterior import chosen_rig, motion_of, rig_mass_damping_draws
 from scruton.griffin.validate import validate
@@ -28,7 +28,7 @@ from scruton.report.figures.sizing import governing, modes
 from scruton.sizing.bridge import Bridge, load_bridge
 from scruton.sizing.limits import limit
 from scruton.sizing.model import ModeModel, unit_cube
-from scruton.sizing.run import size
+from scruton.sizing.study import size
 
 if TYPE_CHECKING:
     from scruton.griffin import Prediction

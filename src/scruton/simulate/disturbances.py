@@ -1,4 +1,4 @@
-"""What the bare equation of motion leaves out: forces, changes in time, faults of the channel; all off by default."""
+"""What the plain equation of motion leaves out: forces, changes in time, faults of the channel; all off by default."""
 
 from dataclasses import dataclass
 

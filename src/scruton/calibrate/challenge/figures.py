@@ -15,8 +15,8 @@ import pandas as pd
 from scipy.stats import binom, binomtest
 
 from scruton.calibrate import thresholds
+from scruton.calibrate.challenge.attempt import CASE, GAP, cases_of
 from scruton.calibrate.challenge.make import ANSWERS, CHALLENGE
-from scruton.calibrate.challenge.run import CASE, GAP, cases_of
 from scruton.calibrate.challenge.scenarios import CATALOGUE, OPEN
 from scruton.calibrate.thresholds import SEVERE
 from scruton.campaign.toml import is_number

@@ -1,4 +1,4 @@
-"""A campaign's gap.json: where the bare model and the measurement part, which effect, how far the gap shrinks."""
+"""A campaign's gap.json: where the null model and the measurement part, which effect, how far the gap shrinks."""
 
 from pathlib import Path
 from typing import Any

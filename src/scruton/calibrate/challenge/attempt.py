@@ -22,7 +22,7 @@ Diagnose = Callable[[Path], Mapping[str, Any]]
 
 def diagnose_case(folder: Path) -> Mapping[str, Any]:
     """Diagnose a campaign with the default card in one thread: the content of gap.json."""
-    from scruton.gap.run import diagnose_campaign
+    from scruton.gap.diagnose import diagnose_campaign
 
     return diagnose_campaign(folder, workers=1)
 
