@@ -37,11 +37,11 @@ class Reciprocals:
     ----------
     rigs : (T,) tuple of str
     sc, measured, error, bare_test, with_friction : (T,) arrays
-        As stated; from the ends of the records, with standard error; by the bare model; with the effect found.
+        As stated; from the ends of the records, with standard error; by the null model; with the effect found.
     at_test : (T,) array
         With the friction taken out.
     grid, bare, without : (S,) arrays
-        Scruton numbers; the bare model's line; the line with the friction taken out.
+        Scruton numbers; the null model's line; the line with the friction taken out.
     band : (2, S) array
         Of `without`.
     """
@@ -126,7 +126,7 @@ def draw(axes: "Axes", r: Reciprocals, *, percent: bool) -> None:
     axes.fill_between(r.grid, low, high, color=GREEN, alpha=0.25, lw=0)
     axes.plot(r.grid, shown(r.without, r.without), color=GREEN, label="friction found and taken out, 90 % band")
     axes.plot(
-        r.grid, shown(r.bare, r.without), color=VERMILLION, ls=(0, (5, 2)), label="bare model, fitted to all rigs"
+        r.grid, shown(r.bare, r.without), color=VERMILLION, ls=(0, (5, 2)), label="null model, fitted to all rigs"
     )
     axes.plot(
         r.sc, shown(r.with_friction, straight), color=BLUE, ls=(0, (1.2, 1.6)), lw=0.9,
@@ -172,7 +172,7 @@ def main() -> None:
     diagnosis = diagnose(load_campaign(HERE), workers=1)
     r = reciprocals(diagnosis)
     print(f"found: {', '.join(diagnosis.found) or 'nothing'}\n\nReciprocal of the stable amplitude, D/A")
-    head = ["rig", "Sc", "records", "bare model", "with friction", "friction taken out", "friction lifts it by"]
+    head = ["rig", "Sc", "records", "null model", "with friction", "friction taken out", "friction lifts it by"]
     columns = (r.rigs, r.sc, r.measured, r.error, r.bare_test, r.with_friction, r.at_test)
     rows = [
         [

@@ -12,7 +12,7 @@ _HOMES = {
     "InputError": "scruton.errors",
     "ModelCard": "scruton.infer",
     "Prediction": "scruton.griffin",
-    "Sizing": "scruton.sizing.run",
+    "Sizing": "scruton.sizing.study",
     "build_report": "scruton.report",
     "fit_campaign": "scruton.infer.fit",
     "griffin_band": "scruton.griffin",
@@ -20,7 +20,7 @@ _HOMES = {
     "load_card": "scruton.infer",
     "load_diagnosis": "scruton.gap.results",
     "load_fit": "scruton.infer.store",
-    "load_sizing": "scruton.sizing.run",
+    "load_sizing": "scruton.sizing.study",
     "predict": "scruton.griffin",
     "read_tree": "scruton.infer.store",
     "tests_used": "scruton.campaign",
@@ -36,9 +36,9 @@ def __getattr__(name: str) -> object:
         return import_module("importlib.metadata").version("scruton")
     if name not in _HOMES:
         raise AttributeError(f"module 'scruton' has no attribute '{name}'")
-    found: object = getattr(import_module(_HOMES[name]), name)
-    globals()[name] = found
-    return found
+    value: object = getattr(import_module(_HOMES[name]), name)
+    globals()[name] = value
+    return value
 
 
 def __dir__() -> list[str]:

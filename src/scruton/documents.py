@@ -68,12 +68,12 @@ def read_json(path: Path, wanted: str = "a JSON object") -> dict[str, Any]:
         If it cannot be read, or is none; `wanted` says what the file should be.
     """
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
         raise InputError(path, "", f"no valid JSON ({error})", wanted) from error
-    if not isinstance(found, dict):
-        raise InputError(path, "", f"JSON that is a {type(found).__name__}", wanted)
-    return found
+    if not isinstance(content, dict):
+        raise InputError(path, "", f"JSON that is a {type(content).__name__}", wanted)
+    return content
 
 
 def as_json(value: Any) -> Any:
@@ -84,13 +84,13 @@ def as_json(value: Any) -> Any:
     """
     if is_dataclass(value):
         shown = ((field, getattr(value, field.name)) for field in fields(value))
-        return {field.name: as_json(own) for field, own in shown if own is not None or field.default is not None}
+        return {field.name: as_json(part) for field, part in shown if part is not None or field.default is not None}
     if hasattr(value, "tolist"):  # numpy's, which need not be loaded for that
         return as_json(value.tolist())
     if isinstance(value, Mapping):
-        return {str(key): as_json(own) for key, own in value.items()}
+        return {str(key): as_json(part) for key, part in value.items()}
     if isinstance(value, list | tuple):
-        return [as_json(own) for own in value]
+        return [as_json(part) for part in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
@@ -109,22 +109,22 @@ def from_json(kind: Any, content: Any) -> Any:
     origin, parts = get_origin(kind), get_args(kind)
     if is_dataclass(kind):
         make: Callable[..., Any] = kind  # type: ignore[assignment]
-        hints, found = get_type_hints(kind), {}
+        hints, values = get_type_hints(kind), {}
         for field in fields(kind):
             if field.default is not None:
-                found[field.name] = from_json(hints[field.name], content[field.name])
+                values[field.name] = from_json(hints[field.name], content[field.name])
             elif field.name in content:  # it has a value, if only one that JSON cannot say
-                found[field.name] = from_json(_stated(hints[field.name]), content[field.name])
-        return make(**found)
+                values[field.name] = from_json(_stated(hints[field.name]), content[field.name])
+        return make(**values)
     if origin in (UnionType, Union):
         return None if content is None else from_json(_stated(kind), content)
     if kind in (FloatArray, BoolArray):
         return np.array(content, dtype=float if kind == FloatArray else bool)
     if origin is tuple:
         each = [parts[0]] * len(content) if parts[-1] is Ellipsis else parts
-        return tuple(from_json(part, own) for part, own in zip(each, content, strict=True))
+        return tuple(from_json(part, entry) for part, entry in zip(each, content, strict=True))
     if origin is not None and issubclass(origin, Mapping):
-        return {key: from_json(parts[1], own) for key, own in content.items()}
+        return {key: from_json(parts[1], entry) for key, entry in content.items()}
     if isinstance(kind, type) and issubclass(kind, Enum | Path):
         return kind(content)
     return np.nan if kind is float and content is None else content

@@ -24,7 +24,7 @@ def harmless(text: str) -> str:
     >>> harmless("\x1b[31mred")
     '\\x1b[31mred'
     """
-    return _CONTROL.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
+    return _CONTROL.sub(lambda match: match[0].encode("unicode_escape").decode(), text)
 
 
 class Harmless:
@@ -67,12 +67,12 @@ class Harmless:
 def harmless_streams() -> Iterator[None]:
     """Print through `Harmless` streams, which show what the terminal's encoding lacks as escapes, too."""
     streams = sys.stdout, sys.stderr
-    for one in streams:
+    for stream in streams:
         with suppress(AttributeError, ValueError, OSError):
-            cast(Any, one).reconfigure(errors="backslashreplace")
+            cast(Any, stream).reconfigure(errors="backslashreplace")
     sys.stdout, sys.stderr = (
-        one if one is None else cast(TextIO, Harmless(one, name))  # None: closed by whoever called
-        for one, name in zip(streams, ("standard output", "standard error"), strict=True)
+        stream if stream is None else cast(TextIO, Harmless(stream, name))  # None: closed by whoever called
+        for stream, name in zip(streams, ("standard output", "standard error"), strict=True)
     )
     try:
         yield
@@ -157,7 +157,7 @@ class Parser(argparse.ArgumentParser):
         """Say what is wrong and end with exit code 2."""
         wrong = re.search(r"invalid choice: '([^']*)'|unrecognized arguments: ([^\s=]+)", message)
         word = (wrong[1] or wrong[2]) if wrong else ""
-        known = [one for one in self._words() if one.startswith("-") == word.startswith("-")]
+        known = [option for option in self._words() if option.startswith("-") == word.startswith("-")]
         near = get_close_matches(word, known, n=1)
         super().error(f'{message}; did you mean "{near[0]}"?' if near else message)
 

@@ -101,8 +101,8 @@ class Workspace:
 
     def find(self, name: str) -> Path | None:
         """Where a result of this run lies by now: among the new ones, or in its place if that counts; else None."""
-        places = (self.new / name,) if self.replacing else (self.new / name, self.folder / name)
-        return next((one for one in places if one.exists()), None)
+        paths = (self.new / name,) if self.replacing else (self.new / name, self.folder / name)
+        return next((path for path in paths if path.exists()), None)
 
     def done(self, wanted: Sequence[str]) -> bool:
         """Whether the folder holds the whole results of this very run (InputError: of another), with what is wanted."""
@@ -174,14 +174,14 @@ class Workspace:
 
     def _differing(self, earlier: Mapping[str, Any]) -> list[str]:
         """Names of the inputs and settings that this run and an earlier one both have, and that differ."""
-        mine, theirs = self.run["settings"], earlier["settings"]
-        settings = [name for name in mine if name in theirs and theirs[name] != mine[name]]
-        inputs = [name for name, own in self.run["inputs"].items() if earlier["inputs"].get(name, own) != own]
-        return [*(f"{name} ({theirs[name]!r}, now {mine[name]!r})" for name in settings), *inputs]
+        current, theirs = self.run["settings"], earlier["settings"]
+        settings = [name for name in current if name in theirs and theirs[name] != current[name]]
+        inputs = [name for name, value in self.run["inputs"].items() if earlier["inputs"].get(name, value) != value]
+        return [*(f"{name} ({theirs[name]!r}, now {current[name]!r})" for name in settings), *inputs]
 
     def _record(self, part: Sequence[str] = ()) -> dict[str, Any]:
         """What a swap of all or of a part has to do: files with their digests, files to remove, and the manifest."""
-        tops = [self.new / one for one in part or ("",)]
+        tops = [self.new / name for name in part or ("",)]
         paths = [path for top in tops for path in ([top] if top.is_file() else sorted(top.rglob("*")))]
         files = {path.relative_to(self.new).as_posix(): digest(path) for path in paths if path.is_file()}
         runs: dict[str, Any] = self._manifest["runs"]
@@ -206,9 +206,9 @@ class Workspace:
         if undo and self._made:
             with contextlib.suppress(OSError, ValueError):
                 (self.folder / STATE / LOCK).unlink()
-            for one in reversed(self._made):
+            for folder in reversed(self._made):
                 with contextlib.suppress(OSError):
-                    one.rmdir()
+                    folder.rmdir()
 
     def _settle(self, *, undo: bool) -> bool:
         """Leave the state as a later run may find it; return whether nothing of this one is left."""
@@ -245,26 +245,26 @@ def read_manifest(folder: Path) -> dict[str, Any]:
 
 def results_in(folder: Path, name: str, results: Sequence[str]) -> list[str]:
     """What says that results of a run lie in a folder: those of `results` that exist, and what its manifest names."""
-    found = [one for one in results if (folder / one).exists()]
+    present = [file for file in results if (folder / file).exists()]
     files = read_manifest(folder)["runs"].get(name, {"files": {}})["files"]
-    return [*found, *(one for one in files if one not in found and (folder / one).exists())]
+    return [*present, *(file for file in files if file not in present and (folder / file).exists())]
 
 
 def _make(folder: Path, made: list[Path]) -> None:
     """Make a folder and those above it, and note which were not there."""
-    for one in reversed([folder, *folder.parents]):
+    for path in reversed([folder, *folder.parents]):
         try:
-            if one.is_dir():
+            if path.is_dir():
                 continue
-            if one.exists():
-                raise InputError(one, "-o", "a file", "the path of a folder for the results")
-            one.mkdir()
-            made.append(one)
+            if path.exists():
+                raise InputError(path, "-o", "a file", "the path of a folder for the results")
+            path.mkdir()
+            made.append(path)
         except InputError:
             raise
         except (OSError, ValueError) as error:  # ValueError: a path with a null character
             reason = getattr(error, "strerror", None) or error
-            raise InputError(one, "-o", f"that it cannot be made ({reason})", "a folder that can be") from None
+            raise InputError(path, "-o", f"that it cannot be made ({reason})", "a folder that can be") from None
 
 
 def _locked(folder: Path) -> IO[str]:
@@ -306,13 +306,13 @@ def _lock(stream: IO[str]) -> None:
 
 def _swap(folder: Path, new: Path, swap: Mapping[str, Any]) -> None:
     """Move new files to their places and remove stale ones; may be done again from any point where it was stopped."""
-    for name, mine in swap["files"].items():
+    for name, checksum in swap["files"].items():
         source, place = new / name, folder / name
         if not source.exists():
             continue  # moved before it was stopped
-        if place.exists() and digest(place) not in (swap["known"].get(name), mine):
+        if place.exists() and digest(place) not in (swap["known"].get(name), checksum):
             # it is not the program's: kept under a free name
-            spare = next(one for i in count(1) if not (one := place.with_name(f"{place.name}.~{i}~")).exists())
+            spare = next(free for i in count(1) if not (free := place.with_name(f"{place.name}.~{i}~")).exists())
             os.replace(place, spare)  # noqa: PTH105
         place.parent.mkdir(parents=True, exist_ok=True)
         replace_file(source, place)
@@ -320,7 +320,7 @@ def _swap(folder: Path, new: Path, swap: Mapping[str, Any]) -> None:
         place = folder / name
         if place.is_file() and digest(place) == theirs:
             place.unlink()
-    for one in {(folder / name).parent for name in swap["stale"]}:
+    for emptied in {(folder / name).parent for name in swap["stale"]}:
         with contextlib.suppress(OSError):  # it is not left empty
-            one.rmdir()
+            emptied.rmdir()
     write_document(folder / STATE / MANIFEST, swap["manifest"])

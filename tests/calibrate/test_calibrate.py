@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from scruton.calibrate import REGIMES, calibration_text, run_calibration
+from scruton.calibrate.calibration import load
 from scruton.calibrate.campaigns import run_campaign, simulate_campaign
 from scruton.calibrate.coverage import cells, covered, pooled, summarise, uniformity
 from scruton.calibrate.execution import Execution
 from scruton.calibrate.identifiability import Identifiability, identifiability, information
 from scruton.calibrate.quantities import inside, quantities, score
 from scruton.calibrate.regimes import LAW_REGIMES, TWELVE, chosen
-from scruton.calibrate.run import load
 from scruton.calibrate.thresholds import LIMIT_P
 from scruton.calibrate.truths import draw_normals, from_normals, omega0, scattered
 from scruton.campaign import Kind, Motion

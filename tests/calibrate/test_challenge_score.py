@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from scruton.calibrate.challenge.attempt import run_challenge
 from scruton.calibrate.challenge.baselines import BASELINES
 from scruton.calibrate.challenge.figures import (
     calibration,
@@ -18,7 +19,6 @@ from scruton.calibrate.challenge.figures import (
     wilson,
 )
 from scruton.calibrate.challenge.make import Plan, make_challenge
-from scruton.calibrate.challenge.run import run_challenge
 from scruton.calibrate.challenge.score import score_challenge, score_markdown, score_text
 from scruton.calibrate.execution import Execution
 from scruton.errors import InputError

@@ -208,7 +208,7 @@ def _challenge(_: Stock, to: Path) -> None:
     """Make two cases and spell the results of their diagnoses as FORMAT.md has them."""
     one_rig = ("--design", "one-rig", "--effects", "none,coulomb_friction", "--severities", "0.4")
     _run("challenge", "make", "-o", to / "made", "--cases", 2, *one_rig)
-    _run("challenge", "run", to / "made", "-o", to / "results", stops=("scruton.gap.run.diagnose_campaign",))
+    _run("challenge", "run", to / "made", "-o", to / "results", stops=("scruton.gap.diagnose.diagnose_campaign",))
     for case, verdict in (("case-0001", "none"), ("case-0002", "coulomb_friction")):
         other = "none" if verdict != "none" else "coulomb_friction"
         content = {
@@ -230,7 +230,7 @@ def _batch(stock: Stock, to: Path) -> None:
 
 def _calibration(stock: Stock, to: Path) -> None:
     """Claim the folder of a calibration that was interrupted in its first campaign."""
-    stops = ("scruton.calibrate.run.run_campaign",)
+    stops = ("scruton.calibrate.calibration.run_campaign",)
     regimes = ("--regimes", "turbulence-1", "--campaigns", 2)
     _run("calibrate", "-o", to, *regimes, "--model", stock.path("card.toml"), "--quiet", stops=stops)
 

@@ -143,7 +143,7 @@ def test_measured_decays(shared_data, folder, effect):
 
 
 def test_a_statement_far_off_is_called_an_error_of_it():
-    """Damping stated nearly three times too large: the bare model has an optimum where turbulence explains it all."""
+    """Damping stated nearly three times too large: the null model has an optimum where turbulence explains it all."""
     campaign, _ = simulate_case(SEED, 4, None, 0.0)
     first = campaign.rigs[0]
     stated = replace(first, damping_ratio=replace(first.damping_ratio, mean=2.7 * first.damping_ratio.mean))

@@ -14,7 +14,7 @@ from scruton.campaign.schema import Campaign
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Layout, Term
 from scruton.dynamics.effects.effect import Effect, Extent, Scope, Values, Variant, scopes, size_prior
 from scruton.dynamics.effects.terms import BELONGS, Belongs
-from scruton.gap.run import examine
+from scruton.gap.diagnose import examine
 from scruton.infer.cards import ModelCard, load_card
 
 NAME = "structural_damping_nonlinearity"

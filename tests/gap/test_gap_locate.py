@@ -78,7 +78,7 @@ def test_the_curve_in_still_air_is_the_friction_that_was_put_in(friction: tuple[
     data = diagnosis.data
     curves = excess_curves(diagnosis.null)
     curve = next(c for c in curves.damping if c.direction == STILL and data.layout.rig[c.record] == rigs[0])
-    # the slow, obvious way: total damping from the found effect's own equation, minus that of the bare model
+    # the slow, obvious way: total damping from the found effect's own equation, minus that of the null model
     tables = [
         e.hypothesis.table(e.mode[None])[:, curve.record] for e in (diagnosis.final, diagnosis.null)
     ]  # both at their optimum

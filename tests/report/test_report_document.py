@@ -119,7 +119,7 @@ def test_the_gap_is_told_with_where_and_how_far_it_shrinks(three) -> None:
     nothing = {**GAP, "verdict": "none", "shrink": {}, "where": [], "effects": {}, "advice": [], "invisible": []}
     assert "agree within their noise" in text_of(gap_chapter(material(three, gap=nothing)))
     assert list(gap_chapter(material(three))) == []
-    for gap, words in ((GAP, "Diagnosis: The bare model and the records part"), (nothing, "agree within their noise")):
+    for gap, words in ((GAP, "Diagnosis: The null model and the records part"), (nothing, "agree within their noise")):
         assert words in text_of(compose(material(three, gap=gap)).chapters[0].blocks)
 
 

@@ -259,7 +259,7 @@ def test_still_air_speaks_of_structural_damping_alone(tmp_path: Path) -> None:
 
 def test_still_air_is_diagnosed_against_a_constant_damping_ratio() -> None:
     text = page_of(still_air_fit(), gap=GAP).text
-    assert "Diagnosis: The bare model and the records part" in text.partition("Campaign and similitude")[2]
+    assert "Diagnosis: The null model and the records part" in text.partition("Campaign and similitude")[2]
     assert "constant damping ratio and constant frequency" in text
     assert "one pair of aerodynamic parameters" not in text
     assert "one pair of aerodynamic parameters" in page_of(fake_fit(growth=False, sweeps=False), gap=GAP).text

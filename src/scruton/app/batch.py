@@ -53,8 +53,8 @@ class Batch:
     @property
     def counts(self) -> dict[str, int]:
         """How many campaigns are in each state."""
-        found = Counter(one["state"] for one in self.campaigns)
-        return {state: found[state] for state in STATES if found[state]}
+        tally = Counter(entry["state"] for entry in self.campaigns)
+        return {state: tally[state] for state in STATES if tally[state]}
 
     @property
     def good(self) -> bool:
@@ -64,7 +64,7 @@ class Batch:
     @property
     def none_ran(self) -> bool:
         """Whether there was nothing to run: every campaign is bad input."""
-        return all(one["bad_input"] for one in self.campaigns)
+        return all(entry["bad_input"] for entry in self.campaigns)
 
 
 def run(arguments: Namespace) -> Outcome:
@@ -106,7 +106,7 @@ def run(arguments: Namespace) -> Outcome:
     return Outcome(
         batch_text(whole),
         [out / name for name in (PAGE, CSV, JSON)],
-        [f"{one['name']}: {one['state']}: {one['reason']}" for one in whole.campaigns if one["reason"]],
+        [f"{entry['name']}: {entry['state']}: {entry['reason']}" for entry in whole.campaigns if entry["reason"]],
         DONE if whole.good else BAD_INPUT if whole.none_ran else NOT_TRUSTED,
     )
 
@@ -117,10 +117,10 @@ def _planned(arguments: Namespace) -> tuple[list[Job], Run]:
     from scruton.infer.cards import load_card
 
     seen: dict[Path, Path] = {}
-    for one in arguments.campaigns:
-        other = seen.setdefault(campaign_folder(one).resolve(), one)
-        if other is not one:
-            raise InputError("command line", "CAMPAIGN", f"{one}, which is {other} again", "each campaign once")
+    for given in arguments.campaigns:
+        other = seen.setdefault(campaign_folder(given).resolve(), given)
+        if other is not given:
+            raise InputError("command line", "CAMPAIGN", f"{given}, which is {other} again", "each campaign once")
     card, path = load_card(arguments.model), Path(arguments.model)
     design = tuple(dict.fromkeys(arguments.sc))
     common: dict[str, Any] = {
@@ -132,9 +132,9 @@ def _planned(arguments: Namespace) -> tuple[list[Job], Run]:
         for name, campaign in zip(names(arguments.campaigns), arguments.campaigns, strict=True)
     ]
     for job in todo if not arguments.force and not arguments.resume else ():
-        if found := results_in(Path(job.folder), "fit", RESULTS):
+        if earlier := results_in(Path(job.folder), "fit", RESULTS):
             raise InputError(
-                job.folder, "-o", f"results of an earlier run ({', '.join(found[:4])})",
+                job.folder, "-o", f"results of an earlier run ({', '.join(earlier[:4])})",
                 "an empty folder, --resume to go on with the batch, or --force to replace its results",
             )  # fmt: skip
     settings = {"report": arguments.report, **({"sc": list(design)} if arguments.report else {})}
@@ -151,20 +151,20 @@ def names(campaigns: Sequence[Path]) -> list[str]:
     >>> names([Path("/2023/deck"), Path("/2024/deck"), Path("/tower")])
     ['2023-deck', '2024-deck', 'tower']
     """
-    parts = [campaign_folder(one).resolve().parts[1:] or ("campaign",) for one in campaigns]
-    folded = [[part.casefold() for part in one] for one in parts]
-    found: list[str] = []
-    for one, alike in zip(parts, folded, strict=True):
+    parts = [campaign_folder(campaign).resolve().parts[1:] or ("campaign",) for campaign in campaigns]
+    folded = [[part.casefold() for part in path] for path in parts]
+    unique: list[str] = []
+    for path, alike in zip(parts, folded, strict=True):
         depth = 1
-        while depth < len(one) and sum(alike[-depth:] == other[-depth:] for other in folded) > 1:
+        while depth < len(path) and sum(alike[-depth:] == other[-depth:] for other in folded) > 1:
             depth += 1
-        name = label = "-".join(one[-depth:]).encode(errors="backslashreplace").decode()
+        name = label = "-".join(path[-depth:]).encode(errors="backslashreplace").decode()
         count = 1
-        while name.casefold() in {JSON, CSV, PAGE, *(other.casefold() for other in found)}:
+        while name.casefold() in {JSON, CSV, PAGE, *(other.casefold() for other in unique)}:
             count += 1
             name = f"{label}-{count}"
-        found.append(name)
-    return found
+        unique.append(name)
+    return unique
 
 
 def run_one(job: Job) -> Entry:
@@ -212,7 +212,7 @@ def _do(job: Job) -> None:
 def _missing(job: Job) -> list[str]:
     """What is missing from the report of a finished folder."""
     content = read_json(Path(job.folder) / "report.json") if job.report else {}
-    return [one["sentence"] for one in content.get("failures", [])]
+    return [failure["sentence"] for failure in content.get("failures", [])]
 
 
 def summarise(job: Job) -> Entry:
@@ -235,18 +235,18 @@ def summarise(job: Job) -> Entry:
         "unit": summary["amplitude_unit"],
         "rigs": len(summary["rigs"]),
         "tests": len(summary["tests"]),
-        "peaks": [_peak(one) for one in summary["tests"] if one["peak"]],
+        "peaks": [_peak(test) for test in summary["tests"] if test["peak"]],
         "predictions": predictions,
-        "flags": list(dict.fromkeys([*flags, *(flag for one in predictions for flag in one["flags"])])),
+        "flags": list(dict.fromkeys([*flags, *(flag for prediction in predictions for flag in prediction["flags"])])),
     }
 
 
 def _peak(test: dict[str, Any]) -> dict[str, Any]:
     """What the table shows of a peak test; laws other than the paper's have no Y1 and epsilon."""
-    found = {key: test["parameters"].get(key) for key in ("scruton_number", "a_star", "Y1", "epsilon")}
+    estimates = {key: test["parameters"].get(key) for key in ("scruton_number", "a_star", "Y1", "epsilon")}
     kept = ("median", "mean", "sd", "interval")
     return {"test": test["name"], "rig": test["rig"]} | {
-        key: None if one is None else {name: one[name] for name in kept} for key, one in found.items()
+        key: None if value is None else {name: value[name] for name in kept} for key, value in estimates.items()
     }
 
 

@@ -31,47 +31,47 @@ def write_batch(batch: "Batch", folder: Path) -> None:
 def batch_csv(batch: "Batch") -> str:
     """One row a peak test, or one a campaign that has none; intervals of 90 %."""
     header = ["campaign", "title", "state", "reason", "rigs", "tests", "flags", "folder", "report", "peak test", "rig"]
-    header += [one for name in QUANTITIES.values() for one in (name, f"{name} q05", f"{name} q95")]
-    design = [f"amplitude at Sc {stated(one)}" for one in batch.design]
-    header += ["unit", *(one for name in design for one in (name, f"{name} q05", f"{name} q95"))]
+    header += [column for name in QUANTITIES.values() for column in (name, f"{name} q05", f"{name} q95")]
+    design = [f"amplitude at Sc {stated(sc)}" for sc in batch.design]
+    header += ["unit", *(column for name in design for column in (name, f"{name} q05", f"{name} q95"))]
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(header)
-    for one in batch.campaigns:
-        own = [one[key] for key in ("name", "title", "state", "reason", "rigs", "tests")]
-        own += [len(one["flags"]), one["name"] if one["rigs"] is not None else None, one["report"]]
-        predicted = [cell for found in _predicted(one, batch) for cell in _numbers(found)]
-        for peak in one["peaks"] or [{}]:
+    for entry in batch.campaigns:
+        leading = [entry[key] for key in ("name", "title", "state", "reason", "rigs", "tests")]
+        leading += [len(entry["flags"]), entry["name"] if entry["rigs"] is not None else None, entry["report"]]
+        predicted = [cell for amplitude in _predicted(entry, batch) for cell in _numbers(amplitude)]
+        for peak in entry["peaks"] or [{}]:
             quantities = [cell for key in QUANTITIES for cell in _numbers(peak.get(key))]
-            row = [*own, peak.get("test"), peak.get("rig"), *quantities, one["unit"], *predicted]
+            row = [*leading, peak.get("test"), peak.get("rig"), *quantities, entry["unit"], *predicted]
             writer.writerow([safe_cell(cell) for cell in row])
     return stream.getvalue()
 
 
 def _predicted(entry: "Entry", batch: "Batch") -> list[dict[str, Any] | None]:
     """Amplitude at each design Scruton number; None where the campaign has no prediction."""
-    return [one["amplitude"] for one in entry["predictions"]] or [None] * len(batch.design)
+    return [prediction["amplitude"] for prediction in entry["predictions"]] or [None] * len(batch.design)
 
 
-def _numbers(one: dict[str, Any] | None) -> list[float | None]:
-    return [None] * 3 if one is None else [one["median"], *one["interval"][LEVEL]]
+def _numbers(summary: dict[str, Any] | None) -> list[float | None]:
+    return [None] * 3 if summary is None else [summary["median"], *summary["interval"][LEVEL]]
 
 
 def batch_text(batch: "Batch") -> str:
     """Table for the terminal: what is the campaign's stands in the row of its first peak test."""
     header = ["campaign", "state", "rigs", "tests", "Sc", "a*", "90 %", "Y1", "epsilon"]
-    header += [f"A(Sc {stated(one)})" for one in batch.design] + ["unit", "flags"]
+    header += [f"A(Sc {stated(design)})" for design in batch.design] + ["unit", "flags"]
     rows = []
-    for one in batch.campaigns:
-        own = [one["name"], one["state"], _count(one["rigs"]), _count(one["tests"])]
-        last = [TERMINAL.number(_numbers(found)[0]) for found in _predicted(one, batch)]
-        last += [one["unit"] or "-", str(len(one["flags"]))]
-        for peak in one["peaks"] or [{}]:
+    for entry in batch.campaigns:
+        leading = [entry["name"], entry["state"], _count(entry["rigs"]), _count(entry["tests"])]
+        last = [TERMINAL.number(_numbers(predicted)[0]) for predicted in _predicted(entry, batch)]
+        last += [entry["unit"] or "-", str(len(entry["flags"]))]
+        for peak in entry["peaks"] or [{}]:
             sc, (amplitude, low, high), y1, epsilon = (_numbers(peak.get(key)) for key in QUANTITIES)
             interval = TERMINAL.range(None if low is None else (low, high))
-            found = [*map(TERMINAL.number, (sc[0], amplitude)), interval, *map(TERMINAL.number, (y1[0], epsilon[0]))]
-            rows.append((*own, *found, *last))
-            own, last = [""] * len(own), [""] * len(last)
+            cells = [*map(TERMINAL.number, (sc[0], amplitude)), interval, *map(TERMINAL.number, (y1[0], epsilon[0]))]
+            rows.append((*leading, *cells, *last))
+            leading, last = [""] * len(leading), [""] * len(last)
     return render_text([Table("batch", "", tuple(header), tuple(rows)), paragraph(_said(batch))])
 
 
@@ -93,8 +93,8 @@ def batch_page(batch: "Batch") -> str:
     return page(
         "batch.html.j2",
         said=_said(batch),
-        design=[stated(one) for one in batch.design],
-        campaigns=[_shown(one, batch) for one in batch.campaigns],
+        design=[stated(sc) for sc in batch.design],
+        campaigns=[_shown(entry, batch) for entry in batch.campaigns],
         provenance=batch.provenance,
     )
 
@@ -110,13 +110,13 @@ def _shown(entry: "Entry", batch: "Batch") -> dict[str, Any]:
         "folder": folder,
         "links": {name: folder + name for name in files},
         "peaks": [
-            {"test": one["test"], **{key: _estimate(one[key]) for key in QUANTITIES}} for one in entry["peaks"]
+            {"test": peak["test"], **{key: _estimate(peak[key]) for key in QUANTITIES}} for peak in entry["peaks"]
         ],
-        "predicted": [_estimate(one) for one in _predicted(entry, batch)],
+        "predicted": [_estimate(amplitude) for amplitude in _predicted(entry, batch)],
     }  # fmt: skip
 
 
-def _estimate(one: dict[str, Any] | None) -> tuple[str, str]:
+def _estimate(summary: dict[str, Any] | None) -> tuple[str, str]:
     """Median and interval, or dashes."""
-    median, interval = ("–", "") if one is None else estimate(one)
+    median, interval = ("–", "") if summary is None else estimate(summary)
     return median, "" if interval == "as stated" else interval

@@ -44,7 +44,7 @@ def challenge_make(arguments: Namespace) -> Outcome:
 
 def challenge_run(arguments: Namespace) -> Outcome:
     """Diagnose every campaign of a challenge, without the answers."""
-    from scruton.calibrate.challenge.run import run_challenge
+    from scruton.calibrate.challenge.attempt import run_challenge
 
     with execution(arguments) as execute:
         run_challenge(arguments.folder, execute)
@@ -53,8 +53,8 @@ def challenge_run(arguments: Namespace) -> Outcome:
 
 def challenge_score(arguments: Namespace) -> Outcome:
     """Open the answers of a challenge and score."""
+    from scruton.calibrate.challenge.attempt import run_challenge
     from scruton.calibrate.challenge.baselines import BASELINES
-    from scruton.calibrate.challenge.run import run_challenge
     from scruton.calibrate.challenge.score import score_challenge, score_markdown, score_text
     from scruton.calibrate.execution import Execution
 

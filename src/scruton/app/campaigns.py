@@ -32,30 +32,30 @@ def validate(arguments: Namespace) -> Outcome:
     unit, folder = campaign.section.amplitude_unit, arguments.out or default_folder(arguments.campaign) / "validation"
     claim = Run(folder, "validate", arguments, sha256=campaign.sha256 or {}, card=card, settings={}, results=(JSON,))
     with claim as work:
-        found = validate(campaign, card, seed=arguments.seed, progress=work.bar, checkpoints=work.checkpoints)
+        validations = validate(campaign, card, seed=arguments.seed, progress=work.bar, checkpoints=work.checkpoints)
         # share of what was found that lies inside the intervals
-        coverage = {f"{p:.2f}": float(np.mean([one.inside(p) for one in found])) for p in NOMINAL}
+        coverage = {f"{p:.2f}": float(np.mean([case.inside(p) for case in validations])) for p in NOMINAL}
         entries, rows = [], []
-        for one in found:
-            known = {"found": one.amplitude, "measured": one.measured, "error": one.error, "factor": one.factor}
-            inside = {f"{p:.2f}": bool(one.inside(p)) for p in NOMINAL}
+        for case in validations:
+            known = {"found": case.amplitude, "measured": case.measured, "error": case.error, "factor": case.factor}
+            inside = {f"{p:.2f}": bool(case.inside(p)) for p in NOMINAL}
             entries.append(
-                {"test": one.test, "from": one.source, "prediction": one.prediction.to_json(), **known, "z": one.z,
-                 "log_score": one.log_score, "inside": inside, "trusted": one.trusted}
+                {"test": case.test, "from": case.source, "prediction": case.prediction.to_json(), **known, "z": case.z,
+                 "log_score": case.log_score, "inside": inside, "trusted": case.trusted}
             )  # fmt: skip
-            low, high = one.prediction.interval(0.90)
+            low, high = case.prediction.interval(0.90)
             rows.append(
-                {"test": one.test, "from": ", ".join(one.source), "Sc [-]": one.prediction.scruton_number,
-                 "unit": one.prediction.unit, "median": one.prediction.median, "q05": low, "q95": high, **known,
-                 "z": one.z, "log score": one.log_score, "inside 90 %": one.inside()}
+                {"test": case.test, "from": ", ".join(case.source), "Sc [-]": case.prediction.scruton_number,
+                 "unit": case.prediction.unit, "median": case.prediction.median, "q05": low, "q95": high, **known,
+                 "z": case.z, "log score": case.log_score, "inside 90 %": case.inside()}
             )  # fmt: skip
         content = {"format": 1, "title": campaign.title, "unit": unit, "validations": as_json(entries)}
-        figures = save(validation_figure(found), work.new, formats=("svg", "png"))
+        figures = save(validation_figure(validations), work.new, formats=("svg", "png"))
         write_text(work.new / CSV, safe_frame(pd.DataFrame(rows)).to_csv(index=False))
         work.write(JSON, content | {"coverage": coverage})
         paths = work.published([work.new / JSON, work.new / CSV, *figures])
-    text = render_text(validation_summary(campaign.title, unit, found, coverage))
-    return Outcome(text, paths, code=DONE if all(one.trusted for one in found) else NOT_TRUSTED)
+    text = render_text(validation_summary(campaign.title, unit, validations, coverage))
+    return Outcome(text, paths, code=DONE if all(case.trusted for case in validations) else NOT_TRUSTED)
 
 
 def diagnose(arguments: Namespace) -> Outcome:
@@ -63,8 +63,8 @@ def diagnose(arguments: Namespace) -> Outcome:
 
     InputError for bad input, or a folder that holds a diagnosis already; nothing is written then.
     """
+    from scruton.gap.diagnose import examine
     from scruton.gap.results import RESULT
-    from scruton.gap.run import examine
     from scruton.infer.cards import load_card
     from scruton.report.chapters.gap import gap_summary
     from scruton.report.figures import save

@@ -39,9 +39,9 @@ def run(arguments: Namespace) -> Outcome:
         for record, rig, test in inspection.records()
     )
     sweeps = tuple(
-        (one.rig, str(one.wind_speed.size), TERMINAL.range((one.wind_speed.min(), one.wind_speed.max())),
-         TERMINAL.number(one.amplitude.max()))
-        for one in campaign.sweeps
+        (sweep.rig, str(sweep.wind_speed.size), TERMINAL.range((sweep.wind_speed.min(), sweep.wind_speed.max())),
+         TERMINAL.number(sweep.amplitude.max()))
+        for sweep in campaign.sweeps
     )  # fmt: skip
     counted = "1 warning" if len(warnings) == 1 else f"{len(warnings)} warnings, worst first"
     unread = (f"{len(problems)} records cannot be used", tuple(map(str, problems)))

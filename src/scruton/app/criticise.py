@@ -62,12 +62,12 @@ def _figures(tree: Any, criticism: Criticism, folder: Path) -> list[Path]:
     from scruton.report.figures import figures_from, save
 
     drawn = figures_from("criticism", tree, criticism)
-    return [path for one in drawn for path in save(one, folder, formats=("svg", "png"))]
+    return [path for figure in drawn for path in save(figure, folder, formats=("svg", "png"))]
 
 
 def verdict(criticism: Criticism) -> str:
     """First line: how many things to look at, and whether the fit may be trusted."""
-    count, serious = len(criticism.flags), sum(one.serious for one in criticism.flags)
+    count, serious = len(criticism.flags), sum(flag.serious for flag in criticism.flags)
     if not count:
         return "Nothing found." if not criticism.missing else "Nothing found in the checks that could be made."
     first = f"{count} thing{'s' if count > 1 else ''} to look at"
@@ -81,44 +81,44 @@ def criticism_text(criticism: Criticism, title: str) -> str:
         for flag in sorted(criticism.flags, key=lambda flag: not flag.serious)
     ]
     missing = "\n".join(["Not checked", *(f"  {check}" for check in criticism.missing)])
-    found: list[Block] = [paragraph(f"{title}\n{verdict(criticism)}"), Callout(ALARM, "", tuple(flags))]
-    return render_text([*found, *([paragraph(missing)] if criticism.missing else []), *_sections(criticism)])
+    opening: list[Block] = [paragraph(f"{title}\n{verdict(criticism)}"), Callout(ALARM, "", tuple(flags))]
+    return render_text([*opening, *([paragraph(missing)] if criticism.missing else []), *_sections(criticism)])
 
 
 def _p(value: float) -> str:
     return TERMINAL.number(value, 2) if not value < 1e-6 else "< 1e-6"
 
 
-def _whose(one: Any, *values: float) -> tuple[str, ...]:
-    return one.test or "(campaign)", one.parameter, *(TERMINAL.number(value, 2) for value in values)
+def _whose(row: Any, *values: float) -> tuple[str, ...]:
+    return row.test or "(campaign)", row.parameter, *(TERMINAL.number(value, 2) for value in values)
 
 
 def _sections(criticism: Criticism) -> list[Table]:
     innovations, predictive = (
         tuple(
-            (one.test, one.record or "(all)", one.name, TERMINAL.number(one.value, 3),
-             TERMINAL.range((one.low, one.high), 3), _p(one.p), _p(one.adjusted))
-            for one in checks
+            (check.test, check.record or "(all)", check.name, TERMINAL.number(check.value, 3),
+             TERMINAL.range((check.low, check.high), 3), _p(check.p), _p(check.adjusted))
+            for check in checks
         )
         for checks in (criticism.innovations, criticism.predictive)
     )  # fmt: skip
     shares = tuple(
-        (one.test, one.record, f"{one.level:.0%}", f"{one.share:.0%}", f"{one.low:.0%} .. {one.high:.0%}")
-        for one in criticism.shares
+        (band.test, band.record, f"{band.level:.0%}", f"{band.share:.0%}", f"{band.low:.0%} .. {band.high:.0%}")
+        for band in criticism.shares
     )
     prior = tuple(
-        (one.test, one.record, f"{one.inside:.0%}", _p(one.p_half), _p(one.p_final), f"{one.huge:.0%}",
-         f"{one.instant:.0%}")
-        for one in criticism.prior
+        (row.test, row.record, f"{row.inside:.0%}", _p(row.p_half), _p(row.p_final), f"{row.huge:.0%}",
+         f"{row.instant:.0%}")
+        for row in criticism.prior
     )  # fmt: skip
     scaling = tuple(
-        (*_whose(one, one.prior, one.still_air, one.likelihood), one.diagnosis) for one in criticism.scaling
+        (*_whose(row, row.prior, row.still_air, row.likelihood), row.diagnosis) for row in criticism.scaling
     )
-    moved = tuple((*_whose(one, one.prior_sd, one.posterior_sd, one.ratio), one.verdict) for one in criticism.moved)
+    moved = tuple((*_whose(row, row.prior_sd, row.posterior_sd, row.ratio), row.verdict) for row in criticism.moved)
     influence = tuple(
-        (one.test, one.record, one.parameter, f"{one.shift:+.2f}", f"{one.widening:.2f}", TERMINAL.number(one.z, 2),
-         f"{one.khat:.2f}" + ("" if one.trusted else " !"))
-        for one in criticism.influence
+        (row.test, row.record, row.parameter, f"{row.shift:+.2f}", f"{row.widening:.2f}", TERMINAL.number(row.z, 2),
+         f"{row.khat:.2f}" + ("" if row.trusted else " !"))
+        for row in criticism.influence
     )  # fmt: skip
     return [
         Table("", "Innovations of the filter", STATISTIC, innovations),

@@ -49,8 +49,8 @@ class FitTask:
     def claim(self, arguments: Namespace, sha256: Mapping[str, str] = {}, settings: Mapping[str, Any] = {}) -> Run:
         """The run, to be entered; `sha256` and `settings` are those beside the fit's own."""
         files = {**(self.campaign.sha256 or {}), **sha256}
-        own = {"tests": list(self.names), "effect": self.effect, **settings}
-        return Run(self.folder, "fit", arguments, sha256=files, card=self.card, settings=own, results=RESULTS)
+        all_settings = {"tests": list(self.names), "effect": self.effect, **settings}
+        return Run(self.folder, "fit", arguments, sha256=files, card=self.card, settings=all_settings, results=RESULTS)
 
     def fit(self, work: Run) -> "Fit":
         """Fit, with checkpoints in the folder; an effect (or "auto": what diagnosis finds) goes into the tree."""
@@ -68,14 +68,14 @@ class FitTask:
             from scruton.gap.data import load_gap
             from scruton.gap.diagnosis import diagnose_data
 
-            found = diagnose_data(
+            diagnosis = diagnose_data(
                 load_gap(fit.campaign, card), fit.campaign, prior=card.effect_weights, prior_none=card.prior_none,
                 progress=work.bar,
             )  # fmt: skip
-            name = attach(fit.tree, found, effect, self.seed)
+            name = attach(fit.tree, diagnosis, effect, self.seed)
             fit.summary["effect"] = {
-                "asked": effect, "used": name, "also": list(found.found[1:]) if name == found.verdict else [],
-                "probability": found.probability.get(name, 0.0),
+                "asked": effect, "used": name, "also": list(diagnosis.found[1:]) if name == diagnosis.verdict else [],
+                "probability": diagnosis.probability.get(name, 0.0),
             }  # fmt: skip
         work.bar.end()
         return fit
@@ -108,8 +108,8 @@ def report(arguments: Namespace) -> Outcome:
     bridge, limits, gap = arguments.bridge, arguments.limit, not arguments.no_gap
     if limits and bridge is None:
         raise InputError("command line", "--limit", f'"{limits[0]}" without a bridge', "--bridge FILE beside it")
-    stands = None if bridge is None else check_bridge(path, bridge, limits)
-    sha256 = {} if stands is None else stands.sha256
+    checked = None if bridge is None else check_bridge(path, bridge, limits)
+    sha256 = {} if checked is None else checked.sha256
     task = FitTask.of(arguments)
     settings = {"sc": arguments.sc, "limits": limits, "gap": gap, "bridge": bridge is not None}
     with task.claim(arguments, sha256, settings) as work, SecondProcess() as second:
@@ -124,8 +124,8 @@ def report(arguments: Namespace) -> Outcome:
             crossed=crossed, second=second,
         )  # fmt: skip
         work.publish()
-    places = (("report (PDF):", paths.pdf), ("report:", paths.report), ("Griffin plot:", paths.griffin))
-    lines = [f"{name:13} {place}" for name, place in places if place is not None]
-    failures = [one.sentence for one in paths.failures]
+    files = (("report (PDF):", paths.pdf), ("report:", paths.report), ("Griffin plot:", paths.griffin))
+    lines = [f"{name:13} {place}" for name, place in files if place is not None]
+    failures = [failure.sentence for failure in paths.failures]
     code = DONE if fit.converged and not failures else NOT_TRUSTED
     return Outcome(render_text(fit_summary(fit)), lines, [*failures, *fit.flags], code)

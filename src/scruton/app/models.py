@@ -12,7 +12,7 @@ from scruton.report.render_text import render_text
 def run(_: Namespace) -> Outcome:
     """One row a shipped card: its name, the exponents of its laws and its title."""
     cards = [load_card(name) for name in sorted(shipped_cards(), key=lambda name: (name != "default", name))]
-    rows = [(card.name, ", ".join(f"{one:g}" for one in card.laws) or "free", card.title) for card in cards]
+    rows = [(card.name, ", ".join(f"{exponent:g}" for exponent in card.laws) or "free", card.title) for card in cards]
     return Outcome(lines=[render_text([Table("cards", "", ("card", "n", "title"), rows, numeric=[False] * 3)])])
 
 

@@ -21,12 +21,12 @@ def check_options(options: Mapping[str, Any]) -> None:
     """Refuse the first option that cannot be, whatever the verb is; those that are None or empty were not given."""
     given = {name: value if isinstance(value, list) else [value] for name, value in options.items()}
     for name, values in given.items():
-        if any(isinstance(one, Path) and "\0" in str(one) for one in values):
+        if any(isinstance(value, Path) and "\0" in str(value) for value in values):
             raise InputError("command line", name, "a path with a null character", "the path of a file or folder")
     for name, check in _CHECKS.items():
-        for one in given.get(name, []):
-            if one is not None:
-                check(one, f"--{name.replace('_', '-')}" if name != "out" else "-o")
+        for argument in given.get(name, []):
+            if argument is not None:
+                check(argument, f"--{name.replace('_', '-')}" if name != "out" else "-o")
 
 
 def check_effect_name(effect: str, option: str) -> None:
@@ -44,7 +44,7 @@ def check_writable(folder: Path, option: str = "-o") -> None:
     length = len(os.fsencode(folder.absolute()))
     if length > LONGEST_PATH:
         raise InputError(folder, option, f"a path of {length} bytes", f"one of at most {LONGEST_PATH}")
-    there = next(one for one in (folder, *folder.resolve().parents) if one.exists())
+    there = next(path for path in (folder, *folder.resolve().parents) if path.exists())
     if not there.is_dir():
         raise InputError(folder, option, f"a file, {there}", "the path of a folder for the results")
     if not os.access(there, os.W_OK | os.X_OK):
@@ -54,12 +54,12 @@ def check_writable(folder: Path, option: str = "-o") -> None:
 def check_numbers(option: str, text: str, count: int | None = None) -> tuple[float, ...]:
     """Read finite numbers with commas between them, `count` of them where it is given."""
     try:
-        found = tuple(float(one) for one in text.split(","))
+        numbers = tuple(float(part) for part in text.split(","))
     except ValueError:
-        found = ()
-    if not found or not all(map(math.isfinite, found)) or (count is not None and len(found) != count):
+        numbers = ()
+    if not numbers or not all(map(math.isfinite, numbers)) or (count is not None and len(numbers) != count):
         raise InputError("command line", option, f'"{text}"', f"{count or 'some'} numbers with commas between them")
-    return found
+    return numbers
 
 
 def _whole(low: int, high: int, wanted: str) -> Callable[[int, str], None]:
@@ -86,7 +86,7 @@ def parse_damping(text: str, option: str = "--damping") -> Quantity:
         values = [float(part) for part in re.split(r"\s*(?:\+/-|±)\s*", text.strip())]
     except ValueError:
         raise InputError("command line", option, f'"{text}"', wanted) from None
-    if len(values) > 2 or not 0 < values[0] < 1 or not all(math.isfinite(one) and one >= 0 for one in values):
+    if len(values) > 2 or not 0 < values[0] < 1 or not all(math.isfinite(value) and value >= 0 for value in values):
         raise InputError("command line", option, f'"{text}"', wanted + ", between 0 and 1")
     return Quantity(values[0], values[1] if len(values) == 2 else None)
 

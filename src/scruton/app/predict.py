@@ -30,14 +30,14 @@ def predict(arguments: Namespace) -> Outcome:
     if not arguments.sc and not arguments.damping:
         raise InputError("command line", "--sc", "no design Scruton number", "--sc 30, or --damping 0.003")
     tree, summary = _read(results, arguments.effect, "a fit of at least one test: still air says nothing of it")
-    rigs = [one["name"] for one in summary["rigs"]]
+    rigs = [entry["name"] for entry in summary["rigs"]]
     if rig is not None and rig not in rigs:
         raise InputError(results, "--rig", f"'{rig}'", f"one of: {', '.join(rigs)}")
     common: dict[str, Any] = {"rig": rig, "law_n": arguments.law, "seed": arguments.seed}
-    found = [predict(tree, scruton_number=one, **common) for one in arguments.sc]
-    found += [predict(tree, damping_ratio=parse_damping(one), **common) for one in arguments.damping]
-    text = json.dumps({"predictions": [one.to_json() for one in found]}) if arguments.json else None
-    lines = [text or render_text(prediction_summary(found, summary))]
+    predictions = [predict(tree, scruton_number=sc, **common) for sc in arguments.sc]
+    predictions += [predict(tree, damping_ratio=parse_damping(damping), **common) for damping in arguments.damping]
+    text = json.dumps({"predictions": [prediction.to_json() for prediction in predictions]}) if arguments.json else None
+    lines = [text or render_text(prediction_summary(predictions, summary))]
     return Outcome(lines=lines, code=DONE if summary["converged"] else NOT_TRUSTED)
 
 
@@ -69,21 +69,21 @@ def size(arguments: Namespace) -> Outcome:
     from scruton.report.figures import figures_from, save
     from scruton.report.parts import sizing_origin
     from scruton.sizing.limits import limit
-    from scruton.sizing.run import RESULT, size
+    from scruton.sizing.study import RESULT, size
 
     results = arguments.results
     folder = arguments.out or results / "sizing"
-    rules = [limit(one) for one in arguments.limit]
+    rules = [limit(rule) for rule in arguments.limit]
     check_writable(folder)
     tree, summary = _read(results, arguments.effect, "a fit of at least one test")
-    stands = _bridge(tree, arguments)
+    bridge = _bridge(tree, arguments)
     settings = {name: getattr(arguments, name) for name in ("law", "effect", "rig", "damping")}
     settings["limits"] = arguments.limit
-    origin = sizing_origin(results, summary, stands, seed=arguments.seed, settings=settings)
+    origin = sizing_origin(results, summary, bridge, seed=arguments.seed, settings=settings)
     inputs = origin["fit_sha256"] | origin["bridge_sha256"]
     with Run(folder, "size", arguments, sha256=inputs, settings=settings, results=(RESULT,)) as work:
         content = size(
-            tree, stands, rules, rig=arguments.rig, law_n=arguments.law, seed=arguments.seed, progress=work.bar
+            tree, bridge, rules, rig=arguments.rig, law_n=arguments.law, seed=arguments.seed, progress=work.bar
         ).to_json()
         if arguments.bridge is None:
             content["flags"].append("no bridge was given: the answer is for the section model itself, at its own size")
@@ -91,7 +91,7 @@ def size(arguments: Namespace) -> Outcome:
             content["flags"].insert(0, "the fit did not converge: " + "; ".join(summary["flags"]))
         content["provenance"] = origin | {key: settings[key] for key in ("law", "effect")}
         drawn = figures_from("sizing", content)
-        figures = [path for one in drawn for path in save(one, work.new, formats=("svg", "png"))]
+        figures = [path for figure in drawn for path in save(figure, work.new, formats=("svg", "png"))]
         work.write(RESULT, content)
         paths = work.published([work.new / RESULT, *figures])
     return Outcome(render_text(sizing_summary(content)), paths, code=DONE if summary["converged"] else NOT_TRUSTED)
@@ -107,7 +107,7 @@ def _bridge(tree: "xr.DataTree", arguments: Namespace) -> "Bridge":
     design = None if stated is None else parse_damping(stated).or_relative_sd(DAMPING_COV)
     if arguments.bridge is None:
         return stand_in(tree, motion, chosen_rig(tree, arguments.rig), design or DAMPING)
-    found = load_bridge(arguments.bridge, motion)
+    bridge = load_bridge(arguments.bridge, motion)
     if design is None:
-        return found
-    return replace(found, modes=tuple(replace(mode, damping_ratio=design) for mode in found.modes))
+        return bridge
+    return replace(bridge, modes=tuple(replace(mode, damping_ratio=design) for mode in bridge.modes))

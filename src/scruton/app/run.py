@@ -69,9 +69,9 @@ class Run(Workspace):
 
     def published(self, written: Iterable[Path] = ()) -> list[Path]:
         """Put the results into their places; where the files that were written lie now."""
-        places = [self.folder / path.relative_to(self.new) for path in written]
+        paths = [self.folder / path.relative_to(self.new) for path in written]
         self.publish()
-        return places
+        return paths
 
 
 def default_folder(campaign: Path) -> Path:

@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from multiprocessing import resource_tracker
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
@@ -57,13 +58,7 @@ def connected(scheduler: str | None, jobs: int, *, tls: TlsFiles = NO_TLS, quiet
     """
     security = _security(scheduler, tls)
     import dask
-    from distributed import Client, LocalCluster, WorkerPlugin
-
-    class LeaveInterrupts(WorkerPlugin):
-        """Interrupts from the terminal are for the parent, which ends the workers in good order."""
-
-        def setup(self, worker: Any) -> None:
-            signal.signal(signal.SIGINT, signal.SIG_IGN)
+    from distributed import Client, LocalCluster
 
     with ExitStack() as stack:
         folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="scruton-", ignore_cleanup_errors=True))
@@ -72,31 +67,44 @@ def connected(scheduler: str | None, jobs: int, *, tls: TlsFiles = NO_TLS, quiet
         if scheduler is not None:
             yield stack.enter_context(_reach(scheduler, security))
             return
-        cluster = stack.enter_context(
-            LocalCluster(
-                n_workers=jobs, threads_per_worker=1, processes=True, host="127.0.0.1",
-                dashboard_address="127.0.0.1:0", scheduler_kwargs={"dashboard": False},
-                local_directory=folder, memory_limit=0, silence_logs=logging.CRITICAL,
-                env=ONE_THREAD | ({"PYTHONWARNINGS": "ignore"} if quiet else {}),
-            )
-        )  # fmt: skip
-        client = stack.enter_context(Client(cluster))
-        client.register_plugin(LeaveInterrupts())
-        yield client
+        with _interrupts_wait():
+            cluster = stack.enter_context(
+                LocalCluster(
+                    n_workers=jobs, threads_per_worker=1, processes=True, host="127.0.0.1",
+                    dashboard_address="127.0.0.1:0", scheduler_kwargs={"dashboard": False},
+                    local_directory=folder, memory_limit=0, silence_logs=logging.CRITICAL,
+                    env=ONE_THREAD | ({"PYTHONWARNINGS": "ignore"} if quiet else {}),
+                )
+            )  # fmt: skip
+        yield stack.enter_context(Client(cluster))
+
+
+@contextmanager
+def _interrupts_wait() -> Iterator[None]:
+    """Hold Ctrl-C back until the block ends: Dask does not start in good order once it is disturbed.
+
+    Processes and threads that the block starts inherit the mask, and leave interrupts to the parent, which ends them.
+    """
+    resource_tracker.ensure_running()  # whoever starts it lets interrupts in again
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager
 def _silent() -> Iterator[None]:
     """Keep Dask's log off the terminal: what matters of it comes back as the fault of a task."""
     loggers = [logging.getLogger(name) for name in logging.root.manager.loggerDict if name.startswith("distributed")]
-    levels = [one.level for one in loggers]
-    for one in loggers:
-        one.setLevel(logging.CRITICAL + 1)
+    levels = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL + 1)
     try:
         yield
     finally:
-        for one, level in zip(loggers, levels, strict=True):
-            one.setLevel(level)
+        for logger, level in zip(loggers, levels, strict=True):
+            logger.setLevel(level)
 
 
 def _security(scheduler: str | None, tls: TlsFiles) -> dict[str, Any]:
@@ -115,13 +123,13 @@ def _security(scheduler: str | None, tls: TlsFiles) -> dict[str, Any]:
     from distributed import Security
 
     authority, certificate, key = map(str, tls)
-    found = Security(require_encryption=True, tls_ca_file=authority, tls_client_cert=certificate, tls_client_key=key)
+    security = Security(require_encryption=True, tls_ca_file=authority, tls_client_cert=certificate, tls_client_key=key)
     try:
-        found.get_connection_args("client")
+        security.get_connection_args("client")
     except (OSError, ValueError) as error:  # ssl.SSLError is an OSError
         reason = f"certificates that cannot be used ({error})"
         raise InputError("command line", "--tls-ca", reason, "certificates and a key in PEM files") from None
-    return {"security": found}
+    return {"security": security}
 
 
 @contextmanager

@@ -39,12 +39,12 @@ def run_campaign(regime_name: str, index: int, seed: int, base: ModelCard) -> di
     regime = REGIMES[regime_name]
     card = regime.card(base)
     # It depends on nothing but the run's seed, the regime's place and the campaign's number.
-    own = np.random.SeedSequence(seed, spawn_key=(list(REGIMES).index(regime_name), index))
-    draw, simulate, fit, fresh = own.spawn(4)
+    root = np.random.SeedSequence(seed, spawn_key=(list(REGIMES).index(regime_name), index))
+    draw, simulate, fit, fresh = root.spawn(4)
     record: dict[str, Any] = {"regime": regime_name, "index": index}
-    drawn, places, _ = from_normals(draw_normals(np.random.default_rng(draw), regime, card, 1), regime, card)
+    drawn, setup, _ = from_normals(draw_normals(np.random.default_rng(draw), regime, card, 1), regime, card)
     try:
-        posterior, facts = _fitted(simulate_campaign(regime, drawn, places, simulate), card, fit, regime.weighs_laws)
+        posterior, facts = _fitted(simulate_campaign(regime, drawn, setup, simulate), card, fit, regime.weighs_laws)
     except ValueError as error:  # a record that cannot be used is counted, not hidden
         return record | {"failed": str(error)}
     rng = np.random.default_rng(fresh)
@@ -70,7 +70,7 @@ def _fitted(
     fit = fit_campaign(campaign, replace(card, sampler=sampler), seed=int(chain.generate_state(1)[0]), thorough=False)
     group, weight = fit.tree["campaign_posterior"], fit.tree["laws"]["weight"]
     # (law, draw[, test]); laws of no weight need not have draws
-    stacked = {one.name: group[one.name].to_numpy() for one in fields(Drawn) if one.name in group}
+    stacked = {field.name: group[field.name].to_numpy() for field in fields(Drawn) if field.name in group}
     values = {name: value.reshape(len(value), -1, *value.shape[3:]) for name, value in stacked.items()}
     size = values["n"].shape[1]
     share = np.nan_to_num(weight.sel(law=group["law"].to_numpy()).to_numpy().astype(np.float64))
@@ -88,16 +88,16 @@ def cycles_recorded(rate: float, natural: float, relaxations: float = RELAXATION
     return float(np.clip(relaxations * natural / (2.0 * np.pi * rate), *CYCLES))
 
 
-def simulate_campaign(regime: Regime, drawn: Drawn, places: Setting, seed: np.random.SeedSequence) -> Campaign:
-    """Simulate all records of one campaign, of which `drawn` and `places` hold one draw.
+def simulate_campaign(regime: Regime, drawn: Drawn, setup: Setting, seed: np.random.SeedSequence) -> Campaign:
+    """Simulate all records of one campaign, of which `drawn` and `setup` hold one draw.
 
     Mass, density and damping of the campaign are as the laboratory states them.
     """
     rigs, tests = [], []
     frequency, natural, kinds = FREQUENCY[regime.motion], omega0(regime.motion), regime.kinds
     for j, child in enumerate(seed.spawn(len(regime.scruton_numbers))):
-        a_star, rate, xi = (float(one[0, j]) for one in (drawn.a_star, drawn.relaxation_rate, drawn.damping_ratio))
-        mass, density = (float(np.asarray(one)[0, j]) for one in (places.mass, places.air_density))
+        a_star, rate, xi = (float(draws[0, j]) for draws in (drawn.a_star, drawn.relaxation_rate, drawn.damping_ratio))
+        mass, density = (float(np.asarray(draws)[0, j]) for draws in (setup.mass, setup.air_density))
         still = Truth(regime.motion, WIDTH, DEPTH, mass, frequency, xi)
         wind = replace(
             still, air_density=density, wind_speed=wind_speed(regime.motion), Y1=float(drawn.Y1[0, j]),
@@ -118,12 +118,12 @@ def simulate_campaign(regime: Regime, drawn: Drawn, places: Setting, seed: np.ra
             name = f"{kind.value}-{j + 1}-{number}"
             records.append(Record(name, Path(f"{name}.csv"), kind, time, response))
         errors = (regime.mass_sd, regime.density_sd, regime.damping_sd)
-        means = (float(one[j]) for one in stated(regime))
-        said = [Quantity(mean, sd * mean if sd else None) for mean, sd in zip(means, errors, strict=True)]
-        rigs.append(Rig(f"rig {j + 1}", Quantity(frequency), said[0], said[2], tuple(records[len(kinds) :])))
+        means = (float(values[j]) for values in stated(regime))
+        nominal = [Quantity(mean, sd * mean if sd else None) for mean, sd in zip(means, errors, strict=True)]
+        rigs.append(Rig(f"rig {j + 1}", Quantity(frequency), nominal[0], nominal[2], tuple(records[len(kinds) :])))
         speed = Quantity(wind_speed(regime.motion))
         tests.append(
-            Test(f"test {j + 1}", f"rig {j + 1}", said[1], speed, peak=True, records=tuple(records[: len(kinds)]))
+            Test(f"test {j + 1}", f"rig {j + 1}", nominal[1], speed, peak=True, records=tuple(records[: len(kinds)]))
         )
     path, source = Path(f"{regime.name}.toml"), "simulated from the full equation of motion"
     return Campaign(path, regime.title, source, regime.section, tuple(rigs), tuple(tests))

@@ -124,9 +124,9 @@ def pooled(ranks: Ranks, left_out: Collection[Key] = ()) -> tuple[Pooled, ...]:
     kinds = dict.fromkeys(kind_of(name) for table in ranks.values() for name in table)
     rows = []
     for kind in (EVERYTHING, *kinds):
-        mine = [[rank for name, rank in t.items() if kind in (EVERYTHING, kind_of(name))] for t in kept.values()]
-        for p in INTERVALS if any(mine) else ():
-            each = np.concatenate([covered(np.stack(part), p).mean(axis=0) for part in mine if part])  # by campaign
+        tables = [[rank for name, rank in t.items() if kind in (EVERYTHING, kind_of(name))] for t in kept.values()]
+        for p in INTERVALS if any(tables) else ():
+            each = np.concatenate([covered(np.stack(part), p).mean(axis=0) for part in tables if part])  # by campaign
             error = float(each.std(ddof=1) / np.sqrt(each.size)) if each.size > 1 else float("nan")
             rows.append(Pooled(kind, p, each.size, float(each.mean()), error))
     return tuple(rows)
@@ -174,7 +174,7 @@ def law_check(regime: str, records: Sequence[Mapping[str, Any]], probability: st
     scores: list[Mapping[str, Any]] = [record["scores"] for record in records]
     flags = [bool(record["law_flag"]) for record in records if record["law_flag"] is not None]
     weights = np.mean([record["weights"] for record in records], axis=0).tolist() if records else ()
-    inside = {name: [one[name]["inside"][probability] for one in scores] for name in (scores[0] if scores else ())}
+    inside = {name: [score[name]["inside"][probability] for score in scores] for name in (scores[0] if scores else ())}
     coverage = {name: float(np.mean(hits)) for name, hits in inside.items()}
     return LawCheck(regime, len(records), float(np.mean(flags)) if flags else float("nan"), tuple(weights), coverage)
 
@@ -214,7 +214,7 @@ class CalibrationResult:
     @property
     def ranks(self) -> Ranks:
         """Ranks of the truths."""
-        return {name: {one: fields["rank"] for one, fields in table.items()} for name, table in self.scores.items()}
+        return {name: {key: fields["rank"] for key, fields in table.items()} for name, table in self.scores.items()}
 
     @property
     def calibrated(self) -> bool:
@@ -231,19 +231,19 @@ def summarise(
     design: tuple[Identifiability, ...],
 ) -> CalibrationResult:
     """Turn the campaigns' records into coverage, ranks and law checks."""
-    good = {name: [record for record in mine if "failed" not in record] for name, mine in records.items()}
+    good = {name: [record for record in runs if "failed" not in record] for name, runs in records.items()}
     scores = {}
     for name in (regime.name for regime in regimes if not regime.weighs_laws):
-        mine = [record["scores"] for record in good[name]]
+        scored = [record["scores"] for record in good[name]]
         scores[name] = {
-            quantity: {key: np.array([one[quantity][key] for one in mine]) for key in first}
-            for quantity, first in (mine[0] if mine else {}).items()
+            quantity: {key: np.array([score[quantity][key] for score in scored]) for key in first}
+            for quantity, first in (scored[0] if scored else {}).items()
         }
-    failed = {name: tuple(str(one["failed"]) for one in mine if "failed" in one) for name, mine in records.items()}
-    unconverged = {name: sum(not record["converged"] for record in mine) for name, mine in good.items()}
+    failed = {name: tuple(str(row["failed"]) for row in runs if "failed" in row) for name, runs in records.items()}
+    unconverged = {name: sum(not record["converged"] for record in runs) for name, runs in good.items()}
     laws = tuple(law_check(regime.name, good[regime.name]) for regime in regimes if regime.weighs_laws)
-    bare = CalibrationResult(folder, settings, regimes, scores, (), (), (), design, laws, failed, unconverged)
-    ranks, left_out = bare.ranks, {(row.regime, row.quantity) for row in design if row.left_out}
+    result = CalibrationResult(folder, settings, regimes, scores, (), (), (), design, laws, failed, unconverged)
+    ranks, left_out = result.ranks, {(row.regime, row.quantity) for row in design if row.left_out}
     return replace(
-        bare, cells=cells(ranks, left_out), pooled=pooled(ranks, left_out), uniformity=uniformity(ranks, left_out)
+        result, cells=cells(ranks, left_out), pooled=pooled(ranks, left_out), uniformity=uniformity(ranks, left_out)
     )

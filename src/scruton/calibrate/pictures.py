@@ -64,14 +64,14 @@ def coverage_picture(result: CalibrationResult) -> "Figure":
 def _coverage_panel(axes: "Axes", cells: list[Cell], regimes: list[str]) -> None:
     axes.axvline(0.0, color=GREY, lw=0.8)
     for i, (p, (colour, marker)) in enumerate(zip(INTERVALS, _LOOKS, strict=True)):
-        mine = [cell for cell in cells if cell.interval == p]
-        y = [regimes.index(cell.regime) + 0.26 * (i - 1) for cell in mine]
-        for row, cell in dict(zip(y, mine, strict=True)).items():  # every cell of a regime has as many campaigns
+        shown = [cell for cell in cells if cell.interval == p]
+        y = [regimes.index(cell.regime) + 0.26 * (i - 1) for cell in shown]
+        for row, cell in dict(zip(y, shown, strict=True)).items():  # every cell of a regime has as many campaigns
             reach = 100.0 * LIMIT * cell.standard_error
             axes.barh(row, 2 * reach, 0.22, left=-reach, color=colour, alpha=0.18, lw=0)
-        x = [100.0 * (cell.coverage - p) for cell in mine]
-        faces = ["white" if cell.left_out else colour for cell in mine]
-        edges = ["black" if cell.beyond else colour for cell in mine]
+        x = [100.0 * (cell.coverage - p) for cell in shown]
+        faces = ["white" if cell.left_out else colour for cell in shown]
+        edges = ["black" if cell.beyond else colour for cell in shown]
         axes.scatter(x, y, s=14, marker=marker, c=faces, edgecolors=edges, lw=0.8, zorder=3, label=f"{100 * p:.0f} %")
     axes.fill_between([], [], [], color=GREY, alpha=0.25, lw=0, label=f"bars: $\\pm${LIMIT:g} s.e.")
     dress(axes, "x")
@@ -116,7 +116,7 @@ def save(figure: "Figure", path: Path) -> Path:
     import matplotlib as mpl
 
     path.parent.mkdir(parents=True, exist_ok=True)
-    own = {"Software": None} if path.suffix == ".png" else {"Date": None}
+    metadata = {"Software": None} if path.suffix == ".png" else {"Date": None}
     with mpl.rc_context({"svg.hashsalt": "scruton"}):
-        figure.savefig(path, dpi=_DPI, metadata=own)
+        figure.savefig(path, dpi=_DPI, metadata=metadata)
     return path

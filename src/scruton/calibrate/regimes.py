@@ -147,7 +147,7 @@ LAW_REGIMES = (
     Regime("paper-two-sc", "the paper's law, two rigs", **_TWO_SC),  # type: ignore[arg-type]
 )
 
-REGIMES: Mapping[str, Regime] = {one.name: one for one in (*TWELVE, *LAW_REGIMES)}
+REGIMES: Mapping[str, Regime] = {regime.name: regime for regime in (*TWELVE, *LAW_REGIMES)}
 
 
 def chosen(names: Sequence[str] | None) -> tuple[Regime, ...]:
@@ -161,4 +161,4 @@ def chosen(names: Sequence[str] | None) -> tuple[Regime, ...]:
     for name in names or ():
         if name not in REGIMES:
             raise InputError("calibration", "regimes", f"'{name}'", f"some of: {', '.join(REGIMES)}")
-    return tuple(one for one in REGIMES.values() if names is None or one.name in names)
+    return tuple(regime for regime in REGIMES.values() if names is None or regime.name in names)

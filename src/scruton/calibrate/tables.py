@@ -24,8 +24,8 @@ def write_tables(result: CalibrationResult, folder: Path) -> None:
 
     def measured(row: Identifiability) -> float:
         """Median posterior sd over the campaigns, beside what was expected."""
-        found = result.scores.get(row.regime, {}).get(row.quantity)
-        return float("nan") if found is None else float(np.median(found["posterior_sd"]))
+        scores = result.scores.get(row.regime, {}).get(row.quantity)
+        return float("nan") if scores is None else float(np.median(scores["posterior_sd"]))
 
     tables: dict[str, list[dict[str, Any]]] = {
         # The truths of scatter and noise factor are a regime's own, not the prior's.
@@ -78,12 +78,12 @@ def _coverage_text(result: CalibrationResult) -> str:
     nominal = "/".join(f"{100 * p:.0f}" for p in INTERVALS)
     rows = [["regime", "campaigns", *kinds]]
     for regime in dict.fromkeys(cell.regime for cell in result.cells):
-        mine = [cell for cell in result.cells if cell.regime == regime]
-        row = [regime, str(mine[0].campaigns)]
+        in_regime = [cell for cell in result.cells if cell.regime == regime]
+        row = [regime, str(in_regime[0].campaigns)]
         for kind in kinds:
-            here = [cell for cell in mine if kind_of(cell.quantity) == kind]
-            means = [np.mean([cell.coverage for cell in here if cell.interval == p]) for p in INTERVALS]
-            mark = "*" if any(cell.beyond for cell in here) else "o" if any(cell.left_out for cell in here) else ""
+            alike = [cell for cell in in_regime if kind_of(cell.quantity) == kind]
+            means = [np.mean([cell.coverage for cell in alike if cell.interval == p]) for p in INTERVALS]
+            mark = "*" if any(cell.beyond for cell in alike) else "o" if any(cell.left_out for cell in alike) else ""
             row.append("/".join(f"{100 * mean:.0f}" for mean in means) + mark)
         rows.append(row)
     note = f"{nominal} % intervals; mean over tests; * beyond {LIMIT:g} standard errors; o left out by design"
@@ -93,10 +93,10 @@ def _coverage_text(result: CalibrationResult) -> str:
 def _pooled_text(result: CalibrationResult) -> str:
     rows = [["pooled over regimes", *(f"{100 * p:.0f} %" for p in INTERVALS), "points off nominal"]]
     for name in dict.fromkeys(row.quantity for row in result.pooled):
-        mine = [row for row in result.pooled if row.quantity == name]
+        pooled = [row for row in result.pooled if row.quantity == name]
         label = "all quantities" if name == EVERYTHING else name
-        cells = [f"{100 * row.coverage:.1f} +/- {100 * row.standard_error:.1f}" for row in mine]
-        rows.append([label, *cells, " ".join(f"{row.points:+.1f}" for row in mine)])
+        cells = [f"{100 * row.coverage:.1f} +/- {100 * row.standard_error:.1f}" for row in pooled]
+        rows.append([label, *cells, " ".join(f"{row.points:+.1f}" for row in pooled)])
     return aligned(rows)
 
 

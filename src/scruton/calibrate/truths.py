@@ -95,29 +95,29 @@ def from_normals(z: FloatArray, regime: Regime, card: ModelCard) -> tuple[Drawn,
         off = np.sqrt(3.0) * prior.scale * (2.0 * ndtr(normal) - 1.0) if uniform else prior.scale * normal
         shared.append(prior.from_sampled(prior.location + off))
     amplitude, ratio, tau, kappa = shared
-    own = OWN.of(z[:, SHARED.stop :].reshape(len(z), tests, OWN.size))
-    said = stated(regime)
-    factor = setting(regime.motion, *said).mass_damping_factor
+    deviates = OWN.of(z[:, SHARED.stop :].reshape(len(z), tests, OWN.size))
+    nominal = stated(regime)
+    factor = setting(regime.motion, *nominal).mass_damping_factor
     reference = float(np.exp(np.log(regime.scruton_numbers).mean()))
     relaxation = ratio * float(np.exp(np.log(factor).mean()))
     at_zero = relaxation + n * reference
     errors = (("mass", regime.mass_sd), ("density", regime.density_sd), ("damping", regime.damping_sd))
-    mass, density, xi = (one * scattered(sd, own[name]) for one, (name, sd) in zip(said, errors, strict=True))
-    places = setting(regime.motion, mass, density, xi)
-    sc = places.scruton_number
+    mass, density, xi = (mean * scattered(sd, deviates[name]) for mean, (name, sd) in zip(nominal, errors, strict=True))
+    setup = setting(regime.motion, mass, density, xi)
+    sc = setup.scruton_number
     with np.errstate(all="ignore"):
         curve = amplitude[:, None] * amplitude_ratio((sc - reference) / relaxation[:, None], n)
-        a_star = curve * np.exp(tau[:, None] * own["amplitude"])
-        here = at_zero[:, None] * np.exp(kappa[:, None] * own["relaxation"]) - n * sc
-        rate = here / places.mass_damping_factor * omega0(regime.motion)
+        a_star = curve * np.exp(tau[:, None] * deviates["amplitude"])
+        shifted = at_zero[:, None] * np.exp(kappa[:, None] * deviates["relaxation"]) - n * sc
+        rate = shifted / setup.mass_damping_factor * omega0(regime.motion)
         possible = np.isfinite(a_star) & (a_star > 0.0) & (rate > 0.0)
         if n < 0.0:
             possible &= at_zero[:, None] > 0.0
-        forces = (ehsan_scanlan_parameters if n == 2.0 else force_parameters)(a_star, rate, places)
+        forces = (ehsan_scanlan_parameters if n == 2.0 else force_parameters)(a_star, rate, setup)
     drawn = Drawn(
-        np.full(len(z), n), reference, amplitude, relaxation, tau, a_star, rate, xi, places.mass_damping_factor, *forces
+        np.full(len(z), n), reference, amplitude, relaxation, tau, a_star, rate, xi, setup.mass_damping_factor, *forces
     )
-    return drawn, places, possible.all(axis=1)
+    return drawn, setup, possible.all(axis=1)
 
 
 def draw_normals(rng: np.random.Generator, regime: Regime, card: ModelCard, size: int) -> FloatArray:

@@ -40,6 +40,6 @@ class Files:
 def _instead_of(path: Path) -> str:
     if not path.parent.is_dir():
         return f"a file; its folder {path.parent} is not there either"
-    names = [one.name for one in path.parent.iterdir() if one.is_file()]
+    names = [file.name for file in path.parent.iterdir() if file.is_file()]
     close = get_close_matches(path.name, names, n=1)
     return f'a file that is there, "{close[0]}" perhaps' if close else "a file that is there"

@@ -214,9 +214,9 @@ def _odd_units(table: Table) -> Iterator[Remark]:
     for key, value in table.values.items():
         place = table.at(key)
         if isinstance(value, str) and (key in _QUANTITIES or table.field.endswith(".units")):
-            found = units.odd_unit(value)
-            if found is not None:
-                text = f"{show(value)} has {found}; was another one meant?"
+            odd = units.odd_unit(value)
+            if odd is not None:
+                text = f"{show(value)} has {odd}; was another one meant?"
                 yield Remark(Severity.DOUBT, "unit", "", place, text, "a unit that no laboratory uses")
         within = value if isinstance(value, list) else [value]
         for i, inner in enumerate(within):

@@ -57,8 +57,8 @@ def implausible(campaign: Campaign) -> list[Remark]:
 
 def damping_flag(damping_ratio: float) -> str:
     """Say of a design damping ratio that no structure has it; empty of one that some structure may have."""
-    found = [one.text for one in outside(damping_ratio, DAMPING, "damping", "", "", "the design damping ratio")]
-    return found[0].rstrip(".") if found and damping_ratio > DAMPING.high else ""
+    remarks = [remark.text for remark in outside(damping_ratio, DAMPING, "damping", "", "", "the design damping ratio")]
+    return remarks[0].rstrip(".") if remarks and damping_ratio > DAMPING.high else ""
 
 
 def outside(value: float, wanted: Range, kind: str, of: str, name: str, what: str) -> Iterator[Remark]:
@@ -148,8 +148,8 @@ def _duplicates(campaign: Campaign) -> Iterator[Remark]:
     sha256_of = campaign.sha256 or {}
     digests = {}
     for _, record in owned:  # of the file, by its path where they are not known, and of the samples
-        own = sha256_of.get(relative_to(record.path, campaign.path.parent), str(record.path))
-        digests[id(record)] = own, sha256(record.response.tobytes()).hexdigest()
+        digest = sha256_of.get(relative_to(record.path, campaign.path.parent), str(record.path))
+        digests[id(record)] = digest, sha256(record.response.tobytes()).hexdigest()
     for (owner, first), (other_owner, second) in combinations(owned, 2):
         shared = _shared(first, second, digests[id(first)], digests[id(second)])
         if shared:
@@ -169,13 +169,13 @@ def _shared(first: Record, second: Record, digests: tuple[str, str], others: tup
     if first.path != second.path:
         return ""
     begin, end = max(first.time[0], second.time[0]), min(first.time[-1], second.time[-1])
-    here, there = (
-        one.response[np.searchsorted(one.time, begin, "left") : np.searchsorted(one.time, end, "right")]
-        for one in (first, second)
+    former, latter = (
+        record.response[np.searchsorted(record.time, begin, "left") : np.searchsorted(record.time, end, "right")]
+        for record in (first, second)
     )
-    if len(here) < OVERLAP or not np.array_equal(here, there):  # other columns of one file share its times alone
+    if len(former) < OVERLAP or not np.array_equal(former, latter):  # other columns of one file share its times alone
         return ""
-    return f"{len(here)} samples of one file ({begin:.4g} s to {end:.4g} s)"
+    return f"{len(former)} samples of one file ({begin:.4g} s to {end:.4g} s)"
 
 
 CHECKS: tuple[Callable[[Campaign], Iterator[Remark]], ...] = (_out_of_range, _uncertainty, _sweeps, _duplicates)

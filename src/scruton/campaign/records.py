@@ -25,10 +25,10 @@ SWEEP_KEYS = ("rig", "air_density", "file", *DIALECT_KEYS)
 def read_record(table: Table, name: str, section: Section, files: Files, kinds: Collection[Kind]) -> Record:
     """Read one record that is to be called `name`, of one of the kinds that may stand in this place (InputError)."""
     table.check_keys(RECORD_KEYS)
-    kind = Kind(table.choice("kind", [one.value for one in Kind]))
+    kind = Kind(table.choice("kind", [member.value for member in Kind]))
     if kind not in kinds:
         place = "still air, below a rig" if Kind.FREE_DECAY in kinds else "wind, below a test"
-        raise table.error("kind", f'"{kind}" in {place}', " or ".join(f'"{one}"' for one in kinds))
+        raise table.error("kind", f'"{kind}" in {place}', " or ".join(f'"{allowed}"' for allowed in kinds))
     displacement = "displacement" if section.motion is Motion.HEAVING else "rotation"
     path, container = open_table(table, files)
     columns = chosen_columns(table, path, container, {"time": False, f"{displacement}|amplitude": True})
@@ -63,8 +63,8 @@ def read_sweep(table: Table, section: Section, frequency: float, files: Files) -
         to_speed = _factor(table, path, quantity, speed, _to(units.SPEED))
     else:
         to_speed = _factor(table, path, quantity, speed, _to(units.REDUCED_VELOCITY), "-") * frequency * section.depth
-    bare = "A/D" if amplitude.name.upper() == "A/D" else None
-    to_amplitude = _factor(table, path, "amplitude", amplitude, partial(units.amplitude_factor, section=section), bare)
+    usual = "A/D" if amplitude.name.upper() == "A/D" else None
+    to_amplitude = _factor(table, path, "amplitude", amplitude, partial(units.amplitude_factor, section=section), usual)
     _check_lengths(path, speed, amplitude)
     for column in (speed, amplitude):
         _check_finite(path, column, column.values)
@@ -80,12 +80,12 @@ def _to(dimension: units.Dimension) -> Callable[[str], float]:
 
 
 def _factor(
-    table: Table, path: Path, quantity: str, column: Column, factor: Callable[[str], float], bare: str | None = None
+    table: Table, path: Path, quantity: str, column: Column, factor: Callable[[str], float], usual: str | None = None
 ) -> float:
-    """Factor from a column's unit, stated in the table or in the file; `bare` is the unit where neither says one."""
+    """Factor from a column's unit, stated in the table or in the file; `usual` is the unit where neither says one."""
     there, example = table.table("units"), EXAMPLES[quantity]
     stated = there.text(quantity, f'a unit, such as {quantity} = "mm"') if quantity in there else None
-    unit = stated if stated is not None else column.unit if column.unit is not None else bare
+    unit = stated if stated is not None else column.unit if column.unit is not None else usual
     if unit is None:
         wanted = f'a unit in the header, "{example}", or in the record\'s table, units = {{ {quantity} = "..." }}'
         raise _error(path, column, "no unit", wanted)
@@ -166,9 +166,9 @@ def _check_count(path: Path, column: Column, count: int, where: str = "") -> Non
         raise _error(path, column, samples + where, f"{MIN_SAMPLES} or more")
 
 
-def _check_lengths(path: Path, one: Column, other: Column) -> None:
-    if len(one.values) != len(other.values):
-        found = f'{len(one.values)} values in "{one.name}" and {len(other.values)} in "{other.name}"'
+def _check_lengths(path: Path, column: Column, other: Column) -> None:
+    if len(column.values) != len(other.values):
+        found = f'{len(column.values)} values in "{column.name}" and {len(other.values)} in "{other.name}"'
         raise _error(path, other, found, "columns of one length")
 
 

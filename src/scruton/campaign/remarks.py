@@ -70,24 +70,24 @@ def sentences(remarks: Iterable[Remark], least: Severity = Severity.NOTE) -> lis
         Worst first: by severity, then by the largest excess.
     """
     groups: dict[tuple[str, str, str], list[Remark]] = {}
-    for one in remarks:
-        if one.severity >= least:
-            groups.setdefault((one.kind, one.of, one.alike), []).append(one)
+    for remark in remarks:
+        if remark.severity >= least:
+            groups.setdefault((remark.kind, remark.of, remark.alike), []).append(remark)
     ranked = [sorted(group, key=_badness, reverse=True) for group in groups.values()]
     return [_said(group) for group in sorted(ranked, key=lambda group: _badness(group[0]), reverse=True)]
 
 
-def _badness(one: Remark) -> tuple[int, float]:
-    return one.severity, one.excess
+def _badness(remark: Remark) -> tuple[int, float]:
+    return remark.severity, remark.excess
 
 
 def _said(group: Sequence[Remark]) -> str:
     mark = "serious: " if group[0].severity is Severity.SERIOUS else ""
     if len(group) == 1:
         return mark + group[0].sentence
-    names = list(dict.fromkeys(one.name for one in group))
+    names = list(dict.fromkeys(remark.name for remark in group))
     listed = ", ".join(names[:LISTED]) + (f" and {len(names) - LISTED} more" if len(names) > LISTED else "")
-    what = group[0].alike.replace("{}", _range([one.value for one in group]))
+    what = group[0].alike.replace("{}", _range([remark.value for remark in group]))
     return f"{mark}{what} in {len(names)} {group[0].of}{'' if len(names) == 1 else 's'}: {listed}."
 
 

@@ -25,8 +25,8 @@ def tests_named(campaign: Campaign, wanted: str | Sequence[str] | None) -> tuple
     """
     known = {_spaced(test.name): test.name for test in campaign.tests}
     texts = (wanted,) if isinstance(wanted, str) else wanted or ()
-    found = {name for text in texts for name in _split(text, known, campaign)}
-    return tuple(test.name for test in campaign.tests if test.name in found)
+    chosen = {name for text in texts for name in _split(text, known, campaign)}
+    return tuple(test.name for test in campaign.tests if test.name in chosen)
 
 
 def _split(text: str, known: Mapping[str, str], campaign: Campaign) -> list[str]:
@@ -34,15 +34,15 @@ def _split(text: str, known: Mapping[str, str], campaign: Campaign) -> list[str]
     if text in known.values():
         return [text]
     parts = [part.strip() for part in text.split(",")]
-    found = []
+    names = []
     while parts:
         ends = (i for i in range(len(parts), 0, -1) if _spaced(",".join(parts[:i])) in known)
         end = next(ends, 0)
         if not end:
             raise InputError(campaign.path, "tests", f'no test "{parts[0]}"', nearest(parts[0], known.values()))
-        found.append(known[_spaced(",".join(parts[:end]))])
+        names.append(known[_spaced(",".join(parts[:end]))])
         parts = parts[end:]
-    return found
+    return names
 
 
 def _spaced(name: str) -> str:

@@ -194,15 +194,15 @@ def _from_table(table: Mapping[str, object], factor: Factor) -> tuple[float, flo
         raise ValueError(f'the key "{unknown[0]}" is not known here, only mean and sd are')
     if "mean" not in table:
         raise ValueError("it has no mean")
-    found: dict[str, float] = {}
+    moments: dict[str, float] = {}
     for key in ("mean", "sd") if "sd" in table else ("mean",):
         try:
-            found[key], sd = _from_text(table[key], factor)
+            moments[key], sd = _from_text(table[key], factor)
         except ValueError as error:
             raise ValueError(f"{key}: {error}") from None
         if sd is not None:
             raise ValueError(f"{key} has a standard deviation of its own")
-    return found["mean"], found.get("sd")
+    return moments["mean"], moments.get("sd")
 
 
 def _from_text(value: object, factor: Factor) -> tuple[float, float | None]:

@@ -52,12 +52,12 @@ def save_campaign(campaign: Campaign, folder: Path) -> None:
     mass_unit = "kg*m^2/m" if section.motion is Motion.TORSIONAL else "kg/m"
 
     def records(owner: Rig | Test) -> list[dict[str, str]]:
-        found = []
-        for one in owner.records:
-            write_record(folder / one.name, section, one.response, digits=5)
-            rate = (len(one.time) - 1) / (one.time[-1] - one.time[0])
-            found.append({"file": one.name, "kind": one.kind.value, "sample_rate": f"{rate:.10g} Hz"})
-        return found
+        tables = []
+        for record in owner.records:
+            write_record(folder / record.name, section, record.response, digits=5)
+            rate = (len(record.time) - 1) / (record.time[-1] - record.time[0])
+            tables.append({"file": record.name, "kind": record.kind.value, "sample_rate": f"{rate:.10g} Hz"})
+        return tables
 
     body = {"motion": section.motion.value, "width": f"{section.width!r} m", "depth": f"{section.depth!r} m"}
     content: dict[str, Any] = {
@@ -83,8 +83,8 @@ def save_campaign(campaign: Campaign, folder: Path) -> None:
 
 
 def _stated(quantity: Quantity, unit: str = "") -> Any:
-    found: dict[str, Any] = {"mean": float(quantity.mean)}
+    moments: dict[str, Any] = {"mean": float(quantity.mean)}
     if quantity.sd is not None:
-        found["sd"] = float(quantity.sd)
-    shown = {key: f"{value!r} {unit}" if unit else value for key, value in found.items()}
+        moments["sd"] = float(quantity.sd)
+    shown = {key: f"{value!r} {unit}" if unit else value for key, value in moments.items()}
     return shown if len(shown) > 1 else shown["mean"]

@@ -46,9 +46,9 @@ def limit_cycle_amplitude(table: FloatArray, knots: FloatArray | None, scale: fl
 
     `table` and `knots` are those of `amplitude_rates`; without a generic discrepancy there are no knots.
     """
-    own = np.linspace(0.0, 1.0, HATS) if knots is None else knots
+    log_knots = np.linspace(0.0, 1.0, HATS) if knots is None else knots
     table = np.ascontiguousarray(table)
-    return attracting_amplitude(lambda a: amplitude_rates(table, a, own), len(table), scale)
+    return attracting_amplitude(lambda a: amplitude_rates(table, a, log_knots), len(table), scale)
 
 
 def attracting_amplitude(rate: Callable[[FloatArray], FloatArray], walkers: int, scale: float) -> FloatArray:

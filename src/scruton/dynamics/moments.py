@@ -30,11 +30,11 @@ def noise_moments(lam, dt):  # type: ignore[no-untyped-def]
         q_cross = dt * (0.5 + x * (-0.5 + x * (7.0 / 24.0 - x / 8.0)))
         q_mean = dt * (1.0 / 3.0 + x * (-0.25 + x * (7.0 / 60.0 - x / 24.0)))
         return q_end, q_cross, q_mean
-    one = -np.expm1(-x)
-    two = -np.expm1(-2.0 * x)
-    q_end = two / (2.0 * lam)
-    q_cross = one * one / (2.0 * lam * x)
-    q_mean = (dt - 2.0 * one / lam + two / (2.0 * lam)) / (x * x)
+    once = -np.expm1(-x)
+    twice = -np.expm1(-2.0 * x)
+    q_end = twice / (2.0 * lam)
+    q_cross = once * once / (2.0 * lam * x)
+    q_mean = (dt - 2.0 * once / lam + twice / (2.0 * lam)) / (x * x)
     return q_end, q_cross, q_mean
 
 

@@ -262,9 +262,9 @@ def _local_frequency(
     weight = np.clip((amplitude / error) ** 2, 1e-6, 1e100)  # a stretch of zeros has no noise at all
     sums = np.zeros((5, n))
     for shift in range(-2, 3):
-        here = np.arange(n) + shift
-        inside = (here >= 0) & (here < n)
-        at = np.clip(here, 0, n - 1)
+        shifted = np.arange(n) + shift
+        inside = (shifted >= 0) & (shifted < n)
+        at = np.clip(shifted, 0, n - 1)
         x = (number[at] - number).astype(float)
         inside &= np.abs(x) <= 2
         w = np.where(inside, weight[at], 0.0)

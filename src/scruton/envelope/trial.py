@@ -97,11 +97,11 @@ class SecondOrderExponential:
 
         box, exact = ([-_FASTEST, np.log(_CLOSEST)], [_SHORTEST, np.log(_FASTEST)]), 1e-12
         starts = _grid_minima(x, y, root, self.starts)
-        found = [
+        fits = [
             least_squares(residual, np.clip(start, *box), bounds=box, xtol=exact, ftol=exact, gtol=exact)
             for start in starts
         ]
-        best = min(found, key=lambda one: one.cost).x
+        best = min(fits, key=lambda fit: fit.cost).x
         rate, gap = best[0], np.exp(best[1])
         u, v = project(best)[0]
         scale = np.exp(-max(rate, 0.0))
@@ -139,8 +139,8 @@ def _grid_minima(x: FloatArray, y: FloatArray, root: FloatArray, count: int) -> 
     return chosen
 
 
-def _coefficients(found: np.ndarray) -> dict[str, float]:
-    return {f"c{i}": float(c) for i, c in enumerate(found)}
+def _coefficients(values: np.ndarray) -> dict[str, float]:
+    return {f"c{i}": float(c) for i, c in enumerate(values)}
 
 
 @dataclass(frozen=True)
@@ -154,8 +154,8 @@ class Polynomial:
         if len(time) <= self.order + 1:
             raise ValueError(f"a polynomial of order {self.order} needs more than {self.order + 1} amplitudes")
         t, y, weight = block_means(time, amplitude)
-        found = np.polynomial.Polynomial.fit(t, y, self.order, w=np.sqrt(weight))
-        return TrialFit(_coefficients(found.coef), found, found.deriv())
+        polynomial = np.polynomial.Polynomial.fit(t, y, self.order, w=np.sqrt(weight))
+        return TrialFit(_coefficients(polynomial.coef), polynomial, polynomial.deriv())
 
 
 @dataclass(frozen=True)

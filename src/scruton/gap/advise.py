@@ -47,8 +47,8 @@ def confusions(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
     rest = [name for name in signatures if name not in first and seen[name] >= BLIND]
     for i, name in enumerate(rest):
         for other in rest[i + 1 :]:
-            one, two = signatures[name], signatures[other]
-            if min(space.left(one, two), space.left(two, one)) < BLIND:
+            former, latter = signatures[name], signatures[other]
+            if min(space.left(former, latter), space.left(latter, former)) < BLIND:
                 joined = {name, other}.union(*(group for group in groups if group & {name, other}))
                 groups = [*(group for group in groups if not group & joined), joined]
     return (tuple(first), *(tuple(sorted(group)) for group in groups))
@@ -61,7 +61,7 @@ def _near_signature(diagnosis: Diagnosis, names: Sequence[str]) -> list[str]:
     v, s = final.hypothesis.innovations(final.mode[None])
     without, _ = others.innovations(final.mode[None, : others.size])
     root = 1.0 / np.sqrt(s[0])
-    found = []
+    mimics = []
     for name in names:
         best = diagnosis.rivals[name].variant if name in diagnosis.rivals else None
         if (variant := best or typical.get(name)) is None:
@@ -70,8 +70,8 @@ def _near_signature(diagnosis: Diagnosis, names: Sequence[str]) -> list[str]:
         values = _usual(variant) if any(p.log for p in variant.parameters) else {}
         tangent = _Tangent(larger, larger.start_from(final.mode[: others.size], values), root)
         if tangent.left((without[0] - v[0]) * root) < BLIND:
-            found.append(name)
-    return found
+            mimics.append(name)
+    return mimics
 
 
 class _Tangent:
@@ -88,10 +88,10 @@ class _Tangent:
 
     def left(self, signature: FloatArray, other: FloatArray | None = None) -> float:
         """Length of a signature, parameters of the hypothesis and some size of another signature projected out."""
-        own = self._off(signature, signature)
+        squared = self._off(signature, signature)
         if other is not None:
-            own -= self._off(signature, other) ** 2 / max(self._off(other, other), 1e-12)
-        return float(np.sqrt(max(own, 0.0)))
+            squared -= self._off(signature, other) ** 2 / max(self._off(other, other), 1e-12)
+        return float(np.sqrt(max(squared, 0.0)))
 
     def _off(self, a: FloatArray, b: FloatArray) -> float:
         return float(a @ b - (self.j @ a) @ np.linalg.solve(self.fisher, self.j @ b))
@@ -114,7 +114,7 @@ def _usual(variant: Variant) -> dict[str, FloatArray]:
 def _typical(diagnosis: Diagnosis) -> dict[str, Variant]:
     """The likeliest variant of every effect that can act in these records."""
     every = {name: effect.variants(diagnosis.data.layout) for name, effect in CATALOGUE.items()}
-    return {name: max(variants, key=lambda one: one.weight) for name, variants in every.items() if variants}
+    return {name: max(variants, key=lambda variant: variant.weight) for name, variants in every.items() if variants}
 
 
 def advise(diagnosis: Diagnosis) -> list[str]:
@@ -158,12 +158,12 @@ def advise(diagnosis: Diagnosis) -> list[str]:
 
 def _near(diagnosis: Diagnosis) -> list[tuple[str, FittedHypothesis]]:
     """Rivals that were fitted, the nearest first."""
-    best = {name: one.best for name, one in diagnosis.rivals.items() if name not in diagnosis.found}
+    best = {name: candidate.best for name, candidate in diagnosis.rivals.items() if name not in diagnosis.found}
     if len(diagnosis.found) == 1:
         best[NONE] = diagnosis.null
     ranked = sorted(diagnosis.log_weights.items(), key=lambda pair: -pair[1])
-    found = [(name, fit) for name, gain in ranked if np.isfinite(gain) and (fit := best.get(name)) is not None]
-    return found[: thresholds.MOST_RIVALS]
+    fitted = [(name, fit) for name, gain in ranked if np.isfinite(gain) and (fit := best.get(name)) is not None]
+    return fitted[: thresholds.MOST_RIVALS]
 
 
 def _line(
@@ -182,15 +182,15 @@ def _line(
             if np.isfinite(more):
                 options.append((float(np.hypot(now, more)), record.cost, record.text))
     largest = other.hypothesis.data.layout.largest
-    tables = (one.table(u[None])[0] for one, u in (truth, (other.hypothesis, other.mode)))
-    one, two = (readings(table, largest) / largest for table in tables)
-    more = float(np.max(np.abs(one - two)) / thresholds.CALIBRATION_ERROR)
+    tables = (hypothesis.table(u[None])[0] for hypothesis, u in (truth, (other.hypothesis, other.mode)))
+    expected, predicted = (readings(table, largest) / largest for table in tables)
+    more = float(np.max(np.abs(expected - predicted)) / thresholds.CALIBRATION_ERROR)
     if more > BLIND:
         options.append((float(np.hypot(now, more)), COSTS["calibration"], "a static calibration of every channel"))
     if not options:
         return ""
-    enough = [one for one in options if one[0] >= WANTED]
-    sigma, _, text = min(enough, key=lambda one: (one[1], -one[0])) if enough else max(options)
+    enough = [option for option in options if option[0] >= WANTED]
+    sigma, _, text = min(enough, key=lambda option: (option[1], -option[0])) if enough else max(options)
     if sigma < now + 0.5:
         return f"no single further record would tell {verdict} from {rival} ({now:.1f} sigma now)"
     return f"{text} would tell {verdict} from {rival} by {sigma:.0f} sigma ({now:.1f} now)"
@@ -201,11 +201,11 @@ def _records(diagnosis: Diagnosis) -> Iterator[FurtherRecord]:
     data, layout = diagnosis.data, diagnosis.data.layout
     unit = data.campaign.section.amplitude_unit
     for i in np.unique(layout.rig):
-        mine = np.flatnonzero(layout.rig == i)
-        still = mine[~layout.wind[mine]]
-        start = float(layout.largest[mine].max())
-        cycles = int(np.clip(3.0 / (2.0 * np.pi * data.nominal_damping[mine[0]]), 20, 300))
-        template = int(still[0] if still.size else mine[0])
+        records = np.flatnonzero(layout.rig == i)
+        still = records[~layout.wind[records]]
+        start = float(layout.largest[records].max())
+        cycles = int(np.clip(3.0 / (2.0 * np.pi * data.nominal_damping[records[0]]), 20, 300))
+        template = int(still[0] if still.size else records[0])
         again = "another" if still.size else "a"
         text = f"{again} free decay of {data.rigs[i]} in still air from {start:.3g} {unit}"
         yield FurtherRecord(text, COSTS["still"], template, True, start, cycles)

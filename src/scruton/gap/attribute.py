@@ -63,18 +63,18 @@ def weigh(base: FittedHypothesis, effects: Sequence[Effect], *, workers: int = 2
             bar = ranked[0].gain - FIT_WITHIN - FIT_SHARE * max(ranked[0].gain, 0.0) if ranked else 0.0
             chosen += [test for test in ranked if test.gain >= max(bar, HOPELESS)]
         fits = list(pool.map(lambda test: base.with_variants(test.variant, start=test.start), chosen))
-    found = {}
+    candidates = {}
     for effect, tests in zip(effects, tested, strict=True):
         total = sum(test.variant.weight for test in tests)
-        mine = [(test, fit) for test, fit in zip(chosen, fits, strict=True) if test.variant.effect == effect.name]
+        fitted = [(test, fit) for test, fit in zip(chosen, fits, strict=True) if test.variant.effect == effect.name]
         # What was not fitted has its share of the prior all the same, so that many hopeless variants dilute.
-        logs = [np.log(test.variant.weight / total) + fit.log_evidence for test, fit in mine]
-        if mine:
-            evidence, best = float(logsumexp(logs)), mine[int(np.argmax(logs))][1]
+        logs = [np.log(test.variant.weight / total) + fit.log_evidence for test, fit in fitted]
+        if fitted:
+            evidence, best = float(logsumexp(logs)), fitted[int(np.argmax(logs))][1]
         else:
             evidence, best = base.log_evidence + min(max((t.gain for t in tests), default=-np.inf), -1.0), None
-        found[effect.name] = Candidate(effect.name, evidence, best)
-    return found
+        candidates[effect.name] = Candidate(effect.name, evidence, best)
+    return candidates
 
 
 class Screen:
@@ -120,7 +120,7 @@ class Screen:
         dv, ds = (v - self.v) / _NUDGE, (np.log(s) - self.log_s) / _NUDGE
         scales = np.concatenate([np.broadcast_to(p.scale, p.size) for p in tested])
         first = np.cumsum([0, *(p.size for p in tested)])
-        score, own = np.zeros(scales.size), np.diag(1.0 / scales**2)
+        score, curvature = np.zeros(scales.size), np.diag(1.0 / scales**2)
         mixed = np.zeros((scales.size, self.base.mode.size))
         for r, (cycles, rows, where) in enumerate(self.hypothesis.blocks):
             active = [i for i, p in enumerate(tested) if p.members[r] >= 0]
@@ -129,10 +129,10 @@ class Screen:
             place = np.array([first[i] + tested[i].members[r] for i in active])
             a, b, w = dv[np.ix_(active, cycles)], ds[np.ix_(active, cycles)], self.weight[cycles]
             score[place] -= (a * w) @ self.v[cycles] + 0.5 * b @ self.spread[cycles]
-            own[np.ix_(place, place)] += (a * w) @ a.T + 0.5 * b @ b.T
+            curvature[np.ix_(place, place)] += (a * w) @ a.T + 0.5 * b @ b.T
             c, e = self.jv[np.ix_(rows, cycles)], self.js[np.ix_(rows, cycles)]
             mixed[np.ix_(place, where)] += (a * w) @ c.T + 0.5 * b @ e.T
-        schur = own - mixed @ self.base.covariance @ mixed.T
+        schur = curvature - mixed @ self.base.covariance @ mixed.T
         schur = 0.5 * (schur + schur.T)
         gain = 0.5 * score @ np.linalg.solve(schur, score) - np.log(scales).sum() - 0.5 * np.linalg.slogdet(schur)[1]
         return ScoreTest(variant, float(gain), first_starts(variant))
@@ -142,9 +142,9 @@ class Screen:
         about = (float(parameter.location + parameter.scale * x) for x in _ABOUT)
         grid = sorted({*parameter.starts, *about})
         v, s = self._innovations(variant, [{parameter.name: _in_records(parameter, np.exp(at))} for at in grid])
-        here = -0.5 * float(np.sum(self.v * self.v * self.weight + self.log_s))
+        reference = -0.5 * float(np.sum(self.v * self.v * self.weight + self.log_s))
         with np.errstate(all="ignore"):
-            value = -0.5 * np.sum(v * v / s + np.log(s), axis=1) - here
+            value = -0.5 * np.sum(v * v / s + np.log(s), axis=1) - reference
         value = np.where(np.isfinite(value), value, -np.inf)
         best = int(np.argmax(value))
         return ScoreTest(variant, float(value[best]), {parameter.name: np.full(parameter.size, float(grid[best]))})
@@ -195,16 +195,16 @@ class Screen:
             v, s = self._innovations(variant, points)
             jv, js = (v - self.v) / _PROBE, (np.log(s) - self.log_s) / _PROBE
             for i, at in enumerate(part):
-                mine = slice(i * len(probes), (i + 1) * len(probes))
+                rows = slice(i * len(probes), (i + 1) * len(probes))
                 for r in np.flatnonzero(layout.wind):
                     if variant.scan == "detuning" and abs(at) * beats[r] < FEWEST_BEATS:
                         continue
                     cycles = self.hypothesis.blocks[r][0]
-                    a, b, w = jv[mine, cycles], js[mine, cycles], self.weight[cycles]
+                    a, b, w = jv[rows, cycles], js[rows, cycles], self.weight[cycles]
                     score = -(a * w) @ self.v[cycles] - 0.5 * b @ self.spread[cycles]
-                    own = (a * w) @ a.T + 0.5 * b @ b.T + np.diag(1.0 / scale**2)
-                    _, logdet = np.linalg.slogdet(own)
-                    slopes[begin + i, r] = np.linalg.solve(own, score)
+                    curvature = (a * w) @ a.T + 0.5 * b @ b.T + np.diag(1.0 / scale**2)
+                    _, logdet = np.linalg.slogdet(curvature)
+                    slopes[begin + i, r] = np.linalg.solve(curvature, score)
                     gain[begin + i, r] = 0.5 * score @ slopes[begin + i, r] - np.log(scale).sum() - 0.5 * logdet
         return grid, gain, slopes
 

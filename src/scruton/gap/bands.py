@@ -52,7 +52,7 @@ def posterior_draws(fit: FittedHypothesis, rng: np.random.Generator, size: int) 
 def discrepancy_of_the_unknown(diagnosis: Diagnosis) -> float:
     """Standard deviation of ln(amplitude) that a gap of unknown cause adds.
 
-    The stable amplitudes with the generic term differ from those of the bare model by as much; the root mean square
+    The stable amplitudes with the generic term differ from those of the null model by as much; the root mean square
     over the tests.
     """
     best = diagnosis.singles[UNKNOWN].best

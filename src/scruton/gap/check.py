@@ -55,8 +55,8 @@ def check(fit: FittedHypothesis) -> Check:
         # In still air what is left is the demodulation's own: it counts only where there is nothing else.
         if layout.wind.any() and not layout.wind[r]:
             continue
-        mine = data.record == r
-        x = amplitude[mine][1:]
+        cycles = data.record == r
+        x = amplitude[cycles][1:]
         if x.size < FEWEST_CYCLES:
             continue
         sums["colour"] += _ljung_box(x)
@@ -68,7 +68,7 @@ def check(fit: FittedHypothesis) -> Check:
             sums["spread"] += ((cube - (1.0 - 2.0 / (9.0 * n))) / np.sqrt(2.0 / (9.0 * n))) ** 2, 1
         fourth += float(np.sum(np.minimum(x, 20.0) ** 4))
         count += x.size
-        y = phase[mine]
+        y = phase[cycles]
         y = y[y != 0.0]
         if y.size >= FEWEST_CYCLES:
             sums["phase"] += _ljung_box(y)

@@ -34,7 +34,7 @@ class GapData:
     campaign : Campaign
     channels : Channels
     layout : Layout
-        Its reference amplitude and rate are first guesses until the bare model has been fitted.
+        Its reference amplitude and rate are first guesses until the null model has been fitted.
     tests, rigs : tuple of str
         Names, in the order of the numbers in the layout.
     middle : int
@@ -125,19 +125,19 @@ def load_gap(campaign: Campaign, card: ModelCard | None = None) -> GapData:
     by_sc = sorted(_first_in_wind(of_test).values(), key=lambda r: sc[r])
     middle = by_sc[(len(by_sc) - 1) // 2] if by_sc else -1
     demodulated = [cycles[record.name] for record in records]
-    largest = np.array([float(np.max(own.amplitude)) for own in demodulated])
+    largest = np.array([float(np.max(track.amplitude)) for track in demodulated])
     base, reference, rate = 0, float(np.exp(np.mean(np.log(largest)))) * 0.5, 0.005
     if middle >= 0:
         base, reference, rate = middle, float(stable[tests[of_test[middle]]]), 0.01
         aero, drive = aero / aero[middle], drive / drive[middle]
-    smallest = min(own.amplitude.min(where=_clear(own), initial=np.max(own.amplitude)) for own in demodulated)
+    smallest = min(track.amplitude.min(where=_clear(track), initial=np.max(track.amplitude)) for track in demodulated)
     knots = np.linspace(np.log(max(smallest, largest.max() / 100.0)), np.log(largest.max()), HATS)
     layout = Layout(
         records=tuple(record.name for record in records),
         rig=of_rig,
         test=of_test,
         direction=np.array([_DIRECTION.get(record.kind, 0) for record in records]),
-        duration=np.array([float(np.ptp(own.time)) for own in demodulated]),
+        duration=np.array([float(np.ptp(track.time)) for track in demodulated]),
         omega=omega,
         largest=largest,
         reduced_velocity=speed,
@@ -173,9 +173,9 @@ def _damping_sd(stated: Quantity | None, card: ModelCard) -> float:
 
 def _nominal(campaign: Campaign, stated: FloatArray, cycles: Mapping[str, Cycles]) -> FloatArray:
     """Damping ratio of every rig as stated, else from its decays' first and last cycles, else a typical one."""
-    found = stated.copy()
+    damping = stated.copy()
     for i, rig in enumerate(campaign.rigs):
-        if np.isfinite(found[i]):
+        if np.isfinite(damping[i]):
             continue
         rates = []
         for record in rig.records:
@@ -184,8 +184,8 @@ def _nominal(campaign: Campaign, stated: FloatArray, cycles: Mapping[str, Cycles
             if np.count_nonzero(clear) > 2:
                 t, a = decay.time[clear], decay.amplitude[clear]
                 rates.append(np.log(a[0] / a[-1]) / (t[-1] - t[0]) / (2.0 * np.pi * rig.frequency.mean))
-        found[i] = max(float(np.median(rates)), 1e-5) if rates else 0.004
-    return found
+        damping[i] = max(float(np.median(rates)), 1e-5) if rates else 0.004
+    return damping
 
 
 def _clear(cycles: Cycles) -> np.ndarray:
@@ -229,24 +229,24 @@ def _in_wind(campaign: Campaign, j: int, cycles: Mapping[str, Cycles]) -> tuple[
 def _channels(records: list[Record], cycles: Mapping[str, Cycles], knots: FloatArray) -> Channels:
     parts: list[dict[str, FloatArray]] = []
     for number, record in enumerate(records):
-        own = cycles[record.name]
-        size, period = own.time.size, 1.0 / own.reference_frequency
+        track = cycles[record.name]
+        size, period = track.time.size, 1.0 / track.reference_frequency
         third, error = np.zeros(size), np.full(size, np.inf)
         if not record.is_envelope:
-            third, error = third_harmonic(record.time, record.response, own)
-        time = own.time - own.time[0]
+            third, error = third_harmonic(record.time, record.response, track)
+        time = track.time - track.time[0]
         columns = {
-            "amplitude": own.amplitude,
-            "standard_error": np.hypot(own.standard_error, FLOOR * np.abs(own.amplitude)),
-            "phase": own.phase - own.phase[0],
+            "amplitude": track.amplitude,
+            "standard_error": np.hypot(track.standard_error, FLOOR * np.abs(track.amplitude)),
+            "phase": track.phase - track.phase[0],
             "third": third,
-            "third_error": np.where(np.isfinite(error), np.hypot(error, FLOOR * own.amplitude), ABSENT),
-            "gap": gaps(own),
+            "third_error": np.where(np.isfinite(error), np.hypot(error, FLOOR * track.amplitude), ABSENT),
+            "gap": gaps(track),
             "period": np.full(size, period),
             "time": time,
-            "place": time / max(float(np.ptp(own.time)), period) - 0.5,
+            "place": time / max(float(np.ptp(track.time)), period) - 0.5,
             "record": np.full(size, number, dtype=np.intp),
-            "omega": np.full(size, 2.0 * np.pi * own.reference_frequency),
+            "omega": np.full(size, 2.0 * np.pi * track.reference_frequency),
             "has_phase": np.full(size, not record.is_envelope),
         }
         parts.append(columns)

@@ -65,14 +65,14 @@ def posterior_at_mode(full: FittedHypothesis, left_out: np.ndarray) -> NormalPos
 def _stated(hypothesis: Hypothesis, left_out: np.ndarray) -> dict[int, float]:
     """Coordinate and standard deviation of the stated damping of rigs all of whose records in wind are left out."""
     data, layout = hypothesis.data, hypothesis.data.layout
-    found = {}
+    stated = {}
     members = layout.by_rig()
     for j in np.unique(members[left_out]):
         wind = layout.wind & (members == j)
         sd = float(data.damping_sd[layout.rig[members == j][0]])
         if wind.any() and left_out[wind].all() and sd < 1.0:
-            found[hypothesis.slices[None, "damping"].start + int(j)] = sd
-    return found
+            stated[hypothesis.slices[None, "damping"].start + int(j)] = sd
+    return stated
 
 
 def _with_own(known: NormalPosterior, left_out: np.ndarray) -> NormalPosterior:
@@ -93,11 +93,11 @@ def _with_own(known: NormalPosterior, left_out: np.ndarray) -> NormalPosterior:
         first = hypothesis.slices[parameter.key].start
         groups = [parameter.members == j for j in range(parameter.size)]
         imperfect = parameter.name in _IMPERFECTIONS
-        for at, mine in enumerate(groups, first):
-            if (imperfect and left_out[mine].any()) or left_out[mine].all():
+        for at, members in enumerate(groups, first):
+            if (imperfect and left_out[members].any()) or left_out[members].all():
                 free(at, location[at], scale[at] ** 2)
         if parameter.name in ("scatter", "phase_scatter"):
-            in_wind = [(at, left_out[mine].all()) for at, mine in enumerate(groups, first) if wind[mine].all()]
+            in_wind = [(at, left_out[members].all()) for at, members in enumerate(groups, first) if wind[members].all()]
             seen = [at for at, out in in_wind if not out]
             for at in [at for at, out in in_wind if out] if seen else []:
                 free(at, mean[seen].mean(), SCATTER_LIKE_OTHERS**2 * (1.0 + 1.0 / len(seen)))
@@ -127,7 +127,7 @@ def density(known: NormalPosterior, records: np.ndarray) -> RecordDensity:
     """
     part = restricted(known.hypothesis, records)
     blocks = [part.blocks[r] for r in np.flatnonzero(records)]
-    where = np.unique(np.concatenate([own for _, _, own in blocks]))
+    where = np.unique(np.concatenate([coordinates for _, _, coordinates in blocks]))
     free = known.covariance[where, where] > 0.0
     inside, block = where[free], np.ix_(free, free)
     prior = known.covariance[np.ix_(inside, inside)]
@@ -178,9 +178,9 @@ def parameters_spent(known: NormalPosterior, scored: RecordDensity, covariance: 
     Their own are integrated out; `covariance`, (d, d), is that of all coordinates from all records.
     """
     where, fisher = scored.where, scored.information
-    mine = known.covariance[where, where] > 0.0
-    prior = known.covariance[np.ix_(where[mine], where[mine])]
-    cross = fisher[np.ix_(~mine, mine)]
-    inner = fisher[np.ix_(mine, mine)] + np.linalg.inv(prior)
-    profiled = fisher[np.ix_(~mine, ~mine)] - cross @ np.linalg.solve(inner, cross.T)
-    return float(np.sum(profiled * covariance[np.ix_(where[~mine], where[~mine])]))
+    free = known.covariance[where, where] > 0.0
+    prior = known.covariance[np.ix_(where[free], where[free])]
+    cross = fisher[np.ix_(~free, free)]
+    inner = fisher[np.ix_(free, free)] + np.linalg.inv(prior)
+    profiled = fisher[np.ix_(~free, ~free)] - cross @ np.linalg.solve(inner, cross.T)
+    return float(np.sum(profiled * covariance[np.ix_(where[~free], where[~free])]))

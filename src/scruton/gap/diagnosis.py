@@ -1,4 +1,4 @@
-"""The verdict: the bare model, one effect, two, or something that is in no catalogue."""
+"""The verdict: the null model, one effect, two, or something that is in no catalogue."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -30,13 +30,13 @@ class Diagnosis:
     ----------
     data : GapData
     null : FittedHypothesis
-        Of the bare model.
+        Of the null model.
     found : tuple of str
         Effects, strongest first; empty for none; ("unknown",) for what is in no catalogue.
     final : FittedHypothesis
-        Of the hypothesis with the effects found (the best generic term for the unknown; the bare model for none).
+        Of the hypothesis with the effects found (the best generic term for the unknown; the null model for none).
     singles : dict
-        Every effect added to the bare model alone, and the unknown.
+        Every effect added to the null model alone, and the unknown.
     rivals : dict
         Every effect in place of the first one found, beside the others found.
     log_weights : dict
@@ -45,7 +45,7 @@ class Diagnosis:
     groups : tuple of tuple of str
         Effects that these data cannot tell apart, the verdict's first.
     checks : dict
-        Absolute checks: of the bare model ("none") and of the verdict's hypothesis.
+        Absolute checks: of the null model ("none") and of the verdict's hypothesis.
     lines : tuple of SecondLine
     """
 
@@ -94,7 +94,7 @@ def diagnose_data(
     workers: int = 2,
     progress: Progress | None = None,
 ) -> Diagnosis:
-    """Weigh the catalogue against the bare model.
+    """Weigh the catalogue against the null model.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def diagnose_data(
         Told what is being done and the fraction done.
     """
     tell = progress or (lambda _what, _done: None)
-    tell("bare model", 0.0)
+    tell("null model", 0.0)
     data, null = fit_null(data)
     lines = second_lines(campaign, data.cycles)
     tell("single effects", 0.1)
@@ -127,7 +127,7 @@ def diagnose_data(
     if len(chain) > 1:
         # The strongest effect is judged with the others in place; those on damping come before those that only the
         # frequency shows.
-        chain.sort(key=lambda one: CATALOGUE[one.name].channel == "frequency")
+        chain.sort(key=lambda candidate: CATALOGUE[candidate.name].channel == "frequency")
         beside = Hypothesis(null.hypothesis.null, tuple(c.variant for c in chain[1:] if c.variant))
         start = beside.start()
         start[: null.mode.size] = null.mode
@@ -148,17 +148,17 @@ def diagnose_data(
     gains[NONE] = 0.0
     probability = _probabilities(gains, prior or {}, prior_none)
     top = max(probability, key=lambda name: probability[name])
-    found: tuple[str, ...] = ()
+    attributed: tuple[str, ...] = ()
     final = null
     if top == UNKNOWN:
-        found, final = (top,), singles[top].best or null
+        attributed, final = (top,), singles[top].best or null
     elif top != NONE:
         others = names if len(names) > 1 else ()
-        found, final = (top, *(name for name in others if name != top)), rivals[top].best or null
+        attributed, final = (top, *(name for name in others if name != top)), rivals[top].best or null
     checks.setdefault(top, check(final))
     tell("done", 1.0)
     groups = _groups(gains, top)
-    return Diagnosis(data, null, found, final, singles, rivals, gains, probability, groups, checks, lines)
+    return Diagnosis(data, null, attributed, final, singles, rivals, gains, probability, groups, checks, lines)
 
 
 def diagnose(campaign: Campaign, **options: object) -> Diagnosis:
@@ -173,9 +173,9 @@ def _forward(
     chain: list[Candidate] = []
     base, candidates, first = null, singles, 0.0
     for step in range(thresholds.MOST_EFFECTS):
-        taken = {one.name for one in chain}
-        named = [one for name, one in candidates.items() if name in CATALOGUE and name not in taken]
-        best = max(named, key=lambda one: one.log_evidence)
+        taken = {candidate.name for candidate in chain}
+        named = [candidate for name, candidate in candidates.items() if name in CATALOGUE and name not in taken]
+        best = max(named, key=lambda candidate: candidate.log_evidence)
         gain = best.log_evidence - base.log_evidence
         needed = thresholds.SECOND_NATS + thresholds.SECOND_SHARE * first if chain else 0.0
         rival = candidates[UNKNOWN].log_evidence if UNKNOWN in candidates else -np.inf

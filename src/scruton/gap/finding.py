@@ -1,4 +1,4 @@
-"""One place where the bare model and the measurement part."""
+"""One place where the null model and the measurement part."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -14,9 +14,9 @@ Z90 = 1.6448536269514722  # of a two-sided 90 % interval
 
 @dataclass(frozen=True)
 class Finding:
-    """One place where the bare model and the measurement part: an entry of `where` in gap.json.
+    """One place where the null model and the measurement part: an entry of `where` in gap.json.
 
-    The excess is measured minus bare model: of the damping ratio (`damping`, `branch`: growth minus decay, `test`),
+    The excess is measured minus null model: of the damping ratio (`damping`, `branch`: growth minus decay, `test`),
     relative (`frequency`, `scatter`, `signal`), or an amplitude in A/D or rad (`spectrum`).
     """
 
@@ -73,17 +73,17 @@ def alike(findings: Iterable[Finding], key: Callable[[Finding], object]) -> Iter
 
 def amplitudes_of(data: GapData, records: np.ndarray) -> Range:
     """Range of the amplitudes that can be told from noise in some records, (R,) of bool."""
-    mine = data.channels.keep(records[data.channels.record])
-    clear = mine.amplitude[mine.amplitude > 5.0 * mine.standard_error]
-    clear = mine.amplitude if clear.size == 0 else clear
+    channels = data.channels.keep(records[data.channels.record])
+    clear = channels.amplitude[channels.amplitude > 5.0 * channels.standard_error]
+    clear = channels.amplitude if clear.size == 0 else clear
     return float(clear.min()), float(clear.max())
 
 
 def time_of(data: GapData, record: int, amplitude: Range | None = None) -> Range:
     """First and last moment of a record, or those between which its amplitude lies in a range [s]."""
-    one = data.cycles[data.layout.records[record]]
-    time = one.time
+    cycles = data.cycles[data.layout.records[record]]
+    time = cycles.time
     if amplitude is not None:
-        inside = (one.amplitude >= amplitude[0]) & (one.amplitude <= amplitude[1])
+        inside = (cycles.amplitude >= amplitude[0]) & (cycles.amplitude <= amplitude[1])
         time = time[inside] if inside.any() else time
     return float(time[0]), float(time[-1])

@@ -68,7 +68,7 @@ def in_layout_of(data: GapData, hypothesis: Hypothesis) -> Hypothesis:
     """The same hypothesis in a layout that has one more record; LookupError if a variant does not exist there."""
     effects, variants = CATALOGUE | {UNKNOWN.name: UNKNOWN}, []
     for variant in hypothesis.variants:
-        same = [one for one in effects[variant.effect].variants(data.layout) if one.identity == variant.identity]
+        same = [other for other in effects[variant.effect].variants(data.layout) if other.identity == variant.identity]
         if not same:
             raise LookupError(variant.label)
         variants.append(same[0])
@@ -167,14 +167,14 @@ def separation(truth: tuple[Hypothesis, FloatArray], rival: FittedHypothesis, re
     """
     hypothesis, at = truth
     data = with_record(hypothesis.data, record)
-    one, other = in_layout_of(data, hypothesis), in_layout_of(data, rival.hypothesis)
-    u, _ = transplanted(hypothesis, one, at, np.zeros((at.size, at.size)))
+    extended, other = in_layout_of(data, hypothesis), in_layout_of(data, rival.hypothesis)
+    u, _ = transplanted(hypothesis, extended, at, np.zeros((at.size, at.size)))
     w, covariance = transplanted(rival.hypothesis, other, rival.mode, rival.covariance)
-    channels = expected(one, u, record)
+    channels = expected(extended, u, record)
     informed = Hypothesis(replace(other.null, data=replace(data, channels=channels)), other.variants)
     v, log_s, jv, _ = informed.derivatives(w)
-    own, _ = channel_innovations(channels, one.table(u[None]))
-    residual = (v - own[0]) * np.exp(-0.5 * log_s)
+    predicted, _ = channel_innovations(channels, extended.table(u[None]))
+    residual = (v - predicted[0]) * np.exp(-0.5 * log_s)
     _, rows, where = informed.blocks[-1]
     j = jv[rows] * np.exp(-0.5 * log_s)
     inner = j @ j.T

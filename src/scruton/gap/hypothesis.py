@@ -123,11 +123,11 @@ class Hypothesis:
     @cached_property
     def slices(self) -> dict[tuple[int | None, str], slice]:
         """Where each parameter, by its key, stands in the vector of coordinates."""
-        found, start = {}, 0
+        slices, start = {}, 0
         for parameter in self.parameters:
-            found[parameter.key] = slice(start, start + parameter.size)
+            slices[parameter.key] = slice(start, start + parameter.size)
             start += parameter.size
-        return found
+        return slices
 
     @cached_property
     def places(self) -> np.ndarray:
@@ -156,11 +156,11 @@ class Hypothesis:
 
     def start(self) -> FloatArray:
         """The prior's centre, (d,); of variants, where their search begins."""
-        found = self.prior[0].copy()
+        u = self.prior[0].copy()
         for parameter in self.parameters:
             if parameter.owner is not None and not parameter.log:
-                found[self.slices[parameter.key]] = parameter.starts[0]
-        return found
+                u[self.slices[parameter.key]] = parameter.starts[0]
+        return u
 
     def table(self, u: FloatArray) -> FloatArray:
         """Coefficients, (W, R, COLUMNS), from coordinates (W, d)."""
@@ -227,11 +227,11 @@ class Hypothesis:
     @cached_property
     def blocks(self) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]:
         """For every record: its cycles in all channels, the parameters that it takes, and their coordinates."""
-        record, found = np.tile(self.data.channels.record, 3), []
-        for r, places in enumerate(self.places.T):
-            rows = np.flatnonzero(places >= 0)
-            found.append((np.flatnonzero(record == r), rows, places[rows]))
-        return tuple(found)
+        record, blocks = np.tile(self.data.channels.record, 3), []
+        for r, coordinates in enumerate(self.places.T):
+            rows = np.flatnonzero(coordinates >= 0)
+            blocks.append((np.flatnonzero(record == r), rows, coordinates[rows]))
+        return tuple(blocks)
 
     def add_scores(self, u: FloatArray, gradient: FloatArray, fisher: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Add what the records tell to a gradient (d,) and an information (d, d).
@@ -293,10 +293,10 @@ class Hypothesis:
 
     def start_from(self, base: FloatArray, start: Mapping[str, FloatArray]) -> FloatArray:
         """Coordinates that continue those of a smaller hypothesis, the last variant's parameters at `start`."""
-        found = np.concatenate([base, np.zeros(self.size - base.size)])
+        u = np.concatenate([base, np.zeros(self.size - base.size)])
         for name, values in start.items():
-            found[self.slices[len(self.variants) - 1, name]] = values
-        return found
+            u[self.slices[len(self.variants) - 1, name]] = values
+        return u
 
     def stable_amplitude(
         self,
@@ -335,7 +335,7 @@ class Hypothesis:
             table[:, Term.STRUCTURAL] = layout.omega[record] * damping
         if bridge:
             table = transferred(table)
-        found = limit_cycle_amplitude(table, data.channels.knots, layout.reference_amplitude)
+        amplitude = limit_cycle_amplitude(table, data.channels.knots, layout.reference_amplitude)
         if reading:
-            return np.where(np.isfinite(found) & (found > 0.0), readings(table, found), found)
-        return found
+            return np.where(np.isfinite(amplitude) & (amplitude > 0.0), readings(table, amplitude), amplitude)
+        return amplitude

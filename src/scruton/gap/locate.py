@@ -1,4 +1,4 @@
-"""Where the bare model and the measurement part: every place, with amplitude, time, rig, test, size and interval.
+"""Where the null model and the measurement part: every place, with amplitude, time, rig, test, size and interval.
 
 First the effects of the verdict, with the size that each reads of itself in the rigs, tests and records where it acts.
 """
@@ -25,15 +25,17 @@ from scruton.gap.locate_curves import Curves, curve_findings, excess_curves
 
 
 def locate(diagnosis: Diagnosis, curves: Curves | None = None) -> tuple[Finding, ...]:
-    """Find where the bare model and the measurement part.
+    """Find where the null model and the measurement part.
 
     First where the effects of the verdict act, then what is seen without a look at the verdict, strongest first; at
     most `thresholds.MOST_FINDINGS`.  `curves` are `excess_curves(diagnosis.null)`, where they are there already.
     """
-    found = scope_findings(diagnosis)
-    explained = {_key(finding) for finding in found}
+    scoped = scope_findings(diagnosis)
+    explained = {_key(finding) for finding in scoped}
     seen = _places(diagnosis, curves or excess_curves(diagnosis.null))
-    return tuple([*found, *(finding for finding in seen if _key(finding) not in explained)][: thresholds.MOST_FINDINGS])
+    return tuple(
+        [*scoped, *(finding for finding in seen if _key(finding) not in explained)][: thresholds.MOST_FINDINGS]
+    )
 
 
 def _key(finding: Finding) -> tuple[object, ...]:
@@ -52,16 +54,16 @@ def _places(diagnosis: Diagnosis, curves: Curves) -> list[Finding]:
         locate_records.wave_findings(diagnosis.data),
         *(look(diagnosis.null) for name, look in locate_records.CONTRASTS.items() if _credible(diagnosis, name)),
     ]
-    found = [*curve_findings(curves, diagnosis.data), *(finding for look in looks for finding in merged(look))]
-    found.sort(key=lambda finding: -finding.significance)
-    quantities = [finding.quantity for finding in found]
-    late = [quantities[:i].count(one) >= thresholds.MOST_OF_A_QUANTITY for i, one in enumerate(quantities)]
-    return [finding for _, finding in sorted(zip(late, found, strict=True), key=itemgetter(0))]
+    findings = [*curve_findings(curves, diagnosis.data), *(finding for look in looks for finding in merged(look))]
+    findings.sort(key=lambda finding: -finding.significance)
+    quantities = [finding.quantity for finding in findings]
+    late = [quantities[:i].count(quantity) >= thresholds.MOST_OF_A_QUANTITY for i, quantity in enumerate(quantities)]
+    return [finding for _, finding in sorted(zip(late, findings, strict=True), key=itemgetter(0))]
 
 
 def merged(findings: list[Finding]) -> list[Finding]:
     """The strongest of the findings of one kind and sign in several records of a test or rig."""
-    kinds = alike(findings, lambda one: (one.quantity, one.rig, one.test, one.kind, one.excess > 0.0))
+    kinds = alike(findings, lambda look: (look.quantity, look.rig, look.test, look.kind, look.excess > 0.0))
     return [max(several, key=attrgetter("significance")) for several in kinds]
 
 
@@ -69,7 +71,7 @@ def _credible(diagnosis: Diagnosis, effect: str) -> bool:
     """Whether an effect explains about as much as the best one does."""
     if effect in diagnosis.found:
         return True
-    gains = {name: one.log_evidence - diagnosis.null.log_evidence for name, one in diagnosis.singles.items()}
+    gains = {name: single.log_evidence - diagnosis.null.log_evidence for name, single in diagnosis.singles.items()}
     best = max((gain for name, gain in gains.items() if name != UNKNOWN), default=0.0)
     return gains.get(effect, 0.0) > max(0.0, thresholds.ECHO * best)
 
@@ -109,7 +111,7 @@ def scope_findings(diagnosis: Diagnosis) -> list[Finding]:
     Effects stand in the order of the verdict, the most significant place of each first.
     """
     fit = diagnosis.final
-    found = []
+    scoped = []
     for name in diagnosis.found:
         numbers = [i for i, variant in enumerate(fit.hypothesis.variants) if variant.effect == name]
         if name not in CATALOGUE or not numbers:
@@ -117,20 +119,20 @@ def scope_findings(diagnosis: Diagnosis) -> list[Finding]:
         findings = _findings(*_by_rig(_Placed(CATALOGUE[name], numbers[0], fit)))
         largest = max((abs(finding.excess) for finding in findings), default=0.0)
         findings = [finding for finding in findings if abs(finding.excess) > thresholds.NEGLIGIBLE_PLACE * largest]
-        found += sorted(_strongest(findings), key=lambda finding: -finding.significance)
-    return found
+        scoped += sorted(_strongest(findings), key=lambda finding: -finding.significance)
+    return scoped
 
 
 def _strongest(findings: list[Finding]) -> list[Finding]:
     """Of many records, one for each test and sign, the strongest."""
     if len(findings) <= thresholds.MOST_RECORDS_OF_AN_EFFECT:
         return findings
-    found = []
+    kept = []
     for several in alike(findings, lambda finding: (finding.test or finding.rig, finding.excess > 0.0)):
         strongest = max(several, key=attrgetter("significance"))
         beside = ", ".join(str(finding.record) for finding in several if finding is not strongest)
-        found.append(replace(strongest, detail=f"{strongest.detail}; also {beside}") if beside else strongest)
-    return found
+        kept.append(replace(strongest, detail=f"{strongest.detail}; also {beside}") if beside else strongest)
+    return kept
 
 
 def _by_rig(placed: _Placed) -> tuple[_Placed, np.ndarray]:
@@ -175,12 +177,12 @@ def _findings(placed: _Placed, acts: np.ndarray) -> list[Finding]:
     return [finding for finding in every if finding is not None]
 
 
-def _finding(placed: _Placed, mine: np.ndarray) -> Finding | None:
+def _finding(placed: _Placed, records: np.ndarray) -> Finding | None:
     data, effect = placed.data, placed.effect
     layout = data.layout
-    in_wind = np.flatnonzero(mine & layout.wind)
-    record = int(in_wind[0] if in_wind.size else np.flatnonzero(mine)[0])
-    span = amplitudes_of(data, mine)
+    in_wind = np.flatnonzero(records & layout.wind)
+    record = int(in_wind[0] if in_wind.size else np.flatnonzero(records)[0])
+    span = amplitudes_of(data, records)
     at = float(np.clip(layout.reference_amplitude, *span))
     value, sd = _size(placed, record, at, span)
     if value == 0.0 or not np.isfinite(sd) or not sd > 0.0:
@@ -192,9 +194,9 @@ def _finding(placed: _Placed, mine: np.ndarray) -> Finding | None:
         fields["significance"] = float(abs(raw[member]) / raw_sd[member])
     if effect.size.span is not None:
         fields["amplitude"] = effect.size.span(placed.fit.table[record], span)
-    if np.any(mine & ~layout.wind):
+    if np.any(records & ~layout.wind):
         fields["test"] = None
-    if np.count_nonzero(mine) > 1:
+    if np.count_nonzero(records) > 1:
         fields |= {"record": None, "time": None}
     detail = f"{effect.title.lower()}: {effect.size.unit.format(at=at)}"
     return place(data, record, effect.size.quantity, value, sd, detail, **fields)
@@ -205,8 +207,8 @@ def _size(placed: _Placed, record: int, at: float, span: Span) -> tuple[float, f
     fit, number, hypothesis = placed.fit, placed.number, placed.fit.hypothesis
     others = Hypothesis(hypothesis.null, tuple(v for i, v in enumerate(hypothesis.variants) if i != number))
     coordinates = np.arange(hypothesis.size)
-    own = np.concatenate([coordinates[where] for (owner, _), where in hypothesis.slices.items() if owner == number])
-    without = others.table(np.delete(fit.mode, own)[None])[:, record]
+    inner = np.concatenate([coordinates[where] for (owner, _), where in hypothesis.slices.items() if owner == number])
+    without = others.table(np.delete(fit.mode, inner)[None])[:, record]
     grid, knots = np.array([at]), placed.data.channels.knots
 
     def damping(rows: FloatArray) -> FloatArray:
@@ -214,6 +216,6 @@ def _size(placed: _Placed, record: int, at: float, span: Span) -> tuple[float, f
 
     station = Station(at, span[1], float(placed.data.layout.omega[record]), damping, readings)
     read = placed.effect.size.read
-    value, slopes = fit.slopes(lambda table: read(table[:, record], without, station), 1e-2, own)
-    variance = float(slopes @ fit.covariance[np.ix_(own, own)] @ slopes)
+    value, slopes = fit.slopes(lambda table: read(table[:, record], without, station), 1e-2, inner)
+    variance = float(slopes @ fit.covariance[np.ix_(inner, inner)] @ slopes)
     return float(value), float(np.sqrt(max(variance, 0.0)))

@@ -1,7 +1,7 @@
 """Excess damping and excess frequency against amplitude, by rig, test and direction, inside the likelihood.
 
-The excess of a group of records is the damping that the bare model needs there, with a smooth curve in ln(amplitude)
-of its own added in every group, minus the damping of the bare model alone at its optimum.  That difference is what
+The excess of a group of records is the damping that the null model needs there, with a smooth curve in ln(amplitude)
+of its own added in every group, minus the damping of the null model alone at its optimum.  That difference is what
 the data tell: how it splits into the curve and the shared parameters is not.
 """
 
@@ -70,7 +70,7 @@ class Curve:
 class Curves:
     """All curves of a campaign and the fit that they come from."""
 
-    fit: FittedHypothesis  # of the bare model with a curve of damping and one of frequency in every group
+    fit: FittedHypothesis  # of the null model with a curve of damping and one of frequency in every group
     damping: tuple[Curve, ...]
     frequency: tuple[Curve, ...]
     branch: tuple[Curve, ...]
@@ -89,18 +89,18 @@ def excess_curves(null: FittedHypothesis) -> Curves:
     # looks: the knots of every group with enough cycles about them
     knots, record = np.log(layout.knots), data.channels.record
     near = np.abs(np.log(np.maximum(data.channels.amplitude, 1e-300))[:, None] - knots) < knots[1] - knots[0]
-    looks = sum(np.count_nonzero(near[mine[record]].sum(axis=0) >= FEWEST_CYCLES_OF_A_KNOT) for mine in groups)
+    looks = sum(np.count_nonzero(near[members[record]].sum(axis=0) >= FEWEST_CYCLES_OF_A_KNOT) for members in groups)
     critical = float(norm.isf(0.5 * CURVE_FALSE / max(looks, 1)))
     damping = []
-    for mine in groups:
-        r = int(np.flatnonzero(mine)[0])
-        grid = _grid(data, mine)
+    for members in groups:
+        r = int(np.flatnonzero(members)[0])
+        grid = _grid(data, members)
         excess, covariance = _excess(null, fit, {r: 1.0}, grid)
         direction = _DIRECTION[int(layout.direction[r])] if layout.wind[r] else STILL
-        damping.append(Curve("damping", direction, r, mine, grid, excess, covariance, critical))
+        damping.append(Curve("damping", direction, r, members, grid, excess, covariance, critical))
     bends = float(norm.isf(0.5 * CURVE_FALSE / (2.0 * len(settings))))
-    told = [mine for mine in settings if data.channels.has_phase[mine[record]].any()]
-    frequency = [_frequency_curve(null, fit, mine, bends) for mine in told]
+    phased = [members for members in settings if data.channels.has_phase[members[record]].any()]
+    frequency = [_frequency_curve(null, fit, members, bends) for members in phased]
     branch = [curve for test in data.first_in_wind if (curve := _branch(null, fit, damping, test))]
     return Curves(fit, tuple(damping), tuple(frequency), tuple(branch))
 
@@ -122,13 +122,13 @@ def _excess(
     return value - ratio(null.table[None])[0], slopes.T @ fit.covariance @ slopes
 
 
-def _frequency_curve(null: FittedHypothesis, fit: FittedHypothesis, mine: np.ndarray, critical: float) -> Curve:
+def _frequency_curve(null: FittedHypothesis, fit: FittedHypothesis, members: np.ndarray, critical: float) -> Curve:
     """Relative frequency over that at the smallest amplitude at which the motion grows slowly, of a rig or a test."""
     data = fit.hypothesis.data
-    r = int(np.flatnonzero(mine)[0])
+    r = int(np.flatnonzero(members)[0])
     omega, wind, row = data.layout.omega[r], bool(data.layout.wind[r]), null.table[r]
     slow = float(row[Term.DRIVE] / (row[Term.AERO] + row[Term.STRUCTURAL] + FAST_GROWTH * omega))
-    grid = _grid(data, mine, slow)
+    grid = _grid(data, members, slow)
 
     def bend(table: FloatArray) -> FloatArray:
         linear, square = table[:, r, Term.STIFFNESS_LINEAR, None], table[:, r, Term.STIFFNESS, None]
@@ -141,15 +141,15 @@ def _frequency_curve(null: FittedHypothesis, fit: FittedHypothesis, mine: np.nda
     stiffness = data.priors["stiffness"].scale * (STIFFNESS_IN_WIND if wind else 1.0)
     allowed = stiffness * share + 0.5 * (growth / omega) ** 2 * (share > 0.0)
     covariance = slopes.T @ fit.covariance @ slopes + np.outer(allowed, allowed)
-    return Curve("frequency", "in wind" if wind else STILL, r, mine, grid, value, covariance, critical)
+    return Curve("frequency", "in wind" if wind else STILL, r, members, grid, value, covariance, critical)
 
 
 def _branch(null: FittedHypothesis, fit: FittedHypothesis, damping: list[Curve], test: int) -> Curve | None:
     """Growth minus decay at the amplitudes that both of a test pass."""
-    mine = {c.direction: c for c in damping if fit.hypothesis.data.layout.test[c.record] == test}
-    if GROWTH not in mine or DECAY not in mine:
+    curves = {c.direction: c for c in damping if fit.hypothesis.data.layout.test[c.record] == test}
+    if GROWTH not in curves or DECAY not in curves:
         return None
-    up, down = mine[GROWTH], mine[DECAY]
+    up, down = curves[GROWTH], curves[DECAY]
     low, high = max(up.amplitude[0], down.amplitude[0]), min(up.amplitude[-1], down.amplitude[-1])
     if not high > low * np.exp(SHORTEST_PLACE):
         return None

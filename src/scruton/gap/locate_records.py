@@ -45,7 +45,7 @@ def scatter_findings(fit: FittedHypothesis) -> list[Finding]:
     channels = data.channels
     v, s = (x[0, : channels.size] for x in fit.hypothesis.innovations(fit.mode[None]))
     critical = float(norm.isf(thresholds.SCATTER_FALSE / max(int(np.count_nonzero(data.layout.wind)), 1)))
-    found: list[Finding] = []
+    findings: list[Finding] = []
     for r, name in enumerate(data.layout.records):
         cycles = np.flatnonzero(channels.record == r)[1:]
         # in still air the innovations are those of the demodulation, whose errors are bounds
@@ -61,8 +61,8 @@ def scatter_findings(fit: FittedHypothesis) -> list[Finding]:
                 if mark.cycles is not None:
                     fields["time"] = tuple(time[mark.cycles][[0, -1]].tolist())
                 quantity = "spectrum" if mark.kind == "beating" else "scatter"
-                found.append(place(data, r, quantity, mark.value, mark.sd, mark.detail, **fields))
-    return found
+                findings.append(place(data, r, quantity, mark.value, mark.sd, mark.detail, **fields))
+    return findings
 
 
 def _colour(x: FloatArray) -> Mark:
@@ -126,12 +126,12 @@ def line_findings(lines: Sequence[SecondLine], data: GapData) -> list[Finding]:
 
 def wave_findings(data: GapData) -> list[Finding]:
     """Third harmonics in phase at the largest amplitudes, beyond those at small ones: flat tops of a reading."""
-    channels, found = data.channels, []
+    channels, findings = data.channels, []
     count = len(data.layout.records)
     critical = float(norm.isf(0.5 * thresholds.SCATTER_FALSE / count))
     for r in range(count):
-        mine = channels.record == r
-        a, third, error = channels.amplitude[mine], channels.third[mine], channels.third_error[mine]
+        cycles = channels.record == r
+        a, third, error = channels.amplitude[cycles], channels.third[cycles], channels.third_error[cycles]
         high = a > thresholds.HIGH_AMPLITUDE * a.max()
         if np.count_nonzero(high) < 2 or not np.all(error < 1e5):
             continue
@@ -144,15 +144,15 @@ def wave_findings(data: GapData) -> list[Finding]:
         span = (float(a[high].min()), float(a.max()))
         what = f"{'flat' if value < 0.0 else 'peaked'} tops: third harmonic in phase, over the amplitude"
         fields = {"kind": "wave", "amplitude": span, "time": time_of(data, r, span)}
-        found.append(place(data, r, "signal", value, sd, what, **fields))
-    return found
+        findings.append(place(data, r, "signal", value, sd, what, **fields))
+    return findings
 
 
 def still_air_findings(null: FittedHypothesis) -> list[Finding]:
     """Rigs whose damping is not what is stated, as the records tell it without that statement."""
     data = null.hypothesis.data
     value, sd = null.value("damping")
-    found = []
+    looks = []
     for i, (m, s) in enumerate(zip(value, sd, strict=True)):
         still = (data.layout.rig == i) & ~data.layout.wind
         stated = data.damping[i] if i < data.damping.size else np.nan
@@ -167,8 +167,8 @@ def still_air_findings(null: FittedHypothesis) -> list[Finding]:
             whole = {"record": None, "amplitude": amplitudes_of(data, still), "time": None}
             detail, r = "damping ratio, over the stated one", int(np.flatnonzero(still)[0])
             fields = {"significance": abs(error) / error_sd, **whole}
-            found.append(place(data, r, "damping", float(stated * error), float(stated * error_sd), detail, **fields))
-    return found
+            looks.append(place(data, r, "damping", float(stated * error), float(stated * error_sd), detail, **fields))
+    return looks
 
 
 def drift_findings(null: FittedHypothesis) -> list[Finding]:
@@ -223,7 +223,7 @@ def between_tests(null: FittedHypothesis) -> list[Finding]:
     parameters = (size_prior("size", scope.members), size_prior("drive", scope.members))
     fit = null.with_variants(Variant("tests", parameters, apply, scope))
     shared = null.table
-    found = []
+    findings = []
     for number, r in data.first_in_wind.items():
         whole = {"record": None, "amplitude": amplitudes_of(data, layout.test == number), "time": None}
         level = shared[r, Term.DRIVE] / (shared[r, Term.AERO] + shared[r, Term.STRUCTURAL])
@@ -232,16 +232,16 @@ def between_tests(null: FittedHypothesis) -> list[Finding]:
             relaxation = table[:, r, Term.AERO] + table[:, r, Term.STRUCTURAL]
             return np.stack([relaxation, -table[:, r, Term.DRIVE] / level], axis=-1)
 
-        own, slopes = fit.slopes(parts, 1e-3)
-        values = (own - parts(shared[None])[0]) / layout.omega[r]
+        fitted, slopes = fit.slopes(parts, 1e-3)
+        values = (fitted - parts(shared[None])[0]) / layout.omega[r]
         looks = []
         words = ("relaxation (Y1, structural damping)", "drive over the stable amplitude (epsilon)")
         for what, value, slope in zip(words, values, np.ascontiguousarray(slopes.T), strict=True):
             sd = float(np.sqrt(slope @ fit.covariance @ slope)) / layout.omega[r]
             if _beyond(value / sd, 2 * len(data.first_in_wind)):
                 looks.append(place(data, r, "test", value, sd, f"damping ratio of the test's own {what}", **whole))
-        found += sorted(looks, key=lambda look: -look.significance)[:1]
-    return found
+        findings += sorted(looks, key=lambda look: -look.significance)[:1]
+    return findings
 
 
 def _beyond(z: float, count: int) -> bool:

@@ -89,9 +89,9 @@ def close_rows(rows: Rows) -> tuple[Closed, ...]:
     Effects that leave the rows as they are, whatever their size, are left out.
     """
     layout = _layout(rows)
-    bare = _Problem(rows, layout)
-    before = float(np.sum(bare.misfit(bare.fit()) ** 2))
-    found = []
+    bare_model = _Problem(rows, layout)
+    before = float(np.sum(bare_model.misfit(bare_model.fit()) ** 2))
+    closed = []
     for effect in CATALOGUE.values():
         options = []
         for variant in effect.variants(layout):
@@ -109,10 +109,10 @@ def close_rows(rows: Rows) -> tuple[Closed, ...]:
             penalised = after + float(np.sum(problem.prior(x) ** 2))
             fraction = 1.0 - after / before
             options.append(Closed(effect.name, variant.label, before, after, fraction, errors, named, penalised))
-        best = min(options, key=lambda one: one.penalised, default=None)
+        best = min(options, key=lambda option: option.penalised, default=None)
         if best is not None and best.fraction > CLOSES_NOTHING:
-            found.append(best)
-    return tuple(sorted(found, key=lambda one: one.penalised))
+            closed.append(best)
+    return tuple(sorted(closed, key=lambda result: result.penalised))
 
 
 def _layout(rows: Rows) -> Layout:
@@ -138,9 +138,9 @@ class _Problem:
 
     def parts(self, x: FloatArray) -> list[tuple[Parameter, FloatArray]]:
         """The effect's parameters with their coordinates."""
-        own = self.variant.parameters if self.variant else ()
-        ends = 2 + np.cumsum([p.size for p in own], dtype=int)
-        return [(p, x[end - p.size : end]) for p, end in zip(own, ends, strict=True)]
+        parameters = self.variant.parameters if self.variant else ()
+        ends = 2 + np.cumsum([p.size for p in parameters], dtype=int)
+        return [(p, x[end - p.size : end]) for p, end in zip(parameters, ends, strict=True)]
 
     def predicted(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Stable amplitudes as read, and relaxation rates, (T,) each."""
@@ -173,26 +173,26 @@ class _Problem:
 
     def fit(self) -> FloatArray:
         """Coordinates at the optimum, with the priors of the effect."""
-        rows, m, own = self.rows, self.rows.middle, self.variant.parameters if self.variant else ()
+        rows, m, parameters = self.rows, self.rows.middle, self.variant.parameters if self.variant else ()
         aero = max(float(rows.rate[m] - rows.omega[m] * rows.damping_ratio[m]), 0.05 * float(rows.rate[m]))
-        first = [np.log(rows.amplitude[m]), np.log(aero), *(p.starts[0] for p in own for _ in range(p.size))]
+        first = [np.log(rows.amplitude[m]), np.log(aero), *(p.starts[0] for p in parameters for _ in range(p.size))]
         shift = np.arange(len(first)) > 1
 
         def residuals(x: FloatArray) -> FloatArray:
             cut = [1e3 * np.minimum(np.r_[part, 0.0][p.members], 0.0) for p, part in self.parts(x) if p.positive]
             return np.concatenate([self.misfit(x), self.prior(x), *cut])
 
-        fits = [least_squares(residuals, first + s * shift) for s in ((0.0, -0.1, 0.1) if own else (0.0,))]
-        return np.asarray(min(fits, key=lambda one: float(one.cost)).x)
+        fits = [least_squares(residuals, first + s * shift) for s in ((0.0, -0.1, 0.1) if parameters else (0.0,))]
+        return np.asarray(min(fits, key=lambda fit: float(fit.cost)).x)
 
 
 def rows_text(closed: Sequence[Closed]) -> list[list[str]]:
     """Table of what each effect would close: effect, form, part closed, amplitude errors, parameters."""
     return [
         [
-            one.effect, one.form, f"{one.fraction:.0%}",
-            " ".join(f"{100 * e:+.0f}" for e in one.amplitude_errors),
-            ", ".join(f"{name} {value:.3g}" for name, value in one.parameters[:3]),
+            row.effect, row.form, f"{row.fraction:.0%}",
+            " ".join(f"{100 * e:+.0f}" for e in row.amplitude_errors),
+            ", ".join(f"{name} {value:.3g}" for name, value in row.parameters[:3]),
         ]
-        for one in closed
+        for row in closed
     ]  # fmt: skip

@@ -48,7 +48,7 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2) -> dict[str, Any]:
     Returns
     -------
     dict
-        `shrink` of gap.json: nats that the bare model (`before`) and the verdict's (`after`) fall short of the ceiling
+        `shrink` of gap.json: nats that the null model (`before`) and the verdict's (`after`) fall short of the ceiling
         on all records; `fraction`, (before - after)/before, None where the gap is too small to measure, and its
         `interval90` by bootstrap over records, None for a single one, which says nothing of its like; the same of the
         records `held_out`, None where none can be; `measurable`, on those held out or, without any, on those used;
@@ -60,9 +60,9 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2) -> dict[str, Any]:
     models = [diagnosis.null, diagnosis.final]
     generic = diagnosis.singles[UNKNOWN.name].best if UNKNOWN.name in diagnosis.singles else None
     rivals = {
-        name: one.best
-        for name, one in diagnosis.rivals.items()
-        if name in CATALOGUE and name not in diagnosis.found and one.best is not None
+        name: rival.best
+        for name, rival in diagnosis.rivals.items()
+        if name in CATALOGUE and name not in diagnosis.found and rival.best is not None
     }
     runner = max(rivals, key=lambda name: rivals[name].log_evidence, default=None)
     references = [*models, *([generic] if generic is not None and generic is not diagnosis.final else [])]
@@ -96,13 +96,13 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2) -> dict[str, Any]:
         stable = [_stable_amplitude(data, fold, null, final, misstated) for fold, null, final in by_test]
         pairs = [(null.optimum, final.optimum) for _, null, final in by_test]
         curves = damping_discrepancy(diagnosis.null, diagnosis.final, pairs)
-    found: dict[str, Any] = as_json({
+    result: dict[str, Any] = as_json({
         "metric": METRIC, **_closed(used[0], used[1], rng if on_used else None), "held_out": held_out,
         "measurable": measurable, "statement": _statement(measurable, held_out, diagnosis.verdict),
         "runner_up": {"effect": runner, "fraction": by_runner} if runner else None, "stable_amplitude": stable,
         "damping_discrepancy": curves,
     })  # fmt: skip
-    return found
+    return result
 
 
 def _folds(data: GapData) -> list[tuple[np.ndarray, bool]]:
@@ -111,21 +111,21 @@ def _folds(data: GapData) -> list[tuple[np.ndarray, bool]]:
     tests = np.unique(layout.test[layout.wind])
     count = len(layout.records)
     if tests.size > 1:
-        found = [(layout.test == j, True) for j in tests]
-        return found + [(~layout.wind & (layout.rig == i), False) for i in np.unique(layout.rig[~layout.wind])]
+        folds = [(layout.test == j, True) for j in tests]
+        return folds + [(~layout.wind & (layout.rig == i), False) for i in np.unique(layout.rig[~layout.wind])]
     wind = layout.wind if tests.size else np.ones(count, dtype=bool)
     return [(np.arange(count) == r, bool(wind[r]) and count > 1) for r in range(count)]
 
 
 def _known(model: FittedHypothesis, folds: Sequence[np.ndarray]) -> FloatArray:
     """Density of every record, parameters as all records settle them, and parameters spent on it, (2, R)."""
-    found = np.zeros((2, len(folds[0])))
+    table = np.zeros((2, len(folds[0])))
     for fold in folds:
         known = posterior_at_mode(model, fold)
         scored = density(known, fold)
-        found[0, fold] = scored.shares[fold]
-        found[1, fold] = parameters_spent(known, scored, model.covariance) / np.count_nonzero(fold)
-    return found
+        table[0, fold] = scored.shares[fold]
+        table[1, fold] = parameters_spent(known, scored, model.covariance) / np.count_nonzero(fold)
+    return table
 
 
 def _left_out(model: FittedHypothesis, fold: np.ndarray) -> tuple[NormalPosterior, FloatArray, float]:
@@ -133,8 +133,8 @@ def _left_out(model: FittedHypothesis, fold: np.ndarray) -> tuple[NormalPosterio
     known = posterior_without(model, fold)
     scored = density(known, fold)
     prior = posterior_at_mode(model, fold).covariance[np.ix_(scored.where, scored.where)]
-    own = np.diag(prior) > 0.0
-    alone = np.eye(int(own.sum())) + scored.information[np.ix_(own, own)] @ prior[np.ix_(own, own)]
+    free = np.diag(prior) > 0.0
+    alone = np.eye(int(free.sum())) + scored.information[np.ix_(free, free)] @ prior[np.ix_(free, free)]
     cost = scored.learnt - 0.5 * float(np.linalg.slogdet(alone)[1])
     return known, np.where(fold, scored.shares, 0.0), cost
 
@@ -161,7 +161,7 @@ def _fraction(before: FloatArray, after: FloatArray) -> float:
 def _stable_amplitude(
     data: GapData, fold: np.ndarray, null: NormalPosterior, final: NormalPosterior, misstated: bool
 ) -> dict[str, Any]:
-    """The stable amplitude of a test left out, as read; a misstated damping is what the bare model goes by."""
+    """The stable amplitude of a test left out, as read; a misstated damping is what the null model goes by."""
     records = np.flatnonzero(fold)
     test = next(t for t in data.campaign.tests if t.name == data.tests[data.layout.test[records[0]]])
     stated = test.stable_amplitude
@@ -200,7 +200,7 @@ def damping_discrepancy(
     The measured curve of a test is that of the verdict's hypothesis with a generic discrepancy of every test by its
     own, fitted in the likelihood of all records; its noise keeps the distance of a right model above zero.
 
-    `left_out` holds coordinates of the bare model and the verdict's, one pair a test in order, from the records of the
+    `left_out` holds coordinates of the null model and the verdict's, one pair a test in order, from the records of the
     others; where no test can be left out, the distances held out are those of the fits to all records.
     """
     data, layout = final.hypothesis.data, final.hypothesis.data.layout
@@ -225,8 +225,8 @@ def damping_discrepancy(
 def _curve(hypothesis: Hypothesis, u: FloatArray, record: int) -> FloatArray:
     """Damping rate -da/dt/a of a test over the amplitudes that its records read [1/s]; a steady wind."""
     data, layout = hypothesis.data, hypothesis.data.layout
-    mine = np.isin(data.channels.record, np.flatnonzero(layout.test == layout.test[record]))
-    read = data.channels.amplitude[mine]
+    cycles = np.isin(data.channels.record, np.flatnonzero(layout.test == layout.test[record]))
+    read = data.channels.amplitude[cycles]
     band = np.geomspace(max(np.quantile(read, 0.02), 0.03 * read.max()), read.max(), _BAND)
     table = hypothesis.table(u[None])[:, record]
     table[:, [int(Term.TREND), int(Term.TREND_SINE), int(Term.TREND_DRIVE)]] = 0.0

@@ -69,8 +69,8 @@ def index_draws(tree: "xr.DataTree", scruton_numbers: FloatArray, test: str) -> 
 
     `scruton_numbers` is (n_sc,), or (S, n_sc) where the design Scruton number is itself uncertain.
     """
-    own, relaxation = (draws_of(tree, name, test)[:, None] for name in ("scruton_number", "relaxation_scruton_number"))
-    return extrapolation_index(np.atleast_1d(scruton_numbers), own, relaxation)
+    sc, relaxation = (draws_of(tree, name, test)[:, None] for name in ("scruton_number", "relaxation_scruton_number"))
+    return extrapolation_index(np.atleast_1d(scruton_numbers), sc, relaxation)
 
 
 def griffin_draws(
@@ -187,9 +187,9 @@ def trial_griffin_draws(
     if group is None or record not in known:
         raise InputError("posterior", "record", f"'{record}'", f"one of: {', '.join(known) or 'none was fitted'}")
     constant = tree["constant_data"]
-    mine = constant["record"].to_numpy().astype(str) == record
-    time, amplitudes = constant["time"].to_numpy()[mine], tree["observed_data"]["amplitude"].to_numpy()[mine]
-    test = str(constant["record_test"].to_numpy()[mine][0])
+    samples = constant["record"].to_numpy().astype(str) == record
+    time, amplitudes = constant["time"].to_numpy()[samples], tree["observed_data"]["amplitude"].to_numpy()[samples]
+    test = str(constant["record_test"].to_numpy()[samples][0])
     constants = {name: group[name].sel(record=record).to_numpy().reshape(-1) for name in "abcd"}
     size = min(len(draws) for draws in (constants["a"], draws_of(tree, "damping_ratio", test)))
     pick = np.unique(np.linspace(0, size - 1, min(size, _TRIAL_DRAWS)).astype(int))

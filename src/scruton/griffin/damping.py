@@ -21,8 +21,8 @@ _DRAWS = 1000
 
 def amplitude_grid(fit: "Fit", test: str) -> FloatArray:
     """Amplitudes that the test's transients went through, evenly spaced in the logarithm."""
-    mine = fit.tree["constant_data"]["record_test"].to_numpy().astype(str) == test
-    amplitude = fit.tree["observed_data"]["amplitude"].to_numpy()[mine]
+    samples = fit.tree["constant_data"]["record_test"].to_numpy().astype(str) == test
+    amplitude = fit.tree["observed_data"]["amplitude"].to_numpy()[samples]
     stable = float(np.median(draws_of(fit.tree, "a_star", test)))
     # the noise floor of a growth is no amplitude
     low = max(float(amplitude.min()), 0.1 * stable)
@@ -72,12 +72,12 @@ def trial_draws(fit: "Fit", record: str, test: str) -> tuple[FloatArray, FloatAr
     damping = -sc * turn / factor
     grid = amplitude_grid(fit, test)
     draws = np.full((len(amplitudes), GRID), np.nan)
-    for row, one in zip(draws, amplitudes, strict=True):
-        good = np.flatnonzero(np.isfinite(one))
-        order = good[np.argsort(one[good], kind="stable")]
+    for row, amplitude in zip(draws, amplitudes, strict=True):
+        good = np.flatnonzero(np.isfinite(amplitude))
+        order = good[np.argsort(amplitude[good], kind="stable")]
         if order.size > 1:
-            row[:] = np.interp(grid, one[order], damping[order], left=np.nan, right=np.nan)
-    mine = constant["record"].to_numpy().astype(str) == record
-    seen = tree["observed_data"]["amplitude"].to_numpy()[mine]
+            row[:] = np.interp(grid, amplitude[order], damping[order], left=np.nan, right=np.nan)
+    samples = constant["record"].to_numpy().astype(str) == record
+    seen = tree["observed_data"]["amplitude"].to_numpy()[samples]
     reached = (np.isfinite(draws).mean(axis=0) > 0.9) & (grid >= seen.min()) & (grid <= seen.max())
     return grid[reached], draws[:, reached]

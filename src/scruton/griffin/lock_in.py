@@ -108,8 +108,8 @@ def lock_in_draws(
         shift = _flat(group, "shift").reshape(-1, group.sizes["rig"])[:, _rig(tree, rig)]
     f, h = _at(group, v * np.exp(shift)[:, None])
     n, reference = float(group.attrs["law_n"]), float(group.attrs["reference_scruton_number"])
-    own = (_flat(group, "discrepancy_amplitude") * z)[:, None]
-    draws: FloatArray = np.exp(f + log_ratio(h, np.asarray(float(scruton_number)), reference, n) + own)
+    discrepancy = (_flat(group, "discrepancy_amplitude") * z)[:, None]
+    draws: FloatArray = np.exp(f + log_ratio(h, np.asarray(float(scruton_number)), reference, n) + discrepancy)
     low, high = _range(tree, rig)
     return np.where((v < low * (1 - 1e-9)) | (v > high * (1 + 1e-9)), np.nan, draws)
 
@@ -167,8 +167,8 @@ def _at(group: Any, v: FloatArray) -> tuple[FloatArray, FloatArray]:
     place = np.clip((v - grid[0]) / (grid[1] - grid[0]), 0.0, grid.size - 1.0)
     i = np.minimum(place.astype(int), grid.size - 2)
     first, second = (
-        (1.0 - (place - i)) * np.take_along_axis(own, i, axis=1) + (place - i) * np.take_along_axis(own, i + 1, axis=1)
-        for own in (_flat(group, key).reshape(-1, grid.size) for key in ("ln_amplitude", "ln_relaxation"))
+        (1.0 - (place - i)) * np.take_along_axis(ln, i, axis=1) + (place - i) * np.take_along_axis(ln, i + 1, axis=1)
+        for ln in (_flat(group, key).reshape(-1, grid.size) for key in ("ln_amplitude", "ln_relaxation"))
     )
     return first, second
 

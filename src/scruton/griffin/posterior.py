@@ -70,7 +70,7 @@ def chosen_rig(tree: "xr.DataTree", rig: str | None) -> str:
     """
     used = names_of(tree["constant_data"]["rig"])
     order = names_of(tree["rig_posterior"]["rig"]) if "rig_posterior" in tree else used
-    in_wind = [one for one in dict.fromkeys([*order, *used]) if one in used]
+    in_wind = [name for name in dict.fromkeys([*order, *used]) if name in used]
     if rig is not None and rig not in in_wind:
         raise InputError("posterior", "rig", f"'{rig}'", f"a rig with a test in wind, one of: {', '.join(in_wind)}")
     return rig or in_wind[0]

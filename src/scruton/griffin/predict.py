@@ -204,8 +204,8 @@ def predictive_draws(
         so each row is one whole Griffin curve.
     """
     curve = shared_curve(tree, law_n=law_n, seed=seed)
-    own = np.exp(curve.discrepancy * stream(seed, "discrepancy").standard_normal(len(curve.n)))
-    return np.asarray(curve.at(np.asarray(scruton_numbers, dtype=float)) * own[:, None])
+    scatter = np.exp(curve.discrepancy * stream(seed, "discrepancy").standard_normal(len(curve.n)))
+    return np.asarray(curve.at(np.asarray(scruton_numbers, dtype=float)) * scatter[:, None])
 
 
 def single_draws(
@@ -219,15 +219,15 @@ def single_draws(
     """
     group = tree["campaign_posterior"]
     n = exponent_draws(tree, test)
-    own, relaxation = (draws_of(tree, name, test) for name in ("scruton_number", "relaxation_scruton_number"))
+    tested, relaxation = (draws_of(tree, name, test) for name in ("scruton_number", "relaxation_scruton_number"))
     tau, kappa = (
-        np.resize(np.asarray(group[name].isel(law=0).to_numpy(), dtype=float), own.shape)
+        np.resize(np.asarray(group[name].isel(law=0).to_numpy(), dtype=float), tested.shape)
         for name in ("discrepancy_amplitude", "discrepancy_relaxation")
     )
-    z = stream(seed, "single test").standard_normal((3, len(own)))
-    strength = (relaxation + n * own) * np.exp(-kappa * z[0])
-    shared = strength - n * own
-    x = (np.atleast_1d(np.asarray(scruton_numbers, dtype=float)) - own[:, None]) / shared[:, None]
+    z = stream(seed, "single test").standard_normal((3, len(tested)))
+    strength = (relaxation + n * tested) * np.exp(-kappa * z[0])
+    shared = strength - n * tested
+    x = (np.atleast_1d(np.asarray(scruton_numbers, dtype=float)) - tested[:, None]) / shared[:, None]
     # For n > 0 the wind may be too weak for a vibration at the tested setting: such a draw says that it dies beyond.
     ratio = np.where(shared[:, None] > 0.0, amplitude_ratio(x, n[:, None]), np.where(x < 0.0, 0.0, np.inf))
     return np.asarray(draws_of(tree, "a_star", test)[:, None] * ratio * np.exp(tau * (z[1] - z[2]))[:, None])

@@ -127,8 +127,8 @@ class ModelCard:
 
 def shipped_cards() -> dict[str, Path]:
     """Return the cards that come with the package, by name."""
-    found = (Path(str(file)) for file in sorted((files("scruton") / "models").iterdir(), key=str))
-    return {file.stem: file for file in found if file.name.endswith(".toml")}
+    paths = (Path(str(file)) for file in sorted((files("scruton") / "models").iterdir(), key=str))
+    return {file.stem: file for file in paths if file.name.endswith(".toml")}
 
 
 def load_card(name_or_path: str | Path = "default") -> ModelCard:
@@ -192,8 +192,8 @@ _SECTIONS = {
     },
     "structural_damping": {"relative_sd": bare(1e-6, 2.0), "reason": anything()},
     "sampler": {
-        one.name: Field(_whole, one.default) if one.type is int else bare(0.0, MOST_SAMPLED, one.default)
-        for one in fields(SamplerSettings)
+        field.name: Field(_whole, field.default) if field.type is int else bare(0.0, MOST_SAMPLED, field.default)
+        for field in fields(SamplerSettings)
     },
     "effects": {"prior_none": bare(0.01, 0.99, 0.5), "weights": anything(), "reason": anything()},
 }
@@ -277,14 +277,14 @@ def _priors(table: Table, units: Mapping[str, str], left_out: tuple[str, ...] = 
                 raise entry.refusal("family", "normal or lognormal")
             continue
         for motion in Motion:
-            own = entry.inner(motion, f"a table [{entry.at(motion)}]")
-            priors[f"{name}.{motion}"] = _prior(name, own, UNITS_BY_MOTION.get(f"{name}.{motion}", units[name]))
+            by_motion = entry.inner(motion, f"a table [{entry.at(motion)}]")
+            priors[f"{name}.{motion}"] = _prior(name, by_motion, UNITS_BY_MOTION.get(f"{name}.{motion}", units[name]))
     return priors
 
 
 def _prior(name: str, table: Table, wanted: str) -> Prior:
     family = table.values.get("family")
-    allowed = [one for one, (_, logarithmic) in FAMILIES.items() if logarithmic == (name not in SIGNED)]
+    allowed = [candidate for candidate, (_, logarithmic) in FAMILIES.items() if logarithmic == (name not in SIGNED)]
     if family not in allowed:
         raise table.refusal("family", f"one of: {', '.join(allowed)}")
     (first, second), _ = FAMILIES[family]

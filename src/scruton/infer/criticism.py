@@ -93,7 +93,7 @@ class Criticism:
     @property
     def ok(self) -> bool:
         """Whether nothing serious was found."""
-        return not any(one.serious for one in self.flags)
+        return not any(flag.serious for flag in self.flags)
 
     def rows(self) -> dict[str, list[dict[str, Any]]]:
         """Every answer as rows, by part."""
@@ -106,7 +106,7 @@ class Criticism:
             "identifiability": self.moved,
             "influence": self.influence,
         }
-        return {name: [asdict(one) for one in part] for name, part in parts.items()}
+        return {name: [asdict(row) for row in part] for name, part in parts.items()}
 
     def to_json(self) -> dict[str, Any]:
         """Everything but the bands, with null for numbers that are missing."""
@@ -133,10 +133,10 @@ def records(tree: "xr.DataTree") -> Iterator[RecordOf]:
     constant = tree["constant_data"]
     test, record = (constant[key].to_numpy().astype(str) for key in ("record_test", "record"))
     arrays = [constant["time"], tree["observed_data"]["amplitude"], constant["standard_error"]]
-    values = [np.asarray(one.to_numpy(), dtype=float) for one in arrays]
+    values = [np.asarray(array.to_numpy(), dtype=float) for array in arrays]
     for pair in dict.fromkeys(zip(test.tolist(), record.tolist(), strict=True)):
         index = np.flatnonzero((test == pair[0]) & (record == pair[1]))
-        yield RecordOf(pair[0], pair[1], index, *(one[index] for one in values))
+        yield RecordOf(pair[0], pair[1], index, *(array[index] for array in values))
 
 
 def criticise_tree(tree: "xr.DataTree", summary: Mapping[str, Any], *, seed: int = 0) -> Criticism:
@@ -152,7 +152,7 @@ def criticise_tree(tree: "xr.DataTree", summary: Mapping[str, Any], *, seed: int
         Of the prior predictive replicates, the only randomness.
     """
     missing = []
-    judged = [one for one in records(tree) if one.time.size >= limits.FEWEST_CYCLES]
+    judged = [record for record in records(tree) if record.time.size >= limits.FEWEST_CYCLES]
     if not judged:
         missing.append("innovations, predictive checks, influence: no transient record holds enough cycles")
     innovations: tuple[Check, ...] = ()
@@ -168,10 +168,12 @@ def criticise_tree(tree: "xr.DataTree", summary: Mapping[str, Any], *, seed: int
     if judged and "posterior_predictive" in tree:
         group = tree["posterior_predictive"]
         runs = [group[name].to_numpy() for name in ("amplitude", "mean_amplitude")]
-        runs = [one.reshape(-1, one.shape[-1]) for one in runs]
-        for one in judged:
-            replicate, mean = (run[:, one.index] for run in runs)
-            checks, share = replication.posterior_check(one.test, one.record, one.time, one.amplitude, replicate, mean)
+        runs = [run.reshape(-1, run.shape[-1]) for run in runs]
+        for record in judged:
+            replicate, mean = (run[:, record.index] for run in runs)
+            checks, share = replication.posterior_check(
+                record.test, record.record, record.time, record.amplitude, replicate, mean
+            )
             predictive += checks
             shares += share
     elif judged:
@@ -186,7 +188,9 @@ def criticise_tree(tree: "xr.DataTree", summary: Mapping[str, Any], *, seed: int
     elif "campaign_posterior" in tree:
         missing.append("identifiability of the campaign model: the results hold no model card; fit again")
     influence = sensitivity.influences(tree)
-    alone = [name for name in dict.fromkeys(one.test for one in judged) if name not in {one.test for one in influence}]
+    alone = [
+        name for name in dict.fromkeys(record.test for record in judged) if name not in {row.test for row in influence}
+    ]
     if alone:
         missing.append(f"influence: {', '.join(alone)} rests on one record, which cannot be left out")
     adjusted = whiteness.adjust(predictive, [replication.STATISTICS])
@@ -205,8 +209,8 @@ def criticise_tree(tree: "xr.DataTree", summary: Mapping[str, Any], *, seed: int
     for check, row in ((check, row) for check, rows in asked.items() for row in rows):
         parameter = getattr(row, "parameter", "") if getattr(row, "trusted", True) else ""
         where = ", ".join(filter(None, (row.test or "campaign", getattr(row, "record", ""), parameter)))
-        found = [Flag(check, where, *doubt) for doubt in _doubts(row)]
-        flags += [one for one in found if one not in flags]  # of a record that dominates, one for all its parameters
+        new = [Flag(check, where, *doubt) for doubt in _doubts(row)]
+        flags += [flag for flag in new if flag not in flags]  # of a record that dominates, one for all its parameters
     return Criticism(
         innovations, adjusted, tuple(shares), prior, scaling, moved, influence, tuple(missing), tuple(flags), bands
     )
@@ -217,17 +221,21 @@ def _prior(
 ) -> tuple[tuple[PriorCheck, ...], dict[tuple[str, str], FloatArray]]:
     group, constant = tree["prior"].to_dataset(), tree["constant_data"]
     checks, bands = [], {}
-    largest = max(float(one.amplitude.max()) for one in judged)
-    for one in judged:
-        draws = {str(name): group[name].sel(test=one.test).to_numpy().reshape(-1) for name in group.data_vars}
-        rate = draws["relaxation_ratio"] * (2.0 * np.pi * float(constant["frequency"].sel(test=one.test)))
+    largest = max(float(record.amplitude.max()) for record in judged)
+    for record in judged:
+        draws = {str(name): group[name].sel(test=record.test).to_numpy().reshape(-1) for name in group.data_vars}
+        rate = draws["relaxation_ratio"] * (2.0 * np.pi * float(constant["frequency"].sel(test=record.test)))
         law = draws.get("law_exponent", np.full_like(rate, float(constant["law_n"])))
         prior = draws | {"a_star": draws["stable_amplitude"], "relaxation_rate": rate, "n": law}
         # A seed of its own for every record: leaving one out changes no number of another.
-        rng = np.random.default_rng([seed, zlib.crc32(f"{one.test}/{one.record}".encode())])
-        replicate = replication.prior_replicates(one.time, one.standard_error, float(one.amplitude[0]), prior, rng)
-        checks.append(replication.prior_check(one.test, one.record, one.time, one.amplitude, replicate, rate, largest))
-        bands[one.test, one.record] = np.quantile(replicate, QUANTILES, axis=0)
+        rng = np.random.default_rng([seed, zlib.crc32(f"{record.test}/{record.record}".encode())])
+        replicate = replication.prior_replicates(
+            record.time, record.standard_error, float(record.amplitude[0]), prior, rng
+        )
+        checks.append(
+            replication.prior_check(record.test, record.record, record.time, record.amplitude, replicate, rate, largest)
+        )
+        bands[record.test, record.record] = np.quantile(replicate, QUANTILES, axis=0)
     return tuple(checks), bands
 
 
@@ -242,46 +250,46 @@ _MEANING = {
 }
 
 
-def _doubts(one: Check | PriorCheck | Scaling | Moved | Influence) -> Iterator[tuple[str, bool]]:
+def _doubts(row: Check | PriorCheck | Scaling | Moved | Influence) -> Iterator[tuple[str, bool]]:
     """What of one answer is out of the ordinary, in a sentence, and whether it is serious."""
-    match one:
-        case Check() if one.adjusted < limits.WORTH_A_LOOK:
-            p = f"{one.adjusted:.1g}" if one.adjusted >= 1e-6 else "1e-6 or less"
-            expected = f"{one.low:.3g} to {one.high:.3g} in 90 % of cases, p = {p}"
-            if one.name in _MEANING:
-                serious = one.name in whiteness.PREDICTABLE and one.adjusted < limits.SERIOUS_WHITENESS
-                yield f"{_MEANING[one.name]} ({one.name} {one.value:.3g}, expected {expected})", serious
+    match row:
+        case Check() if row.adjusted < limits.WORTH_A_LOOK:
+            p = f"{row.adjusted:.1g}" if row.adjusted >= 1e-6 else "1e-6 or less"
+            expected = f"{row.low:.3g} to {row.high:.3g} in 90 % of cases, p = {p}"
+            if row.name in _MEANING:
+                serious = row.name in whiteness.PREDICTABLE and row.adjusted < limits.SERIOUS_WHITENESS
+                yield f"{_MEANING[row.name]} ({row.name} {row.value:.3g}, expected {expected})", serious
             else:
-                side = "more" if one.value > 0.5 * (one.low + one.high) else "less"
-                text = f"{one.name} {one.value:.3g} is {side} than the model produces ({expected})"
-                yield text, one.adjusted < limits.SERIOUS_PREDICTIVE
+                side = "more" if row.value > 0.5 * (row.low + row.high) else "less"
+                text = f"{row.name} {row.value:.3g} is {side} than the model produces ({expected})"
+                yield text, row.adjusted < limits.SERIOUS_PREDICTIVE
         case PriorCheck():
-            for what, p_value in (("time to half", one.p_half), ("final level", one.p_final)):
+            for what, p_value in (("time to half", row.p_half), ("final level", row.p_final)):
                 if p_value < limits.WORTH_A_LOOK:
                     text = f"the prior under this law hardly admits the record's {what} (p = {p_value:.2g})"
                     yield f"{text}: mend one or the other", False
-            if one.huge > limits.ABSURD:
-                text = f"{one.huge:.0%} of the prior exceeds ten times the campaign's largest amplitude"
+            if row.huge > limits.ABSURD:
+                text = f"{row.huge:.0%} of the prior exceeds ten times the campaign's largest amplitude"
                 yield f"{text}: it says too little", False
-            if one.instant > limits.ABSURD:
-                text = f"{one.instant:.0%} of the prior relaxes within one cycle"
+            if row.instant > limits.ABSURD:
+                text = f"{row.instant:.0%} of the prior relaxes within one cycle"
                 yield f"{text}, where no amplitude equation holds", False
         case Scaling(diagnosis=sensitivity.CONFLICT):
-            both = f"both the card's priors ({one.prior:.2f}) and the records ({one.likelihood:.2f})"
+            both = f"both the card's priors ({row.prior:.2f}) and the records ({row.likelihood:.2f})"
             yield (
                 f"prior-data conflict: the posterior follows {both}; ask whether the prior or the model is wrong",
                 False,
             )
         case Scaling(diagnosis=sensitivity.WEAK):
-            text = f"the card's priors ({one.prior:.2f}) rather than the records ({one.likelihood:.2f})"
+            text = f"the card's priors ({row.prior:.2f}) rather than the records ({row.likelihood:.2f})"
             yield f"weak likelihood: the posterior follows {text}", False
-        case Moved() if one.parameter not in MEANT_TO_STAY and one.ratio > limits.BARELY_MOVED:
-            yield f"{one.verdict}: its posterior sd is {one.ratio:.2f} of the prior's", False
+        case Moved() if row.parameter not in MEANT_TO_STAY and row.ratio > limits.BARELY_MOVED:
+            yield f"{row.verdict}: its posterior sd is {row.ratio:.2f} of the prior's", False
         case Influence(trusted=False):
-            text = f"this record dominates the test (k-hat {one.khat:.2f} > {limits.TRUSTED_KHAT}): reweighting "
+            text = f"this record dominates the test (k-hat {row.khat:.2f} > {limits.TRUSTED_KHAT}): reweighting "
             yield f"{text}cannot tell what the others say; refit without it", False
-        case Influence() if abs(one.shift) > limits.MOVES or abs(one.z) > limits.DISAGREES:
-            text = f"leaving this record out moves the posterior by {one.shift:+.1f} of its sds"
-            if abs(one.z) > limits.DISAGREES:
-                text += f": it disagrees with the other records (z = {one.z:.1f})"
+        case Influence() if abs(row.shift) > limits.MOVES or abs(row.z) > limits.DISAGREES:
+            text = f"leaving this record out moves the posterior by {row.shift:+.1f} of its sds"
+            if abs(row.z) > limits.DISAGREES:
+                text += f": it disagrees with the other records (z = {row.z:.1f})"
             yield text, False

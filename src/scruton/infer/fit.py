@@ -89,9 +89,9 @@ def fit_campaign(
     ringdowns = dict(ringdowns_of(campaign, cycles))
     rigs = {rig.name: fit_rig(campaign, rig, cycles, ringdowns.get(rig.name), sampling) for rig in campaign.rigs}
     tests = [fit_test(campaign, test, rigs[test.rig], cycles, sampling) for test in campaign.tests if test.records]
-    levels = {one.test.name: float(np.median(one.derived["a_star"])) for one in tests}
-    names = {one.name for one in peak_tests(campaign, levels)}
-    peaks = [one for one in tests if one.test.name in names]
+    levels = {result.test.name: float(np.median(result.derived["a_star"])) for result in tests}
+    names = {test.name for test in peak_tests(campaign, levels)}
+    peaks = [result for result in tests if result.test.name in names]
     joint = fit_peaks(campaign, peaks, sampling) if peaks else None
     if joint and (thorough or card.averaging == "stacking"):
         joint = stack(joint, sampling)
@@ -101,7 +101,7 @@ def fit_campaign(
         *misfits,
         *varying_damping(campaign, ringdowns),
         *unconstrained(tests),
-        *(one.explain() for test in tests for one in test.steady if not one.usable),
+        *(verdict.explain() for test in tests for verdict in test.steady if not verdict.usable),
         *([joint.weights.flag] if joint and joint.weights.flag else []),
     ]
     trials = [
@@ -192,18 +192,18 @@ def fit_test(
         "damping_ratio", "lognormal", float(np.exp(log_damping.mean())), float(max(log_damping.std(), 1e-6)), "-",
         f"posterior of rig {rig.rig.name}",
     )  # fmt: skip
-    priors = (*(card.prior(one, motion) for one in WIND[:-1]), damping)
+    priors = (*(card.prior(parameter, motion) for parameter in WIND[:-1]), damping)
     verdicts = [
         judge_lock_in(r, cycles[r.name], priors, omega0, sampling) for r in test.records if r.kind is Kind.STEADY
     ]
     # Lock-in that fluctuates as broad-band turbulence makes it counts like a transient; of other lock-in, the mean.
     informative = {r.name: cycles[r.name] for r in test.records if r.kind in TRANSIENTS}
-    informative |= {one.record: one.cycles for one in verdicts if one.usable}
+    informative |= {verdict.record: verdict.cycles for verdict in verdicts if verdict.usable}
     data = EnvelopeData.join(informative)
-    steady = [steady_amplitude(cycles[one.record]) for one in verdicts if not one.usable]
+    steady = [steady_amplitude(cycles[verdict.record]) for verdict in verdicts if not verdict.usable]
     priors += (card.exponent,) if card.exponent else ()
     posterior = WindPosterior(priors, data, steady, omega0, card.law_n, card.initial_amplitude_sd)
-    levels = np.array([[one.mean, one.standard_error] for one in steady])
+    levels = np.array([[amplitude.mean, amplitude.standard_error] for amplitude in steady])
     tails = [max(float(cycles[r.name].amplitude[-10:].mean()), 1e-9) for r in test.records]
     admit(card, name, [posterior.prior("stable_amplitude")] * len(tails), tails)
     samples = sampling.run(name, posterior, data.amplitude, data.standard_error, data.time, levels)
@@ -261,7 +261,7 @@ def derive(
         wind_frequency=wind_frequency * stated["frequency"] / stated["frequency"].mean(), **stated,
     )  # fmt: skip
     sc = setting.scruton_number
-    found = {
+    derived = {
         "a_star": a_star,
         "relaxation_rate": rate,
         **{name: natural[name] for name in NOISE},
@@ -271,10 +271,10 @@ def derive(
         "mass_damping_factor": sc / damping,
     }
     if posterior.n is None:
-        found["law_exponent"] = natural["law_exponent"]
+        derived["law_exponent"] = natural["law_exponent"]
     if posterior.n == -1.0:
-        found["Y1"], found["epsilon"] = force_parameters(a_star, rate, setting)
-    return found
+        derived["Y1"], derived["epsilon"] = force_parameters(a_star, rate, setting)
+    return derived
 
 
 def fit_trial(
@@ -303,7 +303,7 @@ def varying_damping(campaign: Campaign, ringdowns: Mapping[str, RingDown]) -> li
     unit, lines = campaign.section.amplitude_unit, []
     for name, ringdown in ringdowns.items():
         bands = [ringdown.bands[i] for i in damping_varies(ringdown) or ()]
-        texts = [f"{100 * one.damping_ratio:.3g} % at {one.lower:.3g} to {one.upper:.3g} {unit}" for one in bands]
+        texts = [f"{100 * band.damping_ratio:.3g} % at {band.lower:.3g} to {band.upper:.3g} {unit}" for band in bands]
         if texts:
             lines.append(
                 f"rig {name}: structural damping varies with amplitude ({', '.join(texts)}); the posterior of one "
@@ -317,29 +317,29 @@ def misfit(tests: Sequence[TestResult]) -> list[str]:
 
     The innovations are those of each test's own posterior at its median; p-values are adjusted over all records.
     """
-    parts = [one for one in tests if one.posterior.data.size]
+    parts = [result for result in tests if result.posterior.data.size]
     if not parts:
         return []
     checks = whiteness.judge(
-        np.concatenate([one.posterior.standardised(one.samples.chain) for one in parts]),
-        np.concatenate([one.posterior.data.amplitude for one in parts]),
-        np.repeat([one.test.name for one in parts], [one.posterior.data.size for one in parts]),
-        np.concatenate([one.posterior.data.record for one in parts]),
+        np.concatenate([result.posterior.standardised(result.samples.chain) for result in parts]),
+        np.concatenate([result.posterior.data.amplitude for result in parts]),
+        np.repeat([result.test.name for result in parts], [result.posterior.data.size for result in parts]),
+        np.concatenate([result.posterior.data.record for result in parts]),
     )
-    found: dict[str, list[str]] = {}
-    for one in checks:
-        if one.name in whiteness.PREDICTABLE and one.adjusted < NOT_WHITE:
-            found.setdefault(one.test, []).append(f"{one.name}{f' of {one.record}' if one.record else ''}")
+    not_white: dict[str, list[str]] = {}
+    for check in checks:
+        if check.name in whiteness.PREDICTABLE and check.adjusted < NOT_WHITE:
+            not_white.setdefault(check.test, []).append(f"{check.name}{f' of {check.record}' if check.record else ''}")
     return [
         f"test {test}: the innovations of the filter are not white ({'; '.join(what)}); the law or the noise of the "
         "model is not that of the records, `scruton criticise` says more"
-        for test, what in found.items()
+        for test, what in not_white.items()
     ]
 
 
 def unconstrained(tests: Sequence[TestResult]) -> list[str]:
     """Tests that no transient record constrains."""
-    names = [one.test.name for one in tests if not one.posterior.data.size]
+    names = [result.test.name for result in tests if not result.posterior.data.size]
     if not names:
         return []
     return [

@@ -53,16 +53,16 @@ def ringdowns_of(campaign: Campaign, cycles: Mapping[str, Cycles]) -> Mapping[st
 def damping_varies(ringdown: RingDown) -> tuple[int, int] | None:
     """Indices of the bands between which damping changes most, if it does; None where one constant will do."""
     bands = ringdown.bands
-    xi = np.array([one.damping_ratio for one in bands])
-    error = np.array([np.hypot(one.sd / np.sqrt(one.plucks), BAND_FLOOR * abs(one.damping_ratio)) for one in bands])
-    worst, found = 0.0, None
+    xi = np.array([band.damping_ratio for band in bands])
+    error = np.array([np.hypot(band.sd / np.sqrt(band.plucks), BAND_FLOOR * abs(band.damping_ratio)) for band in bands])
+    worst, pair = 0.0, None
     for i in range(len(bands)):
         for j in range(i):
             gap = abs(xi[i] - xi[j])
             ratio = gap / np.hypot(error[i], error[j])
             if ratio > max(worst, DAMPING_CERTAINTY) and gap > DAMPING_VARIATION * 0.5 * abs(xi[i] + xi[j]):
-                worst, found = ratio, (j, i)
-    return found
+                worst, pair = ratio, (j, i)
+    return pair
 
 
 def front_ends_of(campaign: Campaign, tree: "xr.DataTree", ringdowns: Mapping[str, RingDown]) -> Mapping[str, FrontEnd]:

@@ -63,7 +63,7 @@ class PeakTest:
     @property
     def parameters(self) -> tuple[str, ...]:
         """Names of its coordinates: without records of the relaxation its deviation w stands for the rate."""
-        names = tuple("w" if one == "relaxation_ratio" and not self.relaxes else one for one in WIND)
+        names = tuple("w" if name == "relaxation_ratio" and not self.relaxes else name for name in WIND)
         return (*names, "mass_factor") if self.factor_log_sd else names
 
 
@@ -95,38 +95,38 @@ class CampaignPosterior(Posterior):
     @cached_property
     def reference(self) -> tuple[float, float]:
         """Fixed reference: Scruton number and mass-damping factor, geometric means over what is known of the rigs."""
-        factor = np.array([one.mass_damping_factor for one in self.tests])
-        damping = np.array([one.wind.prior("damping_ratio").location for one in self.tests])
+        factor = np.array([test.mass_damping_factor for test in self.tests])
+        damping = np.array([test.wind.prior("damping_ratio").location for test in self.tests])
         return float(np.exp(np.mean(np.log(factor) + damping))), float(np.exp(np.log(factor).mean()))
 
     @cached_property
     def priors(self) -> tuple[Prior, ...]:  # type: ignore[override]
         """One a coordinate: exact for the shared, scatter, noise, damping and mass; a* and lambda follow the curve."""
-        found = [replace(prior, name=name) for name, prior in zip(SHARED, self.shared, strict=True)]
-        found += [self.exponent] if self.exponent else []
-        for one in self.tests:
-            for name in one.parameters:
-                prior = one.wind.prior(name) if name in WIND else Prior(name, "normal", 0.0, 1.0)
-                found.append(replace(prior, name=f"{name} of {one.name}"))
-        return tuple(found)
+        priors = [replace(prior, name=name) for name, prior in zip(SHARED, self.shared, strict=True)]
+        priors += [self.exponent] if self.exponent else []
+        for test in self.tests:
+            for name in test.parameters:
+                prior = test.wind.prior(name) if name in WIND else Prior(name, "normal", 0.0, 1.0)
+                priors.append(replace(prior, name=f"{name} of {test.name}"))
+        return tuple(priors)
 
     @cached_property
     def own_coordinates(self) -> tuple[Coordinates, ...]:
         """Where the parameters of every test stand, by the names of `PeakTest.parameters`."""
-        places: list[Coordinates] = []
+        layouts: list[Coordinates] = []
         start = len(SHARED) + (self.exponent is not None)
-        for one in self.tests:
-            places.append(Coordinates(dict.fromkeys(one.parameters), start))
-            start = places[-1].stop
-        return tuple(places)
+        for test in self.tests:
+            layouts.append(Coordinates(dict.fromkeys(test.parameters), start))
+            start = layouts[-1].stop
+        return tuple(layouts)
 
     def _each(self, u: FloatArray) -> Iterator[tuple[PeakTest, Values]]:
         """Every test with its coordinates by name."""
-        return ((one, own.of(u)) for one, own in zip(self.tests, self.own_coordinates, strict=True))
+        return ((test, layout.of(u)) for test, layout in zip(self.tests, self.own_coordinates, strict=True))
 
     def without(self, record: str) -> "CampaignPosterior":
         """The same model of all records but one."""
-        tests = [replace(one, wind=replace(one.wind, data=one.wind.data.without(record))) for one in self.tests]
+        tests = [replace(test, wind=replace(test.wind, data=test.wind.data.without(record))) for test in self.tests]
         return replace(self, tests=tests)
 
     def exponents(self, u: FloatArray) -> FloatArray:
@@ -149,42 +149,42 @@ class CampaignPosterior(Posterior):
         _, _, n, at_zero = self.curve(u)
         rows = []
         kappa = self.named(u)["discrepancy_relaxation"]
-        for one, v in self._each(u):
+        for test, v in self._each(u):
             damping = np.exp(v["damping_ratio"])
-            factor = np.full(len(u), one.mass_damping_factor)
-            if one.factor_log_sd:
-                factor = factor * np.exp(one.factor_log_sd * v["mass_factor"])
-            if one.relaxes:
+            factor = np.full(len(u), test.mass_damping_factor)
+            if test.factor_log_sd:
+                factor = factor * np.exp(test.factor_log_sd * v["mass_factor"])
+            if test.relaxes:
                 ratio = np.exp(v["relaxation_ratio"])
             else:
                 # A search may take the coordinates far out: no overflow.
                 strength = at_zero * np.exp(np.minimum(np.exp(np.minimum(kappa, 300.0)) * v["w"], 300.0))
-                own = strength - n * factor * damping
-                ratio = np.where(own > 0.0, own, np.nan) / factor
+                relaxation = strength - n * factor * damping
+                ratio = np.where(relaxation > 0.0, relaxation, np.nan) / factor
             noise = (np.exp(v[name]) for name in NOISE)
             rows.append((np.exp(v["stable_amplitude"]), ratio, damping, factor, *noise))
         names = (
             "a_star", "relaxation_ratio", "damping_ratio", "mass_damping_factor", *NOISE,
         )  # fmt: skip
-        s = {name: np.stack(one, axis=1) for name, one in zip(names, zip(*rows, strict=True), strict=True)}
+        s = {name: np.stack(columns, axis=1) for name, columns in zip(names, zip(*rows, strict=True), strict=True)}
         s["scruton_number"] = s["mass_damping_factor"] * s["damping_ratio"]
         s["relaxation"] = s["mass_damping_factor"] * s["relaxation_ratio"]
         return s
 
     def _deviations(self, u: FloatArray, s: dict[str, FloatArray]) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Deviations of ln a* and ln G from the shared curve, and G_j, (W, J) each; NaN off the constraint."""
-        a_ref, relaxation, n, at_zero = (one[:, None] for one in self.curve(u))
+        a_ref, relaxation, n, at_zero = (value[:, None] for value in self.curve(u))
         x = (s["scruton_number"] - self.reference[0]) / relaxation
-        own = s["relaxation"] + n * s["scruton_number"]
+        g_j = s["relaxation"] + n * s["scruton_number"]
         with np.errstate(all="ignore"):
             amplitude = np.log(s["a_star"]) - np.log(a_ref * amplitude_ratio(x, n))
-            return amplitude, np.log(own) - np.log(at_zero), own
+            return amplitude, np.log(g_j) - np.log(at_zero), g_j
 
     def inside(self, u: FloatArray) -> np.ndarray:
         """A stable amplitude at every tested setting, and for n < 0 at zero damping (Y1 < 0), (W,) of bool."""
         s = self.settings(u)
-        amplitude, strength, own = self._deviations(u, s)
-        good = np.isfinite(amplitude) & np.isfinite(strength) & (own > 0.0) & (s["relaxation_ratio"] > 0.0)
+        amplitude, strength, g_j = self._deviations(u, s)
+        good = np.isfinite(amplitude) & np.isfinite(strength) & (g_j > 0.0) & (s["relaxation_ratio"] > 0.0)
         return np.asarray(good.all(axis=1))
 
     def log_prior(self, u: FloatArray) -> FloatArray:
@@ -195,63 +195,63 @@ class CampaignPosterior(Posterior):
     def log_prior_terms(self, u: FloatArray) -> FloatArray:
         """Log prior of every coordinate given those before it, (W, d)."""
         s, terms = self.settings(u), super().log_prior_terms(u)
-        amplitude, strength, own = self._deviations(u, s)
+        amplitude, strength, g_j = self._deviations(u, s)
         log = self.named(u)
-        for j, (one, term) in enumerate(self._each(terms)):
+        for j, (test, term) in enumerate(self._each(terms)):
             term["stable_amplitude"] = _normal(amplitude[:, j], log["discrepancy_amplitude"])
-            if one.relaxes:
+            if test.relaxes:
                 with np.errstate(all="ignore"):
                     # ln G_j is normal; the coordinate is ln(lambda/omega0).
-                    jacobian = np.log(s["relaxation"][:, j] / own[:, j])
+                    jacobian = np.log(s["relaxation"][:, j] / g_j[:, j])
                 term["relaxation_ratio"] = _normal(strength[:, j], log["discrepancy_relaxation"]) + jacobian
         return terms
 
     def log_likelihood(self, u: FloatArray) -> FloatArray:
         """Sum of the tests' log likelihoods, (W,)."""
         s, total = self.settings(u), np.zeros(len(u))
-        for j, (one, own) in enumerate(self._each(u)):
-            v = np.empty((len(u), one.wind.coordinates.size))
-            log = one.wind.named(v)
+        for j, (test, values) in enumerate(self._each(u)):
+            v = np.empty((len(u), test.wind.coordinates.size))
+            log = test.wind.named(v)
             for name in WIND:
-                log[name] = np.log(s["relaxation_ratio"][:, j]) if name == "relaxation_ratio" else own[name]
+                log[name] = np.log(s["relaxation_ratio"][:, j]) if name == "relaxation_ratio" else values[name]
             if self.exponent:
                 log["law_exponent"] = self.exponents(u)
-            total += one.wind.log_likelihood(v)
+            total += test.wind.log_likelihood(v)
         return total
 
     def prior_sample(self, rng: np.random.Generator, size: int) -> tuple[FloatArray, np.ndarray]:
         """Draws of the generative prior and whether each satisfies the constraint; see `Posterior.prior_sample`."""
-        u = np.stack([one.draw(rng, size) for one in self.priors], axis=1)
+        u = np.stack([prior.draw(rng, size) for prior in self.priors], axis=1)
         z = rng.standard_normal((2, size, len(self.tests)))
         a_ref, relaxation, n, at_zero = self.curve(u)
         good = (at_zero > 0.0) | ~np.any(n < 0)
         s, log = self.settings(u), self.named(u)
         sc = s["scruton_number"]
         with np.errstate(all="ignore"):
-            for j, (one, own) in enumerate(self._each(u)):
+            for j, (test, values) in enumerate(self._each(u)):
                 x = (sc[:, j] - self.reference[0]) / relaxation
                 deviation = np.exp(log["discrepancy_amplitude"]) * z[0, :, j]
-                own["stable_amplitude"] = np.log(a_ref * amplitude_ratio(x, n)) + deviation
-                good &= np.isfinite(own["stable_amplitude"])
-                if one.relaxes:
+                values["stable_amplitude"] = np.log(a_ref * amplitude_ratio(x, n)) + deviation
+                good &= np.isfinite(values["stable_amplitude"])
+                if test.relaxes:
                     strength = at_zero * np.exp(np.exp(log["discrepancy_relaxation"]) * z[1, :, j])
-                    own["relaxation_ratio"] = np.log((strength - n * sc[:, j]) / s["mass_damping_factor"][:, j])
-                    good &= np.isfinite(own["relaxation_ratio"])
+                    values["relaxation_ratio"] = np.log((strength - n * sc[:, j]) / s["mass_damping_factor"][:, j])
+                    good &= np.isfinite(values["relaxation_ratio"])
         good[good] = self.inside(u[good])
         return u, good
 
     def guesses(self, rng: np.random.Generator, size: int) -> FloatArray:
         """Prior draws whose tests are put where their own records see them, and the shared curve near them."""
         u = self.prior_draws(rng, size)
-        for one, own in self._each(u):
-            near = one.wind.named(one.draws[rng.integers(0, len(one.draws), size)])
+        for test, values in self._each(u):
+            near = test.wind.named(test.draws[rng.integers(0, len(test.draws), size)])
             for name in WIND:
-                if name in one.parameters:
-                    own[name] = near[name]
+                if name in test.parameters:
+                    values[name] = near[name]
         s, log = self.settings(u), self.named(u)
         sc, factor = self.reference
         n = self.exponents(u)[:, None]
-        known = [j for j, one in enumerate(self.tests) if one.relaxes]
+        known = [j for j, test in enumerate(self.tests) if test.relaxes]
         if known:
             # The tests' own strengths of the wind, where they agree with a positive one.
             strength = np.log(np.maximum((s["relaxation"] + n * s["scruton_number"])[:, known], 1e-3)).mean(axis=1)

@@ -106,8 +106,8 @@ class WindPosterior(Posterior):
         if self.data.size:
             n = self.exponents(u) if self.n is None else self.n
             total = log_likelihood(self.data, a_star, *noise, n=n, initial_sd=self.initial_sd)
-        for one in self.steady:
-            total = total - 0.5 * ((one.mean - a_star) / one.standard_error) ** 2 - np.log(one.standard_error)
+        for level in self.steady:
+            total = total - 0.5 * ((level.mean - a_star) / level.standard_error) ** 2 - np.log(level.standard_error)
         return total
 
     def pointwise(self, u: FloatArray) -> FloatArray:
@@ -172,10 +172,10 @@ class TrialPosterior(Posterior):
 
     def constants(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """(a, b, c, d) in A/D or rad and 1/s, time from the record's first cycle; arrays of the leading shape."""
-        own = self.named(u)
-        a, c = own["a"] * self.scale, own["c"] * self.scale
-        b = own["b"] * self.omega
-        return a, b, c, b - np.exp(own["rate_gap"]) * self.omega
+        values = self.named(u)
+        a, c = values["a"] * self.scale, values["c"] * self.scale
+        b = values["b"] * self.omega
+        return a, b, c, b - np.exp(values["rate_gap"]) * self.omega
 
     def residual(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Standard deviation (A/D or rad) and rate (1/s) of the residual; arrays of the leading shape."""

@@ -35,14 +35,14 @@ def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Samplin
     """
     card = sampling.card
     posteriors = [campaign_posterior(campaign, tests, sampling, n) for n in card.laws or (None,)]
-    labels = tuple("n free" if one.exponent else f"n={one.n:g}" for one in posteriors)
+    labels = tuple("n free" if candidate.exponent else f"n={candidate.n:g}" for candidate in posteriors)
     prior = np.array(card.law_weights or (1.0,))
     several = len(labels) > 1
     log_z, error, unknown = np.full((3, len(labels)), np.nan)
-    for i, one in enumerate(posteriors if several else ()):
-        log_z[i] = laplace_log_evidence(one, np.random.default_rng(sampling.seed_of(f"screening, {labels[i]}")))
+    for i, candidate in enumerate(posteriors if several else ()):
+        log_z[i] = laplace_log_evidence(candidate, np.random.default_rng(sampling.seed_of(f"screening, {labels[i]}")))
     sampled = np.array([k == 0 or log_z[k] > log_z.max() - HOPELESS for k in range(len(labels))])
-    found = []
+    laws = []
     for k in np.flatnonzero(sampled):
         posterior, name = posteriors[k], f"campaign, {labels[k]}"
         settings = _settings(card.sampler, posterior)
@@ -50,10 +50,10 @@ def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Samplin
         if several:
             evidence = log_evidence(posterior, samples, sampling.seed_of(f"evidence, {labels[k]}"))
             log_z[k], error[k] = evidence.log_z, evidence.error
-        found.append(LawResult(labels[k], posterior, samples, derive(campaign, tests, posterior, samples)))
+        laws.append(LawResult(labels[k], posterior, samples, derive(campaign, tests, posterior, samples)))
     weight = posterior_weights(np.where(sampled, log_z, -np.inf), prior) if several else prior
     weights = LawWeights(labels, prior, weight, log_z, error, sampled, unknown)
-    return PeakResult(tuple(one.test.name for one in tests), tuple(found), weights)
+    return PeakResult(tuple(test.test.name for test in tests), tuple(laws), weights)
 
 
 def stack(result: PeakResult, sampling: Sampling) -> PeakResult:
@@ -102,29 +102,29 @@ def campaign_posterior(
     card, motion = sampling.card, campaign.section.motion
     names = ("stable_amplitude", "relaxation_ratio", "discrepancy_amplitude", "discrepancy_relaxation")
     peaks = []
-    for one in tests:
-        mass, density = one.rig.mass, one.test.air_density
+    for result in tests:
+        mass, density = result.rig.mass, result.test.air_density
         assert mass is not None, "the loader refuses a test whose rig has no mass"
         # The median of the factor over that of the means, as stated.
         median = mass.median / mass.mean * density.mean / density.median
-        factor = float(_setting(campaign, one).mass_damping_factor) * median
-        own = replace(one.posterior, priors=tuple(p for p in one.posterior.priors if p.name in WIND), n=n)
-        draws = one.samples.chain.reshape(-1, one.samples.chain.shape[-1])
-        peaks.append(PeakTest(one.test.name, own, factor, draws, float(np.hypot(mass.log_sd, density.log_sd))))
+        factor = float(_setting(campaign, result).mass_damping_factor) * median
+        wind = replace(result.posterior, priors=tuple(p for p in result.posterior.priors if p.name in WIND), n=n)
+        draws = result.samples.chain.reshape(-1, result.samples.chain.shape[-1])
+        peaks.append(PeakTest(result.test.name, wind, factor, draws, float(np.hypot(mass.log_sd, density.log_sd))))
     shared = tuple(card.prior(name, motion) for name in names)
     return CampaignPosterior(peaks, shared, -1.0 if n is None else n, card.exponent if n is None else None)
 
 
 def data_of(posterior: CampaignPosterior) -> list[FloatArray]:
     """All arrays that the likelihood reads, for a checkpoint's fingerprint."""
-    found = []
-    for one in posterior.tests:
-        data = one.wind.data
-        found += [data.amplitude, data.standard_error, data.time]
-        found.append(np.array([[level.mean, level.standard_error] for level in one.wind.steady]))
-        found.append(np.array([[prior.location, prior.scale] for prior in one.wind.priors]))
-        found.append(np.array([one.mass_damping_factor, one.factor_log_sd]))
-    return found
+    arrays = []
+    for test in posterior.tests:
+        data = test.wind.data
+        arrays += [data.amplitude, data.standard_error, data.time]
+        arrays.append(np.array([[level.mean, level.standard_error] for level in test.wind.steady]))
+        arrays.append(np.array([[prior.location, prior.scale] for prior in test.wind.priors]))
+        arrays.append(np.array([test.mass_damping_factor, test.factor_log_sd]))
+    return arrays
 
 
 def derive(
@@ -138,11 +138,11 @@ def derive(
     u = samples.chain.reshape(-1, samples.chain.shape[-1])
     amplitude, relaxation, n, _ = posterior.curve(u)
     s, log = posterior.settings(u), posterior.named(u)
-    s["relaxation_rate"] = s["relaxation_ratio"] * np.array([one.wind.omega0 for one in posterior.tests])
+    s["relaxation_rate"] = s["relaxation_ratio"] * np.array([test.wind.omega0 for test in posterior.tests])
     forces = np.full((2, *s["a_star"].shape), np.nan)
     if posterior.exponent is None and posterior.n == -1.0:
-        for j, one in enumerate(tests):
-            setting = _setting(campaign, one, s["mass_damping_factor"][:, j], s["damping_ratio"][:, j])
+        for j, result in enumerate(tests):
+            setting = _setting(campaign, result, s["mass_damping_factor"][:, j], s["damping_ratio"][:, j])
             forces[:, :, j] = force_parameters(s["a_star"][:, j], s["relaxation_rate"][:, j], setting)
     s["Y1"], s["epsilon"] = forces
     shared = {
@@ -152,32 +152,32 @@ def derive(
         "discrepancy_amplitude": np.exp(log["discrepancy_amplitude"]),
         "discrepancy_relaxation": np.exp(log["discrepancy_relaxation"]),
     }
-    own = (
+    by_test = (
         "a_star", "relaxation_rate", "damping_ratio", "scruton_number", "mass_damping_factor", *NOISE,
         "Y1", "epsilon",
     )  # fmt: skip
-    found = {key: value.reshape(shape) for key, value in shared.items()}
-    return found | {key: s[key].reshape(*shape, -1) for key in own}
+    curve = {key: value.reshape(shape) for key, value in shared.items()}
+    return curve | {key: s[key].reshape(*shape, -1) for key in by_test}
 
 
 def _setting(
-    campaign: Campaign, one: TestResult, factor: FloatArray | None = None, damping: FloatArray | float = 0.0
+    campaign: Campaign, result: TestResult, factor: FloatArray | None = None, damping: FloatArray | float = 0.0
 ) -> Setting:
     """Setting of a test, at the mass that a drawn mass-damping factor means."""
-    assert one.rig.mass is not None
-    section, mass = campaign.section, one.rig.mass.mean
+    assert result.rig.mass is not None
+    section, mass = campaign.section, result.rig.mass.mean
     stated = Setting(
-        section.motion, section.width, section.depth, mass, one.test.air_density.mean, one.test.wind_speed.mean,
-        one.rig.frequency.mean, one.wind_frequency, damping,
+        section.motion, section.width, section.depth, mass, result.test.air_density.mean, result.test.wind_speed.mean,
+        result.rig.frequency.mean, result.wind_frequency, damping,
     )  # fmt: skip
     if factor is None:
         return stated
     # m_r and the factor are reciprocal to each other: scaling the mass carries both.
-    frequency, wind_speed = (np.resize(one.stated[key], factor.shape) for key in ("frequency", "wind_speed"))
+    frequency, wind_speed = (np.resize(result.stated[key], factor.shape) for key in ("frequency", "wind_speed"))
     return replace(
         stated,
         mass=mass * factor / float(stated.mass_damping_factor),
         wind_speed=wind_speed,
         frequency=frequency,
-        wind_frequency=one.wind_frequency * frequency / one.stated["frequency"].mean(),
+        wind_frequency=result.wind_frequency * frequency / result.stated["frequency"].mean(),
     )

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 _AMPLITUDE = "A/D or rad"
 _TEST, _RIG, _CYCLE, _LAW = ("test",), ("rig",), ("cycle",), ("law",)
 _DRAW = ("chain", "draw")
-_DRAWS_OF_TEST, _DRAWS_OF_CYCLE, _DRAWS_OF_RECORD = ((*_DRAW, one) for one in ("test", "cycle", "record"))
+_DRAWS_OF_TEST, _DRAWS_OF_CYCLE, _DRAWS_OF_RECORD = ((*_DRAW, axis) for axis in ("test", "cycle", "record"))
 _DRAWS_OF_LAW, _DRAWS_OF_PEAK = ("law", *_DRAW), ("law", *_DRAW, "peak_test")
 
 
@@ -138,7 +138,7 @@ SCHEMA: Mapping[str, tuple[Variable, ...]] = {
         Variable("record_test", ("record",), "U", "", "name of the record's test"),
     ),
     "speeds": (
-        *(Variable(one, (*_DRAW, "velocity"), "f", "-", "of the peak") for one in ("ln_amplitude", "ln_relaxation")),
+        *(Variable(name, (*_DRAW, "velocity"), "f", "-", "of the peak") for name in ("ln_amplitude", "ln_relaxation")),
         Variable("scale_amplitude", _DRAW, "f", "-", "s_A"),
         Variable("scale_relaxation", _DRAW, "f", "-", "s_G"),
         Variable("length", _DRAW, "f", "U/(f0 D)", "l"),
@@ -189,12 +189,12 @@ def dataset(group: str, values: Mapping[str, Any], **coordinates: Any) -> "xr.Da
     """
     import xarray as xr
 
-    known = {one.name: one for one in SCHEMA[group]}
+    known = {variable.name: variable for variable in SCHEMA[group]}
     laid_out = xr.Dataset({name: (known[name].dims, value) for name, value in values.items()})
     counted = {name: np.arange(size) for name, size in laid_out.sizes.items() if name in ("chain", "draw", "cycle")}
     if group == "constant_data":
         counted = {}
-    labels = {name: ("chain", one) if name == "ensemble" else one for name, one in coordinates.items()}
+    labels = {name: ("chain", label) if name == "ensemble" else label for name, label in coordinates.items()}
     return laid_out.assign_coords({**counted, **labels})
 
 
@@ -204,14 +204,16 @@ def faults(tree: "xr.DataTree") -> list[str]:
     for group, variables in SCHEMA.items():
         if group not in tree:
             continue
-        here = tree[group].to_dataset()
-        for one in variables:
-            if one.name not in here:
-                if not one.optional:
-                    sentences.append(f"group {group} lacks {one.name}")
+        stored = tree[group].to_dataset()
+        for variable in variables:
+            if variable.name not in stored:
+                if not variable.optional:
+                    sentences.append(f"group {group} lacks {variable.name}")
                 continue
-            dims, dtype = here[one.name].dims, here[one.name].dtype
+            dims, dtype = stored[variable.name].dims, stored[variable.name].dtype
             kind = "U" if dtype.kind in "OT" else dtype.kind
-            if dims != one.dims or kind != one.kind:
-                sentences.append(f"{group}/{one.name} is {dtype} by {dims}, not {one.kind} by {one.dims}")
+            if dims != variable.dims or kind != variable.kind:
+                sentences.append(
+                    f"{group}/{variable.name} is {dtype} by {dims}, not {variable.kind} by {variable.dims}"
+                )
     return sentences

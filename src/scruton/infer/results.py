@@ -152,10 +152,10 @@ class Sampled:
     @property
     def samples(self) -> dict[str, Samples]:
         """Draws of every posterior that was sampled, by its name."""
-        named = {f"rig {one.rig.name}": one.samples for one in self.rigs if one.samples}
-        named |= {f"test {one.test.name}": one.samples for one in self.tests}
-        named |= {f"campaign, {one.label}": one.samples for one in (self.joint.laws if self.joint else ())}
-        return named | {f"trial function of {one.record.name}": one.samples for one in self.trials}
+        named = {f"rig {result.rig.name}": result.samples for result in self.rigs if result.samples}
+        named |= {f"test {result.test.name}": result.samples for result in self.tests}
+        named |= {f"campaign, {law.label}": law.samples for law in (self.joint.laws if self.joint else ())}
+        return named | {f"trial function of {trial.record.name}": trial.samples for trial in self.trials}
 
 
 @dataclass(frozen=True, eq=False)

@@ -41,8 +41,8 @@ class Sampling:
             digest = hashlib.sha256(
                 f"{__version__}|{self.seed}|{name}|{posterior.priors!r}|{self.card.sha256}".encode()
             )
-            for one in arrays:
-                digest.update(np.ascontiguousarray(one).tobytes())
+            for array in arrays:
+                digest.update(np.ascontiguousarray(array).tobytes())
             checkpoint = Checkpoint(self.checkpoints / f"{zlib.crc32(name.encode()):08x}.npz", digest.hexdigest())
         settings = settings or self.card.sampler
 

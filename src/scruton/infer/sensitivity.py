@@ -122,18 +122,18 @@ def power_scaling(tree: "xr.DataTree") -> tuple[Scaling, ...]:
     """
     if "log_prior" not in tree or "sample_stats" not in tree:
         return ()
-    found = []
+    scalings = []
     for test in _tests(tree):
-        own = _log_prior(tree, test)
-        total = np.sum(list(own.values()), axis=0)
-        still = own.pop("damping_ratio", np.zeros_like(total))
+        log_prior = _log_prior(tree, test)
+        total = np.sum(list(log_prior.values()), axis=0)
+        still = log_prior.pop("damping_ratio", np.zeros_like(total))
         like = _flat(tree["sample_stats"]["lp"].sel(test=test)) - total
-        weights = [_weights(one) for one in (np.sum(list(own.values()), axis=0), still, like)]
-        for name in (one for one in SCALED if one in tree["posterior"].data_vars):
+        weights = [_weights(log_density) for log_density in (np.sum(list(log_prior.values()), axis=0), still, like)]
+        for name in (parameter for parameter in SCALED if parameter in tree["posterior"].data_vars):
             draws = _flat(tree["posterior"][name].sel(test=test))
-            prior, damping, likelihood = (sensitivity(draws, one) for one in weights)
-            found.append(Scaling(test, name, prior, damping, likelihood, diagnose(prior, damping, likelihood)))
-    return tuple(found)
+            prior, damping, likelihood = (sensitivity(draws, pair) for pair in weights)
+            scalings.append(Scaling(test, name, prior, damping, likelihood, diagnose(prior, damping, likelihood)))
+    return tuple(scalings)
 
 
 def diagnose(prior: float, still_air: float, likelihood: float) -> str:
@@ -155,15 +155,15 @@ def _weights(log_density: FloatArray) -> tuple[FloatArray, FloatArray] | None:
         return (np.full_like(log_density, np.nan),) * 2
     if float(np.ptp(log_density)) <= 1e-10 * max(1.0, float(np.abs(log_density).max())):
         return None  # a uniform prior has no tail to smooth
-    found = []
+    pair = []
     for alpha in ALPHAS:
         try:
             log_weights = np.asarray(array_stats.power_scale_lw(log_density, alpha=alpha, axis=-1))
         except ValueError:  # tails without any spread: unsmoothed weights are as good
             log_weights = (alpha - 1.0) * log_density
         weights = np.exp(log_weights - log_weights.max())
-        found.append(weights / weights.sum())
-    return found[0], found[1]
+        pair.append(weights / weights.sum())
+    return pair[0], pair[1]
 
 
 def sensitivity(draws: FloatArray, weights: tuple[FloatArray, FloatArray] | None) -> float:
@@ -184,17 +184,17 @@ def identifiability(tree: "xr.DataTree") -> tuple[Moved, ...]:
     if "prior" not in tree:
         return ()
     posterior, prior = tree["posterior"], tree["prior"]
-    found = []
+    rows = []
     for test in _tests(tree):
-        names = [one for one in (*PRIOR_OF, *FORCES) if one in posterior.data_vars]
+        names = [parameter for parameter in (*PRIOR_OF, *FORCES) if parameter in posterior.data_vars]
         forces = prior_forces(tree, test) if "Y1" in names else {}
         for name in names:
             before = forces[name] if name in FORCES else _flat(prior[PRIOR_OF[name]].sel(test=test))
             pair = (before, _flat(posterior[name].sel(test=test)))
             # In the sampled coordinate: of the logarithm but for the exponent of the law.
-            sds = [float((one if name == "law_exponent" else np.log(np.abs(one))).std()) for one in pair]
-            found.append(moved(test, name, *sds))
-    return tuple(found)
+            sds = [float((draws if name == "law_exponent" else np.log(np.abs(draws))).std()) for draws in pair]
+            rows.append(moved(test, name, *sds))
+    return tuple(rows)
 
 
 def moved(test: str, parameter: str, prior_sd: float, posterior_sd: float) -> Moved:
@@ -249,12 +249,12 @@ def influences(tree: "xr.DataTree") -> tuple[Influence, ...]:
     constant, posterior = tree["constant_data"], tree["posterior"]
     of_test, of_record = (constant[key].to_numpy().astype(str) for key in ("record_test", "record"))
     at = {"chain": pointwise["chain"], "draw": pointwise["draw"]}
-    found: list[Influence] = []
+    rows: list[Influence] = []
     for test in _tests(tree):
-        mine = of_test == test
+        in_test = of_test == test
         densities = {
-            name: pointwise.to_numpy()[..., mine & (of_record == name)].sum(axis=-1).reshape(-1)
-            for name in dict.fromkeys(of_record[mine].tolist())
+            name: pointwise.to_numpy()[..., in_test & (of_record == name)].sum(axis=-1).reshape(-1)
+            for name in dict.fromkeys(of_record[in_test].tolist())
         }
         if densities and "log_prior" in tree and "sample_stats" in tree:
             # What the likelihood holds beside the cycles.
@@ -267,8 +267,8 @@ def influences(tree: "xr.DataTree") -> tuple[Influence, ...]:
             continue
         draws = {name: np.log(_flat(posterior[name].sel(test=test).sel(at))) for name in ("a_star", "relaxation_rate")}
         for record, density in densities.items():
-            found += [replace(one, test=test) for one in left_out(record, density, draws)]
-    return tuple(found)
+            rows += [replace(influence, test=test) for influence in left_out(record, density, draws)]
+    return tuple(rows)
 
 
 def left_out(record: str, log_density: FloatArray, draws: Mapping[str, FloatArray]) -> list[Influence]:
@@ -278,16 +278,16 @@ def left_out(record: str, log_density: FloatArray, draws: Mapping[str, FloatArra
     log_weights, khat = array_stats.psislw(log_density, axis=-1)
     weights = np.exp(np.asarray(log_weights) - np.max(log_weights))
     weights /= weights.sum()
-    found = []
-    for name, one in draws.items():
-        mean, sd = float(one.mean()), float(one.std())
-        without = float(weights @ one)
-        widening = float(np.sqrt(weights @ (one - without) ** 2)) / sd
+    rows = []
+    for name, values in draws.items():
+        mean, sd = float(values.mean()), float(values.std())
+        without = float(weights @ values)
+        widening = float(np.sqrt(weights @ (values - without) ** 2)) / sd
         shift = (without - mean) / sd
         # With and without are jointly normal: the difference has the difference of the variances (Hausman, 1978).
         z = shift / np.sqrt(widening**2 - 1.0) if widening > 1.1 else float("nan")
-        found.append(Influence("", record, name, shift, widening, float(z), float(khat)))
-    return found
+        rows.append(Influence("", record, name, shift, widening, float(z), float(khat)))
+    return rows
 
 
 def _log_prior(tree: "xr.DataTree", test: str, at: Mapping[str, Any] | None = None) -> dict[str, FloatArray]:
@@ -297,7 +297,7 @@ def _log_prior(tree: "xr.DataTree", test: str, at: Mapping[str, Any] | None = No
 
 
 def _tests(tree: "xr.DataTree") -> Sequence[str]:
-    return [str(one) for one in tree["posterior"]["test"].to_numpy()]
+    return [str(name) for name in tree["posterior"]["test"].to_numpy()]
 
 
 def _flat(array: Any) -> FloatArray:

@@ -74,8 +74,8 @@ def log_ratio(ln_relaxation: FloatArray, scruton_numbers: FloatArray, reference:
     at_reference = np.exp(ln_relaxation) - n * reference
     with np.errstate(divide="ignore", invalid="ignore"):
         x = (scruton_numbers - reference) / at_reference
-        found: FloatArray = np.where(at_reference > 0.0, np.log(amplitude_ratio(x, n)), -np.inf)
-    return found
+        log_amplitude_ratio: FloatArray = np.where(at_reference > 0.0, np.log(amplitude_ratio(x, n)), -np.inf)
+    return log_amplitude_ratio
 
 
 class Observations:
@@ -96,32 +96,32 @@ class Observations:
     ) -> None:
         self.points, self.n, self.reference, self.discrepancy = points, n, reference, discrepancy
         self.ln_relaxation, count = ln_relaxation, len(points)
-        self.scruton_number = sc = np.array([one.scruton_number for one in points])
-        self.velocity = np.array([one.velocity for one in points])
-        self.known = np.flatnonzero([one.mean.size == 2 for one in points])
+        self.scruton_number = sc = np.array([point.scruton_number for point in points])
+        self.velocity = np.array([point.velocity for point in points])
+        self.known = np.flatnonzero([point.mean.size == 2 for point in points])
         self.of_point = np.concatenate([np.arange(count), self.known])
-        self.rigs = tuple(dict.fromkeys(one.rig for one in points))
-        self.rig_of = np.array([self.rigs.index(one.rig) for one in points])
+        self.rigs = tuple(dict.fromkeys(point.rig for point in points))
+        self.rig_of = np.array([self.rigs.index(point.rig) for point in points])
         self.on_amplitude = np.repeat([1.0, 0.0], [count, self.known.size])
         # The law is linearised where vibration is stable at Sc and at the reference.
         centre = np.broadcast_to(ln_relaxation, sc.shape)
         least = n * np.maximum(sc, reference)
         centre = np.maximum(centre, np.log(1.05 * least)) if n > 0 else centre
         g = np.exp(centre)
-        own = g - n * sc  # Sc_lambda at each point's Sc
+        sc_lambda = g - n * sc  # Sc_lambda at each point's Sc
         x = (sc - reference) / (g - n * reference)
-        self.on_relaxation = np.concatenate([x * g / own, np.ones(self.known.size)])  # d ln a*/d ln G, then one
-        self.raw = np.array([one.mean[0] for one in points] + [points[i].mean[1] for i in self.known])
+        self.on_relaxation = np.concatenate([x * g / sc_lambda, np.ones(self.known.size)])  # d ln a*/d ln G, then one
+        self.raw = np.array([point.mean[0] for point in points] + [points[i].mean[1] for i in self.known])
         self.y = self.raw.copy()
         self.y[:count] += self.on_relaxation[:count] * centre - log_ratio(centre, sc, reference, n)
         # Covariance of the summaries; that of Sc is common to the tests of a rig.
         rigs = self.rig_of[self.of_point]
         same_rig = np.asarray(rigs[:, None] == rigs, dtype=float)
         self._measured = np.zeros((self.of_point.size, self.of_point.size))
-        for i, one in enumerate(points):
+        for i, point in enumerate(points):
             where = np.flatnonzero(self.of_point == i)
-            self._measured[np.ix_(where, where)] = one.covariance
-        lever = sc / own * np.array([one.log_scruton_sd for one in points])
+            self._measured[np.ix_(where, where)] = point.covariance
+        lever = sc / sc_lambda * np.array([point.log_scruton_sd for point in points])
         self._measured[:count, :count] += np.outer(lever, lever) * same_rig[:count, :count]
         # Correlations of the discrepancies of amplitude and of relaxation.
         each, a = COMMON * same_rig + (1.0 - COMMON) * np.eye(self.of_point.size), self.on_amplitude
@@ -201,8 +201,8 @@ class SpeedPosterior(Posterior):
         terms = self.shift_terms(u)
         top = terms.max(axis=1)
         total = np.log(np.exp(terms - top[:, None]).sum(axis=1)) + top
-        for i, one in enumerate(self.scales):
-            total = total + one.log_density(u[:, i])
+        for i, prior in enumerate(self.scales):
+            total = total + prior.log_density(u[:, i])
         return np.asarray(total)
 
     def scale_shift(self, u: FloatArray, rng: np.random.Generator) -> FloatArray:
@@ -218,8 +218,8 @@ class SpeedPosterior(Posterior):
         the prey.
         """
         u = self.prior_draws(rng, size)
-        rigs = [[one for one in self.data.points if one.rig == rig] for rig in self.data.rigs]
-        highest = np.log([mine[np.argmax([one.mean[0] for one in mine])].velocity for mine in rigs])
+        rigs = [[point for point in self.data.points if point.rig == rig] for rig in self.data.rigs]
+        highest = np.log([points[np.argmax([point.mean[0] for point in points])].velocity for points in rigs])
         met = highest.mean() - highest
         self.named(u[: size // 2])["shift"] = met + 0.01 * rng.standard_normal((size // 2, met.size))
         return u
@@ -289,8 +289,8 @@ class SpeedPosterior(Posterior):
         """
         if len(u) > _CHUNK:
             parts = [slice(start, start + _CHUNK) for start in range(0, len(u), _CHUNK)]
-            found = [self.functions(u[part], discrepancy[part], grid, rng) for part in parts]
-            values, log_weight = (np.concatenate(one) for one in zip(*found, strict=True))
+            draws = [self.functions(u[part], discrepancy[part], grid, rng) for part in parts]
+            values, log_weight = (np.concatenate(chunks) for chunks in zip(*draws, strict=True))
             return values, log_weight
         data, size, count = self.data, len(u), len(self.data.points)
         *scales, length = self._scales(u)[..., None]
@@ -310,10 +310,10 @@ class SpeedPosterior(Posterior):
         misfit = data.y - data.linear(f, h) - error
         gain = np.linalg.solve(self.covariance(u, noise), misfit[..., None])[..., 0]
         coefficients = data.on_amplitude, data.on_relaxation
-        for one, scale, c, (_, sd) in zip((f, h), scales, coefficients, self.means, strict=True):
+        for function, scale, c, (_, sd) in zip((f, h), scales, coefficients, self.means, strict=True):
             weighted = (c * gain)[..., None]
             smooth = (k[:, :, data.of_point] @ weighted)[..., 0]
-            one += np.square(scale) * smooth + sd**2 * weighted.sum(axis=1)
+            function += np.square(scale) * smooth + sd**2 * weighted.sum(axis=1)
         exact = data.raw - data.exact(f, h)
         alive = np.isfinite(exact).all(axis=1)
         pair = np.stack([np.where(alive[:, None], exact, 0.0), data.y - data.linear(f, h)], axis=-1)

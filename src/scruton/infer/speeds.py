@@ -93,7 +93,7 @@ def speed_points(tree: "xr.DataTree", campaign: Campaign, n: float) -> tuple[Spe
     """Normal summaries of every fitted test, then the points of the sweeps; parameters as of `fit_speeds`."""
     constant, posterior = tree["constant_data"], tree["posterior"]
     transient = set(map(str, constant["record_test"].to_numpy())) if "record_test" in constant else set()
-    found = []
+    points = []
     for name in map(str, posterior["test"].to_numpy()):
         a_star, sc, relaxation = (
             np.asarray(posterior[key].sel(test=name).to_numpy(), dtype=float).reshape(-1)
@@ -101,18 +101,18 @@ def speed_points(tree: "xr.DataTree", campaign: Campaign, n: float) -> tuple[Spe
         )
         rows = [np.log(a_star)]
         if name in transient:
-            own = relaxation + n * sc
-            rows.append(np.log(np.where(own > 0.0, own, np.nan)))
+            wind_strength = relaxation + n * sc
+            rows.append(np.log(np.where(wind_strength > 0.0, wind_strength, np.nan)))
         values = np.stack(rows)
         values = values[:, np.isfinite(values).all(axis=0)]
         at = {key: constant[key].sel(test=name).item() for key in ("wind_speed", "frequency", "rig")}
-        found.append(
+        points.append(
             SpeedPoint(
                 name, str(at["rig"]), at["wind_speed"] / (at["frequency"] * campaign.section.depth),
                 float(np.median(sc)), float(np.log(sc).std()), values.mean(axis=1), np.atleast_2d(np.cov(values)),
             )
         )  # fmt: skip
-    return (*found, *(point for sweep in campaign.sweeps for point in _sweep_points(tree, campaign, sweep)))
+    return (*points, *(point for sweep in campaign.sweeps for point in _sweep_points(tree, campaign, sweep)))
 
 
 def _sweep_points(tree: "xr.DataTree", campaign: Campaign, sweep: Sweep) -> Iterator[SpeedPoint]:
@@ -135,8 +135,10 @@ def _sweep_points(tree: "xr.DataTree", campaign: Campaign, sweep: Sweep) -> Iter
 
 def in_lock_in(points: Sequence[SpeedPoint]) -> tuple[tuple[SpeedPoint, ...], tuple[SpeedPoint, ...]]:
     """Split into the points within lock-in, and those below a tenth of their rig's largest amplitude."""
-    largest = {rig: max(one.mean[0] for one in points if one.rig == rig) for rig in {one.rig for one in points}}
-    inside = [bool(one.mean[0] >= largest[one.rig] + np.log(OUTSIDE_LOCK_IN)) for one in points]
+    largest = {
+        rig: max(point.mean[0] for point in points if point.rig == rig) for rig in {point.rig for point in points}
+    }
+    inside = [bool(point.mean[0] >= largest[point.rig] + np.log(OUTSIDE_LOCK_IN)) for point in points]
     used, rest = (tuple(p for p, good in zip(points, inside, strict=True) if good is want) for want in (True, False))
     return used, rest
 
@@ -168,28 +170,28 @@ def fit_points(
         Reference Scruton number; the geometric mean over the points if left out.
     """
     used, left_out = in_lock_in(points)
-    v = np.array([one.velocity for one in used])
+    v = np.array([point.velocity for point in used])
     if not used or 1 + np.count_nonzero(np.diff(np.log(np.sort(v))) > np.log(DISTINCT_SPEEDS)) < FEWEST_SPEEDS:
         return None
-    at = float(np.exp(np.mean([np.log(one.scruton_number) for one in used]))) if reference is None else reference
+    at = float(np.exp(np.mean([np.log(point.scruton_number) for point in used]))) if reference is None else reference
     relaxation = priors["relaxation_ratio"]
     scales = tuple(priors[name] for name in SCALES)
     means = (
         (priors["stable_amplitude"].location, priors["stable_amplitude"].scale),
         (relaxation.location + float(np.log(mass_damping_factor)), relaxation.scale),
     )
-    centre = np.array([one.location for one in scales] + [0.0] * len({one.rig for one in used}))
+    centre = np.array([prior.location for prior in scales] + [0.0] * len({point.rig for point in used}))
     data = Observations(used, n, at, (float(np.median(discrepancy[0])), float(np.median(discrepancy[1]))), means[1][0])
     posterior = _linearised(SpeedPosterior(scales, priors["speed_shift"], data, means), centre)
     # The optimum is found with the law linearised under the priors' medians, and the law is linearised again there.
     rng = np.random.default_rng(sampling.seed_of(f"{NAME}: optimum"))
     posterior = _linearised(posterior, find_optimum(posterior, rng).centre)
     # Fewer walkers: few coordinates, a likelihood that is dear, and 2,000 draws wanted of them.
-    own = sampling.card.sampler
-    walkers = min(own.walkers, WALKERS)
+    settings = sampling.card.sampler
+    walkers = min(settings.walkers, WALKERS)
     few = replace(
-        own, walkers=walkers, draws=max(-(-2 * DRAWS // (own.ensembles * walkers)), own.draws),
-        min_ess=min(own.min_ess, ESS), max_steps=min(own.max_steps, STEPS),
+        settings, walkers=walkers, draws=max(-(-2 * DRAWS // (settings.ensembles * walkers)), settings.draws),
+        min_ess=min(settings.min_ess, ESS), max_steps=min(settings.max_steps, STEPS),
     )  # fmt: skip
     few_walkers = replace(sampling, card=replace(sampling.card, sampler=few))
     samples = few_walkers.run(NAME, posterior, *posterior.arrays)
@@ -243,11 +245,11 @@ def _draw(
         "rig_high": drawn[1:, 1],
         "point_velocity": data.velocity,
         "point_scruton_number": data.scruton_number,
-        "point_rig": [one.rig for one in used],
+        "point_rig": [point.rig for point in used],
     }
     group = dataset(
-        "speeds", {name: one[None] for name, one in draws.items()} | known, velocity=grid, rig=list(data.rigs),
-        point=[one.name for one in used],
+        "speeds", {name: value[None] for name, value in draws.items()} | known, velocity=grid, rig=list(data.rigs),
+        point=[point.name for point in used],
     )  # fmt: skip
     return group.assign_attrs(
         reference_scruton_number=data.reference,
@@ -265,13 +267,13 @@ def _drawn(used: Sequence[SpeedPoint], left_out: Sequence[SpeedPoint], length: f
 
     Half a length beyond the tests, but not past what lies outside lock-in: of any rig for a new one, its own for each.
     """
-    v = [one.velocity for one in used]
-    rigs = dict.fromkeys(one.rig for one in used)
+    v = [point.velocity for point in used]
+    rigs = dict.fromkeys(point.rig for point in used)
 
     def cut(low: float, high: float, rig: str | None) -> tuple[float, float]:
-        mine = [one.velocity for one in used if rig in (None, one.rig)]
-        outside = [one.velocity for one in left_out if rig in (None, one.rig)]
-        below, above = [x for x in outside if x < min(mine)], [x for x in outside if x > max(mine)]
+        tested = [point.velocity for point in used if rig in (None, point.rig)]
+        outside = [point.velocity for point in left_out if rig in (None, point.rig)]
+        below, above = [x for x in outside if x < min(tested)], [x for x in outside if x > max(tested)]
         return max([low, *below]), min([high, *above])
 
     whole = cut(max(min(v) - 0.5 * length, 0.5 * min(v)), max(v) + 0.5 * length, None)

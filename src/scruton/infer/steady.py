@@ -89,12 +89,12 @@ class SteadyVerdict:
     @property
     def usable(self) -> bool:
         """Whether its cycles may enter the state-space likelihood."""
-        return all(one.holds for one in self.conditions)
+        return all(condition.holds for condition in self.conditions)
 
     def explain(self) -> str:
         """One sentence: used, or why not."""
         verdict = "are used" if self.usable else "are not used (only the mean amplitude is)"
-        why = "; ".join(one.sentence for one in self.conditions if self.usable or not one.holds)
+        why = "; ".join(condition.sentence for condition in self.conditions if self.usable or not condition.holds)
         start = f" (its first {self.left_out} cycles, which had not settled, are left out)" if self.left_out else ""
         return f"record {self.record}: lock-in fluctuations {verdict}: {why}{start}"
 
@@ -132,7 +132,7 @@ def steady_posterior(
         Prior of the initial amplitude.
     """
     data = EnvelopeData.join({name: stationary_part(cycles)})
-    return WindPosterior(tuple(one for one in priors if one.name in WIND), data, (), omega0, -1.0, initial_sd)
+    return WindPosterior(tuple(prior for prior in priors if prior.name in WIND), data, (), omega0, -1.0, initial_sd)
 
 
 def judge_steady(name: str, cycles: Cycles, samples: Samples, posterior: WindPosterior) -> SteadyVerdict:
@@ -165,9 +165,9 @@ def judge_steady(name: str, cycles: Cycles, samples: Samples, posterior: WindPos
     run = _take(kept, unbroken(kept))
     left_out = cycles.time.size - kept.time.size
     if run.time.size < limits.FEWEST_ADJACENT:
-        said = f"it holds only {run.time.size} adjacent cycles (at least {limits.FEWEST_ADJACENT})"
+        text = f"it holds only {run.time.size} adjacent cycles (at least {limits.FEWEST_ADJACENT})"
         short = Condition(
-            "adjacent cycles", False, float(run.time.size), float(limits.FEWEST_ADJACENT), float("inf"), said
+            "adjacent cycles", False, float(run.time.size), float(limits.FEWEST_ADJACENT), float("inf"), text
         )
         return SteadyVerdict(name, (short,), kept, left_out)
     error = float(np.median(r) * np.sqrt(np.mean(run.standard_error**2)))
@@ -210,8 +210,8 @@ def gust_log_odds(
 
     angle, power, count = _binned(*periodogram(amplitude))
     cosine = np.cos(angle)
-    own = _relaxing(rate, period, cosine)
-    calm = own[:, None, :] * (q**2 / (2.0 * rate[:, None]))[:, :, None] + error**2
+    response = _relaxing(rate, period, cosine)
+    calm = response[:, None, :] * (q**2 / (2.0 * rate[:, None]))[:, :, None] + error**2
     log_weight = np.log(weight)[:, None]
 
     def evidence(spectrum: FloatArray) -> float:
@@ -222,7 +222,7 @@ def gust_log_odds(
     gusty = []
     for time in limits.GUST_TIMES:
         k = 1.0 / time
-        followed = (_relaxing(k * rate, period, cosine) - k * own) / (1.0 - k * k)
+        followed = (_relaxing(k * rate, period, cosine) - k * response) / (1.0 - k * k)
         gusty.append(evidence(calm + variance * followed[:, None, :]))
     return float(logsumexp(gusty) - np.log(len(gusty))) - evidence(calm)
 
@@ -248,7 +248,7 @@ def phase_noise(cycles: Cycles, highest: float, error: float) -> tuple[float, fl
     angle, power = periodogram(phase_steps(cycles))
     slope, floor = step_spectrum(angle, 1.0 / cycles.reference_frequency, error)
     lines = int(np.clip(np.count_nonzero(angle <= highest), min(_LEAST_LINES, angle.size), angle.size))
-    angle, power, slope, floor = (one[:lines] for one in (angle, power, slope, floor))
+    angle, power, slope, floor = (array[:lines] for array in (angle, power, slope, floor))
     centre = 0.5 * np.log(np.mean(power / slope))
     log_q = centre + np.linspace(-3.0, 1.5, 901)
     spectrum = np.exp(2.0 * log_q)[:, None] * slope + floor
@@ -261,7 +261,7 @@ def phase_noise(cycles: Cycles, highest: float, error: float) -> tuple[float, fl
 
 def _take(cycles: Cycles, keep: slice) -> Cycles:
     names = ("time", "amplitude", "standard_error", "phase", "frequency", "frequency_error")
-    return replace(cycles, **{one: getattr(cycles, one)[keep] for one in names})
+    return replace(cycles, **{name: getattr(cycles, name)[keep] for name in names})
 
 
 def _relaxing(rate: FloatArray, period: float, cosine: FloatArray) -> FloatArray:
@@ -289,8 +289,8 @@ def _white(posterior: WindPosterior, draws: FloatArray) -> Condition:
     lags = lags_of(x.size)
     _, p = ljung_box(x, lags)
     holds = bool(p >= bound)
-    said = f"innovations are {'' if holds else 'not '}white (Ljung-Box p = {p:.2g} over {lags} lags, bound {bound:g})"
-    return Condition("white innovations", holds, p, bound, 1.0, said)
+    text = f"innovations are {'' if holds else 'not '}white (Ljung-Box p = {p:.2g} over {lags} lags, bound {bound:g})"
+    return Condition("white innovations", holds, p, bound, 1.0, text)
 
 
 def _gusts(run: Cycles, posterior: WindPosterior, log_q: FloatArray, error: float) -> Condition:
@@ -310,33 +310,33 @@ def _gusts(run: Cycles, posterior: WindPosterior, log_q: FloatArray, error: floa
     odds = float(np.exp(np.clip(log_odds, -700.0, 700.0)))
     holds = bool(odds <= limits.GUST_ODDS)
     than = f"{limits.GUST_TIMES[0]:g} to {limits.GUST_TIMES[-1]:g} relaxation times"
-    said = f"gusts that last {than} are {'no more' if holds else 'more'} probable than none (odds {odds:.2g})"
-    return Condition("no slow gusts", holds, odds, 0.0, limits.GUST_ODDS, said)
+    text = f"gusts that last {than} are {'no more' if holds else 'more'} probable than none (odds {odds:.2g})"
+    return Condition("no slow gusts", holds, odds, 0.0, limits.GUST_ODDS, text)
 
 
 def _long(cycles: Cycles, rate: FloatArray, log_ratio: FloatArray, prior: Prior) -> Condition:
     length = float(cycles.time[-1] - cycles.time[0]) + 1.0 / cycles.reference_frequency
     times, least = length * float(np.quantile(rate, 0.05)), limits.RELAXATIONS
     moved, most = float(log_ratio.std()) / prior.scale, limits.RATE_SD
-    said = f"the record holds {times:.0f} relaxation times at the 5 % quantile of the rate (at least {least:g})"
+    text = f"the record holds {times:.0f} relaxation times at the 5 % quantile of the rate (at least {least:g})"
     if moved > most:
-        said = f"the rate is hardly known: its posterior is {moved:.2f} times as wide as its prior (at most {most:g})"
-    return Condition("relaxation times", times >= least and moved <= most, times, least, float("inf"), said)
+        text = f"the rate is hardly known: its posterior is {moved:.2f} times as wide as its prior (at most {most:g})"
+    return Condition("relaxation times", times >= least and moved <= most, times, least, float("inf"), text)
 
 
 def _phase(run: Cycles, rate: float, log_q: FloatArray, error: float) -> Condition:
     name, low, high = "amplitude against phase", 1.0 / limits.AGREE, limits.AGREE
     if not np.ptp(run.phase) > 0.0:
-        said = "the phase is not known, as the file holds an envelope, so the noise cannot be checked against it"
-        return Condition(name, False, float("nan"), low, high, said)
+        text = "the phase is not known, as the file holds an envelope, so the noise cannot be checked against it"
+        return Condition(name, False, float("nan"), low, high, text)
     mean, sd, lines = phase_noise(run, limits.PHASE_BAND * rate / run.reference_frequency, error)
     difference, width = float(log_q.mean()) - mean, _BAND * float(np.hypot(sd, log_q.std()))
-    value, least, most = (float(np.exp(difference + one)) for one in (0.0, -width, width))
+    value, least, most = (float(np.exp(difference + margin)) for margin in (0.0, -width, width))
     holds = bool(least <= high and most >= low)
-    said = (
+    text = (
         f"amplitude noise is {value:.2f} times phase noise, 90 % interval {least:.2f} to {most:.2f} over {lines} lines "
         f"({low:.2g} to {high:.3g} wanted)"
     )
     if not holds:
-        said += ": the frequency drifts" if value < 1.0 else ": more than broad-band turbulence moves the amplitude"
-    return Condition(name, holds, value, low, high, said)
+        text += ": the frequency drifts" if value < 1.0 else ": more than broad-band turbulence moves the amplitude"
+    return Condition(name, holds, value, low, high, text)

@@ -134,7 +134,7 @@ def pack(folder: Path, **values: Any) -> tuple[str, FloatArray]:
         if isinstance(value, Path):
             return Path(os.path.relpath(value, folder)).as_posix()
         if not isinstance(value, np.ndarray):
-            return {one.name: getattr(value, one.name) for one in fields(value)}
+            return {field.name: getattr(value, field.name) for field in fields(value)}
         start = sum(map(len, arrays))
         arrays.append(np.asarray(value, dtype=np.float64).reshape(-1))
         return {"start": start, "shape": list(value.shape)}
@@ -145,11 +145,11 @@ def pack(folder: Path, **values: Any) -> tuple[str, FloatArray]:
 def unpack(document: str, numbers: FloatArray, **kinds: type) -> dict[str, Any]:
     """Read back what `pack` made, of the types given (KeyError, TypeError or ValueError if the document holds none)."""
 
-    def read(found: dict[str, Any]) -> Any:
-        if found.keys() == {"start", "shape"}:
-            size = int(np.prod(found["shape"]))
-            return numbers[found["start"] : found["start"] + size].reshape(found["shape"])
-        return {key: value for key, value in found.items() if value is not None}
+    def read(entry: dict[str, Any]) -> Any:
+        if entry.keys() == {"start", "shape"}:
+            size = int(np.prod(entry["shape"]))
+            return numbers[entry["start"] : entry["start"] + size].reshape(entry["shape"])
+        return {key: value for key, value in entry.items() if value is not None}
 
     content = json.loads(document, object_hook=read)
     return {name: from_json(kind, content[name]) for name, kind in kinds.items()}
@@ -174,7 +174,7 @@ def convergence_frame(tree: "xr.DataTree") -> "pd.DataFrame":
     """One row per parameter of every posterior, indexed by (posterior, parameter)."""
     import pandas as pd
 
-    columns = {one.name: tree["convergence"][one.name].to_numpy().tolist() for one in SCHEMA["convergence"]}
+    columns = {column.name: tree["convergence"][column.name].to_numpy().tolist() for column in SCHEMA["convergence"]}
     return pd.DataFrame(columns).set_index(["posterior", "parameter"])
 
 

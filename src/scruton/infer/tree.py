@@ -35,15 +35,15 @@ def build_tree(sampled: Sampled, sampling: Sampling, provenance: Mapping[str, An
     There is something by cycle (free runs, innovations, pointwise likelihood) only where it is `thorough`.
     """
     rigs = sampled.rigs
-    ensemble = next((one.samples.ensemble for one in rigs if one.samples), np.zeros(len(rigs[0].damping), dtype=int))
-    damping = {"damping_ratio": np.stack([one.damping for one in rigs], axis=-1)}
+    ensemble = next((rig.samples.ensemble for rig in rigs if rig.samples), np.zeros(len(rigs[0].damping), dtype=int))
+    damping = {"damping_ratio": np.stack([rig.damping for rig in rigs], axis=-1)}
     groups = {
-        "rig_posterior": dataset("rig_posterior", damping, rig=[one.rig.name for one in rigs], ensemble=ensemble),
+        "rig_posterior": dataset("rig_posterior", damping, rig=[rig.rig.name for rig in rigs], ensemble=ensemble),
         "constant_data": _constants(sampled),
     }
     if sampled.tests:
         groups |= _test_groups(sampled.tests, sampling)
-        by_cycle = [one for one in sampled.tests if one.posterior.data.size]
+        by_cycle = [result for result in sampled.tests if result.posterior.data.size]
         if by_cycle and thorough:
             groups |= _cycle_groups(by_cycle, sampling)
     if sampled.joint:
@@ -51,7 +51,7 @@ def build_tree(sampled: Sampled, sampling: Sampling, provenance: Mapping[str, An
     if sampled.trials:
         groups["trial_function"] = _trial_group(sampled.trials)
     groups["inputs"] = inputs_group(sampled.campaign, sampled.card)
-    tree = xr.DataTree.from_dict({f"/{name}": one for name, one in groups.items()})
+    tree = xr.DataTree.from_dict({f"/{name}": group for name, group in groups.items()})
     tree.attrs["provenance"] = json.dumps(provenance, sort_keys=True)
     return tree
 
@@ -67,10 +67,10 @@ def inputs_group(campaign: Campaign, card: ModelCard) -> xr.Dataset:
 
 def convergence_group(samples: Mapping[str, Samples]) -> xr.Dataset:
     """Group `convergence`: a row for every parameter of every posterior."""
-    rows: dict[str, list[Any]] = {one.name: [] for one in SCHEMA["convergence"]}
-    for posterior, one in samples.items():
-        for i, parameter in enumerate(one.names):
-            of = {"posterior": posterior, "parameter": parameter} | vars(one.convergence)
+    rows: dict[str, list[Any]] = {variable.name: [] for variable in SCHEMA["convergence"]}
+    for posterior, draws in samples.items():
+        for i, parameter in enumerate(draws.names):
+            of = {"posterior": posterior, "parameter": parameter} | vars(draws.convergence)
             for key, column in rows.items():
                 column.append(of[key][i] if isinstance(of[key], np.ndarray) else of[key])
     return dataset("convergence", rows)
@@ -88,62 +88,62 @@ def _constants(sampled: Sampled) -> xr.Dataset:
     }
     if not tests:
         return dataset("constant_data", values)
-    measured = [one.test.stable_amplitude for one in tests]
+    measured = [result.test.stable_amplitude for result in tests]
     values |= {
-        "mass": [one.rig.mass.mean for one in tests if one.rig.mass],
-        "air_density": [one.test.air_density.mean for one in tests],
-        "wind_speed": [one.test.wind_speed.mean for one in tests],
-        "frequency": [one.rig.frequency.mean for one in tests],
-        "wind_frequency": [one.wind_frequency for one in tests],
-        "rig": [one.rig.name for one in tests],
-        "peak": [int(one.test.name in sampled.peaks) for one in tests],
-        "stable_amplitude": [one.mean if one else np.nan for one in measured],
-        "stable_amplitude_sd": [one.sd if one and one.sd else np.nan for one in measured],
+        "mass": [result.rig.mass.mean for result in tests if result.rig.mass],
+        "air_density": [result.test.air_density.mean for result in tests],
+        "wind_speed": [result.test.wind_speed.mean for result in tests],
+        "frequency": [result.rig.frequency.mean for result in tests],
+        "wind_frequency": [result.wind_frequency for result in tests],
+        "rig": [result.rig.name for result in tests],
+        "peak": [int(result.test.name in sampled.peaks) for result in tests],
+        "stable_amplitude": [amplitude.mean if amplitude else np.nan for amplitude in measured],
+        "stable_amplitude_sd": [amplitude.sd if amplitude and amplitude.sd else np.nan for amplitude in measured],
     }
-    data = [one.posterior.data for one in tests if one.posterior.data.size]
+    data = [result.posterior.data for result in tests if result.posterior.data.size]
     if data:
-        names = [one.test.name for one in tests if one.posterior.data.size]
+        names = [result.test.name for result in tests if result.posterior.data.size]
         values |= {
-            "time": np.concatenate([one.time for one in data]),
-            "standard_error": np.concatenate([one.standard_error for one in data]),
-            "record": np.concatenate([one.record for one in data]).astype(str),
-            "record_test": np.repeat(names, [one.size for one in data]),
+            "time": np.concatenate([envelope.time for envelope in data]),
+            "standard_error": np.concatenate([envelope.standard_error for envelope in data]),
+            "record": np.concatenate([envelope.record for envelope in data]).astype(str),
+            "record_test": np.repeat(names, [envelope.size for envelope in data]),
         }
-    return dataset("constant_data", values, test=[one.test.name for one in tests])
+    return dataset("constant_data", values, test=[result.test.name for result in tests])
 
 
 def _test_groups(tests: Sequence[TestResult], sampling: Sampling) -> dict[str, xr.Dataset]:
     def group(name: str, of_tests: Sequence[Mapping[str, FloatArray]], ensemble: np.ndarray) -> xr.Dataset:
-        stacked = {key: np.stack([one[key] for one in of_tests], axis=-1) for key in of_tests[0]}
-        return dataset(name, stacked, test=[one.test.name for one in tests], ensemble=ensemble)
+        stacked = {key: np.stack([values[key] for values in of_tests], axis=-1) for key in of_tests[0]}
+        return dataset(name, stacked, test=[result.test.name for result in tests], ensemble=ensemble)
 
     rng = np.random.default_rng(sampling.seed_of("prior"))
-    prior = [one.posterior.natural(one.posterior.prior_draws(rng, PRIOR_DRAWS)) for one in tests]
+    prior = [result.posterior.natural(result.posterior.prior_draws(rng, PRIOR_DRAWS)) for result in tests]
     ensemble, log_prior = tests[0].samples.ensemble, []
-    for one in tests:
-        chain = one.samples.chain
-        terms = one.posterior.log_prior_terms(chain.reshape(-1, chain.shape[-1])).reshape(chain.shape)
-        log_prior.append({name: one.posterior.named(terms)[name] for name in one.posterior.names})
+    for result in tests:
+        chain = result.samples.chain
+        terms = result.posterior.log_prior_terms(chain.reshape(-1, chain.shape[-1])).reshape(chain.shape)
+        log_prior.append({name: result.posterior.named(terms)[name] for name in result.posterior.names})
     return {
-        "posterior": group("posterior", [one.derived for one in tests], ensemble),
-        "sample_stats": group("sample_stats", [{"lp": one.samples.log_prob} for one in tests], ensemble),
+        "posterior": group("posterior", [result.derived for result in tests], ensemble),
+        "sample_stats": group("sample_stats", [{"lp": result.samples.log_prob} for result in tests], ensemble),
         "log_prior": group("log_prior", log_prior, ensemble),
-        "prior": group("prior", [{k: v[None] for k, v in one.items()} for one in prior], np.zeros(1, int)),
+        "prior": group("prior", [{k: v[None] for k, v in draws.items()} for draws in prior], np.zeros(1, int)),
     }
 
 
 def _cycle_groups(tests: Sequence[TestResult], sampling: Sampling) -> dict[str, xr.Dataset]:
     pointwise, runs = [], []
-    for one in tests:
-        chain = one.samples.chain[:, ::POINTWISE_THIN]
-        flat = one.posterior.pointwise(chain.reshape(-1, chain.shape[-1]))
+    for result in tests:
+        chain = result.samples.chain[:, ::POINTWISE_THIN]
+        flat = result.posterior.pointwise(chain.reshape(-1, chain.shape[-1]))
         pointwise.append(flat.reshape(*chain.shape[:2], -1))
-        rng = np.random.default_rng(sampling.seed_of(f"predictive of {one.test.name}"))
-        runs.append(free_runs(one.posterior, one.samples.chain, rng))
+        rng = np.random.default_rng(sampling.seed_of(f"predictive of {result.test.name}"))
+        runs.append(free_runs(result.posterior, result.samples.chain, rng))
     log_likelihood = np.concatenate(pointwise, axis=-1)
     mean, replicate = (np.concatenate(run, axis=-1)[None] for run in zip(*runs, strict=True))
-    observed = np.concatenate([one.posterior.data.amplitude for one in tests])
-    standardised = np.concatenate([one.posterior.standardised(one.samples.chain) for one in tests])
+    observed = np.concatenate([result.posterior.data.amplitude for result in tests])
+    standardised = np.concatenate([result.posterior.standardised(result.samples.chain) for result in tests])
     kept = np.arange(log_likelihood.shape[1]) * POINTWISE_THIN
     return {
         "log_likelihood": dataset("log_likelihood", {"amplitude": log_likelihood}, draw=kept),
@@ -158,8 +158,8 @@ def _campaign_groups(joint: PeakResult) -> dict[str, xr.Dataset]:
     laws, weights = joint.laws, joint.weights
     group = dataset(
         "campaign_posterior",
-        {key: np.stack([one.derived[key] for one in laws]) for key in laws[0].derived},
-        law=[one.label for one in laws],
+        {key: np.stack([law.derived[key] for law in laws]) for key in laws[0].derived},
+        law=[law.label for law in laws],
         peak_test=list(joint.tests),
         ensemble=laws[0].samples.ensemble,
     )
@@ -176,13 +176,13 @@ def _campaign_groups(joint: PeakResult) -> dict[str, xr.Dataset]:
 
 
 def _trial_group(trials: Sequence[TrialResult]) -> xr.Dataset:
-    times = [one.posterior.data.time for one in trials]
+    times = [trial.posterior.data.time for trial in trials]
     return dataset(
         "trial_function",
-        {key: np.stack([one.derived[key] for one in trials], axis=-1) for key in trials[0].derived}
-        | {"origin": [one[0] for one in times], "end": [one[-1] for one in times]}
-        | {"record_test": [one.test.name for one in trials]},
-        record=[one.record.name for one in trials],
+        {key: np.stack([trial.derived[key] for trial in trials], axis=-1) for key in trials[0].derived}
+        | {"origin": [time[0] for time in times], "end": [time[-1] for time in times]}
+        | {"record_test": [trial.test.name for trial in trials]},
+        record=[trial.record.name for trial in trials],
         ensemble=trials[0].samples.ensemble,
     )
 
@@ -220,7 +220,7 @@ def summarise(
 ) -> dict[str, Any]:
     """The content of fit.json; `misfit` says whether the innovations speak against the reference law."""
     verdicts: dict[Any, Any] = convergence.to_dict(orient="index")
-    bands = {rig: one.bands for rig, one in sampled.ringdowns.items()}
+    bands = {rig: ringdown.bands for rig, ringdown in sampled.ringdowns.items()}
     return {
         "format": 1,
         "title": sampled.campaign.title,
@@ -232,10 +232,10 @@ def summarise(
         "amplitude_unit": sampled.campaign.section.amplitude_unit,
         "tests": [
             {
-                "name": one.test.name,
-                "rig": one.rig.name,
-                "peak": one.test.name in sampled.peaks,
-                "wind_frequency": one.wind_frequency,
+                "name": result.test.name,
+                "rig": result.rig.name,
+                "peak": result.test.name in sampled.peaks,
+                "wind_frequency": result.wind_frequency,
                 # Whether the fluctuations of lock-in records were used, and the conditions for it.
                 "lock_in": [
                     {"record": verdict.record, "used": verdict.usable}
@@ -244,31 +244,31 @@ def summarise(
                             {k: vars(c)[k] for k in ("name", "holds", "sentence")} for c in verdict.conditions
                         ]
                     }
-                    for verdict in one.steady
+                    for verdict in result.steady
                 ],
-                "parameters": parameters(one.derived, f"test {one.test.name}", verdicts),
+                "parameters": parameters(result.derived, f"test {result.test.name}", verdicts),
             }
-            for one in sampled.tests
+            for result in sampled.tests
         ],
         "rigs": [
             {
-                "name": one.rig.name,
-                "parameters": parameters({"damping_ratio": one.damping}, f"rig {one.rig.name}", verdicts),
+                "name": rig.rig.name,
+                "parameters": parameters({"damping_ratio": rig.damping}, f"rig {rig.rig.name}", verdicts),
                 "bands": [
                     {"amplitude": [band.lower, band.upper]}
                     | {"damping_ratio": band.damping_ratio, "sd": band.sd, "plucks": band.plucks}
-                    for band in bands.get(one.rig.name, ())
+                    for band in bands.get(rig.rig.name, ())
                 ],
             }
-            for one in sampled.rigs
+            for rig in sampled.rigs
         ],
         "records": [
             {
-                "name": one.record.name,
-                "test": one.test.name,
-                "parameters": parameters(one.derived, f"trial function of {one.record.name}", verdicts),
+                "name": trial.record.name,
+                "test": trial.test.name,
+                "parameters": parameters(trial.derived, f"trial function of {trial.record.name}", verdicts),
             }
-            for one in sampled.trials
+            for trial in sampled.trials
         ],
         "provenance": dict(provenance),
     }
@@ -309,7 +309,7 @@ def _laws(joint: PeakResult, misfit: bool) -> dict[str, Any]:
         "log_evidence_error": of.error,
         "sampled": of.sampled,
     }
-    rows = {label: {name: one[k] for name, one in columns.items()} for k, label in enumerate(of.labels)}
+    rows = {label: {name: column[k] for name, column in columns.items()} for k, label in enumerate(of.labels)}
     return {"flag": bool(of.flag) or (len(of.labels) == 1 and misfit), "weights": as_json(rows)}
 
 

@@ -136,20 +136,20 @@ def write_report(
             parts[name] = done
             pictures += done.pictures
             failures.found += done.failures
-    files = {f"{one.name}.{kind}": getattr(one, kind) for one in pictures for kind in ("svg", "png")}
+    files = {f"{picture.name}.{kind}": getattr(picture, kind) for picture in pictures for kind in ("svg", "png")}
     (out / FIGURES).mkdir(parents=True)
     for name, drawing in files.items():
         (out / FIGURES / name).write_bytes(drawing)
     if fit.summary["tests"]:
         chart = attempt("griffin-plot", "The chart of the Griffin plot", lambda: griffin_chart(fit, design), None)
-        pictures = [replace(one, chart=chart) if one.name == GRIFFIN else one for one in pictures]
+        pictures = [replace(picture, chart=chart) if picture.name == GRIFFIN else picture for picture in pictures]
     contents = {name: dict(part.content) for name, part in parts.items()}
     material = Material(fit, frames, pictures, design, at_tests, others, **contents)
     document = compose(material, failures)
     written = attempt("", "Writing the tables", lambda: write_tables(document, frames, out / TABLES), [])
     values = attempt("", "Writing the numbers", lambda: numbers(material, document), {"format": 1})
     pdf = attempt("", "The PDF", lambda: render_pdf(with_failures(document, failures)), b"")
-    values |= contents | {"failures": [one.to_json() for one in failures.found]}
+    values |= contents | {"failures": [failure.to_json() for failure in failures.found]}
     write_bytes(out / HTML, render_html(with_failures(document, failures)).encode())
     if pdf:
         write_bytes(out / PDF, pdf)
@@ -162,8 +162,8 @@ def write_report(
         pdf=there / PDF if pdf else None,
         griffin=there / FIGURES / f"{GRIFFIN}.png" if f"{GRIFFIN}.png" in files else None,
         numbers=there / JSON,
-        figures=tuple(there / FIGURES / one for one in files),
-        tables=tuple(there / TABLES / one.name for one in written),
+        figures=tuple(there / FIGURES / filename for filename in files),
+        tables=tuple(there / TABLES / path.name for path in written),
         failures=tuple(failures.found),
     )
 
@@ -174,19 +174,19 @@ def _draw(fit: "Fit", second: SecondProcess, failures: Failures) -> "list[Pictur
     from scruton.report.parts import drawn
 
     figures = failures.attempt("", "Drawing the figures", partial(all_figures, fit, failures), [])
-    here: list[Picture | Failure] = []
+    in_process: list[Picture | Failure] = []
     beside: list[Callable[[], Picture | Failure]] = []
-    while len(here) + len(beside) < len(figures):
+    while len(in_process) + len(beside) < len(figures):
         if second.idle:
             beside.append(begun(second, drawn, figures[-1 - len(beside)]))
         else:
-            here.append(guarded(drawn, figures[len(here)]))
-    results = [*here, *(guarded(one) for one in reversed(beside))]
+            in_process.append(guarded(drawn, figures[len(in_process)]))
+    results = [*in_process, *(guarded(job) for job in reversed(beside))]
     kept = [
         failures.keep(chapter_of(figure.name), f"The figure {figure.name}", result, None)
         for figure, result in zip(figures, results, strict=True)
     ]
-    return [one for one in kept if one is not None]
+    return [picture for picture in kept if picture is not None]
 
 
 def _predictions(
@@ -209,9 +209,9 @@ def _predictions(
         passing = ()
         design_sc = attempt("The Scruton numbers of the bridge", design_sc, ())
     design = attempt("The prediction at the design", partial(predicted, design_sc), [], passing)
-    peaks = {one["name"]: one["parameters"]["scruton_number"]["median"] for one in fit.summary["tests"] if one["peak"]}
-    found = attempt("The prediction at the tests", partial(predicted, [*peaks.values()]), None)
-    tested = {} if found is None else dict(zip(peaks, found, strict=True))
+    peaks = {t["name"]: t["parameters"]["scruton_number"]["median"] for t in fit.summary["tests"] if t["peak"]}
+    predictions = attempt("The prediction at the tests", partial(predicted, [*peaks.values()]), None)
+    tested = {} if predictions is None else dict(zip(peaks, predictions, strict=True))
     if len(peaks) < 2:
         return design, tested, {}
     crossed = crossed or partial(crossed_part, fit.campaign, fit.card, seed)

@@ -30,20 +30,20 @@ def griffin_chart(fit: "Fit", design: "Sequence[Prediction]" = ()) -> dict[str, 
     first prediction of the design.
     """
     tree, tests, unit = fit.tree, peak_names(fit.tree), unit_of(fit.tree)
-    asked = [one.scruton_number for one in design]
-    upper = max([sc_range(tree)[1], *(1.1 * one for one in asked)])
+    asked = [prediction.scruton_number for prediction in design]
+    upper = max([sc_range(tree)[1], *(1.1 * number for number in asked)])
     grid = np.linspace(0.0, upper, GRID)
     draws = predictive_draws(tree, grid, seed=int(fit.summary["provenance"]["seed"]))
     predictive = band(grid, draws, unit, "predictive")
     low, high, half_low, half_high = map(_list, (*predictive.intervals[0.90], *predictive.intervals[0.50]))
     points: list[dict[str, Any]] = [
         {
-            "label": one.name, "x": _round(one.scruton_number),
-            "y": _round(one.median) if one.measured is None else one.measured.mean,
-            "low": _round(one.low), "high": _round(one.high),
-            "tone": "posterior" if one.measured is None else "measured",
+            "label": point.name, "x": _round(point.scruton_number),
+            "y": _round(point.median) if point.measured is None else point.measured.mean,
+            "low": _round(point.low), "high": _round(point.high),
+            "tone": "posterior" if point.measured is None else "measured",
         }
-        for one in test_points(fit)
+        for point in test_points(fit)
     ]  # fmt: skip
     lines: list[dict[str, Any]] = [
         {"label": f"from {name} alone", "x": _list(grid), "y": _list(griffin_band(tree, grid, name).median),
@@ -55,10 +55,10 @@ def griffin_chart(fit: "Fit", design: "Sequence[Prediction]" = ()) -> dict[str, 
         good = (amplitude > 0.0) & (sc >= 0.0)
         line = {"label": f"Eqs. (2)-(8), {record.name}", "x": _list(sc[good]), "y": _list(amplitude[good])}
         lines.append({**line, "tone": "deterministic"})
-    largest = max(max(one["high"], one["y"]) for one in points)
+    largest = max(max(point["high"], point["y"]) for point in points)
     median = predictive.median[np.isfinite(predictive.median)]
     top = 1.3 * max(largest, min(float(median.max(initial=0.0)), 1.6 * largest))
-    start = asked[0] if asked else float(np.median([one["x"] for one in points]))
+    start = asked[0] if asked else float(np.median([point["x"] for point in points]))
     factor, shown, where = 180.0 / np.pi, "°", ""
     if fit.campaign.section.motion is Motion.HEAVING:
         factor, shown, where = 1e3 * fit.campaign.section.depth, "mm", "at the model's scale"
@@ -90,7 +90,7 @@ def risk_chart(mode: Mapping[str, Any], curve: Mapping[str, Any], what: str) -> 
 
     The mode is an entry of "modes" of sizing.json, the curve that of one of its limits.
     """
-    grid = [_round(100.0 * one) for one in curve["added_damping"]]
+    grid = [_round(100.0 * ratio) for ratio in curve["added_damping"]]
     low, high = curve["probability_05"], curve["probability_95"]
     return {
         "name": f"Risk of mode {mode['name']}",
@@ -122,7 +122,7 @@ def _round(value: float) -> float:
 
 
 def _list(values: FloatArray) -> list[float | None]:
-    return [_round(float(one)) if np.isfinite(one) else None for one in values]
+    return [_round(float(value)) if np.isfinite(value) else None for value in values]
 
 
 def plain(data: Mapping[str, Any]) -> dict[str, Any]:

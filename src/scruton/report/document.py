@@ -140,7 +140,7 @@ class Document:
 
     def every[B: Block](self, kind: type[B]) -> list[B]:
         """Every block of a kind, in order."""
-        return [one for chapter in self.chapters for one in chapter.blocks if isinstance(one, kind)]
+        return [block for chapter in self.chapters for block in chapter.blocks if isinstance(block, kind)]
 
 
 def numbered(document: Document) -> Document:
@@ -159,17 +159,17 @@ def numbered(document: Document) -> Document:
     chapters: list[Chapter] = []
     letters = iter("ABCDEFGH")
     for chapter in document.chapters:
-        kept = [one for one in chapter.blocks if not isinstance(one, Table) or one.rows]
+        kept = [block for block in chapter.blocks if not isinstance(block, Table) or block.rows]
         if kept:
-            body = sum(not one.appendix for one in chapters)
+            body = sum(not earlier.appendix for earlier in chapters)
             number = next(letters) if chapter.appendix else str(body + 1)
             chapters.append(replace(chapter, number=number, blocks=tuple(map(with_number, kept))))
-    found = replace(document, chapters=tuple(chapters))
+    result = replace(document, chapters=tuple(chapters))
     for kind, names in (
-        ("tables", Counter(one.name for one in found.every(Table))),
-        ("pictures", Counter(one.name for one in found.every(Picture))),
-        ("chapters", Counter(one.key for one in chapters)),
+        ("tables", Counter(table.name for table in result.every(Table))),
+        ("pictures", Counter(picture.name for picture in result.every(Picture))),
+        ("chapters", Counter(part.key for part in chapters)),
     ):
         if twice := sorted(name for name, count in names.items() if count > 1):
             raise ValueError(f"{kind} of one name: {', '.join(twice)}")
-    return found
+    return result

@@ -53,14 +53,14 @@ def latex_table(table: Table) -> str:
 
 def _latex_row(cells: Sequence[str]) -> str:
     # "[" after a line break would be read as its argument
-    texts = [latex_text(one) for one in cells]
-    return " & ".join(f"{{}}{one}" if one.startswith("[") else one for one in texts) + r" \\"
+    texts = [latex_text(cell) for cell in cells]
+    return " & ".join(f"{{}}{text}" if text.startswith("[") else text for text in texts) + r" \\"
 
 
 def latex_chapter(document: Document, key: str) -> str:
     """Paragraphs and equations of a chapter in LaTeX, to be pasted; empty where there is no such chapter."""
     parts: list[str] = []
-    for block in (one for chapter in document.chapters if chapter.key == key for one in chapter.blocks):
+    for block in (item for chapter in document.chapters if chapter.key == key for item in chapter.blocks):
         if isinstance(block, Paragraph):
             parts.append("".join(map(_latex_run, block.runs)))
         elif isinstance(block, Equation):
@@ -68,22 +68,22 @@ def latex_chapter(document: Document, key: str) -> str:
     return "\n".join(parts) + "\n" if parts else ""
 
 
-def _latex_run(one: Run) -> str:
-    if isinstance(one, Maths):
-        return f"${one.latex}$"
-    if isinstance(one, Code):
-        return rf"\texttt{{{latex_text(one.text)}}}"
+def _latex_run(run: Run) -> str:
+    if isinstance(run, Maths):
+        return f"${run.latex}$"
+    if isinstance(run, Code):
+        return rf"\texttt{{{latex_text(run.text)}}}"
     # blanks at the ends part the run from its neighbours
-    head, tail = (" " if one[:1].isspace() else ""), (" " if one[-1:].isspace() else "")
-    return head + latex_text(one) + tail
+    head, tail = (" " if run[:1].isspace() else ""), (" " if run[-1:].isspace() else "")
+    return head + latex_text(run) + tail
 
 
 def write_tables(document: Document, frames: "Mapping[str, pd.DataFrame]", folder: Path) -> list[Path]:
     """Write every table: first CSV, with all digits where a frame has them, else as shown; then LaTeX as shown."""
     paths = write_csv(frames, folder)
     tables = document.every(Table)
-    texts = {f"{one.name}.csv": _as_shown(one) for one in tables if one.data not in frames}
-    texts |= {f"{one.name}.tex": latex_table(one) for one in tables}
+    texts = {f"{table.name}.csv": _as_shown(table) for table in tables if table.data not in frames}
+    texts |= {f"{table.name}.tex": latex_table(table) for table in tables}
     if methods := latex_chapter(document, METHODS):
         texts[f"{METHODS}.tex"] = methods
     for name, text in texts.items():
@@ -94,7 +94,7 @@ def write_tables(document: Document, frames: "Mapping[str, pd.DataFrame]", folde
 def _as_shown(table: Table) -> str:
     """A table as CSV."""
     stream = io.StringIO(newline="")
-    csv.writer(stream).writerows([safe_cell(one) for one in row] for row in (table.header, *table.rows))
+    csv.writer(stream).writerows([safe_cell(cell) for cell in row] for row in (table.header, *table.rows))
     return stream.getvalue()
 
 
@@ -109,20 +109,20 @@ def numbers(material: "Material", document: Document) -> dict[str, Any]:
         # what the fit was made from, the bridge, and the design that was asked for
         "provenance": provenance(
             "report", seed=fitted["seed"], sha256={**fitted["sha256"], **material.bridge_sha256},
-            settings={"tests": fitted["tests"], "sc": [one.scruton_number for one in material.design]},
+            settings={"tests": fitted["tests"], "sc": [prediction.scruton_number for prediction in material.design]},
             card={key: fitted["card"][key] for key in ("name", "sha256")},
         ),
-        "predictions": [one.to_json() for one in material.design],
-        "at_tests": {name: one.to_json() for name, one in material.at_tests.items()},
-        "crossed": {name: one.to_json() for name, one in material.crossed.items()},
-        "curves": {one.name: plain(one.chart) for one in material.pictures if one.chart},
+        "predictions": [prediction.to_json() for prediction in material.design],
+        "at_tests": {name: prediction.to_json() for name, prediction in material.at_tests.items()},
+        "crossed": {name: prediction.to_json() for name, prediction in material.crossed.items()},
+        "curves": {picture.name: plain(picture.chart) for picture in material.pictures if picture.chart},
         "tables": {name: as_json(frame.to_dict("records")) for name, frame in material.frames.items()}
         | {
-            one.name: [dict(zip(_distinct(one.header), row, strict=True)) for row in one.rows]
-            for one in document.every(Table)
-            if one.data not in material.frames
+            table.name: [dict(zip(_distinct(table.header), row, strict=True)) for row in table.rows]
+            for table in document.every(Table)
+            if table.data not in material.frames
         },
-        "figures": {one.name: one.caption for one in document.every(Picture)},
+        "figures": {picture.name: picture.caption for picture in document.every(Picture)},
     }  # fmt: skip
 
 

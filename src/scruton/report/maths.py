@@ -25,13 +25,13 @@ _SIGN = Maths('<mo form="prefix">−</mo>', "-", "-")  # of a negative number, w
 
 def row(*parts: Part) -> Maths:
     """Parts one after the other; a string is a sign, a number, a Greek name, a letter or an upright word."""
-    found = [
-        _SIGN if one == "-" and (i == 0 or parts[i - 1] in ("=", "(", "[")) else _of(one) for i, one in enumerate(parts)
+    formulae = [
+        _SIGN if p == "-" and (i == 0 or parts[i - 1] in ("=", "(", "[")) else _of(p) for i, p in enumerate(parts)
     ]
     return Maths(
-        f"<mrow>{''.join(one.mathml for one in found)}</mrow>",
-        " ".join(one.typst for one in found),
-        " ".join(one.latex for one in found),
+        f"<mrow>{''.join(formula.mathml for formula in formulae)}</mrow>",
+        " ".join(formula.typst for formula in formulae),
+        " ".join(formula.latex for formula in formulae),
     )
 
 
@@ -39,11 +39,11 @@ def _form(mathml: str, typst: str, latex: str, *, fence: bool = False) -> Callab
     """A construction of one part or two, or around a whole row, from its form in each language."""
 
     def formed(*parts: Part) -> Maths:
-        of = [row(*parts)] if fence else [_of(one) for one in parts]
+        of = [row(*parts)] if fence else [_of(part) for part in parts]
         return Maths(
-            mathml.format(*(one.mathml for one in of)),
-            typst.format(*(one.typst for one in of)),
-            latex.format(*(one.latex for one in of)),
+            mathml.format(*(formula.mathml for formula in of)),
+            typst.format(*(formula.typst for formula in of)),
+            latex.format(*(formula.latex for formula in of)),
         )
 
     return formed

@@ -10,7 +10,7 @@ import numpy as np
 
 from scruton.campaign import Campaign, load_campaign
 from scruton.errors import InputError
-from scruton.gap.run import examine
+from scruton.gap.diagnose import examine
 from scruton.griffin.curves import law_curves
 from scruton.griffin.posterior import chosen_rig, motion_of, rig_mass_damping_draws
 from scruton.griffin.validate import validate
@@ -28,7 +28,7 @@ from scruton.report.figures.sizing import governing, modes
 from scruton.sizing.bridge import Bridge, load_bridge
 from scruton.sizing.limits import limit
 from scruton.sizing.model import ModeModel, unit_cube
-from scruton.sizing.run import size
+from scruton.sizing.study import size
 
 if TYPE_CHECKING:
     from scruton.griffin import Prediction
@@ -64,26 +64,26 @@ def gap_part(campaign: Path, model: str = "default") -> Part:
 
 def crossed_part(campaign: Campaign, card: ModelCard, seed: int) -> "dict[str, Prediction]":
     """Each peak test of a campaign predicted from the others; empty where there are none."""
-    if len({one.rig for one in campaign.tests}) < 2:
+    if len({test.rig for test in campaign.tests}) < 2:
         return {}
-    return {one.test: one.prediction for one in validate(campaign, card, seed=seed, singles=False)}
+    return {validation.test: validation.prediction for validation in validate(campaign, card, seed=seed, singles=False)}
 
 
 def check_bridge(campaign: Path, bridge: Path, limits: Sequence[str] = ()) -> Bridge:
     """Read a bridge: InputError for whatever is wrong with it, its limits or the campaign, before any work is done."""
-    found = load_bridge(bridge, load_campaign(campaign).section.motion)
-    if not [*found.limits, *map(limit, limits)]:
+    structure = load_bridge(bridge, load_campaign(campaign).section.motion)
+    if not [*structure.limits, *map(limit, limits)]:
         raise InputError(bridge, "limits", "no limit", 'at least one, such as limits = ["jtg"]')
-    return found
+    return structure
 
 
 def scruton_numbers_of(fit: "Fit", bridge: Path) -> list[float]:
     """Median Scruton number of every mode of a bridge, each once."""
-    stands = load_bridge(bridge, fit.campaign.section.motion)
+    structure = load_bridge(bridge, fit.campaign.section.motion)
     laws, factor = law_curves(fit.tree), rig_mass_damping_draws(fit.tree, chosen_rig(fit.tree, None))
     u = unit_cube(1 << 12, 0)
-    draws = [ModeModel(laws, factor, stands, mode).draws(u) for mode in stands.modes]
-    return sorted({float(f"{np.median(one.scruton_number(0.0)):.4g}") for one in draws})
+    draws = [ModeModel(laws, factor, structure, mode).draws(u) for mode in structure.modes]
+    return sorted({float(f"{np.median(draw.scruton_number(0.0)):.4g}") for draw in draws})
 
 
 def sizing_origin(
@@ -105,21 +105,21 @@ def sizing_part(folder: Path, bridge: Path, limits: Sequence[str] = (), seed: in
     tree, summary = read_tree(folder)
     if not summary["tests"]:
         raise InputError(bridge, "", "a campaign without tests in wind", "a campaign with at least one test")
-    stands = load_bridge(bridge, motion_of(tree))
-    content = size(tree, stands, [limit(one) for one in limits], seed=seed).to_json()
-    content["provenance"] = sizing_origin(folder, summary, stands, seed=seed, settings={"limits": list(limits)})
+    structure = load_bridge(bridge, motion_of(tree))
+    content = size(tree, structure, [limit(rule) for rule in limits], seed=seed).to_json()
+    content["provenance"] = sizing_origin(folder, summary, structure, seed=seed, settings={"limits": list(limits)})
     failures = Failures()
 
     def charts() -> dict[str, Mapping[str, Any]]:
         deciding = {ending: (mode, governing(mode)) for ending, mode in modes(content).items()}
         return {
-            f"risk{ending}": risk_chart(mode, one["curve"], f"probability of exceeding {one['rule']}")
-            for ending, (mode, one) in deciding.items()
+            f"risk{ending}": risk_chart(mode, decisive["curve"], f"probability of exceeding {decisive['rule']}")
+            for ending, (mode, decisive) in deciding.items()
         }
 
     def pictures() -> list[Picture]:
-        return [drawn(one) for one in figures_from("sizing", content)]
+        return [drawn(figure) for figure in figures_from("sizing", content)]
 
     shown = failures.attempt("sizing", "The figures of the sizing", pictures, [])
     answering = failures.attempt("sizing", "The charts of the sizing", charts, {})
-    return Part(content, [replace(one, chart=answering.get(one.name)) for one in shown], failures.found)
+    return Part(content, [replace(picture, chart=answering.get(picture.name)) for picture in shown], failures.found)

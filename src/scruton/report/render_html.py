@@ -41,7 +41,7 @@ def render_html(document: Document) -> str:
     from markupsafe import Markup
 
     pictures = document.every(Picture)
-    script = (TEMPLATES / "chart.js").read_text(encoding="utf-8") if any(one.chart for one in pictures) else ""
+    script = (TEMPLATES / "chart.js").read_text(encoding="utf-8") if any(picture.chart for picture in pictures) else ""
     return page(
         "report.html.j2",
         tests={"maths": lambda value: isinstance(value, Maths)},
@@ -68,16 +68,16 @@ def embedded(data: Any) -> str:
 
 def uris(pictures: Sequence[Picture], limit: int = LARGEST_REPORT) -> dict[str, str]:
     """Pictures as data URIs by name, empty for those that would make the file too large; the last go first."""
-    found, total = {}, 0
-    for one in pictures:
-        uri = data_uri(one)
+    by_name, total = {}, 0
+    for picture in pictures:
+        uri = data_uri(picture)
         total += len(uri)
-        found[one.name] = uri if total <= limit else ""
-    return found
+        by_name[picture.name] = uri if total <= limit else ""
+    return by_name
 
 
-def data_uri(one: Picture) -> str:
+def data_uri(image: Picture) -> str:
     """A picture inside the page: its drawing, or its PNG where the drawing is large."""
-    drawing = one.svg and (len(one.svg) <= LARGEST_SVG_ON_PAGE or not one.png or len(one.svg) <= len(one.png))
-    kind, content = ("image/svg+xml", one.svg) if drawing else ("image/png", one.png)
+    drawing = image.svg and (len(image.svg) <= LARGEST_SVG_ON_PAGE or not image.png or len(image.svg) <= len(image.png))
+    kind, content = ("image/svg+xml", image.svg) if drawing else ("image/png", image.png)
     return f"data:{kind};base64,{base64.b64encode(content).decode()}" if content else ""

@@ -18,7 +18,7 @@ def _block(block: Block) -> str:
     match block:
         case Paragraph(runs):
             texts = (
-                one.latex if isinstance(one, Maths) else one.text if isinstance(one, Code) else one for one in runs
+                run.latex if isinstance(run, Maths) else run.text if isinstance(run, Code) else run for run in runs
             )
             return "".join(texts)
         case Heading():

@@ -46,25 +46,25 @@ def _fonts() -> Any:
     """The typesetter's own typefaces and ours, read once."""
     import typst
 
-    return typst.Fonts(include_system_fonts=False, font_paths=[*dict.fromkeys(one.path.parent for one in typefaces())])
+    return typst.Fonts(include_system_fonts=False, font_paths=[*dict.fromkeys(f.path.parent for f in typefaces())])
 
 
-def picture_file(one: Picture) -> tuple[str, bytes]:
+def picture_file(picture: Picture) -> tuple[str, bytes]:
     """Name and content of the file that a picture is drawn from; no content where there is none."""
-    if one.svg and (len(one.svg) <= LARGEST_SVG_IN_PDF or not one.png):
-        return f"{one.name}.svg", one.svg
-    return f"{one.name}.png", one.png
+    if picture.svg and (len(picture.svg) <= LARGEST_SVG_IN_PDF or not picture.png):
+        return f"{picture.name}.svg", picture.svg
+    return f"{picture.name}.png", picture.png
 
 
 def plain(value: Any) -> Any:
     """A document as JSON: each block with its kind, pictures as names of files, formulae in Typst's language."""
     match value:
         case str():  # control characters have no glyph; line breaks stay
-            return "".join(one for one in value if one == "\n" or (ord(one) >= 32 and not 0x7F <= ord(one) < 0xA0))
+            return "".join(char for char in value if char == "\n" or (ord(char) >= 32 and not 0x7F <= ord(char) < 0xA0))
         case Maths():
             return {"kind": "maths", "typst": value.typst}
         case tuple() | list():
-            return [plain(one) for one in value]
+            return [plain(item) for item in value]
         case bool() | int() | float() | None:
             return value
         case Picture():
@@ -72,7 +72,7 @@ def plain(value: Any) -> Any:
             entry = {key: plain(getattr(value, key)) for key in ("name", "caption", "alt", "number")}
             entry["file"] = name if content else ""
         case _ if is_dataclass(value):
-            entry = {one.name: plain(getattr(value, one.name)) for one in fields(value)}
+            entry = {field.name: plain(getattr(value, field.name)) for field in fields(value)}
         case _:
             raise TypeError(f"a document holds no {type(value).__name__}")
     if isinstance(value, Table):

@@ -18,7 +18,7 @@ _SPREAD = ("median", "90 % interval")
 def fit_summary(fit: "Fit") -> Iterator[Block]:
     """Medians and 90 % intervals of what a fit found, the laws, and whether it converged."""
     yield paragraph(fit.campaign.title)
-    rigs = [(one["name"], *TERMINAL.spread(one["parameters"]["damping_ratio"], 100.0)) for one in fit.summary["rigs"]]
+    rigs = [(rig["name"], *TERMINAL.spread(rig["parameters"]["damping_ratio"], 100.0)) for rig in fit.summary["rigs"]]
     yield Table("damping", "Structural damping ratio [%]", ("rig", *_SPREAD), rigs)
     for key, title in {
         "scruton_number": "Sc",
@@ -28,21 +28,21 @@ def fit_summary(fit: "Fit") -> Iterator[Block]:
         "epsilon": "epsilon",
     }.items():
         tests = [
-            (one["name"], one["rig"], *TERMINAL.spread(one["parameters"][key]))
-            for one in fit.summary["tests"]
-            if key in one["parameters"]
+            (test["name"], test["rig"], *TERMINAL.spread(test["parameters"][key]))
+            for test in fit.summary["tests"]
+            if key in test["parameters"]
         ]
         yield Table(key, title, ("test", "rig", *_SPREAD), tests)
     weights = fit.summary["laws"].get("weights", {})
     if len(weights) > 1:
-        best = max(one["log_evidence"] for one in weights.values())
+        best = max(entry["log_evidence"] for entry in weights.values())
         laws = [
             (
-                law, TERMINAL.number(one["prior"]), TERMINAL.number(one["log_evidence"] - best, 3),
-                TERMINAL.number(one["weight"], 3), TERMINAL.number(one["stacking"], 3),
-                "" if one["sampled"] else "not sampled",
+                law, TERMINAL.number(entry["prior"]), TERMINAL.number(entry["log_evidence"] - best, 3),
+                TERMINAL.number(entry["weight"], 3), TERMINAL.number(entry["stacking"], 3),
+                "" if entry["sampled"] else "not sampled",
             )
-            for law, one in weights.items()
+            for law, entry in weights.items()
         ]  # fmt: skip
         header = ("law", "prior", "log evidence", "weight", "stacking", "")
         yield Table("laws", "Laws of aerodynamic damping; log evidence below the best", header, laws)
@@ -63,39 +63,39 @@ def prediction_summary(predictions: "Sequence[Prediction]", summary: dict[str, A
             TERMINAL.number(entry["sc"]), TERMINAL.number(entry["damping_ratio"]), *TERMINAL.spread(entry["amplitude"]),
             TERMINAL.number(entry["amplitude"]["sd"]), TERMINAL.number(entry["extrapolation_index"], 2),
         )
-        for entry in (one.to_json() for one in predictions)
+        for entry in (prediction.to_json() for prediction in predictions)
     ]  # fmt: skip
     header = ("Sc", "damping ratio", f"amplitude [{summary['amplitude_unit']}]", "90 % interval", "sd", "x")
     shares = [f"{law} {weight:.0%}" for law, weight in predictions[0].laws.items() if weight > SHARE_SHOWN]
     lines = [
         "x: extrapolation index; laws agree for |x| < 0.2 and part beyond 0.3.",
         f"Laws: {', '.join(shares)}. The interval carries the discrepancy between settings.",
-        *(f"! {flag}" for one in predictions for flag in one.flags),
+        *(f"! {flag}" for prediction in predictions for flag in prediction.flags),
     ]
     if not summary["converged"]:
         lines.append("! the fit did not converge: " + "; ".join(summary["flags"]))
     return [Table("predictions", "", header, rows, "\n".join(lines))]
 
 
-def validation_summary(title: str, unit: str, found: "Sequence[Validation]", coverage: dict[str, float]) -> list[Block]:
+def validation_summary(title: str, unit: str, folds: "Sequence[Validation]", coverage: dict[str, float]) -> list[Block]:
     """Every prediction of a test from others beside what was found there."""
     rows = [
         (
-            one.test, ", ".join(one.source), TERMINAL.number(one.prediction.median),
-            TERMINAL.range(one.prediction.interval(0.90)), TERMINAL.number(one.amplitude), f"{100 * one.error:+.0f} %",
-            TERMINAL.number(one.factor, 3), f"{one.z:+.2f}", f"{one.log_score:.2f}",
-            "inside" if one.inside() else "OUTSIDE",
+            fold.test, ", ".join(fold.source), TERMINAL.number(fold.prediction.median),
+            TERMINAL.range(fold.prediction.interval(0.90)), TERMINAL.number(fold.amplitude),
+            f"{100 * fold.error:+.0f} %", TERMINAL.number(fold.factor, 3), f"{fold.z:+.2f}", f"{fold.log_score:.2f}",
+            "inside" if fold.inside() else "OUTSIDE",
         )
-        for one in found
+        for fold in folds
     ]  # fmt: skip
     header = ("test", "from", f"predicted [{unit}]", "90 % interval", "found", "error", "factor", "z", "log score", "")
     inside = ", ".join(f"{float(p):.0%}: {share:.0%}" for p, share in coverage.items())
-    laws = sorted({label for one in found for label, weight in one.prediction.laws.items() if weight > SHARE_SHOWN})
+    laws = sorted({label for fold in folds for label, weight in fold.prediction.laws.items() if weight > SHARE_SHOWN})
     return [
         paragraph(title),
         Table("validation", "", header, rows),
         paragraph(
-            f"{len(found)} predictions. Inside their intervals of {inside}. Factor: how far the 90 % interval reaches "
+            f"{len(folds)} predictions. Inside their intervals of {inside}. Factor: how far the 90 % interval reaches "
             "from its median. Log score: log density of ln(amplitude), larger is better."
         ),
         paragraph(f"Laws used: {', '.join(laws)}."),

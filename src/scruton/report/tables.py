@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from scruton.griffin import Prediction
     from scruton.infer.results import Fit
 
-_UNITS = {one.name: one.unit for group in ("posterior", "trial_function") for one in SCHEMA[group]}
+_UNITS = {parameter.name: parameter.unit for group in ("posterior", "trial_function") for parameter in SCHEMA[group]}
 _UNKNOWN: Mapping[str, Any] = {"median": np.nan, "interval": {"0.90": (np.nan, np.nan)}}
 Row = dict[str, Any]
 
@@ -46,14 +46,14 @@ def tables(fit: "Fit", predictions: Sequence["Prediction"] = ()) -> dict[str, "p
         "predictions": map(_prediction, predictions),
         "ring_downs": _ring_downs(fit, unit),
     }
-    frames = {name: pd.DataFrame(found) for name, found in rows.items()}
+    frames = {name: pd.DataFrame(table) for name, table in rows.items()}
     return {name: frame for name, frame in frames.items() if len(frame)}
 
 
 def _rigs(fit: "Fit") -> Iterator[Row]:
     """One row a rig: what the laboratory states, and the structural damping found."""
     mass_unit = "kg/m" if fit.campaign.section.motion is Motion.HEAVING else "kg m^2/m"
-    found = {one["name"]: one["parameters"]["damping_ratio"] for one in fit.summary["rigs"]}
+    damping = {summary["name"]: summary["parameters"]["damping_ratio"] for summary in fit.summary["rigs"]}
     for rig in fit.campaign.rigs:
         ring = fit.ringdowns.get(rig.name)
         yield {
@@ -64,15 +64,15 @@ def _rigs(fit: "Fit") -> Iterator[Row]:
             "f0 from ring-downs [Hz]": ring.frequency if ring else np.nan,
             "damping ratio stated [-]": _mean(rig.damping_ratio),
             "ring-downs": len(rig.records),
-            **_spread(found.get(rig.name), "damping ratio", "-"),
+            **_spread(damping.get(rig.name), "damping ratio", "-"),
         }
 
 
 def _tests(fit: "Fit", unit: str) -> Iterator[Row]:
     """One row a test in wind, with the stable amplitude measured and the one found."""
-    found = {one["name"]: one for one in fit.summary["tests"]}
+    summaries = {summary["name"]: summary for summary in fit.summary["tests"]}
     for test in fit.campaign.tests:
-        frequency, entry = fit.campaign.rig(test.rig).frequency.mean, found.get(test.name, {})
+        frequency, entry = fit.campaign.rig(test.rig).frequency.mean, summaries.get(test.name, {})
         parameters = entry.get("parameters", {})
         yield {
             "test": test.name,
@@ -90,8 +90,8 @@ def _tests(fit: "Fit", unit: str) -> Iterator[Row]:
 
 def _records(fit: "Fit", unit: str) -> Iterator[Row]:
     """One row a record: its size, amplitude and frequency, and how far the trial function of Eq. (4) is off."""
-    owners = [("rig", rig.name, one) for rig in fit.campaign.rigs for one in rig.records]
-    owners += [("test", test.name, one) for test in fit.campaign.tests for one in test.records]
+    owners = [("rig", rig.name, series) for rig in fit.campaign.rigs for series in rig.records]
+    owners += [("test", test.name, series) for test in fit.campaign.tests for series in test.records]
     for kind, owner, record in owners:
         cycles, front = fit.cycles.get(record.name), fit.front_ends.get(record.name)
         amplitude = cycles.amplitude if cycles is not None else np.array([np.nan])
@@ -114,38 +114,38 @@ def _records(fit: "Fit", unit: str) -> Iterator[Row]:
 def _posterior(fit: "Fit", unit: str) -> Iterator[Row]:
     """One row a parameter of every rig, test and trial function: median, mean, sd and intervals, with its unit."""
     for kind, heading in (("rig", "rigs"), ("test", "tests"), ("trial function", "records")):
-        for one in fit.summary[heading]:
-            for name, entry in one["parameters"].items():
-                whose = {"posterior": kind, "of": one["name"], "parameter": name}
+        for summary in fit.summary[heading]:
+            for name, entry in summary["parameters"].items():
+                whose = {"posterior": kind, "of": summary["name"], "parameter": name}
                 yield whose | {"unit": unit_of(name, unit)} | _summarised(entry)
 
 
 def _laws(fit: "Fit") -> Iterator[Row]:
     """One row a law of the model card: its prior and posterior probability, evidence and stacking weight."""
-    for label, one in fit.summary["laws"].get("weights", {}).items():
+    for label, entry in fit.summary["laws"].get("weights", {}).items():
         yield {
             "law": label,
-            "prior probability": one["prior"],
-            "posterior probability": one["weight"],
-            "stacking weight": _finite(one["stacking"]),
-            "log evidence": _finite(one["log_evidence"]),
-            "log evidence error": _finite(one["log_evidence_error"]),
-            "sampled": one["sampled"],
+            "prior probability": entry["prior"],
+            "posterior probability": entry["weight"],
+            "stacking weight": _finite(entry["stacking"]),
+            "log evidence": _finite(entry["log_evidence"]),
+            "log evidence error": _finite(entry["log_evidence_error"]),
+            "sampled": entry["sampled"],
         }
 
 
-def _prediction(one: "Prediction") -> Row:
-    entry = one.to_json()
+def _prediction(prediction: "Prediction") -> Row:
+    entry = prediction.to_json()
     return {
         "Sc [-]": entry["sc"],
         "damping ratio [-]": entry["damping_ratio"],
-        "rig": one.rig,
-        "laws": ", ".join(f"{law} {weight:.3g}" for law, weight in one.laws.items() if weight > 5e-4),
-        "unit": one.unit,
+        "rig": prediction.rig,
+        "laws": ", ".join(f"{law} {weight:.3g}" for law, weight in prediction.laws.items() if weight > 5e-4),
+        "unit": prediction.unit,
         **_summarised(entry["amplitude"]),
-        "extrapolation index x": one.extrapolation_index,
-        "probability of no vibration": one.dies,
-        "fraction without stable amplitude": one.unbounded,
+        "extrapolation index x": prediction.extrapolation_index,
+        "probability of no vibration": prediction.dies,
+        "fraction without stable amplitude": prediction.unbounded,
     }
 
 
@@ -182,12 +182,12 @@ def _finite(value: float | None) -> float:
 
 def _summarised(entry: Mapping[str, Any]) -> Row:
     """Columns of a summary entry: median, mean, sd, and by quantile ("q05" the lower bound of 90 %) its intervals."""
-    found = {key: _finite(entry[key]) for key in ("median", "mean", "sd")}
+    columns = {key: _finite(entry[key]) for key in ("median", "mean", "sd")}
     for side, order in ((0, -1), (1, 1)):
         for p in sorted(entry["interval"])[::order]:
             q = f"q{100 * (0.5 + (side - 0.5) * float(p)):04.1f}".removesuffix(".0")
-            found[q] = _finite(entry["interval"][p][side])
-    return found
+            columns[q] = _finite(entry["interval"][p][side])
+    return columns
 
 
 def _spread(entry: Mapping[str, Any] | None, name: str, unit: str) -> dict[str, float]:

@@ -53,15 +53,15 @@ def typefaces() -> tuple[Typeface, ...]:
 
 def families() -> tuple[str, ...]:
     """Name of every family, in the order of `typefaces`."""
-    return tuple(dict.fromkeys(one.family for one in typefaces()))
+    return tuple(dict.fromkeys(face.family for face in typefaces()))
 
 
 def _folder(package: str) -> Path:
     """Folder of a package, which need not be imported for it."""
-    found = find_spec(package)
-    if found is None or found.origin is None:
+    spec = find_spec(package)
+    if spec is None or spec.origin is None:
         raise ModuleNotFoundError(f"the package {package} is not installed, which scruton depends on for its typefaces")
-    return Path(found.origin).parent
+    return Path(spec.origin).parent
 
 
 def subsets(text: str) -> Iterator[tuple[str, bytes]]:
@@ -72,34 +72,34 @@ def subsets(text: str) -> Iterator[tuple[str, bytes]]:
     """
     missing = {letter for letter in text if letter.isprintable()}
     # one face of every family that has pictures of letters
-    for one in typefaces():
+    for face in typefaces():
         if not missing:
             break
-        if (one.weight, one.style) != (400, "normal") or one.family == LAST_RESORT:
+        if (face.weight, face.style) != (400, "normal") or face.family == LAST_RESORT:
             continue
-        known = _letters(one)
-        if one.family != PLAIN and (letters := "".join(sorted(missing & known))):
-            yield letters, _subset(one, letters)
+        known = _letters(face)
+        if face.family != PLAIN and (letters := "".join(sorted(missing & known))):
+            yield letters, _subset(face, letters)
         missing -= known
 
 
 @cache
-def _letters(one: Typeface) -> frozenset[str]:
+def _letters(face: Typeface) -> frozenset[str]:
     """Letters that a face holds."""
     from fontTools.ttLib import TTFont
 
-    with TTFont(one.path, fontNumber=one.index, lazy=True) as font:
+    with TTFont(face.path, fontNumber=face.index, lazy=True) as font:
         return frozenset(map(chr, font.getBestCmap()))
 
 
-def _subset(one: Typeface, letters: str) -> bytes:
+def _subset(face: Typeface, letters: str) -> bytes:
     """A face with these letters alone."""
     from fontTools.subset import Options, Subsetter
     from fontTools.ttLib import TTFont
 
     options = Options(notdef_outline=True, name_IDs=[], hinting=False, desubroutinize=True)
     options.drop_tables += ["fvar", "gvar", "avar", "HVAR", "MVAR", "STAT"]  # the regular weight is enough
-    with TTFont(one.path, fontNumber=one.index, lazy=True, recalcTimestamp=False) as font:
+    with TTFont(face.path, fontNumber=face.index, lazy=True, recalcTimestamp=False) as font:
         subsetter = Subsetter(options)
         subsetter.populate(text=letters)
         subsetter.subset(font)

@@ -61,12 +61,12 @@ def stated(value: float) -> str:
 
 def column(values: Sequence[float], digits: int = 4) -> list[str]:
     """Write the numbers of a column with one number of decimals, no more than the most precise of them needs."""
-    sizes = [abs(one) for one in values if math.isfinite(one) and one != 0]
+    sizes = [abs(value) for value in values if math.isfinite(value) and value != 0]
     if not sizes or min(sizes) < 1e-6 or max(sizes) >= 1e7:
-        return [number(one, digits) for one in values]
-    rounded = [float(f"{one:.{digits}g}") for one in sizes]
-    places = max(len(f"{one:.10f}".rstrip("0").partition(".")[2]) for one in rounded)
-    return [f"{one:.{places}f}".replace("-", "−") if math.isfinite(one) else number(one) for one in values]
+        return [number(value, digits) for value in values]
+    rounded = [float(f"{size:.{digits}g}") for size in sizes]
+    decimals = max(len(f"{value:.10f}".rstrip("0").partition(".")[2]) for value in rounded)
+    return [f"{value:.{decimals}f}".replace("-", "−") if math.isfinite(value) else number(value) for value in values]
 
 
 def estimate(entry: Mapping[str, Any], scale: float = 1.0, level: str = "0.90") -> tuple[str, str]:
@@ -75,19 +75,19 @@ def estimate(entry: Mapping[str, Any], scale: float = 1.0, level: str = "0.90") 
     A bound that is missing is infinite; a quantity without any spread is "as stated".
     """
     median, (low, high) = entry["median"], entry["interval"][level]
-    values = [math.nan if one is None else one * scale for one in (median, low, high)]
-    finite = [one for one in values if math.isfinite(one)]
+    values = [math.nan if bound is None else bound * scale for bound in (median, low, high)]
+    finite = [value for value in values if math.isfinite(value)]
     width = max(finite) - min(finite) if finite else 0.0
     if width <= 1e-9 * max(map(abs, finite), default=0.0):
         return number(values[0]), "as stated"
     if max(map(abs, finite)) < 1e-4:
-        texts = [number(one, 3) for one in values]
+        texts = [number(value, 3) for value in values]
     else:
         # more than five significant digits are beyond any laboratory, however narrow the interval; and the last digit
         # is at most a thirtieth of the interval
         most = 4 - math.floor(math.log10(max(map(abs, finite))))
-        places = max(0, min(math.ceil(-math.log10(width / 30.0)), most))
-        texts = [f"{one:.{places}f}".replace("-", "−") if math.isfinite(one) else "∞" for one in values]
+        decimals = max(0, min(math.ceil(-math.log10(width / 30.0)), most))
+        texts = [f"{value:.{decimals}f}".replace("-", "−") if math.isfinite(value) else "∞" for value in values]
     return texts[0], f"{texts[1]} to {texts[2]}"
 
 

@@ -73,16 +73,16 @@ def write_campaign(spec: Path, out: Path, *, seed: int, force: bool = False) -> 
         # The campaign's own loader checks everything but the records, and gives the numbers in SI.
         campaign = _loaded(spec, folder, content)
         names = [rig.name for rig in campaign.rigs]
-        for (key, i), mine in records.items():
+        for (key, i), entries in records.items():
             rig = i if key == "rigs" else names.index(campaign.tests[i].rig)
             truth = _truth(spec, campaign, rig, damping[rig])
             if key == "tests":
                 wind = campaign.tests[i]
                 truth = replace(truth, air_density=wind.air_density.mean, wind_speed=wind.wind_speed.mean, **forces[i])
-            for j, record in enumerate(mine):
+            for j, record in enumerate(entries):
                 table = Table(spec, f"{key}[{i}].records[{j}]", record)
                 _write_record(table, truth, settings, folder, seed, disturbed[rig])
-            kept = [{name: value for name, value in record.items() if name not in _RECORD} for record in mine]
+            kept = [{name: value for name, value in record.items() if name not in _RECORD} for record in entries]
             content[key][i] |= {"records": kept} if kept else {}
         _loaded(spec, folder, content)
         _refuse_files(out, (path.name for path in folder.iterdir()), force=force)
@@ -92,10 +92,10 @@ def write_campaign(spec: Path, out: Path, *, seed: int, force: bool = False) -> 
 
 def _refuse_files(out: Path, names: Iterable[str], *, force: bool) -> None:
     """Refuse to write over what lies in the folder, a measured record perhaps, unless told to."""
-    found = sorted(name for name in names if (out / name).exists())
-    if found and not force:
+    present = sorted(name for name in names if (out / name).exists())
+    if present and not force:
         wanted = "an empty folder, or --force to replace what lies in it"
-        raise InputError(out, "-o", f"{', '.join(found[:4])}{', ...' if len(found) > 4 else ''}", wanted)
+        raise InputError(out, "-o", f"{', '.join(present[:4])}{', ...' if len(present) > 4 else ''}", wanted)
 
 
 def _number(default: float | None = None, low: float = 0.0) -> Field:
@@ -141,7 +141,7 @@ def _taken_out(spec: Path, content: dict[str, Any]) -> tuple[Any, ...]:
     "rigs" or "tests" and number.
     """
     top = Table(spec, "", content)
-    for owner in (one for key in _OWNERS for one in top.tables(key)):
+    for owner in (table for key in _OWNERS for table in top.tables(key)):
         owner.text("name", "a name")
         owner.tables("records")
     one_of = Wording(repr, "an unknown key", lambda key, known: f"one of: {', '.join(known)}")
@@ -206,7 +206,7 @@ def _write_record(
     name = table.values.get("file")
     if not (isinstance(name, str) and name.isprintable() and Path(name).name == name and is_delimited(Path(name))):
         raise table.error("file", show(name or table.values), 'file = "name.csv", a plain name')
-    own = _disturbances(table)
+    single = _disturbances(table)
     duration = _number().read(table, "duration")
     samples = duration * settings["sample_rate"]
     if not MIN_SAMPLES <= samples <= MOST_STEPS or duration * truth.frequency * STEPS_PER_CYCLE > MOST_STEPS:
@@ -221,7 +221,7 @@ def _write_record(
             sample_rate=settings["sample_rate"],
             seed=np.random.SeedSequence([seed, zlib.crc32(name.encode())]),
             noise=Noise(**{key: value for key, value in settings.items() if key != "sample_rate"}),
-            disturbances=Disturbances(**{**common, **own}),
+            disturbances=Disturbances(**{**common, **single}),
         )
     except ArithmeticError as error:
         found, wanted = f"numbers that cannot be simulated ({error})", "those of a tunnel"

@@ -1,4 +1,4 @@
-"""What the bare equation of motion leaves out: forces, changes in time, faults of the channel; all off by default."""
+"""What the plain equation of motion leaves out: forces, changes in time, faults of the channel; all off by default."""
 
 from dataclasses import dataclass
 
@@ -140,12 +140,12 @@ def schedules(
     rate : array
         Added damping rate [1/s].
     """
-    d, one = disturbances, np.ones_like(time)
+    d, unchanged = disturbances, np.ones_like(time)
     if still:
-        return one, one, 0.0 * one
+        return unchanged, unchanged, 0.0 * unchanged
     u = time / time[-1]
     rise = u - 0.5 if d.drift_form == "linear" else -0.5 * np.cos(np.pi * u)
-    speed = one + d.drift * (rise + 0.5 if d.drift_from_start else rise)
+    speed = unchanged + d.drift * (rise + 0.5 if d.drift_from_start else rise)
     after = (time >= d.jump_time) & (d.jump_time > 0.0)
     drive = np.where(after, 1.0 + d.jump_drive, 1.0)
     if d.spell_depth:  # a random telegraph: lock-in is on for exponential times, then off

@@ -90,13 +90,13 @@ def simulate_record(
     response = np.empty(samples)
     # Disturbances have a stream of their own: the turbulence and the noise stay what they are without them.
     root = seed if isinstance(seed, np.random.SeedSequence) else np.random.SeedSequence(seed)
-    own = np.random.default_rng(np.random.SeedSequence(root.entropy, spawn_key=(*root.spawn_key, _OWN_STREAM)))
-    speed, drive, rate_added = schedules(disturbances, time, still=truth.still, rng=own)
+    extra_rng = np.random.default_rng(np.random.SeedSequence(root.entropy, spawn_key=(*root.spawn_key, _OWN_STREAM)))
+    speed, drive, rate_added = schedules(disturbances, time, still=truth.still, rng=extra_rng)
     integrate(
         response, start, 1.0 / (sample_rate * substeps), substeps, terms(truth, disturbances),
         kick, noise.gust_intensity, noise.gust_time, white, speed, drive, rate_added,
     )  # fmt: skip
-    response = read_out(disturbances, response, 1.0 / sample_rate, own)
+    response = read_out(disturbances, response, 1.0 / sample_rate, extra_rng)
     if noise.sensor_noise:
         response += noise.sensor_noise * rng.standard_normal(samples)
     if noise.quantum:

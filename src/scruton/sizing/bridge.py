@@ -267,9 +267,9 @@ def _pair(table: Table, key: str) -> tuple[float, float]:
 
 def _limits(table: Table, key: str) -> tuple[Limit, ...]:
     texts = table.values[key]
-    if not isinstance(texts, list) or not all(isinstance(one, str) for one in texts):
+    if not isinstance(texts, list) or not all(isinstance(rule, str) for rule in texts):
         raise table.refusal(key, 'a list of limits, such as limits = ["jtg", "0.1 m"]')
-    return tuple(limit(one, str(table.file), f"limits[{i}]") for i, one in enumerate(texts))
+    return tuple(limit(rule, str(table.file), f"limits[{i}]") for i, rule in enumerate(texts))
 
 
 def _wind(table: Table, digests: dict[str, str]) -> Wind:

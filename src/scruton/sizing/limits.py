@@ -59,7 +59,7 @@ class Limit:
         if function is None:
             raise InputError(
                 "limit", self.rule.name, f"a {motion.value} mode",
-                f"a rule for it; this one is for {' and '.join(one.value for one in self.rule.functions)} modes",
+                f"a rule for it; this one is for {' and '.join(known.value for known in self.rule.functions)} modes",
             )  # fmt: skip
         return function(frequency, width, depth, self.value)
 

@@ -226,15 +226,15 @@ class CurveTable:
 
     def scruton_number(self, row: IntArray, target: FloatArray) -> FloatArray:
         """Largest Scruton number at which curve `row` still reaches the target amplitude, (N,)."""
-        own = self.log_amplitude[row]
+        curve = self.log_amplitude[row]
         wanted = np.log(target)
-        above = own > wanted[:, None]
+        above = curve > wanted[:, None]
         last = np.where(above.any(axis=1), self.grid.size - 1 - above[:, ::-1].argmax(axis=1), -1)
         numbers = np.full(len(target), np.inf)  # still above where the table ends
         numbers[last == -1] = self.grid[0]
         inside = np.flatnonzero((last >= 0) & (last < self.grid.size - 1))
         k = last[inside]
-        high, low = own[inside, k], own[inside, k + 1]
+        high, low = curve[inside, k], curve[inside, k + 1]
         alive = np.isfinite(low)
         part = np.where(alive, (high - wanted[inside]) / (high - np.where(alive, low, high - 1.0)), 0.5)
         numbers[inside] = np.exp(np.log(self.grid[k]) + part * np.diff(np.log(self.grid))[k])

@@ -71,15 +71,15 @@ class AllModes:
 def joint_draws(models: Sequence[ModeModel], seed: int, points: int = POINTS) -> list[Draws]:
     """Draws of every mode: one section, law and coherence for all, the rest each mode's own."""
     shared = (SECTION, LAW, COHERENCE)
-    own = [source for source in SOURCES if source not in shared]
+    separate = [source for source in SOURCES if source not in shared]
     # One cube with a coordinate for each source of each mode: cubes of their own would tie the modes together.
-    cube = unit_cube(points, seed + 10, len(shared) + len(own) * len(models))
+    cube = unit_cube(points, seed + 10, len(shared) + len(separate) * len(models))
     draws = []
     for k, model in enumerate(models):
         u = np.empty((points, len(SOURCES)))
         u[:, shared] = cube[:, : len(shared)]
-        first = len(shared) + k * len(own)
-        u[:, own] = cube[:, first : first + len(own)]
+        first = len(shared) + k * len(separate)
+        u[:, separate] = cube[:, first : first + len(separate)]
         draws.append(model.draws(u))
     return draws
 
@@ -87,7 +87,7 @@ def joint_draws(models: Sequence[ModeModel], seed: int, points: int = POINTS) ->
 def exceedance(draws: Sequence[Draws], limits: Sequence[float], added: Sequence[FloatArray | float]) -> Exceedance:
     """Probabilities with added damping by mode: a number, or one for every draw."""
     exceeds = np.array(
-        [own.needed(limit) > more for own, limit, more in zip(draws, limits, added, strict=True)], dtype=bool
+        [drawn.needed(limit) > more for drawn, limit, more in zip(draws, limits, added, strict=True)], dtype=bool
     )
     return Exceedance(tuple(float(row.mean()) for row in exceeds), float(exceeds.any(axis=0).mean()))
 
@@ -116,9 +116,9 @@ def all_modes(
     required = exceedance(draws, limits, needs) if len(needs) == len(models) else None
     with_dampers = added_by_dampers = hours = None
     if all(model.mode.modal_mass is not None for model in models):
-        added = [added_by(dampers, model, own.detuning) for model, own in zip(models, draws, strict=True)]
+        added = [added_by(dampers, model, drawn.detuning) for model, drawn in zip(models, draws, strict=True)]
         with_dampers = exceedance(draws, limits, added)
-        added_by_dampers = tuple(spread(own) for own in added)
+        added_by_dampers = tuple(spread(damping) for damping in added)
     wind = models[0].bridge.wind
     if wind is not None:
         ranges = tuple(model.mode.lock_in or peak_range for model in models)
@@ -127,7 +127,7 @@ def all_modes(
             wind.between(low * speed, high * speed) for (low, high), speed in zip(ranges, speeds, strict=True)
         )
         assumed = tuple(model.mode.lock_in is None for model in models)
-        exceeding = tuple(p * own for p, own in zip(without.each, a_year, strict=True))
+        exceeding = tuple(p * duration for p, duration in zip(without.each, a_year, strict=True))
         hours = LockInHours(ranges, assumed, a_year, exceeding)
     names = tuple(model.mode.name for model in models)
     return AllModes(names, without, required, with_dampers, added_by_dampers, hours)

@@ -168,13 +168,13 @@ def information(
         mean = damper + cost.failure * np.where(tau > 0.0, ndtr(-(log_margin / tau)), log_margin < 0.0)
     now = float(mean.mean(axis=0).min())
     # What a source tells, as numbers on which the need is smooth.
-    told = {
+    features = {
         SECTION: [np.log(curve.amplitude), np.log(curve.relaxation), curve.discrepancy],
         DISCREPANCY: [shift],
         LAW: [curve.n],
     }
     worth = [
-        Worth(SOURCES[k], "perfect", _saving(certain if k == DISCREPANCY else mean, told.get(k, [u[:, k]])))
+        Worth(SOURCES[k], "perfect", _saving(certain if k == DISCREPANCY else mean, features.get(k, [u[:, k]])))
         for k in model.uncertain()
     ]
     for name, (tells, outcome) in _experiments(model, draws, seed).items():
@@ -196,11 +196,11 @@ def _experiments(model: ModeModel, draws: Draws, seed: int) -> Mapping[str, tupl
         value = np.log(np.clip(curve.amplitude * ratio, 1e-6, 10.0))
         return [value + curve.discrepancy * deviate + STEADY_COV * noise()]
 
-    own = float(np.median(draws.scruton_number(0.0)))
+    bridge_sc = float(np.median(draws.scruton_number(0.0)))
     again = [value + np.std(value) * noise() for value in (np.log(curve.amplitude), np.log(curve.relaxation))]
     experiments = {
-        "a rig at the bridge's own Scruton number": (True, steady(own, draws.discrepancy)),
-        "a rig at twice that Scruton number": (False, steady(2.0 * own, noise())),
+        "a rig at the bridge's own Scruton number": (True, steady(bridge_sc, draws.discrepancy)),
+        "a rig at twice that Scruton number": (False, steady(2.0 * bridge_sc, noise())),
         "growth records as long as all so far": (False, again),
     }
     if DAMPING in model.uncertain():
@@ -217,10 +217,10 @@ def _saving(losses: FloatArray, outcome: Sequence[FloatArray]) -> float:
     basis = _basis(outcome)
     halves = np.arange(len(losses)) % 2 == 0
     spent = 0.0
-    for mine in (halves, ~halves):
-        weights, *_ = np.linalg.lstsq(basis[~mine], losses[~mine], rcond=None)
-        choice = (basis[mine] @ weights).argmin(axis=1)
-        spent += float(losses[mine][np.arange(mine.sum()), choice].sum())
+    for half in (halves, ~halves):
+        weights, *_ = np.linalg.lstsq(basis[~half], losses[~half], rcond=None)
+        choice = (basis[half] @ weights).argmin(axis=1)
+        spent += float(losses[half][np.arange(half.sum()), choice].sum())
     return max(0.0, float(losses.mean(axis=0).min()) - spent / len(losses))
 
 

@@ -112,7 +112,7 @@ def risk(model: ModeModel, limit: Limit, *, seed: int = 0) -> Risk:
     for source in (SECTION, LAW):
         both[:, source] = np.repeat(outer[:, source], _INNER)
     by_curve = model.draws(both).needed(largest).reshape(_CURVES, _INNER)
-    lowest, highest = np.quantile([probability(own, added) for own in by_curve], [0.05, 0.95], axis=0)
+    lowest, highest = np.quantile([probability(needs, added) for needs in by_curve], [0.05, 0.95], axis=0)
     curve = RiskCurve(
         added, np.median(few.scruton_number(added[None]), axis=0), probability(needed, added),
         lowest, highest, by_law, low, middle, high, np.where(np.isfinite(excess), excess, np.nan),
@@ -193,5 +193,5 @@ def sobol_shares(
     both = np.stack([indices.first_order.ravel(), indices.total_order.ravel()])
     if not np.isfinite(both).all():
         both = np.zeros_like(both)  # the same in every draw: there is no variance to share
-    rows = [Share(SOURCES[source], *own) for source, own in zip(sources, both.T.tolist(), strict=True)]
+    rows = [Share(SOURCES[source], *orders) for source, orders in zip(sources, both.T.tolist(), strict=True)]
     return tuple(sorted(rows, key=lambda row: -row.total))

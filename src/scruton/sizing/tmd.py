@@ -170,9 +170,9 @@ def minimum_modal_damping(
     stiffness, damping = np.zeros((2, error.size, count + 1, count + 1))
     stiffness[:, 0, 0], damping[:, 0, 0] = 1.0, 2.0 * structural_damping
     stiffness[:, 0, 1:], damping[:, 0, 1:] = -mu * spring, -mu * dashpot
-    for matrix, own in ((stiffness, spring), (damping, dashpot)):
+    for matrix, diagonal in ((stiffness, spring), (damping, dashpot)):
         matrix[:, 1:, :] -= matrix[:, :1, :]
-        matrix[:, range(1, count + 1), range(1, count + 1)] += own
+        matrix[:, range(1, count + 1), range(1, count + 1)] += diagonal
     state = np.zeros((error.size, 2 * count + 2, 2 * count + 2))
     state[:, : count + 1, count + 1 :] = np.eye(count + 1)
     state[:, count + 1 :, : count + 1], state[:, count + 1 :, count + 1 :] = -stiffness, -damping
@@ -249,11 +249,11 @@ def _balance_matrix(mu: FloatArray, f: FloatArray, zeta: FloatArray) -> FloatArr
     slope = square**2 + 2.0 * constant * a
     level = -constant * square**2
     matrix = np.zeros((draws, 2 * count + 1, 2 * count + 1))
-    one, two = 1 + 2 * np.arange(count), 2 + 2 * np.arange(count)
+    first, second = 1 + 2 * np.arange(count), 2 + 2 * np.arange(count)
     matrix[:, 0, 0] = -np.sum(mu * constant, axis=1)
-    matrix[:, 0, one] = np.sqrt(mu)
-    matrix[:, one, 0] = -np.sqrt(mu) * slope
-    matrix[:, two, 0] = -np.sqrt(mu) * (level + slope * a) / b
-    matrix[:, one, one] = matrix[:, two, two] = a - 1.0
-    matrix[:, one, two], matrix[:, two, one] = b, -b
+    matrix[:, 0, first] = np.sqrt(mu)
+    matrix[:, first, 0] = -np.sqrt(mu) * slope
+    matrix[:, second, 0] = -np.sqrt(mu) * (level + slope * a) / b
+    matrix[:, first, first] = matrix[:, second, second] = a - 1.0
+    matrix[:, first, second], matrix[:, second, first] = b, -b
     return matrix

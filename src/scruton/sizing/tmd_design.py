@@ -130,12 +130,12 @@ def design(
             dampers = dampers if draws.largest_stroke is not None else draws.least_risk(largest_mass_ratio)
             reason = _why_not(draws, dampers, risk, largest_mass_ratio)
     built = []
-    for one in dampers:
-        own, mass, spring, dashpot = one.frequency_ratio * frequency, None, None, None
+    for tuned in dampers:
+        natural, mass, spring, dashpot = tuned.frequency_ratio * frequency, None, None, None
         if scale is not None:
-            mass, omega = one.mass_ratio * scale, 2.0 * np.pi * frequency * one.frequency_ratio
-            spring, dashpot = mass * omega**2, 2.0 * one.damping_ratio * mass * omega
-        built.append(BuiltDamper(**vars(one), frequency=own, mass=mass, spring=spring, dashpot=dashpot))
+            mass, omega = tuned.mass_ratio * scale, 2.0 * np.pi * frequency * tuned.frequency_ratio
+            spring, dashpot = mass * omega**2, 2.0 * tuned.damping_ratio * mass * omega
+        built.append(BuiltDamper(**vars(tuned), frequency=natural, mass=mass, spring=spring, dashpot=dashpot))
     off = [draws.outcome(dampers, error) for error in DETUNINGS]
     detuned = [Detuned(e, o.probability, o.stroke, o.stroke_high) for e, o in zip(DETUNINGS, off, strict=True)]
     return Design(tuple(built), draws.outcome(dampers), tuple(detuned), achievable, reason)
@@ -158,9 +158,9 @@ def _lightest(draws: TuningDraws, dampers: tuple[TunedMass, ...], lack: float, r
             # A little to the heavy side: it is from there that dampers come.
             middle = light + (heavy - light) * share + 5e-4
         middle = float(max(middle, np.log(_LIGHTEST)))
-        found, lack = draws.tune(float(np.exp(middle)), risk, best)
+        lighter, lack = draws.tune(float(np.exp(middle)), risk, best)
         if lack <= 0.0:
-            heavy, surplus, best = middle, lack, found
+            heavy, surplus, best = middle, lack, lighter
         else:
             light, shortage = middle, lack
     # Tuning reads a table; the answer must hold without it.
@@ -277,7 +277,7 @@ def damper(model: ModeModel, limit: float, seed: int) -> Damper:
         ratios = np.unique(np.append(ratios, total))
     tuned = [tuning.least_risk(float(ratio)) for ratio in ratios]
     outcomes = [tuning.outcome(dampers) for dampers in tuned]
-    columns = np.array([(own.stroke, own.stroke_high, own.added_damping) for own in outcomes]).T
+    columns = np.array([(result.stroke, result.stroke_high, result.added_damping) for result in outcomes]).T
     mass = masses = None
     if mode.modal_mass is not None:
         scale = mode.modal_mass / shape**2

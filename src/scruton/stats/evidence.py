@@ -116,10 +116,10 @@ def log_evidence(posterior: Posterior, samples: Samples, seed: np.random.SeedSeq
         _, label = np.unique(samples.ensemble, return_inverse=True)
         first = (label if label.max() > 0 else np.arange(len(chain))) % 2 == 0
         halves = (chain[first], log_prob[first]), (chain[~first], log_prob[~first])
-    found = bridge_halves(posterior.log_prob, halves, np.random.RandomState(np.random.MT19937(bridging)), draws)
+    bridged = bridge_halves(posterior.log_prob, halves, np.random.RandomState(np.random.MT19937(bridging)), draws)
     log_mass, mass_error = log_prior_mass(posterior, np.random.default_rng(mass))
-    error = float(np.hypot(found.error, mass_error))
-    return replace(found, log_z=found.log_z - log_mass, error=error, log_prior_mass=log_mass)
+    error = float(np.hypot(bridged.error, mass_error))
+    return replace(bridged, log_z=bridged.log_z - log_mass, error=error, log_prior_mass=log_mass)
 
 
 def bridge_halves(
@@ -144,12 +144,14 @@ def bridge_halves(
         at_new = log_prob(new) - proposal.log_density(new)
         at_draws = density - proposal.log_density(chain.reshape(-1, u.shape[1])).reshape(density.shape)
         bridges.append(bridge(at_draws, at_new))
-    one, two = bridges
-    log_z = float(np.logaddexp(one.log_z, two.log_z) - log(2.0))
+    first, second = bridges
+    log_z = float(np.logaddexp(first.log_z, second.log_z) - log(2.0))
     # To first order the two share no draw.
-    share = np.exp(np.array([one.log_z, two.log_z]) - log_z) / 2.0
-    error = float(np.hypot(share[0] * one.error, share[1] * two.error))
-    return Evidence(log_z, error, 0.0, one.effective_size + two.effective_size, 0.5 * (one.overlap + two.overlap))
+    share = np.exp(np.array([first.log_z, second.log_z]) - log_z) / 2.0
+    error = float(np.hypot(share[0] * first.error, share[1] * second.error))
+    return Evidence(
+        log_z, error, 0.0, first.effective_size + second.effective_size, 0.5 * (first.overlap + second.overlap)
+    )
 
 
 def bridge(at_draws: FloatArray, at_new: FloatArray) -> Evidence:
@@ -170,7 +172,7 @@ def bridge(at_draws: FloatArray, at_new: FloatArray) -> Evidence:
         size = _effective_size(_solve(at_draws, at_new, size)[1])
     log_z, from_draws, from_new = _solve(at_draws, at_new, size)
     variance = [
-        np.square(one.std() / one.mean()) / count for one, count in ((from_draws, size), (from_new, at_new.size))
+        np.square(terms.std() / terms.mean()) / count for terms, count in ((from_draws, size), (from_new, at_new.size))
     ]
     # Mean of the logistic terms over g is N_p times the mean over it of p / (N_p p + N_g Z g).
     overlap = float(from_new.mean() * (size + at_new.size) / size)
@@ -200,10 +202,10 @@ def _effective_size(terms: FloatArray) -> float:
     """Effective number of draws for the mean of (chains, draws) values; at most as many as there are."""
     from arviz_stats.base import array_stats
 
-    found = float(array_stats.ess(terms, method="mean", chain_axis=0, draw_axis=1)) if terms.shape[1] >= 4 else nan
+    ess = float(array_stats.ess(terms, method="mean", chain_axis=0, draw_axis=1)) if terms.shape[1] >= 4 else nan
     # Constant terms have no variance to divide; too short a chain counts as one draw.
     fallback = float(terms.size if np.ptp(terms) == 0.0 else terms.shape[0])
-    return min(max(found, 1.0), float(terms.size)) if np.isfinite(found) else fallback
+    return min(max(ess, 1.0), float(terms.size)) if np.isfinite(ess) else fallback
 
 
 def evidence_by_importance(
@@ -246,15 +248,15 @@ def evidence_by_importance(
         height = posterior.log_prob(new)
         proposals.append(proposal)
         if len(proposals) >= rounds:
-            found = _mean_weight(height - proposal.log_density(new), new, proposal, log_mass, mass_error)
-            if found.reliable or len(proposals) >= MORE_ROUNDS * rounds:
+            evidence = _mean_weight(height - proposal.log_density(new), new, proposal, log_mass, mass_error)
+            if evidence.reliable or len(proposals) >= MORE_ROUNDS * rounds:
                 break
         points, heights = np.concatenate([points, new]), np.concatenate([heights, height])
-        mixture = logsumexp([one.log_density(points) for one in proposals], axis=0) - log(len(proposals))
+        mixture = logsumexp([earlier.log_density(points) for earlier in proposals], axis=0) - log(len(proposals))
         proposal = fit_student_t(points, _tempered(heights - mixture, DRAWS_A_DIMENSION * proposal.centre.size))
-    if not np.isfinite(found.log_z):
+    if not np.isfinite(evidence.log_z):
         raise ValueError("no draw of the proposal lies in the posterior's support")
-    return found
+    return evidence
 
 
 def _mean_weight(
@@ -287,7 +289,7 @@ def widened(posterior: Posterior, proposal: StudentT) -> StudentT:
     """
     variance, axes = np.linalg.eigh(proposal.cholesky @ proposal.cholesky.T)
     sd = np.sqrt(np.maximum(variance, 0.0))
-    largest = np.array([one.scale for one in posterior.priors]) @ np.abs(axes)
+    largest = np.array([prior.scale for prior in posterior.priors]) @ np.abs(axes)
     # From one sd to the prior's, in equal ratios, on both sides of every axis.
     ratio = np.maximum(largest / np.maximum(sd, 1e-300), 1.0)
     reach = sd * ratio ** np.linspace(0.0, 1.0, PROBES)[:, None]
@@ -305,8 +307,8 @@ def _tempered(log_weight: FloatArray, least: float) -> FloatArray:
     log_weight = log_weight - log_weight.max()
 
     def weights(power: float) -> FloatArray:
-        found: FloatArray = np.exp(power * log_weight)
-        return found / found.sum()
+        weight: FloatArray = np.exp(power * log_weight)
+        return weight / weight.sum()
 
     def enough(power: float) -> bool:
         return bool(np.square(weights(power)).sum() * least <= 1.0)

@@ -51,9 +51,9 @@ def climb[Scores: tuple[Any, ...]](
     scores : tuple
         As `scores` gives them there.
     """
-    u, here, damping = start, scores(start), 0.0
+    u, current, damping = start, scores(start), 0.0
     for _ in range(iterations):
-        value, gradient, information = here[:3]
+        value, gradient, information = current[:3]
         ridge = np.diag(np.diag(information))
         dampings = (damping, 10.0 * damping + 0.3, 100.0 * damping + 10.0)
         steps = [np.linalg.solve(information + m * ridge, gradient) for m in dampings]
@@ -73,7 +73,7 @@ def climb[Scores: tuple[Any, ...]](
             continue
         u = trials[best]
         damping = (0.0, 0.1 * damping, damping, damping, 10.0 * damping + 1.0)[best]
-        here = scores(u)
+        current = scores(u)
         if gain < tolerance:
             break
-    return u, here
+    return u, current

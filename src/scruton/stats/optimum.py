@@ -32,7 +32,7 @@ def find_optimum(posterior: Posterior, rng: np.random.Generator, guesses: int = 
         raise ValueError(
             "no point of the prior has a finite likelihood: the record contradicts the model card's priors"
         )
-    scale = np.array([one.scale for one in posterior.priors])
+    scale = np.array([prior.scale for prior in posterior.priors])
     order = np.argsort(-value)[:starts]
     best, best_value = u[order[0]], value[order[0]]
     for start in u[order]:
@@ -65,8 +65,8 @@ def _climb(posterior: Posterior, start: FloatArray, scale: FloatArray) -> FloatA
         value = np.nan_to_num(-posterior.log_prob(points), nan=1e12, posinf=1e12)
         return float(value[0]), (value[1 : d + 1] - value[d + 1 :]) / (2 * STEP)
 
-    found = minimize(objective, start / scale, jac=True, method="BFGS", options={"gtol": 1e-2, "maxiter": 200})
-    end: FloatArray = found.x * scale
+    result = minimize(objective, start / scale, jac=True, method="BFGS", options={"gtol": 1e-2, "maxiter": 200})
+    end: FloatArray = result.x * scale
     return end if np.isfinite(posterior.log_prob(end[None])[0]) else start
 
 

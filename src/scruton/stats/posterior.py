@@ -18,15 +18,15 @@ class Values:
     Assigning to a name writes into the array.  Made by `Coordinates.of`.
     """
 
-    def __init__(self, u: FloatArray, places: Mapping[str, int | slice]) -> None:
-        self._u, self._places = u, places
+    def __init__(self, u: FloatArray, columns: Mapping[str, int | slice]) -> None:
+        self._u, self._columns = u, columns
 
     def __getitem__(self, name: str) -> FloatArray:
-        column: FloatArray = self._u[..., self._places[name]]
+        column: FloatArray = self._u[..., self._columns[name]]
         return column
 
     def __setitem__(self, name: str, value: FloatArray) -> None:
-        self._u[..., self._places[name]] = value
+        self._u[..., self._columns[name]] = value
 
 
 class Coordinates(dict[str, int | slice]):
@@ -72,9 +72,9 @@ class Posterior(ABC):
     @cached_property
     def _normal_priors(self) -> tuple[FloatArray, FloatArray, float] | None:
         """Locations, scales and log normalisation where every prior is normal in its sampled coordinate."""
-        if any(one.family.endswith("uniform") for one in self.priors):
+        if any(prior.family.endswith("uniform") for prior in self.priors):
             return None
-        location, scale = (np.array([getattr(one, key) for one in self.priors]) for key in ("location", "scale"))
+        location, scale = (np.array([getattr(prior, key) for prior in self.priors]) for key in ("location", "scale"))
         return location, scale, float(-np.log(scale).sum() - 0.5 * scale.size * np.log(2.0 * np.pi))
 
     def log_prior(self, u: FloatArray) -> FloatArray:
@@ -88,7 +88,7 @@ class Posterior(ABC):
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the parameters, in the order of the columns."""
-        return tuple(one.name for one in self.priors)
+        return tuple(prior.name for prior in self.priors)
 
     @cached_property
     def coordinates(self) -> Coordinates:
@@ -114,7 +114,7 @@ class Posterior(ABC):
     def log_prior_terms(self, u: FloatArray) -> FloatArray:
         """Log prior of every parameter, (W, d)."""
         if self._normal_priors is None:
-            return np.stack([one.log_density(u[:, i]) for i, one in enumerate(self.priors)], axis=1)
+            return np.stack([prior.log_density(u[:, i]) for i, prior in enumerate(self.priors)], axis=1)
         location, scale, _ = self._normal_priors
         z = (u - location) / scale
         return np.asarray(-0.5 * (z * z + _LOG_2PI) - np.log(scale))
@@ -135,7 +135,7 @@ class Posterior(ABC):
 
     def prior_sample(self, rng: np.random.Generator, size: int) -> tuple[FloatArray, np.ndarray]:
         """Draws from the prior, (size, d), and whether each lies within the constraint, (size,) of bool."""
-        u = np.stack([one.draw(rng, size) for one in self.priors], axis=1)
+        u = np.stack([prior.draw(rng, size) for prior in self.priors], axis=1)
         return u, self.inside(u)
 
     def prior_draws(self, rng: np.random.Generator, size: int) -> FloatArray:
@@ -154,4 +154,4 @@ class Posterior(ABC):
 
     def natural(self, u: FloatArray) -> dict[str, FloatArray]:
         """Parameters in their own units, by name, from coordinates with the parameters on the last axis."""
-        return {one.name: one.from_sampled(u[..., i]) for i, one in enumerate(self.priors)}
+        return {prior.name: prior.from_sampled(u[..., i]) for i, prior in enumerate(self.priors)}

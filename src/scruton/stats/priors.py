@@ -52,15 +52,15 @@ class Prior:
     def __post_init__(self) -> None:
         if self.family not in FAMILIES:
             raise ValueError(f"prior of {self.name}: unknown family '{self.family}'; one of {', '.join(FAMILIES)}")
-        (one, two), logarithmic = FAMILIES[self.family]
+        (first, second), logarithmic = FAMILIES[self.family]
         if not (np.isfinite(self.first) and np.isfinite(self.second)):
-            raise ValueError(f"prior of {self.name}: {one} and {two} must be finite")
+            raise ValueError(f"prior of {self.name}: {first} and {second} must be finite")
         if logarithmic and self.first <= 0:
-            raise ValueError(f"prior of {self.name}: {one} = {self.first:g} must be positive")
+            raise ValueError(f"prior of {self.name}: {first} = {self.first:g} must be positive")
         if self._bounded and self.second <= self.first:
             raise ValueError(f"prior of {self.name}: high = {self.second:g} must exceed low = {self.first:g}")
         if not self._bounded and self.second <= 0:
-            raise ValueError(f"prior of {self.name}: {two} = {self.second:g} must be positive")
+            raise ValueError(f"prior of {self.name}: {second} = {self.second:g} must be positive")
 
     @property
     def logarithmic(self) -> bool:
@@ -74,14 +74,14 @@ class Prior:
     @property
     def location(self) -> float:
         """Centre of the prior in the sampled coordinate."""
-        one, two = self._sampled_numbers()
-        return 0.5 * (one + two) if self._bounded else one
+        first, second = self._sampled_numbers()
+        return 0.5 * (first + second) if self._bounded else first
 
     @property
     def scale(self) -> float:
         """Standard deviation of the prior in the sampled coordinate."""
-        one, two = self._sampled_numbers()
-        return (two - one) / float(np.sqrt(12.0)) if self._bounded else two
+        first, second = self._sampled_numbers()
+        return (second - first) / float(np.sqrt(12.0)) if self._bounded else second
 
     def _sampled_numbers(self) -> tuple[float, float]:
         if not self.logarithmic:
@@ -99,17 +99,17 @@ class Prior:
 
     def log_density(self, u: FloatArray) -> FloatArray:
         """Log density in the sampled coordinate, same shape; -inf outside the support."""
-        one, two = self._sampled_numbers()
+        first, second = self._sampled_numbers()
         u = np.asarray(u, dtype=np.float64)
         if self._bounded:
-            return np.where((u >= one) & (u <= two), -np.log(two - one), -np.inf)
-        z = (u - one) / two
-        return np.asarray(-0.5 * (z * z + _LOG_2PI) - np.log(two))
+            return np.where((u >= first) & (u <= second), -np.log(second - first), -np.inf)
+        z = (u - first) / second
+        return np.asarray(-0.5 * (z * z + _LOG_2PI) - np.log(second))
 
     def draw(self, rng: np.random.Generator, size: int) -> FloatArray:
         """Draws of the sampled coordinate, (size,)."""
-        one, two = self._sampled_numbers()
-        return rng.uniform(one, two, size) if self._bounded else rng.normal(one, two, size)
+        first, second = self._sampled_numbers()
+        return rng.uniform(first, second, size) if self._bounded else rng.normal(first, second, size)
 
     def supports(self, value: float) -> bool:
         """Whether the parameter's `value` (not the sampled coordinate) has positive density."""
@@ -129,11 +129,11 @@ def check_support(priors: Sequence[Prior], values: Sequence[float]) -> None:
     faults = []
     for prior, value in zip(priors, values, strict=True):
         if not prior.supports(float(value)):
-            (one, two), _ = FAMILIES[prior.family]
+            (first, second), _ = FAMILIES[prior.family]
             unit = f" {prior.unit}" if prior.unit not in ("", "-") else ""
             faults.append(
                 f"{prior.name} = {float(value):g}{unit} lies outside its prior, "
-                f"{prior.family}({one} = {prior.first:g}, {two} = {prior.second:g})"
+                f"{prior.family}({first} = {prior.first:g}, {second} = {prior.second:g})"
             )
     if faults:
         raise ValueError("; ".join(faults))

@@ -145,7 +145,7 @@ class _Ensemble:
     @property
     def steps(self) -> int:
         """Steps since the last adaptation."""
-        return sum(len(one) for one in self.chain)
+        return sum(len(part) for part in self.chain)
 
     def advance(self, log_prob: Callable[[FloatArray], FloatArray], steps: int, settings: SamplerSettings) -> None:
         sampler = _Vectorised(*self.coords.shape, log_prob, vectorize=True, moves=moves(self.proposal, settings))
@@ -202,9 +202,9 @@ def sample(
     while True:
         if total:
             burn = ensembles[0].steps // 4  # chains without their first quarter
-            chain = np.concatenate([np.swapaxes(np.concatenate(one.chain)[burn:], 0, 1) for one in ensembles])
-            log_prob = np.concatenate([np.concatenate(one.log_probs)[burn:].T for one in ensembles])
-            acceptance = sum(one.accepted for one in ensembles) / (len(ensembles) * ensembles[0].steps)
+            chain = np.concatenate([np.swapaxes(np.concatenate(ensemble.chain)[burn:], 0, 1) for ensemble in ensembles])
+            log_prob = np.concatenate([np.concatenate(ensemble.log_probs)[burn:].T for ensemble in ensembles])
+            acceptance = sum(ensemble.accepted for ensemble in ensembles) / (len(ensembles) * ensembles[0].steps)
             verdict = judge(chain, log_prob, len(ensembles), acceptance, settings)
             if progress:
                 progress(total, verdict)
@@ -212,16 +212,16 @@ def sample(
                 break
             if rounds < ADAPTATIONS:
                 rounds += 1
-                for one in ensembles:
-                    one.adapt()
+                for ensemble in ensembles:
+                    ensemble.adapt()
         chunk = min(max(FIRST_CHUNK, total), LARGEST_CHUNK, settings.max_steps - total)
-        for one in ensembles:
-            one.advance(posterior.log_prob, chunk, settings)
+        for ensemble in ensembles:
+            ensemble.advance(posterior.log_prob, chunk, settings)
         total += chunk
         if checkpoint:
             checkpoint.save({"counts": np.array([total, rounds]), **_pack(ensembles)})
     pick = np.unique(np.linspace(0, chain.shape[1] - 1, settings.draws).round().astype(int))
-    chain, log_prob = (np.ascontiguousarray(one[:, pick]) for one in (chain, log_prob))
+    chain, log_prob = (np.ascontiguousarray(array[:, pick]) for array in (chain, log_prob))
     walker = np.repeat(np.arange(len(ensembles)), len(ensembles[0].coords))
     return Samples(posterior.names, chain, log_prob, walker, verdict)
 
@@ -248,11 +248,17 @@ def _start(posterior: Posterior, settings: SamplerSettings, seed: np.random.Seed
 
 def _pack(ensembles: list[_Ensemble]) -> dict[str, Any]:
     """Arrays from which `_restore` makes the same ensembles; of a random state its keys, its counters, its cache."""
-    states = [one.random_state for one in ensembles]
+    states = [ensemble.random_state for ensemble in ensembles]
     return {
-        **{key: np.array([getattr(one.proposal, key) for one in ensembles]) for key in _PROPOSAL},
-        **{key: np.array([getattr(one, key) for one in ensembles]) for key in ("coords", "log_prob", "accepted")},
-        **{key: np.array([np.concatenate(getattr(one, key)) for one in ensembles]) for key in ("chain", "log_probs")},
+        **{key: np.array([getattr(ensemble.proposal, key) for ensemble in ensembles]) for key in _PROPOSAL},
+        **{
+            key: np.array([getattr(ensemble, key) for ensemble in ensembles])
+            for key in ("coords", "log_prob", "accepted")
+        },
+        **{
+            key: np.array([np.concatenate(getattr(ensemble, key)) for ensemble in ensembles])
+            for key in ("chain", "log_probs")
+        },
         "keys": np.array([state[1] for state in states]),
         "counters": np.array([state[2:4] for state in states]),
         "cache": np.array([state[4] for state in states]),
@@ -262,9 +268,9 @@ def _pack(ensembles: list[_Ensemble]) -> dict[str, Any]:
 def _restore(stored: dict[str, Any]) -> list[_Ensemble]:
     ensembles = []
     for i, counters in enumerate(stored["counters"].tolist()):
-        own = {key: value[i] for key, value in stored.items() if key != "counts"}
-        proposal = StudentT(own["centre"], own["cholesky"], float(own["degrees_of_freedom"]))
-        state = ("MT19937", own["keys"], *counters, float(own["cache"]))
-        chain, log_probs, accepted = [own["chain"]], [own["log_probs"]], float(own["accepted"])
-        ensembles.append(_Ensemble(proposal, own["coords"], own["log_prob"], state, chain, log_probs, accepted))
+        saved = {key: value[i] for key, value in stored.items() if key != "counts"}
+        proposal = StudentT(saved["centre"], saved["cholesky"], float(saved["degrees_of_freedom"]))
+        state = ("MT19937", saved["keys"], *counters, float(saved["cache"]))
+        chain, log_probs, accepted = [saved["chain"]], [saved["log_probs"]], float(saved["accepted"])
+        ensembles.append(_Ensemble(proposal, saved["coords"], saved["log_prob"], state, chain, log_probs, accepted))
     return ensembles

@@ -83,8 +83,8 @@ def stacking_weights(scores: FloatArray) -> FloatArray:
             if decrement < 1e-3 * barrier:
                 break
             length = min(1.0, 0.95 / max(float(-step.min()), 1e-300))
-            here = objective(weights, barrier)
-            while length > 1e-10 and not objective(weights * (1.0 + length * step), barrier) < here:
+            current = objective(weights, barrier)
+            while length > 1e-10 and not objective(weights * (1.0 + length * step), barrier) < current:
                 length *= 0.5
             if length <= 1e-10:
                 break

@@ -179,30 +179,30 @@ def judge(
         Adjusted over the records: `PREDICTABLE` as one family, the others each as their own.
     """
     test, record = np.asarray(test), np.asarray(record)
-    found: list[Check] = []
+    checks: list[Check] = []
     for name in dict.fromkeys(test.tolist()):
         pooled: list[tuple[FloatArray, FloatArray]] = []
-        for one in dict.fromkeys(record[test == name].tolist()):
-            mine = (test == name) & (record == one)
-            good = np.isfinite(innovation[mine][1:])
-            x, before = innovation[mine][1:][good], amplitude[mine][:-1][good]
+        for label in dict.fromkeys(record[test == name].tolist()):
+            cycles = (test == name) & (record == label)
+            good = np.isfinite(innovation[cycles][1:])
+            x, before = innovation[cycles][1:][good], amplitude[cycles][:-1][good]
             if x.size >= FEWEST_INNOVATIONS:
-                found += _record(str(name), str(one), x, before)
+                checks += _record(str(name), str(label), x, before)
                 pooled.append((x, before))
         if pooled:
             value, p = curvature(*(np.concatenate(part) for part in zip(*pooled, strict=True)))
-            found.append(Check(str(name), "", LAW, value, -1.645, 1.645, p))
-    return adjust(found, [PREDICTABLE, *((one,) for one in (MEAN, VARIANCE, NORMALITY))])
+            checks.append(Check(str(name), "", LAW, value, -1.645, 1.645, p))
+    return adjust(checks, [PREDICTABLE, *((statistic,) for statistic in (MEAN, VARIANCE, NORMALITY))])
 
 
 def adjust(checks: Sequence[Check], families: Sequence[Sequence[str]]) -> tuple[Check, ...]:
     """Holm's correction over each family of names; checks of no family keep a NaN."""
-    found = list(checks)
+    adjusted = list(checks)
     for family in families:
-        index = [i for i, one in enumerate(found) if one.name in family]
-        for i, p in zip(index, holm([found[i].p for i in index]), strict=True):
-            found[i] = replace(found[i], adjusted=float(p))
-    return tuple(found)
+        index = [i for i, check in enumerate(adjusted) if check.name in family]
+        for i, p in zip(index, holm([adjusted[i].p for i in index]), strict=True):
+            adjusted[i] = replace(adjusted[i], adjusted=float(p))
+    return tuple(adjusted)
 
 
 def _record(test: str, record: str, x: FloatArray, before: FloatArray) -> list[Check]:

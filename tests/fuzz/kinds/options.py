@@ -35,14 +35,14 @@ GOOD: dict[str, tuple[str, ...]] = {
 STOPS: dict[str, tuple[str, ...]] = {
     "fit": ("scruton.infer.fit.fit_campaign",),
     "report": ("scruton.processes.pool=no-pool", "scruton.infer.fit.fit_campaign"),
-    "size": ("scruton.sizing.run.size",),
+    "size": ("scruton.sizing.study.size",),
     "criticise": ("scruton.infer.criticism.criticise_tree",),
     "validate": ("scruton.infer.fit.fit_campaign",),
     "batch": ("distributed.LocalCluster",),
-    "calibrate": ("scruton.calibrate.run.run_campaign", "scruton.processes.pool"),
-    "diagnose": ("scruton.gap.run.diagnose_data",),
+    "calibrate": ("scruton.calibrate.calibration.run_campaign", "scruton.processes.pool"),
+    "diagnose": ("scruton.gap.diagnose.diagnose_data",),
     "challenge make": ("scruton.calibrate.challenge.make.simulate_case", "scruton.processes.pool"),
-    "challenge run": ("scruton.gap.run.diagnose_campaign", "scruton.processes.pool"),
+    "challenge run": ("scruton.gap.diagnose.diagnose_campaign", "scruton.processes.pool"),
     "challenge score": ("scruton.calibrate.challenge.pictures.draw",),
 }
 NONSENSE = (

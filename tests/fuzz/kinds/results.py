@@ -14,11 +14,11 @@ from tests.fuzz.stock import Stock
 PREDICT = ("predict", "case", "--sc", "30", "--json")
 TOLERANCE = 0.05  # relative change of the median that damage may make unnoticed
 STOP = {
-    "size": "scruton.sizing.run.size",
+    "size": "scruton.sizing.study.size",
     "criticise": "scruton.infer.criticism.criticise_tree",
     "fit": "scruton.infer.fit.fit_campaign",
     "batch": "scruton.app.workers.connected",
-    "calibrate": "scruton.calibrate.run.run_campaign",
+    "calibrate": "scruton.calibrate.calibration.run_campaign",
 }
 
 
@@ -199,7 +199,7 @@ def challenge(rng: Generator, number: int, folder: Path, stock: Stock) -> Case:
     about = _dropped(path) if number % 9 == 8 else spoil_json(rng, path)
     if number % 5 == 0:
         argv = ("challenge", "run", "case/made", "-o", "case/results", "--resume")
-        stops = ("scruton.gap.run.diagnose_campaign",)
+        stops = ("scruton.gap.diagnose.diagnose_campaign",)
         return Case(f"challenge run --resume over {about}", argv, ANY, ("case",), stops, may_write=True)
     return Case(f"challenge score of {about}", score, ANY, ("case",), draw, demand=_scored)
 

@@ -94,8 +94,8 @@ def bic(folder: Path) -> dict[str, Any]:
     best: dict[str, float] = {}
     for candidate in table:
         level = max(float(a.max()) for a in e.amplitude) * 1.05
-        own = np.full(candidate.size, level if candidate.reading else candidate.start)
-        u, squares = _fit(e, candidate, np.r_[null, own], noise)
+        extra = np.full(candidate.size, level if candidate.reading else candidate.start)
+        u, squares = _fit(e, candidate, np.r_[null, extra], noise)
         count = u.size - (len(e.damping) if candidate.believed else 0)
         criterion = float(size * np.log(squares / size) + count * np.log(size))
         best[candidate.effect] = min(best.get(candidate.effect, np.inf), criterion)
@@ -289,26 +289,26 @@ def _path(e: Envelopes, candidate: Candidate, u: FloatArray) -> FloatArray:
     """Readings of (P, parameters): (P, cycles, R), by the midpoint rule from cycle to cycle."""
     rigs, records = len(e.damping), len(e.time)
     steps = _columns(np.diff(t, prepend=t[0]) for t in e.time)
-    places = _columns(t / max(t[-1], 1e-9) - 0.5 for t in e.time)
+    positions = _columns(t / max(t[-1], 1e-9) - 0.5 for t in e.time)
     structural = (e.omega * e.damping[e.rig]) * (1.0 + u[:, :rigs][:, e.rig])
     aero = u[:, rigs, None] * e.rate * e.aero
     drive = u[:, rigs + 1, None] * e.rate * e.drive
-    a, own = np.exp(np.clip(u[:, rigs + 2 : rigs + 2 + records], -20.0, 7.0)), u[:, rigs + 2 + records :]
+    a, extra = np.exp(np.clip(u[:, rigs + 2 : rigs + 2 + records], -20.0, 7.0)), u[:, rigs + 2 + records :]
     path = np.empty((len(u), *steps.shape))
     path[:, 0] = a
 
     def rate(x: FloatArray, place: FloatArray) -> FloatArray:
-        total: FloatArray = -(structural + aero) * x + drive + candidate.term(State(x, place, aero, drive), own)
+        total: FloatArray = -(structural + aero) * x + drive + candidate.term(State(x, place, aero, drive), extra)
         return total
 
     with np.errstate(all="ignore"):
         for k in range(1, len(steps)):
-            h, place = steps[k], places[k]
+            h, place = steps[k], positions[k]
             middle = np.clip(a + 0.5 * h * rate(a, place), _FLOOR, 1e3)
             a = np.clip(a + h * rate(middle, place), _FLOOR, 1e3)
             path[:, k] = a
         if candidate.reading:
-            level = np.maximum(own[:, :1, None], 1e-2)
+            level = np.maximum(extra[:, :1, None], 1e-2)
             path /= (1.0 + (path / level) ** 12) ** (1.0 / 12.0)
     return path
 

@@ -103,8 +103,8 @@ def _campaign(
     rigs, tests = [], []
     seeds = seed.spawn(len(case.body.rigs))
     for j, (rig, before) in enumerate(zip(case.body.rigs, case.without.rigs, strict=True)):
-        own = replace(air, turbulence=air.turbulence * float(rng.uniform(0.85, 1.15)))
-        records = _records(rig, case.stable[j], own, seeds[j], j, still=still)
+        noise = replace(air, turbulence=air.turbulence * float(rng.uniform(0.85, 1.15)))
+        records = _records(rig, case.stable[j], noise, seeds[j], j, still=still)
         mass = rig.wind.mass * (1.0 + _MASS_SD * float(rng.standard_normal()))
         damping = before.wind.damping_ratio * (1.0 + damping_sd * float(rng.standard_normal()))
         stated = Quantity(mass, _MASS_SD * mass), Quantity(damping, damping_sd * damping)

@@ -15,8 +15,8 @@ import pandas as pd
 from scipy.stats import binom, binomtest
 
 from scruton.calibrate import thresholds
+from scruton.calibrate.challenge.attempt import CASE, GAP, cases_of
 from scruton.calibrate.challenge.make import ANSWERS, CHALLENGE
-from scruton.calibrate.challenge.run import CASE, GAP, cases_of
 from scruton.calibrate.challenge.scenarios import CATALOGUE, OPEN
 from scruton.calibrate.thresholds import SEVERE
 from scruton.campaign.toml import is_number
@@ -147,8 +147,8 @@ def _settled(campaign: Path, rows: Any, answer: Mapping[str, Any]) -> tuple[dict
         rig = rigs[rig_of[row["test"]]]
         truth, without = float(rig["stable_amplitude"]), float(rig["stable_amplitude_without"])
         if None not in (row["before"], row["after"]):
-            said = {key: float(row[key]) for key in ("measured", "before", "after")}
-            amplitudes.append({"moved": abs(truth / without - 1.0), "truth": truth, **said})
+            values = {key: float(row[key]) for key in ("measured", "before", "after")}
+            amplitudes.append({"moved": abs(truth / without - 1.0), "truth": truth, **values})
     return tuple(amplitudes)
 
 
@@ -173,10 +173,10 @@ def figures(cases: pd.DataFrame, *, one_rig: bool = False) -> list[dict[str, Any
     severities = ((_SEVERE, True), (_MILD, False))
     table: dict[str, dict[str, Any]] = {}
     for label, severe in severities:
-        mine = single[(single.severity > SEVERE) == severe]
-        table[f"top-1, {label}"] = rate(mine.right)
-        table[f"truth in the group, {label}"] = rate(mine.in_group)
-        table[f"mean group size, {label}"] = _mean([len(group) for group in mine.group[mine.verdict != FAILED]])
+        part = single[(single.severity > SEVERE) == severe]
+        table[f"top-1, {label}"] = rate(part.right)
+        table[f"truth in the group, {label}"] = rate(part.in_group)
+        table[f"mean group size, {label}"] = _mean([len(group) for group in part.group[part.verdict != FAILED]])
     table["no effect, called something else"] = rate(~without.right)
     for label, severe in severities:
         table[f"outside the catalogue, called unknown, {label}"] = rate(
@@ -184,35 +184,35 @@ def figures(cases: pd.DataFrame, *, one_rig: bool = False) -> list[dict[str, Any
         )
     table[f"outside the catalogue, given to an effect with more than {thresholds.CERTAIN:g}"] = rate(outside.misled)
     table["catalogued, called unknown"] = rate(single.verdict == UNKNOWN)
-    said = cases[cases.p.notna()]
+    judged = cases[cases.p.notna()]
     _, error, chance = calibration(cases)
-    score = np.mean(np.log([max(p, thresholds.LEAST_PROBABILITY) for p in said.p_truth])) if len(said) else np.nan
-    table["calibration error of the verdict's probability"] = _figure(error, len(said))
-    table["... that finite bins alone would give"] = _figure(chance, len(said))
-    table["mean log score of the truth"] = _figure(float(score), len(said))
-    settled = single.settled[(single.severity > SEVERE) & single.right]
-    moved = [one for amplitudes in settled for one in amplitudes if one["moved"] > thresholds.MOVED]
+    score = np.mean(np.log([max(p, thresholds.LEAST_PROBABILITY) for p in judged.p_truth])) if len(judged) else np.nan
+    table["calibration error of the verdict's probability"] = _figure(error, len(judged))
+    table["... that finite bins alone would give"] = _figure(chance, len(judged))
+    table["mean log score of the truth"] = _figure(float(score), len(judged))
+    held_out = single.settled[(single.severity > SEVERE) & single.right]
+    moved = [test for amplitudes in held_out for test in amplitudes if test["moved"] > thresholds.MOVED]
     for label, true in ((_SEVERE, "truth"), ("against the measured one", "measured")):
         table[f"held-out stable amplitude, error before over after, {label}"] = _median(
-            [abs(one["before"] - one[true]) / max(abs(one["after"] - one[true]), 1e-12) for one in moved]
+            [abs(test["before"] - test[true]) / max(abs(test["after"] - test[true]), 1e-12) for test in moved]
         )
     table["median held-out shrink, verdict right"] = _median(single.shrink[single.right].dropna())
     table["median held-out shrink, called unknown and right"] = _median(outside.shrink[outside.right].dropna())
     table[f"two at once, both named, {_SEVERE}"] = rate(both.both_named[both.severity > SEVERE])
     table["two at once, the first is one of them"] = rate(both.right)
     friction = single[(single.row == "coulomb_friction") & single.right]
-    named = [set(true) == set(said) for true, said in zip(friction.rigs, friction.rigs_named, strict=True)]
+    named = [set(true) == set(claimed) for true, claimed in zip(friction.rigs, friction.rigs_named, strict=True)]
     table["friction found: exactly its rigs named"] = rate(named)
     table["seconds a campaign, one process (median)"] = _median(cases.seconds.dropna())
     table["no diagnosis"] = rate(cases.verdict == FAILED)
     goals = thresholds.WANTED_OF_ONE_RIG if one_rig else thresholds.WANTED
     rows = []
-    for name, found in table.items():
-        wanted, at_most, reached = goals.get(name), name.startswith(_AT_MOST), found["reached"]
+    for name, figure in table.items():
+        wanted, at_most, reached = goals.get(name), name.startswith(_AT_MOST), figure["reached"]
         met = None if wanted is None or not np.isfinite(reached) else bool(
             reached <= wanted if at_most else reached >= wanted
         )  # fmt: skip
-        rows.append({"figure": name, **found, "wanted": wanted, "at_most": at_most, "met": met})
+        rows.append({"figure": name, **figure, "wanted": wanted, "at_most": at_most, "met": met})
     return rows
 
 
@@ -281,14 +281,14 @@ def reliability(
         return table, np.nan, np.nan
     spread = np.array([np.sqrt(np.sum(p[part] * (1.0 - p[part]))) / part.size for part in parts])
     apart, count = (table.probability - table.accuracy).abs().to_numpy(), table.cases.to_numpy()
-    error, chance = (float(np.sum(count * one) / p.size) for one in (apart, np.sqrt(2.0 / np.pi) * spread))
+    error, chance = (float(np.sum(count * distance) / p.size) for distance in (apart, np.sqrt(2.0 / np.pi) * spread))
     return table, error, chance
 
 
 def calibration(cases: pd.DataFrame) -> tuple[pd.DataFrame, float, float]:
     """Reliability of the verdicts' probabilities, over all cases that have them."""
-    said = cases[cases.p.notna()]
-    return reliability(said.p.tolist(), said.right.tolist())
+    judged = cases[cases.p.notna()]
+    return reliability(judged.p.tolist(), judged.right.tolist())
 
 
 def confusion(cases: pd.DataFrame) -> pd.DataFrame:
@@ -303,19 +303,19 @@ def by_effect(cases: pd.DataFrame) -> list[dict[str, Any]]:
     """One row an effect and severity, and one for all severities (severity None)."""
     rows = []
     for name in confusion(cases).index:
-        mine = cases[cases.row == name]
-        severities: list[float | None] = sorted(set(mine.severity))
+        in_row = cases[cases.row == name]
+        severities: list[float | None] = sorted(set(in_row.severity))
         for s in [*severities, None] if len(severities) > 1 else severities:
-            here = mine if s is None else mine[mine.severity == s]
-            right, shrinks = rate(here.right), here.shrink[here.right].dropna()
-            wrong = here.verdict[~here.right].tolist()
+            part = in_row if s is None else in_row[in_row.severity == s]
+            right, shrinks = rate(part.right), part.shrink[part.right].dropna()
+            wrong = part.verdict[~part.right].tolist()
             rows.append({
-                "truth": name, "severity": s, "cases": len(here),
+                "truth": name, "severity": s, "cases": len(part),
                 "right": right["reached"], "low95": right["low95"], "high95": right["high95"],
-                "in_group": rate(here.in_group)["reached"] if (here.kind == "catalogue").any() else None,
-                "group_size": float(np.mean([len(group) for group in here.group])),
-                "unknown": rate(here.verdict == UNKNOWN)["reached"],
-                "both_named": rate(here.both_named)["reached"] if name == "two" else None,
+                "in_group": rate(part.in_group)["reached"] if (part.kind == "catalogue").any() else None,
+                "group_size": float(np.mean([len(group) for group in part.group])),
+                "unknown": rate(part.verdict == UNKNOWN)["reached"],
+                "both_named": rate(part.both_named)["reached"] if name == "two" else None,
                 "shrink": float(np.median(shrinks)) if len(shrinks) else None,
                 "most_often_wrong": max(set(wrong), key=lambda v: (wrong.count(v), v)) if wrong else "",
             })  # fmt: skip

@@ -80,8 +80,8 @@ class Plan:
     def block(self) -> list[tuple[str, float]]:
         """Names and severities of one block, in order."""
         enough = [s for s in self.severities if s >= SEVERE_ENOUGH_FOR_TWO] or list(self.severities)
-        own = {NONE: [0.0] * WITHOUT_EFFECT, TWO: [enough[i % len(enough)] for i in range(WITH_TWO)]}
-        return [(name, s) for name in self.kinds for s in own.get(name, self.severities)]
+        special = {NONE: [0.0] * WITHOUT_EFFECT, TWO: [enough[i % len(enough)] for i in range(WITH_TWO)]}
+        return [(name, s) for name in self.kinds for s in special.get(name, self.severities)]
 
     def case(self, index: int) -> tuple[tuple[str, ...], float]:
         """Effects and severity of a case, the first of which is number 1."""

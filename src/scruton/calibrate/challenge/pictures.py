@@ -66,8 +66,8 @@ def reliability_picture(cases: pd.DataFrame) -> "Figure":
     axes.errorbar(bins.probability, bins.accuracy, reach, fmt="o", ms=4, color=BLUE, lw=1, capsize=2)
     axes.set_ylabel("right [share of the verdicts]", fontsize=8)
     axes.set_ylim(-0.02, 1.03)
-    said = f"calibration error {error:.3f} (finite bins alone: {chance:.3f})"
-    axes.set_title(said if len(bins) else "no probabilities", fontsize=8, loc="left")
+    title = f"calibration error {error:.3f} (finite bins alone: {chance:.3f})"
+    axes.set_title(title if len(bins) else "no probabilities", fontsize=8, loc="left")
     below.hist(cases.p.dropna(), bins=np.linspace(0, 1, 41).tolist(), color=BLUE, alpha=0.5, lw=0)
     below.set_ylabel("cases", fontsize=8)
     below.set_xlabel("probability of the verdict", fontsize=8)

@@ -51,16 +51,16 @@ def _changed(body: Body, rigs: list[int], part: str = "disturbances", /, **field
     """Put fields of `Disturbances`, or of the `wind`, into some rigs; a list or dict has one value a rig."""
     made = list(body.rigs)
     for j in rigs:
-        mine = {key: value[j] if isinstance(value, list | dict) else value for key, value in fields.items()}
-        made[j] = replace(made[j], **{part: replace(getattr(made[j], part), **mine)})
+        values = {key: value[j] if isinstance(value, list | dict) else value for key, value in fields.items()}
+        made[j] = replace(made[j], **{part: replace(getattr(made[j], part), **values)})
     return replace(body, rigs=tuple(made))
 
 
 def _changed_records(body: Body, fields: Mapping[tuple[int, int], Parameters]) -> Body:
     """Put fields of `Disturbances` into single records, by rig and number."""
     made = list(body.rigs)
-    for (j, i), mine in fields.items():
-        made[j] = replace(made[j], own={**made[j].own, i: {**made[j].own.get(i, {}), **mine}})
+    for (j, i), changes in fields.items():
+        made[j] = replace(made[j], own={**made[j].own, i: {**made[j].own.get(i, {}), **changes}})
     return replace(body, rigs=tuple(made))
 
 
@@ -176,7 +176,7 @@ def vortex_shedding_forcing(body: Body, severity: float, rng: np.random.Generato
     off = float(rng.uniform(0.02, 0.06) * rng.choice([-1.0, 1.0]))
     rigs = body.every if rng.random() < 0.7 else _some(body, rng)
     offs = {j: off * (1.0 + 0.1 * float(rng.uniform(-1.0, 1.0))) for j in rigs}
-    frequencies = {j: float(body.rigs[j].wind.omega * (1.0 + own) / (2.0 * np.pi)) for j, own in offs.items()}
+    frequencies = {j: float(body.rigs[j].wind.omega * (1.0 + offset) / (2.0 * np.pi)) for j, offset in offs.items()}
     made = _changed(body, rigs, "wind", shedding=coefficient, shedding_frequency=frequencies)
     return made, {"rigs": rigs, "coefficient": coefficient, "off": list(offs.values())}
 
@@ -318,8 +318,8 @@ def _in_phase(a, e, coupling, w):  # type: ignore[no-untyped-def]
 
 
 CATALOGUE: dict[str, Scenario] = {
-    one.__name__: one
-    for one in (
+    make.__name__: make
+    for make in (
         coulomb_friction, structural_damping_nonlinearity, structural_damping_error, aerodynamic_damping_nonlinearity,
         spanwise_coherence_loss, reduced_velocity_drift, fluid_memory, vortex_shedding_forcing, wind_speed_drift,
         stiffness_nonlinearity, sensor_gain_error, sensor_clipping,
@@ -327,6 +327,6 @@ CATALOGUE: dict[str, Scenario] = {
 }  # fmt: skip
 # What a diagnosis should call unknown.
 OPEN: dict[str, Scenario] = {
-    one.__name__: one for one in (damping_bump, time_jump, intermittent_lock_in, second_mode, wake_oscillator)
+    make.__name__: make for make in (damping_bump, time_jump, intermittent_lock_in, second_mode, wake_oscillator)
 }
 SCENARIOS = CATALOGUE | OPEN

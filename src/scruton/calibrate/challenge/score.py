@@ -107,11 +107,11 @@ def describe(score: ChallengeScore) -> str:
 def _tables(score: ChallengeScore) -> list[tuple[str, list[list[str]]]]:
     """Titles and rows of text, the first of them the header."""
     rows = [["figure", "reached", "wanted", "95 % interval", "cases", "met"]]
-    for one in score.figures:
-        low, high = (_shown(one[end], one) for end in ("low95", "high95"))
-        span = f"{low} to {high}" if one["cases"] and np.isfinite(one["low95"]) else ""
-        met = {True: "yes", False: "NO", None: ""}[one["met"]]
-        rows.append([one["figure"], _shown(one["reached"], one), _wanted(one), span, str(one["cases"]), met])
+    for entry in score.figures:
+        low, high = (_shown(entry[end], entry) for end in ("low95", "high95"))
+        span = f"{low} to {high}" if entry["cases"] and np.isfinite(entry["low95"]) else ""
+        met = {True: "yes", False: "NO", None: ""}[entry["met"]]
+        rows.append([entry["figure"], _shown(entry["reached"], entry), _wanted(entry), span, str(entry["cases"]), met])
     effects = [["truth", "severity", "cases", "right", "95 % interval", "in group", "group size", "shrink", "else"]]
     for row in by_effect(score.cases):
         effects.append([
@@ -123,9 +123,9 @@ def _tables(score: ChallengeScore) -> list[tuple[str, list[list[str]]]]:
     tables = [("Figures", rows), ("By effect and severity", effects)]
     if score.baselines:
         beside = [["figure", "wanted", "scruton", *score.baselines]]
-        for one, *same in zip(score.figures, score.figures, *score.baselines.values(), strict=True):
-            if one["figure"].startswith(_ROWS_OF_BASELINES):
-                beside.append([one["figure"], _wanted(one), *(_shown(other["reached"], one) for other in same)])
+        for entry, *same in zip(score.figures, score.figures, *score.baselines.values(), strict=True):
+            if entry["figure"].startswith(_ROWS_OF_BASELINES):
+                beside.append([entry["figure"], _wanted(entry), *(_shown(other["reached"], entry) for other in same)])
         tables.append(("Beside the baselines", beside))
     return tables
 
@@ -168,4 +168,4 @@ def _write(score: ChallengeScore, out: Path) -> None:
 
 
 def _plain(table: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    return [{key: value for key, value in one.items() if key != "percent"} for one in table]
+    return [{key: value for key, value in row.items() if key != "percent"} for row in table]

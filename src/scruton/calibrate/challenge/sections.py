@@ -73,14 +73,14 @@ def random_body(rng: np.random.Generator, rigs: int = 3) -> Body:
     for _ in range(_TRIES):
         body = _draw(rng, rigs)
         usual = USUAL[body.section.motion]
-        found = [
+        measured = [
             {
                 "amplitude": rig.undisturbed[0], "relaxation": rig.undisturbed[1] / rig.wind.omega,
                 "scruton_number": rig.scruton_number, "damping_ratio": rig.wind.damping_ratio, "Y1": rig.wind.Y1,
             }
             for rig in body.rigs
         ]  # fmt: skip
-        if all(low <= one[name] <= high for one in found for name, (low, high) in usual.items()):
+        if all(low <= values[name] <= high for values in measured for name, (low, high) in usual.items()):
             return body
     raise RuntimeError("no section with a limit cycle of a usual size was drawn")  # pragma: no cover
 
@@ -142,7 +142,7 @@ def limit_cycle(truth: Truth, disturbances: Disturbances) -> tuple[float, float]
                 truth, initial_amplitude=start * usual, duration=16.0 / usual_rate,
                 sample_rate=SAMPLES_PER_CYCLE * truth.frequency, seed=0, disturbances=disturbances,
             )  # fmt: skip
-            halves = [float(np.sqrt(2.0) * one.std()) for one in np.array_split(x[time > 12.0 / usual_rate], 2)]
+            halves = [float(np.sqrt(2.0) * half.std()) for half in np.array_split(x[time > 12.0 / usual_rate], 2)]
             if abs(halves[1] - halves[0]) > STEADY * usual:
                 return np.nan, np.nan
             ends.append(float(np.mean(halves)))

@@ -64,7 +64,7 @@ class Delimited(Container):
         self._parse(sorted(set(positions) - set(self.parsed)))
         plain = [Heading(f"column {position}", "", None) for position in range(self.width)]
         heads = self.headings or plain
-        return tuple(Column(heads[one].text, self.parsed[one], heads[one].unit, self._where) for one in positions)
+        return tuple(Column(heads[i].text, self.parsed[i], heads[i].unit, self._where) for i in positions)
 
     def _position(self, name: str | int) -> int:
         if isinstance(name, int):

@@ -103,8 +103,8 @@ class Hdf5(Container):
             raise self.error(name, "data that lie in another file", "data in the file itself")
         check_claim(dataset.nbytes, dataset.id.get_storage_size(), self.path, name)
         array = np.asarray(dataset[()])
-        hard = [one for one in self.names if isinstance(self.file.get(one, getlink=True), h5py.HardLink)]
-        return array.T if any("MATLAB_class" in self.file[one].attrs for one in hard) else array
+        hard = [root for root in self.names if isinstance(self.file.get(root, getlink=True), h5py.HardLink)]
+        return array.T if any("MATLAB_class" in self.file[root].attrs for root in hard) else array
 
     def _refuse_objects(self, item: Any, name: str) -> None:
         """Raise InputError for table, string, datetime and other objects of MATLAB, whose layout is not public."""
@@ -120,8 +120,8 @@ def _is_struct_array(group: h5py.Group) -> bool:
     if not all(isinstance(group.get(key, getlink=True), h5py.HardLink) for key in group):
         return False
     fields = list(group.values())
-    references = all(isinstance(one, h5py.Dataset) and h5py.check_ref_dtype(one.dtype) is not None for one in fields)
-    return references and not any("MATLAB_class" in one.attrs for one in fields)
+    references = all(isinstance(item, h5py.Dataset) and h5py.check_ref_dtype(item.dtype) is not None for item in fields)
+    return references and not any("MATLAB_class" in item.attrs for item in fields)
 
 
 def _attribute(item: Any, key: str) -> Any:

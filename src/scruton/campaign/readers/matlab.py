@@ -138,11 +138,11 @@ class _Walk:
     def unpacked(self, packed: bytes) -> bytes:
         most = allowance(len(packed))
         unpacker = zlib.decompressobj()
-        found = bytearray(unpacker.decompress(packed, _CHUNK))
-        while unpacker.unconsumed_tail and len(found) <= most:
-            found += unpacker.decompress(unpacker.unconsumed_tail, _CHUNK)
-        check_claim(len(found), len(packed), self.path, "")
-        return bytes(found)
+        content = bytearray(unpacker.decompress(packed, _CHUNK))
+        while unpacker.unconsumed_tail and len(content) <= most:
+            content += unpacker.decompress(unpacker.unconsumed_tail, _CHUNK)
+        check_claim(len(content), len(packed), self.path, "")
+        return bytes(content)
 
     def elements(self, data: bytes, start: int, stop: int) -> list[Element]:
         """Find the elements between two places."""
@@ -196,14 +196,14 @@ class _Walk:
         if kind == _CHAR and prod(sizes) > max(parts[-1][2] - parts[-1][1], LONGEST_BLANK):
             raise self.damaged("a text without its letters")
         if kind in (_STRUCT, _OBJECT):
-            own = [_NAME] if kind == _OBJECT else []
-            return [*own, {_INT32}, _NAME], prod(sizes) * self.fields(data, parts[3 + len(own) :])
-        found = {_CHAR: ([_TEXTS], 0), _CELL: ([], prod(sizes)), _FUNCTION: ([], 1)}
-        found[_SPARSE] = [_NUMBERS] * (2 + pairs), 0
-        found |= dict.fromkeys(range(6, 16), ([_NUMBERS] * pairs, 0))
-        if kind not in found:
+            class_name = [_NAME] if kind == _OBJECT else []
+            return [*class_name, {_INT32}, _NAME], prod(sizes) * self.fields(data, parts[3 + len(class_name) :])
+        layouts = {_CHAR: ([_TEXTS], 0), _CELL: ([], prod(sizes)), _FUNCTION: ([], 1)}
+        layouts[_SPARSE] = [_NUMBERS] * (2 + pairs), 0
+        layouts |= dict.fromkeys(range(6, 16), ([_NUMBERS] * pairs, 0))
+        if kind not in layouts:
             raise self.damaged("an array of a class that is not known")
-        return found[kind]
+        return layouts[kind]
 
     def fields(self, data: bytes, names: list[Element]) -> int:
         """Number of fields of a struct: the length of a name, and all names one behind the other."""

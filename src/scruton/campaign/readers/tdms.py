@@ -34,11 +34,11 @@ class Tdms(Container):
         if len(channel) > self.size:  # a value takes a byte at least
             what = f"{len(channel):,} values in a file of {self.size:,} bytes"
             raise self.error(name, what, "a file that holds all of its samples")
-        said = channel.properties
-        step = float(said.get("wf_increment", 0.0))
+        properties = channel.properties
+        step = float(properties.get("wf_increment", 0.0))
         # LabVIEW writes a step of 1 with no unit where it knows no clock; only a real increment is a time axis.
-        clock = Clock(float(said.get("wf_start_offset", 0.0)), step) if step > 0.0 else None
-        unit = str(said.get("unit_string", "")).strip() or None
+        clock = Clock(float(properties.get("wf_start_offset", 0.0)), step) if step > 0.0 else None
+        unit = str(properties.get("unit_string", "")).strip() or None
         return Column(name, self.vector(name, np.asarray(channel[:])), unit, clock=clock)
 
 

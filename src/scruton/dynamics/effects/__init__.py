@@ -1,4 +1,4 @@
-"""Effects: the catalogue of what the bare amplitude equation leaves out, by what it does."""
+"""Effects: the catalogue of what the amplitude equation leaves out, by what it does."""
 
 from scruton.dynamics.effects import aerodynamic, generic, recording, structural
 from scruton.dynamics.effects.effect import Effect, Parameter, Variant

@@ -78,17 +78,17 @@ def _scaled(form: str, scope: Scope, weight: float, **parts: tuple[Term, ...]) -
 
 
 def _between_tests(layout: Layout) -> list[Variant]:
-    wind, own = _in_wind(layout), Scope(Extent.EACH_TEST, layout.by_test())
+    wind, by_test = _in_wind(layout), Scope(Extent.EACH_TEST, layout.by_test())
     both, drive = (Term.AERO, Term.DRIVE), (Term.DRIVE,)
-    found = [
+    variants = [
         _scaled("Y1 linear in the reduced velocity", wind, 2.0, size=both),
         _scaled("epsilon linear in the reduced velocity", wind, 1.0, size=drive),
         _scaled("Y1 and epsilon linear in the reduced velocity", wind, 2.0, size=both, epsilon=drive),
-        _scaled("Y1 and epsilon of every test by its own", own, 0.3, size=both, epsilon=drive),
-        _scaled("Y1 of every test by its own", own, 1.0, size=both),
+        _scaled("Y1 and epsilon of every test by its own", by_test, 0.3, size=both, epsilon=drive),
+        _scaled("Y1 of every test by its own", by_test, 1.0, size=both),
     ]
     tests = np.unique(layout.test[layout.wind]).size
-    return found if tests > 2 else found[:3] if tests == 2 else []
+    return variants if tests > 2 else variants[:3] if tests == 2 else []
 
 
 def _lagging(kind: float, start: float) -> Apply:
@@ -131,7 +131,7 @@ def _force(rows: FloatArray, _without: FloatArray, station: Station) -> FloatArr
 
 
 def _forced(layout: Layout) -> list[Variant]:
-    found = []
+    variants = []
     shares = {Extent.EACH_TEST: (1.0, "in every test"), Extent.ONE_TEST: (1.0, "in one test")}
     for scope in scopes(layout, shares):
         parameters = (
@@ -140,8 +140,8 @@ def _forced(layout: Layout) -> list[Variant]:
             Parameter("phase", 0.0, np.sqrt(2.0 * np.pi), layout.each(scope.records), unit="rad"),
             Parameter("detuning", 0.0, 0.05, scope.members, starts=(0.03,)),
         )
-        found.append(Variant("{scope}", parameters, _shedding, scope, scope.weight, scan="detuning"))
-    return found
+        variants.append(Variant("{scope}", parameters, _shedding, scope, scope.weight, scan="detuning"))
+    return variants
 
 
 EFFECTS = (

@@ -37,17 +37,17 @@ def _forms(layout: Layout) -> list[Variant]:
     shared = [Scope(Extent.EVERYWHERE, layout.everywhere(), "everywhere"), wind]
     if np.unique(layout.test[layout.wind]).size > 1:
         shared.append(Scope(Extent.EACH_TEST, layout.by_test(), "of every test by its own"))
-    found = [discrepancy("damping against amplitude, {scope}", scope) for scope in shared]
+    variants = [discrepancy("damping against amplitude, {scope}", scope) for scope in shared]
     # Rare: small changes of frequency in wind are everywhere, and no gap.
     bend, form = (
         adding(linear=Term.STIFFNESS_LINEAR, square=Term.STIFFNESS),
         "frequency against amplitude, in wind alone",
     )
-    found.append(sized(form, bend, wind, "linear", "square", scale=0.2, weight=0.003))
-    own = Scope(Extent.EACH_RECORD, layout.each(layout.wind), "in every record")
-    jump = sized("a jump {scope}", _jump, own, "drive", "rate")
-    moment = Parameter("moment", 0.5, 0.3, own.members, unit="record", starts=(0.5,))
-    return [*found, replace(jump, parameters=(*jump.parameters, moment), scan="moment")]
+    variants.append(sized(form, bend, wind, "linear", "square", scale=0.2, weight=0.003))
+    each_record = Scope(Extent.EACH_RECORD, layout.each(layout.wind), "in every record")
+    jump = sized("a jump {scope}", _jump, each_record, "drive", "rate")
+    moment = Parameter("moment", 0.5, 0.3, each_record.members, unit="record", starts=(0.5,))
+    return [*variants, replace(jump, parameters=(*jump.parameters, moment), scan="moment")]
 
 
 EFFECT = Effect(

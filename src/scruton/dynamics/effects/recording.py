@@ -55,17 +55,17 @@ def _drifting(layout: Layout) -> list[Variant]:
     every = scopes(layout, shares, wind=True)
     # An S and a mean of its own for every record come too near to a jump in each.
     shared = [scope for scope in every if scope.extent is not Extent.EACH_RECORD]
-    own, two = "linear drift, the drive's part its own, {scope}", adding(size=Term.TREND, drive=Term.TREND_DRIVE)
-    both = [sized(own, two, scope, "size", "drive", weight=0.5 * scope.weight) for scope in every]
+    title, two = "linear drift, the drive's part its own, {scope}", adding(size=Term.TREND, drive=Term.TREND_DRIVE)
+    both = [sized(title, two, scope, "size", "drive", weight=0.5 * scope.weight) for scope in every]
     alike = [
         sized(f"{form}, {{scope}}", apply, scope)
-        for form, apply, places in (
+        for form, apply, allowed in (
             ("linear drift", _drift(Term.TREND, from_start=False), every),
             ("S-shaped drift", _drift(Term.TREND_SINE, from_start=False), every),
             ("linear drift from the stated speed", _drift(Term.TREND, from_start=True), every),
             ("S-shaped drift from the stated speed", _drift(Term.TREND_SINE, from_start=True), shared),
         )
-        for scope in places
+        for scope in allowed
     ]
     return both + alike
 
@@ -90,8 +90,8 @@ def _gain(rows: FloatArray, without: FloatArray, _station: Station) -> FloatArra
 
 def _gains(layout: Layout) -> list[Variant]:
     shares = {Extent.ONE_RIG: (2.0, "of one rig"), Extent.ONE_RECORD: (2.0, "of one record")}
-    found = scopes(layout, shares, wind=True)
-    return [sized("{scope}", adding(size=Term.GAIN), scope, scale=0.2) for scope in found]
+    chosen = scopes(layout, shares, wind=True)
+    return [sized("{scope}", adding(size=Term.GAIN), scope, scale=0.2) for scope in chosen]
 
 
 def _clip(kind: float, by_rig: bool) -> Apply:
@@ -133,14 +133,14 @@ def _clipped(layout: Layout) -> list[Variant]:
     if np.unique(layout.rig).size > 1:
         choices += [("of every rig ", True, scope) for scope in scopes(layout, rigs)]
     choices += [("", False, scope) for scope in scopes(layout, single)]
-    found = []
+    variants = []
     for form, kind, centre in _KINDS:
         log, starts = float(np.log(centre)), tuple(float(np.log(centre * x)) for x in (0.97, 0.8))
         for whose, by_rig, scope in choices:
             level = Parameter("level", log, 0.4, scope.members, log=True, unit="largest reading", starts=starts)
             text = f"{form} saturation {whose}{{scope}}"
-            found.append(Variant(text, (level,), _clip(kind, by_rig), scope, scope.weight))
-    return found
+            variants.append(Variant(text, (level,), _clip(kind, by_rig), scope, scope.weight))
+    return variants
 
 
 EFFECTS = (

@@ -26,8 +26,8 @@ _ALIKE = "in every rig alike"
 
 def _rub(table: FloatArray, values: Values, layout: Layout) -> None:
     add(table, Term.FRICTION, values["size"] * layout.rate * layout.reference_amplitude)
-    own = values.get("width", _WIDTH)
-    table[:, :, Term.FRICTION_WIDTH] = np.where(values["size"] != 0.0, own * layout.reference_amplitude, 0.0)
+    width = values.get("width", _WIDTH)
+    table[:, :, Term.FRICTION_WIDTH] = np.where(values["size"] != 0.0, width * layout.reference_amplitude, 0.0)
 
 
 def _friction(layout: Layout) -> list[Variant]:
@@ -37,14 +37,14 @@ def _friction(layout: Layout) -> list[Variant]:
         Extent.EACH_RIG: (1.0, "in every rig, each its own"),
         Extent.ALL_RIGS_BUT_ONE: (1.0, "in all rigs but one"),
     }
-    found = [sized("{scope}", _rub, scope, positive=True) for scope in scopes(layout, sudden)]
+    variants = [sized("{scope}", _rub, scope, positive=True) for scope in scopes(layout, sudden)]
     presliding = {Extent.EVERYWHERE: (1.0, "in every rig"), Extent.ONE_RIG: (1.0, "in one rig")}
     centre = float(np.log(0.05))
     for scope in scopes(layout, presliding):
         width = Parameter("width", centre, 1.0, scope.members, log=True, starts=(centre,))
-        one = sized("with presliding, {scope}", _rub, scope, positive=True)
-        found.append(replace(one, parameters=(*one.parameters, width)))
-    return found
+        friction = sized("with presliding, {scope}", _rub, scope, positive=True)
+        variants.append(replace(friction, parameters=(*friction.parameters, width)))
+    return variants
 
 
 def _with_amplitude(layout: Layout) -> list[Variant]:
@@ -53,26 +53,26 @@ def _with_amplitude(layout: Layout) -> list[Variant]:
         Extent.EACH_RIG: (1.0, "in every rig, each its own"),
         Extent.ONE_RIG: (1.0, "in one rig"),
     }
-    found = [
+    variants = [
         sized(f"as {power}, {{scope}}", adding(size=term), scope)
         for power, term in (("A", Term.STRUCTURAL_LINEAR), ("A^2", Term.STRUCTURAL_SQUARE))
         for scope in scopes(layout, shares)
     ]
     both = adding(linear=Term.STRUCTURAL_LINEAR, square=Term.STRUCTURAL_SQUARE)
     (everywhere,) = scopes(layout, {Extent.EVERYWHERE: (0.7, _ALIKE)})
-    return [*found, sized("as A and A^2, {scope}", both, everywhere, "linear", "square")]
+    return [*variants, sized("as A and A^2, {scope}", both, everywhere, "linear", "square")]
 
 
 def _misstated(layout: Layout) -> list[Variant]:
-    one = (2.0, "of one rig")
+    one_rig = (2.0, "of one rig")
     shares = {
-        Extent.ONE_RIG: one,
+        Extent.ONE_RIG: one_rig,
         Extent.EVERYWHERE: (1.0, "of all rigs alike"),
         Extent.EACH_RIG: (1.0, "of every rig by its own"),
     }
     stated = scopes(layout, shares)
     if np.unique(layout.rig).size == 1:
-        stated = [Scope(Extent.ONE_RIG, layout.everywhere(), one[1], int(layout.rig[0]), one[0])]
+        stated = [Scope(Extent.ONE_RIG, layout.everywhere(), one_rig[1], int(layout.rig[0]), one_rig[0])]
     choices = [("stated damping {scope}", scope) for scope in stated]
     if layout.wind.any() and not layout.wind.all():
         in_wind = scopes(layout, {Extent.ONE_RIG_IN_WIND: (0.1, "of one rig")})

@@ -136,8 +136,8 @@ class Layout:
     @property
     def wind(self) -> IntArray:
         """Whether each record was made in wind, (R,) of bool."""
-        found: IntArray = self.test >= 0
-        return found
+        wind: IntArray = self.test >= 0
+        return wind
 
     @property
     def rate(self) -> FloatArray:
@@ -171,7 +171,7 @@ class Layout:
 
 def compact(members: IntArray) -> IntArray:
     """Renumber members from zero without holes; -1 stays."""
-    found = np.full(members.shape, -1, dtype=np.intp)
+    numbers = np.full(members.shape, -1, dtype=np.intp)
     inside = members >= 0
-    found[inside] = np.unique(members[inside], return_inverse=True)[1]
-    return found
+    numbers[inside] = np.unique(members[inside], return_inverse=True)[1]
+    return numbers

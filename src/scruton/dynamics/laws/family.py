@@ -34,9 +34,9 @@ def rate(a: ArrayLike, a_star: ArrayLike, lam: ArrayLike, n: ArrayLike) -> Float
     """
     from scruton.dynamics.equation import drifts
 
-    arrays, (found,) = _flat(1, a, a_star, lam, n)
-    drifts(*arrays, found.ravel())
-    return found
+    arrays, (derivative,) = _flat(1, a, a_star, lam, n)
+    drifts(*arrays, derivative.ravel())
+    return derivative
 
 
 def closed_form(t: ArrayLike, a0: ArrayLike, a_star: ArrayLike, lam: ArrayLike, n: ArrayLike) -> FloatArray:
@@ -56,9 +56,9 @@ def _flow(t: ArrayLike, a0: ArrayLike, a_star: ArrayLike, lam: ArrayLike, n: Arr
     from scruton.dynamics.equation import flows
 
     decay = np.exp(-floats(lam) * floats(t))
-    arrays, found = _flat(2, a0, a_star, decay, n)
-    flows(*arrays, *(out.ravel() for out in found))
-    return found
+    arrays, results = _flat(2, a0, a_star, decay, n)
+    flows(*arrays, *(out.ravel() for out in results))
+    return results
 
 
 def _flat(outputs: int, *arguments: ArrayLike) -> tuple[list[FloatArray], list[FloatArray]]:

@@ -47,13 +47,13 @@ class Law:
 
     def rates(self, parameters: FloatArray, amplitude: FloatArray) -> tuple[FloatArray, FloatArray]:
         """`drift` at (W, A) amplitudes, each row with its own (P,) parameters: (W, A) each."""
-        found = np.empty((2, *amplitude.shape))
-        _rates(self.drift, np.ascontiguousarray(parameters), np.ascontiguousarray(amplitude), found)
-        return found[0], found[1]
+        out = np.empty((2, *amplitude.shape))
+        _rates(self.drift, np.ascontiguousarray(parameters), np.ascontiguousarray(amplitude), out)
+        return out[0], out[1]
 
 
 @njit(error_model="numpy")
-def _rates(law, parameters, amplitude, found):  # type: ignore[no-untyped-def]
+def _rates(law, parameters, amplitude, out):  # type: ignore[no-untyped-def]
     for w in range(amplitude.shape[0]):
         for i in range(amplitude.shape[1]):
-            found[0, w, i], found[1, w, i] = law(amplitude[w, i], parameters[w])
+            out[0, w, i], out[1, w, i] = law(amplitude[w, i], parameters[w])

@@ -42,7 +42,7 @@ def compose(material: Material, failures: Failures | None = None) -> Document:
     for key, title, write in CHAPTERS:
         # a generator: its work is done within the attempt
         blocks = failures.attempt(key, f"The chapter “{title}”", partial(tuple, write(material)), ())
-        boxes = [one.callout() for one in failures.found if one.chapter == key]
+        boxes = [failure.callout() for failure in failures.found if failure.chapter == key]
         chapters.append(Chapter(key, title, (*boxes, *blocks), key in APPENDICES))
     return numbered(
         Document(
@@ -61,6 +61,6 @@ def with_failures(document: Document, failures: Failures) -> Document:
     """Say at the head of a numbered document what is missing from it."""
     if not failures.found:
         return document
-    box = Callout(ALARM, "Parts of this report are missing.", [one.sentence for one in failures.found])
+    box = Callout(ALARM, "Parts of this report are missing.", [failure.sentence for failure in failures.found])
     first, *others = document.chapters
     return replace(document, chapters=(replace(first, blocks=(box, *first.blocks)), *others))

@@ -24,7 +24,7 @@ def campaign_chapter(material: Material) -> Iterator[Block]:
         f"{'those of the displacement over D' if heaving else 'those of the rotation, in radians'}."
     )
     if material.sizing is not None:
-        tested = [(one["name"], one["parameters"]["scruton_number"]["median"]) for one in material.tests]
+        tested = [(test["name"], test["parameters"]["scruton_number"]["median"]) for test in material.tests]
         yield similitude_of(material.sizing, tested)
     if material.tests:
         yield _similitude(material)
@@ -33,7 +33,7 @@ def campaign_chapter(material: Material) -> Iterator[Block]:
         ("tests", "Tests in wind", ("test", "rig", "air density", "wind speed", "U/(f0", "frequency in", "peak")),
     ):
         if name in frames:
-            kept = [one for one in frames[name] if str(one).startswith(starts) and not frames[name][one].isna().all()]
+            kept = [key for key in frames[name] if str(key).startswith(starts) and not frames[name][key].isna().all()]
             yield _from_frame(name, caption, frames[name][kept])
     if "records" in frames:
         yield Table(
@@ -42,11 +42,11 @@ def campaign_chapter(material: Material) -> Iterator[Block]:
             ("record", "of", "kind", "length [s]", "cycles", "frequency [Hz]", f"amplitude [{material.unit}]"),
             [
                 (
-                    one["record"], one["of"], one["kind"], number(one["length [s]"], 3), str(one["cycles"]),
-                    number(one["frequency [Hz]"]),
-                    PAGE.range([one[f"{end} amplitude [{material.unit}]"] for end in ("smallest", "largest")], 3),
+                    row["record"], row["of"], row["kind"], number(row["length [s]"], 3), str(row["cycles"]),
+                    number(row["frequency [Hz]"]),
+                    PAGE.range([row[f"{end} amplitude [{material.unit}]"] for end in ("smallest", "largest")], 3),
                 )
-                for one in frames["records"].to_dict("records")
+                for row in frames["records"].to_dict("records")
             ],
             numeric=(False, False, False, True, True, True, True),
             data="records",
@@ -58,17 +58,17 @@ def _similitude(material: Material) -> Table:
     section, heaving = material.fit.campaign.section, material.heaving
     area = section.width * section.depth if heaving else section.width**3 * section.depth
     rows = []
-    for one in material.tests:
-        test = material.fit.campaign.test(one["name"])
+    for entry in material.tests:
+        test = material.fit.campaign.test(entry["name"])
         rig = material.fit.campaign.rig(test.rig)
         mass = float("nan") if rig.mass is None else rig.mass.mean / (test.air_density.mean * area)
         reduced = test.wind_speed.mean / (rig.frequency.mean * section.depth)
-        sc, interval = estimate(one["parameters"]["scruton_number"])
-        xi = estimate(one["parameters"]["damping_ratio"], 100.0)[0]
+        sc, interval = estimate(entry["parameters"]["scruton_number"])
+        xi = estimate(entry["parameters"]["damping_ratio"], 100.0)[0]
         rows.append(
             (
-                one["name"], one["rig"], "yes" if one["peak"] else "no", sc, interval, number(mass), f"{xi} %",
-                number(reduced), number(2.0 * np.pi * one["wind_frequency"] * section.depth / test.wind_speed.mean),
+                entry["name"], entry["rig"], "yes" if entry["peak"] else "no", sc, interval, number(mass), f"{xi} %",
+                number(reduced), number(2.0 * np.pi * entry["wind_frequency"] * section.depth / test.wind_speed.mean),
             )
         )  # fmt: skip
     mass_ratio = "m/(ρBD)" if heaving else "J/(ρB³D)"
@@ -92,11 +92,11 @@ def _from_frame(name: str, caption: str, frame: "pd.DataFrame") -> Table:
         header.append(f"{words} [{text}]" if text else words)
         match values.dtype.kind:
             case "f":
-                cells.append(column([float(one) for one in values]))
+                cells.append(column([float(value) for value in values]))
             case "b":
-                cells.append(["yes" if one else "no" for one in values])
+                cells.append(["yes" if flag else "no" for flag in values])
             case _:
-                cells.append([str(one) for one in values])
+                cells.append([str(value) for value in values])
     numeric = [kind.kind in "fi" for kind in frame.dtypes]
     return Table(name, caption, header, [*zip(*cells, strict=True)], numeric=numeric, data=name)
 
@@ -130,15 +130,15 @@ def structural_chapter(material: Material) -> Iterator[Block]:
 def damping_table(material: Material) -> Table:
     """Structural damping of every rig."""
     rows = []
-    for one in material.fit.summary["rigs"]:
-        rig = material.fit.campaign.rig(one["name"])
+    for entry in material.fit.summary["rigs"]:
+        rig = material.fit.campaign.rig(entry["name"])
         ring, given = material.fit.ringdowns.get(rig.name), rig.damping_ratio
-        said = "–" if given is None else f"{stated(100.0 * given.mean)} %"
+        as_stated = "–" if given is None else f"{stated(100.0 * given.mean)} %"
         if given is not None and given.sd:
-            said += f" ± {stated(100.0 * given.sd)} %"
-        found = (f"{text} %" for text in estimate(one["parameters"]["damping_ratio"], 100.0))
+            as_stated += f" ± {stated(100.0 * given.sd)} %"
+        inferred = (f"{text} %" for text in estimate(entry["parameters"]["damping_ratio"], 100.0))
         frequency = ring.frequency if ring else rig.frequency.mean
-        rows.append((rig.name, number(frequency), said, str(len(rig.records)), *found))
+        rows.append((rig.name, number(frequency), as_stated, str(len(rig.records)), *inferred))
     return Table(
         "damping",
         "Structural damping ratio in still air",
@@ -160,8 +160,8 @@ def records_chapter(material: Material) -> Iterator[Block]:
             "Constants of the trial function: median, and 90 % interval below it",
             ("record", "test", f"a [{material.unit}]", "b [1/s]", f"c [{material.unit}]", "d [1/s]"),
             [
-                (one["name"], one["test"], *("\n".join(estimate(one["parameters"][name])) for name in "abcd"))
-                for one in records
+                (record["name"], record["test"], *("\n".join(estimate(record["parameters"][name])) for name in "abcd"))
+                for record in records
             ],
             numeric=(False, False, True, True, True, True),
             data="posterior",

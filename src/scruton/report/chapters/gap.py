@@ -1,4 +1,4 @@
-"""The gap between the bare model and the records: where, which effect, how far it shrinks, what would settle it."""
+"""The gap between the null model and the records: where, which effect, how far it shrinks, what would settle it."""
 
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
@@ -12,13 +12,13 @@ from scruton.report.wording import PAGE, TERMINAL, Notation, number, share
 _SIZE = ("parameter", "median", "90 % interval", "unit", "form")
 _WHERE = ("quantity", "rig", "test", "record", "amplitude", "time [s]", "excess")
 _INVISIBLE = "What these records cannot show, whatever it is"
-_AGREE = "The bare model and the records agree within their noise."
-_BARE_IN_WIND = (
-    "The bare model is the paper’s law with one pair of aerodynamic parameters for the peak tests and no discrepancy "
+_AGREE = "The null model and the records agree within their noise."
+_NULL_IN_WIND = (
+    "The null model is the paper’s law with one pair of aerodynamic parameters for the peak tests and no discrepancy "
     "between them: the discrepancy and the average over laws, which the predictions carry, would swallow what this "
     "chapter looks for."
 )
-_BARE_IN_STILL_AIR = "The bare model is a rig of constant damping ratio and constant frequency, whatever the amplitude."
+_NULL_IN_STILL_AIR = "The null model is a rig of constant damping ratio and constant frequency, whatever the amplitude."
 
 
 def gap_chapter(material: Material) -> Iterator[Block]:
@@ -27,7 +27,7 @@ def gap_chapter(material: Material) -> Iterator[Block]:
     if gap is None:
         return
     yield paragraph(gap_sentence(gap), role="answer")
-    yield paragraph(_BARE_IN_WIND if material.tests else _BARE_IN_STILL_AIR)
+    yield paragraph(_NULL_IN_WIND if material.tests else _NULL_IN_STILL_AIR)
     if material.fit.summary["provenance"]["tests"]:
         words = "The diagnosis uses every test of the campaign, those that the fit left out among them."
         yield Callout(CAUTION, words)
@@ -44,15 +44,15 @@ def gap_chapter(material: Material) -> Iterator[Block]:
     yield Table("gap_size", "How large the effect is", ("effect", *_SIZE), sizes, numeric=numeric)
     rows = [
         (
-            one["test"], *(number(one[key]) for key in ("measured", "before", "after")),
-            *(f"{100.0 * one[key]:.1f} %" for key in ("error_before", "error_after")),
+            test["test"], *(number(test[key]) for key in ("measured", "before", "after")),
+            *(f"{100.0 * test[key]:.1f} %" for key in ("error_before", "error_after")),
         )
-        for one in gap["shrink"].get("stable_amplitude", ())
+        for test in gap["shrink"].get("stable_amplitude", ())
     ]  # fmt: skip
     yield Table(
         "gap_amplitudes",
         "Stable amplitude of every test before and after the effect is put in",
-        ("test", "measured", "bare model", "with the effect", "off before", "off after"),
+        ("test", "measured", "null model", "with the effect", "off before", "off after"),
         rows,
     )
     if gap["advice"]:
@@ -60,7 +60,7 @@ def gap_chapter(material: Material) -> Iterator[Block]:
         yield Listing(gap["advice"])
     if gap["invisible"]:
         yield Heading(_INVISIBLE)
-        yield Listing([one["text"] for one in gap["invisible"]])
+        yield Listing([entry["text"] for entry in gap["invisible"]])
     yield paragraph(f"Calibrated on {gap['calibrated_on']}.", role="note")
 
 
@@ -69,10 +69,10 @@ def _where_table(gap: Mapping[str, Any]) -> Table:
     more = f" {len(rows) - PLACES_SHOWN} more are in gap.json." if len(rows) > PLACES_SHOWN else ""
     return Table(
         "gap_where",
-        "Where the bare model and the records part",
+        "Where the null model and the records part",
         (*_WHERE, "z"),
         rows[:PLACES_SHOWN],
-        "Excess: measured minus bare model, of a damping ratio or a relative frequency; z: how many standard "
+        "Excess: measured minus null model, of a damping ratio or a relative frequency; z: how many standard "
         f"deviations.{more}",
         (False, False, False, False, True, True, True, True),
     )
@@ -98,7 +98,7 @@ def gap_sentence(gap: Mapping[str, Any]) -> str:
     names = [_in_words(name) for name in (gap["verdict"], *gap["also"])]
     p = gap["probability"][gap["verdict"]]
     return (
-        f"The bare model and the records part. What explains it: {' and '.join(names)} "
+        f"The null model and the records part. What explains it: {' and '.join(names)} "
         f"(probability {'above 0.99' if p > 0.99 else number(p, 2)})."
     )
 
@@ -107,10 +107,10 @@ def gap_summary(gap: Mapping[str, Any]) -> list[Block]:
     """The diagnosis for the terminal: every place, and effects by the names that files have."""
     names = [gap["verdict"], *gap["also"]]
     alike = "; ".join(" / ".join(group) for group in gap["indistinguishable"] if len(group) > 1)
-    said = _AGREE if names == ["none"] else " ".join(f"{effect_title(name)}." for name in names)
+    titles = _AGREE if names == ["none"] else " ".join(f"{effect_title(name)}." for name in names)
     probability = "Probability (calibrated on simulated campaigns)"
     return [
-        paragraph(f"Verdict: {' and '.join(names)}. {said}"),
+        paragraph(f"Verdict: {' and '.join(names)}. {titles}"),
         Table("gap_probability", probability, ("cause", "probability"), _probabilities(gap, str)),
         *([paragraph(f"These data cannot tell apart: {alike}")] if alike else []),
         Table("gap_size", "Parameters", ("effect", *_SIZE), _sizes(gap, TERMINAL, str, most=6)),
@@ -118,7 +118,7 @@ def gap_summary(gap: Mapping[str, Any]) -> list[Block]:
         paragraph(shrink_sentence(gap["shrink"])),
         Listing(gap["advice"]),
         *([paragraph(f"{_INVISIBLE}:")] if gap["invisible"] else []),
-        Listing([one["text"] for one in gap["invisible"]]),
+        Listing([entry["text"] for entry in gap["invisible"]]),
     ]
 
 
@@ -153,21 +153,21 @@ def _probabilities(gap: Mapping[str, Any], title: Callable[[str], str]) -> list[
 
 
 def _places(gap: Mapping[str, Any], of: Notation) -> list[tuple[str, ...]]:
-    """Where the bare model and the records part, a row each, the number of standard deviations last."""
+    """Where the null model and the records part, a row each, the number of standard deviations last."""
     return [
         (
-            one["quantity"], one["rig"] or of.missing, one["test"] or "still air", one["record"] or of.missing,
-            of.range(one["amplitude"], 3), of.range(one["time_s"], 3), of.number(one["excess"], 3),
-            of.number(one["significance"], 2),
+            place["quantity"], place["rig"] or of.missing, place["test"] or "still air", place["record"] or of.missing,
+            of.range(place["amplitude"], 3), of.range(place["time_s"], 3), of.number(place["excess"], 3),
+            of.number(place["significance"], 2),
         )
-        for one in gap["where"]
+        for place in gap["where"]
     ]  # fmt: skip
 
 
 def _sizes(gap: Mapping[str, Any], of: Notation, title: Callable[[str], str], most: int | None = None) -> list[Any]:
     """How large every effect is, a row each of its parameters, of at most so many."""
     return [
-        (title(name), key, of.number(one["median"]), of.range(one["interval90"]), of.unit(one["unit"]), one["form"])
+        (title(name), key, of.number(size["median"]), of.range(size["interval90"]), of.unit(size["unit"]), size["form"])
         for name, effect in gap["effects"].items()
-        for key, one in list(effect["parameters"].items())[:most]
+        for key, size in list(effect["parameters"].items())[:most]
     ]

@@ -54,22 +54,22 @@ class Material:
 
     def of(self, chapter: str) -> list[Picture]:
         """Pictures of a chapter, in order."""
-        return [one for one in self.pictures if chapter_of(one.name) == chapter]
+        return [picture for picture in self.pictures if chapter_of(picture.name) == chapter]
 
     def figure(self, name: str) -> list[Picture]:
         """Every page of the figure that is registered under a name."""
-        return [one for one in self.pictures if registered_name(one.name) == name]
+        return [picture for picture in self.pictures if registered_name(picture.name) == name]
 
     def cautions(self) -> list[str]:
         """What the reader must know of the predictions, each once."""
-        return list(dict.fromkeys(flag for one in self.design for flag in one.flags))
+        return list(dict.fromkeys(flag for prediction in self.design for flag in prediction.flags))
 
     def measured_or_found(self, test: str) -> float:
         """Stable amplitude of a test as the laboratory states it, else the median of its posterior."""
         measured = self.fit.campaign.test(test).stable_amplitude
         if measured is not None:
             return measured.mean
-        return float(next(one["parameters"]["a_star"]["median"] for one in self.tests if one["name"] == test))
+        return float(next(entry["parameters"]["a_star"]["median"] for entry in self.tests if entry["name"] == test))
 
     def in_model_unit(self, entry: Mapping[str, Any]) -> tuple[str, str, str]:
         """An amplitude as a length at the model's scale, or in degrees: median, 90 % interval and unit."""
@@ -78,10 +78,10 @@ class Material:
 
     def discrepancy(self) -> str:
         """What was found of the discrepancy between settings, in words."""
-        found = self.fit.summary["campaign"].get("parameters")
-        if not found:
+        parameters = self.fit.summary["campaign"].get("parameters")
+        if not parameters:
             return ""
         amplitude, strength = (
-            "{} (90 %: {})".format(*estimate(found[f"discrepancy_{of}"])) for of in ("amplitude", "relaxation")
+            "{} (90 %: {})".format(*estimate(parameters[f"discrepancy_{of}"])) for of in ("amplitude", "relaxation")
         )
         return f"{amplitude} in the logarithm of the amplitude and {strength} in that of G"

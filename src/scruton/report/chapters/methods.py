@@ -77,20 +77,20 @@ def _own_calibration(material: Material) -> str:
 
 def provenance_chapter(material: Material) -> Iterator[Block]:
     """Everything that is needed to make the same numbers again: command, seed, versions, digests, the model card."""
-    found = material.fit.summary["provenance"]
-    card = found["card"]
+    origin = material.fit.summary["provenance"]
+    card = origin["card"]
     tables = "tables/NAME.csv (numbers unrounded where there are more digits) and tables/NAME.tex (as shown)"
     yield Definitions(
         (
-            ("Command", str(found["command"] or "not recorded")),
-            ("Seed", str(found["seed"])),
-            ("Versions", ", ".join(f"{name} {version}" for name, version in sorted(found["versions"].items()))),
+            ("Command", str(origin["command"] or "not recorded")),
+            ("Seed", str(origin["seed"])),
+            ("Versions", ", ".join(f"{name} {version}" for name, version in sorted(origin["versions"].items()))),
             ("Tables", tables),
             ("Figures", "figures/NAME.svg and figures/NAME.png"),
             ("All numbers", "report.json"),
         )
     )
-    if digests := sorted({**found["sha256"], **material.bridge_sha256}.items()):
+    if digests := sorted({**origin["sha256"], **material.bridge_sha256}.items()):
         yield Heading("Files read")
         yield Table("digests", "SHA-256 of every file read", ("file", "SHA-256"), digests, numeric=(False, False))
     yield Heading(f"Model card “{card['name']}”")
@@ -119,12 +119,12 @@ def methods_chapter(material: Material) -> Iterator[Block]:
         yield Equation(eq.SCRUTON_HEAVING if material.heaving else eq.SCRUTON_TORSIONAL)
         yield paragraph("and the stable amplitude at another Scruton number ", eq.SC_NEW, " is")
         yield from (Equation(eq.GRIFFIN), Equation(eq.INDEX), Equation(eq.RELAXATION))
-        found = material.discrepancy()
+        discrepancy = material.discrepancy()
         yield paragraph(
             "The peak tests of all rigs are one model. They share this curve; each test’s amplitude lies off it by a "
             "factor whose logarithm is normal, and so does the relaxation Scruton number at zero damping, ",
             eq.STRENGTH, ", which stands for the strength of the wind."
-            + (f" The standard deviations were found to be {found}." if found else "")
+            + (f" The standard deviations were found to be {discrepancy}." if discrepancy else "")
             + " A new setting carries the discrepancy of the amplitude. Laws are weighed by evidence (bridge "
             "sampling). The trial function is fitted as its authors have it, and turned into a Griffin curve by",
         )  # fmt: skip

@@ -43,15 +43,15 @@ def griffin_chapter(material: Material) -> Iterator[Block]:
 def _law_table(material: Material) -> Table:
     """The laws of the model card and what the records say of them; no row where there is but one."""
     weights = material.fit.summary["laws"].get("weights", {})
-    best = max((one["log_evidence"] for one in weights.values() if one["log_evidence"] is not None), default=0.0)
+    best = max((entry["log_evidence"] for entry in weights.values() if entry["log_evidence"] is not None), default=0.0)
     rows = []
-    for label, one in weights.items() if len(weights) > 1 else ():
-        below, error = one["log_evidence"], one["log_evidence_error"]
+    for label, law in weights.items() if len(weights) > 1 else ():
+        below, error = law["log_evidence"], law["log_evidence_error"]
         rows.append(
             (
-                label, f"{one['prior']:.2f}", "–" if below is None else f"{below - best:.1f}".replace("-", "−"),
-                "by Laplace's approximation" if error is None else f"± {error:.2f}", f"{one['weight']:.3f}",
-                "–" if one["stacking"] is None else f"{one['stacking']:.3f}",
+                label, f"{law['prior']:.2f}", "–" if below is None else f"{below - best:.1f}".replace("-", "−"),
+                "by Laplace's approximation" if error is None else f"± {error:.2f}", f"{law['weight']:.3f}",
+                "–" if law["stacking"] is None else f"{law['stacking']:.3f}",
             )
         )  # fmt: skip
     return Table(
@@ -80,7 +80,7 @@ def reciprocal_chapter(material: Material) -> Iterator[Block]:
 
 def posterior_chapter(material: Material) -> Iterator[Block]:
     """One table a test; corner plots of the peak tests."""
-    corners = {one.name: one for one in material.of("posterior")}
+    corners = {picture.name: picture for picture in material.of("posterior")}
     for i, test in enumerate(material.tests, 1):
         yield Table(
             f"posterior_{i}",
@@ -104,7 +104,7 @@ def posterior_chapter(material: Material) -> Iterator[Block]:
 def predictions_chapter(material: Material) -> Iterator[Block]:
     """Every prediction, with how each peak test would have been predicted from the others."""
     if material.design:
-        numbers = ", ".join(f"Sc = {stated(one.scruton_number)}" for one in material.design)
+        numbers = ", ".join(f"Sc = {stated(point.scruton_number)}" for point in material.design)
         yield paragraph(
             f"The predictions at the design ({numbers}) stand in the summary. They draw on every law of the model "
             "card as often as its weight says."
@@ -114,13 +114,13 @@ def predictions_chapter(material: Material) -> Iterator[Block]:
     if material.tests:
         yield _test_table(material)
     rows = []
-    for test, one in material.crossed.items():
-        truth, (low, high) = material.measured_or_found(test), one.interval(0.90)
+    for test, prediction in material.crossed.items():
+        truth, (low, high) = material.measured_or_found(test), prediction.interval(0.90)
         rows.append(
             (
-                test, number(one.scruton_number), *estimate(one.to_json()["amplitude"]), number(truth),
+                test, number(prediction.scruton_number), *estimate(prediction.to_json()["amplitude"]), number(truth),
                 "from its records" if material.fit.campaign.test(test).stable_amplitude is None else "measured",
-                f"{100 * (one.median / truth - 1):+.0f} %".replace("-", "−"),
+                f"{100 * (prediction.median / truth - 1):+.0f} %".replace("-", "−"),
                 "inside" if low <= truth <= high else "OUTSIDE",
             )
         )  # fmt: skip
@@ -138,14 +138,14 @@ def design_table(material: Material) -> Table:
     """Predictions at the design Scruton numbers."""
     unit = material.unit
     rows = []
-    for one in material.design:
-        amplitude = one.to_json()["amplitude"]
+    for prediction in material.design:
+        amplitude = prediction.to_json()["amplitude"]
         median, interval, model_unit = material.in_model_unit(amplitude)
         rows.append(
             (
-                stated(one.scruton_number), percent(one.damping_ratio), *estimate(amplitude),
+                stated(prediction.scruton_number), percent(prediction.damping_ratio), *estimate(amplitude),
                 estimate(amplitude, level="0.95")[1], f"{median} ({interval}) {model_unit}",
-                number(one.extrapolation_index, 2),
+                number(prediction.extrapolation_index, 2),
             )
         )  # fmt: skip
     return Table(
@@ -165,13 +165,13 @@ def design_table(material: Material) -> Table:
 def _test_table(material: Material) -> Table:
     """Stable amplitude of every test: measured, found, and predicted for another setting at its Scruton number."""
     rows = []
-    for one in material.tests:
-        measured = material.fit.campaign.test(one["name"]).stable_amplitude
-        predicted = material.at_tests.get(one["name"])
+    for test in material.tests:
+        measured = material.fit.campaign.test(test["name"]).stable_amplitude
+        predicted = material.at_tests.get(test["name"])
         rows.append(
             (
-                one["name"], one["rig"], number(one["parameters"]["scruton_number"]["median"]),
-                "–" if measured is None else number(measured.mean), *estimate(one["parameters"]["a_star"]),
+                test["name"], test["rig"], number(test["parameters"]["scruton_number"]["median"]),
+                "–" if measured is None else number(measured.mean), *estimate(test["parameters"]["a_star"]),
                 *(("–", "–") if predicted is None else estimate(predicted.to_json()["amplitude"])),
             )
         )  # fmt: skip

@@ -23,7 +23,7 @@ def sizing_chapter(material: Material) -> Iterator[Block]:
     content = material.sizing
     if content is None:
         return
-    unit, pictures = content["amplitude_unit"], {one.name: one for one in material.of("sizing")}
+    unit, pictures = content["amplitude_unit"], {picture.name: picture for picture in material.of("sizing")}
 
     def shown(*names: str) -> Iterator[Picture]:
         yield from (pictures[name] for name in names if name in pictures)
@@ -39,11 +39,11 @@ def sizing_chapter(material: Material) -> Iterator[Block]:
         ("mode", "limit", "amplitude", "P without damper", *_SHARES),
         [
             (
-                mode["name"], one["rule"], _length(one["limit"], unit), percent(one["probability"]),
-                *(one["required_text"][p] for p in CONFIDENCES),
+                mode["name"], limit["rule"], _length(limit["limit"], unit), percent(limit["probability"]),
+                *(limit["required_text"][p] for p in CONFIDENCES),
             )
             for mode in content["modes"]
-            for one in mode["limits"]
+            for limit in mode["limits"]
         ],
         numeric=(False, False, *[True] * 6),
     )  # fmt: skip
@@ -80,7 +80,7 @@ def _worst(content: Content) -> tuple[Content, Content, list[str]]:
     mode = max(content["modes"], key=need)
     limit = governing(mode)
     lengths = (*(mode["amplitude"][key] for key in ("median", "low", "high")), limit["limit"])
-    return mode, limit, [_length(one, content["amplitude_unit"]) for one in lengths]
+    return mode, limit, [_length(length, content["amplitude_unit"]) for length in lengths]
 
 
 def sizing_figures(content: Content) -> Iterator[tuple[str, str, str]]:
@@ -111,10 +111,10 @@ def sizing_sentence(content: Content) -> str:
 
 def sizing_assumptions(content: Content) -> list[str]:
     """What the sizing assumes, for the limits of validity."""
-    limits = [one for mode in content["modes"] for one in mode["limits"]]
+    limits = [limit for mode in content["modes"] for limit in mode["limits"]]
     return [
         "The bridge vibrates in one mode at a time, with the section’s force correlated along the span as stated.",
-        *sorted({f"{one['title']}. {one['confirm']}" for one in limits if one["confirm"]}),
+        *sorted({f"{limit['title']}. {limit['confirm']}" for limit in limits if limit["confirm"]}),
     ]
 
 
@@ -160,8 +160,8 @@ def _damper_blocks(mode: Content, place: int) -> Iterator[Block]:
         f"Risk where the dampers are detuned, mode {name}",
         ("detuning", "P of exceeding the limit"),
         [
-            (f"{100.0 * one['detuning']:+.0f} %".replace("-", "−"), percent(one["probability"]))
-            for one in damper["detuned"]
+            (f"{100.0 * entry['detuning']:+.0f} %".replace("-", "−"), percent(entry["probability"]))
+            for entry in damper["detuned"]
         ],
     )
 
@@ -170,10 +170,10 @@ def _damper_rows(damper: Content, of: Notation, mass: Callable[..., str], dampin
     """One row a damper, its ratios of mass and of damping written as asked."""
     return [
         (
-            str(k), of.number(one["mass"]), mass(one["mass_ratio"]), of.number(one["frequency"], 5),
-            damping(one["damping_ratio"]), of.number(one["spring"]), of.number(one["dashpot"]),
+            str(k), of.number(entry["mass"]), mass(entry["mass_ratio"]), of.number(entry["frequency"], 5),
+            damping(entry["damping_ratio"]), of.number(entry["spring"]), of.number(entry["dashpot"]),
         )
-        for k, one in enumerate(damper["dampers"], 1)
+        for k, entry in enumerate(damper["dampers"], 1)
     ]  # fmt: skip
 
 
@@ -216,10 +216,10 @@ def _exceedances(content: Content, write: Callable[[float], str]) -> list[tuple[
 
 def _hours(content: Content, between: str, velocity: Callable[..., str], hours: Callable[..., str]) -> list[Any]:
     """One row a mode: reduced velocities of lock-in and whether they are assumed, hours in it and beyond the limit."""
-    found = content["all_modes"].get("hours")
-    if not found:
+    yearly = content["all_modes"].get("hours")
+    if not yearly:
         return []
-    columns = (found[key] for key in ("lock_in", "assumed", "a_year", "exceeding_a_year"))
+    columns = (yearly[key] for key in ("lock_in", "assumed", "a_year", "exceeding_a_year"))
     return [
         (name, between.join(map(velocity, bounds)) + (" (assumed)" if assumed else ""), hours(a_year), hours(beyond))
         for name, bounds, assumed, a_year, beyond in zip(content["all_modes"]["names"], *columns, strict=True)
@@ -248,11 +248,11 @@ def sizing_summary(content: Content) -> Iterator[Block]:
     yield paragraph(f"{content['bridge']['title']}: damping that keeps the amplitude below the limit")
     required = [
         (
-            mode["name"], one["rule"], TERMINAL.number(one["limit"]), f"{one['probability']:.3f}",
-            *("> 5" if one["required"][p] is None else f"{100 * one['required'][p]:.3f}" for p in CONFIDENCES),
+            mode["name"], limit["rule"], TERMINAL.number(limit["limit"]), f"{limit['probability']:.3f}",
+            *("> 5" if limit["required"][p] is None else f"{100 * limit['required'][p]:.3f}" for p in CONFIDENCES),
         )
         for mode in every
-        for one in mode["limits"]
+        for limit in mode["limits"]
     ]  # fmt: skip
     header = ("mode", "limit", f"[{unit}]", "P without", *_SHARES)
     yield Table("required", "Added damping [%] by confidence", header, required)
@@ -278,18 +278,18 @@ def sizing_summary(content: Content) -> Iterator[Block]:
 
 
 def _damper_summary(mode: Content) -> Block:
-    one, name = mode["damper"], f"Tuned mass damper, mode {mode['name']}"
-    if not one["dampers"]:
-        return paragraph(f"{name}: {one['reason']}")
-    reached = "least mass" if one["achievable"] else "NOT ACHIEVED"
+    damper, name = mode["damper"], f"Tuned mass damper, mode {mode['name']}"
+    if not damper["dampers"]:
+        return paragraph(f"{name}: {damper['reason']}")
+    reached = "least mass" if damper["achievable"] else "NOT ACHIEVED"
     return Table(
         "dampers",
-        f"{name}: {reached} for a risk of {one['asked']['risk']:.1%}; {one['reason']}",
+        f"{name}: {reached} for a risk of {damper['asked']['risk']:.1%}; {damper['reason']}",
         ("damper", "mass [kg]", "mass ratio [%]", "frequency [Hz]", "damping [%]", "spring [N/m]", "dashpot [N s/m]"),
-        _damper_rows(one, TERMINAL, lambda ratio: f"{100 * ratio:.3f}", lambda ratio: f"{100 * ratio:.2f}"),
-        f"risk left {one['probability']:.3f}; stroke {TERMINAL.number(one['stroke']['median'], 3)} m "
-        f"(95 %: {TERMINAL.number(one['stroke']['high'], 3)} m); risk where detuned: "
-        + ", ".join(f"{each['detuning']:+.0%} {each['probability']:.3f}" for each in one["detuned"]),
+        _damper_rows(damper, TERMINAL, lambda ratio: f"{100 * ratio:.3f}", lambda ratio: f"{100 * ratio:.2f}"),
+        f"risk left {damper['probability']:.3f}; stroke {TERMINAL.number(damper['stroke']['median'], 3)} m "
+        f"(95 %: {TERMINAL.number(damper['stroke']['high'], 3)} m); risk where detuned: "
+        + ", ".join(f"{each['detuning']:+.0%} {each['probability']:.3f}" for each in damper["detuned"]),
     )
 
 
@@ -308,5 +308,5 @@ def _cost_summary(mode: Content) -> Iterator[Block]:
     if known := cost.get("information"):
         title = f"Value of knowing more before choosing [{money or 'currency'}]; "
         title += f"all of it {TERMINAL.number(known['perfect'], 3)}"
-        rows = [(one["name"], one["kind"], TERMINAL.number(one["value"], 3)) for one in known["worth"]]
+        rows = [(entry["name"], entry["kind"], TERMINAL.number(entry["value"], 3)) for entry in known["worth"]]
         yield Table("information", title, ("of", "kind", "worth at most"), rows)

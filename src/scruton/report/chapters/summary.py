@@ -41,28 +41,28 @@ def summary_chapter(material: Material) -> Iterator[Block]:
 
 def _design_figures(material: Material) -> Iterator[tuple[str, str, str]]:
     """The numbers of the first design."""
-    for one in material.design[:1]:
-        amplitude = one.to_json()["amplitude"]
-        shown = {f"Stable amplitude at Sc = {stated(one.scruton_number)}": (*estimate(amplitude), one.unit)}
+    for design in material.design[:1]:
+        amplitude = design.to_json()["amplitude"]
+        shown = {f"Stable amplitude at Sc = {stated(design.scruton_number)}": (*estimate(amplitude), design.unit)}
         if material.sizing is None:
             shown["At the model's scale"] = material.in_model_unit(amplitude)
         for title, (median, interval, unit) in shown.items():
             yield title, f"{median} {unit}", f"90 % interval {interval} {unit}"
-        nearest = min(one.extrapolation_indices, key=lambda test: abs(one.extrapolation_indices[test]))
+        nearest = min(design.extrapolation_indices, key=lambda test: abs(design.extrapolation_indices[test]))
         reach = f"from {nearest}; laws agree for |x| < 0.2"
-        yield "Extrapolation index x", number(one.extrapolation_index, 2), reach
+        yield "Extrapolation index x", number(design.extrapolation_index, 2), reach
 
 
 def _answers(material: Material) -> list[str]:
     """Sentences that answer what the report was asked: the design, else the peak tests, else structural damping."""
     unit, answers = material.unit, []
-    for one in material.design:
-        amplitude = one.to_json()["amplitude"]
+    for design in material.design:
+        amplitude = design.to_json()["amplitude"]
         median, interval = estimate(amplitude)
         model_median, model_interval, model_unit = material.in_model_unit(amplitude)
         answers.append(
-            f"At the design Scruton number {stated(one.scruton_number)} (structural damping ratio "
-            f"{percent(one.damping_ratio)} on rig {one.rig}) the predicted stable amplitude is {median} {unit}, "
+            f"At the design Scruton number {stated(design.scruton_number)} (structural damping ratio "
+            f"{percent(design.damping_ratio)} on rig {design.rig}) the predicted stable amplitude is {median} {unit}, "
             f"90 % interval {interval} {unit}; at the model's scale {model_median} ({model_interval}) {model_unit}."
         )
     for test in material.tests if not answers else ():
@@ -86,8 +86,8 @@ def _basis(material: Material) -> Block:
         return f"{things} {word}{'' if things == 1 else 's'}"
 
     campaign = material.fit.campaign
-    sc = [one["parameters"]["scruton_number"]["median"] for one in material.tests if one["peak"]]
-    records = counted(sum(len(one.records) for one in campaign.tests), "record")
+    sc = [test["parameters"]["scruton_number"]["median"] for test in material.tests if test["peak"]]
+    records = counted(sum(len(test.records) for test in campaign.tests), "record")
     words = f"It rests on {records} in wind of {counted(len(campaign.tests), 'test')}"
     if sc:
         between = f"{number(min(sc), 3)} to {number(max(sc), 3)}" if len(sc) > 1 else number(sc[0], 3)
@@ -119,11 +119,11 @@ def validity_chapter(material: Material) -> Iterator[Block]:
     )
     yield _extrapolation(material)
     yield Heading("What is assumed")
-    found = material.discrepancy()
+    discrepancy = material.discrepancy()
     assumed = [
         "The section vibrates in one degree of freedom, and its amplitude changes little within one cycle.",
         "The peak tests share one Griffin curve up to a discrepancy that is inferred"
-        + (f": {found}." if found else "."),
+        + (f": {discrepancy}." if discrepancy else "."),
         "The aerodynamic force is that of the model: Reynolds number, turbulence and details of the section are those "
         "of the tunnel.",
         "A new setting is at the wind speed of the largest amplitude, and exchangeable with the settings tested.",
@@ -132,8 +132,8 @@ def validity_chapter(material: Material) -> Iterator[Block]:
         assumed.append("Structural damping is as stated, with the uncertainty that the model card gives it.")
     yield Listing([*assumed, *(sizing_assumptions(material.sizing) if material.sizing else ())])
     if material.gap is not None:
-        said = gap_sentence(material.gap)
-        yield paragraph(f"Of what is not modelled: {said[0].lower()}{said[1:]}")
+        sentence = gap_sentence(material.gap)
+        yield paragraph(f"Of what is not modelled: {sentence[0].lower()}{sentence[1:]}")
 
 
 def _extrapolation(material: Material) -> Table:
@@ -142,9 +142,9 @@ def _extrapolation(material: Material) -> Table:
     if len(tests) > TESTS_ABREAST:  # more columns would not fit the page
         tests, header = [], ["from nearest test"]
     rows = []
-    for one in material.design:
-        indices = [one.extrapolation_indices[test] for test in tests] or [one.extrapolation_index]
-        reached = "yes" if abs(one.extrapolation_index) <= X_TRUSTED else "NO"
-        rows.append((stated(one.scruton_number), *(number(index, 2) for index in indices), reached))
+    for design in material.design:
+        indices = [design.extrapolation_indices[test] for test in tests] or [design.extrapolation_index]
+        reached = "yes" if abs(design.extrapolation_index) <= X_TRUSTED else "NO"
+        rows.append((stated(design.scruton_number), *(number(index, 2) for index in indices), reached))
     header = ["design Sc", *header, "within reach"]
     return Table("extrapolation", "Extrapolation index x of every design", header, rows)

@@ -126,13 +126,13 @@ def trace_plot(fit: Fit, test: str) -> FigureWithCaption:
         bins = np.linspace(draws.min(), draws.max(), 22)
         steps = np.arange(0, draws.shape[1], -(-draws.shape[1] // _STEPS))
         for i, number in enumerate(dict.fromkeys(ensemble.tolist())):
-            colour, mine = style.line_style(i).colour, draws[ensemble == number]
-            if mine.shape[0] > _WALKERS:
-                low, high = np.quantile(mine[:, steps], [0.05, 0.95], axis=0)
+            colour, walkers = style.line_style(i).colour, draws[ensemble == number]
+            if walkers.shape[0] > _WALKERS:
+                low, high = np.quantile(walkers[:, steps], [0.05, 0.95], axis=0)
                 left.fill_between(steps, low, high, color=colour, alpha=0.12, lw=0)
-            for walker in mine[:_WALKERS]:
+            for walker in walkers[:_WALKERS]:
                 left.plot(steps, walker[steps], color=colour, lw=0.5, alpha=0.9, label=f"ensemble {number + 1}")
-            counts, _ = np.histogram(mine, bins=bins, density=True)
+            counts, _ = np.histogram(walkers, bins=bins, density=True)
             right.plot(counts, 0.5 * (bins[1:] + bins[:-1]), color=colour, lw=0.9)
         left.set(
             ylabel=_label(fit, name).replace("noise factor", "noise\nfactor"), xlim=(0, draws.shape[1]), ymargin=0.05
@@ -172,13 +172,13 @@ def _record(test: str, record: str) -> str:
 @figure(name="innovations", source="criticism")
 def innovation_figures(tree: "xr.DataTree", criticism: Criticism) -> Iterable[FigureWithCaption]:
     """Innovations of every record that was judged by them."""
-    judged = {(one.test, one.record) for one in criticism.innovations}
-    for page in style.pages([one for one in records(tree) if (one.test, one.record) in judged], _ROWS):
+    judged = {(entry.test, entry.record) for entry in criticism.innovations}
+    for page in style.pages([series for series in records(tree) if (series.test, series.record) in judged], _ROWS):
         values = np.asarray(tree["innovations"]["amplitude"].to_numpy(), dtype=float).reshape(-1)
         drawing = style.new_figure(38.0 * len(page) + 8.0)
         grid = drawing.subplots(len(page), 4, squeeze=False)
-        for row, one in zip(grid, page, strict=True):
-            _innovation_row(row, one, values[one.index])
+        for row, record in zip(grid, page, strict=True):
+            _innovation_row(row, record, values[record.index])
         labels = ("Time [s]", style.amplitude_label(unit_of(tree)), "Lag [cycles]", "Normal quantile")
         for axes, label in zip(grid[-1], labels, strict=True):
             axes.set_xlabel(label, fontsize=7.5)
@@ -193,17 +193,17 @@ def innovation_figures(tree: "xr.DataTree", criticism: Criticism) -> Iterable[Fi
         )
 
 
-def _innovation_row(row: "Sequence[Axes]", one: RecordOf, values: np.ndarray) -> None:
+def _innovation_row(row: "Sequence[Axes]", record: RecordOf, values: np.ndarray) -> None:
     from scipy.stats import norm
 
-    x, before, time = values[1:], one.amplitude[:-1], one.time[1:] - one.time[0]
+    x, before, time = values[1:], record.amplitude[:-1], record.time[1:] - record.time[0]
     pick = style.thin(x.size, _POINTS)
     for axes, at in zip(row[:2], (time, before), strict=True):
         axes.axhspan(-1.96, 1.96, color=style.LIGHT, alpha=0.45, lw=0)
         axes.axhline(0.0, color=style.GREY, lw=0.6)
         axes.plot(at[pick], x[pick], ".", color=style.BLUE, ms=2.2)
     row[0].set_ylabel("Innovation [sd]", fontsize=7.5)
-    row[0].set_title(_record(one.test, one.record), fontsize=7.5)
+    row[0].set_title(_record(record.test, record.record), fontsize=7.5)
     grid = np.linspace(before.min(), before.max(), 100)
     row[1].plot(grid, np.polynomial.Polynomial.fit(before, x, 2)(grid), color=style.VERMILLION, lw=1.2)
     lags = whiteness.lags_of(x.size)
@@ -222,19 +222,19 @@ def _innovation_row(row: "Sequence[Axes]", one: RecordOf, values: np.ndarray) ->
 @figure(name="posterior_predictive", source="criticism")
 def predictive_figures(_: "xr.DataTree", criticism: Criticism) -> Iterable[FigureWithCaption]:
     """Statistics of every record beside those of its replicates."""
-    known = list(dict.fromkeys((one.test, one.record) for one in criticism.predictive))
+    known = list(dict.fromkeys((entry.test, entry.record) for entry in criticism.predictive))
     for page in style.pages(known, _LINES):
         height, names = 20.0 + 6.0 * len(page), replication.STATISTICS
         drawing, panels = style.panels(len(names), columns=3, height_mm=height, sharey=True)
         for axes, statistic in zip(panels, names, strict=True):
-            rows = {(one.test, one.record): one for one in criticism.predictive if one.name == statistic}
+            rows = {(entry.test, entry.record): entry for entry in criticism.predictive if entry.name == statistic}
             for i, key in enumerate(page):
-                one = rows[key]
-                axes.hlines(i, one.low, one.high, color=style.LIGHT, lw=5.0, label="replicates, 90 %")
+                check = rows[key]
+                axes.hlines(i, check.low, check.high, color=style.LIGHT, lw=5.0, label="replicates, 90 %")
                 marker, colour, label = "o", style.BLUE, "observed"
-                if one.adjusted < 0.01:
+                if check.adjusted < 0.01:
                     marker, colour, label = "D", style.VERMILLION, "observed, p < 0.01"
-                axes.plot(one.value, i, marker, color=colour, ms=4.5, label=label)
+                axes.plot(check.value, i, marker, color=colour, ms=4.5, label=label)
             axes.set_title(statistic[0].upper() + statistic[1:], fontsize=8.0)
             axes.margins(x=0.08)
             axes.locator_params(axis="x", nbins=4)
@@ -251,11 +251,11 @@ def predictive_figures(_: "xr.DataTree", criticism: Criticism) -> Iterable[Figur
 @figure(name="prior_predictive", source="criticism")
 def prior_figures(tree: "xr.DataTree", criticism: Criticism) -> Iterable[FigureWithCaption]:
     """Every record inside what the priors expected of it."""
-    banded = [one for one in records(tree) if (one.test, one.record) in criticism.bands]
+    banded = [series for series in records(tree) if (series.test, series.record) in criticism.bands]
     for page in style.pages(banded, PANELS_A_PAGE):
         drawing, panels = style.panels(len(page), height_mm=46.0)
-        for axes, one in zip(panels, page, strict=True):
-            _prior_panel(axes, one, criticism.bands[one.test, one.record])
+        for axes, record in zip(panels, page, strict=True):
+            _prior_panel(axes, record, criticism.bands[record.test, record.record])
         for axes in panels[:: min(2, len(page))]:
             axes.set_ylabel(style.amplitude_label(unit_of(tree)))
         style.below(drawing, panels, columns=4)
@@ -268,35 +268,35 @@ def prior_figures(tree: "xr.DataTree", criticism: Criticism) -> Iterable[FigureW
         )
 
 
-def _prior_panel(axes: "Axes", one: RecordOf, bands: FloatArray) -> None:
-    time = one.time - one.time[0]
-    floor = 0.2 * float(one.amplitude[one.amplitude > 0.0].min(initial=np.inf))
+def _prior_panel(axes: "Axes", record: RecordOf, bands: FloatArray) -> None:
+    time = record.time - record.time[0]
+    floor = 0.2 * float(record.amplitude[record.amplitude > 0.0].min(initial=np.inf))
     pick = style.thin(time.size, 400)
     low, quarter, middle, three, high = np.maximum(bands[:, pick], floor)
     label = "prior predictive, 90 %"
     axes.fill_between(time[pick], low, high, color=style.ORANGE, alpha=0.35, lw=0, label=label)
     axes.fill_between(time[pick], quarter, three, color=style.ORANGE, alpha=0.6, lw=0, label="50 %")
     axes.plot(time[pick], middle, color=style.VERMILLION, lw=1.0, ls=(0, (5, 2)), label="median")
-    positive = one.amplitude > 0.0
-    axes.plot(time[positive], one.amplitude[positive], ".", color=style.BLACK, ms=2.0, label="observed")
+    positive = record.amplitude > 0.0
+    axes.plot(time[positive], record.amplitude[positive], ".", color=style.BLACK, ms=2.0, label="observed")
     axes.set_yscale("log")
     axes.set_ylim(bottom=floor)
     style.plain_log(axes.yaxis)
-    axes.set_title(_record(one.test, one.record), fontsize=7.5)
+    axes.set_title(_record(record.test, record.record), fontsize=7.5)
     axes.set_xlabel("Time from the first cycle [s]")
 
 
 @figure(name="what_moved_the_posterior", source="criticism")
 def moved_figures(_: "xr.DataTree", criticism: Criticism) -> Iterable[FigureWithCaption]:
     """Standard deviations and sensitivities, a line for every parameter."""
-    moved = [one.test for one in criticism.moved if one.test]
-    for page in style.pages(list(dict.fromkeys(moved or [one.test for one in criticism.scaling])), 3):
+    moved = [row.test for row in criticism.moved if row.test]
+    for page in style.pages(list(dict.fromkeys(moved or [sensitivity.test for sensitivity in criticism.scaling])), 3):
         yield _moved(page, criticism)
 
 
 def _moved(tests: Sequence[str], criticism: Criticism) -> FigureWithCaption:
-    ratios = {(one.test, one.parameter): one.ratio for one in criticism.moved if one.test in tests or not one.test}
-    scaled = {(one.test, one.parameter): one for one in criticism.scaling if one.test in tests}
+    ratios = {(row.test, row.parameter): row.ratio for row in criticism.moved if row.test in tests or not row.test}
+    scaled = {(row.test, row.parameter): row for row in criticism.scaling if row.test in tests}
     lines = list(dict.fromkeys([*ratios, *scaled]))
     drawing = style.new_figure(26.0 + 5.0 * len(lines))
     left, right = drawing.subplots(1, 2, sharey=True)
@@ -307,11 +307,11 @@ def _moved(tests: Sequence[str], criticism: Criticism) -> FigureWithCaption:
             left.hlines(i, 1e-4, ratios[key], color=style.LIGHT, lw=3.0)
             left.plot(ratios[key], i, "o", color=style.BLUE)
         if key in scaled:
-            one = scaled[key]
+            sensitivity = scaled[key]
             shown = (
-                (one.prior, "s", style.VERMILLION, "the card's priors"),
-                (one.still_air, "^", style.GREEN, "still air"),
-                (one.likelihood, "o", style.BLUE, "records in wind"),
+                (sensitivity.prior, "s", style.VERMILLION, "the card's priors"),
+                (sensitivity.still_air, "^", style.GREEN, "still air"),
+                (sensitivity.likelihood, "o", style.BLUE, "records in wind"),
             )
             for value, marker, colour, label in shown:
                 if np.isfinite(value):
@@ -336,9 +336,9 @@ def _moved(tests: Sequence[str], criticism: Criticism) -> FigureWithCaption:
 @figure(name="influence", source="criticism")
 def influence_figures(_: "xr.DataTree", criticism: Criticism) -> Iterable[FigureWithCaption]:
     """Shifts of the posterior without a record, a line for every record."""
-    known = list(dict.fromkeys((one.test, one.record) for one in criticism.influence))
-    rows = {(one.test, one.record, one.parameter): one for one in criticism.influence}
-    reach = max([1.5, *(1.15 * abs(one.shift) for one in rows.values())])
+    known = list(dict.fromkeys((entry.test, entry.record) for entry in criticism.influence))
+    rows = {(entry.test, entry.record, entry.parameter): entry for entry in criticism.influence}
+    reach = max([1.5, *(1.15 * abs(entry.shift) for entry in rows.values())])
     marks = (("a_star", "o", style.BLUE, -0.14), ("relaxation_rate", "s", style.VERMILLION, 0.14))
     for page in style.pages(known, _LINES):
         drawing, axes = style.alone(26.0 + 9.0 * len(page))
@@ -346,11 +346,11 @@ def influence_figures(_: "xr.DataTree", criticism: Criticism) -> Iterable[Figure
         axes.axvline(0.0, color=style.GREY, lw=0.6)
         for i, (test, record) in enumerate(page):
             for parameter, marker, colour, rise in marks:
-                one, label, inside = rows[test, record, parameter], _SIGNS[parameter], colour
-                if not one.trusted:
+                influence, label, inside = rows[test, record, parameter], _SIGNS[parameter], colour
+                if not influence.trusted:
                     label, inside = f"{label}, not to be trusted (k-hat > {TRUSTED_KHAT})", "white"
-                axes.plot(one.shift, i + rise, marker, color=colour, mfc=inside, label=label)
-                axes.hlines(i + rise, 0.0, one.shift, color=colour, lw=0.9)
+                axes.plot(influence.shift, i + rise, marker, color=colour, mfc=inside, label=label)
+                axes.hlines(i + rise, 0.0, influence.shift, color=colour, lw=0.9)
         style.rows(axes, [_record(*key) for key in page])
         axes.set_xlim(-reach, reach)
         axes.set_xlabel("Shift of the posterior when the record is left out [posterior sd]")

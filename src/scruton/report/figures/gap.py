@@ -34,7 +34,7 @@ _PENS: dict[str, dict[str, Any]] = {
 def gap_figure(
     diagnosis: Diagnosis, findings: Sequence[Finding], curves: Curves | None = None, *, alt: str = ""
 ) -> FigureWithCaption:
-    """Draw where the bare model and the measurement part, and what explains it; `alt` is the verdict in a sentence.
+    """Draw where the null model and the measurement part, and what explains it; `alt` is the verdict in a sentence.
 
     One row for every test with its rig's still air beside it, marked by the findings where effects of the verdict act,
     and at the bottom frequency against amplitude and the probabilities; `curves` are those of the null model.
@@ -51,7 +51,7 @@ def gap_figure(
     handles = style.legend_handles(upper)
     order = sorted(handles, key=lambda label: label.startswith("differs"))
     drawing.legend([handles[label] for label in order], order, loc="outside lower center", ncols=2)
-    headline = "No gap: the bare model and the records agree within their noise"
+    headline = "No gap: the null model and the records agree within their noise"
     if diagnosis.found:
         p = diagnosis.probability[diagnosis.verdict]
         names = " and ".join(map(_words, diagnosis.found)).capitalize()
@@ -59,7 +59,7 @@ def gap_figure(
     drawing.suptitle(headline, x=0.01, ha="left", weight="bold")
     return FigureWithCaption(
         drawing,
-        caption="Where the bare model and the records part. Above: damping ratio, measured minus bare model, against "
+        caption="Where the null model and the records part. Above: damping ratio, measured minus null model, against "
         "amplitude for every test and, beside it, its rig in still air, with 90 % bands; shaded where it differs. "
         "Below: change of frequency with amplitude, and the probability of each cause.",
         alt=alt,
@@ -97,11 +97,11 @@ def _upper(part: "SubFigure", data: "GapData", rows: Sequence[Row], findings: Se
     drawn = []
     least = 100.0 * SMALL_EXCESS * data.layout.reference_rate / data.layout.reference_omega
     for across, (rig, test, *pair) in zip(axes, rows, strict=True):
-        for one, column in zip(across, columns, strict=True):
+        for panel, column in zip(across, columns, strict=True):
             if not pair[column]:
-                one.set_axis_off()
+                panel.set_axis_off()
                 continue
-            _damping(one, pair[column], least)
+            _damping(panel, pair[column], least)
             name, of = data.rigs[rig], None if column else data.tests[test]
             where = "still air" if of is None else style.shorten(of, 20)
             title = f"{style.shorten(name, 26 if of is None else 20)}, {where}"
@@ -109,13 +109,13 @@ def _upper(part: "SubFigure", data: "GapData", rows: Sequence[Row], findings: Se
             if acting:
                 title += f": {', '.join(dict.fromkeys(acting))}"
             narrow = len(columns) > 1 and len(title) > _NARROW_TITLE
-            one.set_title(":\n".join(title.rsplit(": ", 1)) if narrow else title)
-            drawn.append(one)
+            panel.set_title(":\n".join(title.rsplit(": ", 1)) if narrow else title)
+            drawn.append(panel)
     drawn[0].set_xscale("log")
-    for one in axes[-1]:
-        style.plain_log(one.xaxis)
-        one.set_xlabel(_amplitude(data))
-    part.supylabel("Excess damping ratio:\nmeasured minus bare model [%]", fontsize=8.0, multialignment="center")
+    for panel in axes[-1]:
+        style.plain_log(panel.xaxis)
+        panel.set_xlabel(_amplitude(data))
+    part.supylabel("Excess damping ratio:\nmeasured minus null model [%]", fontsize=8.0, multialignment="center")
     return drawn
 
 
@@ -128,7 +128,7 @@ def _damping(axes: "Axes", curves: Sequence[Curve], least: float) -> None:
         axes.fill_between(a, y - style.Z90 * sd, y + style.Z90 * sd, color=colour, alpha=0.22, lw=0)
         axes.plot(a, y, **pen, lw=1.1, label=f"{curve.direction}, with its 90 % band")
         for place in curve.places():
-            label = "differs from the bare model"
+            label = "differs from the null model"
             axes.axvspan(a[place][0], a[place][-1], color=style.YELLOW, alpha=0.28, lw=0, zorder=0, label=label)
             axes.plot(a[place], y[place], color=colour, lw=2.6, solid_capstyle="butt")
             low, high = min(low, float(y[place].min())), max(high, float(y[place].max()))

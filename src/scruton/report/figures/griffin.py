@@ -45,12 +45,12 @@ def _plot(fit: Fit, *, reciprocal: bool) -> FigureWithCaption:
     tree, tests, unit, limits = fit.tree, peak_names(fit.tree), unit_of(fit.tree), griffin_axes.sc_range(fit.tree)
     grid = np.linspace(*limits, GRID)
     predictive = band(grid, predictive_draws(tree, grid, seed=_seed(fit)), unit, "predictive")
-    own = [griffin_band(tree, grid, name) for name in tests]
+    alone = [griffin_band(tree, grid, name) for name in tests]
     if reciprocal:
-        predictive, own = predictive.reciprocal(), [one.reciprocal() for one in own]
+        predictive, alone = predictive.reciprocal(), [curve.reciprocal() for curve in alone]
     drawing, axes = style.alone(108.0)
     griffin_axes.shade(axes, predictive)
-    griffin_axes.draw_bands(axes, fit, own)
+    griffin_axes.draw_bands(axes, fit, alone)
     griffin_axes.deterministic(axes, fit, tests, reciprocal=reciprocal)
     griffin_axes.points(axes, fit, reciprocal=reciprocal)
     ceiling = _ceiling(fit, predictive, reciprocal=reciprocal)
@@ -108,14 +108,14 @@ def reciprocal_against_damping(fit: Fit) -> FigureWithCaption:
     tree, tests, unit = fit.tree, peak_names(fit.tree), unit_of(fit.tree)
     factor = {name: mass_damping_draws(tree, name) for name in tests}
     ratio = np.linspace(*griffin_axes.sc_range(tree), GRID) / max(float(np.median(draws)) for draws in factor.values())
-    own = []
+    curves = []
     for name in tests:
         sc = factor[name][:, None] * ratio
         beyond = np.abs(np.median(index_draws(tree, sc, name), axis=0)) > X_TRUSTED
-        own.append(band(100.0 * ratio, griffin_draws(tree, sc, name), unit, name, beyond).reciprocal())
+        curves.append(band(100.0 * ratio, griffin_draws(tree, sc, name), unit, name, beyond).reciprocal())
     drawing, axes = style.alone(95.0)
-    griffin_axes.draw_bands(axes, fit, own)
-    ceiling = max(_ceiling(fit, one, reciprocal=True) for one in own)
+    griffin_axes.draw_bands(axes, fit, curves)
+    ceiling = max(_ceiling(fit, curve, reciprocal=True) for curve in curves)
     griffin_axes.points(axes, fit, reciprocal=True, against_damping=True)
     griffin_axes.frame(axes, (100.0 * ratio[0], 100.0 * ratio[-1]), ceiling, note=0.6)
     axes.set(xlabel="Structural damping ratio [%]", ylabel=_RECIPROCAL[unit])
@@ -147,9 +147,9 @@ def _seed(fit: Fit) -> int:
 
 def _alt(fit: Fit, tests: Sequence[str], what: str) -> str:
     values = [
-        f"{one.name}: Sc {one.scruton_number:.3g}, amplitude {one.median:.3g} {unit_of(fit.tree)} "
-        f"(90 % {one.low:.3g} to {one.high:.3g})"
-        for one in [one for one in griffin_axes.test_points(fit) if one.name in tests][:8]
+        f"{point.name}: Sc {point.scruton_number:.3g}, amplitude {point.median:.3g} {unit_of(fit.tree)} "
+        f"(90 % {point.low:.3g} to {point.high:.3g})"
+        for point in [point for point in griffin_axes.test_points(fit) if point.name in tests][:8]
     ]
     return f"{what} against the Scruton number. " + "; ".join(values) + "."
 
@@ -160,12 +160,12 @@ def law_comparison(fit: Fit) -> FigureWithCaption:
     tree, limits = fit.tree, griffin_axes.sc_range(fit.tree)
     grid = np.linspace(*limits, GRID)
     bands = {n: [griffin_band(tree, grid, name, law_n=n) for name in peak_names(tree)] for n, _ in LAWS}
-    measured = [one.measured.mean for one in griffin_axes.test_points(fit) if one.measured]
+    measured = [point.measured.mean for point in griffin_axes.test_points(fit) if point.measured]
     ceiling = 1.25 * max([*map(_highest, bands[-1.0]), *measured])
     drawing, panels = style.panels(2, height_mm=78.0, sharex=True, sharey=True)
     for axes, (n, title) in zip(panels, LAWS, strict=True):
         griffin_axes.draw_bands(axes, fit, bands[n])
-        griffin_axes.points(axes, fit, own=False)
+        griffin_axes.points(axes, fit, posteriors=False)
         griffin_axes.frame(axes, limits, ceiling, note=0.3 if axes is panels[0] else None)
         axes.set_title(title)
     style.outer_labels(panels, griffin_axes.SC_LABEL, style.amplitude_label(unit_of(tree), STABLE))
@@ -185,7 +185,7 @@ def has_lock_in(fit: Fit) -> bool:
     speeds: dict[str, list[float]] = {}
     for test in fit.campaign.tests:
         speeds.setdefault(test.rig, []).append(test.wind_speed.mean)
-    return bool(fit.campaign.sweeps) or any(max(one) > SPEEDS_APART * min(one) for one in speeds.values())
+    return bool(fit.campaign.sweeps) or any(max(tested) > SPEEDS_APART * min(tested) for tested in speeds.values())
 
 
 @figure("griffin-plot", name="lock_in", what="The plot against wind speed", when=has_lock_in)
@@ -239,11 +239,11 @@ def _steady(axes: "Axes", fit: Fit, styles: Mapping[str, style.LineStyle]) -> fl
         )  # fmt: skip
         top = max(top, float(sweep.amplitude.max()))
     for rig, look in styles.items():
-        mine = [test for test in campaign.tests if test.rig == rig and test.name in test_names(tree)]
-        if not mine:
+        tests = [test for test in campaign.tests if test.rig == rig and test.name in test_names(tree)]
+        if not tests:
             continue
-        x = [test.wind_speed.mean / unit_speed[rig] for test in mine]
-        low, middle, high = np.array([np.quantile(draws_of(tree, "a_star", test.name), style.Q90) for test in mine]).T
+        x = [test.wind_speed.mean / unit_speed[rig] for test in tests]
+        low, middle, high = np.array([np.quantile(draws_of(tree, "a_star", test.name), style.Q90) for test in tests]).T
         axes.errorbar(
             x, middle, [middle - low, high - middle], fmt=look.marker, ms=7.5, mfc="none", color=look.colour,
             elinewidth=0.9, capsize=2.5, label=f"rig {style.shorten(rig, 20)}, posterior, 90 %", zorder=4,
@@ -260,26 +260,26 @@ def _smooth(panels: "Sequence[Axes]", fit: Fit, styles: Mapping[str, style.LineS
     """Bands of every rig at its own Sc, and of a new one at an untested Sc; top of the former, and the latter."""
     group = fit.tree["speeds"]
     rigs, numbers = (group[key].to_numpy() for key in ("point_rig", "point_scruton_number"))
-    own = {str(name): float(np.median(numbers[rigs == name])) for name in group["rig"].to_numpy()}
-    bands = {rig: lock_in_band(fit.tree, sc, rig=rig, seed=_seed(fit)) for rig, sc in own.items()}
-    new = lock_in_band(fit.tree, _untested(list(own.values())), seed=_seed(fit))
+    scruton_numbers = {str(name): float(np.median(numbers[rigs == name])) for name in group["rig"].to_numpy()}
+    bands = {rig: lock_in_band(fit.tree, sc, rig=rig, seed=_seed(fit)) for rig, sc in scruton_numbers.items()}
+    new = lock_in_band(fit.tree, _untested(list(scruton_numbers.values())), seed=_seed(fit))
 
-    def largest(values: FloatArray, found: LockInBand) -> float:
-        tested = (found.velocity >= group.attrs["tested_low"]) & (found.velocity <= group.attrs["tested_high"])
+    def largest(values: FloatArray, shown: LockInBand) -> float:
+        tested = (shown.velocity >= group.attrs["tested_low"]) & (shown.velocity <= group.attrs["tested_high"])
         return float(values[tested & np.isfinite(values)].max(initial=0.0))
 
-    for rig in (name for name in styles if name in own):
-        label = style.shorten(f"rig {rig}, Sc = {own[rig]:.3g}, band")
-        _draw(panels[0], bands[rig], styles[rig], label, bands=len(own) <= MOST_RIG_BANDS)
+    for rig in (name for name in styles if name in scruton_numbers):
+        label = style.shorten(f"rig {rig}, Sc = {scruton_numbers[rig]:.3g}, band")
+        _draw(panels[0], bands[rig], styles[rig], label, bands=len(scruton_numbers) <= MOST_RIG_BANDS)
     panels[0].set_title("Each rig at its own Scruton number")
-    for rig, one in bands.items():
-        panels[1].plot(one.velocity, style.bounded(one.median), **styles[rig].pen, lw=0.7, zorder=3)
+    for rig, curve in bands.items():
+        panels[1].plot(curve.velocity, style.bounded(curve.median), **styles[rig].pen, lw=0.7, zorder=3)
     label = f"Sc = {new.scruton_number:.3g}"
     _draw(panels[1], new, style.LineStyle(style.BLACK, "-", ""), f"{label}, median, 50 and 90 %")
-    middle = max(float(one.median[np.isfinite(one.median)].max(initial=0.0)) for one in bands.values())
+    middle = max(float(b.median[np.isfinite(b.median)].max(initial=0.0)) for b in bands.values())
     top = min(max(middle, largest(new.intervals[0.90][1], new)), 2.0 * middle)
     panels[1].set(ylim=(0.0, 1.08 * top), title=f"{label}, untested")
-    return max(largest(bands[rig].intervals[0.50][1], bands[rig]) for rig in styles if rig in own), new
+    return max(largest(bands[rig].intervals[0.50][1], bands[rig]) for rig in styles if rig in scruton_numbers), new
 
 
 def _draw(axes: "Axes", band: LockInBand, look: style.LineStyle, label: str, *, bands: bool = True) -> None:
@@ -292,9 +292,9 @@ def _draw(axes: "Axes", band: LockInBand, look: style.LineStyle, label: str, *, 
     axes.plot(v, np.where(band.extrapolated, np.nan, median), **look.pen, lw=1.7, zorder=2)
 
 
-def _untested(own: Sequence[float]) -> float:
+def _untested(scruton_numbers: Sequence[float]) -> float:
     """In the widest gap between tested Scruton numbers a factor two or more apart, else twice the largest."""
-    tested = np.sort(own)
+    tested = np.sort(scruton_numbers)
     ratio = tested[1:] / tested[:-1]
     if ratio.max(initial=0.0) < SCRUTON_NUMBERS_APART:
         return float(f"{2.0 * tested[-1]:.2g}")

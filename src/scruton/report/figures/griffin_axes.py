@@ -40,12 +40,12 @@ class Place(NamedTuple):
 
 def test_points(fit: Fit) -> list[Place]:
     """Where the peak tests lie."""
-    found = []
+    placed = []
     for name in peak_names(fit.tree):
         low, median, high = map(float, np.quantile(draws_of(fit.tree, "a_star", name), style.Q90))
         sc = float(np.median(draws_of(fit.tree, "scruton_number", name)))
-        found.append(Place(name, sc, low, median, high, fit.campaign.test(name).stable_amplitude))
-    return found
+        placed.append(Place(name, sc, low, median, high, fit.campaign.test(name).stable_amplitude))
+    return placed
 
 
 def line_styles(tree: "xr.DataTree") -> dict[str, style.LineStyle]:
@@ -84,16 +84,16 @@ def thinned_curve(front: FrontEnd, count: int) -> tuple[FloatArray, FloatArray]:
 
 def draw_bands(axes: "Axes", fit: Fit, bands: Sequence[GriffinBand], label: str = "") -> None:
     """Medians with 50 and 90 % bands, where they are not too many; a median is thin where its band is extrapolated."""
-    for one in bands:
-        look, sc, median = line_styles(fit.tree)[one.label], one.scruton_number, style.bounded(one.median)
+    for band in bands:
+        look, sc, median = line_styles(fit.tree)[band.label], band.scruton_number, style.bounded(band.median)
         median = np.where((median == 0.0) & (np.roll(median, 1) == 0.0), np.nan, median)  # dead: stop at the axis
         for probability, alpha in ((0.90, 0.22), (0.50, 0.35)) if len(bands) <= MOST_BANDS else ():
-            interval = style.bounded(one.intervals[probability])
+            interval = style.bounded(band.intervals[probability])
             axes.fill_between(sc, *interval, color=look.colour, alpha=alpha, lw=0, zorder=2)
-        inner = ~one.extrapolated
-        inner[1:-1] &= ~one.extrapolated[2:] & ~one.extrapolated[:-2]  # the two lines meet
+        inner = ~band.extrapolated
+        inner[1:-1] &= ~band.extrapolated[2:] & ~band.extrapolated[:-2]  # the two lines meet
         axes.plot(sc, np.where(inner, np.nan, median), **look.pen, lw=0.8, zorder=3)
-        named, trusted = label or style.shorten(f"from {one.label}"), np.where(one.extrapolated, np.nan, median)
+        named, trusted = label or style.shorten(f"from {band.label}"), np.where(band.extrapolated, np.nan, median)
         axes.plot(sc, trusted, **look.pen, lw=1.8, label=named, zorder=3)
 
 
@@ -120,19 +120,19 @@ def plot_curve(axes: "Axes", front: FrontEnd, label: str, *, reciprocal: bool = 
 
 
 def points(
-    axes: "Axes", fit: Fit, *, reciprocal: bool = False, against_damping: bool = False, own: bool = True
+    axes: "Axes", fit: Fit, *, reciprocal: bool = False, against_damping: bool = False, posteriors: bool = True
 ) -> None:
     """Measured stable amplitudes (filled, named) and each test's own posterior (open), where they were tested."""
     styles = line_styles(fit.tree)
     named: list[tuple[str, float, float]] = []
-    for one in test_points(fit):
-        x, look, measured = one.scruton_number, styles[one.name], one.measured
+    for place in test_points(fit):
+        x, look, measured = place.scruton_number, styles[place.name], place.measured
         if against_damping:
-            x = 100.0 * float(np.median(draws_of(fit.tree, "damping_ratio", one.name)))
-        low, middle, high = one.low, one.median, one.high
+            x = 100.0 * float(np.median(draws_of(fit.tree, "damping_ratio", place.name)))
+        low, middle, high = place.low, place.median, place.high
         if reciprocal:
             low, middle, high = 1.0 / high, 1.0 / middle, 1.0 / low
-        if own or measured is None:
+        if posteriors or measured is None:
             axes.errorbar(
                 [x], [middle], [[middle - low], [high - middle]], fmt=look.marker, ms=6.5, mfc="none",
                 color=look.colour, elinewidth=0.8, capsize=2, zorder=5, label="posterior of each test, 90 %",
@@ -146,7 +146,7 @@ def points(
                 [x], [at], spread or None, fmt=look.marker, ms=4.0, color=style.BLACK,
                 elinewidth=0.8, capsize=2, zorder=6, label="measured",
             )  # fmt: skip
-        named.append((one.name, x, at))
+        named.append((place.name, x, at))
     if len(named) <= POINTS_LABELLED:
         _name_points(axes, named, rising=reciprocal)
 

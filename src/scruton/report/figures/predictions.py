@@ -47,12 +47,12 @@ def _draw(axes: "Axes", curves: PriorCurves, card: "ModelCard") -> None:
     sc, bands = curves.scruton_number, curves.band
     axes.plot(sc, _until_death(bands.median), color=style.BLACK, lw=1.8, zorder=3, label="median")
     for probability, alpha in ((0.50, 0.9), (0.90, 0.45)):
-        low, high = (np.maximum(one, 0.1 * _LOWEST) for one in bands.intervals[probability])
+        low, high = (np.maximum(bound, 0.1 * _LOWEST) for bound in bands.intervals[probability])
         label = f"{100 * probability:.0f} % of the curves"
         axes.fill_between(sc, low, high, color=style.LIGHT, alpha=alpha, lw=0, zorder=1, label=label)
     styles = {n: style.line_style(i) for i, n in enumerate(card.laws)}
     shown = zip(curves.amplitude[:CURVES], curves.exponent[:CURVES], strict=True)
-    for amplitude, n in sorted(shown, key=lambda one: card.laws.index(one[1]) if styles else 0):
+    for amplitude, n in sorted(shown, key=lambda pair: card.laws.index(pair[1]) if styles else 0):
         look = styles.get(float(n), style.LineStyle(style.BLUE, "-", "o"))
         label = f"one curve, n = {f'{n:g}'.replace('-', _MINUS)}" if styles else "one curve, n free"
         axes.plot(sc, _until_death(amplitude), **look.pen, lw=0.6, alpha=0.75, zorder=2, label=label)
@@ -64,43 +64,43 @@ def _draw(axes: "Axes", curves: PriorCurves, card: "ModelCard") -> None:
 def _until_death(amplitude: FloatArray) -> FloatArray:
     """Down to the axis where vibration dies, and no further."""
     dead = amplitude <= 0.0
-    found = np.where(dead, np.nan, amplitude)
-    found[1:][dead[1:] & ~dead[:-1]] = 0.1 * _LOWEST
-    return found
+    drawn = np.where(dead, np.nan, amplitude)
+    drawn[1:][dead[1:] & ~dead[:-1]] = 0.1 * _LOWEST
+    return drawn
 
 
 @figure(name="validation", source="")
-def validation_figure(found: "Sequence[Validation]") -> FigureWithCaption:
+def validation_figure(folds: "Sequence[Validation]") -> FigureWithCaption:
     """Predicted over found, one line a prediction, with its 50 and 90 % intervals."""
-    tests = list(dict.fromkeys(one.test for one in found))
-    drawing, axes = style.alone(24.0 + 7.0 * len(found))
+    tests = list(dict.fromkeys(f.test for f in folds))
+    drawing, axes = style.alone(24.0 + 7.0 * len(folds))
     axes.axvline(1.0, color=style.GREY, lw=0.8, zorder=1)
     axes.axvspan(1.0 / 1.25, 1.25, color=style.LIGHT, alpha=0.35, lw=0, zorder=0)
     labels = []
-    for row, one in enumerate(found):
-        look = style.line_style(tests.index(one.test))
+    for row, fold in enumerate(folds):
+        look = style.line_style(tests.index(fold.test))
         for probability, width in ((0.90, 1.2), (0.50, 3.6)):
-            low, high = (bound / one.amplitude for bound in one.prediction.interval(probability))
+            low, high = (bound / fold.amplitude for bound in fold.prediction.interval(probability))
             axes.plot([max(low, 1e-3), min(high, 1e3)], [row, row], color=look.colour, lw=width, zorder=2)
-        factor = one.prediction.median / one.amplitude
+        factor = fold.prediction.median / fold.amplitude
         axes.plot([factor], [row], marker=look.marker, color=style.BLACK, ms=4.5, zorder=3)
-        origin = "all others" if len(one.source) > 1 or len(tests) == 2 else style.shorten(one.source[0], 22)
-        labels.append(f"{style.shorten(one.test, 22)} from {origin}")
-    reach = [one.factor * max(1.0 + one.error, 1.0 / (1.0 + one.error)) for one in found if one.error > -1.0]
+        origin = "all others" if len(fold.source) > 1 or len(tests) == 2 else style.shorten(fold.source[0], 22)
+        labels.append(f"{style.shorten(fold.test, 22)} from {origin}")
+    reach = [f.factor * max(1.0 + f.error, 1.0 / (1.0 + f.error)) for f in folds if f.error > -1.0]
     limit = float(np.clip(1.15 * max([1.5, *[r for r in reach if np.isfinite(r)]]), 1.6, 10.0))
     axes.set(xscale="log", xlim=(1.0 / limit, limit), xlabel="Predicted over found stable amplitude [-]")
     ticks = [t for t in _TICKS if 1 / limit < t < limit]
     axes.set_xticks(ticks, [f"{t:g}" for t in ticks])
     axes.minorticks_off()
     style.rows(axes, labels)
-    measured = all(one.measured for one in found)
+    measured = all(f.measured for f in folds)
     return FigureWithCaption(
         drawing,
         caption="Stable amplitudes predicted without the records of the test predicted, over what was found: median, "
         "50 % (thick) and 90 % interval (thin). Shaded: within a factor of 1.25. "
         + ("What was found is measured." if measured else "What was not measured is the test's posterior."),
         alt="; ".join(
-            f"{one.test} from {', '.join(one.source)}: {one.error:+.0%}, {'inside' if one.inside() else 'outside'} 90 %"
-            for one in found
+            f"{f.test} from {', '.join(f.source)}: {f.error:+.0%}, {'inside' if f.inside() else 'outside'} 90 %"
+            for f in folds
         ),
     )

@@ -96,12 +96,12 @@ def predicted(tree: "xr.DataTree", record: str) -> tuple[FloatArray, FloatArray,
     if "posterior_predictive" not in tree:
         return None
     constant = tree["constant_data"]
-    mine = constant["record"].to_numpy().astype(str) == record
-    if not mine.any():
+    rows = constant["record"].to_numpy().astype(str) == record
+    if not rows.any():
         return None
-    draws = (tree["posterior_predictive"][name].to_numpy()[..., mine] for name in ("mean_amplitude", "amplitude"))
-    mean, predictive = (np.quantile(one.reshape(-1, mine.sum()), [0.05, 0.95], axis=0) for one in draws)
-    return constant["time"].to_numpy()[mine], mean, predictive
+    draws = (tree["posterior_predictive"][name].to_numpy()[..., rows] for name in ("mean_amplitude", "amplitude"))
+    mean, predictive = (np.quantile(values.reshape(-1, rows.sum()), [0.05, 0.95], axis=0) for values in draws)
+    return constant["time"].to_numpy()[rows], mean, predictive
 
 
 @figure("structural", name="ring_downs", what="The figures of the ring-downs", in_still_air=True)
@@ -147,8 +147,8 @@ def _decays(axes: "Axes", fit: Fit, rig: Rig) -> None:
     axes.set_xlim(left=0.0)
     heaving = fit.campaign.section.amplitude_unit == "A/D"
     axes.set_ylabel("ln(A/D) [-]" if heaving else "ln(amplitude / 1 rad) [-]")
-    many = f", {len(rig.records)} plucks" if len(rig.records) > 1 else ""
-    axes.set_title(f"rig {style.shorten(rig.name, 24)}{many}")
+    plucks = f", {len(rig.records)} plucks" if len(rig.records) > 1 else ""
+    axes.set_title(f"rig {style.shorten(rig.name, 24)}{plucks}")
     if named:
         axes.legend(loc="upper right")
 
@@ -184,15 +184,15 @@ def _damping(axes: "Axes", fit: Fit, rig: Rig) -> None:
 @figure("records", name="trial_functions", what="The comparison of trial functions", when=lambda fit: fit.front_ends)
 def trial_comparison(fit: Fit) -> FigureWithCaption:
     """One panel a trial function: the constructed Griffin curve of every record, and the measured points."""
-    fronts = {form: found for form in TRIAL_FUNCTIONS if (found := _fronts(fit, form))}
+    fronts = {form: curves for form in TRIAL_FUNCTIONS if (curves := _fronts(fit, form))}
     styles = griffin_axes.line_styles(fit.tree)
     limits = griffin_axes.sc_range(fit.tree)
     largest = max(value for point in griffin_axes.test_points(fit) for value in point.known)
     drawing, panels = style.panels(len(fronts), columns=3, height_mm=66.0, sharex=True, sharey=True)
-    for letter, axes, (form, found) in zip("abcdef", panels, fronts.items(), strict=False):
-        for name, front in found:
+    for letter, axes, (form, curves) in zip("abcdef", panels, fronts.items(), strict=False):
+        for name, front in curves:
             griffin_axes.plot_curve(axes, front, style.shorten(name), **styles[name].pen, lw=1.1, zorder=3)
-        griffin_axes.points(axes, fit, own=False)
+        griffin_axes.points(axes, fit, posteriors=False)
         griffin_axes.frame(axes, limits, 1.45 * largest, note=None)
         axes.set_title(f"({letter}) {form}", fontsize=8.0)
         axes.set_xlabel(griffin_axes.SC_LABEL)
@@ -209,10 +209,10 @@ def trial_comparison(fit: Fit) -> FigureWithCaption:
 
 def _fronts(fit: Fit, form: str) -> list[tuple[str, FrontEnd]]:
     """The paper's procedure with a trial function on every transient record of the peak tests, with their test."""
-    found, constant = [], fit.tree["constant_data"]
+    curves, constant = [], fit.tree["constant_data"]
     for name, record, front in griffin_axes.front_ends(fit, peak_names(fit.tree)):
         if form == FITTED:
-            found.append((name, front))
+            curves.append((name, front))
             continue
         with suppress(InputError, ValueError):  # too short for so many constants
             front = front_end(
@@ -223,5 +223,5 @@ def _fronts(fit: Fit, form: str) -> list[tuple[str, FrontEnd]]:
                 mass_damping_factor=float(np.median(mass_damping_draws(fit.tree, name))),
                 trial=form,
             )
-            found.append((name, front))
-    return found
+            curves.append((name, front))
+    return curves

@@ -161,14 +161,14 @@ def _drawn(
     entries: Iterable[Registered], arguments: Sequence[Any], failures: Failures | None
 ) -> list[FigureWithCaption]:
     """Every page of these figures, for each thing that they are drawn for."""
-    found: list[FigureWithCaption] = []
+    drawings: list[FigureWithCaption] = []
     for entry in entries:
         for ending, item in (entry.each(*arguments) if entry.each else {"": None}).items():
             what, more = (f"{entry.what} of {item}", [item]) if entry.each else (entry.what, [])
             draw: Callable[[], Any] = partial(entry.draw, *arguments, *more)
             drawn = draw() if failures is None else failures.attempt(entry.chapter, what, draw, [])
-            found += [replace(page, name=f"{page.name}{ending}") for page in _as_list(drawn)]
-    return found
+            drawings += [replace(page, name=f"{page.name}{ending}") for page in _as_list(drawn)]
+    return drawings
 
 
 def figures_from(source: str, *arguments: Any) -> list[FigureWithCaption]:
@@ -232,16 +232,16 @@ def save(
 
 def contents(figure: "Figure | FigureWithCaption", formats: Sequence[str] = FORMATS) -> list[bytes]:
     """What `save` writes, as bytes in the order of `formats`."""
-    bare = figure.figure if isinstance(figure, FigureWithCaption) else figure
-    said = {"Title": figure.caption, "Description": figure.alt} if isinstance(figure, FigureWithCaption) else {}
-    found = []
-    with house_style(), laid_out_once(bare):
+    drawing = figure.figure if isinstance(figure, FigureWithCaption) else figure
+    description = {"Title": figure.caption, "Description": figure.alt} if isinstance(figure, FigureWithCaption) else {}
+    files = []
+    with house_style(), laid_out_once(drawing):
         for kind in formats:
             content = io.BytesIO()
-            metadata = _METADATA[kind] | (said if kind == "svg" else {})
-            bare.savefig(content, format=kind, dpi=DOTS_PER_INCH, metadata=metadata)
-            found.append(rounded(content.getvalue()) if kind == "svg" else content.getvalue())
-    return found
+            metadata = _METADATA[kind] | (description if kind == "svg" else {})
+            drawing.savefig(content, format=kind, dpi=DOTS_PER_INCH, metadata=metadata)
+            files.append(rounded(content.getvalue()) if kind == "svg" else content.getvalue())
+    return files
 
 
 @contextmanager
@@ -260,4 +260,4 @@ def laid_out_once(figure: "Figure") -> Iterator[None]:
 
 def rounded(svg: bytes) -> bytes:
     """Round the coordinates of paths and marks to a hundredth of a point: a third of the file is such digits."""
-    return re.sub(rb'\s(?:d|x|y)="[^"]*"', lambda found: re.sub(rb"(\.\d\d)\d+", rb"\1", found.group()), svg)
+    return re.sub(rb'\s(?:d|x|y)="[^"]*"', lambda attribute: re.sub(rb"(\.\d\d)\d+", rb"\1", attribute.group()), svg)

@@ -24,16 +24,16 @@ def modes(content: Content, having: Callable[[Content], Any] = bool) -> dict[str
 
 def governing(mode: Content) -> Content:
     """The limit that decides: the smallest."""
-    found: Content = next(one for one in mode["limits"] if one["rule"] == mode["governing"])
-    return found
+    decisive: Content = next(limit for limit in mode["limits"] if limit["rule"] == mode["governing"])
+    return decisive
 
 
 @figure("sizing", name="risk", source="sizing", each=modes)
 def risk_curves(content: Content, mode: Content) -> FigureWithCaption:
     """Probability of exceeding the limit, and amplitude, against added damping."""
-    one = governing(mode)
-    curve = {key: _array(values) for key, values in one["curve"].items() if key != "by_law"}
-    laws = one["curve"]["by_law"]
+    rule = governing(mode)
+    curve = {key: _array(values) for key, values in rule["curve"].items() if key != "by_law"}
+    laws = rule["curve"]["by_law"]
     x = 100.0 * curve["added_damping"]
     drawing, (left, right) = style.panels(2, height_mm=70.0)
     low, high, label = curve["probability_05"], curve["probability_95"], "90 % band of section and law"
@@ -44,7 +44,7 @@ def risk_curves(content: Content, mode: Content) -> FigureWithCaption:
     left.axhline(0.05, color=style.GREY, lw=0.6)
     left.annotate("5 %", (x[-1], 0.05), ha="right", va="bottom", color=style.GREY, fontsize=7)
     for p, colour in zip(CONFIDENCES, _COLOURS, strict=True):
-        value = one["required"][p]
+        value = rule["required"][p]
         if value is not None and value > 0.0:
             left.plot(100 * value, 1.0 - float(p), "o", color=colour, ms=5, zorder=5)
             left.annotate(f"{100 * float(p):.0f} %", (100 * value, 1.0 - float(p)), xytext=(4, 4),
@@ -52,21 +52,21 @@ def risk_curves(content: Content, mode: Content) -> FigureWithCaption:
     left.set(xlabel=_ADDED, ylabel="Probability", ylim=(0.0, 1.02))
     factor, shown = (1e3, "mm") if content["amplitude_unit"] == "m" else (180.0 / np.pi, "°")
     low, middle, high = (factor * curve[f"amplitude_{q}"] for q in ("05", "50", "95"))
-    limit = factor * one["limit"]
+    limit = factor * rule["limit"]
     right.fill_between(x, low, high, **_BAND, label="90 % interval")
     right.plot(x, middle, color=style.BLUE, label="median amplitude")
     right.axhline(limit, color=style.VERMILLION, ls="--", label="limit")
     top = max(min(float(np.nanmax(high, initial=0.0)), 6.0 * limit), limit)
     right.set(xlabel=_ADDED, ylabel=f"Stable amplitude [{shown}]", ylim=(0.0, 1.08 * top))
     style.below(drawing, [left, right])
-    left.set_title(f"Mode {style.shorten(mode['name'])}, limit {style.shorten(one['rule'])}")
+    left.set_title(f"Mode {style.shorten(mode['name'])}, limit {style.shorten(rule['rule'])}")
     return FigureWithCaption(
         drawing,
-        caption=f"Risk of mode {mode['name']} against added damping, limit {one['rule']}. Left: probability that the "
+        caption=f"Risk of mode {mode['name']} against added damping, limit {rule['rule']}. Left: probability that the "
         "stable amplitude in lock-in exceeds the limit, with the band that the section's posterior and the law leave; "
         "dots are the confidences. Right: the amplitude.",
-        alt=f"Probability of exceeding the limit falls from {one['probability']:.2f} without added damping; "
-        + "; ".join(f"{p}: {one['required_text'][p]}" for p in CONFIDENCES),
+        alt=f"Probability of exceeding the limit falls from {rule['probability']:.2f} without added damping; "
+        + "; ".join(f"{p}: {rule['required_text'][p]}" for p in CONFIDENCES),
     )  # fmt: skip
 
 
@@ -77,12 +77,12 @@ def variance_shares(content: Content, mode: Content) -> FigureWithCaption:
     names = [row["source"] for row in rows]
     drawing, axes = style.panels(2, height_mm=14.0 + 8.0 * len(rows), sharey=True)
     titles = {"needed": "damping that is needed", "amplitude": "amplitude at the required damping"}
-    for one, (key, title) in zip(axes, titles.items(), strict=True):
+    for panel, (key, title) in zip(axes, titles.items(), strict=True):
         shares = {share["source"]: share for share in mode["shares"][key]}
         total, first = ([100 * shares[name][of] for name in names] for of in ("total", "first"))
-        one.barh(range(len(rows)), total, color=style.LIGHT, height=0.7, label="with interactions")
-        one.barh(range(len(rows)), np.maximum(first, 0.0), color=style.BLUE, height=0.4, label="alone")
-        one.set(xlabel="Share of variance [%]", title=title, xlim=(0.0, 105.0))
+        panel.barh(range(len(rows)), total, color=style.LIGHT, height=0.7, label="with interactions")
+        panel.barh(range(len(rows)), np.maximum(first, 0.0), color=style.BLUE, height=0.4, label="alone")
+        panel.set(xlabel="Share of variance [%]", title=title, xlim=(0.0, 105.0))
     axes[0].set_yticks(range(len(rows)), names)
     axes[0].invert_yaxis()
     axes[1].legend(loc="lower right")
@@ -105,13 +105,13 @@ def damper_masses(content: Content, mode: Content) -> FigureWithCaption:
     limit: dict[str, Any] = {"color": style.VERMILLION, "ls": "--", "lw": 0.8}
     left.plot(x, 100.0 * _array(chart["probability"]), color=style.BLUE, marker="o", ms=3)
     left.axhline(100.0 * damper["asked"]["risk"], **limit, label="risk asked for")
-    own = damper["mass"] / 1e3 if stated else 100.0 * damper["mass_ratio"]
-    own_label = "damper of least mass" if damper["achievable"] else "heaviest, and not enough"
-    left.plot(own, 100.0 * damper["probability"], "D", color=style.BLACK, label=own_label)
+    mass = damper["mass"] / 1e3 if stated else 100.0 * damper["mass_ratio"]
+    mass_label = "damper of least mass" if damper["achievable"] else "heaviest, and not enough"
+    left.plot(mass, 100.0 * damper["probability"], "D", color=style.BLACK, label=mass_label)
     stroke = 1e3 * _array(chart["stroke"])
     right.fill_between(x, stroke, 1e3 * _array(chart["stroke_high"]), **_BAND, label="median to 95 %")
     right.plot(x, stroke, color=style.BLUE, marker="o", ms=3, label="median stroke")
-    right.plot(own, 1e3 * _array(damper["stroke"]["median"]), "D", color=style.BLACK)  # NaN: no amplitude is stable
+    right.plot(mass, 1e3 * _array(damper["stroke"]["median"]), "D", color=style.BLACK)  # NaN: no amplitude is stable
     if damper["asked"]["largest_stroke"]:
         right.axhline(1e3 * damper["asked"]["largest_stroke"], **limit, label="largest stroke")
     for axes, label in ((left, "P(amplitude > limit) [%]"), (right, "Relative stroke [mm]")):
@@ -142,20 +142,20 @@ def expected_costs(content: Content, mode: Content) -> FigureWithCaption:
     curves = {key: mode["cost"][key] for key in ("by_damping", "by_mass") if key in mode["cost"]}
     drawing, axes = style.panels(len(curves), height_mm=60.0)
     money = mode["cost"]["currency"] or "currency"
-    for one, (key, curve) in zip(axes, curves.items(), strict=True):
+    for panel, (key, curve) in zip(axes, curves.items(), strict=True):
         by_mass = key == "by_mass"
         x = _array(curve["mass"]) / 1e3 if by_mass else 100.0 * _array(curve["added_damping"])
-        one.plot(x, _array(curve["damper"]), color=style.GREEN, ls=":", label="damper")
-        one.plot(x, _array(curve["failure"]), color=style.VERMILLION, ls="--", label="expected failure")
-        one.plot(x, _array(curve["total"]), color=style.BLUE, label="sum")
+        panel.plot(x, _array(curve["damper"]), color=style.GREEN, ls=":", label="damper")
+        panel.plot(x, _array(curve["failure"]), color=style.VERMILLION, ls="--", label="expected failure")
+        panel.plot(x, _array(curve["total"]), color=style.BLUE, label="sum")
         if by_mass:
             too_light = np.where(curve["allowed"], np.nan, _array(curve["total"]))
             if np.isfinite(too_light).any():
-                one.plot(x, too_light, "o", ms=4, mfc="white", color=style.BLUE, label="not allowed: stroke or mass")
+                panel.plot(x, too_light, "o", ms=4, mfc="white", color=style.BLUE, label="not allowed: stroke or mass")
         best = curve["best_mass"] / 1e3 if by_mass else 100.0 * curve["best_added_damping"]
-        one.plot(best, curve["best_total"], "D", color=style.BLACK, label="least")
-        one.set(xlabel="Mass of all dampers [t]" if by_mass else _ADDED, ylabel=f"Expected cost [{money}]")
-        one.set_ylim(0.0, 4.0 * curve["best_total"])
+        panel.plot(best, curve["best_total"], "D", color=style.BLACK, label="least")
+        panel.set(xlabel="Mass of all dampers [t]" if by_mass else _ADDED, ylabel=f"Expected cost [{money}]")
+        panel.set_ylim(0.0, 4.0 * curve["best_total"])
     style.below(drawing, axes, columns=4)
     return FigureWithCaption(
         drawing,
@@ -170,37 +170,37 @@ def worth_of_information(content: Content, mode: Content) -> FigureWithCaption:
     worth = mode["cost"]["information"]["worth"]
     drawing, axes = style.alone(22.0 + 6.5 * len(worth))
     for kind, colour, label in (("perfect", style.SKY, "known perfectly"), ("sample", style.BLUE, "after a test")):
-        place = [k for k, one in enumerate(worth) if one["kind"] == kind]
+        place = [k for k, entry in enumerate(worth) if entry["kind"] == kind]
         axes.barh(place, [worth[k]["value"] for k in place], color=colour, label=label)
-    axes.set_yticks(range(len(worth)), [one["name"] for one in worth])
+    axes.set_yticks(range(len(worth)), [entry["name"] for entry in worth])
     axes.invert_yaxis()
     axes.set_xlabel(f"Expected saving [{mode['cost']['currency'] or 'currency'}]")
     axes.legend(loc="lower right")
     return FigureWithCaption(
         drawing,
         caption=f"What it would be worth to know more of mode {mode['name']} before the damper is chosen.",
-        alt="; ".join(f"{one['name']} {one['value']:.3g}" for one in worth),
+        alt="; ".join(f"{entry['name']} {entry['value']:.3g}" for entry in worth),
     )  # fmt: skip
 
 
 @figure("sizing", name="required_damping", source="sizing")
 def required_plot(content: Content) -> FigureWithCaption:
     """Added damping by confidence, every mode and limit."""
-    rows = [(mode["name"], one) for mode in content["modes"] for one in mode["limits"]]
+    rows = [(mode["name"], entry) for mode in content["modes"] for entry in mode["limits"]]
     drawing, axes = style.alone(20.0 + 15.0 * len(rows))
     height = 0.8 / len(CONFIDENCES)
-    top = max([one["required"][p] or 0.0 for _, one in rows for p in CONFIDENCES] + [1e-4])
-    for i, (_, one) in enumerate(rows):
+    top = max([entry["required"][p] or 0.0 for _, entry in rows for p in CONFIDENCES] + [1e-4])
+    for i, (_, limit) in enumerate(rows):
         for k, p in enumerate(CONFIDENCES):
             y = i - 0.4 + (k + 0.5) * height
-            value = one["required"][p]
+            value = limit["required"][p]
             axes.barh(y, 100.0 * (top * 1.15 if value is None else value), height=0.9 * height, color=_COLOURS[k],
                       hatch="//" if value is None else None, alpha=0.35 if value is None else 1.0,
                       label=f"{100 * float(p):.0f} % confidence")  # fmt: skip
             text = "not achievable" if value is None else f" {100 * value:.2f} %" if value > 0.0 else " none"
             axes.annotate(text, (0.0 if value is None else 100.0 * value, y), xytext=(3, 0), textcoords="offset points",
                           va="center", fontsize=7)  # fmt: skip
-    labels = [f"{style.shorten(name, 16)}\n{style.shorten(one['rule'], 20)}" for name, one in rows]
+    labels = [f"{style.shorten(name, 16)}\n{style.shorten(entry['rule'], 20)}" for name, entry in rows]
     axes.set_yticks(range(len(rows)), labels)
     axes.set(xlabel=_ADDED, xlim=(0.0, 100.0 * top * 1.25))
     axes.invert_yaxis()

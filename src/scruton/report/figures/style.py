@@ -91,8 +91,8 @@ def _families() -> tuple[str, ...]:
     from matplotlib.font_manager import FontEntry, fontManager
 
     fontManager.ttflist += [
-        FontEntry(str(one.path), one.index, f"{_OURS}{one.family}", one.style, weight=one.weight, size="scalable")
-        for one in typefaces.typefaces()
+        FontEntry(str(face.path), face.index, f"{_OURS}{face.family}", face.style, weight=face.weight, size="scalable")
+        for face in typefaces.typefaces()
     ]
     return tuple(f"{_OURS}{family}" for family in typefaces.families())
 
@@ -143,10 +143,10 @@ def panels(count: int, *, columns: int = 2, height_mm: float = 52.0, **kwargs: A
 def outer_labels(axes: "Sequence[Axes]", x: str, y: str, *, columns: int = 2) -> None:
     """Label the outer panels: horizontal axes at the bottom, vertical ones at the left."""
     columns = min(columns, len(axes))
-    for one in axes[::columns]:
-        one.set_ylabel(y)
-    for one in axes[-columns:]:
-        one.set_xlabel(x)
+    for panel in axes[::columns]:
+        panel.set_ylabel(y)
+    for panel in axes[-columns:]:
+        panel.set_xlabel(x)
 
 
 def pages(items: Sequence[Any], size: int) -> list[Sequence[Any]]:
@@ -161,7 +161,7 @@ def pages(items: Sequence[Any], size: int) -> list[Sequence[Any]]:
 def below(figure: "Figure", axes: "Sequence[Axes]", *, columns: int = 3) -> None:
     """Put one legend for all panels below them, or in a place that no panel fills, with every label once."""
     handles = legend_handles(axes)
-    spare = [one for one in figure.axes if not one.get_visible()]
+    spare = [panel for panel in figure.axes if not panel.get_visible()]
     if spare:
         spare[0].set_visible(True)
         spare[0].set_axis_off()
@@ -170,7 +170,7 @@ def below(figure: "Figure", axes: "Sequence[Axes]", *, columns: int = 3) -> None
         # as many columns as fit: some 105 letters, of which each handle takes the room of eight; Chinese is wide
         widths = [8 + sum(2 if ord(letter) > 0x2E7F else 1 for letter in label) for label in handles]
         counts = range(min(columns, len(handles)), 1, -1)
-        fitting = (n for n in counts if sum(int(one.max()) for one in np.array_split(widths, n)) <= 105)
+        fitting = (n for n in counts if sum(int(part.max()) for part in np.array_split(widths, n)) <= 105)
         figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=next(fitting, 1))
     figure.align_ylabels()
 
@@ -178,8 +178,8 @@ def below(figure: "Figure", axes: "Sequence[Axes]", *, columns: int = 3) -> None
 def legend_handles(axes: "Sequence[Axes]") -> dict[str, Any]:
     """What a legend shows of several panels, every label once."""
     handles: dict[str, Any] = {}
-    for one in axes:
-        for handle, label in zip(*one.get_legend_handles_labels(), strict=True):
+    for panel in axes:
+        for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
             handles.setdefault(label, handle)
     return handles
 

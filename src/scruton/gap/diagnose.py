@@ -1,4 +1,4 @@
-"""A campaign's gap.json: where the bare model and the measurement part, which effect, how far the gap shrinks."""
+"""A campaign's gap.json: where the null model and the measurement part, which effect, how far the gap shrinks."""
 
 from pathlib import Path
 from typing import Any
@@ -119,8 +119,8 @@ def _evidence(diagnosis: Diagnosis, thorough: bool) -> dict[str, Any]:
 
     def sampled(fit: FittedHypothesis, seed: int) -> tuple[Evidence, Evidence | None]:
         density, proposal = fit.hypothesis.log_density, fit.proposal()
-        own = importance_evidence(density, proposal, rng)
-        return own, bridge_evidence(density, proposal, seed, inside=fit.hypothesis.inside) if thorough else None
+        importance = importance_evidence(density, proposal, rng)
+        return importance, bridge_evidence(density, proposal, seed, inside=fit.hypothesis.inside) if thorough else None
 
     base, checked = sampled(null, 0), {}
     for k, candidate in enumerate(ranked[:_LEADERS], 1):
@@ -140,17 +140,17 @@ def _evidence(diagnosis: Diagnosis, thorough: bool) -> dict[str, Any]:
 def found_parameters(diagnosis: Diagnosis, name: str) -> dict[str, Any]:
     """Median and 90 % interval of every parameter of an effect that was found, in its own unit."""
     fit, records = diagnosis.final, diagnosis.data.layout.records
-    found: dict[str, Any] = {}
+    table: dict[str, Any] = {}
     for i, variant in enumerate(fit.hypothesis.variants):
         for p in variant.parameters if variant.effect == name else ():
             for j, (centre, sd) in enumerate(zip(*fit.value(p.name, i), strict=True)):
                 low, middle, high = _quantiles(p, float(centre), float(sd))
-                mine = [record for record, member in zip(records, p.members, strict=True) if member == j]
-                found[p.name if p.size == 1 else f"{p.name}[{j + 1}]"] = {
+                members = [record for record, member in zip(records, p.members, strict=True) if member == j]
+                table[p.name if p.size == 1 else f"{p.name}[{j + 1}]"] = {
                     "median": middle, "interval90": [low, high], "unit": p.unit, "form": variant.label,
-                    "records": mine if len(mine) < len(records) else "all",
+                    "records": members if len(members) < len(records) else "all",
                 }  # fmt: skip
-    return found
+    return table
 
 
 def _quantiles(parameter: Parameter, centre: float, sd: float) -> tuple[float, float, float]:

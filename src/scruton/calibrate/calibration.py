@@ -68,16 +68,16 @@ def run_calibration(
         design = tuple(row for regime in informed for row in identifiability(regime, regime.card(base)))
         done = {regime.name: load(work.new, regime.name) for regime in wanted}
         # Campaign by campaign through all regimes, so that a run that is stopped early tells something of each.
-        missing = [(name, i) for i in range(campaigns) for name, mine in done.items() if i not in mine]
+        missing = [(name, i) for i in range(campaigns) for name, records in done.items() if i not in records]
         for record in completed(run_campaign, [(*task, seed, base) for task in missing], how.jobs):
             with (lines / f"{record['regime']}.jsonl").open("a", encoding="utf-8", newline="\n") as file:
                 file.write(json.dumps(record) + "\n")
-            mine = done[record["regime"]]
-            mine[record["index"]] = record
-            how.tell(record["regime"], len(mine), campaigns)
-        for name, mine in done.items():  # in an order that does not depend on who was done first
-            write_text(lines / f"{name}.jsonl", "".join(json.dumps(mine[index]) + "\n" for index in sorted(mine)))
-        kept = {name: [mine[i] for i in range(campaigns)] for name, mine in done.items()}
+            records = done[record["regime"]]
+            records[record["index"]] = record
+            how.tell(record["regime"], len(records), campaigns)
+        for name, records in done.items():  # in an order that does not depend on who was done first
+            write_text(lines / f"{name}.jsonl", "".join(json.dumps(records[index]) + "\n" for index in sorted(records)))
+        kept = {name: [records[i] for i in range(campaigns)] for name, records in done.items()}
         result = summarise(how.folder, settings, wanted, kept, design)
         write_tables(result, work.new)
         work.publish()
@@ -103,8 +103,8 @@ def load(folder: Path, regime: str) -> dict[int, dict[str, Any]]:
     except (ValueError, RecursionError) as error:
         raise InputError(path, "", f"a line that cannot be read ({error})", wanted) from error
     for number, record in enumerate(records, start=1):
-        mine = isinstance(record, dict) and type(record.get("index")) is int and record.get("regime") == regime
-        fitted = mine and isinstance(record.get("converged"), bool) and isinstance(record.get("scores"), dict)
-        if not (fitted or (mine and isinstance(record.get("failed"), str))):
+        belongs = isinstance(record, dict) and type(record.get("index")) is int and record.get("regime") == regime
+        fitted = belongs and isinstance(record.get("converged"), bool) and isinstance(record.get("scores"), dict)
+        if not (fitted or (belongs and isinstance(record.get("failed"), str))):
             raise InputError(path, f"line {number}", "what is no campaign of this regime", wanted)
     return {record["index"]: record for record in records}

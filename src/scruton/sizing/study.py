@@ -227,11 +227,11 @@ def size(
     )
     if progress:
         progress("done", 1.0)
-    stands = SizedBridge(
+    described = SizedBridge(
         bridge.title, bridge.motion.value, bridge.width, bridge.depth, bridge.air_density, _stated(bridge.coherence)
     )
     return Sizing(
-        1, stands, "m" if bridge.motion is Motion.HEAVING else "rad",
+        1, described, "m" if bridge.motion is Motion.HEAVING else "rad",
         dict(zip(laws.labels, laws.weights.tolist(), strict=True)), tuple(modes), together, tuple(remarks),
     )  # fmt: skip
 

@@ -22,7 +22,7 @@ Diagnose = Callable[[Path], Mapping[str, Any]]
 
 def diagnose_case(folder: Path) -> Mapping[str, Any]:
     """Diagnose a campaign with the default card in one thread: the content of gap.json."""
-    from scruton.gap.run import diagnose_campaign
+    from scruton.gap.diagnose import diagnose_campaign
 
     return diagnose_campaign(folder, workers=1)
 
@@ -65,11 +65,11 @@ def run_challenge(folder: Path, how: Execution, diagnose: Diagnose = diagnose_ca
 
 def cases_of(folder: Path) -> tuple[str, ...]:
     """Names of the folders with a campaign.toml, in order (InputError if there is none)."""
-    found = tuple(sorted(p.parent.name for p in folder.glob("*/campaign.toml") if not p.parent.name.startswith(".")))
-    if not found:
+    names = tuple(sorted(p.parent.name for p in folder.glob("*/campaign.toml") if not p.parent.name.startswith(".")))
+    if not names:
         wanted = "a folder made by scruton challenge make, with case-0001/campaign.toml and so on"
         raise InputError(folder, "", "no folder with a campaign.toml" if folder.is_dir() else "no folder", wanted)
-    return found
+    return names
 
 
 def _run(folder: Path, out: Path, names: Sequence[str], jobs: int, diagnose: Diagnose) -> Iterator[str]:
