@@ -1,4 +1,4 @@
-"""Types of arrays, in one place."""
+"""Types of arrays, and an even choice among their rows."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,3 +7,8 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 ComplexArray = NDArray[np.complex128]
+
+
+def thin(size: int, count: int) -> IntArray:
+    """Indices of at most `count` of `size` points, evenly spread, first and last among them."""
+    return np.unique(np.linspace(0, size - 1, min(size, count)).round().astype(np.intp))

@@ -229,7 +229,7 @@ def test_a_figure_that_cannot_be_drawn_is_missed_in_its_chapter(
 def test_a_figure_of_the_gap_that_fails_leaves_the_diagnosis(
     small_campaign: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("scruton.report.parts.gap_figure", fail)
+    monkeypatch.setattr("scruton.report.figures.gap.gap_figure", fail)
     part = gap_part(small_campaign)
     assert part.content["verdict"] == "none"
     assert not part.pictures

@@ -49,10 +49,11 @@ def validate(arguments: Namespace) -> Outcome:
                  "unit": case.prediction.unit, "median": case.prediction.median, "q05": low, "q95": high, **known,
                  "z": case.z, "log score": case.log_score, "inside 90 %": case.inside()}
             )  # fmt: skip
-        content = {"format": 1, "title": campaign.title, "unit": unit, "validations": as_json(entries)}
+        content = {"format": 1, "title": campaign.title, "unit": unit}
+        content |= {"validations": as_json(entries), "coverage": coverage}
         figures = save(validation_figure(validations), work.new, formats=("svg", "png"))
         write_text(work.new / CSV, safe_frame(pd.DataFrame(rows)).to_csv(index=False))
-        work.write(JSON, content | {"coverage": coverage})
+        work.write(JSON, content)
         paths = work.published([work.new / JSON, work.new / CSV, *figures])
     text = render_text(validation_summary(campaign.title, unit, validations, coverage))
     return Outcome(text, paths, code=DONE if all(case.trusted for case in validations) else NOT_TRUSTED)

@@ -67,9 +67,8 @@ def size(arguments: Namespace) -> Outcome:
     """
     from scruton.report.chapters.sizing import sizing_summary
     from scruton.report.figures import figures_from, save
-    from scruton.report.parts import sizing_origin
     from scruton.sizing.limits import limit
-    from scruton.sizing.study import RESULT, size
+    from scruton.sizing.study import RESULT, size, sizing_origin
 
     results = arguments.results
     folder = arguments.out or results / "sizing"

@@ -82,7 +82,7 @@ def from_normals(z: FloatArray, regime: Regime, card: ModelCard) -> tuple[Drawn,
     Returns
     -------
     drawn : Drawn
-    places : Setting
+    setup : Setting
         As they truly are, (S, J) each.
     possible : (S,) array of bool
         Whether every test has a stable amplitude, for n < 0 at zero damping too; what is not is drawn again.

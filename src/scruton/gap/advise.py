@@ -1,6 +1,6 @@
 """What these data cannot tell, the cheapest record that would, and what no record in wind can show."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -25,13 +25,14 @@ def confusions(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
     """Effects that these data cannot tell apart, the verdict's group first.
 
     An effect joins the verdict where the verdict's signature at its fitted size - what it moves in the innovations,
-    whitened - has less than two standard deviations left after projection on the bare parameters and the effect's, or
-    where its evidence is as good to within some nats.  Other pairs are looked at with 20 per cent of the relaxation
-    damping.  The group of `none` holds what could be there at that size without being seen.
+    whitened - has less than two standard deviations left after projection on the null model's parameters and the
+    effect's, or where its evidence is as good to within some nats.  Other pairs are looked at with 20 per cent of the
+    relaxation damping.  The group of `none` holds what could be there at that size without being seen.
     """
     verdict, weights = diagnosis.verdict, diagnosis.log_weights
     space = _Tangent(diagnosis.null.hypothesis, diagnosis.null.mode)
-    signatures = {name: _signature(diagnosis.null, space, variant) for name, variant in _typical(diagnosis).items()}
+    typical = _typical(diagnosis)
+    signatures = {name: _signature(diagnosis.null, space, variant) for name, variant in typical.items()}
     seen = {name: space.left(signature) for name, signature in signatures.items()}
     first = [verdict]
     if verdict == NONE:
@@ -39,10 +40,12 @@ def confusions(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
     elif verdict != UNKNOWN:
         first += [name for group in diagnosis.groups[:1] for name in group if name != verdict]
         known = {*first, *diagnosis.found}
-        first += _near_signature(diagnosis, [
-            name for name, gain in weights.items()
+        near = [
+            name
+            for name, gain in weights.items()
             if name in CATALOGUE and name not in known and gain > weights[verdict] - thresholds.FAR_BEHIND
-        ])  # fmt: skip
+        ]
+        first += _near_signature(diagnosis, near, typical) if near else []
     groups: list[set[str]] = []
     rest = [name for name in signatures if name not in first and seen[name] >= BLIND]
     for i, name in enumerate(rest):
@@ -54,9 +57,9 @@ def confusions(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
     return (tuple(first), *(tuple(sorted(group)) for group in groups))
 
 
-def _near_signature(diagnosis: Diagnosis, names: Sequence[str]) -> list[str]:
+def _near_signature(diagnosis: Diagnosis, names: Sequence[str], typical: Mapping[str, Variant]) -> list[str]:
     """Effects that can mimic the verdict's signature at its fitted size, the others found in place."""
-    final, typical = diagnosis.final, _typical(diagnosis)
+    final = diagnosis.final
     others = Hypothesis(final.hypothesis.null, final.hypothesis.variants[:-1])
     v, s = final.hypothesis.innovations(final.mode[None])
     without, _ = others.innovations(final.mode[None, : others.size])
@@ -261,8 +264,9 @@ def invisible(diagnosis: Diagnosis) -> list[dict[str, Any]]:
         moved[:, list(terms)] = moved[:, list(terms)] * factor + added
         return float(limit_cycle_amplitude(moved, data.channels.knots, level)[0])
 
+    a = settled()
+
     def percent(moved: float) -> float:
-        a = settled()
         return round(100.0 * abs(moved / a - 1.0), 2) if a > 0.0 and np.isfinite(moved) else float("inf")
 
     gain = thresholds.INVISIBLE_GAIN

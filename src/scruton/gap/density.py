@@ -149,8 +149,8 @@ def density(known: NormalPosterior, records: np.ndarray) -> RecordDensity:
     def scores(u: FloatArray) -> tuple[float, FloatArray, FloatArray, FloatArray, FloatArray]:
         """Its logarithm, gradient and curvature (free,), the records' information (k, k), their log likelihoods."""
         gradient, fisher = np.zeros(u.size), np.zeros((u.size, u.size))
-        v, log_s = part.add_scores(u, gradient, fisher)
-        misfit = v * v * np.exp(-log_s) + log_s
+        v, log_s, weight = part.add_scores(u, gradient, fisher)
+        misfit = v * v * weight + log_s
         likes = np.array([-0.5 * float(np.sum(misfit[cycles] + _LOG_2PI)) for cycles, _, _ in blocks])
         gradient[at_stated] -= u[at_stated] / stated_sd**2
         fisher[at_stated, at_stated] += 1.0 / stated_sd**2

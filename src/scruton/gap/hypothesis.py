@@ -220,7 +220,7 @@ class Hypothesis:
             moves[i, where] = scale[where]
         v, s = self.innovations(np.concatenate([u[None], u + moves, u - moves]))
         s = np.log(s)
-        width = 2.0 * np.r_[scale, 1.0][self.places[:, np.tile(channels.record, 3)]]
+        width = (2.0 * np.r_[scale, 1.0][self.places])[:, np.tile(channels.record, 3)]
         jv, js = (v[1 : count + 1] - v[count + 1 :]) / width, (s[1 : count + 1] - s[count + 1 :]) / width
         return v[0], s[0], jv, js
 
@@ -233,10 +233,12 @@ class Hypothesis:
             blocks.append((np.flatnonzero(record == r), rows, coordinates[rows]))
         return tuple(blocks)
 
-    def add_scores(self, u: FloatArray, gradient: FloatArray, fisher: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def add_scores(
+        self, u: FloatArray, gradient: FloatArray, fisher: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Add what the records tell to a gradient (d,) and an information (d, d).
 
-        Returns innovations and log variances at the point, (3 N,) each.
+        Returns innovations, log variances and inverse variances at the point, (3 N,) each.
         """
         v, log_s, jv, js = self.derivatives(u)
         weight = np.exp(-log_s)
@@ -245,14 +247,14 @@ class Hypothesis:
             a, b = jv[np.ix_(rows, cycles)], js[np.ix_(rows, cycles)]
             gradient[where] -= a @ pull[cycles] + 0.5 * b @ spread[cycles]
             fisher[np.ix_(where, where)] += (a * weight[cycles]) @ a.T + 0.5 * b @ b.T
-        return v, log_s
+        return v, log_s, weight
 
     def scores(self, u: FloatArray) -> tuple[float, FloatArray, FloatArray]:
         """Log posterior, gradient (d,) and Fisher information with the prior's precision (d, d)."""
         location, scale = self.prior
         gradient, fisher = -(u - location) / scale**2, np.diag(1.0 / scale**2)
-        v, log_s = self.add_scores(u, gradient, fisher)
-        value = -0.5 * float(np.sum(v * (v * np.exp(-log_s)) + log_s + _LOG_2PI)) + float(self.log_prior(u[None])[0])
+        v, log_s, weight = self.add_scores(u, gradient, fisher)
+        value = -0.5 * float(np.sum(v * (v * weight) + log_s + _LOG_2PI)) + float(self.log_prior(u[None])[0])
         return value, gradient, fisher
 
     def fit(self, start: FloatArray | None = None, *, iterations: int = 40) -> FittedHypothesis:

@@ -89,8 +89,8 @@ def close_rows(rows: Rows) -> tuple[Closed, ...]:
     Effects that leave the rows as they are, whatever their size, are left out.
     """
     layout = _layout(rows)
-    bare_model = _Problem(rows, layout)
-    before = float(np.sum(bare_model.misfit(bare_model.fit()) ** 2))
+    null = _Problem(rows, layout)
+    before = float(np.sum(null.misfit(null.fit()) ** 2))
     closed = []
     for effect in CATALOGUE.values():
         options = []
@@ -157,7 +157,7 @@ class _Problem:
         amplitude = limit_cycle_amplitude(table[0], knots, layout.reference_amplitude)
         amplitude = np.where(np.isfinite(amplitude) & (amplitude > 0.0), amplitude, 1e-3 * layout.reference_amplitude)
         step = 1e-4 * amplitude
-        up, down = (np.diag(amplitude_rates(table[0], amplitude + s * step, knots)) for s in (1.0, -1.0))
+        up, down = (amplitude_rates(table[0], (amplitude + s * step)[:, None], knots)[:, 0] for s in (1.0, -1.0))
         rate = np.maximum(-(up - down) / (2.0 * step), 1e-9)
         return amplitude * (1.0 + table[0, :, Term.GAIN]), rate
 

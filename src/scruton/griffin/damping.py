@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scruton.arrays import FloatArray
+from scruton.arrays import FloatArray, thin
 from scruton.dynamics import rate as amplitude_rate
 from scruton.envelope.damping import aerodynamic_damping, total_damping
 from scruton.griffin.bands import trial_griffin_draws
@@ -31,7 +31,7 @@ def amplitude_grid(fit: "Fit", test: str) -> FloatArray:
 
 def _thin(draws: FloatArray) -> FloatArray:
     """At most 1000 draws, evenly spread, (S, 1)."""
-    return draws[np.unique(np.linspace(0, draws.size - 1, min(draws.size, _DRAWS)).round().astype(int)), None]
+    return draws[thin(draws.size, _DRAWS), None]
 
 
 def total_draws(tree: "xr.DataTree", test: str, amplitude: FloatArray) -> FloatArray:

@@ -126,6 +126,8 @@ def assemble(
     """Put every posterior into one `Fit`, and fit the model over wind speeds to them where it is `thorough`."""
     campaign, card, samples = sampled.campaign, sampled.card, sampled.samples
     tree = build_tree(sampled, sampling, provenance, thorough=thorough)
+    # before the speeds are sampled: a record too short for the procedure is refused now
+    fronts = dict(front_ends_of(campaign, tree, sampled.ringdowns))
     if sampled.joint and thorough:
         speeds = fit_speeds(tree, campaign, sampling)
         if speeds is not None:
@@ -135,8 +137,7 @@ def assemble(
     convergence = convergence_frame(tree)
     summary = summarise(sampled, convergence, provenance, sampling.flags, misfit=misfit)
     return Fit(
-        campaign, card, tree, sampled.cycles, sampled.ringdowns,
-        dict(front_ends_of(campaign, tree, sampled.ringdowns)), convergence, tuple(sampling.flags),
+        campaign, card, tree, sampled.cycles, sampled.ringdowns, fronts, convergence, tuple(sampling.flags),
         summary["converged"], summary,
     )  # fmt: skip
 

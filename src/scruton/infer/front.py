@@ -8,6 +8,7 @@ import numpy as np
 
 from scruton.campaign.schema import Campaign, Record, Rig
 from scruton.envelope import Cycles, FrontEnd, RingDown, front_end, record_cycles, ring_down
+from scruton.envelope.damping import StructuralDamping
 from scruton.infer.thresholds import BAND_FLOOR, DAMPING_CERTAINTY, DAMPING_VARIATION
 
 if TYPE_CHECKING:
@@ -81,13 +82,13 @@ def _front_end(
     posterior = tree["posterior"].to_dataset().sel(test=test)
     rig = campaign.rig(campaign.test(test).rig)
     ringdown = ringdowns.get(rig.name)
-    varies = ringdown is not None and damping_varies(ringdown) is not None
+    damping: StructuralDamping = float(np.median(posterior["damping_ratio"]))
+    if ringdown is not None and damping_varies(ringdown) is not None:
+        damping = ringdown.structural_damping
     return front_end(
         record,
         frequency=float(tree["constant_data"]["wind_frequency"].sel(test=test)),
         still_air_frequency=rig.frequency.mean,
-        damping_ratio=ringdown.structural_damping
-        if ringdown and varies
-        else float(np.median(posterior["damping_ratio"])),
+        damping_ratio=damping,
         mass_damping_factor=float(np.median(posterior["mass_damping_factor"])),
     )

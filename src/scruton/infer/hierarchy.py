@@ -183,20 +183,29 @@ class CampaignPosterior(Posterior):
     def inside(self, u: FloatArray) -> np.ndarray:
         """A stable amplitude at every tested setting, and for n < 0 at zero damping (Y1 < 0), (W,) of bool."""
         s = self.settings(u)
-        amplitude, strength, g_j = self._deviations(u, s)
-        good = np.isfinite(amplitude) & np.isfinite(strength) & (g_j > 0.0) & (s["relaxation_ratio"] > 0.0)
-        return np.asarray(good.all(axis=1))
+        return _stable(s, *self._deviations(u, s))
 
     def log_prior(self, u: FloatArray) -> FloatArray:
-        """Log prior density of the coordinates without the joint constraint, (W,); NaN where a parameter is none."""
-        total = self.log_prior_terms(u).sum(axis=1)
-        return np.where(np.isnan(total), -np.inf, total)
+        """Log prior density of the coordinates without the joint constraint, (W,); -inf where a parameter is none."""
+        return self.prior_within(u)[0]
+
+    def prior_within(self, u: FloatArray) -> tuple[FloatArray, np.ndarray]:
+        """`log_prior` and `inside`, from the same settings of the tests."""
+        s = self.settings(u)
+        deviations = self._deviations(u, s)
+        total = self._terms(u, s, *deviations).sum(axis=1)
+        return np.where(np.isnan(total), -np.inf, total), _stable(s, *deviations)
 
     def log_prior_terms(self, u: FloatArray) -> FloatArray:
         """Log prior of every coordinate given those before it, (W, d)."""
-        s, terms = self.settings(u), super().log_prior_terms(u)
-        amplitude, strength, g_j = self._deviations(u, s)
-        log = self.named(u)
+        s = self.settings(u)
+        return self._terms(u, s, *self._deviations(u, s))
+
+    def _terms(
+        self, u: FloatArray, s: dict[str, FloatArray], amplitude: FloatArray, strength: FloatArray, g_j: FloatArray
+    ) -> FloatArray:
+        """`log_prior_terms` from the settings of the tests and their deviations."""
+        terms, log = super().log_prior_terms(u), self.named(u)
         for j, (test, term) in enumerate(self._each(terms)):
             term["stable_amplitude"] = _normal(amplitude[:, j], log["discrepancy_amplitude"])
             if test.relaxes:
@@ -264,6 +273,12 @@ class CampaignPosterior(Posterior):
         level = np.where(np.isfinite(level), level, log["reference_amplitude"])
         log["reference_amplitude"] = level + 0.05 * rng.standard_normal(size)
         return u
+
+
+def _stable(s: dict[str, FloatArray], amplitude: FloatArray, strength: FloatArray, g_j: FloatArray) -> np.ndarray:
+    """Whether every test has a stable amplitude and a positive strength of the wind, (W,) of bool."""
+    good = np.isfinite(amplitude) & np.isfinite(strength) & (g_j > 0.0) & (s["relaxation_ratio"] > 0.0)
+    return np.asarray(good.all(axis=1))
 
 
 def _normal(deviation: FloatArray, log_sd: FloatArray) -> FloatArray:

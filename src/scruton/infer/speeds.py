@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scruton.arrays import FloatArray
+from scruton.arrays import FloatArray, thin
 from scruton.campaign.schema import Campaign, Motion, Sweep
 from scruton.dynamics.scruton_number import factor
 from scruton.infer.result_schema import dataset
@@ -23,9 +23,6 @@ if TYPE_CHECKING:
 SCALES = ("speed_scale_amplitude", "speed_scale_relaxation", "speed_length")
 PRIORS = ("stable_amplitude", "relaxation_ratio", *SCALES, "speed_shift")
 NAME = "speeds"  # of the posterior
-HYPERPARAMETERS = (  # as a Speeds and the tree name them
-    "scale_amplitude", "scale_relaxation", "length", "scale_shift", "discrepancy_amplitude", "discrepancy_relaxation",
-)  # fmt: skip
 SWEEP_POINTS = 40  # of one sweep at most
 GRID, DRAWS = 61, 2000
 WALKERS, ESS, STEPS = 64, 400.0, 1500
@@ -125,7 +122,7 @@ def _sweep_points(tree: "xr.DataTree", campaign: Campaign, sweep: Sweep) -> Iter
     )  # fmt: skip
     sc = float(per_damping) * tree["rig_posterior"]["damping_ratio"].sel(rig=rig.name).to_numpy()
     good = np.flatnonzero((sweep.amplitude > 0.0) & (sweep.wind_speed > 0.0))
-    for i in good[np.unique(np.linspace(0, good.size - 1, min(good.size, SWEEP_POINTS)).round().astype(int))]:
+    for i in good[thin(good.size, SWEEP_POINTS)]:
         yield SpeedPoint(
             f"sweep of {rig.name}, point {i + 1}", rig.name, sweep.wind_speed[i] / (rig.frequency.mean * section.depth),
             float(np.median(sc)), float(np.hypot(np.log(sc).std(), rig.mass.log_sd)),

@@ -2,7 +2,6 @@
 
 import gc
 import json
-import os
 import threading
 from collections.abc import Mapping
 from dataclasses import fields
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.campaign.bounded import relative_to
 from scruton.documents import from_json, read_document, replace_file, write_document
 from scruton.errors import InputError
 from scruton.infer.result_schema import SCHEMA, faults
@@ -132,7 +132,7 @@ def pack(folder: Path, **values: Any) -> tuple[str, FloatArray]:
 
     def plain(value: Any) -> Any:
         if isinstance(value, Path):
-            return Path(os.path.relpath(value, folder)).as_posix()
+            return relative_to(value, folder)
         if not isinstance(value, np.ndarray):
             return {field.name: getattr(value, field.name) for field in fields(value)}
         start = sum(map(len, arrays))

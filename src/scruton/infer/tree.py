@@ -238,11 +238,12 @@ def summarise(
                 "wind_frequency": result.wind_frequency,
                 # Whether the fluctuations of lock-in records were used, and the conditions for it.
                 "lock_in": [
-                    {"record": verdict.record, "used": verdict.usable}
-                    | {
+                    {
+                        "record": verdict.record,
+                        "used": verdict.usable,
                         "conditions": [
-                            {k: vars(c)[k] for k in ("name", "holds", "sentence")} for c in verdict.conditions
-                        ]
+                            {"name": c.name, "holds": c.holds, "sentence": c.sentence} for c in verdict.conditions
+                        ],
                     }
                     for verdict in result.steady
                 ],
@@ -255,8 +256,12 @@ def summarise(
                 "name": rig.rig.name,
                 "parameters": parameters({"damping_ratio": rig.damping}, f"rig {rig.rig.name}", verdicts),
                 "bands": [
-                    {"amplitude": [band.lower, band.upper]}
-                    | {"damping_ratio": band.damping_ratio, "sd": band.sd, "plucks": band.plucks}
+                    {
+                        "amplitude": [band.lower, band.upper],
+                        "damping_ratio": band.damping_ratio,
+                        "sd": band.sd,
+                        "plucks": band.plucks,
+                    }
                     for band in bands.get(rig.rig.name, ())
                 ],
             }

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scruton.documents import sealed, write_bytes
+from scruton.documents import write_bytes, write_document, write_text
 from scruton.errors import InputError
 from scruton.processes import SecondProcess
 from scruton.report.failures import Failure, Failures, begun, guarded
@@ -130,11 +130,13 @@ def write_report(
     frames = attempt("campaign", "The tables", lambda: tables(fit, [*design, *at_tests.values()]), {})
     pictures = _draw(fit, second or SecondProcess(beside=False), failures)
     parts: dict[str, Part] = {}
+    charts: dict[str, Mapping[str, Any]] = {}
     for name, what, part in (("gap", "The diagnosis of the gap", gap), ("sizing", "The sizing", sizing)):
         done = attempt(name, what, part, None) if callable(part) else part
         if done is not None:
             parts[name] = done
             pictures += done.pictures
+            charts |= done.charts
             failures.found += done.failures
     files = {f"{picture.name}.{kind}": getattr(picture, kind) for picture in pictures for kind in ("svg", "png")}
     (out / FIGURES).mkdir(parents=True)
@@ -142,20 +144,21 @@ def write_report(
         (out / FIGURES / name).write_bytes(drawing)
     if fit.summary["tests"]:
         chart = attempt("griffin-plot", "The chart of the Griffin plot", lambda: griffin_chart(fit, design), None)
-        pictures = [replace(picture, chart=chart) if picture.name == GRIFFIN else picture for picture in pictures]
+        charts = {GRIFFIN: chart, **charts} if chart else charts
+    pictures = [replace(picture, chart=charts.get(picture.name)) for picture in pictures]
     contents = {name: dict(part.content) for name, part in parts.items()}
-    material = Material(fit, frames, pictures, design, at_tests, others, **contents)
+    material = Material(fit, frames, pictures, design, at_tests, others, charts=charts, **contents)
     document = compose(material, failures)
     written = attempt("", "Writing the tables", lambda: write_tables(document, frames, out / TABLES), [])
     values = attempt("", "Writing the numbers", lambda: numbers(material, document), {"format": 1})
     pdf = attempt("", "The PDF", lambda: render_pdf(with_failures(document, failures)), b"")
     values |= contents | {"failures": [failure.to_json() for failure in failures.found]}
-    write_bytes(out / HTML, render_html(with_failures(document, failures)).encode())
+    write_text(out / HTML, render_html(with_failures(document, failures)))
     if pdf:
         write_bytes(out / PDF, pdf)
-    jsons = {JSON: values, **{f"{name}.json": sealed(content) for name, content in contents.items()}}
-    for file, content in jsons.items():
-        write_bytes(out / file, (json.dumps(content, indent=1, ensure_ascii=False) + "\n").encode())
+    write_text(out / JSON, json.dumps(values, indent=1, ensure_ascii=False) + "\n")
+    for name, content in contents.items():
+        write_document(out / f"{name}.json", content)
     there = place or out
     return ReportPaths(
         report=there / HTML,

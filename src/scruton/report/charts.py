@@ -26,8 +26,8 @@ _POINTS = 60
 def griffin_chart(fit: "Fit", design: "Sequence[Prediction]" = ()) -> dict[str, Any]:
     """The Griffin plot to be read off: predictive quantiles along the Scruton number, the points, the curves.
 
-    It is as of `scruton.report.document.Chart`; None stands for a number that does not exist. The reader begins at the
-    first prediction of the design.
+    It is the `chart` of a `scruton.report.document.Picture`; None stands for a number that does not exist. The reader
+    begins at the first prediction of the design.
     """
     tree, tests, unit = fit.tree, peak_names(fit.tree), unit_of(fit.tree)
     asked = [prediction.scruton_number for prediction in design]

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,25 +10,22 @@ import numpy as np
 
 from scruton.campaign import Campaign, load_campaign
 from scruton.errors import InputError
-from scruton.gap.diagnose import examine
 from scruton.griffin.curves import law_curves
 from scruton.griffin.posterior import chosen_rig, motion_of, rig_mass_damping_draws
 from scruton.griffin.validate import validate
 from scruton.infer.cards import ModelCard, load_card
-from scruton.infer.store import provenance_of, read_tree
-from scruton.provenance import provenance
+from scruton.infer.store import read_tree
 from scruton.report.chapters.gap import gap_sentence
 from scruton.report.charts import risk_chart
 from scruton.report.document import Picture
 from scruton.report.failures import Failure, Failures
 from scruton.report.figures import FigureWithCaption, figures_from
-from scruton.report.figures.gap import gap_figure
 from scruton.report.figures.registry import contents
 from scruton.report.figures.sizing import governing, modes
 from scruton.sizing.bridge import Bridge, load_bridge
 from scruton.sizing.limits import limit
 from scruton.sizing.model import ModeModel, unit_cube
-from scruton.sizing.study import size
+from scruton.sizing.study import size, sizing_origin
 
 if TYPE_CHECKING:
     from scruton.griffin import Prediction
@@ -37,11 +34,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """An analysis in the report: content of its JSON file, its pictures, and what of those is missing."""
+    """An analysis in the report: content of its JSON file, its pictures, and what of those is missing.
+
+    `charts` holds what interactive pictures are drawn from, by the name of the picture, be that there or not.
+    """
 
     content: Mapping[str, Any]
     pictures: Sequence[Picture] = ()
     failures: Sequence[Failure] = ()
+    charts: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 
 def drawn(figure: FigureWithCaption) -> Picture:
@@ -52,6 +53,10 @@ def drawn(figure: FigureWithCaption) -> Picture:
 
 def gap_part(campaign: Path, model: str = "default") -> Part:
     """Diagnose a campaign on disk (InputError where it cannot be read or holds no record)."""
+    # heavy, and mostly for another process: what is refused at once does not wait for it
+    from scruton.gap.diagnose import examine
+    from scruton.report.figures.gap import gap_figure
+
     diagnosis, content, findings, curves = examine(campaign, load_card(model), workers=1)
     failures = Failures()
 
@@ -86,20 +91,6 @@ def scruton_numbers_of(fit: "Fit", bridge: Path) -> list[float]:
     return sorted({float(f"{np.median(draw.scruton_number(0.0)):.4g}") for draw in draws})
 
 
-def sizing_origin(
-    folder: Path, summary: Mapping[str, Any], bridge: Bridge, *, seed: int, settings: Mapping[str, Any]
-) -> dict[str, Any]:
-    """What a sizing was made from: the fit in a folder with all that it was made from, and the bridge."""
-    fit, fitted = provenance_of(folder, summary), summary["provenance"]
-    return {
-        **provenance(
-            "size", seed=seed, sha256={**fitted["sha256"], **fit, **bridge.sha256}, settings=settings,
-            card={key: fitted["card"][key] for key in ("name", "sha256")},
-        ),
-        "fit_sha256": fit, "bridge_sha256": dict(bridge.sha256), "limits": list(settings["limits"]),
-    }  # fmt: skip
-
-
 def sizing_part(folder: Path, bridge: Path, limits: Sequence[str] = (), seed: int = 0) -> Part:
     """Size a bridge's damping from the fit in a folder (InputError without a test in wind, or if they do not suit)."""
     tree, summary = read_tree(folder)
@@ -111,10 +102,9 @@ def sizing_part(folder: Path, bridge: Path, limits: Sequence[str] = (), seed: in
     failures = Failures()
 
     def charts() -> dict[str, Mapping[str, Any]]:
-        deciding = {ending: (mode, governing(mode)) for ending, mode in modes(content).items()}
         return {
-            f"risk{ending}": risk_chart(mode, decisive["curve"], f"probability of exceeding {decisive['rule']}")
-            for ending, (mode, decisive) in deciding.items()
+            f"risk{ending}": risk_chart(mode, governing(mode)["curve"], f"probability of exceeding {mode['governing']}")
+            for ending, mode in modes(content).items()
         }
 
     def pictures() -> list[Picture]:
@@ -122,4 +112,4 @@ def sizing_part(folder: Path, bridge: Path, limits: Sequence[str] = (), seed: in
 
     shown = failures.attempt("sizing", "The figures of the sizing", pictures, [])
     answering = failures.attempt("sizing", "The charts of the sizing", charts, {})
-    return Part(content, [replace(picture, chart=answering.get(picture.name)) for picture in shown], failures.found)
+    return Part(content, shown, failures.found, answering)

@@ -14,7 +14,9 @@ from scruton.documents import as_json, from_json, read_document
 from scruton.errors import InputError
 from scruton.griffin.curves import law_curves, what_if
 from scruton.griffin.posterior import chosen_rig, motion_of, peak_names, rig_mass_damping_draws
+from scruton.infer.store import provenance_of
 from scruton.progress import Progress
+from scruton.provenance import provenance
 from scruton.sizing.bridge import Bridge
 from scruton.sizing.limits import Limit
 from scruton.sizing.model import ModeModel, Spread, spread, unit_cube
@@ -148,6 +150,20 @@ def load_sizing(folder: Path | str) -> Sizing:
     except (KeyError, TypeError, ValueError) as error:
         raise InputError(path, "", f"other content ({error})", wanted) from error
     return sizing
+
+
+def sizing_origin(
+    folder: Path, summary: Mapping[str, Any], bridge: Bridge, *, seed: int, settings: Mapping[str, Any]
+) -> dict[str, Any]:
+    """What a sizing was made from: the fit in a folder with all that it was made from, and the bridge."""
+    fit, fitted = provenance_of(folder, summary), summary["provenance"]
+    return {
+        **provenance(
+            "size", seed=seed, sha256={**fitted["sha256"], **fit, **bridge.sha256}, settings=settings,
+            card={key: fitted["card"][key] for key in ("name", "sha256")},
+        ),
+        "fit_sha256": fit, "bridge_sha256": dict(bridge.sha256), "limits": list(settings["limits"]),
+    }  # fmt: skip
 
 
 def size(

@@ -19,7 +19,8 @@ from zipfile import BadZipFile
 import emcee
 import numpy as np
 
-from scruton.arrays import FloatArray
+from scruton.arrays import FloatArray, thin
+from scruton.documents import replace_file
 from scruton.errors import InputError
 from scruton.stats.convergence import Convergence, SamplerSettings, judge
 from scruton.stats.optimum import find_optimum
@@ -47,7 +48,7 @@ class Checkpoint:
             np.savez(stream, fingerprint=np.array(self.fingerprint), **arrays)
             stream.flush()
             os.fsync(stream.fileno())
-        os.replace(temporary, self.path)  # noqa: PTH105 - the atomic one, by its own name
+        replace_file(temporary, self.path)
 
     def load(self) -> dict[str, Any] | None:
         """Read what was saved, None if nothing was.
@@ -220,7 +221,7 @@ def sample(
         total += chunk
         if checkpoint:
             checkpoint.save({"counts": np.array([total, rounds]), **_pack(ensembles)})
-    pick = np.unique(np.linspace(0, chain.shape[1] - 1, settings.draws).round().astype(int))
+    pick = thin(chain.shape[1], settings.draws)
     chain, log_prob = (np.ascontiguousarray(array[:, pick]) for array in (chain, log_prob))
     walker = np.repeat(np.arange(len(ensembles)), len(ensembles[0].coords))
     return Samples(posterior.names, chain, log_prob, walker, verdict)

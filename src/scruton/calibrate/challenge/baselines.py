@@ -1,7 +1,7 @@
 """Diagnoses to beat: each from a campaign's envelopes alone, none with a model of what the scatter does to them.
 
 Each takes a case's folder and gives the fields of gap.json that it can: run them as
-`run_challenge(folder, out, diagnose=BASELINES[name])` and score them as any other.
+`run_challenge(folder, Execution(out), BASELINES[name])` and score them as any other.
 """
 
 from collections.abc import Callable, Iterable
@@ -255,11 +255,14 @@ def _fit(e: Envelopes, candidate: Candidate, start: FloatArray, noise: float) ->
     amplitude = _columns(e.amplitude)
     inside = _columns(np.ones(t.size) for t in e.time) > 0.0
     owner = np.nonzero(inside)[1]
+    steps = _columns(np.diff(t, prepend=t[0]) for t in e.time)
+    positions = _columns(t / max(t[-1], 1e-9) - 0.5 for t in e.time)
     weight = noise / e.damping_sd if candidate.believed else np.full(rigs, 1e-6)
 
     def residuals(u: FloatArray) -> FloatArray:
         """(P, n) of (P, parameters)."""
-        return np.concatenate([(_path(e, candidate, u) - amplitude)[:, inside], u[:, :rigs] * weight], axis=1)
+        misfit = (_path(e, candidate, steps, positions, u) - amplitude)[:, inside]
+        return np.concatenate([misfit, u[:, :rigs] * weight], axis=1)
 
     def jacobian(u: FloatArray) -> FloatArray:
         tries = np.repeat(u[None], shared.size + 2, axis=0)
@@ -285,11 +288,9 @@ def _columns(rows: Iterable[FloatArray]) -> FloatArray:
     return np.stack([np.pad(row, (0, longest - row.size)) for row in each], axis=1)
 
 
-def _path(e: Envelopes, candidate: Candidate, u: FloatArray) -> FloatArray:
-    """Readings of (P, parameters): (P, cycles, R), by the midpoint rule from cycle to cycle."""
+def _path(e: Envelopes, candidate: Candidate, steps: FloatArray, positions: FloatArray, u: FloatArray) -> FloatArray:
+    """Readings of (P, parameters): (P, cycles, R), by the midpoint rule over steps and positions, (cycles, R)."""
     rigs, records = len(e.damping), len(e.time)
-    steps = _columns(np.diff(t, prepend=t[0]) for t in e.time)
-    positions = _columns(t / max(t[-1], 1e-9) - 0.5 for t in e.time)
     structural = (e.omega * e.damping[e.rig]) * (1.0 + u[:, :rigs][:, e.rig])
     aero = u[:, rigs, None] * e.rate * e.aero
     drive = u[:, rigs + 1, None] * e.rate * e.drive

@@ -60,22 +60,24 @@ class MatFile(Container):
             raise self.error(name, "a MATLAB object (table, string, datetime, ...)", RESAVE_OBJECT)
         if root not in self.variables:
             raise self.error(name, "no such variable", nearest(root, (*self.names, *self.objects)))
-        value = self.variables[root]
-        for step in (None, *steps):
-            if step is not None:
-                value = (
-                    self._field(value, step, name) if isinstance(step, str) else element(value, step, self.path, name)
-                )
-            if scipy.sparse.issparse(value):  # its indices are not checked by anyone
-                raise self.error(name, "a sparse matrix", "a full one: in MATLAB y = full(y), and save that")
-        cells = value.flat if isinstance(value, np.ndarray) and value.dtype == object else [value]
-        if any(map(_is_object, [value, *cells])):
+        value = self._full(self.variables[root], name)
+        for step in steps:
+            part = self._field(value, step, name) if isinstance(step, str) else element(value, step, self.path, name)
+            value = self._full(part, name)
+        cells = value.flat if isinstance(value, np.ndarray) and value.dtype == object else ()
+        if _is_object(value) or any(map(_is_object, cells)):
             raise self.error(name, "a MATLAB object (table, string, datetime, ...)", RESAVE_OBJECT)
         names = getattr(value, "dtype", np.dtype(float)).names
         if names is not None:
             what = f"a struct with fields {', '.join(names)}"
             raise self.error(name, what, f'one of its fields, such as "{name}.{names[0]}"')
         return Column(name, self.vector(name, value))
+
+    def _full(self, value: Any, name: str) -> Any:
+        """The value, unless it is a sparse matrix, whose indices are not checked by anyone."""
+        if scipy.sparse.issparse(value):
+            raise self.error(name, "a sparse matrix", "a full one: in MATLAB y = full(y), and save that")
+        return value
 
     def _field(self, value: Any, field: str, name: str) -> Any:
         """Take a field of a struct, of a struct array of one, or of one element of a struct array."""

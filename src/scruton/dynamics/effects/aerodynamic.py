@@ -55,7 +55,7 @@ def _coherence(layout: Layout) -> list[Variant]:
 def _position(layout: Layout) -> FloatArray:
     """Place of every record's test between the lowest (-1/2) and the highest (1/2) reduced velocity, 0 in still air."""
     place, inside = layout.reduced_velocity, layout.wind
-    if np.ptp(place[inside]) <= 1e-3 * np.max(place[inside]):
+    if not np.ptp(place[inside]) > 1e-3 * np.max(place[inside]):  # nor where it is not known
         # equal as stated: by the Scruton number, since the peak moves with it
         place = np.log(layout.scruton_number)
     low, high = float(np.min(place[inside])), float(np.max(place[inside]))
@@ -68,8 +68,9 @@ def _scaled(form: str, scope: Scope, weight: float, **parts: tuple[Term, ...]) -
     scales = {"size": 0.5, "epsilon": 0.3} if linear else {"size": 0.25, "epsilon": 0.15}
 
     def apply(table: FloatArray, values: Values, layout: Layout) -> None:
+        place = _position(layout) if linear else 1.0
         for name, terms in parts.items():
-            factor = np.exp(values[name] * _position(layout) if linear else values[name])
+            factor = np.exp(values[name] * place)
             for term in terms:
                 table[:, :, int(term)] *= factor
 

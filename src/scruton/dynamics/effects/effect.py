@@ -78,27 +78,26 @@ def scopes(layout: Layout, shares: Mapping[Extent, tuple[float, str]], *, wind: 
     inside = layout.wind if wind else np.ones(len(layout.records), dtype=bool)
     rigs, tests = np.unique(layout.rig[inside]).tolist(), np.unique(layout.test[layout.wind]).tolist()
     records, several = np.flatnonzero(inside).tolist(), [i for i in tests if np.count_nonzero(layout.test == i) > 1]
-    one_rig = {i: layout.only(layout.rig == i) for i in rigs}
-    in_wind = {i: layout.only(layout.wind & (layout.rig == i)) for i in rigs if np.any(layout.wind & (layout.rig == i))}
-    # How many rigs, tests or records there are, and the members of every case, by its number; -1: of all.
-    cases: dict[Extent, tuple[int, dict[int, IntArray]]] = {
-        Extent.EVERYWHERE: (1, {-1: layout.everywhere()}),
-        Extent.IN_WIND: (1, {-1: layout.in_wind()}),
-        Extent.ONE_RIG: (len(rigs), one_rig),
-        Extent.ONE_RIG_IN_WIND: (len(rigs), in_wind),
-        Extent.ALL_RIGS_BUT_ONE: (len(rigs), {i: layout.only(layout.rig != i) for i in rigs}),
-        Extent.EACH_RIG: (len(rigs), {-1: layout.by_rig()}),
-        Extent.ONE_TEST: (len(tests), {i: layout.only(layout.test == i) for i in tests}),
-        Extent.EACH_TEST: (len(tests), {-1: layout.by_test()}),
-        Extent.ONE_RECORD: (len(records), {r: layout.only(np.arange(len(inside)) == r) for r in records}),
-        Extent.EACH_RECORD: (len(records), {-1: layout.each(inside)}),
-        Extent.EACH_RECORD_OF_ONE_TEST: (len(tests), {i: layout.each(layout.test == i) for i in several}),
+    windy = [i for i in rigs if np.any(layout.wind & (layout.rig == i))]
+    # How many rigs, tests or records there are, and what makes the members of every case, by its number; -1: of all.
+    cases: dict[Extent, tuple[int, Callable[[], dict[int, IntArray]]]] = {
+        Extent.EVERYWHERE: (1, lambda: {-1: layout.everywhere()}),
+        Extent.IN_WIND: (1, lambda: {-1: layout.in_wind()}),
+        Extent.ONE_RIG: (len(rigs), lambda: {i: layout.only(layout.rig == i) for i in rigs}),
+        Extent.ONE_RIG_IN_WIND: (len(rigs), lambda: {i: layout.only(layout.wind & (layout.rig == i)) for i in windy}),
+        Extent.ALL_RIGS_BUT_ONE: (len(rigs), lambda: {i: layout.only(layout.rig != i) for i in rigs}),
+        Extent.EACH_RIG: (len(rigs), lambda: {-1: layout.by_rig()}),
+        Extent.ONE_TEST: (len(tests), lambda: {i: layout.only(layout.test == i) for i in tests}),
+        Extent.EACH_TEST: (len(tests), lambda: {-1: layout.by_test()}),
+        Extent.ONE_RECORD: (len(records), lambda: {r: layout.only(np.arange(len(inside)) == r) for r in records}),
+        Extent.EACH_RECORD: (len(records), lambda: {-1: layout.each(inside)}),
+        Extent.EACH_RECORD_OF_ONE_TEST: (len(tests), lambda: {i: layout.each(layout.test == i) for i in several}),
     }
     return [
         Scope(extent, members, words, number, weight if number < 0 else weight / cases[extent][0])
         for extent, (weight, words) in shares.items()
         if extent in _OF_ANY or cases[extent][0] > 1
-        for number, members in cases[extent][1].items()
+        for number, members in cases[extent][1]().items()
     ]
 
 
@@ -296,7 +295,7 @@ def sized(
     return Variant(form, tuple(priors), apply, scope, scope.weight if weight is None else weight)
 
 
-def add(table: FloatArray, term: Term, value: FloatArray) -> None:
+def add(table: FloatArray, term: int, value: FloatArray) -> None:
     """Add to one coefficient of all records; value is (W, R)."""
     table[:, :, int(term)] += value
 
@@ -320,6 +319,6 @@ def adding(**terms: int) -> Apply:
                 value = _BEND * value / float(layout.largest.max()) ** _BENDS[term]
             elif term not in _SHARES:
                 value = value * layout.rate / layout.reference_amplitude ** _POWERS.get(term, 0)
-            table[:, :, term] += value
+            add(table, term, value)
 
     return apply

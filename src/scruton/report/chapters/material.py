@@ -29,6 +29,7 @@ class Material:
     at_tests: "Mapping[str, Prediction]" = field(default_factory=dict)  # for another setting at a test's Scruton number
     crossed: "Mapping[str, Prediction]" = field(default_factory=dict)  # of a peak test from the other peak tests
     gap: Mapping[str, Any] | None = None  # content of gap.json, where a diagnosis was made
+    charts: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # of interactive pictures, drawn or not
     sizing: Mapping[str, Any] | None = None  # content of sizing.json, where there is a bridge
 
     @property

@@ -295,7 +295,7 @@ def _damper_summary(mode: Content) -> Block:
 
 def _cost_summary(mode: Content) -> Iterator[Block]:
     cost = mode.get("cost") or {}
-    money = str(cost.get("currency"))
+    money = cost.get("currency", "")
     if by_mass := cost.get("by_mass"):
         best, end = by_mass["best_mass"], ", the heaviest looked at" if by_mass["at_the_end"] else ""
         without = f"(without: {TERMINAL.number(by_mass['without'])} {money})"

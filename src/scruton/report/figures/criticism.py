@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scruton.arrays import FloatArray
+from scruton.arrays import FloatArray, thin
 from scruton.griffin.posterior import peak_names, test_names, unit_of
 from scruton.infer import replication
 from scruton.infer.criticism import Criticism, RecordOf, records
@@ -197,7 +197,7 @@ def _innovation_row(row: "Sequence[Axes]", record: RecordOf, values: np.ndarray)
     from scipy.stats import norm
 
     x, before, time = values[1:], record.amplitude[:-1], record.time[1:] - record.time[0]
-    pick = style.thin(x.size, _POINTS)
+    pick = thin(x.size, _POINTS)
     for axes, at in zip(row[:2], (time, before), strict=True):
         axes.axhspan(-1.96, 1.96, color=style.LIGHT, alpha=0.45, lw=0)
         axes.axhline(0.0, color=style.GREY, lw=0.6)
@@ -271,7 +271,7 @@ def prior_figures(tree: "xr.DataTree", criticism: Criticism) -> Iterable[FigureW
 def _prior_panel(axes: "Axes", record: RecordOf, bands: FloatArray) -> None:
     time = record.time - record.time[0]
     floor = 0.2 * float(record.amplitude[record.amplitude > 0.0].min(initial=np.inf))
-    pick = style.thin(time.size, 400)
+    pick = thin(time.size, 400)
     low, quarter, middle, three, high = np.maximum(bands[:, pick], floor)
     label = "prior predictive, 90 %"
     axes.fill_between(time[pick], low, high, color=style.ORANGE, alpha=0.35, lw=0, label=label)

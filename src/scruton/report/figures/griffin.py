@@ -146,10 +146,11 @@ def _seed(fit: Fit) -> int:
 
 
 def _alt(fit: Fit, tests: Sequence[str], what: str) -> str:
+    shown = [point for point in griffin_axes.test_points(fit) if point.name in tests][:8]
     values = [
         f"{point.name}: Sc {point.scruton_number:.3g}, amplitude {point.median:.3g} {unit_of(fit.tree)} "
         f"(90 % {point.low:.3g} to {point.high:.3g})"
-        for point in [point for point in griffin_axes.test_points(fit) if point.name in tests][:8]
+        for point in shown
     ]
     return f"{what} against the Scruton number. " + "; ".join(values) + "."
 

@@ -84,8 +84,9 @@ def thinned_curve(front: FrontEnd, count: int) -> tuple[FloatArray, FloatArray]:
 
 def draw_bands(axes: "Axes", fit: Fit, bands: Sequence[GriffinBand], label: str = "") -> None:
     """Medians with 50 and 90 % bands, where they are not too many; a median is thin where its band is extrapolated."""
+    styles = line_styles(fit.tree)
     for band in bands:
-        look, sc, median = line_styles(fit.tree)[band.label], band.scruton_number, style.bounded(band.median)
+        look, sc, median = styles[band.label], band.scruton_number, style.bounded(band.median)
         median = np.where((median == 0.0) & (np.roll(median, 1) == 0.0), np.nan, median)  # dead: stop at the axis
         for probability, alpha in ((0.90, 0.22), (0.50, 0.35)) if len(bands) <= MOST_BANDS else ():
             interval = style.bounded(band.intervals[probability])

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scruton.arrays import FloatArray
+from scruton.arrays import FloatArray, thin
 from scruton.campaign.schema import Record, Rig, Test
 from scruton.envelope import TRIAL_FUNCTIONS, FrontEnd, front_end
 from scruton.errors import InputError
@@ -65,7 +65,7 @@ def _panel(axes: "Axes", fit: Fit, test: Test, record: Record) -> None:
         axes.plot(*style.decimate(record.time - begin, record.response, _BINS), lw=0.4, **pen)
     band = predicted(fit.tree, record.name)
     if band is not None:
-        pick = style.thin(len(band[0]), _POINTS)
+        pick = thin(len(band[0]), _POINTS)
         time, mean, predictive = band[0][pick] - begin, band[1][:, pick], band[2][:, pick]
         label = "predictive band, 90 %"
         axes.fill_between(time, *predictive, color=style.ORANGE, alpha=0.45, lw=0, label=label, zorder=2)

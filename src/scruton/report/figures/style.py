@@ -224,11 +224,6 @@ def thin_along(values: FloatArray, count: int) -> np.ndarray:
     return np.unique(np.searchsorted(position, np.linspace(0.0, position[-1], count)).clip(0, len(values) - 1))
 
 
-def thin(size: int, count: int) -> np.ndarray:
-    """Indices of at most `count` of `size` points, evenly spread, first and last among them."""
-    return np.unique(np.linspace(0, size - 1, min(size, count)).round().astype(int))
-
-
 def bounded(values: FloatArray) -> FloatArray:
     """Draw infinity as far out as no axis reaches."""
     return np.where(np.isinf(values), np.sign(values) * 1e6, values)
