@@ -12,13 +12,36 @@ is linearised along the filtered mean; there the SDE carries the drift :math:`q^
 forcing induces, which matters only at small amplitude.  The initial state has a normal prior and is integrated out.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.curved_filter import curved_filter, step_filter
+from scruton.dynamics.block_filter import block_filter
 from scruton.dynamics.cycles import EnvelopeData
-from scruton.dynamics.linear_filter import linear_filter
+from scruton.dynamics.departure import STATIC
 from scruton.dynamics.moments import LOG_2PI
+from scruton.dynamics.step_filter import step_filter
+
+
+class Wind(NamedTuple):
+    """What else moves the amplitude; floats or (W,) arrays.
+
+    Attributes
+    ----------
+    gust, gust_rate
+        Standard deviation of the slow fluctuation of the stable amplitude, and its rate [1/s].
+    set_point
+        Standard deviation of the stable amplitude from record to record.
+    departure
+        Standard deviation, one e-fold from the stable amplitude, of ln(drift) about the law: s of
+        `scruton.dynamics.departure`.
+    """
+
+    gust: FloatArray | float = 0.0
+    gust_rate: FloatArray | float = 1.0
+    set_point: FloatArray | float = 0.0
+    departure: FloatArray | float = 0.0
 
 
 def innovations(
@@ -27,9 +50,7 @@ def innovations(
     lam: FloatArray,
     q: FloatArray,
     r: FloatArray,
-    gust: FloatArray | float = 0.0,
-    gust_rate: FloatArray | float = 1.0,
-    set_point: FloatArray | float = 0.0,
+    wind: Wind | None = None,
     *,
     n: float | FloatArray = -1.0,
     initial_sd: float = 1.0,
@@ -42,10 +63,8 @@ def innovations(
     a_star, lam, q, r : (W,) arrays
         Stable amplitude (A/D or rad), relaxation rate [1/s], process noise [amplitude per sqrt(s)], and
         the factor on the cycles' standard errors.
-    gust, gust_rate : float or (W,) array
-        Standard deviation of the slow fluctuation of the stable amplitude, and its rate [1/s].
-    set_point : float or (W,) array
-        Standard deviation of the stable amplitude from record to record.
+    wind : Wind, optional
+        Gusts, set-points and departures from the law; none where it is left out.
     n : float or (W,) array
         The law: -1 is the paper's.
     initial_sd : float
@@ -55,13 +74,36 @@ def innovations(
     -------
     innovation, variance : (N, W) arrays
     """
-    shape = (data.size, np.size(a_star))
-    innovation, variance = np.empty(shape), np.empty(shape)
-    step_filter(
-        data.amplitude, data.standard_error, data.gap, data.period,
-        *contiguous(a_star, lam, q, r, gust, gust_rate, set_point, n), 0.0, initial_sd**2, innovation, variance,
-    )  # fmt: skip
+    innovation, variance, _, _ = _filtered(data, contiguous(a_star, lam, q, r, *(wind or Wind()), n), initial_sd)
     return innovation, variance
+
+
+def statics(
+    data: EnvelopeData,
+    a_star: FloatArray,
+    lam: FloatArray,
+    q: FloatArray,
+    r: FloatArray,
+    wind: Wind,
+    *,
+    n: float | FloatArray = -1.0,
+    initial_sd: float = 1.0,
+) -> tuple[FloatArray, FloatArray]:
+    """Mean (W, COLUMNS) and covariance (W, COLUMNS, COLUMNS) of the columns of the departure, given all records.
+
+    Arguments as of `innovations`.
+    """
+    _, _, mean, cov = _filtered(data, contiguous(a_star, lam, q, r, *wind, n), initial_sd)
+    return mean[:, 1:], cov[:, 1:, 1:]
+
+
+def _filtered(data: EnvelopeData, walkers: list[FloatArray], initial_sd: float) -> tuple[FloatArray, ...]:
+    size = walkers[0].size
+    innovation, variance = np.empty((data.size, size)), np.empty((data.size, size))
+    mean, cov = np.empty((size, STATIC)), np.empty((size, STATIC, STATIC))
+    arrays = (data.amplitude, data.standard_error, data.gap, data.period)
+    step_filter(*arrays, *walkers, 0.0, initial_sd**2, innovation, variance, mean, cov)
+    return innovation, variance, mean, cov
 
 
 def pointwise_log_likelihood(innovation: FloatArray, variance: FloatArray) -> FloatArray:
@@ -75,9 +117,7 @@ def log_likelihood(
     lam: FloatArray,
     q: FloatArray,
     r: FloatArray,
-    gust: FloatArray | float = 0.0,
-    gust_rate: FloatArray | float = 1.0,
-    set_point: FloatArray | float = 0.0,
+    wind: Wind | None = None,
     *,
     n: float | FloatArray = -1.0,
     initial_sd: float = 1.0,
@@ -86,15 +126,12 @@ def log_likelihood(
     out = np.empty(np.size(a_star))
     exponents = np.broadcast_to(np.asarray(n, dtype=np.float64), out.shape)
     if out.size and np.any(exponents != exponents[0]):  # n is free: every walker has a law of its own
-        wind = (gust, gust_rate, set_point)
-        terms = pointwise_log_likelihood(*innovations(data, a_star, lam, q, r, *wind, n=n, initial_sd=initial_sd))
+        terms = pointwise_log_likelihood(*innovations(data, a_star, lam, q, r, wind, n=n, initial_sd=initial_sd))
         return np.asarray(terms.sum(axis=0))
-    walkers = contiguous(a_star, lam, q, r, gust, gust_rate, set_point)
+    walkers = contiguous(a_star, lam, q, r, *(wind or Wind()))
     arrays = (data.amplitude, data.standard_error, data.gap, data.period)
-    if np.all(exponents == -1.0):
-        linear_filter(*arrays, *walkers, 0.0, initial_sd**2, out)
-    else:
-        curved_filter(*arrays, *walkers, float(exponents[0]), 0.0, initial_sd**2, out)
+    if out.size:
+        block_filter(*arrays, *walkers, float(exponents[0]), 0.0, initial_sd**2, out)
     return out
 
 

@@ -23,7 +23,7 @@ from scruton.stats.priors import FAMILIES, Prior
 EXPONENT = "law_exponent"  # has a prior where the law is free, and only then
 UNITS = {
     "stable_amplitude": "A/D or rad",  # one prior for both motions
-    **dict.fromkeys(("relaxation_ratio", "amplitude_scatter", "noise_factor", "gust_scatter"), "-"),
+    **dict.fromkeys(("relaxation_ratio", "amplitude_scatter", "noise_factor", "gust_scatter", "departure_scale"), "-"),
     "gust_time": "relaxation times",
     **dict.fromkeys(("set_point_scatter", "structural_damping"), "-"),
     "still_air_scatter": "-",
@@ -47,8 +47,8 @@ NULL_UNITS = {
     **dict.fromkeys(("scatter", "phase_scatter", "still_air_scatter", "noise"), "-"),
     **dict.fromkeys(("detuning", "third", "third_noise", "stiffness", "stiffness_in_wind", "gain"), "-"),
 }
-# Cards that were written before gusts were a state say nothing of them, and have the shipped priors.
-LATER = ("gust_scatter", "gust_time", "set_point_scatter")
+# Cards that were written before these were parameters say nothing of them, and have the shipped priors.
+LATER = ("gust_scatter", "gust_time", "set_point_scatter", "departure_scale")
 UNITS_BY_MOTION = {"stable_amplitude.heaving": "A/D", "stable_amplitude.torsional": "rad"}
 # Parameters that may have either sign; all others must be positive, and are sampled by their logarithm.
 SIGNED = {"trial_amplitude", "trial_slow_rate", EXPONENT, "detuning", "third", "stiffness", "stiffness_in_wind", "gain"}

@@ -12,20 +12,23 @@ import numpy as np
 from numba import njit
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.curved_filter import advance
 from scruton.dynamics.cycles import EnvelopeData
+from scruton.dynamics.departure import factor_at
 from scruton.dynamics.equation import flow_above_floor
 from scruton.dynamics.filter import innovations_of
 from scruton.dynamics.laws.law import Law
-from scruton.dynamics.likelihood import innovations, log_likelihood, pointwise_log_likelihood
+from scruton.dynamics.likelihood import Wind, innovations, log_likelihood, pointwise_log_likelihood, statics
 from scruton.dynamics.moments import noise_moments
+from scruton.dynamics.step_filter import advance
 from scruton.dynamics.trial_filter import trial_log_likelihood
 from scruton.stats.posterior import Coordinates, Posterior
 from scruton.stats.priors import Prior
 
 RUNS = 250  # free runs of a test
 # Parameters of a test in wind under a law that is given.
-NOISE = ("amplitude_scatter", "noise_factor", "gust_scatter", "gust_time", "set_point_scatter")
+NOISE = (
+    "amplitude_scatter", "noise_factor", "gust_scatter", "gust_time", "set_point_scatter", "departure_scale",
+)  # fmt: skip
 WIND = ("stable_amplitude", "relaxation_ratio", *NOISE, "damping_ratio")
 
 
@@ -43,12 +46,14 @@ class WindPosterior(Posterior):
 
     Noise is broad-band scatter, the factor on the standard errors, and gusts: a slow fluctuation of the stable
     amplitude, of a scatter over it and of a time in relaxation times; and the wind is set anew for every record, which
-    gives the stable amplitude of each a scatter of its own.
+    gives the stable amplitude of each a scatter of its own.  Of no law it is sure: a smooth departure from it, of a
+    scale that the records tell, is integrated out (`scruton.dynamics.departure`).
 
     Attributes
     ----------
     priors : tuple of Prior
-        Of the parameters `WIND`, and of "law_exponent" where n is free.
+        Of the parameters `WIND`, and of "law_exponent" where n is free; without a prior of gusts, set-points or
+        departures there are none.
     data : EnvelopeData
         Cycles of the transient records, end to end.
     steady : sequence of SteadyAmplitude
@@ -82,14 +87,24 @@ class WindPosterior(Posterior):
         """N of every walker, (W,)."""
         return self.named(u)["law_exponent"] if self.n is None else np.full(u.shape[:-1], self.n)
 
-    def state_space(self, u: FloatArray) -> tuple[FloatArray, ...]:
-        """(a_star, lambda [1/s], q, r, gust, gust rate [1/s], set-point) of the filter from coordinates, each (W,)."""
-        log = self.named(u)
+    def state_space(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, Wind]:
+        """(a_star, lambda [1/s], q, r, the rest) of the filter from coordinates, each (W,)."""
+        log, none = self.named(u), np.full(len(u), -np.inf)
         a_star, lam = np.exp(log["stable_amplitude"]), np.exp(log["relaxation_ratio"]) * self.omega0
         # Stationary sd of an Ornstein-Uhlenbeck process: q / sqrt(2 lambda).
         q = np.exp(log["amplitude_scatter"]) * a_star * np.sqrt(2.0 * lam)
-        gust, rate = np.exp(log["gust_scatter"]) * a_star, lam * np.exp(-log["gust_time"])
-        return a_star, lam, q, np.exp(log["noise_factor"]), gust, rate, np.exp(log["set_point_scatter"]) * a_star
+        gust, set_point, departure = (
+            np.exp(log[name] if name in self.names else none)
+            for name in ("gust_scatter", "set_point_scatter", "departure_scale")
+        )
+        rate = lam * np.exp(-log["gust_time"]) if "gust_time" in self.names else lam
+        return a_star, lam, q, np.exp(log["noise_factor"]), Wind(gust * a_star, rate, set_point * a_star, departure)
+
+    def departures(self, u: FloatArray, rng: np.random.Generator) -> FloatArray:
+        """Draw the columns of the departure from the law given the records, one draw a walker, (W, COLUMNS)."""
+        mean, cov = statics(self.data, *self.state_space(u), n=self.exponents(u), initial_sd=self.initial_sd)
+        root = np.linalg.cholesky(cov + 1e-12 * np.eye(cov.shape[-1]))
+        return np.asarray(mean + np.einsum("wij,wj->wi", root, rng.standard_normal(mean.shape)))
 
     def inside(self, u: FloatArray) -> np.ndarray:
         """Y1 < 0 for laws in which the amplitude would otherwise diverge as damping falls."""
@@ -101,13 +116,13 @@ class WindPosterior(Posterior):
 
     def log_likelihood(self, u: FloatArray) -> FloatArray:
         """State-space likelihood of the transients, normal likelihood of the steady amplitudes, (W,)."""
-        a_star, *noise = self.state_space(u)
+        space = self.state_space(u)
         total = np.zeros(len(u))
         if self.data.size:
             n = self.exponents(u) if self.n is None else self.n
-            total = log_likelihood(self.data, a_star, *noise, n=n, initial_sd=self.initial_sd)
+            total = log_likelihood(self.data, *space, n=n, initial_sd=self.initial_sd)
         for level in self.steady:
-            total = total - 0.5 * ((level.mean - a_star) / level.standard_error) ** 2 - np.log(level.standard_error)
+            total = total - 0.5 * ((level.mean - space[0]) / level.standard_error) ** 2 - np.log(level.standard_error)
         return total
 
     def pointwise(self, u: FloatArray) -> FloatArray:
@@ -263,17 +278,20 @@ def free_runs(posterior: WindPosterior, chain: FloatArray, rng: np.random.Genera
     size = (RUNS, data.size)
     first = rng.standard_normal(size)  # used at the first cycle of a record only
     mean, replicate = np.empty(size), np.empty(size)
+    a_star, lam, q, r, wind = posterior.state_space(u)
+    theta = np.concatenate([np.zeros((RUNS, 1)), posterior.departures(u, rng)], axis=1)
     _run(
-        data.amplitude, data.standard_error, data.gap, data.period, *posterior.state_space(u),
+        data.amplitude, data.standard_error, data.gap, data.period, a_star, lam, q, r, *wind[:3], theta,
         posterior.exponents(u), posterior.initial_sd**2, first, rng.standard_normal((5, *size)), mean, replicate,
     )  # fmt: skip
     return mean, replicate
 
 
 @njit(cache=True)
-def _free(state, h, level, lam, q2, g2, fade, n, dt, one, two):  # type: ignore[no-untyped-def]
+def _free(state, h, level, lam, q2, g2, fade, theta, n, dt, one, two):  # type: ignore[no-untyped-def]
     """State and gust after dt, and what two standard normal numbers add to the state."""
-    new, p, kept, p_h, p_hh = advance(state, 0.0, h, 0.0, 0.0, level, lam, q2, g2, fade, n, dt)
+    here = lam * factor_at(state, level, theta)
+    new, p, kept, p_h, p_hh = advance(state, 0.0, h, 0.0, 0.0, level, lam, here, q2, g2, fade, n, dt)
     turn = np.sqrt(p_hh) * two
     along = p_h / p_hh if p_hh > 0.0 else 0.0
     return new, along * turn + np.sqrt(max(p - along * p_h, 0.0)) * one, kept + turn
@@ -281,7 +299,7 @@ def _free(state, h, level, lam, q2, g2, fade, n, dt, one, two):  # type: ignore[
 
 @njit(cache=True)
 def _run(  # type: ignore[no-untyped-def]
-    y, se, gap, period, a_star, lam, q, r, gust, fade, set_point, n, p0, first, noise, mean, replicate
+    y, se, gap, period, a_star, lam, q, r, gust, fade, set_point, theta, n, p0, first, noise, mean, replicate
 ):
     for w in range(a_star.size):
         curve, state, h, level = 0.0, 0.0, 0.0, a_star[w]
@@ -297,25 +315,31 @@ def _run(  # type: ignore[no-untyped-def]
                 state = curve
                 mean[w, k] = curve
                 replicate[w, k] = state + np.sqrt(r2) * noise[0, w, k]
-                curve, _ = flow_above_floor(curve, a_star[w], np.exp(-0.5 * lam[w] * dt), n[w])
+                here = lam[w] * factor_at(curve, a_star[w], theta[w])
+                curve, _ = flow_above_floor(curve, a_star[w], np.exp(-0.5 * here * dt), n[w])
                 h, level = gust[w] * noise[3, w, k], a_star[w] + set_point[w] * noise[4, w, k]
                 state, kick, h = _free(
-                    state, h, level, lam[w], q2, g2, fade[w], n[w], 0.5 * dt, noise[1, w, k], noise[2, w, k]
+                    state, h, level, lam[w], q2, g2, fade[w], theta[w], n[w], 0.5 * dt, noise[1, w, k], noise[2, w, k]
                 )
                 state += kick
                 continue
             if gap[k] > 0.0:
-                curve, _ = flow_above_floor(curve, a_star[w], np.exp(-lam[w] * gap[k]), n[w])
+                here = lam[w] * factor_at(curve, a_star[w], theta[w])
+                curve, _ = flow_above_floor(curve, a_star[w], np.exp(-here * gap[k]), n[w])
                 state, kick, h = _free(
-                    state, h, level, lam[w], q2, g2, fade[w], n[w], gap[k], first[w, k], noise[3, w, k]
+                    state, h, level, lam[w], q2, g2, fade[w], theta[w], n[w], gap[k], first[w, k], noise[3, w, k]
                 )
                 state += kick
-            middle, _ = flow_above_floor(curve, a_star[w], np.exp(-0.5 * lam[w] * dt), n[w])
-            end, _ = flow_above_floor(curve, a_star[w], np.exp(-lam[w] * dt), n[w])
+            here = lam[w] * factor_at(curve, a_star[w], theta[w])
+            middle, _ = flow_above_floor(curve, a_star[w], np.exp(-0.5 * here * dt), n[w])
+            end, _ = flow_above_floor(curve, a_star[w], np.exp(-here * dt), n[w])
             mean[w, k] = (curve + 4.0 * middle + end) / 6.0
             curve = end
-            half, _ = flow_above_floor(state, level, np.exp(-0.5 * lam[w] * dt), n[w])
-            new, kick, h = _free(state, h, level, lam[w], q2, g2, fade[w], n[w], dt, noise[1, w, k], noise[2, w, k])
+            here = lam[w] * factor_at(state, level, theta[w])
+            half, _ = flow_above_floor(state, level, np.exp(-0.5 * here * dt), n[w])
+            new, kick, h = _free(
+                state, h, level, lam[w], q2, g2, fade[w], theta[w], n[w], dt, noise[1, w, k], noise[2, w, k]
+            )
             # The noise of the cycle enters its mean by its covariance with the state at the end, about one half.
             e, c, z = noise_moments(lam[w], dt)
             rest = max(z - c * c / e, 0.0) * q2

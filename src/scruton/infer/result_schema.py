@@ -47,7 +47,7 @@ def _parameters(dims: tuple[str, ...], meaning: str) -> tuple[Variable, ...]:
     """The parameters of a test in wind, by the names of their priors."""
     names = (
         "stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor", "gust_scatter", "gust_time",
-        "set_point_scatter", "damping_ratio",
+        "set_point_scatter", "departure_scale", "damping_ratio",
     )  # fmt: skip
     free = Variable("law_exponent", dims, "f", "", meaning, optional=True)
     return (*(Variable(name, dims, "f", "", meaning) for name in names), free)
@@ -62,6 +62,7 @@ def _of_test(dims: tuple[str, ...], *, forces_may_lack: bool) -> tuple[Variable,
         Variable("noise_factor", dims, "f", "-", "sensor noise over the standard errors of the cycles"),
         Variable("gust_scatter", dims, "f", "-", "sd that slow gusts give the stable amplitude, over a_star"),
         Variable("gust_time", dims, "f", "1/lambda", "correlation time of the gusts, in relaxation times"),
+        Variable("departure_scale", dims, "f", "-", "sd of ln(drift) about the law, one e-fold from a_star"),
         Variable("set_point_scatter", dims, "f", "-", "sd of the stable amplitude from record to record, over a_star"),
         Variable("damping_ratio", dims, "f", "-", "structural damping xi_s"),
         Variable("scruton_number", dims, "f", "-", "Sc"),

@@ -10,6 +10,7 @@ PARAMETERS = {
     "amplitude_scatter": "scatter of the amplitude from turbulence",
     "gust_scatter": "scatter of the stable amplitude from slow gusts",
     "gust_time": "correlation time of the gusts",
+    "departure_scale": "departure of the drift from the law, one e-fold from the stable amplitude",
     "set_point_scatter": "scatter of the stable amplitude from record to record",
     "noise_factor": "factor on the standard errors of the cycles",
     "damping_ratio": "structural damping ratio ξₛ",

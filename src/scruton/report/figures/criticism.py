@@ -31,6 +31,7 @@ _SIGNS = {
     "a_star": "$a^*$", "relaxation_rate": r"$\lambda$", "Y1": "$Y_1$", "epsilon": r"$\varepsilon$",
     "damping_ratio": r"$\xi_s$", "amplitude_scatter": "scatter", "noise_factor": "noise factor",
     "gust_scatter": "gusts", "gust_time": "gust time", "set_point_scatter": "set-point",
+    "departure_scale": "departure",
     "law_exponent": "$n$", "reference_amplitude": r"$A_\mathrm{ref}$", "reference_relaxation": r"$R_\mathrm{ref}$",
     "discrepancy_amplitude": r"$\tau$", "discrepancy_relaxation": r"$\kappa$",
 }  # fmt: skip
