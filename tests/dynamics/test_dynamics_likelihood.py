@@ -7,7 +7,8 @@ from scipy.interpolate import RectBivariateSpline
 from scipy.stats import multivariate_normal
 
 from scruton.dynamics.cycles import EnvelopeData
-from scruton.dynamics.likelihood import innovations, log_likelihood, pointwise_log_likelihood
+from scruton.dynamics.departure import factor_at
+from scruton.dynamics.likelihood import Wind, innovations, log_likelihood, pointwise_log_likelihood, statics
 from scruton.dynamics.trial_filter import trial_log_likelihood
 
 
@@ -88,7 +89,7 @@ def test_exact_with_gusts_and_a_set_point(rng, gust_rate, set_point, gaps):
         gap[5], gap[9] = 2 * period, 0.7
     data = make_data(y, 0.0008 * (1 + 0.3 * rng.random(n)), period, gap)
     theta = [np.array([x]) for x in (0.05, lam, 0.002, 1.2)]
-    got = log_likelihood(data, *theta, gust=0.01, gust_rate=gust_rate, set_point=set_point, initial_sd=0.3)[0]
+    got = log_likelihood(data, *theta, Wind(0.01, gust_rate, set_point), initial_sd=0.3)[0]
     wanted = dense_log_likelihood(data, 0.05, lam, 0.002, 1.2, 0.3, gust=0.01, gust_rate=gust_rate, set_point=set_point)
     assert got == pytest.approx(wanted, abs=2e-3)
     assert abs(got - log_likelihood(data, *theta, initial_sd=0.3)[0]) > 0.05
@@ -102,10 +103,9 @@ def test_fast_filters_are_the_plain_filter_with_a_gust(rng, n):
     gap[80] = -1.0
     data = make_data(y, 0.001, 0.1, gap)
     theta = [np.exp(rng.normal(m, 0.3, walkers)) for m in np.log([0.05, 0.4, 0.002, 1.0])]
-    wind = {"gust": np.exp(rng.normal(-6.0, 0.5, walkers)), "gust_rate": np.exp(rng.normal(-1.0, 0.5, walkers)), "n": n}
-    wind["set_point"] = np.exp(rng.normal(-6.0, 0.5, walkers))
-    plain = pointwise_log_likelihood(*innovations(data, *theta, initial_sd=0.2, **wind)).sum(axis=0)
-    np.testing.assert_allclose(log_likelihood(data, *theta, initial_sd=0.2, **wind), plain, rtol=1e-7)
+    wind = Wind(*(np.exp(rng.normal(mean, 0.5, walkers)) for mean in (-6.0, -1.0, -6.0)))
+    plain = pointwise_log_likelihood(*innovations(data, *theta, wind, n=n, initial_sd=0.2)).sum(axis=0)
+    np.testing.assert_allclose(log_likelihood(data, *theta, wind, n=n, initial_sd=0.2), plain, rtol=1e-7)
 
 
 def test_fast_filter_is_the_plain_filter(rng):
@@ -215,3 +215,60 @@ def test_trial_likelihood_is_a_multivariate_normal(rng):
     one = [np.array([x, x]) for x in (a, b, c, d)]
     got = trial_log_likelihood(data, tuple(one), *(np.full(2, x) for x in (sd, rate, r)))
     np.testing.assert_allclose(got, want, rtol=1e-9)
+
+
+@pytest.mark.parametrize("n", [-1.0, 0.0, 0.7, 1.0, 2.0])
+@pytest.mark.parametrize("departure", [0.0, 0.05, 0.5])
+def test_fast_filter_with_departures_is_the_plain_filter(rng, n, departure):
+    data, walkers = three_records(rng, 0.03), walkers_about(rng, 0.03, 21)
+    wind = Wind(0.001 * np.exp(0.3 * rng.standard_normal(21)), 0.2, 0.001, departure * (0.5 + rng.random(21)))
+    plain = pointwise_log_likelihood(*innovations(data, *walkers, wind, n=n, initial_sd=0.5)).sum(axis=0)
+    fast = log_likelihood(data, *walkers, wind, n=n, initial_sd=0.5)
+    np.testing.assert_allclose(fast, plain, rtol=1e-8, atol=1e-6)
+
+
+def followed(law, starts, period, count, se, rng):
+    """Amplitudes of a drift, cycle means by small steps, with sensor noise; one record a start."""
+    parts = []
+    for start in starts:
+        a, means = start, []
+        for _ in range(count):
+            path = []
+            for _ in range(50):
+                a += law(a) * period / 50
+                path.append(a)
+            means.append(np.mean(path))
+        parts.append(np.array(means) + se * rng.standard_normal(count))
+    y = np.concatenate(parts)
+    gap = np.zeros(y.size)
+    gap[::count] = -1.0
+    return make_data(y, se, period, gap)
+
+
+@pytest.mark.parametrize(("true", "assumed"), [(-1.0, 2.0), (2.0, -1.0), (0.0, 1.0)])
+def test_a_wrong_law_and_its_departure_are_the_drift_that_was(rng, true, assumed):
+    a_star, lam, se = 0.05, 0.5, 5e-5
+
+    def drift(a, n):
+        return -lam * a * np.log(a / a_star) if n == 0 else lam / n * a * (1 - (a / a_star) ** n)
+
+    data = followed(lambda a: drift(a, true), (0.15 * a_star, 2.2 * a_star), 0.1, 90, se, rng)
+    one = [np.array([x]) for x in (a_star, lam, 1e-5, 1.0)]
+    mean, cov = statics(data, *one, Wind(departure=1.0), n=assumed)
+    theta = np.r_[0.0, mean[0]]
+    for ratio in (0.25, 0.4, 0.6, 0.8, 1.2, 1.5, 1.9):
+        a = ratio * a_star
+        got = drift(a, assumed) * factor_at(a, a_star, theta)
+        assert got == pytest.approx(drift(a, true), rel=0.12), ratio
+    assert np.all(np.linalg.eigvalsh(cov[0]) > 0.0)
+    wrong = log_likelihood(data, *one, n=assumed)[0]
+    assert log_likelihood(data, *one, Wind(departure=0.5), n=assumed)[0] > wrong + 100.0
+
+
+def test_where_the_law_holds_the_departure_is_nothing(rng):
+    data = followed(lambda a: 0.5 * (0.05 - a), (0.005, 0.11), 0.1, 90, 5e-5, rng)
+    one = [np.array([x]) for x in (0.05, 0.5, 1e-5, 1.0)]
+    mean, cov = statics(data, *one, Wind(departure=0.3))
+    assert np.all(np.abs(mean[0]) < 4.0 * np.sqrt(np.diag(cov[0])) + 0.02)
+    without = log_likelihood(data, *one)[0]
+    assert without > log_likelihood(data, *one, Wind(departure=0.3))[0]

@@ -17,7 +17,7 @@ from numba import njit
 GROWTH, DECAY = (1.0, 0.74, 0.43, 0.15), (1.0, 1.35, 2.3)
 COLUMNS = len(GROWTH) + len(DECAY) - 2
 STATIC = 1 + COLUMNS  # with the set-point of the record
-_LARGEST = 2.0  # of abs(g)
+_LARGEST = 3.0  # of abs(g)
 
 
 @njit(cache=True, inline="always")
@@ -50,9 +50,10 @@ def ramp(place, k):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, inline="always")
 def factor(g):  # type: ignore[no-untyped-def]
-    """exp(g), bounded and without a call: to 1 % where abs(g) < 0.8."""
+    """exp(g), bounded and without a call: to 1 % where abs(g) < 1."""
     g = min(max(g, -_LARGEST), _LARGEST)
-    root = (4.0 + g) / (4.0 - g)
+    root = (8.0 + g) / (8.0 - g)
+    root *= root
     return root * root
 
 

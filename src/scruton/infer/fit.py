@@ -24,7 +24,7 @@ from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
 from scruton.infer.front import cycles_of, damping_varies, front_ends_of, ringdowns_of
 from scruton.infer.models import NOISE, WIND, SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
-from scruton.infer.peaks import fit_peaks, stack
+from scruton.infer.peaks import fit_peaks, settle, stack
 from scruton.infer.results import Fit, RigResult, Sampled, TestResult, TrialResult
 from scruton.infer.sampling import Sampling
 from scruton.infer.speeds import NAME as SPEEDS
@@ -93,9 +93,11 @@ def fit_campaign(
     names = {test.name for test in peak_tests(campaign, levels)}
     peaks = [result for result in tests if result.test.name in names]
     joint = fit_peaks(campaign, peaks, sampling) if peaks else None
-    if joint and (thorough or card.averaging == "stacking"):
-        joint = stack(joint, sampling)
     misfits = misfit(tests)
+    if joint:
+        if thorough or misfits or card.averaging == "stacking":
+            joint = stack(joint, sampling)
+        joint = settle(joint, sampling, white=not misfits)
     sampling.flags += [
         *sentences(review(weigh(campaign, cycles, ringdowns, card.damping_relative_sd)), Severity.DOUBT),
         *misfits,

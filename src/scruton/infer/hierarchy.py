@@ -129,6 +129,10 @@ class CampaignPosterior(Posterior):
         tests = [replace(test, wind=replace(test.wind, data=test.wind.data.without(record))) for test in self.tests]
         return replace(self, tests=tests)
 
+    def without_test(self, name: str) -> "CampaignPosterior":
+        """The same model of all tests but one."""
+        return replace(self, tests=[test for test in self.tests if test.name != name])
+
     def exponents(self, u: FloatArray) -> FloatArray:
         """N of every walker, (W,)."""
         return self.named(u)["law_exponent"] if self.exponent else np.full(len(u), self.n)

@@ -11,20 +11,19 @@ from scruton.dynamics import Setting, force_parameters
 from scruton.infer.hierarchy import CampaignPosterior, PeakTest
 from scruton.infer.models import NOISE, WIND
 from scruton.infer.results import LawResult, LawWeights, PeakResult, TestResult
-from scruton.infer.sampling import Sampling
-from scruton.infer.thresholds import HOPELESS
+from scruton.infer.sampling import ExcludedByPriorsError, Sampling
+from scruton.infer.thresholds import LAWS_FLOOR
 from scruton.stats.convergence import SamplerSettings
 from scruton.stats.evidence import evidence_by_importance, log_evidence
-from scruton.stats.optimum import laplace_log_evidence
 from scruton.stats.sampler import Samples
 from scruton.stats.stacking import posterior_weights, stacking_weights
 from scruton.stats.student_t import fit_student_t
 
 
 def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Sampling) -> PeakResult:
-    """Sample the joint posterior of the peak tests under the laws of the card, and weigh the laws.
+    """Sample the joint posterior of the peak tests under the laws of the card, and weigh the laws by their evidence.
 
-    A law other than the reference that Laplace's approximation puts beyond any doubt is not sampled.
+    A law under which no point of the prior explains the records has no weight and is not sampled.
 
     Parameters
     ----------
@@ -39,14 +38,17 @@ def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Samplin
     prior = np.array(card.law_weights or (1.0,))
     several = len(labels) > 1
     log_z, error, unknown = np.full((3, len(labels)), np.nan)
-    for i, candidate in enumerate(posteriors if several else ()):
-        log_z[i] = laplace_log_evidence(candidate, np.random.default_rng(sampling.seed_of(f"screening, {labels[i]}")))
-    sampled = np.array([k == 0 or log_z[k] > log_z.max() - HOPELESS for k in range(len(labels))])
-    laws = []
-    for k in np.flatnonzero(sampled):
-        posterior, name = posteriors[k], f"campaign, {labels[k]}"
+    sampled = np.ones(len(labels), dtype=bool)
+    laws: list[LawResult] = []
+    for k, posterior in enumerate(posteriors):
         settings = _settings(card.sampler, posterior)
-        samples = sampling.run(name, posterior, *data_of(posterior), settings=settings)
+        try:
+            samples = sampling.run(f"campaign, {labels[k]}", posterior, *data_of(posterior), settings=settings)
+        except ExcludedByPriorsError:
+            if not laws and k == len(labels) - 1:
+                raise
+            sampled[k], log_z[k] = False, -np.inf
+            continue
         if several:
             evidence = log_evidence(posterior, samples, sampling.seed_of(f"evidence, {labels[k]}"))
             log_z[k], error[k] = evidence.log_z, evidence.error
@@ -56,19 +58,35 @@ def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Samplin
     return PeakResult(tuple(test.test.name for test in tests), tuple(laws), weights)
 
 
+def settle(result: PeakResult, sampling: Sampling, *, white: bool) -> PeakResult:
+    """The weights that predictions use: of the evidence, or of stacking where the card or the innovations ask for it.
+
+    Where no law explains what the records hold their evidence decides nothing, and what laws say of the records of one
+    setting does not tell what they say of another: then all that reach the data keep a part by their prior weights.
+    """
+    weights = result.weights
+    stacked = not white or sampling.card.averaging == "stacking"
+    use = weights.stacking if stacked and np.isfinite(weights.stacking).all() else weights.weight
+    if not white or len(result.tests) < 2:
+        prior = np.where(weights.sampled, weights.prior, 0.0)
+        use = (1.0 - LAWS_FLOOR) * use + LAWS_FLOOR * prior / prior.sum()
+    return replace(result, weights=replace(weights, weight=use))
+
+
 def stack(result: PeakResult, sampling: Sampling) -> PeakResult:
-    """Weigh the sampled laws by stacking too: each record scored by its joint density given all others.
+    """Weigh the sampled laws by stacking too: each record, and each rig, scored by its density given all others.
 
     The density is the ratio of two evidences, with the record and without it, both integrals over all parameters; one
-    step ahead a filter would forgive a wrong law.  Where the card averages by stacking these are the weights used.
+    step ahead a filter would forgive a wrong law.
     """
     weights = result.weights
     chosen = np.flatnonzero(weights.sampled)
     tests = result.laws[0].posterior.tests
     records = [name for test in tests for name in dict.fromkeys(test.wind.data.record.tolist())]
+    rigs = [test.name for test in tests] if len(tests) > 1 else []
     stacking = np.where(weights.sampled, 1.0, 0.0)
     if len(chosen) > 1 and records:
-        scores = np.empty((len(chosen), len(records)))
+        scores = np.empty((len(chosen), len(records) + len(rigs)))
         for i, law in enumerate(result.laws):
             draws = law.samples.chain.reshape(-1, law.samples.chain.shape[-1])
             near = fit_student_t(draws, np.full(len(draws), 1.0 / len(draws)))
@@ -81,9 +99,12 @@ def stack(result: PeakResult, sampling: Sampling) -> PeakResult:
                 start = near if rest.names == law.posterior.names else None
                 without = evidence_by_importance(rest, sampling.seed_of(what), start)
                 scores[i, j] = weights.log_evidence[chosen[i]] - without.log_z
+            for j, rig in enumerate(rigs, len(records)):
+                what = f"stacking, {law.label}, without {rig}"
+                without = evidence_by_importance(law.posterior.without_test(rig), sampling.seed_of(what), None)
+                scores[i, j] = weights.log_evidence[chosen[i]] - without.log_z
         stacking[chosen] = stacking_weights(scores)
-    use = stacking if sampling.card.averaging == "stacking" else weights.weight
-    return replace(result, weights=replace(weights, stacking=stacking, weight=use))
+    return replace(result, weights=replace(weights, stacking=stacking))
 
 
 def _settings(settings: SamplerSettings, posterior: CampaignPosterior) -> SamplerSettings:

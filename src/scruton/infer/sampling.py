@@ -12,8 +12,13 @@ from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
 from scruton.progress import Progress
 from scruton.stats.convergence import Convergence, SamplerSettings
+from scruton.stats.optimum import ImpossibleError
 from scruton.stats.posterior import Posterior
 from scruton.stats.sampler import Checkpoint, Samples, sample
+
+
+class ExcludedByPriorsError(InputError):
+    """No point of the priors explains the records."""
 
 
 @dataclass(eq=False)
@@ -56,7 +61,8 @@ class Sampling:
         except ValueError as error:
             if isinstance(error, InputError):
                 raise
-            raise InputError(name, "", str(error), "a record and priors that agree") from error
+            kind = ExcludedByPriorsError if isinstance(error, ImpossibleError) else InputError
+            raise kind(name, "", str(error), "a record and priors that agree") from error
         fault = samples.convergence.explain(posterior.names, settings)
         if fault:
             self.flags.append(f"{name}: {fault}")

@@ -8,6 +8,11 @@ from scruton.stats.posterior import Posterior
 from scruton.stats.student_t import StudentT
 from scruton.stats.thresholds import WIDEN
 
+
+class ImpossibleError(ValueError):
+    """No point of the prior has a finite likelihood."""
+
+
 STEP = 1e-4  # of the finite differences, in units of the search's own scale
 
 
@@ -23,13 +28,13 @@ def find_optimum(posterior: Posterior, rng: np.random.Generator, guesses: int = 
 
     Raises
     ------
-    ValueError
+    ImpossibleError
         If no guess has a finite posterior.
     """
     u = posterior.guesses(rng, guesses)
     value = posterior.log_prob(u)
     if not np.isfinite(value).any():
-        raise ValueError(
+        raise ImpossibleError(
             "no point of the prior has a finite likelihood: the record contradicts the model card's priors"
         )
     scale = np.array([prior.scale for prior in posterior.priors])
