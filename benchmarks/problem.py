@@ -8,7 +8,7 @@ from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign, Kind, Motion, Quantity, Record, Rig, Section, Test
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.infer.cards import load_card
-from scruton.infer.models import WindPosterior
+from scruton.infer.models import WIND, WindPosterior
 from scruton.stats.priors import Prior
 
 FREQUENCY = 7.87  # Hz
@@ -44,10 +44,9 @@ def data(cycles: int) -> EnvelopeData:
 
 
 def posterior(cycles: int = 120) -> WindPosterior:
-    """Build the posterior of (ln a*, ln lambda/omega0, ln scatter, ln noise factor, ln xi_s) with the default card."""
+    """Build the posterior of the logarithms of `WIND` with the default card."""
     card = load_card()
-    names = ("stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor")
-    priors = [card.prior(name, Motion.HEAVING) for name in names]
+    priors = [card.prior(name, Motion.HEAVING) for name in WIND[:-1]]
     damping = Prior("damping_ratio", "lognormal", DAMPING, 0.03, "-", "ring-downs")
     return WindPosterior((*priors, damping), data(cycles), (), 2.0 * np.pi * FREQUENCY)
 
