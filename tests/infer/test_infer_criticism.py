@@ -125,8 +125,9 @@ def judged_simulation(truth: dict[str, Any], n: float, seed: int) -> list[str]:
         cycles[name] = demodulate(time, response)
     data = EnvelopeData.join(cycles)
     card = load_card("default")
-    priors = (*(card.prior(one, Motion.HEAVING) for one in WIND[:-1]), Prior("damping_ratio", "lognormal", 0.0065, 0.05))
-    posterior = WindPosterior(priors, data, (), 2 * np.pi * 7.87, n)
+    priors = [card.prior(one, Motion.HEAVING) for one in WIND[:-1]]
+    damping = Prior("damping_ratio", "lognormal", 0.0065, 0.05)
+    posterior = WindPosterior((*priors, damping), data, (), 2 * np.pi * 7.87, n)
     best = find_optimum(posterior, np.random.default_rng(0)).centre
     innovation, variance = posterior.innovations(best[None])
     checks = whiteness.judge((innovation / np.sqrt(variance))[:, 0], data.amplitude, ["test"] * data.size, data.record)

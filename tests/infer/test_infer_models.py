@@ -175,9 +175,7 @@ def test_intervals_cover_at_their_nominal_rate():
         records = []
         for s in (2.0, 0.15):
             level = a_star * (1 + set_point * rng.standard_normal())
-            records.append(
-                simulate(rng, level, lam, q, s * a_star, 60, 2e-4, gust=gust * a_star, gust_rate=lam / time)
-            )
+            records.append(simulate(rng, level, lam, q, s * a_star, 60, 2e-4, gust=gust * a_star, gust_rate=lam / time))
         data = envelope(records, 2e-4)
         for count, fixed in ((hits, False), (narrow, True)):
             posterior = wind(data)

@@ -229,12 +229,13 @@ def test_a_checkpoint_knows_all_that_the_likelihood_reads(tests_of, card):
     campaign, tests = tests_of("paper")
     posterior = campaign_posterior(campaign, tests, Sampling(card, 0), -1.0)
     one = posterior.tests[0]
+    *others, damping = one.wind.priors
     changes = [
         replace(one, mass_damping_factor=1.01 * one.mass_damping_factor),
         replace(one, factor_log_sd=0.3),
         replace(one, wind=replace(one.wind, steady=[SteadyAmplitude(0.03, 0.001)])),
         replace(one, wind=replace(one.wind, data=one.wind.data.without("heavy-growth.csv"))),
-        replace(one, wind=replace(one.wind, priors=(*one.wind.priors[:-1], replace(one.wind.priors[-1], first=0.0066)))),
+        replace(one, wind=replace(one.wind, priors=(*others, replace(damping, first=0.0066)))),
     ]
     plain = [array.tobytes() for array in data_of(posterior)]
     for changed in changes:
