@@ -43,13 +43,23 @@ def data(cycles: int) -> EnvelopeData:
     )
 
 
+class TurbulenceAlone(WindPosterior):
+    """A test in wind without gusts: all that the likelihoods know which are written out for the peers."""
+
+    def state_space(self, u: FloatArray) -> tuple[FloatArray, ...]:
+        """(a_star, lambda [1/s], q, r) of the filter from coordinates, each (W,)."""
+        value = self.natural(u)
+        a_star, lam = value["stable_amplitude"], value["relaxation_ratio"] * self.omega0
+        return a_star, lam, value["amplitude_scatter"] * a_star * np.sqrt(2.0 * lam), value["noise_factor"]
+
+
 def posterior(cycles: int = 120) -> WindPosterior:
     """Build the posterior of (ln a*, ln lambda/omega0, ln scatter, ln noise factor, ln xi_s) with the default card."""
     card = load_card()
     names = ("stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor")
     priors = [card.prior(name, Motion.HEAVING) for name in names]
     damping = Prior("damping_ratio", "lognormal", DAMPING, 0.03, "-", "ring-downs")
-    return WindPosterior((*priors, damping), data(cycles), (), 2.0 * np.pi * FREQUENCY)
+    return TurbulenceAlone((*priors, damping), data(cycles), (), 2.0 * np.pi * FREQUENCY)
 
 
 def campaign(cycles: int = 120) -> Campaign:

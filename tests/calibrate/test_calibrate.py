@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,20 +10,21 @@ import pytest
 
 from scruton.calibrate import REGIMES, calibration_text, run_calibration
 from scruton.calibrate.calibration import load
-from scruton.calibrate.campaigns import run_campaign, simulate_campaign
+from scruton.calibrate.campaigns import _noise, run_campaign, simulate_campaign
 from scruton.calibrate.coverage import cells, covered, pooled, summarise, uniformity
 from scruton.calibrate.execution import Execution
-from scruton.calibrate.identifiability import Identifiability, identifiability, information
+from scruton.calibrate.identifiability import Identifiability, _gusts, identifiability, information
 from scruton.calibrate.quantities import inside, quantities, score
 from scruton.calibrate.regimes import LAW_REGIMES, TWELVE, chosen
 from scruton.calibrate.thresholds import LIMIT_P
-from scruton.calibrate.truths import draw_normals, from_normals, omega0, scattered
+from scruton.calibrate.truths import OWN, SHARED, draw_normals, from_normals, omega0, scattered
 from scruton.campaign import Kind, Motion
 from scruton.campaign.quantity import Quantity
 from scruton.dynamics import closed_form, relaxation
 from scruton.errors import InputError
 from scruton.infer.cards import load_card
 from scruton.processes import completed
+from scruton.simulate import Truth
 
 TINY = ("turbulence-1", "growth")
 FINAL = ("calibration.json", "calibration.txt", "coverage.csv", "pooled.csv", "ranks.csv", "identifiability.csv",
@@ -119,7 +121,8 @@ def test_score_and_closed_intervals():
 
 def test_twelve_regimes_span_what_they_should():
     assert len(TWELVE) == 12
-    assert len(REGIMES) == 14
+    assert len(REGIMES) == 19
+    assert list(REGIMES)[:14] == [one.name for one in (*TWELVE, *LAW_REGIMES)], "their places are part of the seeds"
     assert {one.turbulence for one in TWELVE} == {0.0, 0.01, 0.03}
     assert {one.kinds for one in TWELVE} == {(Kind.GROWTH,), (Kind.DECAY,), (Kind.GROWTH, Kind.DECAY)}
     assert {one.motion for one in TWELVE} == set(Motion)
@@ -188,6 +191,28 @@ def test_records_relax_to_the_true_amplitude(regime, card):
             assert end == pytest.approx(float(wanted), rel=0.06), record.name
 
 
+@pytest.mark.parametrize("name", ["gusts-3", "set-point-1"])
+def test_gusts_and_set_points_move_the_records_as_much_as_the_regime_says(name, card):
+    """The median truth many times, gusts so slow that they last for a record: where its growths end."""
+    regime = replace(REGIMES[name], turbulence=0.0, kinds=(Kind.GROWTH,), gust_time=(1e4, 1e4))
+    own = regime.card(card)
+    drawn, places, _ = from_normals(np.zeros((1, SHARED.size + OWN.size)), regime, own)
+    ends = []
+    for seed in range(80):
+        (test,) = simulate_campaign(regime, drawn, places, np.random.SeedSequence(seed)).tests
+        ends.append(np.sqrt(2.0 * np.mean(test.records[0].response[-28:] ** 2)) / drawn.a_star[0, 0])
+    assert np.std(ends) == pytest.approx(regime.gust_scatter + regime.set_point_scatter, rel=0.25)
+
+
+def test_gust_times_are_drawn_within_their_range_for_every_test():
+    regime, rng = REGIMES["gusts-2"], np.random.default_rng(0)
+    wind = Truth(Motion.HEAVING, 0.3, 0.075, 7.292, 7.87, 0.0065, 1.22, 5.036, Y1=-11.111, epsilon=0.03235)
+    times = np.log([_noise(regime, wind, 0.03, 2.0, rng).gust_time * 2.0 for _ in range(400)])
+    low, high = np.log(regime.gust_time)
+    assert low < times.min() < low + 0.1 < high - 0.1 < times.max() < high
+    assert times.mean() == pytest.approx(0.5 * (low + high), abs=0.2)
+
+
 # ---- identifiability
 
 
@@ -201,6 +226,20 @@ def test_information_of_known_moments():
     np.testing.assert_allclose(found, [[1800.0, 0.0], [0.0, 100.0]], atol=1e-3)
 
 
+@pytest.mark.parametrize("fade", [0.1, 0.8, 3.0])
+def test_covariance_of_what_follows_a_gust(fade):
+    """Against small steps of both equations, the gust stationary and the amplitude not moved at the start."""
+    rng, rate, step, size = np.random.default_rng(1), 0.8, 0.02, 20000
+    gust, x, kept = rng.standard_normal(size), np.zeros(size), []
+    for k in range(1, 251):
+        x += (1.0 - np.exp(-rate * step)) * (gust - x)
+        gust = np.exp(-fade * step) * gust + np.sqrt(-np.expm1(-2.0 * fade * step)) * rng.standard_normal(size)
+        if k % 50 == 0:
+            kept.append(x.copy())
+    found = _gusts(step * np.arange(50, 251, 50), rate, fade)
+    np.testing.assert_allclose(found, np.cov(kept), atol=0.02 * found.max())
+
+
 def test_information_expects_less_of_a_growth_alone_and_leaves_out_what_nothing_informs(card):
     both, growth = (
         {row.quantity: row for row in identifiability(REGIMES[name], REGIMES[name].card(card), truths=6)}
@@ -209,6 +248,10 @@ def test_information_expects_less_of_a_growth_alone_and_leaves_out_what_nothing_
     for name in ("Y1", "epsilon", "A(3 Sc)"):
         assert both[name].expected_sd <= growth[name].expected_sd
     assert not any(row.left_out for row in both.values())
+    gusty = identifiability(REGIMES["gusts-3"], REGIMES["gusts-3"].card(card), truths=6)
+    assert all(
+        row.expected_sd > both[row.quantity].expected_sd for row in gusty if not row.quantity.startswith("A_new")
+    )
     assert Identifiability("r", "q", 0.4, 0.21).left_out
     assert not Identifiability("r", "q", 0.4, 0.2).left_out
 

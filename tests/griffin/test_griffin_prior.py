@@ -11,7 +11,7 @@ from scruton.dynamics.laws import amplitude_ratio
 from scruton.griffin.prior import REFERENCES, prior_curves
 from scruton.infer.cards import load_card, shipped_cards
 from scruton.infer.hierarchy import CampaignPosterior, PeakTest
-from scruton.infer.models import WindPosterior
+from scruton.infer.models import WIND, WindPosterior
 from scruton.stats.priors import Prior
 
 HEAVING, TORSIONAL = REFERENCES[Motion.HEAVING], REFERENCES[Motion.TORSIONAL]
@@ -71,10 +71,9 @@ def test_the_draws_are_those_of_the_campaign_model(name):
     """At a known damping ratio, one test and no record: the priors of the hierarchical model, drawn by itself."""
     card = load_card(name)
     known = Prior("damping_ratio", "lognormal", HEAVING.damping_ratio, 1e-9, "-", "known")
-    names = ("stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor")
-    own = tuple(card.prior(one, Motion.HEAVING) for one in names)
+    own = tuple(card.prior(one, Motion.HEAVING) for one in WIND[:-1])
     wind = WindPosterior((*own, known), EnvelopeData.join({}), (), 50.0, card.law_n)
-    test = PeakTest("one", wind, HEAVING.mass_damping_factor, np.zeros((1, 5)))
+    test = PeakTest("one", wind, HEAVING.mass_damping_factor, np.zeros((1, len(WIND))))
     none = Prior("discrepancy", "lognormal", 1e-6, 0.1, "-", "the curve is the shared one")
     model = CampaignPosterior(tests=[test], shared=(*own[:2], none, none), n=card.law_n or -1.0, exponent=card.exponent)
     u = model.prior_draws(np.random.default_rng(5), 20000)

@@ -6,6 +6,7 @@ import tomllib
 from dataclasses import fields
 
 import pytest
+import tomli_w
 
 from scruton.campaign.schema import Motion
 from scruton.dynamics.laws import LAWS
@@ -80,6 +81,18 @@ draws = 16
     assert base.text in mine.text
     assert 'name = "mine"' in mine.text
     assert mine.sha256 != base.sha256
+
+
+def test_a_card_from_before_gusts_were_a_state_has_the_shipped_priors_of_them(tmp_path):
+    table = tomllib.loads(load_card().resolved)
+    for name in ("gust_scatter", "gust_time", "set_point_scatter"):
+        del table["priors"][name]
+    (tmp_path / "old.toml").write_text(tomli_w.dumps(table), encoding="utf-8")
+    assert load_card(tmp_path / "old.toml").priors == load_card().priors
+    del table["priors"]["amplitude_scatter"]
+    (tmp_path / "old.toml").write_text(tomli_w.dumps(table), encoding="utf-8")
+    with pytest.raises(InputError, match=r"priors\.amplitude_scatter: found"):
+        load_card(tmp_path / "old.toml")
 
 
 @pytest.mark.parametrize(

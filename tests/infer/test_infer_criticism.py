@@ -13,6 +13,7 @@ from scipy import stats
 from scruton.documents import as_json
 from scruton.infer import replication, sensitivity
 from scruton.infer.criticism import criticise_tree
+from scruton.infer.models import NOISE
 from scruton.stats import whiteness
 
 N = 80
@@ -104,14 +105,13 @@ PAPER = {"Y1": -11.111, "epsilon": 0.03235}
 
 def judged_simulation(truth: dict[str, Any], n: float, seed: int) -> list[str]:
     """Records of the full equation of motion, fitted at the optimum; names of the checks that find them not white."""
-    from scipy.optimize import minimize
-
     from scruton.campaign.schema import Motion
     from scruton.dynamics.cycles import EnvelopeData
     from scruton.envelope import demodulate
     from scruton.infer.cards import load_card
-    from scruton.infer.models import WindPosterior
+    from scruton.infer.models import WIND, WindPosterior
     from scruton.simulate import Noise, Truth, simulate_record
+    from scruton.stats.optimum import find_optimum
     from scruton.stats.priors import Prior
 
     section = Truth(Motion.HEAVING, 0.3, 0.075, 7.292, 7.87, 0.0065, 1.22, 5.036, **truth)
@@ -125,15 +125,11 @@ def judged_simulation(truth: dict[str, Any], n: float, seed: int) -> list[str]:
         cycles[name] = demodulate(time, response)
     data = EnvelopeData.join(cycles)
     card = load_card("default")
-    names = ("stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor")
-    priors = (*(card.prior(one, Motion.HEAVING) for one in names), Prior("damping_ratio", "lognormal", 0.0065, 0.05))
-    posterior = WindPosterior(priors, data, (), 2 * np.pi * 7.87, n)
-    start = np.log([data.amplitude[-5:].mean(), 0.02, 0.01, 1.0, 0.0065])
-    best = minimize(
-        lambda u: float(min(-posterior.log_prob(u[None])[0], 1e10)), start, method="Nelder-Mead",
-        options={"maxiter": 3000, "maxfev": 3000, "xatol": 1e-4, "fatol": 1e-4, "adaptive": True},
-    )  # fmt: skip
-    innovation, variance = posterior.innovations(best.x[None])
+    priors = [card.prior(one, Motion.HEAVING) for one in WIND[:-1]]
+    damping = Prior("damping_ratio", "lognormal", 0.0065, 0.05)
+    posterior = WindPosterior((*priors, damping), data, (), 2 * np.pi * 7.87, n)
+    best = find_optimum(posterior, np.random.default_rng(0)).centre
+    innovation, variance = posterior.innovations(best[None])
     checks = whiteness.judge((innovation / np.sqrt(variance))[:, 0], data.amplitude, ["test"] * data.size, data.record)
     return [one.name for one in checks if one.name in whiteness.PREDICTABLE and one.adjusted < 0.01]
 
@@ -195,13 +191,20 @@ def test_prior_replicates_have_the_moments_that_the_equation_gives(rng: np.rando
         "n": np.full(size, -1.0),
         "amplitude_scatter": np.full(size, 0.1),
         "noise_factor": np.full(size, 2.0),
+        "gust_scatter": np.full(size, 0.12),
+        "gust_time": np.full(size, 2.0),
+        "set_point_scatter": np.full(size, 0.08),
     }
+    assert {*NOISE} < {*prior}
     time = 3.0 + 0.1 * np.arange(60)
     error = np.full(60, 1e-3)
     found = replication.prior_replicates(time, error, 0.1, prior, rng)
     t = time - time[0]
-    np.testing.assert_allclose(found.mean(axis=0), 0.05 + 0.05 * np.exp(-0.8 * t), atol=4 * 0.006 / np.sqrt(size))
-    sd = np.sqrt(0.005**2 * (1.0 - np.exp(-1.6 * t)) + 0.002**2)
+    np.testing.assert_allclose(found.mean(axis=0), 0.05 + 0.05 * np.exp(-0.8 * t), atol=4 * 0.008 / np.sqrt(size))
+    keep, push = np.exp(-0.8 * t), 0.8 * (np.exp(-0.4 * t) - np.exp(-0.8 * t)) / (0.8 - 0.4)
+    gust = 0.8 / (0.8 + 0.4) * (1.0 - keep**2 - 2.0 * keep * push)  # of an amplitude that knows nothing of it at first
+    variance = 0.005**2 * (1.0 - keep**2) + 0.006**2 * gust + 0.004**2 * (1.0 - keep) ** 2
+    sd = np.sqrt(variance + 0.002**2)
     np.testing.assert_allclose(found.std(axis=0), sd, rtol=0.06)
 
 

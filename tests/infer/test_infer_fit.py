@@ -12,6 +12,7 @@ from scruton.cli import main
 from scruton.griffin import predict
 from scruton.infer.cards import load_card
 from scruton.infer.fit import fit_campaign
+from scruton.infer.models import WIND
 from scruton.infer.store import read_tree, write_fit
 
 QUICK = """extends = "{base}"
@@ -100,7 +101,7 @@ SHARED = {
 }  # fmt: skip
 OF_TESTS = {
     "a_star", "relaxation_rate", "damping_ratio", "scruton_number", "mass_damping_factor", "amplitude_scatter",
-    "noise_factor", "Y1", "epsilon",
+    "noise_factor", "gust_scatter", "gust_time", "set_point_scatter", "Y1", "epsilon",
 }  # fmt: skip
 
 
@@ -261,13 +262,13 @@ def test_an_unconverged_fit_says_what_to_do_exits_1_and_still_predicts(small_cam
     assert predict(tree, scruton_number=30.0).median == pytest.approx(0.0247, rel=0.1)
 
 
-def test_fewer_walkers_than_the_campaign_model_needs_are_made_more(small_campaign, tmp_path):
-    """Then the campaign model has more chains than the tests, and predictions must bear it."""
+def test_fewer_walkers_than_a_model_needs_are_made_more(small_campaign, tmp_path):
+    """Then the campaign model has more chains than the tests, those more than the rigs; predictions must bear it."""
     text = QUICK.format(base="paper", more="").replace("walkers = 64", "walkers = 14")
     (tmp_path / "card.toml").write_text(text, encoding="utf-8")
     fit = fit_campaign(load_campaign(small_campaign), load_card(tmp_path / "card.toml"), thorough=False)
-    assert fit.tree["posterior"].sizes["chain"] == 4 * 14
-    assert fit.tree["campaign_posterior"].sizes["chain"] > 4 * 14
+    rig, test, campaign = (fit.tree[f"{of}posterior"].sizes["chain"] // 4 for of in ("rig_", "", "campaign_"))
+    assert (rig, test, campaign) == (14, 2 * len(WIND), 2 * (4 + len(WIND) + 1))  # the mass has an sd
     one = predict(fit.tree, damping_ratio=0.009)
     assert len(one.draws) == fit.tree["campaign_posterior"]["n"].size
     assert one.median == pytest.approx(0.0247, rel=0.1)

@@ -9,7 +9,7 @@ from scipy import stats
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.dynamics.likelihood import innovations, pointwise_log_likelihood
 from scruton.infer.hierarchy import SHARED, CampaignPosterior, PeakTest
-from scruton.infer.models import SteadyAmplitude, WindPosterior
+from scruton.infer.models import NOISE, WIND, SteadyAmplitude, WindPosterior
 from scruton.stats.priors import Prior
 
 LAWS = [-1.0, -0.5, 0.0, 1.0, 2.0, None]
@@ -39,9 +39,12 @@ def peak_test(name, n, data, damping, factor, log_sd, steady=()):
         lognormal("relaxation_ratio", 0.01, 1.2),
         lognormal("amplitude_scatter", 0.02, 0.4),
         lognormal("noise_factor", 1.0, 0.3),
+        lognormal("gust_scatter", 0.01, 0.5),
+        lognormal("gust_time", 3.0, 0.4),
+        lognormal("set_point_scatter", 0.008, 0.3),
         lognormal("damping_ratio", damping, 0.05),
     )
-    return PeakTest(name, WindPosterior(priors, data, steady, OMEGA0, n), factor, np.zeros((1, 5)), log_sd)
+    return PeakTest(name, WindPosterior(priors, data, steady, OMEGA0, n), factor, np.zeros((1, len(WIND))), log_sd)
 
 
 def campaign(n):
@@ -87,8 +90,9 @@ def obvious(posterior, u):
     g = r_ref + n * sc_ref
     likelihood = 0.0
     for one in posterior.tests:
-        a_star, second, scatter, noise, xi = (u.pop(0) for _ in range(5))
-        for coordinate, own in zip((scatter, noise, xi), one.wind.priors[2:], strict=True):
+        mine = [u.pop(0) for _ in range(8)]
+        a_star, second, scatter, noise, gust, gust_time, set_point, xi = mine
+        for coordinate, own in zip(mine[2:], one.wind.priors[2:], strict=True):
             prior += normal(coordinate, np.log(own.first), own.second)
         factor = one.mass_damping_factor
         if one.factor_log_sd:
@@ -118,7 +122,8 @@ def obvious(posterior, u):
         a, lam = np.exp(a_star), OMEGA0 * relaxation / factor
         q = np.exp(scatter) * a * np.sqrt(2 * lam)
         if one.wind.data.size:
-            walker = (np.array([v]) for v in (a, lam, q, np.exp(noise)))
+            wind = (np.exp(gust) * a, lam / np.exp(gust_time), np.exp(set_point) * a)
+            walker = (np.array([v]) for v in (a, lam, q, np.exp(noise), *wind))
             likelihood += pointwise_log_likelihood(*innovations(one.wind.data, *walker, n=n)).sum()
         for level in one.wind.steady:
             # up to the constant of the normal density, which no parameter touches
@@ -196,11 +201,14 @@ def test_scatter_about_the_curve_is_the_discrepancy(n):
 def test_coordinates_are_named_and_those_of_a_test_stand_together():
     posterior = campaign(None)
     assert posterior.names[:5] == (*SHARED, "law_exponent")
-    own = ["stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor", "damping_ratio"]
+    own = [
+        "stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor", "gust_scatter", "gust_time",
+        "set_point_scatter", "damping_ratio",
+    ]  # fmt: skip
     assert [name.split(" of ")[0] for name in posterior.names[5:]] == [
         *own, "mass_factor", *own, own[0], "w", *own[2:], "mass_factor",
     ]  # fmt: skip
-    assert [one.size for one in posterior.own_coordinates] == [6, 5, 6]
+    assert [one.size for one in posterior.own_coordinates] == [9, 8, 9]
     assert posterior.own_coordinates[0].start == 5
     assert posterior.own_coordinates[-1].stop == posterior.coordinates.size == len(posterior.priors)
 
@@ -216,11 +224,12 @@ def test_a_record_left_out_takes_its_own_likelihood_and_nothing_else(n):
     assert rest.names == posterior.names
     data = posterior.tests[0].wind.data
     s = posterior.settings(u)
-    lam = OMEGA0 * s["relaxation_ratio"][:, 0]
-    q = s["amplitude_scatter"][:, 0] * s["a_star"][:, 0] * np.sqrt(2 * lam)
-    own = pointwise_log_likelihood(
-        *innovations(data, s["a_star"][:, 0], lam, q, s["noise_factor"][:, 0], n=posterior.exponents(u))
-    )[data.record == "a2"]
+    own = {name: values[:, 0] for name, values in s.items()}
+    a, lam = own["a_star"], OMEGA0 * own["relaxation_ratio"]
+    q = own["amplitude_scatter"] * a * np.sqrt(2 * lam)
+    wind = (own["gust_scatter"] * a, lam / own["gust_time"], own["set_point_scatter"] * a)
+    own = pointwise_log_likelihood(*innovations(data, a, lam, q, own["noise_factor"], *wind, n=posterior.exponents(u)))
+    own = own[data.record == "a2"]
     np.testing.assert_allclose(posterior.log_prob(u) - rest.log_prob(u), own.sum(axis=0), rtol=1e-7, atol=1e-7)
     np.testing.assert_allclose(rest.log_prior(u), posterior.log_prior(u))
 
@@ -230,16 +239,16 @@ def test_a_test_without_its_only_transient_keeps_its_place_but_not_its_relaxatio
     rest = posterior.without("b1")
     assert [one.relaxes for one in rest.tests] == [True, False, False]
     assert rest.names[slice(posterior.own_coordinates[1].start, posterior.own_coordinates[1].stop)] == (
-        "stable_amplitude of B", "w of B", "amplitude_scatter of B", "noise_factor of B", "damping_ratio of B"
+        "stable_amplitude of B", "w of B", *(f"{name} of B" for name in NOISE), "damping_ratio of B"
     )  # fmt: skip
     assert rest.reference == posterior.reference, "the curve's parameters mean the same"
     u = rest.prior_draws(np.random.default_rng(4), 10)
     prior, likelihood = np.array([obvious(rest, one) for one in u]).T
     np.testing.assert_allclose(rest.log_prob(u), prior + likelihood, rtol=1e-8)
-    # the scatter and the noise of a test without records do nothing to the likelihood
+    # the scatter, the noise and the gusts of a test without records do nothing to the likelihood
     moved = u.copy()
-    for name in ("amplitude_scatter of B", "noise_factor of B"):
-        rest.named(moved)[name] += 1.0
+    for name in NOISE:
+        rest.named(moved)[f"{name} of B"] += 1.0
     np.testing.assert_allclose(rest.log_likelihood(moved), rest.log_likelihood(u))
 
 
@@ -258,8 +267,9 @@ def test_the_search_starts_where_the_tests_see_themselves(n):
     posterior, rng = campaign(n), np.random.default_rng(9)
     tests = []
     for one, level in zip(posterior.tests, (0.05, 0.035, 0.028), strict=True):
-        centre = np.log([level, 0.02, 0.01, 1.0, one.wind.priors[4].first])
-        tests.append(replace(one, draws=centre + 0.02 * rng.standard_normal((200, 5))))
+        centre = np.array([prior.location for prior in one.wind.priors])
+        centre[:4] = np.log([level, 0.02, 0.01, 1.0])
+        tests.append(replace(one, draws=centre + 0.02 * rng.standard_normal((200, centre.size))))
     posterior = replace(posterior, tests=tests)
     u = posterior.guesses(rng, 200)
     s = posterior.settings(u)

@@ -8,7 +8,7 @@ import pytest
 from scruton.campaign import load_campaign
 from scruton.infer.cards import load_card
 from scruton.infer.fit import envelope, fit_rig, fit_test
-from scruton.infer.models import SteadyAmplitude
+from scruton.infer.models import WIND, SteadyAmplitude
 from scruton.infer.peaks import (
     _settings,
     campaign_posterior,
@@ -213,25 +213,29 @@ def test_one_law_raises_no_flag():
     assert LawWeights(("n=-1",), one, one, one * np.nan, one * np.nan, one.astype(bool), one).flag == ""
 
 
-@pytest.mark.parametrize(("walkers", "kept", "draws"), [(1024, 256, 32), (256, 64, 32), (128, 64, 16), (100, 100, 8)])
-def test_walkers_become_draws_as_far_as_the_dimensions_allow(tests_of, card, walkers, kept, draws):
+def test_walkers_become_draws_as_far_as_the_dimensions_allow(tests_of, card):
     campaign, tests = tests_of("paper")
     posterior = campaign_posterior(campaign, tests, Sampling(card, 0), -1.0)
-    assert len(posterior.priors) == 14
-    found = _settings(SamplerSettings(walkers=walkers, draws=8), posterior)
-    assert (found.walkers, found.draws) == (kept, draws)
+    assert len(posterior.priors) == 4 + 2 * len(WIND)
+    least = 4 * len(posterior.priors)  # walkers that the dimensions need
+    for walkers, fewer in ((16 * least, 4), (4 * least, 4), (4 * least - 4, 2), (2 * least, 2), (2 * least - 2, 1)):
+        found = _settings(SamplerSettings(walkers=walkers, draws=8), posterior)
+        assert (found.walkers, found.draws) == (walkers // fewer, 8 * fewer)
+    odd = SamplerSettings(walkers=8 * least + 1, draws=8)
+    assert _settings(odd, posterior) == odd
 
 
 def test_a_checkpoint_knows_all_that_the_likelihood_reads(tests_of, card):
     campaign, tests = tests_of("paper")
     posterior = campaign_posterior(campaign, tests, Sampling(card, 0), -1.0)
     one = posterior.tests[0]
+    *others, damping = one.wind.priors
     changes = [
         replace(one, mass_damping_factor=1.01 * one.mass_damping_factor),
         replace(one, factor_log_sd=0.3),
         replace(one, wind=replace(one.wind, steady=[SteadyAmplitude(0.03, 0.001)])),
         replace(one, wind=replace(one.wind, data=one.wind.data.without("heavy-growth.csv"))),
-        replace(one, wind=replace(one.wind, priors=(*one.wind.priors[:4], replace(one.wind.priors[4], first=0.0066)))),
+        replace(one, wind=replace(one.wind, priors=(*others, replace(damping, first=0.0066)))),
     ]
     plain = [array.tobytes() for array in data_of(posterior)]
     for changed in changes:

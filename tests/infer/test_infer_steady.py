@@ -14,6 +14,7 @@ from scruton.envelope import Cycles, cycles_from_envelope, demodulate, ring_down
 from scruton.envelope.phase_diffusion import periodogram, phase_steps, step_spectrum, unbroken
 from scruton.infer.cards import ModelCard, load_card
 from scruton.infer.fit import envelope
+from scruton.infer.models import WIND
 from scruton.infer.sampling import Sampling
 from scruton.infer.steady import (
     SteadyVerdict,
@@ -30,7 +31,6 @@ from scruton.stats.priors import Prior
 FREQUENCY, DAMPING = 8.0, 0.004
 OMEGA0 = 2.0 * np.pi * FREQUENCY
 PLACE = Setting(Motion.HEAVING, 0.3, 0.075, 7.3, 1.22, 5.1, FREQUENCY, FREQUENCY, DAMPING)
-NAMES = ("stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor")
 
 
 def quick_card(max_steps: int = 4000) -> ModelCard:
@@ -41,7 +41,7 @@ def quick_card(max_steps: int = 4000) -> ModelCard:
 def priors(damping: float = DAMPING) -> tuple[Prior, ...]:
     card = quick_card()
     mine = Prior("damping_ratio", "lognormal", damping, 0.05)
-    return (*(card.prior(one, Motion.HEAVING) for one in NAMES), mine)
+    return (*(card.prior(one, Motion.HEAVING) for one in WIND[:-1]), mine)
 
 
 def record(

@@ -17,6 +17,7 @@ from scruton.campaign.schema import Campaign, Kind, Motion, Quantity, Record, Ri
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.envelope import Cycles, front_end, ring_down
 from scruton.infer.cards import ModelCard, load_card
+from scruton.infer.models import NOISE
 from scruton.infer.result_schema import SCHEMA, dataset, faults
 from scruton.infer.results import Fit
 from scruton.infer.store import convergence_frame
@@ -193,6 +194,7 @@ def groups_of(
     section, names = campaign.section, [test.name for test in campaign.tests]
     shape, ensemble = (CHAINS, DRAWS), np.repeat(np.arange(ENSEMBLES), CHAINS // ENSEMBLES)
     posterior, trials, by_cycle = [], [], []
+    noise = load_card().priors
     for row, test in zip(rows, campaign.tests, strict=True):
         z = rng.standard_normal((2, *shape))
         a_star = row.a_star * np.exp(0.008 * z[0] - 0.01)
@@ -202,8 +204,7 @@ def groups_of(
         own = {
             "a_star": a_star,
             "relaxation_rate": rate,
-            "amplitude_scatter": 0.01 * np.exp(0.2 * rng.standard_normal(shape)),
-            "noise_factor": np.exp(0.1 * rng.standard_normal(shape)),
+            **{name: np.exp(noise[name].location + 0.2 * rng.standard_normal(shape)) for name in NOISE},
             "damping_ratio": xi,
             "scruton_number": factor * xi,
             "relaxation_scruton_number": factor * rate / omega,

@@ -104,12 +104,42 @@ def test_one_seed_one_record_and_noise_as_asked():
     np.testing.assert_allclose(rounded / 1e-3, np.round(rounded / 1e-3), atol=1e-9)
 
 
-def test_shedding_and_gusts_act():
+def test_gusts_make_the_scatter_and_the_memory_that_are_asked_for():
+    """An amplitude that relaxes at `rate` towards a gust of rate k has its variance times rate/(rate + k)."""
+    stable, rate = HEAVE.balance()
+    wind = Noise(gust_intensity=0.02 / HEAVE.wind_exponent, gust_time=2.0 / rate)
+    time, y = simulate_record(
+        HEAVE, initial_amplitude=stable, duration=3000 / rate, sample_rate=100.0, seed=3, noise=wind
+    )
+    cycles = demodulate(time, y)
+    x = cycles.amplitude / stable - 1.0
+    assert x.std() == pytest.approx(0.02 * np.sqrt(2 / 3), rel=0.1)
+    lag = round(2.0 / rate * HEAVE.frequency)  # two relaxation times: 2 exp(-1) - exp(-2) of it is left
+    assert np.mean(x[lag:] * x[:-lag]) / x.var() == pytest.approx(2 * np.exp(-1) - np.exp(-2), abs=0.08)
+
+
+@pytest.mark.parametrize("wind", [{"gust_intensity": 0.01, "gust_time": 1e6}, {"set_point": 0.01}])
+def test_the_wind_differs_from_record_to_record_from_the_release_on(wind):
+    stable, rate = HEAVE.balance()
+    ends = []
+    for seed in range(80):
+        _, y = simulate_record(
+            HEAVE, initial_amplitude=stable, duration=7 / rate, sample_rate=100.0, seed=seed, noise=Noise(**wind)
+        )
+        ends.append(np.sqrt(2.0 * np.mean(y[-int(100 * 10 / HEAVE.frequency) :] ** 2)) / stable - 1.0)
+    assert np.std(ends) == pytest.approx(0.01 * HEAVE.wind_exponent, rel=0.2)
+    assert np.mean(ends) == pytest.approx(0.0, abs=0.006)
+
+
+def test_still_air_has_neither_gusts_nor_a_set_point():
+    still = Truth(Motion.HEAVING, 0.3, 0.075, 7.292, 7.87, 0.0065)
+    arguments = {"initial_amplitude": 0.03, "duration": 5.0, "sample_rate": 200.0, "seed": 4}
+    gusty = simulate_record(still, **arguments, noise=Noise(gust_intensity=0.1, set_point=0.1))[1]
+    np.testing.assert_array_equal(gusty, simulate_record(still, **arguments)[1])
+
+
+def test_shedding_acts():
     quiet = simulate_record(HEAVE, initial_amplitude=0.03, duration=10.0, sample_rate=200.0, seed=1)[1]
-    gusty = simulate_record(
-        HEAVE, initial_amplitude=0.03, duration=10.0, sample_rate=200.0, seed=1, noise=Noise(gust_intensity=0.05)
-    )[1]
-    assert np.abs(gusty - quiet).max() > 1e-3
     shed = Truth(**{**vars(HEAVE), "shedding": 0.05, "shedding_frequency": 9.0})
     assert (
         np.abs(simulate_record(shed, initial_amplitude=0.03, duration=10.0, sample_rate=200.0, seed=1)[1] - quiet).max()

@@ -11,7 +11,7 @@ from scipy import stats
 from scruton.campaign.schema import Motion
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.infer.cards import load_card
-from scruton.infer.models import WindPosterior
+from scruton.infer.models import WIND, WindPosterior
 from scruton.stats.convergence import SamplerSettings
 from scruton.stats.evidence import (
     bridge,
@@ -349,8 +349,7 @@ def wind(n=-1.0, cycles=40):
         np.full(size, PERIOD), np.tile(np.arange(cycles) * PERIOD, 2), np.repeat(["r0", "r1"], cycles),
     )  # fmt: skip
     card = load_card()
-    names = ("stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor")
-    priors = (*(card.prior(one, Motion.HEAVING) for one in names), Prior("damping_ratio", "lognormal", 0.004, 0.03))
+    priors = (*(card.prior(one, Motion.HEAVING) for one in WIND[:-1]), Prior("damping_ratio", "lognormal", 0.004, 0.03))
     return WindPosterior(priors, data, (), 2 * np.pi / PERIOD, n)
 
 

@@ -106,6 +106,7 @@ def simulate_campaign(regime: Regime, drawn: Drawn, setup: Setting, seed: np.ran
         choices, *children = child.spawn(1 + len(kinds) + regime.ring_downs)
         rng = np.random.default_rng(choices)
         plans = [(wind, kind, rng.uniform(*START[kind]), rate, RELAXATIONS) for kind in kinds]
+        noise = _noise(regime, wind, a_star, rate, rng)
         ring_down = (still, Kind.FREE_DECAY, RING_DOWN_START, natural * xi, RING_DOWN_RELAXATIONS)
         records = []
         for number, (truth, kind, start, relaxes, times) in enumerate([*plans, *[ring_down] * regime.ring_downs], 1):
@@ -113,7 +114,7 @@ def simulate_campaign(regime: Regime, drawn: Drawn, setup: Setting, seed: np.ran
                 truth, initial_amplitude=start * a_star,
                 duration=cycles_recorded(relaxes, natural, times) / frequency,
                 sample_rate=SAMPLES_PER_CYCLE * frequency, seed=children[number - 1],
-                noise=Noise(regime.turbulence, sensor_noise=regime.sensor_noise * a_star),
+                noise=noise,
             )  # fmt: skip
             name = f"{kind.value}-{j + 1}-{number}"
             records.append(Record(name, Path(f"{name}.csv"), kind, time, response))
@@ -127,3 +128,14 @@ def simulate_campaign(regime: Regime, drawn: Drawn, setup: Setting, seed: np.ran
         )
     path, source = Path(f"{regime.name}.toml"), "simulated from the full equation of motion"
     return Campaign(path, regime.title, source, regime.section, tuple(rigs), tuple(tests))
+
+
+def _noise(regime: Regime, wind: Truth, a_star: float, rate: float, rng: np.random.Generator) -> Noise:
+    """Turbulence, gusts, set-points and sensor noise of one test; gusts and set-points are of the wind's speed."""
+    shortest, longest = np.log(regime.gust_time)
+    return Noise(
+        regime.turbulence, sensor_noise=regime.sensor_noise * a_star,
+        gust_intensity=regime.gust_scatter / wind.wind_exponent,
+        gust_time=float(np.exp(rng.uniform(shortest, longest))) / rate,
+        set_point=regime.set_point_scatter / wind.wind_exponent,
+    )  # fmt: skip

@@ -7,15 +7,16 @@ The expected (Fisher) information of the state-space likelihood is exact for a n
    + \tfrac12\,\mathrm{tr}\,\Sigma^{-1}\partial_i\Sigma\,\Sigma^{-1}\partial_j\Sigma
 
 where mu relaxes exponentially from the initial amplitude and Sigma is that of an Ornstein-Uhlenbeck process that
-starts there plus sensor noise.  Carried to the standard normals that make a truth, whose prior information is one, it
-gives the posterior sd that can be expected of every quantity.  A quantity whose expected posterior sd exceeds half of
-its prior sd is left out of the verdict on coverage.
+starts there, plus that of what follows a gust and a set-point from there, plus sensor noise.  Carried to the standard
+normals that make a truth, whose prior information is one, it gives the posterior sd that can be expected of every
+quantity.  A quantity whose expected posterior sd exceeds half of its prior sd is left out of the verdict on coverage.
 """
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import exprel
 
 from scruton.arrays import FloatArray
 from scruton.calibrate import campaigns
@@ -24,6 +25,7 @@ from scruton.calibrate.regimes import FREQUENCY, Regime
 from scruton.calibrate.thresholds import UNINFORMED
 from scruton.calibrate.truths import draw_normals, from_normals, omega0
 from scruton.infer.cards import ModelCard
+from scruton.infer.models import NOISE
 
 TRUTHS, PRIOR_DRAWS = 24, 4000
 _STEP = 1e-4
@@ -124,16 +126,23 @@ def _information(z: FloatArray, regime: Regime, card: ModelCard) -> FloatArray:
 def transient_information(regime: Regime, card: ModelCard, a_star: float, rate: float) -> FloatArray:
     """Information of one test's transients about (ln a*, ln lambda), (2, 2), the nuisances integrated out.
 
-    The nuisances are the scatter, the factor on the noise, and every record's initial amplitude.
+    The nuisances are the scatter, the factor on the noise, gusts and set-points, and every record's initial amplitude.
     """
-    scatter, factor = (card.prior(name, regime.motion) for name in ("amplitude_scatter", "noise_factor"))
     times, noise = _record(regime, a_star, rate, campaigns.RELAXATIONS)
 
-    def moments(a_star: float, rate: float, scatter: float, factor: float, start: float) -> Moments:
-        return _moments(times, start, a_star, rate, scatter * a_star, noise * factor)
+    def moments(a_star: float, rate: float, start: float, **unknown: float) -> Moments:
+        mean, covariance = _moments(
+            times, start, a_star, rate, unknown["amplitude_scatter"] * a_star, noise * unknown["noise_factor"]
+        )
+        gust = unknown["gust_scatter"] ** 2 * _gusts(times, rate, rate / unknown["gust_time"])
+        moved = unknown["set_point_scatter"] * -np.expm1(-rate * times)
+        return mean, covariance + a_star**2 * (gust + np.outer(moved, moved))
 
-    values = {"a_star": a_star, "rate": rate, "scatter": regime.turbulence or np.exp(scatter.location), "factor": 1.0}
-    total = np.diag([0.0, 0.0, scatter.scale**-2.0, factor.scale**-2.0])
+    priors = [card.prior(name, regime.motion) for name in NOISE]
+    values = {prior.name: float(np.exp(prior.location)) for prior in priors}
+    values |= {name: true for name, true in regime.noise.items() if true}
+    values = {"a_star": a_star, "rate": rate} | values
+    total = np.diag([0.0, 0.0, *(prior.scale**-2.0 for prior in priors)])
     for kind in regime.kinds:
         start = float(np.mean(campaigns.START[kind])) * a_star
         total += _marginal(information(moments, values | {"start": start}), len(values))
@@ -176,6 +185,18 @@ def _moments(t: FloatArray, start: float, a_star: float, rate: float, spread: fl
     apart, since = np.abs(t[:, None] - t), t[:, None] + t
     covariance = spread**2 * (np.exp(-rate * apart) - np.exp(-rate * since))
     return mean, covariance + noise**2 * np.eye(t.size)
+
+
+def _gusts(t: FloatArray, rate: float, fade: float) -> FloatArray:
+    """Covariance of what follows a stationary gust of unit sd from t = 0 on: the gust fades, the other relaxes."""
+    apart = np.abs(t[:, None] - t)
+
+    def pushed(t: FloatArray) -> FloatArray:
+        return np.asarray(rate * t * np.exp(-rate * t) * exprel((rate - fade) * t))
+
+    kept, moved = np.exp(-rate * t), pushed(t)
+    started = np.outer(kept, kept) + np.outer(kept, moved) + np.outer(moved, kept)
+    return np.asarray(rate / (rate + fade) * (np.exp(-rate * apart) + pushed(apart) - started))
 
 
 def _record(regime: Regime, a_star: float, rate: float, relaxations: float) -> tuple[FloatArray, float]:

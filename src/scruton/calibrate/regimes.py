@@ -1,10 +1,13 @@
 """The regimes in which the bands are put to the test: what is measured, under which noise, and with which priors.
 
-Twelve span what laboratories do; two more ask whether the data betray another law than the paper's.
+Twelve span what laboratories do; two more ask whether the data betray another law than the paper's, and five whether
+the bands hold where the wind is not steady.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+
+import numpy as np
 
 from scruton.campaign.schema import Kind, Motion, Section
 from scruton.errors import InputError
@@ -43,6 +46,10 @@ class Regime:
         Transients recorded in every test.
     turbulence : float
         Scatter of the amplitude over the stable amplitude; the truth of `amplitude_scatter`.
+    gust_scatter, set_point_scatter : float
+        Scatter of the stable amplitude that slow gusts make, and from record to record, over it.
+    gust_time : (float, float)
+        Least and largest correlation time of the gusts, in relaxation times; every test draws one, log-uniformly.
     sensor_noise : float
         Standard deviation of a sample over the stable amplitude.
     damping_sd, mass_sd, density_sd : float
@@ -65,6 +72,9 @@ class Regime:
     scruton_numbers: tuple[float, ...] = (22.0,)
     kinds: tuple[Kind, ...] = BOTH
     turbulence: float = 0.01
+    gust_scatter: float = 0.0
+    set_point_scatter: float = 0.0
+    gust_time: tuple[float, float] = (0.3, 10.0)
     sensor_noise: float = 0.005
     damping_sd: float = 0.1
     mass_sd: float = 0.0
@@ -84,6 +94,17 @@ class Regime:
     def weighs_laws(self) -> bool:
         """Whether the regime asks for the law, not for coverage of the parameters."""
         return len(self.laws) > 1
+
+    @property
+    def noise(self) -> dict[str, float]:
+        """What is true of a test's noise, by parameter of the model; zero where there is none."""
+        return {
+            "amplitude_scatter": self.turbulence,
+            "noise_factor": 1.0,
+            "gust_scatter": self.gust_scatter,
+            "gust_time": float(np.sqrt(np.prod(self.gust_time))) if self.gust_scatter else 0.0,
+            "set_point_scatter": self.set_point_scatter,
+        }
 
     @property
     def overrides(self) -> dict[str, tuple[float, float]]:
@@ -147,7 +168,19 @@ LAW_REGIMES = (
     Regime("paper-two-sc", "the paper's law, two rigs", **_TWO_SC),  # type: ignore[arg-type]
 )
 
-REGIMES: Mapping[str, Regime] = {regime.name: regime for regime in (*TWELVE, *LAW_REGIMES)}
+WIND_REGIMES = (
+    *(
+        Regime(f"gusts-{k}", f"slow gusts: {k} % scatter of the stable amplitude, no turbulence",
+               turbulence=0.0, gust_scatter=0.01 * k)
+        for k in (1, 2, 3)
+    ),
+    Regime("gusts-and-turbulence", "slow gusts of 2 % and turbulence of 1 %", gust_scatter=0.02),
+    Regime("set-point-1", "set-points: 1 % scatter of the stable amplitude from record to record",
+           set_point_scatter=0.01),
+)  # fmt: skip
+
+# Their order is part of every seed: more come at the end.
+REGIMES: Mapping[str, Regime] = {regime.name: regime for regime in (*TWELVE, *LAW_REGIMES, *WIND_REGIMES)}
 
 
 def chosen(names: Sequence[str] | None) -> tuple[Regime, ...]:

@@ -16,7 +16,8 @@ from scruton.cells import aligned, csv_text
 from scruton.documents import as_json, write_text
 from scruton.provenance import provenance
 
-_PLAIN = ("ring_downs", "turbulence", "sensor_noise", "damping_sd", "mass_sd", "density_sd")
+_PLAIN = ("ring_downs", "turbulence", "gust_scatter", "set_point_scatter", "sensor_noise", "damping_sd", "mass_sd",
+          "density_sd")  # fmt: skip
 
 
 def write_tables(result: CalibrationResult, folder: Path) -> None:
@@ -28,7 +29,7 @@ def write_tables(result: CalibrationResult, folder: Path) -> None:
         return float("nan") if scores is None else float(np.median(scores["posterior_sd"]))
 
     tables: dict[str, list[dict[str, Any]]] = {
-        # The truths of scatter and noise factor are a regime's own, not the prior's.
+        # The truths of scatter, gusts and noise factor are a regime's own, not the prior's.
         "regimes": [
             {
                 "regime": regime.name,
@@ -37,6 +38,7 @@ def write_tables(result: CalibrationResult, folder: Path) -> None:
                 "scruton_numbers": list(regime.scruton_numbers),
                 "records": [kind.value for kind in regime.kinds],
                 **{name: getattr(regime, name) for name in _PLAIN},
+                "gust_time": list(regime.gust_time),
                 "true_law": regime.n,
                 "fitted_laws": list(regime.laws),
                 "card_overrides": {name: list(value) for name, value in regime.overrides.items()},

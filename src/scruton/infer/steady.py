@@ -2,7 +2,9 @@ r"""Whether the fluctuations of a lock-in record say how fast the vibration rela
 
 Under broad-band turbulence the amplitude obeys :math:`da = \lambda(a^* - a)\,dt + q\,dW`, so a record without any
 release tells the relaxation rate.  Gusts that outlast the relaxation make the same amplitude wander more slowly, and a
-rate read off it is then too small; the fluctuations are used only where four conditions hold.  Thresholds are from
+rate read off it is then too small; nor could a model with gusts tell it, as the spectrum of what follows a gust does
+not change where the rates of the two are exchanged.  The fluctuations are used only where four conditions hold, under
+broad-band turbulence alone.  Thresholds are from
 records of the full equation of motion (heaving, lambda/omega0 0.006 to 0.03, 60 to 200 relaxation times, turbulence
 making 1 to 3 % amplitude scatter), with and without gusts of 1 to 3 % of the wind that last 2 to 10 relaxation times:
 
@@ -40,6 +42,7 @@ from scruton.stats.sampler import Samples
 from scruton.stats.whiteness import lags_of, ljung_box
 
 _BAND = 1.645  # 90 % of a normal
+_NONE = 1e-6  # median scatter of gusts and of set-points, over the stable amplitude, in a posterior without any
 _LEAST_LINES = 20
 
 
@@ -116,7 +119,7 @@ def stationary_part(cycles: Cycles) -> Cycles:
 def steady_posterior(
     name: str, cycles: Cycles, priors: Sequence[Prior], omega0: float, initial_sd: float = 1.0
 ) -> WindPosterior:
-    """Posterior of one steady record by itself, linear about its stable amplitude (n = -1).
+    """Posterior of one steady record by itself without gusts, linear about its stable amplitude (n = -1).
 
     Parameters
     ----------
@@ -125,14 +128,19 @@ def steady_posterior(
     cycles : Cycles
         All of it.
     priors : sequence of Prior
-        Of the parameters `models.WIND`; that of an exponent is not used.
+        Of the parameters `models.WIND`; those of an exponent, of gusts and of set-points are not used.
     omega0 : float
         Natural circular frequency in still air [rad/s].
     initial_sd : float
         Prior of the initial amplitude.
     """
     data = EnvelopeData.join({name: stationary_part(cycles)})
-    return WindPosterior(tuple(prior for prior in priors if prior.name in WIND), data, (), omega0, -1.0, initial_sd)
+    calm = (
+        Prior(prior.name, "lognormal", _NONE, 0.1) if prior.name in ("gust_scatter", "set_point_scatter") else prior
+        for prior in priors
+        if prior.name in WIND
+    )
+    return WindPosterior(tuple(calm), data, (), omega0, -1.0, initial_sd)
 
 
 def judge_steady(name: str, cycles: Cycles, samples: Samples, posterior: WindPosterior) -> SteadyVerdict:

@@ -30,7 +30,7 @@ PARAMETERS = {
 
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
-_UNITS = {"kg/m^3": "kg/m³", "kg m^2/m": "kg m²/m", "1/s": "1/s", "-": ""}
+_UNITS = {"kg/m^3": "kg/m³", "kg m^2/m": "kg m²/m", "1/s": "1/s", "1/lambda": "1/λ", "-": ""}
 
 
 def unit_text(unit: str) -> str:

@@ -3,7 +3,7 @@
 The specification is the campaign.toml that shall come out, with these additions:
 
 * `[simulation]`: `sample_rate` [Hz]; optional `turbulence` (scatter of the amplitude over the stable amplitude),
-  `sensor_noise` and `quantum` (A/D or rad), `gust_intensity` and `gust_time` [s];
+  `sensor_noise` and `quantum` (A/D or rad), `gust_intensity`, `gust_time` [s] and `set_point` (of the wind speed);
 * every rig may carry `true_damping_ratio`, where the truth differs from what the laboratory states;
 * every test carries `truth = { Y1 = ..., epsilon = ... }`, with `Y2` and `force` ("paper" or "ehsan-scanlan") optional;
 * every record carries `duration` [s] and `initial_amplitude`: A/D or rad in still air, multiples of the stable

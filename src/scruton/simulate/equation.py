@@ -158,7 +158,8 @@ def integrate(  # type: ignore[no-untyped-def]
 ):
     """Runge-Kutta between sign changes of the velocity, where the force jumps; a kick after each step.
 
-    Into `out`, (N,); `k` are the `terms`, `speed`, `drive` and `rate` the schedules, `noise` (2, steps) or (2, 0).
+    Into `out`, (N,); `start` has displacement, velocity and gust, `k` are the `terms`, `speed`, `drive` and `rate` the
+    schedules, `noise` (2, steps) or (2, 0).
     """
     x, v = start[0], start[1]
     out[0] = x
@@ -170,7 +171,7 @@ def integrate(  # type: ignore[no-untyped-def]
         # The wake starts locked: in phase with the velocity, at the amplitude of its own cycle.
         phase = np.arctan2(-v / k.omega, x)
         q, qv = -2.0 * np.sin(phase), -2.0 * k.omega * np.cos(phase)
-    t, n, wind, z = 0.0, 0, 0.0, 0.0
+    t, n, wind, z = 0.0, 0, start[2], 0.0
     forget = np.exp(-h / gust_time)
     fresh = intensity * np.sqrt(1.0 - forget * forget)
     keep = np.exp(-h / k.memory) if k.memory > 0.0 else 0.0

@@ -24,7 +24,10 @@ class Noise:
     sensor_noise, quantum : float
         Standard deviation of white noise on the reading and step of its rounding, A/D or rad.
     gust_intensity, gust_time : float
-        Relative standard deviation and time scale [s] of slow fluctuations of the wind speed.
+        Relative standard deviation and time scale [s] of slow fluctuations of the wind speed, stationary from the
+        release on.
+    set_point : float
+        Relative standard deviation of the wind speed from record to record, as it is set anew.
     """
 
     turbulence: float = 0.0
@@ -32,6 +35,7 @@ class Noise:
     quantum: float = 0.0
     gust_intensity: float = 0.0
     gust_time: float = 1.0
+    set_point: float = 0.0
 
 
 def simulate_record(
@@ -85,16 +89,18 @@ def simulate_record(
     phase = rng.uniform(0.0, 2.0 * np.pi)
     steps = (samples - 1) * substeps
     white = rng.standard_normal((2, steps)) if kick or noise.gust_intensity else np.zeros((2, 0))
-    start = np.array([initial_amplitude * np.cos(phase), -initial_amplitude * truth.omega * np.sin(phase)])
     time = np.arange(samples) / sample_rate
     response = np.empty(samples)
     # Disturbances have a stream of their own: the turbulence and the noise stay what they are without them.
     root = seed if isinstance(seed, np.random.SeedSequence) else np.random.SeedSequence(seed)
     extra_rng = np.random.default_rng(np.random.SeedSequence(root.entropy, spawn_key=(*root.spawn_key, _OWN_STREAM)))
+    wind = np.array([noise.gust_intensity, noise.set_point])
+    gust, set_point = wind * extra_rng.standard_normal(2) if wind.any() else wind
+    start = initial_amplitude * np.array([np.cos(phase), -truth.omega * np.sin(phase)])
     speed, drive, rate_added = schedules(disturbances, time, still=truth.still, rng=extra_rng)
     integrate(
-        response, start, 1.0 / (sample_rate * substeps), substeps, terms(truth, disturbances),
-        kick, noise.gust_intensity, noise.gust_time, white, speed, drive, rate_added,
+        response, np.append(start, gust), 1.0 / (sample_rate * substeps), substeps, terms(truth, disturbances),
+        kick, noise.gust_intensity, noise.gust_time, white, speed + set_point, drive, rate_added,
     )  # fmt: skip
     response = read_out(disturbances, response, 1.0 / sample_rate, extra_rng)
     if noise.sensor_noise:

@@ -1,6 +1,6 @@
 """A rig in a wind and the force that acts on it, in SI units."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -81,3 +81,9 @@ class Truth:
             return float(np.sqrt(max(square, 0.0))), 2.0 * (drive - linear)
         rate = linear - drive
         return -2.0 * self.pressure * self.Y1 * self.epsilon / (np.pi * self.omega * rate), rate
+
+    @property
+    def wind_exponent(self) -> float:
+        """Relative change of the stable amplitude over that of the wind speed, by `balance`."""
+        faster, slower = (replace(self, wind_speed=self.wind_speed * factor).balance()[0] for factor in (1.001, 0.999))
+        return float(np.log(faster / slower) / 0.002)

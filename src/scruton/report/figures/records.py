@@ -45,8 +45,8 @@ def record_figures(fit: Fit) -> Iterable[FigureWithCaption]:
         yield FigureWithCaption(
             drawing,
             caption="Records with the amplitude of every cycle, the 90 % credible band of the mean amplitude that the "
-            "fitted law gives from the first cycle on, and the 90 % predictive band, which holds turbulence and "
-            "sensor noise as well. Dashed: the stable amplitude of the posterior, with its 90 % interval.",
+            "fitted law gives from the first cycle on, and the 90 % predictive band, which holds turbulence, gusts "
+            "and sensor noise as well. Dashed: the stable amplitude of the posterior, with its 90 % interval.",
             alt=f"Time histories of {len(page)} record(s) of {', '.join(tests)}: the response with its amplitude "
             f"growing or decaying towards the stable amplitude ({style.amplitude_label(unit)}), inside the predictive "
             "band.",
