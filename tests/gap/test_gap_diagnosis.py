@@ -33,7 +33,8 @@ def test_gradient_and_information_are_those_of_the_log_posterior(clean):
     sd = np.sqrt(np.diag(null.covariance))
     u = null.mode + 0.5 * sd * rng.standard_normal(null.mode.size)
     _, gradient, fisher = hypothesis.scores(u)
-    for i in rng.choice(u.size, 12, replace=False):
+    gusts = [hypothesis.slices[None, name].start for name in ("gust_scatter", "gust_time", "set_point_scatter")]
+    for i in (*rng.choice(u.size, 12, replace=False), *gusts):
         step = np.zeros(u.size)
         step[i] = 1e-3 * sd[i]
         up, down = (sum(float(x[0]) for x in hypothesis.log_prob((u + s * step)[None])) for s in (1, -1))

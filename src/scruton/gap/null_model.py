@@ -40,6 +40,10 @@ class NullModel:
             table[:, :, Term.DRIVE] = np.where(wind, drive * mass, 0.0)
             rate = np.where(wind, np.maximum(table[:, :, Term.AERO] + damping, 1e-3 * damping + 1e-9), rate)
             level = np.where(wind, table[:, :, Term.DRIVE] / rate, level)
+            # Gusts and set-points of the drive are those of the stable amplitude under the law.
+            table[:, :, Term.GUST] = values["gust_scatter"] * table[:, :, Term.DRIVE]
+            table[:, :, Term.GUST_RATE] = rate / np.where(wind, values["gust_time"], np.inf)
+            table[:, :, Term.SET_POINT] = values["set_point_scatter"] * table[:, :, Term.DRIVE]
             table[:, :, Term.STIFFNESS_LINEAR] = values["stiffness_in_wind"] / layout.largest.max()
         unit = level * np.sqrt(2.0 * rate)
         table[:, :, Term.SCATTER] = values["scatter"] * unit
@@ -85,6 +89,9 @@ def null_model(data: GapData) -> NullModel:
         ("stiffness", layout.everywhere()),
         ("stiffness_in_wind", layout.in_wind()),
         ("gain", each),
+        ("gust_scatter", layout.by_test()),
+        ("gust_time", layout.by_test()),
+        ("set_point_scatter", layout.in_wind()),
     ):
         if members.max() >= 0:
             add(name, members)
