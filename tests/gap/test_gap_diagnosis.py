@@ -114,6 +114,12 @@ def test_gusts_are_no_gap(monkeypatch, design, index, name):
     assert diagnose(campaign).verdict == (name or "none")
 
 
+@pytest.mark.parametrize(("name", "index"), [("time_jump", 4), ("intermittent_lock_in", 5)])
+def test_what_comes_and_goes_by_more_than_gusts_is_unknown(name, index):
+    """Where gusts had no bound these were called `none`."""
+    assert diagnose(simulate_case(SEED, index, name, 0.2)[0]).verdict == "unknown"
+
+
 @pytest.mark.parametrize("name", [None, "coulomb_friction"])
 def test_envelopes_without_a_waveform_will_do(name):
     """Records that hold an amplitude have neither phase nor third harmonic: those channels stay silent."""
