@@ -62,3 +62,40 @@ def grid_log_likelihood(data, rate, q, r, sd0, points=321, steps=200):
         density /= density.sum()
         grid = new
     return total
+
+
+def gusty_innovations(data, rate, q, r, *, gust, fade, offset, steps=400):
+    """Innovations and variances of a linearised filter of (amplitude, gust, offset, integral of the amplitude).
+
+    Mean and covariance by small Euler steps; the drive's gust (of standard deviation `gust`, forgotten at the rate
+    `fade`) and its offset in a record add to da/dt.  The first cycle fixes a diffuse state, as above.
+    """
+    d, found = 1e-5 * np.median(data.amplitude), []
+    mean = covariance = None
+
+    def moved(x, p, time):
+        h, diffusion = time / steps, np.diag([q**2, 2 * fade * gust**2, 0.0, 0.0])
+        for _ in range(steps):
+            slope = (rate(x[0] + d) - rate(x[0] - d)) / (2 * d)
+            along = np.array([[slope, 1, 1, 0], [0, -fade, 0, 0], [0, 0, 0, 0], [1, 0, 0, 0]])
+            flow = np.eye(4) + h * along + 0.5 * h * h * along @ along
+            middle = x[0] + 0.5 * h * (rate(x[0]) + x[1] + x[2])
+            x = x + h * np.array([rate(middle) + q**2 / (2 * middle) + x[1] + x[2], -fade * x[1], 0.0, middle])
+            p = flow @ p @ flow.T + h * diffusion
+        return x, p
+
+    for y, se, gap, period in zip(data.amplitude, data.standard_error, data.gap, data.period, strict=True):
+        r2 = (r * se) ** 2
+        if gap < 0:
+            found.append((np.nan, np.nan))
+            mean, covariance = moved(np.array([y, 0.0, 0.0, 0.0]), np.diag([r2, gust**2, offset**2, 0.0]), 0.5 * period)
+            continue
+        if gap > 0:
+            mean, covariance = moved(mean, covariance, gap)
+        mean[3] = covariance[3, :] = covariance[:, 3] = 0.0
+        mean, covariance = moved(mean, covariance, period)
+        v, s = y - mean[3] / period, covariance[3, 3] / period**2 + r2
+        gain = covariance[3] / period / s
+        mean, covariance = mean + gain * v, covariance - s * np.outer(gain, gain)
+        found.append((v, s))
+    return np.array(found).T

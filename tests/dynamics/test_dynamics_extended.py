@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from grid_filter import grid_log_likelihood, motion
+from grid_filter import grid_log_likelihood, gusty_innovations, motion
 from numba import njit
+from scipy.linalg import expm
 
 from scruton.dynamics.cycles import Channels, EnvelopeData
 from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
-from scruton.dynamics.extended import channel_innovations, effect_drift
+from scruton.dynamics.extended import channel_innovations, drive_moments, effect_drift
 from scruton.dynamics.filter import innovations_of
 from scruton.dynamics.laws.law import Law
 from scruton.dynamics.likelihood import innovations, pointwise_log_likelihood
@@ -133,6 +134,78 @@ def test_bare_filter_is_that_of_the_paper_law(rng):
     np.testing.assert_allclose(got_v[0, 1:100], v[1:, 0], atol=0.05 * se)
     np.testing.assert_allclose(got_v[0, 30:100], v[30:, 0], atol=2e-3 * se)
     np.testing.assert_allclose(got_s[0, 30:100], s[30:, 0], rtol=2e-3)
+
+
+# Standard deviation of the drive's gusts and of its offset, over the drive; relaxation times of the gust.
+WINDS = [(0.03, 0.0, 2.0), (0.03, 0.0, 0.4), (0.0, 0.02, 1.0), (0.02, 0.01, 6.0)]
+
+
+def wind_terms(gust, offset, times):
+    return {"GUST": gust * LAM * A_STAR, "GUST_RATE": LAM / times, "SET_POINT": offset * LAM * A_STAR}
+
+
+@pytest.mark.parametrize("pause", [0.0, 0.7])
+@pytest.mark.parametrize("wind", WINDS)
+def test_gusts_and_set_points_are_those_of_the_paper_law(rng, wind, pause):
+    """The exact linear filter has its gusts in the stable amplitude; without noise-induced drift they are the same.
+
+    A gap is stepped through by the midpoint rule here.
+    """
+    gust, offset, times = wind
+    q, se = 1e-5, 2e-4
+    y = motion(rng, lambda a: LAM * (A_STAR - a), 0.02 * A_STAR, se, 0.1, steps=50)
+    data = channels(y, se)
+    data.gap[[20, 60]] = pause
+    plain = EnvelopeData(y, data.standard_error, data.gap, data.period, data.time, np.repeat("a", y.size))
+    theta = [np.array([x]) for x in (A_STAR, LAM, q, 1.0)]
+    wanted = gust * A_STAR, LAM / times, offset * A_STAR
+    v, s = innovations(plain, *theta, *wanted, initial_sd=100.0)
+    without, _ = innovations(plain, *theta, initial_sd=100.0)
+    got_v, got_s = channel_innovations(data, bare_table(q, **wind_terms(*wind)), initial_sd=100.0)
+    np.testing.assert_allclose(got_v[0, 1:100], v[1:, 0], atol=0.05 * se)
+    np.testing.assert_allclose(got_v[0, 65:100], v[65:, 0], atol=(1e-2 if pause else 2e-3) * se)
+    np.testing.assert_allclose(got_s[0, 65:100], s[65:, 0], rtol=2e-3)
+    assert np.abs(v - without)[65:].max() > 0.3 * se
+
+
+@pytest.mark.parametrize("start", [0.15, 2.0])
+@pytest.mark.parametrize("name", EFFECTS)
+def test_gusts_with_an_effect_against_small_steps(rng, name, start):
+    """Linearised along the mean, with all states side by side; the first cycles differ by how half a cycle is stepped.
+
+    In a gap the noise of a step is taken to first order: to 1.5 % in the cycle after it.
+    """
+    terms, more = EFFECTS[name]
+    q, se = 0.01 * A_STAR * np.sqrt(2 * LAM), 0.0004
+
+    def rate(a):
+        return LAM * (A_STAR - a) + more(a)
+
+    y = motion(rng, rate, 2 * q, se, start * A_STAR, steps=50)
+    data = channels(y, se)
+    data.gap[50] = 0.4
+    drive = {"gust": 0.03 * LAM * A_STAR, "fade": LAM / 2, "offset": 0.01 * LAM * A_STAR}
+    v, s = gusty_innovations(data, rate, q, 1.0, **drive)
+    columns = dict(zip(("GUST", "GUST_RATE", "SET_POINT"), drive.values(), strict=True))
+    got_v, got_s = channel_innovations(data, bare_table(q, **terms, **columns), initial_sd=0.3)
+    np.testing.assert_allclose(got_v[0, 5:100], v[5:], atol=0.05 * se)
+    np.testing.assert_allclose(got_s[0, 5:50], s[5:50], rtol=1e-3)
+    np.testing.assert_allclose(got_s[0, 50:100], s[50:], rtol=0.02)
+
+
+@pytest.mark.parametrize("rate", [-0.3, -1e-9, 0.0, 1e-9, 0.4])
+@pytest.mark.parametrize("fade", [0.05, 0.4, 1.5])
+def test_moments_of_a_drive_are_those_of_the_matrix_exponential(rate, fade):
+    """Of (amplitude, gust, offset, mean amplitude), as Van Loan has them: what forgets, what grows, what stays."""
+    dt = 0.5
+    along = np.array([[-rate, 1, 1, 0], [0, -fade, 0, 0], [0, 0, 0, 0], [1 / dt, 0, 0, 0]])
+    diffusion = np.diag([0.0, 2 * fade, 0.0, 0.0])
+    both = expm(np.block([[-along, diffusion], [np.zeros((4, 4)), along.T]]) * dt)
+    flow, gathered = both[4:, 4:].T, both[4:, 4:].T @ both[:4, 4:]
+    keep, push, push_mean, hold, hold_mean, *moments = drive_moments(rate, fade, dt)
+    assert (keep, push, push_mean) == pytest.approx((flow[1, 1], flow[0, 1], flow[3, 1]), rel=1e-6)
+    assert (hold, hold_mean) == pytest.approx((flow[0, 2], flow[3, 2]), rel=1e-6)
+    assert moments == pytest.approx([gathered[i] for i in ((0, 0), (0, 1), (1, 1), (0, 3), (1, 3), (3, 3))], rel=1e-5)
 
 
 def test_rows_that_leave_a_channel_alone_are_copied_exactly(rng):

@@ -66,3 +66,16 @@ def test_a_card_that_extends_none_may_leave_the_null_model_out(tmp_path: Path) -
     text = default.resolved.partition("[diagnosis.")[0] + "[sampler]" + default.resolved.partition("[sampler]")[2]
     (tmp_path / "whole.toml").write_text(text, encoding="utf-8")
     assert load_card(tmp_path / "whole.toml").null_priors == default.null_priors
+
+
+def test_an_older_card_has_the_shipped_gusts(tmp_path: Path) -> None:
+    """One that states a null model of its own, from before gusts were a state."""
+    default = load_card()
+    first, _, rest = default.resolved.partition("[diagnosis.gust_scatter]")
+    old = (first + "[effects" + rest.partition("[effects")[2]).replace("median = 0.008", "median = 0.02")
+    (tmp_path / "whole.toml").write_text(old, encoding="utf-8")
+    priors = load_card(tmp_path / "whole.toml").null_priors
+    assert priors["scatter"].first == 0.02
+    for name in ("gust_scatter", "gust_time", "set_point_scatter"):
+        assert f"[diagnosis.{name}]" not in old
+        assert priors[name] == default.null_priors[name]

@@ -13,7 +13,7 @@ from scruton.calibrate.challenge.case import simulate_case
 from scruton.campaign.schema import Campaign
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Layout, Term
 from scruton.dynamics.effects.effect import Effect, Extent, Scope, Values, Variant, scopes, size_prior
-from scruton.dynamics.effects.terms import BELONGS, Belongs
+from scruton.dynamics.effects.terms import BELONGS, COLUMNS, Belongs
 from scruton.gap.diagnose import examine
 from scruton.infer.cards import ModelCard, load_card
 
@@ -127,7 +127,7 @@ def test_an_effect_writes_the_terms_that_it_says(effect: Effect) -> None:
     )  # fmt: skip
     written: set[Term] = set()
     for variant in effect.variants(layout):
-        table = np.full((1, 7, 46), 0.01)
+        table = np.full((1, 7, COLUMNS), 0.01)
         values = {p.name: np.where(p.members >= 0, 0.2, 0.0)[None] for p in variant.parameters}
         variant.apply(table, values, layout)
         changed = np.flatnonzero((table != 0.01).any(axis=(0, 1)))

@@ -115,6 +115,17 @@ def test_leaving_cycles_out_leaves_priors_of_what_was_theirs(clean: Diagnosis) -
     assert np.allclose(np.sqrt(np.diag(known.covariance))[where], 0.02, rtol=1e-3)
 
 
+def test_a_setting_without_records_has_gusts_like_the_others(clean: Diagnosis) -> None:
+    out, slices = clean.data.layout.test == 0, clean.null.hypothesis.slices
+    known = posterior_without(clean.null, out)
+    sd = np.sqrt(np.diag(known.covariance))
+    for name in ("scatter", "gust_scatter", "gust_time"):
+        first, *others = range(slices[None, name].start, slices[None, name].start + 3)
+        assert known.mean[first] == pytest.approx(known.mean[others].mean())
+        assert sd[first] == pytest.approx(0.2 * np.sqrt(1.5))
+    assert sd[slices[None, "set_point_scatter"]] < 0.81  # what the other settings say of it stays
+
+
 def test_density_of_a_record_is_the_integral_that_importance_sampling_finds(clean: Diagnosis) -> None:
     """Laplace's joint density against sampling from a wide normal at the peak."""
     out = np.arange(len(clean.data.layout.records)) == 0

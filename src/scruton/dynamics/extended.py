@@ -2,6 +2,7 @@ r"""The filter of the amplitude equation with any effect in it: amplitude, phase
 
 Each record has a row of coefficients (`scruton.dynamics.effects.terms.Term`).  The amplitude is a state that the
 equation moves and turbulence pushes about; the filter is linearised along its mean, by Runge-Kutta through every cycle.
+Slow gusts of the drive, and what it is off by in one record, are states beside it (see `scruton.dynamics.moments`).
 The phase is a state that wanders about its own frequency, and the in-phase third harmonic is read cycle by cycle: what
 stiffness, forcing and a saturated sensor show themselves in.
 """
@@ -12,7 +13,7 @@ from numba import njit
 from scruton.arrays import FloatArray
 from scruton.dynamics.cycles import ABSENT, Channels
 from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
-from scruton.dynamics.moments import moments_along, noise_drift
+from scruton.dynamics.moments import gust_moments, mean_weight, moments_along, noise_drift
 from scruton.dynamics.reading import inverse_reading, saturated_reading
 from scruton.dynamics.thresholds import FAINT
 
@@ -31,6 +32,7 @@ _DET, _ST2, _ST1, _PQ = int(Term.DETUNING), int(Term.STIFFNESS), int(Term.STIFFN
 _H3, _H3R = int(Term.THIRD), int(Term.THIRD_NOISE)
 _JUMP, _JUMP_RATE, _JT = int(Term.JUMP), int(Term.JUMP_RATE), int(Term.JUMP_TIME)
 _LC, _LS, _LR, _LD = int(Term.LINE_COS), int(Term.LINE_SIN), int(Term.LINE_RATE), int(Term.LINE_DECAY)
+_GUST, _GUST_RATE, _SET_POINT = int(Term.GUST), int(Term.GUST_RATE), int(Term.SET_POINT)
 _HAT = int(Term.HAT)
 # Columns that the amplitude depends on; the others move the phase and the third harmonic alone.
 _DAMPING = np.setdiff1d(np.arange(COLUMNS), [_DET, _ST2, _ST1, _PQ, _H3, _H3R])
@@ -93,6 +95,36 @@ def effect_drift(a, lagged, c, tau, late, force, hats, knots):  # type: ignore[n
     return f + force, d
 
 
+@njit(cache=True)
+def drive_moments(rate, fade, dt):  # type: ignore[no-untyped-def]
+    """What the drive's gusts and offset do over one interval to an amplitude that forgets at a rate of either sign.
+
+    The gust's decay, its response (state, mean), that to the offset (state, mean), and the covariances that a gust of
+    unit standard deviation builds up: (state, state), (state, gust), (gust, gust), (state, mean), (gust, mean),
+    (mean, mean).  Without a `fade` there is no gust.
+    """
+    if abs(rate * dt) < 1e-8:
+        rate = 1e-8 / dt
+    part = mean_weight(rate, dt)
+    hold, hold_mean = part * dt, (1.0 - part) / rate
+    if fade <= 0.0:
+        return 1.0, 0.0, 0.0, hold, hold_mean, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    # those of a gust towards which the amplitude relaxes, which is a drive over the rate
+    keep, push, push_mean, dd, dh, hh, dm, hm, mm = gust_moments(rate, fade, dt)
+    each = 1.0 / rate
+    return (
+        keep, push * each, push_mean * each, hold, hold_mean,
+        each * each * dd, each * dh, hh, each * each * dm, each * hm, each * each * mm,
+    )  # fmt: skip
+
+
+@njit(cache=True, inline="always")
+def _carried(p, p_h, p_o, hh, ho, oo, phi, keep, push, hold):  # type: ignore[no-untyped-def]
+    """Covariances of (amplitude, gust, offset) after an interval, without what the noise adds in it."""
+    a, h, o = phi * p + push * p_h + hold * p_o, phi * p_h + push * hh + hold * ho, phi * p_o + push * ho + hold * oo
+    return phi * a + push * h + hold * o, keep * h, o, keep * keep * hh, keep * ho
+
+
 @njit(cache=True, error_model="numpy", nogil=True)
 def _extended_filter(  # type: ignore[no-untyped-def]
     y, se, phase, third, third_se, gap, period, time, place, rec, omega, knots, table, active, usable, p0, v_out, s_out
@@ -101,6 +133,9 @@ def _extended_filter(  # type: ignore[no-untyped-def]
     levels = np.empty(size)  # filtered amplitudes of the first row
     for w in range(table.shape[0]):
         m = p = lagged = angle = angle_p = 0.0
+        gust = offset = p_h = p_o = hh = ho = oo = 0.0  # means and covariances of the drive's states
+        last_rate = last_dt = last_fade = -1.0
+        moments = drive_moments(1.0, 1.0, 1.0)
         known = False
         for k in range(size):
             if active[w, rec[k]] == 0:
@@ -114,6 +149,8 @@ def _extended_filter(  # type: ignore[no-untyped-def]
             blur = c[_R] * se[k]
             r2 = blur * blur
             q2 = c[_Q] * c[_Q]
+            g2 = c[_GUST] * c[_GUST]
+            fade = c[_GUST_RATE] if g2 > 0.0 else 0.0
             hats = False
             for j in range(HATS):
                 if c[_HAT + j] != 0.0:
@@ -147,7 +184,11 @@ def _extended_filter(  # type: ignore[no-untyped-def]
                 h = 0.5 * dt
                 e = np.exp(d * h)
                 m += f * h * (1.0 + 0.5 * d * h)
-                p = e * e * p + q2 * h
+                gust = offset = 0.0
+                keep, push, _, hold, _, dd, dh, turn, _, _, _ = drive_moments(-d, fade, h)
+                oo = c[_SET_POINT] * c[_SET_POINT]
+                p, p_h, p_o, hh, ho = _carried(p, 0.0, 0.0, g2, 0.0, oo, e, keep, push, hold)
+                p, p_h, hh = p + q2 * h + g2 * dd, p_h + g2 * dh, hh + g2 * turn
                 level = start
             else:
                 if gap[k] > 0.0:
@@ -158,9 +199,12 @@ def _extended_filter(  # type: ignore[no-untyped-def]
                         f1, d1 = effect_drift(m + 0.5 * h * f0, lagged, c, place[k], late, force, hats, knots)
                         if c[_LAG] > 0.0:
                             lagged += (m - lagged) * (1.0 - np.exp(-h / c[_LAG]))
-                        m += h * f1
                         e = np.exp(h * d1)
-                        p = e * e * p + q2 * h
+                        keep, push, _, hold, _, dd, dh, turn, _, _, _ = drive_moments(-d1, fade, h)
+                        m += h * f1 + push * gust + hold * offset
+                        gust *= keep
+                        p, p_h, p_o, hh, ho = _carried(p, p_h, p_o, hh, ho, oo, e, keep, push, hold)
+                        p, p_h, hh = p + q2 * h + g2 * dd, p_h + g2 * dh, hh + g2 * turn
                 lag_mid = lag_end = lagged
                 if c[_LAG] > 0.0:
                     lag_mid = lagged + (m - lagged) * (1.0 - np.exp(-0.5 * dt / c[_LAG]))
@@ -176,21 +220,40 @@ def _extended_filter(  # type: ignore[no-untyped-def]
                 middle = 0.5 * (m + end) + 0.125 * dt * (f0 - fe)
                 _, dm = effect_drift(middle, lag_mid, c, place[k], late, force, hats, knots)
                 half = np.exp(0.25 * dt * (d0 + dm))
-                phi = np.exp(dt / 6.0 * (d0 + 4.0 * dm + de))
+                rate = -(d0 + 4.0 * dm + de) / 6.0
+                phi = np.exp(-rate * dt)
                 drift = noise_drift(m, p, q2, dt)
-                mean = (m + 4.0 * middle + end) / 6.0 + 0.5 * drift
+                if rate != last_rate or dt != last_dt or fade != last_fade:
+                    last_rate, last_dt, last_fade = rate, dt, fade
+                    moments = drive_moments(rate, fade, dt)
+                keep, push, push_mean, hold, hold_mean, dd, dh, turn, dc, hm, mm = moments
+                mean = (m + 4.0 * middle + end) / 6.0 + 0.5 * drift + push_mean * gust + hold_mean * offset
                 weight = (1.0 + 4.0 * half + phi) / 6.0
                 q_end, q_cross, q_mean = moments_along(phi, dt)
                 value, slope, _ = saturated_reading(mean, c[_CLIP], c[_SOFT])
                 h = gain * slope
-                s = h * h * (weight * weight * p + q2 * q_mean) + r2
-                cross = h * (phi * weight * p + q2 * q_cross)
+                # covariances of the states at the start with the mean over the cycle
+                at_a = weight * p + push_mean * p_h + hold_mean * p_o
+                at_h = weight * p_h + push_mean * hh + hold_mean * ho
+                at_o = weight * p_o + push_mean * ho + hold_mean * oo
+                s = weight * at_a + push_mean * at_h + hold_mean * at_o + q2 * q_mean + g2 * mm
+                s = h * h * s + r2
+                cross = h * (phi * at_a + push * at_h + hold * at_o + q2 * q_cross + g2 * dc)
+                cross_h, cross_o = h * (keep * at_h + g2 * hm), h * at_o
                 v = y[k] - gain * value - line
                 level = mean
-                m = end + drift + cross / s * v
+                m = end + drift + push * gust + hold * offset + cross / s * v
                 if m < 0.0:
                     m = 1e-9
-                p = phi * phi * p + q2 * q_end - cross * cross / s
+                gust = keep * gust + cross_h / s * v
+                offset += cross_o / s * v
+                p, p_h, p_o, hh, ho = _carried(p, p_h, p_o, hh, ho, oo, phi, keep, push, hold)
+                p += q2 * q_end + g2 * dd - cross * cross / s
+                p_h += g2 * dh - cross * cross_h / s
+                p_o -= cross * cross_o / s
+                hh += g2 * turn - cross_h * cross_h / s
+                ho -= cross_h * cross_o / s
+                oo -= cross_o * cross_o / s
                 lagged = lag_end
                 v_out[w, k] = v
                 s_out[w, k] = s

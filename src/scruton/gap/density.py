@@ -13,7 +13,8 @@ from scruton.stats.fisher_scoring import climb
 _LOG_2PI = float(np.log(2.0 * np.pi))
 _ITERATIONS = 40
 _IMPERFECTIONS = ("stiffness", "third")  # that one setting need not share with another
-_OWN = ("detuning", "gain", "scatter", "phase_scatter", *_IMPERFECTIONS)
+_SCATTER = ("scatter", "phase_scatter", "gust_scatter", "gust_time")  # what the wind does to one setting as to another
+_OWN = ("detuning", "gain", "set_point_scatter", *_SCATTER, *_IMPERFECTIONS)
 
 
 def restricted(hypothesis: Hypothesis, records: np.ndarray) -> Hypothesis:
@@ -96,7 +97,7 @@ def _with_own(known: NormalPosterior, left_out: np.ndarray) -> NormalPosterior:
         for at, members in enumerate(groups, first):
             if (imperfect and left_out[members].any()) or left_out[members].all():
                 free(at, location[at], scale[at] ** 2)
-        if parameter.name in ("scatter", "phase_scatter"):
+        if parameter.name in _SCATTER:
             in_wind = [(at, left_out[members].all()) for at, members in enumerate(groups, first) if wind[members].all()]
             seen = [at for at, out in in_wind if not out]
             for at in [at for at, out in in_wind if out] if seen else []:

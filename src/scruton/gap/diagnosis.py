@@ -19,6 +19,7 @@ from scruton.progress import Progress
 
 NONE, UNKNOWN = "none", catalogue.UNKNOWN.name
 PRIOR_NONE = 0.5
+_NOISE = ("scatter", "noise", "gust_scatter", "gust_time", "set_point_scatter")
 _STARTS = (0.0, -1.5, 1.2)  # of ln(aerodynamic rate), about the prior's centre
 
 
@@ -204,8 +205,9 @@ def _largest_size(fit: FittedHypothesis) -> float:
 def _explained(base: FittedHypothesis, leader: FittedHypothesis) -> float:
     """Nats of misfit of the amplitudes that the leader takes away, both hypotheses at its noise."""
     u = base.mode.copy()
-    for name in ("scatter", "noise"):
-        u[base.hypothesis.slices[None, name]] = leader.mode[leader.hypothesis.slices[None, name]]
+    for name in _NOISE:
+        where = base.hypothesis.slices.get((None, name), slice(0))  # gusts are in wind alone
+        u[where] = leader.mode[where]
     chi = []
     for hypothesis, at in ((base.hypothesis, u), (leader.hypothesis, leader.mode)):
         v, s = (x[0, : hypothesis.data.channels.size] for x in hypothesis.innovations(at[None]))

@@ -1,7 +1,7 @@
 """The null model: the paper's law, one (Y1, epsilon) for the peak tests, constant structural damping, and its noise.
 
-Small imperfections that every laboratory has, and that nobody would call a gap, are part of it.  All its priors are
-those of the model card's table [diagnosis].
+Small imperfections that every laboratory has, and that nobody would call a gap, are part of it: slow gusts and
+set-points, too.  All its priors are those of the model card's table [diagnosis].
 """
 
 from dataclasses import dataclass, replace
@@ -12,6 +12,7 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import Parameter
 from scruton.dynamics.effects.terms import COLUMNS, IntArray, Term, compact
 from scruton.gap.data import GapData
+from scruton.gap.thresholds import MOST_GUSTS, MOST_SET_POINT
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +41,14 @@ class NullModel:
             table[:, :, Term.DRIVE] = np.where(wind, drive * mass, 0.0)
             rate = np.where(wind, np.maximum(table[:, :, Term.AERO] + damping, 1e-3 * damping + 1e-9), rate)
             level = np.where(wind, table[:, :, Term.DRIVE] / rate, level)
+            # Gusts and set-points of the drive are those of the stable amplitude under the law.  They are bounded, or
+            # they would take up whatever comes and goes; the prior is of the odds, which for small ones are the same.
+            for term, name, most in (
+                (Term.GUST, "gust_scatter", MOST_GUSTS),
+                (Term.SET_POINT, "set_point_scatter", MOST_SET_POINT),
+            ):
+                table[:, :, term] = values[name] / (1.0 + values[name] / most) * table[:, :, Term.DRIVE]
+            table[:, :, Term.GUST_RATE] = rate / np.where(wind, values["gust_time"], np.inf)
             table[:, :, Term.STIFFNESS_LINEAR] = values["stiffness_in_wind"] / layout.largest.max()
         unit = level * np.sqrt(2.0 * rate)
         table[:, :, Term.SCATTER] = values["scatter"] * unit
@@ -85,6 +94,9 @@ def null_model(data: GapData) -> NullModel:
         ("stiffness", layout.everywhere()),
         ("stiffness_in_wind", layout.in_wind()),
         ("gain", each),
+        ("gust_scatter", layout.by_test()),
+        ("gust_time", layout.by_test()),
+        ("set_point_scatter", layout.in_wind()),
     ):
         if members.max() >= 0:
             add(name, members)

@@ -46,6 +46,7 @@ NULL_UNITS = {
     "aerodynamic_rate": "omega",
     **dict.fromkeys(("scatter", "phase_scatter", "still_air_scatter", "noise"), "-"),
     **dict.fromkeys(("detuning", "third", "third_noise", "stiffness", "stiffness_in_wind", "gain"), "-"),
+    **{name: UNITS[name] for name in ("gust_scatter", "gust_time", "set_point_scatter")},
 }
 # Cards that were written before these were parameters say nothing of them, and have the shipped priors.
 LATER = ("gust_scatter", "gust_time", "set_point_scatter", "departure_scale")
@@ -268,7 +269,8 @@ def _priors(table: Table, units: Mapping[str, str], left_out: tuple[str, ...] = 
         if name in left_out:
             continue
         if name in LATER and name not in table:
-            priors[name] = load_card().priors[name]
+            shipped = load_card()
+            priors[name] = (shipped.null_priors if units is NULL_UNITS else shipped.priors)[name]
             continue
         entry = table.inner(name, f"a table [{table.at(name)}]")
         if "family" in entry or units is NULL_UNITS:

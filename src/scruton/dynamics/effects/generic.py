@@ -32,6 +32,10 @@ def _jump(table: FloatArray, values: Values, layout: Layout) -> None:
     table[:, :, Term.JUMP_TIME] = values["moment"] * layout.duration
 
 
+def _coming_and_going(table: FloatArray, values: Values, _layout: Layout) -> None:
+    table[:, :, Term.GUST] = np.hypot(table[:, :, Term.GUST], values["scatter"] * table[:, :, Term.DRIVE])
+
+
 def _forms(layout: Layout) -> list[Variant]:
     wind = Scope(Extent.IN_WIND, layout.in_wind(), "in wind")
     shared = [Scope(Extent.EVERYWHERE, layout.everywhere(), "everywhere"), wind]
@@ -47,7 +51,11 @@ def _forms(layout: Layout) -> list[Variant]:
     each_record = Scope(Extent.EACH_RECORD, layout.each(layout.wind), "in every record")
     jump = sized("a jump {scope}", _jump, each_record, "drive", "rate")
     moment = Parameter("moment", 0.5, 0.3, each_record.members, unit="record", starts=(0.5,))
-    return [*variants, replace(jump, parameters=(*jump.parameters, moment), scan="moment")]
+    # Of the drive, larger than any gusts of the null model.
+    sizes = tuple(float(np.log(size)) for size in (0.1, 0.05, 0.2, 0.4))
+    scatter = Parameter("scatter", sizes[0], 0.7, layout.by_test(), log=True, unit="of the drive", starts=sizes)
+    slow = Variant("what comes and goes", (scatter,), _coming_and_going, wind)
+    return [*variants, replace(jump, parameters=(*jump.parameters, moment), scan="moment"), slow]
 
 
 EFFECT = Effect(
@@ -55,7 +63,7 @@ EFFECT = Effect(
     "Something that is not in the catalogue",
     "amplitude",
     Belongs.WIND,
-    (Term.HAT, Term.JUMP, Term.JUMP_RATE, Term.JUMP_TIME, Term.STIFFNESS, Term.STIFFNESS_LINEAR),
+    (Term.HAT, Term.JUMP, Term.JUMP_RATE, Term.JUMP_TIME, Term.STIFFNESS, Term.STIFFNESS_LINEAR, Term.GUST),
     DAMPING_RATIO,
     _forms,
 )

@@ -2,11 +2,12 @@ r"""The amplitude equation with every term that an effect may add, as a table of
 
 .. math:: \dot a = -s_1 a - s_2 a^2 - s_3 a^3 - F\frac{a}{\sqrt{a^2 + a_F^2}}
           - (1 + \gamma\tau)\,(l_1 + l_2 a + l_3 a^2 + l_5 a^4)\,a_\ell^{*}
-          + (1 + 2\gamma\tau)\,c\,(1 - e^{-a_\ell/a_c}) + F_c\cos\chi + F_s\sin\chi + q\,\dot W
+          + (1 + 2\gamma\tau)\,c\,(1 - e^{-a_\ell/a_c}) + F_c\cos\chi + F_s\sin\chi + h + o + q\,\dot W
 
-with tau the time in the record from -1/2 to 1/2, a_l the amplitude that the wake remembers, and chi the angle between
-the shedding and the response.  The reading is gain times the (clipped) mean of a over a cycle.  An effect is an object
-that fills some of these coefficients from its parameters: it knows no data and no inference.
+with tau the time in the record from -1/2 to 1/2, a_l the amplitude that the wake remembers, chi the angle between
+the shedding and the response, h slow gusts of the drive (Ornstein-Uhlenbeck), and o what it is off by in a record.
+The reading is gain times the (clipped) mean of a over a cycle.  An effect is an object that fills some of these
+coefficients from its parameters: it knows no data and no inference.
 """
 
 from dataclasses import dataclass
@@ -82,7 +83,10 @@ class Term(IntEnum):
     JUMP_RATE = 35, _RUN  # added damping rate from that moment on [1/s]
     TREND_SINE = 36, _RUN  # the same, along half a sine
     TREND_DRIVE = 37, _RUN  # relative change of the drive alone over the record, linear
-    HAT = 38, _WIND  # first of HATS excess damping rates [1/s]; what nobody has named goes to the bridge, too
+    GUST = 38, _RUN  # standard deviation of the drive's slow gusts [amplitude/s]
+    GUST_RATE = 39, _RUN  # at which they forget themselves [1/s]
+    SET_POINT = 40, _RUN  # standard deviation of the drive from record to record [amplitude/s]
+    HAT = 41, _WIND  # first of HATS excess damping rates [1/s]; what nobody has named goes to the bridge, too
 
 
 COLUMNS = int(Term.HAT) + HATS
