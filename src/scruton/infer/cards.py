@@ -48,6 +48,8 @@ NULL_UNITS = {
 UNITS_BY_MOTION = {"stable_amplitude.heaving": "A/D", "stable_amplitude.torsional": "rad"}
 # Parameters that may have either sign; all others must be positive, and are sampled by their logarithm.
 SIGNED = {"trial_amplitude", "trial_slow_rate", EXPONENT, "detuning", "third", "stiffness", "stiffness_in_wind", "gain"}
+# Enters linearly and is integrated out, which only a normal prior allows.
+LINEAR = "trial_amplitude"
 
 
 @dataclass(frozen=True)
@@ -278,6 +280,7 @@ def _priors(table: Table, units: Mapping[str, str], left_out: tuple[str, ...] = 
 def _prior(name: str, table: Table, wanted: str) -> Prior:
     family = table.values.get("family")
     allowed = [candidate for candidate, (_, logarithmic) in FAMILIES.items() if logarithmic == (name not in SIGNED)]
+    allowed = ["normal"] if name == LINEAR else allowed
     if family not in allowed:
         raise table.refusal("family", f"one of: {', '.join(allowed)}")
     (first, second), _ = FAMILIES[family]

@@ -19,7 +19,6 @@ from scruton.campaign.schema import Campaign, Kind, Record, Rig, Section, Test
 from scruton.dynamics import Setting, force_parameters
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.envelope import Cycles, RingDown, record_cycles, review, weigh
-from scruton.envelope.trial import SecondOrderExponential
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
 from scruton.infer.front import cycles_of, damping_varies, front_ends_of, ringdowns_of
@@ -38,8 +37,8 @@ from scruton.stats import whiteness
 from scruton.stats.priors import Prior, check_support
 
 TRANSIENTS = (Kind.GROWTH, Kind.DECAY)
-# Parameters of a trial function, and the priors of the card that they have.
-TRIAL_PRIORS = {"a": "trial_amplitude", "c": "trial_amplitude", "b": "trial_slow_rate", "rate_gap": "trial_rate_gap"}
+# What is sampled of a trial function, and the priors of the card that it has.
+TRIAL_PRIORS = {"b": "trial_slow_rate", "rate_gap": "trial_rate_gap"}
 TRIAL_PRIORS |= {name: name for name in ("trial_residual", "trial_residual_rate", "noise_factor")}
 envelope = record_cycles  # what a fit calls it
 
@@ -286,18 +285,16 @@ def fit_trial(
     """Posterior of the constants a, b, c, d of one transient record (Eq. 4)."""
     card, motion = sampling.card, campaign.section.motion
     data = EnvelopeData.join({record.name: cycles})
-    start = SecondOrderExponential().fit(data.time, data.amplitude).constants
     priors = tuple(replace(card.prior(of, motion), name=name) for name, of in TRIAL_PRIORS.items())
     posterior = TrialPosterior(
-        priors, data, 2 * np.pi * cycles.reference_frequency,
-        float(data.amplitude.max()), (start["a"], start["b"], start["c"], start["d"]),
+        priors, card.prior("trial_amplitude", motion), data, 2 * np.pi * cycles.reference_frequency,
+        float(data.amplitude.max()),
     )  # fmt: skip
     where = f"trial function of {record.name}"
-    shown = [start["a"] / posterior.scale, start["c"] / posterior.scale]
-    admit(card, where, [posterior.prior("a"), posterior.prior("c")], shown)
     samples = sampling.run(where, posterior, data.amplitude, data.standard_error, data.time)
+    rng = np.random.default_rng(sampling.seed_of(f"amplitudes of {where}"))
     names = ("a", "b", "c", "d", "residual_sd", "residual_rate")
-    constants = (*posterior.constants(samples.chain), *posterior.residual(samples.chain))
+    constants = (*posterior.constants(samples.chain, rng), *posterior.residual(samples.chain))
     return TrialResult(record, result.test, posterior, samples, dict(zip(names, constants, strict=True)))
 
 
