@@ -81,7 +81,7 @@ def fit_campaign(
         If the campaign holds nothing to fit, or a record cannot be used.
     """
     sampling = Sampling(card, seed, checkpoints, report)
-    cycles = dict(cycles_of(campaign))
+    cycles = dict(cycles_of(campaign, card.envelope_source))
     if not cycles:
         wanted = "at least one [[rigs.records]] or [[tests.records]]"
         raise InputError(campaign.path, "", "no record in any rig or test", wanted)
