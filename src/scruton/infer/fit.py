@@ -21,6 +21,7 @@ from scruton.dynamics.cycles import EnvelopeData
 from scruton.envelope import Cycles, RingDown, record_cycles, review, weigh
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
+from scruton.infer.damping import damping_prior, draws_over_amplitudes, ends, stated_damping, varying_damping
 from scruton.infer.front import cycles_of, damping_varies, front_ends_of, ringdowns_of
 from scruton.infer.models import SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
 from scruton.infer.peaks import fit_peaks, stack
@@ -98,7 +99,7 @@ def fit_campaign(
     sampling.flags += [
         *sentences(review(weigh(campaign, cycles, ringdowns, card.damping_relative_sd)), Severity.DOUBT),
         *misfits,
-        *varying_damping(campaign, ringdowns),
+        *varying_damping(campaign, rigs, tests),
         *unconstrained(tests),
         *(verdict.explain() for test in tests for verdict in test.steady if not verdict.usable),
         *([joint.weights.flag] if joint and joint.weights.flag else []),
@@ -141,15 +142,6 @@ def assemble(
     )  # fmt: skip
 
 
-def stated_damping(rig: Rig, card: ModelCard, campaign: Campaign) -> Prior:
-    """Prior of xi_s: what the laboratory states, with the card's relative uncertainty where it states none."""
-    if rig.damping_ratio is None:
-        return replace(card.prior("structural_damping", campaign.section.motion), name="damping_ratio")
-    stated = rig.damping_ratio.or_relative_sd(card.damping_relative_sd)
-    log_sd = max(stated.log_sd, 1e-6)  # a distribution, even of what is stated to be certain
-    return Prior("damping_ratio", "lognormal", stated.median, log_sd, "-", f"as stated for rig {rig.name}")
-
-
 def admit(card: ModelCard, where: str, priors: Sequence[Prior], values: Sequence[float]) -> None:
     """Raise InputError, naming the parameters, where the records show what the card's priors exclude."""
     try:
@@ -177,7 +169,14 @@ def fit_rig(
     )
     admit(card, name, [prior], [ringdown.damping_ratio])
     samples = sampling.run(name, posterior, data.amplitude, data.standard_error, data.time)
-    return RigResult(rig, posterior, samples, np.exp(posterior.named(samples.chain)["damping_ratio"]), prior)
+    draws = np.exp(posterior.named(samples.chain)["damping_ratio"])
+    if damping_varies(ringdown) is None:
+        return RigResult(rig, posterior, samples, draws, prior)
+    # the constant that was sampled is an average over the ring-downs, known far better than any one amplitude's
+    draws = draws_over_amplitudes(
+        ringdown, np.random.default_rng(sampling.seed_of(f"amplitudes of {name}")), draws.shape
+    )
+    return RigResult(rig, posterior, samples, draws, prior, ringdown)
 
 
 def fit_test(
@@ -186,12 +185,9 @@ def fit_test(
     """Posterior of one test in wind."""
     card, motion, name = sampling.card, campaign.section.motion, f"test {test.name}"
     omega0 = 2 * np.pi * rig.rig.frequency.mean
-    # The rig's posterior of ln xi_s enters as a normal prior: it is close to one, and the wind-on records add little.
-    log_damping = np.log(rig.damping)
-    damping = Prior(
-        "damping_ratio", "lognormal", float(np.exp(log_damping.mean())), float(max(log_damping.std(), 1e-6)), "-",
-        f"posterior of rig {rig.rig.name}",
-    )  # fmt: skip
+    # What still air says of ln xi_s enters as a normal prior: it is close to one, and the wind-on records add little.
+    records = [cycles[record.name] for record in test.records]
+    damping = damping_prior(rig, records, campaign.section.amplitude_unit)
     names = ("stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor")
     priors = (*(card.prior(parameter, motion) for parameter in names), damping)
     verdicts = [
@@ -205,7 +201,7 @@ def fit_test(
     priors += (card.exponent,) if card.exponent else ()
     posterior = WindPosterior(priors, data, steady, omega0, card.law_n, card.initial_amplitude_sd)
     levels = np.array([[amplitude.mean, amplitude.standard_error] for amplitude in steady])
-    tails = [max(float(cycles[r.name].amplitude[-10:].mean()), 1e-9) for r in test.records]
+    tails = ends(records)
     admit(card, name, [posterior.prior("stable_amplitude")] * len(tails), tails)
     samples = sampling.run(name, posterior, data.amplitude, data.standard_error, data.time, levels)
     frequency = float(np.median([cycles[r.name].reference_frequency for r in test.records]))
@@ -296,20 +292,6 @@ def fit_trial(
     names = ("a", "b", "c", "d", "residual_sd", "residual_rate")
     constants = (*posterior.constants(samples.chain, rng), *posterior.residual(samples.chain))
     return TrialResult(record, result.test, posterior, samples, dict(zip(names, constants, strict=True)))
-
-
-def varying_damping(campaign: Campaign, ringdowns: Mapping[str, RingDown]) -> list[str]:
-    """Rigs whose still-air damping depends on the amplitude."""
-    unit, lines = campaign.section.amplitude_unit, []
-    for name, ringdown in ringdowns.items():
-        bands = [ringdown.bands[i] for i in damping_varies(ringdown) or ()]
-        texts = [f"{100 * band.damping_ratio:.3g} % at {band.lower:.3g} to {band.upper:.3g} {unit}" for band in bands]
-        if texts:
-            lines.append(
-                f"rig {name}: structural damping varies with amplitude ({', '.join(texts)}); the posterior of one "
-                "constant is an average over the ring-downs, and Eq. (6) takes the measured xi_s(A)"
-            )
-    return lines
 
 
 def misfit(tests: Sequence[TestResult]) -> list[str]:
