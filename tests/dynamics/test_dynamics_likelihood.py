@@ -9,7 +9,7 @@ from scipy.stats import multivariate_normal
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.dynamics.departure import factor_at
 from scruton.dynamics.likelihood import Wind, innovations, log_likelihood, pointwise_log_likelihood, statics
-from scruton.dynamics.trial_filter import trial_log_likelihood
+from scruton.dynamics.trial_filter import trial_amplitudes, trial_log_likelihood
 
 
 def make_data(amplitudes, se, period, gaps=None, records=None):
@@ -204,17 +204,51 @@ def test_cost_of_a_wrong_relaxation_rate_is_seen(rng):
 
 
 def test_trial_likelihood_is_a_multivariate_normal(rng):
-    period, n = 0.125, 25
+    """With a and c integrated out; and given all else, a and c have the normal distribution of a linear model."""
+    period, n, walkers = 0.125, 25, 400_000
     gap = np.zeros(n)
     gap[11] = 0.4
     data = make_data(0.05 + 0.05 * rng.random(n), 0.001 * (1 + rng.random(n)), period, gap)
     t = np.arange(n) * period + np.cumsum(np.maximum(gap, 0))
-    a, b, c, d, sd, rate, r = 0.05, -0.01, 0.04, -0.8, 0.004, 1.3, 1.1
+    b, d, sd, rate, r, mean, spread = -0.01, -0.8, 0.004, 1.3, 1.1, 0.02, 0.3
     cov = sd**2 * np.exp(-rate * np.abs(t[:, None] - t[None, :])) + np.diag((r * data.standard_error) ** 2)
-    want = multivariate_normal(a * np.exp(b * t) + c * np.exp(d * t), cov).logpdf(data.amplitude)
-    one = [np.array([x, x]) for x in (a, b, c, d)]
-    got = trial_log_likelihood(data, tuple(one), *(np.full(2, x) for x in (sd, rate, r)))
-    np.testing.assert_allclose(got, want, rtol=1e-9)
+    basis = np.exp(np.outer(t, [b, d]))
+    marginal = multivariate_normal(basis @ [mean, mean], cov + spread**2 * basis @ basis.T)
+    theta = tuple(np.full(2, x) for x in (b, d, sd, rate, r))
+    got = trial_log_likelihood(data, theta, (mean, spread))
+    np.testing.assert_allclose(got, marginal.logpdf(data.amplitude), rtol=1e-9)
+
+    precision = basis.T @ np.linalg.solve(cov, basis) + np.eye(2) / spread**2
+    right = basis.T @ np.linalg.solve(cov, data.amplitude) + mean / spread**2
+    centre = np.linalg.solve(precision, right)
+    np.testing.assert_allclose(
+        trial_amplitudes(data, theta, (mean, spread), np.zeros((2, 2))), centre[:, None] * [1, 1]
+    )
+    theta = tuple(np.full(walkers, x) for x in (b, d, sd, rate, r))
+    drawn = np.stack(trial_amplitudes(data, theta, (mean, spread), rng.standard_normal((walkers, 2))))
+    want = np.linalg.inv(precision)
+    np.testing.assert_allclose(np.cov(drawn), want, rtol=0.015)
+    assert np.abs(drawn.mean(axis=1) - centre).max() < 5 * np.sqrt(want.max() / walkers)
+
+
+@pytest.mark.parametrize(("b", "d", "se"), [(0.3, 0.3 - 1e-7, 1e-4), (-0.2, -0.2001, 1e-7), (2.0, -3.0, 1e-6)])
+def test_trial_likelihood_where_its_terms_can_hardly_be_told_apart(b, d, se):
+    """Rates that are nearly one, a reading without noise, a term that explodes: against extended precision."""
+    period, n, sd, rate, spread = 0.125, 12, 0.01, 0.5, 0.3
+    t = (np.arange(n) * period).astype(np.longdouble)
+    y = 0.02 + 0.05 * t + 1e-3 * np.cos(9 * t)
+    basis = np.exp(t[:, None] * np.array([b, d], dtype=np.longdouble))
+    cov = sd**2 * np.exp(-rate * np.abs(t[:, None] - t)) + spread**2 * basis @ basis.T
+    cov += np.eye(n, dtype=np.longdouble) * np.longdouble(se) ** 2
+    want = -0.5 * n * np.log(2 * np.pi)
+    for k in range(n):  # eliminate one cycle after the other: LAPACK has no extended precision
+        want -= 0.5 * (y[k] ** 2 / cov[k, k] + np.log(cov[k, k]))
+        gain = cov[k + 1 :, k] / cov[k, k]
+        y[k + 1 :] -= gain * y[k]
+        cov[k + 1 :, k + 1 :] -= np.outer(gain, cov[k, k + 1 :])
+    data = make_data(0.02 + 0.05 * t + 1e-3 * np.cos(9 * t), se, period)
+    got = trial_log_likelihood(data, tuple(np.array([x]) for x in (b, d, sd, rate, 1.0)), (0.0, spread))
+    assert got[0] == pytest.approx(float(want), abs=1e-4)
 
 
 @pytest.mark.parametrize("n", [-1.0, 0.0, 0.7, 1.0, 2.0])

@@ -80,9 +80,9 @@ def state_space() -> dict[str, Any]:
 
 def trial() -> list[float]:
     """The second-order exponential on the first record."""
-    constants = (around(0.06, 0.3, 1), -around(RATE, 0.4, 2), around(A_STAR, 0.3, 3), -around(1e-3, 0.5, 4))
+    rates = (-around(1e-3, 0.5, 4), -around(RATE, 0.4, 2))
     more = (around(0.002, 0.4, 5), around(0.5, 0.4, 6), around(1.0, 0.2, 7))
-    return list(trial_log_likelihood(envelope(0, CYCLES // 2), constants, *more).tolist())
+    return list(trial_log_likelihood(envelope(0, CYCLES // 2), (*rates, *more), (0.0, 0.3)).tolist())
 
 
 # Coefficients of which each row of the table of terms has one beside the bare law's.

@@ -8,7 +8,7 @@ import pytest
 from scruton.campaign.schema import Motion
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.infer.cards import load_card
-from scruton.infer.models import WIND, SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior, free_runs
+from scruton.infer.models import WIND, SteadyAmplitude, StillAirPosterior, WindPosterior, free_runs
 from scruton.stats.priors import Prior
 from scruton.stats.sampler import sample
 
@@ -112,36 +112,6 @@ def test_still_air_recovers_the_damping_of_two_plucks():
     low, high = np.quantile(draws, [0.005, 0.995])
     assert low < xi < high
     assert draws.std() / xi < 0.02
-
-
-def test_trial_constants_are_ordered_and_converge():
-    rng = np.random.default_rng(5)
-    amplitude = simulate(rng, 0.05, 0.5, 0.0005, 0.12, 90, 2e-4)
-    prior = {
-        name: CARD.prior(name, Motion.HEAVING)
-        for name in (
-            "trial_amplitude",
-            "trial_slow_rate",
-            "trial_rate_gap",
-            "trial_residual",
-            "trial_residual_rate",
-            "noise_factor",
-        )
-    }
-    order = {"a": "trial_amplitude", "c": "trial_amplitude", "b": "trial_slow_rate", "rate_gap": "trial_rate_gap",
-             **{name: name for name in ("trial_residual", "trial_residual_rate", "noise_factor")}}  # fmt: skip
-    priors = tuple(replace(prior[of], name=name) for name, of in order.items())
-    posterior = TrialPosterior(priors, envelope([amplitude], 2e-4), OMEGA0, 0.12,
-                               (0.05, 0.0, 0.07, -0.5))  # fmt: skip
-    samples = sample(posterior, CARD.sampler, np.random.SeedSequence(3))
-    assert samples.convergence.converged
-    a, b, c, d = posterior.constants(samples.chain)
-    assert (b > d).all()
-    t = np.arange(90) * PERIOD
-    curve = a[..., None] * np.exp(b[..., None] * t) + c[..., None] * np.exp(d[..., None] * t)
-    truth = 0.05 + 0.07 * np.exp(-0.5 * t)
-    inside = (np.quantile(curve, 0.01, axis=(0, 1)) < truth) & (truth < np.quantile(curve, 0.99, axis=(0, 1)))
-    assert inside.mean() > 0.8
 
 
 @pytest.mark.parametrize(("n", "start"), [(-1.0, 0.1), (2.0, 0.052)])

@@ -10,7 +10,7 @@ from scruton.envelope.amplitude import amplitude as transient_amplitude
 from scruton.envelope.amplitude import band_pass as filter_band
 from scruton.envelope.amplitude import detrend
 from scruton.envelope.damping import GriffinCurve, StructuralDamping, aerodynamic_damping, griffin_curve, total_damping
-from scruton.envelope.sampling import Sampling, sampling
+from scruton.envelope.sampling import equal_steps, sampling
 from scruton.envelope.trial import TrialFit, TrialFunction, trial_function
 from scruton.errors import InputError
 
@@ -97,7 +97,7 @@ def front_end(
     else:
         steps = sampling(time)
         if not steps.uniform:
-            time, response = _equal_steps(time, response, steps)
+            time, response = equal_steps(time, response, steps)
         motion = detrend(time, response, frequency)
         if band_pass is not None:
             motion = filter_band(motion, steps.step, band_pass[0] * frequency, band_pass[1] * frequency)
@@ -125,16 +125,3 @@ def _residual_sd(fit: TrialFit, time: FloatArray, a: FloatArray) -> float:
         float(np.sum((a[i : i + block] - fit.value(time[i : i + block])) ** 2)) for i in range(0, len(a), block)
     )
     return float(np.sqrt(total / len(a)))
-
-
-def _equal_steps(time: FloatArray, response: FloatArray, steps: Sampling) -> tuple[FloatArray, FloatArray]:
-    from scipy.interpolate import CubicSpline
-
-    count = round(float(time[-1] - time[0]) / steps.step) + 1
-    even = np.linspace(time[0], time[-1], count)
-    even_response = np.asarray(CubicSpline(time, response)(even), dtype=float)
-    # a cubic swings freely across a gap: draw a straight line there, and leave it out afterwards
-    for begin, end in steps.gaps:
-        inside = (even > begin) & (even < end)
-        even_response[inside] = np.interp(even[inside], time, response)
-    return even, even_response

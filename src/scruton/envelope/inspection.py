@@ -9,8 +9,13 @@ from scruton.envelope.cycles import cycles_from_envelope, demodulate
 from scruton.envelope.quality import RecordQuality, assess
 from scruton.envelope.ringdown import RingDown, ring_down
 from scruton.envelope.thresholds import STATED_SD
+from scruton.envelope.transient import front_end_cycles
 from scruton.envelope.types import Cycles
 from scruton.errors import InputError
+
+REGRESSION, FRONT_END = "regression", "front-end"
+# What makes one amplitude a cycle of a record.
+SOURCES = {REGRESSION: demodulate, FRONT_END: front_end_cycles}
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,8 +52,8 @@ def records_of(campaign: Campaign) -> Iterator[tuple[Record, Rig, Test | None]]:
         yield from ((record, campaign.rig(test.rig), test) for record in test.records)
 
 
-def record_cycles(record: Record, still_air_frequency: float) -> Cycles:
-    """Cycle-wise envelope of a record, demodulated unless the file holds an amplitude already.
+def record_cycles(record: Record, still_air_frequency: float, source: str = REGRESSION) -> Cycles:
+    """Cycle-wise envelope of a record, unless the file holds an amplitude already, by one of `SOURCES`.
 
     Raises
     ------
@@ -58,7 +63,7 @@ def record_cycles(record: Record, still_air_frequency: float) -> Cycles:
     try:
         if record.is_envelope:
             return cycles_from_envelope(record.time, record.response, still_air_frequency)
-        return demodulate(record.time, record.response)
+        return SOURCES[source](record.time, record.response)
     except InputError as error:
         raise InputError(record.path, record.field, error.found, error.wanted) from error
 

@@ -39,6 +39,20 @@ def sampling(time: FloatArray) -> Sampling:
     return Sampling(step, jitter, np.stack([time[at], time[at + 1]], axis=1))
 
 
+def equal_steps(time: FloatArray, response: FloatArray, steps: Sampling) -> tuple[FloatArray, FloatArray]:
+    """Interpolate a record to equal steps; a cubic, but a straight line across the gaps."""
+    from scipy.interpolate import CubicSpline
+
+    count = round(float(time[-1] - time[0]) / steps.step) + 1
+    even = np.linspace(time[0], time[-1], count)
+    even_response = np.asarray(CubicSpline(time, response)(even), dtype=float)
+    # a cubic swings freely across a gap: draw a straight line there, and leave it out afterwards
+    for begin, end in steps.gaps:
+        inside = (even > begin) & (even < end)
+        even_response[inside] = np.interp(even[inside], time, response)
+    return even, even_response
+
+
 def quantum_of(response: FloatArray) -> float:
     """Quantum of a rounded record: the step that all its steps are multiples of; 0 where there is none."""
     steps = np.abs(np.diff(response[:20_000]))

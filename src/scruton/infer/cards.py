@@ -13,6 +13,7 @@ from scruton.campaign.schema import Motion
 from scruton.campaign.spelling import did_you_mean, show
 from scruton.campaign.toml import Field, Table, Wording, anything, bare, is_number, read_toml, text, toml_text, valid
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
+from scruton.envelope.inspection import REGRESSION, SOURCES
 from scruton.errors import InputError
 from scruton.infer.thresholds import MOST_SAMPLED
 from scruton.stats.convergence import SamplerSettings
@@ -53,6 +54,8 @@ LATER = ("gust_scatter", "gust_time", "set_point_scatter", "departure_scale")
 UNITS_BY_MOTION = {"stable_amplitude.heaving": "A/D", "stable_amplitude.torsional": "rad"}
 # Parameters that may have either sign; all others must be positive, and are sampled by their logarithm.
 SIGNED = {"trial_amplitude", "trial_slow_rate", EXPONENT, "detuning", "third", "stiffness", "stiffness_in_wind", "gain"}
+# Enters linearly and is integrated out, which only a normal prior allows.
+LINEAR = "trial_amplitude"
 
 
 @dataclass(frozen=True)
@@ -71,6 +74,8 @@ class ModelCard:
         What weighs them.
     priors : mapping
         By parameter, or "parameter.motion" where heaving and torsional differ.
+    envelope_source : {"regression", "front-end"}
+        What the samplers are fed with: a regression of every cycle, or the amplitude of Eq. (3).
     initial_amplitude_sd : float
         Normal prior of each record's initial amplitude, A/D or rad.
     damping_relative_sd : float
@@ -96,6 +101,7 @@ class ModelCard:
     law_weights: tuple[float, ...]
     averaging: str
     priors: Mapping[str, Prior]
+    envelope_source: str
     initial_amplitude_sd: float
     damping_relative_sd: float
     sampler: SamplerSettings
@@ -180,11 +186,16 @@ def _whole(table: Table, key: str) -> int:
 
 
 _AVERAGING = ("evidence", "stacking")
+_SOURCES = tuple(SOURCES)
 _SECTIONS = {
     "law": {
         "n": anything(),
         "prior_weights": anything(),
         "averaging": valid(lambda name: name in _AVERAGING, f"one of: {', '.join(_AVERAGING)}", _AVERAGING[0]),
+        "reason": anything(),
+    },
+    "envelope": {
+        "source": valid(lambda name: name in _SOURCES, f"one of: {', '.join(_SOURCES)}", REGRESSION),
         "reason": anything(),
     },
     "likelihood": {
@@ -228,6 +239,7 @@ def _card(top: Table, content: str) -> ModelCard:
         law_weights=law_weights,
         averaging=averaging,
         priors=_priors(_section(top, "priors"), UNITS, left_out=(EXPONENT,) if laws else ()),
+        envelope_source=top.table("envelope").read(_SECTIONS["envelope"])["source"],
         initial_amplitude_sd=likelihood["initial_amplitude_sd"],
         damping_relative_sd=relative_sd,
         sampler=_sampler(_section(top, "sampler")),
@@ -287,6 +299,7 @@ def _priors(table: Table, units: Mapping[str, str], left_out: tuple[str, ...] = 
 def _prior(name: str, table: Table, wanted: str) -> Prior:
     family = table.values.get("family")
     allowed = [candidate for candidate, (_, logarithmic) in FAMILIES.items() if logarithmic == (name not in SIGNED)]
+    allowed = ["normal"] if name == LINEAR else allowed
     if family not in allowed:
         raise table.refusal("family", f"one of: {', '.join(allowed)}")
     (first, second), _ = FAMILIES[family]

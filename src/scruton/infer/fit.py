@@ -19,9 +19,9 @@ from scruton.campaign.schema import Campaign, Kind, Record, Rig, Section, Test
 from scruton.dynamics import Setting, force_parameters
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.envelope import Cycles, RingDown, record_cycles, review, weigh
-from scruton.envelope.trial import SecondOrderExponential
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
+from scruton.infer.damping import damping_prior, draws_over_amplitudes, ends, stated_damping, varying_damping
 from scruton.infer.front import cycles_of, damping_varies, front_ends_of, ringdowns_of
 from scruton.infer.models import NOISE, WIND, SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
 from scruton.infer.peaks import fit_peaks, settle, stack
@@ -38,8 +38,8 @@ from scruton.stats import whiteness
 from scruton.stats.priors import Prior, check_support
 
 TRANSIENTS = (Kind.GROWTH, Kind.DECAY)
-# Parameters of a trial function, and the priors of the card that they have.
-TRIAL_PRIORS = {"a": "trial_amplitude", "c": "trial_amplitude", "b": "trial_slow_rate", "rate_gap": "trial_rate_gap"}
+# What is sampled of a trial function, and the priors of the card that it has.
+TRIAL_PRIORS = {"b": "trial_slow_rate", "rate_gap": "trial_rate_gap"}
 TRIAL_PRIORS |= {name: name for name in ("trial_residual", "trial_residual_rate", "noise_factor")}
 envelope = record_cycles  # what a fit calls it
 
@@ -82,7 +82,7 @@ def fit_campaign(
         If the campaign holds nothing to fit, or a record cannot be used.
     """
     sampling = Sampling(card, seed, checkpoints, report)
-    cycles = dict(cycles_of(campaign))
+    cycles = dict(cycles_of(campaign, card.envelope_source))
     if not cycles:
         wanted = "at least one [[rigs.records]] or [[tests.records]]"
         raise InputError(campaign.path, "", "no record in any rig or test", wanted)
@@ -101,7 +101,7 @@ def fit_campaign(
     sampling.flags += [
         *sentences(review(weigh(campaign, cycles, ringdowns, card.damping_relative_sd)), Severity.DOUBT),
         *misfits,
-        *varying_damping(campaign, ringdowns),
+        *varying_damping(campaign, rigs, tests),
         *unconstrained(tests),
         *(verdict.explain() for test in tests for verdict in test.steady if not verdict.usable),
         *([joint.weights.flag] if joint and joint.weights.flag else []),
@@ -144,15 +144,6 @@ def assemble(
     )  # fmt: skip
 
 
-def stated_damping(rig: Rig, card: ModelCard, campaign: Campaign) -> Prior:
-    """Prior of xi_s: what the laboratory states, with the card's relative uncertainty where it states none."""
-    if rig.damping_ratio is None:
-        return replace(card.prior("structural_damping", campaign.section.motion), name="damping_ratio")
-    stated = rig.damping_ratio.or_relative_sd(card.damping_relative_sd)
-    log_sd = max(stated.log_sd, 1e-6)  # a distribution, even of what is stated to be certain
-    return Prior("damping_ratio", "lognormal", stated.median, log_sd, "-", f"as stated for rig {rig.name}")
-
-
 def admit(card: ModelCard, where: str, priors: Sequence[Prior], values: Sequence[float]) -> None:
     """Raise InputError, naming the parameters, where the records show what the card's priors exclude."""
     try:
@@ -180,7 +171,14 @@ def fit_rig(
     )
     admit(card, name, [prior], [ringdown.damping_ratio])
     samples = sampling.run(name, posterior, data.amplitude, data.standard_error, data.time)
-    return RigResult(rig, posterior, samples, np.exp(posterior.named(samples.chain)["damping_ratio"]), prior)
+    draws = np.exp(posterior.named(samples.chain)["damping_ratio"])
+    if damping_varies(ringdown) is None:
+        return RigResult(rig, posterior, samples, draws, prior)
+    # the constant that was sampled is an average over the ring-downs, known far better than any one amplitude's
+    draws = draws_over_amplitudes(
+        ringdown, np.random.default_rng(sampling.seed_of(f"amplitudes of {name}")), draws.shape
+    )
+    return RigResult(rig, posterior, samples, draws, prior, ringdown)
 
 
 def fit_test(
@@ -189,12 +187,9 @@ def fit_test(
     """Posterior of one test in wind."""
     card, motion, name = sampling.card, campaign.section.motion, f"test {test.name}"
     omega0 = 2 * np.pi * rig.rig.frequency.mean
-    # The rig's posterior of ln xi_s enters as a normal prior: it is close to one, and the wind-on records add little.
-    log_damping = np.log(rig.damping)
-    damping = Prior(
-        "damping_ratio", "lognormal", float(np.exp(log_damping.mean())), float(max(log_damping.std(), 1e-6)), "-",
-        f"posterior of rig {rig.rig.name}",
-    )  # fmt: skip
+    # What still air says of ln xi_s enters as a normal prior: it is close to one, and the wind-on records add little.
+    records = [cycles[record.name] for record in test.records]
+    damping = damping_prior(rig, records, campaign.section.amplitude_unit)
     priors = (*(card.prior(parameter, motion) for parameter in WIND[:-1]), damping)
     verdicts = [
         judge_lock_in(r, cycles[r.name], priors, omega0, sampling) for r in test.records if r.kind is Kind.STEADY
@@ -207,7 +202,7 @@ def fit_test(
     priors += (card.exponent,) if card.exponent else ()
     posterior = WindPosterior(priors, data, steady, omega0, card.law_n, card.initial_amplitude_sd)
     levels = np.array([[amplitude.mean, amplitude.standard_error] for amplitude in steady])
-    tails = [max(float(cycles[r.name].amplitude[-10:].mean()), 1e-9) for r in test.records]
+    tails = ends(records)
     admit(card, name, [posterior.prior("stable_amplitude")] * len(tails), tails)
     samples = sampling.run(name, posterior, data.amplitude, data.standard_error, data.time, levels)
     frequency = float(np.median([cycles[r.name].reference_frequency for r in test.records]))
@@ -286,33 +281,17 @@ def fit_trial(
     """Posterior of the constants a, b, c, d of one transient record (Eq. 4)."""
     card, motion = sampling.card, campaign.section.motion
     data = EnvelopeData.join({record.name: cycles})
-    start = SecondOrderExponential().fit(data.time, data.amplitude).constants
     priors = tuple(replace(card.prior(of, motion), name=name) for name, of in TRIAL_PRIORS.items())
     posterior = TrialPosterior(
-        priors, data, 2 * np.pi * cycles.reference_frequency,
-        float(data.amplitude.max()), (start["a"], start["b"], start["c"], start["d"]),
+        priors, card.prior("trial_amplitude", motion), data, 2 * np.pi * cycles.reference_frequency,
+        float(data.amplitude.max()),
     )  # fmt: skip
     where = f"trial function of {record.name}"
-    shown = [start["a"] / posterior.scale, start["c"] / posterior.scale]
-    admit(card, where, [posterior.prior("a"), posterior.prior("c")], shown)
     samples = sampling.run(where, posterior, data.amplitude, data.standard_error, data.time)
+    rng = np.random.default_rng(sampling.seed_of(f"amplitudes of {where}"))
     names = ("a", "b", "c", "d", "residual_sd", "residual_rate")
-    constants = (*posterior.constants(samples.chain), *posterior.residual(samples.chain))
+    constants = (*posterior.constants(samples.chain, rng), *posterior.residual(samples.chain))
     return TrialResult(record, result.test, posterior, samples, dict(zip(names, constants, strict=True)))
-
-
-def varying_damping(campaign: Campaign, ringdowns: Mapping[str, RingDown]) -> list[str]:
-    """Rigs whose still-air damping depends on the amplitude."""
-    unit, lines = campaign.section.amplitude_unit, []
-    for name, ringdown in ringdowns.items():
-        bands = [ringdown.bands[i] for i in damping_varies(ringdown) or ()]
-        texts = [f"{100 * band.damping_ratio:.3g} % at {band.lower:.3g} to {band.upper:.3g} {unit}" for band in bands]
-        if texts:
-            lines.append(
-                f"rig {name}: structural damping varies with amplitude ({', '.join(texts)}); the posterior of one "
-                "constant is an average over the ring-downs, and Eq. (6) takes the measured xi_s(A)"
-            )
-    return lines
 
 
 def misfit(tests: Sequence[TestResult]) -> list[str]:

@@ -20,11 +20,12 @@ from scruton.dynamics.laws.law import Law
 from scruton.dynamics.likelihood import Wind, innovations, log_likelihood, pointwise_log_likelihood, statics
 from scruton.dynamics.moments import noise_moments
 from scruton.dynamics.step_filter import advance
-from scruton.dynamics.trial_filter import trial_log_likelihood
+from scruton.dynamics.trial_filter import trial_amplitudes, trial_log_likelihood
 from scruton.stats.posterior import Coordinates, Posterior
 from scruton.stats.priors import Prior
 
 RUNS = 250  # free runs of a test
+TRIAL_GUESSES = 64  # prior draws looked at for each guess: with 16, 3 searches of 176 ended in a lesser optimum
 # Parameters of a test in wind under a law that is given.
 NOISE = (
     "amplitude_scatter", "noise_factor", "gust_scatter", "gust_time", "set_point_scatter", "departure_scale",
@@ -173,53 +174,67 @@ class StillAirPosterior(Posterior):
 class TrialPosterior(Posterior):
     r"""The constants of :math:`\bar A(t) = a e^{bt} + c e^{dt}` (Eq. 4) for one record.
 
-    Sampled: a and c over the record's largest amplitude, b and b - d over omega, so that b > d and the twin in
-    which the terms change places is excluded.  The residual is an Ornstein-Uhlenbeck process plus sensor noise:
-    neighbouring cycles of a turbulent record are not independent, and constants fitted as if they were have bands
-    that are several times too narrow.
+    Sampled: b and b - d over omega, so that b > d and the twin in which the terms change places is excluded, and what
+    describes the residual.  a and c enter linearly and are integrated out: where b is near d they cancel along a ridge
+    on which samplers get lost.
+
+    The residual is an Ornstein-Uhlenbeck process plus sensor noise: neighbouring cycles of a turbulent record are not
+    independent, and constants fitted as if they were have bands that are several times too narrow.  It forgets itself
+    within the record: one that does not is a constant, a third term beside the two, in a mode of its own.
+
+    Attributes
+    ----------
+    priors : tuple of Prior
+        Of what is sampled.
+    amplitude : Prior
+        Of a and of c over `scale`, normal.
+    data : EnvelopeData
+        Of one record.
+    omega, scale : float
+        Circular frequency [rad/s] and largest amplitude (A/D or rad) of the record.
     """
 
     priors: tuple[Prior, ...]
+    amplitude: Prior
     data: EnvelopeData
     omega: float
     scale: float
-    start: tuple[float, float, float, float]
 
-    def constants(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """(a, b, c, d) in A/D or rad and 1/s, time from the record's first cycle; arrays of the leading shape."""
+    def rates(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Give b and d of Eq. (4) [1/s], arrays of the leading shape."""
         values = self.named(u)
-        a, c = values["a"] * self.scale, values["c"] * self.scale
         b = values["b"] * self.omega
-        return a, b, c, b - np.exp(values["rate_gap"]) * self.omega
+        return b, b - np.exp(values["rate_gap"]) * self.omega
 
     def residual(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Standard deviation (A/D or rad) and rate (1/s) of the residual; arrays of the leading shape."""
         log = self.named(u)
-        return np.exp(log["trial_residual"]) * self.scale, np.exp(log["trial_residual_rate"]) * self.omega
+        slowest = 1.0 / (self.data.time[-1] - self.data.time[0])
+        return np.exp(log["trial_residual"]) * self.scale, slowest + np.exp(log["trial_residual_rate"]) * self.omega
+
+    def _model(self, u: FloatArray) -> tuple[EnvelopeData, tuple[FloatArray, ...], tuple[float, float]]:
+        """What the filter takes at coordinates (W, d)."""
+        theta = (*self.rates(u), *self.residual(u), np.exp(self.named(u)["noise_factor"]))
+        return self.data, theta, (self.amplitude.first * self.scale, self.amplitude.second * self.scale)
 
     def log_likelihood(self, u: FloatArray) -> FloatArray:
-        """Exact likelihood of trial function plus correlated residual plus sensor noise, (W,)."""
-        sd, rate = self.residual(u)
-        return trial_log_likelihood(self.data, self.constants(u), sd, rate, np.exp(self.named(u)["noise_factor"]))
+        """Exact likelihood of trial function plus residual plus sensor noise, a and c integrated out, (W,)."""
+        return trial_log_likelihood(*self._model(u))
+
+    def constants(self, u: FloatArray, rng: np.random.Generator) -> tuple[FloatArray, ...]:
+        """(a, b, c, d) in A/D or rad and 1/s, time from the record's first cycle; arrays of the leading shape.
+
+        a and c are drawn from their distribution given the coordinates.
+        """
+        flat = u.reshape(-1, u.shape[-1])
+        a, c = trial_amplitudes(*self._model(flat), rng.standard_normal((len(flat), 2)))
+        b, d = self.rates(u)
+        return a.reshape(b.shape), b, c.reshape(b.shape), d
 
     def guesses(self, rng: np.random.Generator, size: int) -> FloatArray:
-        """Prior draws with the constants replaced by the least-squares fit, scattered."""
-        u = self.prior_draws(rng, size)
-        a, b, c, d = self.start
-        fitted = {
-            "a": a / self.scale,
-            "c": c / self.scale,
-            "b": b / self.omega,
-            "rate_gap": np.log(max((b - d) / self.omega, 1e-8)),
-        }
-        near = self.named(u[: size // 2])
-        for name, value in fitted.items():
-            prior = self.prior(name)
-            spread = 0.2 * prior.scale if name == "b" else 0.2 * (abs(value) + 0.05)
-            bound = 3.0 * prior.scale
-            value = float(np.clip(value, prior.location - bound, prior.location + bound))
-            near[name] = value + spread * rng.standard_normal(size // 2)
-        return u
+        """Give the best of many prior draws: a lesser optimum keeps an ensemble for good."""
+        u = self.prior_draws(rng, TRIAL_GUESSES * size)
+        return u[np.argsort(-self.log_prob(u))[:size]]
 
 
 @dataclass(frozen=True, eq=False)

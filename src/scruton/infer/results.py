@@ -25,13 +25,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class RigResult:
-    """One rig: its posterior of xi_s, sampled from ring-downs or drawn from what the laboratory states."""
+    """One rig: its posterior of xi_s, sampled from ring-downs or drawn from what the laboratory states.
+
+    Where ring-downs show that xi_s varies with amplitude they are `varying`, and `damping` is drawn over all of theirs.
+    """
 
     rig: Rig
     posterior: Posterior | None
     samples: Samples | None
     damping: FloatArray  # (chains, draws)
     prior: Prior
+    varying: RingDown | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -36,13 +36,12 @@ from scruton.dynamics.cycles import EnvelopeData
 from scruton.envelope import Cycles
 from scruton.envelope.phase_diffusion import periodogram, phase_steps, step_spectrum, unbroken
 from scruton.infer import thresholds as limits
-from scruton.infer.models import WIND, WindPosterior
+from scruton.infer.models import NOISE, WindPosterior
 from scruton.stats.priors import Prior
 from scruton.stats.sampler import Samples
 from scruton.stats.whiteness import lags_of, ljung_box
 
 _BAND = 1.645  # 90 % of a normal
-_NONE = 1e-6  # median scatter of gusts and of set-points, over the stable amplitude, in a posterior without any
 _LEAST_LINES = 20
 
 
@@ -128,18 +127,14 @@ def steady_posterior(
     cycles : Cycles
         All of it.
     priors : sequence of Prior
-        Of the parameters `models.WIND`; those of an exponent, of gusts and of set-points are not used.
+        Of the parameters `models.WIND`; those of an exponent, of gusts, set-points and departures are not used.
     omega0 : float
         Natural circular frequency in still air [rad/s].
     initial_sd : float
         Prior of the initial amplitude.
     """
     data = EnvelopeData.join({name: stationary_part(cycles)})
-    calm = (
-        Prior(prior.name, "lognormal", _NONE, 0.1) if prior.name in ("gust_scatter", "set_point_scatter") else prior
-        for prior in priors
-        if prior.name in WIND
-    )
+    calm = (p for p in priors if p.name in ("stable_amplitude", "relaxation_ratio", *NOISE[:2], "damping_ratio"))
     return WindPosterior(tuple(calm), data, (), omega0, -1.0, initial_sd)
 
 

@@ -114,7 +114,7 @@ def load_fit(folder: Path) -> "Fit":
 
     tree, summary = read_tree(folder)
     campaign, card = stored_inputs(tree, folder / POSTERIOR)
-    cycles = cycles_of(campaign)
+    cycles = cycles_of(campaign, card.envelope_source)
     ringdowns = ringdowns_of(campaign, cycles)
     return Fit(
         campaign, card, tree, cycles, ringdowns, front_ends_of(campaign, tree, ringdowns), convergence_frame(tree),

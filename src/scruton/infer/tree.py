@@ -196,7 +196,7 @@ def provenance_of_fit(
         command,
         seed=seed,
         sha256=campaign.sha256 or {},
-        settings={"tests": list(only)},
+        settings={"tests": list(only), "envelope_source": card.envelope_source},
         card={"name": card.name, "sha256": card.sha256, "text": card.text, "resolved": card.resolved},
     ) | {
         "tests": list(only),
@@ -230,6 +230,7 @@ def summarise(
         "laws": _laws(sampled.joint, misfit) if sampled.joint else {},
         "campaign": _campaign(sampled.joint) if sampled.joint else {},
         "amplitude_unit": sampled.campaign.section.amplitude_unit,
+        "envelope_source": sampled.card.envelope_source,
         "tests": [
             {
                 "name": result.test.name,

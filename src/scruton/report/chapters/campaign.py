@@ -144,7 +144,8 @@ def damping_table(material: Material) -> Table:
         "Structural damping ratio in still air",
         ("rig", "f₀ [Hz]", "stated", "ring-downs", "found", "90 % interval"),
         rows,
-        "Without ring-downs the damping found is the stated one, with the uncertainty of the model card.",
+        "Without ring-downs the damping found is the stated one, with the uncertainty of the model card; "
+        "where it varies with amplitude, it is that over all amplitudes of the ring-downs.",
         data="rigs",
     )
 

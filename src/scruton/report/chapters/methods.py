@@ -10,6 +10,21 @@ from scruton.report.document import Block, Code, Definitions, Equation, Heading,
 from scruton.report.maths import row
 from scruton.report.wording import PARAMETERS, number, stated
 
+# What feeds the samplers, by the source that the model card names.
+_ENVELOPE = {
+    "regression": (
+        "Each cycle of a record is regressed on sine, cosine, offset and second harmonic: one amplitude with its "
+        "standard error. These amplitudes feed the samplers, not Eqs. (2) to (8) of the method’s authors, which are "
+        "computed beside them, without any sampling; a model card with [envelope] source = “front-end” feeds the "
+        "samplers Eq. (3)."
+    ),
+    "front-end": (
+        "The samplers are fed with the transient amplitude of the method’s authors, Eqs. (2) and (3): its mean square "
+        "over each cycle, less what the noise of the sensor adds to it, with a standard error. The model card says so "
+        "by [envelope] source = “front-end”; the default is a regression of each cycle."
+    ),
+}
+
 
 def convergence_chapter(material: Material) -> Iterator[Block]:
     """Convergence of every posterior, and the campaign's own check of its intervals."""
@@ -104,8 +119,7 @@ def methods_chapter(material: Material) -> Iterator[Block]:
     if material.tests:
         exponent = "free" if fit.card.law_n is None else stated(fit.card.law_n)
         yield paragraph(
-            "Each record is demodulated by least squares, one amplitude with its standard error for every cycle. The "
-            "amplitude follows, to first order in the small total damping,"
+            f"{_ENVELOPE[fit.card.envelope_source]} The amplitude follows, to first order in the small total damping,"
         )
         yield Equation(eq.AMPLITUDE)
         yield paragraph(

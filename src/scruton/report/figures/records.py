@@ -157,7 +157,7 @@ def _damping(axes: "Axes", fit: Fit, rig: Rig) -> None:
     ring = fit.ringdowns[rig.name]
     draws = 100 * fit.tree["rig_posterior"]["damping_ratio"].sel(rig=rig.name).to_numpy()
     low, middle, high = np.quantile(draws, style.Q90)
-    axes.axhspan(low, high, color=style.ORANGE, alpha=0.5, lw=0, label="constant, posterior, 90 %", zorder=1)
+    axes.axhspan(low, high, color=style.ORANGE, alpha=0.5, lw=0, label="posterior, 90 %", zorder=1)
     axes.axhline(middle, color=style.ORANGE, lw=1.0, zorder=1)
     curve, spread = 100 * ring.curve_damping_ratio, 164.5 * ring.curve_sd
     x, label = ring.curve_amplitude, "smooth, 90 %"

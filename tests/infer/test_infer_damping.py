@@ -1,0 +1,123 @@
+"""Structural damping that varies with amplitude: what a test takes of it, and that a constant one changes nothing."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from scruton.campaign.quantity import Quantity
+from scruton.campaign.schema import Campaign, Kind, Motion, Record, Rig, Section, Test
+from scruton.infer.cards import load_card
+from scruton.infer.damping import damping_prior, draws_over_amplitudes
+from scruton.infer.fit import fit_campaign
+from scruton.infer.results import RigResult
+from scruton.simulate import Disturbances, Noise, Truth, simulate_record
+
+F0, XI = 8.0, 0.006
+CARD = load_card("paper")
+CARD = replace(CARD, sampler=replace(CARD.sampler, ensembles=2, walkers=64, min_ess=400.0, max_rhat=1.03))
+WIND = Truth(Motion.HEAVING, 0.3, 0.075, 7.0, F0, XI, 1.2, 5.4, -11.0, 0.032)
+
+
+def xi_of(amplitude, drag):
+    """Averaged over a cycle, quadratic drag -c |v| v adds 4 c a/(3 pi) to the damping ratio."""
+    return XI + 4.0 * drag * amplitude / (3.0 * np.pi)
+
+
+def campaign(drag, stated=None, ring_downs=2):
+    """A rig with quadratic drag beside its viscous damping, plucked in still air and tested in wind."""
+    off = Disturbances(quadratic_drag=drag)
+    a_star, rate = WIND.balance()
+    still = replace(WIND, air_density=0.0, wind_speed=0.0, Y1=0.0, epsilon=0.0)
+
+    def record(number, truth, kind, start, duration):
+        time, response = simulate_record(
+            truth, initial_amplitude=start, duration=duration, sample_rate=250.0, seed=number,
+            noise=Noise(0.005, sensor_noise=5e-5), disturbances=off,
+        )  # fmt: skip
+        return Record(f"{kind.value} {number}", Path(f"{number}.csv"), kind, time, response)
+
+    plucks = tuple(record(number, still, Kind.FREE_DECAY, 0.2, 12.0) for number in range(ring_downs))
+    wind = [(Kind.DECAY, 2.2 * a_star), (Kind.GROWTH, 0.15 * a_star)]
+    records = tuple(record(10 + i, WIND, kind, start, 6.0 / rate) for i, (kind, start) in enumerate(wind))
+    rig = Rig("rig", Quantity(F0), Quantity(WIND.mass), stated, plucks)
+    test = Test("test", "rig", Quantity(WIND.air_density), Quantity(WIND.wind_speed), peak=True, records=records)
+    section = Section(Motion.HEAVING, WIND.width, WIND.depth)
+    return Campaign(Path("simulated.toml"), "", "", section, (rig,), (test,))
+
+
+@pytest.fixture(scope="module")
+def varying():
+    return fit_campaign(campaign(0.08), CARD, thorough=False)
+
+
+@pytest.fixture(scope="module")
+def constant():
+    return fit_campaign(campaign(0.0), CARD, thorough=False)
+
+
+def interval(entry, level="0.90"):
+    return entry["parameters"]["damping_ratio"]["interval"][level]
+
+
+def test_a_test_takes_the_damping_at_its_own_amplitude(varying):
+    a_star = varying.summary["tests"][0]["parameters"]["a_star"]["median"]
+    assert xi_of(0.2, 0.08) > 1.8 * xi_of(a_star, 0.08), "the ring-downs begin far above"
+    low, high = interval(varying.summary["tests"][0])
+    assert low < xi_of(a_star, 0.08) < high
+    assert varying.summary["tests"][0]["parameters"]["damping_ratio"]["median"] == pytest.approx(
+        xi_of(a_star, 0.08), rel=0.05
+    )
+    # as wide as it varies over the records, from 0.15 to 2.2 times that amplitude
+    spread = np.log(xi_of(np.geomspace(0.15, 2.2, 50) * a_star, 0.08) / xi_of(a_star, 0.08))
+    assert np.log(high / low) / 3.29 == pytest.approx(np.sqrt(np.mean(spread**2)), rel=0.5)
+
+
+def test_a_rig_does_not_look_sharper_than_its_damping_varies(varying):
+    bands = [band.damping_ratio for band in varying.ringdowns["rig"].bands]
+    assert max(bands) / min(bands) > 1.6
+    low, high = interval(varying.summary["rigs"][0])
+    covered = np.geomspace(*varying.ringdowns["rig"].curve_amplitude[[0, -1]], 200)
+    inside = [low < xi < high for xi in xi_of(covered, 0.08)]
+    assert np.mean(inside) == pytest.approx(0.9, abs=0.06)
+
+
+def test_a_flag_says_what_was_used(varying):
+    flag = next(flag for flag in varying.flags if "varies with amplitude" in flag)
+    prior = 100 * varying.summary["tests"][0]["parameters"]["damping_ratio"]["median"]
+    used = float(flag.split("test test takes ")[1].split(" %")[0])
+    assert used == pytest.approx(prior, rel=0.03)
+    assert "xi_s(A) of rig rig at 0.0" in flag
+    assert "beyond its ring-downs" not in flag
+    assert "No constant stands for it" in flag
+
+
+def test_constant_damping_changes_nothing(constant):
+    """The test has the posterior of its rig, which is as sharp as the ring-downs make it; and no flag."""
+    assert not any("varies" in flag for flag in constant.flags)
+    rig, test = constant.summary["rigs"][0], constant.summary["tests"][0]
+    assert rig["parameters"]["damping_ratio"]["sd"] < 0.01 * XI
+    for level in ("0.50", "0.90"):
+        assert interval(test, level) == pytest.approx(interval(rig, level), rel=3e-3)
+    low, high = interval(rig, "0.95")
+    assert low < XI < high
+
+
+def test_beyond_the_ring_downs_it_is_as_uncertain_as_on_their_near_side(varying):
+    rig, ring = varying.campaign.rigs[0], varying.ringdowns["rig"]
+    draws = draws_over_amplitudes(ring, np.random.default_rng(0), (4, 500))
+    result = RigResult(rig, None, None, draws, CARD.prior("structural_damping", Motion.HEAVING), ring)
+    steady = varying.cycles[varying.campaign.tests[0].records[0].name]
+    top, spreads = ring.curve_amplitude[-1], []
+    for factor in (0.98, 1.5, 3.0, 100.0):
+        at = replace(steady, amplitude=np.full(steady.time.size, factor * top))
+        prior = damping_prior(result, [at], "A/D")
+        assert ("beyond its ring-downs" in prior.reason) == (factor > 1.0)
+        spreads.append(prior.second)
+        if factor > 1.0:
+            assert prior.first == pytest.approx(float(ring.structural_damping(top)))
+    # far beyond, xi_s may be what it is anywhere: at the other end of the ring-downs
+    assert spreads == sorted(spreads)
+    ends = ring.structural_damping(ring.curve_amplitude[[0, -1]])
+    assert spreads[-1] == pytest.approx(abs(np.log(ends[0] / ends[1])), rel=0.1)
