@@ -13,7 +13,7 @@ from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
 from scruton.dynamics.extended import channel_innovations, drive_moments, effect_drift
 from scruton.dynamics.filter import innovations_of
 from scruton.dynamics.laws.law import Law
-from scruton.dynamics.likelihood import innovations, pointwise_log_likelihood
+from scruton.dynamics.likelihood import Wind, innovations, pointwise_log_likelihood
 from scruton.dynamics.reading import saturated_reading
 
 A_STAR, LAM, PERIOD = 0.05, 0.5, 0.125
@@ -159,7 +159,7 @@ def test_gusts_and_set_points_are_those_of_the_paper_law(rng, wind, pause):
     plain = EnvelopeData(y, data.standard_error, data.gap, data.period, data.time, np.repeat("a", y.size))
     theta = [np.array([x]) for x in (A_STAR, LAM, q, 1.0)]
     wanted = gust * A_STAR, LAM / times, offset * A_STAR
-    v, s = innovations(plain, *theta, *wanted, initial_sd=100.0)
+    v, s = innovations(plain, *theta, Wind(*wanted), initial_sd=100.0)
     without, _ = innovations(plain, *theta, initial_sd=100.0)
     got_v, got_s = channel_innovations(data, bare_table(q, **wind_terms(*wind)), initial_sd=100.0)
     np.testing.assert_allclose(got_v[0, 1:100], v[1:, 0], atol=0.05 * se)

@@ -101,7 +101,7 @@ SHARED = {
 }  # fmt: skip
 OF_TESTS = {
     "a_star", "relaxation_rate", "damping_ratio", "scruton_number", "mass_damping_factor", "amplitude_scatter",
-    "noise_factor", "gust_scatter", "gust_time", "set_point_scatter", "Y1", "epsilon",
+    "noise_factor", "gust_scatter", "gust_time", "set_point_scatter", "departure_scale", "Y1", "epsilon",
 }  # fmt: skip
 
 

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 
 from scruton.dynamics.cycles import EnvelopeData
-from scruton.dynamics.likelihood import innovations, pointwise_log_likelihood
+from scruton.dynamics.likelihood import Wind, innovations, pointwise_log_likelihood
 from scruton.infer.hierarchy import SHARED, CampaignPosterior, PeakTest
 from scruton.infer.models import NOISE, WIND, SteadyAmplitude, WindPosterior
 from scruton.stats.priors import Prior
@@ -42,6 +42,7 @@ def peak_test(name, n, data, damping, factor, log_sd, steady=()):
         lognormal("gust_scatter", 0.01, 0.5),
         lognormal("gust_time", 3.0, 0.4),
         lognormal("set_point_scatter", 0.008, 0.3),
+        lognormal("departure_scale", 0.1, 0.5),
         lognormal("damping_ratio", damping, 0.05),
     )
     return PeakTest(name, WindPosterior(priors, data, steady, OMEGA0, n), factor, np.zeros((1, len(WIND))), log_sd)
@@ -90,8 +91,8 @@ def obvious(posterior, u):
     g = r_ref + n * sc_ref
     likelihood = 0.0
     for one in posterior.tests:
-        mine = [u.pop(0) for _ in range(8)]
-        a_star, second, scatter, noise, gust, gust_time, set_point, xi = mine
+        mine = [u.pop(0) for _ in range(9)]
+        a_star, second, scatter, noise, gust, gust_time, set_point, departure, xi = mine
         for coordinate, own in zip(mine[2:], one.wind.priors[2:], strict=True):
             prior += normal(coordinate, np.log(own.first), own.second)
         factor = one.mass_damping_factor
@@ -122,9 +123,9 @@ def obvious(posterior, u):
         a, lam = np.exp(a_star), OMEGA0 * relaxation / factor
         q = np.exp(scatter) * a * np.sqrt(2 * lam)
         if one.wind.data.size:
-            wind = (np.exp(gust) * a, lam / np.exp(gust_time), np.exp(set_point) * a)
-            walker = (np.array([v]) for v in (a, lam, q, np.exp(noise), *wind))
-            likelihood += pointwise_log_likelihood(*innovations(one.wind.data, *walker, n=n)).sum()
+            wind = Wind(np.exp(gust) * a, lam / np.exp(gust_time), np.exp(set_point) * a, np.exp(departure))
+            walker = (np.array([v]) for v in (a, lam, q, np.exp(noise)))
+            likelihood += pointwise_log_likelihood(*innovations(one.wind.data, *walker, wind, n=n)).sum()
         for level in one.wind.steady:
             # up to the constant of the normal density, which no parameter touches
             likelihood += normal(level.mean, a, level.standard_error) + 0.5 * np.log(2 * np.pi)
@@ -227,8 +228,8 @@ def test_a_record_left_out_takes_its_own_likelihood_and_nothing_else(n):
     own = {name: values[:, 0] for name, values in s.items()}
     a, lam = own["a_star"], OMEGA0 * own["relaxation_ratio"]
     q = own["amplitude_scatter"] * a * np.sqrt(2 * lam)
-    wind = (own["gust_scatter"] * a, lam / own["gust_time"], own["set_point_scatter"] * a)
-    own = pointwise_log_likelihood(*innovations(data, a, lam, q, own["noise_factor"], *wind, n=posterior.exponents(u)))
+    wind = Wind(own["gust_scatter"] * a, lam / own["gust_time"], own["set_point_scatter"] * a, own["departure_scale"])
+    own = pointwise_log_likelihood(*innovations(data, a, lam, q, own["noise_factor"], wind, n=posterior.exponents(u)))
     own = own[data.record == "a2"]
     np.testing.assert_allclose(posterior.log_prob(u) - rest.log_prob(u), own.sum(axis=0), rtol=1e-7, atol=1e-7)
     np.testing.assert_allclose(rest.log_prior(u), posterior.log_prior(u))

@@ -83,6 +83,9 @@ def _block(x, y, se, gap, period, n, m0, p0):  # type: ignore[no-untyped-def]
                 for i in range(COLUMNS):
                     x[SHAPE + 1 + i, w] = ramp(place, i)
                     g += x[THETA + 1 + i, w] * x[SHAPE + 1 + i, w]
+                inverse = 1.0 / factor(g)
+                for i in range(COLUMNS):
+                    x[SHAPE + 1 + i, w] *= inverse
                 excess = x[LAM, w] * (factor(g) - 1.0)
                 more = faded(excess, 0.5 * dt)
                 x[HERE_HALF, w] = x[HALF, w] * more

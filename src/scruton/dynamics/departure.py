@@ -1,13 +1,13 @@
 r"""What a section does that no law says: a smooth factor on the drift of the law, as large as the records ask for.
 
-.. math:: \dot a = f(a; a^*, \lambda)\, e^{g}, \qquad g = \sum_k \theta_k\, \varphi_k(\ln a/a^*), \quad
+.. math:: \dot a = f(a; a^*, \lambda)\, (1 + g), \qquad g = \sum_k \theta_k\, \varphi_k(\ln a/a^*), \quad
    \theta_k \sim N(0, s^2)
 
 g is a random walk in ln(amplitude), pinned to zero at the stable amplitude: a* stays the zero of the drift and lambda
 its slope there, whatever g is.  It walks on either side by itself, so that growth and decay may differ, as they do
 where the wake remembers.  The columns are ramps between `GROWTH` or `DECAY` knots, of the variance of the walk between
 them, and s is the standard deviation that g has one e-fold from a*.  The filters carry theta as states that do not
-change.
+change; as the drift is linear in them, so is what a cycle says of them.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ from numba import njit
 GROWTH, DECAY = (1.0, 0.74, 0.43, 0.15), (1.0, 1.35, 2.3)
 COLUMNS = len(GROWTH) + len(DECAY) - 2
 STATIC = 1 + COLUMNS  # with the set-point of the record
-_LARGEST = 3.0  # of abs(g)
+_LEAST, _LARGEST = 0.05, 20.0  # of 1 + g
 
 
 @njit(cache=True, inline="always")
@@ -50,11 +50,8 @@ def ramp(place, k):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, inline="always")
 def factor(g):  # type: ignore[no-untyped-def]
-    """exp(g), bounded and without a call: to 1 % where abs(g) < 1."""
-    g = min(max(g, -_LARGEST), _LARGEST)
-    root = (8.0 + g) / (8.0 - g)
-    root *= root
-    return root * root
+    """1 + g, bounded: the drift keeps its sign."""
+    return min(max(1.0 + g, _LEAST), _LARGEST)
 
 
 @njit(cache=True, inline="always")
@@ -68,7 +65,7 @@ def faded(rate, dt):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, inline="always")
 def factor_at(a, a_star, theta):  # type: ignore[no-untyped-def]
-    """exp(g) at an amplitude; theta (STATIC,) begins with the set-point, which has no part in it."""
+    """1 + g at an amplitude; theta (STATIC,) begins with the set-point, which has no part in it."""
     place, g = place_of(a, a_star), 0.0
     for k in range(COLUMNS):
         g += theta[k + 1] * ramp(place, k)

@@ -34,7 +34,7 @@ class Wind(NamedTuple):
     set_point
         Standard deviation of the stable amplitude from record to record.
     departure
-        Standard deviation, one e-fold from the stable amplitude, of ln(drift) about the law: s of
+        Standard deviation of the drift about the law, over it, one e-fold from the stable amplitude: s of
         `scruton.dynamics.departure`.
     """
 

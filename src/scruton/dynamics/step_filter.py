@@ -58,7 +58,7 @@ def carried(c_d, c_h, m, a_star, lam, here, fade, n, dt, theta):  # type: ignore
     hold, keep = gust_hold(m, a_star, n), np.exp(-fade * dt)
     push, set_point = hold * gust_response(lam, fade, dt), hold * (1.0 - np.exp(-lam * dt))
     for i in range(c_d.size):
-        direct = set_point if i == 0 else ramp(place, i - 1) * (end - m)
+        direct = set_point if i == 0 else ramp(place, i - 1) * (end - m) * (lam / here)
         c_d[i] = slope * c_d[i] + push * c_h[i] + direct
         c_h[i] *= keep
     return set_point * theta[0]
@@ -146,7 +146,7 @@ def step_filter(  # type: ignore[no-untyped-def]
             v = y[k] - average - (4.0 * bend_middle + bend) / 6.0 - 0.5 * drift - weight_h * h - at_once * theta[0]
             total = s
             for i in range(STATIC):
-                direct = at_once if i == 0 else ramp(place, i - 1) * (average - m)
+                direct = at_once if i == 0 else ramp(place, i - 1) * (average - m) / (1.0 + excess)
                 felt[i] = weight * c_d[i] + weight_h * c_h[i] + direct
             for i in range(STATIC):
                 p_felt[i] = 0.0
@@ -156,7 +156,7 @@ def step_filter(  # type: ignore[no-untyped-def]
             step = end + push * h + hold * set_point * theta[0] + drift + bend + gain * v
             h = keep * h + gain_h * v
             for i in range(STATIC):
-                direct = hold * set_point if i == 0 else ramp(place, i - 1) * (end - m)
+                direct = hold * set_point if i == 0 else ramp(place, i - 1) * (end - m) / (1.0 + excess)
                 c_d[i] = phi * c_d[i] + push * c_h[i] + direct - gain * felt[i]
                 c_h[i] = keep * c_h[i] - gain_h * felt[i]
                 learned = p_felt[i] * v / total
