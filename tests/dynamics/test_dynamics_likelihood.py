@@ -7,7 +7,7 @@ from scipy.interpolate import RectBivariateSpline
 from scipy.stats import multivariate_normal
 
 from scruton.dynamics.cycles import EnvelopeData
-from scruton.dynamics.departure import factor_at
+from scruton.dynamics.departure import COLUMNS, factor_at, relative_drift
 from scruton.dynamics.likelihood import Wind, innovations, log_likelihood, pointwise_log_likelihood, statics
 from scruton.dynamics.trial_filter import trial_amplitudes, trial_log_likelihood
 
@@ -297,6 +297,13 @@ def test_a_wrong_law_and_its_departure_are_the_drift_that_was(rng, true, assumed
     assert np.all(np.linalg.eigvalsh(cov[0]) > 0.0)
     wrong = log_likelihood(data, *one, n=assumed)[0]
     assert log_likelihood(data, *one, Wind(departure=0.5), n=assumed)[0] > wrong + 100.0
+
+
+def test_departures_of_arrays_are_those_of_one_amplitude(rng):
+    theta, ratio = rng.standard_normal((40, COLUMNS)), np.exp(rng.normal(0.0, 1.0, 40))
+    one = [factor_at(0.05 * r, 0.05, np.r_[0.0, row]) for r, row in zip(ratio, theta, strict=True)]
+    np.testing.assert_allclose(relative_drift(ratio, theta), one, rtol=1e-12)
+    np.testing.assert_array_equal(relative_drift(np.ones(40), theta), 1.0)
 
 
 def test_where_the_law_holds_the_departure_is_nothing(rng):

@@ -194,6 +194,7 @@ def test_prior_replicates_have_the_moments_that_the_equation_gives(rng: np.rando
         "gust_scatter": np.full(size, 0.12),
         "gust_time": np.full(size, 2.0),
         "set_point_scatter": np.full(size, 0.08),
+        "departure_scale": np.zeros(size),
     }
     assert {*NOISE} < {*prior}
     time = 3.0 + 0.1 * np.arange(60)

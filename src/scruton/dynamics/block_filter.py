@@ -16,6 +16,7 @@ from scruton.dynamics.moments import (
     moments_along,
     near_one,
     near_zero,
+    noise_moments,
     short_moments,
 )
 from scruton.dynamics.step_filter import advance, carried, gust_hold
@@ -249,7 +250,9 @@ def _noise(x, n, dt):  # type: ignore[no-untyped-def]
         x[Q_END, w], x[Q_CROSS, w], x[Q_MEAN, w] = short_moments(x[LOSS, w], dt)
     if largest >= 0.3:
         for w in range(BLOCK):
-            x[Q_END, w], x[Q_CROSS, w], x[Q_MEAN, w] = moments_along(x[SLOPE, w], dt)
+            x[Q_END, w], x[Q_CROSS, w], x[Q_MEAN, w] = (
+                noise_moments(x[RATE, w], dt) if n == -1.0 else moments_along(x[SLOPE, w], dt)
+            )
 
 
 @njit(cache=True, inline="always")

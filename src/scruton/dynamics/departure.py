@@ -10,8 +10,12 @@ them, and s is the standard deviation that g has one e-fold from a*.  The filter
 change; as the drift is linear in them, so is what a cycle says of them.
 """
 
+from typing import Any
+
 import numpy as np
 from numba import njit
+
+from scruton.arrays import FloatArray
 
 # Knots of the walk, as ratios of the amplitude to a*: below it, and above.
 GROWTH, DECAY = (1.0, 0.74, 0.43, 0.15), (1.0, 1.35, 2.3)
@@ -27,7 +31,7 @@ def place_of(a, a_star):  # type: ignore[no-untyped-def]
     return 2.0 * (a - a_star) / (a + a_star + 1e-300)
 
 
-def _place(ratio: float) -> float:
+def _place(ratio: Any) -> Any:
     return 2.0 * (ratio - 1.0) / (ratio + 1.0)
 
 
@@ -40,6 +44,12 @@ def _columns() -> tuple[tuple[float, ...], ...]:
 
 
 START, STEEP, HEIGHT = (np.array(values) for values in _columns())
+
+
+def relative_drift(ratio: FloatArray, theta: FloatArray) -> FloatArray:
+    """1 + g, bounded, at amplitudes over the stable one, (...), with columns theta (..., COLUMNS)."""
+    columns = HEIGHT * np.clip((_place(np.maximum(ratio, 0.0))[..., None] - START) * STEEP, 0.0, 1.0)
+    return np.asarray(np.clip(1.0 + (columns * theta).sum(axis=-1), _LEAST, _LARGEST))
 
 
 @njit(cache=True, inline="always")

@@ -12,9 +12,10 @@ from scruton.infer.hierarchy import CampaignPosterior, PeakTest
 from scruton.infer.models import NOISE, WIND
 from scruton.infer.results import LawResult, LawWeights, PeakResult, TestResult
 from scruton.infer.sampling import ExcludedByPriorsError, Sampling
-from scruton.infer.thresholds import LAWS_FLOOR
+from scruton.infer.thresholds import HOPELESS, LAWS_FLOOR
 from scruton.stats.convergence import SamplerSettings
 from scruton.stats.evidence import evidence_by_importance, log_evidence
+from scruton.stats.optimum import laplace_log_evidence
 from scruton.stats.sampler import Samples
 from scruton.stats.stacking import posterior_weights, stacking_weights
 from scruton.stats.student_t import fit_student_t
@@ -23,7 +24,8 @@ from scruton.stats.student_t import fit_student_t
 def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Sampling) -> PeakResult:
     """Sample the joint posterior of the peak tests under the laws of the card, and weigh the laws by their evidence.
 
-    A law under which no point of the prior explains the records has no weight and is not sampled.
+    A law other than the reference that Laplace's approximation puts beyond any doubt, or under which no point of the
+    prior explains the records, has no weight and is not sampled.
 
     Parameters
     ----------
@@ -38,9 +40,13 @@ def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Samplin
     prior = np.array(card.law_weights or (1.0,))
     several = len(labels) > 1
     log_z, error, unknown = np.full((3, len(labels)), np.nan)
-    sampled = np.ones(len(labels), dtype=bool)
+    for i, candidate in enumerate(posteriors if several else ()):
+        log_z[i] = laplace_log_evidence(candidate, np.random.default_rng(sampling.seed_of(f"screening, {labels[i]}")))
+    sampled = np.array([k == 0 or log_z[k] > log_z.max() - HOPELESS for k in range(len(labels))])
     laws: list[LawResult] = []
     for k, posterior in enumerate(posteriors):
+        if not sampled[k]:
+            continue
         settings = _settings(card.sampler, posterior)
         try:
             samples = sampling.run(f"campaign, {labels[k]}", posterior, *data_of(posterior), settings=settings)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.dynamics.departure import COLUMNS, relative_drift
 from scruton.dynamics.laws import closed_form
 from scruton.stats.whiteness import Check
 
@@ -201,11 +202,15 @@ def prior_replicates(
 
     Notes
     -----
-    The closed form, plus scatter that relaxes at the same rate and is stationary in the end, plus sensor noise.
+    The closed form from cycle to cycle, with a departure from the law, plus scatter that relaxes at the same rate and is stationary in the end, plus sensor noise.
     """
     a_star, rate = prior["a_star"][:, None], prior["relaxation_rate"][:, None]
     start = np.full_like(a_star, max(first, 1e-12))
-    curve = closed_form(time - time[0], start, a_star, rate, prior["n"][:, None])
+    theta = prior["departure_scale"][:, None] * rng.standard_normal((len(rate), COLUMNS))
+    curve = np.repeat(start, time.size, axis=1)
+    for k, step in enumerate(np.diff(time)):
+        a, here = curve[:, k], rate[:, 0] * relative_drift(curve[:, k] / a_star[:, 0], theta)
+        curve[:, k + 1] = closed_form(step, a, a_star[:, 0], here, prior["n"])
     forget = np.exp(-rate * np.diff(time))
     kick = np.sqrt(1.0 - forget**2) * rng.standard_normal(forget.shape)
     hold = np.exp(-rate * np.diff(time) / prior["gust_time"][:, None])

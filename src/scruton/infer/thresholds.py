@@ -18,6 +18,8 @@ STEADY_FLOOR = 0.005  # relative
 
 # Odds at which the data speak against the reference law: 20 to 1, which a true law meets once in twenty at most.
 FAVOURED = log(20.0)  # in log evidence
+# A law this far below the best by Laplace's approximation, which is good to one or two, is not sampled.
+HOPELESS = 15.0  # in log evidence
 # What the laws share by their prior weights, whatever the records say, where they come from one setting or where their
 # innovations are not white: transients of one setting do not tell what the curve does elsewhere.
 LAWS_FLOOR = 0.1  # of the weight

@@ -49,6 +49,19 @@ def find_optimum(posterior: Posterior, rng: np.random.Generator, guesses: int = 
     return StudentT(centre, np.linalg.cholesky(covariance) * WIDEN)
 
 
+def laplace_log_evidence(posterior: Posterior, rng: np.random.Generator) -> float:
+    """Log evidence by Laplace's approximation at the optimum; -inf where no guess has a finite posterior.
+
+    The prior mass of the joint constraint, of order one, is left out.
+    """
+    try:
+        peak = find_optimum(posterior, rng)
+    except ValueError:
+        return -np.inf
+    log_det = float(np.log(np.diag(peak.cholesky) / WIDEN).sum())
+    return float(posterior.log_prob(peak.centre[None])[0] + 0.5 * peak.centre.size * np.log(2.0 * np.pi) + log_det)
+
+
 def _climb(posterior: Posterior, start: FloatArray, scale: FloatArray) -> FloatArray:
     def objective(z: FloatArray) -> tuple[float, FloatArray]:
         """Value and central-difference gradient in one vectorised call."""
