@@ -202,7 +202,8 @@ def prior_replicates(
 
     Notes
     -----
-    The closed form from cycle to cycle, with a departure from the law, plus scatter that relaxes at the same rate and is stationary in the end, plus sensor noise.
+    The closed form from cycle to cycle, with a departure from the law, plus scatter that relaxes at the same rate and
+    is stationary in the end, plus sensor noise.
     """
     a_star, rate = prior["a_star"][:, None], prior["relaxation_rate"][:, None]
     start = np.full_like(a_star, max(first, 1e-12))
