@@ -45,7 +45,7 @@ def gust_response(lam, k, u):  # type: ignore[no-untyped-def]
     return lam * u * np.exp(-lam * u) * (np.expm1(x) / x if abs(x) > 1e-8 else 1.0 + 0.5 * x)
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=False, error_model="numpy")  # else those of the kernel that happens to call it first
 def gust_moments(lam, k, dt):  # type: ignore[no-untyped-def]
     """What a gust does over one interval: its own decay, its response (state, mean), and six covariances for unit sd.
 
