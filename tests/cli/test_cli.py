@@ -84,8 +84,8 @@ def test_predictions_say_how_the_laws_were_weighed(small_results, capsys):
     _, out, _ = run("predict", small_results, "--sc", 30, "--json", capsys=capsys)
     entry = json.loads(out)["predictions"][0]
     assert sum(entry["laws"].values()) == pytest.approx(1.0)
-    assert entry["laws"]["n=-1"] > 0.99
-    assert entry["discrepancy_sd"] == pytest.approx(0.09, rel=0.1), "one rig: the median of the prior"
+    assert 0.9 < entry["laws"]["n=-1"] < 1.0, "one rig: what is sampled keeps a part"
+    assert entry["discrepancy_sd"] == pytest.approx(0.07, rel=0.1), "one rig: the median of the prior"
 
 
 def few_figures(fit, *_):

@@ -237,7 +237,7 @@ def test_stacking_may_weigh_the_laws(small_campaign, quick_card):
     card = load_card(quick_card("default", n="[-1, 0]", prior_weights="[1, 1]", averaging='"stacking"'))
     fit = fit_campaign(load_campaign(small_campaign), card, thorough=False)
     laws = fit.tree["laws"]
-    np.testing.assert_array_equal(laws["weight"], laws["stacking_weight"])
+    np.testing.assert_allclose(laws["weight"], 0.9 * laws["stacking_weight"] + 0.1 * laws["prior_weight"])
     assert float(laws["weight"].sel(law="n=-1")) > 0.9
 
 
@@ -310,11 +310,12 @@ def test_the_cylinder(shared_data, quick_card):
     """Independent figures for 1-4 mm: g1 0.99 to 1.03 %, g2 0.92 to 0.95 %, e2 1.26 to 1.32 %."""
     campaign = tests_used(load_campaign(shared_data("cylinder-in-wind")), (*CYLINDER_PEAKS, "g1 U 14.5", "e2 U 16.1"))
     fit = fit_campaign(campaign, load_card(quick_card()), thorough=False)
-    found = {one["name"]: 100 * one["parameters"]["damping_ratio"]["median"] for one in fit.summary["rigs"]}
+    peaks = {one["name"]: one["parameters"] for one in fit.summary["tests"] if one["peak"]}
+    # at the amplitudes of the tests: over those of its ring-downs g2 goes from 0.94 to 0.66 %
+    found = {name[:2]: 100 * one["damping_ratio"]["median"] for name, one in peaks.items()}
     assert found["g1"] == pytest.approx(1.01, abs=0.06)
     assert found["g2"] == pytest.approx(0.93, abs=0.06)
     assert found["e2"] == pytest.approx(1.29, abs=0.08)
-    peaks = {one["name"]: one["parameters"] for one in fit.summary["tests"] if one["peak"]}
     assert set(peaks) == set(CYLINDER_PEAKS)
     joint = fit.tree["campaign_posterior"].isel(law=0)
     assert list(joint["peak_test"].values) == list(peaks)

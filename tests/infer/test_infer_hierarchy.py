@@ -204,12 +204,12 @@ def test_coordinates_are_named_and_those_of_a_test_stand_together():
     assert posterior.names[:5] == (*SHARED, "law_exponent")
     own = [
         "stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor", "gust_scatter", "gust_time",
-        "set_point_scatter", "damping_ratio",
+        "set_point_scatter", "departure_scale", "damping_ratio",
     ]  # fmt: skip
     assert [name.split(" of ")[0] for name in posterior.names[5:]] == [
         *own, "mass_factor", *own, own[0], "w", *own[2:], "mass_factor",
     ]  # fmt: skip
-    assert [one.size for one in posterior.own_coordinates] == [9, 8, 9]
+    assert [one.size for one in posterior.own_coordinates] == [10, 9, 10]
     assert posterior.own_coordinates[0].start == 5
     assert posterior.own_coordinates[-1].stop == posterior.coordinates.size == len(posterior.priors)
 

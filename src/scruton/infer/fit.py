@@ -31,7 +31,7 @@ from scruton.infer.speeds import NAME as SPEEDS
 from scruton.infer.speeds import fit_speeds
 from scruton.infer.steady import SteadyVerdict, judge_steady, steady_posterior
 from scruton.infer.store import convergence_frame
-from scruton.infer.thresholds import NOT_WHITE, STEADY_FLOOR
+from scruton.infer.thresholds import DEPARTS, NOT_WHITE, STEADY_FLOOR
 from scruton.infer.tree import build_tree, convergence_group, provenance_of_fit, summarise
 from scruton.progress import Progress
 from scruton.stats import whiteness
@@ -102,6 +102,7 @@ def fit_campaign(
         *sentences(review(weigh(campaign, cycles, ringdowns, card.damping_relative_sd)), Severity.DOUBT),
         *misfits,
         *varying_damping(campaign, rigs, tests),
+        *departing(tests),
         *unconstrained(tests),
         *(verdict.explain() for test in tests for verdict in test.steady if not verdict.usable),
         *([joint.weights.flag] if joint and joint.weights.flag else []),
@@ -317,6 +318,19 @@ def misfit(tests: Sequence[TestResult]) -> list[str]:
         "model is not that of the records, `scruton criticise` says more"
         for test, what in not_white.items()
     ]
+
+
+def departing(tests: Sequence[TestResult]) -> list[str]:
+    """Tests whose drift is not that of the reference law."""
+    flags = []
+    for result in tests:
+        scale = result.derived["departure_scale"]
+        if result.posterior.data.size and float(np.quantile(scale, 0.05)) > DEPARTS:
+            flags.append(
+                f"test {result.test.name}: the drift leaves the reference law by {np.median(scale):.0%} one e-fold "
+                "from the stable amplitude; Y1 and epsilon are that law's and describe these records badly"
+            )
+    return flags
 
 
 def unconstrained(tests: Sequence[TestResult]) -> list[str]:

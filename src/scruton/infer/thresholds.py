@@ -16,6 +16,9 @@ NOT_WHITE = 0.01  # p-value
 # Below this a steady amplitude is not known, however long the record: calibration of the sensor, drift of the wind.
 STEADY_FLOOR = 0.005  # relative
 
+# The reference law does not hold where the drift departs from it by this, one e-fold from the stable amplitude, with
+# 95 % certainty.
+DEPARTS = 0.1  # over the drift
 # Odds at which the data speak against the reference law: 20 to 1, which a true law meets once in twenty at most.
 FAVOURED = log(20.0)  # in log evidence
 # A law this far below the best by Laplace's approximation, which is good to one or two, is not sampled.
