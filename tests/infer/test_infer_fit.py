@@ -118,7 +118,8 @@ def test_the_campaign_model_has_every_sampled_law(tree):
     np.testing.assert_allclose(laws["prior_weight"], [0.7, 0.1, 0.1, 0.1])
     assert float(laws["weight"].sum()) == pytest.approx(1.0)
     assert float(laws["stacking_weight"].sum()) == pytest.approx(1.0)
-    assert float(laws["weight"].sel(law="n=-1")) > 0.99, "the records are the paper's law"
+    # one rig: a law that was sampled keeps a tenth of its prior weight
+    assert float(laws["weight"].sel(law="n=-1")) > 0.98, "the records are the paper's law"
     assert (laws["weight"].where(laws["sampled"] == 0.0, 0.0) == 0.0).all()
 
 
@@ -312,10 +313,10 @@ def test_the_cylinder(shared_data, quick_card):
     fit = fit_campaign(campaign, load_card(quick_card()), thorough=False)
     peaks = {one["name"]: one["parameters"] for one in fit.summary["tests"] if one["peak"]}
     # at the amplitudes of the tests: over those of its ring-downs g2 goes from 0.94 to 0.66 %
-    found = {name[:2]: 100 * one["damping_ratio"]["median"] for name, one in peaks.items()}
-    assert found["g1"] == pytest.approx(1.01, abs=0.06)
-    assert found["g2"] == pytest.approx(0.93, abs=0.06)
-    assert found["e2"] == pytest.approx(1.29, abs=0.08)
+    for name, figure in (("g1 U 15.8", 1.01), ("g2 U 15.8", 0.93), ("e2 U 15.4", 1.29)):
+        low, high = (100 * end for end in peaks[name]["damping_ratio"]["interval"]["0.90"])
+        assert low < figure < high, name
+        assert high < 1.35 * low, name
     assert set(peaks) == set(CYLINDER_PEAKS)
     joint = fit.tree["campaign_posterior"].isel(law=0)
     assert list(joint["peak_test"].values) == list(peaks)

@@ -1,6 +1,7 @@
 """Figures: what they show is what the posterior says, and a reader can read them."""
 
 import io
+import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
 from dataclasses import replace
@@ -347,7 +348,12 @@ def test_saving_keeps_the_layout_for_the_next_time(fit: Fit, tmp_path_factory: p
     one, folder = griffin_plot(fit), tmp_path_factory.mktemp("twice")
     first = save(one, folder, "a", formats=("svg",))[0].read_bytes()
     assert one.figure.get_layout_engine() is not None
-    assert save(one, folder, "b", formats=("svg",))[0].read_bytes() == first
+    again = save(one, folder, "b", formats=("svg",))[0].read_bytes()
+    number = re.compile(rb"-?\d+\.\d+")
+    assert number.sub(b"", again) == number.sub(b"", first)
+    # Laying out again begins where it stopped: what is rounded to a hundredth of a point may round the other way.
+    places = (np.array(number.findall(svg), dtype=float) for svg in (again, first))
+    np.testing.assert_allclose(*places, atol=0.011)
 
 
 def test_a_figure_without_a_name_is_refused(tmp_path_factory: pytest.TempPathFactory) -> None:
