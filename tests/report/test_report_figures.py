@@ -15,7 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
-from scruton.arrays import FloatArray
+from scruton.arrays import FloatArray, thin
 from scruton.campaign.schema import Motion
 from scruton.dynamics import closed_form
 from scruton.griffin.damping import aerodynamic_draws, amplitude_grid, total_draws, trial_draws
@@ -36,7 +36,6 @@ from scruton.report.figures.style import (
     line_style,
     pages,
     shorten,
-    thin,
     thin_along,
 )
 
