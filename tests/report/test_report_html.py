@@ -313,8 +313,8 @@ def test_building_again_gives_the_same_bytes(three, tmp_path: Path) -> None:
 def test_what_other_analyses_bring_is_written_and_shown(three, tmp_path: Path) -> None:
     mode = sizing()["modes"][0]
     charts = {"risk": risk_chart(mode, mode["limits"][0]["curve"], "risk")}
-    gap, risk = (Picture(name, f"caption of {name}", "a", b"<svg/>", b"PNG") for name in ("gap", "risk"))
-    paths = build_report(three, tmp_path, gap=Part(GAP, [gap]), sizing=Part(sizing(), [risk], charts=charts))
+    of_gap, of_risk = (Picture(name, f"caption of {name}", "a", b"<svg/>", b"PNG") for name in ("gap", "risk"))
+    paths = build_report(three, tmp_path, gap=Part(GAP, [of_gap]), sizing=Part(sizing(), [of_risk], charts=charts))
     page = Page(paths.report.read_text(encoding="utf-8"))
     check_page(page)
     assert "caption of gap" in page.text
