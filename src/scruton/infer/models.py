@@ -190,8 +190,10 @@ class TrialPosterior(Posterior):
         Of a and of c over `scale`, normal.
     data : EnvelopeData
         Of one record.
-    omega, scale : float
-        Circular frequency [rad/s] and largest amplitude (A/D or rad) of the record.
+    omega : float
+        Circular frequency of the record [rad/s].
+    scale : float
+        Its largest amplitude, A/D or rad.
     """
 
     priors: tuple[Prior, ...]
