@@ -3,6 +3,8 @@
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from scruton.report.document import Block, Table, paragraph
 from scruton.report.thresholds import SHARE_SHOWN
 from scruton.report.wording import TERMINAL
@@ -35,10 +37,12 @@ def fit_summary(fit: "Fit") -> Iterator[Block]:
         yield Table(key, title, ("test", "rig", *_SPREAD), tests)
     weights = fit.summary["laws"].get("weights", {})
     if len(weights) > 1:
-        best = max(entry["log_evidence"] for entry in weights.values())
+        # None of a law that does not reach the records.
+        evidence = {law: -np.inf if (z := entry["log_evidence"]) is None else z for law, entry in weights.items()}
+        best = max(evidence.values())
         laws = [
             (
-                law, TERMINAL.number(entry["prior"]), TERMINAL.number(entry["log_evidence"] - best, 3),
+                law, TERMINAL.number(entry["prior"]), TERMINAL.number(evidence[law] - best, 3),
                 TERMINAL.number(entry["weight"], 3), TERMINAL.number(entry["stacking"], 3),
                 "" if entry["sampled"] else "not sampled",
             )
