@@ -253,6 +253,30 @@ def test_a_test_without_its_only_transient_keeps_its_place_but_not_its_relaxatio
     np.testing.assert_allclose(rest.log_likelihood(moved), rest.log_likelihood(u))
 
 
+def test_what_a_test_remembers_is_what_it_would_say_again():
+    rng = np.random.default_rng(8)
+    posterior = campaign(-1.0)
+    u = posterior.prior_draws(rng, 40)
+    first = posterior.log_likelihood(u)
+    for block in posterior.blocks:
+        moved = u[rng.permutation(40)[:23]].copy()
+        moved[:, block] += 0.01 * rng.standard_normal(block.size)
+        np.testing.assert_array_equal(posterior.log_likelihood(moved), campaign(-1.0).log_likelihood(moved))
+    np.testing.assert_array_equal(first, np.concatenate([campaign(-1.0).log_likelihood(row[None]) for row in u]))
+
+
+def test_a_move_of_one_test_asks_the_records_of_no_other(monkeypatch):
+    posterior, asked = campaign(-1.0), []
+    plain = WindPosterior.log_likelihood
+    monkeypatch.setattr(WindPosterior, "log_likelihood", lambda self, u: asked.append(len(u)) or plain(self, u))
+    u = posterior.prior_draws(np.random.default_rng(8), 5)
+    posterior.log_likelihood(u)
+    assert asked == [5, 5, 5]
+    u[:3, posterior.blocks[1]] += 0.01
+    posterior.log_likelihood(u)
+    assert asked == [5, 5, 5, 3]
+
+
 def test_a_record_that_is_not_there_changes_nothing():
     posterior = campaign(-1.0)
     u = posterior.prior_draws(np.random.default_rng(4), 10)

@@ -13,7 +13,7 @@ from scruton.stats.optimum import find_optimum
 from scruton.stats.posterior import Posterior
 from scruton.stats.priors import Prior
 from scruton.stats.sampler import Checkpoint, IndependenceMove, moves, sample
-from scruton.stats.student_t import StudentT
+from scruton.stats.student_t import StudentT, maximum_likelihood
 
 COVARIANCE = np.array([[1.0, 0.6, 0.0, 0.1], [0.6, 1.5, 0.2, 0.0], [0.0, 0.2, 0.5, 0.3], [0.1, 0.0, 0.3, 2.0]])
 MEAN = np.array([1.0, -2.0, 0.5, 3.0])
@@ -64,6 +64,7 @@ IN_USE = {
     "differential evolution": emcee.moves.DEMove,
     "stretch": emcee.moves.StretchMove,
     "mixture": lambda: moves(WIDE, SamplerSettings()),
+    "blocks": lambda: moves(WIDE, SamplerSettings(), (np.array([0, 2]), np.array([1, 2, 3]))),
 }
 
 
@@ -92,6 +93,29 @@ def test_student_t_density_and_draws():
     want = stats.multivariate_t(MEAN, COVARIANCE, df=6)
     np.testing.assert_allclose(t.log_density(x[:5]), want.logpdf(x[:5]))
     np.testing.assert_allclose(np.cov(x.T), COVARIANCE * 6 / 4, atol=0.1)
+
+
+def test_the_fit_to_draws_leaves_out_what_lies_far_away():
+    rng = np.random.RandomState(1)
+    x = StudentT(MEAN, np.linalg.cholesky(COVARIANCE), 5.0).draw(rng, 20000)
+    x[:40] += 60.0  # walkers in a mode of their own
+    fitted = maximum_likelihood(x, 5.0)
+    np.testing.assert_allclose(fitted.cholesky @ fitted.cholesky.T, COVARIANCE, rtol=0.08, atol=0.04)
+    assert np.cov(x.T)[0, 0] > 5.0 * COVARIANCE[0, 0]
+
+
+def test_a_block_is_drawn_given_the_others():
+    """Of a normal-like Student-t the conditional is the normal one, and the ratio that comes with it its densities'."""
+    t, block = StudentT(MEAN, np.linalg.cholesky(COVARIANCE), 1e6), np.array([3, 1])
+    x = np.tile(MEAN + np.array([1.0, 0.0, -0.7, 0.0]), (100000, 1))
+    new, ratio = t.conditional(block).draw(np.random.RandomState(2), x)
+    np.testing.assert_array_equal(new[:, [0, 2]], x[:, [0, 2]])
+    inner = np.linalg.inv(COVARIANCE)[np.ix_(block, block)]
+    across = np.linalg.inv(COVARIANCE)[np.ix_(block, [0, 2])]
+    centre = MEAN[block] - np.linalg.solve(inner, across @ np.array([1.0, -0.7]))
+    np.testing.assert_allclose(new[:, block].mean(axis=0), centre, atol=0.02)
+    np.testing.assert_allclose(np.cov(new[:, block].T), np.linalg.inv(inner), atol=0.03)
+    np.testing.assert_allclose(ratio, t.log_density(x) - t.log_density(new), rtol=1e-3, atol=1e-3)
 
 
 def test_optimum_and_laplace_covariance():

@@ -16,19 +16,21 @@ than the slopes of their transients say, hence two scales; both have a prior in 
 inform them.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from scruton.arrays import FloatArray
+from scruton.arrays import FloatArray, IntArray
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.infer.models import NOISE, WIND, WindPosterior
 from scruton.stats.posterior import Coordinates, Posterior, Values
 from scruton.stats.priors import Prior
 
 SHARED = ("reference_amplitude", "reference_relaxation_ratio", "discrepancy_amplitude", "discrepancy_relaxation")
+_BEYOND_RECORDS = ("damping_ratio", "mass_factor", "w")  # the likelihood of a test's transients does not know them
+_REMEMBERED = 20_000  # rows
 _LOG_2PI = float(np.log(2.0 * np.pi))
 
 
@@ -119,6 +121,14 @@ class CampaignPosterior(Posterior):
             layouts.append(Coordinates(dict.fromkeys(test.parameters), start))
             start = layouts[-1].stop
         return tuple(layouts)
+
+    @cached_property
+    def blocks(self) -> tuple[IntArray, ...]:
+        """Each test's own parameters; and, as often since it costs little, what no record is read for."""
+        own = [np.arange(layout.start, layout.stop) for layout in self.own_coordinates]
+        shared = np.arange(self.own_coordinates[0].start)
+        free = [layout[name] for layout in self.own_coordinates for name in layout if name in _BEYOND_RECORDS]
+        return (*own, *[np.r_[shared, np.array(free, dtype=int)]] * len(own))
 
     def _each(self, u: FloatArray) -> Iterator[tuple[PeakTest, Values]]:
         """Every test with its coordinates by name."""
@@ -223,14 +233,21 @@ class CampaignPosterior(Posterior):
         """Sum of the tests' log likelihoods, (W,)."""
         s, total = self.settings(u), np.zeros(len(u))
         for j, (test, values) in enumerate(self._each(u)):
-            v = np.empty((len(u), test.wind.coordinates.size))
+            v = np.zeros((len(u), test.wind.coordinates.size))
             log = test.wind.named(v)
             for name in WIND:
-                log[name] = np.log(s["relaxation_ratio"][:, j]) if name == "relaxation_ratio" else values[name]
+                if name == "relaxation_ratio":
+                    log[name] = np.log(s[name][:, j])
+                elif name not in _BEYOND_RECORDS:
+                    log[name] = values[name]
             if self.exponent:
                 log["law_exponent"] = self.exponents(u)
-            total += test.wind.log_likelihood(v)
+            total += self._likelihoods[j](v)
         return total
+
+    @cached_property
+    def _likelihoods(self) -> tuple["_Remembered", ...]:
+        return tuple(_Remembered(test.wind.log_likelihood) for test in self.tests)
 
     def prior_sample(self, rng: np.random.Generator, size: int) -> tuple[FloatArray, np.ndarray]:
         """Draws of the generative prior and whether each satisfies the constraint; see `Posterior.prior_sample`."""
@@ -277,6 +294,25 @@ class CampaignPosterior(Posterior):
         level = np.where(np.isfinite(level), level, log["reference_amplitude"])
         log["reference_amplitude"] = level + 0.05 * rng.standard_normal(size)
         return u
+
+
+class _Remembered:
+    """A function of rows, called for those not seen lately: most moves leave most tests as they are."""
+
+    def __init__(self, function: Callable[[FloatArray], FloatArray]) -> None:
+        self._function = function
+        self._seen: dict[bytes, float] = {}
+
+    def __call__(self, rows: FloatArray) -> FloatArray:
+        seen, keys = self._seen, [row.tobytes() for row in rows]
+        new = [i for i, key in enumerate(keys) if key not in seen]
+        if new:
+            if len(seen) > _REMEMBERED:
+                old, self._seen = seen, {}
+                seen = self._seen
+                seen.update((key, old[key]) for key in keys if key in old)
+            seen.update(zip((keys[i] for i in new), self._function(rows[new]).tolist(), strict=True))
+        return np.array([seen[key] for key in keys])
 
 
 def _stable(s: dict[str, FloatArray], amplitude: FloatArray, strength: FloatArray, g_j: FloatArray) -> np.ndarray:

@@ -13,7 +13,6 @@ from scruton.infer.models import NOISE, WIND
 from scruton.infer.results import LawResult, LawWeights, PeakResult, TestResult
 from scruton.infer.sampling import ExcludedByPriorsError, Sampling
 from scruton.infer.thresholds import HOPELESS, LAWS_FLOOR
-from scruton.stats.convergence import SamplerSettings
 from scruton.stats.evidence import evidence_by_importance, log_evidence
 from scruton.stats.optimum import laplace_log_evidence
 from scruton.stats.sampler import Samples
@@ -47,9 +46,8 @@ def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Samplin
     for k, posterior in enumerate(posteriors):
         if not sampled[k]:
             continue
-        settings = _settings(card.sampler, posterior)
         try:
-            samples = sampling.run(f"campaign, {labels[k]}", posterior, *data_of(posterior), settings=settings)
+            samples = sampling.run(f"campaign, {labels[k]}", posterior, *data_of(posterior))
         except ExcludedByPriorsError:
             if not laws and k == len(labels) - 1:
                 raise
@@ -111,15 +109,6 @@ def stack(result: PeakResult, sampling: Sampling) -> PeakResult:
                 scores[i, j] = weights.log_evidence[chosen[i]] - without.log_z
         stacking[chosen] = stacking_weights(scores)
     return replace(result, weights=replace(weights, stacking=stacking))
-
-
-def _settings(settings: SamplerSettings, posterior: CampaignPosterior) -> SamplerSettings:
-    """Fewer walkers, each of which keeps more draws: many dimensions need steps rather than walkers."""
-    needed = 4 * len(posterior.priors)
-    for k in (4, 2):
-        if settings.walkers % k == 0 and settings.walkers // k >= needed:
-            return replace(settings, walkers=settings.walkers // k, draws=settings.draws * k)
-    return settings
 
 
 def campaign_posterior(

@@ -2,7 +2,7 @@
 
 import hashlib
 import zlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +15,15 @@ from scruton.stats.convergence import Convergence, SamplerSettings
 from scruton.stats.optimum import ImpossibleError
 from scruton.stats.posterior import Posterior
 from scruton.stats.sampler import Checkpoint, Samples, sample
+
+
+def fewer_walkers(settings: SamplerSettings, posterior: Posterior) -> SamplerSettings:
+    """As few walkers as the dimensions allow, each of which keeps more draws."""
+    needed = len(posterior.priors) * (2 if posterior.blocks else 4)
+    for k in (4, 2):
+        if settings.walkers % k == 0 and settings.walkers // k >= needed:
+            return replace(settings, walkers=settings.walkers // k, draws=settings.draws * k)
+    return settings
 
 
 class ExcludedByPriorsError(InputError):
@@ -35,10 +44,8 @@ class Sampling:
         """Seed of the posterior called `name`."""
         return np.random.SeedSequence([self.seed, zlib.crc32(name.encode())])
 
-    def run(
-        self, name: str, posterior: Posterior, *arrays: FloatArray, settings: SamplerSettings | None = None
-    ) -> Samples:
-        """Sample, with a checkpoint that knows the data by their digest; with the card's settings unless others."""
+    def run(self, name: str, posterior: Posterior, *arrays: FloatArray) -> Samples:
+        """Sample, with a checkpoint that knows the data by their digest."""
         from scruton import __version__
 
         checkpoint = None
@@ -49,7 +56,7 @@ class Sampling:
             for array in arrays:
                 digest.update(np.ascontiguousarray(array).tobytes())
             checkpoint = Checkpoint(self.checkpoints / f"{zlib.crc32(name.encode()):08x}.npz", digest.hexdigest())
-        settings = settings or self.card.sampler
+        settings = fewer_walkers(self.card.sampler, posterior)
 
         def progress(steps: int, verdict: Convergence) -> None:
             if self.report:

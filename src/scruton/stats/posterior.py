@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from scruton.arrays import FloatArray
+from scruton.arrays import FloatArray, IntArray
 from scruton.stats.priors import Prior
 
 _LOG_2PI = float(np.log(2.0 * np.pi))
@@ -94,6 +94,11 @@ class Posterior(ABC):
     def coordinates(self) -> Coordinates:
         """Where each parameter stands among the columns: one for each prior unless a model has vectors."""
         return Coordinates(dict.fromkeys(self.names))
+
+    @property
+    def blocks(self) -> tuple[IntArray, ...]:
+        """Coordinates that are sampled together, given the others; none where all are at once."""
+        return ()
 
     def named(self, u: FloatArray) -> Values:
         """Coordinates by name, from an array with them on its last axis."""

@@ -10,7 +10,7 @@ both go through the same chunks: a chunk depends only on the walkers' positions 
 import contextlib
 import os
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,13 +19,13 @@ from zipfile import BadZipFile
 import emcee
 import numpy as np
 
-from scruton.arrays import FloatArray, thin
+from scruton.arrays import FloatArray, IntArray, thin
 from scruton.documents import replace_file
 from scruton.errors import InputError
 from scruton.stats.convergence import Convergence, SamplerSettings, judge
 from scruton.stats.optimum import find_optimum
 from scruton.stats.posterior import Posterior
-from scruton.stats.student_t import AT_OPTIMUM, FITTED_TO_DRAWS, StudentT
+from scruton.stats.student_t import AT_OPTIMUM, FITTED_TO_DRAWS, StudentT, maximum_likelihood
 from scruton.stats.thresholds import ADAPTATIONS, FAR_BELOW, OVERDISPERSED
 
 FIRST_CHUNK = 20  # steps; then as many as the run already has, so that checks cost a fixed share
@@ -109,15 +109,27 @@ class IndependenceMove(emcee.moves.MHMove):
         return new, self.proposal.log_density(coords) - self.proposal.log_density(new)
 
 
-def moves(proposal: StudentT, settings: SamplerSettings) -> list[tuple[emcee.moves.Move, float]]:
+class BlockMove(emcee.moves.MHMove):
+    """Metropolis-Hastings with a block drawn given the other coordinates: many are well drawn a few at a time."""
+
+    def __init__(self, proposal: StudentT, block: IntArray) -> None:
+        given = proposal.conditional(block)
+        super().__init__(lambda coords, rng: given.draw(rng, coords), ndim=proposal.centre.size)
+
+
+def moves(
+    proposal: StudentT, settings: SamplerSettings, blocks: Sequence[IntArray] = ()
+) -> list[tuple[emcee.moves.Move, float]]:
     """Return the mixture of moves with the card's weights; a weight of zero leaves a move out.
 
     Where the proposal had to be fitted to draws, the posterior is no Student-t, and walkers in its tails would wait
-    long for an independent proposal: the local moves get five times their weight.
+    long for an independent proposal of all coordinates: the local moves get five times their weight.  Blocks share one
+    step among them, and the local moves keep their weight in it.
     """
-    local = 1.0 if proposal.degrees_of_freedom == AT_OPTIMUM else 5.0
+    local = 1.0 / len(blocks) if blocks else 1.0 if proposal.degrees_of_freedom == AT_OPTIMUM else 5.0
+    independent = [BlockMove(proposal, block) for block in blocks] or [IndependenceMove(proposal)]
     mixture = [
-        (IndependenceMove(proposal), settings.independence),
+        *((move, settings.independence / len(independent)) for move in independent),
         (emcee.moves.DEMove(), local * settings.differential_evolution),
         (emcee.moves.StretchMove(), local * settings.stretch),
     ]
@@ -148,10 +160,18 @@ class _Ensemble:
         """Steps since the last adaptation."""
         return sum(len(part) for part in self.chain)
 
-    def advance(self, log_prob: Callable[[FloatArray], FloatArray], steps: int, settings: SamplerSettings) -> None:
-        sampler = _Vectorised(*self.coords.shape, log_prob, vectorize=True, moves=moves(self.proposal, settings))
+    def advance(
+        self,
+        log_prob: Callable[[FloatArray], FloatArray],
+        steps: int,
+        settings: SamplerSettings,
+        blocks: Sequence[IntArray] = (),
+    ) -> None:
+        """Go on; with blocks a step has as many moves."""
+        mixture, moves_a_step = moves(self.proposal, settings, blocks), max(len(blocks), 1)
+        sampler = _Vectorised(*self.coords.shape, log_prob, vectorize=True, moves=mixture)
         state = emcee.State(self.coords, log_prob=self.log_prob, random_state=self.random_state)
-        last = sampler.run_mcmc(state, steps, skip_initial_state_check=True)
+        last = sampler.run_mcmc(state, steps, thin_by=moves_a_step, skip_initial_state_check=True)
         self.coords, self.log_prob, self.random_state = last.coords, last.log_prob, last.random_state
         self.chain.append(sampler.get_chain())
         self.log_probs.append(sampler.get_log_prob())
@@ -161,10 +181,9 @@ class _Ensemble:
         """Fit the proposal to the recent half of the draws, and forget them: they were for finding the posterior."""
         chain = np.concatenate(self.chain)
         recent = chain[len(chain) // 2 :].reshape(-1, self.coords.shape[1])
-        covariance = np.cov(recent.T) + np.diag(1e-12 * recent.var(axis=0) + 1e-300)
         # Where the walkers fill no volume the old proposal stays: DE and stretch must do.
         with contextlib.suppress(np.linalg.LinAlgError):
-            self.proposal = StudentT(recent.mean(axis=0), np.linalg.cholesky(covariance), FITTED_TO_DRAWS)
+            self.proposal = maximum_likelihood(recent, FITTED_TO_DRAWS)
         self.chain, self.log_probs, self.accepted = [], [], 0.0
 
 
@@ -217,7 +236,7 @@ def sample(
                     ensemble.adapt()
         chunk = min(max(FIRST_CHUNK, total), LARGEST_CHUNK, settings.max_steps - total)
         for ensemble in ensembles:
-            ensemble.advance(posterior.log_prob, chunk, settings)
+            ensemble.advance(posterior.log_prob, chunk, settings, posterior.blocks)
         total += chunk
         if checkpoint:
             checkpoint.save({"counts": np.array([total, rounds]), **_pack(ensembles)})

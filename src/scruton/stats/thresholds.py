@@ -41,7 +41,7 @@ OVERDISPERSED = 1.5  # -
 FAR_BELOW = 25.0  # in log posterior
 
 # So often does a run that has not converged fit its proposals to its draws and start again.
-ADAPTATIONS = 3  # times
+ADAPTATIONS = 5  # times
 
 # A record with fewer is not judged.
 FEWEST_INNOVATIONS = 12  # innovations
