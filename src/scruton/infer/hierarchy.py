@@ -245,6 +245,10 @@ class CampaignPosterior(Posterior):
             total += self._likelihoods[j](v)
         return total
 
+    def forget(self) -> None:
+        """Last bits of a likelihood depend on the walkers that it is computed beside: a resumed run needs the same."""
+        self.__dict__.pop("_likelihoods", None)
+
     @cached_property
     def _likelihoods(self) -> tuple["_Remembered", ...]:
         return tuple(_Remembered(test.wind.log_likelihood) for test in self.tests)

@@ -100,6 +100,9 @@ class Posterior(ABC):
         """Coordinates that are sampled together, given the others; none where all are at once."""
         return ()
 
+    def forget(self) -> None:
+        """Drop what is remembered of earlier calls, so that what follows is the same whatever came before."""
+
     def named(self, u: FloatArray) -> Values:
         """Coordinates by name, from an array with them on its last axis."""
         return self.coordinates.of(u)

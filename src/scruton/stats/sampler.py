@@ -236,6 +236,7 @@ def sample(
                     ensemble.adapt()
         chunk = min(max(FIRST_CHUNK, total), LARGEST_CHUNK, settings.max_steps - total)
         for ensemble in ensembles:
+            posterior.forget()
             ensemble.advance(posterior.log_prob, chunk, settings, posterior.blocks)
         total += chunk
         if checkpoint:
