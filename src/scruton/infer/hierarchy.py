@@ -242,15 +242,15 @@ class CampaignPosterior(Posterior):
                     log[name] = values[name]
             if self.exponent:
                 log["law_exponent"] = self.exponents(u)
-            total += self._likelihoods[j](v)
+            total += self._remembered[j](v)
         return total
 
-    def forget(self) -> None:
-        """Last bits of a likelihood depend on the walkers that it is computed beside: a resumed run needs the same."""
-        self.__dict__.pop("_likelihoods", None)
-
     @cached_property
-    def _likelihoods(self) -> tuple["_Remembered", ...]:
+    def _remembered(self) -> tuple["_Remembered", ...]:
+        """Likelihoods of the tests.
+
+        Their last bits depend on the walkers that are computed side by side: `forget` makes a resumed run the same.
+        """
         return tuple(_Remembered(test.wind.log_likelihood) for test in self.tests)
 
     def prior_sample(self, rng: np.random.Generator, size: int) -> tuple[FloatArray, np.ndarray]:

@@ -102,6 +102,7 @@ class Posterior(ABC):
 
     def forget(self) -> None:
         """Drop what is remembered of earlier calls, so that what follows is the same whatever came before."""
+        self.__dict__.pop("_remembered", None)
 
     def named(self, u: FloatArray) -> Values:
         """Coordinates by name, from an array with them on its last axis."""
