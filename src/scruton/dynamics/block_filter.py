@@ -7,7 +7,7 @@ are constants: only so can the compiler see that no row is another one, and the 
 import numpy as np
 from numba import njit
 
-from scruton.dynamics.departure import COLUMNS, STATIC, factor, factor_at, faded, place_of, ramp
+from scruton.dynamics.departure import COLUMNS, ROUGH, STATIC, factor, factor_at, faded, place_of, ramp
 from scruton.dynamics.equation import flow_above_floor
 from scruton.dynamics.moments import (
     LOG_2PI,
@@ -67,9 +67,11 @@ def _block(x, y, se, gap, period, n, m0, p0):  # type: ignore[no-untyped-def]
             dt = period[k]
             _period(x, dt)
         yk, s2 = y[k], se[k] * se[k]
+        first = gap[k] < 0.0
         if gap[k] != 0.0:
             stale = True
-            if gap[k] < 0.0:
+            x[STEP] = 0.0
+            if first:
                 _new_record(x)
                 if n != -1.0:
                     _first(x, yk, s2, n, m0, p0, dt)
@@ -79,8 +81,8 @@ def _block(x, y, se, gap, period, n, m0, p0):  # type: ignore[no-untyped-def]
             else:
                 _unseen(x, n, gap[k])
         if departs:
-            for w in range(BLOCK):
-                place, g = place_of(x[M, w], x[A, w]), 0.0
+            for w in range(BLOCK):  # at the middle of the cycle
+                place, g = place_of(yk if first else x[M, w] + 0.5 * x[STEP, w], x[A, w]), 0.0
                 for i in range(COLUMNS):
                     x[SHAPE + 1 + i, w] = ramp(place, i)
                     g += x[THETA + 1 + i, w] * x[SHAPE + 1 + i, w]
@@ -97,7 +99,7 @@ def _block(x, y, se, gap, period, n, m0, p0):  # type: ignore[no-untyped-def]
                 x[HERE_HALF, w], x[HERE, w], x[RATE, w] = x[HALF, w], x[DECAY, w], x[LAM, w]
         stale = _flow(x, n, stale)
         _noise(x, n, dt)
-        _observe(x, yk, s2, n, dt, departs)
+        _observe(x, yk, s2, n, dt, first, departs)
         if n == 0.0:
             largest = 0.0
             for w in range(BLOCK):
@@ -147,7 +149,10 @@ def _first(x, y, s2, n, m0, p0, dt):  # type: ignore[no-untyped-def]
         )  # fmt: skip
         x[QUAD, w] += (y - m0) * (y - m0) / prior
         x[PROD, w] *= prior
+        x[STEP, w] = -x[M, w]
     _unseen(x, n, 0.5 * dt)
+    for w in range(BLOCK):
+        x[STEP, w] = 2.0 * (x[M, w] + x[STEP, w])
 
 
 @njit(cache=True, error_model="numpy")
@@ -256,7 +261,7 @@ def _noise(x, n, dt):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, inline="always")
-def _observe(x, y, s2, n, dt, departs):  # type: ignore[no-untyped-def]
+def _observe(x, y, s2, n, dt, first, departs):  # type: ignore[no-untyped-def]
     """One cycle: predict its mean, learn from what is seen, go to its end."""
     bent, kick = 0.5 * (n + 1.0), 0.0 if n == -1.0 else 0.5
     for w in range(BLOCK):
@@ -265,10 +270,13 @@ def _observe(x, y, s2, n, dt, departs):  # type: ignore[no-untyped-def]
         if n == -1.0:
             weight = (1.0 - slope) / (x[RATE, w] * dt)
             change, bend, bend_half = (weight - 1.0) * (m - x[A, w]), 0.0, 0.0
+            start = x[A, w] + (y - x[A, w]) / weight if first else m
+            x[CHANGE, w], x[STEP, w] = (weight - 1.0) * (start - x[A, w]), (slope - 1.0) * (start - x[A, w])
         else:
             # Simpson's rule; curvature of the flow to second order, and the drift that noise induces
             weight = (1.0 + 4.0 * x[SLOPE_HALF, w] + slope) * (1.0 / 6.0)
             change = (m + 4.0 * x[MIDDLE, w] + end) * (1.0 / 6.0) - m
+            x[CHANGE, w], x[STEP, w] = change, end - m
             far = 1.0 / max(m, 3.0 * np.sqrt(p), 1e-300)
             bend = bent * p * slope * (slope / max(end, 1e-300) - far)
             bend_half = bent * p * x[SLOPE_HALF, w] * (x[SLOPE_HALF, w] / max(x[MIDDLE, w], 1e-300) - far)
@@ -276,8 +284,10 @@ def _observe(x, y, s2, n, dt, departs):  # type: ignore[no-untyped-def]
         push, weight_h, keep = hold * x[PUSH, w], hold * x[WEIGHT_H, w], x[KEEP, w]
         at_d = weight * p + weight_h * x[P_H, w]
         at_h = weight * x[P_H, w] + weight_h * x[P_HH, w]
+        rough = ROUGH * ROUGH * x[DEPARTURE2, w] * x[STEP, w] * x[STEP, w]
         s = weight * at_d + weight_h * at_h + x[Q2, w] * x[Q_MEAN, w] + hold * hold * x[MM, w] + x[R2, w] * s2
-        cross = slope * at_d + push * at_h + x[Q2, w] * x[Q_CROSS, w] + hold * hold * x[DM, w]
+        s += 0.25 * rough
+        cross = slope * at_d + push * at_h + x[Q2, w] * x[Q_CROSS, w] + hold * hold * x[DM, w] + 0.5 * rough
         cross_h = keep * at_h + hold * x[HM, w]
         gain, gain_h = cross / s, cross_h / s
         at_once, by_end = hold * x[REST, w], hold * (1.0 - x[DECAY, w])
@@ -287,7 +297,7 @@ def _observe(x, y, s2, n, dt, departs):  # type: ignore[no-untyped-def]
         x[H, w] = keep * x[H, w] + gain_h * v
         mixed = slope * x[P_H, w] + push * x[P_HH, w]
         x[P, w] = slope * (slope * p + push * x[P_H, w]) + push * mixed - gain * cross
-        x[P, w] += x[Q2, w] * x[Q_END, w] + hold * hold * x[DD, w]
+        x[P, w] += x[Q2, w] * x[Q_END, w] + hold * hold * x[DD, w] + rough
         x[P_H, w] = keep * mixed + hold * x[DH, w] - gain * cross_h
         x[P_HH, w] = keep * keep * x[P_HH, w] + x[HH, w] - gain_h * cross_h
         # The set-point: how it is felt in the mean, and where it is by the end.
@@ -295,7 +305,7 @@ def _observe(x, y, s2, n, dt, departs):  # type: ignore[no-untyped-def]
         x[C_D, w] = slope * x[C_D, w] + push * x[C_H, w] + by_end - gain * x[FELT, w]
         x[C_H, w] = keep * x[C_H, w] - gain_h * x[FELT, w]
         x[V, w], x[S, w], x[GAIN, w], x[GAIN_H, w] = v, s, gain, gain_h
-        x[WEIGHT, w], x[CHANGE, w], x[STEP, w] = weight, change, end - m
+        x[WEIGHT, w] = weight
     if departs:
         _learn(x)
         return

@@ -18,10 +18,11 @@ from numba import njit
 from scruton.arrays import FloatArray
 
 # Knots of the walk, as ratios of the amplitude to a*: below it, and above.
-GROWTH, DECAY = (1.0, 0.74, 0.43, 0.15), (1.0, 1.35, 2.3)
+GROWTH, DECAY = (1.0, 0.7, 0.35, 0.1), (1.0, 1.35, 2.3)
 COLUMNS = len(GROWTH) + len(DECAY) - 2
 STATIC = 1 + COLUMNS  # with the set-point of the record
-_LEAST, _LARGEST = 0.05, 20.0  # of 1 + g
+ROUGH = 0.15  # of s: sd of the departure about its ramps, which the filters take for noise of each cycle's own
+_LEAST, _LARGEST = 0.02, 20.0  # of 1 + g
 
 
 @njit(cache=True, inline="always")

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from scruton.dynamics.departure import STATIC, factor_at, faded, place_of, ramp
+from scruton.dynamics.departure import ROUGH, STATIC, factor_at, faded, place_of, ramp
 from scruton.dynamics.equation import flow_above_floor
 from scruton.dynamics.moments import (
     gust_covariance,
@@ -82,14 +82,15 @@ def step_filter(  # type: ignore[no-untyped-def]
             p_c[i, i] = departure[w] * departure[w]
         m, p, h, p_h, p_hh = m0, p0, 0.0, 0.0, g2
         moments = gust_moments(lam[w], fade[w], 1.0)
-        dt = -1.0
+        dt, moving = -1.0, 0.0
         for k in range(y.size):
             noise = r[w] * se[k]
             r2 = noise * noise
             if period[k] != dt:
                 dt = period[k]
                 moments = gust_moments(lam[w], fade[w], dt)
-            if gap[k] < 0.0:
+            first = gap[k] < 0.0
+            if first:
                 m, p, h, p_h, p_hh = m0, p0, 0.0, 0.0, g2
                 c_d[:], c_h[:], theta[0] = 0.0, 0.0, 0.0
                 p_c[0, :], p_c[:, 0] = 0.0, 0.0
@@ -99,19 +100,23 @@ def step_filter(  # type: ignore[no-untyped-def]
                     innovation[k, w] = y[k] - m0
                     variance[k, w] = p0 + r2
                     gain = p0 / (p0 + r2)
-                    m = m0 + gain * (y[k] - m0)
+                    m = seen = m0 + gain * (y[k] - m0)
                     here = lam[w] * factor_at(m, a_star[w], theta)
                     carried(c_d, c_h, m, a_star[w], lam[w], here, fade[w], n[w], 0.5 * dt, theta)
                     m, p, h, p_h, p_hh = advance(
                         m, gain * r2, h, p_h, p_hh, a_star[w], lam[w], here, q2, g2, fade[w], n[w], 0.5 * dt
                     )
+                    moving = 2.0 * (m - seen)
                     continue
             elif gap[k] > 0.0:
                 here = lam[w] * factor_at(m, a_star[w], theta)
                 moved = carried(c_d, c_h, m, a_star[w], lam[w], here, fade[w], n[w], gap[k], theta)
                 m, p, h, p_h, p_hh = advance(m, p, h, p_h, p_hh, a_star[w], lam[w], here, q2, g2, fade[w], n[w], gap[k])
                 m += moved
-            place, excess = place_of(m, a_star[w]), factor_at(m, a_star[w], theta) - 1.0
+                moving = 0.0
+            # The departure is that of the middle of the cycle.
+            at = y[k] if first else m + 0.5 * moving
+            place, excess = place_of(at, a_star[w]), factor_at(at, a_star[w], theta) - 1.0
             decay_middle = np.exp(-0.5 * lam[w] * dt)
             decay = decay_middle * decay_middle
             more = faded(lam[w] * excess, 0.5 * dt)
@@ -125,6 +130,8 @@ def step_filter(  # type: ignore[no-untyped-def]
             if n[w] == -1.0:
                 weight = (1.0 - decay) / (lam[w] * (1.0 + excess) * dt)
                 average = a_star[w] + weight * (m - a_star[w])
+                start = a_star[w] + (y[k] - a_star[w]) / weight if first else m
+                change, moving = (weight - 1.0) * (start - a_star[w]), (decay - 1.0) * (start - a_star[w])
                 e, c, z = noise_moments(lam[w] * (1.0 + excess), dt)
                 drift = bend = bend_middle = 0.0
             else:
@@ -136,17 +143,19 @@ def step_filter(  # type: ignore[no-untyped-def]
                 average = (m + 4.0 * middle + end) / 6.0
                 weight = (1.0 + 4.0 * phi_middle + phi) / 6.0
                 e, c, z = moments_along(phi, dt)
+                change, moving = average - m, end - m
             at_d = weight * p + weight_h * p_h
             at_h = weight * p_h + weight_h * p_hh
-            s = weight * at_d + weight_h * at_h + q2 * z + g2 * hold * hold * mm + r2
-            cross = phi * at_d + push * at_h + q2 * c + g2 * hold * hold * dm
+            rough = (ROUGH * departure[w] * moving) ** 2
+            s = weight * at_d + weight_h * at_h + q2 * z + g2 * hold * hold * mm + r2 + 0.25 * rough
+            cross = phi * at_d + push * at_h + q2 * c + g2 * hold * hold * dm + 0.5 * rough
             cross_h = keep * at_h + g2 * hold * hm
             gain, gain_h = cross / s, cross_h / s
             at_once = hold * (1.0 - mean_weight(lam[w], dt))
             v = y[k] - average - (4.0 * bend_middle + bend) / 6.0 - 0.5 * drift - weight_h * h - at_once * theta[0]
             total = s
             for i in range(STATIC):
-                direct = at_once if i == 0 else ramp(place, i - 1) * (average - m) / (1.0 + excess)
+                direct = at_once if i == 0 else ramp(place, i - 1) * change / (1.0 + excess)
                 felt[i] = weight * c_d[i] + weight_h * c_h[i] + direct
             for i in range(STATIC):
                 p_felt[i] = 0.0
@@ -156,7 +165,7 @@ def step_filter(  # type: ignore[no-untyped-def]
             step = end + push * h + hold * set_point * theta[0] + drift + bend + gain * v
             h = keep * h + gain_h * v
             for i in range(STATIC):
-                direct = hold * set_point if i == 0 else ramp(place, i - 1) * (end - m) / (1.0 + excess)
+                direct = hold * set_point if i == 0 else ramp(place, i - 1) * moving / (1.0 + excess)
                 c_d[i] = phi * c_d[i] + push * c_h[i] + direct - gain * felt[i]
                 c_h[i] = keep * c_h[i] - gain_h * felt[i]
                 learned = p_felt[i] * v / total
@@ -167,7 +176,7 @@ def step_filter(  # type: ignore[no-untyped-def]
                     p_c[i, j] -= p_felt[i] * p_felt[j] / total
             m = step
             mixed = phi * p_h + push * p_hh
-            p = phi * (phi * p + push * p_h) + push * mixed + q2 * e + g2 * hold * hold * dd - gain * cross
+            p = phi * (phi * p + push * p_h) + push * mixed + q2 * e + g2 * hold * hold * dd + rough - gain * cross
             p_h = keep * mixed + g2 * hold * dh - gain * cross_h
             p_hh = keep * keep * p_hh + g2 * hh - gain_h * cross_h
             innovation[k, w] = v

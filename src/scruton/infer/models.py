@@ -21,6 +21,7 @@ from scruton.dynamics.likelihood import Wind, innovations, log_likelihood, point
 from scruton.dynamics.moments import noise_moments
 from scruton.dynamics.step_filter import advance
 from scruton.dynamics.trial_filter import trial_amplitudes, trial_log_likelihood
+from scruton.infer.thresholds import MOST_GUSTS, MOST_SET_POINT
 from scruton.stats.posterior import Coordinates, Posterior
 from scruton.stats.priors import Prior
 
@@ -30,6 +31,8 @@ TRIAL_GUESSES = 64  # prior draws looked at for each guess: with 16, 3 searches 
 NOISE = (
     "amplitude_scatter", "noise_factor", "gust_scatter", "gust_time", "set_point_scatter", "departure_scale",
 )  # fmt: skip
+# What is more than this is no wind of a tunnel, but something that the model lacks.
+_MOST = {"gust_scatter": MOST_GUSTS, "set_point_scatter": MOST_SET_POINT, "departure_scale": np.inf}
 WIND = ("stable_amplitude", "relaxation_ratio", *NOISE, "damping_ratio")
 
 
@@ -95,8 +98,7 @@ class WindPosterior(Posterior):
         # Stationary sd of an Ornstein-Uhlenbeck process: q / sqrt(2 lambda).
         q = np.exp(log["amplitude_scatter"]) * a_star * np.sqrt(2.0 * lam)
         gust, set_point, departure = (
-            np.exp(log[name] if name in self.names else none)
-            for name in ("gust_scatter", "set_point_scatter", "departure_scale")
+            np.minimum(np.exp(log[name] if name in self.names else none), most) for name, most in _MOST.items()
         )
         rate = lam * np.exp(-log["gust_time"]) if "gust_time" in self.names else lam
         return a_star, lam, q, np.exp(log["noise_factor"]), Wind(gust * a_star, rate, set_point * a_star, departure)

@@ -23,6 +23,9 @@ DEPARTS = 0.1  # over the drift
 FAVOURED = log(20.0)  # in log evidence
 # A law this far below the best by Laplace's approximation, which is good to one or two, is not sampled.
 HOPELESS = 15.0  # in log evidence
+# Gusts of a tunnel are no larger, nor is its wind set worse: a larger one acts as this.
+MOST_GUSTS, MOST_SET_POINT = 0.06, 0.03  # sd over the stable amplitude
+
 # What the laws share by their prior weights, whatever the records say, where they come from one setting or where their
 # innovations are not white: transients of one setting do not tell what the curve does elsewhere.
 LAWS_FLOOR = 0.1  # of the weight

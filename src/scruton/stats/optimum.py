@@ -13,6 +13,7 @@ class ImpossibleError(ValueError):
     """No point of the prior has a finite likelihood."""
 
 
+STEEPEST = 1e4  # curvature, where half a nat is lost in one step of a coordinate
 STEP = 1e-4  # of the finite differences, in units of the search's own scale
 
 
@@ -96,8 +97,8 @@ def _laplace(posterior: Posterior, u: FloatArray, scale: FloatArray) -> tuple[Fl
             if i == j:
                 gradient[i] = 0.5 * (pp - mm)
         curvature, axes = np.linalg.eigh(-hessian)
-        # No direction is wider than the prior.
-        curvature = np.clip(curvature, np.square(axes.T * (step / scale)).sum(axis=1), None)
+        # No direction is wider than the prior, none far steeper than the steps along the coordinates found.
+        curvature = np.clip(curvature, np.square(axes.T * (step / scale)).sum(axis=1), STEEPEST)
         inverse = (axes / curvature) @ axes.T
         covariance = inverse * np.outer(step, step)
         trial = u + inverse @ gradient * step
