@@ -132,7 +132,7 @@ VERBS = (
     )),
     Verb(
         "criticise", "checks of a fit: predictive, innovations, priors, identifiability, influence", "criticise:run",
-        (RESULTS, out("folder for the criticism (default: RESULTS/criticism)"), force("the criticism that lies")),
+        (RESULTS, out("folder for the criticism (default: RESULTS/criticism)"), SC, force("the criticism that lies")),
     ),
     Verb(
         "validate", "predict every rig from the others and from each single one", "campaigns:validate",

@@ -221,7 +221,14 @@ class CampaignPosterior(Posterior):
 
     def log_likelihood(self, u: FloatArray) -> FloatArray:
         """Sum of the tests' log likelihoods, (W,)."""
-        s, total = self.settings(u), np.zeros(len(u))
+        total = np.zeros(len(u))
+        for test, v in self.winds(u):
+            total += test.wind.log_likelihood(v)
+        return total
+
+    def winds(self, u: FloatArray) -> Iterator[tuple[PeakTest, FloatArray]]:
+        """Every test with the coordinates of its `wind`, (W, d)."""
+        s = self.settings(u)
         for j, (test, values) in enumerate(self._each(u)):
             v = np.empty((len(u), test.wind.coordinates.size))
             log = test.wind.named(v)
@@ -229,8 +236,7 @@ class CampaignPosterior(Posterior):
                 log[name] = np.log(s["relaxation_ratio"][:, j]) if name == "relaxation_ratio" else values[name]
             if self.exponent:
                 log["law_exponent"] = self.exponents(u)
-            total += test.wind.log_likelihood(v)
-        return total
+            yield test, v
 
     def prior_sample(self, rng: np.random.Generator, size: int) -> tuple[FloatArray, np.ndarray]:
         """Draws of the generative prior and whether each satisfies the constraint; see `Posterior.prior_sample`."""

@@ -113,25 +113,51 @@ class Influence:
         return bool(self.khat <= TRUSTED_KHAT)
 
 
+@dataclass(frozen=True)
+class PredictionSensitivity:
+    """How far one predicted stable amplitude follows what the card says of a parameter.
+
+    Attributes
+    ----------
+    where : str
+        Why it is predicted there.
+    scruton_number : float
+    source : str
+        "tau", "kappa" or "law weights".
+    distance : float
+        Cumulative Jensen-Shannon distance that the predictive draws move per doubling of the power of that prior.
+    median, low, high : float
+        Of the prediction, with its 90 % interval.
+    halved, doubled : (float, float, float)
+        The same where the prior's median (of the laws: the odds of the reference law) is halved and doubled.
+    """
+
+    where: str
+    scruton_number: float
+    source: str
+    distance: float
+    median: float
+    low: float
+    high: float
+    halved: tuple[float, float, float]
+    doubled: tuple[float, float, float]
+
+
 def power_scaling(tree: "xr.DataTree") -> tuple[Scaling, ...]:
-    """Sensitivity of every test's parameters; empty where the fit holds no log prior.
+    """Sensitivity of every test's parameters in the model that predicts; empty where the fit does not hold it.
 
     Notes
     -----
-    The log likelihood of a draw is its log posterior less its log prior: all draws enter, and the steady records too.
+    Priors of the card are scaled together; what joins a test to the curve that all share is the model's, and stays.
     """
-    if "log_prior" not in tree or "sample_stats" not in tree:
+    if "examined" not in tree:
         return ()
-    scalings = []
+    group, scalings = tree["examined"].to_dataset(), []
     for test in _tests(tree):
-        log_prior = _log_prior(tree, test)
-        total = np.sum(list(log_prior.values()), axis=0)
-        still = log_prior.pop("damping_ratio", np.zeros_like(total))
-        like = _flat(tree["sample_stats"]["lp"].sel(test=test)) - total
-        weights = [_weights(log_density) for log_density in (np.sum(list(log_prior.values()), axis=0), still, like)]
-        for name in (parameter for parameter in SCALED if parameter in tree["posterior"].data_vars):
-            draws = _flat(tree["posterior"][name].sel(test=test))
-            prior, damping, likelihood = (sensitivity(draws, pair) for pair in weights)
+        own = group.sel(test=test)
+        weights = [scaled_weights(_flat(own[name])) for name in ("log_prior", "log_still_air", "log_records")]
+        for name in (parameter for parameter in SCALED if parameter in own):
+            prior, damping, likelihood = (sensitivity(_flat(own[name]), pair) for pair in weights)
             scalings.append(Scaling(test, name, prior, damping, likelihood, diagnose(prior, damping, likelihood)))
     return tuple(scalings)
 
@@ -147,7 +173,7 @@ def diagnose(prior: float, still_air: float, likelihood: float) -> str:
     return FINE
 
 
-def _weights(log_density: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+def scaled_weights(log_density: FloatArray) -> tuple[FloatArray, FloatArray] | None:
     """Weights of the draws at the lower and at the upper power; None where the factor is flat, and scaling it idle."""
     from arviz_stats.base import array_stats
 
@@ -181,12 +207,13 @@ def sensitivity(draws: FloatArray, weights: tuple[FloatArray, FloatArray] | None
 
 def identifiability(tree: "xr.DataTree") -> tuple[Moved, ...]:
     """Posterior over prior standard deviation of every parameter of every test; empty without prior draws."""
-    if "prior" not in tree:
+    if "prior" not in tree or "examined" not in tree:
         return ()
-    posterior, prior = tree["posterior"], tree["prior"]
+    posterior, prior = tree["examined"].to_dataset(), tree["prior"]
     rows = []
     for test in _tests(tree):
-        names = [parameter for parameter in (*PRIOR_OF, *FORCES) if parameter in posterior.data_vars]
+        names = [parameter for parameter in (*PRIOR_OF, *FORCES) if parameter in posterior]
+        names = [name for name in names if name in FORCES or PRIOR_OF[name] in prior.data_vars]
         forces = prior_forces(tree, test) if "Y1" in names else {}
         for name in names:
             before = forces[name] if name in FORCES else _flat(prior[PRIOR_OF[name]].sel(test=test))
@@ -225,10 +252,11 @@ def prior_forces(tree: "xr.DataTree", test: str) -> dict[str, FloatArray]:
 
 
 def campaign_identifiability(tree: "xr.DataTree", card: ModelCard) -> tuple[Moved, ...]:
-    """Posterior over prior standard deviation of the shared curve and of the discrepancies, under the reference law."""
-    if "campaign_posterior" not in tree:
+    """Posterior over prior standard deviation of the shared curve and of the discrepancies, in the leading law."""
+    if "campaign_posterior" not in tree or "examined" not in tree:
         return ()
-    group, motion = tree["campaign_posterior"].isel(law=0), Motion(str(tree["constant_data"]["motion"].item()))
+    group = tree["campaign_posterior"].sel(law=tree["examined"].attrs["law"])
+    motion = Motion(str(tree["constant_data"]["motion"].item()))
     return tuple(
         moved("", name, card.prior(prior, motion).scale, float(np.log(_flat(group[name])).std()))
         for name, prior in SHARED_PRIOR.items()
@@ -243,10 +271,10 @@ def influences(tree: "xr.DataTree") -> tuple[Influence, ...]:
     Records of a test are independent given its parameters, so that the weight of a draw is one over the record's joint
     density, the product of the conditional densities of its cycles.  Steady records have one density together.
     """
-    if "log_likelihood" not in tree:
+    if "log_likelihood" not in tree or "examined" not in tree:
         return ()
     pointwise = tree["log_likelihood"]["amplitude"].transpose("chain", "draw", "cycle")
-    constant, posterior = tree["constant_data"], tree["posterior"]
+    constant, posterior = tree["constant_data"], tree["examined"]
     of_test, of_record = (constant[key].to_numpy().astype(str) for key in ("record_test", "record"))
     at = {"chain": pointwise["chain"], "draw": pointwise["draw"]}
     rows: list[Influence] = []
@@ -256,13 +284,9 @@ def influences(tree: "xr.DataTree") -> tuple[Influence, ...]:
             name: pointwise.to_numpy()[..., in_test & (of_record == name)].sum(axis=-1).reshape(-1)
             for name in dict.fromkeys(of_record[in_test].tolist())
         }
-        if densities and "log_prior" in tree and "sample_stats" in tree:
-            # What the likelihood holds beside the cycles.
-            total = _flat(tree["sample_stats"]["lp"].sel(test=test).sel(at))
-            terms = list(_log_prior(tree, test, at).values())
-            steady = total - np.sum(terms, axis=0) - np.sum(list(densities.values()), axis=0)
-            if float(np.ptp(steady)) > 1e-6:
-                densities[STEADY] = steady
+        steady = _flat(tree["log_likelihood"]["steady"].sel(test=test))
+        if densities and float(np.ptp(steady)) > 1e-6:
+            densities[STEADY] = steady
         if len(densities) < 2:
             continue
         draws = {name: np.log(_flat(posterior[name].sel(test=test).sel(at))) for name in ("a_star", "relaxation_rate")}
@@ -290,14 +314,8 @@ def left_out(record: str, log_density: FloatArray, draws: Mapping[str, FloatArra
     return rows
 
 
-def _log_prior(tree: "xr.DataTree", test: str, at: Mapping[str, Any] | None = None) -> dict[str, FloatArray]:
-    """Log prior density of every parameter of a test, by name, at these chains and draws or at all."""
-    terms = tree["log_prior"].to_dataset().sel(test=test).sel(at or {})
-    return {str(name): _flat(terms[name]) for name in terms.data_vars}
-
-
 def _tests(tree: "xr.DataTree") -> Sequence[str]:
-    return [str(name) for name in tree["posterior"]["test"].to_numpy()]
+    return [str(name) for name in tree["examined"]["test"].to_numpy()]
 
 
 def _flat(array: Any) -> FloatArray:

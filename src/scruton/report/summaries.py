@@ -1,6 +1,6 @@
 """What the terminal is told of a fit, of predictions and of a validation, as blocks of a document."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,12 +22,13 @@ def fit_summary(fit: "Fit") -> Iterator[Block]:
     yield paragraph(fit.campaign.title)
     rigs = [(rig["name"], *TERMINAL.spread(rig["parameters"]["damping_ratio"], 100.0)) for rig in fit.summary["rigs"]]
     yield Table("damping", "Structural damping ratio [%]", ("rig", *_SPREAD), rigs)
+    doubt = "" if forces_hold(fit.summary) else " (of the law n=-1, WHICH DOES NOT HOLD HERE)"
     for key, title in {
         "scruton_number": "Sc",
         "a_star": f"stable amplitude [{fit.campaign.section.amplitude_unit}]",
         "relaxation_rate": "lambda [1/s]",
-        "Y1": "Y1",
-        "epsilon": "epsilon",
+        "Y1": f"Y1{doubt}",
+        "epsilon": f"epsilon{doubt}",
     }.items():
         tests = [
             (test["name"], test["rig"], *TERMINAL.spread(test["parameters"][key]))
@@ -51,13 +52,33 @@ def fit_summary(fit: "Fit") -> Iterator[Block]:
         header = ("law", "prior", "log evidence", "weight", "stacking", "")
         yield Table("laws", "Laws of aerodynamic damping; log evidence below the best", header, laws)
     shared = fit.summary["campaign"].get("parameters", {})
+    if shared and fit.card.exponent is not None:
+        yield Table("exponent", "Law of aerodynamic damping", ("", *_SPREAD), [("n", *TERMINAL.spread(shared["n"]))])
+    at_prior = fit.summary["campaign"].get("left_at_prior", ())
     discrepancy = [
-        (name, *TERMINAL.spread(shared[key]))
+        (name, *TERMINAL.spread(shared[key]), "equals its prior" if key in at_prior else "")
         for key, name in (("discrepancy_amplitude", "ln amplitude"), ("discrepancy_relaxation", "ln G"))
         if key in shared
     ]
-    yield Table("discrepancy", "Discrepancy between settings, standard deviation", ("of", *_SPREAD), discrepancy)
+    yield Table("discrepancy", "Discrepancy between settings, standard deviation", ("of", *_SPREAD, ""), discrepancy)
+    if shared:
+        yield paragraph(model_printed(fit.summary))
     yield paragraph(f"Sampling: {'converged' if fit.converged else 'NOT CONVERGED: not to be trusted'}")
+
+
+def forces_hold(summary: Mapping[str, Any]) -> bool:
+    """Whether the law that Y1 and epsilon are parameters of carries weight; so it does where a fit does not say."""
+    return bool(summary["laws"].get("forces_hold", True))
+
+
+def model_printed(summary: Mapping[str, Any]) -> str:
+    """Which model the numbers of the tests are those of."""
+    weights = summary["laws"].get("weights", {})
+    shares = [f"{label} {entry['weight']:.0%}" for label, entry in weights.items() if entry["weight"] > SHARE_SHOWN]
+    peaks = [test["name"] for test in summary["tests"] if test["peak"]]
+    others = len(summary["tests"]) - len(peaks)
+    words = f"Peak tests ({', '.join(peaks)}): the joint posterior that predicts, {', '.join(shares)}."
+    return words + (" Other tests: each by its own records, under the reference law." if others else "")
 
 
 def prediction_summary(predictions: "Sequence[Prediction]", summary: dict[str, Any]) -> list[Block]:
