@@ -41,11 +41,16 @@ def run(arguments: Namespace) -> Outcome:
         wanted = "a fit of at least one test in wind: still air says nothing of the law"
         raise InputError(results, "", "a campaign without tests in wind", wanted)
     fitted = provenance_of(results, summary)
-    settings = {"sc": arguments.sc}
+    design = list(arguments.sc)
+    if arguments.bridge is not None:
+        from scruton.report.parts import scruton_numbers_of
+
+        design += scruton_numbers_of(tree, arguments.bridge)
+    settings = {"sc": design}
     with Run(folder, "criticise", arguments, sha256=fitted, settings=settings, results=(CONTENT, TEXT)) as work:
         criticism = criticise_tree(tree, summary, seed=arguments.seed)
         if "campaign_posterior" in tree:
-            predictions = prediction_sensitivity(tree, points_of(tree, arguments.sc), seed=arguments.seed)
+            predictions = prediction_sensitivity(tree, points_of(tree, design), seed=arguments.seed)
             criticism = replace(criticism, predictions=predictions)
         text = criticism_text(criticism, str(summary["title"]))
         written = [*_tables(criticism, work.new / TABLES), *_figures(tree, criticism, work.new / FIGURES)]

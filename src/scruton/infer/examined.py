@@ -125,7 +125,7 @@ def examined_groups(
 
 def _by_cycle(parts: Sequence[Examined], sampling: Sampling) -> dict[str, xr.Dataset]:
     """Pointwise likelihood, free runs and innovations of every cycle; nothing where no test has any."""
-    steady = np.stack([_log_steady(part) for part in parts], axis=-1)
+    steady, names = np.stack([_log_steady(part) for part in parts], axis=-1), [part.name for part in parts]
     parts = [part for part in parts if part.posterior.data.size]
     if not parts:
         return {}
@@ -141,8 +141,9 @@ def _by_cycle(parts: Sequence[Examined], sampling: Sampling) -> dict[str, xr.Dat
     standardised = np.concatenate([part.posterior.standardised(part.chain) for part in parts])
     amplitude = np.concatenate(pointwise, axis=-1)
     kept = np.arange(amplitude.shape[1]) * POINTWISE_THIN
+    likelihood = {"amplitude": amplitude, "steady": steady}
     return {
-        "log_likelihood": dataset("log_likelihood", {"amplitude": amplitude, "steady": steady}, draw=kept),
+        "log_likelihood": dataset("log_likelihood", likelihood, draw=kept, test=names),
         "posterior_predictive": dataset("posterior_predictive", {"amplitude": replicate, "mean_amplitude": mean}),
         "innovations": dataset("innovations", {"amplitude": standardised}),
         "observed_data": dataset("observed_data", {"amplitude": observed}),

@@ -7,7 +7,7 @@ import numpy as np
 
 from scruton.report.document import Block, Table, paragraph
 from scruton.report.thresholds import SHARE_SHOWN
-from scruton.report.wording import TERMINAL
+from scruton.report.wording import TERMINAL, Notation
 
 if TYPE_CHECKING:
     from scruton.griffin import Prediction
@@ -83,23 +83,50 @@ def model_printed(summary: Mapping[str, Any]) -> str:
 
 def prediction_summary(predictions: "Sequence[Prediction]", summary: dict[str, Any]) -> list[Block]:
     """Stable amplitudes at the design, one row each, and what is to be known of them; `summary` is that of the fit."""
+    entries = [prediction.to_json() for prediction in predictions]
     rows = [
         (
             TERMINAL.number(entry["sc"]), TERMINAL.number(entry["damping_ratio"]), *TERMINAL.spread(entry["amplitude"]),
-            TERMINAL.number(entry["amplitude"]["sd"]), TERMINAL.number(entry["extrapolation_index"], 2),
+            monte_carlo(entry["amplitude"], TERMINAL), TERMINAL.number(entry["amplitude"]["sd"]),
+            TERMINAL.number(entry["extrapolation_index"], 2),
         )
-        for entry in (prediction.to_json() for prediction in predictions)
+        for entry in entries
     ]  # fmt: skip
-    header = ("Sc", "damping ratio", f"amplitude [{summary['amplitude_unit']}]", "90 % interval", "sd", "x")
+    unit = summary["amplitude_unit"]
+    header = ("Sc", "damping ratio", f"amplitude [{unit}]", "90 % interval", "MC errors", "sd", "x")
     shares = [f"{law} {weight:.0%}" for law, weight in predictions[0].laws.items() if weight > SHARE_SHOWN]
     lines = [
         "x: extrapolation index; laws agree for |x| < 0.2 and part beyond 0.3.",
+        "MC errors: Monte Carlo standard errors of the median and of the interval's ends.",
         f"Laws: {', '.join(shares)}. The interval carries the discrepancy between settings.",
-        *(f"! {flag}" for prediction in predictions for flag in prediction.flags),
+        *dict.fromkeys(f"! {flag}" for prediction in predictions for flag in prediction.flags),
     ]
     if not summary["converged"]:
         lines.append("! the fit did not converge: " + "; ".join(summary["flags"]))
-    return [Table("predictions", "", header, rows, "\n".join(lines))]
+    return [Table("predictions", "", header, rows, "\n".join(lines)), stated_discrepancies(predictions, TERMINAL)]
+
+
+def monte_carlo(amplitude: Mapping[str, Any], of: Notation) -> str:
+    """Monte Carlo standard errors of the median and of both ends of the 90 % interval, of an amplitude as in JSON."""
+    errors = amplitude["mcse"]
+    return " ".join(of.number(error, 2) for error in (errors["median"], *errors["interval"]["0.90"]))
+
+
+def stated_discrepancies(predictions: "Sequence[Prediction]", of: Notation) -> Table:
+    """Predictions from one rig where the discrepancy between settings is stated; no row with several rigs."""
+    rows = []
+    for entry in (prediction.to_json() for prediction in predictions):
+        stated = entry.get("at_discrepancy", {})
+        if stated:
+            rows.append((of.number(entry["sc"]), *(cell for at in stated.values() for cell in of.spread(at))))
+    taus = [f"{100.0 * tau:.0f} %" for tau in (predictions[0].at_discrepancy if predictions else ())]
+    return Table(
+        "stated_discrepancies",
+        "One rig says nothing of how far settings lie off one curve: predictions with a discrepancy of "
+        + " and of ".join(taus),
+        ("Sc", *(column for tau in taus for column in (f"median, {tau}", "90 % interval"))),
+        rows,
+    )
 
 
 def validation_summary(title: str, unit: str, folds: "Sequence[Validation]", coverage: dict[str, float]) -> list[Block]:

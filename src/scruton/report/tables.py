@@ -151,6 +151,11 @@ def _prediction(prediction: "Prediction") -> Row:
         "laws": ", ".join(f"{law} {weight:.3g}" for law, weight in prediction.laws.items() if weight > 5e-4),
         "unit": prediction.unit,
         **_summarised(entry["amplitude"]),
+        "median MC error": _finite(entry["amplitude"]["mcse"]["median"]),
+        **{
+            f"{end} MC error": _finite(error)
+            for end, error in zip(("q05", "q95"), entry["amplitude"]["mcse"]["interval"]["0.90"], strict=True)
+        },
         "extrapolation index x": prediction.extrapolation_index,
         "probability of no vibration": prediction.dies,
         "fraction without stable amplitude": prediction.unbounded,

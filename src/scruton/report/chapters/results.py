@@ -7,7 +7,7 @@ from scruton.report.chapters.material import Material
 from scruton.report.document import CAUTION, Block, Callout, Equation, Heading, Table, paragraph
 from scruton.report.equations import AERODYNAMIC, RECIPROCAL
 from scruton.report.maths import row
-from scruton.report.summaries import forces_hold, model_printed
+from scruton.report.summaries import forces_hold, model_printed, monte_carlo, stated_discrepancies
 from scruton.report.tables import unit_of
 from scruton.report.wording import PAGE, PARAMETERS, Notation, estimate, number, percent, stated, unit_text
 
@@ -129,6 +129,7 @@ def predictions_chapter(material: Material) -> Iterator[Block]:
         )
         if cautions := material.cautions():
             yield Callout(CAUTION, "With caution", cautions)
+    yield stated_discrepancies([*material.design] or [*material.at_tests.values()], PAGE)
     if material.tests:
         yield _test_table(material)
     yield sensitivity_table(material.sensitivity, PAGE)
@@ -187,7 +188,8 @@ def design_table(material: Material) -> Table:
         rows.append(
             (
                 stated(prediction.scruton_number), percent(prediction.damping_ratio), *estimate(amplitude),
-                estimate(amplitude, level="0.95")[1], f"{median} ({interval}) {model_unit}",
+                monte_carlo(amplitude, PAGE), estimate(amplitude, level="0.95")[1],
+                f"{median} ({interval}) {model_unit}",
                 number(prediction.extrapolation_index, 2),
             )
         )  # fmt: skip
@@ -195,12 +197,12 @@ def design_table(material: Material) -> Table:
         "design",
         "Predicted stable amplitude at the design Scruton numbers",
         (
-            "Sc", "ξₛ", f"median [{unit}]", f"90 % interval [{unit}]", f"95 % interval [{unit}]",
+            "Sc", "ξₛ", f"median [{unit}]", f"90 % interval [{unit}]", "MC errors", f"95 % interval [{unit}]",
             "at the model's scale, 90 %", "x",
         ),
         rows,
         "x is the extrapolation index from the nearest test: laws of aerodynamic damping agree for |x| < 0.2 and part "
-        "beyond 0.3.",
+        "beyond 0.3. MC errors are the Monte Carlo standard errors of the median and of the ends of the 90 % interval.",
         data="predictions",
     )  # fmt: skip
 
