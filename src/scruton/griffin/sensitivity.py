@@ -11,7 +11,7 @@ from scruton.arrays import FloatArray
 from scruton.griffin.posterior import draws_of, motion_of, peak_names
 from scruton.griffin.predict import predictive_draws
 from scruton.infer.joint import SCALES, law_weights, mixed
-from scruton.infer.sensitivity import PredictionSensitivity, scaled_weights, sensitivity
+from scruton.infer.sensitivity import PredictionSensitivity, beyond_chance, scaled_weights
 from scruton.infer.store import stored_inputs
 from scruton.stats.priors import Prior
 
@@ -60,7 +60,8 @@ def prediction_sensitivity(
     """
     labels, weights = law_weights(tree)
     group = tree["campaign_posterior"].to_dataset()
-    law, draw = mixed(weights, group["n"].isel(law=0).size)
+    draw = np.arange(group["n"].isel(law=0).size)
+    law = mixed(weights, draw.size)
     if "effect" in tree:  # the curve with an effect is the reference law's alone
         law, labels = np.zeros_like(law), labels[:1]
     sc = np.array([number for _, number in points])
@@ -68,7 +69,7 @@ def prediction_sensitivity(
     draws = np.empty((law.size, sc.size))
     for k in used:
         rows = law == k
-        draws[rows] = predictive_draws(_of_law(tree, labels[k]), sc, seed=seed)[draw[rows]]
+        draws[rows] = predictive_draws(_of_law(tree, labels[k]), sc, seed=seed)[rows]
     sources = []
     card = stored_inputs(tree)[1]
     for name, sign in SCALES.items():
@@ -88,7 +89,7 @@ def prediction_sensitivity(
         ceiling = 10.0 * np.nanmax(finite) if np.isfinite(finite).any() else 1.0
         bounded = np.minimum(own, ceiling)
         for source, log_density, moved in sources:
-            distance = sensitivity(bounded, scaled_weights(log_density))
+            distance = beyond_chance(bounded, scaled_weights(log_density))
             halved, doubled = (weighted_band(own, log_weight) for log_weight in moved)
             at = weighted_band(own, np.zeros(len(own)))
             rows.append(PredictionSensitivity(where, number, source, distance, *at, halved, doubled))

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from scruton.arrays import FloatArray
-from scruton.infer.hierarchy import SHARED, CampaignPosterior
+from scruton.infer.hierarchy import SHARED
 from scruton.infer.joint import evenly
 from scruton.infer.models import NOISE, WindPosterior, free_runs
 from scruton.infer.result_schema import SCHEMA, dataset
@@ -68,19 +68,21 @@ def _alone(result: TestResult) -> Examined:
 def _of_law(law: LawResult, names: Sequence[str], shape: tuple[int, ...]) -> dict[str, Examined]:
     """The peak tests in the joint posterior of one law.
 
-    The factors are those of the joint posterior and the same for all: the priors of the card are those of the shared
-    curve and of the noise, and what joins a test to the curve is the model's.
+    The priors of the card are those of the shared curve and of the test's own noise; what joins a test to the curve is
+    the model's.  The records are those of all tests.
     """
     posterior, samples = law.posterior, law.samples
     flat = samples.chain.reshape(-1, samples.chain.shape[-1])
     kept = evenly(len(flat), int(np.prod(shape)))
     u = flat[kept]
     terms = posterior.log_prior_terms(u)
-    card, still_air = (terms[:, columns].sum(axis=1) for columns in _columns(posterior))
+    shared = terms[:, : len(SHARED) + (posterior.exponent is not None)].sum(axis=1)
     records = samples.log_prob.reshape(-1)[kept] - terms.sum(axis=1)
-    factors = {name: factor.reshape(shape) for name, factor in zip(FACTORS, (card, still_air, records), strict=True)}
     found = {}
     for j, (name, (test, v)) in enumerate(zip(names, posterior.winds(u), strict=True)):
+        own = posterior.own_coordinates[j].of(terms)
+        card = shared + np.sum([own[key] for key in NOISE], axis=0)
+        factors = dict(zip(FACTORS, (card, own["damping_ratio"], records), strict=True))
         values = {
             key: column[..., j].reshape(-1)[kept].reshape(shape)
             for key, column in law.derived.items()
@@ -88,23 +90,9 @@ def _of_law(law: LawResult, names: Sequence[str], shape: tuple[int, ...]) -> dic
         }
         if posterior.exponent:
             values["law_exponent"] = law.derived["n"].reshape(-1)[kept].reshape(shape)
-        found[name] = Examined(name, test.wind, v.reshape(*shape, -1), values | factors)
+        values |= {key: factor.reshape(shape) for key, factor in factors.items()}
+        found[name] = Examined(name, test.wind, v.reshape(*shape, -1), values)
     return found
-
-
-def _columns(posterior: CampaignPosterior) -> tuple[list[int], list[int]]:
-    """Columns of the parameters that have a prior of the card, and of the damping ratios."""
-    count = len(SHARED) + (posterior.exponent is not None)
-    card, still_air = list(range(count)), []
-    for test, layout in zip(posterior.tests, posterior.own_coordinates, strict=True):
-        for name in test.parameters:
-            place = layout[name]
-            assert isinstance(place, int)
-            if name in NOISE:
-                card.append(place)
-            elif name == "damping_ratio":
-                still_air.append(place)
-    return card, still_air
 
 
 def examined_groups(

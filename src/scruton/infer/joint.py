@@ -31,15 +31,15 @@ def evenly(total: int, wanted: int) -> IntArray:
     return np.floor((np.arange(wanted) + 0.5) * total / max(wanted, 1)).astype(int)
 
 
-def mixed(weights: FloatArray, size: int) -> tuple[IntArray, IntArray]:
-    """Law and draw of a sample of the laws' mixture, (size,) each, where every law has `size` draws.
+def mixed(weights: FloatArray, size: int) -> IntArray:
+    """Law that each of `size` draws of the laws' mixture is of, (size,): as many of each as its weight says.
 
-    Each law gives as many of its draws as its weight says, to one, evenly spread: nothing is left to chance.
+    Multiples of the golden ratio are spread so evenly that nothing is left to chance: neither how many draws a law
+    gives, to one or two, nor that it gives some of every chain.
     """
     share = np.cumsum(weights) / np.sum(weights)
-    law = np.minimum(np.searchsorted(share, (np.arange(size) + 0.5) / size), len(weights) - 1)
-    counts = np.bincount(law, minlength=len(weights))
-    return law, np.concatenate([evenly(size, int(count)) for count in counts])
+    place = (np.arange(size) + 0.5) * 0.5 * (np.sqrt(5.0) - 1.0) % 1.0
+    return np.asarray(np.minimum(np.searchsorted(share, place, side="right"), len(weights) - 1))
 
 
 def law_weights(tree: "xr.DataTree") -> tuple[list[str], FloatArray]:
@@ -79,13 +79,13 @@ def joint_draws(tree: "xr.DataTree") -> Joint:
     group, constant = tree["campaign_posterior"].to_dataset(), tree["constant_data"]
     _, weights = law_weights(tree)
     size = group["n"].isel(law=0).size
-    law, draw = mixed(weights, size)
+    law, draw = mixed(weights, size), np.arange(size)
     n = group["n"].to_numpy().reshape(len(weights), size)
     paper = np.flatnonzero((n == REFERENCE).all(axis=1))
 
     def of(values: "xr.DataArray", *, reference: bool = False) -> FloatArray:
         rows = values.transpose("law", "chain", "draw").to_numpy().reshape(len(weights), size)
-        return np.asarray(rows[paper[0], draw] if reference else rows[law, draw], dtype=float)
+        return np.asarray(rows[paper[0]] if reference else rows[law, draw], dtype=float)
 
     shared = {str(name): of(values) for name, values in group.data_vars.items() if "peak_test" not in values.dims}
     tests: dict[str, dict[str, FloatArray]] = {}

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 ALPHAS = (0.99, 1.01)
+_ORDERS = 8  # in which weights that have nothing to do with a parameter are tried on it
 CONFLICT, WEAK, STILL_AIR, FINE = "prior-data conflict", "weak likelihood", "from still air", "-"
 STEADY = "(steady records)"
 # Parameters of a test beside the coordinates that have a prior of their own.
@@ -125,7 +126,8 @@ class PredictionSensitivity:
     source : str
         "tau", "kappa" or "law weights".
     distance : float
-        Cumulative Jensen-Shannon distance that the predictive draws move per doubling of the power of that prior.
+        Cumulative Jensen-Shannon distance that the predictive draws move per doubling of the power of that prior,
+        beyond chance.
     median, low, high : float
         Of the prediction, with its 90 % interval.
     halved, doubled : (float, float, float)
@@ -157,13 +159,15 @@ def power_scaling(tree: "xr.DataTree") -> tuple[Scaling, ...]:
         own = group.sel(test=test)
         weights = [scaled_weights(_flat(own[name])) for name in ("log_prior", "log_still_air", "log_records")]
         for name in (parameter for parameter in SCALED if parameter in own):
-            prior, damping, likelihood = (sensitivity(_flat(own[name]), pair) for pair in weights)
-            scalings.append(Scaling(test, name, prior, damping, likelihood, diagnose(prior, damping, likelihood)))
+            draws = _flat(own[name])
+            verdict = diagnose(*(beyond_chance(draws, pair) for pair in weights))
+            prior, still_air, records = (sensitivity(draws, pair) for pair in weights)
+            scalings.append(Scaling(test, name, prior, still_air, records, verdict))
     return tuple(scalings)
 
 
 def diagnose(prior: float, still_air: float, likelihood: float) -> str:
-    """Say what the sensitivities mean, by the threshold 0.05."""
+    """Say what the sensitivities, beyond chance, mean by the threshold 0.05."""
     if not np.isfinite([prior, still_air, likelihood]).all():
         return "cannot be told"
     if prior >= SENSITIVE:
@@ -203,6 +207,13 @@ def sensitivity(draws: FloatArray, weights: tuple[FloatArray, FloatArray] | None
         draws[None], lower[None], upper[None], lower_alpha=ALPHAS[0], upper_alpha=ALPHAS[1], chain_axis=0, draw_axis=1
     )
     return float(value)
+
+
+def beyond_chance(draws: FloatArray, weights: tuple[FloatArray, FloatArray] | None) -> float:
+    """`sensitivity` less, in quadrature, what the same weights give in any other order: so many draws tell no less."""
+    rng = np.random.default_rng(0)
+    chance = [sensitivity(rng.permutation(draws), weights) for _ in range(_ORDERS)]
+    return float(np.sqrt(np.maximum(sensitivity(draws, weights) ** 2 - np.mean(np.square(chance)), 0.0)))
 
 
 def identifiability(tree: "xr.DataTree") -> tuple[Moved, ...]:
