@@ -1,9 +1,14 @@
 """What is printed is what predicts: laws mixed by their weights, and what the records leave at its prior."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import xarray as xr
 
+from scruton.campaign.schema import Motion
+from scruton.infer.cards import load_card
+from scruton.infer.fit import unconstrained
 from scruton.infer.joint import (
     Joint,
     joint_draws,
@@ -120,3 +125,26 @@ def test_the_law_of_y1_holds_where_it_carries_weight(labels, weight, log_evidenc
     assert bool(reference_remark(weights)) == said
     if said:
         assert "does not hold" in reference_remark(weights)
+
+
+def test_a_rate_that_the_rigs_curve_tells_is_not_said_to_rest_on_the_prior() -> None:
+    """Three tests without transients: one whose rate the joint posterior knows, one that it does not, one not in it."""
+    rng, card = np.random.default_rng(4), load_card()
+
+    def of(name: str, size: int = 0) -> SimpleNamespace:
+        return SimpleNamespace(
+            test=SimpleNamespace(name=name), posterior=SimpleNamespace(data=SimpleNamespace(size=size))
+        )
+
+    section = SimpleNamespace(motion=Motion.HEAVING)
+    sampled = SimpleNamespace(
+        card=card,
+        campaign=SimpleNamespace(section=section),
+        tests=[of("told"), of("vague"), of("other"), of("full", 9)],
+    )
+    z = rng.standard_normal(4000)
+    rates = {name: {"relaxation_rate": np.exp(sd * z)} for name, sd in (("told", 0.3), ("vague", 1.0))}
+    (flag,) = unconstrained(sampled, Joint(tests=rates))
+    assert flag.startswith("tests vague, other: no growth or decay record")
+    sampled.tests = sampled.tests[:1]
+    assert unconstrained(sampled, Joint(tests=rates)) == []

@@ -25,7 +25,7 @@ from scruton.griffin.posterior import (
     unit_of,
 )
 from scruton.griffin.thresholds import X_TRUSTED
-from scruton.infer.joint import names_at_prior
+from scruton.infer.joint import SCALES, names_at_prior
 from scruton.stats.convergence import monte_carlo_error
 
 if TYPE_CHECKING:
@@ -221,9 +221,10 @@ def predict(
 
 def prior_speaks(tree: "xr.DataTree") -> tuple[str, ...]:
     """What has to be said where the records leave the discrepancy between settings at its prior; empty otherwise."""
-    if "discrepancy_amplitude" not in names_at_prior(tree):
+    scales = " and of ".join(SCALES[name] for name in names_at_prior(tree))
+    if not scales:
         return ()
-    remark = "the band between settings is the card's prior: the posterior of tau equals it"
+    remark = f"the band between settings is the card's prior: the posterior of {scales} equals it"
     return (f"{remark}, as it always does with one rig" if one_rig(tree) else remark,)
 
 
