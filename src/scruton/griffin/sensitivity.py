@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Point = tuple[str, float]
+LAWS = "law weights"
 _FACTORS = (0.5, 2.0)
 _BAND = (0.5, 0.05, 0.95)
 
@@ -81,7 +82,7 @@ def prediction_sensitivity(
         reference = law == 0
         prior_weight = np.asarray(tree["laws"]["prior_weight"].sel(law=labels).to_numpy(), dtype=float)
         moved = [np.where(reference, np.log(factor), 0.0) for factor in _FACTORS]
-        sources.append(("law weights", np.log(prior_weight[law]), moved))
+        sources.append((LAWS, np.log(prior_weight[law]), moved))
     rows = []
     for j, (where, number) in enumerate(points):
         own = draws[:, j]
@@ -89,7 +90,7 @@ def prediction_sensitivity(
         ceiling = 10.0 * np.nanmax(finite) if np.isfinite(finite).any() else 1.0
         bounded = np.minimum(own, ceiling)
         for source, log_density, moved in sources:
-            distance = beyond_chance(bounded, scaled_weights(log_density))
+            distance = beyond_chance(bounded, scaled_weights(log_density, tail=source != LAWS))
             halved, doubled = (weighted_band(own, log_weight) for log_weight in moved)
             at = weighted_band(own, np.zeros(len(own)))
             rows.append(PredictionSensitivity(where, number, source, distance, *at, halved, doubled))

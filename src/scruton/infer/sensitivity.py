@@ -7,6 +7,7 @@ the weights can be trusted (Vehtari et al., JMLR 25, 2024).
 """
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -177,8 +178,11 @@ def diagnose(prior: float, still_air: float, likelihood: float) -> str:
     return FINE
 
 
-def scaled_weights(log_density: FloatArray) -> tuple[FloatArray, FloatArray] | None:
-    """Weights of the draws at the lower and at the upper power; None where the factor is flat, and scaling it idle."""
+def scaled_weights(log_density: FloatArray, *, tail: bool = True) -> tuple[FloatArray, FloatArray] | None:
+    """Weights of the draws at the lower and at the upper power; None where the factor is flat, and scaling it idle.
+
+    A density of a few values, such as that of laws, has no `tail` to smooth.
+    """
     from arviz_stats.base import array_stats
 
     if not np.isfinite(log_density).all():
@@ -187,10 +191,9 @@ def scaled_weights(log_density: FloatArray) -> tuple[FloatArray, FloatArray] | N
         return None  # a uniform prior has no tail to smooth
     pair = []
     for alpha in ALPHAS:
-        try:
-            log_weights = np.asarray(array_stats.power_scale_lw(log_density, alpha=alpha, axis=-1))
-        except ValueError:  # tails without any spread: unsmoothed weights are as good
-            log_weights = (alpha - 1.0) * log_density
+        log_weights = (alpha - 1.0) * log_density
+        with suppress(ValueError):  # tails without any spread: unsmoothed weights are as good
+            log_weights = np.asarray(array_stats.power_scale_lw(log_density, alpha=alpha)) if tail else log_weights
         weights = np.exp(log_weights - log_weights.max())
         pair.append(weights / weights.sum())
     return pair[0], pair[1]
