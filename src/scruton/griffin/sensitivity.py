@@ -56,8 +56,8 @@ def prediction_sensitivity(
     Notes
     -----
     Draws are reweighted: by the prior density to a power (Kallioinen et al., 2024), and by the density of the prior
-    whose median is halved or doubled over that of the card's.  The odds of the reference law are halved and doubled
-    where there are several.
+    whose median is halved or doubled over that of the card's.  The odds of the law with the most weight are
+    halved and doubled where several have some.
     """
     labels, weights = law_weights(tree)
     group = tree["campaign_posterior"].to_dataset()
@@ -79,20 +79,20 @@ def prediction_sensitivity(
         moved = [_moved(prior, log, factor) for factor in _FACTORS]
         sources.append((sign, prior.log_density(log), moved))
     if used.size > 1:
-        reference = law == 0
+        leading = law == np.argmax(weights)
         prior_weight = np.asarray(tree["laws"]["prior_weight"].sel(law=labels).to_numpy(), dtype=float)
-        moved = [np.where(reference, np.log(factor), 0.0) for factor in _FACTORS]
+        moved = [np.where(leading, np.log(factor), 0.0) for factor in _FACTORS]
         sources.append((LAWS, np.log(prior_weight[law]), moved))
     rows = []
     for j, (where, number) in enumerate(points):
         own = draws[:, j]
         finite = np.where(np.isfinite(own), own, np.nan)
-        ceiling = 10.0 * np.nanmax(finite) if np.isfinite(finite).any() else 1.0
-        bounded = np.minimum(own, ceiling)
+        # no distance is measured to infinity
+        bounded = np.minimum(own, 10.0 * np.nanmax(finite) if np.isfinite(finite).any() else 1.0)
+        at = weighted_band(own, np.zeros(len(own)))
         for source, log_density, moved in sources:
             distance = beyond_chance(bounded, scaled_weights(log_density, tail=source != LAWS))
             halved, doubled = (weighted_band(own, log_weight) for log_weight in moved)
-            at = weighted_band(own, np.zeros(len(own)))
             rows.append(PredictionSensitivity(where, number, source, distance, *at, halved, doubled))
     return tuple(rows)
 

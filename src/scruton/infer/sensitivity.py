@@ -132,7 +132,7 @@ class PredictionSensitivity:
     median, low, high : float
         Of the prediction, with its 90 % interval.
     halved, doubled : (float, float, float)
-        The same where the prior's median (of the laws: the odds of the reference law) is halved and doubled.
+        The same where the prior's median (of the laws: the odds of the leading one) is halved and doubled.
     """
 
     where: str

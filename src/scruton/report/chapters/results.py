@@ -172,8 +172,8 @@ def sensitivity_table(rows: "Sequence[PredictionSensitivity]", of: Notation) -> 
             )
             for row in rows
         ],
-        "Halved and doubled: the median of the card's prior of tau or kappa; the odds of the reference law. By: "
-        "cumulative Jensen-Shannon distance per doubling of the power of that prior; 0.05 and more matters.",
+        "Halved and doubled: the median of the card's prior of tau or kappa; the odds of the law with the most weight. "
+        "By: cumulative Jensen-Shannon distance per doubling of the power of that prior; 0.05 and more matters.",
         (True, False, False, True, True, True, True),
     )  # fmt: skip
 
