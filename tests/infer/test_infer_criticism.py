@@ -236,7 +236,9 @@ def normal_tree(prior_mean: float, prior_sd: float, data_mean: float, data_sd: f
 
     return xr.DataTree.from_dict(
         {
-            "/examined": group({"a_star": np.exp(x), "log_prior": own, "log_still_air": flat, "log_records": like}),
+            "/examined": group(
+                {"a_star": np.exp(x), "lp_prior": own, "lp_noise": flat, "lp_still_air": flat, "lp_records": like}
+            ),
             "/prior": group({"stable_amplitude": np.exp(prior_mean + prior_sd * rng.standard_normal((40, 100)))}),
         }
     )
@@ -265,8 +267,8 @@ def test_power_scaling_is_arviz_s_own() -> None:
         xr.DataTree.from_dict(
             {
                 "/posterior": examined[["a_star"]],
-                "/log_prior": examined[["log_prior"]],
-                "/log_likelihood": examined[["log_records"]],
+                "/log_prior": examined[["lp_prior"]],
+                "/log_likelihood": examined[["lp_records"]],
             }
         ),
         round_to=8,

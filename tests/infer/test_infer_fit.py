@@ -195,7 +195,7 @@ def test_what_is_examined_is_the_joint_posterior_of_the_leading_law(quick):
     for name in ("a_star", "relaxation_rate", "Y1", "damping_ratio"):
         np.testing.assert_allclose(np.sort(examined[name].values.ravel()), np.sort(joint[name].values.ravel()))
     at = quick.tree["log_likelihood"]
-    records = examined["log_records"].sel(chain=at["chain"], draw=at["draw"]).values
+    records = examined["lp_records"].sel(chain=at["chain"], draw=at["draw"]).values
     pointwise = at["amplitude"].sum("cycle").transpose("chain", "draw").values
     steady = at["steady"].isel(test=0).values
     # the joint log posterior less its log prior is the likelihood of all cycles

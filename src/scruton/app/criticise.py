@@ -125,7 +125,7 @@ def _sections(criticism: Criticism) -> list[Table]:
         for row in criticism.prior
     )  # fmt: skip
     scaling = tuple(
-        (*_whose(row, row.prior, row.still_air, row.likelihood), row.diagnosis) for row in criticism.scaling
+        (*_whose(row, row.prior, row.noise, row.still_air, row.likelihood), row.diagnosis) for row in criticism.scaling
     )
     moved = tuple((*_whose(row, row.prior_sd, row.posterior_sd, row.ratio), row.verdict) for row in criticism.moved)
     influence = tuple(
@@ -146,7 +146,7 @@ def _sections(criticism: Criticism) -> list[Table]:
         ),
         Table(
             "", "Sensitivity of the posterior, by power scaling (0.05 and more matters)",
-            ("test", "parameter", "priors", "still air", "records", "diagnosis"), scaling,
+            ("test", "parameter", "priors", "of noise", "still air", "records", "diagnosis"), scaling,
         ),
         Table(
             "", "Posterior over prior standard deviation (of the logarithm where positive)",

@@ -12,14 +12,14 @@ import xarray as xr
 
 from scruton.arrays import FloatArray
 from scruton.infer.hierarchy import SHARED
-from scruton.infer.joint import evenly
+from scruton.infer.joint import SCALES, evenly
 from scruton.infer.models import NOISE, WindPosterior, free_runs
 from scruton.infer.result_schema import SCHEMA, dataset
 from scruton.infer.results import LawResult, PeakResult, TestResult
 from scruton.infer.sampling import Sampling
 
 POINTWISE_THIN = 8  # the pointwise log likelihood is kept for every eighth draw
-FACTORS = ("log_prior", "log_still_air", "log_records")
+FACTORS = ("lp_prior", "lp_noise", "lp_still_air", "lp_records")
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +35,7 @@ class Examined:
         Coordinates of `posterior`, drawn from the model.
     values : mapping
         (C, D) arrays by the names of the tree's group `examined`: every quantity in its own unit, and the logarithms of
-        what the posterior of this test is a product of: priors of the card, the prior of the damping ratio, records.
+        what the posterior of this test is a product of: priors of curve, noise and damping ratio, and records.
     """
 
     name: str
@@ -59,8 +59,9 @@ def examined(tests: Sequence[TestResult], joint: PeakResult) -> list[Examined]:
 def _alone(result: TestResult) -> Examined:
     chain = result.samples.chain
     terms = result.posterior.log_prior_terms(chain.reshape(-1, chain.shape[-1])).reshape(chain.shape)
-    still_air, total = result.posterior.named(terms)["damping_ratio"], terms.sum(axis=-1)
-    factors = (total - still_air, still_air, result.samples.log_prob - total)
+    own, total = result.posterior.named(terms), terms.sum(axis=-1)
+    noise, still_air = np.sum([own[name] for name in NOISE], axis=0), own["damping_ratio"]
+    factors = (total - noise - still_air, noise, still_air, result.samples.log_prob - total)
     values = {**result.derived, **dict(zip(FACTORS, factors, strict=True))}
     return Examined(result.test.name, result.posterior, chain, values)
 
@@ -68,21 +69,23 @@ def _alone(result: TestResult) -> Examined:
 def _of_law(law: LawResult, names: Sequence[str], shape: tuple[int, ...]) -> dict[str, Examined]:
     """The peak tests in the joint posterior of one law.
 
-    The priors of the card are those of the shared curve and of the test's own noise; what joins a test to the curve is
-    the model's.  The records are those of all tests.
+    Priors of the card are those of the shared curve, and those that are meant to speak: of the discrepancies and of the
+    test's own noise.  What joins a test to the curve is the model's.  The records are those of all tests.
     """
     posterior, samples = law.posterior, law.samples
     flat = samples.chain.reshape(-1, samples.chain.shape[-1])
     kept = evenly(len(flat), int(np.prod(shape)))
     u = flat[kept]
     terms = posterior.log_prior_terms(u)
-    shared = terms[:, : len(SHARED) + (posterior.exponent is not None)].sum(axis=1)
+    shared = posterior.named(terms)
+    prior = np.sum([shared[name] for name in (*SHARED[:2], *(["law_exponent"] if posterior.exponent else ()))], axis=0)
+    scales = np.sum([shared[name] for name in SCALES], axis=0)
     records = samples.log_prob.reshape(-1)[kept] - terms.sum(axis=1)
     found = {}
     for j, (name, (test, v)) in enumerate(zip(names, posterior.winds(u), strict=True)):
         own = posterior.own_coordinates[j].of(terms)
-        card = shared + np.sum([own[key] for key in NOISE], axis=0)
-        factors = dict(zip(FACTORS, (card, own["damping_ratio"], records), strict=True))
+        noise = scales + np.sum([own[key] for key in NOISE], axis=0)
+        factors = dict(zip(FACTORS, (prior, noise, own["damping_ratio"], records), strict=True))
         values = {
             key: column[..., j].reshape(-1)[kept].reshape(shape)
             for key, column in law.derived.items()

@@ -84,9 +84,10 @@ SCHEMA: Mapping[str, tuple[Variable, ...]] = {
         # other tests their own.
         *_of_test(_DRAWS_OF_TEST, forces_may_lack=True),
         Variable("law_exponent", _DRAWS_OF_TEST, "f", "-", "n, where it is free", optional=True),
-        Variable("log_prior", _DRAWS_OF_TEST, "f", "-", "log density of the priors of the card"),
-        Variable("log_still_air", _DRAWS_OF_TEST, "f", "-", "log density of what still air says of xi_s"),
-        Variable("log_records", _DRAWS_OF_TEST, "f", "-", "log likelihood of the records in wind, up to a constant"),
+        Variable("lp_prior", _DRAWS_OF_TEST, "f", "-", "log density of the priors of amplitude, relaxation and n"),
+        Variable("lp_noise", _DRAWS_OF_TEST, "f", "-", "log density of the priors of noise and discrepancies"),
+        Variable("lp_still_air", _DRAWS_OF_TEST, "f", "-", "log density of what still air says of xi_s"),
+        Variable("lp_records", _DRAWS_OF_TEST, "f", "-", "log likelihood of the records in wind, up to a constant"),
     ),
     "sample_stats": (Variable("lp", _DRAWS_OF_TEST, "f", "-", "log posterior up to a constant"),),
     "log_prior": _parameters(_DRAWS_OF_TEST, "log prior density of the sampled coordinate"),

@@ -48,9 +48,12 @@ class Scaling:
     ----------
     test, parameter : str
     prior, still_air, likelihood : float
-        Sensitivity to the card's priors together, to the prior of the damping ratio, which is what the records in
-        still air say, and to the records in wind.  NaN where the fit does not hold what it takes.
+        Sensitivity to the card's priors of amplitude, relaxation and n together, to the prior of the damping ratio,
+        which is what the records in still air say, and to the records in wind.  NaN where the fit does not hold what it
+        takes.
     diagnosis : str
+    noise : float
+        Sensitivity to the priors that are meant to speak, of noise and discrepancies: shown, and no doubt.
     """
 
     test: str
@@ -59,6 +62,7 @@ class Scaling:
     still_air: float
     likelihood: float
     diagnosis: str
+    noise: float = float("nan")
 
 
 @dataclass(frozen=True)
@@ -151,19 +155,21 @@ def power_scaling(tree: "xr.DataTree") -> tuple[Scaling, ...]:
 
     Notes
     -----
-    Priors of the card are scaled together; what joins a test to the curve that all share is the model's, and stays.
+    Priors of amplitude, relaxation and exponent are scaled together, and those of noise and discrepancies, whose part
+    it is to say how wide a posterior is.  What joins a test to the curve that all share is the model's, and stays.
     """
     if "examined" not in tree:
         return ()
     group, scalings = tree["examined"].to_dataset(), []
     for test in _tests(tree):
         own = group.sel(test=test)
-        weights = [scaled_weights(_flat(own[name])) for name in ("log_prior", "log_still_air", "log_records")]
+        weights = [scaled_weights(_flat(own[name])) for name in ("lp_prior", "lp_still_air", "lp_records")]
+        meant = scaled_weights(_flat(own["lp_noise"]))
         for name in (parameter for parameter in SCALED if parameter in own):
             draws = _flat(own[name])
             verdict = diagnose(*(beyond_chance(draws, pair) for pair in weights))
             prior, still_air, records = (sensitivity(draws, pair) for pair in weights)
-            scalings.append(Scaling(test, name, prior, still_air, records, verdict))
+            scalings.append(Scaling(test, name, prior, still_air, records, verdict, sensitivity(draws, meant)))
     return tuple(scalings)
 
 
