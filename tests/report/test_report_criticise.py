@@ -151,7 +151,7 @@ def several(tree: xr.DataTree, count: int) -> xr.DataTree:
         group = tree[name].to_dataset()
         found[name] = xr.concat([group.assign_coords(test=[one]) for one in names], dim="test")
     likelihood = tree["log_likelihood"].to_dataset()
-    pointwise, steady = likelihood[["amplitude"]].drop_vars("test"), likelihood[["steady"]]
+    pointwise, steady = likelihood[["amplitude"]], likelihood[["steady"]]
     found["log_likelihood"] = xr.merge(
         [
             xr.concat([pointwise] * count, dim="cycle"),
