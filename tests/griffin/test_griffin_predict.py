@@ -311,7 +311,9 @@ def test_json_is_what_scripts_read(motion: str, unit: str) -> None:
     content = json.loads(json.dumps(predict(tree, scruton_number=8).to_json()))
     assert list(content)[:3] == ["sc", "damping_ratio", "amplitude"]
     amplitude = content["amplitude"]
-    assert list(amplitude) == ["unit", "median", "mean", "sd", "interval"]
+    assert list(amplitude) == ["unit", "median", "mean", "sd", "interval", "mcse"]
+    assert list(amplitude["mcse"]["interval"]) == list(amplitude["interval"])
+    assert 0.0 < amplitude["mcse"]["median"] < min(amplitude["mcse"]["interval"]["0.95"])
     assert amplitude["unit"] == unit
     assert list(amplitude["interval"]) == ["0.50", "0.90", "0.95"]
     lows, highs = zip(*amplitude["interval"].values(), strict=True)

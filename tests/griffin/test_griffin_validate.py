@@ -12,7 +12,7 @@ from test_griffin_predict import campaign_tree
 from scruton.campaign import load_campaign, tests_used
 from scruton.errors import InputError
 from scruton.griffin import Prediction, predict
-from scruton.griffin.validate import Validation, validate
+from scruton.griffin.validate import Validation, fits_needed, validate
 from scruton.infer.cards import load_card
 from scruton.infer.fit import fit_campaign
 from scruton.stats.convergence import SamplerSettings
@@ -133,6 +133,26 @@ def test_each_test_is_predicted_from_the_others_and_from_each_of_them(three_rigs
     assert [fraction for _, fraction in told] == sorted(fraction for _, fraction in told)
     assert told[0] == ("all tests", 0.0)
     assert told[1][0] == "T0 from T1, T2"
+
+
+@pytest.mark.parametrize("singles", [True, False])
+@pytest.mark.parametrize("names", [(), ("T1",), ("T0", "T2")])
+def test_only_the_tests_named_are_predicted_with_as_many_fits_as_were_said(
+    three_rigs, fits: Fits, names: tuple[str, ...], singles: bool
+) -> None:
+    found = validate(three_rigs, load_card(), tests=names, singles=singles)
+    assert {one.test for one in found} == set(names or ("T0", "T1", "T2"))
+    assert {len(one.source) for one in found} == ({1, 2} if singles else {2})
+    assert len(fits.calls) == fits_needed(three_rigs, names, singles=singles)
+    expected = {(): 7, ("T1",): 4, ("T0", "T2"): 6} if singles else {(): 4, ("T1",): 2, ("T0", "T2"): 3}
+    assert len(fits.calls) == expected[names]
+
+
+@pytest.mark.usefixtures("fits")
+def test_a_test_at_another_wind_speed_is_not_predicted(three_rigs) -> None:
+    marked = [replace(test, peak=test.name != "T9") for test in three_rigs.tests]
+    with pytest.raises(InputError, match='tests: found "T9" at another wind speed; wanted the peak test of a rig'):
+        validate(replace(three_rigs, tests=tuple(marked)), load_card(), tests=("T9",))
 
 
 @pytest.mark.usefixtures("fits")

@@ -12,6 +12,7 @@ from scruton.cli import main
 from scruton.griffin import predict
 from scruton.infer.cards import load_card
 from scruton.infer.fit import fit_campaign
+from scruton.infer.joint import joint_draws, names_at_prior
 from scruton.infer.models import WIND
 from scruton.infer.store import read_tree, write_fit
 
@@ -67,8 +68,8 @@ def test_truth_lies_in_the_bands(small_results):
 def test_groups_of_the_tree(tree):
     assert set(tree.children) == {
         "posterior", "rig_posterior", "trial_function", "posterior_predictive", "prior", "log_likelihood",
-        "log_prior", "sample_stats", "observed_data", "constant_data", "campaign_posterior", "laws", "innovations",
-        "convergence", "inputs",
+        "log_prior", "sample_stats", "examined", "observed_data", "constant_data", "campaign_posterior", "laws",
+        "innovations", "convergence", "inputs",
     }  # fmt: skip
     provenance = json.loads(tree.attrs["provenance"])
     assert set(provenance["sha256"]) == {"campaign.toml", "still.csv", "decay.csv", "growth.csv"}
@@ -159,11 +160,14 @@ def test_the_summary_has_laws_and_the_shared_curve(small_results, tree):
     curve = summary["campaign"]
     assert curve["reference_scruton_number"] == tree["campaign_posterior"].attrs["reference_scruton_number"]
     assert set(curve["parameters"]) == SHARED
-    found = float(tree["campaign_posterior"]["reference_amplitude"].isel(law=0).median())
-    assert curve["parameters"]["reference_amplitude"]["median"] == found
+    joint = joint_draws(tree)
+    assert curve["parameters"]["reference_amplitude"]["median"] == np.median(joint.shared["reference_amplitude"])
     assert [one["name"] for one in curve["tests"]] == ["Sc 21.7"]
     own = curve["tests"][0]["parameters"]
-    assert set(own) == OF_TESTS
+    assert set(own) == OF_TESTS | {"relaxation_scruton_number"}
+    assert summary["tests"][0]["parameters"] == own
+    assert own["a_star"]["median"] == np.median(joint.tests["Sc 21.7"]["a_star"])
+    assert summary["tests"][0]["alone"]["a_star"]["median"] == float(tree["posterior"]["a_star"].median())
     draws = tree["campaign_posterior"]["Y1"].isel(law=0, peak_test=0)
     assert own["Y1"]["median"] == float(draws.median())
 
@@ -175,6 +179,27 @@ def test_one_rig_leaves_the_discrepancies_to_their_priors(tree):
         log = np.log(group[name].values)
         assert np.mean(log) == pytest.approx(np.log(prior.first), abs=0.15 * prior.second)
         assert np.std(log) == pytest.approx(prior.second, rel=0.15)
+    assert names_at_prior(tree) == ("discrepancy_amplitude", "discrepancy_relaxation")
+
+
+def test_one_rig_says_that_the_band_between_settings_is_the_prior(small_results):
+    summary = json.loads((small_results / "fit.json").read_text(encoding="utf-8"))
+    assert summary["campaign"]["left_at_prior"] == ["discrepancy_amplitude", "discrepancy_relaxation"]
+    assert any("equals the card's prior" in flag and "one rig" in flag for flag in summary["flags"])
+
+
+def test_what_is_examined_is_the_joint_posterior_of_the_leading_law(quick):
+    """One law, one test: its draws, its likelihood, its innovations."""
+    examined, joint = quick.tree["examined"].isel(test=0), quick.tree["campaign_posterior"].isel(law=0, peak_test=0)
+    assert examined.attrs["law"] == "n=-1"
+    for name in ("a_star", "relaxation_rate", "Y1", "damping_ratio"):
+        np.testing.assert_allclose(np.sort(examined[name].values.ravel()), np.sort(joint[name].values.ravel()))
+    at = quick.tree["log_likelihood"]
+    records = examined["lp_records"].sel(chain=at["chain"], draw=at["draw"]).values
+    pointwise = at["amplitude"].sum("cycle").transpose("chain", "draw").values
+    steady = at["steady"].isel(test=0).values
+    # the joint log posterior less its log prior is the likelihood of all cycles
+    np.testing.assert_allclose(records - pointwise - steady, np.median(records - pointwise), atol=1e-5)
 
 
 def test_innovations_are_kept_and_white(tree):
@@ -197,7 +222,7 @@ def test_same_seed_same_bytes_other_seed_other(small_campaign, quick, quick_card
 
 def test_what_predictions_do_not_need_can_be_left_out_without_changing_the_rest(small_campaign, quick, quick_card):
     brief = fit_campaign(load_campaign(small_campaign), load_card(quick_card()), seed=0, thorough=False)
-    left_out = {"trial_function", "posterior_predictive", "log_likelihood", "innovations", "observed_data"}
+    left_out = {"trial_function", "examined", "posterior_predictive", "log_likelihood", "innovations", "observed_data"}
     assert set(quick.tree.children) - set(brief.tree.children) == left_out
     for name in ("posterior", "campaign_posterior", "rig_posterior"):
         assert brief.tree[name].identical(quick.tree[name]), name
@@ -210,6 +235,7 @@ def test_one_law_is_not_weighed(quick):
     assert quick.card.laws == (-1.0,)
     assert quick.summary["laws"] == {
         "flag": False,
+        "forces_hold": True,
         "weights": {
             "n=-1": {
                 "prior": 1.0, "weight": 1.0, "stacking": 1.0, "log_evidence": None, "log_evidence_error": None,
@@ -329,8 +355,12 @@ def test_the_cylinder(shared_data, quick_card):
     assert list(joint["peak_test"].values) == list(peaks)
     for name, amplitude in CYLINDER_PEAKS.items():
         assert peaks[name]["a_star"]["median"] == pytest.approx(amplitude, rel=0.03)
-        rate = peaks[name]["relaxation_rate"]["interval"]["0.90"]
-        assert rate[1] / rate[0] > 5, "lock-in records alone do not tell the rate, and the band says so"
+        rate, alone = (
+            one["relaxation_rate"]["interval"]["0.90"]
+            for one in (peaks[name], next(one["alone"] for one in fit.summary["tests"] if one["name"] == name))
+        )
+        assert alone[1] / alone[0] > 5, "lock-in records alone do not tell the rate, and the band says so"
+        assert rate[1] / rate[0] < alone[1] / alone[0], "the curve that the rigs share does"
         assert float(joint["a_star"].sel(peak_test=name).median()) == pytest.approx(amplitude, rel=0.03)
     assert any("no growth or decay record" in flag for flag in fit.flags)
     assert sum("lock-in fluctuations are not used" in flag for flag in fit.flags) == 5

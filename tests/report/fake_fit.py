@@ -17,6 +17,7 @@ from scruton.campaign.schema import Campaign, Kind, Motion, Quantity, Record, Ri
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.envelope import Cycles, front_end, ring_down
 from scruton.infer.cards import ModelCard, load_card
+from scruton.infer.joint import joint_draws
 from scruton.infer.models import NOISE
 from scruton.infer.result_schema import SCHEMA, dataset, faults
 from scruton.infer.results import Fit
@@ -338,11 +339,15 @@ def summary_of(campaign: Campaign, groups: dict[str, xr.Dataset], law_n: float) 
         rows.extend({"posterior": posterior, "parameter": key} | QUALITY | rest for key in found)
         return {"name": name, "parameters": found}
 
-    joint = groups["campaign_posterior"]
-    under = joint.isel(law=0)
-    under = under[[name for name, one in under.items() if np.isfinite(one).all()]]
-    shared = under.drop_dims("peak_test")
-    own = under.drop_vars(list(shared))
+    joint = joint_draws(xr.DataTree.from_dict({f"/{name}": group for name, group in groups.items()}))
+    peaks = {name: parameters(draws) for name, draws in joint.tests.items()}
+
+    def of_test(test: Test) -> dict[str, Any]:
+        own = sampled("posterior", test.name, f"test {test.name}", test=test.name)
+        if test.name not in peaks:
+            return own
+        return own | {"parameters": peaks[test.name], "alone": own["parameters"]}
+
     keys = {"prior_weight": "prior", "weight": "weight", "stacking_weight": "stacking", "log_evidence": "log_evidence",
             "log_evidence_error": "log_evidence_error"}  # fmt: skip
     weights = {
@@ -354,17 +359,15 @@ def summary_of(campaign: Campaign, groups: dict[str, xr.Dataset], law_n: float) 
     summary = {
         "format": 1, "title": campaign.title, "converged": True, "flags": [], "law_n": law_n,
         "amplitude_unit": section.amplitude_unit,
-        "laws": {"flag": False, "weights": weights},
+        "laws": {"flag": False, "forces_hold": law_n == -1.0, "weights": weights},
         "campaign": {
-            "reference_scruton_number": joint.attrs["reference_scruton_number"],
-            "parameters": entries(shared),
-            "tests": [
-                {"name": str(name), "parameters": entries(own.sel(peak_test=name))}
-                for name in joint["peak_test"].to_numpy()
-            ],
+            "reference_scruton_number": groups["campaign_posterior"].attrs["reference_scruton_number"],
+            "parameters": parameters(joint.shared),
+            "left_at_prior": [],
+            "tests": [{"name": name, "parameters": found} for name, found in peaks.items()],
         },
         "tests": [
-            sampled("posterior", test.name, f"test {test.name}", test=test.name)
+            of_test(test)
             | {"rig": test.rig, "peak": bool(test.peak), "lock_in": [],
                "wind_frequency": campaign.rig(test.rig).frequency.mean}
             for test in campaign.tests

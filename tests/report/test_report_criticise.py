@@ -147,10 +147,18 @@ def several(tree: xr.DataTree, count: int) -> xr.DataTree:
     """Repeat the only test of a fit under other names, cycles and all."""
     names = [f"test {i + 1}" for i in range(count)]
     found: dict[str, Any] = {}
-    for name in ("posterior", "prior", "log_prior", "sample_stats"):
+    for name in ("posterior", "prior", "examined"):
         group = tree[name].to_dataset()
         found[name] = xr.concat([group.assign_coords(test=[one]) for one in names], dim="test")
-    for name in ("log_likelihood", "posterior_predictive", "observed_data", "innovations"):
+    likelihood = tree["log_likelihood"].to_dataset()
+    pointwise, steady = likelihood[["amplitude"]], likelihood[["steady"]]
+    found["log_likelihood"] = xr.merge(
+        [
+            xr.concat([pointwise] * count, dim="cycle"),
+            xr.concat([steady.assign_coords(test=[one]) for one in names], dim="test"),
+        ]
+    )
+    for name in ("posterior_predictive", "observed_data", "innovations"):
         found[name] = xr.concat([tree[name].to_dataset()] * count, dim="cycle")
     constant = tree["constant_data"].to_dataset()
     own = {str(key): (one.dims, np.tile(one.to_numpy(), count if one.dims else 1)) for key, one in constant.items()}

@@ -278,7 +278,7 @@ def test_ehsan_and_scanlan_die_where_their_law_says(fit: Fit) -> None:
 
 @pytest.mark.parametrize("n", [-1.0, 2.0])
 def test_total_damping_is_the_slope_of_the_closed_form(n: float) -> None:
-    fit = fake_fit(tests=1, growth=False, law_n=n)
+    fit = fake_fit(tests=1, growth=False, law_n=n, laws=False)
     a_star, lam = (draws_of(fit.tree, key, "Sc 1.9") for key in ("a_star", "relaxation_rate"))
     grid = np.array([0.4, 1.0, 1.7]) * float(np.median(a_star))
     step = 1e-4

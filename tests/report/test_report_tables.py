@@ -2,11 +2,14 @@
 
 import csv
 import io
+import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 from fake_fit import fake_fit
 
 from scruton.app.batch import Batch
@@ -14,9 +17,14 @@ from scruton.app.batch_tables import batch_csv
 from scruton.campaign.schema import Motion
 from scruton.cells import csv_text, safe_cell
 from scruton.griffin import predict
+from scruton.infer.cards import load_card
+from scruton.infer.joint import joint_draws
+from scruton.infer.results import Fit
+from scruton.infer.tree import parameters
 from scruton.report.document import ALARM, Callout, Listing, Picture, Table, paragraph
 from scruton.report.exports import _as_shown
 from scruton.report.render_text import render_text
+from scruton.report.summaries import fit_summary, prediction_summary
 from scruton.report.tables import tables, unit_of, write_csv
 from scruton.report.wording import PAGE, TERMINAL
 
@@ -37,12 +45,16 @@ def test_every_table_is_there(frames: dict[str, pd.DataFrame]) -> None:
 
 def test_the_posterior_table_holds_the_quantiles_of_the_draws(fit, frames: dict[str, pd.DataFrame]) -> None:
     table = frames["posterior"].set_index(["posterior", "of", "parameter"])
-    draws = fit.tree["posterior"]["a_star"].sel(test="b,c").values
+    draws = joint_draws(fit.tree).tests["b,c"]["a_star"]
     row = table.loc[("test", "b,c", "a_star")]
     assert row["unit"] == "A/D"
     for name, q in (("q02.5", 0.025), ("q05", 0.05), ("q25", 0.25), ("median", 0.5), ("q75", 0.75), ("q97.5", 0.975)):
         assert row[name] == pytest.approx(np.quantile(draws, q)), name
     assert row["sd"] == pytest.approx(draws.std())
+    alone = fit.tree["posterior"]["a_star"].sel(test="b,c").values
+    assert table.loc[("test alone", "b,c", "a_star"), "median"] == pytest.approx(np.median(alone))
+    shared = joint_draws(fit.tree).shared["discrepancy_amplitude"]
+    assert table.loc[("campaign", "shared curve", "discrepancy_amplitude"), "q95"] == np.quantile(shared, 0.95)
     assert table.loc[("trial function", "test1_decay.csv", "b"), "unit"] == "1/s"
     assert table.loc[("rig", "1#", "damping_ratio"), "unit"] == "-"
 
@@ -61,7 +73,61 @@ def test_predictions_are_those_of_the_json(fit, frames: dict[str, pd.DataFrame])
     amplitude = predict(fit.tree, scruton_number=30.0).to_json()["amplitude"]
     assert row["Sc [-]"] == 30.0
     assert [row["q05"], row["q95"]] == amplitude["interval"]["0.90"]
+    assert [row["q05 MC error"], row["q95 MC error"]] == amplitude["mcse"]["interval"]["0.90"]
     assert row["unit"] == "A/D"
+
+
+@pytest.fixture(scope="module")
+def against() -> Fit:
+    """A fit whose reference law has no weight: n = 0 has all."""
+    fit = fake_fit(growth=False, sweeps=False, ringdowns=False)
+    laws = fit.tree["laws"].to_dataset()
+    tree = fit.tree.copy()
+    tree["laws"] = xr.DataTree(laws.assign(weight=(laws["law"] == "n=0").astype(float)))
+    joint = joint_draws(tree)
+    summary = json.loads(json.dumps(fit.summary))
+    for test in summary["tests"]:
+        test["parameters"] = parameters(joint.tests[test["name"]])
+    summary["laws"]["forces_hold"] = False
+    for law, entry in summary["laws"]["weights"].items():
+        entry["weight"] = float(law == "n=0")
+    summary["campaign"]["left_at_prior"] = ["discrepancy_amplitude"]
+    return replace(fit, tree=tree, summary=summary)
+
+
+def test_the_terminal_says_which_model_is_printed_and_that_the_law_of_y1_does_not_hold(fit, against) -> None:
+    text = render_text(fit_summary(against))
+    assert "the joint posterior that predicts, n=0 100%" in text
+    assert "Y1 (of the law n=-1, WHICH DOES NOT HOLD HERE)" in text
+    row = next(line for line in text.splitlines() if line.startswith("ln amplitude"))
+    assert row.endswith("equals its prior")
+    tests = against.tree["campaign_posterior"]["a_star"].sel(law="n=0", peak_test="Sc 21.7").to_numpy()
+    assert TERMINAL.number(float(np.median(tests))) in text
+    clean = render_text(fit_summary(fit))
+    assert "NOT HOLD" not in clean
+    assert "equals its prior" not in clean
+
+
+def test_a_free_exponent_is_printed_with_its_band() -> None:
+    fit = fake_fit(tests=1, growth=False, sweeps=False, ringdowns=False, law_n=0.5)
+    free = replace(fit, card=load_card("free-exponent"))
+    found = fit.summary["campaign"]["parameters"]["n"]
+    assert ["n", TERMINAL.number(found["median"])] in [
+        line.split()[:2] for line in render_text(fit_summary(free)).splitlines()
+    ]
+
+
+def test_predictions_print_their_monte_carlo_errors(fit) -> None:
+    one = predict(fit.tree, scruton_number=30.0)
+    text = render_text(prediction_summary([one], fit.summary))
+    low, high = one.interval(0.90)
+    assert f"{TERMINAL.number(low)} .. {TERMINAL.number(high)}" in text
+    assert " ".join(TERMINAL.number(one.error(p), 2) for p in (0.5, 0.05, 0.95)) in text
+    assert "One rig says nothing" not in text
+    alone = fake_fit(tests=1, growth=False, sweeps=False, ringdowns=False)
+    single = predict(alone.tree, scruton_number=30.0)
+    text = render_text(prediction_summary([single], alone.summary))
+    assert "with a discrepancy of 10 % and of 20 %" in text
 
 
 def test_laws_by_weight(fit, frames: dict[str, pd.DataFrame]) -> None:

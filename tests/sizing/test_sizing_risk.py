@@ -1,5 +1,7 @@
 """Required damping, probabilities and shares against closed forms and brute force."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from sizing_room import LIMIT, at_most, mode_model
@@ -215,3 +217,30 @@ def test_a_tabulated_curve_is_the_curve():
         need = curve.reference + curve.relaxation * (1.0 - ratio**n) / n
         np.testing.assert_allclose(table.scruton_number(rows, target), need, rtol=0.02)
         assert (table.scruton_number(rows, np.full(len(draws), 1e-9)) > 0.003).all()
+
+
+def test_monte_carlo_errors_are_the_scatter_over_posteriors_of_as_many_draws():
+    """A posterior of 256 independent draws: what is required scatters from one such posterior to the next."""
+    rng = np.random.default_rng(1)
+    required, told, probability, said = [], [], [], []
+    for _ in range(30):
+        z = rng.standard_normal((2, 256))
+        model = mode_model(discrepancy=0.05)
+        curve = replace(
+            model.laws, amplitude=0.06551 * np.exp(0.15 * z[:1]), relaxation=0.005139 * np.exp(0.03 * z[1:]),
+            n=-np.ones((1, 256)), discrepancy=np.full((1, 256), 0.05),
+        )  # fmt: skip
+        found = risk(replace(model, laws=curve), at_most(LIMIT))
+        required.append(found.required["0.95"])
+        told.append(found.required_mcse["0.95"])
+        probability.append(found.probability)
+        said.append(found.probability_mcse)
+    assert np.median(told) == pytest.approx(np.std(required), rel=0.35)
+    assert np.median(said) == pytest.approx(np.std(probability), rel=0.35)
+
+
+def test_nothing_required_has_no_error_and_what_cannot_be_had_none():
+    found = risk(mode_model(discrepancy=0.1), at_most(10.0))
+    assert found.required["0.95"] == found.required_mcse["0.95"] == 0.0
+    found = risk(mode_model(discrepancy=0.1), at_most(1e-6))
+    assert found.required["0.95"] is found.required_mcse["0.95"] is None

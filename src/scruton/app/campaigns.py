@@ -5,7 +5,7 @@ from argparse import Namespace
 import numpy as np
 
 from scruton.app.run import Outcome, Run, default_folder
-from scruton.campaign import load_campaign
+from scruton.campaign import load_campaign, tests_named
 from scruton.cells import safe_frame
 from scruton.documents import as_json, write_text
 from scruton.report.render_text import render_text
@@ -22,7 +22,7 @@ def validate(arguments: Namespace) -> Outcome:
     """
     import pandas as pd
 
-    from scruton.griffin.validate import validate
+    from scruton.griffin.validate import fits_needed, validate
     from scruton.infer.cards import load_card
     from scruton.report.figures import save
     from scruton.report.figures.predictions import validation_figure
@@ -30,9 +30,19 @@ def validate(arguments: Namespace) -> Outcome:
 
     campaign, card = load_campaign(arguments.campaign), load_card(arguments.model)
     unit, folder = campaign.section.amplitude_unit, arguments.out or default_folder(arguments.campaign) / "validation"
-    claim = Run(folder, "validate", arguments, sha256=campaign.sha256 or {}, card=card, settings={}, results=(JSON,))
+    tests, singles = tests_named(campaign, arguments.tests), not arguments.no_singles
+    settings = {"tests": list(tests), "singles": singles}
+    claim = Run(
+        folder, "validate", arguments, sha256=campaign.sha256 or {}, card=card, settings=settings, results=(JSON,)
+    )
     with claim as work:
-        validations = validate(campaign, card, seed=arguments.seed, progress=work.bar, checkpoints=work.checkpoints)
+        if not arguments.quiet:
+            fits = fits_needed(campaign, tests, singles=singles)
+            print(f"{fits} fits: one of all tests, and one of each set of tests that predicts", flush=True)
+        validations = validate(
+            campaign, card, tests=tests, seed=arguments.seed, progress=work.bar, singles=singles,
+            checkpoints=work.checkpoints,
+        )  # fmt: skip
         # share of what was found that lies inside the intervals
         coverage = {f"{p:.2f}": float(np.mean([case.inside(p) for case in validations])) for p in NOMINAL}
         entries, rows = [], []

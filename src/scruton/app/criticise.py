@@ -1,6 +1,7 @@
 """`scruton criticise`: what a statistician asks of a fit, answered in tables, figures and sentences."""
 
 from argparse import Namespace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ from scruton.app.run import Outcome, Run
 from scruton.documents import write_text
 from scruton.errors import InputError
 from scruton.infer.criticism import Criticism
+from scruton.report.chapters.results import sensitivity_table
 from scruton.report.document import ALARM, Block, Callout, Table, paragraph
 from scruton.report.render_text import render_text
 from scruton.report.wording import TERMINAL
@@ -25,6 +27,7 @@ def run(arguments: Namespace) -> Outcome:
 
     InputError if the folder holds no fit of a test in wind, or a criticism lies where one shall be written.
     """
+    from scruton.griffin.sensitivity import points_of, prediction_sensitivity
     from scruton.infer.criticism import criticise_tree
     from scruton.infer.store import provenance_of, read_tree
 
@@ -38,8 +41,17 @@ def run(arguments: Namespace) -> Outcome:
         wanted = "a fit of at least one test in wind: still air says nothing of the law"
         raise InputError(results, "", "a campaign without tests in wind", wanted)
     fitted = provenance_of(results, summary)
-    with Run(folder, "criticise", arguments, sha256=fitted, settings={}, results=(CONTENT, TEXT)) as work:
+    design = list(arguments.sc)
+    if arguments.bridge is not None:
+        from scruton.report.parts import scruton_numbers_of
+
+        design += scruton_numbers_of(tree, arguments.bridge)
+    settings = {"sc": design}
+    with Run(folder, "criticise", arguments, sha256=fitted, settings=settings, results=(CONTENT, TEXT)) as work:
         criticism = criticise_tree(tree, summary, seed=arguments.seed)
+        if "campaign_posterior" in tree:
+            predictions = prediction_sensitivity(tree, points_of(tree, design), seed=arguments.seed)
+            criticism = replace(criticism, predictions=predictions)
         text = criticism_text(criticism, str(summary["title"]))
         written = [*_tables(criticism, work.new / TABLES), *_figures(tree, criticism, work.new / FIGURES)]
         write_text(work.new / TEXT, text + "\n")
@@ -81,7 +93,8 @@ def criticism_text(criticism: Criticism, title: str) -> str:
         for flag in sorted(criticism.flags, key=lambda flag: not flag.serious)
     ]
     missing = "\n".join(["Not checked", *(f"  {check}" for check in criticism.missing)])
-    opening: list[Block] = [paragraph(f"{title}\n{verdict(criticism)}"), Callout(ALARM, "", tuple(flags))]
+    examined = f"\nExamined: {criticism.model}." if criticism.model else ""
+    opening: list[Block] = [paragraph(f"{title}\n{verdict(criticism)}{examined}"), Callout(ALARM, "", tuple(flags))]
     return render_text([*opening, *([paragraph(missing)] if criticism.missing else []), *_sections(criticism)])
 
 
@@ -112,7 +125,7 @@ def _sections(criticism: Criticism) -> list[Table]:
         for row in criticism.prior
     )  # fmt: skip
     scaling = tuple(
-        (*_whose(row, row.prior, row.still_air, row.likelihood), row.diagnosis) for row in criticism.scaling
+        (*_whose(row, row.prior, row.noise, row.still_air, row.likelihood), row.diagnosis) for row in criticism.scaling
     )
     moved = tuple((*_whose(row, row.prior_sd, row.posterior_sd, row.ratio), row.verdict) for row in criticism.moved)
     influence = tuple(
@@ -133,7 +146,7 @@ def _sections(criticism: Criticism) -> list[Table]:
         ),
         Table(
             "", "Sensitivity of the posterior, by power scaling (0.05 and more matters)",
-            ("test", "parameter", "priors", "still air", "records", "diagnosis"), scaling,
+            ("test", "parameter", "priors", "of noise", "still air", "records", "diagnosis"), scaling,
         ),
         Table(
             "", "Posterior over prior standard deviation (of the logarithm where positive)",
@@ -143,4 +156,5 @@ def _sections(criticism: Criticism) -> list[Table]:
             "", "Influence: the posterior without a record, in posterior sds",
             ("test", "record", "parameter", "shift", "sd ratio", "z", "k-hat"), influence,
         ),
+        sensitivity_table(criticism.predictions, TERMINAL),
     ]  # fmt: skip

@@ -118,7 +118,7 @@ def report(arguments: Namespace) -> Outcome:
         fit = task.fit(work)
         write_fit(fit, work.new)
         sizing = None if bridge is None else begun(second, sizing_part, work.new, bridge, limits, seed)
-        of_the_bridge = partial(scruton_numbers_of, fit, bridge) if bridge and fit.summary["tests"] else ()
+        of_the_bridge = partial(scruton_numbers_of, fit.tree, bridge) if bridge and fit.summary["tests"] else ()
         paths = write_report(
             fit, work.new, place=task.folder, design_sc=arguments.sc or of_the_bridge, gap=diagnosis, sizing=sizing,
             crossed=crossed, second=second,

@@ -132,11 +132,18 @@ VERBS = (
     )),
     Verb(
         "criticise", "checks of a fit: predictive, innovations, priors, identifiability, influence", "criticise:run",
-        (RESULTS, out("folder for the criticism (default: RESULTS/criticism)"), force("the criticism that lies")),
+        (RESULTS, out("folder for the criticism (default: RESULTS/criticism)"), SC,
+         Argument("--bridge", type=Path, metavar="FILE", help="bridge.toml: how its predictions follow the card"),
+         force("the criticism that lies")),
     ),
     Verb(
         "validate", "predict every rig from the others and from each single one", "campaigns:validate",
         (CAMPAIGN, out("folder for the results (default: out/NAME/validation)"), MODEL,
+         Argument(
+             "--tests", "--test", action="append", metavar="NAME,...",
+             help="predict only these peak tests (the others predict them); may be repeated",
+         ),
+         flag("--no-singles", "leave out predictions from single rigs"),
          force("the validation that lies"), RESUME),
     ),
     Verb("batch", "fit many campaigns side by side: a folder for each, one summary of all", "batch:run", (

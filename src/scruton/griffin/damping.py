@@ -8,7 +8,7 @@ from scruton.arrays import FloatArray, thin
 from scruton.dynamics import rate as amplitude_rate
 from scruton.envelope.damping import aerodynamic_damping, total_damping
 from scruton.griffin.bands import trial_griffin_draws
-from scruton.griffin.posterior import draws_of, exponent_draws, mass_damping_draws
+from scruton.griffin.posterior import draws_of, mass_damping_draws, printed_draws
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,7 +23,7 @@ def amplitude_grid(fit: "Fit", test: str) -> FloatArray:
     """Amplitudes that the test's transients went through, evenly spaced in the logarithm."""
     samples = fit.tree["constant_data"]["record_test"].to_numpy().astype(str) == test
     amplitude = fit.tree["observed_data"]["amplitude"].to_numpy()[samples]
-    stable = float(np.median(draws_of(fit.tree, "a_star", test)))
+    stable = float(np.median(printed_draws(fit.tree, test)["a_star"]))
     # the noise floor of a growth is no amplitude
     low = max(float(amplitude.min()), 0.1 * stable)
     return np.geomspace(min(low, 0.9 * stable), max(float(amplitude.max()), 1.1 * stable), GRID)
@@ -36,8 +36,8 @@ def _thin(draws: FloatArray) -> FloatArray:
 
 def total_draws(tree: "xr.DataTree", test: str, amplitude: FloatArray) -> FloatArray:
     """Draws of the total damping ratio at `amplitude` (n,), from Eq. (5) on the fitted law; (S, n), S <= 1000."""
-    a_star, rate = (_thin(draws_of(tree, key, test)) for key in ("a_star", "relaxation_rate"))
-    n = _thin(exponent_draws(tree, test))
+    printed = printed_draws(tree, test)
+    a_star, rate, n = (_thin(printed[key]) for key in ("a_star", "relaxation_rate", "n"))
     omega = 2 * np.pi * float(tree["constant_data"]["wind_frequency"].sel(test=test))
     return total_damping(amplitude, amplitude_rate(amplitude, a_star, rate, n), omega)
 
@@ -45,7 +45,7 @@ def total_draws(tree: "xr.DataTree", test: str, amplitude: FloatArray) -> FloatA
 def aerodynamic_draws(tree: "xr.DataTree", test: str, amplitude: FloatArray) -> FloatArray:
     """Draws of the aerodynamic damping ratio at `amplitude` (n,), Eq. (6) on the fitted law; (S, n), S <= 1000."""
     total = total_draws(tree, test, amplitude)
-    xi, constant = _thin(draws_of(tree, "damping_ratio", test)), tree["constant_data"]
+    xi, constant = _thin(printed_draws(tree, test)["damping_ratio"]), tree["constant_data"]
     omega, omega0 = (2 * np.pi * float(constant[key].sel(test=test)) for key in ("wind_frequency", "frequency"))
     return aerodynamic_damping(total, amplitude, lambda _: xi, omega, omega0)
 

@@ -7,6 +7,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Motion
 from scruton.errors import InputError
+from scruton.infer.joint import joint_draws
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -41,6 +42,18 @@ def draws_of(tree: "xr.DataTree", name: str, test: str) -> FloatArray:
     if test not in known:
         raise InputError("posterior", "test", f"'{test}'", f"one of: {', '.join(known) or 'none, still air only'}")
     return np.asarray(tree["posterior"][name].sel(test=test).to_numpy(), dtype=float).reshape(-1)
+
+
+def printed_draws(tree: "xr.DataTree", test: str) -> dict[str, FloatArray]:
+    """Draws of what is printed of a test, (S,) each by name, and of the exponent n.
+
+    Of a peak test those of the joint posterior that predicts, laws mixed by their weights; of others those of its own.
+    """
+    joint = joint_draws(tree)
+    if test in joint.tests:
+        return {**joint.tests[test], "n": joint.shared["n"]}
+    own = {str(name): draws_of(tree, str(name), test) for name in tree["posterior"].data_vars}
+    return own | {"n": exponent_draws(tree, test)}
 
 
 def motion_of(tree: "xr.DataTree") -> Motion:

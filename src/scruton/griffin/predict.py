@@ -1,7 +1,7 @@
 """Predictive stable amplitude at a design Scruton number, laws weighed, with the discrepancy between settings."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from scruton.dynamics.laws import amplitude_ratio
 from scruton.errors import InputError
 from scruton.griffin.bands import INTERVALS, index_draws, quantiles
 from scruton.griffin.curves import shared_curve, stream, what_if
+from scruton.griffin.discrepancy import STATED, one_rig, with_discrepancy
 from scruton.griffin.posterior import (
     chosen_rig,
     draws_of,
@@ -24,6 +25,8 @@ from scruton.griffin.posterior import (
     unit_of,
 )
 from scruton.griffin.thresholds import X_TRUSTED
+from scruton.infer.joint import SCALES, names_at_prior
+from scruton.stats.convergence import monte_carlo_error
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,6 +54,10 @@ class Prediction:
         Median of tau, the standard deviation of ln(amplitude) of one setting about the shared curve.
     flags : tuple of str
         What the reader must know before trusting the numbers.
+    chains : int
+        Markov chains that the draws come from, one after the other.
+    at_discrepancy : mapping
+        From one rig: draws where tau is known to be so much, by tau.
     """
 
     scruton_number: float
@@ -62,6 +69,8 @@ class Prediction:
     extrapolation_indices: Mapping[str, float]
     discrepancy_sd: float
     flags: tuple[str, ...]
+    chains: int = 1
+    at_discrepancy: Mapping[float, FloatArray] = field(default_factory=dict)
 
     @property
     def extrapolation_index(self) -> float:
@@ -98,17 +107,31 @@ class Prediction:
         low, high = quantiles(self.draws, [0.5 - probability / 2, 0.5 + probability / 2])
         return float(low), float(high)
 
+    def error(self, probability: float) -> float:
+        """Monte Carlo standard error of this quantile."""
+        chains = self.chains if self.draws.size % self.chains == 0 else 1
+        return monte_carlo_error(self.draws.reshape(chains, -1), probability)
+
     def to_json(self) -> dict[str, Any]:
         """One entry of the list "predictions" that `scruton predict --json` writes.
 
         A number that does not exist (an upper bound where no amplitude is stable) is null.
         """
         amplitude = {key: getattr(self, key) for key in ("unit", "median", "mean", "sd")}
+        interval = {f"{p:.2f}": self.interval(p) for p in INTERVALS}
+        errors = {f"{p:.2f}": [self.error(0.5 - p / 2), self.error(0.5 + p / 2)] for p in INTERVALS}
+        mcse = {"median": self.error(0.5), "interval": errors}
+        stated = {
+            f"{tau:.2f}": {"median": quantiles(draws, [0.5])[0]}
+            | {"interval": {f"{p:.2f}": quantiles(draws, [0.5 - p / 2, 0.5 + p / 2]) for p in INTERVALS}}
+            for tau, draws in self.at_discrepancy.items()
+        }
         content: dict[str, Any] = as_json(
             {
                 "sc": self.scruton_number,
                 "damping_ratio": self.damping_ratio,
-                "amplitude": amplitude | {"interval": {f"{p:.2f}": self.interval(p) for p in INTERVALS}},
+                "amplitude": amplitude | {"interval": interval, "mcse": mcse},
+                **({"at_discrepancy": stated} if stated else {}),
                 **{key: getattr(self, key) for key in ("rig", "laws", "extrapolation_index", "discrepancy_sd")},
                 "probability_no_vibration": self.dies,
                 "fraction_unbounded": self.unbounded,
@@ -185,9 +208,24 @@ def predict(
     indices = {test: float(np.median(index_draws(tree, sc[:, None], test))) for test in peak_names(tree)}
     prediction = Prediction(
         float(np.median(sc)), xi, unit_of(tree), draws, curve.laws, name, indices,
-        float(np.median(curve.discrepancy)), (),
+        float(np.median(curve.discrepancy)), (), int(tree["campaign_posterior"].sizes["chain"]),
     )  # fmt: skip
-    return replace(prediction, flags=(*what_if(tree, law_n), *_flags(prediction)))
+    at_discrepancy = {}
+    for tau in STATED if one_rig(tree) else ():
+        known = with_discrepancy(tree, tau)
+        sc_of_all = np.resize(sc, curve.n.size)[:, None]
+        at_discrepancy[tau] = predictive_draws(known, sc_of_all, law_n=law_n, seed=seed)[:, 0]
+    remarks = (*what_if(tree, law_n), *_flags(prediction), *prior_speaks(tree))
+    return replace(prediction, flags=remarks, at_discrepancy=at_discrepancy)
+
+
+def prior_speaks(tree: "xr.DataTree") -> tuple[str, ...]:
+    """What has to be said where the records leave the discrepancy between settings at its prior; empty otherwise."""
+    scales = " and of ".join(SCALES[name] for name in names_at_prior(tree))
+    if not scales:
+        return ()
+    remark = f"the band between settings is the card's prior: the posterior of {scales} equals it"
+    return (f"{remark}, as it always does with one rig" if one_rig(tree) else remark,)
 
 
 def predictive_draws(

@@ -1,5 +1,6 @@
 """Leave a test out: every rig's stable amplitude predicted from the others, and from each single one."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -80,10 +81,29 @@ class Validation:
         return float(np.log(density)) if density > 0.0 else -np.inf
 
 
+Source = tuple[str, ...]
+
+
+def crossed(peaks: Sequence[str], targets: Sequence[str], *, singles: bool = True) -> list[tuple[str, Source]]:
+    """Who is predicted from whom: every target from all other peaks, and from each single one where there are more."""
+    plan = [(test, tuple(other for other in peaks if other != test)) for test in peaks if test in targets]
+    if singles and len(peaks) > 2:
+        plan += [(test, (other,)) for other in peaks for test in peaks if test in targets and test != other]
+    return plan
+
+
+def fits_needed(campaign: Campaign, tests: Sequence[str] = (), *, singles: bool = True) -> int:
+    """How many fits `validate` makes: one of all tests, and one for every set of tests that predicts."""
+    rigs = list(dict.fromkeys(test.rig for test in campaign.tests if test.records))
+    targets = [campaign.test(name).rig for name in tests] or rigs
+    return 1 + len({source for _, source in crossed(rigs, targets, singles=singles)})
+
+
 def validate(
     campaign: Campaign,
     card: "ModelCard",
     *,
+    tests: Sequence[str] = (),
     seed: int = 0,
     progress: Progress | None = None,
     singles: bool = True,
@@ -95,6 +115,8 @@ def validate(
     ----------
     campaign : Campaign
         With peak tests of two rigs or more.
+    tests : sequence of str
+        Predict only these peak tests; all if left out. The others predict them still.
     progress : callable, optional
         Told what is being predicted and the fraction done.
     singles : bool
@@ -110,12 +132,13 @@ def validate(
     Raises
     ------
     InputError
-        If fewer than two rigs were tested in wind.
+        If fewer than two rigs were tested in wind, or one of the `tests` is not the peak test of its rig.
 
     Notes
     -----
-    Each prediction is a fit of its own, laws and discrepancies included, that never sees the records of the test that
-    it predicts.  What was found is the stable amplitude that the campaign states, else the posterior of the test.
+    Each prediction is by a fit of its own, laws and discrepancies included, that never sees the records of the test
+    that it predicts; `fits_needed` says how many there are.  What was found is the stable amplitude that the campaign
+    states, else the posterior of the test.
     """
     from scruton.infer.fit import fit_campaign
 
@@ -127,17 +150,20 @@ def validate(
         return fit_campaign(part, card, seed=seed, thorough=False, report=report, checkpoints=place)
 
     whole = fitted_to(campaign, 0, told("all tests", 0.0))
-    fitted = {test["name"]: test["parameters"] for test in whole.summary["tests"]}
+    # What a test says alone: its joint posterior knows of the others.
+    fitted = {test["name"]: test.get("alone", test["parameters"]) for test in whole.summary["tests"]}
     with_records = tests_used(campaign, tuple(fitted))
     peaks = [test.name for test in peak_tests(with_records, {k: v["a_star"]["median"] for k, v in fitted.items()})]
     if len(peaks) < 2:
         raise InputError(
             campaign.path, "tests", f"{len(peaks)} rigs with records in wind", "two or more: one predicts the other"
         )
-    plan = [(test, tuple(other for other in peaks if other != test)) for test in peaks]
-    if singles and len(peaks) > 2:
-        plan += [(test, (other,)) for other in peaks for test in peaks if test != other]
-    fits: dict[tuple[str, ...], tuple[xr.DataTree, bool]] = {}
+    for name in tests:
+        if name not in peaks:
+            wanted = f"the peak test of a rig, one of: {', '.join(peaks)}"
+            raise InputError(campaign.path, "tests", f'"{name}" at another wind speed', wanted)
+    plan = crossed(peaks, tests or peaks, singles=singles)
+    fits: dict[Source, tuple[xr.DataTree, bool]] = {}
     validations = []
     for i, (test, source) in enumerate(plan):
         if source not in fits:

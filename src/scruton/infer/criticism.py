@@ -18,7 +18,7 @@ from scruton.infer import replication, sensitivity
 from scruton.infer import thresholds as limits
 from scruton.infer.models import NOISE
 from scruton.infer.replication import BandShare, PriorCheck
-from scruton.infer.sensitivity import Influence, Moved, Scaling
+from scruton.infer.sensitivity import Influence, Moved, PredictionSensitivity, Scaling
 from scruton.infer.store import stored_inputs
 from scruton.stats import whiteness
 from scruton.stats.whiteness import Check
@@ -77,6 +77,9 @@ class Criticism:
     flags : tuple of Flag
     bands : mapping
         Prior predictive quantiles (5, 25, 50, 75, 95 %) of every (test, record), (5, N).
+    model : str
+        What was examined: the model that predicts.
+    predictions : tuple of PredictionSensitivity
     """
 
     innovations: tuple[Check, ...]
@@ -89,6 +92,8 @@ class Criticism:
     missing: tuple[str, ...]
     flags: tuple[Flag, ...]
     bands: Mapping[tuple[str, str], FloatArray] = field(default_factory=dict)
+    model: str = ""
+    predictions: tuple[PredictionSensitivity, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -105,12 +110,13 @@ class Criticism:
             "prior_sensitivity": self.scaling,
             "identifiability": self.moved,
             "influence": self.influence,
+            "prediction_sensitivity": self.predictions,
         }
         return {name: [asdict(row) for row in part] for name, part in parts.items()}
 
     def to_json(self) -> dict[str, Any]:
         """Everything but the bands, with null for numbers that are missing."""
-        content = {"format": 1, "ok": self.ok, "flags": self.flags, "missing": self.missing}
+        content = {"format": 1, "model": self.model, "ok": self.ok, "flags": self.flags, "missing": self.missing}
         return as_json(content | self.rows())  # type: ignore[no-any-return]
 
 
@@ -140,7 +146,7 @@ def records(tree: "xr.DataTree") -> Iterator[RecordOf]:
 
 
 def criticise_tree(tree: "xr.DataTree", summary: Mapping[str, Any], *, seed: int = 0) -> Criticism:
-    """Run every check that the results of a fit allow.
+    """Run every check that the results of a fit allow, on the model that predicts.
 
     Parameters
     ----------
@@ -151,7 +157,7 @@ def criticise_tree(tree: "xr.DataTree", summary: Mapping[str, Any], *, seed: int
     seed : int
         Of the prior predictive replicates, the only randomness.
     """
-    missing = []
+    missing = [] if "examined" in tree else ["sensitivity: the results hold no model that predicts; fit again"]
     judged = [record for record in records(tree) if record.time.size >= limits.FEWEST_CYCLES]
     if not judged:
         missing.append("innovations, predictive checks, influence: no transient record holds enough cycles")
@@ -180,8 +186,6 @@ def criticise_tree(tree: "xr.DataTree", summary: Mapping[str, Any], *, seed: int
         missing.append("posterior predictive: the results hold no free runs; fit again")
     prior, bands = _prior(tree, judged, seed) if judged and "prior" in tree else ((), {})
     scaling = sensitivity.power_scaling(tree)
-    if not scaling:
-        missing.append("prior sensitivity: the results hold no log prior; fit again")
     moved = sensitivity.identifiability(tree)
     if "inputs" in tree:
         moved = (*moved, *sensitivity.campaign_identifiability(tree, stored_inputs(tree)[1]))
@@ -193,6 +197,11 @@ def criticise_tree(tree: "xr.DataTree", summary: Mapping[str, Any], *, seed: int
     ]
     if alone:
         missing.append(f"influence: {', '.join(alone)} rests on one record, which cannot be left out")
+    # What reweighting cannot tell is a check that could not be made, and no doubt about the record.
+    untold = dict.fromkeys(f"{row.record} of {row.test}" for row in influence if not row.trusted)
+    if untold:
+        text = "so much of their test rests on them that reweighting cannot tell what the others say alone"
+        missing.append(f"influence of {', '.join(untold)}: {text} (k-hat above {limits.TRUSTED_KHAT})")
     adjusted = whiteness.adjust(predictive, [replication.STATISTICS])
     flags: list[Flag] = []
     if not summary.get("converged", True):
@@ -207,13 +216,24 @@ def criticise_tree(tree: "xr.DataTree", summary: Mapping[str, Any], *, seed: int
         "influence": influence,
     }
     for check, row in ((check, row) for check, rows in asked.items() for row in rows):
-        parameter = getattr(row, "parameter", "") if getattr(row, "trusted", True) else ""
-        where = ", ".join(filter(None, (row.test or "campaign", getattr(row, "record", ""), parameter)))
-        new = [Flag(check, where, *doubt) for doubt in _doubts(row)]
-        flags += [flag for flag in new if flag not in flags]  # of a record that dominates, one for all its parameters
+        own = (row.test or "campaign", getattr(row, "record", ""), getattr(row, "parameter", ""))
+        flags += [Flag(check, ", ".join(filter(None, own)), *doubt) for doubt in _doubts(row)]
     return Criticism(
-        innovations, adjusted, tuple(shares), prior, scaling, moved, influence, tuple(missing), tuple(flags), bands
-    )
+        innovations, adjusted, tuple(shares), prior, scaling, moved, influence, tuple(missing), tuple(flags), bands,
+        _model(tree),
+    )  # fmt: skip
+
+
+def _model(tree: "xr.DataTree") -> str:
+    """What is examined, in words."""
+    if "examined" not in tree:
+        return ""
+    of = tree["examined"].attrs
+    law, peaks = of["law"], int(of["peaks"])
+    others = int(tree["examined"].sizes["test"]) - peaks
+    words = f"the law {law}, which has the most weight in predictions, and the joint posterior of "
+    words += f"{peaks} peak test{'s' if peaks > 1 else ''}"
+    return words + (f"; {others} at other wind speeds by the reference law" if others else "")
 
 
 def _prior(
@@ -225,7 +245,8 @@ def _prior(
     for record in judged:
         draws = {str(name): group[name].sel(test=record.test).to_numpy().reshape(-1) for name in group.data_vars}
         rate = draws["relaxation_ratio"] * (2.0 * np.pi * float(constant["frequency"].sel(test=record.test)))
-        law = draws.get("law_exponent", np.full_like(rate, float(constant["law_n"])))
+        n = tree["examined"].attrs["n"] if "examined" in tree else constant["law_n"]
+        law = draws.get("law_exponent", np.full_like(rate, float(n)))
         prior = draws | {"a_star": draws["stable_amplitude"], "relaxation_rate": rate, "n": law}
         # A seed of its own for every record: leaving one out changes no number of another.
         rng = np.random.default_rng([seed, zlib.crc32(f"{record.test}/{record.record}".encode())])
@@ -285,10 +306,7 @@ def _doubts(row: Check | PriorCheck | Scaling | Moved | Influence) -> Iterator[t
             yield f"weak likelihood: the posterior follows {text}", False
         case Moved() if row.parameter not in MEANT_TO_STAY and row.ratio > limits.BARELY_MOVED:
             yield f"{row.verdict}: its posterior sd is {row.ratio:.2f} of the prior's", False
-        case Influence(trusted=False):
-            text = f"this record dominates the test (k-hat {row.khat:.2f} > {limits.TRUSTED_KHAT}): reweighting "
-            yield f"{text}cannot tell what the others say; refit without it", False
-        case Influence() if abs(row.shift) > limits.MOVES or abs(row.z) > limits.DISAGREES:
+        case Influence(trusted=True) if abs(row.shift) > limits.MOVES or abs(row.z) > limits.DISAGREES:
             text = f"leaving this record out moves the posterior by {row.shift:+.1f} of its sds"
             if abs(row.z) > limits.DISAGREES:
                 text += f": it disagrees with the other records (z = {row.z:.1f})"

@@ -23,6 +23,14 @@ from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
 from scruton.infer.damping import damping_prior, draws_over_amplitudes, ends, stated_damping, varying_damping
 from scruton.infer.front import cycles_of, damping_varies, front_ends_of, ringdowns_of
+from scruton.infer.joint import (
+    SCALES,
+    Joint,
+    joint_draws,
+    left_at_prior,
+    reference_remark,
+    scales_remark,
+)
 from scruton.infer.models import NOISE, WIND, SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
 from scruton.infer.peaks import fit_peaks, settle, stack
 from scruton.infer.results import Fit, RigResult, Sampled, TestResult, TrialResult
@@ -31,7 +39,7 @@ from scruton.infer.speeds import NAME as SPEEDS
 from scruton.infer.speeds import fit_speeds
 from scruton.infer.steady import SteadyVerdict, judge_steady, steady_posterior
 from scruton.infer.store import convergence_frame
-from scruton.infer.thresholds import DEPARTS, NOT_WHITE, STEADY_FLOOR
+from scruton.infer.thresholds import BARELY_MOVED, DEPARTS, NOT_WHITE, STEADY_FLOOR
 from scruton.infer.tree import build_tree, convergence_group, provenance_of_fit, summarise
 from scruton.progress import Progress
 from scruton.stats import whiteness
@@ -103,9 +111,8 @@ def fit_campaign(
         *misfits,
         *varying_damping(campaign, rigs, tests),
         *departing(tests),
-        *unconstrained(tests),
         *(verdict.explain() for test in tests for verdict in test.steady if not verdict.usable),
-        *([joint.weights.flag] if joint and joint.weights.flag else []),
+        *([remark] if joint and (remark := joint.weights.flag or reference_remark(joint.weights)) else []),
     ]
     trials = [
         fit_trial(campaign, result, record, cycles[record.name], sampling)
@@ -129,6 +136,12 @@ def assemble(
     """Put every posterior into one `Fit`, and fit the model over wind speeds to them where it is `thorough`."""
     campaign, card, samples = sampled.campaign, sampled.card, sampled.samples
     tree = build_tree(sampled, sampling, provenance, thorough=thorough)
+    if sampled.joint:
+        priors = {prior.name: prior for prior in sampled.joint.laws[0].posterior.shared if prior.name in SCALES}
+        at_prior = left_at_prior(joint_draws(tree).shared, priors)
+        tree["campaign_posterior"].attrs["left_at_prior"] = ",".join(at_prior)
+    joint = joint_draws(tree)
+    sampling.flags += [*unconstrained(sampled, joint), *([remark] if (remark := scales_remark(joint)) else [])]
     # before the speeds are sampled: a record too short for the procedure is refused now
     fronts = dict(front_ends_of(campaign, tree, sampled.ringdowns))
     if sampled.joint and thorough:
@@ -138,7 +151,7 @@ def assemble(
             samples[SPEEDS] = speeds.samples
     tree["convergence"] = xr.DataTree(convergence_group(samples))
     convergence = convergence_frame(tree)
-    summary = summarise(sampled, convergence, provenance, sampling.flags, misfit=misfit)
+    summary = summarise(sampled, joint, convergence, provenance, sampling.flags, misfit=misfit)
     return Fit(
         campaign, card, tree, sampled.cycles, sampled.ringdowns, fronts, convergence, tuple(sampling.flags),
         summary["converged"], summary,
@@ -333,9 +346,14 @@ def departing(tests: Sequence[TestResult]) -> list[str]:
     return flags
 
 
-def unconstrained(tests: Sequence[TestResult]) -> list[str]:
-    """Tests that no transient record constrains."""
-    names = [result.test.name for result in tests if not result.posterior.data.size]
+def unconstrained(sampled: Sampled, joint: Joint) -> list[str]:
+    """Tests whose relaxation rate neither a transient record tells nor the curve that several rigs share."""
+    scale = sampled.card.prior("relaxation_ratio", sampled.campaign.section.motion).scale
+    told = [
+        name for name, draws in joint.tests.items() if np.log(draws["relaxation_rate"]).std() < BARELY_MOVED * scale
+    ]
+    alone = (result.test.name for result in sampled.tests if not result.posterior.data.size)
+    names = [name for name in alone if name not in told]
     if not names:
         return []
     return [

@@ -231,19 +231,23 @@ class CampaignPosterior(Posterior):
 
     def log_likelihood(self, u: FloatArray) -> FloatArray:
         """Sum of the tests' log likelihoods, (W,)."""
-        s, total = self.settings(u), np.zeros(len(u))
+        total = np.zeros(len(u))
+        for (test, v), likelihood in zip(self.winds(u), self._remembered, strict=True):
+            test.wind.named(v)["damping_ratio"] = 0.0  # no record is read for it
+            total += likelihood(v)
+        return total
+
+    def winds(self, u: FloatArray) -> Iterator[tuple[PeakTest, FloatArray]]:
+        """Every test with the coordinates of its `wind`, (W, d)."""
+        s = self.settings(u)
         for j, (test, values) in enumerate(self._each(u)):
-            v = np.zeros((len(u), test.wind.coordinates.size))
+            v = np.empty((len(u), test.wind.coordinates.size))
             log = test.wind.named(v)
             for name in WIND:
-                if name == "relaxation_ratio":
-                    log[name] = np.log(s[name][:, j])
-                elif name not in _BEYOND_RECORDS:
-                    log[name] = values[name]
+                log[name] = np.log(s[name][:, j]) if name == "relaxation_ratio" else values[name]
             if self.exponent:
                 log["law_exponent"] = self.exponents(u)
-            total += self._remembered[j](v)
-        return total
+            yield test, v
 
     @cached_property
     def _remembered(self) -> tuple["_Remembered", ...]:

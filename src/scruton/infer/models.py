@@ -124,8 +124,13 @@ class WindPosterior(Posterior):
         if self.data.size:
             n = self.exponents(u) if self.n is None else self.n
             total = log_likelihood(self.data, *space, n=n, initial_sd=self.initial_sd)
+        return np.asarray(total + self.log_steady(u))
+
+    def log_steady(self, u: FloatArray) -> FloatArray:
+        """Normal log likelihood of the steady amplitudes, (W,)."""
+        total, a_star = np.zeros(len(u)), np.exp(self.named(u)["stable_amplitude"])
         for level in self.steady:
-            total = total - 0.5 * ((level.mean - space[0]) / level.standard_error) ** 2 - np.log(level.standard_error)
+            total = total - 0.5 * ((level.mean - a_star) / level.standard_error) ** 2 - np.log(level.standard_error)
         return total
 
     def pointwise(self, u: FloatArray) -> FloatArray:

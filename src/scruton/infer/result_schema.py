@@ -79,11 +79,23 @@ SCHEMA: Mapping[str, tuple[Variable, ...]] = {
         Variable("relaxation_scruton_number", _DRAWS_OF_TEST, "f", "-", "Sc_lambda, of the relaxation rate"),
         Variable("law_exponent", _DRAWS_OF_TEST, "f", "-", "n, where it is free", optional=True),
     ),
+    "examined": (
+        # The model that predicts, under the law with the most weight: the joint posterior of the peak tests, and of
+        # other tests their own.
+        *_of_test(_DRAWS_OF_TEST, forces_may_lack=True),
+        Variable("law_exponent", _DRAWS_OF_TEST, "f", "-", "n, where it is free", optional=True),
+        Variable("lp_prior", _DRAWS_OF_TEST, "f", "-", "log density of the priors of amplitude, relaxation and n"),
+        Variable("lp_noise", _DRAWS_OF_TEST, "f", "-", "log density of the priors of noise and discrepancies"),
+        Variable("lp_still_air", _DRAWS_OF_TEST, "f", "-", "log density of what still air says of xi_s"),
+        Variable("lp_records", _DRAWS_OF_TEST, "f", "-", "log likelihood of the records in wind, up to a constant"),
+    ),
     "sample_stats": (Variable("lp", _DRAWS_OF_TEST, "f", "-", "log posterior up to a constant"),),
     "log_prior": _parameters(_DRAWS_OF_TEST, "log prior density of the sampled coordinate"),
     "prior": _parameters(_DRAWS_OF_TEST, "draws of the prior within the constraint"),
     "log_likelihood": (
+        # Of the draws of `examined`, as all that follows by cycle.
         Variable("amplitude", _DRAWS_OF_CYCLE, "f", "-", "of every cycle given those before it, thinned"),
+        Variable("steady", _DRAWS_OF_TEST, "f", "-", "of the steady amplitudes of a test"),
     ),
     "posterior_predictive": (
         Variable("amplitude", _DRAWS_OF_CYCLE, "f", _AMPLITUDE, "free runs with turbulence and sensor noise"),

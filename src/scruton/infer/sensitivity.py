@@ -7,6 +7,7 @@ the weights can be trusted (Vehtari et al., JMLR 25, 2024).
 """
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 ALPHAS = (0.99, 1.01)
+_ORDERS = 8  # in which weights that have nothing to do with a parameter are tried on it
 CONFLICT, WEAK, STILL_AIR, FINE = "prior-data conflict", "weak likelihood", "from still air", "-"
 STEADY = "(steady records)"
 # Parameters of a test beside the coordinates that have a prior of their own.
@@ -46,9 +48,12 @@ class Scaling:
     ----------
     test, parameter : str
     prior, still_air, likelihood : float
-        Sensitivity to the card's priors together, to the prior of the damping ratio, which is what the records in
-        still air say, and to the records in wind.  NaN where the fit does not hold what it takes.
+        Sensitivity to the card's priors of amplitude, relaxation and n together, to the prior of the damping ratio,
+        which is what the records in still air say, and to the records in wind.  NaN where the fit does not hold what it
+        takes.
     diagnosis : str
+    noise : float
+        Sensitivity to the priors that are meant to speak, of noise and discrepancies: shown, and no doubt.
     """
 
     test: str
@@ -57,6 +62,7 @@ class Scaling:
     still_air: float
     likelihood: float
     diagnosis: str
+    noise: float = float("nan")
 
 
 @dataclass(frozen=True)
@@ -113,31 +119,62 @@ class Influence:
         return bool(self.khat <= TRUSTED_KHAT)
 
 
+@dataclass(frozen=True)
+class PredictionSensitivity:
+    """How far one predicted stable amplitude follows what the card says of a parameter.
+
+    Attributes
+    ----------
+    where : str
+        Why it is predicted there.
+    scruton_number : float
+    source : str
+        "tau", "kappa" or "law weights".
+    distance : float
+        Cumulative Jensen-Shannon distance that the predictive draws move per doubling of the power of that prior,
+        beyond chance.
+    median, low, high : float
+        Of the prediction, with its 90 % interval.
+    halved, doubled : (float, float, float)
+        The same where the prior's median (of the laws: the odds of the leading one) is halved and doubled.
+    """
+
+    where: str
+    scruton_number: float
+    source: str
+    distance: float
+    median: float
+    low: float
+    high: float
+    halved: tuple[float, float, float]
+    doubled: tuple[float, float, float]
+
+
 def power_scaling(tree: "xr.DataTree") -> tuple[Scaling, ...]:
-    """Sensitivity of every test's parameters; empty where the fit holds no log prior.
+    """Sensitivity of every test's parameters in the model that predicts; empty where the fit does not hold it.
 
     Notes
     -----
-    The log likelihood of a draw is its log posterior less its log prior: all draws enter, and the steady records too.
+    Priors of amplitude, relaxation and exponent are scaled together, and those of noise and discrepancies, whose part
+    it is to say how wide a posterior is.  What joins a test to the curve that all share is the model's, and stays.
     """
-    if "log_prior" not in tree or "sample_stats" not in tree:
+    if "examined" not in tree:
         return ()
-    scalings = []
+    group, scalings = tree["examined"].to_dataset(), []
     for test in _tests(tree):
-        log_prior = _log_prior(tree, test)
-        total = np.sum(list(log_prior.values()), axis=0)
-        still = log_prior.pop("damping_ratio", np.zeros_like(total))
-        like = _flat(tree["sample_stats"]["lp"].sel(test=test)) - total
-        weights = [_weights(log_density) for log_density in (np.sum(list(log_prior.values()), axis=0), still, like)]
-        for name in (parameter for parameter in SCALED if parameter in tree["posterior"].data_vars):
-            draws = _flat(tree["posterior"][name].sel(test=test))
-            prior, damping, likelihood = (sensitivity(draws, pair) for pair in weights)
-            scalings.append(Scaling(test, name, prior, damping, likelihood, diagnose(prior, damping, likelihood)))
+        own = group.sel(test=test)
+        weights = [scaled_weights(_flat(own[name])) for name in ("lp_prior", "lp_still_air", "lp_records")]
+        meant = scaled_weights(_flat(own["lp_noise"]))
+        for name in (parameter for parameter in SCALED if parameter in own):
+            draws = _flat(own[name])
+            verdict = diagnose(*(beyond_chance(draws, pair) for pair in weights))
+            prior, still_air, records = (sensitivity(draws, pair) for pair in weights)
+            scalings.append(Scaling(test, name, prior, still_air, records, verdict, sensitivity(draws, meant)))
     return tuple(scalings)
 
 
 def diagnose(prior: float, still_air: float, likelihood: float) -> str:
-    """Say what the sensitivities mean, by the threshold 0.05."""
+    """Say what the sensitivities, beyond chance, mean by the threshold 0.05."""
     if not np.isfinite([prior, still_air, likelihood]).all():
         return "cannot be told"
     if prior >= SENSITIVE:
@@ -147,8 +184,11 @@ def diagnose(prior: float, still_air: float, likelihood: float) -> str:
     return FINE
 
 
-def _weights(log_density: FloatArray) -> tuple[FloatArray, FloatArray] | None:
-    """Weights of the draws at the lower and at the upper power; None where the factor is flat, and scaling it idle."""
+def scaled_weights(log_density: FloatArray, *, tail: bool = True) -> tuple[FloatArray, FloatArray] | None:
+    """Weights of the draws at the lower and at the upper power; None where the factor is flat, and scaling it idle.
+
+    A density of a few values, such as that of laws, has no `tail` to smooth.
+    """
     from arviz_stats.base import array_stats
 
     if not np.isfinite(log_density).all():
@@ -157,10 +197,9 @@ def _weights(log_density: FloatArray) -> tuple[FloatArray, FloatArray] | None:
         return None  # a uniform prior has no tail to smooth
     pair = []
     for alpha in ALPHAS:
-        try:
-            log_weights = np.asarray(array_stats.power_scale_lw(log_density, alpha=alpha, axis=-1))
-        except ValueError:  # tails without any spread: unsmoothed weights are as good
-            log_weights = (alpha - 1.0) * log_density
+        log_weights = (alpha - 1.0) * log_density
+        with suppress(ValueError):  # tails without any spread: unsmoothed weights are as good
+            log_weights = np.asarray(array_stats.power_scale_lw(log_density, alpha=alpha)) if tail else log_weights
         weights = np.exp(log_weights - log_weights.max())
         pair.append(weights / weights.sum())
     return pair[0], pair[1]
@@ -179,14 +218,22 @@ def sensitivity(draws: FloatArray, weights: tuple[FloatArray, FloatArray] | None
     return float(value)
 
 
+def beyond_chance(draws: FloatArray, weights: tuple[FloatArray, FloatArray] | None) -> float:
+    """`sensitivity` less, in quadrature, what the same weights give in any other order: so many draws tell no less."""
+    rng = np.random.default_rng(0)
+    chance = [sensitivity(rng.permutation(draws), weights) for _ in range(_ORDERS)]
+    return float(np.sqrt(np.maximum(sensitivity(draws, weights) ** 2 - np.mean(np.square(chance)), 0.0)))
+
+
 def identifiability(tree: "xr.DataTree") -> tuple[Moved, ...]:
     """Posterior over prior standard deviation of every parameter of every test; empty without prior draws."""
-    if "prior" not in tree:
+    if "prior" not in tree or "examined" not in tree:
         return ()
-    posterior, prior = tree["posterior"], tree["prior"]
+    posterior, prior = tree["examined"].to_dataset(), tree["prior"]
     rows = []
     for test in _tests(tree):
-        names = [parameter for parameter in (*PRIOR_OF, *FORCES) if parameter in posterior.data_vars]
+        names = [parameter for parameter in (*PRIOR_OF, *FORCES) if parameter in posterior]
+        names = [name for name in names if name in FORCES or PRIOR_OF[name] in prior.data_vars]
         forces = prior_forces(tree, test) if "Y1" in names else {}
         for name in names:
             before = forces[name] if name in FORCES else _flat(prior[PRIOR_OF[name]].sel(test=test))
@@ -225,10 +272,11 @@ def prior_forces(tree: "xr.DataTree", test: str) -> dict[str, FloatArray]:
 
 
 def campaign_identifiability(tree: "xr.DataTree", card: ModelCard) -> tuple[Moved, ...]:
-    """Posterior over prior standard deviation of the shared curve and of the discrepancies, under the reference law."""
-    if "campaign_posterior" not in tree:
+    """Posterior over prior standard deviation of the shared curve and of the discrepancies, in the leading law."""
+    if "campaign_posterior" not in tree or "examined" not in tree:
         return ()
-    group, motion = tree["campaign_posterior"].isel(law=0), Motion(str(tree["constant_data"]["motion"].item()))
+    group = tree["campaign_posterior"].sel(law=tree["examined"].attrs["law"])
+    motion = Motion(str(tree["constant_data"]["motion"].item()))
     return tuple(
         moved("", name, card.prior(prior, motion).scale, float(np.log(_flat(group[name])).std()))
         for name, prior in SHARED_PRIOR.items()
@@ -243,10 +291,10 @@ def influences(tree: "xr.DataTree") -> tuple[Influence, ...]:
     Records of a test are independent given its parameters, so that the weight of a draw is one over the record's joint
     density, the product of the conditional densities of its cycles.  Steady records have one density together.
     """
-    if "log_likelihood" not in tree:
+    if "log_likelihood" not in tree or "examined" not in tree:
         return ()
     pointwise = tree["log_likelihood"]["amplitude"].transpose("chain", "draw", "cycle")
-    constant, posterior = tree["constant_data"], tree["posterior"]
+    constant, posterior = tree["constant_data"], tree["examined"]
     of_test, of_record = (constant[key].to_numpy().astype(str) for key in ("record_test", "record"))
     at = {"chain": pointwise["chain"], "draw": pointwise["draw"]}
     rows: list[Influence] = []
@@ -256,13 +304,9 @@ def influences(tree: "xr.DataTree") -> tuple[Influence, ...]:
             name: pointwise.to_numpy()[..., in_test & (of_record == name)].sum(axis=-1).reshape(-1)
             for name in dict.fromkeys(of_record[in_test].tolist())
         }
-        if densities and "log_prior" in tree and "sample_stats" in tree:
-            # What the likelihood holds beside the cycles.
-            total = _flat(tree["sample_stats"]["lp"].sel(test=test).sel(at))
-            terms = list(_log_prior(tree, test, at).values())
-            steady = total - np.sum(terms, axis=0) - np.sum(list(densities.values()), axis=0)
-            if float(np.ptp(steady)) > 1e-6:
-                densities[STEADY] = steady
+        steady = _flat(tree["log_likelihood"]["steady"].sel(test=test))
+        if densities and float(np.ptp(steady)) > 1e-6:
+            densities[STEADY] = steady
         if len(densities) < 2:
             continue
         draws = {name: np.log(_flat(posterior[name].sel(test=test).sel(at))) for name in ("a_star", "relaxation_rate")}
@@ -290,14 +334,8 @@ def left_out(record: str, log_density: FloatArray, draws: Mapping[str, FloatArra
     return rows
 
 
-def _log_prior(tree: "xr.DataTree", test: str, at: Mapping[str, Any] | None = None) -> dict[str, FloatArray]:
-    """Log prior density of every parameter of a test, by name, at these chains and draws or at all."""
-    terms = tree["log_prior"].to_dataset().sel(test=test).sel(at or {})
-    return {str(name): _flat(terms[name]) for name in terms.data_vars}
-
-
 def _tests(tree: "xr.DataTree") -> Sequence[str]:
-    return [str(name) for name in tree["posterior"]["test"].to_numpy()]
+    return [str(name) for name in tree["examined"]["test"].to_numpy()]
 
 
 def _flat(array: Any) -> FloatArray:

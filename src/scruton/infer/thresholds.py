@@ -30,6 +30,9 @@ MOST_GUSTS, MOST_SET_POINT = 0.06, 0.03  # sd over the stable amplitude
 # innovations are not white: transients of one setting do not tell what the curve does elsewhere.
 LAWS_FLOOR = 0.1  # of the weight
 
+# A law with less carries no weight: what is inferred under it alone predicts nothing.
+CARRIES = 0.05  # of the weight
+
 # An adjusted p-value below this is worth a look.
 WORTH_A_LOOK = 0.01  # p-value
 # Below this, predictable innovations make a fit one not to be trusted; below that, a statistic of the replicates does.
@@ -48,6 +51,8 @@ SENSITIVE = 0.05  # Jensen-Shannon distance per doubling
 # Beyond the first the data did not move a parameter, beyond the second barely.
 NOT_MOVED = 0.8  # posterior over prior sd
 BARELY_MOVED = 0.5  # posterior over prior sd
+# And that stayed where its prior is: then its posterior equals its prior.
+SAME_PLACE = 0.25  # prior sd
 # Shape of the weights' tail beyond which reweighting cannot tell what a refit would. From Vehtari et al., JMLR 25
 # (2024).
 TRUSTED_KHAT = 0.7  # -

@@ -11,7 +11,8 @@ from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign
 from scruton.documents import as_json
 from scruton.infer.cards import ModelCard
-from scruton.infer.models import free_runs
+from scruton.infer.examined import examined_groups
+from scruton.infer.joint import Joint, reference_holds
 from scruton.infer.result_schema import SCHEMA, dataset
 from scruton.infer.results import PeakResult, Sampled, TestResult, TrialResult
 from scruton.infer.sampling import Sampling
@@ -22,7 +23,6 @@ from scruton.stats.sampler import Samples
 if TYPE_CHECKING:
     import pandas as pd
 
-POINTWISE_THIN = 8  # the pointwise log likelihood is kept for every eighth draw
 PRIOR_DRAWS = 1000
 INTERVALS = (0.50, 0.90, 0.95)
 # Sampled parameters under the names that users meet.
@@ -43,11 +43,11 @@ def build_tree(sampled: Sampled, sampling: Sampling, provenance: Mapping[str, An
     }
     if sampled.tests:
         groups |= _test_groups(sampled.tests, sampling)
-        by_cycle = [result for result in sampled.tests if result.posterior.data.size]
-        if by_cycle and thorough:
-            groups |= _cycle_groups(by_cycle, sampling)
     if sampled.joint:
         groups |= _campaign_groups(sampled.joint)
+        if thorough:
+            ensemble = sampled.tests[0].samples.ensemble
+            groups |= examined_groups(sampled.tests, sampled.joint, ensemble, sampling)
     if sampled.trials:
         groups["trial_function"] = _trial_group(sampled.trials)
     groups["inputs"] = inputs_group(sampled.campaign, sampled.card)
@@ -132,27 +132,6 @@ def _test_groups(tests: Sequence[TestResult], sampling: Sampling) -> dict[str, x
     }
 
 
-def _cycle_groups(tests: Sequence[TestResult], sampling: Sampling) -> dict[str, xr.Dataset]:
-    pointwise, runs = [], []
-    for result in tests:
-        chain = result.samples.chain[:, ::POINTWISE_THIN]
-        flat = result.posterior.pointwise(chain.reshape(-1, chain.shape[-1]))
-        pointwise.append(flat.reshape(*chain.shape[:2], -1))
-        rng = np.random.default_rng(sampling.seed_of(f"predictive of {result.test.name}"))
-        runs.append(free_runs(result.posterior, result.samples.chain, rng))
-    log_likelihood = np.concatenate(pointwise, axis=-1)
-    mean, replicate = (np.concatenate(run, axis=-1)[None] for run in zip(*runs, strict=True))
-    observed = np.concatenate([result.posterior.data.amplitude for result in tests])
-    standardised = np.concatenate([result.posterior.standardised(result.samples.chain) for result in tests])
-    kept = np.arange(log_likelihood.shape[1]) * POINTWISE_THIN
-    return {
-        "log_likelihood": dataset("log_likelihood", {"amplitude": log_likelihood}, draw=kept),
-        "posterior_predictive": dataset("posterior_predictive", {"amplitude": replicate, "mean_amplitude": mean}),
-        "innovations": dataset("innovations", {"amplitude": standardised}),
-        "observed_data": dataset("observed_data", {"amplitude": observed}),
-    }
-
-
 def _campaign_groups(joint: PeakResult) -> dict[str, xr.Dataset]:
     """The campaign model of the peak tests under every law that was sampled, and the weights of all laws."""
     laws, weights = joint.laws, joint.weights
@@ -212,14 +191,23 @@ def provenance_of_fit(
 
 def summarise(
     sampled: Sampled,
+    joint: Joint,
     convergence: "pd.DataFrame",
     provenance: Mapping[str, Any],
     flags: Sequence[str],
     *,
     misfit: bool,
 ) -> dict[str, Any]:
-    """The content of fit.json; `misfit` says whether the innovations speak against the reference law."""
+    """The content of fit.json; `misfit` says whether the innovations speak against the reference law.
+
+    The parameters of a peak test are those of the model that predicts, mixed over the laws by their weights; what the
+    test says alone under the reference law stands beside them.  Of other tests there is nothing else.
+    """
     verdicts: dict[Any, Any] = convergence.to_dict(orient="index")
+    peaks = {name: parameters(draws) for name, draws in joint.tests.items()}
+    alone = {
+        result.test.name: parameters(result.derived, f"test {result.test.name}", verdicts) for result in sampled.tests
+    }
     bands = {rig: ringdown.bands for rig, ringdown in sampled.ringdowns.items()}
     return {
         "format": 1,
@@ -228,7 +216,7 @@ def summarise(
         "flags": list(flags),
         "law_n": np.nan if sampled.card.law_n is None else sampled.card.law_n,
         "laws": _laws(sampled.joint, misfit) if sampled.joint else {},
-        "campaign": _campaign(sampled.joint) if sampled.joint else {},
+        "campaign": _campaign(sampled.joint, joint, peaks) if sampled.joint else {},
         "amplitude_unit": sampled.campaign.section.amplitude_unit,
         "envelope_source": sampled.card.envelope_source,
         "tests": [
@@ -248,7 +236,8 @@ def summarise(
                     }
                     for verdict in result.steady
                 ],
-                "parameters": parameters(result.derived, f"test {result.test.name}", verdicts),
+                "parameters": peaks.get(result.test.name, alone[result.test.name]),
+                **({"alone": alone[result.test.name]} if result.test.name in peaks else {}),
             }
             for result in sampled.tests
         ],
@@ -316,16 +305,16 @@ def _laws(joint: PeakResult, misfit: bool) -> dict[str, Any]:
         "sampled": of.sampled,
     }
     rows = {label: {name: column[k] for name, column in columns.items()} for k, label in enumerate(of.labels)}
-    return {"flag": bool(of.flag) or (len(of.labels) == 1 and misfit), "weights": as_json(rows)}
+    flag = bool(of.flag) or (len(of.labels) == 1 and misfit)
+    return {"flag": flag, "forces_hold": reference_holds(of), "weights": as_json(rows)}
 
 
-def _campaign(joint: PeakResult) -> dict[str, Any]:
-    """The shared curve, the discrepancies and the peak tests in the campaign model, under the reference law."""
-    sc, _ = joint.laws[0].posterior.reference
-    derived = {key: value for key, value in joint.laws[0].derived.items() if np.isfinite(value).all()}
-    tests = [
-        {"name": name, "parameters": parameters({k: v[..., j] for k, v in derived.items() if v.ndim == 3})}
-        for j, name in enumerate(joint.tests)
-    ]
-    shared = {key: value for key, value in derived.items() if value.ndim == 2}
-    return {"reference_scruton_number": sc, "parameters": parameters(shared), "tests": tests}
+def _campaign(result: PeakResult, joint: Joint, peaks: Mapping[str, Any]) -> dict[str, Any]:
+    """The shared curve, the discrepancies and the peak tests in the model that predicts."""
+    sc, _ = result.laws[0].posterior.reference
+    return {
+        "reference_scruton_number": sc,
+        "parameters": parameters(joint.shared),
+        "left_at_prior": list(joint.at_prior),
+        "tests": [{"name": name, "parameters": entries} for name, entries in peaks.items()],
+    }

@@ -16,6 +16,7 @@ from scruton.workspace import Workspace
 if TYPE_CHECKING:
     from scruton.griffin import Prediction
     from scruton.infer.results import Fit
+    from scruton.infer.sensitivity import PredictionSensitivity
     from scruton.report.document import Picture
     from scruton.report.parts import Part
 
@@ -147,7 +148,10 @@ def write_report(
         charts = {GRIFFIN: chart, **charts} if chart else charts
     pictures = [replace(picture, chart=charts.get(picture.name)) for picture in pictures]
     contents = {name: dict(part.content) for name, part in parts.items()}
-    material = Material(fit, frames, pictures, design, at_tests, others, charts=charts, **contents)
+    sensitivity = attempt("predictions", "The sensitivity of predictions", partial(_sensitivity, fit, design), ())
+    material = Material(
+        fit, frames, pictures, design, at_tests, others, charts=charts, sensitivity=sensitivity, **contents
+    )
     document = compose(material, failures)
     written = attempt("", "Writing the tables", lambda: write_tables(document, frames, out / TABLES), [])
     values = attempt("", "Writing the numbers", lambda: numbers(material, document), {"format": 1})
@@ -190,6 +194,16 @@ def _draw(fit: "Fit", second: SecondProcess, failures: Failures) -> "list[Pictur
         for figure, result in zip(figures, results, strict=True)
     ]
     return [picture for picture in kept if picture is not None]
+
+
+def _sensitivity(fit: "Fit", design: "Sequence[Prediction]") -> "tuple[PredictionSensitivity, ...]":
+    """Of the predictions at the design, or between and beyond the tests where there is none."""
+    from scruton.griffin.sensitivity import points_of, prediction_sensitivity
+
+    if not fit.summary["tests"]:
+        return ()
+    points = points_of(fit.tree, [prediction.scruton_number for prediction in design])
+    return prediction_sensitivity(fit.tree, points, seed=int(fit.summary["provenance"]["seed"]))
 
 
 def _predictions(

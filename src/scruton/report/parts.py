@@ -28,8 +28,9 @@ from scruton.sizing.model import ModeModel, unit_cube
 from scruton.sizing.study import size, sizing_origin
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from scruton.griffin import Prediction
-    from scruton.infer.results import Fit
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,10 +83,10 @@ def check_bridge(campaign: Path, bridge: Path, limits: Sequence[str] = ()) -> Br
     return structure
 
 
-def scruton_numbers_of(fit: "Fit", bridge: Path) -> list[float]:
+def scruton_numbers_of(tree: "xr.DataTree", bridge: Path) -> list[float]:
     """Median Scruton number of every mode of a bridge, each once."""
-    structure = load_bridge(bridge, fit.campaign.section.motion)
-    laws, factor = law_curves(fit.tree), rig_mass_damping_draws(fit.tree, chosen_rig(fit.tree, None))
+    structure = load_bridge(bridge, motion_of(tree))
+    laws, factor = law_curves(tree), rig_mass_damping_draws(tree, chosen_rig(tree, None))
     u = unit_cube(1 << 12, 0)
     draws = [ModeModel(laws, factor, structure, mode).draws(u) for mode in structure.modes]
     return sorted({float(f"{np.median(draw.scruton_number(0.0)):.4g}") for draw in draws})

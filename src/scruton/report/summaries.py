@@ -1,13 +1,13 @@
 """What the terminal is told of a fit, of predictions and of a validation, as blocks of a document."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from scruton.report.document import Block, Table, paragraph
 from scruton.report.thresholds import SHARE_SHOWN
-from scruton.report.wording import TERMINAL
+from scruton.report.wording import TERMINAL, Notation
 
 if TYPE_CHECKING:
     from scruton.griffin import Prediction
@@ -22,12 +22,13 @@ def fit_summary(fit: "Fit") -> Iterator[Block]:
     yield paragraph(fit.campaign.title)
     rigs = [(rig["name"], *TERMINAL.spread(rig["parameters"]["damping_ratio"], 100.0)) for rig in fit.summary["rigs"]]
     yield Table("damping", "Structural damping ratio [%]", ("rig", *_SPREAD), rigs)
+    doubt = "" if forces_hold(fit.summary) else " (of the law n=-1, WHICH DOES NOT HOLD HERE)"
     for key, title in {
         "scruton_number": "Sc",
         "a_star": f"stable amplitude [{fit.campaign.section.amplitude_unit}]",
         "relaxation_rate": "lambda [1/s]",
-        "Y1": "Y1",
-        "epsilon": "epsilon",
+        "Y1": f"Y1{doubt}",
+        "epsilon": f"epsilon{doubt}",
     }.items():
         tests = [
             (test["name"], test["rig"], *TERMINAL.spread(test["parameters"][key]))
@@ -51,34 +52,81 @@ def fit_summary(fit: "Fit") -> Iterator[Block]:
         header = ("law", "prior", "log evidence", "weight", "stacking", "")
         yield Table("laws", "Laws of aerodynamic damping; log evidence below the best", header, laws)
     shared = fit.summary["campaign"].get("parameters", {})
+    if shared and fit.card.exponent is not None:
+        yield Table("exponent", "Law of aerodynamic damping", ("", *_SPREAD), [("n", *TERMINAL.spread(shared["n"]))])
+    at_prior = fit.summary["campaign"].get("left_at_prior", ())
     discrepancy = [
-        (name, *TERMINAL.spread(shared[key]))
+        (name, *TERMINAL.spread(shared[key]), "equals its prior" if key in at_prior else "")
         for key, name in (("discrepancy_amplitude", "ln amplitude"), ("discrepancy_relaxation", "ln G"))
         if key in shared
     ]
-    yield Table("discrepancy", "Discrepancy between settings, standard deviation", ("of", *_SPREAD), discrepancy)
+    yield Table("discrepancy", "Discrepancy between settings, standard deviation", ("of", *_SPREAD, ""), discrepancy)
+    if shared:
+        yield paragraph(model_printed(fit.summary))
     yield paragraph(f"Sampling: {'converged' if fit.converged else 'NOT CONVERGED: not to be trusted'}")
+
+
+def forces_hold(summary: Mapping[str, Any]) -> bool:
+    """Whether the law that Y1 and epsilon are parameters of carries weight; so it does where a fit does not say."""
+    return bool(summary["laws"].get("forces_hold", True))
+
+
+def model_printed(summary: Mapping[str, Any]) -> str:
+    """Which model the numbers of the tests are those of."""
+    weights = summary["laws"].get("weights", {})
+    shares = [f"{label} {entry['weight']:.0%}" for label, entry in weights.items() if entry["weight"] > SHARE_SHOWN]
+    peaks = [test["name"] for test in summary["tests"] if test["peak"]]
+    others = len(summary["tests"]) - len(peaks)
+    words = f"Peak tests ({', '.join(peaks)}): the joint posterior that predicts, {', '.join(shares)}."
+    return words + (" Other tests: each by its own records, under the reference law." if others else "")
 
 
 def prediction_summary(predictions: "Sequence[Prediction]", summary: dict[str, Any]) -> list[Block]:
     """Stable amplitudes at the design, one row each, and what is to be known of them; `summary` is that of the fit."""
+    entries = [prediction.to_json() for prediction in predictions]
     rows = [
         (
             TERMINAL.number(entry["sc"]), TERMINAL.number(entry["damping_ratio"]), *TERMINAL.spread(entry["amplitude"]),
-            TERMINAL.number(entry["amplitude"]["sd"]), TERMINAL.number(entry["extrapolation_index"], 2),
+            monte_carlo(entry["amplitude"], TERMINAL), TERMINAL.number(entry["amplitude"]["sd"]),
+            TERMINAL.number(entry["extrapolation_index"], 2),
         )
-        for entry in (prediction.to_json() for prediction in predictions)
+        for entry in entries
     ]  # fmt: skip
-    header = ("Sc", "damping ratio", f"amplitude [{summary['amplitude_unit']}]", "90 % interval", "sd", "x")
+    unit = summary["amplitude_unit"]
+    header = ("Sc", "damping ratio", f"amplitude [{unit}]", "90 % interval", "MC errors", "sd", "x")
     shares = [f"{law} {weight:.0%}" for law, weight in predictions[0].laws.items() if weight > SHARE_SHOWN]
     lines = [
         "x: extrapolation index; laws agree for |x| < 0.2 and part beyond 0.3.",
+        "MC errors: Monte Carlo standard errors of the median and of the interval's ends.",
         f"Laws: {', '.join(shares)}. The interval carries the discrepancy between settings.",
-        *(f"! {flag}" for prediction in predictions for flag in prediction.flags),
+        *dict.fromkeys(f"! {flag}" for prediction in predictions for flag in prediction.flags),
     ]
     if not summary["converged"]:
         lines.append("! the fit did not converge: " + "; ".join(summary["flags"]))
-    return [Table("predictions", "", header, rows, "\n".join(lines))]
+    return [Table("predictions", "", header, rows, "\n".join(lines)), stated_discrepancies(predictions, TERMINAL)]
+
+
+def monte_carlo(amplitude: Mapping[str, Any], of: Notation) -> str:
+    """Monte Carlo standard errors of the median and of both ends of the 90 % interval, of an amplitude as in JSON."""
+    errors = amplitude["mcse"]
+    return " ".join(of.number(error, 2) for error in (errors["median"], *errors["interval"]["0.90"]))
+
+
+def stated_discrepancies(predictions: "Sequence[Prediction]", of: Notation) -> Table:
+    """Predictions from one rig where the discrepancy between settings is stated; no row with several rigs."""
+    rows = []
+    for entry in (prediction.to_json() for prediction in predictions):
+        stated = entry.get("at_discrepancy", {})
+        if stated:
+            rows.append((of.number(entry["sc"]), *(cell for at in stated.values() for cell in of.spread(at))))
+    taus = [f"{100.0 * tau:.0f} %" for tau in (predictions[0].at_discrepancy if predictions else ())]
+    return Table(
+        "stated_discrepancies",
+        "One rig says nothing of how far settings lie off one curve: predictions with a discrepancy of "
+        + " and of ".join(taus),
+        ("Sc", *(column for tau in taus for column in (f"median, {tau}", "90 % interval"))),
+        rows,
+    )
 
 
 def validation_summary(title: str, unit: str, folds: "Sequence[Validation]", coverage: dict[str, float]) -> list[Block]:

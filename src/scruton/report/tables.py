@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from scruton.griffin import Prediction
     from scruton.infer.results import Fit
 
-_UNITS = {parameter.name: parameter.unit for group in ("posterior", "trial_function") for parameter in SCHEMA[group]}
+_GROUPS = ("campaign_posterior", "posterior", "trial_function")
+_UNITS = {parameter.name: parameter.unit for group in _GROUPS for parameter in SCHEMA[group]}
 _UNKNOWN: Mapping[str, Any] = {"median": np.nan, "interval": {"0.90": (np.nan, np.nan)}}
 Row = dict[str, Any]
 
@@ -112,10 +113,17 @@ def _records(fit: "Fit", unit: str) -> Iterator[Row]:
 
 
 def _posterior(fit: "Fit", unit: str) -> Iterator[Row]:
-    """One row a parameter of every rig, test and trial function: median, mean, sd and intervals, with its unit."""
-    for kind, heading in (("rig", "rigs"), ("test", "tests"), ("trial function", "records")):
+    """One row a parameter of every rig, test and trial function: median, mean, sd and intervals, with its unit.
+
+    A peak test has two sets: that of the model that predicts, and what it says alone under the reference law.
+    """
+    parts = [("rig", "rigs", "parameters"), ("test", "tests", "parameters"), ("test alone", "tests", "alone")]
+    for name, entry in fit.summary["campaign"].get("parameters", {}).items():
+        whose = {"posterior": "campaign", "of": "shared curve", "parameter": name}
+        yield whose | {"unit": unit_of(name, unit)} | _summarised(entry)
+    for kind, heading, key in (*parts, ("trial function", "records", "parameters")):
         for summary in fit.summary[heading]:
-            for name, entry in summary["parameters"].items():
+            for name, entry in summary.get(key, {}).items():
                 whose = {"posterior": kind, "of": summary["name"], "parameter": name}
                 yield whose | {"unit": unit_of(name, unit)} | _summarised(entry)
 
@@ -143,6 +151,11 @@ def _prediction(prediction: "Prediction") -> Row:
         "laws": ", ".join(f"{law} {weight:.3g}" for law, weight in prediction.laws.items() if weight > 5e-4),
         "unit": prediction.unit,
         **_summarised(entry["amplitude"]),
+        "median MC error": _finite(entry["amplitude"]["mcse"]["median"]),
+        **{
+            f"{end} MC error": _finite(error)
+            for end, error in zip(("q05", "q95"), entry["amplitude"]["mcse"]["interval"]["0.90"], strict=True)
+        },
         "extrapolation index x": prediction.extrapolation_index,
         "probability of no vibration": prediction.dies,
         "fraction without stable amplitude": prediction.unbounded,

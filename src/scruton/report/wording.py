@@ -19,6 +19,7 @@ PARAMETERS = {
     "mass_damping_factor": "Sc per unit of damping ratio",
     "Y1": "Y₁",
     "epsilon": "ε",
+    "law_exponent": "exponent n of the law",
     "stable_amplitude": "stable amplitude a*",
     "relaxation_ratio": "relaxation ratio λ/ω₀",
     "still_air_scatter": "scatter of the amplitude in still air",

@@ -17,6 +17,7 @@ from scruton.dynamics.laws import index_of
 from scruton.dynamics.scruton_number import factor as scruton_number_factor
 from scruton.griffin.curves import LawCurves, SharedCurve
 from scruton.sizing.bridge import Bridge, Mode
+from scruton.stats.convergence import monte_carlo_error
 
 IntArray = NDArray[np.integer]
 SECTION, LAW, DISCREPANCY, DAMPING, COHERENCE, MASS, FREQUENCY = range(7)
@@ -30,6 +31,7 @@ SOURCES = {
     FREQUENCY: "frequency of the mode",
 }
 _SC_GRID = 64  # Scruton numbers at which a curve with an effect in it is tabulated
+_BLOCKS = 64  # of the posterior's draws, between which Monte Carlo errors look for differences
 
 
 def unit_cube(count: int, seed: int, sources: int = len(SOURCES)) -> FloatArray:
@@ -45,17 +47,41 @@ def unit_cube(count: int, seed: int, sources: int = len(SOURCES)) -> FloatArray:
 
 @dataclass(frozen=True)
 class Spread:
-    """Median, 5 and 95 % points of what is uncertain; None for a point that is not asked for."""
+    """Median, 5 and 95 % points of what is uncertain; None for a point that is not asked for.
+
+    `mcse` has the Monte Carlo standard errors of the median, the 5 and the 95 % point, where they are told.
+    """
 
     median: float
     low: float | None = None
     high: float | None = None
+    mcse: tuple[float, float, float] | None = None
 
 
-def spread(draws: FloatArray) -> Spread:
-    """Median, 5 and 95 % points of draws; no interpolation, since some may be infinite."""
+def spread(draws: FloatArray, u: FloatArray | None = None) -> Spread:
+    """Median, 5 and 95 % points of draws; no interpolation, since some may be infinite.
+
+    `u` are the points of the unit cube that the draws stand at, for their Monte Carlo errors.
+    """
     low, median, high = np.quantile(draws, [0.05, 0.5, 0.95], method="inverted_cdf")
-    return Spread(float(median), float(low), float(high))
+    mcse = None
+    if u is not None:
+        of_median, of_low, of_high = (sampling_error(draws, u, p) for p in (0.5, 0.05, 0.95))
+        mcse = of_median, of_low, of_high
+    return Spread(float(median), float(low), float(high), mcse)
+
+
+def sampling_error(draws: FloatArray, u: FloatArray, probability: float | None = None) -> float:
+    """Monte Carlo standard error of a quantile, or of the mean, of draws (N,) at points of the unit cube (N, sources).
+
+    Notes
+    -----
+    Taken in the order of the posterior's draws that they stand on, one chain after the other: points that share a draw
+    of the section's posterior, or neighbours of one chain, are not independent, and count for as many as they are.
+    That the points are spread evenly over the other sources makes the error smaller than this.
+    """
+    ordered = draws[np.argsort(u[:, SECTION], kind="stable")]
+    return monte_carlo_error(ordered.reshape(_BLOCKS, -1), probability)
 
 
 @dataclass(frozen=True, eq=False)

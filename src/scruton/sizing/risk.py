@@ -9,7 +9,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.griffin.thresholds import X_TRUSTED
 from scruton.sizing.limits import Limit
-from scruton.sizing.model import LAW, SECTION, SOURCES, Draws, ModeModel, unit_cube
+from scruton.sizing.model import LAW, SECTION, SOURCES, Draws, ModeModel, sampling_error, unit_cube
 from scruton.sizing.thresholds import LARGEST_ADDED
 
 CONFIDENCES = ("0.50", "0.84", "0.95", "0.99")
@@ -62,6 +62,8 @@ class Risk:
         P(amplitude > limit) and E[max(A - limit, 0)] without added damping.
     required, required_text : mapping
         Added damping ratio by confidence ("0.95"), and in words; None where more than `LARGEST_ADDED` would be needed.
+    probability_mcse, required_mcse : float, mapping
+        Monte Carlo standard errors of the two; None where nothing is required that could be given.
     """
 
     rule: str
@@ -74,6 +76,8 @@ class Risk:
     required: Mapping[str, float | None]
     required_text: Mapping[str, str]
     curve: RiskCurve
+    probability_mcse: float | None = None
+    required_mcse: Mapping[str, float | None] | None = None
 
 
 def risk(model: ModeModel, limit: Limit, *, seed: int = 0) -> Risk:
@@ -125,6 +129,11 @@ def risk(model: ModeModel, limit: Limit, *, seed: int = 0) -> Risk:
     return Risk(
         limit.text, rule.title, rule.source, rule.confirm, largest, float(np.mean(needed > 0.0)),
         float(curve.expected_exceedance[0]), wanted, in_words, curve,
+        sampling_error((needed > 0.0).astype(float), u),
+        {
+            name: None if damping is None else sampling_error(needed, u, float(name)) if damping else 0.0
+            for name, damping in wanted.items()
+        },
     )  # fmt: skip
 
 

@@ -14,6 +14,7 @@ from scruton.documents import as_json, from_json, read_document
 from scruton.errors import InputError
 from scruton.griffin.curves import law_curves, what_if
 from scruton.griffin.posterior import chosen_rig, motion_of, peak_names, rig_mass_damping_draws
+from scruton.griffin.predict import prior_speaks
 from scruton.infer.store import provenance_of
 from scruton.progress import Progress
 from scruton.provenance import provenance
@@ -221,7 +222,7 @@ def size(
     for model in models:
         modes.append(_mode(model, rules, seed, tell))
     remarks = [flag for mode in modes for flag in mode.flags]
-    remarks += what_if(tree, law_n)
+    remarks += [*what_if(tree, law_n), *prior_speaks(tree)]
     if law_n is not None and "effect" in tree:
         remarks.append(f"the fit carries {tree['effect'].attrs['effect']}; under one law alone it is left out")
     if (cost := bridge.cost) is not None and not cost.failure > 0.0:
@@ -260,7 +261,8 @@ def _mode(model: ModeModel, rules: Sequence[Limit], seed: int, tell: Progress) -
     governing = min(risks, key=lambda against: against.limit)
     tell(f"mode {mode.name}: shares of variance", 0.3)
     parts = shares(model, governing.limit, added=governing.required["0.95"] or 0.0, seed=seed)
-    draws = model.draws(unit_cube(DAMPER_DRAWS, seed + 4))
+    u = unit_cube(DAMPER_DRAWS, seed + 4)
+    draws = model.draws(u)
     remarks = flags(model, draws)
     if flag := damping_flag(mode.damping_ratio.mean):
         remarks.append(f"mode {mode.name}: {flag}")
@@ -286,8 +288,8 @@ def _mode(model: ModeModel, rules: Sequence[Limit], seed: int, tell: Progress) -
     return ModeSizing(
         mode.name, _stated(mode.frequency), _stated(mode.damping_ratio),
         None if mode.mass is None else _stated(mode.mass), mode.modal_mass, mode.shape.name,
-        dict(zip(model.laws.labels, factors, strict=True)), spread(draws.scruton_number(0.0)),
-        spread(draws.amplitude(0.0)), tuple(risks), governing.rule, parts, tuple(remarks), dampers, cost,
+        dict(zip(model.laws.labels, factors, strict=True)), spread(draws.scruton_number(0.0), u),
+        spread(draws.amplitude(0.0), u), tuple(risks), governing.rule, parts, tuple(remarks), dampers, cost,
     )  # fmt: skip
 
 

@@ -108,3 +108,38 @@ def judge(
         and not frozen.any()
     )
     return Convergence(rhat, bulk, tail, tau, draws, stuck + int(frozen.sum()), acceptance, good)
+
+
+def monte_carlo_error(draws: FloatArray, probability: float | None = None) -> float:
+    """Monte Carlo standard error of a quantile of draws, or of their mean where no probability is given.
+
+    Parameters
+    ----------
+    draws : (chains, draws) array
+        Some may be infinite.
+
+    Returns
+    -------
+    float
+        NaN where the quantile is infinite; inf where it may be so within its error.
+
+    Notes
+    -----
+    arviz's: by the effective number of the draws, or for a quantile of the indicator that a draw lies below it
+    (Vehtari et al., Bayesian Analysis 16, 667, 2021).
+    """
+    from arviz_stats.base import array_stats
+
+    if float(np.min(draws)) == float(np.max(draws)):
+        return 0.0 if np.isfinite(draws.flat[0]) else float("nan")
+    finite = draws[np.isfinite(draws)]
+    reach = float(np.ptp(finite)) if finite.size else 0.0
+    ceiling = float(finite.max()) + 1e3 * reach if finite.size else 1.0  # their rank is all that infinite draws have
+    bounded = np.minimum(draws, ceiling)
+    axes = {"chain_axis": 0, "draw_axis": 1}
+    if probability is None:
+        return float(array_stats.mcse(draws, method="mean", **axes)) if np.isfinite(draws).all() else float("inf")
+    if np.quantile(bounded, probability, method="inverted_cdf") == ceiling:
+        return float("nan")
+    error = float(array_stats.mcse(bounded, method="quantile", prob=probability, **axes))
+    return error if error <= reach else float("inf")

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from scruton.griffin import Prediction
     from scruton.infer.results import Fit
+    from scruton.infer.sensitivity import PredictionSensitivity
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +32,7 @@ class Material:
     gap: Mapping[str, Any] | None = None  # content of gap.json, where a diagnosis was made
     charts: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # of interactive pictures, drawn or not
     sizing: Mapping[str, Any] | None = None  # content of sizing.json, where there is a bridge
+    sensitivity: "Sequence[PredictionSensitivity]" = ()  # of predictions to what the card says
 
     @property
     def tests(self) -> list[dict[str, Any]]:

@@ -1,13 +1,18 @@
 """What was found: aerodynamic damping, the Griffin plot and its law, posteriors, predictions."""
 
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from scruton.report.chapters.material import Material
 from scruton.report.document import CAUTION, Block, Callout, Equation, Heading, Table, paragraph
 from scruton.report.equations import AERODYNAMIC, RECIPROCAL
 from scruton.report.maths import row
+from scruton.report.summaries import forces_hold, model_printed, monte_carlo, stated_discrepancies
 from scruton.report.tables import unit_of
-from scruton.report.wording import PARAMETERS, estimate, number, percent, stated, unit_text
+from scruton.report.wording import PAGE, PARAMETERS, Notation, estimate, number, percent, stated, unit_text
+
+if TYPE_CHECKING:
+    from scruton.infer.sensitivity import PredictionSensitivity
 
 
 def aerodynamic_chapter(material: Material) -> Iterator[Block]:
@@ -30,7 +35,7 @@ def griffin_chapter(material: Material) -> Iterator[Block]:
     yield from (picture for picture in material.of("griffin-plot") if picture not in (*laws, *by_test, *lock_in))
     weights = _law_table(material)
     below: dict[str, Sequence[Block]] = {
-        "The law of aerodynamic damping": [*([weights] if weights.rows else []), *laws],
+        "The law of aerodynamic damping": [*([weights] if weights.rows else []), *_exponent(material), *laws],
         "From one test at a time": by_test,
         "Amplitude against wind speed": lock_in,
     }
@@ -38,6 +43,13 @@ def griffin_chapter(material: Material) -> Iterator[Block]:
         if blocks:
             yield Heading(heading)
             yield from blocks
+
+
+def _exponent(material: Material) -> Iterator[Block]:
+    """The exponent and its band, where it is free."""
+    if material.fit.card.exponent is not None and (found := material.fit.summary["campaign"].get("parameters")):
+        median, interval = estimate(found["n"])
+        yield paragraph(f"The exponent of the law is free: n = {median}, 90 % interval {interval}.")
 
 
 def _law_table(material: Material) -> Table:
@@ -80,6 +92,11 @@ def reciprocal_chapter(material: Material) -> Iterator[Block]:
 
 def posterior_chapter(material: Material) -> Iterator[Block]:
     """One table a test; corner plots of the peak tests."""
+    if material.tests:
+        yield paragraph(model_printed(material.fit.summary))
+    doubt = (
+        "" if forces_hold(material.fit.summary) else "Y₁ and ε are those of the law n = −1, which does not hold here."
+    )
     corners = {picture.name: picture for picture in material.of("posterior")}
     for i, test in enumerate(material.tests, 1):
         yield Table(
@@ -93,6 +110,7 @@ def posterior_chapter(material: Material) -> Iterator[Block]:
                 )
                 for key, entry in test["parameters"].items()
             ],
+            doubt if "Y1" in test["parameters"] else "",
             numeric=(False, False, True, True, True),
             data="posterior",
         )  # fmt: skip
@@ -111,8 +129,10 @@ def predictions_chapter(material: Material) -> Iterator[Block]:
         )
         if cautions := material.cautions():
             yield Callout(CAUTION, "With caution", cautions)
+    yield stated_discrepancies([*material.design] or [*material.at_tests.values()], PAGE)
     if material.tests:
         yield _test_table(material)
+    yield sensitivity_table(material.sensitivity, PAGE)
     rows = []
     for test, prediction in material.crossed.items():
         truth, (low, high) = material.measured_or_found(test), prediction.interval(0.90)
@@ -134,6 +154,30 @@ def predictions_chapter(material: Material) -> Iterator[Block]:
     )
 
 
+def sensitivity_table(rows: "Sequence[PredictionSensitivity]", of: Notation) -> Table:
+    """How far predictions follow the priors of the discrepancy and the weights of the laws."""
+
+    def band(values: tuple[float, float, float]) -> str:
+        return f"{of.number(values[0], 3)} ({of.range(values[1:], 3)})"
+
+    return Table(
+        "prediction_sensitivity",
+        "Sensitivity of predictions: stable amplitude with its 90 % interval, as it is, and with the prior halved and "
+        "doubled",
+        ("Sc", "where", "follows", "by", "as it is", "halved", "doubled"),
+        [
+            (
+                of.number(row.scruton_number), row.where, row.source, of.number(row.distance, 2),
+                band((row.median, row.low, row.high)), band(row.halved), band(row.doubled),
+            )
+            for row in rows
+        ],
+        "Halved and doubled: the median of the card's prior of tau or kappa; the odds of the law with the most weight. "
+        "By: cumulative Jensen-Shannon distance per doubling of the power of that prior; 0.05 and more matters.",
+        (True, False, False, True, True, True, True),
+    )  # fmt: skip
+
+
 def design_table(material: Material) -> Table:
     """Predictions at the design Scruton numbers."""
     unit = material.unit
@@ -144,7 +188,8 @@ def design_table(material: Material) -> Table:
         rows.append(
             (
                 stated(prediction.scruton_number), percent(prediction.damping_ratio), *estimate(amplitude),
-                estimate(amplitude, level="0.95")[1], f"{median} ({interval}) {model_unit}",
+                monte_carlo(amplitude, PAGE), estimate(amplitude, level="0.95")[1],
+                f"{median} ({interval}) {model_unit}",
                 number(prediction.extrapolation_index, 2),
             )
         )  # fmt: skip
@@ -152,12 +197,12 @@ def design_table(material: Material) -> Table:
         "design",
         "Predicted stable amplitude at the design Scruton numbers",
         (
-            "Sc", "ξₛ", f"median [{unit}]", f"90 % interval [{unit}]", f"95 % interval [{unit}]",
+            "Sc", "ξₛ", f"median [{unit}]", f"90 % interval [{unit}]", "MC errors", f"95 % interval [{unit}]",
             "at the model's scale, 90 %", "x",
         ),
         rows,
         "x is the extrapolation index from the nearest test: laws of aerodynamic damping agree for |x| < 0.2 and part "
-        "beyond 0.3.",
+        "beyond 0.3. MC errors are the Monte Carlo standard errors of the median and of the ends of the 90 % interval.",
         data="predictions",
     )  # fmt: skip
 
@@ -180,8 +225,9 @@ def _test_table(material: Material) -> Table:
         f"Stable amplitude at the tested Scruton numbers [{material.unit}]",
         ("test", "rig", "Sc", "measured", "this test", "90 % interval", "another setting", "90 % interval"),
         rows,
-        "“This test” is what its own records say. “Another setting” is the prediction for a rig of the same Scruton "
-        "number that was not tested; it draws on all peak tests and carries the discrepancy between settings.",
+        "“This test” is the setting itself, in the joint posterior of all peak tests. “Another setting” is the "
+        "prediction for a rig of the same Scruton number that was not tested; it carries the discrepancy between "
+        "settings.",
         (False, False, *[True] * 6),
         data="predictions" if material.at_tests else "tests",
     )

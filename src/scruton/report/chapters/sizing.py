@@ -45,6 +45,7 @@ def sizing_chapter(material: Material) -> Iterator[Block]:
             for mode in content["modes"]
             for limit in mode["limits"]
         ],
+        " ".join(_monte_carlo(content)),
         numeric=(False, False, *[True] * 6),
     )  # fmt: skip
     yield from shown("required_damping")
@@ -81,6 +82,18 @@ def _worst(content: Content) -> tuple[Content, Content, list[str]]:
     limit = governing(mode)
     lengths = (*(mode["amplitude"][key] for key in ("median", "low", "high")), limit["limit"])
     return mode, limit, [_length(length, content["amplitude_unit"]) for length in lengths]
+
+
+def _monte_carlo(content: Content) -> Iterator[str]:
+    """A sentence a limit: the Monte Carlo standard errors of its probability and of the damping required."""
+    for mode in content["modes"]:
+        for limit in mode["limits"]:
+            if errors := limit.get("required_mcse"):
+                required = ", ".join("–" if errors[p] is None else f"{100.0 * errors[p]:.1g}" for p in CONFIDENCES)
+                yield (
+                    f"Monte Carlo standard errors, mode {mode['name']}, {limit['rule']}: of P without "
+                    f"{100.0 * limit['probability_mcse']:.1g} %; of the damping required {required} %."
+                )
 
 
 def sizing_figures(content: Content) -> Iterator[tuple[str, str, str]]:
@@ -255,7 +268,7 @@ def sizing_summary(content: Content) -> Iterator[Block]:
         for limit in mode["limits"]
     ]  # fmt: skip
     header = ("mode", "limit", f"[{unit}]", "P without", *_SHARES)
-    yield Table("required", "Added damping [%] by confidence", header, required)
+    yield Table("required", "Added damping [%] by confidence", header, required, "\n".join(_monte_carlo(content)))
     without = [
         (
             mode["name"], spread(mode["scruton_number"]), spread(mode["amplitude"]),

@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scruton.arrays import FloatArray, thin
-from scruton.griffin.posterior import peak_names, test_names, unit_of
+from scruton.griffin.posterior import peak_names, printed_draws, test_names, unit_of
 from scruton.infer import replication
 from scruton.infer.criticism import Criticism, RecordOf, records
 from scruton.infer.results import Fit
 from scruton.infer.thresholds import BARELY_MOVED, NOT_MOVED, SENSITIVE, TRUSTED_KHAT
 from scruton.report.figures import FigureWithCaption, figure, style
+from scruton.report.summaries import forces_hold
 from scruton.report.thresholds import CHAINS_SHOWN, PANELS_A_PAGE
 from scruton.stats import whiteness
 
@@ -47,8 +48,10 @@ def corner_plot(fit: Fit, test: str) -> FigureWithCaption:
     """Pairs of parameters of one test with contours that hold 50 and 90 % of the posterior."""
     from matplotlib.ticker import MaxNLocator
 
-    names = CORNER if "Y1" in fit.tree["posterior"] else TRACE  # Y1 and epsilon are the paper's law's
-    draws = {name: _draws(fit.tree, name, test).reshape(-1) for name in names}
+    printed = printed_draws(fit.tree, test)
+    # Y1 and epsilon are the paper's law's: drawn where it carries weight
+    names = CORNER if "Y1" in printed and forces_hold(fit.summary) else TRACE
+    draws = {name: (100.0 if name == "damping_ratio" else 1.0) * printed[name] for name in names}
     drawing = style.new_figure(150.0)
     grid = drawing.add_gridspec(len(names), len(names))
     for i, below in enumerate(names):

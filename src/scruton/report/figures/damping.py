@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scruton.griffin.damping import aerodynamic_draws, amplitude_grid, total_draws, trial_draws
-from scruton.griffin.posterior import draws_of, names_of, peak_names, test_names, unit_of
+from scruton.griffin.posterior import names_of, peak_names, printed_draws, test_names, unit_of
 from scruton.infer.results import Fit
 from scruton.report.figures import FigureWithCaption, figure, style
 from scruton.report.figures.griffin_axes import front_ends, line_styles
@@ -83,7 +83,7 @@ def _aerodynamic_panel(axes: "Axes", fit: Fit, name: str) -> None:
                 edgecolor=style.PURPLE, hatch="/////", lw=0.7, label="trial function, Eq. (4), 90 %", zorder=2,
             )  # fmt: skip
     _law(axes, fit, name, total=False, zorder=3)
-    axes.axvline(float(np.median(draws_of(fit.tree, "a_star", name))), color=style.GREEN, lw=0.9, ls=(0, (5, 2)))
+    axes.axvline(float(np.median(printed_draws(fit.tree, name)["a_star"])), color=style.GREEN, lw=0.9, ls=(0, (5, 2)))
     axes.axhline(0.0, color=style.GREY, lw=0.6)
     axes.set_xlim(left=0.0)
 
@@ -103,7 +103,7 @@ def stability_figures(fit: Fit) -> Iterable[FigureWithCaption]:
 
 def _stability_panel(axes: "Axes", fit: Fit, name: str) -> None:
     _law(axes, fit, name, total=True, zorder=2)
-    first, middle, last = np.quantile(draws_of(fit.tree, "a_star", name), style.Q90)
+    first, middle, last = np.quantile(printed_draws(fit.tree, name)["a_star"], style.Q90)
     axes.axhline(0.0, color=style.GREY, lw=0.8, zorder=1)
     axes.axvspan(first, last, color=style.GREEN, alpha=0.3, lw=0, zorder=1)
     label, edge = "stable amplitude, 90 %", style.BLACK

@@ -12,7 +12,7 @@ from scruton.arrays import FloatArray
 from scruton.griffin import predictive_draws, shared_curve, single_draws
 from scruton.griffin.bands import GriffinBand, band, griffin_band, griffin_draws, index_draws
 from scruton.griffin.lock_in import LockInBand, has_speeds, lock_in_band
-from scruton.griffin.posterior import draws_of, mass_damping_draws, peak_names, test_names, unit_of
+from scruton.griffin.posterior import mass_damping_draws, peak_names, printed_draws, test_names, unit_of
 from scruton.griffin.thresholds import X_TRUSTED
 from scruton.infer.results import Fit
 from scruton.report.figures import FigureWithCaption, figure, griffin_axes, style
@@ -244,7 +244,8 @@ def _steady(axes: "Axes", fit: Fit, styles: Mapping[str, style.LineStyle]) -> fl
         if not tests:
             continue
         x = [test.wind_speed.mean / unit_speed[rig] for test in tests]
-        low, middle, high = np.array([np.quantile(draws_of(tree, "a_star", test.name), style.Q90) for test in tests]).T
+        stable = [np.quantile(printed_draws(tree, test.name)["a_star"], style.Q90) for test in tests]
+        low, middle, high = np.array(stable).T
         axes.errorbar(
             x, middle, [middle - low, high - middle], fmt=look.marker, ms=7.5, mfc="none", color=look.colour,
             elinewidth=0.9, capsize=2.5, label=f"rig {style.shorten(rig, 20)}, posterior, 90 %", zorder=4,

@@ -9,7 +9,7 @@ from scruton.arrays import FloatArray
 from scruton.campaign.schema import Quantity, Record
 from scruton.envelope import FrontEnd
 from scruton.griffin.bands import GriffinBand
-from scruton.griffin.posterior import draws_of, peak_names, test_names
+from scruton.griffin.posterior import draws_of, peak_names, printed_draws, test_names
 from scruton.infer.results import Fit
 from scruton.report.figures import style
 from scruton.report.thresholds import CURVE_POINTS, MOST_BANDS, POINTS_LABELLED
@@ -42,8 +42,9 @@ def test_points(fit: Fit) -> list[Place]:
     """Where the peak tests lie."""
     placed = []
     for name in peak_names(fit.tree):
-        low, median, high = map(float, np.quantile(draws_of(fit.tree, "a_star", name), style.Q90))
-        sc = float(np.median(draws_of(fit.tree, "scruton_number", name)))
+        printed = printed_draws(fit.tree, name)
+        low, median, high = map(float, np.quantile(printed["a_star"], style.Q90))
+        sc = float(np.median(printed["scruton_number"]))
         placed.append(Place(name, sc, low, median, high, fit.campaign.test(name).stable_amplitude))
     return placed
 

@@ -10,7 +10,7 @@ from scruton.arrays import FloatArray, thin
 from scruton.campaign.schema import Record, Rig, Test
 from scruton.envelope import TRIAL_FUNCTIONS, FrontEnd, front_end
 from scruton.errors import InputError
-from scruton.griffin.posterior import draws_of, mass_damping_draws, peak_names, unit_of
+from scruton.griffin.posterior import draws_of, mass_damping_draws, peak_names, printed_draws, unit_of
 from scruton.infer.results import Fit
 from scruton.report.figures import FigureWithCaption, figure, griffin_axes, style
 from scruton.report.thresholds import PANELS_A_PAGE
@@ -75,7 +75,7 @@ def _panel(axes: "Axes", fit: Fit, test: Test, record: Record) -> None:
         axes.plot(*style.decimate(cycles.time - begin, cycles.amplitude, _BINS), lw=0.4, **pen)
     else:
         axes.plot(cycles.time - begin, cycles.amplitude, ".", ms=1.5, **pen)
-    stable = fit.tree["posterior"]["a_star"].sel(test=test.name).to_numpy()
+    stable = printed_draws(fit.tree, test.name)["a_star"]
     low, median, high = np.quantile(stable, style.Q90)
     axes.axhspan(low, high, color=style.GREEN, alpha=0.3, lw=0, zorder=1.5)
     axes.axhline(median, color=style.GREEN, lw=1.0, ls=(0, (5, 2)), label="stable amplitude, posterior", zorder=5)

@@ -1,0 +1,127 @@
+"""How far predictions follow what the model card says of tau, of kappa and of the laws, beside what records say."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scruton.arrays import FloatArray
+from scruton.griffin.posterior import draws_of, motion_of, peak_names
+from scruton.griffin.predict import predictive_draws
+from scruton.infer.joint import SCALES, law_weights, mixed
+from scruton.infer.sensitivity import PredictionSensitivity, beyond_chance, scaled_weights
+from scruton.infer.store import stored_inputs
+from scruton.stats.priors import Prior
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Point = tuple[str, float]
+LAWS = "law weights"
+_FACTORS = (0.5, 2.0)
+_BAND = (0.5, 0.05, 0.95)
+
+
+def points_of(tree: "xr.DataTree", design: Sequence[float] = ()) -> list[Point]:
+    """Where predictions are examined: at the design, else between the tests and at twice the largest tested Sc."""
+    if design:
+        return [("design", float(sc)) for sc in design]
+    tested = sorted(float(np.median(draws_of(tree, "scruton_number", name))) for name in peak_names(tree))
+    between = [("between tests", float(np.sqrt(low * high))) for low, high in pairwise(tested) if high > 1.05 * low]
+    widest = max(between, key=lambda point: _gap(tested, point[1]), default=None)
+    return [*([widest] if widest else []), ("twice the largest tested", 2.0 * tested[-1])]
+
+
+def _gap(tested: Sequence[float], sc: float) -> float:
+    """Ratio of the tested Scruton numbers on both sides."""
+    return min(high for high in tested if high > sc) / max(low for low in tested if low < sc)
+
+
+def prediction_sensitivity(
+    tree: "xr.DataTree", points: Sequence[Point], *, seed: int = 0
+) -> tuple[PredictionSensitivity, ...]:
+    """Sensitivity of the stable amplitude at every point to the priors of tau and kappa and to the weights of the laws.
+
+    Parameters
+    ----------
+    tree : xarray.DataTree
+        Of a fit that holds its model card.
+    points : sequence of (str, float)
+        As of `points_of`.
+    seed : int
+        As of `predict`.
+
+    Notes
+    -----
+    Draws are reweighted: by the prior density to a power (Kallioinen et al., 2024), and by the density of the prior
+    whose median is halved or doubled over that of the card's.  The odds of the law with the most weight are
+    halved and doubled where several have some.
+    """
+    labels, weights = law_weights(tree)
+    group = tree["campaign_posterior"].to_dataset()
+    draw = np.arange(group["n"].isel(law=0).size)
+    law = mixed(weights, draw.size)
+    if "effect" in tree:  # the curve with an effect is the reference law's alone
+        law, labels = np.zeros_like(law), labels[:1]
+    sc = np.array([number for _, number in points])
+    used = np.unique(law)
+    draws = np.empty((law.size, sc.size))
+    for k in used:
+        rows = law == k
+        draws[rows] = predictive_draws(_of_law(tree, labels[k]), sc, seed=seed)[rows]
+    sources = []
+    card = stored_inputs(tree)[1]
+    for name, sign in SCALES.items():
+        prior = card.prior(name, motion_of(tree))
+        log = np.log(group[name].to_numpy().reshape(len(weights), -1)[law, draw])
+        moved = [_moved(prior, log, factor) for factor in _FACTORS]
+        sources.append((sign, prior.log_density(log), moved))
+    if used.size > 1:
+        leading = law == np.argmax(weights)
+        prior_weight = np.asarray(tree["laws"]["prior_weight"].sel(law=labels).to_numpy(), dtype=float)
+        moved = [np.where(leading, np.log(factor), 0.0) for factor in _FACTORS]
+        sources.append((LAWS, np.log(prior_weight[law]), moved))
+    rows = []
+    for j, (where, number) in enumerate(points):
+        own = draws[:, j]
+        finite = np.where(np.isfinite(own), own, np.nan)
+        # no distance is measured to infinity
+        bounded = np.minimum(own, 10.0 * np.nanmax(finite) if np.isfinite(finite).any() else 1.0)
+        at = weighted_band(own, np.zeros(len(own)))
+        for source, log_density, moved in sources:
+            distance = beyond_chance(bounded, scaled_weights(log_density, tail=source != LAWS))
+            halved, doubled = (weighted_band(own, log_weight) for log_weight in moved)
+            rows.append(PredictionSensitivity(where, number, source, distance, *at, halved, doubled))
+    return tuple(rows)
+
+
+def _moved(prior: Prior, log: FloatArray, factor: float) -> FloatArray:
+    """Log density of the prior whose median is `factor` times the card's, over the card's, at logarithms (S,)."""
+    if prior.family == "lognormal":
+        other = replace(prior, first=prior.first * factor)
+    else:
+        other = replace(prior, first=prior.first * factor, second=prior.second * factor)
+    with np.errstate(invalid="ignore"):
+        return np.asarray(other.log_density(log) - prior.log_density(log))
+
+
+def _of_law(tree: "xr.DataTree", label: str) -> "xr.DataTree":
+    """The same tree with all weight on one law."""
+    import xarray as xr
+
+    alone = tree.copy()
+    table = tree["laws"].to_dataset()
+    alone["laws"] = xr.DataTree(table.assign(weight=(table["law"] == label).astype(float)))
+    return alone
+
+
+def weighted_band(draws: FloatArray, log_weights: FloatArray) -> tuple[float, float, float]:
+    """Median, 5 and 95 % points of weighted draws that may be infinite, (S,) each."""
+    weights = np.exp(log_weights - log_weights.max())
+    order = np.argsort(draws)
+    share = np.cumsum(weights[order])
+    places = np.minimum(np.searchsorted(share / share[-1], _BAND), len(draws) - 1)
+    median, low, high = draws[order][places].tolist()
+    return median, low, high

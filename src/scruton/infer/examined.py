@@ -1,0 +1,147 @@
+"""The model that predicts as `scruton criticise` examines it: the joint posterior of the law with the most weight.
+
+Its draws by test, what they are conditioned on, and what they say of every cycle.  Tests at other wind speeds than the
+peak are no part of the joint posterior: they are examined by their own, under the reference law.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from scruton.arrays import FloatArray
+from scruton.infer.hierarchy import SHARED
+from scruton.infer.joint import SCALES, evenly
+from scruton.infer.models import NOISE, WindPosterior, free_runs
+from scruton.infer.result_schema import SCHEMA, dataset
+from scruton.infer.results import LawResult, PeakResult, TestResult
+from scruton.infer.sampling import Sampling
+
+POINTWISE_THIN = 8  # the pointwise log likelihood is kept for every eighth draw
+FACTORS = ("lp_prior", "lp_noise", "lp_still_air", "lp_records")
+
+
+@dataclass(frozen=True, eq=False)
+class Examined:
+    """One test in the model that predicts.
+
+    Attributes
+    ----------
+    name : str
+    posterior : WindPosterior
+        Of its law.
+    chain : (C, D, d) array
+        Coordinates of `posterior`, drawn from the model.
+    values : mapping
+        (C, D) arrays by the names of the tree's group `examined`: every quantity in its own unit, and the logarithms of
+        what the posterior of this test is a product of: priors of curve, noise and damping ratio, and records.
+    """
+
+    name: str
+    posterior: WindPosterior
+    chain: FloatArray
+    values: dict[str, FloatArray]
+
+
+def leading(joint: PeakResult) -> LawResult:
+    """The law with the most weight in predictions."""
+    weight = dict(zip(joint.weights.labels, joint.weights.weight.tolist(), strict=True))
+    return max(joint.laws, key=lambda law: weight[law.label])
+
+
+def examined(tests: Sequence[TestResult], joint: PeakResult) -> list[Examined]:
+    """Every test in the model that predicts, in the order of the tests, all with as many chains and draws."""
+    peaks = _of_law(leading(joint), joint.tests, tests[0].samples.log_prob.shape)
+    return [peaks[result.test.name] if result.test.name in peaks else _alone(result) for result in tests]
+
+
+def _alone(result: TestResult) -> Examined:
+    chain = result.samples.chain
+    terms = result.posterior.log_prior_terms(chain.reshape(-1, chain.shape[-1])).reshape(chain.shape)
+    own, total = result.posterior.named(terms), terms.sum(axis=-1)
+    noise, still_air = np.sum([own[name] for name in NOISE], axis=0), own["damping_ratio"]
+    factors = (total - noise - still_air, noise, still_air, result.samples.log_prob - total)
+    values = {**result.derived, **dict(zip(FACTORS, factors, strict=True))}
+    return Examined(result.test.name, result.posterior, chain, values)
+
+
+def _of_law(law: LawResult, names: Sequence[str], shape: tuple[int, ...]) -> dict[str, Examined]:
+    """The peak tests in the joint posterior of one law.
+
+    Priors of the card are those of the shared curve, and those that are meant to speak: of the discrepancies and of the
+    test's own noise.  What joins a test to the curve is the model's.  The records are those of all tests.
+    """
+    posterior, samples = law.posterior, law.samples
+    flat = samples.chain.reshape(-1, samples.chain.shape[-1])
+    kept = evenly(len(flat), int(np.prod(shape)))
+    u = flat[kept]
+    terms = posterior.log_prior_terms(u)
+    shared = posterior.named(terms)
+    prior = np.sum([shared[name] for name in (*SHARED[:2], *(["law_exponent"] if posterior.exponent else ()))], axis=0)
+    scales = np.sum([shared[name] for name in SCALES], axis=0)
+    records = samples.log_prob.reshape(-1)[kept] - terms.sum(axis=1)
+    found = {}
+    for j, (name, (test, v)) in enumerate(zip(names, posterior.winds(u), strict=True)):
+        own = posterior.own_coordinates[j].of(terms)
+        noise = scales + np.sum([own[key] for key in NOISE], axis=0)
+        factors = dict(zip(FACTORS, (prior, noise, own["damping_ratio"], records), strict=True))
+        values = {
+            key: column[..., j].reshape(-1)[kept].reshape(shape)
+            for key, column in law.derived.items()
+            if column.ndim == 3 and np.isfinite(column).all()
+        }
+        if posterior.exponent:
+            values["law_exponent"] = law.derived["n"].reshape(-1)[kept].reshape(shape)
+        values |= {key: factor.reshape(shape) for key, factor in factors.items()}
+        found[name] = Examined(name, test.wind, v.reshape(*shape, -1), values)
+    return found
+
+
+def examined_groups(
+    tests: Sequence[TestResult], joint: PeakResult, ensemble: np.ndarray, sampling: Sampling
+) -> dict[str, xr.Dataset]:
+    """Groups of the tree: `examined`, and what the same draws say of every cycle."""
+    parts, law = examined(tests, joint), leading(joint)
+    known = [variable.name for variable in SCHEMA["examined"]]
+    names = [name for name in known if all(name in part.values for part in parts)]
+    group = dataset(
+        "examined", {name: np.stack([part.values[name] for part in parts], axis=-1) for name in names},
+        test=[part.name for part in parts], ensemble=ensemble,
+    )  # fmt: skip
+    group.attrs["law"], group.attrs["n"] = law.label, np.nan if law.posterior.exponent else law.posterior.n
+    group.attrs["peaks"] = len(joint.tests)
+    return {"examined": group, **_by_cycle(parts, sampling)}
+
+
+def _by_cycle(parts: Sequence[Examined], sampling: Sampling) -> dict[str, xr.Dataset]:
+    """Pointwise likelihood, free runs and innovations of every cycle; nothing where no test has any."""
+    steady, names = np.stack([_log_steady(part) for part in parts], axis=-1), [part.name for part in parts]
+    parts = [part for part in parts if part.posterior.data.size]
+    if not parts:
+        return {}
+    pointwise, runs = [], []
+    for part in parts:
+        chain = part.chain[:, ::POINTWISE_THIN]
+        flat = part.posterior.pointwise(chain.reshape(-1, chain.shape[-1]))
+        pointwise.append(flat.reshape(*chain.shape[:2], -1))
+        rng = np.random.default_rng(sampling.seed_of(f"predictive of {part.name}"))
+        runs.append(free_runs(part.posterior, part.chain, rng))
+    mean, replicate = (np.concatenate(run, axis=-1)[None] for run in zip(*runs, strict=True))
+    observed = np.concatenate([part.posterior.data.amplitude for part in parts])
+    standardised = np.concatenate([part.posterior.standardised(part.chain) for part in parts])
+    amplitude = np.concatenate(pointwise, axis=-1)
+    kept = np.arange(amplitude.shape[1]) * POINTWISE_THIN
+    likelihood = {"amplitude": amplitude, "steady": steady}
+    return {
+        "log_likelihood": dataset("log_likelihood", likelihood, draw=kept, test=names),
+        "posterior_predictive": dataset("posterior_predictive", {"amplitude": replicate, "mean_amplitude": mean}),
+        "innovations": dataset("innovations", {"amplitude": standardised}),
+        "observed_data": dataset("observed_data", {"amplitude": observed}),
+    }
+
+
+def _log_steady(part: Examined) -> FloatArray:
+    """Log likelihood of a test's steady amplitudes, at the draws of the pointwise one."""
+    chain = part.chain[:, ::POINTWISE_THIN]
+    return part.posterior.log_steady(chain.reshape(-1, chain.shape[-1])).reshape(chain.shape[:2])

@@ -1,0 +1,162 @@
+"""The model that predicts: the joint posterior of the peak tests, of the law or the laws that carry weight.
+
+What is printed of a test comes from here: what one test says alone, under the reference law, predicts nothing.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scruton.arrays import FloatArray
+from scruton.infer.thresholds import CARRIES, NOT_MOVED, SAME_PLACE
+from scruton.stats.priors import Prior
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from scruton.infer.results import LawWeights
+
+IntArray = NDArray[np.integer]
+REFERENCE = -1.0  # the law that Y1 and epsilon belong to
+FORCES = ("Y1", "epsilon")
+# Scales of the discrepancy between settings, and how they are spoken of.
+SCALES = {"discrepancy_amplitude": "tau", "discrepancy_relaxation": "kappa"}
+
+
+def evenly(total: int, wanted: int) -> IntArray:
+    """Places of so many draws among all, spread evenly, (wanted,); all of them in order where as many are wanted."""
+    return np.floor((np.arange(wanted) + 0.5) * total / max(wanted, 1)).astype(int)
+
+
+def mixed(weights: FloatArray, size: int) -> IntArray:
+    """Law that each of `size` draws of the laws' mixture is of, (size,): as many of each as its weight says.
+
+    Multiples of the golden ratio are spread so evenly that nothing is left to chance: neither how many draws a law
+    gives, to one or two, nor that it gives some of every chain.
+    """
+    share = np.cumsum(weights) / np.sum(weights)
+    place = (np.arange(size) + 0.5) * 0.5 * (np.sqrt(5.0) - 1.0) % 1.0
+    return np.asarray(np.minimum(np.searchsorted(share, place, side="right"), len(weights) - 1))
+
+
+def law_weights(tree: "xr.DataTree") -> tuple[list[str], FloatArray]:
+    """Labels of the laws that were sampled and their weights, (L,), which sum to one."""
+    labels = [str(label) for label in tree["campaign_posterior"]["law"].to_numpy()]
+    weights = np.asarray(tree["laws"]["weight"].sel(law=labels).to_numpy(), dtype=float)
+    return labels, weights / weights.sum()
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """Draws of the model that predicts, (S,) each by name.
+
+    Attributes
+    ----------
+    shared : mapping
+        Of the shared curve and the scales of the discrepancy.
+    tests : mapping
+        Of every peak test.
+    at_prior : tuple of str
+        Scales of the discrepancy that the records leave at their prior.
+    """
+
+    shared: Mapping[str, FloatArray] = field(default_factory=dict)
+    tests: Mapping[str, Mapping[str, FloatArray]] = field(default_factory=dict)
+    at_prior: tuple[str, ...] = ()
+
+
+def joint_draws(tree: "xr.DataTree") -> Joint:
+    """Draws of the model that predicts; nothing for a tree without a campaign posterior.
+
+    Laws are mixed by their weights.  Y1 and epsilon are parameters of the law n = -1 and come from its draws alone,
+    whatever its weight; they are missing where it was not sampled.  The exponent is among a test's where it is free.
+    """
+    if "campaign_posterior" not in tree:
+        return Joint()
+    group, constant = tree["campaign_posterior"].to_dataset(), tree["constant_data"]
+    _, weights = law_weights(tree)
+    size = group["n"].isel(law=0).size
+    law, draw = mixed(weights, size), np.arange(size)
+    n = group["n"].to_numpy().reshape(len(weights), size)
+    paper = np.flatnonzero((n == REFERENCE).all(axis=1))
+
+    def of(values: "xr.DataArray", *, reference: bool = False) -> FloatArray:
+        rows = values.transpose("law", "chain", "draw").to_numpy().reshape(len(weights), size)
+        return np.asarray(rows[paper[0]] if reference else rows[law, draw], dtype=float)
+
+    shared = {str(name): of(values) for name, values in group.data_vars.items() if "peak_test" not in values.dims}
+    tests: dict[str, dict[str, FloatArray]] = {}
+    for test in group["peak_test"].to_numpy() if "peak_test" in group.dims else ():
+        own = group.sel(peak_test=test)
+        values = {
+            str(name): of(own[name], reference=name in FORCES)
+            for name, column in group.data_vars.items()
+            if "peak_test" in column.dims and (name not in FORCES or paper.size)
+        }
+        omega0 = 2.0 * np.pi * float(constant["frequency"].sel(test=test))
+        values["relaxation_scruton_number"] = values["mass_damping_factor"] * values["relaxation_rate"] / omega0
+        if np.isnan(constant["law_n"]):
+            values["law_exponent"] = shared["n"]
+        tests[str(test)] = values
+    return Joint(shared, tests, names_at_prior(tree))
+
+
+def reference_holds(weights: "LawWeights") -> bool:
+    """Whether the law that Y1 and epsilon belong to carries weight in predictions, and nothing speaks against it."""
+    label = f"n={REFERENCE:g}"
+    if label not in weights.labels or (weights.flag and weights.labels[0] == label):
+        return False
+    return bool(weights.weight[weights.labels.index(label)] > CARRIES)
+
+
+def reference_remark(weights: "LawWeights") -> str:
+    """A sentence where the law of Y1 and epsilon was sampled and carries no weight, and no flag says it yet."""
+    if weights.flag or reference_holds(weights) or f"n={REFERENCE:g}" not in weights.labels:
+        return ""
+    return (
+        f"Y1 and epsilon are parameters of the law n={REFERENCE:g}, which carries no weight here and does not hold; "
+        "other numbers are those of the laws that do"
+    )
+
+
+def left_at_prior(draws: Mapping[str, FloatArray], priors: Mapping[str, Prior]) -> tuple[str, ...]:
+    """Parameters whose posterior equals their prior in the sampled coordinate, in width and in place.
+
+    Parameters
+    ----------
+    draws : mapping
+        Positive draws, (S,) each, by name.
+    priors : mapping
+        By the same names.
+    """
+    names = []
+    for name, prior in priors.items():
+        log = np.log(draws[name])
+        if log.std() > NOT_MOVED * prior.scale and abs(log.mean() - prior.location) < SAME_PLACE * prior.scale:
+            names.append(name)
+    return tuple(names)
+
+
+def scales_remark(joint: Joint) -> str:
+    """A sentence where the scales of the discrepancy are left at their prior; else empty."""
+    if not joint.at_prior:
+        return ""
+    rigs = len(joint.tests)
+    stated = "; ".join(
+        f"{SCALES[name]} {np.median(draws):.2g}, 90 % " + "{:.2g} to {:.2g}".format(*np.quantile(draws, [0.05, 0.95]))
+        for name, draws in ((name, joint.shared[name]) for name in joint.at_prior)
+    )
+    say = "one rig says" if rigs == 1 else f"{rigs} rigs say next to"
+    return (
+        f"discrepancy between settings: the posterior equals the card's prior ({stated}), of which {say} nothing: the "
+        "band of another setting is that prior's"
+    )
+
+
+def names_at_prior(tree: "xr.DataTree") -> tuple[str, ...]:
+    """The scales of the discrepancy that a fit left at their prior."""
+    text = str(tree["campaign_posterior"].attrs.get("left_at_prior", ""))
+    return tuple(text.split(",")) if text else ()
