@@ -11,7 +11,7 @@ from scruton.calibrate import REGIMES
 from scruton.calibrate.bodies import draw_campaign
 from scruton.calibrate.campaigns import _left_out, run_campaign, simulate_campaign
 from scruton.calibrate.coverage import law_check
-from scruton.calibrate.quantities import held, new_settings, score, tested_settings
+from scruton.calibrate.quantities import held, new_settings, own_settings, score
 from scruton.calibrate.regimes import OUTSIDE_REGIMES, chosen
 from scruton.calibrate.tables import _law_text
 from scruton.calibrate.truths import omega0
@@ -65,11 +65,10 @@ def test_a_campaign_follows_from_its_seed_and_ends_at_its_truth(name, card):
         for record, same in zip(one.records, other.records, strict=True):
             np.testing.assert_array_equal(record.response, same.response)
     for j, test in enumerate(campaigns[0].tests):
-        # as far as the relaxation of so long a record brings it
-        for record in test.records if name != "memory" else ():
-            start, rate = amplitude(record.response[:28], 1), truth.relaxation_rate[0, j]
-            left = abs(start / truth.a_star[0, j] - 1.0) * np.exp(-rate * (record.time[-1] - 0.5))
-            assert amplitude(record.response) == pytest.approx(truth.a_star[0, j], rel=0.03 + 2.0 * left), record.name
+        growth, decay = (amplitude(record.response) / truth.a_star[0, j] for record in test.records)
+        # Growth of the law n = 2 begins at half the rate; an air that remembers goes beyond and comes back.
+        assert growth > 0.8, test.name
+        assert decay == pytest.approx(1.0, abs=0.08 if name == "memory" else 0.05), test.name
 
 
 @pytest.mark.parametrize("n", [-1.0, 0.5, 2.0])
@@ -98,7 +97,7 @@ def test_rigs_miss_the_curve_by_what_the_regime_says(card):
 def test_what_a_section_lacks_moves_rigs_and_curve_alike(card):
     """With coherence lost the amplitude is smaller than the law's, most at the largest Sc; a bump has its place."""
     regime = REGIMES["coherence-loss"]
-    truth, setup, body = drawn(regime, card)
+    truth, _, body = drawn(regime, card)
     plain = [rig.wind.balance()[0] for rig in body.rigs]
     lost = 1.0 - truth.a_star[0] / plain
     assert (lost > 0.0).all()
@@ -137,7 +136,7 @@ def test_interval_score_factor_and_death_of_known_draws():
 
 def test_memory_has_no_relaxation_rate(card):
     truth, _, _ = drawn(REGIMES["memory-one-rig"], card)
-    assert list(tested_settings(truth, truth, REGIMES["memory-one-rig"])) == ["a* of test 1"]
+    assert list(own_settings(truth, truth, REGIMES["memory-one-rig"])) == ["a* of test 1"]
 
 
 def test_one_rig_leaves_none_out(card):

@@ -31,6 +31,10 @@ class InWind(Protocol):
         """Stable amplitude [A/D or rad] and relaxation rate [1/s] there."""
 
     @property
+    def slowest(self) -> float:
+        """Rate [1/s] at which a transient comes to rest: what the length of a record goes by."""
+
+    @property
     def wind_speed(self) -> float:
         """Mean wind speed [m/s]."""
 
@@ -57,6 +61,14 @@ class Simulated:
     wind: Truth
     stable: tuple[float, float]
     disturbances: Disturbances = OFF
+
+    @property
+    def slowest(self) -> float:
+        """Of the limit cycle, of the force alone, and of an air that remembers."""
+        if self.disturbances.off:
+            return self.stable[1]
+        memory = self.disturbances.memory_time
+        return min(self.stable[1], self.wind.balance()[1], 0.5 / memory if memory else np.inf)
 
     @property
     def wind_speed(self) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.calibrate.bodies import Body, InWind, Simulated, draw_campaign, plain_rigs, still_rig
-from scruton.calibrate.quantities import held, new_settings, quantities, score, tested_settings
+from scruton.calibrate.quantities import held, new_settings, own_settings, quantities, score
 from scruton.calibrate.regimes import FREQUENCY, REGIMES, Regime
 from scruton.calibrate.truths import Drawn, omega0, stated
 from scruton.campaign import tests_used
@@ -59,7 +59,7 @@ def run_campaign(regime_name: str, index: int, seed: int, base: ModelCard) -> di
         fit = _fit(campaign, base if regime.outside else card, chain)
         posterior, facts = _posterior(fit, choice, regime.weighs_laws)
         if regime.outside:
-            scored = tested_settings(drawn, posterior, regime) | _predicted(fit, regime, body, rng)
+            scored = own_settings(drawn, posterior, regime) | _predicted(fit, regime, body, rng)
             others, converged = _left_out(campaign, index, drawn, base, left_out)
             scored, facts["converged"] = scored | others, facts["converged"] and converged
         else:
@@ -151,7 +151,7 @@ def simulate_campaign(
         choices, *children = child.spawn(1 + len(kinds) + regime.ring_downs)
         rng = np.random.default_rng(choices)
         plans: list[tuple[InWind, Kind, float, float, float]] = [
-            (wind, kind, rng.uniform(*START[kind]), rate, RELAXATIONS) for kind in kinds
+            (wind, kind, rng.uniform(*START[kind]), wind.slowest, RELAXATIONS) for kind in kinds
         ]
         noise = _noise(regime, wind, a_star, rate, rng)
         ring_down = (still, Kind.FREE_DECAY, RING_DOWN_START, natural * xi, RING_DOWN_RELAXATIONS)

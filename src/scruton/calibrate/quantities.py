@@ -74,7 +74,7 @@ def quantities(drawn: Drawn, regime: Regime, z_new: FloatArray) -> dict[str, Flo
     return table | {f"A_new({k:g} Sc)": new_setting(drawn, k * mean, z_new) for k in MULTIPLES}
 
 
-def tested_settings(truth: Drawn, posterior: Drawn, regime: Regime) -> dict[str, tuple[float, FloatArray]]:
+def own_settings(truth: Drawn, posterior: Drawn, regime: Regime) -> dict[str, tuple[float, FloatArray]]:
     """Stable amplitude and relaxation rate of every tested setting, truth (1, J) and posterior (S, J), by name."""
     table = {}
     for j in range(len(regime.scruton_numbers)):

@@ -226,7 +226,7 @@ def _outside() -> tuple[Regime, ...]:
             {"bump_amplitude": (0.3, 0.7), "bump_width": (0.1, 0.2), "bump_rate": (0.2, 0.5)},
         ),
         "coherence-loss": ("the second term lost at small amplitude", {"coherence_amplitude": (0.15, 0.5)}),
-        "memory": ("damping of an amplitude that is past", {"memory_time": (0.3, 3.0)}),
+        "memory": ("aerodynamic damping of an amplitude that is past", {"memory_time": (0.1, 1.0)}),
     }
     disturbed = [replace(first, name=name, title=title, disturbances=d) for name, (title, d) in added.items()]
     wakes = [

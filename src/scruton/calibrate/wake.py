@@ -154,6 +154,11 @@ class WakeRig:
             rates.append(-np.polyfit(time, np.log(deviation[first:last]), 1)[0])
         return self.stable_amplitude, float(np.mean(rates))
 
+    @property
+    def slowest(self) -> float:
+        """Rate [1/s] that the length of a record goes by."""
+        return self.stable[1]
+
     def record(
         self,
         *,
