@@ -54,12 +54,13 @@ def run_calibration(
     at_least(2, "calibration", campaigns=campaigns)
     at_least(1, "calibration", jobs=how.jobs)
     wanted, base = chosen(regimes), load_card(model)
+    used = versions()
     if any(regime.wake for regime in wanted):
         from scruton.calibrate.wake import vivyd
 
-        vivyd()  # an error now, not in the first campaign
-    settings = {"seed": seed, "model": base.name, "model_sha256": base.sha256, "versions": versions()}
-    compared = {key: settings[key] for key in ("seed", "model", "model_sha256")} | versions()
+        used |= {"vivyd": vivyd().__version__}  # without it an error now, not in the first campaign
+    settings = {"seed": seed, "model": base.name, "model_sha256": base.sha256, "versions": used}
+    compared = {key: settings[key] for key in ("seed", "model", "model_sha256")} | used
     with how.claim("calibrate", inputs={}, settings=compared, results=(SETTINGS, LINES)) as work:
         lines = work.new / LINES
         # A calibration that is finished and shall have more goes on with its campaigns.
