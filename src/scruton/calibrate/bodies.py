@@ -19,8 +19,10 @@ from scruton.dynamics import Setting, amplitude_ratio, ehsan_scanlan_parameters,
 from scruton.infer.cards import ModelCard
 from scruton.simulate import Disturbances, Noise, Truth, simulate_record
 from scruton.simulate.disturbances import OFF
+from scruton.simulate.equation import mean_rate
 
 _TRIES = 1000
+_AMPLITUDES = np.geomspace(0.02, 4.0, 60)  # over that of the force alone: it dies where all of them decay
 
 
 class InWind(Protocol):
@@ -102,7 +104,10 @@ class Simulated:
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """All rigs of a campaign, and the stable amplitude of a new setting of the same body against its Scruton number."""
+    """All rigs of a campaign, and the stable amplitude of a new setting of the same body against its Scruton number.
+
+    Zero where vibration dies; NaN where more than one amplitude is stable.
+    """
 
     rigs: tuple[InWind, ...]
     curve: Callable[[float], float]
@@ -145,8 +150,10 @@ def body_of(regime: Regime, drawn: Drawn, setup: Setting, rng: np.random.Generat
     disturbed = tuple(replace(rig, stable=limit_cycle(rig.wind, d), disturbances=d) for rig in rigs)
 
     def curve(sc: float) -> float:
-        amplitude, _ = limit_cycle(_of_the_curve(regime, drawn, sc), d)
-        return 0.0 if np.isnan(amplitude) else amplitude
+        truth = _of_the_curve(regime, drawn, sc)
+        amplitude, _ = limit_cycle(truth, d)
+        dies = np.isnan(amplitude) and bool(np.all(mean_rate(truth, d, truth.balance()[0] * _AMPLITUDES) < 0.0))
+        return 0.0 if dies else amplitude
 
     return Body(disturbed, curve)
 

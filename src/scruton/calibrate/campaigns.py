@@ -71,17 +71,22 @@ def run_campaign(regime_name: str, index: int, seed: int, base: ModelCard) -> di
     scores = {name: asdict(score(*pair)) for name, pair in scored.items()}
     if regime.weighs_laws:
         usual = float(np.exp(np.log(drawn.a_star).mean()))
-        for name, (truth, drawn_of_it) in scored.items():
-            scores[name] |= held(truth, drawn_of_it, abs(truth) or usual)
+        for name, (truth, values) in scored.items():
+            scores[name] |= held(truth, values, abs(truth) or usual)
     return record | facts | {"scores": scores}
 
 
 def _predicted(fit: Fit, regime: Regime, body: Body, rng: np.random.Generator) -> dict[str, Scored]:
-    """Stable amplitude of new settings of the body, the truth and the draws of `predict`, by name."""
+    """Stable amplitude of new settings of the body, the truth and the draws of `predict`, by name.
+
+    A place with more than one stable amplitude has no truth.
+    """
     off, seed = float(np.exp((regime.miss or 0.0) * rng.standard_normal())), int(rng.integers(2**31))
+    truths = {name: (sc, body.curve(sc) * off) for name, sc in new_settings(regime).items()}
     return {
-        name: (body.curve(sc) * off, predict(fit.tree, scruton_number=sc, seed=seed).draws)
-        for name, sc in new_settings(regime).items()
+        name: (truth, predict(fit.tree, scruton_number=sc, seed=seed).draws)
+        for name, (sc, truth) in truths.items()
+        if not np.isnan(truth)
     }
 
 

@@ -31,7 +31,7 @@ WAKES: Mapping[str, tuple[str, tuple[str, ...]]] = {
 SAMPLES_PER_CYCLE, SUBSTEPS = 28, 2
 _SCATTER = 0.1  # log sd of those coefficients
 _SPEEDS = np.linspace(0.9, 1.4, 201)  # where a peak is looked for, over the speed at which the wake sheds at f0
-_FREQUENCIES = np.linspace(0.8, 1.2, 4001)  # where a limit cycle is looked for, over f0
+_FREQUENCIES = np.linspace(0.8, 1.5, 7001)  # where a limit cycle is looked for, over f0
 _SETTLES, _DECAYS = 8.0, 5.0  # relaxation times of the structure alone that quiet runs last for
 _RELEASE, _WITHIN = 0.1, (0.005, 0.05)  # deviation of a quiet release, and deviations that the rate is that of
 
@@ -145,11 +145,16 @@ class WakeRig:
 
     @cached_property
     def stable(self) -> tuple[float, float]:
-        """Stable amplitude, and the rate [1/s] at which deviations die out, mean of releases above and below it."""
+        """Stable amplitude, and the rate [1/s] at which deviations die out, mean of releases above and below it.
+
+        NaN where they do not die out in time.
+        """
         rates = []
         for start in (1.0 - _RELEASE, 1.0 + _RELEASE):
             deviation = np.abs(self._quiet(start * self.stable_amplitude, _DECAYS) / self.stable_amplitude - 1.0)
             first, last = (int(np.argmax(deviation < limit)) for limit in _WITHIN[::-1])
+            if last < first + SAMPLES_PER_CYCLE:
+                return self.stable_amplitude, np.nan
             time = np.arange(first, last) / (SAMPLES_PER_CYCLE * self.frequency)
             rates.append(-np.polyfit(time, np.log(deviation[first:last]), 1)[0])
         return self.stable_amplitude, float(np.mean(rates))
