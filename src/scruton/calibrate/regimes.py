@@ -242,7 +242,7 @@ def _outside() -> tuple[Regime, ...]:
         replace(
             first,
             name=f"off-{100 * miss:g}-{word}",
-            title=f"rigs miss the curve by {100 * miss:g} %, {word} rigs",
+            title=f"rigs miss the curve by {100 * miss:g} %: {word}",
             scruton_numbers=numbers,
             miss=miss,
         )
