@@ -15,7 +15,7 @@ from scruton.calibrate.coverage import cells, covered, pooled, summarise, unifor
 from scruton.calibrate.execution import Execution
 from scruton.calibrate.identifiability import Identifiability, _gusts, identifiability, information
 from scruton.calibrate.quantities import inside, quantities, score
-from scruton.calibrate.regimes import LAW_REGIMES, TWELVE, chosen
+from scruton.calibrate.regimes import LAW_REGIMES, OUTSIDE_REGIMES, TWELVE, chosen
 from scruton.calibrate.thresholds import LIMIT_P
 from scruton.calibrate.truths import OWN, SHARED, draw_normals, from_normals, omega0, scattered
 from scruton.campaign import Kind, Motion
@@ -121,7 +121,7 @@ def test_score_and_closed_intervals():
 
 def test_twelve_regimes_span_what_they_should():
     assert len(TWELVE) == 12
-    assert len(REGIMES) == 19
+    assert len(REGIMES) == 19 + len(OUTSIDE_REGIMES)
     assert list(REGIMES)[:14] == [one.name for one in (*TWELVE, *LAW_REGIMES)], "their places are part of the seeds"
     assert {one.turbulence for one in TWELVE} == {0.0, 0.01, 0.03}
     assert {one.kinds for one in TWELVE} == {(Kind.GROWTH,), (Kind.DECAY,), (Kind.GROWTH, Kind.DECAY)}

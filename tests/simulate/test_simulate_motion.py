@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from scruton.campaign.schema import Motion
+from scruton.dynamics import closed_form
 from scruton.envelope import demodulate
 from scruton.simulate import Noise, Truth, simulate_record
 
@@ -60,6 +61,23 @@ def test_stable_amplitude_is_that_of_the_energy_balance(truth):
     t, y = simulate_record(truth, initial_amplitude=stable, duration=10 / rate, sample_rate=200.0, seed=1)
     tail = demodulate(t, y).amplitude[-20:]
     assert tail.mean() == pytest.approx(stable, rel=2e-3)
+
+
+@pytest.mark.parametrize("exponent", [0.0, 0.5, 1.0, 2.0])
+def test_a_power_of_the_velocity_is_the_law_of_its_exponent(exponent):
+    """Growth and decay end at the stable amplitude, by the closed form of the law on the way."""
+    stable, rate = 0.031, 1.4
+    truth = HEAVE.power_law(stable, rate, exponent)
+    assert truth.balance() == pytest.approx((stable, rate))
+    for start in (0.3, 2.2):
+        t, y = simulate_record(
+            truth, initial_amplitude=start * stable, duration=6.0 / rate, sample_rate=50.0 * truth.frequency, seed=3
+        )
+        want = closed_form(t, start * stable, stable, rate, exponent)
+        # On the way the averaged equation is good to the first order in lambda/omega, here 3 %.
+        for cycles, within in ((slice(200, 250), 0.02), (slice(-250, None), 0.005)):
+            amplitude = np.sqrt(2.0 * np.mean(y[cycles] ** 2))
+            assert amplitude == pytest.approx(np.sqrt(np.mean(want[cycles] ** 2)), rel=within)
 
 
 def test_decay_relaxes_at_the_rate_of_the_energy_balance():

@@ -14,6 +14,7 @@ from scruton.infer.cards import load_card
 from scruton.infer.models import WIND, WindPosterior
 from scruton.stats.convergence import SamplerSettings
 from scruton.stats.evidence import (
+    _tempered,
     bridge,
     evidence_by_importance,
     log_evidence,
@@ -462,3 +463,15 @@ def test_stacking_satisfies_the_optimality_conditions():
 def test_scores_that_mean_nothing(scores, words):
     with pytest.raises(ValueError, match=words):
         stacking_weights(np.array(scores))
+
+
+def test_weights_of_few_draws_within_the_support_are_numbers():
+    """Fewer draws than the effective size that is asked for: all alike, and none outside the support."""
+    log_weight = np.array([0.0, -3.0, -np.inf, -40.0, -np.inf])
+    weight = _tempered(log_weight, 100.0)
+    np.testing.assert_allclose(weight, [1 / 3, 1 / 3, 0.0, 1 / 3, 0.0], rtol=1e-6)
+    tempered = _tempered(log_weight, 2.0)
+    assert 1.0 / np.square(tempered).sum() == pytest.approx(2.0, rel=1e-3)
+    assert tempered[0] > tempered[1] > tempered[3] > tempered[2] == 0.0
+    with pytest.raises(ValueError, match="no draw of the proposal"):
+        _tempered(np.array([0.0, -np.inf]), 2.0)

@@ -169,7 +169,7 @@ VERBS = (
     )),
     Verb("calibrate", "simulation-based calibration and coverage of the bands", "calibrate:run", (
         out("folder for the results", required=True),
-        Argument("--regimes", metavar="NAME,...", help="only these regimes (default: all)"),
+        Argument("--regimes", metavar="NAME,...", help="only these regimes, or law-* (default: all but wake-*)"),
         Argument("--campaigns", type=int, default=500, metavar="N", help="in every regime (default 500)"),
         JOBS,
         MODEL,

@@ -38,7 +38,7 @@ def run_calibration(
     how : Execution
         Where the results go, and by how many processes.
     regimes : sequence of str, optional
-        Some of `REGIMES`; all by default.
+        Some of `REGIMES`, or patterns such as "law-*"; by default all that need no other package.
     campaigns : int
         In every regime.
     seed : int
@@ -49,13 +49,18 @@ def run_calibration(
     Raises
     ------
     InputError
-        For unknown regimes, a card that cannot be read, or a folder that holds results.
+        For unknown regimes, wake oscillators without VIVyD, a card that cannot be read, or a folder that holds results.
     """
     at_least(2, "calibration", campaigns=campaigns)
     at_least(1, "calibration", jobs=how.jobs)
     wanted, base = chosen(regimes), load_card(model)
-    settings = {"seed": seed, "model": base.name, "model_sha256": base.sha256, "versions": versions()}
-    compared = {key: settings[key] for key in ("seed", "model", "model_sha256")} | versions()
+    used = versions()
+    if any(regime.wake for regime in wanted):
+        from scruton.calibrate.wake import vivyd
+
+        used |= {"vivyd": vivyd().__version__}  # without it an error now, not in the first campaign
+    settings = {"seed": seed, "model": base.name, "model_sha256": base.sha256, "versions": used}
+    compared = {key: settings[key] for key in ("seed", "model", "model_sha256")} | used
     with how.claim("calibrate", inputs={}, settings=compared, results=(SETTINGS, LINES)) as work:
         lines = work.new / LINES
         # A calibration that is finished and shall have more goes on with its campaigns.

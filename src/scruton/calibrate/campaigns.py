@@ -1,22 +1,30 @@
 """One campaign from its truth to its scores: the unit of work, the same wherever it runs.
 
-Its records come from the full equation of motion, never from the amplitude equation.
+Its records come from the full equation of motion or from VIVyD, never from the amplitude equation.
 """
 
+from collections.abc import Sequence
 from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from scruton.calibrate.quantities import INTERVALS, inside, quantities, score
-from scruton.calibrate.regimes import DEPTH, FREQUENCY, REGIMES, WIDTH, Regime
-from scruton.calibrate.truths import Drawn, draw_normals, from_normals, omega0, stated, wind_speed
+from scruton.arrays import FloatArray
+from scruton.calibrate.bodies import Body, InWind, Simulated, draw_campaign, plain_rigs, still_rig
+from scruton.calibrate.quantities import held, new_settings, own_settings, quantities, score
+from scruton.calibrate.regimes import FREQUENCY, REGIMES, Regime
+from scruton.calibrate.truths import Drawn, omega0, stated
+from scruton.campaign import tests_used
 from scruton.campaign.schema import Campaign, Kind, Quantity, Record, Rig, Test
 from scruton.dynamics import Setting
+from scruton.griffin import predict
 from scruton.infer.cards import ModelCard
 from scruton.infer.fit import fit_campaign
-from scruton.simulate import Noise, Truth, simulate_record
+from scruton.infer.results import Fit
+from scruton.simulate import Noise
+
+Scored = tuple[float, FloatArray]  # a truth, and the draws (S,) that shall hold it
 
 SAMPLES_PER_CYCLE = 28
 RELAXATIONS = 5.5  # times that a transient is recorded for, within CYCLES
@@ -34,40 +42,82 @@ def run_campaign(regime_name: str, index: int, seed: int, base: ModelCard) -> di
     dict
         What one line of the regime's file holds: `regime`, `index`; `failed` with the reason, or
         `converged`, `law_flag`, `weights` and `scores`, by quantity `truth`, `rank`, `z`, `posterior_sd`, and where
-        laws are weighed `inside` by interval.
+        laws are weighed what `scruton.calibrate.quantities.held` says.
     """
     regime = REGIMES[regime_name]
     card = regime.card(base)
     # It depends on nothing but the run's seed, the regime's place and the campaign's number.
     root = np.random.SeedSequence(seed, spawn_key=(list(REGIMES).index(regime_name), index))
-    draw, simulate, fit, fresh = root.spawn(4)
+    draw, simulate, chains, fresh, beside = root.spawn(5)
     record: dict[str, Any] = {"regime": regime_name, "index": index}
-    drawn, setup, _ = from_normals(draw_normals(np.random.default_rng(draw), regime, card, 1), regime, card)
+    drawn, setup, body = draw_campaign(regime, card, draw, beside)
+    rng = np.random.default_rng(fresh)
+    scored: dict[str, Scored]
     try:
-        posterior, facts = _fitted(simulate_campaign(regime, drawn, setup, simulate), card, fit, regime.weighs_laws)
+        campaign = simulate_campaign(regime, drawn, setup, simulate, body.rigs)
+        chain, choice, left_out = chains.spawn(3)
+        fit = _fit(campaign, base if regime.outside else card, chain)
+        posterior, facts = _posterior(fit, choice, regime.weighs_laws)
+        if regime.outside:
+            scored = own_settings(drawn, posterior, regime) | _predicted(fit, regime, body, rng)
+            others, converged = _left_out(campaign, index, drawn, base, left_out)
+            scored, facts["converged"] = scored | others, facts["converged"] and converged
+        else:
+            truths = quantities(drawn, regime, rng.standard_normal(1))
+            draws = quantities(posterior, regime, rng.standard_normal(posterior.n.size))
+            scored = {name: (float(truth[0]), draws[name]) for name, truth in truths.items()}
     except ValueError as error:  # a record that cannot be used is counted, not hidden
         return record | {"failed": str(error)}
-    rng = np.random.default_rng(fresh)
-    truths = {name: float(value[0]) for name, value in quantities(drawn, regime, rng.standard_normal(1)).items()}
-    draws = quantities(posterior, regime, rng.standard_normal(posterior.n.size))
-    scores = {name: asdict(score(truth, draws[name])) for name, truth in truths.items()}
+    scores = {name: asdict(score(*pair)) for name, pair in scored.items()}
     if regime.weighs_laws:
-        for name, truth in truths.items():
-            scores[name]["inside"] = {f"{p:g}": inside(truth, draws[name], p) for p in INTERVALS}
+        usual = float(np.exp(np.log(drawn.a_star).mean()))
+        for name, (truth, values) in scored.items():
+            scores[name] |= held(truth, values, abs(truth) or usual)
     return record | facts | {"scores": scores}
 
 
-def _fitted(
-    campaign: Campaign, card: ModelCard, seed: np.random.SeedSequence, averaged: bool
-) -> tuple[Drawn, dict[str, Any]]:
-    """Fit with the shortest run that passes the verdict on convergence.
+def _predicted(fit: Fit, regime: Regime, body: Body, rng: np.random.Generator) -> dict[str, Scored]:
+    """Stable amplitude of new settings of the body, the truth and the draws of `predict`, by name.
 
-    Draws of the laws in proportion to their weights, or under the card's first law; and whether the fit converged,
-    whether it says that the data speak against the first law (perhaps None), and the weights of the laws.
+    A place with more than one stable amplitude has no truth.
     """
-    chain, choice = seed.spawn(2)
+    off, seed = float(np.exp((regime.miss or 0.0) * rng.standard_normal())), int(rng.integers(2**31))
+    truths = {name: (sc, body.curve(sc) * off) for name, sc in new_settings(regime).items()}
+    return {
+        name: (truth, predict(fit.tree, scruton_number=sc, seed=seed).draws)
+        for name, (sc, truth) in truths.items()
+        if not np.isnan(truth)
+    }
+
+
+def _left_out(
+    campaign: Campaign, index: int, drawn: Drawn, card: ModelCard, seed: np.random.SeedSequence
+) -> tuple[dict[str, Scored], bool]:
+    """One rig's stable amplitude predicted from the others at its damping as stated, and whether their fit converged.
+
+    Each campaign leaves out the next rig; nothing is left of a campaign of one.
+    """
+    names = [test.name for test in campaign.tests]
+    if len(names) < 2:
+        return {}, True
+    j = index % len(names)
+    fit = _fit(tests_used(campaign, tuple(name for name in names if name != names[j])), card, seed)
+    draws = predict(fit.tree, damping_ratio=campaign.rigs[j].damping_ratio, seed=index).draws
+    return {"A_new(left out)": (float(drawn.a_star[0, j]), draws)}, fit.converged
+
+
+def _fit(campaign: Campaign, card: ModelCard, seed: np.random.SeedSequence) -> Fit:
+    """Fit with the shortest run that passes the verdict on convergence."""
     sampler = replace(card.sampler, ensembles=2, walkers=max(card.sampler.walkers // 2, 64))
-    fit = fit_campaign(campaign, replace(card, sampler=sampler), seed=int(chain.generate_state(1)[0]), thorough=False)
+    return fit_campaign(campaign, replace(card, sampler=sampler), seed=int(seed.generate_state(1)[0]), thorough=False)
+
+
+def _posterior(fit: Fit, choice: np.random.SeedSequence, averaged: bool) -> tuple[Drawn, dict[str, Any]]:
+    """Draws of the laws in proportion to their weights, or under the card's first law.
+
+    And whether the fit converged, whether it says that the data speak against the first law (perhaps None), and the
+    weights of the laws.
+    """
     group, weight = fit.tree["campaign_posterior"], fit.tree["laws"]["weight"]
     # (law, draw[, test]); laws of no weight need not have draws
     stacked = {field.name: group[field.name].to_numpy() for field in fields(Drawn) if field.name in group}
@@ -88,30 +138,32 @@ def cycles_recorded(rate: float, natural: float, relaxations: float = RELAXATION
     return float(np.clip(relaxations * natural / (2.0 * np.pi * rate), *CYCLES))
 
 
-def simulate_campaign(regime: Regime, drawn: Drawn, setup: Setting, seed: np.random.SeedSequence) -> Campaign:
+def simulate_campaign(
+    regime: Regime, drawn: Drawn, setup: Setting, seed: np.random.SeedSequence, in_wind: Sequence[InWind] | None = None
+) -> Campaign:
     """Simulate all records of one campaign, of which `drawn` and `setup` hold one draw.
 
-    Mass, density and damping of the campaign are as the laboratory states them.
+    Mass, density and damping of the campaign are as the laboratory states them; the rigs in their wind are those of
+    the regime's law where none are given.
     """
     rigs, tests = [], []
     frequency, natural, kinds = FREQUENCY[regime.motion], omega0(regime.motion), regime.kinds
-    for j, child in enumerate(seed.spawn(len(regime.scruton_numbers))):
-        a_star, rate, xi = (float(draws[0, j]) for draws in (drawn.a_star, drawn.relaxation_rate, drawn.damping_ratio))
-        mass, density = (float(np.asarray(draws)[0, j]) for draws in (setup.mass, setup.air_density))
-        still = Truth(regime.motion, WIDTH, DEPTH, mass, frequency, xi)
-        wind = replace(
-            still, air_density=density, wind_speed=wind_speed(regime.motion), Y1=float(drawn.Y1[0, j]),
-            epsilon=float(drawn.epsilon[0, j]), force="ehsan-scanlan" if regime.n == 2.0 else "paper",
-        )  # fmt: skip
+    moved = plain_rigs(regime, drawn, setup) if in_wind is None else in_wind
+    for j, (wind, child) in enumerate(zip(moved, seed.spawn(len(moved)), strict=True)):
+        xi, mass = float(drawn.damping_ratio[0, j]), float(np.asarray(setup.mass)[0, j])
+        a_star, rate = wind.stable
+        still = Simulated(still_rig(regime, mass, xi), (0.0, natural * xi))
         choices, *children = child.spawn(1 + len(kinds) + regime.ring_downs)
         rng = np.random.default_rng(choices)
-        plans = [(wind, kind, rng.uniform(*START[kind]), rate, RELAXATIONS) for kind in kinds]
+        plans: list[tuple[InWind, Kind, float, float, float]] = [
+            (wind, kind, rng.uniform(*START[kind]), wind.slowest, RELAXATIONS) for kind in kinds
+        ]
         noise = _noise(regime, wind, a_star, rate, rng)
         ring_down = (still, Kind.FREE_DECAY, RING_DOWN_START, natural * xi, RING_DOWN_RELAXATIONS)
         records = []
-        for number, (truth, kind, start, relaxes, times) in enumerate([*plans, *[ring_down] * regime.ring_downs], 1):
-            time, response = simulate_record(
-                truth, initial_amplitude=start * a_star,
+        for number, (rig, kind, start, relaxes, times) in enumerate([*plans, *[ring_down] * regime.ring_downs], 1):
+            time, response = rig.record(
+                initial_amplitude=start * a_star,
                 duration=cycles_recorded(relaxes, natural, times) / frequency,
                 sample_rate=SAMPLES_PER_CYCLE * frequency, seed=children[number - 1],
                 noise=noise,
@@ -122,15 +174,16 @@ def simulate_campaign(regime: Regime, drawn: Drawn, setup: Setting, seed: np.ran
         means = (float(values[j]) for values in stated(regime))
         nominal = [Quantity(mean, sd * mean if sd else None) for mean, sd in zip(means, errors, strict=True)]
         rigs.append(Rig(f"rig {j + 1}", Quantity(frequency), nominal[0], nominal[2], tuple(records[len(kinds) :])))
-        speed = Quantity(wind_speed(regime.motion))
+        speed = Quantity(wind.wind_speed)
         tests.append(
             Test(f"test {j + 1}", f"rig {j + 1}", nominal[1], speed, peak=True, records=tuple(records[: len(kinds)]))
         )
-    path, source = Path(f"{regime.name}.toml"), "simulated from the full equation of motion"
+    path = Path(f"{regime.name}.toml")
+    source = "simulated by VIVyD" if regime.wake else "simulated from the full equation of motion"
     return Campaign(path, regime.title, source, regime.section, tuple(rigs), tuple(tests))
 
 
-def _noise(regime: Regime, wind: Truth, a_star: float, rate: float, rng: np.random.Generator) -> Noise:
+def _noise(regime: Regime, wind: InWind, a_star: float, rate: float, rng: np.random.Generator) -> Noise:
     """Turbulence, gusts, set-points and sensor noise of one test; gusts and set-points are of the wind's speed."""
     shortest, longest = np.log(regime.gust_time)
     return Noise(

@@ -147,6 +147,29 @@ def uniformity(ranks: Ranks, left_out: Collection[Key] = ()) -> tuple[Uniformity
 
 
 @dataclass(frozen=True)
+class Sharpness:
+    """Coverage of the closed 90 % interval of one quantity, tests taken together, and how sharp it is.
+
+    Attributes
+    ----------
+    intervals : int
+    coverage : float
+    factor : float
+        Median of the upper end over the lower; inf where the lower is zero.
+    interval_score : float
+        Mean interval score over the truth; see `scruton.calibrate.quantities.held`.
+    reaches_zero : float
+        Share of the intervals that hold zero amplitude though there is vibration.
+    """
+
+    intervals: int
+    coverage: float
+    factor: float
+    interval_score: float
+    reaches_zero: float
+
+
+@dataclass(frozen=True)
 class LawCheck:
     """What a regime that weighs laws shows.
 
@@ -158,25 +181,38 @@ class LawCheck:
         Share of campaigns in which the fit said that the data speak against the first law; NaN where it never says.
     weights : tuple of float
         Mean weight of every law.
-    coverage : mapping
-        Of the closed 90 % interval of the law-averaged prediction, by quantity.
+    quantities : mapping
+        Of the law-averaged posterior or prediction, by quantity.
     """
 
     regime: str
     campaigns: int
     flagged: float
     weights: tuple[float, ...]
-    coverage: Mapping[str, float]
+    quantities: Mapping[str, Sharpness]
 
 
-def law_check(regime: str, records: Sequence[Mapping[str, Any]], probability: str = "0.9") -> LawCheck:
+def law_check(regime: Regime, records: Sequence[Mapping[str, Any]], probability: str = "0.9") -> LawCheck:
     """Summarise the records that `scruton.calibrate.campaigns.run_campaign` gives in a regime that weighs laws."""
-    scores: list[Mapping[str, Any]] = [record["scores"] for record in records]
     flags = [bool(record["law_flag"]) for record in records if record["law_flag"] is not None]
     weights = np.mean([record["weights"] for record in records], axis=0).tolist() if records else ()
-    inside = {name: [score[name]["inside"][probability] for score in scores] for name in (scores[0] if scores else ())}
-    coverage = {name: float(np.mean(hits)) for name, hits in inside.items()}
-    return LawCheck(regime, len(records), float(np.mean(flags)) if flags else float("nan"), tuple(weights), coverage)
+    # Every test has a place of its own on the curve of a law; outside the family they stand for each other.
+    scores: dict[str, list[Mapping[str, Any]]] = {}
+    for record in records:
+        for name, score in record["scores"].items():
+            scores.setdefault(kind_of(name) if regime.outside else name, []).append(score)
+    quantities = {
+        name: Sharpness(
+            len(alike),
+            float(np.mean([score["inside"][probability] for score in alike])),
+            float(np.median([score["factor"] for score in alike])),
+            float(np.mean([score["interval_score"] for score in alike])),
+            float(np.mean([score["truth"] > 0.0 and np.isinf(score["factor"]) for score in alike])),
+        )
+        for name, alike in scores.items()
+    }
+    flagged = float(np.mean(flags)) if flags else float("nan")
+    return LawCheck(regime.name, len(records), flagged, tuple(weights), quantities)
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,7 +277,7 @@ def summarise(
         }
     failed = {name: tuple(str(row["failed"]) for row in runs if "failed" in row) for name, runs in records.items()}
     unconverged = {name: sum(not record["converged"] for record in runs) for name, runs in good.items()}
-    laws = tuple(law_check(regime.name, good[regime.name]) for regime in regimes if regime.weighs_laws)
+    laws = tuple(law_check(regime, good[regime.name]) for regime in regimes if regime.weighs_laws)
     result = CalibrationResult(folder, settings, regimes, scores, (), (), (), design, laws, failed, unconverged)
     ranks, left_out = result.ranks, {(row.regime, row.quantity) for row in design if row.left_out}
     return replace(

@@ -1,6 +1,12 @@
-"""What is scored: Y1, epsilon and stable amplitudes at half, once and three times the tested Scruton number."""
+"""What is scored: Y1, epsilon and stable amplitudes at half, once and three times the tested Scruton number.
+
+Outside the family it is the stable amplitude and the relaxation rate of the tested settings, and what `predict` says of
+new settings and of a rig left out.
+"""
 
 from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -68,6 +74,25 @@ def quantities(drawn: Drawn, regime: Regime, z_new: FloatArray) -> dict[str, Flo
     return table | {f"A_new({k:g} Sc)": new_setting(drawn, k * mean, z_new) for k in MULTIPLES}
 
 
+def own_settings(truth: Drawn, posterior: Drawn, regime: Regime) -> dict[str, tuple[float, FloatArray]]:
+    """Stable amplitude and relaxation rate of every tested setting, truth (1, J) and posterior (S, J), by name."""
+    table = {}
+    for j in range(len(regime.scruton_numbers)):
+        table[f"a* of test {j + 1}"] = float(truth.a_star[0, j]), posterior.a_star[:, j]
+        if not regime.remembers:
+            table[f"lambda of test {j + 1}"] = float(truth.relaxation_rate[0, j]), posterior.relaxation_rate[:, j]
+    return table
+
+
+def new_settings(regime: Regime) -> dict[str, float]:
+    """Scruton numbers that are predicted: those tested, between them, half the smallest and twice the largest."""
+    tested = regime.scruton_numbers
+    places = {f"A_new(tested) of test {j + 1}": sc for j, sc in enumerate(tested)}
+    pairs = enumerate(pairwise(tested))
+    places |= {f"A_new(between) of test {j + 1}": float(np.sqrt(one * other)) for j, (one, other) in pairs}
+    return places | {"A_new(half)": 0.5 * min(tested), "A_new(twice)": 2.0 * max(tested)}
+
+
 def own_curve(drawn: Drawn, test: int, scruton_number: float, natural: float) -> FloatArray:
     """Stable amplitude at another Scruton number on the Griffin curve of one test, (S,)."""
     factor = drawn.mass_damping_factor[:, test]
@@ -97,6 +122,25 @@ def score(truth: float, draws: FloatArray) -> Score:
         log = log[np.isfinite(log)]
         mean, sd = (float(log.mean()), float(log.std())) if log.size else (np.nan, np.nan)
         return Score(float(truth), rank, float((true - mean) / sd), sd)
+
+
+def held(truth: float, draws: FloatArray, scale: float) -> dict[str, Any]:
+    """Whether the central intervals hold the truth, and how sharp they are.
+
+    Returns
+    -------
+    dict
+        `inside` by probability; of the 90 % interval (l, u) its `factor` u/l and its `interval_score` over `scale`,
+        u - l + 20 (l - truth)+ + 20 (truth - u)+; and `dead`, the share of draws without vibration.
+    """
+    low, high = np.quantile(draws, [0.05, 0.95], method="inverted_cdf")
+    missed = max(low - truth, truth - high, 0.0)
+    return {
+        "inside": {f"{p:g}": inside(truth, draws, p) for p in INTERVALS},
+        "factor": float(high / low) if low > 0.0 else float("inf"),
+        "interval_score": float((high - low + 20.0 * missed) / scale),
+        "dead": float(np.mean(draws == 0.0)),
+    }
 
 
 def inside(truth: float, draws: FloatArray, probability: float) -> bool:

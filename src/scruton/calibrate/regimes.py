@@ -1,11 +1,13 @@
 """The regimes in which the bands are put to the test: what is measured, under which noise, and with which priors.
 
 Twelve span what laboratories do; two more ask whether the data betray another law than the paper's, and five whether
-the bands hold where the wind is not steady.
+the bands hold where the wind is not steady.  The others are outside the family, or off its curve: there the records are
+fitted with the card as it is, and what it says of tested settings, of new ones and of rigs left out is scored.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from fnmatch import fnmatchcase
 
 import numpy as np
 
@@ -24,6 +26,7 @@ MASS = {Motion.HEAVING: 7.292, Motion.TORSIONAL: 0.06}
 FREQUENCY = {Motion.HEAVING: 7.87, Motion.TORSIONAL: 10.0}
 REDUCED_VELOCITY = 8.5
 AIR_DENSITY = 1.22
+CYLINDER_MASS = 1.335  # kg/m, of a circular cylinder of the same depth: rho D^2/2m is Feng's, 0.00257
 
 # Narrower than the shipped card's: its widest truths relax within a cycle or not within any record, where neither the
 # slow-amplitude theory nor the experiment has a meaning.
@@ -64,6 +67,15 @@ class Regime:
         The true law.
     laws : tuple of float
         Laws that the fit weighs.
+    outside : bool
+        Whether the truth is outside the family or off its curve: the fit has the card as it is.
+    miss : float, optional
+        Sd of ln(amplitude) and of ln(strength of the wind) by which rigs miss the curve; drawn from the prior if None.
+    disturbances : mapping
+        Fields of `scruton.simulate.Disturbances` with the range that each campaign draws them from, in units of the
+        middle rig's stable amplitude or relaxation rate.
+    wake : str
+        Wake oscillator that moves the rigs, one of `scruton.calibrate.wake.WAKES`; none if empty.
     """
 
     name: str
@@ -84,16 +96,35 @@ class Regime:
     priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     n: float = -1.0
     laws: tuple[float, ...] = (-1.0,)
+    outside: bool = False
+    miss: float | None = None
+    disturbances: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    wake: str = ""
+
+    @property
+    def width(self) -> float:
+        """B [m]: that of the rectangle, or of the circular cylinder that wake oscillators are of."""
+        return DEPTH if self.wake else WIDTH
+
+    @property
+    def mass(self) -> float:
+        """Of every rig as stated, kg/m or kg m^2/m."""
+        return CYLINDER_MASS if self.wake else MASS[self.motion]
 
     @property
     def section(self) -> Section:
         """The body."""
-        return Section(self.motion, WIDTH, DEPTH)
+        return Section(self.motion, self.width, DEPTH)
 
     @property
     def weighs_laws(self) -> bool:
-        """Whether the regime asks for the law, not for coverage of the parameters."""
-        return len(self.laws) > 1
+        """Whether the regime asks for the law, or for what is predicted without knowing it, not for parameters."""
+        return self.outside or len(self.laws) > 1
+
+    @property
+    def remembers(self) -> bool:
+        """Whether the air has a past that no relaxation rate describes."""
+        return "memory_time" in self.disturbances
 
     @property
     def noise(self) -> dict[str, float]:
@@ -179,12 +210,59 @@ WIND_REGIMES = (
            set_point_scatter=0.01),
 )  # fmt: skip
 
+_THREE, _SIX = (10.0, 20.0, 40.0), (5.0, 10.0, 15.0, 20.0, 30.0, 40.0)
+
+
+def _outside() -> tuple[Regime, ...]:
+    """Truths outside the family or off its curve, with three rigs, six rigs and one."""
+    first = Regime("", "", scruton_numbers=_THREE, laws=ALL_LAWS, outside=True, miss=0.0)
+    laws = [
+        replace(first, name=f"law-{'minus-1' if n < 0.0 else f'{n:g}'}", title=f"law n = {n:g}", n=n)
+        for n in (-1.0, 0.0, 0.5, 1.0, 2.0)
+    ]
+    added: dict[str, tuple[str, dict[str, tuple[float, float]]]] = {
+        "bump": (
+            "a bump in aerodynamic damping",
+            {"bump_amplitude": (0.3, 0.7), "bump_width": (0.1, 0.2), "bump_rate": (0.2, 0.5)},
+        ),
+        "coherence-loss": ("the second term lost at small amplitude", {"coherence_amplitude": (0.15, 0.5)}),
+        "memory": ("aerodynamic damping of an amplitude that is past", {"memory_time": (0.1, 1.0)}),
+    }
+    disturbed = [replace(first, name=name, title=title, disturbances=d) for name, (title, d) in added.items()]
+    wakes = [
+        replace(first, name=f"wake-{wake}", title=f"wake oscillator: {wake}", wake=wake, turbulence=0.005)
+        for wake in ("facchinetti", "tamura-matsui", "hartlen-currie")
+    ]
+    three = [*laws, *disturbed, *wakes]
+    one = [
+        replace(regime, name=f"{regime.name}-one-rig", title=f"{regime.title}, one rig", scruton_numbers=_THREE[1:2])
+        for regime in three
+    ]
+    off = [
+        replace(
+            first,
+            name=f"off-{100 * miss:g}-{word}",
+            title=f"rigs miss the curve by {100 * miss:g} %: {word}",
+            scruton_numbers=numbers,
+            miss=miss,
+        )
+        for word, numbers in (("three", _THREE), ("six", _SIX), ("one", _THREE[1:2]))
+        for miss in (0.0, 0.05, 0.1, 0.2)
+        if miss or word == "six"  # law-minus-1 has three rigs, and one, on the curve
+    ]
+    return (*three, *one, *off)
+
+
+OUTSIDE_REGIMES = _outside()
+
 # Their order is part of every seed: more come at the end.
-REGIMES: Mapping[str, Regime] = {regime.name: regime for regime in (*TWELVE, *LAW_REGIMES, *WIND_REGIMES)}
+REGIMES: Mapping[str, Regime] = {
+    regime.name: regime for regime in (*TWELVE, *LAW_REGIMES, *WIND_REGIMES, *OUTSIDE_REGIMES)
+}
 
 
 def chosen(names: Sequence[str] | None) -> tuple[Regime, ...]:
-    """Return the regimes called `names`, all of them where none is given.
+    """Return the regimes called `names`, "law-*" being all that begin so; all that need no other package if None.
 
     Raises
     ------
@@ -192,6 +270,8 @@ def chosen(names: Sequence[str] | None) -> tuple[Regime, ...]:
         A name that no regime has.
     """
     for name in names or ():
-        if name not in REGIMES:
+        if not any(fnmatchcase(known, name) for known in REGIMES):
             raise InputError("calibration", "regimes", f"'{name}'", f"some of: {', '.join(REGIMES)}")
-    return tuple(regime for regime in REGIMES.values() if names is None or regime.name in names)
+    if names is None:
+        return tuple(regime for regime in REGIMES.values() if not regime.wake)
+    return tuple(regime for regime in REGIMES.values() if any(fnmatchcase(regime.name, name) for name in names))

@@ -40,8 +40,12 @@ def write_tables(result: CalibrationResult, folder: Path) -> None:
                 **{name: getattr(regime, name) for name in _PLAIN},
                 "gust_time": list(regime.gust_time),
                 "true_law": regime.n,
+                "wake": regime.wake,
+                "disturbances": {name: list(span) for name, span in regime.disturbances.items()},
+                "miss": regime.miss,
                 "fitted_laws": list(regime.laws),
                 "card_overrides": {name: list(value) for name, value in regime.overrides.items()},
+                "outside": regime.outside,
             }
             for regime in result.regimes
         ],
@@ -52,7 +56,18 @@ def write_tables(result: CalibrationResult, folder: Path) -> None:
             asdict(row) | {"ratio": row.ratio, "measured_sd": measured(row), "left_out": row.left_out}
             for row in result.identifiability
         ],
-        "laws": [asdict(check) for check in result.laws],
+        "laws": [
+            {
+                "regime": check.regime,
+                "campaigns": check.campaigns,
+                "flagged": check.flagged,
+                "weights": check.weights,
+                "quantity": name,
+                **asdict(one),
+            }
+            for check in result.laws
+            for name, one in check.quantities.items()
+        ],
     }
     more = {name: getattr(result, name) for name in ("settings", "calibrated", "failed", "unconverged", "scores")}
     settings = result.settings
@@ -114,8 +129,12 @@ def _left_out_text(result: CalibrationResult) -> str:
 def _law_text(check: LawCheck) -> str:
     flagged = "never says" if np.isnan(check.flagged) else f"{100 * check.flagged:.1f} %"
     weights = ", ".join(f"{weight:.2f}" for weight in check.weights)
-    rows = [["90 % interval of", "holds the truth in"]]
-    rows += [[name, f"{100 * value:.1f} %"] for name, value in check.coverage.items()]
+    rows = [["90 % interval of", "intervals", "hold the truth in", "factor", "interval score", "reach zero in"]]
+    rows += [
+        [name, str(one.intervals), f"{100 * one.coverage:.1f} %", f"{one.factor:.3g}", f"{one.interval_score:.3g}",
+         f"{100 * one.reaches_zero:.1f} %"]
+        for name, one in check.quantities.items()
+    ]  # fmt: skip
     head = f"{check.regime}: {check.campaigns} campaigns; law flag raised in {flagged}; mean weights {weights}"
     return f"{head}\n{aligned(rows)}"
 

@@ -14,6 +14,10 @@ LIMIT_P = 6.334e-5
 # Expected posterior sd over prior sd above which a design cannot inform a quantity. Judgement: half.
 UNINFORMED = 0.5
 
+# A campaign outside the family is drawn again unless every rig's stable amplitude [A/D] and relaxation rate over omega0
+# lie within these: the slowest relaxes four times in 250 cycles, the longest record. Judgement.
+OUTSIDE_AMPLITUDE, OUTSIDE_RELAXATION = (0.003, 0.3), (0.0025, 0.05)
+
 # What the blind challenge is made of. Cases of a block without an effect, and with two: 25 blocks are 200 and 150.
 WITHOUT_EFFECT, WITH_TWO = 8, 6
 # Severity [-] from which two effects at once can be told apart. Judgement.

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from scruton.arrays import FloatArray
-from scruton.calibrate.regimes import AIR_DENSITY, DEPTH, FREQUENCY, MASS, REDUCED_VELOCITY, WIDTH, Regime
+from scruton.calibrate.regimes import AIR_DENSITY, DEPTH, FREQUENCY, REDUCED_VELOCITY, Regime
 from scruton.campaign.schema import Motion, Quantity
 from scruton.dynamics import Setting, amplitude_ratio, ehsan_scanlan_parameters, force_parameters
 from scruton.infer.cards import ModelCard
@@ -54,19 +54,21 @@ def wind_speed(motion: Motion) -> float:
     return REDUCED_VELOCITY * FREQUENCY[motion] * DEPTH
 
 
-def setting(motion: Motion, mass: FloatArray, air_density: FloatArray, damping_ratio: FloatArray) -> Setting:
+def setting(regime: Regime, mass: FloatArray, air_density: FloatArray, damping_ratio: FloatArray) -> Setting:
     """Settings of all tests; the force has no stiffness, so that the frequency in the wind is that in still air."""
+    motion = regime.motion
     return Setting(
-        motion=motion, width=WIDTH, depth=DEPTH, mass=mass, air_density=air_density, wind_speed=wind_speed(motion),
-        frequency=FREQUENCY[motion], wind_frequency=FREQUENCY[motion], damping_ratio=damping_ratio,
+        motion=motion, width=regime.width, depth=DEPTH, mass=mass, air_density=air_density,
+        wind_speed=wind_speed(motion), frequency=FREQUENCY[motion], wind_frequency=FREQUENCY[motion],
+        damping_ratio=damping_ratio,
     )  # fmt: skip
 
 
 def stated(regime: Regime) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Mass, density as stated, and the damping ratios that give the regime's Scruton numbers, (J,) each."""
     tests = len(regime.scruton_numbers)
-    mass, density = np.full(tests, MASS[regime.motion]), np.full(tests, AIR_DENSITY)
-    factor = setting(regime.motion, mass, density, np.zeros(tests)).mass_damping_factor
+    mass, density = np.full(tests, regime.mass), np.full(tests, AIR_DENSITY)
+    factor = setting(regime, mass, density, np.zeros(tests)).mass_damping_factor
     return mass, density, np.asarray(regime.scruton_numbers) / factor
 
 
@@ -95,15 +97,17 @@ def from_normals(z: FloatArray, regime: Regime, card: ModelCard) -> tuple[Drawn,
         off = np.sqrt(3.0) * prior.scale * (2.0 * ndtr(normal) - 1.0) if uniform else prior.scale * normal
         shared.append(prior.from_sampled(prior.location + off))
     amplitude, ratio, tau, kappa = shared
+    if regime.miss is not None:
+        tau = kappa = np.full(len(z), regime.miss)
     deviates = OWN.of(z[:, SHARED.stop :].reshape(len(z), tests, OWN.size))
     nominal = stated(regime)
-    factor = setting(regime.motion, *nominal).mass_damping_factor
+    factor = setting(regime, *nominal).mass_damping_factor
     reference = float(np.exp(np.log(regime.scruton_numbers).mean()))
     relaxation = ratio * float(np.exp(np.log(factor).mean()))
     at_zero = relaxation + n * reference
     errors = (("mass", regime.mass_sd), ("density", regime.density_sd), ("damping", regime.damping_sd))
     mass, density, xi = (mean * scattered(sd, deviates[name]) for mean, (name, sd) in zip(nominal, errors, strict=True))
-    setup = setting(regime.motion, mass, density, xi)
+    setup = setting(regime, mass, density, xi)
     sc = setup.scruton_number
     with np.errstate(all="ignore"):
         curve = amplitude[:, None] * amplitude_ratio((sc - reference) / relaxation[:, None], n)

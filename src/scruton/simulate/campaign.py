@@ -5,7 +5,8 @@ The specification is the campaign.toml that shall come out, with these additions
 * `[simulation]`: `sample_rate` [Hz]; optional `turbulence` (scatter of the amplitude over the stable amplitude),
   `sensor_noise` and `quantum` (A/D or rad), `gust_intensity`, `gust_time` [s] and `set_point` (of the wind speed);
 * every rig may carry `true_damping_ratio`, where the truth differs from what the laboratory states;
-* every test carries `truth = { Y1 = ..., epsilon = ... }`, with `Y2` and `force` ("paper" or "ehsan-scanlan") optional;
+* every test carries `truth = { Y1 = ..., epsilon = ... }`, with `Y2`, `force` ("paper", "ehsan-scanlan" or
+  "power") and the `exponent` of "power" optional;
 * every record carries `duration` [s] and `initial_amplitude`: A/D or rad in still air, multiples of the stable
   amplitude in wind;
 * a rig, for all its records, and a record may carry `disturbances = { friction = 0.5, ... }`: fields of
@@ -129,6 +130,7 @@ _TRUTH = {
     "Y1": _number(low=-LARGEST),
     "epsilon": _number(low=-LARGEST),
     "Y2": _number(0.0, low=-LARGEST),
+    "exponent": _number(0.0),
     "force": valid(lambda force: isinstance(force, str) and force in FORCES, f"one of: {', '.join(FORCES)}", "paper"),
 }
 _DISTURBANCES = {part.name: _value_like(part.default) for part in fields(Disturbances)}

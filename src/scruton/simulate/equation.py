@@ -6,7 +6,8 @@ Heaving, with eta = y/D (Eq. 9 of the Griffin-plot paper on the right):
    \{Y_1[D\dot\eta/U - \varepsilon\,\mathrm{sign}\,\dot\eta] + Y_2\eta + C\sin(\omega_{vs}t + \psi)\} + w(t)
 
 and for torsion (Eq. 12) alpha in place of eta, J in place of m, rho U^2 B^2 in front and B alpha'/U in the bracket.
-Ehsan and Scanlan's force has (1 - epsilon eta^2) D eta'/U in the bracket instead.  w is broad-band turbulence: white
+Ehsan and Scanlan's force has (1 - epsilon eta^2) D eta'/U in the bracket instead, the force "power" of `Truth` a power
+of the velocity.  w is broad-band turbulence: white
 near the resonance.
 
 Nothing here is averaged over a cycle: that approximation is what the simulator is there to check.  What varies within
@@ -22,7 +23,7 @@ from numba import njit
 from scruton.arrays import FloatArray
 from scruton.simulate.disturbances import COHERENCE_FORMS, FRICTION_FORMS, Disturbances
 from scruton.simulate.thresholds import LAGGED, LEAST_WIND
-from scruton.simulate.truth import Truth
+from scruton.simulate.truth import FORCES, Truth
 
 STEPS_PER_CYCLE = 120
 
@@ -30,7 +31,7 @@ STEPS_PER_CYCLE = 120
 # Every number that the forces need, in the order of `Truth` and `Disturbances`; see there.
 Terms = namedtuple(
     "Terms",
-    "w0 omega xi pressure passage Y1 epsilon Y2 scanlan shedding shedding_omega shedding_phase friction dahl "
+    "w0 omega xi pressure passage Y1 epsilon Y2 form exponent shedding shedding_omega shedding_phase friction dahl "
     "friction_scale quadratic_drag displacement_drag k2 k3 xxv vvv xv xxxxv coherence coherence_form memory bump_rate "
     "bump_amplitude bump_width wake_share wake_gain wake_damping wake_coupling wake_omega jumps",
 )
@@ -43,14 +44,14 @@ def terms(truth: Truth, d: Disturbances) -> Terms:
     return Terms(
         2.0 * np.pi * truth.frequency, truth.omega, truth.damping_ratio,
         0.0 if still else truth.pressure, 1.0 if still else truth.passage, truth.Y1, truth.epsilon, truth.Y2,
-        float(truth.force == "ehsan-scanlan"), truth.shedding, 2.0 * np.pi * truth.shedding_frequency,
+        float(FORCES.index(truth.force)), truth.exponent, truth.shedding, 2.0 * np.pi * truth.shedding_frequency,
         truth.shedding_phase, d.friction, float(FRICTION_FORMS.index(d.friction_form)), d.friction_scale,
         d.quadratic_drag, d.displacement_drag, d.linear_stiffness_slope, d.cubic_stiffness,
         wind * d.aero_xxv, wind * d.aero_vvv, wind * d.aero_xv, wind * d.aero_xxxxv,
         d.coherence_amplitude, float(COHERENCE_FORMS.index(d.coherence_form)), d.memory_time,
         d.bump_rate if d.bump_in_still_air else wind * d.bump_rate, d.bump_amplitude, d.bump_width,
         d.wake_share, wind * d.wake_gain, d.wake_damping, d.wake_coupling, truth.omega * d.wake_frequency,
-        # Ehsan and Scanlan's force by itself is smooth where the velocity changes sign.
+        # The other forces by themselves are smooth where the velocity changes sign.
         float(truth.force == "paper" or not d.off),
     )  # fmt: skip
 
@@ -106,8 +107,13 @@ def _acceleration(t, x, v, side, z, x0, q, left, bump, gust, k):  # type: ignore
             total -= k.friction * _dahl(z, x - x0, side, k.friction_scale)
     if k.pressure > 0.0:
         wind = k.pressure * gust * gust
-        if k.scanlan == 0.0:
+        if k.form == 0.0:
             total += wind * k.Y1 * (k.passage / gust * v - k.epsilon * left * side)
+        elif k.form == 2.0:
+            if v != 0.0:
+                log = np.log(abs(v) / k.omega)
+                grown = log if k.exponent == 0.0 else np.expm1(k.exponent * log) / k.exponent
+                total += wind * k.Y1 * (1.0 - k.epsilon * left * grown) * k.passage / gust * v
         else:
             total += wind * k.Y1 * (1.0 - k.epsilon * left * x * x) * k.passage / gust * v
         total += wind * (k.Y2 * x + k.shedding * np.sin(k.shedding_omega * t + k.shedding_phase))

@@ -301,13 +301,17 @@ def widened(posterior: Posterior, proposal: StudentT) -> StudentT:
 
 
 def _tempered(log_weight: FloatArray, least: float) -> FloatArray:
-    """Normalised weights, to the largest power up to one that leaves an effective size of `least`."""
-    if np.isfinite(log_weight).sum() < 2:
+    """Normalised weights, to the largest power up to one that leaves an effective size of `least`.
+
+    Where fewer draws than that lie in the support, all of them weigh alike.
+    """
+    alive = np.isfinite(log_weight)
+    if alive.sum() < 2:
         raise ValueError("no draw of the proposal lies in the posterior's support")
-    log_weight = log_weight - log_weight.max()
+    below = np.where(alive, log_weight - log_weight.max(), 0.0)
 
     def weights(power: float) -> FloatArray:
-        weight: FloatArray = np.exp(power * log_weight)
+        weight: FloatArray = np.where(alive, np.exp(power * below), 0.0)
         return weight / weight.sum()
 
     def enough(power: float) -> bool:
