@@ -123,7 +123,9 @@ def obvious(posterior, u):
         a, lam = np.exp(a_star), OMEGA0 * relaxation / factor
         q = np.exp(scatter) * a * np.sqrt(2 * lam)
         if one.wind.data.size:
-            wind = Wind(np.exp(gust) * a, lam / np.exp(gust_time), np.exp(set_point) * a, np.exp(departure))
+            # no tunnel is worse than this
+            gust, set_point = min(np.exp(gust), 0.06), min(np.exp(set_point), 0.03)
+            wind = Wind(gust * a, lam / np.exp(gust_time), set_point * a, np.exp(departure))
             walker = (np.array([v]) for v in (a, lam, q, np.exp(noise)))
             likelihood += pointwise_log_likelihood(*innovations(one.wind.data, *walker, wind, n=n)).sum()
         for level in one.wind.steady:

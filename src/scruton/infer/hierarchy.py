@@ -233,7 +233,7 @@ class CampaignPosterior(Posterior):
         """Sum of the tests' log likelihoods, (W,)."""
         total = np.zeros(len(u))
         for (test, v), likelihood in zip(self.winds(u), self._remembered, strict=True):
-            test.wind.named(v)["damping_ratio"] = 0.0  # no record is read for it
+            test.wind.named(v)["damping_ratio"][:] = 0.0  # no record is read for it
             total += likelihood(v)
         return total
 
