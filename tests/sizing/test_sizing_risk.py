@@ -8,6 +8,7 @@ from sizing_room import LIMIT, at_most, mode_model
 
 from scruton.campaign.quantity import Quantity
 from scruton.dynamics.laws import amplitude_ratio
+from scruton.griffin.coverage import Coverage
 from scruton.sizing.mode_shape import sine, uniform
 from scruton.sizing.model import DAMPING, DISCREPANCY, SOURCES, CurveTable, unit_cube
 from scruton.sizing.risk import risk, shares, sobol_shares
@@ -101,7 +102,7 @@ def test_no_crossing_within_reach_is_said_and_is_no_infinity():
 def test_shares_of_a_product_are_those_of_the_logarithms_variance():
     model = mode_model(0.2, 0.45)
     rows = sobol_shares(
-        model, lambda u: np.log(model.draws(u).scale) + np.log(model.draws(u).damping_ratio), 0, 1 << 12
+        model, lambda u: 0.2 * model.draws(u).discrepancy + np.log(model.draws(u).damping_ratio), 0, 1 << 12
     )
     by_name = {row.source: row for row in rows}
     s2 = np.log1p(0.45**2)
@@ -244,3 +245,16 @@ def test_nothing_required_has_no_error_and_what_cannot_be_had_none():
     assert found.required["0.95"] == found.required_mcse["0.95"] == 0.0
     found = risk(mode_model(discrepancy=0.1), at_most(1e-6))
     assert found.required["0.95"] is found.required_mcse["0.95"] is None
+
+
+@pytest.mark.parametrize("n", [-1.0, 0.0, 2.0])
+def test_what_is_needed_brings_the_amplitude_to_the_limit_where_the_discrepancy_grows_with_the_distance(n):
+    model = mode_model(0.15, exponents=(n,))
+    coverage = Coverage(*np.array([[0.00058], [0.02], [0.12]]))
+    model = replace(model, laws=replace(model.laws, coverage=coverage))
+    draws = model.draws(unit_cube(1 << 10, 3))
+    limit = 0.5 * LIMIT
+    needed = draws.needed(limit)
+    np.testing.assert_allclose(draws.amplitude(needed), limit, rtol=1e-5)
+    plain = replace(model, laws=replace(model.laws, coverage=None)).draws(unit_cube(1 << 10, 3)).needed(limit)
+    assert np.quantile(needed, 0.95) > np.quantile(plain, 0.95)

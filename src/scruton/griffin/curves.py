@@ -11,6 +11,7 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.effects.terms import COLUMNS
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.errors import InputError
+from scruton.griffin.coverage import Coverage, coverage_of
 from scruton.griffin.posterior import names_of
 
 if TYPE_CHECKING:
@@ -32,6 +33,33 @@ class SharedCurve:
     discrepancy: FloatArray
     laws: Mapping[str, float]
     effect: "EffectCurve | None" = None
+    coverage: Coverage | None = None
+
+    def index(self, scruton_numbers: FloatArray, tested: FloatArray | float) -> FloatArray:
+        """Extrapolation index from the Scruton number of a test, by the law of each draw, (S, n_sc)."""
+        relaxation = self.relaxation[:, None]
+        at_test = relaxation - self.n[:, None] * (tested - self.reference)
+        return np.asarray((np.atleast_1d(scruton_numbers) - tested) / np.maximum(at_test, 1e-3 * relaxation))
+
+    def index_of_nearest(self, scruton_numbers: FloatArray) -> float:
+        """Median extrapolation index from the test that is nearest by it; from the reference where none is known."""
+        tested = [self.reference] if self.coverage is None else self.coverage.scruton_number.tolist()
+        return min((float(np.median(self.index(scruton_numbers, sc))) for sc in tested), key=abs)
+
+    def spread(self, scruton_numbers: FloatArray, amplitude: FloatArray) -> FloatArray:
+        """Sd of ln(amplitude) of a new setting about the curve, (S, n_sc), whose amplitude there is given."""
+        tau = self.discrepancy[:, None]
+        if self.coverage is None:
+            return np.broadcast_to(tau, amplitude.shape)
+        away = np.full(amplitude.shape, np.inf)
+        for tested in self.coverage.scruton_number:
+            away = np.minimum(away, np.abs(self.index(scruton_numbers, tested)))
+        return np.asarray(tau * self.coverage.growth(away, amplitude))
+
+    def predictive(self, scruton_numbers: FloatArray, z: FloatArray) -> FloatArray:
+        """Stable amplitude of a new setting whose standardised deviation is z, (S,), on (S, n_sc)."""
+        curve = self.at(scruton_numbers)
+        return np.asarray(curve * np.exp(self.spread(scruton_numbers, curve) * z[:, None]))
 
     def at(self, scruton_numbers: FloatArray) -> FloatArray:
         """Stable amplitude on the curve, (S, n_sc), at (n_sc,) or (S, n_sc) Scruton numbers."""
@@ -81,6 +109,7 @@ class LawCurves:
     weights: FloatArray
     labels: tuple[str, ...]
     effect: "EffectCurve | None" = None
+    coverage: Coverage | None = None
 
     def choose(self, law: "np.ndarray[Any, Any]", draw: "np.ndarray[Any, Any]") -> SharedCurve:
         """Curve whose i-th draw is draw `draw[i]` of law `law[i]`."""
@@ -88,11 +117,15 @@ class LawCurves:
         return SharedCurve(
             self.reference, self.amplitude[law, draw], self.relaxation[law, draw], self.n[law, draw],
             self.discrepancy[law, draw], dict(zip(self.labels, self.weights.tolist(), strict=True)), effect,
+            self.coverage,
         )  # fmt: skip
 
 
-def law_curves(tree: "xr.DataTree", *, law_n: float | None = None) -> LawCurves:
+def law_curves(tree: "xr.DataTree", *, law_n: float | None = None, near: float | None = None) -> LawCurves:
     """Draws of the curve that the peak tests share, law by law; `law_n` as of `predict`.
+
+    A law that was not fitted starts from the test whose Scruton number is nearest to `near`, with the amplitude and
+    the relaxation that the reference law found there.
 
     Raises
     ------
@@ -108,6 +141,7 @@ def law_curves(tree: "xr.DataTree", *, law_n: float | None = None) -> LawCurves:
     def draws(name: str) -> FloatArray:
         return np.asarray(group[name].to_numpy(), dtype=float).reshape(len(labels), -1)
 
+    coverage = coverage_of(tree)
     reference = float(group.attrs["reference_scruton_number"])
     amplitude, relaxation, n, discrepancy = map(
         draws, ("reference_amplitude", "reference_relaxation", "n", "discrepancy_amplitude")
@@ -124,15 +158,19 @@ def law_curves(tree: "xr.DataTree", *, law_n: float | None = None) -> LawCurves:
         # The reference law's curve, and what is unknown added to the discrepancy.
         tau = np.hypot(discrepancy[:1], float(carried.attrs["discrepancy_sd"]))
         label = f"{labels[0]} with " + " and ".join(names)
-        return LawCurves(reference, amplitude[:1], relaxation[:1], n[:1], tau, np.ones(1), (label,), effect)
+        return LawCurves(reference, amplitude[:1], relaxation[:1], n[:1], tau, np.ones(1), (label,), effect, coverage)
     kept = list(range(len(labels)))
     if law_n is not None:
-        # One that was not fitted carries the reference law's curve from the reference Scruton number.
-        kept = ([k for k in kept if np.all(n[k] == law_n)] or [0])[:1]
-        n, labels = np.full_like(n, law_n), [f"n={law_n:g}"]
+        kept, labels = [k for k in kept if np.all(n[k] == law_n)][:1], [f"n={law_n:g}"]
+        if not kept:
+            kept, tested = [0], coverage.scruton_number
+            anchor = float(tested[coverage.nearest(np.array(reference if near is None else near))])
+            x = (anchor - reference) / relaxation
+            amplitude = amplitude * amplitude_ratio(x, n)
+            reference, relaxation, n = anchor, relaxation - n * (anchor - reference), np.full_like(n, law_n)
     return LawCurves(
         reference, amplitude[kept], relaxation[kept], n[kept], discrepancy[kept], weights[kept] / weights[kept].sum(),
-        tuple(labels),
+        tuple(labels), coverage=coverage,
     )  # fmt: skip
 
 
@@ -145,13 +183,15 @@ def what_if(tree: "xr.DataTree", law_n: float | None) -> tuple[str, ...]:
         return ()
     return (
         f"the law n = {law_n:g} was not fitted: its curve is a what-if, with the amplitude and relaxation that the "
-        f"reference law found at Sc = {float(group.attrs['reference_scruton_number']):.4g}",
+        "reference law found at the nearest test",
     )
 
 
-def shared_curve(tree: "xr.DataTree", *, law_n: float | None = None, seed: int = 0) -> SharedCurve:
-    """Draws of the shared curve: each draw from one law, as many of each as it has weight (errors: `law_curves`)."""
-    laws = law_curves(tree, law_n=law_n)
+def shared_curve(
+    tree: "xr.DataTree", *, law_n: float | None = None, near: float | None = None, seed: int = 0
+) -> SharedCurve:
+    """Draws of the shared curve: each draw from one law, as many of each as it has weight; see `law_curves`."""
+    laws = law_curves(tree, law_n=law_n, near=near)
     size = laws.n.shape[1]
     # Systematic allocation: as many draws of a law as its weight says, to one; scattered, since chains are ordered.
     rng = stream(seed, "laws")

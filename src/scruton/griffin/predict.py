@@ -12,7 +12,7 @@ from scruton.campaign.schema import Quantity
 from scruton.documents import as_json
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.errors import InputError
-from scruton.griffin.bands import INTERVALS, index_draws, quantiles
+from scruton.griffin.bands import INTERVALS, quantiles
 from scruton.griffin.curves import shared_curve, stream, what_if
 from scruton.griffin.discrepancy import STATED, one_rig, with_discrepancy
 from scruton.griffin.posterior import (
@@ -49,13 +49,15 @@ class Prediction:
     rig : str
         Whose mass and air link Sc and damping ratio.
     extrapolation_indices : mapping
-        Median x = (Sc' - Sc)/Sc_lambda from each peak test.
+        Median x = (Sc' - Sc)/Sc_lambda from each peak test, by the laws that predict.
     discrepancy_sd : float
-        Median of tau, the standard deviation of ln(amplitude) of one setting about the shared curve.
+        Median standard deviation of ln(amplitude) of this setting about the shared curve.
     flags : tuple of str
         What the reader must know before trusting the numbers.
     chains : int
         Markov chains that the draws come from, one after the other.
+    covered_by : int
+        Peak tests whose transients run through the median amplitude of the curve.
     at_discrepancy : mapping
         From one rig: draws where tau is known to be so much, by tau.
     """
@@ -70,6 +72,7 @@ class Prediction:
     discrepancy_sd: float
     flags: tuple[str, ...]
     chains: int = 1
+    covered_by: int = 1
     at_discrepancy: Mapping[float, FloatArray] = field(default_factory=dict)
 
     @property
@@ -133,6 +136,7 @@ class Prediction:
                 "amplitude": amplitude | {"interval": interval, "mcse": mcse},
                 **({"at_discrepancy": stated} if stated else {}),
                 **{key: getattr(self, key) for key in ("rig", "laws", "extrapolation_index", "discrepancy_sd")},
+                "amplitude_coverage": {"tests": self.covered_by, "of": len(self.extrapolation_indices)},
                 "probability_no_vibration": self.dies,
                 "fraction_unbounded": self.unbounded,
                 "flags": self.flags,
@@ -202,18 +206,24 @@ def predict(
         # a stream of its own: the discrepancy of a design is the same however its damping is stated
         xi_draws = design.draw(stream(seed, "design damping"), len(factor))
         sc, xi = xi_draws * factor, float(np.median(xi_draws))
-    curve = shared_curve(tree, law_n=law_n, seed=seed)
+    curve = shared_curve(tree, law_n=law_n, near=float(np.median(sc)), seed=seed)
     # A short run may have kept another number of draws of the rig than of the curve.
-    draws = predictive_draws(tree, np.resize(sc, curve.n.size)[:, None], law_n=law_n, seed=seed)[:, 0]
-    indices = {test: float(np.median(index_draws(tree, sc[:, None], test))) for test in peak_names(tree)}
+    sc_of_all = np.resize(sc, curve.n.size)[:, None]
+    draws = predictive_draws(tree, sc_of_all, law_n=law_n, seed=seed)[:, 0]
+    on_curve = curve.at(sc_of_all)
+    assert curve.coverage is not None
+    indices = {
+        test: float(np.median(curve.index(sc_of_all, np.median(draws_of(tree, "scruton_number", test)))))
+        for test in peak_names(tree)
+    }
     prediction = Prediction(
         float(np.median(sc)), xi, unit_of(tree), draws, curve.laws, name, indices,
-        float(np.median(curve.discrepancy)), (), int(tree["campaign_posterior"].sizes["chain"]),
+        float(np.median(curve.spread(sc_of_all, on_curve))), (), int(tree["campaign_posterior"].sizes["chain"]),
+        curve.coverage.tests_at(float(np.median(on_curve))),
     )  # fmt: skip
     at_discrepancy = {}
     for tau in STATED if one_rig(tree) else ():
         known = with_discrepancy(tree, tau)
-        sc_of_all = np.resize(sc, curve.n.size)[:, None]
         at_discrepancy[tau] = predictive_draws(known, sc_of_all, law_n=law_n, seed=seed)[:, 0]
     remarks = (*what_if(tree, law_n), *_flags(prediction), *prior_speaks(tree))
     return replace(prediction, flags=remarks, at_discrepancy=at_discrepancy)
@@ -241,9 +251,19 @@ def predictive_draws(
         Amplitudes: zero where vibration dies, inf where no amplitude is stable. The columns share their discrepancy,
         so each row is one whole Griffin curve.
     """
+    sc = np.atleast_1d(np.asarray(scruton_numbers, dtype=float))
     curve = shared_curve(tree, law_n=law_n, seed=seed)
-    scatter = np.exp(curve.discrepancy * stream(seed, "discrepancy").standard_normal(len(curve.n)))
-    return np.asarray(curve.at(np.asarray(scruton_numbers, dtype=float)) * scatter[:, None])
+    z = stream(seed, "discrepancy").standard_normal(len(curve.n))
+    if not what_if(tree, law_n):
+        return curve.predictive(sc, z)
+    # A law that was not fitted starts from the nearest test.
+    assert curve.coverage is not None
+    nearest, draws = curve.coverage.nearest(np.atleast_2d(np.median(np.atleast_2d(sc), axis=0))[0]), []
+    for test in np.unique(nearest):
+        near = float(curve.coverage.scruton_number[test])
+        start = shared_curve(tree, law_n=law_n, near=near, seed=seed)
+        draws.append(start.predictive(sc[..., nearest == test], z))
+    return np.concatenate(draws, axis=1)[:, np.argsort(np.argsort(nearest, kind="stable"), kind="stable")]
 
 
 def single_draws(
@@ -280,6 +300,8 @@ def _flags(prediction: Prediction) -> tuple[str, ...]:
             f"|x| = {X_TRUSTED:g} laws of aerodynamic damping part, and the interval is that of the laws used: "
             + ", ".join(f"{law} ({weight:.0%})" for law, weight in prediction.laws.items() if weight > 0.005)
         )
+    if not prediction.covered_by:
+        flags.append(f"{place}: an amplitude beyond the transients of every test: no record tells the damping there")
     if implausible := damping_flag(prediction.damping_ratio):
         flags.append(f"{place}: {implausible}")
     if prediction.scruton_number < 0.0:

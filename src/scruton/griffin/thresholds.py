@@ -7,5 +7,9 @@ Where nothing else is said, a value was set by judgement, without a run to show 
 # damping agree to 2 % in amplitude for |x| < 0.2, and part beyond 0.3.
 X_TRUSTED = 0.3
 
+# How fast the Griffin curve may leave its law: variance of the discrepancy per unit of the extrapolation index, and per
+# e-fold of amplitude, beyond what the tests cover, over that of a setting; and where it stops to grow.
+WALK, FARTHEST = 1.0, 4.0
+
 # Part of the draws that must have an amplitude for a band to be given.
 ENOUGH_DRAWS = 0.9

@@ -30,6 +30,7 @@ SOURCES = {
     MASS: "mass of the mode",
     FREQUENCY: "frequency of the mode",
 }
+_REPETITIONS = 25  # most take five; one in a thousand meets a bend of the distance
 _SC_GRID = 64  # Scruton numbers at which a curve with an effect in it is tabulated
 _BLOCKS = 64  # of the posterior's draws, between which Monte Carlo errors look for differences
 
@@ -129,7 +130,7 @@ class ModeModel:
             )  # fmt: skip
         frequency = self.mode.frequency
         return Draws(
-            curve, scale * np.exp(curve.discrepancy * z), self.mode.damping_ratio.quantile(u[:, DAMPING]), factor,
+            curve, scale, self.mode.damping_ratio.quantile(u[:, DAMPING]), factor,
             frequency.quantile(u[:, FREQUENCY]) / frequency.mean - 1.0, z, draw, self.table,
         )  # fmt: skip
 
@@ -168,7 +169,7 @@ class Draws:
     Attributes
     ----------
     scale : (N,) array
-        Amplitude of the bridge [m] or [rad] over that of the section's curve.
+        Amplitude of the bridge [m] or [rad] over that of a section.
     damping_ratio : (N,) array
         Structural damping ratio of the bridge.
     factor : (N,) array
@@ -203,24 +204,41 @@ class Draws:
         """Stable amplitude [m] or [rad] with added damping, shaped as `scruton_number`; zero where vibration dies."""
         sc = self.scruton_number(added)
         square = sc.reshape(len(self), -1)
-        on_curve = self.curve.at(square) if self.table is None else self.table.amplitude(self.row, square)
-        return (self.scale[:, None] * on_curve).reshape(sc.shape)
+        on_curve = self._on_curve(square)
+        away = np.exp(self.curve.spread(square, on_curve) * self.discrepancy[:, None])
+        return (self.scale[:, None] * on_curve * away).reshape(sc.shape)
+
+    def spread(self, added: FloatArray) -> FloatArray:
+        """Sd of ln(amplitude) that the discrepancy between settings means, with (1, K) or (N, K) added damping."""
+        sc = self.scruton_number(added)
+        return self.curve.spread(sc, self._on_curve(sc))
+
+    def _on_curve(self, sc: FloatArray) -> FloatArray:
+        return self.curve.at(sc) if self.table is None else self.table.amplitude(self.row, sc)
 
     def needed(self, limit: float) -> FloatArray:
         """Added damping at which the amplitude is down to the limit, (N,); below zero where none is needed.
 
         Notes
         -----
-        The inverse of A(Sc) = A_ref (1 - n x)^(1/n), or of the table where the curve has an effect in it.
+        The inverse of A(Sc) = A_ref (1 - n x)^(1/n), or of the table where the curve has an effect in it.  How far the
+        setting lies off the curve depends a little on where it is: found by repetition.
         """
         with np.errstate(divide="ignore"):  # a coherence that comes out as zero keeps any limit
             target = limit / self.scale
-        if self.table is not None:
-            sc = self.table.scruton_number(self.row, target)
-        else:
-            curve = self.curve
-            sc = curve.reference + curve.relaxation * index_of(np.log(target / curve.amplitude), curve.n)
+        sc, on_curve = self.scruton_number(0.0), target
+        for _ in range(_REPETITIONS):
+            spread = self.curve.spread(sc[:, None], on_curve[:, None])[:, 0]
+            on_curve = target * np.exp(-spread * self.discrepancy)
+            sc = self._inverse(on_curve)
         return np.asarray(sc / self.factor - self.damping_ratio)
+
+    def _inverse(self, on_curve: FloatArray) -> FloatArray:
+        """Scruton numbers at which the curves have these amplitudes, (N,)."""
+        if self.table is not None:
+            return self.table.scruton_number(self.row, on_curve)
+        curve = self.curve
+        return np.asarray(curve.reference + curve.relaxation * index_of(np.log(on_curve / curve.amplitude), curve.n))
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,6 @@ import numpy as np
 from scipy.special import ndtr
 
 from scruton.arrays import BoolArray, FloatArray
-from scruton.dynamics.laws import amplitude_ratio
 from scruton.sizing.bridge import Cost
 from scruton.sizing.model import DAMPING, DISCREPANCY, LAW, SECTION, SOURCES, Draws, ModeModel, unit_cube
 from scruton.sizing.risk import Risk
@@ -162,9 +161,9 @@ def information(
     certain = damper + cost.failure * (draws.needed(limit)[:, None] > added)
     # What does not tell the discrepancy is judged at the mean over it, P(amplitude > limit) given all else: less noise.
     curve = draws.curve
-    tau, shift = curve.discrepancy[:, None], curve.discrepancy * draws.discrepancy
+    tau, shift = draws.spread(added[None]), curve.discrepancy * draws.discrepancy
     with np.errstate(divide="ignore", invalid="ignore"):
-        log_margin = np.log(limit / draws.amplitude(added[None])) + shift[:, None]
+        log_margin = np.log(limit / draws.amplitude(added[None])) + tau * draws.discrepancy[:, None]
         mean = damper + cost.failure * np.where(tau > 0.0, ndtr(-(log_margin / tau)), log_margin < 0.0)
     now = float(mean.mean(axis=0).min())
     # What a source tells, as numbers on which the need is smooth.
@@ -191,10 +190,10 @@ def _experiments(model: ModeModel, draws: Draws, seed: int) -> Mapping[str, tupl
     def noise() -> FloatArray:
         return rng.standard_normal(size)
 
-    def steady(sc: FloatArray | float, deviate: FloatArray) -> list[FloatArray]:
-        ratio = amplitude_ratio((sc - curve.reference) / curve.relaxation, curve.n)
-        value = np.log(np.clip(curve.amplitude * ratio, 1e-6, 10.0))
-        return [value + curve.discrepancy * deviate + STEADY_COV * noise()]
+    def steady(sc: float, deviate: FloatArray) -> list[FloatArray]:
+        at = np.full((size, 1), sc)
+        on_curve = np.clip(curve.at(at), 1e-6, 10.0)
+        return [np.log(on_curve[:, 0]) + curve.spread(at, on_curve)[:, 0] * deviate + STEADY_COV * noise()]
 
     bridge_sc = float(np.median(draws.scruton_number(0.0)))
     again = [value + np.std(value) * noise() for value in (np.log(curve.amplitude), np.log(curve.relaxation))]
