@@ -88,15 +88,16 @@ def prediction_summary(predictions: "Sequence[Prediction]", summary: dict[str, A
         (
             TERMINAL.number(entry["sc"]), TERMINAL.number(entry["damping_ratio"]), *TERMINAL.spread(entry["amplitude"]),
             monte_carlo(entry["amplitude"], TERMINAL), TERMINAL.number(entry["amplitude"]["sd"]),
-            TERMINAL.number(entry["extrapolation_index"], 2),
+            TERMINAL.number(entry["extrapolation_index"], 2), covered(entry["amplitude_coverage"]),
         )
         for entry in entries
     ]  # fmt: skip
     unit = summary["amplitude_unit"]
-    header = ("Sc", "damping ratio", f"amplitude [{unit}]", "90 % interval", "MC errors", "sd", "x")
+    header = ("Sc", "damping ratio", f"amplitude [{unit}]", "90 % interval", "MC errors", "sd", "x", "covered")
     shares = [f"{law} {weight:.0%}" for law, weight in predictions[0].laws.items() if weight > SHARE_SHOWN]
     lines = [
         "x: extrapolation index; laws agree for |x| < 0.2 and part beyond 0.3.",
+        "Covered: peak tests whose transients run through the amplitude.",
         "MC errors: Monte Carlo standard errors of the median and of the interval's ends.",
         f"Laws: {', '.join(shares)}. The interval carries the discrepancy between settings.",
         *dict.fromkeys(f"! {flag}" for prediction in predictions for flag in prediction.flags),
@@ -104,6 +105,11 @@ def prediction_summary(predictions: "Sequence[Prediction]", summary: dict[str, A
     if not summary["converged"]:
         lines.append("! the fit did not converge: " + "; ".join(summary["flags"]))
     return [Table("predictions", "", header, rows, "\n".join(lines)), stated_discrepancies(predictions, TERMINAL)]
+
+
+def covered(coverage: Mapping[str, int]) -> str:
+    """How many of the peak tests have seen an amplitude."""
+    return f"{coverage['tests']} of {coverage['of']}"
 
 
 def monte_carlo(amplitude: Mapping[str, Any], of: Notation) -> str:

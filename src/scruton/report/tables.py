@@ -157,6 +157,7 @@ def _prediction(prediction: "Prediction") -> Row:
             for end, error in zip(("q05", "q95"), entry["amplitude"]["mcse"]["interval"]["0.90"], strict=True)
         },
         "extrapolation index x": prediction.extrapolation_index,
+        "peak tests that cover the amplitude": prediction.covered_by,
         "probability of no vibration": prediction.dies,
         "fraction without stable amplitude": prediction.unbounded,
     }

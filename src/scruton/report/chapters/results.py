@@ -7,7 +7,7 @@ from scruton.report.chapters.material import Material
 from scruton.report.document import CAUTION, Block, Callout, Equation, Heading, Table, paragraph
 from scruton.report.equations import AERODYNAMIC, RECIPROCAL
 from scruton.report.maths import row
-from scruton.report.summaries import forces_hold, model_printed, monte_carlo, stated_discrepancies
+from scruton.report.summaries import covered, forces_hold, model_printed, monte_carlo, stated_discrepancies
 from scruton.report.tables import unit_of
 from scruton.report.wording import PAGE, PARAMETERS, Notation, estimate, number, percent, stated, unit_text
 
@@ -190,7 +190,7 @@ def design_table(material: Material) -> Table:
                 stated(prediction.scruton_number), percent(prediction.damping_ratio), *estimate(amplitude),
                 monte_carlo(amplitude, PAGE), estimate(amplitude, level="0.95")[1],
                 f"{median} ({interval}) {model_unit}",
-                number(prediction.extrapolation_index, 2),
+                number(prediction.extrapolation_index, 2), covered(prediction.to_json()["amplitude_coverage"]),
             )
         )  # fmt: skip
     return Table(
@@ -198,11 +198,12 @@ def design_table(material: Material) -> Table:
         "Predicted stable amplitude at the design Scruton numbers",
         (
             "Sc", "ξₛ", f"median [{unit}]", f"90 % interval [{unit}]", "MC errors", f"95 % interval [{unit}]",
-            "at the model's scale, 90 %", "x",
+            "at the model's scale, 90 %", "x", "covered",
         ),
         rows,
         "x is the extrapolation index from the nearest test: laws of aerodynamic damping agree for |x| < 0.2 and part "
-        "beyond 0.3. MC errors are the Monte Carlo standard errors of the median and of the ends of the 90 % interval.",
+        "beyond 0.3. Covered: by the transients of so many peak tests. "
+        "MC errors are the Monte Carlo standard errors of the median and of the ends of the 90 % interval.",
         data="predictions",
     )  # fmt: skip
 
