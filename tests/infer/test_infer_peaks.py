@@ -10,7 +10,6 @@ from scruton.infer.cards import load_card
 from scruton.infer.fit import envelope, fit_rig, fit_test
 from scruton.infer.models import WIND, SteadyAmplitude
 from scruton.infer.peaks import (
-    _settings,
     campaign_posterior,
     data_of,
     fit_peaks,
@@ -18,7 +17,7 @@ from scruton.infer.peaks import (
     stack,
 )
 from scruton.infer.results import LawWeights
-from scruton.infer.sampling import ExcludedByPriorsError, Sampling
+from scruton.infer.sampling import ExcludedByPriorsError, Sampling, fewer_walkers
 from scruton.infer.thresholds import FAVOURED, HOPELESS, LAWS_FLOOR
 from scruton.stats.convergence import SamplerSettings
 from scruton.stats.optimum import laplace_log_evidence
@@ -251,12 +250,14 @@ def test_walkers_become_draws_as_far_as_the_dimensions_allow(tests_of, card):
     campaign, tests = tests_of("paper")
     posterior = campaign_posterior(campaign, tests, Sampling(card, 0), -1.0)
     assert len(posterior.priors) == 4 + 2 * len(WIND)
-    least = 4 * len(posterior.priors)  # walkers that the dimensions need
+    least = 2 * len(posterior.priors)  # walkers that the dimensions need, where blocks are sampled
     for walkers, fewer in ((16 * least, 4), (4 * least, 4), (4 * least - 4, 2), (2 * least, 2), (2 * least - 2, 1)):
-        found = _settings(SamplerSettings(walkers=walkers, draws=8), posterior)
+        found = fewer_walkers(SamplerSettings(walkers=walkers, draws=8), posterior)
         assert (found.walkers, found.draws) == (walkers // fewer, 8 * fewer)
     odd = SamplerSettings(walkers=8 * least + 1, draws=8)
-    assert _settings(odd, posterior) == odd
+    assert fewer_walkers(odd, posterior) == odd
+    alone, least = posterior.tests[0].wind, 4 * len(posterior.tests[0].wind.priors)
+    assert fewer_walkers(SamplerSettings(walkers=4 * least, draws=8), alone).walkers == least
 
 
 def test_a_checkpoint_knows_all_that_the_likelihood_reads(tests_of, card):

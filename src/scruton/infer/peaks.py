@@ -23,8 +23,8 @@ from scruton.stats.student_t import fit_student_t
 def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Sampling) -> PeakResult:
     """Sample the joint posterior of the peak tests under the laws of the card, and weigh the laws by their evidence.
 
-    A law other than the reference that Laplace's approximation puts beyond any doubt, or under which no point of the
-    prior explains the records, has no weight and is not sampled.
+    With several rigs, a law other than the reference that Laplace's approximation puts beyond any doubt has no weight
+    and is not sampled; nor is one under which no point of the prior explains the records.
 
     Parameters
     ----------
@@ -41,7 +41,9 @@ def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Samplin
     log_z, error, unknown = np.full((3, len(labels)), np.nan)
     for i, candidate in enumerate(posteriors if several else ()):
         log_z[i] = laplace_log_evidence(candidate, np.random.default_rng(sampling.seed_of(f"screening, {labels[i]}")))
-    sampled = np.array([k == 0 or log_z[k] > log_z.max() - HOPELESS for k in range(len(labels))])
+    # One setting's transients tell no law for certain: all are sampled, and keep their part of the weight.
+    asked = [k == 0 or len(tests) == 1 or log_z[k] > log_z.max() - HOPELESS for k in range(len(labels))]
+    sampled = np.array(asked)
     laws: list[LawResult] = []
     for k, posterior in enumerate(posteriors):
         if not sampled[k]:
