@@ -167,8 +167,8 @@ def predict(
     rig : str, optional
         Whose mass and air turn a damping ratio into Sc and back; the first rig in wind if left out.
     law_n : float, optional
-        Predict under this law alone. One that was not fitted carries the reference law's curve from the reference
-        Scruton number.
+        Predict under this law alone. One that was not fitted starts from the test nearest to the design, with the
+        amplitude and the relaxation that the reference law found there.
     seed : int
         Seed of the new setting's discrepancy, of the choice between laws and of an uncertain design damping ratio;
         predictions of one seed share them, so that differences between designs are not noise.
@@ -180,7 +180,8 @@ def predict(
 
     Notes
     -----
-    The new setting lies off the curve that the peak tests share by a factor exp(tau z), as they do.
+    The new setting lies off the curve that the peak tests share by a factor exp(tau z), as they do, with a tau that
+    grows with the distance from what was tested (`scruton.griffin.coverage`).
     """
     if not test_names(tree):
         raise InputError("posterior", "", "no test in wind", "a fit of at least one test: still air says nothing of it")

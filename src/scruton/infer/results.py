@@ -92,13 +92,13 @@ class LawWeights:
     ----------
     labels : tuple of str
     prior, weight : array
-        Prior and posterior probability.
+        Prior probability, and the weight that predictions use: the posterior probability until the weights are settled.
     log_evidence, error : array
         Of a law that was not sampled, by Laplace's approximation and without an error; NaN where there is one law.
     sampled : array of bool
     stacking : array
-        Weights by stacking whose unit is a record left out; NaN where they were not asked for. A law that was not
-        sampled takes no part and has none.
+        Weights by stacking whose units are a record and a rig left out; NaN where they were not asked for. A law that
+        was not sampled takes no part and has none.
     """
 
     labels: tuple[str, ...]
