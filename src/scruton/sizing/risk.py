@@ -173,10 +173,12 @@ def shares(model: ModeModel, limit: float, *, added: float = 0.0, seed: int = 0)
     """Sobol' indices, by quantity ("needed", "amplitude" with `added` damping), the largest total first.
 
     The section's posterior is one source: its amplitude and relaxation are correlated and cannot be told apart.
-    An amplitude beyond ten times the limit counts as ten times.
+    An amplitude beyond ten times the limit counts as ten times, damping beyond what can be added as that much.
     """
     return {
-        "needed": sobol_shares(model, lambda u: np.clip(model.draws(u).needed(limit), -1.0, 1.0), seed),
+        "needed": sobol_shares(
+            model, lambda u: np.clip(model.draws(u).needed(limit), -LARGEST_ADDED, LARGEST_ADDED), seed
+        ),
         "amplitude": sobol_shares(model, lambda u: np.minimum(model.draws(u).amplitude(added), 10.0 * limit), seed),
     }
 

@@ -125,8 +125,11 @@ def methods_chapter(material: Material) -> Iterator[Block]:
         yield paragraph(
             "with ", row("n"), f" = {exponent}, where ", eq.A_STAR, " is the stable amplitude and ", row("lambda"),
             " the rate at which the amplitude relaxes to it. Turbulence pushes the amplitude about, so it is a state "
-            "with process noise, and the sensor adds noise on top; the likelihood is that of the state-space filter, "
-            "with the initial state integrated out. ", row("n", "=", "-", "1"), " is the law of Gao and others, under "
+            "with process noise; gusts, slower than that, are another; each record’s wind is set a little differently; "
+            "and the sensor adds noise on top. The drift may leave the law by a smooth factor of the amplitude, one at "
+            "the stable amplitude, as large as the records ask for. The likelihood is that of the state-space filter, "
+            "with the initial state, the set-points and the departure integrated out. ",
+            row("n", "=", "-", "1"), " is the law of Gao and others, under "
             "which 1/A is a straight line in the Scruton number; ", row("n", "=", "2"), " is that of Ehsan and "
             "Scanlan. The Scruton number is",
         )  # fmt: skip
@@ -139,8 +142,11 @@ def methods_chapter(material: Material) -> Iterator[Block]:
             "factor whose logarithm is normal, and so does the relaxation Scruton number at zero damping, ",
             eq.STRENGTH, ", which stands for the strength of the wind."
             + (f" The standard deviations were found to be {discrepancy}." if discrepancy else "")
-            + " A new setting carries the discrepancy of the amplitude. Laws are weighed by evidence (bridge "
-            "sampling). The trial function is fitted as its authors have it, and turned into a Griffin curve by",
+            + " A new setting carries the discrepancy of the amplitude, which grows with the distance from the Scruton "
+            "numbers and the amplitudes that were tested. Laws are weighed by evidence (bridge sampling), or by what "
+            "they say of records and rigs left out where none explains the records; from one rig, none has less than a "
+            "tenth of its prior weight. The trial function is fitted as its authors have it, and turned into a Griffin "
+            "curve by",
         )  # fmt: skip
         yield from (Equation(eq.TRIAL), Equation(eq.AERODYNAMIC), Equation(eq.REQUIRED))
         yield paragraph(
