@@ -288,7 +288,8 @@ def test_a_wrong_law_and_its_departure_are_the_drift_that_was(rng, true, assumed
 
     data = followed(lambda a: drift(a, true), (0.15 * a_star, 2.2 * a_star), 0.1, 90, se, rng)
     one = [np.array([x]) for x in (a_star, lam, 1e-5, 1.0)]
-    mean, cov = statics(data, *one, Wind(departure=1.0), n=assumed)
+    forgetful = Wind(gust_rate=20.0, departure=1.0)
+    mean, cov = statics(data, *one, forgetful, n=assumed)
     theta = np.r_[0.0, mean[0]]
     for ratio in (0.25, 0.4, 0.6, 0.8, 1.2, 1.5, 1.9):
         a = ratio * a_star
@@ -304,6 +305,24 @@ def test_departures_of_arrays_are_those_of_one_amplitude(rng):
     one = [factor_at(0.05 * r, 0.05, np.r_[0.0, row]) for r, row in zip(ratio, theta, strict=True)]
     np.testing.assert_allclose(relative_drift(ratio, theta), one, rtol=1e-12)
     np.testing.assert_array_equal(relative_drift(np.ones(40), theta), 1.0)
+
+
+def test_a_wake_that_remembers_passes_the_stable_amplitude_and_comes_back(rng):
+    """A decay that undershoots: no drift of the amplitude alone does, and a* is where it ends."""
+    a_star, lam, se, rate = 0.05, 0.5, 5e-5, 0.3
+    wake = {"h": -0.6}
+
+    def remembering(a):
+        wake["h"] -= rate * wake["h"] * 0.1 / 50
+        return lam * (a_star * (1.0 + wake["h"]) - a)
+
+    data = followed(remembering, (2.2 * a_star,), 0.1, 250, se, rng)
+    assert data.amplitude.min() < 0.97 * a_star
+    levels = a_star * np.linspace(0.8, 1.2, 41)
+    others = [np.full(41, x) for x in (lam, 1e-5, 1.0)]
+    found = log_likelihood(data, levels, *others, Wind(gust_rate=rate, departure=0.5))
+    assert levels[np.argmax(found)] == pytest.approx(a_star, rel=0.03)
+    assert found.max() > log_likelihood(data, levels, *others, Wind(gust_rate=20.0, departure=0.5)).max() + 20.0
 
 
 def test_where_the_law_holds_the_departure_is_nothing(rng):

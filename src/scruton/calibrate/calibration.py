@@ -38,7 +38,7 @@ def run_calibration(
     how : Execution
         Where the results go, and by how many processes.
     regimes : sequence of str, optional
-        Some of `REGIMES`, or patterns such as "law-*"; by default all that need no other package.
+        Some of `REGIMES`, or patterns such as ``law-*``; by default all that need no other package.
     campaigns : int
         In every regime.
     seed : int

@@ -262,7 +262,7 @@ REGIMES: Mapping[str, Regime] = {
 
 
 def chosen(names: Sequence[str] | None) -> tuple[Regime, ...]:
-    """Return the regimes called `names`, "law-*" being all that begin so; all that need no other package if None.
+    """Return the regimes called `names`, ``law-*`` being all that begin so; all that need no other package if None.
 
     Raises
     ------

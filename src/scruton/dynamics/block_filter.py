@@ -77,7 +77,7 @@ def _block(x, y, se, gap, period, n, m0, p0):  # type: ignore[no-untyped-def]
                     _first(x, yk, s2, n, m0, p0, dt)
                     continue
                 x[M], x[P], x[H], x[P_H] = m0, p0, 0.0, 0.0
-                x[P_HH] = x[G2]
+                x[P_HH] = x[G2] + x[DEPARTURE2] * x[A] * x[A]
             else:
                 _unseen(x, n, gap[k])
         if departs:
@@ -86,10 +86,11 @@ def _block(x, y, se, gap, period, n, m0, p0):  # type: ignore[no-untyped-def]
                 for i in range(COLUMNS):
                     x[SHAPE + 1 + i, w] = ramp(place, i)
                     g += x[THETA + 1 + i, w] * x[SHAPE + 1 + i, w]
-                inverse = 1.0 / factor(g)
+                whole = factor(g, place)
+                inverse = 1.0 / whole
                 for i in range(COLUMNS):
                     x[SHAPE + 1 + i, w] *= inverse
-                excess = x[LAM, w] * (factor(g) - 1.0)
+                excess = x[LAM, w] * (whole - 1.0)
                 more = faded(excess, 0.5 * dt)
                 x[HERE_HALF, w] = x[HALF, w] * more
                 x[HERE, w] = x[DECAY, w] * more * more
@@ -145,7 +146,8 @@ def _first(x, y, s2, n, m0, p0, dt):  # type: ignore[no-untyped-def]
         prior = p0 + x[R2, w] * s2
         part = p0 / prior
         x[M, w], x[P, w], x[H, w], x[P_H, w], x[P_HH, w] = (
-            m0 + part * (y - m0), part * x[R2, w] * s2, 0.0, 0.0, x[G2, w],
+            m0 + part * (y - m0), part * x[R2, w] * s2, 0.0, 0.0,
+            x[G2, w] + x[DEPARTURE2, w] * x[A, w] * x[A, w],
         )  # fmt: skip
         x[QUAD, w] += (y - m0) * (y - m0) / prior
         x[PROD, w] *= prior

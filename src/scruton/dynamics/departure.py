@@ -8,6 +8,9 @@ its slope there, whatever g is.  It walks on either side by itself, so that grow
 where the wake remembers.  The columns are ramps between `GROWTH` or `DECAY` knots, of the variance of the walk between
 them, and s is the standard deviation that g has one e-fold from a*.  The filters carry theta as states that do not
 change; as the drift is linear in them, so is what a cycle says of them.
+
+A wake that remembers is not that of the amplitude of the moment: at the start of a record the slow state of the wind
+(`scruton.dynamics.moments`) has, beside that of the gusts, a standard deviation of s a*, and fades at their rate.
 """
 
 from typing import Any
@@ -22,7 +25,8 @@ GROWTH, DECAY = (1.0, 0.7, 0.35, 0.1), (1.0, 1.35, 2.3)
 COLUMNS = len(GROWTH) + len(DECAY) - 2
 STATIC = 1 + COLUMNS  # with the set-point of the record
 ROUGH = 0.15  # of s: sd of the departure about its ramps, which the filters take for noise of each cycle's own
-_LEAST, _LARGEST = 0.02, 20.0  # of 1 + g
+_LEAST, _LARGEST = 0.4, 20.0  # of 1 + g; the least times a/a* below a*, where the laws differ by as much
+_NOTHING = 1e-6  # of a*
 
 
 @njit(cache=True, inline="always")
@@ -49,8 +53,9 @@ START, STEEP, HEIGHT = (np.array(values) for values in _columns())
 
 def relative_drift(ratio: FloatArray, theta: FloatArray) -> FloatArray:
     """1 + g, bounded, at amplitudes over the stable one, (...), with columns theta (..., COLUMNS)."""
-    columns = HEIGHT * np.clip((_place(np.maximum(ratio, 0.0))[..., None] - START) * STEEP, 0.0, 1.0)
-    return np.asarray(np.clip(1.0 + (columns * theta).sum(axis=-1), _LEAST, _LARGEST))
+    ratio = np.maximum(ratio, 0.0)
+    columns = HEIGHT * np.clip((_place(ratio)[..., None] - START) * STEEP, 0.0, 1.0)
+    return np.asarray(np.clip(1.0 + (columns * theta).sum(axis=-1), _LEAST * np.clip(ratio, _NOTHING, 1.0), _LARGEST))
 
 
 @njit(cache=True, inline="always")
@@ -60,9 +65,10 @@ def ramp(place, k):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, inline="always")
-def factor(g):  # type: ignore[no-untyped-def]
-    """1 + g, bounded: the drift keeps its sign."""
-    return min(max(1.0 + g, _LEAST), _LARGEST)
+def factor(g, place):  # type: ignore[no-untyped-def]
+    """1 + g, bounded: the drift keeps its sign, and stands nearly still at no amplitude but a*."""
+    least = _LEAST * max((2.0 + min(place, 0.0)) / (2.0 - min(place, 0.0)), _NOTHING)
+    return min(max(1.0 + g, least), _LARGEST)
 
 
 @njit(cache=True, inline="always")
@@ -80,4 +86,4 @@ def factor_at(a, a_star, theta):  # type: ignore[no-untyped-def]
     place, g = place_of(a, a_star), 0.0
     for k in range(COLUMNS):
         g += theta[k + 1] * ramp(place, k)
-    return factor(g)
+    return factor(g, place)

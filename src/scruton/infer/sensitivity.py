@@ -133,8 +133,10 @@ class PredictionSensitivity:
     distance : float
         Cumulative Jensen-Shannon distance that the predictive draws move per doubling of the power of that prior,
         beyond chance.
-    median, low, high : float
-        Of the prediction, with its 90 % interval.
+    median : float
+        Of the prediction.
+    low, high : float
+        Its 90 % interval.
     halved, doubled : (float, float, float)
         The same where the prior's median (of the laws: the odds of the leading one) is halved and doubled.
     """
