@@ -320,9 +320,9 @@ def test_a_wake_that_remembers_passes_the_stable_amplitude_and_comes_back(rng):
     assert data.amplitude.min() < 0.97 * a_star
     levels = a_star * np.linspace(0.8, 1.2, 41)
     others = [np.full(41, x) for x in (lam, 1e-5, 1.0)]
-    found = log_likelihood(data, levels, *others, Wind(gust_rate=rate, departure=0.5))
+    found = log_likelihood(data, levels, *others, Wind(gust_rate=rate, departure=0.8))
     assert levels[np.argmax(found)] == pytest.approx(a_star, rel=0.03)
-    assert found.max() > log_likelihood(data, levels, *others, Wind(gust_rate=20.0, departure=0.5)).max() + 20.0
+    assert found.max() > log_likelihood(data, levels, *others, Wind(gust_rate=20.0, departure=0.8)).max() + 20.0
 
 
 def test_where_the_law_holds_the_departure_is_nothing(rng):

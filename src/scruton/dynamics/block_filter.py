@@ -77,7 +77,7 @@ def _block(x, y, se, gap, period, n, m0, p0):  # type: ignore[no-untyped-def]
                     _first(x, yk, s2, n, m0, p0, dt)
                     continue
                 x[M], x[P], x[H], x[P_H] = m0, p0, 0.0, 0.0
-                x[P_HH] = x[G2] + x[DEPARTURE2] * x[A] * x[A]
+                x[P_HH] = x[G2] + (x[DEPARTURE2] * x[A]) ** 2
             else:
                 _unseen(x, n, gap[k])
         if departs:
@@ -147,7 +147,7 @@ def _first(x, y, s2, n, m0, p0, dt):  # type: ignore[no-untyped-def]
         part = p0 / prior
         x[M, w], x[P, w], x[H, w], x[P_H, w], x[P_HH, w] = (
             m0 + part * (y - m0), part * x[R2, w] * s2, 0.0, 0.0,
-            x[G2, w] + x[DEPARTURE2, w] * x[A, w] * x[A, w],
+            x[G2, w] + (x[DEPARTURE2, w] * x[A, w]) ** 2,
         )  # fmt: skip
         x[QUAD, w] += (y - m0) * (y - m0) / prior
         x[PROD, w] *= prior

@@ -10,7 +10,7 @@ them, and s is the standard deviation that g has one e-fold from a*.  The filter
 change; as the drift is linear in them, so is what a cycle says of them.
 
 A wake that remembers is not that of the amplitude of the moment: at the start of a record the slow state of the wind
-(`scruton.dynamics.moments`) has, beside that of the gusts, a standard deviation of s a*, and fades at their rate.
+(`scruton.dynamics.moments`) has, beside that of the gusts, a standard deviation of s^2 a*, and fades at their rate.
 """
 
 from typing import Any

@@ -81,7 +81,7 @@ def step_filter(  # type: ignore[no-untyped-def]
         for i in range(1, STATIC):
             p_c[i, i] = departure[w] * departure[w]
         m, p, h, p_h, p_hh = m0, p0, 0.0, 0.0, g2
-        at_start = g2 + (departure[w] * a_star[w]) ** 2  # a wake that remembers
+        at_start = g2 + (departure[w] * departure[w] * a_star[w]) ** 2  # a wake that remembers
         moments = gust_moments(lam[w], fade[w], 1.0)
         dt, moving = -1.0, 0.0
         for k in range(y.size):

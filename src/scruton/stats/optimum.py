@@ -46,8 +46,8 @@ def find_optimum(posterior: Posterior, rng: np.random.Generator, guesses: int = 
         height = float(posterior.log_prob(climbed[None])[0])
         if height > best_value:
             best, best_value = climbed, height
-    centre, covariance = _laplace(posterior, best, scale)
-    return StudentT(centre, np.linalg.cholesky(covariance) * WIDEN)
+    centre, cholesky = _laplace(posterior, best, scale)
+    return StudentT(centre, cholesky * WIDEN)
 
 
 def laplace_log_evidence(posterior: Posterior, rng: np.random.Generator) -> float:
@@ -77,7 +77,7 @@ def _climb(posterior: Posterior, start: FloatArray, scale: FloatArray) -> FloatA
 
 
 def _laplace(posterior: Posterior, u: FloatArray, scale: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Refine the optimum by Newton steps; the covariance is from the finite-difference Hessian there."""
+    """Refine the optimum by Newton steps; the Cholesky factor of the covariance is from the Hessian by differences."""
     d = u.size
     pairs = [(i, j) for i in range(d) for j in range(i, d)]
     for _ in range(3):
@@ -99,14 +99,14 @@ def _laplace(posterior: Posterior, u: FloatArray, scale: FloatArray) -> tuple[Fl
         curvature, axes = np.linalg.eigh(-hessian)
         # No direction is wider than the prior, none far steeper than the steps along the coordinates found.
         curvature = np.clip(curvature, np.square(axes.T * (step / scale)).sum(axis=1), STEEPEST)
-        inverse = (axes / curvature) @ axes.T
-        covariance = inverse * np.outer(step, step)
-        trial = u + inverse @ gradient * step
+        trial = u + (axes / curvature) @ axes.T @ gradient * step
         gain = posterior.log_prob(trial[None])[0] - top
         if not gain > 1e-3:
             break
         u = trial
-    return u, covariance
+    # By QR, which no condition of the matrix brings down.
+    triangle = np.linalg.qr((axes / np.sqrt(curvature)).T, mode="r")
+    return u, step[:, None] * (triangle * np.sign(np.diag(triangle))[:, None]).T
 
 
 def _steps(posterior: Posterior, u: FloatArray, scale: FloatArray) -> FloatArray:
