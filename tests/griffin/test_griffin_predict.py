@@ -303,7 +303,9 @@ def brute_force_single(row, sc: float, tau: float, kappa: float, n: float, size:
     for w, z, new in rng.standard_normal((size, 3)):
         shared = strength * np.exp(-kappa * w) - n * own
         level = a_star * np.exp(-tau * z)
-        found.append(level * float(amplitude_ratio((sc - own) / shared, n)) * np.exp(tau * new))
+        x = (sc - own) / shared
+        grown = tau * np.sqrt(1.0 + WALK * abs(x))  # the new setting lies within the transients, and away by x
+        found.append(level * float(amplitude_ratio(x, n)) * np.exp(grown * new))
     return np.array(found)
 
 

@@ -1,5 +1,6 @@
 """What the tests have covered of the Griffin plot, and how the discrepancy of a setting grows beyond it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -58,12 +59,12 @@ class Coverage:
         return np.asarray(np.sqrt(variance))
 
 
-def coverage_of(tree: "xr.DataTree") -> Coverage:
-    """Coverage of the peak tests of a fit."""
+def coverage_of(tree: "xr.DataTree", tests: Sequence[str] | None = None) -> Coverage:
+    """Coverage of the peak tests of a fit, or of these alone."""
     rows = []
     cycles = tree["observed_data"]["amplitude"].to_numpy() if "observed_data" in tree else np.empty(0)
     owner = np.array(names_of(tree["constant_data"]["record_test"])) if cycles.size else np.empty(0, dtype=str)
-    for name in peak_names(tree):
+    for name in tests or peak_names(tree):
         seen = np.append(cycles[owner == name], np.median(draws_of(tree, "a_star", name)))
         rows.append((float(np.median(draws_of(tree, "scruton_number", name))), seen[seen > 0.0].min(), seen.max()))
     return Coverage(*np.array(sorted(rows)).T)

@@ -13,6 +13,7 @@ from scruton.documents import as_json
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.errors import InputError
 from scruton.griffin.bands import INTERVALS, quantiles
+from scruton.griffin.coverage import coverage_of
 from scruton.griffin.curves import shared_curve, stream, what_if
 from scruton.griffin.discrepancy import STATED, one_rig, with_discrepancy
 from scruton.griffin.posterior import (
@@ -289,7 +290,9 @@ def single_draws(
     x = (np.atleast_1d(np.asarray(scruton_numbers, dtype=float)) - tested[:, None]) / shared[:, None]
     # For n > 0 the wind may be too weak for a vibration at the tested setting: such a draw says that it dies beyond.
     ratio = np.where(shared[:, None] > 0.0, amplitude_ratio(x, n[:, None]), np.where(x < 0.0, 0.0, np.inf))
-    return np.asarray(draws_of(tree, "a_star", test)[:, None] * ratio * np.exp(tau * (z[1] - z[2]))[:, None])
+    curve = draws_of(tree, "a_star", test)[:, None] * ratio
+    growth = coverage_of(tree, [test]).growth(x, curve)
+    return np.asarray(curve * np.exp(tau[:, None] * (z[1][:, None] - z[2][:, None] * growth)))
 
 
 def _flags(prediction: Prediction) -> tuple[str, ...]:
