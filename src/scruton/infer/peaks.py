@@ -1,5 +1,6 @@
 """The campaign model of the peak tests, under every law of the model card, and the weights of the laws."""
 
+import contextlib
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -56,8 +57,10 @@ def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Samplin
             sampled[k], log_z[k] = False, -np.inf
             continue
         if several:
-            evidence = log_evidence(posterior, samples, sampling.seed_of(f"evidence, {labels[k]}"))
-            log_z[k], error[k] = evidence.log_z, evidence.error
+            # Where walkers hardly moved, which the verdict says, Laplace's approximation has to do.
+            with contextlib.suppress(ValueError):
+                evidence = log_evidence(posterior, samples, sampling.seed_of(f"evidence, {labels[k]}"))
+                log_z[k], error[k] = evidence.log_z, evidence.error
         laws.append(LawResult(labels[k], posterior, samples, derive(campaign, tests, posterior, samples)))
     weight = posterior_weights(np.where(sampled, log_z, -np.inf), prior) if several else prior
     weights = LawWeights(labels, prior, weight, log_z, error, sampled, unknown)
