@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scruton.arrays import FloatArray, IntArray
-from scruton.griffin.posterior import draws_of, names_of, peak_names
+from scruton.griffin.posterior import draws_of, peak_names, transient_amplitudes
 from scruton.griffin.thresholds import FARTHEST, WALK
 
 if TYPE_CHECKING:
@@ -62,9 +62,7 @@ class Coverage:
 def coverage_of(tree: "xr.DataTree", tests: Sequence[str] | None = None) -> Coverage:
     """Coverage of the peak tests of a fit, or of these alone."""
     rows = []
-    cycles = tree["observed_data"]["amplitude"].to_numpy() if "observed_data" in tree else np.empty(0)
-    owner = np.array(names_of(tree["constant_data"]["record_test"])) if cycles.size else np.empty(0, dtype=str)
     for name in tests or peak_names(tree):
-        seen = np.append(cycles[owner == name], np.median(draws_of(tree, "a_star", name)))
+        seen = np.append(transient_amplitudes(tree, name), np.median(draws_of(tree, "a_star", name)))
         rows.append((float(np.median(draws_of(tree, "scruton_number", name))), seen[seen > 0.0].min(), seen.max()))
     return Coverage(*np.array(sorted(rows)).T)

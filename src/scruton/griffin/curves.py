@@ -9,10 +9,10 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.terms import COLUMNS
-from scruton.dynamics.laws import amplitude_ratio
+from scruton.dynamics.laws import amplitude_ratio, extrapolation_index
 from scruton.errors import InputError
 from scruton.griffin.coverage import Coverage, coverage_of
-from scruton.griffin.posterior import names_of
+from scruton.infer.joint import law_weights
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,7 +39,7 @@ class SharedCurve:
         """Extrapolation index from the Scruton number of a test, by the law of each draw, (S, n_sc)."""
         relaxation = self.relaxation[:, None]
         at_test = relaxation - self.n[:, None] * (tested - self.reference)
-        return np.asarray((np.atleast_1d(scruton_numbers) - tested) / np.maximum(at_test, 1e-3 * relaxation))
+        return extrapolation_index(np.atleast_1d(scruton_numbers), tested, np.maximum(at_test, 1e-3 * relaxation))
 
     def index_of_nearest(self, scruton_numbers: FloatArray) -> float:
         """Median extrapolation index from the test that is nearest by it; from the reference where none is known."""
@@ -135,8 +135,7 @@ def law_curves(tree: "xr.DataTree", *, law_n: float | None = None, near: float |
     if "campaign_posterior" not in tree:
         raise InputError("posterior", "", "no campaign posterior", "a fit of at least one test in wind")
     group = tree["campaign_posterior"]
-    labels = names_of(group["law"])
-    weights = np.asarray(tree["laws"]["weight"].sel(law=labels).to_numpy(), dtype=float)
+    labels, weights = law_weights(tree)
 
     def draws(name: str) -> FloatArray:
         return np.asarray(group[name].to_numpy(), dtype=float).reshape(len(labels), -1)

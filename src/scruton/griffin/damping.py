@@ -8,7 +8,7 @@ from scruton.arrays import FloatArray, thin
 from scruton.dynamics import rate as amplitude_rate
 from scruton.envelope.damping import aerodynamic_damping, total_damping
 from scruton.griffin.bands import trial_griffin_draws
-from scruton.griffin.posterior import draws_of, mass_damping_draws, printed_draws
+from scruton.griffin.posterior import draws_of, mass_damping_draws, printed_draws, transient_amplitudes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,8 +21,7 @@ _DRAWS = 1000
 
 def amplitude_grid(fit: "Fit", test: str) -> FloatArray:
     """Amplitudes that the test's transients went through, evenly spaced in the logarithm."""
-    samples = fit.tree["constant_data"]["record_test"].to_numpy().astype(str) == test
-    amplitude = fit.tree["observed_data"]["amplitude"].to_numpy()[samples]
+    amplitude = transient_amplitudes(fit.tree, test)
     stable = float(np.median(printed_draws(fit.tree, test)["a_star"]))
     # the noise floor of a growth is no amplitude
     low = max(float(amplitude.min()), 0.1 * stable)

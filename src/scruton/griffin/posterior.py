@@ -56,6 +56,14 @@ def printed_draws(tree: "xr.DataTree", test: str) -> dict[str, FloatArray]:
     return own | {"n": exponent_draws(tree, test)}
 
 
+def transient_amplitudes(tree: "xr.DataTree", test: str) -> FloatArray:
+    """Amplitudes of every cycle of a test's transients, (N,); none where the fit does not hold them."""
+    if "observed_data" not in tree:
+        return np.empty(0)
+    owner = tree["constant_data"]["record_test"].to_numpy().astype(str)
+    return np.asarray(tree["observed_data"]["amplitude"].to_numpy()[owner == test], dtype=float)
+
+
 def motion_of(tree: "xr.DataTree") -> Motion:
     """Heaving or torsional."""
     return Motion(str(tree["constant_data"]["motion"].to_numpy()))

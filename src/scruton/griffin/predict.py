@@ -14,7 +14,7 @@ from scruton.dynamics.laws import amplitude_ratio
 from scruton.errors import InputError
 from scruton.griffin.bands import INTERVALS, quantiles
 from scruton.griffin.coverage import coverage_of
-from scruton.griffin.curves import shared_curve, stream, what_if
+from scruton.griffin.curves import SharedCurve, shared_curve, stream, what_if
 from scruton.griffin.discrepancy import STATED, one_rig, with_discrepancy
 from scruton.griffin.posterior import (
     chosen_rig,
@@ -211,7 +211,7 @@ def predict(
     curve = shared_curve(tree, law_n=law_n, near=float(np.median(sc)), seed=seed)
     # A short run may have kept another number of draws of the rig than of the curve.
     sc_of_all = np.resize(sc, curve.n.size)[:, None]
-    draws = predictive_draws(tree, sc_of_all, law_n=law_n, seed=seed)[:, 0]
+    draws = curve.predictive(sc_of_all, _deviates(curve, seed))[:, 0]
     on_curve = curve.at(sc_of_all)
     assert curve.coverage is not None
     indices = {
@@ -255,17 +255,23 @@ def predictive_draws(
     """
     sc = np.atleast_1d(np.asarray(scruton_numbers, dtype=float))
     curve = shared_curve(tree, law_n=law_n, seed=seed)
-    z = stream(seed, "discrepancy").standard_normal(len(curve.n))
+    z = _deviates(curve, seed)
     if not what_if(tree, law_n):
         return curve.predictive(sc, z)
     # A law that was not fitted starts from the nearest test.
     assert curve.coverage is not None
-    nearest, draws = curve.coverage.nearest(np.atleast_2d(np.median(np.atleast_2d(sc), axis=0))[0]), []
+    nearest = curve.coverage.nearest(np.median(np.atleast_2d(sc), axis=0))
+    draws = np.empty((z.size, nearest.size))
     for test in np.unique(nearest):
-        near = float(curve.coverage.scruton_number[test])
+        there, near = nearest == test, float(curve.coverage.scruton_number[test])
         start = shared_curve(tree, law_n=law_n, near=near, seed=seed)
-        draws.append(start.predictive(sc[..., nearest == test], z))
-    return np.concatenate(draws, axis=1)[:, np.argsort(np.argsort(nearest, kind="stable"), kind="stable")]
+        draws[:, there] = start.predictive(sc[..., there], z)
+    return draws
+
+
+def _deviates(curve: SharedCurve, seed: int) -> FloatArray:
+    """How far a new setting lies off the curve, standardised, (S,): predictions of one seed share it."""
+    return stream(seed, "discrepancy").standard_normal(curve.n.size)
 
 
 def single_draws(

@@ -8,9 +8,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from scruton.arrays import FloatArray
+from scruton.arrays import FloatArray, IntArray
 from scruton.infer.thresholds import CARRIES, NOT_MOVED, SAME_PLACE
 from scruton.stats.priors import Prior
 
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
 
     from scruton.infer.results import LawWeights
 
-IntArray = NDArray[np.integer]
 REFERENCE = -1.0  # the law that Y1 and epsilon belong to
 FORCES = ("Y1", "epsilon")
 # Scales of the discrepancy between settings, and how they are spoken of.

@@ -43,8 +43,8 @@ def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Samplin
     for i, candidate in enumerate(posteriors if several else ()):
         log_z[i] = laplace_log_evidence(candidate, np.random.default_rng(sampling.seed_of(f"screening, {labels[i]}")))
     # One setting's transients tell no law for certain: all are sampled, and keep their part of the weight.
-    asked = [k == 0 or len(tests) == 1 or log_z[k] > log_z.max() - HOPELESS for k in range(len(labels))]
-    sampled = np.array(asked)
+    sampled = (log_z > log_z.max() - HOPELESS) | (len(tests) == 1)
+    sampled[0] = True
     laws: list[LawResult] = []
     for k, posterior in enumerate(posteriors):
         if not sampled[k]:

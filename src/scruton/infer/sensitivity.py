@@ -16,6 +16,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Motion
 from scruton.infer.cards import ModelCard
+from scruton.infer.joint import FORCES
 from scruton.infer.models import NOISE
 from scruton.infer.thresholds import BARELY_MOVED, NOT_MOVED, SENSITIVE, TRUSTED_KHAT
 
@@ -30,7 +31,6 @@ STEADY = "(steady records)"
 SCALED = ("a_star", "relaxation_rate", "Y1", "epsilon", "damping_ratio")
 PRIOR_OF = {"a_star": "stable_amplitude", "relaxation_rate": "relaxation_ratio"}
 PRIOR_OF |= {name: name for name in (*NOISE, "damping_ratio", "law_exponent")}
-FORCES = ("Y1", "epsilon")
 # Parameters of the campaign model, and the priors of the card that they have.
 SHARED_PRIOR = {
     "reference_amplitude": "stable_amplitude",

@@ -127,7 +127,8 @@ def moves(
     step among them, and the local moves keep their weight in it.
     """
     local = 1.0 / len(blocks) if blocks else 1.0 if proposal.degrees_of_freedom == AT_OPTIMUM else 5.0
-    independent = [BlockMove(proposal, block) for block in blocks] or [IndependenceMove(proposal)]
+    distinct = {id(block): BlockMove(proposal, block) for block in blocks}  # one may stand among them several times
+    independent = [distinct[id(block)] for block in blocks] or [IndependenceMove(proposal)]
     mixture = [
         *((move, settings.independence / len(independent)) for move in independent),
         (emcee.moves.DEMove(), local * settings.differential_evolution),
