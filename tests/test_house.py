@@ -79,3 +79,21 @@ def test_a_long_signature_would_be_seen() -> None:
     arguments = ", ".join("abcdefghi")
     assert list(crowded(f"def f({arguments}): ...")) == ["f"]
     assert list(crowded(f"@njit(cache=True)\ndef f({arguments}): ...")) == []
+
+
+def powers(text: str) -> Iterator[str]:
+    """Whole powers in compiled kernels: a product or a call of pow, as the order of compilation has it."""
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.FunctionDef) and "njit" in "".join(map(ast.unparse, node.decorator_list)):
+            for part in ast.walk(node):
+                if isinstance(part, ast.BinOp) and isinstance(part.op, ast.Pow) and isinstance(part.right, ast.Constant):
+                    yield f"{node.name}: {ast.unparse(part)}"
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_kernels_write_squares_as_products(name: str) -> None:
+    assert list(powers(FILES[name].read_text(encoding="utf-8"))) == []
+
+
+def test_a_square_would_be_seen() -> None:
+    assert list(powers("@njit\ndef f(x):\n    return x ** 2")) == ["f: x ** 2"]

@@ -51,11 +51,11 @@ def campaign_tree(
     table = xr.Dataset({"weight": ("law", weights)}, coords={"law": [*unsampled, *laws]})
     tree["laws"] = xr.DataTree(table)
     if transients:  # each test's records run from a fifth of its stable amplitude to twice and a half
-        seen = np.array([[part * row[1] for part in transients] for row in rows]).ravel()
-        owner = np.repeat([f"T{j}" for j in range(len(rows))], len(transients))
-        tree["observed_data"] = xr.DataTree(xr.Dataset({"amplitude": ("cycle", seen)}))
-        constants = tree["constant_data"].to_dataset().assign(record_test=("cycle", owner))
-        tree["constant_data"] = xr.DataTree(constants)
+        ends = {
+            name: ("test", [part * row[1] for row in rows])
+            for name, part in zip(("transient_low", "transient_high"), transients, strict=True)
+        }
+        tree["constant_data"] = xr.DataTree(tree["constant_data"].to_dataset().assign(ends))
     return tree
 
 

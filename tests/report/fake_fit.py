@@ -268,6 +268,9 @@ def groups_of(
         sizes = [one.time.size for one in kept]
         constants |= {key: np.concatenate([getattr(one, key) for one in kept]) for key in ("time", "standard_error")}
         constants |= {"record": np.repeat(of_record, sizes), "record_test": np.repeat(of_test, sizes)}
+        seen = [[one.amplitude for of, one in zip(of_test, kept, strict=True) if of == name] for name in names]
+        for end, pick in (("transient_low", np.min), ("transient_high", np.max)):
+            constants[end] = [float(pick(np.concatenate(own))) if own else np.nan for own in seen]
     return groups | {"constant_data": dataset("constant_data", constants, test=names)}
 
 

@@ -77,7 +77,8 @@ def _block(x, y, se, gap, period, n, m0, p0):  # type: ignore[no-untyped-def]
                     _first(x, yk, s2, n, m0, p0, dt)
                     continue
                 x[M], x[P], x[H], x[P_H] = m0, p0, 0.0, 0.0
-                x[P_HH] = x[G2] + (x[DEPARTURE2] * x[A]) ** 2
+                at_start = x[DEPARTURE2] * x[A]
+                x[P_HH] = x[G2] + at_start * at_start
             else:
                 _unseen(x, n, gap[k])
         if departs:
@@ -144,10 +145,10 @@ def _first(x, y, s2, n, m0, p0, dt):  # type: ignore[no-untyped-def]
     """A diffuse state cannot be linearised: the first cycle fixes the state at its middle."""
     for w in range(BLOCK):
         prior = p0 + x[R2, w] * s2
-        part = p0 / prior
+        part, at_start = p0 / prior, x[DEPARTURE2, w] * x[A, w]
         x[M, w], x[P, w], x[H, w], x[P_H, w], x[P_HH, w] = (
             m0 + part * (y - m0), part * x[R2, w] * s2, 0.0, 0.0,
-            x[G2, w] + (x[DEPARTURE2, w] * x[A, w]) ** 2,
+            x[G2, w] + at_start * at_start,
         )  # fmt: skip
         x[QUAD, w] += (y - m0) * (y - m0) / prior
         x[PROD, w] *= prior

@@ -81,7 +81,8 @@ def step_filter(  # type: ignore[no-untyped-def]
         for i in range(1, STATIC):
             p_c[i, i] = departure[w] * departure[w]
         m, p, h, p_h, p_hh = m0, p0, 0.0, 0.0, g2
-        at_start = g2 + (departure[w] * departure[w] * a_star[w]) ** 2  # a wake that remembers
+        remembered = departure[w] * departure[w] * a_star[w]  # by a wake
+        at_start = g2 + remembered * remembered
         moments = gust_moments(lam[w], fade[w], 1.0)
         dt, moving = -1.0, 0.0
         for k in range(y.size):
@@ -147,7 +148,8 @@ def step_filter(  # type: ignore[no-untyped-def]
                 change, moving = average - m, end - m
             at_d = weight * p + weight_h * p_h
             at_h = weight * p_h + weight_h * p_hh
-            rough = (ROUGH * departure[w] * moving) ** 2
+            rough = ROUGH * departure[w] * moving
+            rough *= rough
             s = weight * at_d + weight_h * at_h + q2 * z + g2 * hold * hold * mm + r2 + 0.25 * rough
             cross = phi * at_d + push * at_h + q2 * c + g2 * hold * hold * dm + 0.5 * rough
             cross_h = keep * at_h + g2 * hold * hm

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scruton.arrays import FloatArray, IntArray
-from scruton.griffin.posterior import draws_of, peak_names, transient_amplitudes
+from scruton.griffin.posterior import amplitude_range, draws_of, peak_names
 from scruton.griffin.thresholds import FARTHEST, WALK
 
 if TYPE_CHECKING:
@@ -61,8 +61,8 @@ class Coverage:
 
 def coverage_of(tree: "xr.DataTree", tests: Sequence[str] | None = None) -> Coverage:
     """Coverage of the peak tests of a fit, or of these alone."""
-    rows = []
-    for name in tests or peak_names(tree):
-        seen = np.append(transient_amplitudes(tree, name), np.median(draws_of(tree, "a_star", name)))
-        rows.append((float(np.median(draws_of(tree, "scruton_number", name))), seen[seen > 0.0].min(), seen.max()))
+    rows = [
+        (float(np.median(draws_of(tree, "scruton_number", name))), *amplitude_range(tree, name))
+        for name in tests or peak_names(tree)
+    ]
     return Coverage(*np.array(sorted(rows)).T)

@@ -8,7 +8,7 @@ from scruton.arrays import FloatArray, thin
 from scruton.dynamics import rate as amplitude_rate
 from scruton.envelope.damping import aerodynamic_damping, total_damping
 from scruton.griffin.bands import trial_griffin_draws
-from scruton.griffin.posterior import draws_of, mass_damping_draws, printed_draws, transient_amplitudes
+from scruton.griffin.posterior import amplitude_range, draws_of, mass_damping_draws, printed_draws
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,11 +21,11 @@ _DRAWS = 1000
 
 def amplitude_grid(fit: "Fit", test: str) -> FloatArray:
     """Amplitudes that the test's transients went through, evenly spaced in the logarithm."""
-    amplitude = transient_amplitudes(fit.tree, test)
+    low, high = amplitude_range(fit.tree, test)
     stable = float(np.median(printed_draws(fit.tree, test)["a_star"]))
     # the noise floor of a growth is no amplitude
-    low = max(float(amplitude.min()), 0.1 * stable)
-    return np.geomspace(min(low, 0.9 * stable), max(float(amplitude.max()), 1.1 * stable), GRID)
+    low = max(low, 0.1 * stable)
+    return np.geomspace(min(low, 0.9 * stable), max(high, 1.1 * stable), GRID)
 
 
 def _thin(draws: FloatArray) -> FloatArray:

@@ -56,12 +56,11 @@ def printed_draws(tree: "xr.DataTree", test: str) -> dict[str, FloatArray]:
     return own | {"n": exponent_draws(tree, test)}
 
 
-def transient_amplitudes(tree: "xr.DataTree", test: str) -> FloatArray:
-    """Amplitudes of every cycle of a test's transients, (N,); none where the fit does not hold them."""
-    if "observed_data" not in tree:
-        return np.empty(0)
-    owner = tree["constant_data"]["record_test"].to_numpy().astype(str)
-    return np.asarray(tree["observed_data"]["amplitude"].to_numpy()[owner == test], dtype=float)
+def amplitude_range(tree: "xr.DataTree", test: str) -> tuple[float, float]:
+    """Lowest and highest amplitude that a test has seen: of its transients, its stable amplitude among them."""
+    constant, stable = tree["constant_data"], float(np.median(draws_of(tree, "a_star", test)))
+    ends = [float(constant[name].sel(test=test)) for name in ("transient_low", "transient_high") if name in constant]
+    return float(np.nanmin([stable, *ends])), float(np.nanmax([stable, *ends]))
 
 
 def motion_of(tree: "xr.DataTree") -> Motion:

@@ -16,6 +16,9 @@ NOT_WHITE = 0.01  # p-value
 # Below this a steady amplitude is not known, however long the record: calibration of the sensor, drift of the wind.
 STEADY_FLOOR = 0.005  # relative
 
+# A cycle's amplitude is told from the noise of the sensor beyond this.
+SEEN = 3.0  # standard errors
+
 # The reference law does not hold where the drift departs from it by this, one e-fold from the stable amplitude, with
 # 95 % certainty.
 DEPARTS = 0.1  # over the drift

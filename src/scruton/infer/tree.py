@@ -10,6 +10,7 @@ import xarray as xr
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign
 from scruton.documents import as_json
+from scruton.dynamics.cycles import EnvelopeData
 from scruton.infer.cards import ModelCard
 from scruton.infer.examined import examined_groups
 from scruton.infer.joint import Joint, reference_holds
@@ -17,6 +18,7 @@ from scruton.infer.result_schema import SCHEMA, dataset
 from scruton.infer.results import PeakResult, Sampled, TestResult, TrialResult
 from scruton.infer.sampling import Sampling
 from scruton.infer.store import pack
+from scruton.infer.thresholds import SEEN
 from scruton.provenance import provenance
 from scruton.stats.sampler import Samples
 
@@ -100,6 +102,8 @@ def _constants(sampled: Sampled) -> xr.Dataset:
         "stable_amplitude": [amplitude.mean if amplitude else np.nan for amplitude in measured],
         "stable_amplitude_sd": [amplitude.sd if amplitude and amplitude.sd else np.nan for amplitude in measured],
     }
+    reach = [transient_range(result.posterior.data) for result in tests]
+    values |= {"transient_low": [low for low, _ in reach], "transient_high": [high for _, high in reach]}
     data = [result.posterior.data for result in tests if result.posterior.data.size]
     if data:
         names = [result.test.name for result in tests if result.posterior.data.size]
@@ -110,6 +114,12 @@ def _constants(sampled: Sampled) -> xr.Dataset:
             "record_test": np.repeat(names, [envelope.size for envelope in data]),
         }
     return dataset("constant_data", values, test=[result.test.name for result in tests])
+
+
+def transient_range(data: EnvelopeData) -> tuple[float, float]:
+    """Lowest and highest amplitude that records tell from their noise; NaN where there is none."""
+    seen = data.amplitude[data.amplitude > SEEN * data.standard_error]
+    return (float(seen.min()), float(seen.max())) if seen.size else (np.nan, np.nan)
 
 
 def _test_groups(tests: Sequence[TestResult], sampling: Sampling) -> dict[str, xr.Dataset]:
