@@ -85,9 +85,8 @@ def powers(text: str) -> Iterator[str]:
     """Whole powers in compiled kernels: a product or a call of pow, as the order of compilation has it."""
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.FunctionDef) and "njit" in "".join(map(ast.unparse, node.decorator_list)):
-            for part in ast.walk(node):
-                if isinstance(part, ast.BinOp) and isinstance(part.op, ast.Pow) and isinstance(part.right, ast.Constant):
-                    yield f"{node.name}: {ast.unparse(part)}"
+            found = (part for part in ast.walk(node) if isinstance(part, ast.BinOp) and isinstance(part.op, ast.Pow))
+            yield from (f"{node.name}: {ast.unparse(one)}" for one in found if isinstance(one.right, ast.Constant))
 
 
 @pytest.mark.parametrize("name", FILES)

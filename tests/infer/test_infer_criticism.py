@@ -315,6 +315,12 @@ def test_a_record_that_says_nearly_everything_is_not_reweighted_away(rng: np.ran
     assert not found.trusted
 
 
+def test_a_draw_that_stuck_where_a_record_hardly_fits_is_no_weight_to_trust(rng: np.random.Generator) -> None:
+    x = np.concatenate([rng.standard_normal(800), np.full(200, 5.0)])
+    (found,) = sensitivity.left_out("r", stats.norm.logpdf(x), {"a_star": x})
+    assert not found.trusted
+
+
 # --- a whole fit -----------------------------------------------------------------------------------------------------
 
 

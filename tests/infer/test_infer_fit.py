@@ -1,6 +1,7 @@
 """A whole fit: what it finds, what it writes, that it is the same again."""
 
 import json
+import shutil
 
 import arviz as az
 import numpy as np
@@ -231,6 +232,17 @@ def test_what_predictions_do_not_need_can_be_left_out_without_changing_the_rest(
     assert np.isnan(brief.tree["laws"]["stacking_weight"]).all()
     assert brief.summary["tests"] == quick.summary["tests"]
     assert brief.front_ends == {}
+
+
+def test_a_rig_that_was_never_plucked_stands_beside_one_that_was(small_campaign, quick_card, tmp_path):
+    shutil.copytree(small_campaign, tmp_path / "campaign")
+    path = tmp_path / "campaign/campaign.toml"
+    silent = '[[rigs]]\nname = "silent"\nfrequency = "7.87 Hz"\ndamping_ratio = { mean = 0.008, sd = 0.0004 }\n\n'
+    path.write_text(path.read_text(encoding="utf-8").replace("[[tests]]", f"{silent}[[tests]]", 1), encoding="utf-8")
+    fit = fit_campaign(load_campaign(path), load_card(quick_card()), seed=0, thorough=False)
+    damping = fit.tree["rig_posterior"]["damping_ratio"].sel(rig="silent").to_numpy()
+    assert damping.mean() == pytest.approx(0.008, rel=0.02)
+    assert damping.std() == pytest.approx(0.0004, rel=0.2)
 
 
 def test_one_law_is_not_weighed(quick):

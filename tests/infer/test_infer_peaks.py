@@ -250,14 +250,14 @@ def test_walkers_become_draws_as_far_as_the_dimensions_allow(tests_of, card):
     campaign, tests = tests_of("paper")
     posterior = campaign_posterior(campaign, tests, Sampling(card, 0), -1.0)
     assert len(posterior.priors) == 4 + 2 * len(WIND)
-    least = 2 * len(posterior.priors)  # walkers that the dimensions need, where blocks are sampled
+    size = len(posterior.priors)
+    least = 2 * size  # walkers that the dimensions need, where blocks are sampled
     for walkers, fewer in ((16 * least, 4), (4 * least, 4), (4 * least - 4, 2), (2 * least, 2), (2 * least - 2, 1)):
-        found = fewer_walkers(SamplerSettings(walkers=walkers, draws=8), posterior)
+        found = fewer_walkers(SamplerSettings(walkers=walkers, draws=8), size, blocks=True)
         assert (found.walkers, found.draws) == (walkers // fewer, 8 * fewer)
     odd = SamplerSettings(walkers=8 * least + 1, draws=8)
-    assert fewer_walkers(odd, posterior) == odd
-    alone, least = posterior.tests[0].wind, 4 * len(posterior.tests[0].wind.priors)
-    assert fewer_walkers(SamplerSettings(walkers=4 * least, draws=8), alone).walkers == least
+    assert fewer_walkers(odd, size, blocks=True) == odd
+    assert fewer_walkers(SamplerSettings(walkers=4 * 20, draws=8), 5).walkers == 20
 
 
 def test_a_checkpoint_knows_all_that_the_likelihood_reads(tests_of, card):

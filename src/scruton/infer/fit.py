@@ -34,7 +34,7 @@ from scruton.infer.joint import (
 from scruton.infer.models import NOISE, WIND, SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
 from scruton.infer.peaks import fit_peaks, settle, stack
 from scruton.infer.results import Fit, RigResult, Sampled, TestResult, TrialResult
-from scruton.infer.sampling import Sampling
+from scruton.infer.sampling import Sampling, fewer_walkers
 from scruton.infer.speeds import NAME as SPEEDS
 from scruton.infer.speeds import fit_speeds
 from scruton.infer.steady import SteadyVerdict, judge_steady, steady_posterior
@@ -173,13 +173,14 @@ def fit_rig(
     """Posterior of a rig's structural damping ratio, from its ring-downs and what the laboratory states."""
     card, motion = sampling.card, campaign.section.motion
     prior, name = stated_damping(rig, card, campaign), f"rig {rig.name}"
+    priors = (prior, card.prior("still_air_scatter", motion), card.prior("noise_factor", motion))
     data = EnvelopeData.join({r.name: cycles[r.name] for r in rig.records})
     if not data.size or ringdown is None:
         rng = np.random.default_rng(sampling.seed_of(name))
-        shape = (card.sampler.ensembles * card.sampler.walkers, card.sampler.draws)
+        settings = fewer_walkers(card.sampler, len(priors))  # laid out as those of rigs that were sampled
+        shape = (settings.ensembles * settings.walkers, settings.draws)
         draws = prior.from_sampled(prior.draw(rng, shape[0] * shape[1])).reshape(shape)
         return RigResult(rig, None, None, draws, prior)
-    priors = (prior, card.prior("still_air_scatter", motion), card.prior("noise_factor", motion))
     posterior = StillAirPosterior(
         priors, data, 2 * np.pi * rig.frequency.mean, float(data.amplitude.max()), card.initial_amplitude_sd
     )

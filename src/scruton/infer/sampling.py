@@ -17,9 +17,9 @@ from scruton.stats.posterior import Posterior
 from scruton.stats.sampler import Checkpoint, Samples, sample
 
 
-def fewer_walkers(settings: SamplerSettings, posterior: Posterior) -> SamplerSettings:
+def fewer_walkers(settings: SamplerSettings, dimensions: int, *, blocks: bool = False) -> SamplerSettings:
     """As few walkers as the dimensions allow, each of which keeps more draws."""
-    needed = len(posterior.priors) * (2 if posterior.blocks else 4)
+    needed = dimensions * (2 if blocks else 4)
     for k in (4, 2):
         if settings.walkers % k == 0 and settings.walkers // k >= needed:
             return replace(settings, walkers=settings.walkers // k, draws=settings.draws * k)
@@ -56,7 +56,7 @@ class Sampling:
             for array in arrays:
                 digest.update(np.ascontiguousarray(array).tobytes())
             checkpoint = Checkpoint(self.checkpoints / f"{zlib.crc32(name.encode()):08x}.npz", digest.hexdigest())
-        settings = fewer_walkers(self.card.sampler, posterior)
+        settings = fewer_walkers(self.card.sampler, len(posterior.priors), blocks=bool(posterior.blocks))
 
         def progress(steps: int, verdict: Convergence) -> None:
             if self.report:

@@ -321,7 +321,10 @@ def left_out(record: str, log_density: FloatArray, draws: Mapping[str, FloatArra
     """Move of every parameter when the factor with this log density, (S,), is taken out of the posterior."""
     from arviz_stats.base import array_stats
 
-    log_weights, khat = array_stats.psislw(log_density, axis=-1)
+    try:
+        log_weights, khat = array_stats.psislw(log_density, axis=-1)
+    except ValueError:  # a tail of one draw, many times over: no weight of it can be trusted
+        log_weights, khat = -log_density, np.inf
     weights = np.exp(np.asarray(log_weights) - np.max(log_weights))
     weights /= weights.sum()
     rows = []
