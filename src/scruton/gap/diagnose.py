@@ -85,6 +85,8 @@ def examine(
         "verdict": diagnosis.verdict,
         "also": list(diagnosis.found[1:]),
         "probability": {name: round(p, 6) for name, p in diagnosis.probability.items()},
+        # before the temperatures: what `challenge tune` sets them by
+        "log_weights": {name: w if np.isfinite(w) else None for name, w in diagnosis.log_weights.items()},
         "indistinguishable": [list(group) for group in confusions(diagnosis)],
         "where": [finding.to_json() for finding in findings],
         "shrink": shrink(diagnosis, workers=workers) if gap else {},
