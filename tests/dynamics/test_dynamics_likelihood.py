@@ -332,3 +332,27 @@ def test_where_the_law_holds_the_departure_is_nothing(rng):
     assert np.all(np.abs(mean[0]) < 4.0 * np.sqrt(np.diag(cov[0])) + 0.02)
     without = log_likelihood(data, *one)[0]
     assert without > log_likelihood(data, *one, Wind(departure=0.3))[0]
+
+
+@pytest.mark.parametrize("n", [-1.0, 0.0, 2.0])
+def test_no_parameter_however_absurd_explains_the_records_better_than_the_noise_of_the_sensor(rng, n):
+    """Far out the filter loses its way, and a variance that comes out negative must not pass for a good fit."""
+    period, se, walkers = 0.79, 3e-5, 20_000
+    t = np.arange(220) * period
+    decay, growth = (0.02 * (1.0 + x * np.exp(-0.09 * t)) for x in (1.5, -0.9))
+    gap = np.zeros(440)
+    gap[220] = -1.0
+    data = make_data(np.concatenate([decay, growth]) + se * rng.standard_normal(440), se, period, gap)
+    a_star, lam = (np.exp(rng.uniform(np.log(low), np.log(high), walkers)) for low, high in ((2e-3, 2.0), (1e-3, 5.0)))
+    q = np.exp(rng.uniform(np.log(1e-4), np.log(0.05), walkers)) * a_star * np.sqrt(2 * lam)
+    wind = Wind(0.01 * rng.random(walkers) * a_star, lam * rng.random(walkers), 0.01 * rng.random(walkers) * a_star,
+                0.3 * rng.random(walkers))  # fmt: skip
+    r = np.full(walkers, 0.8)
+    most = -0.5 * data.size * np.log(2 * np.pi * (0.8 * se) ** 2) + 5.0
+    found = log_likelihood(data, a_star, lam, q, r, wind, n=n)
+    assert np.nanmax(found) < most
+    few = np.flatnonzero(~(found > -1e9))[:200]
+    plain = pointwise_log_likelihood(
+        *innovations(data, *(x[few] for x in (a_star, lam, q, r)), Wind(*(x[few] for x in wind)), n=n)
+    ).sum(axis=0)
+    assert np.nanmax(plain, initial=-np.inf) < most

@@ -19,9 +19,10 @@ from scruton.dynamics.moments import (
     noise_moments,
     short_moments,
 )
-from scruton.dynamics.step_filter import advance, carried, gust_hold
+from scruton.dynamics.step_filter import LEAST, advance, carried, gust_hold
 
 BLOCK = 16
+_LOST = 1e300  # of -2 ln(likelihood): no infinity, which fast arithmetic need not know
 (
     A, LAM, Q2, R2, G2, FADE, OFFSET2, DEPARTURE2,  # what is sampled
     M, P, H, P_H, P_HH, LEVEL, QUAD, PROD,  # state and gust, ln(m/a*) for n = 0; the likelihood
@@ -49,7 +50,7 @@ def block_filter(  # type: ignore[no-untyped-def]
             x[OFFSET2, w], x[DEPARTURE2, w] = offset[at] * offset[at], departure[at] * departure[at]
         _block(x, y, se, gap, period, n, m0, p0)
         for w in range(min(BLOCK, a_star.size - first)):
-            log_like[first + w] = x[QUAD, w]
+            log_like[first + w] = x[QUAD, w]  # about -1e300 where the filter lost its way
 
 
 @njit(cache=True, inline="always")
@@ -310,14 +311,15 @@ def _observe(x, y, s2, n, dt, first, departs):  # type: ignore[no-untyped-def]
         x[V, w], x[S, w], x[GAIN, w], x[GAIN_H, w] = v, s, gain, gain_h
         x[WEIGHT, w] = weight
     if departs:
-        _learn(x)
+        _learn(x, s2)
         return
     for w in range(BLOCK):
-        p_felt = x[COV, w] * x[FELT, w]
+        p_felt, least = x[COV, w] * x[FELT, w], LEAST * x[R2, w] * s2
         total = x[S, w] + x[FELT, w] * p_felt
+        lost, total = total < least, max(total, least)
         inverse = 1.0 / total
         learned = p_felt * x[V, w] * inverse
-        x[QUAD, w] += x[V, w] * x[V, w] * inverse
+        x[QUAD, w] += _LOST if lost else x[V, w] * x[V, w] * inverse
         x[PROD, w] *= total
         x[THETA, w] += learned
         x[M, w] += x[C_D, w] * learned
@@ -326,7 +328,7 @@ def _observe(x, y, s2, n, dt, first, departs):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, inline="always")
-def _learn(x):  # type: ignore[no-untyped-def]
+def _learn(x, s2):  # type: ignore[no-untyped-def]
     """What the innovation says of the statics.  Loops over statics stay small enough to be unrolled."""
     for w in range(BLOCK):
         push, weight_h = x[HOLD, w] * x[PUSH, w], x[HOLD, w] * x[WEIGHT_H, w]
@@ -343,11 +345,12 @@ def _learn(x):  # type: ignore[no-untyped-def]
                 p_felt += x[COV + (i * (i + 1) // 2 + j if j <= i else j * (j + 1) // 2 + i), w] * x[FELT + j, w]
             x[P_FELT + i, w] = p_felt
     for w in range(BLOCK):
-        total = x[S, w]
+        total, least = x[S, w], LEAST * x[R2, w] * s2
         for i in range(STATIC):
             total += x[FELT + i, w] * x[P_FELT + i, w]
+        lost, total = total < least, max(total, least)
         inverse = 1.0 / total
-        x[QUAD, w] += x[V, w] * x[V, w] * inverse
+        x[QUAD, w] += _LOST if lost else x[V, w] * x[V, w] * inverse
         x[PROD, w] *= total
         x[V, w] *= inverse
         x[S, w] = inverse

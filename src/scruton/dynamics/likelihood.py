@@ -23,6 +23,8 @@ from scruton.dynamics.departure import STATIC
 from scruton.dynamics.moments import LOG_2PI
 from scruton.dynamics.step_filter import step_filter
 
+_LOST = -1e290  # below: the filter lost its way
+
 
 class Wind(NamedTuple):
     """What else moves the amplitude; floats or (W,) arrays.
@@ -132,7 +134,7 @@ def log_likelihood(
     arrays = (data.amplitude, data.standard_error, data.gap, data.period)
     if out.size:
         block_filter(*arrays, *walkers, float(exponents[0]), 0.0, initial_sd**2, out)
-    return out
+    return np.where(out > _LOST, out, -np.inf)
 
 
 def contiguous(first: FloatArray, *others: FloatArray | float) -> list[FloatArray]:

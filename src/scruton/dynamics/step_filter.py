@@ -15,6 +15,11 @@ from scruton.dynamics.moments import (
     noise_moments,
 )  # fmt: skip
 
+# What is predicted of a cycle varies at least as the sensor does. Far from where the records are, the departure bends
+# the drift more than a linearised filter can follow; a variance below this part of the sensor's says that it is lost,
+# and there the likelihood is zero.
+LEAST = 0.1
+
 
 @njit(cache=True, inline="always")
 def curvature(a, end, slope, n, p):  # type: ignore[no-untyped-def]
@@ -177,6 +182,10 @@ def step_filter(  # type: ignore[no-untyped-def]
                 h += c_h[i] * learned
                 for j in range(STATIC):
                     p_c[i, j] -= p_felt[i] * p_felt[j] / total
+            if total < LEAST * r2:
+                variance[k:, w] = np.inf
+                innovation[k:, w] = v
+                break
             m = step
             mixed = phi * p_h + push * p_hh
             p = phi * (phi * p + push * p_h) + push * mixed + q2 * e + g2 * hold * hold * dd + rough - gain * cross

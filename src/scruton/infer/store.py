@@ -89,7 +89,7 @@ def read_tree(folder: Path) -> tuple["xr.DataTree", dict[str, Any]]:
     return tree, content
 
 
-def load_fit(folder: Path) -> "Fit":
+def load_fit(folder: Path | str) -> "Fit":
     """Read back the fit that `write_fit` wrote: the same tree, tables and verdicts, campaign and model card.
 
     Envelopes, ring-downs and the deterministic results of Eqs. (2) to (8) are computed from the campaign that is
@@ -97,7 +97,7 @@ def load_fit(folder: Path) -> "Fit":
 
     Parameters
     ----------
-    folder : Path
+    folder : Path or str
         As `scruton fit` or `scruton report` wrote it.
 
     Returns
@@ -112,6 +112,7 @@ def load_fit(folder: Path) -> "Fit":
     from scruton.infer.front import cycles_of, front_ends_of, ringdowns_of
     from scruton.infer.results import Fit
 
+    folder = Path(folder)
     tree, summary = read_tree(folder)
     campaign, card = stored_inputs(tree, folder / POSTERIOR)
     cycles = cycles_of(campaign, card.envelope_source)
