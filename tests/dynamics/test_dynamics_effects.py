@@ -1,5 +1,6 @@
 """The catalogue: every entry complete, off at zero, and with the signature that its text names."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,8 @@ from scruton.dynamics.effects.terms import COLUMNS, HATS, compact
 
 NAMES = (
     "coulomb_friction", "structural_damping_nonlinearity", "structural_damping_error",
-    "aerodynamic_damping_nonlinearity", "spanwise_coherence_loss", "reduced_velocity_drift", "fluid_memory",
+    "aerodynamic_damping_nonlinearity", "spanwise_coherence_loss", "reduced_velocity_drift",
+    "setting_dependence", "fluid_memory",
     "vortex_shedding_forcing", "wind_speed_drift", "stiffness_nonlinearity", "sensor_gain_error", "sensor_clipping",
 )  # fmt: skip
 
@@ -112,7 +114,15 @@ def test_still_air_alone_leaves_what_can_be_seen_there(name):
 def test_one_rig_has_no_drift_between_tests():
     one = layout(rigs=1, still=False)
     assert not CATALOGUE["reduced_velocity_drift"].variants(one)
+    assert not CATALOGUE["setting_dependence"].variants(one)
     assert CATALOGUE["sensor_gain_error"].variants(one)
+
+
+def test_nothing_follows_a_reduced_velocity_that_hardly_changes():
+    one = layout()
+    still = replace(one, reduced_velocity=np.where(one.wind, 8.0 + 1e-4 * np.arange(one.wind.size), np.nan))
+    assert not CATALOGUE["reduced_velocity_drift"].variants(still)
+    assert CATALOGUE["setting_dependence"].variants(still)
 
 
 def test_members_are_renumbered_without_holes():

@@ -149,14 +149,56 @@ def advise(diagnosis: Diagnosis) -> list[str]:
         now = float(np.sqrt(2.0 * max(nats, 0.0)))
         if now < WANTED:
             lines.append(_line(verdict, name, now, truth, fit, records))
+    lines = [*_speeds(diagnosis), *_again(diagnosis), *(line for line in lines if line)]
     if lines:
-        return [line for line in lines if line]
+        return lines
+    if diagnosis.probability[verdict] < thresholds.SETTLED:
+        # told apart by the numbers, and yet not sure: forms, not noise, are what is in doubt
+        return [f"a repeat of {_strongest(diagnosis)} would tell whether what is seen there comes again"]
     if not near:
         return [f"no rival of {verdict} is near: no further record is needed to name it"]
     return [
         f"{verdict} is told from its nearest rival {near[0][0]} by {np.sqrt(2.0 * behind[0]):.0f} sigma: "
         "no further record is needed to name it"
     ]
+
+
+def _speeds(diagnosis: Diagnosis) -> list[str]:
+    """Of tests that differ, whether it is the reduced velocity or the setting: one rig at the others' speeds tells."""
+    layout, tests = diagnosis.data.layout, diagnosis.data.first_in_wind
+    if not {"reduced_velocity_drift", "setting_dependence"} & set(diagnosis.found) or len(tests) < 2:
+        return []
+    middle = diagnosis.data.middle
+    own = layout.reduced_velocity[middle]
+    others = layout.reduced_velocity[[r for r in tests.values() if r != middle]]
+    span = max(float(np.ptp(layout.reduced_velocity[layout.wind])), 0.05 * own)
+    low, high = min(float(others.min()), own - 0.5 * span), max(float(others.max()), own + 0.5 * span)
+    return [
+        f"{diagnosis.data.rigs[layout.rig[middle]]} at two more wind speeds, U/(f D) = {low:.3g} and {high:.3g} (now "
+        f"{own:.3g}), a growth and a decay at each: parameters that change there follow the reduced velocity; those "
+        "that do not differ from setting to setting"
+    ]
+
+
+def _again(diagnosis: Diagnosis) -> list[str]:
+    """Of an unknown cause, whether it is the section's or one run's."""
+    if diagnosis.verdict != UNKNOWN:
+        return []
+    return [
+        f"a repeat of {_strongest(diagnosis)}, over the same amplitudes: if the excess comes again it belongs to the "
+        "section or the rig, if not to that run; a longer lock-in record, or a second one at another turbulence, would "
+        "tell what comes and goes from what depends on the amplitude"
+    ]
+
+
+def _strongest(diagnosis: Diagnosis) -> str:
+    """The record in which the verdict's hypothesis and the null model differ most."""
+    layout = diagnosis.data.layout
+    (v, s), (w, _) = (fit.hypothesis.innovations(fit.mode[None]) for fit in (diagnosis.null, diagnosis.final))
+    size = diagnosis.data.channels.size
+    away = ((v - w)[0, :size]) ** 2 / s[0, :size]
+    each = [float(away[diagnosis.data.channels.record == r].sum()) for r in range(len(layout.records))]
+    return layout.records[int(np.argmax(each))]
 
 
 def _near(diagnosis: Diagnosis) -> list[tuple[str, FittedHypothesis]]:

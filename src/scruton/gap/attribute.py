@@ -12,7 +12,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.effects import Effect
+from scruton.dynamics.effects import CATALOGUE, Effect
 from scruton.dynamics.effects.effect import Parameter, Variant
 from scruton.dynamics.extended import channel_innovations
 from scruton.gap.hypothesis import FittedHypothesis
@@ -52,21 +52,25 @@ def first_starts(variant: Variant) -> dict[str, FloatArray]:
     return {p.name: np.full(p.size, p.starts[0]) for p in variant.parameters}
 
 
-def weigh(base: FittedHypothesis, effects: Sequence[Effect], *, workers: int = 2) -> dict[str, Candidate]:
-    """Evidence of every effect added to a hypothesis at its optimum; the filter lets go of the interpreter."""
+def weigh(
+    base: FittedHypothesis, effects: Sequence[Effect], *, workers: int = 2, fits: int = MOST_FITS
+) -> dict[str, Candidate]:
+    """Evidence of every effect added to a hypothesis at its optimum, from so many of its variants at most."""
     screen = Screen(base)
     with ThreadPoolExecutor(workers) as pool:
         tested = list(pool.map(screen.tests, effects))
         chosen: list[ScoreTest] = []
-        for tests in tested:
-            ranked = sorted(tests, key=lambda test: -test.gain - np.log(test.variant.weight))[:MOST_FITS]
+        for effect, tests in zip(effects, tested, strict=True):
+            ranked = sorted(tests, key=lambda test: -test.gain - np.log(test.variant.weight))
+            ranked = ranked[: fits if effect.name in CATALOGUE else MOST_FITS]
             bar = ranked[0].gain - FIT_WITHIN - FIT_SHARE * max(ranked[0].gain, 0.0) if ranked else 0.0
             chosen += [test for test in ranked if test.gain >= max(bar, HOPELESS)]
-        fits = list(pool.map(lambda test: base.with_variants(test.variant, start=test.start), chosen))
+        # the filter lets go of the interpreter
+        found = list(pool.map(lambda test: base.with_variants(test.variant, start=test.start), chosen))
     candidates = {}
     for effect, tests in zip(effects, tested, strict=True):
         total = sum(test.variant.weight for test in tests)
-        fitted = [(test, fit) for test, fit in zip(chosen, fits, strict=True) if test.variant.effect == effect.name]
+        fitted = [(test, fit) for test, fit in zip(chosen, found, strict=True) if test.variant.effect == effect.name]
         # What was not fitted has its share of the prior all the same, so that many hopeless variants dilute.
         logs = [np.log(test.variant.weight / total) + fit.log_evidence for test, fit in fitted]
         if fitted:

@@ -223,7 +223,7 @@ def _in_wind(campaign: Campaign, j: int, cycles: Mapping[str, Cycles]) -> tuple[
     )
     aero = float(setting.mass_ratio * np.asarray(setting.wind_speed) / np.asarray(setting.depth))
     mass_sd = float(np.hypot(rig.mass.relative_sd, test.air_density.relative_sd))
-    return float(setting.scruton_number), float(setting.reduced_velocity), aero, aero / float(setting.K), mass_sd
+    return float(setting.scruton_number), 2.0 * np.pi / float(setting.K), aero, aero / float(setting.K), mass_sd
 
 
 def _channels(records: list[Record], cycles: Mapping[str, Cycles], knots: FloatArray) -> Channels:

@@ -15,6 +15,7 @@ from scruton.gap.finding import Finding
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.locate import locate
 from scruton.gap.locate_curves import Curves, excess_curves
+from scruton.gap.meaning import describe_unknown, meaning
 from scruton.gap.results import FORMAT
 from scruton.gap.shrink import shrink
 from scruton.gap.thresholds import ANY_TEMPERATURE, TEMPERATURE
@@ -85,9 +86,12 @@ def examine(
         "verdict": diagnosis.verdict,
         "also": list(diagnosis.found[1:]),
         "probability": {name: round(p, 6) for name, p in diagnosis.probability.items()},
+        "probability_also": {name: round(p, 6) for name, p in diagnosis.also.items()},
         # before the temperatures: what `challenge tune` sets them by
         "log_weights": {name: w if np.isfinite(w) else None for name, w in diagnosis.log_weights.items()},
         "indistinguishable": [list(group) for group in confusions(diagnosis)],
+        "meaning": meaning(diagnosis),
+        "unknown": describe_unknown(diagnosis, findings),
         "where": [finding.to_json() for finding in findings],
         "shrink": shrink(diagnosis, workers=workers) if gap else {},
         "effects": {name: {"parameters": found_parameters(diagnosis, name)} for name in diagnosis.found},
@@ -148,11 +152,23 @@ def found_parameters(diagnosis: Diagnosis, name: str) -> dict[str, Any]:
             for j, (centre, sd) in enumerate(zip(*fit.value(p.name, i), strict=True)):
                 low, middle, high = _quantiles(p, float(centre), float(sd))
                 members = [record for record, member in zip(records, p.members, strict=True) if member == j]
-                table[p.name if p.size == 1 else f"{p.name}[{j + 1}]"] = {
+                table[p.name if p.size == 1 else f"{p.name}[{_whose(diagnosis, p, j)}]"] = {
                     "median": middle, "interval90": [low, high], "unit": p.unit, "form": variant.label,
                     "records": members if len(members) < len(records) else "all",
                 }  # fmt: skip
     return table
+
+
+def _whose(diagnosis: Diagnosis, parameter: Parameter, member: int) -> str:
+    """The test, rig or record that one of several values belongs to."""
+    data, inside = diagnosis.data, parameter.members == member
+    first = int(np.argmax(inside))
+    test, rig = data.layout.test == data.layout.test[first], data.layout.rig == data.layout.rig[first]
+    if data.layout.wind[first] and np.array_equal(inside, test):
+        return str(data.tests[data.layout.test[first]])
+    if inside.sum() > 1 and not np.any(inside & ~rig):
+        return str(data.rigs[data.layout.rig[first]])
+    return str(data.layout.records[first])
 
 
 def _quantiles(parameter: Parameter, centre: float, sd: float) -> tuple[float, float, float]:

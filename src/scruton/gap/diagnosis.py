@@ -1,25 +1,33 @@
 """The verdict: the null model, one effect, two, or something that is in no catalogue."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.special import logsumexp
 
 from scruton.campaign.schema import Campaign
 from scruton.dynamics import effects as catalogue
-from scruton.dynamics.effects import CATALOGUE, Effect
+from scruton.dynamics.effects import CATALOGUE
 from scruton.gap import thresholds
 from scruton.gap.attribute import Candidate, weigh
 from scruton.gap.check import Check, SecondLine, check, second_lines
 from scruton.gap.data import GapData, load_gap
+from scruton.gap.held_out import predicts_better
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.null_model import null_model
+from scruton.gap.search import search
 from scruton.progress import Progress
 
 NONE, UNKNOWN = "none", catalogue.UNKNOWN.name
 PRIOR_NONE = 0.5
 _NOISE = ("scatter", "noise", "gust_scatter", "gust_time", "set_point_scatter")
+# Names of one thing where few records are: a smooth change through two or three tests is nearly any change; a wake that
+# lags bends the damping, too.
+ALIKE = (
+    {"reduced_velocity_drift", "setting_dependence"},
+    {"fluid_memory", "aerodynamic_damping_nonlinearity"},
+)
 _STARTS = (0.0, -1.5, 1.2)  # of ln(aerodynamic rate), about the prior's centre
 
 
@@ -48,6 +56,8 @@ class Diagnosis:
     checks : dict
         Absolute checks: of the null model ("none") and of the verdict's hypothesis.
     lines : tuple of SecondLine
+    also : dict
+        Probability of each effect found but the first, by name: judged in its place with the others in the model.
     """
 
     data: GapData
@@ -61,6 +71,7 @@ class Diagnosis:
     groups: tuple[tuple[str, ...], ...]
     checks: Mapping[str, Check]
     lines: tuple[SecondLine, ...]
+    also: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def verdict(self) -> str:
@@ -118,48 +129,41 @@ def diagnose_data(
     everything = (*CATALOGUE.values(), catalogue.UNKNOWN)
     effects = tuple(effect for effect in everything if (prior or {}).get(effect.name, 1.0) > 0.0)
     singles = weigh(null, effects, workers=workers)
-    chain, base = _forward(null, singles, effects, workers, tell)
-    generic = singles[UNKNOWN].log_evidence if UNKNOWN in singles else -np.inf
-    if len(chain) > 1 and base.log_evidence < generic + thresholds.CHAIN_NATS * (len(chain) - 1):
-        chain = chain[:1]
+    tell("effects together", 0.3)
+    places = search(null, singles, effects, workers=workers, progress=tell)
     tell("absolute check", 0.8)
+    base, rivals = places[0].base, places[0].candidates
+    others = tuple(place.best.name for place in places[1:])
+    gains, best = places[0].gains, places[0].best
+    leader = best.best if best.best and gains[best.name] > 0.0 else base
     checks = {NONE: check(null)}
-    base, rivals = null, dict(singles)
-    if len(chain) > 1:
-        # The strongest effect is judged with the others in place; those on damping come before those that only the
-        # frequency shows.
-        chain.sort(key=lambda candidate: CATALOGUE[candidate.name].channel == "frequency")
-        beside = Hypothesis(null.hypothesis.null, tuple(c.variant for c in chain[1:] if c.variant))
-        start = beside.start()
-        start[: null.mode.size] = null.mode
-        base = beside.fit(start)
-        rivals = weigh(base, [e for e in effects if e.name not in {c.name for c in chain[1:]}], workers=workers)
-    gains = {name: c.log_evidence - base.log_evidence for name, c in rivals.items()}
-    names = tuple(c.name for c in chain)
-    best = max((name for name in gains if name in CATALOGUE), key=lambda name: gains[name])
-    leader = rivals[best].best if rivals[best].best and gains[best] > 0.0 else base
-    assert leader is not None
-    checks[best if leader is not base else NONE] = mark = check(leader)
+    checks[best.name if leader is not base else NONE] = mark = check(leader)
     # Forms differ a little: what is left is measured by what was explained, at the noise that is left.
-    explained = max(gains[best], 0.0, _explained(null, leader)) if leader is not base else 0.0
-    left = _left_over(mark, lines, names, data) - thresholds.ALLOWED_SHARE * explained
+    explained = max(gains[best.name], 0.0, _explained(null, leader)) if leader is not base else 0.0
+    left = _left_over(mark, lines, (best.name, *others), data) - thresholds.ALLOWED_SHARE * explained
+    generic = singles[UNKNOWN].best if UNKNOWN in singles else None
     if UNKNOWN in gains:  # a card may leave it out
-        gains[UNKNOWN] -= thresholds.PREFERENCE_NATS + thresholds.PREFERENCE_SHARE * max(gains[UNKNOWN], 0.0)
-        gains[UNKNOWN] = max(gains[UNKNOWN], max(gains[best], 0.0) + left)
+        gains[UNKNOWN] = max(_preferred(gains)[UNKNOWN], max(gains[best.name], 0.0) + left)
+        ahead = gains[UNKNOWN] > max(gains[best.name], 0.0)
+        if ahead and leader is not base and not _earned(leader, best, singles[UNKNOWN], rivals[UNKNOWN], workers):
+            gains[UNKNOWN] = gains[best.name] - thresholds.UNEARNED_NATS
     gains[NONE] = 0.0
     probability = _probabilities(gains, prior or {}, prior_none)
     top = max(probability, key=lambda name: probability[name])
     attributed: tuple[str, ...] = ()
     final = null
+    also: dict[str, float] = {}
     if top == UNKNOWN:
-        attributed, final = (top,), singles[top].best or null
+        attributed, final = (top,), generic or null
     elif top != NONE:
-        others = names if len(names) > 1 else ()
         attributed, final = (top, *(name for name in others if name != top)), rivals[top].best or null
+        for place in places[1:]:
+            weights = _preferred(place.gains) | {NONE: 0.0}
+            also[place.best.name] = _probabilities(weights, prior or {}, prior_none)[place.best.name]
     checks.setdefault(top, check(final))
     tell("done", 1.0)
     groups = _groups(gains, top)
-    return Diagnosis(data, null, attributed, final, singles, rivals, gains, probability, groups, checks, lines)
+    return Diagnosis(data, null, attributed, final, singles, rivals, gains, probability, groups, checks, lines, also)
 
 
 def diagnose(campaign: Campaign, **options: object) -> Diagnosis:
@@ -167,39 +171,20 @@ def diagnose(campaign: Campaign, **options: object) -> Diagnosis:
     return diagnose_data(load_gap(campaign), campaign, **options)  # type: ignore[arg-type]
 
 
-def _forward(
-    null: FittedHypothesis, singles: Mapping[str, Candidate], effects: Sequence[Effect], workers: int, tell: Progress
-) -> tuple[list[Candidate], FittedHypothesis]:
-    """Add catalogued effects one by one while each gains enough; the hypothesis with all of them comes with them."""
-    chain: list[Candidate] = []
-    base, candidates, first = null, singles, 0.0
-    for step in range(thresholds.MOST_EFFECTS):
-        taken = {candidate.name for candidate in chain}
-        named = [candidate for name, candidate in candidates.items() if name in CATALOGUE and name not in taken]
-        best = max(named, key=lambda candidate: candidate.log_evidence)
-        gain = best.log_evidence - base.log_evidence
-        needed = thresholds.SECOND_NATS + thresholds.SECOND_SHARE * first if chain else 0.0
-        rival = candidates[UNKNOWN].log_evidence if UNKNOWN in candidates else -np.inf
-        # A second effect has to beat the generic term: it would mend a first that is wrong, too.
-        slack = thresholds.PREFERENCE_NATS + thresholds.FURTHER_SHARE * max(gain, 0.0)
-        negligible = chain and best.best is not None and _largest_size(best.best) < thresholds.SMALLEST
-        if gain < needed or best.best is None or negligible or (chain and best.log_evidence < rival - slack):
-            break
-        chain.append(best)
-        base, first = best.best, max(first, gain)
-        if step + 1 < thresholds.MOST_EFFECTS and gain > 0.0:
-            tell(f"effects beside {best.name}", 0.3 + 0.2 * step)
-            others = [effect for effect in effects if effect.name not in {*taken, best.name}]
-            candidates = weigh(base, others, workers=workers)
-    return chain, base
+def _preferred(gains: Mapping[str, float]) -> dict[str, float]:
+    """The same gains, the unknown's less what it must lead a catalogued effect by."""
+    found = dict(gains)
+    if UNKNOWN in found:
+        found[UNKNOWN] -= thresholds.PREFERENCE_NATS + thresholds.PREFERENCE_SHARE * max(found[UNKNOWN], 0.0)
+    return found
 
 
-def _largest_size(fit: FittedHypothesis) -> float:
-    """Largest size of the variant that was added last; infinite where it has none (a lag, a level)."""
-    last = len(fit.hypothesis.variants) - 1
-    variant = fit.hypothesis.variants[last]
-    sizes = [p.name for p in variant.parameters if not p.log and p.name != variant.scan]
-    return max((float(np.abs(fit.value(name, last)[0]).max()) for name in sizes), default=np.inf)
+def _earned(leader: FittedHypothesis, best: Candidate, alone: Candidate, beside: Candidate, workers: int) -> bool:
+    """Whether the unknown may lead: with more evidence than the catalogue, and no worse on records held out."""
+    if best.log_evidence >= max(alone.log_evidence, beside.log_evidence):
+        return False
+    generic = max(alone, beside, key=lambda candidate: candidate.log_evidence).best
+    return generic is None or not predicts_better(leader, generic, workers=workers)
 
 
 def _explained(base: FittedHypothesis, leader: FittedHypothesis) -> float:
@@ -244,7 +229,8 @@ def _probabilities(gains: Mapping[str, float], prior: Mapping[str, float], prior
 def _groups(gains: Mapping[str, float], verdict: str) -> tuple[tuple[str, ...], ...]:
     if verdict in (NONE, UNKNOWN):
         return ()
-    close = [
-        name for name, gain in gains.items() if name in CATALOGUE and gain > gains[verdict] - thresholds.GROUP_NATS
-    ]
+    within = dict.fromkeys(gains, thresholds.GROUP_NATS)
+    for twins in ALIKE:
+        within |= dict.fromkeys(twins, thresholds.ALIKE_NATS) if verdict in twins else {}
+    close = [name for name, gain in gains.items() if name in CATALOGUE and gain > gains[verdict] - within[name]]
     return (tuple(sorted(close, key=lambda name: -gains[name])),)

@@ -262,6 +262,7 @@ def _with_one_each(null: FittedHypothesis, term: Term, size: Parameter) -> Fitte
 CONTRASTS = {
     "structural_damping_error": still_air_findings,
     "reduced_velocity_drift": between_tests,
+    "setting_dependence": between_tests,
     "wind_speed_drift": drift_findings,
     "sensor_gain_error": gain_findings,
 }

@@ -14,8 +14,9 @@ from scruton.dynamics.effects.generic import discrepancy
 from scruton.dynamics.limit_cycle import amplitude_rates
 from scruton.dynamics.reading import inverse_reading
 from scruton.gap.data import GapData, settled_end
-from scruton.gap.density import NormalPosterior, density, parameters_spent, posterior_at_mode, posterior_without
+from scruton.gap.density import NormalPosterior, density, parameters_spent, posterior_at_mode
 from scruton.gap.diagnosis import Diagnosis
+from scruton.gap.held_out import folds, left_out
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.thresholds import MEASURABLE_NATS
 
@@ -48,15 +49,17 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2) -> dict[str, Any]:
     Returns
     -------
     dict
-        `shrink` of gap.json: nats that the null model (`before`) and the verdict's (`after`) fall short of the ceiling
-        on all records; `fraction`, (before - after)/before, None where the gap is too small to measure, and its
-        `interval90` by bootstrap over records, None for a single one, which says nothing of its like; the same of the
-        records `held_out`, None where none can be; `measurable`, on those held out or, without any, on those used;
-        `runner_up`, the next best effect and the part of the held-out gap that it closes; `stable_amplitude` of every
-        test left out in turn, as predicted by both, with relative errors; `damping_discrepancy`, None without wind.
+        `shrink` of gap.json: `headline`, median errors of the stable amplitude and mean ones of the damping curves of
+        tests left out, before and after, and in how many tests they grew; nats that the null model (`before`) and the
+        verdict's (`after`) fall short of the ceiling on all records; `fraction`, (before - after)/before, cut off at
+        -1 and 1, None where the gap is too small to measure, and its `interval90` by bootstrap over records, None for
+        a single one, which says nothing of its like; the same of the records `held_out`, None where none can be;
+        `measurable`, on those held out or, without any, on those used; `runner_up`, the next best effect, the part of
+        the held-out gap that it closes, and its median error of the stable amplitude; `stable_amplitude` of every test
+        left out in turn, as predicted by both, with relative errors; `damping_discrepancy`, None without wind.
     """
     data = diagnosis.data
-    folds = _folds(data)
+    parts = folds(data)
     models = [diagnosis.null, diagnosis.final]
     generic = diagnosis.singles[UNKNOWN.name].best if UNKNOWN.name in diagnosis.singles else None
     rivals = {
@@ -67,22 +70,24 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2) -> dict[str, Any]:
     runner = max(rivals, key=lambda name: rivals[name].log_evidence, default=None)
     references = [*models, *([generic] if generic is not None and generic is not diagnosis.final else [])]
     learners = [*models, *([rivals[runner]] if runner else [])]
-    held = [fold for fold, out in folds if out]
+    held = [fold for fold, out in parts if out]
     with ThreadPoolExecutor(workers) as pool:
-        known_jobs = [pool.submit(_known, m, [fold for fold, _ in folds]) for m in references]
-        left_out_jobs = [[pool.submit(_left_out, m, fold) for fold in held] for m in learners]
+        known_jobs = [pool.submit(_known, m, [fold for fold, _ in parts]) for m in references]
+        left_out_jobs = [[pool.submit(left_out, m, fold) for fold in held] for m in learners]
         known = np.array([job.result() for job in known_jobs])
-        left_out = [[job.result() for job in jobs] for jobs in left_out_jobs]
+        predictions = [[job.result() for job in jobs] for jobs in left_out_jobs]
     best = int(np.argmax((known[:, 0] - 0.5 * known[:, 1]).sum(axis=1)))
     ceiling = known[best, 0] - 0.5 * known[best, 1]
     used = ceiling - (known[:2, 0] - known[:2, 1])
     rng = np.random.default_rng(np.random.SeedSequence(0))
-    measurable, held_out, by_runner = bool(used[0].sum() > MEASURABLE_NATS), None, None
+    measurable, held_out = bool(used[0].sum() > MEASURABLE_NATS), None
+    by_runner: float | None = None
+    by_runner_amplitude: float | None = None
     on_used = measurable
     if held:
         mask = np.any(held, axis=0)
-        short = np.array([(ceiling - np.sum([scores for _, scores, _ in parts], axis=0))[mask] for parts in left_out])
-        learnt = sum(cost for _, _, cost in left_out[0])
+        short = np.array([(ceiling - np.sum([scores for _, scores, _ in each], axis=0))[mask] for each in predictions])
+        learnt = sum(cost for _, _, cost in predictions[0])
         measurable = float(short[0].sum()) - learnt > MEASURABLE_NATS
         names = np.array(data.layout.records)[mask].tolist()
         held_out = {"records": names, **_closed(short[0], short[1], rng if measurable else None)}
@@ -91,30 +96,26 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2) -> dict[str, Any]:
     if data.layout.wind.any():
         test = data.layout.test
         whole = [i for i, fold in enumerate(held) if np.array_equal(fold, test == test[np.argmax(fold)])]
-        by_test = [(held[i], left_out[0][i][0], left_out[1][i][0]) for i in whole]
+        by_test = [(held[i], predictions[0][i][0], predictions[1][i][0]) for i in whole]
         misstated = any(Term.STRUCTURAL in CATALOGUE[name].terms for name in diagnosis.found if name in CATALOGUE)
         stable = [_stable_amplitude(data, fold, null, final, misstated) for fold, null, final in by_test]
         pairs = [(null.optimum, final.optimum) for _, null, final in by_test]
         curves = damping_discrepancy(diagnosis.null, diagnosis.final, pairs)
+        if runner:
+            others = [
+                _stable_amplitude(data, held[i], predictions[0][i][0], predictions[2][i][0], misstated) for i in whole
+            ]
+            by_runner_amplitude = float(np.median([one["error_after"] for one in others])) if others else None
     result: dict[str, Any] = as_json({
         "metric": METRIC, **_closed(used[0], used[1], rng if on_used else None), "held_out": held_out,
-        "measurable": measurable, "statement": _statement(measurable, held_out, diagnosis.verdict),
-        "runner_up": {"effect": runner, "fraction": by_runner} if runner else None, "stable_amplitude": stable,
+        "measurable": measurable, "headline": _headline(stable, curves),
+        "statement": _statement(measurable, held_out, diagnosis.verdict),
+        "runner_up": (
+            {"effect": runner, "fraction": by_runner, "amplitude_error": by_runner_amplitude} if runner else None
+        ), "stable_amplitude": stable,
         "damping_discrepancy": curves,
     })  # fmt: skip
     return result
-
-
-def _folds(data: GapData) -> list[tuple[np.ndarray, bool]]:
-    """Groups of records that make up the campaign, and whether each is left out in turn."""
-    layout = data.layout
-    tests = np.unique(layout.test[layout.wind])
-    count = len(layout.records)
-    if tests.size > 1:
-        folds = [(layout.test == j, True) for j in tests]
-        return folds + [(~layout.wind & (layout.rig == i), False) for i in np.unique(layout.rig[~layout.wind])]
-    wind = layout.wind if tests.size else np.ones(count, dtype=bool)
-    return [(np.arange(count) == r, bool(wind[r]) and count > 1) for r in range(count)]
 
 
 def _known(model: FittedHypothesis, folds: Sequence[np.ndarray]) -> FloatArray:
@@ -128,17 +129,6 @@ def _known(model: FittedHypothesis, folds: Sequence[np.ndarray]) -> FloatArray:
     return table
 
 
-def _left_out(model: FittedHypothesis, fold: np.ndarray) -> tuple[NormalPosterior, FloatArray, float]:
-    """What the other records say, the density of those left out, (R,), and what a right model would lose in all."""
-    known = posterior_without(model, fold)
-    scored = density(known, fold)
-    prior = posterior_at_mode(model, fold).covariance[np.ix_(scored.where, scored.where)]
-    free = np.diag(prior) > 0.0
-    alone = np.eye(int(free.sum())) + scored.information[np.ix_(free, free)] @ prior[np.ix_(free, free)]
-    cost = scored.learnt - 0.5 * float(np.linalg.slogdet(alone)[1])
-    return known, np.where(fold, scored.shares, 0.0), cost
-
-
 def _closed(before: FloatArray, after: FloatArray, rng: np.random.Generator | None) -> dict[str, Any]:
     """The gap on some records, (R,) each, and how far it shrinks; without a generator it cannot be measured.
 
@@ -150,12 +140,13 @@ def _closed(before: FloatArray, after: FloatArray, rng: np.random.Generator | No
         if before.size > 1:
             chosen = rng.integers(0, before.size, (_RESAMPLES, before.size))
             b, a = before[chosen].sum(axis=1), after[chosen].sum(axis=1)
-            interval = np.quantile((b - a)[b > 0.0] / b[b > 0.0], [0.05, 0.95])
+            interval = np.quantile(np.clip((b - a)[b > 0.0] / b[b > 0.0], -1.0, 1.0), [0.05, 0.95])
     return {"before": before.sum(), "after": after.sum(), "fraction": fraction, "interval90": interval}
 
 
 def _fraction(before: FloatArray, after: FloatArray) -> float:
-    return float((before.sum() - after.sum()) / before.sum())
+    """Part of a gap that closes, from -1 (made as bad again, or worse) to 1."""
+    return float(np.clip((before.sum() - after.sum()) / before.sum(), -1.0, 1.0))
 
 
 def _stable_amplitude(
@@ -179,6 +170,19 @@ def _stable_amplitude(
     }  # fmt: skip
 
 
+def _headline(stable: Sequence[dict[str, Any]], curves: dict[str, Any] | None) -> dict[str, Any] | None:
+    """What is left out in turn, before and after: median errors over the tests, and in how many they grew."""
+    if not stable:
+        return None
+    before, after = (np.array([test[key] for test in stable]) for key in ("error_before", "error_after"))
+    return {
+        "tests": len(stable), "amplitude_before": np.median(before), "amplitude_after": np.median(after),
+        "amplitude_worse": int(np.sum(after > before)),
+        **({f"damping_{end}": curves[f"held_out_{end}"] for end in ("before", "after")} if curves else {}),
+        **({"damping_worse": sum(test["after"] > test["before"] for test in curves["tests"])} if curves else {}),
+    }  # fmt: skip
+
+
 def _statement(measurable: bool, held: dict[str, Any] | None, verdict: str) -> str:
     if held is None:
         return "no record can be left out: the gap is not measured on held-out records"
@@ -194,14 +198,15 @@ def _statement(measurable: bool, held: dict[str, Any] | None, verdict: str) -> s
 
 def damping_discrepancy(
     null: FittedHypothesis, final: FittedHypothesis, left_out: Sequence[tuple[FloatArray, FloatArray]]
-) -> dict[str, float]:
+) -> dict[str, Any]:
     """Mean distance of damping curves from the measured ones over ln(amplitude) and tests, over the relaxation rate.
 
     The measured curve of a test is that of the verdict's hypothesis with a generic discrepancy of every test by its
     own, fitted in the likelihood of all records; its noise keeps the distance of a right model above zero.
 
     `left_out` holds coordinates of the null model and the verdict's, one pair a test in order, from the records of the
-    others; where no test can be left out, the distances held out are those of the fits to all records.
+    others; where no test can be left out, the distances held out are those of the fits to all records.  `tests` of the
+    result has the distances held out of each.
     """
     data, layout = final.hypothesis.data, final.hypothesis.data.layout
     scope = Scope(Extent.EACH_TEST, layout.by_test())
@@ -209,17 +214,21 @@ def damping_discrepancy(
     tests = list(data.first_in_wind.values())
     measured = [_curve(fitted.hypothesis, fitted.mode, r) for r in tests]
 
-    def distance(hypothesis: Hypothesis, each: Sequence[FloatArray]) -> float:
-        away = [
-            np.mean(np.abs(_curve(hypothesis, u, r) - m)) / layout.rate[r]
+    def distances(hypothesis: Hypothesis, each: Sequence[FloatArray]) -> list[float]:
+        return [
+            float(np.mean(np.abs(_curve(hypothesis, u, r) - m)) / layout.rate[r])
             for u, m, r in zip(each, measured, tests, strict=True)
         ]
-        return float(np.mean(away))
 
-    full = out = [distance(fit.hypothesis, [fit.mode] * len(tests)) for fit in (null, final)]
+    full = out = [distances(fit.hypothesis, [fit.mode] * len(tests)) for fit in (null, final)]
     if len(left_out) == len(tests):
-        out = [distance(fit.hypothesis, [pair[i] for pair in left_out]) for i, fit in enumerate((null, final))]
-    return dict(zip(("before", "after", "held_out_before", "held_out_after"), (*full, *out), strict=True))
+        out = [distances(fit.hypothesis, [pair[i] for pair in left_out]) for i, fit in enumerate((null, final))]
+    means = [float(np.mean(each)) for each in (*full, *out)]
+    by_test = [
+        {"test": data.tests[layout.test[r]], "before": before, "after": after}
+        for r, before, after in zip(tests, *out, strict=True)
+    ]
+    return dict(zip(("before", "after", "held_out_before", "held_out_after"), means, strict=True)) | {"tests": by_test}
 
 
 def _curve(hypothesis: Hypothesis, u: FloatArray, record: int) -> FloatArray:

@@ -15,7 +15,10 @@ MOST_SET_POINT = 0.02  # likewise, from record to record
 SECOND_NATS = 8.0  # that a further effect must gain beside those found
 SECOND_SHARE = 0.04  # of the first gain, that a further one must add on top: forms differ, which is no second effect
 SMALLEST = 0.025  # size of a further effect over the relaxation damping, below which it is nobody's concern
-CHAIN_NATS = 10.0  # by which several effects must beat one generic term, for each beyond the first
+PAIRED = 3  # best single effects whose partners are sought where the generic term leads
+OWN_SHARE = 0.05  # of the gain of a pair, that each of it gains alone
+ROUNDS = 2  # of swaps, at most: time
+UNEARNED_NATS = 2.0  # that the unknown stays behind a catalogued effect with more evidence, or that predicts better
 LINE_NATS = 30.0  # over chance, of a line in the spectrum beside the response
 ALLOWED_EXCESS = 4.0  # nats of colour and level that noise and fitting leave in the innovations
 ALLOWED_SHARE = 0.12  # of the gain, that may be left, for the form of an effect is never quite its form
@@ -23,6 +26,7 @@ PREFERENCE_NATS = 5.0  # by which the generic term must lead a catalogued effect
 PREFERENCE_SHARE = 0.12  # of the generic term's gain, that it must lead by on top
 FURTHER_SHARE = 0.15  # of a further effect's gain, by which it may stay behind the generic term
 GROUP_NATS = 4.0  # effects that close are one group
+ALIKE_NATS = 10.0  # likewise, of those that are nearly one thing where records are few
 # Evidence of some effect against none is divided by this: how often such a lead is wrong.  Counted on
 # simulated campaigns of `scruton challenge make`; command and seed were not kept.
 ANY_TEMPERATURE = 2.5
@@ -58,6 +62,11 @@ MOST_OF_A_QUANTITY = 3  # findings of one quantity, before those of others have 
 ECHO = 0.6  # of the largest gain of any effect: places that an effect of less would explain are echoes of another
 NEGLIGIBLE_PLACE = 1e-3  # of the largest place of an effect, below which another is none
 MOST_RECORDS_OF_AN_EFFECT = 6  # that are listed one by one
+
+# ---- what it means
+SETTLED = 0.8  # probability below which no name is given without the next
+COLOURED = 0.01  # p-value of the Ljung-Box test
+PLACES_DESCRIBED = 3
 
 # ---- what the data cannot tell, and advice
 BLIND = 2.0  # standard deviations below which a signature is not seen: convention

@@ -1,5 +1,7 @@
 """What the section and the wind do beyond the law: parts of higher order, coherence, K, a wake that lags, shedding."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from scruton.arrays import FloatArray
@@ -22,6 +24,8 @@ from scruton.dynamics.effects.effect import (
     sized,
 )
 from scruton.dynamics.effects.terms import Belongs, Layout, Term
+
+_SAME_SPEED = 5e-3  # relative: wind speeds are known no better, and reduced velocities that differ by less are one
 
 
 def _in_wind(layout: Layout) -> Scope:
@@ -52,44 +56,73 @@ def _coherence(layout: Layout) -> list[Variant]:
     return [Variant("drive saturates as 1 - exp(-A/A_c)", (amplitude,), _incoherent, scope)]
 
 
-def _position(layout: Layout) -> FloatArray:
-    """Place of every record's test between the lowest (-1/2) and the highest (1/2) reduced velocity, 0 in still air."""
-    place, inside = layout.reduced_velocity, layout.wind
-    if not np.ptp(place[inside]) > 1e-3 * np.max(place[inside]):  # nor where it is not known
-        # equal as stated: by the Scruton number, since the peak moves with it
-        place = np.log(layout.scruton_number)
-    low, high = float(np.min(place[inside])), float(np.max(place[inside]))
-    return np.where(inside, (place - 0.5 * (low + high)) / max(high - low, 1e-9), 0.0)
+_BOTH, _DRIVE = (Term.AERO, Term.DRIVE), (Term.DRIVE,)  # what goes with Y1, and with epsilon
+Place = Callable[[Layout], FloatArray]
+Terms = tuple[Term, ...]
 
 
-def _scaled(form: str, scope: Scope, weight: float, **parts: tuple[Term, ...]) -> Variant:
-    """Coefficients times exp(parameter): of every test by its own, or linear in the reduced velocity."""
-    linear = scope.extent is Extent.IN_WIND
-    scales = {"size": 0.5, "epsilon": 0.3} if linear else {"size": 0.25, "epsilon": 0.15}
+def _between_ends(values: FloatArray, inside: np.ndarray) -> FloatArray:
+    """Place of every record in wind between the lowest (-1/2) and the highest (1/2) value; 0 in still air."""
+    low, high = float(np.min(values[inside])), float(np.max(values[inside]))
+    return np.where(inside, (values - 0.5 * (low + high)) / max(high - low, 1e-9), 0.0)
+
+
+def _speed(layout: Layout) -> FloatArray:
+    return _between_ends(layout.reduced_velocity, layout.wind)
+
+
+def _speed_bent(layout: Layout) -> FloatArray:
+    return np.where(layout.wind, 2.0 * _speed(layout) ** 2 - 0.25, 0.0)
+
+
+def _mass_damping(layout: Layout) -> FloatArray:
+    return _between_ends(np.log(layout.scruton_number), layout.wind)
+
+
+def _scaled(form: str, scope: Scope, weight: float, *, place: Place | None = None, **parts: Terms) -> Variant:
+    """Coefficients times exp(parameter): of every test by its own, or times its place."""
+    scales = {"size": 0.25, "epsilon": 0.15} if place is None else {"size": 0.5, "epsilon": 0.3, "bend": 0.3}
 
     def apply(table: FloatArray, values: Values, layout: Layout) -> None:
-        place = _position(layout) if linear else 1.0
         for name, terms in parts.items():
-            factor = np.exp(values[name] * place)
+            of = _speed_bent if name == "bend" else place
+            factor = np.exp(values[name] * (1.0 if of is None else of(layout)))
             for term in terms:
                 table[:, :, int(term)] *= factor
 
-    priors = tuple(size_prior(name, scope.members, scale=scales[name]) for name in parts)
+    priors = tuple(size_prior(name, scope.members, scale=scales[name], unit="ln of a factor") for name in parts)
     return Variant(form, priors, apply, scope, weight)
+
+
+def _along_speed(layout: Layout) -> list[Variant]:
+    wind, speed = _in_wind(layout), layout.reduced_velocity[layout.wind]
+    tests = np.unique(layout.test[layout.wind]).size
+    if tests < 2 or not np.ptp(speed) > _SAME_SPEED * np.max(speed):  # nor where it is not known
+        return []
+    words = "in the reduced velocity"
+    variants = [
+        _scaled(f"Y1 linear {words}", wind, 2.0, place=_speed, size=_BOTH),
+        _scaled(f"epsilon linear {words}", wind, 1.0, place=_speed, size=_DRIVE),
+        _scaled(f"Y1 and epsilon linear {words}", wind, 2.0, place=_speed, size=_BOTH, epsilon=_DRIVE),
+    ]
+    if tests > 3:  # through three points any parabola goes
+        variants.append(_scaled(f"Y1 quadratic {words}", wind, 1.0, place=_speed, size=_BOTH, bend=_BOTH))
+    return variants
 
 
 def _between_tests(layout: Layout) -> list[Variant]:
     wind, by_test = _in_wind(layout), Scope(Extent.EACH_TEST, layout.by_test())
-    both, drive = (Term.AERO, Term.DRIVE), (Term.DRIVE,)
-    variants = [
-        _scaled("Y1 linear in the reduced velocity", wind, 2.0, size=both),
-        _scaled("epsilon linear in the reduced velocity", wind, 1.0, size=drive),
-        _scaled("Y1 and epsilon linear in the reduced velocity", wind, 2.0, size=both, epsilon=drive),
-        _scaled("Y1 and epsilon of every test by its own", by_test, 0.3, size=both, epsilon=drive),
-        _scaled("Y1 of every test by its own", by_test, 1.0, size=both),
+    if np.unique(layout.test[layout.wind]).size < 2:
+        return []
+    one = scopes(layout, {Extent.ONE_TEST: (1.0, "of one test")})
+    return [
+        _scaled("Y1 of every test by its own", by_test, 1.0, size=_BOTH),
+        _scaled("epsilon of every test by its own", by_test, 0.5, size=_DRIVE),
+        _scaled("Y1 and epsilon of every test by its own", by_test, 1.0, size=_BOTH, epsilon=_DRIVE),
+        *(_scaled("Y1 {scope}", scope, scope.weight, size=_BOTH) for scope in one),
+        _scaled("Y1 linear in ln(Sc)", wind, 0.5, place=_mass_damping, size=_BOTH),
+        _scaled("Y1 and epsilon linear in ln(Sc)", wind, 0.5, place=_mass_damping, size=_BOTH, epsilon=_DRIVE),
     ]
-    tests = np.unique(layout.test[layout.wind]).size
-    return variants if tests > 2 else variants[:3] if tests == 2 else []
 
 
 def _lagging(kind: float, start: float) -> Apply:
@@ -145,6 +178,8 @@ def _forced(layout: Layout) -> list[Variant]:
     return variants
 
 
+_TEST = Size("test", "damping ratio at amplitude {at:.3g}", added_damping)
+
 EFFECTS = (
     Effect(
         "aerodynamic_damping_nonlinearity",
@@ -170,7 +205,16 @@ EFFECTS = (
         "amplitude",
         Belongs.WIND,
         (Term.AERO, Term.DRIVE),
-        Size("test", "damping ratio at amplitude {at:.3g}", added_damping),
+        _TEST,
+        _along_speed,
+    ),
+    Effect(
+        "setting_dependence",
+        "Aerodynamic parameters differ from test to test, not by the reduced velocity",
+        "amplitude",
+        Belongs.WIND,
+        (Term.AERO, Term.DRIVE),
+        _TEST,
         _between_tests,
     ),
     Effect(

@@ -280,18 +280,23 @@ class Effect:
         return tuple(replace(v, effect=self.name) for v in self.forms(layout) if v.scope.records.any())
 
 
-def size_prior(name: str, members: IntArray, *, scale: float = 0.3, positive: bool = False) -> Parameter:
+DAMPING = "of the relaxation damping"
+
+
+def size_prior(
+    name: str, members: IntArray, *, scale: float = 0.3, positive: bool = False, unit: str = DAMPING
+) -> Parameter:
     """Size of an effect: its damping at the reference amplitude over the reference relaxation rate, N(0, scale^2)."""
     starts = (0.1,) if positive else (0.0,)
-    return Parameter(name, 0.0, scale, members, positive=positive, starts=starts)
+    return Parameter(name, 0.0, scale, members, positive=positive, starts=starts, unit=unit)
 
 
 def sized(
     form: str, apply: Apply, scope: Scope, *names: str, weight: float | None = None, scale: float = 0.3,
-    positive: bool = False,
+    positive: bool = False, unit: str = DAMPING,
 ) -> Variant:  # fmt: skip
     """A variant whose parameters are sizes (see `size_prior`), "size" by default; weighed as its scope if not told."""
-    priors = (size_prior(name, scope.members, scale=scale, positive=positive) for name in names or ("size",))
+    priors = (size_prior(name, scope.members, scale=scale, positive=positive, unit=unit) for name in names or ("size",))
     return Variant(form, tuple(priors), apply, scope, scope.weight if weight is None else weight)
 
 

@@ -47,7 +47,9 @@ def _forms(layout: Layout) -> list[Variant]:
         adding(linear=Term.STIFFNESS_LINEAR, square=Term.STIFFNESS),
         "frequency against amplitude, in wind alone",
     )
-    variants.append(sized(form, bend, wind, "linear", "square", scale=0.2, weight=0.003))
+    variants.append(
+        sized(form, bend, wind, "linear", "square", scale=0.2, weight=0.003, unit="tenths of the frequency")
+    )
     each_record = Scope(Extent.EACH_RECORD, layout.each(layout.wind), "in every record")
     jump = sized("a jump {scope}", _jump, each_record, "drive", "rate")
     moment = Parameter("moment", 0.5, 0.3, each_record.members, unit="record", starts=(0.5,))

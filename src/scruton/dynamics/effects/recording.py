@@ -56,9 +56,9 @@ def _drifting(layout: Layout) -> list[Variant]:
     # An S and a mean of its own for every record come too near to a jump in each.
     shared = [scope for scope in every if scope.extent is not Extent.EACH_RECORD]
     title, two = "linear drift, the drive's part its own, {scope}", adding(size=Term.TREND, drive=Term.TREND_DRIVE)
-    both = [sized(title, two, scope, "size", "drive", weight=0.5 * scope.weight) for scope in every]
+    both = [sized(title, two, scope, "size", "drive", weight=0.5 * scope.weight, unit="of the wind") for scope in every]
     alike = [
-        sized(f"{form}, {{scope}}", apply, scope)
+        sized(f"{form}, {{scope}}", apply, scope, unit="of the wind")
         for form, apply, allowed in (
             ("linear drift", _drift(Term.TREND, from_start=False), every),
             ("S-shaped drift", _drift(Term.TREND_SINE, from_start=False), every),
@@ -78,7 +78,13 @@ def _bend(rows: FloatArray, without: FloatArray, station: Station) -> FloatArray
 def _stiffness(layout: Layout) -> list[Variant]:
     shares = {Extent.EVERYWHERE: (2.0, "in every record"), Extent.EACH_RIG: (1.0, "of every rig by its own")}
     return [
-        sized(f"frequency changes as {power}, {{scope}}", adding(size=term), scope, weight=share * scope.weight)
+        sized(
+            f"frequency changes as {power}, {{scope}}",
+            adding(size=term),
+            scope,
+            weight=share * scope.weight,
+            unit="tenths of the frequency",
+        )
         for power, term, share in (("A^2", Term.STIFFNESS, 1.0), ("A", Term.STIFFNESS_LINEAR, 0.5))
         for scope in scopes(layout, shares)
     ]
@@ -91,7 +97,7 @@ def _gain(rows: FloatArray, without: FloatArray, _station: Station) -> FloatArra
 def _gains(layout: Layout) -> list[Variant]:
     shares = {Extent.ONE_RIG: (2.0, "of one rig"), Extent.ONE_RECORD: (2.0, "of one record")}
     chosen = scopes(layout, shares, wind=True)
-    return [sized("{scope}", adding(size=Term.GAIN), scope, scale=0.2) for scope in chosen]
+    return [sized("{scope}", adding(size=Term.GAIN), scope, scale=0.2, unit="of the reading") for scope in chosen]
 
 
 def _clip(kind: float, by_rig: bool) -> Apply:

@@ -112,7 +112,7 @@ class Layout:
     largest : (R,) array
         Largest amplitude of the record.
     reduced_velocity : (R,) array
-        U/(f0 D), NaN in still air.
+        U/(f D) with the frequency in wind, NaN in still air.
     scruton_number : (R,) array
         As stated; NaN in still air.
     reference_amplitude, reference_rate : float

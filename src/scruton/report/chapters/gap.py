@@ -4,10 +4,11 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
+from scruton.gap.thresholds import SETTLED
 from scruton.report.chapters.material import Material
 from scruton.report.document import CAUTION, Block, Callout, Heading, Listing, Table, paragraph
-from scruton.report.thresholds import PLACES_SHOWN, PROBABILITY_SHOWN
-from scruton.report.wording import PAGE, TERMINAL, Notation, number, share
+from scruton.report.thresholds import NAMED_ABOVE, PLACES_SHOWN, PROBABILITY_SHOWN
+from scruton.report.wording import PAGE, TERMINAL, Notation, number, percent, share
 
 _SIZE = ("parameter", "median", "90 % interval", "unit", "form")
 _WHERE = ("quantity", "rig", "test", "record", "amplitude", "time [s]", "excess")
@@ -31,8 +32,9 @@ def gap_chapter(material: Material) -> Iterator[Block]:
     if material.fit.summary["provenance"]["tests"]:
         words = "The diagnosis uses every test of the campaign, those that the fit left out among them."
         yield Callout(CAUTION, words)
-    if words := shrink_sentence(gap["shrink"]):
-        yield paragraph(words)
+    for words in (*_explained(gap), shrink_sentence(gap["shrink"])):
+        if words:
+            yield paragraph(words)
     if alike := [" or ".join(map(_in_words, group)) for group in gap["indistinguishable"] if len(group) > 1]:
         yield Callout(CAUTION, "These data cannot tell apart", alike)
     yield from material.of("gap")
@@ -92,15 +94,38 @@ def _in_words(name: str) -> str:
 
 
 def gap_sentence(gap: Mapping[str, Any]) -> str:
-    """The verdict in one sentence."""
+    """The verdict in one sentence; below 0.8 with what else it may be."""
     if gap["verdict"] == "none":
         return _AGREE
-    names = [_in_words(name) for name in (gap["verdict"], *gap["also"])]
-    p = gap["probability"][gap["verdict"]]
-    return (
-        f"The null model and the records part. What explains it: {' and '.join(names)} "
-        f"(probability {'above 0.99' if p > 0.99 else number(p, 2)})."
+    if not _settled(gap):
+        return f"The null model and the records part. Not settled: {_candidates(gap, _in_words)}."
+    names = [_in_words(gap["verdict"]), *(f"{_in_words(name)}{_chance(gap, name)}" for name in gap["also"])]
+    sure = _odds(gap["probability"][gap["verdict"]])
+    return f"The null model and the records part. What explains it: {names[0]} (probability {sure})" + (
+        f", and {' and '.join(names[1:])}." if names[1:] else "."
     )
+
+
+def _settled(gap: Mapping[str, Any]) -> bool:
+    return bool(gap["probability"][gap["verdict"]] >= SETTLED)
+
+
+def _odds(p: float) -> str:
+    return "above 0.99" if p > 0.99 else number(p, 2)
+
+
+def _chance(gap: Mapping[str, Any], name: str) -> str:
+    p = gap.get("probability_also", {}).get(name)
+    return "" if p is None else f" ({_odds(p)})"
+
+
+def _candidates(gap: Mapping[str, Any], title: Callable[[str], str]) -> str:
+    """The likeliest causes with their shares, and that of no gap."""
+    likely = sorted(gap["probability"].items(), key=lambda pair: -pair[1])
+    causes = [(name, p) for name, p in likely if name != "none"]
+    named = [f"{title(name)} ({share(p)})" for i, (name, p) in enumerate(causes) if i < 2 or p >= NAMED_ABOVE]
+    none = share(gap["probability"].get("none", 0.0))
+    return f"{' or '.join(named)}; no gap {none}"
 
 
 def gap_summary(gap: Mapping[str, Any]) -> list[Block]:
@@ -109,8 +134,12 @@ def gap_summary(gap: Mapping[str, Any]) -> list[Block]:
     alike = "; ".join(" / ".join(group) for group in gap["indistinguishable"] if len(group) > 1)
     titles = _AGREE if names == ["none"] else " ".join(f"{effect_title(name)}." for name in names)
     probability = "Probability (calibrated on simulated campaigns)"
+    verdict = f"Verdict: {' and '.join([names[0], *(f'{name}{_chance(gap, name)}' for name in names[1:])])}. {titles}"
+    if names != ["none"] and not _settled(gap):
+        verdict = f"Not settled: {_candidates(gap, str)}. {titles}"
     return [
-        paragraph(f"Verdict: {' and '.join(names)}. {titles}"),
+        paragraph(verdict),
+        *(paragraph(words) for words in _explained(gap)),
         Table("gap_probability", probability, ("cause", "probability"), _probabilities(gap, str)),
         *([paragraph(f"These data cannot tell apart: {alike}")] if alike else []),
         Table("gap_size", "Parameters", ("effect", *_SIZE), _sizes(gap, TERMINAL, str, most=6)),
@@ -122,12 +151,44 @@ def gap_summary(gap: Mapping[str, Any]) -> list[Block]:
     ]
 
 
+def _explained(gap: Mapping[str, Any]) -> list[str]:
+    """What the verdict means for the predictions, and what an unknown looks like."""
+    return [words for key in ("unknown", "meaning") if (words := gap.get(key, {}).get("text"))]
+
+
 def shrink_sentence(entry: Mapping[str, Any]) -> str:
-    """How far the gap shrinks, from `shrink` of gap.json; empty where there is none."""
+    """How far the gap shrinks, from `shrink` of gap.json: what a user predicts first; empty where there is none."""
     if not entry:
         return ""
     if not entry.get("measurable", True):
         return "The gap is too small to measure how far it shrinks."
+    return " ".join(words for words in (_headline(entry.get("headline")), _density(entry)) if words)
+
+
+def _headline(head: Mapping[str, Any] | None) -> str:
+    """Errors of what is predicted of a test from the others."""
+    if not head:
+        return ""
+    tests = head["tests"]
+    words = (
+        "Of tests left out in turn, the stable amplitude is off by "
+        f"{percent(head['amplitude_before'], 2)} (median) before and {percent(head['amplitude_after'], 2)} after"
+        f"{_worse(head['amplitude_worse'], tests)}"
+    )
+    if "damping_before" in head:
+        words += (
+            f"; the damping curve by {percent(head['damping_before'], 2)} and {percent(head['damping_after'], 2)} "
+            f"of the relaxation damping{_worse(head['damping_worse'], tests)}"
+        )
+    return f"{words}."
+
+
+def _worse(count: int, of: int) -> str:
+    return f", made worse in {count} of {of}" if count else ""
+
+
+def _density(entry: Mapping[str, Any]) -> str:
+    """The part of the gap in the density of the records that closes."""
     words = f"Put into the model, it closes {_share(entry)} of the gap on the records used"
     if not entry.get("held_out"):
         return f"{words}; no record can be left out to test that on what the model has not seen."
@@ -135,6 +196,8 @@ def shrink_sentence(entry: Mapping[str, Any]) -> str:
     runner = entry.get("runner_up")
     if runner and runner["fraction"] is not None:
         words += f"; the runner-up ({_in_words(runner['effect'])}) would close {share(runner['fraction'])}"
+        if runner.get("amplitude_error") is not None:
+            words += f", and leave the amplitude off by {percent(runner['amplitude_error'], 2)}"
     return words + "."
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis
 from scruton.gap.finding import Finding
 from scruton.gap.locate_curves import DECAY, GROWTH, STEADY, STILL, Curve, Curves, excess_curves
+from scruton.gap.thresholds import SETTLED
 from scruton.report.figures import FigureWithCaption, figure, style
 from scruton.report.thresholds import GAP_BARS, GAP_ROWS, PROBABILITY_SHOWN, SMALL_EXCESS
 
@@ -53,9 +54,11 @@ def gap_figure(
     drawing.legend([handles[label] for label in order], order, loc="outside lower center", ncols=2)
     headline = "No gap: the null model and the records agree within their noise"
     if diagnosis.found:
-        p = diagnosis.probability[diagnosis.verdict]
-        names = " and ".join(map(_words, diagnosis.found)).capitalize()
-        headline = textwrap.fill(f"{names} (p {'> 0.99' if p > 0.99 else f'= {p:.2f}'})", _HEADLINE)
+        names = " and ".join(map(_words, diagnosis.found))
+        if diagnosis.probability[diagnosis.verdict] < SETTLED:
+            likely = sorted(diagnosis.probability.items(), key=lambda pair: -pair[1])[:2]
+            names = f"not settled: {' or '.join(f'{_words(name)} ({100.0 * p:.0f} %)' for name, p in likely)}"
+        headline = textwrap.fill(names[0].upper() + names[1:], _HEADLINE)
     drawing.suptitle(headline, x=0.01, ha="left", weight="bold")
     return FigureWithCaption(
         drawing,

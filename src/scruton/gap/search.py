@@ -1,0 +1,156 @@
+"""Which effects act together: one after another, in pairs where the generic term leads, and in place of each other."""
+
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from scruton.dynamics import effects as catalogue
+from scruton.dynamics.effects import CATALOGUE, Effect
+from scruton.gap import thresholds
+from scruton.gap.attribute import Candidate, weigh
+from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
+from scruton.progress import Progress
+
+Weigh = Callable[[FittedHypothesis, Collection[str]], dict[str, Candidate]]
+_UNKNOWN = catalogue.UNKNOWN.name
+_FITS = 2  # variants of an effect beside others: the score tests have ranked them
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """One place in a chain of effects: what would stand there, weighed with the other effects found in the model.
+
+    Attributes
+    ----------
+    base : FittedHypothesis
+        The null model with the other effects.
+    candidates : mapping
+        Every effect that is not among the others, and the unknown, added to `base`.
+    """
+
+    base: FittedHypothesis
+    candidates: Mapping[str, Candidate]
+
+    @property
+    def best(self) -> Candidate:
+        """The catalogued effect with the most evidence."""
+        return best_of(self.candidates)
+
+    @property
+    def gains(self) -> dict[str, float]:
+        """Log evidence over that of the base, by name."""
+        return {name: candidate.log_evidence - self.base.log_evidence for name, candidate in self.candidates.items()}
+
+
+def best_of(candidates: Mapping[str, Candidate]) -> Candidate:
+    """The catalogued effect with the most evidence."""
+    return max((c for name, c in candidates.items() if name in CATALOGUE), key=lambda c: c.log_evidence)
+
+
+def search(
+    null: FittedHypothesis,
+    singles: Mapping[str, Candidate],
+    effects: Sequence[Effect],
+    *,
+    workers: int,
+    progress: Progress,
+) -> list[Place]:
+    """Places of the effects that act, strongest first; that of the best single effect where no two do.
+
+    Effects join one by one while each gains enough.  Where the generic term still leads, pairs are tried: two effects
+    that fit together may each lose to it alone.  Then each is judged with the others in the model, and what does better
+    in its place takes it.
+    """
+
+    def beside(base: FittedHypothesis, taken: Collection[str]) -> dict[str, Candidate]:
+        progress(f"effects beside {' and '.join(sorted(taken))}", 0.4)
+        return weigh(base, [effect for effect in effects if effect.name not in taken], workers=workers, fits=_FITS)
+
+    generic = singles[_UNKNOWN].log_evidence if _UNKNOWN in singles else -np.inf
+    chain = _joined([], null, singles, beside)
+    if _evidence(chain, null) < generic:
+        progress("pairs of effects", 0.5)
+        pair = max(_pairs(null, singles, effects, workers), key=lambda pair: _evidence(pair, null), default=[])
+        if _evidence(pair, null) > _evidence(chain, null) and (best := pair[-1].best) is not None:
+            chain = _joined(pair, best, beside(best, {candidate.name for candidate in pair}), beside)
+    if len(chain) < 2 or _evidence(chain, null) < generic:
+        return [Place(null, singles)]
+    return _settled(null, chain, beside)
+
+
+def _evidence(chain: Sequence[Candidate], null: FittedHypothesis) -> float:
+    return chain[-1].best.log_evidence if chain and chain[-1].best else null.log_evidence
+
+
+def _pairs(
+    null: FittedHypothesis, singles: Mapping[str, Candidate], effects: Sequence[Effect], workers: int
+) -> Iterator[list[Candidate]]:
+    """Each of the best single effects with its best partner; those that have a line of their own join by themselves.
+
+    Two effects that explain nothing alone and everything together are large, bend opposite ways, and make a curve of
+    any form: such a pair is a fit and no finding.
+    """
+    amplitude = [effect for effect in effects if effect.name in CATALOGUE and effect.channel in ("amplitude", "signal")]
+    named = [single for effect in amplitude if (single := singles[effect.name]).best is not None]
+    for first in sorted(named, key=lambda single: -single.log_evidence)[: thresholds.PAIRED]:
+        assert first.best is not None
+        others = [effect for effect in amplitude if effect.name != first.name]
+        second = best_of(weigh(first.best, others, workers=workers, fits=_FITS))
+        gain = second.log_evidence - null.log_evidence
+        own = min(singles[name].log_evidence - null.log_evidence for name in (first.name, second.name))
+        enough = second.log_evidence > first.log_evidence + thresholds.SECOND_NATS
+        if second.best is not None and enough and own > thresholds.OWN_SHARE * gain:
+            yield [first, second]
+
+
+def _joined(
+    chain: list[Candidate], base: FittedHypothesis, candidates: Mapping[str, Candidate], beside: Weigh
+) -> list[Candidate]:
+    """Add catalogued effects one by one while each gains enough."""
+    first = 0.0
+    while len(chain) < thresholds.MOST_EFFECTS:
+        best = best_of(candidates)
+        gain = best.log_evidence - base.log_evidence
+        needed = thresholds.SECOND_NATS + thresholds.SECOND_SHARE * first if chain else 0.0
+        rival = candidates[_UNKNOWN].log_evidence if _UNKNOWN in candidates else -np.inf
+        # A second effect has to beat the generic term: it would mend a first that is wrong, too.
+        slack = thresholds.PREFERENCE_NATS + thresholds.FURTHER_SHARE * max(gain, 0.0)
+        negligible = chain and best.best is not None and _largest_size(best.best) < thresholds.SMALLEST
+        if gain < needed or best.best is None or negligible or (chain and best.log_evidence < rival - slack):
+            break
+        chain = [*chain, best]
+        base, first = best.best, max(first, gain)
+        if len(chain) < thresholds.MOST_EFFECTS and gain > 0.0:
+            candidates = beside(base, {candidate.name for candidate in chain})
+    return chain
+
+
+def _settled(null: FittedHypothesis, chain: Sequence[Candidate], beside: Weigh) -> list[Place]:
+    """Judge every effect with the others in the model, and let what does better there take its place."""
+    # Those on damping come before those that only the frequency shows.
+    chain = sorted(chain, key=lambda candidate: CATALOGUE[candidate.name].channel == "frequency")
+    places: list[Place] = []
+    for _ in range(thresholds.ROUNDS):
+        before, places = [candidate.name for candidate in chain], []
+        for i in reversed(range(len(chain))):
+            others = [candidate for k, candidate in enumerate(chain) if k != i]
+            hypothesis = Hypothesis(null.hypothesis.null, tuple(c.variant for c in others if c.variant))
+            start = hypothesis.start()
+            start[: null.mode.size] = null.mode
+            base = hypothesis.fit(start)
+            place = Place(base, beside(base, {candidate.name for candidate in others}))
+            places.insert(0, place)
+            if place.best.best is not None:
+                chain[i] = place.best
+        if [candidate.name for candidate in chain] == before:
+            break
+    return places
+
+
+def _largest_size(fit: FittedHypothesis) -> float:
+    """Largest size of the variant that was added last; infinite where it has none (a lag, a level)."""
+    last = len(fit.hypothesis.variants) - 1
+    variant = fit.hypothesis.variants[last]
+    sizes = [p.name for p in variant.parameters if not p.log and p.name != variant.scan]
+    return max((float(np.abs(fit.value(name, last)[0]).max()) for name in sizes), default=np.inf)
