@@ -24,7 +24,9 @@ from scruton.documents import read_json
 from scruton.errors import InputError
 
 NONE, UNKNOWN, FAILED = "none", "unknown", "failed"
-_ALLOWED = {"wake_oscillator": (UNKNOWN, "fluid_memory")}  # of the cases outside the catalogue
+# What else a case outside the catalogue may be called, if all of it is in one group: a wake that follows the amplitude
+# late, with a force that grows as its cube root, is a memory and a nonlinearity of aerodynamic damping.
+_ALLOWED = {"wake_oscillator": ("fluid_memory", "aerodynamic_damping_nonlinearity")}
 _SEVERE, _MILD = "s >= 20 %", "s = 10 %"
 _AT_MOST = (
     "mean group size", "no effect", "outside the catalogue, given", "catalogued", "calibration", "...", "seconds",
@@ -101,10 +103,13 @@ def _outcome(campaign: Path, place: Path, answer: Mapping[str, Any]) -> dict[str
     verdict, probability = row["verdict"], row["probability"]
     sure = {name for name, p in probability.items() if p > thresholds.CERTAIN}
     accepted = truth or (NONE,)
+    named = True
     if kind == "open":
-        accepted = _ALLOWED.get(truth[0], (UNKNOWN,))
+        allowed = _ALLOWED.get(truth[0], ())
+        accepted = (UNKNOWN, *allowed)
+        named = verdict == UNKNOWN or set(allowed) <= set(row["group"])
     return row | {
-        "right": verdict in accepted, "accepted": accepted,
+        "right": verdict in accepted and named, "accepted": accepted,
         "row": NONE if not truth else "two" if len(truth) > 1 else truth[0],
         "both_named": set(truth) <= {verdict, *row["also"]}, "in_group": set(truth) <= set(row["group"]),
         "misled": bool(sure & set(CATALOGUE) - set(accepted)),
