@@ -35,8 +35,11 @@ def challenge_make(arguments: Namespace) -> Outcome:
     from scruton.calibrate.challenge.make import Plan, make_challenge
 
     low, high = check_numbers("--turbulence", arguments.turbulence, 2)
+    least, most = check_numbers("--gusts", arguments.gusts, 2)
     severities = check_numbers("--severities", arguments.severities)
-    plan = Plan(arguments.seed, names(arguments.effects), severities, arguments.design, (low, high))
+    plan = Plan(
+        arguments.seed, names(arguments.effects), severities, arguments.design, (low, high), gusts=(least, most)
+    )
     with execution(arguments) as execute:
         folder = make_challenge(execute, plan, arguments.cases)
     return Outcome(lines=[f"challenge: {folder}"])

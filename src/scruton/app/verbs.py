@@ -63,12 +63,13 @@ FIT = (
 CHALLENGE = (
     Verb("make", "write campaigns with a hidden effect and seal the answers", "calibrate:challenge_make", (
         out("folder for the challenge", required=True),
-        Argument("--cases", type=int, default=65, metavar="N", help="campaigns; blocks of 65 hold every kind"),
+        Argument("--cases", type=int, default=68, metavar="N", help="campaigns; blocks of 68 hold every kind"),
         SEED,
         Argument("--effects", metavar="NAME,...", help='only these; "none" and "two" count (default: all)'),
         Argument("--severities", default="0.1,0.2,0.4", metavar="S,...", help="default 0.1,0.2,0.4"),
         Argument("--design", choices=("full", "one-rig"), default="full", help="or one rig, no still air"),
         Argument("--turbulence", default="0.005,0.015", metavar="LOW,HIGH", help="scatter of the amplitude"),
+        Argument("--gusts", default="0,0", metavar="LOW,HIGH", help="scatter of the drive by slow gusts (default 0,0)"),
         QUIET, force("what lies"), JOBS, RESUME,
     )),
     Verb("run", "diagnose every campaign, without the answers", "calibrate:challenge_run", (
