@@ -97,7 +97,9 @@ def describe(score: ChallengeScore) -> str:
     s, kinds = score.settings, score.cases.kind.tolist()
     counts = ", ".join(f"{kinds.count(kind)} {what}" for kind, what in _KINDS.items() if kind in kinds)
     ranges = ", ".join(
-        f"{what} of {100 * s[key][0]:g} to {100 * s[key][1]:g} %" for key, what in _NOISES.items() if any(s.get(key, ()))
+        f"{what} of {100 * s[key][0]:g} to {100 * s[key][1]:g} %"
+        for key, what in _NOISES.items()
+        if any(s.get(key, ()))
     )
     left = f" {s['not_run']} cases have not been run." if s.get("not_run") else ""
     made = f"{_DESIGNS.get(str(s.get('design')), 'any design')} (seed {s.get('seed', 'unknown')})"
