@@ -1,5 +1,6 @@
 """`scruton calibrate`, and `scruton challenge` with its steps: the verbs that check the program itself."""
 
+import json
 from argparse import Namespace
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -71,6 +72,20 @@ def challenge_score(arguments: Namespace) -> Outcome:
     if arguments.markdown is not None:
         arguments.markdown.write_text(score_markdown(score, arguments.pictures), encoding="utf-8")
     return Outcome(score_text(score), [out / "challenge-score.json"])
+
+
+def challenge_tune(arguments: Namespace) -> Outcome:
+    """Set temperatures and floor by challenges whose answers are known."""
+    from scruton.calibrate.challenge.tune import tune_challenges, tuning_text
+    from scruton.documents import write_text
+
+    file = arguments.file
+    if file is not None and file.exists() and not arguments.force:
+        raise InputError(file, "-o", "an earlier file", "the name of a new one, or --force to replace it")
+    content = tune_challenges(arguments.folders, arguments.results)
+    if file is not None:
+        write_text(file, json.dumps(content, indent=1) + "\n")
+    return Outcome(tuning_text(content), [] if file is None else [file])
 
 
 @contextmanager

@@ -86,6 +86,12 @@ CHALLENGE = (
         Argument("--pictures", default=".", metavar="PATH", help="folder of the pictures, as the Markdown sees it"),
         QUIET, force("what lies"), JOBS,
     )),
+    Verb("tune", "set how far evidences are believed by challenges and their results", "calibrate:challenge_tune", (
+        Argument("folders", type=Path, nargs="+", metavar="FOLDER", help="that make wrote, with its results inside"),
+        Argument("--results", default="results", metavar="NAME", help="folder of results in each (default results)"),
+        Argument("-o", "--file", type=Path, help="write the JSON that the diagnosis reads"),
+        QUIET, force("the file that lies", "there"),
+    )),
 )  # fmt: skip
 
 VERBS = (

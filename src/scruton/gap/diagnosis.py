@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import logsumexp
 
 from scruton.campaign.schema import Campaign
 from scruton.dynamics import effects as catalogue
@@ -15,6 +14,7 @@ from scruton.gap.check import Check, SecondLine, check, second_lines
 from scruton.gap.data import GapData, load_gap
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.null_model import null_model
+from scruton.gap.probability import probabilities
 from scruton.progress import Progress
 
 NONE, UNKNOWN = "none", catalogue.UNKNOWN.name
@@ -147,7 +147,7 @@ def diagnose_data(
         gains[UNKNOWN] -= thresholds.PREFERENCE_NATS + thresholds.PREFERENCE_SHARE * max(gains[UNKNOWN], 0.0)
         gains[UNKNOWN] = max(gains[UNKNOWN], max(gains[best], 0.0) + left)
     gains[NONE] = 0.0
-    probability = _probabilities(gains, prior or {}, prior_none)
+    probability = probabilities(gains, prior or {}, prior_none)
     top = max(probability, key=lambda name: probability[name])
     attributed: tuple[str, ...] = ()
     final = null
@@ -224,21 +224,6 @@ def _left_over(mark: Check, lines: Sequence[SecondLine], names: Sequence[str], d
     counted = [line.ratio for line in lines if not forced or line.record in still]
     line = sum(max(0.0, ratio - thresholds.LINE_NATS) for ratio in counted)
     return max(excess, line - thresholds.ALLOWED_EXCESS if line > 0.0 else -thresholds.ALLOWED_EXCESS)
-
-
-def _probabilities(gains: Mapping[str, float], prior: Mapping[str, float], prior_none: float) -> dict[str, float]:
-    share = {name: prior.get(name, 1.0) for name in gains if name != NONE}
-    total = sum(share.values())
-    best = max(gain for name, gain in gains.items() if name != NONE)
-    logs = {NONE: np.log(prior_none)}
-    for name in share:
-        weight = (1.0 - prior_none) * share[name] / total
-        # What loses against none is not lifted by another effect's gain.
-        lead = best / thresholds.ANY_TEMPERATURE + (gains[name] - best) / thresholds.TEMPERATURE
-        gain = lead if gains[name] > 0.0 else gains[name] / thresholds.ANY_TEMPERATURE
-        logs[name] = np.log(weight) + gain if weight > 0.0 and np.isfinite(gain) else -np.inf
-    norm = logsumexp(list(logs.values()))
-    return {name: float(np.exp(value - norm)) for name, value in logs.items()}
 
 
 def _groups(gains: Mapping[str, float], verdict: str) -> tuple[tuple[str, ...], ...]:

@@ -80,7 +80,8 @@ def _outcome(campaign: Path, place: Path, answer: Mapping[str, Any]) -> dict[str
     with friction, the `row` of the confusion matrix, `accepted` verdicts (of two effects, either).  Said: `verdict`
     ("failed" where there is no diagnosis), `also`, `probability`, `group` (what cannot be told from the verdict, itself
     among it), the held-out `shrink`, `settled` amplitudes, `rigs_named`.  Agreement: `right`, `both_named`, `in_group`,
-    `misled` (with certainty to an effect that it has not), `p` and `p_truth` of the verdict and of what is accepted.
+    `misled` (with certainty to an effect that it has not), `p` and `p_truth` of the verdict and of what is accepted;
+    `log_weights` that they come from (none of a diagnosis that gives none).
     """
     note = read_json(place / CASE) if (place / CASE).exists() else {}
     seconds = note.get("seconds")
@@ -93,10 +94,13 @@ def _outcome(campaign: Path, place: Path, answer: Mapping[str, Any]) -> dict[str
         "also": (), "probability": {}, "group": (), "shrink": None, "settled": (),
         "rigs": tuple(str(answer["rigs"][j]["name"]) for j in friction), "rigs_named": (), "seconds": seconds,
     }  # fmt: skip
+    weights: dict[str, float] = {}
     if (place / GAP).exists():
         gap = read_json(place / GAP)
         try:
             row |= _said(campaign, gap, answer)
+            stated = gap.get("log_weights", {})  # that of another diagnosis may have none
+            weights = {str(name): -np.inf if gain is None else float(gain) for name, gain in stated.items()}
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             found = f"{type(error).__name__}: {error}"
             raise InputError(place / GAP, "", found, "a gap.json of scruton diagnose") from error
@@ -115,6 +119,7 @@ def _outcome(campaign: Path, place: Path, answer: Mapping[str, Any]) -> dict[str
         "misled": bool(sure & set(CATALOGUE) - set(accepted)),
         "p": probability.get(verdict, 0.0) if probability else None,
         "p_truth": sum(probability.get(name, 0.0) for name in accepted),
+        "log_weights": weights,
     }  # fmt: skip
 
 
