@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from scruton.app.options import check_numbers
+from scruton.app.options import check_numbers, check_writable
 from scruton.app.run import Outcome
 from scruton.errors import InputError
 from scruton.progress import Bar
@@ -80,8 +80,10 @@ def challenge_tune(arguments: Namespace) -> Outcome:
     from scruton.documents import write_text
 
     file = arguments.file
-    if file is not None and file.exists() and not arguments.force:
-        raise InputError(file, "-o", "an earlier file", "the name of a new one, or --force to replace it")
+    if file is not None:
+        check_writable(file.parent)
+        if file.exists() and not arguments.force:
+            raise InputError(file, "-o", "an earlier file", "the name of a new one, or --force to replace it")
     content = tune_challenges(arguments.folders, arguments.results)
     if file is not None:
         write_text(file, json.dumps(content, indent=1) + "\n")

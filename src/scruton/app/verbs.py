@@ -192,7 +192,7 @@ VERBS = (
         force("the diagnosis that lies"),
         flag("--resume", "go on with an interrupted run: it begins again"),
     )),
-    Verb("challenge", "the blind check of diagnose: make campaigns, run, score", "", steps=CHALLENGE),
+    Verb("challenge", "the blind check of diagnose: make campaigns, run, score, tune", "", steps=CHALLENGE),
     Verb("models", "the shipped model cards; one card in full; what its priors say", "models:run", steps=(
         Verb("show", "print a card with all that it extends, or draw its priors", "models:show", (
             Argument("card", metavar="CARD", help="a shipped name or a TOML file"),
