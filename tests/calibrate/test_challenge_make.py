@@ -291,6 +291,10 @@ def test_blocks_hold_every_effect_at_every_severity():
     two = [one for one in drawn if len(one[0]) == 2]
     assert len(two) == 12
     assert all(s >= 0.2 and set(names) <= set(CATALOGUE) for names, s in two)
+    pairs = {Plan(3, effects=("two",)).case(k)[0] for k in range(1, 1500)}
+    # all that there are, but for the two that would undo each other
+    assert len(pairs) == len(CATALOGUE) * (len(CATALOGUE) - 1) // 2 - 1
+    assert ("reduced_velocity_drift", "setting_dependence") not in pairs
     assert drawn[:size] != drawn[size:]
     assert not {"reduced_velocity_drift", "setting_dependence"} & set(Plan(3, design="one-rig").kinds)
     assert set(plan.kinds) == set(KINDS)

@@ -95,8 +95,11 @@ class Plan:
         if name != TWO:
             return (name,), severity
         single = [effect for effect in CATALOGUE if self.design == "full" or effect not in BETWEEN_RIGS]
-        pair = np.random.default_rng([self.seed, index, 0x2]).choice(len(single), size=2, replace=False)
-        return tuple(single[int(i)] for i in sorted(pair)), severity
+        rng, pair = np.random.default_rng([self.seed, index, 0x2]), BETWEEN_RIGS
+        while pair == BETWEEN_RIGS:  # each of these sets the rigs' speeds: one would undo the other's order
+            picked = sorted(rng.choice(len(single), size=2, replace=False))
+            pair = single[int(picked[0])], single[int(picked[1])]
+        return pair, severity
 
 
 def make_challenge(how: Execution, plan: Plan, cases: int) -> Path:
