@@ -90,7 +90,8 @@ def test_every_record_is_finite_and_every_rig_has_a_limit_cycle(effect, severity
     json.dumps(answer)
 
 
-@pytest.mark.parametrize("effect", [*FORCES, "spanwise_coherence_loss", "reduced_velocity_drift", "fluid_memory",
+@pytest.mark.parametrize("effect", [*FORCES, "spanwise_coherence_loss", "reduced_velocity_drift", "setting_dependence",
+                                    "fluid_memory",
                                     "structural_damping_error", "damping_bump", "wake_oscillator"])  # fmt: skip
 def test_the_stable_amplitude_of_the_answer_is_where_the_motion_goes(effect):
     campaign, answer = simulate_case(11, 2, effect, 0.2, **QUIET)
@@ -131,6 +132,28 @@ def test_turbulence_and_noise_are_as_drawn():
     assert 0.005 < np.std(scatter) < 0.02
 
 
+def test_gusts_move_the_amplitude_slowly_and_by_as_much_as_is_said():
+    ends, steps = [], []
+    for index in range(12):
+        campaign, answer = simulate_case(5, index, None, 0.0, turbulence=0.0, noise=0.0, gusts=0.03)
+        assert answer["gusts"] == 0.03
+        for test, rig in zip(campaign.tests, answer["rigs"], strict=True):
+            for r in test.records:
+                a = envelope(r.time, r.response, 2 * np.pi * campaign.rigs[0].frequency.mean) / rig["stable_amplitude"]
+                ends.append(a[-1] - 1)
+                steps.append(np.diff(a[-10:]).std())
+    # Ornstein-Uhlenbeck gusts of T relaxation times leave T/(1 + T) of their variance: 0.69 on average over 0.3 to 10
+    assert np.std(ends) == pytest.approx(0.03 * np.sqrt(0.69), rel=0.2)
+    assert np.median(steps) < 0.1 * np.std(ends)
+    # Gusts move nothing else, and without them every byte is what it was.
+    calm, quiet = simulate_case(5, 3, "fluid_memory", 0.2, gusts=0.0), simulate_case(5, 3, "fluid_memory", 0.2)
+    assert same(calm[0], quiet[0])
+    gusty = simulate_case(5, 3, "fluid_memory", 0.2, gusts=(0.01, 0.02))
+    assert 0.01 < gusty[1]["gusts"] < 0.02
+    assert {**gusty[1], "gusts": 0.0} == quiet[1]
+    assert not same(gusty[0], quiet[0])
+
+
 def test_severities_of_the_faults():
     rng = np.random.default_rng(0)
     body = random_body(rng)
@@ -148,8 +171,32 @@ def test_severities_of_the_faults():
         ratios = [rig.wind.Y1 / before.wind.Y1 for rig, before in zip(drifted, body.rigs, strict=True)]
         assert abs(ratios[2] - ratios[0]) == pytest.approx(2 * s)
         assert ratios[1] == pytest.approx(1.0)
+        unordered = [r.wind.Y1 / b.wind.Y1 for r, b in zip(made["setting_dependence"][0].rigs, body.rigs, strict=True)]
+        assert np.ptp(unordered) == pytest.approx(2 * s)
         np.testing.assert_allclose(np.abs(list(made["wind_speed_drift"][1]["drift"].values())), 0.75 * s)
         assert abs(made["stiffness_nonlinearity"][1]["change"]) == pytest.approx(0.06 * s)
+
+
+def test_settings_differ_without_order_and_a_drift_follows_the_reduced_velocity():
+    rng, depends = np.random.default_rng(1), []
+    for _ in range(40):
+        body = random_body(rng)
+        for name in ("setting_dependence", "reduced_velocity_drift"):
+            rigs = apply(body, name, 0.2, rng)[0].rigs
+            speed = [rig.wind.wind_speed / rig.wind.frequency for rig in rigs]
+            assert 0.019 < np.ptp(speed) / np.median(speed) < 0.09
+            for parameter in ("Y1", "epsilon"):
+                values = [getattr(rig.wind, parameter) for rig in rigs]
+                if np.ptp(values) == 0.0:
+                    continue
+                order = abs(np.corrcoef(speed, values)[0, 1])
+                assert order > 0.999 if name == "reduced_velocity_drift" else order < 0.31
+                if name == "setting_dependence":
+                    depends.append(parameter)
+    assert depends.count("Y1") == 40
+    assert 8 < depends.count("epsilon") < 32
+    with pytest.raises(ValueError, match="needs three rigs"):
+        apply(random_body(rng, 1), "setting_dependence", 0.2, rng)
 
 
 def test_stiffness_changes_the_frequency_by_six_per_cent_of_the_severity():
@@ -244,8 +291,12 @@ def test_blocks_hold_every_effect_at_every_severity():
     two = [one for one in drawn if len(one[0]) == 2]
     assert len(two) == 12
     assert all(s >= 0.2 and set(names) <= set(CATALOGUE) for names, s in two)
+    pairs = {Plan(3, effects=("two",)).case(k)[0] for k in range(1, 1500)}
+    # all that there are, but for the two that would undo each other
+    assert len(pairs) == len(CATALOGUE) * (len(CATALOGUE) - 1) // 2 - 1
+    assert ("reduced_velocity_drift", "setting_dependence") not in pairs
     assert drawn[:size] != drawn[size:]
-    assert "reduced_velocity_drift" not in Plan(3, design="one-rig").kinds
+    assert not {"reduced_velocity_drift", "setting_dependence"} & set(Plan(3, design="one-rig").kinds)
     assert set(plan.kinds) == set(KINDS)
 
 
@@ -303,7 +354,9 @@ def test_a_challenge_is_the_same_however_it_is_made(tmp_path):
         ({"severities": (0.9,)}, "severities: found .* numbers above 0"),
         ({"design": "two-rig"}, "design: found 'two-rig'; wanted one of: full, one-rig"),
         ({"design": "one-rig", "effects": ("reduced_velocity_drift",)}, "the design full"),
+        ({"design": "one-rig", "effects": ("setting_dependence",)}, "the design full"),
         ({"turbulence": (0.02, 0.01)}, "turbulence: found 0.02 to 0.01"),
+        ({"gusts": (0.02, 0.3)}, "gusts: found 0.02 to 0.3"),
     ],
 )
 def test_settings_that_make_no_challenge(tmp_path, settings, message):

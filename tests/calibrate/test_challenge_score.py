@@ -24,6 +24,7 @@ from scruton.calibrate.execution import Execution
 from scruton.errors import InputError
 
 FRICTION, MEMORY, GAIN = "coulomb_friction", "fluid_memory", "sensor_gain_error"
+AERO = "aerodynamic_damping_nonlinearity"
 SECOND = {"rigs": [1]}
 TOML = 'title = "t"\n' + "".join(f'[[tests]]\nname = "test {j}"\nrig = "rig {j}"\n' for j in (1, 2, 3))
 RIGS = [
@@ -85,7 +86,7 @@ CASES = [
     (answer("two", [FRICTION, GAIN], coulomb_friction={"rigs": [0]}), gap(GAIN, also=[FRICTION])),
     (answer("two", [FRICTION, GAIN], coulomb_friction={"rigs": [0]}), gap(FRICTION, also=[MEMORY])),
     (answer("two", [FRICTION, MEMORY], 0.1, coulomb_friction={"rigs": [0]}), gap("unknown")),
-    (answer("open", ["wake_oscillator"], 0.2), gap(MEMORY, 0.99, fraction=0.5)),
+    (answer("open", ["wake_oscillator"], 0.2), gap(MEMORY, 0.99, fraction=0.5, group=[MEMORY, AERO])),
     (answer("open", ["time_jump"], 0.4), gap("unknown", 0.9, fraction=0.4)),
     (answer("open", ["time_jump"], 0.2), gap(MEMORY, 0.96)),
     (answer("open", ["second_mode"], 0.1), gap(FRICTION, 0.89, other="unknown")),
@@ -183,6 +184,22 @@ def test_confusion_matrix_by_hand(challenge):
         ("wake_oscillator", MEMORY): 1, ("time_jump", "unknown"): 1, ("time_jump", MEMORY): 1,
         ("second_mode", FRICTION): 1,
     }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("said", "right"),
+    [
+        (gap("unknown"), True),
+        (gap(AERO, group=[AERO, FRICTION, MEMORY]), True),
+        (gap(AERO, group=[AERO]), False),
+        (gap(MEMORY, group=[MEMORY, GAIN]), False),
+        (gap(FRICTION, group=[FRICTION, MEMORY, AERO]), False),
+    ],
+)
+def test_a_wake_is_a_memory_or_a_nonlinearity_where_both_are_in_one_group(tmp_path, said, right):
+    case = read_outcomes(*write_challenge(tmp_path, [(answer("open", ["wake_oscillator"], 0.2), said)]))[0].iloc[0]
+    assert case.right == right
+    assert case.p_truth == pytest.approx(0.95 if said["verdict"] != FRICTION else 0.0)  # by the sum of the names
 
 
 def test_met_and_wanted(challenge, tmp_path):

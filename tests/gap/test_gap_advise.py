@@ -11,9 +11,10 @@ from scruton.gap.advise import _records, advise, confusions, invisible
 from scruton.gap.attribute import weigh
 from scruton.gap.check import check
 from scruton.gap.data import load_gap
-from scruton.gap.diagnosis import NONE, Diagnosis, _groups, _probabilities, fit_null
+from scruton.gap.diagnosis import NONE, Diagnosis, _groups, fit_null
 from scruton.gap.further_record import FurtherRecord, expected, in_layout_of, separation, transplanted, with_record
 from scruton.gap.hypothesis import Hypothesis
+from scruton.gap.probability import probabilities
 from scruton.gap.thresholds import WANTED
 
 
@@ -28,7 +29,7 @@ def weighed(effect: str | None, names: tuple[str, ...], index: int, design: str,
     final = found[effect].best if effect else null
     assert final is not None
     return Diagnosis(
-        data, null, (effect,) if effect else (), final, found, found, gains, _probabilities(gains, {}, 0.5),
+        data, null, (effect,) if effect else (), final, found, found, gains, probabilities(gains, {}, 0.5),
         _groups(gains, verdict), {verdict: check(final)}, (),
     )  # fmt: skip
 

@@ -1,11 +1,12 @@
 """`scruton calibrate`, and `scruton challenge` with its steps: the verbs that check the program itself."""
 
+import json
 from argparse import Namespace
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from scruton.app.options import check_numbers
+from scruton.app.options import check_numbers, check_writable
 from scruton.app.run import Outcome
 from scruton.errors import InputError
 from scruton.progress import Bar
@@ -35,8 +36,11 @@ def challenge_make(arguments: Namespace) -> Outcome:
     from scruton.calibrate.challenge.make import Plan, make_challenge
 
     low, high = check_numbers("--turbulence", arguments.turbulence, 2)
+    least, most = check_numbers("--gusts", arguments.gusts, 2)
     severities = check_numbers("--severities", arguments.severities)
-    plan = Plan(arguments.seed, names(arguments.effects), severities, arguments.design, (low, high))
+    plan = Plan(
+        arguments.seed, names(arguments.effects), severities, arguments.design, (low, high), gusts=(least, most)
+    )
     with execution(arguments) as execute:
         folder = make_challenge(execute, plan, arguments.cases)
     return Outcome(lines=[f"challenge: {folder}"])
@@ -68,6 +72,22 @@ def challenge_score(arguments: Namespace) -> Outcome:
     if arguments.markdown is not None:
         arguments.markdown.write_text(score_markdown(score, arguments.pictures), encoding="utf-8")
     return Outcome(score_text(score), [out / "challenge-score.json"])
+
+
+def challenge_tune(arguments: Namespace) -> Outcome:
+    """Set temperatures and floor by challenges whose answers are known."""
+    from scruton.calibrate.challenge.tune import tune_challenges, tuning_text
+    from scruton.documents import write_text
+
+    file = arguments.file
+    if file is not None:
+        check_writable(file.parent)
+        if file.exists() and not arguments.force:
+            raise InputError(file, "-o", "an earlier file", "the name of a new one, or --force to replace it")
+    content = tune_challenges(arguments.folders, arguments.results)
+    if file is not None:
+        write_text(file, json.dumps(content, indent=1) + "\n")
+    return Outcome(tuning_text(content), [] if file is None else [file])
 
 
 @contextmanager

@@ -63,12 +63,13 @@ FIT = (
 CHALLENGE = (
     Verb("make", "write campaigns with a hidden effect and seal the answers", "calibrate:challenge_make", (
         out("folder for the challenge", required=True),
-        Argument("--cases", type=int, default=65, metavar="N", help="campaigns; blocks of 65 hold every kind"),
+        Argument("--cases", type=int, default=68, metavar="N", help="campaigns; blocks of 68 hold every kind"),
         SEED,
         Argument("--effects", metavar="NAME,...", help='only these; "none" and "two" count (default: all)'),
         Argument("--severities", default="0.1,0.2,0.4", metavar="S,...", help="default 0.1,0.2,0.4"),
         Argument("--design", choices=("full", "one-rig"), default="full", help="or one rig, no still air"),
         Argument("--turbulence", default="0.005,0.015", metavar="LOW,HIGH", help="scatter of the amplitude"),
+        Argument("--gusts", default="0,0", metavar="LOW,HIGH", help="scatter of the drive by slow gusts (default 0,0)"),
         QUIET, force("what lies"), JOBS, RESUME,
     )),
     Verb("run", "diagnose every campaign, without the answers", "calibrate:challenge_run", (
@@ -84,6 +85,12 @@ CHALLENGE = (
         Argument("--markdown", type=Path, metavar="FILE", help="write the tables as Markdown, too"),
         Argument("--pictures", default=".", metavar="PATH", help="folder of the pictures, as the Markdown sees it"),
         QUIET, force("what lies"), JOBS,
+    )),
+    Verb("tune", "set how far evidences are believed by challenges and their results", "calibrate:challenge_tune", (
+        Argument("folders", type=Path, nargs="+", metavar="FOLDER", help="that make wrote, with its results inside"),
+        Argument("--results", default="results", metavar="NAME", help="folder of results in each (default results)"),
+        Argument("-o", "--file", type=Path, help="write the JSON that the diagnosis reads"),
+        QUIET, force("the file that lies", "there"),
     )),
 )  # fmt: skip
 
@@ -185,7 +192,7 @@ VERBS = (
         force("the diagnosis that lies"),
         flag("--resume", "go on with an interrupted run: it begins again"),
     )),
-    Verb("challenge", "the blind check of diagnose: make campaigns, run, score", "", steps=CHALLENGE),
+    Verb("challenge", "the blind check of diagnose: make campaigns, run, score, tune", "", steps=CHALLENGE),
     Verb("models", "the shipped model cards; one card in full; what its priors say", "models:run", steps=(
         Verb("show", "print a card with all that it extends, or draw its priors", "models:show", (
             Argument("card", metavar="CARD", help="a shipped name or a TOML file"),

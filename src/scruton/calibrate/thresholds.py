@@ -22,6 +22,8 @@ OUTSIDE_AMPLITUDE, OUTSIDE_RELAXATION = (0.003, 0.3), (0.0025, 0.05)
 WITHOUT_EFFECT, WITH_TWO = 8, 6
 # Severity [-] from which two effects at once can be told apart. Judgement.
 SEVERE_ENOUGH_FOR_TWO = 0.2
+# Correlation with the reduced velocity below which tests differ without order: a tenth of the variance. Judgement.
+MOST_ORDER = 0.3
 # A body is kept when each of its rigs lies within these without effects: stable amplitude [A/D or rad], relaxation rate
 # over circular frequency, Scruton number, damping ratio, Y1. Judgement: what section models are published with.
 _EITHER = {"relaxation": (0.0035, 0.03), "scruton_number": (7.0, 110.0), "damping_ratio": (3e-4, 0.03)}
@@ -45,6 +47,11 @@ CERTAIN = 0.9
 MOVED = 0.03
 # A probability of zero counts as this in the log score. Judgement: one in a million.
 LEAST_PROBABILITY = 1e-6
+# Temperatures that `challenge tune` looks among: an evidence is never taken for more than it says. Judgement.
+TEMPERATURES = (1.0, 50.0)
+# Shares of the probability that are dealt out evenly, among which it looks. Judgement, of the least: a study of
+# simulated records is no evidence for better odds than fifty to one on measured ones.
+FLOORS = (0.02, 0.03, 0.05, 0.07, 0.1, 0.15)
 # Bins of the reliability diagram, of equal count. Judgement.
 RELIABILITY_BINS = 10
 

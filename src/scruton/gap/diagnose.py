@@ -18,7 +18,7 @@ from scruton.gap.locate_curves import Curves, excess_curves
 from scruton.gap.meaning import describe_unknown, meaning
 from scruton.gap.results import FORMAT
 from scruton.gap.shrink import shrink
-from scruton.gap.thresholds import ANY_TEMPERATURE, TEMPERATURE
+from scruton.gap.thresholds import ANY_TEMPERATURE, FLOOR, TEMPERATURE, TUNED_ON
 from scruton.infer.cards import ModelCard, load_card
 from scruton.progress import Progress
 from scruton.provenance import provenance
@@ -98,8 +98,8 @@ def examine(
         "advice": advise(diagnosis),
         "invisible": invisible(diagnosis),
         "calibrated_on": (
-            "simulated campaigns of three rigs from the full equation of motion, 0.5 to 1.5 % turbulence; "
-            f"evidences are divided by {TEMPERATURE:g} between effects, by {ANY_TEMPERATURE:g} against none"
+            f"simulated campaigns of three rigs from full equations of motion: {TUNED_ON}; evidences are divided by "
+            f"{TEMPERATURE:g} between effects, by {ANY_TEMPERATURE:g} against none, {FLOOR:.0%} is dealt out evenly"
         ),
         "sizes_refer_to": (
             f"stable amplitude {layout.reference_amplitude:.4g}, relaxation rate {layout.reference_rate:.4g} 1/s "

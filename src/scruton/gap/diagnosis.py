@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.special import logsumexp
 
 from scruton.campaign.schema import Campaign
 from scruton.dynamics import effects as catalogue
@@ -16,6 +15,7 @@ from scruton.gap.data import GapData, load_gap
 from scruton.gap.held_out import predicts_better
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.null_model import null_model
+from scruton.gap.probability import probabilities
 from scruton.gap.search import search
 from scruton.progress import Progress
 
@@ -148,7 +148,7 @@ def diagnose_data(
         if ahead and leader is not base and not _earned(leader, best, singles[UNKNOWN], rivals[UNKNOWN], workers):
             gains[UNKNOWN] = gains[best.name] - thresholds.UNEARNED_NATS
     gains[NONE] = 0.0
-    probability = _probabilities(gains, prior or {}, prior_none)
+    probability = probabilities(gains, prior or {}, prior_none)
     top = max(probability, key=lambda name: probability[name])
     attributed: tuple[str, ...] = ()
     final = null
@@ -159,7 +159,7 @@ def diagnose_data(
         attributed, final = (top, *(name for name in others if name != top)), rivals[top].best or null
         for place in places[1:]:
             weights = _preferred(place.gains) | {NONE: 0.0}
-            also[place.best.name] = _probabilities(weights, prior or {}, prior_none)[place.best.name]
+            also[place.best.name] = probabilities(weights, prior or {}, prior_none)[place.best.name]
     checks.setdefault(top, check(final))
     tell("done", 1.0)
     groups = _groups(gains, top)
@@ -209,21 +209,6 @@ def _left_over(mark: Check, lines: Sequence[SecondLine], names: Sequence[str], d
     counted = [line.ratio for line in lines if not forced or line.record in still]
     line = sum(max(0.0, ratio - thresholds.LINE_NATS) for ratio in counted)
     return max(excess, line - thresholds.ALLOWED_EXCESS if line > 0.0 else -thresholds.ALLOWED_EXCESS)
-
-
-def _probabilities(gains: Mapping[str, float], prior: Mapping[str, float], prior_none: float) -> dict[str, float]:
-    share = {name: prior.get(name, 1.0) for name in gains if name != NONE}
-    total = sum(share.values())
-    best = max(gain for name, gain in gains.items() if name != NONE)
-    logs = {NONE: np.log(prior_none)}
-    for name in share:
-        weight = (1.0 - prior_none) * share[name] / total
-        # What loses against none is not lifted by another effect's gain.
-        lead = best / thresholds.ANY_TEMPERATURE + (gains[name] - best) / thresholds.TEMPERATURE
-        gain = lead if gains[name] > 0.0 else gains[name] / thresholds.ANY_TEMPERATURE
-        logs[name] = np.log(weight) + gain if weight > 0.0 and np.isfinite(gain) else -np.inf
-    norm = logsumexp(list(logs.values()))
-    return {name: float(np.exp(value - norm)) for name, value in logs.items()}
 
 
 def _groups(gains: Mapping[str, float], verdict: str) -> tuple[tuple[str, ...], ...]:

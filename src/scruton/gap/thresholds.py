@@ -3,6 +3,9 @@
 Where nothing is said of how, it is judgement: no record of a computation is left.
 """
 
+import json
+from pathlib import Path
+
 import numpy as np
 
 # ---- the null model
@@ -27,10 +30,12 @@ PREFERENCE_SHARE = 0.12  # of the generic term's gain, that it must lead by on t
 FURTHER_SHARE = 0.15  # of a further effect's gain, by which it may stay behind the generic term
 GROUP_NATS = 4.0  # effects that close are one group
 ALIKE_NATS = 10.0  # likewise, of those that are nearly one thing where records are few
-# Evidence of some effect against none is divided by this: how often such a lead is wrong.  Counted on
-# simulated campaigns of `scruton challenge make`; command and seed were not kept.
-ANY_TEMPERATURE = 2.5
-TEMPERATURE = 4.0  # likewise, of one effect against another, whose forms are never quite those of nature
+# What turns evidences into probabilities (`scruton.gap.probability`), set by `scruton challenge tune`.  Evidence of
+# some effect against none is divided by the first, of one effect against another by the second; the third is the share
+# of the probability that is dealt out evenly.
+_TUNED = json.loads(Path(__file__).with_name("temperatures.json").read_text(encoding="utf-8"))
+ANY_TEMPERATURE, TEMPERATURE, FLOOR = (float(_TUNED[name]) for name in ("against_none", "between", "floor"))
+TUNED_ON = ", ".join(f"{folder['name']} ({folder['cases']})" for folder in _TUNED["folders"])
 MOST_EFFECTS = 3  # at once
 
 # ---- which variants are fitted

@@ -27,6 +27,7 @@ GOOD: dict[str, tuple[str, ...]] = {
     "challenge make": ("-o", "out", "--cases", "1"),
     "challenge run": ("{challenge/made}", "-o", "out"),
     "challenge score": ("{challenge/made}", "{challenge/results}", "-o", "out"),
+    "challenge tune": ("{challenge/made}", "--results", "../results"),
     "models": (),
     "models show": ("{card.toml}",),
     "simulate": ("{heaving.toml}", "-o", "out"),
@@ -44,6 +45,7 @@ STOPS: dict[str, tuple[str, ...]] = {
     "challenge make": ("scruton.calibrate.challenge.make.simulate_case", "scruton.processes.pool"),
     "challenge run": ("scruton.gap.diagnose.diagnose_campaign", "scruton.processes.pool"),
     "challenge score": ("scruton.calibrate.challenge.pictures.draw",),
+    "challenge tune": ("scruton.calibrate.challenge.tune.tune_challenges",),
 }
 NONSENSE = (
     "nonsense", "", " ", "nan", "inf", "-inf", "1e400", "x" * 5000, "/nonexistent/path", "\x01\x02", ESCAPE, "漢字",

@@ -244,6 +244,10 @@ def candidates(e: Envelopes) -> tuple[Candidate, ...]:
             ),
             Candidate("sensor_gain_error", lambda s, c: s.drive * (c @ of_rig[:, 1:].T), rigs - 1),
         ]  # fmt: skip
+    if rigs > 2:
+        table.append(
+            Candidate("setting_dependence", lambda s, c: (c @ of_rig[:, 1:].T) * (s.drive - s.aero * s.a), rigs - 1)
+        )
     return tuple(table)
 
 

@@ -15,7 +15,8 @@ from scruton.simulate import Noise, Truth, simulate_record
 from scruton.simulate.disturbances import OFF
 
 DESIGNS = {"full": 3, "one-rig": 1}
-TURBULENCE, NOISE = (0.005, 0.015), (0.0, 0.02)
+TURBULENCE, NOISE, GUSTS = (0.005, 0.015), (0.0, 0.02), (0.0, 0.0)
+_GUST_TIME = (0.3, 10.0)  # in relaxation times of the middle rig
 _CYCLES = (40.0, 200.0)
 _RELAXATIONS = (4.0, 6.0)
 _STILL_RELAXATIONS = 3.0
@@ -46,28 +47,32 @@ def simulate_case(
     design: str = "full",
     turbulence: float | tuple[float, float] = TURBULENCE,
     noise: float | tuple[float, float] = NOISE,
+    gusts: float | tuple[float, float] = GUSTS,
 ) -> tuple[Campaign, dict[str, Any]]:
     """Simulate one campaign of the challenge, and give the answer to it; `seed` and `index` settle what is drawn.
 
     It has no effect, one, or several of a severity at once.  The design "full" is three rigs with two growths and two
     decays in wind and two free decays in still air each, "one-rig" one rig without still-air records.  `turbulence` is
     the scatter of the amplitude over the stable amplitude, `noise` that of the sensor over the smallest stable
-    amplitude, or ranges to draw them from.  ValueError for an unknown effect or design, or one that leaves no rig a
-    limit cycle.
+    amplitude, `gusts` that of the amplitude to which slow gusts drive it, or ranges to draw them from.  ValueError for
+    an unknown effect or design, or one that leaves no rig a limit cycle.
     """
     if design not in DESIGNS:
         raise ValueError(f"unknown design {design!r}; one of {', '.join(DESIGNS)}")
     effects = () if effect is None else (effect,) if isinstance(effect, str) else tuple(effect)
-    draws, records, statements = (np.random.SeedSequence([seed, index, k]) for k in range(3))
+    draws, records, statements, gusty = (np.random.SeedSequence([seed, index, k]) for k in range(4))
     rng = np.random.default_rng(draws)
     # Drawn in any case, so that the rest of the stream does not depend on what is given.
-    shares = [float(rng.random()) for _ in range(2)]
-    ranges = [(given, given) if isinstance(given, int | float) else given for given in (turbulence, noise)]
-    scatter, hiss = (low + (high - low) * u for (low, high), u in zip(ranges, shares, strict=True))
+    slow, relaxations = (float(u) for u in np.random.default_rng(gusty).random(2))
+    shares = [float(rng.random()), float(rng.random()), slow]
+    ranges = [(given, given) if isinstance(given, int | float) else given for given in (turbulence, noise, gusts)]
+    scatter, hiss, gust = (low + (high - low) * u for (low, high), u in zip(ranges, shares, strict=True))
     case = _with_limit_cycles(effects, severity, DESIGNS[design], rng)
-    air = Noise(scatter, sensor_noise=hiss * min(amplitude for amplitude, _ in case.stable))
+    shortest, longest = _GUST_TIME
+    gust_time = shortest * (longest / shortest) ** relaxations / case.body.middle.undisturbed[1]
+    air = Noise(scatter, hiss * min(amplitude for amplitude, _ in case.stable), 0.0, gust, gust_time)
     campaign = _campaign(case, air, records, statements, f"case-{index:04d}", still=design == "full")
-    answer = {"case": campaign.title, "design": design, "turbulence": scatter, "noise": hiss, "gusts": 0.0}
+    answer = {"case": campaign.title, "design": design, "turbulence": scatter, "noise": hiss, "gusts": gust}
     return campaign, answer | _answer(case, effects, severity)
 
 
@@ -97,13 +102,19 @@ def _campaign(
     case: DrawnCase, air: Noise, seed: np.random.SeedSequence, statements: np.random.SeedSequence, title: str,
     *, still: bool,
 ) -> Campaign:  # fmt: skip
-    """Measure every rig; the laboratory states mass and damping with their errors."""
+    """Measure every rig; the laboratory states mass and damping with their errors.
+
+    The gusts' intensity in `air` is the scatter of the amplitude that they drive to, not yet that of the wind speed.
+    """
     rng = np.random.default_rng(statements)
     damping_sd = float(rng.uniform(*_DAMPING_SD))
     rigs, tests = [], []
     seeds = seed.spawn(len(case.body.rigs))
     for j, (rig, before) in enumerate(zip(case.body.rigs, case.without.rigs, strict=True)):
-        noise = replace(air, turbulence=air.turbulence * float(rng.uniform(0.85, 1.15)))
+        noise = replace(
+            air, turbulence=air.turbulence * float(rng.uniform(0.85, 1.15)),
+            gust_intensity=air.gust_intensity / rig.wind.wind_exponent,
+        )  # fmt: skip
         records = _records(rig, case.stable[j], noise, seeds[j], j, still=still)
         mass = rig.wind.mass * (1.0 + _MASS_SD * float(rng.standard_normal()))
         damping = before.wind.damping_ratio * (1.0 + damping_sd * float(rng.standard_normal()))

@@ -24,7 +24,9 @@ from scruton.documents import read_json
 from scruton.errors import InputError
 
 NONE, UNKNOWN, FAILED = "none", "unknown", "failed"
-_ALLOWED = {"wake_oscillator": (UNKNOWN, "fluid_memory")}  # of the cases outside the catalogue
+# What else a case outside the catalogue may be called, if all of it is in one group: a wake that follows the amplitude
+# late, with a force that grows as its cube root, is a memory and a nonlinearity of aerodynamic damping.
+_ALLOWED = {"wake_oscillator": ("fluid_memory", "aerodynamic_damping_nonlinearity")}
 _SEVERE, _MILD = "s >= 20 %", "s = 10 %"
 _AT_MOST = (
     "mean group size", "no effect", "outside the catalogue, given", "catalogued", "calibration", "...", "seconds",
@@ -78,7 +80,8 @@ def _outcome(campaign: Path, place: Path, answer: Mapping[str, Any]) -> dict[str
     with friction, the `row` of the confusion matrix, `accepted` verdicts (of two effects, either).  Said: `verdict`
     ("failed" where there is no diagnosis), `also`, `probability`, `group` (what cannot be told from the verdict, itself
     among it), the held-out `shrink`, `settled` amplitudes, `rigs_named`.  Agreement: `right`, `both_named`, `in_group`,
-    `misled` (with certainty to an effect that it has not), `p` and `p_truth` of the verdict and of what is accepted.
+    `misled` (with certainty to an effect that it has not), `p` and `p_truth` of the verdict and of what is accepted;
+    `log_weights` that they come from (none of a diagnosis that gives none).
     """
     note = read_json(place / CASE) if (place / CASE).exists() else {}
     seconds = note.get("seconds")
@@ -91,25 +94,32 @@ def _outcome(campaign: Path, place: Path, answer: Mapping[str, Any]) -> dict[str
         "also": (), "probability": {}, "group": (), "shrink": None, "settled": (),
         "rigs": tuple(str(answer["rigs"][j]["name"]) for j in friction), "rigs_named": (), "seconds": seconds,
     }  # fmt: skip
+    weights: dict[str, float] = {}
     if (place / GAP).exists():
         gap = read_json(place / GAP)
         try:
             row |= _said(campaign, gap, answer)
+            stated = gap.get("log_weights", {})  # that of another diagnosis may have none
+            weights = {str(name): -np.inf if gain is None else float(gain) for name, gain in stated.items()}
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             found = f"{type(error).__name__}: {error}"
             raise InputError(place / GAP, "", found, "a gap.json of scruton diagnose") from error
     verdict, probability = row["verdict"], row["probability"]
     sure = {name for name, p in probability.items() if p > thresholds.CERTAIN}
     accepted = truth or (NONE,)
+    named = True
     if kind == "open":
-        accepted = _ALLOWED.get(truth[0], (UNKNOWN,))
+        allowed = _ALLOWED.get(truth[0], ())
+        accepted = (UNKNOWN, *allowed)
+        named = verdict == UNKNOWN or set(allowed) <= set(row["group"])
     return row | {
-        "right": verdict in accepted, "accepted": accepted,
+        "right": verdict in accepted and named, "accepted": accepted,
         "row": NONE if not truth else "two" if len(truth) > 1 else truth[0],
         "both_named": set(truth) <= {verdict, *row["also"]}, "in_group": set(truth) <= set(row["group"]),
         "misled": bool(sure & set(CATALOGUE) - set(accepted)),
         "p": probability.get(verdict, 0.0) if probability else None,
         "p_truth": sum(probability.get(name, 0.0) for name in accepted),
+        "log_weights": weights,
     }  # fmt: skip
 
 

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from scruton.calibrate.challenge.case import DESIGNS, NOISE, TURBULENCE, simulate_case
-from scruton.calibrate.challenge.scenarios import CATALOGUE, OPEN
+from scruton.calibrate.challenge.case import DESIGNS, GUSTS, NOISE, TURBULENCE, simulate_case
+from scruton.calibrate.challenge.scenarios import BETWEEN_RIGS, CATALOGUE, OPEN
 from scruton.calibrate.execution import Execution, at_least
 from scruton.calibrate.thresholds import SEVERE_ENOUGH_FOR_TWO, WITH_TWO, WITHOUT_EFFECT
 from scruton.campaign.write import save_campaign
@@ -29,16 +29,15 @@ _MADE = "a file that a challenge was made with"
 NONE, TWO = "none", "two"
 SEVERITIES = (0.1, 0.2, 0.4)
 KINDS = (NONE, *CATALOGUE, TWO, *OPEN)
-_BETWEEN_RIGS = "reduced_velocity_drift"
 
 
 @dataclass(frozen=True)
 class Plan:
     """What a challenge is made of: with the number of a case it settles every byte of it, and of none other.
 
-    Effects are those of `KINDS`, by default all that the design can have; `turbulence` and `noise` are ranges, see
-    `simulate_case`. InputError for unknown names, a design that is none, severities outside (0, 0.5], or ranges outside
-    0 to 0.2.
+    Effects are those of `KINDS`, by default all that the design can have; `turbulence`, `noise` and `gusts` are ranges,
+    see `simulate_case`. InputError for unknown names, a design that is none, severities outside (0, 0.5], or ranges
+    outside 0 to 0.2.
     """
 
     seed: int
@@ -47,9 +46,11 @@ class Plan:
     design: str = "full"
     turbulence: tuple[float, float] = TURBULENCE
     noise: tuple[float, float] = NOISE
+    gusts: tuple[float, float] = GUSTS
 
     def __post_init__(self) -> None:
-        for field, (low, high) in (("turbulence", self.turbulence), ("noise", self.noise)):
+        for field in ("turbulence", "noise", "gusts"):
+            low, high = getattr(self, field)
             if not 0.0 <= low <= high <= 0.2:
                 raise InputError("challenge", field, f"{low:g} to {high:g}", "a range between 0 and 0.2")
         if self.design not in DESIGNS:
@@ -59,14 +60,14 @@ class Plan:
         for name in self.effects or ():
             if name not in KINDS:
                 raise InputError("challenge", "effects", repr(name), f"some of: {', '.join(KINDS)}")
-            if self.design == "one-rig" and name == _BETWEEN_RIGS:
+            if self.design == "one-rig" and name in BETWEEN_RIGS:
                 raise InputError("challenge", "effects", repr(name), "the design full: it shows between rigs alone")
 
     @property
     def kinds(self) -> tuple[str, ...]:
         """Kinds of cases: effects, "none" and "two"."""
         wanted = KINDS if self.effects is None else self.effects
-        return tuple(name for name in wanted if self.design == "full" or name != _BETWEEN_RIGS)
+        return tuple(name for name in wanted if self.design == "full" or name not in BETWEEN_RIGS)
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -74,7 +75,7 @@ class Plan:
         return {
             "seed": self.seed, "design": self.design, "effects": list(self.kinds),
             "severities": [float(s) for s in self.severities], "turbulence": list(self.turbulence),
-            "noise": list(self.noise),
+            "noise": list(self.noise), "gusts": list(self.gusts),
         }  # fmt: skip
 
     def block(self) -> list[tuple[str, float]]:
@@ -93,9 +94,12 @@ class Plan:
             return (), 0.0
         if name != TWO:
             return (name,), severity
-        single = [effect for effect in CATALOGUE if self.design == "full" or effect != _BETWEEN_RIGS]
-        pair = np.random.default_rng([self.seed, index, 0x2]).choice(len(single), size=2, replace=False)
-        return tuple(single[int(i)] for i in sorted(pair)), severity
+        single = [effect for effect in CATALOGUE if self.design == "full" or effect not in BETWEEN_RIGS]
+        rng, pair = np.random.default_rng([self.seed, index, 0x2]), BETWEEN_RIGS
+        while pair == BETWEEN_RIGS:  # each of these sets the rigs' speeds: one would undo the other's order
+            picked = sorted(rng.choice(len(single), size=2, replace=False))
+            pair = single[int(picked[0])], single[int(picked[1])]
+        return pair, severity
 
 
 def make_challenge(how: Execution, plan: Plan, cases: int) -> Path:
@@ -131,7 +135,8 @@ def make_challenge(how: Execution, plan: Plan, cases: int) -> Path:
 
 def _write_case(out: Path, answers: Path, index: int, plan: Plan) -> int:
     """Write one case and the part of the answers that is its own, the campaign.toml and then the answer last."""
-    campaign, answer = simulate_case(plan.seed, index, *plan.case(index), plan.design, plan.turbulence, plan.noise)
+    air = plan.turbulence, plan.noise, plan.gusts
+    campaign, answer = simulate_case(plan.seed, index, *plan.case(index), plan.design, *air)
     place = out / campaign.title
     place.mkdir(parents=True, exist_ok=True)
     save_campaign(campaign, place)

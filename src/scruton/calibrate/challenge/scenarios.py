@@ -8,6 +8,7 @@ gain                 the reading is scaled by 1 + s or 1 - s
 clipping             the range ends at 1 - 0.6 s of the largest amplitude of the rig's channel
 stiffness            the frequency changes by 6 % s over the amplitude range of the campaign
 reduced velocity     Y1 changes by 2 s over the rigs
+setting              Y1 changes by 2 s over the rigs
 wind drift           the wind changes by 0.75 s over the record
 coherence            lost below (0.15 + 0.85 s) a*
 memory               the lag is s/lambda: growth through a*/2 is faster by 2 s lambda/omega in damping
@@ -28,7 +29,9 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from scruton.arrays import FloatArray
 from scruton.calibrate.challenge.sections import Body
+from scruton.calibrate.thresholds import MOST_ORDER
 from scruton.simulate import Disturbances
 from scruton.simulate.disturbances import COHERENCE_FORMS
 from scruton.simulate.equation import mean_rate
@@ -159,6 +162,39 @@ def reduced_velocity_drift(body: Body, severity: float, rng: np.random.Generator
         wind_speed=[base * (1.0 + spread * u) * wind.frequency * body.section.depth for wind, u in winds],
     )  # fmt: skip
     return made, {"rigs": body.every, "Y1": 2.0 * severity * sign, "epsilon": 2.0 * severity * sign * other}
+
+
+def setting_dependence(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
+    """Y1, perhaps epsilon too, differ from rig to rig without order in the reduced velocity."""
+    count = len(body.rigs)
+    if count < 3:
+        raise ValueError("setting_dependence needs three rigs: two are always in some order")
+    place = _spread(rng, count)
+    values = _without_order(rng, place)
+    others = float(rng.choice([0.0, 0.5])) * _without_order(rng, place)
+    speed = float(rng.uniform(0.02, 0.08))
+    base = body.middle.wind.wind_speed / (body.middle.wind.frequency * body.section.depth)
+    winds = [rig.wind for rig in body.rigs]
+    Y1, epsilon, speeds = 2.0 * severity * values, 2.0 * severity * others, base * (1.0 + speed * place)
+    made = _changed(
+        body, body.every, "wind", Y1=[wind.Y1 * (1.0 + float(u)) for wind, u in zip(winds, Y1, strict=True)],
+        epsilon=[wind.epsilon * (1.0 + float(u)) for wind, u in zip(winds, epsilon, strict=True)],
+        wind_speed=[float(u) * wind.frequency * body.section.depth for wind, u in zip(winds, speeds, strict=True)],
+    )  # fmt: skip
+    return made, {"rigs": body.every, "Y1": Y1.tolist(), "epsilon": epsilon.tolist(), "place": place.tolist()}
+
+
+def _spread(rng: np.random.Generator, count: int) -> FloatArray:
+    """Values of mean zero whose largest is one above the smallest."""
+    drawn = rng.standard_normal(count)
+    return (drawn - drawn.mean()) / float(np.ptp(drawn))
+
+
+def _without_order(rng: np.random.Generator, place: FloatArray) -> FloatArray:
+    """Likewise, and hardly correlated with the places."""
+    while abs(np.corrcoef(values := _spread(rng, place.size), place)[0, 1]) > MOST_ORDER:
+        pass
+    return values
 
 
 def fluid_memory(body: Body, severity: float, rng: np.random.Generator) -> tuple[Body, Parameters]:
@@ -321,8 +357,8 @@ CATALOGUE: dict[str, Scenario] = {
     make.__name__: make
     for make in (
         coulomb_friction, structural_damping_nonlinearity, structural_damping_error, aerodynamic_damping_nonlinearity,
-        spanwise_coherence_loss, reduced_velocity_drift, fluid_memory, vortex_shedding_forcing, wind_speed_drift,
-        stiffness_nonlinearity, sensor_gain_error, sensor_clipping,
+        spanwise_coherence_loss, reduced_velocity_drift, setting_dependence, fluid_memory, vortex_shedding_forcing,
+        wind_speed_drift, stiffness_nonlinearity, sensor_gain_error, sensor_clipping,
     )
 }  # fmt: skip
 # What a diagnosis should call unknown.
@@ -330,3 +366,4 @@ OPEN: dict[str, Scenario] = {
     make.__name__: make for make in (damping_bump, time_jump, intermittent_lock_in, second_mode, wake_oscillator)
 }
 SCENARIOS = CATALOGUE | OPEN
+BETWEEN_RIGS = ("reduced_velocity_drift", "setting_dependence")  # one rig does not show them

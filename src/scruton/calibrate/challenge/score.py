@@ -25,7 +25,7 @@ _KINDS = {
     "none": "without an effect", "catalogue": "with one of the catalogue", "two": "with two at once",
     "open": "with one outside the catalogue",
 }  # fmt: skip
-_NOISES = {"turbulence": "amplitude scatter", "noise": "sensor noise"}
+_NOISES = {"turbulence": "amplitude scatter", "noise": "sensor noise", "gusts": "gusts"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,11 +97,13 @@ def describe(score: ChallengeScore) -> str:
     s, kinds = score.settings, score.cases.kind.tolist()
     counts = ", ".join(f"{kinds.count(kind)} {what}" for kind, what in _KINDS.items() if kind in kinds)
     ranges = ", ".join(
-        f"{what} of {100 * s[key][0]:g} to {100 * s[key][1]:g} %" for key, what in _NOISES.items() if key in s
+        f"{what} of {100 * s[key][0]:g} to {100 * s[key][1]:g} %"
+        for key, what in _NOISES.items()
+        if any(s.get(key, ()))
     )
     left = f" {s['not_run']} cases have not been run." if s.get("not_run") else ""
     made = f"{_DESIGNS.get(str(s.get('design')), 'any design')} (seed {s.get('seed', 'unknown')})"
-    return f"{len(kinds)} campaigns of {made}: {counts}; {ranges or 'noise unknown'}.{left}"
+    return f"{len(kinds)} campaigns of {made}: {counts}; {ranges or 'no noise that is known'}.{left}"
 
 
 def _tables(score: ChallengeScore) -> list[tuple[str, list[list[str]]]]:
