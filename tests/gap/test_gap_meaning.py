@@ -1,0 +1,97 @@
+"""What a verdict means, in numbers and in words."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scruton.calibrate.challenge.case import simulate_case
+from scruton.gap.diagnose import examine
+from scruton.gap.shrink import _fraction
+from scruton.infer.cards import load_card
+from scruton.report.chapters.gap import gap_sentence, shrink_sentence
+
+SEED = 900
+
+
+def examined(effect: str, index: int, severity: float = 0.3) -> dict[str, Any]:
+    return examine(simulate_case(SEED, index, effect, severity)[0], load_card(), workers=1)[1]
+
+
+@pytest.fixture(scope="module")
+def jumped() -> dict[str, Any]:
+    return examined("time_jump", 4)
+
+
+@pytest.fixture(scope="module")
+def settings() -> dict[str, Any]:
+    return examined("setting_dependence", 6)
+
+
+def test_an_unknown_cause_is_described(jumped: dict[str, Any]) -> None:
+    assert jumped["verdict"] == "unknown"
+    seen = jumped["unknown"]
+    assert "of the drive" in seen["text"]
+    assert seen["coloured"]
+    assert seen["largest"] > 0.1
+    assert seen["records"]
+    assert seen["form"] in seen["text"]
+
+
+def test_an_unknown_cause_has_advice_that_can_be_followed(jumped: dict[str, Any]) -> None:
+    assert any(line.startswith("a repeat of ") and "comes again" in line for line in jumped["advice"])
+    assert not any("no further record" in line for line in jumped["advice"])
+
+
+def test_an_unknown_cause_widens_the_bands_and_says_so(jumped: dict[str, Any]) -> None:
+    meaning = jumped["meaning"]
+    assert meaning["amplitude_change"] >= 0.0
+    assert "It has no equation" in meaning["text"]
+    assert "--effect auto" in meaning["text"]
+
+
+def test_settings_that_differ_ask_for_one_rig_at_other_speeds(settings: dict[str, Any]) -> None:
+    assert settings["verdict"] == "setting_dependence"
+    (line, *_) = settings["advice"]
+    assert "at two more wind speeds, U/(f D) =" in line
+    assert settings["unknown"] == {}
+    labels = set(settings["effects"]["setting_dependence"]["parameters"])
+    tests = {test["test"] for test in settings["shrink"]["stable_amplitude"]}
+    assert all(label.partition("[")[2].rstrip("]") in {"", *tests} for label in labels), "sizes are labelled by test"
+
+
+def test_the_headline_counts_the_tests_that_were_left_out(settings: dict[str, Any]) -> None:
+    shrink = settings["shrink"]
+    head, tests = shrink["headline"], shrink["stable_amplitude"]
+    assert head["tests"] == len(tests) == len(shrink["damping_discrepancy"]["tests"])
+    assert head["amplitude_worse"] == sum(test["error_after"] > test["error_before"] for test in tests)
+    assert head["amplitude_before"] == pytest.approx(np.median([test["error_before"] for test in tests]))
+    words = shrink_sentence(shrink)
+    assert words.startswith("Of tests left out in turn, the stable amplitude is off by")
+    assert (f"made worse in {head['amplitude_worse']} of {head['tests']}" in words) == bool(head["amplitude_worse"])
+
+
+def test_a_fraction_lies_between_minus_one_and_one() -> None:
+    assert _fraction(np.array([10.0, 10.0]), np.array([5.0, 5.0])) == 0.5
+    assert _fraction(np.array([10.0]), np.array([200.0])) == -1.0
+    assert _fraction(np.array([10.0]), np.array([-200.0])) == 1.0
+
+
+SURE = {
+    "verdict": "coulomb_friction",
+    "also": ["stiffness_nonlinearity"],
+    "probability": {"none": 0.01, "coulomb_friction": 0.93, "fluid_memory": 0.06},
+    "probability_also": {"stiffness_nonlinearity": 0.85},
+}
+
+
+def test_a_verdict_below_four_fifths_is_not_settled() -> None:
+    assert gap_sentence(SURE) == (
+        "The null model and the records part. What explains it: dry friction (probability 0.93), and frequency varies "
+        "with amplitude (0.85)."
+    )
+    unsure = SURE | {"probability": {"none": 0.13, "coulomb_friction": 0.38, "fluid_memory": 0.32, "unknown": 0.17}}
+    assert gap_sentence(unsure) == (
+        "The null model and the records part. Not settled: dry friction (38 %) or the wake lags (32 %) or something that "
+        "is not in the catalogue (17 %); no gap 13 %."
+    )

@@ -1,0 +1,80 @@
+"""Effects together, in a world where the evidence of every set of them is written down."""
+
+from collections.abc import Callable, Collection, Sequence
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Effect
+from scruton.gap import search as module
+from scruton.gap.attribute import Candidate
+from scruton.gap.search import Place
+
+A, B, C = "coulomb_friction", "structural_damping_nonlinearity", "fluid_memory"
+EFFECTS = (*(CATALOGUE[name] for name in (A, B, C)), UNKNOWN)
+Search = Callable[[dict[Collection[str], float]], list[Place]]
+
+
+@pytest.fixture
+def found(monkeypatch: pytest.MonkeyPatch) -> Search:
+    """Search a world: log evidence by the effects in the model; sets that are not written down have that of none."""
+
+    def search(world: dict[Collection[str], float]) -> list[Place]:
+        evidence = {frozenset(names): value for names, value in world.items()}
+
+        def fit(names: Sequence[str]) -> Any:
+            variants = tuple(SimpleNamespace(name=name, parameters=(), scan="") for name in names)
+            value = evidence.get(frozenset(names), 0.0)
+            return SimpleNamespace(
+                log_evidence=value, mode=np.empty(0), names=tuple(names),
+                hypothesis=SimpleNamespace(null=None, variants=variants),
+            )  # fmt: skip
+
+        def weigh(base: Any, effects: Sequence[Effect], **_: object) -> dict[str, Candidate]:
+            fits = {effect.name: fit((*base.names, effect.name)) for effect in effects}
+            return {name: Candidate(name, one.log_evidence, one) for name, one in fits.items()}
+
+        def hypothesis(_null: object, variants: Sequence[Any]) -> Any:
+            return SimpleNamespace(start=lambda: np.empty(0), fit=lambda _u: fit([v.name for v in variants]))
+
+        monkeypatch.setattr(module, "weigh", weigh)
+        monkeypatch.setattr(module, "Hypothesis", hypothesis)
+        null = fit(())
+        return module.search(null, weigh(null, EFFECTS), EFFECTS, workers=1, progress=lambda _what, _done: None)
+
+    return search
+
+
+def names(places: Sequence[Place]) -> list[str]:
+    return [place.best.name for place in places]
+
+
+ALONE = {(A,): 50.0, (B,): 20.0, (C,): 5.0}
+
+
+def test_one_effect_stands_alone(found: Search) -> None:
+    (place,) = found(ALONE | {("unknown",): 45.0, (A, B): 52.0, (A, C): 51.0, (A, "unknown"): 53.0})
+    assert place.best.name == A
+    assert place.gains == {A: 50.0, B: 20.0, C: 5.0, "unknown": 45.0}
+
+
+def test_a_pair_wins_where_each_of_it_loses_to_the_generic_term(found: Search) -> None:
+    # beside the first the generic term leads the second, so that effects that join one by one end with the first
+    world = ALONE | {("unknown",): 90.0, (A, B): 110.0, (B, C): 30.0, (A, "unknown"): 150.0}
+    assert names(found(world)) == [A, B]
+    assert names(found(world | {("unknown",): 120.0})) == [A], "a pair with less evidence than the generic term is none"
+
+
+def test_two_that_explain_nothing_alone_are_no_pair(found: Search) -> None:
+    world = ALONE | {("unknown",): 90.0, (A, C): 110.0, (A, "unknown"): 150.0}
+    assert names(found(world)) == [A], "C alone gains 5 of 110"
+    assert names(found(world | {(C,): 6.0})) == [A, C]
+
+
+def test_what_does_better_beside_the_others_takes_a_place(found: Search) -> None:
+    world = {(C,): 60.0, (A,): 50.0, (B,): 40.0, (C, B): 90.0, (C, A): 70.0, (A, B): 130.0, ("unknown",): 30.0}
+    places = found(world)
+    assert sorted(names(places)) == [A, B]
+    assert {place.best.name: place.gains[place.best.name] for place in places} == {A: 90.0, B: 80.0}
