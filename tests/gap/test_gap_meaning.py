@@ -92,6 +92,6 @@ def test_a_verdict_below_four_fifths_is_not_settled() -> None:
     )
     unsure = SURE | {"probability": {"none": 0.13, "coulomb_friction": 0.38, "fluid_memory": 0.32, "unknown": 0.17}}
     assert gap_sentence(unsure) == (
-        "The null model and the records part. Not settled: dry friction (38 %) or the wake lags (32 %) or something that "
-        "is not in the catalogue (17 %); no gap 13 %."
+        "The null model and the records part. Not settled: dry friction (38 %) or the wake lags (32 %) or something "
+        "that is not in the catalogue (17 %); no gap 13 %."
     )

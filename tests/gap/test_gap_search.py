@@ -1,6 +1,6 @@
 """Effects together, in a world where the evidence of every set of them is written down."""
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -14,14 +14,15 @@ from scruton.gap.search import Place
 
 A, B, C = "coulomb_friction", "structural_damping_nonlinearity", "fluid_memory"
 EFFECTS = (*(CATALOGUE[name] for name in (A, B, C)), UNKNOWN)
-Search = Callable[[dict[Collection[str], float]], list[Place]]
+World = dict[tuple[str, ...], float]
+Search = Callable[[World], list[Place]]
 
 
 @pytest.fixture
 def found(monkeypatch: pytest.MonkeyPatch) -> Search:
     """Search a world: log evidence by the effects in the model; sets that are not written down have that of none."""
 
-    def search(world: dict[Collection[str], float]) -> list[Place]:
+    def search(world: World) -> list[Place]:
         evidence = {frozenset(names): value for names, value in world.items()}
 
         def fit(names: Sequence[str]) -> Any:
@@ -51,7 +52,7 @@ def names(places: Sequence[Place]) -> list[str]:
     return [place.best.name for place in places]
 
 
-ALONE = {(A,): 50.0, (B,): 20.0, (C,): 5.0}
+ALONE: World = {(A,): 50.0, (B,): 20.0, (C,): 5.0}
 
 
 def test_one_effect_stands_alone(found: Search) -> None:
@@ -62,19 +63,19 @@ def test_one_effect_stands_alone(found: Search) -> None:
 
 def test_a_pair_wins_where_each_of_it_loses_to_the_generic_term(found: Search) -> None:
     # beside the first the generic term leads the second, so that effects that join one by one end with the first
-    world = ALONE | {("unknown",): 90.0, (A, B): 110.0, (B, C): 30.0, (A, "unknown"): 150.0}
+    world: World = ALONE | {("unknown",): 90.0, (A, B): 110.0, (B, C): 30.0, (A, "unknown"): 150.0}
     assert names(found(world)) == [A, B]
     assert names(found(world | {("unknown",): 120.0})) == [A], "a pair with less evidence than the generic term is none"
 
 
 def test_two_that_explain_nothing_alone_are_no_pair(found: Search) -> None:
-    world = ALONE | {("unknown",): 90.0, (A, C): 110.0, (A, "unknown"): 150.0}
+    world: World = ALONE | {("unknown",): 90.0, (A, C): 110.0, (A, "unknown"): 150.0}
     assert names(found(world)) == [A], "C alone gains 5 of 110"
     assert names(found(world | {(C,): 6.0})) == [A, C]
 
 
 def test_what_does_better_beside_the_others_takes_a_place(found: Search) -> None:
-    world = {(C,): 60.0, (A,): 50.0, (B,): 40.0, (C, B): 90.0, (C, A): 70.0, (A, B): 130.0, ("unknown",): 30.0}
+    world: World = {(C,): 60.0, (A,): 50.0, (B,): 40.0, (C, B): 90.0, (C, A): 70.0, (A, B): 130.0, ("unknown",): 30.0}
     places = found(world)
     assert sorted(names(places)) == [A, B]
     assert {place.best.name: place.gains[place.best.name] for place in places} == {A: 90.0, B: 80.0}
