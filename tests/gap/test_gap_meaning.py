@@ -9,7 +9,7 @@ from scruton.calibrate.challenge.case import simulate_case
 from scruton.gap.diagnose import examine
 from scruton.gap.shrink import _fraction
 from scruton.infer.cards import load_card
-from scruton.report.chapters.gap import gap_sentence, shrink_sentence
+from scruton.report.chapters.gap import contained_sentence, gap_sentence, shrink_sentence
 
 SEED = 900
 
@@ -95,3 +95,10 @@ def test_a_verdict_below_four_fifths_is_not_settled() -> None:
         "The null model and the records part. Not settled: dry friction (38 %) or the wake lags (32 %) or something "
         "that is not in the catalogue (17 %); no gap 13 %."
     )
+
+
+def test_the_report_says_whether_its_numbers_contain_what_was_found() -> None:
+    gap = SURE | {"meaning": {"text": "`--effect auto` puts it in."}}
+    assert contained_sentence(gap, {"effect": {"used": "coulomb_friction"}}) == "The numbers here contain it."
+    assert contained_sentence(gap, {}) == "The numbers here do not contain it. `--effect auto` puts it in."
+    assert contained_sentence(gap | {"verdict": "none"}, {}) == ""

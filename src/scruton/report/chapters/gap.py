@@ -156,6 +156,15 @@ def _explained(gap: Mapping[str, Any]) -> list[str]:
     return [words for key in ("unknown", "meaning") if (words := gap.get(key, {}).get("text"))]
 
 
+def contained_sentence(gap: Mapping[str, Any], fit: Mapping[str, Any]) -> str:
+    """Whether the numbers of a fit, by its fit.json, contain what was found, and what that would move."""
+    if gap["verdict"] == "none" or not gap.get("meaning"):
+        return ""
+    if fit.get("effect", {}).get("used") == gap["verdict"]:
+        return "The numbers here contain it."
+    return f"The numbers here do not contain it. {gap['meaning']['text']}"
+
+
 def shrink_sentence(entry: Mapping[str, Any]) -> str:
     """How far the gap shrinks, from `shrink` of gap.json: what a user predicts first; empty where there is none."""
     if not entry:

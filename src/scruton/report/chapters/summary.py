@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from scruton.griffin.thresholds import X_TRUSTED
 from scruton.report.chapters.campaign import damping_table
-from scruton.report.chapters.gap import gap_sentence
+from scruton.report.chapters.gap import contained_sentence, gap_sentence
 from scruton.report.chapters.material import Material
 from scruton.report.chapters.results import design_table
 from scruton.report.chapters.sizing import sizing_assumptions, sizing_figures, sizing_sentence
@@ -33,6 +33,8 @@ def summary_chapter(material: Material) -> Iterator[Block]:
     yield _basis(material) if material.tests else damping_table(material)
     if material.gap is not None:
         yield paragraph(f"Diagnosis: {gap_sentence(material.gap)}")
+        if contained := contained_sentence(material.gap, fit.summary):
+            yield Callout(CAUTION, contained)
     if not material.tests:
         yield paragraph("The campaign holds no test in wind, so it says nothing of vortex-induced vibration.")
     elif material.design:
