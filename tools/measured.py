@@ -75,8 +75,8 @@ SETS = (
         "A repeat of the record at rest, with linear and quadratic roll damping; forward speed adds linear damping.",
     ),
     Known(
-        "bristol-heave", "flutter rig in heave", (FRICTION,), (STIFFNESS, DRAG),
-        "Damping that grows about as $1/A$ at small amplitude, from below 3 % to above 10 %: dry friction in the slides.",
+        "bristol-heave", "flutter rig in heave", (FRICTION,), (STIFFNESS,),
+        "Damping that grows about as $1/A$ at small amplitude, from below 3 % to above 10 %: dry friction.",
     ),
     Known(
         "cylinder-in-wind", "circular cylinder in wind", ("unknown",), (),
@@ -178,7 +178,8 @@ def predicted(fit: FittedHypothesis, record: int, amplitude: np.ndarray) -> np.n
     table = fit.table[record : record + 1].copy()
     table[:, [int(Term.TREND), int(Term.TREND_SINE), int(Term.TREND_DRIVE)]] = 0.0  # at the middle of the record
     row = table[0]
-    true = np.array([inverse_reading(a / (1.0 + row[Term.GAIN]), row[Term.CLIP], row[Term.CLIP_SOFT]) for a in amplitude])
+    shown = amplitude / (1.0 + row[Term.GAIN])
+    true = np.array([inverse_reading(a, row[Term.CLIP], row[Term.CLIP_SOFT]) for a in shown])
     rate = amplitude_rates(table, true, data.channels.knots)[0]
     rows = np.repeat(table, len(true), axis=0)
     up, down = (readings(rows, true * (1.0 + step)) for step in (_NUDGE, -_NUDGE))
