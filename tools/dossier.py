@@ -123,6 +123,10 @@ def sentences(one: Examined) -> Iterator[str]:
     blind = [part.what for part in one.withheld if not part.verdict]
     if blind:
         yield f"With the {' or the '.join(blind)} left out the rest shows no gap, and nothing can be put in."
+    astray = [part for part in one.withheld if set(part.verdict) - {*one.known.truth, *one.known.besides}]
+    if astray:
+        called = (f"{words(part.verdict)} without the {part.what}" for part in astray)
+        yield f"What remains is called wrongly: {'; '.join(called)}."
     worse = [part.what for part in one.withheld if part.error[1] > 1.02 * part.error[0]]
     if worse:
         yield f"Made worse: {', '.join(worse)}."

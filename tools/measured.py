@@ -58,12 +58,12 @@ class Known:
 SETS = (
     Known(
         "pendulum-dry-friction", "cart pendulum", (FRICTION, DRAG), (STIFFNESS,),
-        "Decrements of $b/A + cA$: dry friction in the bearing, and drag of the air. The period depends on the "
+        "Decrements of $b/A + cA$: dry friction, and drag of the air. The period depends on the "
         "amplitude as that of any pendulum does.",
     ),
     Known(
         "pendulum-air-drag", "string pendulum", (DRAG,), (STIFFNESS, "sensor_clipping"),
-        "Decrements that grow with the amplitude: drag of the air on bob and string. What was filmed is the bob's way "
+        "Decrements that grow with the amplitude: drag of the air. What was filmed is the bob's way "
         "sideways, the sine of the swing, which bends the reading at large swings as a rounded saturation would.",
     ),
     Known(
