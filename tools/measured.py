@@ -5,7 +5,8 @@ damping is the logarithmic decrement between them.  The program's part begins at
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -282,7 +283,11 @@ class Examined:
     diagnosis: Diagnosis
     content: Mapping[str, Any]  # of gap.json
     on_used: tuple[float, float]  # median relative error of the damping, both models fitted to everything
-    withheld: list[Withheld] = field(default_factory=list)
+
+    @cached_property
+    def withheld(self) -> list[Withheld]:
+        """What was left out in turn; every part is diagnosed anew."""
+        return list(withheld(self.campaign, lambda part: examine(part, load_card())[0]))
 
     @property
     def named(self) -> frozenset[str]:
@@ -308,10 +313,9 @@ class Examined:
 
 
 def examined(known: Known, folder: Path) -> Examined:
-    """Read a set off by hand, diagnose it, and leave parts of it out."""
-    campaign, card = load_campaign(folder), load_card()
+    """Read a set off by hand, and diagnose it."""
+    campaign = load_campaign(folder)
     read = {rig.name: of_rig(rig) for rig in campaign.rigs if rig.records}
-    diagnosis, content, _, _ = examine(campaign, card)
+    diagnosis, content, _, _ = examine(campaign, load_card())
     on_used = median_error([Withheld("", (), [foretold(diagnosis, *each) for each in read.items()], diagnosis)])
-    out = list(withheld(campaign, lambda part: examine(part, card)[0]))
-    return Examined(known, campaign, read, diagnosis, content, on_used, out)
+    return Examined(known, campaign, read, diagnosis, content, on_used)
