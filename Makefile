@@ -4,13 +4,14 @@
 # make goldens every command against what it printed and wrote before (about 10 minutes);  ONLY='fit-* errors' for some
 # make bench   speed, beside other samplers, on one core;  make large  20 million samples, 40 rigs, 300 campaigns
 # make reports the report of every example, into reports/;  make cards  what the priors of every model card say
+# make dossier docs/measured.md and its pictures, from measured records in the folder DATA
 # make lint    style, types, arrows between the rooms
 # make docs    HTML in docs/_build/html
 # make lock    new lock files (needs uv);  make clean  remove everything that was built
 #
 # Every target makes the environment that it needs. PYTHON=/path/to/python3.13 chooses the interpreter.
 
-.PHONY: demo test slow fuzz kill goldens large bench reports cards lint docs lock clean
+.PHONY: demo test slow fuzz kill goldens large bench reports cards dossier lint docs lock clean
 
 # The arrays are small: threads of the linear algebra library would only get in each other's way.
 export OMP_NUM_THREADS := 1
@@ -47,6 +48,11 @@ reports: .venv/ready
 
 cards: .venv/ready
 	.venv/bin/python tools/prior_pictures.py
+
+DATA ?= ../shared/data
+
+dossier: .venv/ready
+	.venv/bin/python -m tools.dossier $(DATA)
 
 lint: .venv/ready
 	.venv/bin/ruff check
