@@ -71,22 +71,26 @@ def _speed(layout: Layout) -> FloatArray:
     return _between_ends(layout.reduced_velocity, layout.wind)
 
 
-def _speed_bent(layout: Layout) -> FloatArray:
-    return np.where(layout.wind, 2.0 * _speed(layout) ** 2 - 0.25, 0.0)
-
-
 def _mass_damping(layout: Layout) -> FloatArray:
     return _between_ends(np.log(layout.scruton_number), layout.wind)
 
 
+# Prior standard deviations of ln(factor): of every test by its own, along the place of the tests, and of what bends
+# that line: as much as tells a straight change of Y1 from a straight change of ln(Y1), and no more.
+_OWN = {"size": 0.25, "epsilon": 0.15}
+_ALONG = {"size": 0.5, "epsilon": 0.3, "bend": 0.2, "epsilon_bend": 0.1}
+
+
 def _scaled(form: str, scope: Scope, weight: float, *, place: Place | None = None, **parts: Terms) -> Variant:
-    """Coefficients times exp(parameter): of every test by its own, or times its place."""
-    scales = {"size": 0.25, "epsilon": 0.15} if place is None else {"size": 0.5, "epsilon": 0.3, "bend": 0.3}
+    """Coefficients times exp(parameter): of every test by its own, or times its place, or what bends that line."""
+    scales = _OWN if place is None else _ALONG
 
     def apply(table: FloatArray, values: Values, layout: Layout) -> None:
+        along = place(layout) if place else 1.0
         for name, terms in parts.items():
-            of = _speed_bent if name == "bend" else place
-            factor = np.exp(values[name] * (1.0 if of is None else of(layout)))
+            factor = np.exp(
+                values[name] * (np.where(layout.wind, 2.0 * along**2 - 0.25, 0.0) if "bend" in name else along)
+            )
             for term in terms:
                 table[:, :, int(term)] *= factor
 
@@ -99,14 +103,19 @@ def _along_speed(layout: Layout) -> list[Variant]:
     tests = np.unique(layout.test[layout.wind]).size
     if tests < 2 or not np.ptp(speed) > _SAME_SPEED * np.max(speed):  # nor where it is not known
         return []
-    words = "in the reduced velocity"
-    variants = [
-        _scaled(f"Y1 linear {words}", wind, 2.0, place=_speed, size=_BOTH),
-        _scaled(f"epsilon linear {words}", wind, 1.0, place=_speed, size=_DRIVE),
-        _scaled(f"Y1 and epsilon linear {words}", wind, 2.0, place=_speed, size=_BOTH, epsilon=_DRIVE),
-    ]
-    if tests > 3:  # through three points any parabola goes
-        variants.append(_scaled(f"Y1 quadratic {words}", wind, 1.0, place=_speed, size=_BOTH, bend=_BOTH))
+    forms: dict[str, dict[str, Terms]] = {
+        "Y1": {"size": _BOTH},
+        "epsilon": {"size": _DRIVE},
+        "Y1 and epsilon": {"size": _BOTH, "epsilon": _DRIVE},
+    }
+    variants = []
+    for what, parts in forms.items():
+        weight = 1.0 if what == "epsilon" else 2.0
+        variants.append(_scaled(f"{what} along the reduced velocity", wind, weight, place=_speed, **parts))
+        if tests > 2:
+            bends = {"bend" if name == "size" else "epsilon_bend": terms for name, terms in parts.items()}
+            title = f"{what} along the reduced velocity, bent"
+            variants.append(_scaled(title, wind, weight, place=_speed, **parts, **bends))
     return variants
 
 
