@@ -31,7 +31,7 @@ GROUP_NATS = 4.0  # effects that close are one group
 # of the probability that is dealt out evenly.
 _TUNED = json.loads(Path(__file__).with_name("temperatures.json").read_text(encoding="utf-8"))
 ANY_TEMPERATURE, TEMPERATURE, FLOOR = (float(_TUNED[name]) for name in ("against_none", "between", "floor"))
-TUNED_ON = ", ".join(f"{folder['name']} ({folder['cases']})" for folder in _TUNED["folders"])
+TUNED_ON = ", ".join(f"{folder['name']} ({folder['cases']})" for folder in _TUNED["folders"]) or "none on record"
 MOST_EFFECTS = 3  # at once
 
 # ---- which variants are fitted
