@@ -2,6 +2,7 @@
 
 import json
 from hashlib import sha256
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from scruton.calibrate.challenge.tune import Judged, fit, tune_challenges, tuning_text
 from scruton.cli import main
 from scruton.errors import InputError
+from scruton.gap import thresholds
 from scruton.gap.probability import Temperatures, probabilities, tempered
 
 FRICTION, MEMORY, AERO, WAKE = "coulomb_friction", "fluid_memory", "aerodynamic_damping_nonlinearity", "wake_oscillator"
@@ -176,3 +178,12 @@ def test_folders_that_cannot_be_tuned_on_are_refused(tmp_path, capsys):
     (folder / "answers" / "answers.json").write_text("{}")
     with pytest.raises(InputError, match="not those that were sealed"):
         tune_challenges([folder])
+
+
+def test_the_diagnosis_believes_what_the_shipped_file_says():
+    shipped = json.loads((Path(thresholds.__file__).parent / "temperatures.json").read_text())
+    assert Temperatures() == Temperatures(*(shipped[name] for name in ("against_none", "between", "floor")))
+    assert all(row["cases"] == sum(row["kinds"].values()) and "seed" in row["settings"] for row in shipped["folders"])
+    assert all(f"{row['name']} ({row['cases']})" in thresholds.TUNED_ON for row in shipped["folders"])
+    certain = probabilities({"none": 0.0, FRICTION: 1e4, MEMORY: -1.0}, {}, 0.5)
+    assert certain[FRICTION] == pytest.approx(1.0 - shipped["floor"] * 2.0 / 3.0)

@@ -35,7 +35,7 @@ ALIKE_NATS = 10.0  # likewise, of those that are nearly one thing where records 
 # of the probability that is dealt out evenly.
 _TUNED = json.loads(Path(__file__).with_name("temperatures.json").read_text(encoding="utf-8"))
 ANY_TEMPERATURE, TEMPERATURE, FLOOR = (float(_TUNED[name]) for name in ("against_none", "between", "floor"))
-TUNED_ON = ", ".join(f"{folder['name']} ({folder['cases']})" for folder in _TUNED["folders"])
+TUNED_ON = ", ".join(f"{folder['name']} ({folder['cases']})" for folder in _TUNED["folders"]) or "none on record"
 MOST_EFFECTS = 3  # at once
 
 # ---- which variants are fitted
