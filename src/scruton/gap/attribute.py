@@ -3,7 +3,7 @@
 Score tests from one optimum alone tell which variants are worth a fit.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -12,11 +12,11 @@ import numpy as np
 from scipy.special import logsumexp
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.effects import CATALOGUE, Effect
+from scruton.dynamics.effects import Effect
 from scruton.dynamics.effects.effect import Parameter, Variant
 from scruton.dynamics.extended import channel_innovations
 from scruton.gap.hypothesis import FittedHypothesis
-from scruton.gap.thresholds import FEWEST_BEATS, FIT_SHARE, FIT_WITHIN, HOPELESS, MOST_FITS
+from scruton.gap.thresholds import FEWEST_BEATS, FIT_SHARE, FIT_WITHIN, HOPELESS, MOST_FITS, QUICK_FITS
 
 _NUDGE = 1e-4
 _PROBE = 1e-3
@@ -53,16 +53,16 @@ def first_starts(variant: Variant) -> dict[str, FloatArray]:
 
 
 def weigh(
-    base: FittedHypothesis, effects: Sequence[Effect], *, workers: int = 2, fits: int = MOST_FITS
+    base: FittedHypothesis, effects: Sequence[Effect], *, workers: int = 2, quick: Collection[str] = ()
 ) -> dict[str, Candidate]:
-    """Evidence of every effect added to a hypothesis at its optimum, from so many of its variants at most."""
+    """Evidence of every effect added to a hypothesis at its optimum; those that are `quick` by fewer variants."""
     screen = Screen(base)
     with ThreadPoolExecutor(workers) as pool:
         tested = list(pool.map(screen.tests, effects))
         chosen: list[ScoreTest] = []
         for effect, tests in zip(effects, tested, strict=True):
             ranked = sorted(tests, key=lambda test: -test.gain - np.log(test.variant.weight))
-            ranked = ranked[: fits if effect.name in CATALOGUE else MOST_FITS]
+            ranked = ranked[: QUICK_FITS if effect.name in quick else MOST_FITS]
             bar = ranked[0].gain - FIT_WITHIN - FIT_SHARE * max(ranked[0].gain, 0.0) if ranked else 0.0
             chosen += [test for test in ranked if test.gain >= max(bar, HOPELESS)]
         # the filter lets go of the interpreter

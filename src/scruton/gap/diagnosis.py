@@ -153,13 +153,15 @@ def diagnose_data(
     attributed: tuple[str, ...] = ()
     final = null
     also: dict[str, float] = {}
-    if top == UNKNOWN:
-        attributed, final = (top,), generic or null
+    for place in places[1:]:
+        weights = _preferred(place.gains) | {NONE: 0.0}
+        also[place.best.name] = probabilities(weights, prior or {}, prior_none)[place.best.name]
+    if top == UNKNOWN:  # beside it stays what only the frequency shows
+        also = {name: p for name, p in also.items() if CATALOGUE[name].channel == "frequency"}
+        attributed, final = (top, *also), (rivals[top].best if also else generic) or null
     elif top != NONE:
         attributed, final = (top, *(name for name in others if name != top)), rivals[top].best or null
-        for place in places[1:]:
-            weights = _preferred(place.gains) | {NONE: 0.0}
-            also[place.best.name] = probabilities(weights, prior or {}, prior_none)[place.best.name]
+    also = {name: also[name] for name in attributed[1:]}
     checks.setdefault(top, check(final))
     tell("done", 1.0)
     groups = _groups(gains, top)

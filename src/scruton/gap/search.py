@@ -12,9 +12,8 @@ from scruton.gap.attribute import Candidate, weigh
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.progress import Progress
 
-Weigh = Callable[[FittedHypothesis, Collection[str]], dict[str, Candidate]]
+Weigh = Callable[..., dict[str, Candidate]]  # a base, the effects in it, and what stood in the place that is judged
 _UNKNOWN = catalogue.UNKNOWN.name
-_FITS = 2  # variants of an effect beside others: the score tests have ranked them
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,20 +62,38 @@ def search(
     in its place takes it.
     """
 
-    def beside(base: FittedHypothesis, taken: Collection[str]) -> dict[str, Candidate]:
+    def beside(base: FittedHypothesis, taken: Collection[str], own: str = "") -> dict[str, Candidate]:
         progress(f"effects beside {' and '.join(sorted(taken))}", 0.4)
-        return weigh(base, [effect for effect in effects if effect.name not in taken], workers=workers, fits=_FITS)
+        quick = set(CATALOGUE) - {own}
+        return weigh(base, [effect for effect in effects if effect.name not in taken], workers=workers, quick=quick)
 
-    generic = singles[_UNKNOWN].log_evidence if _UNKNOWN in singles else -np.inf
-    chain = _joined([], null, singles, beside)
+    # The generic term knows no frequency: what only the frequency shows joins first, and the rest competes beside it.
+    bends = [single for single in singles.values() if _of_frequency(single.name) and single.best is not None]
+    bend = max(bends, key=lambda single: single.log_evidence, default=None)
+    base, candidates, joined = null, singles, []
+    enough = bend is not None and bend.log_evidence > null.log_evidence + thresholds.SECOND_NATS
+    if enough and bend and bend.best and _largest_size(bend.best) >= thresholds.SMALLEST:
+        base, joined = bend.best, [bend]
+        candidates = beside(base, {bend.name})
+    generic = candidates[_UNKNOWN].log_evidence if _UNKNOWN in candidates else -np.inf
+    chain = _joined(joined, base, candidates, beside)
     if _evidence(chain, null) < generic:
         progress("pairs of effects", 0.5)
-        pair = max(_pairs(null, singles, effects, workers), key=lambda pair: _evidence(pair, null), default=[])
+        pair = max(_pairs(base, candidates, effects, workers), key=lambda pair: _evidence(pair, null), default=[])
         if _evidence(pair, null) > _evidence(chain, null) and (best := pair[-1].best) is not None:
-            chain = _joined(pair, best, beside(best, {candidate.name for candidate in pair}), beside)
-    if len(chain) < 2 or _evidence(chain, null) < generic:
+            chain = [*joined, *pair]
+            chain = _joined(chain, best, beside(best, {candidate.name for candidate in chain}), beside)
+    if _evidence(chain, null) < generic:
+        chain = joined
+        if joined and generic > base.log_evidence + thresholds.UNKNOWN_NATS:
+            return [Place(base, candidates), Place(null, {one.name: one for one in joined})]
+    if len(chain) < 2:
         return [Place(null, singles)]
     return _settled(null, chain, beside)
+
+
+def _of_frequency(name: str) -> bool:
+    return name in CATALOGUE and CATALOGUE[name].channel == "frequency"
 
 
 def _evidence(chain: Sequence[Candidate], null: FittedHypothesis) -> float:
@@ -84,7 +101,7 @@ def _evidence(chain: Sequence[Candidate], null: FittedHypothesis) -> float:
 
 
 def _pairs(
-    null: FittedHypothesis, singles: Mapping[str, Candidate], effects: Sequence[Effect], workers: int
+    base: FittedHypothesis, singles: Mapping[str, Candidate], effects: Sequence[Effect], workers: int
 ) -> Iterator[list[Candidate]]:
     """Each of the best single effects with its best partner; those that have a line of their own join by themselves.
 
@@ -92,13 +109,13 @@ def _pairs(
     any form: such a pair is a fit and no finding.
     """
     amplitude = [effect for effect in effects if effect.name in CATALOGUE and effect.channel in ("amplitude", "signal")]
-    named = [single for effect in amplitude if (single := singles[effect.name]).best is not None]
+    named = [single for effect in amplitude if (single := singles.get(effect.name)) and single.best is not None]
     for first in sorted(named, key=lambda single: -single.log_evidence)[: thresholds.PAIRED]:
         assert first.best is not None
         others = [effect for effect in amplitude if effect.name != first.name]
-        second = best_of(weigh(first.best, others, workers=workers, fits=_FITS))
-        gain = second.log_evidence - null.log_evidence
-        own = min(singles[name].log_evidence - null.log_evidence for name in (first.name, second.name))
+        second = best_of(weigh(first.best, others, workers=workers, quick=CATALOGUE))
+        gain = second.log_evidence - base.log_evidence
+        own = min(singles[name].log_evidence - base.log_evidence for name in (first.name, second.name))
         enough = second.log_evidence > first.log_evidence + thresholds.SECOND_NATS
         if second.best is not None and enough and own > thresholds.OWN_SHARE * gain:
             yield [first, second]
@@ -129,7 +146,7 @@ def _joined(
 def _settled(null: FittedHypothesis, chain: Sequence[Candidate], beside: Weigh) -> list[Place]:
     """Judge every effect with the others in the model, and let what does better there take its place."""
     # Those on damping come before those that only the frequency shows.
-    chain = sorted(chain, key=lambda candidate: CATALOGUE[candidate.name].channel == "frequency")
+    chain = sorted(chain, key=lambda candidate: _of_frequency(candidate.name))
     places: list[Place] = []
     for _ in range(thresholds.ROUNDS):
         before, places = [candidate.name for candidate in chain], []
@@ -139,7 +156,7 @@ def _settled(null: FittedHypothesis, chain: Sequence[Candidate], beside: Weigh) 
             start = hypothesis.start()
             start[: null.mode.size] = null.mode
             base = hypothesis.fit(start)
-            place = Place(base, beside(base, {candidate.name for candidate in others}))
+            place = Place(base, beside(base, {candidate.name for candidate in others}, chain[i].name))
             places.insert(0, place)
             if place.best.best is not None:
                 chain[i] = place.best

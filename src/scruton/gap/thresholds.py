@@ -21,6 +21,7 @@ SMALLEST = 0.025  # size of a further effect over the relaxation damping, below 
 PAIRED = 3  # best single effects whose partners are sought where the generic term leads
 OWN_SHARE = 0.05  # of the gain of a pair, that each of it gains alone
 ROUNDS = 2  # of swaps, at most: time
+UNKNOWN_NATS = 15.0  # that the generic term must gain beside what only the frequency shows, to be a verdict with it
 UNEARNED_NATS = 2.0  # that the unknown stays behind a catalogued effect with more evidence, or that predicts better
 LINE_NATS = 30.0  # over chance, of a line in the spectrum beside the response
 ALLOWED_EXCESS = 4.0  # nats of colour and level that noise and fitting leave in the innovations
@@ -40,6 +41,7 @@ MOST_EFFECTS = 3  # at once
 
 # ---- which variants are fitted
 MOST_FITS = 4  # variants of an effect, at most: time
+QUICK_FITS = 2  # likewise, of those that might join or take a place: the score tests have ranked them
 FIT_WITHIN = 6.0  # nats behind the best score test of its effect at which a variant is still fitted
 FIT_SHARE = 0.4  # of the best score test's gain, added to that, for score tests hold to second order
 HOPELESS = -1.0  # nats: score tests below are taken at their word
