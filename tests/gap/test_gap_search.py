@@ -12,8 +12,8 @@ from scruton.gap import search as module
 from scruton.gap.attribute import Candidate
 from scruton.gap.search import Place
 
-A, B, C = "coulomb_friction", "structural_damping_nonlinearity", "fluid_memory"
-EFFECTS = (*(CATALOGUE[name] for name in (A, B, C)), UNKNOWN)
+A, B, C, BEND = "coulomb_friction", "structural_damping_nonlinearity", "fluid_memory", "stiffness_nonlinearity"
+EFFECTS = (*(CATALOGUE[name] for name in (A, B, C, BEND)), UNKNOWN)
 World = dict[tuple[str, ...], float]
 Search = Callable[[World], list[Place]]
 
@@ -58,7 +58,7 @@ ALONE: World = {(A,): 50.0, (B,): 20.0, (C,): 5.0}
 def test_one_effect_stands_alone(found: Search) -> None:
     (place,) = found(ALONE | {("unknown",): 45.0, (A, B): 52.0, (A, C): 51.0, (A, "unknown"): 53.0})
     assert place.best.name == A
-    assert place.gains == {A: 50.0, B: 20.0, C: 5.0, "unknown": 45.0}
+    assert place.gains == {A: 50.0, B: 20.0, C: 5.0, BEND: 0.0, "unknown": 45.0}
 
 
 def test_a_pair_wins_where_each_of_it_loses_to_the_generic_term(found: Search) -> None:
@@ -79,3 +79,22 @@ def test_what_does_better_beside_the_others_takes_a_place(found: Search) -> None
     places = found(world)
     assert sorted(names(places)) == [A, B]
     assert {place.best.name: place.gains[place.best.name] for place in places} == {A: 90.0, B: 80.0}
+
+
+# What the frequency shows is worth 500 with and without the rest, and the generic term knows nothing of it.
+BENT: World = {
+    (BEND,): 500.0, (A,): 30.0, (B,): 20.0, ("unknown",): 60.0,
+    (BEND, A): 530.0, (BEND, B): 520.0, (BEND, C): 501.0, (BEND, "unknown"): 560.0,
+}  # fmt: skip
+
+
+def test_what_the_frequency_shows_does_not_pay_for_the_damping(found: Search) -> None:
+    places = found(BENT)
+    assert names(places) == [A, BEND]
+    assert places[0].gains["unknown"] == 60.0, "against friction's 30, the frequency in both"
+    assert names(found(BENT | {(BEND, A, B): 590.0})) == [A, B, BEND]
+
+
+def test_what_only_the_frequency_shows_stands_alone(found: Search) -> None:
+    (place,) = found({(BEND,): 500.0, (BEND, A): 501.0, (BEND, "unknown"): 503.0})
+    assert place.best.name == BEND
