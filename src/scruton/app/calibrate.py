@@ -84,7 +84,8 @@ def challenge_tune(arguments: Namespace) -> Outcome:
         check_writable(file.parent)
         if file.exists() and not arguments.force:
             raise InputError(file, "-o", "an earlier file", "the name of a new one, or --force to replace it")
-    content = tune_challenges(arguments.folders, arguments.results)
+    low, high = check_numbers("--least", arguments.least, 2)
+    content = tune_challenges(arguments.folders, arguments.results, (low, high))
     if file is not None:
         write_text(file, json.dumps(content, indent=1) + "\n")
     return Outcome(tuning_text(content), [] if file is None else [file])

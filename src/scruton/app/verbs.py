@@ -89,6 +89,7 @@ CHALLENGE = (
     Verb("tune", "set how far evidences are believed by challenges and their results", "calibrate:challenge_tune", (
         Argument("folders", type=Path, nargs="+", metavar="FOLDER", help="that make wrote, with its results inside"),
         Argument("--results", default="results", metavar="NAME", help="folder of results in each (default results)"),
+        Argument("--least", default="1,1", metavar="NONE,BETWEEN", help="temperatures not gone below (default 1,1)"),
         Argument("-o", "--file", type=Path, help="write the JSON that the diagnosis reads"),
         QUIET, force("the file that lies", "there"),
     )),

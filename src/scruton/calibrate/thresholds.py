@@ -48,7 +48,7 @@ MOVED = 0.03
 # A probability of zero counts as this in the log score. Judgement: one in a million.
 LEAST_PROBABILITY = 1e-6
 # Temperatures that `challenge tune` looks among: an evidence is never taken for more than it says. Judgement.
-TEMPERATURES = (1.0, 50.0)
+COLDEST, HOTTEST = (1.0, 1.0), 50.0  # against none and between effects
 # Shares of the probability that are dealt out evenly, among which it looks. Judgement, of the least: a study of
 # simulated records is no evidence for better odds than fifty to one on measured ones.
 FLOORS = (0.02, 0.03, 0.05, 0.07, 0.1, 0.15)

@@ -7,6 +7,7 @@ challenge counting alike however many cases it has. Each challenge is also score
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from scruton.arrays import FloatArray
 from scruton.calibrate.challenge.attempt import GAP
 from scruton.calibrate.challenge.figures import NONE, read_outcomes, reliability
 from scruton.calibrate.challenge.make import CHALLENGE
-from scruton.calibrate.thresholds import FLOORS, LEAST_PROBABILITY, TEMPERATURES
+from scruton.calibrate.thresholds import COLDEST, FLOORS, HOTTEST, LEAST_PROBABILITY
 from scruton.cells import aligned
 from scruton.documents import read_json
 from scruton.errors import InputError
@@ -72,7 +73,9 @@ class Judged:
         return {key: round(value, 4) for key, value in values.items()}
 
 
-def tune_challenges(folders: Sequence[Path], results: str = "results") -> dict[str, Any]:
+def tune_challenges(
+    folders: Sequence[Path], results: str = "results", least: tuple[float, float] = COLDEST
+) -> dict[str, Any]:
     """Set temperatures and floor by challenges with sealed answers, each with the results of its run inside.
 
     Parameters
@@ -81,6 +84,9 @@ def tune_challenges(folders: Sequence[Path], results: str = "results") -> dict[s
         As `challenge make` writes them.
     results : str
         Folder in each of them that `challenge run` wrote; the default card is taken for its prior.
+    least : tuple of float
+        Temperatures against none and between effects that are not gone below, whatever the challenges say: forms of
+        a simulator are nearer to the catalogue's than nature's are.
 
     Returns
     -------
@@ -95,9 +101,9 @@ def tune_challenges(folders: Sequence[Path], results: str = "results") -> dict[s
     """
     card = load_card()
     challenges = [read_challenge(folder, folder / results, card) for folder in folders]
-    fitted = {floor: _left_out(challenges, floor) for floor in FLOORS}
+    fitted = {floor: _left_out(challenges, floor, least) for floor in FLOORS}
     floor = max(FLOORS, key=lambda one: _mean_score(challenges, fitted[one]))
-    before, after = Temperatures(), fit(challenges, floor)
+    before, after = Temperatures(), fit(challenges, floor, least)
     rows: list[dict[str, Any]] = []
     for challenge, by in zip(challenges, fitted[floor], strict=True):
         row = {"name": challenge.name, **challenge.about, "before": challenge.scores(before)}
@@ -106,7 +112,7 @@ def tune_challenges(folders: Sequence[Path], results: str = "results") -> dict[s
         rows.append(row)
     answers = {row["name"]: row["answers_sha256"] for row in rows}
     return {
-        "format": 1, **vars(after), "least_floor": min(FLOORS), "folders": rows,
+        "format": 1, **vars(after), "least_floor": min(FLOORS), "least": list(least), "folders": rows,
         "provenance": provenance(
             "challenge tune", seed=0, sha256=answers, settings={"before": vars(before)},
             card={"name": card.name, "sha256": card.sha256},
@@ -142,17 +148,16 @@ def _accepted(cases: pd.DataFrame, names: Sequence[str]) -> np.ndarray:
     return np.array([[name in accepted for name in names] for accepted in cases.accepted])
 
 
-def fit(challenges: Sequence[Judged], floor: float) -> Temperatures:
+def fit(challenges: Sequence[Judged], floor: float, least: tuple[float, float] = COLDEST) -> Temperatures:
     """Temperatures with the largest mean log score, every challenge counting alike."""
 
     def loss(logs: FloatArray) -> float:
         against_none, between = np.exp(logs).tolist()
         return -_mean_score(challenges, [Temperatures(against_none, between, floor)] * len(challenges))
 
-    low, high = np.log(TEMPERATURES)
-    grid = np.linspace(low, high, _GRID)
-    start = min((np.array([x, y]) for x in grid for y in grid), key=loss)
-    found = minimize(loss, start, method="Nelder-Mead", bounds=[(low, high)] * 2, options={"xatol": 1e-3})
+    bounds = [(float(np.log(low)), float(np.log(HOTTEST))) for low in least]
+    start = min((np.array(at) for at in product(*(np.linspace(*ends, _GRID) for ends in bounds))), key=loss)
+    found = minimize(loss, start, method="Nelder-Mead", bounds=bounds, options={"xatol": 1e-3})
     against_none, between = (float(f"{value:.{_DIGITS}g}") for value in np.exp(found.x))
     return Temperatures(against_none, between, floor)
 
@@ -161,10 +166,10 @@ def _mean_score(challenges: Sequence[Judged], by: Sequence[Temperatures]) -> flo
     return float(np.mean([one.log_score(its) for one, its in zip(challenges, by, strict=True)]))
 
 
-def _left_out(challenges: Sequence[Judged], floor: float) -> list[Temperatures]:
+def _left_out(challenges: Sequence[Judged], floor: float, least: tuple[float, float]) -> list[Temperatures]:
     """For each challenge what the others set."""
     others = [[one for one in challenges if one is not left] or challenges for left in challenges]
-    return [fit(rest, floor) for rest in others]
+    return [fit(rest, floor, least) for rest in others]
 
 
 def tuning_text(content: Mapping[str, Any]) -> str:
