@@ -4,9 +4,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from scruton.calibrate.challenge.case import simulate_case
-from scruton.gap.diagnose import examine
+from scruton.dynamics.effects import Parameter
+from scruton.gap.diagnose import _quantiles, examine
 from scruton.gap.shrink import _fraction
 from scruton.infer.cards import load_card
 from scruton.report.chapters.gap import contained_sentence, gap_sentence, shrink_sentence
@@ -102,3 +104,12 @@ def test_the_report_says_whether_its_numbers_contain_what_was_found() -> None:
     assert contained_sentence(gap, {"effect": {"used": "coulomb_friction"}}) == "The numbers here contain it."
     assert contained_sentence(gap, {}) == "The numbers here do not contain it. `--effect auto` puts it in."
     assert contained_sentence(gap | {"verdict": "none"}, {}) == ""
+
+
+@pytest.mark.parametrize(("centre", "sd"), [(1.0, 0.1), (0.0, 1.0), (-2.0, 1.0), (-40.0, 1.0)])
+def test_what_cannot_be_negative_has_an_interval_above_zero(centre: float, sd: float) -> None:
+    size = Parameter("size", 0.0, 1.0, np.zeros(1, dtype=int), positive=True)
+    low, middle, high = _quantiles(size, centre, sd)
+    assert 0.0 < low < middle < high < np.inf
+    above = stats.truncnorm((0.0 - centre) / sd, np.inf, centre, sd)
+    assert (low, middle, high) == pytest.approx(above.ppf([0.05, 0.5, 0.95]), rel=1e-6)

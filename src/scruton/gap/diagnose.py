@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.special import ndtr, ndtri
+from scipy.special import log_ndtr, ndtri, ndtri_exp
 
 from scruton.campaign import Campaign, load_campaign
 from scruton.dynamics.effects import Parameter
@@ -173,6 +173,13 @@ def _whose(diagnosis: Diagnosis, parameter: Parameter, member: int) -> str:
 
 def _quantiles(parameter: Parameter, centre: float, sd: float) -> tuple[float, float, float]:
     """5, 50 and 95 % points of a parameter in its own unit; one that cannot be negative is cut off at zero."""
-    below = float(ndtr(-centre / sd)) if parameter.positive and not parameter.log else 0.0
-    low, middle, high = (centre + sd * float(ndtri(below + (1.0 - below) * p)) for p in (0.05, 0.5, 0.95))
-    return (float(np.exp(low)), float(np.exp(middle)), float(np.exp(high))) if parameter.log else (low, middle, high)
+    points = np.array([0.05, 0.5, 0.95])
+    if parameter.positive and not parameter.log:  # by the logarithm of what lies above: of the far tail, too
+        low, middle, high = centre - sd * ndtri_exp(log_ndtr(centre / sd) + np.log1p(-points))
+        return float(low), float(middle), float(high)
+    low, middle, high = centre + sd * ndtri(points)
+    return (
+        (float(np.exp(low)), float(np.exp(middle)), float(np.exp(high)))
+        if parameter.log
+        else (float(low), float(middle), float(high))
+    )

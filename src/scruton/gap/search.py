@@ -169,5 +169,6 @@ def _largest_size(fit: FittedHypothesis) -> float:
     """Largest size of the variant that was added last; infinite where it has none (a lag, a level)."""
     last = len(fit.hypothesis.variants) - 1
     variant = fit.hypothesis.variants[last]
-    sizes = [p.name for p in variant.parameters if not p.log and p.name != variant.scan]
-    return max((float(np.abs(fit.value(name, last)[0]).max()) for name in sizes), default=np.inf)
+    sizes = [(fit.value(p.name, last)[0], p) for p in variant.parameters if not p.log and p.name != variant.scan]
+    # of what cannot be negative, a fit below zero is nothing
+    return max((float((size if p.positive else np.abs(size)).max()) for size, p in sizes), default=np.inf)
