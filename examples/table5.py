@@ -9,7 +9,8 @@ from scruton.campaign.schema import Motion
 from scruton.dynamics import Setting, force_parameters, relaxation
 from scruton.gap.rows import Rows, close_rows, rows_text
 from scruton.gap.thresholds import SD_AMPLITUDE, SD_RATE
-from scruton.report.render_text import table
+from scruton.report.document import Table
+from scruton.report.render_text import render_text
 
 WIDTH, DEPTH, DENSITY = 0.300, 0.075, 1.19
 SC = np.array([1.9, 21.7, 78.1])
@@ -58,9 +59,11 @@ def main() -> None:
     cells = [
         [f"from Sc {a:g}", *(f"{100 * e:+.0f}" for e in line)] for a, line in zip(SC, cross_predictions(), strict=True)
     ]
-    print(table(["", *(f"Sc {a:g}" for a in SC)], cells))
+    blocks = [Table("rows", "", ["", *(f"Sc {a:g}" for a in SC)], cells)]
+    print(render_text(blocks).strip("\n"))
     print("\nWhat each effect would close, the most plausible first; errors of the amplitudes in % by row")
-    print(table(["effect", "form", "closed", "errors", "parameters"], rows_text(close_rows(rows()))))
+    header = ["effect", "form", "closed", "errors", "parameters"]
+    print(render_text([Table("effects", "", header, rows_text(close_rows(rows())))]).strip("\n"))
 
 
 if __name__ == "__main__":

@@ -1,7 +1,9 @@
 """What README and guide show must work as it stands there."""
 
 import re
+import sys
 from importlib import import_module
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 import numpy as np
@@ -122,6 +124,25 @@ def test_the_python_of_the_readme_runs(monkeypatch, capsys):
     printed = capsys.readouterr().out.splitlines()
     assert printed[0].startswith("True")
     assert printed[-1].endswith("A/D")
+
+
+def script(name: str):
+    spec = spec_from_file_location(Path(name).stem, ROOT / "examples" / name)
+    module = module_from_spec(spec)
+    sys.modules[spec.name] = module  # where dataclasses look
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_tables_of_the_rectangle_are_those_that_its_script_prints(capsys):
+    script("table5.py").main()
+    assert capsys.readouterr().out.strip("\n") in (ROOT / "examples/rectangle-4to1/README.md").read_text(
+        encoding="utf-8"
+    )
+
+
+def test_the_script_of_the_closed_box_loads():
+    assert callable(script("closed-box-heaving/reciprocal.py").main)
 
 
 @pytest.mark.parametrize("place", range(4))

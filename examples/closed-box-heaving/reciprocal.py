@@ -15,9 +15,10 @@ from scruton.dynamics.effects.terms import Term
 from scruton.gap.bands import posterior_draws
 from scruton.gap.diagnosis import Diagnosis, diagnose
 from scruton.gap.finding import Z90
+from scruton.report.document import Table
 from scruton.report.figures import FigureWithCaption, save
 from scruton.report.figures.style import BLACK, BLUE, GREEN, LIGHT, VERMILLION, house_style, new_figure
-from scruton.report.render_text import table
+from scruton.report.render_text import render_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -186,7 +187,7 @@ def main() -> None:
         ]
         for rig, sc, y, e, b, w, o in zip(*columns, strict=True)
     ]
-    print(table(head, rows))
+    print(render_text([Table("rigs", "", head, rows)]).strip("\n"))
     for path in save(figure(r), OUT, formats=("png", "svg")):
         print(path)
 

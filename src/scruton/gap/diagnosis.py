@@ -16,7 +16,7 @@ from scruton.gap.held_out import predicts_better
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.null_model import null_model
 from scruton.gap.probability import probabilities
-from scruton.gap.search import search
+from scruton.gap.search import Place, search
 from scruton.progress import Progress
 
 NONE, UNKNOWN = "none", catalogue.UNKNOWN.name
@@ -132,23 +132,14 @@ def diagnose_data(
     tell("effects together", 0.3)
     places = search(null, singles, effects, workers=workers, progress=tell)
     tell("absolute check", 0.8)
-    base, rivals = places[0].base, places[0].candidates
-    others = tuple(place.best.name for place in places[1:])
-    gains, best = places[0].gains, places[0].best
-    leader = best.best if best.best and gains[best.name] > 0.0 else base
     checks = {NONE: check(null)}
-    checks[best.name if leader is not base else NONE] = mark = check(leader)
-    # Forms differ a little: what is left is measured by what was explained, at the noise that is left.
-    explained = max(gains[best.name], 0.0, _explained(null, leader)) if leader is not base else 0.0
-    left = _left_over(mark, lines, (best.name, *others), data) - thresholds.ALLOWED_SHARE * explained
+    gains, probability = _judged(null, places, singles, lines, checks, prior or {}, prior_none, workers)
+    if len(places) > 1 and max(probability, key=lambda name: probability[name]) == NONE:
+        # what stands beside an effect that is none after all is a verdict of its own
+        places = [Place(null, singles)]
+        gains, probability = _judged(null, places, singles, lines, checks, prior or {}, prior_none, workers)
+    rivals, others = places[0].candidates, tuple(place.best.name for place in places[1:])
     generic = singles[UNKNOWN].best if UNKNOWN in singles else None
-    if UNKNOWN in gains:  # a card may leave it out
-        gains[UNKNOWN] = max(_preferred(gains)[UNKNOWN], max(gains[best.name], 0.0) + left)
-        ahead = gains[UNKNOWN] > max(gains[best.name], 0.0)
-        if ahead and leader is not base and not _earned(leader, best, singles[UNKNOWN], rivals[UNKNOWN], workers):
-            gains[UNKNOWN] = gains[best.name] - thresholds.UNEARNED_NATS
-    gains[NONE] = 0.0
-    probability = probabilities(gains, prior or {}, prior_none)
     top = max(probability, key=lambda name: probability[name])
     attributed: tuple[str, ...] = ()
     final = null
@@ -171,6 +162,33 @@ def diagnose_data(
 def diagnose(campaign: Campaign, **options: object) -> Diagnosis:
     """Load and diagnose; see `diagnose_data` for the options."""
     return diagnose_data(load_gap(campaign), campaign, **options)  # type: ignore[arg-type]
+
+
+def _judged(
+    null: FittedHypothesis,
+    places: Sequence[Place],
+    singles: Mapping[str, Candidate],
+    lines: Sequence[SecondLine],
+    checks: dict[str, Check],
+    prior: Mapping[str, float],
+    prior_none: float,
+    workers: int,
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Log weights and probabilities in the first place; the check of what leads there joins `checks`."""
+    base, rivals, gains, best = places[0].base, places[0].candidates, places[0].gains, places[0].best
+    leader = best.best if best.best and gains[best.name] > 0.0 else base
+    checks[best.name if leader is not base else NONE] = mark = check(leader)
+    # Forms differ a little: what is left is measured by what was explained, at the noise that is left.
+    explained = max(gains[best.name], 0.0, _explained(null, leader)) if leader is not base else 0.0
+    names = tuple(place.best.name for place in places)
+    left = _left_over(mark, lines, names, null.hypothesis.data) - thresholds.ALLOWED_SHARE * explained
+    if UNKNOWN in gains:  # a card may leave it out
+        gains[UNKNOWN] = max(_preferred(gains)[UNKNOWN], max(gains[best.name], 0.0) + left)
+        ahead = gains[UNKNOWN] > max(gains[best.name], 0.0)
+        if ahead and leader is not base and not _earned(leader, best, singles[UNKNOWN], rivals[UNKNOWN], workers):
+            gains[UNKNOWN] = gains[best.name] - thresholds.UNEARNED_NATS
+    gains[NONE] = 0.0
+    return gains, probabilities(gains, prior, prior_none)
 
 
 def _preferred(gains: Mapping[str, float]) -> dict[str, float]:
