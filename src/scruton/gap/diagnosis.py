@@ -121,32 +121,33 @@ def diagnose_data(
     progress : callable, optional
         Told what is being done and the fraction done.
     """
+    prior = prior or {}
     tell = progress or (lambda _what, _done: None)
     tell("null model", 0.0)
     data, null = fit_null(data)
     lines = second_lines(campaign, data.cycles)
     tell("single effects", 0.1)
     everything = (*CATALOGUE.values(), catalogue.UNKNOWN)
-    effects = tuple(effect for effect in everything if (prior or {}).get(effect.name, 1.0) > 0.0)
+    effects = tuple(effect for effect in everything if prior.get(effect.name, 1.0) > 0.0)
     singles = weigh(null, effects, workers=workers)
     tell("effects together", 0.3)
-    places = search(null, singles, effects, workers=workers, progress=tell)
+    found = search(null, singles, effects, workers=workers, progress=tell)
     tell("absolute check", 0.8)
     checks = {NONE: check(null)}
-    gains, probability = _judged(null, places, singles, lines, checks, prior or {}, prior_none, workers)
-    if len(places) > 1 and max(probability, key=lambda name: probability[name]) == NONE:
-        # what stands beside an effect that is none after all is a verdict of its own
-        places = [Place(null, singles)]
-        gains, probability = _judged(null, places, singles, lines, checks, prior or {}, prior_none, workers)
+    # What stands beside an effect that is none after all is a verdict of its own.
+    for places in (found, [Place(null, singles)]):
+        gains, probability = _judged(null, places, singles, lines, checks, prior, prior_none, workers)
+        top = max(probability, key=lambda name: probability[name])
+        if top != NONE or len(places) == 1:
+            break
     rivals, others = places[0].candidates, tuple(place.best.name for place in places[1:])
     generic = singles[UNKNOWN].best if UNKNOWN in singles else None
-    top = max(probability, key=lambda name: probability[name])
     attributed: tuple[str, ...] = ()
     final = null
     also: dict[str, float] = {}
     for place in places[1:]:
         weights = _preferred(place.gains) | {NONE: 0.0}
-        also[place.best.name] = probabilities(weights, prior or {}, prior_none)[place.best.name]
+        also[place.best.name] = probabilities(weights, prior, prior_none)[place.best.name]
     if top == UNKNOWN:  # beside it stays what only the frequency shows
         also = {name: p for name, p in also.items() if CATALOGUE[name].channel == "frequency"}
         attributed, final = (top, *also), (rivals[top].best if also else generic) or null

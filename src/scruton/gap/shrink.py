@@ -81,8 +81,7 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2) -> dict[str, Any]:
     used = ceiling - (known[:2, 0] - known[:2, 1])
     rng = np.random.default_rng(np.random.SeedSequence(0))
     measurable, held_out = bool(used[0].sum() > MEASURABLE_NATS), None
-    by_runner: float | None = None
-    by_runner_amplitude: float | None = None
+    by_runner: dict[str, float | None] = {"fraction": None, "amplitude_error": None}
     on_used = measurable
     if held:
         mask = np.any(held, axis=0)
@@ -91,7 +90,8 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2) -> dict[str, Any]:
         measurable = float(short[0].sum()) - learnt > MEASURABLE_NATS
         names = np.array(data.layout.records)[mask].tolist()
         held_out = {"records": names, **_closed(short[0], short[1], rng if measurable else None)}
-        by_runner = _fraction(short[0], short[2]) if runner and measurable else None
+        if runner and measurable:
+            by_runner["fraction"] = _fraction(short[0], short[2])
     stable, curves = [], None
     if data.layout.wind.any():
         test = data.layout.test
@@ -105,15 +105,14 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2) -> dict[str, Any]:
             others = [
                 _stable_amplitude(data, held[i], predictions[0][i][0], predictions[2][i][0], misstated) for i in whole
             ]
-            by_runner_amplitude = float(np.median([one["error_after"] for one in others])) if others else None
+            errors = [one["error_after"] for one in others]
+            by_runner["amplitude_error"] = float(np.median(errors)) if errors else None
     result: dict[str, Any] = as_json({
         "metric": METRIC, **_closed(used[0], used[1], rng if on_used else None), "held_out": held_out,
         "measurable": measurable, "headline": _headline(stable, curves),
         "statement": _statement(measurable, held_out, diagnosis.verdict),
-        "runner_up": (
-            {"effect": runner, "fraction": by_runner, "amplitude_error": by_runner_amplitude} if runner else None
-        ), "stable_amplitude": stable,
-        "damping_discrepancy": curves,
+        "runner_up": {"effect": runner, **by_runner} if runner else None,
+        "stable_amplitude": stable, "damping_discrepancy": curves,
     })  # fmt: skip
     return result
 

@@ -87,10 +87,9 @@ def _scaled(form: str, scope: Scope, weight: float, *, place: Place | None = Non
 
     def apply(table: FloatArray, values: Values, layout: Layout) -> None:
         along = place(layout) if place else 1.0
+        bent = np.where(layout.wind, 2.0 * along**2 - 0.25, 0.0)
         for name, terms in parts.items():
-            factor = np.exp(
-                values[name] * (np.where(layout.wind, 2.0 * along**2 - 0.25, 0.0) if "bend" in name else along)
-            )
+            factor = np.exp(values[name] * (bent if "bend" in name else along))
             for term in terms:
                 table[:, :, int(term)] *= factor
 
