@@ -11,7 +11,7 @@ from scruton.griffin.thresholds import X_TRUSTED
 from scruton.sizing.checks import LAW_FREE, Checks, Evidence, Reach, Required, required_of
 from scruton.sizing.limits import Limit
 from scruton.sizing.model import LAW, SECTION, SOURCES, Draws, ModeModel, sampling_error, unit_cube
-from scruton.sizing.thresholds import LARGEST_ADDED, LAWS_PART, LEAST_PARTED
+from scruton.sizing.thresholds import LARGEST_ADDED, LAWS_PART, LEAST_PARTED, ONE_RIG
 
 POINTS, SHARE_POINTS = 1 << 15, 1 << 12
 _CURVES, _INNER = 256, 1024  # of the band: curves of the section, and draws of all else for each
@@ -173,7 +173,10 @@ def remarks(name: str, asked: str, found: Risk) -> list[str]:
             f"{_percent(row[asked])} where rigs miss the curve by {float(tau):.0%}"
             for tau, row in found.required_at_discrepancy.items()
         )
-        sentences.append(f"{where} rests on one rig, which says nothing of how far rigs miss the curve: {stated}")
+        sentences.append(
+            f"{where} rests on one rig, which says nothing of how far rigs miss the curve: {stated}. It is sized for "
+            f"{ONE_RIG:.0%}; a second rig would tell"
+        )
     return sentences
 
 

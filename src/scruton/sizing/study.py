@@ -13,6 +13,7 @@ from scruton.campaign.schema import Motion
 from scruton.documents import as_json, from_json, read_document
 from scruton.errors import InputError
 from scruton.griffin.curves import law_curves, what_if
+from scruton.griffin.discrepancy import one_rig, with_discrepancy
 from scruton.griffin.posterior import chosen_rig, motion_of, peak_names, rig_mass_damping_draws
 from scruton.griffin.predict import prior_speaks
 from scruton.infer.results import TRIAL
@@ -26,7 +27,7 @@ from scruton.sizing.model import ModeModel, Spread, spread, unit_cube
 from scruton.sizing.modes import AllModes, all_modes
 from scruton.sizing.money import Costs, costs
 from scruton.sizing.risk import Risk, Share, flags, remarks, risk, shares
-from scruton.sizing.thresholds import AT_NODE, LEAST_EXPONENT, LOCK_IN_MARGIN, LONG_STROKE, NEAR_NODE
+from scruton.sizing.thresholds import AT_NODE, LEAST_EXPONENT, LOCK_IN_MARGIN, LONG_STROKE, NEAR_NODE, ONE_RIG
 from scruton.sizing.tmd_design import DAMPER_DRAWS, Damper, damper, withheld
 
 if TYPE_CHECKING:
@@ -198,6 +199,12 @@ def size(
     progress : callable, optional
         Told what is being done and the fraction done.
 
+    Notes
+    -----
+    From one rig the discrepancy between settings is taken to be `ONE_RIG`: the card's prior, which is what such a fit
+    has, breaks the promise of 95 % in 4 % of bridges where rigs miss the curve by 10 %, and in 17 % where they miss it by
+    twice as much.
+
     Raises
     ------
     InputError
@@ -210,6 +217,9 @@ def size(
         raise InputError("sizing", "limits", "no limit", 'at least one, such as --limit jtg or limits = ["jtg"]')
     if bridge.motion is not motion_of(tree):
         raise InputError("bridge", "motion", bridge.motion.value, f"{motion_of(tree).value}, that of the section model")
+    said = prior_speaks(tree)
+    if one_rig(tree):  # it says nothing of how far rigs miss the curve, and the decision must hold where they miss it
+        tree = with_discrepancy(tree, ONE_RIG)
     laws = law_curves(tree, law_n=law_n)
     factor = rig_mass_damping_draws(tree, chosen_rig(tree, rig))
     models = [ModeModel(laws, factor, bridge, mode) for mode in bridge.modes]
@@ -230,7 +240,7 @@ def size(
         modes.append(_mode(model, rules, evidence, doubts, seed, tell))
     remarks = [flag for mode in modes for flag in mode.flags]
     remarks[:0] = doubts
-    remarks += [*what_if(tree, law_n), *prior_speaks(tree)]
+    remarks += [*what_if(tree, law_n), *said]
     if law_n is not None and "effect" in tree:
         remarks.append(f"the fit carries {tree['effect'].attrs['effect']}; under one law alone it is left out")
     if (cost := bridge.cost) is not None and not cost.failure > 0.0:
