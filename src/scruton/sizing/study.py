@@ -202,8 +202,8 @@ def size(
     Notes
     -----
     From one rig the discrepancy between settings is taken to be `ONE_RIG`: the card's prior, which is what such a fit
-    has, breaks the promise of 95 % in 4 % of bridges where rigs miss the curve by 10 %, and in 17 % where they miss it by
-    twice as much.
+    has, breaks the promise of 95 % in 4 % of bridges where rigs miss the curve by 10 %, and in 17 % where they miss
+    it by twice as much.
 
     Raises
     ------
