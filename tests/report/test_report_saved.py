@@ -16,6 +16,7 @@ from scruton.report.figures.registry import FigureWithCaption
 def results(tmp_path, monkeypatch):
     """A fit in a folder, and no sampling anywhere."""
     fit = fake_fit(growth=False, sweeps=False)
+    fit.summary["provenance"]["sha256"] = {"record.csv": "11" * 32}
     write_fit(fit, tmp_path / "fit")
     _, summary = read_tree(tmp_path / "fit")
 
