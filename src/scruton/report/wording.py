@@ -93,6 +93,11 @@ def estimate(entry: Mapping[str, Any], scale: float = 1.0, level: str = "0.90") 
     return texts[0], f"{texts[1]} to {texts[2]}"
 
 
+def law_text(label: str) -> str:
+    """The label of a law ("n=-1") as it is read."""
+    return label.replace("n=", "n = ").replace("-", "−")
+
+
 def percent(value: float, digits: int = 3) -> str:
     """Write a fraction in per cent."""
     return f"{number(100.0 * value, digits)} %"

@@ -153,7 +153,7 @@ def remarks(name: str, asked: str, found: Risk) -> list[str]:
     reach, added = found.reach.get(asked), found.required[asked]
     others = {label: row[asked] for label, row in found.required_by_law.items()}
     by_law = ", ".join(f"{label} {_percent(value)}" for label, value in others.items())
-    where = f"mode {name}: the damping required at {float(asked):.0%} ({_percent(added)})"
+    where = f"mode {name}: the damping required at {100.0 * float(asked):.0f} % ({_percent(added)})"
     sentences = []
     if reach is not None and not reach.trusted:
         told = "no transient went through the amplitude of the limit there, so it is the law's alone"
@@ -170,12 +170,12 @@ def remarks(name: str, asked: str, found: Risk) -> list[str]:
         )
     if found.required_at_discrepancy:
         stated = " and ".join(
-            f"{_percent(row[asked])} where rigs miss the curve by {float(tau):.0%}"
+            f"{_percent(row[asked])} where rigs miss the curve by {100.0 * float(tau):.0f} %"
             for tau, row in found.required_at_discrepancy.items()
         )
         sentences.append(
             f"{where} rests on one rig, which says nothing of how far rigs miss the curve: {stated}. It is sized for "
-            f"{ONE_RIG:.0%}; a second rig would tell"
+            f"{100.0 * ONE_RIG:.0f} %; a second rig would tell"
         )
     return sentences
 
@@ -187,7 +187,7 @@ def _parted(value: float | None, other: float | None) -> bool:
 
 
 def _percent(value: float | None) -> str:
-    return f"more than {LARGEST_ADDED:.0%}" if value is None else f"{100.0 * value:.3g} %"
+    return f"more than {100.0 * LARGEST_ADDED:.0f} %" if value is None else f"{100.0 * value:.3g} %"
 
 
 def probability(needed: FloatArray, added: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ import numpy as np
 from scruton.report.chapters.material import Material
 from scruton.report.chapters.required import required_tables
 from scruton.report.document import CAUTION, Block, Callout, Heading, Picture, Table, paragraph
-from scruton.report.figures.sizing import CONFIDENCES, Content, governing, modes
+from scruton.report.figures.sizing import CONFIDENCES, Content, modes
 from scruton.report.wording import PAGE, TERMINAL, Notation, percent, share
 from scruton.report.wording import number as written
 
@@ -72,20 +72,6 @@ def sizing_chapter(material: Material) -> Iterator[Block]:
         yield from (together, hours)
 
 
-def _worst(content: Content) -> tuple[Content, Content, list[str]]:
-    """The mode that needs most damping, its governing limit; its median amplitude with bounds and limit in words."""
-
-    def need(mode: Content) -> tuple[float, float]:
-        limit = governing(mode)
-        required = limit["required"][ASKED]
-        return (np.inf if required is None else required, limit["probability"])
-
-    mode = max(content["modes"], key=need)
-    limit = governing(mode)
-    lengths = (*(mode["amplitude"][key] for key in ("median", "low", "high")), limit["limit"])
-    return mode, limit, [_length(length, content["amplitude_unit"]) for length in lengths]
-
-
 def _monte_carlo(content: Content) -> Iterator[str]:
     """A sentence a limit: the Monte Carlo standard errors of its probability and of the damping required."""
     for mode in content["modes"]:
@@ -96,32 +82,6 @@ def _monte_carlo(content: Content) -> Iterator[str]:
                     f"Monte Carlo standard errors, mode {mode['name']}, {limit['rule']}: of P without "
                     f"{100.0 * limit['probability_mcse']:.1g} %; of the damping required {required} %."
                 )
-
-
-def sizing_figures(content: Content) -> Iterator[tuple[str, str, str]]:
-    """Amplitude of the bridge, limit, probability of exceeding it, damping required with its confidence."""
-    mode, limit, (median, low, high, most) = _worst(content)
-    yield f"Amplitude of the bridge, mode {mode['name']}", median, f"90 % interval {low} to {high}, no damper"
-    yield f"Limit ({limit['rule']})", most, limit["title"]
-    yield "Probability of exceeding it", percent(limit["probability"]), "in lock-in, without a damper"
-    yield "Added damping ratio required", limit["required_text"][ASKED], _WITHIN
-
-
-def sizing_sentence(content: Content) -> str:
-    """The sizing in one sentence, for the summary."""
-    mode, limit, (median, low, high, most) = _worst(content)
-    sc, required, text = mode["scruton_number"], limit["required"][ASKED], limit["required_text"][ASKED]
-    demand = f"An added damping ratio of {text} is needed"
-    if required is None:
-        demand = f"No added damping that was looked at suffices ({text})"
-    elif required == 0.0:
-        demand = "No added damping is needed"
-    return (
-        f"{content['bridge']['title']}, mode {mode['name']}: at its Scruton number of {number(sc['median'], 3)} (90 %: "
-        f"{number(sc['low'], 3)} to {number(sc['high'], 3)}) the stable amplitude is {median}, 90 % interval {low} to "
-        f"{high}. The limit of {most} ({limit['rule']}) is exceeded with a probability of "
-        f"{percent(limit['probability'])}. {demand} to stay below it with {_WITHIN}."
-    )
 
 
 def sizing_assumptions(content: Content) -> list[str]:
