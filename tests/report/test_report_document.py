@@ -1,5 +1,6 @@
 """The document: chapters in order, numbers, exports, and formulae in three languages."""
 
+import base64
 import csv
 import json
 import re
@@ -14,6 +15,7 @@ import pytest
 from fake_fit import fake_fit
 from fake_parts import GAP, sizing
 
+from scruton.campaign.schema import TitleBlock
 from scruton.griffin import predict
 from scruton.report import equations
 from scruton.report.chapters import Material, compose
@@ -33,7 +35,8 @@ from scruton.report.document import (
 )
 from scruton.report.exports import latex_chapter, latex_table, latex_text, numbers, write_tables
 from scruton.report.maths import Maths, display
-from scruton.report.render_html import embedded
+from scruton.report.render_html import embedded, render_html
+from scruton.report.render_typst import render_pdf
 from scruton.report.tables import tables
 
 EVIL = """<script>alert('1')</script> "B/D" & 50 % #1 $x_1$ \\ ~^ {y} 矩形断面 ξₛ → λ 🌉"""
@@ -246,3 +249,21 @@ def test_every_table_has_a_csv_and_a_latex_file_and_every_number_is_in_the_json(
 def test_runs_of_a_paragraph_keep_their_blanks() -> None:
     document = Document("t", "k", "s", (Chapter("m", "M", (Paragraph(("a ", Code("b_c"), " d")),)),))
     assert latex_chapter(document, "m") == "a \\texttt{b\\_c} d\n"
+
+
+def test_the_title_block_and_the_logo_are_in_page_and_pdf(three) -> None:
+    logo = (
+        "data:image/svg+xml;base64,"
+        + base64.b64encode(
+            b'<svg xmlns="http://www.w3.org/2000/svg" width="20" height="10"><rect width="20" height="10"/></svg>'
+        ).decode()
+    )
+    block = TitleBlock(project="Crossing <of> the Sound", checker="B. Checker", colour="#005f87", logo=logo)
+    document = compose(material(replace(three, campaign=replace(three.campaign, title_block=block))))
+    page = render_html(document)
+    assert "Crossing &lt;of&gt; the Sound" in page
+    assert f'src="{logo}"' in page
+    assert page.count("border-color: #005f87") == 1 + len(document.chapters)
+    assert render_pdf(document).startswith(b"%PDF")
+    bare = render_html(compose(material(three)))
+    assert "title-block" not in bare.partition("</style>")[2]

@@ -16,6 +16,7 @@ from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Campaign, Fluid, Kind, Motion, Record, Rig, Section, Sweep, Test
 from scruton.campaign.spelling import nearest, show
 from scruton.campaign.thresholds import LARGEST_TOML
+from scruton.campaign.title_block import read_title_block
 from scruton.campaign.toml import Field, Table, anything, choice, flag, number, parse_toml, stated, text
 from scruton.errors import InputError
 
@@ -32,7 +33,7 @@ def _damping_ratio(table: Table, key: str) -> Quantity:
     return ratio
 
 
-_TOP_KEYS = ("format", "title", "source", "section", "rigs", "tests", "sweeps")
+_TOP_KEYS = ("format", "title", "source", "section", "rigs", "tests", "sweeps", "report")
 _SECTION = {
     "motion": choice(Motion),
     "width": number(units.LENGTH),
@@ -122,6 +123,7 @@ def load_campaign(path: Path, problems: list[InputError] | None = None) -> Campa
         sweeps=tuple(reading.sweeps(sweeps, by_name)),
         sha256=files.sha256,
         remarks=tuple(_odd_units(top)),
+        title_block=read_title_block(top.table("report"), files),
     )
 
 

@@ -4,7 +4,7 @@ Nothing here reads a file or knows a unit; `scruton.campaign.load` does both and
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from pathlib import Path
 
@@ -126,6 +126,29 @@ class Sweep:
     path: Path
 
 
+@dataclass(frozen=True)
+class TitleBlock:
+    """What stands in the head of a report, each as it is written; empty where it is left out.
+
+    `colour` is "#rrggbb"; `logo` is the picture as a data URI.
+    """
+
+    project: str = ""
+    client: str = ""
+    author: str = ""
+    checker: str = ""
+    revision: str = ""
+    date: str = ""
+    colour: str = ""
+    logo: str = ""
+
+    @property
+    def lines(self) -> list[tuple[str, str]]:
+        """Label and text of everything that is stated and read."""
+        names = (field.name for field in fields(self) if field.name not in ("colour", "logo"))
+        return [(name.capitalize(), value) for name in names if (value := getattr(self, name))]
+
+
 @dataclass(frozen=True, eq=False)
 class Campaign:
     """A whole campaign.
@@ -143,6 +166,7 @@ class Campaign:
     sweeps: tuple[Sweep, ...] = ()
     sha256: Mapping[str, str] | None = None
     remarks: tuple[Remark, ...] = ()
+    title_block: TitleBlock = field(default_factory=TitleBlock)
 
     def rig(self, name: str) -> Rig:
         """Return the rig called `name` (KeyError if there is none)."""

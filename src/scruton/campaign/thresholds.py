@@ -6,6 +6,7 @@ Set by judgement unless a line says otherwise; the bounds of the readers are tri
 # Sizes of files: what is read before anybody knows whether it makes sense.
 LARGEST_RECORD = 4 * 10**9  # bytes of one file of records: 20 million samples as text are half of a GB
 LARGEST_TOML = 10**7  # bytes of one TOML file: thousands of tests
+LARGEST_LOGO = 10**6  # bytes of the picture in the head of a report
 LARGEST_TABLE = 10**7  # bytes of a CSV file beside a bridge: a mode shape, a wind rose
 
 # TOML.

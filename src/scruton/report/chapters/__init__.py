@@ -56,6 +56,9 @@ def compose(material: Material, failures: Failures | None = None) -> Document:
             source=fit.campaign.source,
             chapters=chapters,
             generator=f"scruton {fit.summary['provenance']['versions']['scruton']}",
+            title_block=fit.campaign.title_block.lines,
+            colour=fit.campaign.title_block.colour,
+            logo=fit.campaign.title_block.logo,
         )
     )
 
