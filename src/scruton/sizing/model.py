@@ -136,6 +136,18 @@ class ModeModel:
         )  # fmt: skip
 
     @property
+    def scruton_number_at_means(self) -> float:
+        """4 pi m xi/(rho B D), for torsion 4 pi J xi/(rho B^3 D), at the mean mass and damping: to be checked by hand."""
+        bridge, mode = self.bridge, self.mode
+        if mode.mass is None:
+            return float(np.median(self.section_factor)) * mode.damping_ratio.mean
+        factor = scruton_number_factor(
+            "paper", mass=mode.mass.mean, air_density=bridge.air_density, width=bridge.width, depth=bridge.depth,
+            torsional=bridge.motion is Motion.TORSIONAL,
+        )  # fmt: skip
+        return float(factor * mode.damping_ratio.mean)
+
+    @property
     def lever_arm(self) -> float:
         """Lever arm of dampers against torsion [m]; 1 for heaving."""
         if self.bridge.motion is Motion.HEAVING:

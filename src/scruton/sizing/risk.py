@@ -257,5 +257,6 @@ def sobol_shares(
     both = np.stack([indices.first_order.ravel(), indices.total_order.ravel()])
     if not np.isfinite(both).all():
         both = np.zeros_like(both)  # the same in every draw: there is no variance to share
-    rows = [Share(SOURCES[source], *orders) for source, orders in zip(sources, both.T.tolist(), strict=True)]
+    shares = np.clip(both, 0.0, 1.0).T.tolist()  # noise takes an estimate beyond what a share can be
+    rows = [Share(SOURCES[source], *orders) for source, orders in zip(sources, shares, strict=True)]
     return tuple(sorted(rows, key=lambda row: -row.total))

@@ -76,6 +76,8 @@ class ModeSizing:
         Amplitude of the mode over that of the section, by law.
     scruton_number, amplitude : Spread
         Without added damping; [m] or [rad].
+    scruton_number_at_means : float
+        Of the mean mass and the mean damping, as one computes it by hand.
     governing : str
         The rule of the smallest limit.
     shares : mapping
@@ -102,6 +104,7 @@ class ModeSizing:
     damper: Damper
     cost: Costs | None = None
     required_by_law: Mapping[str, Required] = field(default_factory=dict)
+    scruton_number_at_means: float = np.nan
 
     @property
     def governing_limit(self) -> Risk:
@@ -326,7 +329,7 @@ def _mode(
         None if mode.mass is None else _stated(mode.mass), mode.modal_mass, mode.shape.name,
         dict(zip(model.laws.labels, factors, strict=True)), spread(draws.scruton_number(0.0), u),
         spread(draws.amplitude(0.0), u), tuple(risks), governing.rule, parts, tuple(said), dampers, cost,
-        governing.required_by_law,
+        governing.required_by_law, model.scruton_number_at_means,
     )  # fmt: skip
 
 

@@ -10,7 +10,7 @@ from scruton.report.chapters.material import Material
 from scruton.report.chapters.required import required_tables
 from scruton.report.document import CAUTION, Block, Callout, Heading, Picture, Table, paragraph
 from scruton.report.figures.sizing import CONFIDENCES, Content, modes
-from scruton.report.wording import PAGE, TERMINAL, Notation, percent, share
+from scruton.report.wording import PAGE, TERMINAL, Notation, money, percent, share
 from scruton.report.wording import number as written
 
 ASKED = "0.95"  # the confidence that the summary states
@@ -102,17 +102,28 @@ def similitude_of(content: Content, tested: Sequence[tuple[str, float]]) -> Tabl
         rows.append(
             (
                 mode["name"], f"{number(mode['frequency']['mean'])} Hz", percent(mode["damping_ratio"]["mean"]),
-                number(sc["median"]), f"{number(sc['low'], 3)} to {number(sc['high'], 3)}", name, number(nearest),
+                number(mode.get("scruton_number_at_means")), number(sc["median"]), f"{number(sc['low'], 3)} to {number(sc['high'], 3)}", name, number(nearest),
                 number(nearest / sc["median"], 3),
             )
         )  # fmt: skip
     return Table(
         "bridge_similitude",
         "Scruton number required by the bridge, and the nearest one tested",
-        ("mode", "f", "mean ξₛ", "Sc required", "90 % interval", "nearest test", "Sc achieved", "achieved/required"),
+        (
+            "mode",
+            "f",
+            "mean ξₛ",
+            "Sc of the means",
+            "Sc required",
+            "90 % interval",
+            "nearest test",
+            "Sc achieved",
+            "achieved/required",
+        ),
         rows,
-        "A ratio far from 1 means that the prediction at the bridge reaches along the Griffin curve.",
-        (False, True, True, True, True, False, True, True),
+        "A ratio far from 1 means that the prediction at the bridge reaches along the Griffin curve. Sc of the means: "
+        "4πmξ/(ρBD), or 4πJξ/(ρB³D), of the mean mass and damping, to be checked by hand.",
+        (False, True, True, True, True, True, False, True, True),
     )
 
 
@@ -154,24 +165,31 @@ def _damper_rows(damper: Content, of: Notation, mass: Callable[..., str], dampin
 
 def _cost_blocks(mode: Content) -> Iterator[Block]:
     cost = mode.get("cost") or {}
-    money = cost.get("currency") or "units of currency"
-    if by_mass := cost.get("by_mass"):
-        best, without = by_mass["best_mass"], f"without a damper {number(by_mass['without'], 3)} {money}."
-        choice = f"with a damper of {number(best, 3)} kg; {without}" if best else "without a damper."
-        yield paragraph(f"{_least_cost(mode, by_mass, money, number, 3)} {choice}")
-    if by_damping := cost.get("by_damping"):
-        added = percent(by_damping["best_added_damping"])
-        yield paragraph(f"{_least_cost(mode, by_damping, money, number, 3)} with {added} added damping.")
+    yield from map(paragraph, _cheapest(mode))
     if known := cost.get("information"):
         yield paragraph(
-            f"To know everything before choosing would save {number(known['perfect'], 3)} {money} in expectation: an "
-            "upper bound on what a further test is worth."
+            f"To know everything before choosing would save {money(known['perfect'])} {_currency(cost)} in "
+            "expectation: an upper bound on what a further test is worth."
         )
 
 
-def _least_cost(mode: Content, curve: Content, money: str, write: Callable[..., str], digits: int) -> str:
-    """What the cheapest choice along a curve of cost comes to, in words."""
-    return f"Least expected cost, mode {mode['name']}: {write(curve['best_total'], digits)} {money}"
+def _currency(cost: Content) -> str:
+    return cost.get("currency") or "units of currency"
+
+
+def _cheapest(mode: Content) -> Iterator[str]:
+    """What the cheapest mass of damper comes to, and the cheapest damping, in a sentence each."""
+    cost = mode.get("cost") or {}
+    least = f"Least expected cost, mode {mode['name']}"
+    if by_mass := cost.get("by_mass"):
+        best, without = by_mass["best_mass"], f"without a damper {money(by_mass['without'])} {_currency(cost)}"
+        end = ", the heaviest looked at" if by_mass["at_the_end"] else ""
+        choice = f"with a damper of {number(best, 2)} kg{end}; {without}." if best else "without a damper."
+        yield f"{least}: {money(by_mass['best_total'])} {_currency(cost)} {choice}"
+    if by_damping := cost.get("by_damping"):
+        end = ", the most looked at" if by_damping["at_the_end"] else ""
+        added = percent(by_damping["best_added_damping"], 2)
+        yield f"{least}: {money(by_damping['best_total'])} {_currency(cost)} with {added} added damping{end}."
 
 
 def _exceedances(content: Content, write: Callable[[float], str]) -> list[tuple[str, ...]]:
@@ -234,13 +252,14 @@ def sizing_summary(content: Content) -> Iterator[Block]:
     yield from required_tables(content, TERMINAL)
     without = [
         (
-            mode["name"], spread(mode["scruton_number"]), spread(mode["amplitude"]),
-            *(f"{source['source']} {max(source['first'], 0.0):.0%}" if source["total"] else "-"
+            mode["name"], TERMINAL.number(mode.get("scruton_number_at_means")), spread(mode["scruton_number"]),
+            spread(mode["amplitude"]),
+            *(f"{source['source']} {source['first']:.0%}" if source["total"] else "-"
               for source in mode["shares"]["needed"][:1]),
         )
         for mode in every
     ]  # fmt: skip
-    header = ("mode", "Sc (90 %)", f"amplitude without [{unit}]", "largest share of variance")
+    header = ("mode", "Sc of means", "Sc (90 %)", f"amplitude without [{unit}]", "largest share of variance")
     yield Table("modes", "", header, without)
     yield from map(_damper_summary, every)
     for mode in every:
@@ -271,18 +290,8 @@ def _damper_summary(mode: Content) -> Block:
 
 def _cost_summary(mode: Content) -> Iterator[Block]:
     cost = mode.get("cost") or {}
-    money = cost.get("currency", "")
-    if by_mass := cost.get("by_mass"):
-        best, end = by_mass["best_mass"], ", the heaviest looked at" if by_mass["at_the_end"] else ""
-        without = f"(without: {TERMINAL.number(by_mass['without'])} {money})"
-        choice = f"with a damper of {TERMINAL.number(best)} kg{end} {without}" if best else "without a damper"
-        yield paragraph(f"{_least_cost(mode, by_mass, money, TERMINAL.number, 4)} {choice}")
-    if by_damping := cost.get("by_damping"):
-        added = f"{100 * by_damping['best_added_damping']:.3f} % added damping"
-        end = ", the most looked at" if by_damping["at_the_end"] else ""
-        yield paragraph(f"{_least_cost(mode, by_damping, money, TERMINAL.number, 4)} with {added}{end}")
+    yield from map(paragraph, _cheapest(mode))
     if known := cost.get("information"):
-        title = f"Value of knowing more before choosing [{money or 'currency'}]; "
-        title += f"all of it {TERMINAL.number(known['perfect'], 3)}"
-        rows = [(entry["name"], entry["kind"], TERMINAL.number(entry["value"], 3)) for entry in known["worth"]]
+        title = f"Value of knowing more before choosing [{_currency(cost)}]; all of it {money(known['perfect'])}"
+        rows = [(entry["name"], entry["kind"], money(entry["value"])) for entry in known["worth"]]
         yield Table("information", title, ("of", "kind", "worth at most"), rows)
