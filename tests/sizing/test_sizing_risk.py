@@ -58,6 +58,13 @@ def test_probabilities_agree_with_a_million_draws(n, added):
         assert found.expected_exceedance[k] == pytest.approx(excess.mean(), rel=0.03, abs=2e-5)
 
 
+def test_the_scruton_number_of_the_means_is_that_of_a_pocket_calculator():
+    model = mode_model(cov=0.45)
+    heavy = replace(model, mode=replace(model.mode, mass=Quantity(8000.0, 400.0)))
+    assert heavy.scruton_number_at_means == pytest.approx(4 * np.pi * 8000.0 * 0.003 / (1.225 * 12.0 * 3.0))
+    assert model.scruton_number_at_means == pytest.approx(0.003), "the section's own factor, which is one"
+
+
 def test_what_is_needed_is_the_inverse_of_the_amplitude():
     model = mode_model(0.2, 0.45, exponents=(-1.0, 0.0, 1.0, 2.0), weights=(0.4, 0.2, 0.2, 0.2))
     draws = model.draws(unit_cube(1 << 10, 1))

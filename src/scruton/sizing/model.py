@@ -137,7 +137,7 @@ class ModeModel:
 
     @property
     def scruton_number_at_means(self) -> float:
-        """4 pi m xi/(rho B D), for torsion 4 pi J xi/(rho B^3 D), at the mean mass and damping: to be checked by hand."""
+        """4 pi m xi/(rho B D), for torsion 4 pi J xi/(rho B^3 D), of the mean mass and the mean damping."""
         bridge, mode = self.bridge, self.mode
         if mode.mass is None:
             return float(np.median(self.section_factor)) * mode.damping_ratio.mean

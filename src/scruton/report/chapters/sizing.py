@@ -102,7 +102,8 @@ def similitude_of(content: Content, tested: Sequence[tuple[str, float]]) -> Tabl
         rows.append(
             (
                 mode["name"], f"{number(mode['frequency']['mean'])} Hz", percent(mode["damping_ratio"]["mean"]),
-                number(mode.get("scruton_number_at_means")), number(sc["median"]), f"{number(sc['low'], 3)} to {number(sc['high'], 3)}", name, number(nearest),
+                number(mode.get("scruton_number_at_means")), number(sc["median"]),
+                f"{number(sc['low'], 3)} to {number(sc['high'], 3)}", name, number(nearest),
                 number(nearest / sc["median"], 3),
             )
         )  # fmt: skip
