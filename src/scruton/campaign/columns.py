@@ -17,10 +17,14 @@ EXAMPLES = {  # of headers
     "time": "time [s]",
     "displacement": "displacement [m]",
     "rotation": "rotation [rad]",
+    "acceleration": "acceleration [m/s^2]",
+    "angular_acceleration": "angular acceleration [rad/s^2]",
     "amplitude": "amplitude [mm]",
     "wind_speed": "wind speed [m/s]",
     "reduced_velocity": "reduced velocity",
 }
+# What is taken by its own name only where nothing else is there: a file may hold the displacement beside it.
+_LAST = ("acceleration", "angular_acceleration")
 _SPELLINGS = {"amplitude": ("amplitude", "A/D")}
 
 
@@ -72,6 +76,8 @@ def chosen_columns(table: Table, path: Path, container: Container, wanted: Mappi
             for spelling in _SPELLINGS.get(quantity, (quantity,))
             if folded(spelling) in have
         }
+        if len(matches) > 1 and not stated.keys() & matches.keys():
+            matches = {quantity: name for quantity, name in matches.items() if quantity not in _LAST} or matches
         if len(matches) > 1:
             say = f'one of the two; say which in the table: {key} = {{ {quantities[0]} = "{matches[quantities[0]]}" }}'
             raise InputError(path, "", f"both {' and '.join(matches)}", say)

@@ -63,7 +63,7 @@ def record_cycles(record: Record, still_air_frequency: float, source: str = REGR
     try:
         if record.is_envelope:
             return cycles_from_envelope(record.time, record.response, still_air_frequency)
-        return SOURCES[source](record.time, record.response)
+        return SOURCES[source](record.time, record.response, near=still_air_frequency, band=record.band)
     except InputError as error:
         raise InputError(record.path, record.field, error.found, error.wanted) from error
 

@@ -102,7 +102,7 @@ def assess(
                              "the frequency of the oscillation beside it")  # fmt: skip
         cycles = cycles_from_envelope(record.time, record.response, frequency, name=name)
     elif cycles is None:
-        cycles = demodulate(record.time, record.response, name=name)
+        cycles = demodulate(record.time, record.response, near=frequency, band=record.band, name=name)
     steps = sampling(record.time)
     smooth = np.convolve(cycles.amplitude, np.ones(5) / 5.0, mode="valid")
     transient = record.kind in (Kind.GROWTH, Kind.DECAY)

@@ -19,13 +19,24 @@ _ENDS = 100.0 / 576.0 / np.pi**2  # sum of the squared weights of the samples at
 _BURIED = 0.9  # of tau: the root of a smaller mean square errs by 0.53 tau^(1/2), whatever the motion
 
 
-def front_end_cycles(time: FloatArray, response: FloatArray, *, name: str = "record") -> Cycles:
+def front_end_cycles(
+    time: FloatArray,
+    response: FloatArray,
+    *,
+    near: float | None = None,
+    band: tuple[float, float] | None = None,
+    name: str = "record",
+) -> Cycles:
     r"""Amplitude of every cycle by Eqs. (2) and (3), in place of the regression of `demodulate`.
 
     Parameters
     ----------
     time, response : (N,) array
         Seconds, strictly increasing, and y/D or rotation [rad].
+    near : float, optional
+        Where the record's frequency is looked for first [Hz].
+    band : (low, high), optional
+        Edges [Hz] of the band that the record was filtered to.
     name : str, optional
         The record's file, for error messages.
 
@@ -54,7 +65,7 @@ def front_end_cycles(time: FloatArray, response: FloatArray, *, name: str = "rec
     .. math:: s_a^2 = s^2\left(1 + \frac{100\,m}{576\,\pi^2}\sin^2\varphi\right) + \frac{\tau^2}{4a^2},
        \qquad \tau^2 = \frac2m\left(\sigma^4 + 2\sigma^2\sigma_v^2 + 1.545\,\sigma_v^4\right).
     """
-    cycles = demodulate(time, response, name=name)
+    cycles = demodulate(time, response, near=near, band=band, name=name)
     frequency, steps = cycles.reference_frequency, sampling(time)
     even, motion = (time, response) if steps.uniform else equal_steps(time, response, steps)
     motion = detrend(even, motion, frequency)

@@ -232,7 +232,7 @@ def _channels(records: list[Record], cycles: Mapping[str, Cycles], knots: FloatA
         track = cycles[record.name]
         size, period = track.time.size, 1.0 / track.reference_frequency
         third, error = np.zeros(size), np.full(size, np.inf)
-        if not record.is_envelope:
+        if not record.is_envelope and record.band is None:  # a band leaves no third harmonic
             third, error = third_harmonic(record.time, record.response, track)
         time = track.time - track.time[0]
         columns = {
