@@ -100,7 +100,8 @@ def _missing(path: Path, key: str, quantities: list[str], there: Sequence[str]) 
     if key == "columns" and len(there) == 1:  # the whole header was taken for one column
         sign = next((sign for sign in (";", "\t", ",", "|", " ") if sign in there[0]), "")
         wanted += f'; or the delimiter, delimiter = "{"\\t" if sign == "\t" else sign}"' if sign else ""
-    return InputError(path, " or ".join(quantities), f"no such column among {listed or 'none'}", wanted)
+    usual = " or ".join(quantity for quantity in quantities if quantity not in _LAST)
+    return InputError(path, usual, f"no such column among {listed or 'none'}", wanted)
 
 
 def _encoding(table: Table, key: str) -> str:

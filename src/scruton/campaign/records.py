@@ -42,9 +42,9 @@ def read_record(
     if kind not in kinds:
         place = "still air, below a rig" if Kind.FREE_DECAY in kinds else "wind, below a test"
         raise table.error("kind", f'"{kind}" in {place}', " or ".join(f'"{allowed}"' for allowed in kinds))
-    orders = ORDERS[section.motion]
+    displacement, derivative = orders = ORDERS[section.motion]
     path, container = open_table(table, files)
-    columns = chosen_columns(table, path, container, {"time": False, f"{'|'.join(orders)}|amplitude": True})
+    columns = chosen_columns(table, path, container, {"time": False, f"{displacement}|amplitude|{derivative}": True})
     time_column = columns.pop("time", None)
     ((quantity, column),) = columns.items()
     order = orders.get(quantity, 0)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from scruton.arrays import ComplexArray, FloatArray
-from scruton.campaign.thresholds import BAND_EDGE, END_CYCLES, GAP, JITTER
+from scruton.campaign.thresholds import BAND_EDGE, END_CYCLES, GAP, JITTER, PREDICTOR
 
 
 def band_limited(
@@ -39,7 +39,7 @@ def band_limited(
     Each line of the spectrum is multiplied by :math:`w(\nu)/(2\pi i\nu)^{\rm order}`; w is one from low to high and falls
     to zero within a fifth of either edge beyond it.  So drift, which double integration would blow up, is gone by the
     lower edge.  The spectrum takes a record for periodic, which a decay is not: at both ends it is led on by the
-    oscillation of its first and last cycles and by the mirrored rest, and fades there.
+    oscillation and the drift of its first and last cycles and by a linear prediction of the rest (hum), and fades there.
     """
     from scipy import fft
 
@@ -93,16 +93,37 @@ def _line(x: FloatArray, step: float, band: tuple[float, float], order: int) -> 
 
 
 def _led_on(x: FloatArray, count: int, turn: float) -> FloatArray:
-    """Lead a signal on beyond its first sample, going away from it; its oscillation turns by `turn` [rad] a sample."""
+    """Lead a signal on beyond its first sample, going away from it; it turns by `turn` [rad] a sample."""
 
-    def swing(at: FloatArray) -> FloatArray:
-        wave = np.stack([np.cos(turn * at), np.sin(turn * at)])
+    def columns(at: FloatArray) -> FloatArray:
+        wave = np.stack([np.cos(turn * at), np.sin(turn * at), np.ones_like(at)])
         return np.concatenate([wave, wave * (at / count)]).T
 
     inside = np.arange(count + 1, dtype=float)
-    columns = np.concatenate([swing(inside), np.stack([np.ones(count + 1), inside / count]).T], axis=1)
-    oscillation = np.linalg.lstsq(columns, x[: count + 1], rcond=None)[0][:4]
+    course = np.linalg.lstsq(columns(inside), x[: count + 1], rcond=None)[0]
     away = inside[1:]
-    rest = x[1 : count + 1] - swing(away) @ oscillation
-    faded: FloatArray = np.cos(0.5 * np.pi * away / (count + 1.0)) ** 2 * (swing(-away) @ oscillation + rest)
+    rest = _predicted(x[: count + 1] - columns(inside) @ course, count)
+    faded: FloatArray = np.cos(0.5 * np.pi * away / (count + 1.0)) ** 2 * (columns(-away) @ course + rest)
     return faded
+
+
+def _predicted(x: FloatArray, count: int) -> FloatArray:
+    """So many samples before the first: linear prediction by Burg's method, which carries hum on and lets noise go."""
+    from scipy.signal import lfilter, lfiltic
+
+    forward, backward = x[1:].copy(), x[:-1].copy()
+    coefficients = np.ones(1)
+    for _ in range(min(len(x) // 3, PREDICTOR)):
+        power = np.dot(forward, forward) + np.dot(backward, backward)
+        if not power > 1e-20 * np.dot(x, x):
+            break
+        reflection = -2.0 * np.dot(forward, backward) / power
+        padded = np.append(coefficients, 0.0)
+        coefficients = padded + reflection * padded[::-1]
+        forward, backward = (forward + reflection * backward)[1:], (backward + reflection * forward)[:-1]
+    order = len(coefficients) - 1
+    if order == 0:
+        return np.zeros(count)
+    predicted, _ = lfilter([1.0], coefficients, np.zeros(count), zi=lfiltic([1.0], coefficients, x[:order]))
+    result: FloatArray = predicted
+    return result
