@@ -111,7 +111,11 @@ PLAIN = csv("time [s],displacement [V]", TIME, motion(F))
 @pytest.mark.parametrize(
     ("content", "lines", "message"),
     [
-        (PLAIN, ['scale = "0.18 kg/V"'], r'scale: found "0.18 kg/V" for a column in V .*wanted a factor to displacement'),
+        (
+            PLAIN,
+            ['scale = "0.18 kg/V"'],
+            r'scale: found "0.18 kg/V" for a column in V .*wanted a factor to displacement',
+        ),
         (PLAIN, ["scale = true"], r"scale: found true; wanted a factor"),
         (PLAIN, ['scale = "0 m/V"'], r"a factor of zero"),
         (csv("time [s],acceleration", TIME, motion(F, 2)), ['scale = "100 mV/g"'], "a column without a unit"),

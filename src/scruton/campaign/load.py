@@ -14,6 +14,7 @@ from scruton.campaign.quantity import Quantity
 from scruton.campaign.records import read_record, read_sweep
 from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Campaign, Fluid, Kind, Motion, Record, Rig, Section, Sweep, Test
+from scruton.campaign.series import each_test
 from scruton.campaign.spelling import nearest, show
 from scruton.campaign.thresholds import LARGEST_TOML
 from scruton.campaign.toml import Field, Table, anything, choice, flag, number, parse_toml, stated, text
@@ -100,6 +101,7 @@ def load_campaign(path: Path, problems: list[InputError] | None = None) -> Campa
         raise top.error("section", "nothing", "a table [section] with motion, width and depth")
     section = Section(**top.table("section").read(_SECTION))
     rigs, tests, sweeps = top.tables("rigs"), top.tables("tests"), top.tables("sweeps")
+    tests = tuple(test for table in tests for test in each_test(table, files))
     if not rigs:
         raise top.error("rigs", "nothing", "at least one [[rigs]]")
     reading = _Reading(section, files, problems, _record_names([*rigs, *tests], files))

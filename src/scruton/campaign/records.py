@@ -14,7 +14,16 @@ from scruton.campaign.readers import Column
 from scruton.campaign.schema import Kind, Motion, Record, Section, Sweep
 from scruton.campaign.signal import band_limited
 from scruton.campaign.spelling import show
-from scruton.campaign.thresholds import BAND, LATEST, MIN_SAMPLES, NARROWEST_BAND, RATE_TOLERANCE, RATES, SIZES, SPARSEST
+from scruton.campaign.thresholds import (
+    BAND,
+    LATEST,
+    MIN_SAMPLES,
+    NARROWEST_BAND,
+    RATE_TOLERANCE,
+    RATES,
+    SIZES,
+    SPARSEST,
+)
 from scruton.campaign.toml import Table
 from scruton.errors import InputError
 
@@ -68,7 +77,9 @@ def read_record(
         try:
             time, response = band_limited(time, response, band, order)
         except ValueError as error:
-            raise _error(path, column, str(error), "an unbroken record, by start or stop: a filter leaps no gap") from None
+            raise _error(
+                path, column, str(error), "an unbroken record, by start or stop: a filter leaps no gap"
+            ) from None
     return Record(name, path, kind, time, response, is_envelope, table.field, band)
 
 

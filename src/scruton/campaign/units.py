@@ -61,7 +61,9 @@ _POWER = re.compile(  # of a unit, not of a number or of a power: m^2, m**-2, m�
 )
 _PLAIN_POWER = re.compile(r"(?<=[a-zA-Z])[2-4](?!\w)")  # m/s2, kg/m3
 _GRAVITY = re.compile(r"(?<!\w)(m|u|µ|)[gG](?!\w)")  # where an acceleration is meant: elsewhere g is the gram
-_BAND = re.compile(r"\s*(?P<low>[\d.]+)\s*(?P<unit>[a-zA-Z/]*)\s*(?:-|–|\bto\b)\s*(?P<high>[\d.]+)\s*(?P<unit2>[a-zA-Z/]+)\s*")
+_BAND = re.compile(
+    r"\s*(?P<low>[\d.]+)\s*(?P<unit>[a-zA-Z/]*)\s*(?:-|–|\bto\b)\s*(?P<high>[\d.]+)\s*(?P<unit2>[a-zA-Z/]+)\s*"
+)
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _PLUS_MINUS = re.compile(r"±|\+\s*/\s*-|\+-")
 _OVER_DEPTH = frozenset({"-", "1", "A/D", "y/D"})  # ways to write "already divided by D"

@@ -125,7 +125,11 @@ def usable(
         return tuple(record for record in records if record.name in cycles)
 
     rigs = tuple(replace(rig, records=kept(rig.records)) for rig in campaign.rigs)
-    bare = [rig for rig, left in zip(campaign.rigs, rigs, strict=True) if rig.records and not left.records and not rig.damping_ratio]
+    bare = [
+        rig
+        for rig, left in zip(campaign.rigs, rigs, strict=True)
+        if rig.records and not left.records and not rig.damping_ratio
+    ]
     needed = [record.name for rig in bare for record in rig.records]
     if strict or not cycles or needed:
         raise failures[needed[0] if needed else next(iter(failures))]

@@ -39,6 +39,7 @@ READERS: dict[str, tuple[Reader, str]] = {
     ".h5": _HDF5,
     ".hdf5": _HDF5,
     ".npz": (_from("npz"), "a NumPy archive written by numpy.savez"),
+    ".vxp": (_from("vxp"), "a data set as VIVyD writes it"),
     ".tdms": (_from("tdms"), "a TDMS file as LabVIEW writes it"),
 }
 
