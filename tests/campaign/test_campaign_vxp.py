@@ -66,7 +66,7 @@ def test_what_is_refused(room, data_set, variable, message):
 
 
 def test_damage_is_bad_input(room, data_set):
-    with pytest.raises(InputError, match="set.vxp"):
+    with pytest.raises(InputError, match=r"set\.vxp"):
         room.record("set.vxp", data_set[: len(data_set) // 2], 'variables = { displacement = "laser/y" }')
 
 

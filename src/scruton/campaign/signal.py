@@ -36,10 +36,10 @@ def band_limited(
 
     Notes
     -----
-    Each line of the spectrum is multiplied by :math:`w(\nu)/(2\pi i\nu)^{\rm order}`; w is one from low to high and falls
-    to zero within a fifth of either edge beyond it.  So drift, which double integration would blow up, is gone by the
-    lower edge.  The spectrum takes a record for periodic, which a decay is not: at both ends it is led on by the
-    oscillation and the drift of its first and last cycles and by a linear prediction of the rest (hum), and fades there.
+    Each line of the spectrum is multiplied by :math:`w(\nu)/(2\pi i\nu)^{\rm order}`; w is one from low to high and
+    falls to zero within a fifth of either edge beyond it.  So drift, which double integration would blow up, is gone by
+    the lower edge.  The spectrum takes a record for periodic, which a decay is not: at both ends it is led on by the
+    oscillation and the drift of its first and last cycles and by a linear prediction of the rest (hum), fading.
     """
     from scipy import fft
 

@@ -61,9 +61,8 @@ _POWER = re.compile(  # of a unit, not of a number or of a power: m^2, m**-2, m�
 )
 _PLAIN_POWER = re.compile(r"(?<=[a-zA-Z])[2-4](?!\w)")  # m/s2, kg/m3
 _GRAVITY = re.compile(r"(?<!\w)(m|u|µ|)[gG](?!\w)")  # where an acceleration is meant: elsewhere g is the gram
-_BAND = re.compile(
-    r"\s*(?P<low>[\d.]+)\s*(?P<unit>[a-zA-Z/]*)\s*(?:-|–|\bto\b)\s*(?P<high>[\d.]+)\s*(?P<unit2>[a-zA-Z/]+)\s*"
-)
+_EDGE = r"\s*([\d.]+)\s*([a-zA-Z/]*)\s*"
+_BAND = re.compile(f"{_EDGE}(?:-|–|to\\b){_EDGE}")
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _PLUS_MINUS = re.compile(r"±|\+\s*/\s*-|\+-")
 _OVER_DEPTH = frozenset({"-", "1", "A/D", "y/D"})  # ways to write "already divided by D"
@@ -139,11 +138,9 @@ def parse_band(value: object, file: Path | str, field: str) -> tuple[float, floa
     wanted = 'a band of frequencies, such as band = "15-35 Hz"'
     if match is None:
         raise InputError(file, field, show(value), wanted)
-    low, high = (
-        parse_quantity(f"{match[edge]} {match['unit'] or match['unit2'] if edge == 'low' else match['unit2']}", FREQUENCY,
-                       file, field).mean
-        for edge in ("low", "high")
-    )  # fmt: skip
+    low_edge, unit, high_edge, last_unit = match.groups()
+    low = parse_quantity(f"{low_edge} {unit or last_unit}", FREQUENCY, file, field).mean
+    high = parse_quantity(f"{high_edge} {last_unit}", FREQUENCY, file, field).mean
     if low >= high:
         raise InputError(file, field, show(value), f"{wanted}, the lower edge first")
     return low, high

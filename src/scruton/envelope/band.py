@@ -24,13 +24,14 @@ def line_noise(time: FloatArray, response: FloatArray, band: tuple[float, float]
     Notes
     -----
     What is left of the noise looks, inside one cycle, like the motion: no residual shows it.  So it is read off the
-    spectrum on both sides of the line, where three parts add up: noise that is white as displacement, noise that is white
-    as acceleration and falls with the fourth power of the frequency, and the skirts of a motion that turbulence shakes,
-    which fall with the square of the distance from the line and are no noise of the sensor.  Their strengths, none of
-    them negative, are those of largest likelihood; lines that stand out of all three are left out.
+    spectrum on both sides of the line, where three parts add up: noise that is white as displacement, noise that is
+    white as acceleration and falls with the fourth power of the frequency, and the skirts of a motion that turbulence
+    shakes, which fall with the square of the distance from the line and are no noise of the sensor.  Their strengths,
+    none of them negative, are those of largest likelihood; lines that stand out of all three are left out.
 
-    Averages over many cycles have the variance of white noise of this strength; one cycle alone has less, by the part of
-    its width that the band leaves.  A record too short to part the line from the edges is taken for noisier than it is.
+    Averages over many cycles have the variance of white noise of this strength; one cycle alone differs, by the part
+    of its width that the band leaves and by the slope of its noise.  A record too short to part the line from the edges
+    is taken for noisier than it is.
     """
     step = sampling(time).step
     low, high = band

@@ -184,7 +184,7 @@ def open_delimited(data: bytes, path: Path, dialect: CsvDialect) -> Delimited:
 
 
 def _numbers_parted_by(line: str, dialect: CsvDialect) -> CsvDialect:
-    """The dialect with the delimiter that a first line of numbers shows, where none is stated and no comma parts them."""
+    """The dialect with the delimiter that a first line of numbers shows, where none is stated and no comma parts it."""
     if dialect.delimiter or len(split_line(line, dialect)) > 1:
         return dialect
     for delimiter in ("\t", ";", " "):
@@ -196,7 +196,7 @@ def _numbers_parted_by(line: str, dialect: CsvDialect) -> CsvDialect:
 
 
 def _are_numbers(cells: Sequence[str], decimal: str) -> bool:
-    """Whether a line is one of numbers, and no header: cells may be empty, as a delimiter at its beginning leaves one."""
+    """Whether a line is one of numbers, no header: cells may be empty, as a delimiter at its beginning leaves one."""
     full = [cell for cell in cells if cell]
     return bool(full) and all(_is_number(cell, decimal) for cell in full)
 
