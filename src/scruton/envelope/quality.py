@@ -191,7 +191,8 @@ def _sampling_remarks(record: Record, steps: Sampling) -> Iterator[Remark]:
 
 def _signal_remarks(record: Record, cycles: Cycles, line: Line | None) -> Iterator[Remark]:
     largest = float(np.max(cycles.amplitude))
-    if side := _clipped_side(record.time, record.response, cycles):
+    # a filter rounds what was clipped
+    if record.band is None and (side := _clipped_side(record.time, record.response, cycles)):
         yield Remark(
             Severity.DOUBT, "clipped", "record", record.name,
             f"the signal is clipped {side}: samples pile up at the extreme reading.", f"the signal is clipped {side}",
