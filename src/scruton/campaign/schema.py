@@ -70,6 +70,9 @@ class Record:
         True where the file holds an amplitude that was extracted elsewhere.
     field : str
         Where the record is named in campaign.toml, for error messages: "tests[0].records[1]".
+    band : (low, high) or None
+        Edges [Hz] of the band that `response` holds, where it was filtered, or integrated from a velocity or an
+        acceleration; its noise lies there, too.
     """
 
     name: str
@@ -79,6 +82,7 @@ class Record:
     response: FloatArray
     is_envelope: bool = False
     field: str = ""
+    band: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, eq=False)

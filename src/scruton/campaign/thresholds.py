@@ -38,6 +38,16 @@ LATEST = 1e12  # s, of any time: clocks of computers count 1.7e9 s since 1970
 RATES = (1e-9, 1e9)  # Hz, of samples
 RATE_TOLERANCE = 0.01  # relative, between a stated sample rate and the file's own time
 
+# Signals that are filtered or integrated; steps as in scruton.envelope.thresholds.
+JITTER, GAP = 0.01, 1.75
+BAND_EDGE = 0.2  # of an edge, beyond it: where a filter falls to nothing; hum at 50 Hz is gone from a band up to 40 Hz
+END_CYCLES = 8.0  # by which both ends are led on: four times what a filter with these edges remembers
+PREDICTOR = 128  # samples by which hum is led on: a lower order tells lines that are close together no longer apart
+# Times f0: the band of an acceleration, without drift below and without the second harmonic above.
+BAND = (0.5, 1.7)
+# Times f0: what a band must hold. A narrower one rounds transients and makes the noise of neighbouring cycles one.
+NARROWEST_BAND = (0.75, 1.3)
+
 # Remarks.
 LISTED = 6  # names that one line carries; a longer list hides the sentence before it
 OVERLAP = 2  # samples: windows that follow each other may share the one between them
