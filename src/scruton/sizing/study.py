@@ -1,6 +1,6 @@
 """`size`: everything that `scruton size` finds, `Sizing`, to sizing.json and back."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -73,7 +73,7 @@ class ModeSizing:
     scruton_number, amplitude : Spread
         Without added damping; [m] or [rad].
     governing : str
-        The rule of the smallest limit.
+        The rule of the smallest limit, of those that hold for the mode.
     shares : mapping
         Shares of variance by quantity ("needed", "amplitude"), the largest first.
     cost : Costs or None
@@ -98,7 +98,7 @@ class ModeSizing:
 
     @property
     def governing_limit(self) -> Risk:
-        """The limit that decides: the smallest."""
+        """The limit that decides: the smallest, of those that hold for the mode."""
         return next(risk for risk in self.limits if risk.rule == self.governing)
 
 
@@ -258,12 +258,12 @@ def _mode(model: ModeModel, rules: Sequence[Limit], seed: int, tell: Progress) -
     for i, rule in enumerate(rules):
         tell(f"mode {mode.name}: risk against {rule.rule.name}", 0.3 * i / len(rules))
         risks.append(risk(model, rule, seed=seed))
-    governing = min(risks, key=lambda against: against.limit)
+    governing = smallest(risks)
     tell(f"mode {mode.name}: shares of variance", 0.3)
     parts = shares(model, governing.limit, added=governing.required["0.95"] or 0.0, seed=seed)
     u = unit_cube(DAMPER_DRAWS, seed + 4)
     draws = model.draws(u)
-    remarks = flags(model, draws)
+    remarks = [*flags(model, draws), *outside(mode.name, risks, governing)]
     if flag := damping_flag(mode.damping_ratio.mean):
         remarks.append(f"mode {mode.name}: {flag}")
     tell(f"mode {mode.name}: tuned mass damper", 0.4)
@@ -291,6 +291,23 @@ def _mode(model: ModeModel, rules: Sequence[Limit], seed: int, tell: Progress) -
         dict(zip(model.laws.labels, factors, strict=True)), spread(draws.scruton_number(0.0), u),
         spread(draws.amplitude(0.0), u), tuple(risks), governing.rule, parts, tuple(remarks), dampers, cost,
     )  # fmt: skip
+
+
+def smallest(risks: Sequence[Risk]) -> Risk:
+    """The limit that governs: the smallest of those that hold for the mode, of all where none does."""
+    return min(risks, key=lambda against: (against.outside is not None, against.limit))
+
+
+def outside(mode: str, risks: Sequence[Risk], governing: Risk) -> Iterator[str]:
+    """A remark on every limit that does not hold for the mode, whether it decides or not."""
+    for against in risks:
+        if against.outside is None:
+            continue
+        if against is governing:
+            yield f'mode {mode}: the limit "{against.rule}" governs, yet {against.outside}'
+        else:
+            smaller = ", though it is the smallest" if against.limit < governing.limit else ""
+            yield f'mode {mode}: the limit "{against.rule}" does not govern{smaller}: {against.outside}'
 
 
 def _stated(value: Quantity) -> Stated:
