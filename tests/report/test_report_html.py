@@ -351,15 +351,15 @@ def test_a_failure_ends_the_second_process() -> None:
 
 
 def test_each_peak_test_beside_its_prediction_from_the_others(three) -> None:
-    good, bad = ({one.test: one.prediction for one in validations(three, level)} for level in (1.0, 0.6))
+    good, bad = ({one.test: one.prediction.to_json() for one in validations(three, level)} for level in (1.0, 0.6))
     page = spaced(page_of(three, crossed=good))
     assert page.count(" % inside ") == 3
     assert "OUTSIDE" not in page
     one, measured = bad["Sc 21.7"], three.campaign.test("Sc 21.7").stable_amplitude.mean
-    error = f"{100 * (one.median / measured - 1):+.0f} %".replace("-", "−")
+    error = f"{100 * (one['amplitude']['median'] / measured - 1):+.0f} %".replace("-", "−")
     page = spaced(page_of(three, crossed=bad))
     assert page.count(" % OUTSIDE ") == 3
-    assert " ".join([*estimate(one.to_json()["amplitude"]), number(measured), "measured", error]) in page
+    assert " ".join([*estimate(one["amplitude"]), number(measured), "measured", error]) in page
 
 
 @pytest.mark.usefixtures("one_figure")

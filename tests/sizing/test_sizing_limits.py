@@ -6,10 +6,10 @@ from sizing_room import mode_model
 
 from scruton.campaign.schema import Motion
 from scruton.errors import InputError
+from scruton.sizing.governing import governing, outside
 from scruton.sizing.limits import RULES, bd49, limit
 from scruton.sizing.limits.iso2631 import W_F, W_K, motion_sickness, weighting
 from scruton.sizing.risk import risk
-from scruton.sizing.study import outside, smallest
 
 DECK = (12.0, 3.0)  # m, B and D
 TO_CODE = 0.005  # of what the code prints, or of what its formula gives by hand
@@ -112,13 +112,13 @@ def test_a_rule_outside_its_range_does_not_govern_unflagged():
     assert acceleration.limit < code.limit
     assert acceleration.outside is not None
     assert code.outside is None
-    assert smallest(risks[:2]) is code
-    assert smallest(risks) is comfort
-    said = list(outside("V1", risks[:2], code))
+    assert governing(risks[:2]) is code
+    assert governing(risks) is comfort
+    said = list(outside("V1", risks[:2]))
     assert len(said) == 1
     assert "does not govern, though it is the smallest" in said[0]
     assert "0.5 to 80 Hz" in said[0]
-    alone = list(outside("V1", risks[:1], acceleration))
+    alone = list(outside("V1", risks[:1]))
     assert "governs, yet" in alone[0]
 
 

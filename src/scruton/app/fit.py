@@ -1,16 +1,14 @@
-"""`scruton fit`: posterior.nc and fit.json; `scruton report`: with diagnosis, crossed predictions and sizing, too."""
+"""`scruton fit`: posterior.nc and fit.json."""
 
 import shlex
 from argparse import Namespace
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scruton.app.run import Outcome, Run, default_folder
 from scruton.campaign import Campaign, load_campaign, tests_named, tests_used
-from scruton.errors import InputError
 from scruton.report.render_text import render_text
 from scruton.report.summaries import fit_summary
 from scruton.terminal import DONE, NOT_TRUSTED
@@ -91,41 +89,3 @@ def run(arguments: Namespace) -> Outcome:
         paths = work.published(write_fit(fit, work.new))
     lines = [f"{name:10} {path}" for name, path in zip(("posterior:", "summary:"), paths, strict=True)]
     return Outcome(render_text(fit_summary(fit)), lines, fit.flags, DONE if fit.converged else NOT_TRUSTED)
-
-
-def report(arguments: Namespace) -> Outcome:
-    """Fit a campaign into a folder and write its report there; a second process shares the work.
-
-    InputError for bad input; nothing is written then. What fails once the fit is made is a remark.
-    """
-    from scruton.infer.store import write_fit
-    from scruton.processes import SecondProcess
-    from scruton.report.build import write_report
-    from scruton.report.failures import begun
-    from scruton.report.parts import check_bridge, crossed_part, gap_part, scruton_numbers_of, sizing_part
-
-    path, model, seed = arguments.campaign, arguments.model, arguments.seed
-    bridge, limits, gap = arguments.bridge, arguments.limit, not arguments.no_gap
-    if limits and bridge is None:
-        raise InputError("command line", "--limit", f'"{limits[0]}" without a bridge', "--bridge FILE beside it")
-    checked = None if bridge is None else check_bridge(path, bridge, limits)
-    sha256 = {} if checked is None else checked.sha256
-    task = FitTask.of(arguments)
-    settings = {"sc": arguments.sc, "limits": limits, "gap": gap, "bridge": bridge is not None}
-    with task.claim(arguments, sha256, settings) as work, SecondProcess() as second:
-        crossed = begun(second, crossed_part, task.campaign, task.card, seed)
-        diagnosis = begun(second, gap_part, path, model) if gap else None
-        fit = task.fit(work)
-        write_fit(fit, work.new)
-        sizing = None if bridge is None else begun(second, sizing_part, work.new, bridge, limits, seed)
-        of_the_bridge = partial(scruton_numbers_of, fit.tree, bridge) if bridge and fit.summary["tests"] else ()
-        paths = write_report(
-            fit, work.new, place=task.folder, design_sc=arguments.sc or of_the_bridge, gap=diagnosis, sizing=sizing,
-            crossed=crossed, second=second,
-        )  # fmt: skip
-        work.publish()
-    files = (("report (PDF):", paths.pdf), ("report:", paths.report), ("Griffin plot:", paths.griffin))
-    lines = [f"{name:13} {place}" for name, place in files if place is not None]
-    failures = [failure.sentence for failure in paths.failures]
-    code = DONE if fit.converged and not failures else NOT_TRUSTED
-    return Outcome(render_text(fit_summary(fit)), lines, [*failures, *fit.flags], code)

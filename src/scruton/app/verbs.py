@@ -98,8 +98,9 @@ CHALLENGE = (
 VERBS = (
     Verb("check", "read a campaign, print what it holds and every warning", "check:run", (CAMPAIGN,)),
     Verb("fit", "front end and posteriors: writes posterior.nc and fit.json", "fit:run", FIT),
-    Verb("report", "fit, predict and write the report", "fit:report", (
-        *FIT,
+    Verb("report", "fit, predict and write the report; or write it of results that are there", "report:run", (
+        Argument("campaign", type=Path, metavar="CAMPAIGN|RESULTS", help="folder with a campaign.toml, or of a fit"),
+        *FIT[1:],
         SC,
         Argument("--bridge", type=Path, metavar="FILE", help="bridge.toml: damper sizing and risk, too"),
         Argument(

@@ -33,7 +33,7 @@ from scruton.infer.joint import (
 )
 from scruton.infer.models import NOISE, WIND, SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
 from scruton.infer.peaks import fit_peaks, settle, stack
-from scruton.infer.results import Fit, RigResult, Sampled, TestResult, TrialResult
+from scruton.infer.results import TRIAL, Fit, RigResult, Sampled, TestResult, TrialResult
 from scruton.infer.sampling import Sampling, fewer_walkers
 from scruton.infer.speeds import NAME as SPEEDS
 from scruton.infer.speeds import fit_speeds
@@ -301,7 +301,7 @@ def fit_trial(
         priors, card.prior("trial_amplitude", motion), data, 2 * np.pi * cycles.reference_frequency,
         float(data.amplitude.max()),
     )  # fmt: skip
-    where = f"trial function of {record.name}"
+    where = f"{TRIAL} {record.name}"
     samples = sampling.run(where, posterior, data.amplitude, data.standard_error, data.time)
     rng = np.random.default_rng(sampling.seed_of(f"amplitudes of {where}"))
     names = ("a", "b", "c", "d", "residual_sd", "residual_rate")

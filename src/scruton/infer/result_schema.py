@@ -133,6 +133,16 @@ SCHEMA: Mapping[str, tuple[Variable, ...]] = {
         Variable("discrepancy_relaxation", _DRAWS_OF_LAW, "f", "-", "kappa, sd of ln G between settings"),
         *_of_test(_DRAWS_OF_PEAK, forces_may_lack=False),
     ),
+    "law_free": (
+        Variable("level_amplitude", ("test", "level"), "f", _AMPLITUDE, "that the test's transients went through"),
+        Variable(
+            "level_scruton_number",
+            ("sample", "test", "level"),
+            "f",
+            "-",
+            "Sc at which it would be stable, by the damping measured there",
+        ),
+    ),
     "laws": (
         Variable("prior_weight", _LAW, "f", "-", "of the card"),
         Variable("weight", _LAW, "f", "-", "that predictions use"),

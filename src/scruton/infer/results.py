@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
+TRIAL = "trial function of"  # how the posterior of one record's trial function is named, before the record
+
 
 @dataclass(frozen=True, eq=False)
 class RigResult:
@@ -159,7 +161,7 @@ class Sampled:
         named = {f"rig {result.rig.name}": result.samples for result in self.rigs if result.samples}
         named |= {f"test {result.test.name}": result.samples for result in self.tests}
         named |= {f"campaign, {law.label}": law.samples for law in (self.joint.laws if self.joint else ())}
-        return named | {f"trial function of {trial.record.name}": trial.samples for trial in self.trials}
+        return named | {f"{TRIAL} {trial.record.name}": trial.samples for trial in self.trials}
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,8 +14,9 @@ from scruton.dynamics.cycles import EnvelopeData
 from scruton.infer.cards import ModelCard
 from scruton.infer.examined import examined_groups
 from scruton.infer.joint import Joint, reference_holds
+from scruton.infer.law_free import law_free_group
 from scruton.infer.result_schema import SCHEMA, dataset
-from scruton.infer.results import PeakResult, Sampled, TestResult, TrialResult
+from scruton.infer.results import TRIAL, PeakResult, Sampled, TestResult, TrialResult
 from scruton.infer.sampling import Sampling
 from scruton.infer.store import pack
 from scruton.infer.thresholds import SEEN
@@ -45,6 +46,8 @@ def build_tree(sampled: Sampled, sampling: Sampling, provenance: Mapping[str, An
     }
     if sampled.tests:
         groups |= _test_groups(sampled.tests, sampling)
+        reach = [transient_range(result.posterior.data) for result in sampled.tests]
+        groups["law_free"] = law_free_group(sampled.tests, reach, sampling)
     if sampled.joint:
         groups |= _campaign_groups(sampled.joint)
         if thorough:
@@ -271,7 +274,7 @@ def summarise(
             {
                 "name": trial.record.name,
                 "test": trial.test.name,
-                "parameters": parameters(trial.derived, f"trial function of {trial.record.name}", verdicts),
+                "parameters": parameters(trial.derived, f"{TRIAL} {trial.record.name}", verdicts),
             }
             for trial in sampled.trials
         ],

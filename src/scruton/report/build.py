@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 HTML, PDF, JSON, FIGURES, TABLES = "report.html", "report.pdf", "report.json", "figures", "tables"
 GRIFFIN = "griffin"  # name of the figure that the command line points to
 
-Crossed = Callable[[], "Mapping[str, Prediction] | Failure"]
+Crossed = Callable[[], "Mapping[str, Any] | Failure"]
 Waiting = Callable[[], "Part | Failure"]
 Design = Sequence[float] | Callable[[], Sequence[float]]
 
@@ -105,7 +105,8 @@ def write_report(
     gap, sizing : Part, or callable that gives it, optional
         The diagnosis and the sizing; their content is also written as gap.json and sizing.json.
     crossed : callable, optional
-        Gives the prediction of each peak test from the others, where there are two or more; computed here if left out.
+        Gives the prediction of each peak test from the others as JSON has it, where there are two or more; computed
+        here if left out.
     second : SecondProcess, optional
         Takes a share of the figures; the files do not depend on it.
 
@@ -208,7 +209,7 @@ def _sensitivity(fit: "Fit", design: "Sequence[Prediction]") -> "tuple[Predictio
 
 def _predictions(
     fit: "Fit", design_sc: Design, crossed: Crossed | None, failures: Failures
-) -> "tuple[list[Prediction], dict[str, Prediction], Mapping[str, Prediction]]":
+) -> "tuple[list[Prediction], dict[str, Prediction], Mapping[str, Any]]":
     """At the design; by peak test, for another setting at its Scruton number, and of it from the other peak tests.
 
     Numbers that were asked for and cannot be are bad input.

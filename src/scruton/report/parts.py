@@ -30,8 +30,6 @@ from scruton.sizing.study import size, sizing_origin
 if TYPE_CHECKING:
     import xarray as xr
 
-    from scruton.griffin import Prediction
-
 
 @dataclass(frozen=True, eq=False)
 class Part:
@@ -68,11 +66,11 @@ def gap_part(campaign: Path, model: str = "default") -> Part:
     return Part(json.loads(json.dumps(content)), shown, failures.found)
 
 
-def crossed_part(campaign: Campaign, card: ModelCard, seed: int) -> "dict[str, Prediction]":
-    """Each peak test of a campaign predicted from the others; empty where there are none."""
+def crossed_part(campaign: Campaign, card: ModelCard, seed: int) -> dict[str, Any]:
+    """Each peak test of a campaign predicted from the others, as `Prediction.to_json` has it; empty with one rig."""
     if len({test.rig for test in campaign.tests}) < 2:
         return {}
-    return {validation.test: validation.prediction for validation in validate(campaign, card, seed=seed, singles=False)}
+    return {case.test: case.prediction.to_json() for case in validate(campaign, card, seed=seed, singles=False)}
 
 
 def check_bridge(campaign: Path, bridge: Path, limits: Sequence[str] = ()) -> Bridge:
@@ -100,6 +98,11 @@ def sizing_part(folder: Path, bridge: Path, limits: Sequence[str] = (), seed: in
     structure = load_bridge(bridge, motion_of(tree))
     content = size(tree, structure, [limit(rule) for rule in limits], seed=seed).to_json()
     content["provenance"] = sizing_origin(folder, summary, structure, seed=seed, settings={"limits": list(limits)})
+    return part_of_sizing(content)
+
+
+def part_of_sizing(content: Mapping[str, Any]) -> Part:
+    """The content of a sizing.json with its pictures."""
     failures = Failures()
 
     def charts() -> dict[str, Mapping[str, Any]]:

@@ -16,6 +16,7 @@ from scruton.campaign.schema import Motion
 from scruton.dynamics.laws import index_of
 from scruton.dynamics.scruton_number import factor as scruton_number_factor
 from scruton.griffin.curves import LawCurves, SharedCurve
+from scruton.griffin.law_free import LawFree
 from scruton.sizing.bridge import Bridge, Mode
 from scruton.stats.convergence import monte_carlo_error
 
@@ -180,6 +181,8 @@ class Draws:
         Standard normal deviate of the discrepancy.
     row : (N,) array
         Which draw of the posterior each one is.
+    law_free : LawFree, optional
+        What inverts the curve, where the law shall not.
     """
 
     curve: SharedCurve
@@ -190,6 +193,7 @@ class Draws:
     discrepancy: FloatArray
     row: IntArray
     table: "CurveTable | None" = None
+    law_free: LawFree | None = None
 
     def __len__(self) -> int:
         return len(self.scale)
@@ -235,6 +239,8 @@ class Draws:
 
     def _inverse(self, on_curve: FloatArray) -> FloatArray:
         """Scruton numbers at which the curves have these amplitudes, (N,)."""
+        if self.law_free is not None:
+            return self.law_free.scruton_number_of(on_curve, self.row % len(self.law_free.scruton_number))
         if self.table is not None:
             return self.table.scruton_number(self.row, on_curve)
         curve = self.curve

@@ -1,18 +1,18 @@
 """Probability of exceeding a limit against added damping, what a confidence asks for, and which uncertainty matters."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.griffin.thresholds import X_TRUSTED
+from scruton.sizing.checks import LAW_FREE, Checks, Evidence, Reach, Required, required_of
 from scruton.sizing.limits import Limit
 from scruton.sizing.model import LAW, SECTION, SOURCES, Draws, ModeModel, sampling_error, unit_cube
-from scruton.sizing.thresholds import LARGEST_ADDED
+from scruton.sizing.thresholds import LARGEST_ADDED, LAWS_PART, LEAST_PARTED, ONE_RIG
 
-CONFIDENCES = ("0.50", "0.84", "0.95", "0.99")
 POINTS, SHARE_POINTS = 1 << 15, 1 << 12
 _CURVES, _INNER = 256, 1024  # of the band: curves of the section, and draws of all else for each
 _GRID = 81
@@ -68,6 +68,16 @@ class Risk:
         Why the rule does not hold for this mode, where it does not.
     reading : str or None
         What the rule's code says of the median amplitude without added damping, and of its 95 % point.
+    reach : mapping
+        How far the setting with the required damping lies from what was tested, by confidence.
+    required_by_law : mapping
+        The required damping by confidence under each law of the card alone, whatever its weight, and "law-free": by
+        the damping that the transients show at the amplitude, without a law.
+    required_at_discrepancy : mapping
+        From one rig: the same where rigs are known to miss the curve by so much ("0.10").
+    required_by_hand : float or None
+        The added damping where the straight line of 1/A through the measured stable amplitudes meets the limit, with
+        the median of all else; None with one setting.
     """
 
     rule: str
@@ -84,10 +94,14 @@ class Risk:
     required_mcse: Mapping[str, float | None] | None = None
     outside: str | None = None
     reading: str | None = None
+    reach: Mapping[str, Reach | None] = field(default_factory=dict)
+    required_by_law: Mapping[str, Required] = field(default_factory=dict)
+    required_at_discrepancy: Mapping[str, Required] = field(default_factory=dict)
+    required_by_hand: float | None = None
 
 
-def risk(model: ModeModel, limit: Limit, *, seed: int = 0) -> Risk:
-    """Probability of exceeding a limit, against added damping.
+def risk(model: ModeModel, limit: Limit, *, seed: int = 0, evidence: Evidence | None = None) -> Risk:
+    """Probability of exceeding a limit, against added damping; the required damping is held against the evidence.
 
     Raises
     ------
@@ -99,12 +113,7 @@ def risk(model: ModeModel, limit: Limit, *, seed: int = 0) -> Risk:
     largest = limit.amplitude(bridge.motion, *place)
     u = unit_cube(POINTS, seed)
     needed = model.draws(u).needed(largest)
-    # Order statistics: what is needed may be infinite.
-    points = np.quantile(needed, [float(name) for name in CONFIDENCES], method="inverted_cdf").tolist()
-    wanted = {
-        name: max(point, 0.0) if point <= LARGEST_ADDED else None
-        for name, point in zip(CONFIDENCES, points, strict=True)
-    }
+    wanted = required_of(needed)
     top = max(LARGEST_ADDED if damping is None else damping for damping in wanted.values())
     added = np.linspace(0.0, min(max(1.4 * top, 0.002), LARGEST_ADDED), _GRID)
     few = model.draws(u[: POINTS // 4])
@@ -133,6 +142,7 @@ def risk(model: ModeModel, limit: Limit, *, seed: int = 0) -> Risk:
         name: never if damping is None else f"{100 * damping:.3f} %" if damping else "none"
         for name, damping in wanted.items()
     }
+    checks = evidence.checks(model, largest, wanted, u[: POINTS // 4]) if evidence else Checks()
     return Risk(
         limit.text, rule.title, rule.source, rule.confirm, largest, float(np.mean(needed > 0.0)),
         float(curve.expected_exceedance[0]), wanted, in_words, curve,
@@ -148,7 +158,50 @@ def risk(model: ModeModel, limit: Limit, *, seed: int = 0) -> Risk:
             if (said := limit.reading(bridge.motion, *place, float(amplitude)))
         )
         or None,
+        **vars(checks),
     )  # fmt: skip
+
+
+def remarks(name: str, asked: str, found: Risk) -> list[str]:
+    """What the reader must know of the damping that is required at a confidence ("0.95") before trusting it."""
+    reach, added = found.reach.get(asked), found.required[asked]
+    others = {label: row[asked] for label, row in found.required_by_law.items()}
+    by_law = ", ".join(f"{label} {_percent(value)}" for label, value in others.items())
+    where = f"mode {name}: the damping required at {float(asked):.0%} ({_percent(added)})"
+    sentences = []
+    if reach is not None and not reach.trusted:
+        told = "no transient went through the amplitude of the limit there, so it is the law's alone"
+        if reach.covered_by:
+            told = f"transients of {reach.covered_by} of {reach.tests} tests went through the amplitude of the limit"
+        sentences.append(
+            f"{where} lies at Sc {reach.scruton_number:.3g}, an extrapolation index of "
+            f"{reach.extrapolation_index:.2f} from the nearest test; {told}. By law: {by_law}"
+        )
+    elif LAW_FREE in others and _parted(others[LAW_FREE], added):
+        sentences.append(
+            f"{where} is the law's: the damping measured at the amplitude of the limit asks for "
+            f"{_percent(others[LAW_FREE])}. By law: {by_law}"
+        )
+    if found.required_at_discrepancy:
+        stated = " and ".join(
+            f"{_percent(row[asked])} where rigs miss the curve by {float(tau):.0%}"
+            for tau, row in found.required_at_discrepancy.items()
+        )
+        sentences.append(
+            f"{where} rests on one rig, which says nothing of how far rigs miss the curve: {stated}. It is sized for "
+            f"{ONE_RIG:.0%}; a second rig would tell"
+        )
+    return sentences
+
+
+def _parted(value: float | None, other: float | None) -> bool:
+    """Whether two required damping ratios differ by so much that what they were found with decides."""
+    low, high = sorted(LARGEST_ADDED if x is None else x for x in (value, other))
+    return high > LAWS_PART * low + LEAST_PARTED
+
+
+def _percent(value: float | None) -> str:
+    return f"more than {LARGEST_ADDED:.0%}" if value is None else f"{100.0 * value:.3g} %"
 
 
 def probability(needed: FloatArray, added: FloatArray) -> FloatArray:

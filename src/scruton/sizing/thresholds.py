@@ -18,6 +18,14 @@ CLOSEST_POINTS = 1e-9
 # Damping ratio. More cannot be added to a bridge: required damping beyond it is "not achievable".
 LARGEST_ADDED = 0.05
 
+# Factor between the damping ratios that a law and the measured damping require, from which it is said that the law
+# decides; and the damping ratio by which they must differ at least: what no one would build differently.
+LAWS_PART, LEAST_PARTED = 1.25, 0.0002
+
+# Sd of ln(amplitude) of a setting about the curve, that damping is sized for where one rig was tested: what settings of
+# one body were seen to miss it by at the worst.
+ONE_RIG = 0.20
+
 # Exponent n. Below it the force of the wind on strips near a node of the mode has no finite sum.
 LEAST_EXPONENT = -2.0
 

@@ -289,3 +289,14 @@ def damper(model: ModeModel, limit: float, seed: int) -> Damper:
         Spread(outcome.added_damping, low=outcome.added_damping_low), Spread(outcome.stroke, high=outcome.stroke_high),
         lightest.detuned, MassMap(ratios, masses, np.array([left_by(dampers) for dampers in tuned]), *columns),
     )  # fmt: skip
+
+
+def withheld(model: ModeModel, reason: str) -> Damper:
+    """No damper, where nothing may be built on the fit, and why."""
+    request, none = model.bridge.damper, Spread(np.nan)
+    empty = np.zeros(0)
+    return Damper(
+        Asked(request.risk, request.number, request.largest_mass_ratio, request.largest_stroke),
+        model.damper_position, False, reason, (), 0.0, None, np.nan, none, none, (),
+        MassMap(empty, None, empty, empty, empty, empty),
+    )  # fmt: skip

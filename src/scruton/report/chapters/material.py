@@ -28,7 +28,7 @@ class Material:
     pictures: Sequence[Picture] = ()  # in their order; each goes to the chapter that its figure is registered with
     design: "Sequence[Prediction]" = ()  # at the Scruton numbers that were asked for
     at_tests: "Mapping[str, Prediction]" = field(default_factory=dict)  # for another setting at a test's Scruton number
-    crossed: "Mapping[str, Prediction]" = field(default_factory=dict)  # of a peak test from the other peak tests
+    crossed: Mapping[str, Any] = field(default_factory=dict)  # of a peak test from the others, as JSON has predictions
     gap: Mapping[str, Any] | None = None  # content of gap.json, where a diagnosis was made
     charts: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # of interactive pictures, drawn or not
     sizing: Mapping[str, Any] | None = None  # content of sizing.json, where there is a bridge

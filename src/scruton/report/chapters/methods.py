@@ -6,6 +6,7 @@ import numpy as np
 
 from scruton.report import equations as eq
 from scruton.report.chapters.material import Material
+from scruton.report.chapters.results import within
 from scruton.report.document import Block, Code, Definitions, Equation, Heading, Table, paragraph
 from scruton.report.maths import row
 from scruton.report.wording import PARAMETERS, number, stated
@@ -82,8 +83,7 @@ def _own_calibration(material: Material) -> str:
         return " This campaign has one peak test, so it cannot check its own predictions."
     inside = 0
     for test, prediction in material.crossed.items():
-        low, high = prediction.interval(0.90)
-        inside += low <= material.measured_or_found(test) <= high
+        inside += within(prediction["amplitude"]["interval"]["0.90"], material.measured_or_found(test))
     return (
         f" On this campaign itself, {inside} of {len(material.crossed)} peak tests lie inside the 90 % interval that "
         "the others give them."

@@ -3,6 +3,8 @@
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from scruton.report.chapters.material import Material
 from scruton.report.document import CAUTION, Block, Callout, Equation, Heading, Table, paragraph
 from scruton.report.equations import AERODYNAMIC, RECIPROCAL
@@ -135,13 +137,13 @@ def predictions_chapter(material: Material) -> Iterator[Block]:
     yield sensitivity_table(material.sensitivity, PAGE)
     rows = []
     for test, prediction in material.crossed.items():
-        truth, (low, high) = material.measured_or_found(test), prediction.interval(0.90)
+        truth, amplitude = material.measured_or_found(test), prediction["amplitude"]
         rows.append(
             (
-                test, number(prediction.scruton_number), *estimate(prediction.to_json()["amplitude"]), number(truth),
+                test, number(prediction["sc"]), *estimate(amplitude), number(truth),
                 "from its records" if material.fit.campaign.test(test).stable_amplitude is None else "measured",
-                f"{100 * (prediction.median / truth - 1):+.0f} %".replace("-", "−"),
-                "inside" if low <= truth <= high else "OUTSIDE",
+                _error(amplitude["median"], truth),
+                "inside" if within(amplitude["interval"]["0.90"], truth) else "OUTSIDE",
             )
         )  # fmt: skip
     yield Table(
@@ -152,6 +154,16 @@ def predictions_chapter(material: Material) -> Iterator[Block]:
         "Each is a fit of its own that never sees the records of the test it predicts. Nine in ten should lie inside.",
         (False, True, True, True, True, False, True, False),
     )
+
+
+def _error(predicted: float | None, truth: float) -> str:
+    return "∞" if predicted is None else f"{100 * (predicted / truth - 1):+.0f} %".replace("-", "−")
+
+
+def within(interval: Sequence[float | None], truth: float) -> bool:
+    """Whether an interval holds a number; a bound that is missing is infinite."""
+    low, high = (np.inf if bound is None else bound for bound in interval)
+    return bool(low <= truth <= high)
 
 
 def sensitivity_table(rows: "Sequence[PredictionSensitivity]", of: Notation) -> Table:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from scruton.report.chapters.material import Material
+from scruton.report.chapters.required import required_tables
 from scruton.report.document import CAUTION, Block, Callout, Heading, Picture, Table, paragraph
 from scruton.report.figures.sizing import CONFIDENCES, Content, governing, modes
 from scruton.report.wording import PAGE, TERMINAL, Notation, percent, share
@@ -49,6 +50,7 @@ def sizing_chapter(material: Material) -> Iterator[Block]:
         numeric=(False, False, *[True] * 6),
     )  # fmt: skip
     yield from shown("required_damping")
+    yield from required_tables(content, PAGE)
     for k, (ending, mode) in enumerate(modes(content).items(), 1):
         yield Heading(f"Mode {mode['name']}" if ending else "Risk")
         yield from shown(f"risk{ending}", f"shares{ending}")
@@ -269,6 +271,7 @@ def sizing_summary(content: Content) -> Iterator[Block]:
     ]  # fmt: skip
     header = ("mode", "limit", f"[{unit}]", "P without", *_SHARES)
     yield Table("required", "Added damping [%] by confidence", header, required, "\n".join(_monte_carlo(content)))
+    yield from required_tables(content, TERMINAL)
     without = [
         (
             mode["name"], spread(mode["scruton_number"]), spread(mode["amplitude"]),

@@ -22,6 +22,11 @@ if TYPE_CHECKING:
 _ROW_HEIGHT, _ONE_ROW_HEIGHT = 31.0, 46.0  # mm; a single row holds the whole of the label at its side
 _NARROW_TITLE = 40  # letters that fit above one of two panels side by side
 _HEADLINE = 72  # letters of the headline that fit on a line
+CAPTION = (
+    "Where the null model and the records part. Above: damping ratio, measured minus null model, against amplitude for "
+    "every test and, beside it, its rig in still air, with 90 % bands; shaded where it differs. Below: change of "
+    "frequency with amplitude, and the probability of each cause."
+)
 Row = tuple[int, int, list[Curve], list[Curve]]
 _PENS: dict[str, dict[str, Any]] = {
     GROWTH: {"color": style.BLUE, "ls": "-"},
@@ -62,9 +67,7 @@ def gap_figure(
     drawing.suptitle(headline, x=0.01, ha="left", weight="bold")
     return FigureWithCaption(
         drawing,
-        caption="Where the null model and the records part. Above: damping ratio, measured minus null model, against "
-        "amplitude for every test and, beside it, its rig in still air, with 90 % bands; shaded where it differs. "
-        "Below: change of frequency with amplitude, and the probability of each cause.",
+        caption=CAPTION,
         alt=alt,
     )
 

@@ -186,6 +186,7 @@ def law_comparison(fit: Fit) -> FigureWithCaption:
     drawing, panels = style.panels(2, height_mm=78.0, sharex=True, sharey=True)
     for axes, (n, title) in zip(panels, LAWS, strict=True):
         griffin_axes.draw_bands(axes, fit, bands[n])
+        griffin_axes.without_law(axes, fit)
         griffin_axes.points(axes, fit, posteriors=False)
         griffin_axes.frame(axes, limits, ceiling, note=0.3 if axes is panels[0] else None)
         axes.set_title(title)
@@ -195,7 +196,8 @@ def law_comparison(fit: Fit) -> FigureWithCaption:
         drawing,
         caption="Griffin curves from the stable amplitude and the relaxation rate of one test at a time, (a) by the "
         "paper's law and (b) by Ehsan and Scanlan's, with 50 and 90 % credible bands; thin where the extrapolation "
-        "index exceeds 0.3, beyond which laws part. Points are measured.",
+        "index exceeds 0.3, beyond which laws part. Dashed: the damping that the transients show at an amplitude, "
+        "without a law, with its 90 % band, as far as any transient reached. Points are measured.",
         alt="Two panels: curves of the paper's law stay near the measured points at distant Scruton numbers, those of "
         "Ehsan and Scanlan's law fall to zero amplitude at a finite Scruton number.",
     )

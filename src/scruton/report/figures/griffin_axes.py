@@ -9,6 +9,7 @@ from scruton.arrays import FloatArray
 from scruton.campaign.schema import Quantity, Record
 from scruton.envelope import FrontEnd
 from scruton.griffin.bands import GriffinBand
+from scruton.griffin.law_free import law_free
 from scruton.griffin.posterior import draws_of, peak_names, printed_draws, test_names
 from scruton.infer.results import Fit
 from scruton.report.figures import style
@@ -119,6 +120,16 @@ def plot_curve(axes: "Axes", front: FrontEnd, label: str, *, reciprocal: bool = 
     amplitude = np.where(amplitude > 0.0, amplitude, np.nan)
     pen: dict[str, Any] = {"color": style.BLACK, "ls": ":", "lw": 1.0, "zorder": 4} | kwargs
     axes.plot(sc, 1.0 / amplitude if reciprocal else amplitude, **pen, label=label)
+
+
+def without_law(axes: "Axes", fit: Fit) -> None:
+    """The curve of the damping that transients show, without a law, with its 90 % band, as far as any reached."""
+    curve = law_free(fit.tree)
+    if curve is None:
+        return
+    amplitude, (low, middle, high) = curve.band()
+    axes.fill_betweenx(amplitude, low, high, color=style.BLACK, alpha=0.12, lw=0, zorder=1)
+    axes.plot(middle, amplitude, color=style.BLACK, ls="--", lw=1.1, zorder=4, label="measured damping, no law, 90 %")
 
 
 def points(

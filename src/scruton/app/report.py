@@ -1,0 +1,111 @@
+"""`scruton report`: of a campaign, with all that is computed for it; or of what earlier runs left in a folder."""
+
+from argparse import Namespace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scruton.app.fit import FitTask
+from scruton.app.run import Outcome, Run
+from scruton.errors import InputError
+from scruton.report.render_text import render_text
+from scruton.report.summaries import fit_summary
+from scruton.terminal import DONE, NOT_TRUSTED
+
+if TYPE_CHECKING:
+    from scruton.infer.results import Fit
+    from scruton.report.build import ReportPaths
+
+WRITTEN = ("report.html", "report.pdf", "report.json")
+# Options that have a meaning for a campaign alone, and what they are where they are left out.
+_OF_A_CAMPAIGN = {"model": "default", "tests": None, "effect": None, "resume": False}
+
+
+def run(arguments: Namespace) -> Outcome:
+    """Write the report of a campaign, or of a fit that lies in a folder.
+
+    InputError for bad input; nothing is written then. What fails once the fit is made is a remark.
+    """
+    from scruton.infer.store import SUMMARY
+
+    bridge, limits = arguments.bridge, arguments.limit
+    if limits and bridge is None:
+        raise InputError("command line", "--limit", f'"{limits[0]}" without a bridge', "--bridge FILE beside it")
+    return of_results(arguments) if (arguments.campaign / SUMMARY).is_file() else of_campaign(arguments)
+
+
+def of_campaign(arguments: Namespace) -> Outcome:
+    """Fit a campaign into a folder and write its report there; a second process shares the work."""
+    from scruton.infer.store import write_fit
+    from scruton.processes import SecondProcess
+    from scruton.report.build import write_report
+    from scruton.report.failures import begun
+    from scruton.report.parts import check_bridge, crossed_part, gap_part, scruton_numbers_of, sizing_part
+
+    path, model, seed = arguments.campaign, arguments.model, arguments.seed
+    bridge, limits, gap = arguments.bridge, arguments.limit, not arguments.no_gap
+    checked = None if bridge is None else check_bridge(path, bridge, limits)
+    sha256 = {} if checked is None else checked.sha256
+    task = FitTask.of(arguments)
+    settings = {"sc": arguments.sc, "limits": limits, "gap": gap, "bridge": bridge is not None}
+    with task.claim(arguments, sha256, settings) as work, SecondProcess() as second:
+        crossed = begun(second, crossed_part, task.campaign, task.card, seed)
+        diagnosis = begun(second, gap_part, path, model) if gap else None
+        fit = task.fit(work)
+        write_fit(fit, work.new)
+        sizing = None if bridge is None else begun(second, sizing_part, work.new, bridge, limits, seed)
+        of_the_bridge = partial(scruton_numbers_of, fit.tree, bridge) if bridge and fit.summary["tests"] else ()
+        paths = write_report(
+            fit, work.new, place=task.folder, design_sc=arguments.sc or of_the_bridge, gap=diagnosis, sizing=sizing,
+            crossed=crossed, second=second,
+        )  # fmt: skip
+        work.publish()
+    return _outcome(fit, paths)
+
+
+def of_results(arguments: Namespace) -> Outcome:
+    """Write the report of a fit that lies in a folder, with the diagnosis and the sizing beside it; nothing is sampled.
+
+    A bridge that is named is sized anew, which takes seconds.
+    """
+    from scruton.infer.store import load_fit, provenance_of
+    from scruton.processes import SecondProcess
+    from scruton.report.build import write_report
+    from scruton.report.parts import scruton_numbers_of, sizing_part
+    from scruton.report.saved import saved_crossed, saved_gap, saved_sizing
+
+    results: Path = arguments.campaign
+    for option, otherwise in _OF_A_CAMPAIGN.items():
+        if getattr(arguments, option) != otherwise:
+            raise InputError(
+                "command line", f"--{option}", f"an option of a fit, with {results} that holds one",
+                "the campaign itself; a report of results takes what is there",
+            )  # fmt: skip
+    fit = load_fit(results)
+    bridge, limits, seed = arguments.bridge, arguments.limit, fit.summary["provenance"]["seed"]
+    gap = None if arguments.no_gap else saved_gap(results, fit.summary)
+    sizing = saved_sizing(results, fit.summary) if bridge is None else sizing_part(results, bridge, limits, seed)
+    design = arguments.sc
+    if bridge is not None and not design:
+        design = scruton_numbers_of(fit.tree, bridge)
+    inputs = provenance_of(results, fit.summary)
+    if bridge is not None and sizing is not None:
+        inputs |= sizing.content["provenance"]["bridge_sha256"]
+    settings = {"sc": arguments.sc, "limits": limits, "gap": gap is not None, "bridge": bridge is not None}
+    folder = arguments.out or results / "report"
+    claim = Run(folder, "report", arguments, sha256=inputs, settings=settings, results=WRITTEN)
+    with claim as work, SecondProcess() as second:
+        paths = write_report(
+            fit, work.new, place=folder, design_sc=design, gap=gap, sizing=sizing,
+            crossed=partial(saved_crossed, results), second=second,
+        )  # fmt: skip
+        work.publish()
+    return _outcome(fit, paths)
+
+
+def _outcome(fit: "Fit", paths: "ReportPaths") -> Outcome:
+    files = (("report (PDF):", paths.pdf), ("report:", paths.report), ("Griffin plot:", paths.griffin))
+    lines = [f"{name:13} {place}" for name, place in files if place is not None]
+    failures = [failure.sentence for failure in paths.failures]
+    code = DONE if fit.converged and not failures else NOT_TRUSTED
+    return Outcome(render_text(fit_summary(fit)), lines, [*failures, *fit.flags], code)

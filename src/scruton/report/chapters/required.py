@@ -1,0 +1,67 @@
+"""What the required damping is held against: every law, no law, a line by hand, and how far it lies from the tests."""
+
+from collections.abc import Callable, Iterator
+
+from scruton.griffin.thresholds import X_TRUSTED
+from scruton.report.document import Table
+from scruton.report.figures.sizing import CONFIDENCES, Content
+from scruton.report.wording import Notation, share
+from scruton.sizing.checks import LAW_FREE
+from scruton.sizing.thresholds import LARGEST_ADDED
+
+_SHARES = [share(float(p)) for p in CONFIDENCES]
+
+
+def required_tables(content: Content, of: Notation) -> Iterator[Table]:
+    """What each required damping is held against, a table a mode and limit: every law, no law, and what was tested."""
+    for k, mode in enumerate(content["modes"], 1):
+        for j, limit in enumerate(mode["limits"], 1):
+            rows = _required_rows(limit, of)
+            if any(cell not in ("none", "") for _, *cells in rows for cell in cells):
+                yield Table(
+                    f"required_by_law_{k}_{j}",
+                    f"Mode {mode['name']}, {limit['rule']}: added damping ratio required, and what it rests on",
+                    ("", *_SHARES),
+                    [*rows, *_reach_rows(limit, of)],
+                    f"x is the extrapolation index from the nearest test: laws part beyond {X_TRUSTED:g}. Without a "
+                    "law the damping is that which the transients show at the amplitude of the limit.",
+                    numeric=(False, *[True] * len(_SHARES)),
+                )
+
+
+def _required_rows(limit: Content, of: Notation) -> list[tuple[str, ...]]:
+    """Label, and the required damping by confidence: as weighed, under each law, without a law, by hand, one rig."""
+
+    def row(label: str, required: Content) -> tuple[str, ...]:
+        return label, *(_damping(required[p], of) for p in CONFIDENCES)
+
+    rows = [row("laws as weighed", limit["required"])]
+    for law, required in limit.get("required_by_law", {}).items():
+        rows.append(row("without a law" if law == LAW_FREE else f"under {law} alone", required))
+    for tau, required in limit.get("required_at_discrepancy", {}).items():
+        rows.append(row(f"where rigs miss the curve by {share(float(tau))}", required))
+    if (by_hand := limit.get("required_by_hand")) is not None:
+        rows.append(("straight line of 1/A, by hand", _damping(by_hand, of), *[""] * (len(CONFIDENCES) - 1)))
+    return rows
+
+
+def _damping(value: float | None, of: Notation) -> str:
+    if value is None:
+        return f"> {of.number(100.0 * LARGEST_ADDED, 3)} %"
+    return f"{of.number(100.0 * value, 3)} %" if value else "none"
+
+
+def _reach_rows(limit: Content, of: Notation) -> list[tuple[str, ...]]:
+    """How far each required damping lies from what was tested."""
+    reach = [limit.get("reach", {}).get(p) for p in CONFIDENCES]
+    if not any(reach):
+        return []
+
+    def row(label: str, write: Callable[[Content], str]) -> tuple[str, ...]:
+        return label, *("" if at is None else write(at) for at in reach)
+
+    return [
+        row("Sc there", lambda at: of.number(at["scruton_number"], 3)),
+        row("x there", lambda at: of.number(at["extrapolation_index"], 2) + ("" if at["trusted"] else " !")),
+        row("tests through that amplitude", lambda at: f"{at['covered_by']} of {at['tests']}"),
+    ]

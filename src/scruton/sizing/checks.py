@@ -1,0 +1,132 @@
+"""What a required damping is held against: all laws, no law, a line by hand, what was tested."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from scruton.arrays import FloatArray
+from scruton.griffin.curves import LawCurves, law_curves
+from scruton.griffin.discrepancy import STATED, one_rig, with_discrepancy
+from scruton.griffin.law_free import LawFree, StraightLine, law_free, straight_line
+from scruton.griffin.thresholds import X_TRUSTED
+from scruton.sizing.model import Draws, ModeModel
+from scruton.sizing.thresholds import LARGEST_ADDED
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+CONFIDENCES = ("0.50", "0.84", "0.95", "0.99")
+LAW_FREE = "law-free"
+Required = Mapping[str, float | None]
+
+
+@dataclass(frozen=True)
+class Reach:
+    """How far the setting that a required damping makes lies from what was tested.
+
+    Attributes
+    ----------
+    scruton_number, extrapolation_index : float
+        Median, and median x from the nearest test.
+    covered_by, tests : int
+        Peak tests whose transients run through the section's amplitude at the limit, and how many there are.
+    trusted : bool
+        Whether |x| is small and some test covers the amplitude.
+    """
+
+    scruton_number: float
+    extrapolation_index: float
+    covered_by: int
+    tests: int
+    trusted: bool
+
+
+@dataclass(frozen=True)
+class Checks:
+    """What stands beside the required damping ratios of one limit; see `Risk`."""
+
+    reach: Mapping[str, Reach | None] = field(default_factory=dict)
+    required_by_law: Mapping[str, Required] = field(default_factory=dict)
+    required_at_discrepancy: Mapping[str, Required] = field(default_factory=dict)
+    required_by_hand: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What of a fit the required damping is held against, apart from the curve that it comes from.
+
+    Attributes
+    ----------
+    law_free, line
+        What the damping measured in each test says by itself, and the line through 1/A; None where there is none.
+    at_discrepancy : mapping
+        From one rig: the curve where the discrepancy between settings is known to be so much ("0.10").
+    """
+
+    tree: "xr.DataTree"
+    law_free: LawFree | None
+    line: StraightLine | None
+    at_discrepancy: Mapping[str, LawCurves]
+
+    @classmethod
+    def of(cls, tree: "xr.DataTree") -> "Evidence":
+        """Gather it from the tree of a fit."""
+        stated = STATED if one_rig(tree) else ()
+        known = {f"{tau:.2f}": law_curves(with_discrepancy(tree, tau)) for tau in stated}
+        return cls(tree, law_free(tree), straight_line(tree), known)
+
+    def each_law(self, near: float) -> dict[str, LawCurves]:
+        """Each law of the card alone; one that was not sampled starts from the test nearest to a Scruton number."""
+        curves = {}
+        for label in map(str, self.tree["laws"]["law"].to_numpy()):
+            exponent = label.removeprefix("n=")
+            alone = {"law_n": float(exponent), "near": near} if exponent != label else {}
+            curves[label] = law_curves(self.tree, **alone)
+        return curves
+
+    def checks(self, model: ModeModel, limit: float, required: Required, u: FloatArray) -> Checks:
+        """Hold what a mode requires for a limit [m] or [rad] against all of it, at points of the unit cube."""
+        draws = model.draws(u)
+        reach = {name: None if added is None else _reach(draws, limit, added) for name, added in required.items()}
+        furthest = max((found.scruton_number for found in reach.values() if found), default=0.0)
+        by_law = {
+            label: required_of(replace(model, laws=alone).draws(u).needed(limit))
+            for label, alone in self.each_law(furthest).items()
+        }
+        if self.law_free is not None:
+            by_law[LAW_FREE] = required_of(replace(draws, law_free=self.law_free).needed(limit))
+        stated = {
+            tau: required_of(replace(model, laws=known).draws(u).needed(limit))
+            for tau, known in self.at_discrepancy.items()
+        }
+        return Checks(reach, by_law, stated, None if self.line is None else _by_hand(draws, limit, self.line))
+
+
+def required_of(needed: FloatArray) -> dict[str, float | None]:
+    """Added damping ratio by confidence, from draws of what is needed; None where it is more than can be added."""
+    # Order statistics: what is needed may be infinite.
+    points = np.quantile(needed, [float(name) for name in CONFIDENCES], method="inverted_cdf").tolist()
+    return {
+        name: max(point, 0.0) if point <= LARGEST_ADDED else None
+        for name, point in zip(CONFIDENCES, points, strict=True)
+    }
+
+
+def _reach(draws: Draws, limit: float, added: float) -> Reach | None:
+    coverage = draws.curve.coverage
+    if coverage is None:
+        return None
+    sc = draws.scruton_number(np.full((1, 1), added))
+    index = draws.curve.index_of_nearest(sc)
+    covered = coverage.tests_at(limit / float(np.median(draws.scale)))
+    return Reach(
+        float(np.median(sc)), index, covered, coverage.scruton_number.size, abs(index) <= X_TRUSTED and covered > 0
+    )
+
+
+def _by_hand(draws: Draws, limit: float, line: StraightLine) -> float:
+    """Added damping ratio where the line through 1/A reaches the limit, with the median of all else."""
+    sc = line.scruton_number(limit / float(np.median(draws.scale)))
+    return max(sc / float(np.median(draws.factor)) - float(np.median(draws.damping_ratio)), 0.0)

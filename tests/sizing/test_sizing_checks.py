@@ -1,0 +1,95 @@
+"""What stands beside a required damping: where it agrees with the law, where it does not, and what is then said."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sizing_room import LIMIT, at_most, mode_model
+
+from scruton.griffin.coverage import Coverage
+from scruton.griffin.law_free import LawFree, StraightLine
+from scruton.sizing.checks import LAW_FREE, Evidence
+from scruton.sizing.risk import remarks, risk
+from scruton.sizing.thresholds import LARGEST_ADDED
+
+A_STAR, SC, RELAXATION = 0.06551, 0.00058, 0.005139  # the section of `sizing_room`
+
+
+class Card(Evidence):
+    """Evidence whose card holds two laws, without a fit on disk."""
+
+    def each_law(self, near):
+        assert near > 0.0
+        return {f"n={n:g}": mode_model(0.1, exponents=(n,)).laws for n in (-1.0, 2.0)}
+
+
+def measured(strength=1.0, reach=(0.1, 2.0)):
+    """The damping of the paper's law below the stable amplitude, times a factor."""
+    amplitude = np.geomspace(reach[0] * A_STAR, reach[1] * A_STAR, 300)
+    numbers = SC + strength * RELAXATION * (A_STAR / amplitude - 1.0)
+    return LawFree(amplitude[None], np.tile(numbers, (20, 1, 1)), np.array([SC]), np.array([RELAXATION]))
+
+
+def model(reach=(0.2, 2.0), discrepancy=0.1):
+    covered = Coverage(np.array([SC]), np.array([reach[0] * A_STAR]), np.array([reach[1] * A_STAR]))
+    of = mode_model(discrepancy)
+    return replace(of, laws=replace(of.laws, coverage=covered))
+
+
+def checked(strength=1.0, reach=(0.2, 2.0), line=None, stated=None):
+    evidence = Card(None, measured(strength, reach), line, stated or {})
+    return risk(model(reach), at_most(LIMIT), evidence=evidence)
+
+
+def test_where_the_transients_follow_the_law_they_ask_for_the_same():
+    found = checked()
+    assert found.required_by_law["n=-1"]["0.50"] == pytest.approx(found.required["0.50"], abs=5e-5)
+    # Its draws have no spread of amplitude and relaxation; the growth of the discrepancy is the law's.
+    for confidence in ("0.50", "0.84", "0.95"):
+        of = found.required_by_law[LAW_FREE][confidence]
+        assert of == pytest.approx(found.required[confidence], rel=0.06)
+    assert found.required_by_law["n=2"]["0.95"] < found.required["0.95"]
+    assert not remarks("V1", "0.95", replace(found, reach={}))
+
+
+def test_where_the_measured_damping_asks_for_more_it_is_said():
+    found = checked(strength=2.0)
+    assert found.required_by_law[LAW_FREE]["0.95"] > 1.3 * found.required["0.95"]
+    (sentence,) = remarks("V1", "0.95", replace(found, reach={}))
+    assert "is the law's" in sentence
+    assert "n=2" in sentence
+
+
+def test_a_limit_below_every_transient_is_beyond_the_records():
+    found = checked(reach=(0.8, 2.0))
+    assert found.required_by_law[LAW_FREE]["0.95"] is None
+    reach = found.reach["0.95"]
+    assert (reach.covered_by, reach.tests, reach.trusted) == (0, 1, False)
+    (sentence,) = remarks("V1", "0.95", found)
+    assert "it is the law's alone" in sentence
+    assert f"law-free more than {LARGEST_ADDED:.0%}" in sentence
+
+
+def test_the_extrapolation_is_that_of_the_damping_that_is_required():
+    found = checked()
+    for name, added in found.required.items():
+        reach = found.reach[name]
+        assert reach.scruton_number == pytest.approx(0.003 + added)
+        x = (0.003 + added - SC) / RELAXATION
+        assert reach.extrapolation_index == pytest.approx(x, rel=0.01)
+        assert reach.trusted == (x <= 0.3)
+
+
+def test_the_straight_line_is_inverted_at_the_medians():
+    line = StraightLine(10.0, 4000.0)
+    found = checked(line=line)
+    amplitude = LIMIT / (3.0 * 4.0 / np.pi)
+    assert found.required_by_hand == pytest.approx((1.0 / amplitude - 10.0) / 4000.0 - 0.003, rel=1e-3)
+
+
+def test_one_rig_is_stated_at_two_discrepancies():
+    found = checked(stated={f"{tau:.2f}": mode_model(tau).laws for tau in (0.1, 0.2)})
+    stated = found.required_at_discrepancy
+    assert stated["0.10"]["0.95"] < stated["0.20"]["0.95"]
+    assert 100.0 * stated["0.20"]["0.95"] == pytest.approx(0.59, abs=0.01), "the worked case of a known discrepancy"
+    assert any("rests on one rig" in sentence and "20%" in sentence for sentence in remarks("V1", "0.95", found))
