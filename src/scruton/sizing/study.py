@@ -27,6 +27,7 @@ from scruton.sizing.limits import Limit
 from scruton.sizing.model import ModeModel, Spread, spread, unit_cube
 from scruton.sizing.modes import AllModes, all_modes
 from scruton.sizing.money import Costs, costs
+from scruton.sizing.plausibility import odd_input
 from scruton.sizing.risk import Risk, Share, flags, remarks, risk, shares
 from scruton.sizing.thresholds import AT_NODE, LEAST_EXPONENT, LOCK_IN_MARGIN, LONG_STROKE, NEAR_NODE, ONE_RIG
 from scruton.sizing.tmd_design import DAMPER_DRAWS, Damper, damper, withheld
@@ -240,7 +241,7 @@ def size(
     for model in models:
         modes.append(_mode(model, rules, evidence, doubts, seed, tell))
     remarks = [flag for mode in modes for flag in mode.flags]
-    remarks[:0] = doubts
+    remarks[:0] = [*doubts, *odd_input(bridge)]
     remarks += [*what_if(tree, law_n), *said]
     if law_n is not None and "effect" in tree:
         remarks.append(f"the fit carries {tree['effect'].attrs['effect']}; under one law alone it is left out")
