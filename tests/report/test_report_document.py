@@ -20,6 +20,7 @@ from scruton.griffin import predict
 from scruton.report import equations
 from scruton.report.chapters import Material, compose
 from scruton.report.chapters.gap import gap_chapter
+from scruton.report.chapters.sizing import sizing_summary
 from scruton.report.charts import griffin_chart, risk_chart
 from scruton.report.document import (
     Callout,
@@ -36,6 +37,7 @@ from scruton.report.document import (
 from scruton.report.exports import latex_chapter, latex_table, latex_text, numbers, write_tables
 from scruton.report.maths import Maths, display
 from scruton.report.render_html import embedded, render_html
+from scruton.report.render_text import render_text
 from scruton.report.render_typst import render_pdf
 from scruton.report.tables import tables
 
@@ -107,6 +109,21 @@ def test_a_bridge_puts_limit_risk_damping_and_confidence_first(three) -> None:
     digests = next(one for one in document.every(Table) if one.name == "digests")
     assert ("bridge.toml", "ab" * 32) in digests.rows
     assert "clause to be confirmed" in text_of(next(c for c in document.chapters if c.key == "validity").blocks)
+
+
+def test_a_torsional_sizing_is_printed_in_degrees_with_what_the_code_says(three) -> None:
+    content = sizing() | {"amplitude_unit": "rad"}
+    content["modes"][0] |= {"shares": {"needed": [{"source": "law", "first": 0.5, "total": 0.6}]}}
+    content["modes"][0]["limits"][0] |= {"limit": 0.02, "reading": "median K_D = 6.2 mm/s^2, tolerable to unpleasant"}
+    printed = render_text(sizing_summary(content))
+    assert re.search(r"mode +limit +\[deg\]", printed)
+    assert "1.146" in printed
+    assert "6.88 (4.58 .. 9.74)" in printed  # 0.12 (0.08 .. 0.17) rad
+    assert "rad]" not in printed
+    assert "Mode V1, jtg, without added damping: median K_D = 6.2 mm/s^2" in printed
+    table = next(one for one in compose(material(three, sizing=content)).every(Table) if one.name == "required_damping")
+    assert table.rows[0][2] == "1.15°"
+    assert "tolerable to unpleasant" in str(table.note)
 
 
 @pytest.mark.parametrize(

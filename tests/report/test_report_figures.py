@@ -252,6 +252,22 @@ def test_griffin_plot_passes_through_the_tests_and_marks_what_was_measured(fit: 
     assert "measured" in axes.get_legend_handles_labels()[1]
 
 
+def test_griffin_plot_has_the_amplitudes_of_the_codes_beside(fit: Fit) -> None:
+    one, section = griffin_plot(fit), fit.campaign.section
+    axes = one.figure.axes[0]
+    handbook = next(line for line in axes.lines if line.get_label() == "Japanese handbook, inclined webs")
+    sc, amplitude = (np.asarray(value, dtype=float) for value in handbook.get_data())
+    assert (sc > 0.0).all()
+    shown = np.isfinite(amplitude)
+    assert shown.any()
+    assert np.nanmax(amplitude) <= axes.get_ylim()[1]
+    by_hand = 0.13 * section.width / section.depth / sc[shown]
+    np.testing.assert_allclose(amplitude[shown], by_hand, rtol=5e-3)
+    assert "none a limit" in one.caption
+    assert "c = 0.5" in one.caption
+    assert "none a limit" not in reciprocal_plot(fit).caption
+
+
 def test_reciprocal_is_a_straight_line_with_table_5_slopes(fit: Fit) -> None:
     axes = reciprocal_plot(fit).figure.axes[0]
     for name, slope in (("Sc 1.9", 0.8927), ("Sc 21.7", 0.7543), ("Sc 78.1", 0.9583)):

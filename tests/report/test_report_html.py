@@ -274,12 +274,14 @@ def test_steady_records_alone_make_a_report_with_its_flag(tmp_path: Path) -> Non
     assert "Trial functions" not in page.text
 
 
-def test_torsional_amplitudes_are_in_rad_and_degrees() -> None:
+def test_torsional_amplitudes_are_in_degrees() -> None:
     fit = fake_fit(motion=Motion.TORSIONAL, growth=False, sweeps=False, ringdowns=False)
     one = predict(fit.tree, scruton_number=0.8)
     page = page_of(fit, design=[one])
-    assert f"{one.median:.4f} rad" in page.text
-    assert f"{np.rad2deg(one.median):.2f} (" in page.text
+    assert f"{one.median:.4f}" not in page.text
+    assert f"predicted stable amplitude is {np.rad2deg(one.median):.2f}" in page.text
+    assert "median [°]" in page.text
+    assert not re.search("at the model.s scale", page.text)
     assert "kg m²/m" in page.text
 
 

@@ -130,6 +130,18 @@ def test_predictions_print_their_monte_carlo_errors(fit) -> None:
     assert "with a discrepancy of 10 % and of 20 %" in text
 
 
+def test_torsional_predictions_are_printed_in_degrees() -> None:
+    twisting = fake_fit(motion=Motion.TORSIONAL, growth=False, sweeps=False, ringdowns=False)
+    one = predict(twisting.tree, scruton_number=0.8)
+    text = render_text(prediction_summary([one], twisting.summary))
+    low, high = np.rad2deg(one.interval(0.90))
+    assert "amplitude [deg]" in text
+    assert f"{TERMINAL.number(low)} .. {TERMINAL.number(high)}" in text
+    assert " ".join(TERMINAL.number(float(np.rad2deg(one.error(p))), 2) for p in (0.5, 0.05, 0.95)) in text
+    assert "[rad]" not in text + render_text(fit_summary(twisting))
+    assert one.to_json()["amplitude"]["unit"] == "rad"
+
+
 def test_laws_by_weight(fit, frames: dict[str, pd.DataFrame]) -> None:
     table = frames["laws"].set_index("law")
     assert table.index.tolist() == [f"n={n:g}" for n in fit.card.laws]

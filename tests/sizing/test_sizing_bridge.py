@@ -252,7 +252,7 @@ def test_a_limit_that_is_none_is_refused(text, words):
 
 def test_a_rule_that_says_nothing_of_a_motion_is_refused():
     with pytest.raises(InputError, match="a rule for it"):
-        limit("kd").amplitude(Motion.TORSIONAL, 0.3, 12.0, 3.0)
+        limit("0.1 m").amplitude(Motion.TORSIONAL, 0.3, 12.0, 3.0)
 
 
 @pytest.mark.parametrize("position", [np.arange(5) * 5e-324, np.arange(5) * 1e-300, np.array([0, 1e-300, 1, 2, 3.0])])

@@ -52,7 +52,7 @@ def run(arguments: Namespace) -> Outcome:
         if "campaign_posterior" in tree:
             predictions = prediction_sensitivity(tree, points_of(tree, design), seed=arguments.seed)
             criticism = replace(criticism, predictions=predictions)
-        text = criticism_text(criticism, str(summary["title"]))
+        text = criticism_text(criticism, str(summary["title"]), str(summary["amplitude_unit"]))
         written = [*_tables(criticism, work.new / TABLES), *_figures(tree, criticism, work.new / FIGURES)]
         write_text(work.new / TEXT, text + "\n")
         work.write(CONTENT, {**criticism.to_json(), "fit_sha256": fitted})
@@ -86,7 +86,7 @@ def verdict(criticism: Criticism) -> str:
     return f"{first}, {serious} of them serious: NOT TO BE TRUSTED." if serious else f"{first}, none of them serious."
 
 
-def criticism_text(criticism: Criticism, title: str) -> str:
+def criticism_text(criticism: Criticism, title: str, unit: str = "") -> str:
     """Verdict, flags and tables for the terminal."""
     flags = [
         f"{'SERIOUS, ' if flag.serious else ''}{f'{flag.where}: ' if flag.where else ''}{flag.text}"
@@ -95,7 +95,7 @@ def criticism_text(criticism: Criticism, title: str) -> str:
     missing = "\n".join(["Not checked", *(f"  {check}" for check in criticism.missing)])
     examined = f"\nExamined: {criticism.model}." if criticism.model else ""
     opening: list[Block] = [paragraph(f"{title}\n{verdict(criticism)}{examined}"), Callout(ALARM, "", tuple(flags))]
-    return render_text([*opening, *([paragraph(missing)] if criticism.missing else []), *_sections(criticism)])
+    return render_text([*opening, *([paragraph(missing)] if criticism.missing else []), *_sections(criticism, unit)])
 
 
 def _p(value: float) -> str:
@@ -106,7 +106,7 @@ def _whose(row: Any, *values: float) -> tuple[str, ...]:
     return row.test or "(campaign)", row.parameter, *(TERMINAL.number(value, 2) for value in values)
 
 
-def _sections(criticism: Criticism) -> list[Table]:
+def _sections(criticism: Criticism, unit: str) -> list[Table]:
     innovations, predictive = (
         tuple(
             (check.test, check.record or "(all)", check.name, TERMINAL.number(check.value, 3),
@@ -156,5 +156,5 @@ def _sections(criticism: Criticism) -> list[Table]:
             "", "Influence: the posterior without a record, in posterior sds",
             ("test", "record", "parameter", "shift", "sd ratio", "z", "k-hat"), influence,
         ),
-        sensitivity_table(criticism.predictions, TERMINAL),
+        sensitivity_table(criticism.predictions, TERMINAL, unit),
     ]  # fmt: skip

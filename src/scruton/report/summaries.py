@@ -7,7 +7,7 @@ import numpy as np
 
 from scruton.report.document import Block, Table, paragraph
 from scruton.report.thresholds import SHARE_SHOWN
-from scruton.report.wording import TERMINAL, Notation
+from scruton.report.wording import TERMINAL, Notation, shown_in
 
 if TYPE_CHECKING:
     from scruton.griffin import Prediction
@@ -23,15 +23,16 @@ def fit_summary(fit: "Fit") -> Iterator[Block]:
     rigs = [(rig["name"], *TERMINAL.spread(rig["parameters"]["damping_ratio"], 100.0)) for rig in fit.summary["rigs"]]
     yield Table("damping", "Structural damping ratio [%]", ("rig", *_SPREAD), rigs)
     doubt = "" if forces_hold(fit.summary) else " (of the law n=-1, WHICH DOES NOT HOLD HERE)"
+    factor, unit = shown_in(fit.campaign.section.amplitude_unit)
     for key, title in {
         "scruton_number": "Sc",
-        "a_star": f"stable amplitude [{fit.campaign.section.amplitude_unit}]",
+        "a_star": f"stable amplitude [{unit}]",
         "relaxation_rate": "lambda [1/s]",
         "Y1": f"Y1{doubt}",
         "epsilon": f"epsilon{doubt}",
     }.items():
         tests = [
-            (test["name"], test["rig"], *TERMINAL.spread(test["parameters"][key]))
+            (test["name"], test["rig"], *TERMINAL.spread(test["parameters"][key], factor if key == "a_star" else 1.0))
             for test in fit.summary["tests"]
             if key in test["parameters"]
         ]
@@ -84,15 +85,16 @@ def model_printed(summary: Mapping[str, Any]) -> str:
 def prediction_summary(predictions: "Sequence[Prediction]", summary: dict[str, Any]) -> list[Block]:
     """Stable amplitudes at the design, one row each, and what is to be known of them; `summary` is that of the fit."""
     entries = [prediction.to_json() for prediction in predictions]
+    factor, unit = shown_in(summary["amplitude_unit"])
     rows = [
         (
-            TERMINAL.number(entry["sc"]), TERMINAL.number(entry["damping_ratio"]), *TERMINAL.spread(entry["amplitude"]),
-            monte_carlo(entry["amplitude"], TERMINAL), TERMINAL.number(entry["amplitude"]["sd"]),
+            TERMINAL.number(entry["sc"]), TERMINAL.number(entry["damping_ratio"]),
+            *TERMINAL.spread(entry["amplitude"], factor), monte_carlo(entry["amplitude"], TERMINAL),
+            TERMINAL.number(None if (sd := entry["amplitude"]["sd"]) is None else factor * sd),
             TERMINAL.number(entry["extrapolation_index"], 2), covered(entry["amplitude_coverage"]),
         )
         for entry in entries
     ]  # fmt: skip
-    unit = summary["amplitude_unit"]
     header = ("Sc", "damping ratio", f"amplitude [{unit}]", "90 % interval", "MC errors", "sd", "x", "covered")
     shares = [f"{law} {weight:.0%}" for law, weight in predictions[0].laws.items() if weight > SHARE_SHOWN]
     lines = [
@@ -114,22 +116,24 @@ def covered(coverage: Mapping[str, int]) -> str:
 
 def monte_carlo(amplitude: Mapping[str, Any], of: Notation) -> str:
     """Monte Carlo standard errors of the median and of both ends of the 90 % interval, of an amplitude as in JSON."""
-    errors = amplitude["mcse"]
-    return " ".join(of.number(error, 2) for error in (errors["median"], *errors["interval"]["0.90"]))
+    errors, (factor, _) = amplitude["mcse"], shown_in(amplitude["unit"])
+    found = (errors["median"], *errors["interval"]["0.90"])
+    return " ".join(of.number(None if error is None else factor * error, 2) for error in found)
 
 
 def stated_discrepancies(predictions: "Sequence[Prediction]", of: Notation) -> Table:
     """Predictions from one rig where the discrepancy between settings is stated; no row with several rigs."""
-    rows = []
+    rows, (factor, unit) = [], shown_in(predictions[0].unit if predictions else "")
     for entry in (prediction.to_json() for prediction in predictions):
         stated = entry.get("at_discrepancy", {})
         if stated:
-            rows.append((of.number(entry["sc"]), *(cell for at in stated.values() for cell in of.spread(at))))
+            rows.append((of.number(entry["sc"]), *(cell for at in stated.values() for cell in of.spread(at, factor))))
     taus = [f"{100.0 * tau:.0f} %" for tau in (predictions[0].at_discrepancy if predictions else ())]
     return Table(
         "stated_discrepancies",
         "One rig says nothing of how far settings lie off one curve: predictions with a discrepancy of "
-        + " and of ".join(taus),
+        + " and of ".join(taus)
+        + f" [{of.unit(unit)}]",
         ("Sc", *(column for tau in taus for column in (f"median, {tau}", "90 % interval"))),
         rows,
     )
@@ -137,10 +141,12 @@ def stated_discrepancies(predictions: "Sequence[Prediction]", of: Notation) -> T
 
 def validation_summary(title: str, unit: str, folds: "Sequence[Validation]", coverage: dict[str, float]) -> list[Block]:
     """Every prediction of a test from others beside what was found there."""
+    factor, unit = shown_in(unit)
     rows = [
         (
-            fold.test, ", ".join(fold.source), TERMINAL.number(fold.prediction.median),
-            TERMINAL.range(fold.prediction.interval(0.90)), TERMINAL.number(fold.amplitude),
+            fold.test, ", ".join(fold.source), TERMINAL.number(factor * fold.prediction.median),
+            TERMINAL.range([factor * end for end in fold.prediction.interval(0.90)]),
+            TERMINAL.number(factor * fold.amplitude),
             f"{100 * fold.error:+.0f} %", TERMINAL.number(fold.factor, 3), f"{fold.z:+.2f}", f"{fold.log_score:.2f}",
             "inside" if fold.inside() else "OUTSIDE",
         )

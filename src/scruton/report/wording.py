@@ -31,12 +31,17 @@ PARAMETERS = {
 
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
-_UNITS = {"kg/m^3": "kg/m³", "kg m^2/m": "kg m²/m", "1/s": "1/s", "1/lambda": "1/λ", "-": ""}
+_UNITS = {"kg/m^3": "kg/m³", "kg m^2/m": "kg m²/m", "1/s": "1/s", "1/lambda": "1/λ", "-": "", "deg": "°"}
 
 
 def unit_text(unit: str) -> str:
     """A unit with its powers raised; empty where there is none."""
     return _UNITS.get(unit, unit)
+
+
+def shown_in(unit: str) -> tuple[float, str]:
+    """Factor and unit by which an amplitude is shown: degrees in the place of the radians that files hold."""
+    return (180.0 / math.pi, "deg") if unit == "rad" else (1.0, unit)
 
 
 def number(value: Any, digits: int = 4) -> str:

@@ -64,6 +64,10 @@ class Risk:
         Added damping ratio by confidence ("0.95"), and in words; None where more than `LARGEST_ADDED` would be needed.
     probability_mcse, required_mcse : float, mapping
         Monte Carlo standard errors of the two; None where nothing is required that could be given.
+    outside : str or None
+        Why the rule does not hold for this mode, where it does not.
+    reading : str or None
+        What the rule's code says of the median amplitude without added damping, and of its 95 % point.
     reach : mapping
         How far the setting with the required damping lies from what was tested, by confidence.
     required_by_law : mapping
@@ -88,6 +92,8 @@ class Risk:
     curve: RiskCurve
     probability_mcse: float | None = None
     required_mcse: Mapping[str, float | None] | None = None
+    outside: str | None = None
+    reading: str | None = None
     reach: Mapping[str, Reach | None] = field(default_factory=dict)
     required_by_law: Mapping[str, Required] = field(default_factory=dict)
     required_at_discrepancy: Mapping[str, Required] = field(default_factory=dict)
@@ -103,7 +109,8 @@ def risk(model: ModeModel, limit: Limit, *, seed: int = 0, evidence: Evidence | 
         Where the limit says nothing of this motion.
     """
     bridge, rule = model.bridge, limit.rule
-    largest = limit.amplitude(bridge.motion, model.mode.frequency.mean, bridge.width, bridge.depth)
+    place = (model.mode.frequency.mean, bridge.width, bridge.depth)
+    largest = limit.amplitude(bridge.motion, *place)
     u = unit_cube(POINTS, seed)
     needed = model.draws(u).needed(largest)
     wanted = required_of(needed)
@@ -144,6 +151,13 @@ def risk(model: ModeModel, limit: Limit, *, seed: int = 0, evidence: Evidence | 
             name: None if damping is None else sampling_error(needed, u, float(name)) if damping else 0.0
             for name, damping in wanted.items()
         },
+        rule.outside(*place) or None,
+        "; ".join(
+            f"{name} {said}"
+            for name, amplitude in (("median", middle[0]), ("95 %", high[0]))
+            if (said := limit.reading(bridge.motion, *place, float(amplitude)))
+        )
+        or None,
         **vars(checks),
     )  # fmt: skip
 

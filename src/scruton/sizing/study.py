@@ -22,10 +22,12 @@ from scruton.progress import Progress
 from scruton.provenance import provenance
 from scruton.sizing.bridge import Bridge
 from scruton.sizing.checks import Evidence, Required
+from scruton.sizing.governing import governing, outside
 from scruton.sizing.limits import Limit
 from scruton.sizing.model import ModeModel, Spread, spread, unit_cube
 from scruton.sizing.modes import AllModes, all_modes
 from scruton.sizing.money import Costs, costs
+from scruton.sizing.plausibility import odd_input
 from scruton.sizing.risk import Risk, Share, flags, remarks, risk, shares
 from scruton.sizing.thresholds import AT_NODE, LEAST_EXPONENT, LOCK_IN_MARGIN, LONG_STROKE, NEAR_NODE, ONE_RIG
 from scruton.sizing.tmd_design import DAMPER_DRAWS, Damper, damper, withheld
@@ -79,7 +81,7 @@ class ModeSizing:
     scruton_number_at_means : float
         Of the mean mass and the mean damping, as one computes it by hand.
     governing : str
-        The rule of the smallest limit.
+        The rule of the smallest limit, of those that hold for the mode.
     shares : mapping
         Shares of variance by quantity ("needed", "amplitude"), the largest first.
     cost : Costs or None
@@ -108,7 +110,7 @@ class ModeSizing:
 
     @property
     def governing_limit(self) -> Risk:
-        """The limit that decides: the smallest."""
+        """The limit that decides: the smallest, of those that hold for the mode."""
         return next(risk for risk in self.limits if risk.rule == self.governing)
 
 
@@ -242,7 +244,7 @@ def size(
     for model in models:
         modes.append(_mode(model, rules, evidence, doubts, seed, tell))
     remarks = [flag for mode in modes for flag in mode.flags]
-    remarks[:0] = doubts
+    remarks[:0] = [*doubts, *odd_input(bridge)]
     remarks += [*what_if(tree, law_n), *said]
     if law_n is not None and "effect" in tree:
         remarks.append(f"the fit carries {tree['effect'].attrs['effect']}; under one law alone it is left out")
@@ -297,16 +299,16 @@ def _mode(
     for i, rule in enumerate(rules):
         tell(f"mode {mode.name}: risk against {rule.rule.name}", 0.3 * i / len(rules))
         risks.append(risk(model, rule, seed=seed, evidence=evidence))
-    governing = min(risks, key=lambda against: against.limit)
+    deciding = governing(risks)
     tell(f"mode {mode.name}: shares of variance", 0.3)
-    parts = shares(model, governing.limit, added=governing.required["0.95"] or 0.0, seed=seed)
+    parts = shares(model, deciding.limit, added=deciding.required["0.95"] or 0.0, seed=seed)
     u = unit_cube(DAMPER_DRAWS, seed + 4)
     draws = model.draws(u)
-    said = [*flags(model, draws), *remarks(mode.name, ASKED, governing)]
+    said = [*flags(model, draws), *outside(mode.name, risks), *remarks(mode.name, ASKED, deciding)]
     if flag := damping_flag(mode.damping_ratio.mean):
         said.append(f"mode {mode.name}: {flag}")
     tell(f"mode {mode.name}: tuned mass damper", 0.4)
-    dampers = withheld(model, doubts[0]) if doubts else damper(model, governing.limit, seed)
+    dampers = withheld(model, doubts[0]) if doubts else damper(model, deciding.limit, seed)
     stroke = dampers.stroke.high
     if bridge.damper.largest_stroke is None and dampers.dampers and stroke is not None and stroke > LONG_STROKE:
         said.append(
@@ -322,14 +324,14 @@ def _mode(
     cost = None
     if bridge.cost is not None and bridge.cost.failure > 0.0:
         tell(f"mode {mode.name}: costs and value of information", 0.85)
-        cost = costs(model, governing, dampers, seed)
+        cost = costs(model, deciding, dampers, seed)
     factors = [float(mode.shape.factor(float(np.median(n)))) for n in model.laws.n]
     return ModeSizing(
         mode.name, _stated(mode.frequency), _stated(mode.damping_ratio),
         None if mode.mass is None else _stated(mode.mass), mode.modal_mass, mode.shape.name,
         dict(zip(model.laws.labels, factors, strict=True)), spread(draws.scruton_number(0.0), u),
-        spread(draws.amplitude(0.0), u), tuple(risks), governing.rule, parts, tuple(said), dampers, cost,
-        governing.required_by_law, model.scruton_number_at_means,
+        spread(draws.amplitude(0.0), u), tuple(risks), deciding.rule, parts, tuple(said), dampers, cost,
+        deciding.required_by_law, model.scruton_number_at_means,
     )  # fmt: skip
 
 

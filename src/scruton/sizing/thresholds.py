@@ -53,3 +53,10 @@ DAMPING_TEST_COV = 0.15
 
 # Coefficient of variation of a steady amplitude in the tunnel.
 STEADY_COV = 0.01
+
+# Coefficient of variation, by what is stated of a bridge: more is remarked on. A frequency is calculated to a few per
+# cent; damping scatters by half.
+ODD_COV = {"frequency": 0.1, "mass": 0.3, "inertia": 0.3, "coherence": 0.5, "damping_ratio": 1.0}
+
+# Of the distribution of a coherence: more above 1 is remarked on.
+ODD_SHARE = 0.02

@@ -9,7 +9,7 @@ import numpy as np
 from scruton.campaign.schema import Motion
 from scruton.report.document import Picture
 from scruton.report.figures.registry import chapter_of, registered_name
-from scruton.report.wording import estimate
+from scruton.report.wording import estimate, shown_in, unit_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -44,6 +44,12 @@ class Material:
     def unit(self) -> str:
         """Unit of amplitudes."""
         return self.fit.campaign.section.amplitude_unit
+
+    @property
+    def shown(self) -> tuple[float, str]:
+        """Factor and unit by which a reader is shown amplitudes: degrees in the place of radians."""
+        factor, unit = shown_in(self.unit)
+        return factor, unit_text(unit)
 
     @property
     def heaving(self) -> bool:

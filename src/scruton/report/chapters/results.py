@@ -11,7 +11,7 @@ from scruton.report.equations import AERODYNAMIC, RECIPROCAL
 from scruton.report.maths import row
 from scruton.report.summaries import covered, forces_hold, model_printed, monte_carlo, stated_discrepancies
 from scruton.report.tables import unit_of
-from scruton.report.wording import PAGE, PARAMETERS, Notation, estimate, number, percent, stated, unit_text
+from scruton.report.wording import PAGE, PARAMETERS, Notation, estimate, number, percent, shown_in, stated, unit_text
 
 if TYPE_CHECKING:
     from scruton.infer.sensitivity import PredictionSensitivity
@@ -107,10 +107,11 @@ def posterior_chapter(material: Material) -> Iterator[Block]:
             ("parameter", "unit", "median", "50 % interval", "90 % interval"),
             [
                 (
-                    PARAMETERS.get(key, key), unit_text(unit_of(key, material.unit)), estimate(entry)[0],
-                    *(estimate(entry, level=level)[1] for level in ("0.50", "0.90")),
+                    PARAMETERS.get(key, key), unit_text(unit), estimate(entry, factor)[0],
+                    *(estimate(entry, factor, level)[1] for level in ("0.50", "0.90")),
                 )
                 for key, entry in test["parameters"].items()
+                for factor, unit in [shown_in(unit_of(key, material.unit))]
             ],
             doubt if "Y1" in test["parameters"] else "",
             numeric=(False, False, True, True, True),
@@ -134,13 +135,13 @@ def predictions_chapter(material: Material) -> Iterator[Block]:
     yield stated_discrepancies([*material.design] or [*material.at_tests.values()], PAGE)
     if material.tests:
         yield _test_table(material)
-    yield sensitivity_table(material.sensitivity, PAGE)
-    rows = []
+    yield sensitivity_table(material.sensitivity, PAGE, material.unit)
+    rows, (factor, unit) = [], material.shown
     for test, prediction in material.crossed.items():
         truth, amplitude = material.measured_or_found(test), prediction["amplitude"]
         rows.append(
             (
-                test, number(prediction["sc"]), *estimate(amplitude), number(truth),
+                test, number(prediction["sc"]), *estimate(amplitude, factor), number(factor * truth),
                 "from its records" if material.fit.campaign.test(test).stable_amplitude is None else "measured",
                 _error(amplitude["median"], truth),
                 "inside" if within(amplitude["interval"]["0.90"], truth) else "OUTSIDE",
@@ -148,7 +149,7 @@ def predictions_chapter(material: Material) -> Iterator[Block]:
         )  # fmt: skip
     yield Table(
         "crossed",
-        f"Each peak test predicted from the other peak tests [{material.unit}]",
+        f"Each peak test predicted from the other peak tests [{unit}]",
         ("test", "Sc", "predicted", "90 % interval", "found", "how", "error", "90 % interval"),
         rows,
         "Each is a fit of its own that never sees the records of the test it predicts. Nine in ten should lie inside.",
@@ -166,16 +167,18 @@ def within(interval: Sequence[float | None], truth: float) -> bool:
     return bool(low <= truth <= high)
 
 
-def sensitivity_table(rows: "Sequence[PredictionSensitivity]", of: Notation) -> Table:
-    """How far predictions follow the priors of the discrepancy and the weights of the laws."""
+def sensitivity_table(rows: "Sequence[PredictionSensitivity]", of: Notation, unit: str = "") -> Table:
+    """How far predictions, of this unit, follow the priors of the discrepancy and the weights of the laws."""
+    factor, unit = shown_in(unit)
+    what = f"stable amplitude [{of.unit(unit)}]" if unit else "stable amplitude"
 
     def band(values: tuple[float, float, float]) -> str:
-        return f"{of.number(values[0], 3)} ({of.range(values[1:], 3)})"
+        median, *ends = (factor * value for value in values)
+        return f"{of.number(median, 3)} ({of.range(ends, 3)})"
 
     return Table(
         "prediction_sensitivity",
-        "Sensitivity of predictions: stable amplitude with its 90 % interval, as it is, and with the prior halved and "
-        "doubled",
+        f"Sensitivity of predictions: {what} with its 90 % interval, as it is, and with the prior halved and doubled",
         ("Sc", "where", "follows", "by", "as it is", "halved", "doubled"),
         [
             (
@@ -192,16 +195,16 @@ def sensitivity_table(rows: "Sequence[PredictionSensitivity]", of: Notation) -> 
 
 def design_table(material: Material) -> Table:
     """Predictions at the design Scruton numbers."""
-    unit = material.unit
+    factor, unit = material.shown
     rows = []
     for prediction in material.design:
         amplitude = prediction.to_json()["amplitude"]
         median, interval, model_unit = material.in_model_unit(amplitude)
         rows.append(
             (
-                stated(prediction.scruton_number), percent(prediction.damping_ratio), *estimate(amplitude),
-                monte_carlo(amplitude, PAGE), estimate(amplitude, level="0.95")[1],
-                f"{median} ({interval}) {model_unit}",
+                stated(prediction.scruton_number), percent(prediction.damping_ratio), *estimate(amplitude, factor),
+                monte_carlo(amplitude, PAGE), estimate(amplitude, factor, "0.95")[1],
+                *([f"{median} ({interval}) {model_unit}"] if material.heaving else []),
                 number(prediction.extrapolation_index, 2), covered(prediction.to_json()["amplitude_coverage"]),
             )
         )  # fmt: skip
@@ -210,7 +213,7 @@ def design_table(material: Material) -> Table:
         "Predicted stable amplitude at the design Scruton numbers",
         (
             "Sc", "ξₛ", f"median [{unit}]", f"90 % interval [{unit}]", "MC errors", f"95 % interval [{unit}]",
-            "at the model's scale, 90 %", "x", "covered",
+            *(["at the model's scale, 90 %"] if material.heaving else []), "x", "covered",
         ),
         rows,
         "x is the extrapolation index from the nearest test: laws of aerodynamic damping agree for |x| < 0.2 and part "
@@ -222,20 +225,21 @@ def design_table(material: Material) -> Table:
 
 def _test_table(material: Material) -> Table:
     """Stable amplitude of every test: measured, found, and predicted for another setting at its Scruton number."""
-    rows = []
+    rows, (factor, unit) = [], material.shown
     for test in material.tests:
         measured = material.fit.campaign.test(test["name"]).stable_amplitude
         predicted = material.at_tests.get(test["name"])
         rows.append(
             (
                 test["name"], test["rig"], number(test["parameters"]["scruton_number"]["median"]),
-                "–" if measured is None else number(measured.mean), *estimate(test["parameters"]["a_star"]),
-                *(("–", "–") if predicted is None else estimate(predicted.to_json()["amplitude"])),
+                "–" if measured is None else number(factor * measured.mean),
+                *estimate(test["parameters"]["a_star"], factor),
+                *(("–", "–") if predicted is None else estimate(predicted.to_json()["amplitude"], factor)),
             )
         )  # fmt: skip
     return Table(
         "stable_amplitudes",
-        f"Stable amplitude at the tested Scruton numbers [{material.unit}]",
+        f"Stable amplitude at the tested Scruton numbers [{unit}]",
         ("test", "rig", "Sc", "measured", "this test", "90 % interval", "another setting", "90 % interval"),
         rows,
         "“This test” is the setting itself, in the joint posterior of all peak tests. “Another setting” is the "

@@ -10,7 +10,7 @@ from scruton.report.chapters.material import Material
 from scruton.report.chapters.required import required_tables
 from scruton.report.document import CAUTION, Block, Callout, Heading, Picture, Table, paragraph
 from scruton.report.figures.sizing import CONFIDENCES, Content, modes
-from scruton.report.wording import PAGE, TERMINAL, Notation, money, percent, share
+from scruton.report.wording import PAGE, TERMINAL, Notation, money, percent, share, shown_in
 from scruton.report.wording import number as written
 
 ASKED = "0.95"  # the confidence that the summary states
@@ -46,7 +46,7 @@ def sizing_chapter(material: Material) -> Iterator[Block]:
             for mode in content["modes"]
             for limit in mode["limits"]
         ],
-        " ".join(_monte_carlo(content)),
+        " ".join([*_monte_carlo(content), *_readings(content)]),
         numeric=(False, False, *[True] * 6),
     )  # fmt: skip
     yield from shown("required_damping")
@@ -82,6 +82,14 @@ def _monte_carlo(content: Content) -> Iterator[str]:
                     f"Monte Carlo standard errors, mode {mode['name']}, {limit['rule']}: of P without "
                     f"{100.0 * limit['probability_mcse']:.1g} %; of the damping required {required} %."
                 )
+
+
+def _readings(content: Content) -> Iterator[str]:
+    """A sentence a limit: what its code says of the amplitude without added damping."""
+    for mode in content["modes"]:
+        for limit in mode["limits"]:
+            if limit.get("reading"):
+                yield f"Mode {mode['name']}, {limit['rule']}, without added damping: {limit['reading']}."
 
 
 def sizing_assumptions(content: Content) -> list[str]:
@@ -234,27 +242,30 @@ def _length(value: float | None, unit: str) -> str:
 
 def sizing_summary(content: Content) -> Iterator[Block]:
     """The sizing for the terminal: what is required, the dampers, what more knowledge would be worth."""
-    unit, every, together = content["amplitude_unit"], content["modes"], content["all_modes"]
+    every, together = content["modes"], content["all_modes"]
+    factor, unit = shown_in(content["amplitude_unit"])
 
-    def spread(entry: Content) -> str:
-        return f"{TERMINAL.number(entry['median'], 3)} ({TERMINAL.range((entry['low'], entry['high']), 3)})"
+    def spread(entry: Content, factor: float = 1.0) -> str:
+        middle, *ends = (None if entry[key] is None else factor * entry[key] for key in ("median", "low", "high"))
+        return f"{TERMINAL.number(middle, 3)} ({TERMINAL.range(ends, 3)})"
 
     yield paragraph(f"{content['bridge']['title']}: damping that keeps the amplitude below the limit")
     required = [
         (
-            mode["name"], limit["rule"], TERMINAL.number(limit["limit"]), f"{limit['probability']:.3f}",
+            mode["name"], limit["rule"], TERMINAL.number(factor * limit["limit"]), f"{limit['probability']:.3f}",
             *("> 5" if limit["required"][p] is None else f"{100 * limit['required'][p]:.3f}" for p in CONFIDENCES),
         )
         for mode in every
         for limit in mode["limits"]
     ]  # fmt: skip
     header = ("mode", "limit", f"[{unit}]", "P without", *_SHARES)
-    yield Table("required", "Added damping [%] by confidence", header, required, "\n".join(_monte_carlo(content)))
+    note = "\n".join([*_monte_carlo(content), *_readings(content)])
+    yield Table("required", "Added damping [%] by confidence", header, required, note)
     yield from required_tables(content, TERMINAL)
     without = [
         (
             mode["name"], TERMINAL.number(mode.get("scruton_number_at_means")), spread(mode["scruton_number"]),
-            spread(mode["amplitude"]),
+            spread(mode["amplitude"], factor),
             *(f"{source['source']} {source['first']:.0%}" if source["total"] else "-"
               for source in mode["shares"]["needed"][:1]),
         )

@@ -47,9 +47,9 @@ def summary_chapter(material: Material) -> Iterator[Block]:
 def _design_figures(material: Material) -> Iterator[tuple[str, str, str]]:
     """The numbers of the first design."""
     for design in material.design[:1]:
-        amplitude = design.to_json()["amplitude"]
-        shown = {f"Stable amplitude at Sc = {stated(design.scruton_number)}": (*estimate(amplitude), design.unit)}
-        if material.sizing is None:
+        amplitude, (factor, unit) = design.to_json()["amplitude"], material.shown
+        shown = {f"Stable amplitude at Sc = {stated(design.scruton_number)}": (*estimate(amplitude, factor), unit)}
+        if material.sizing is None and material.heaving:
             shown["At the model's scale"] = material.in_model_unit(amplitude)
         for title, (median, interval, unit) in shown.items():
             yield title, f"{median} {unit}", f"90 % interval {interval} {unit}"
@@ -60,19 +60,20 @@ def _design_figures(material: Material) -> Iterator[tuple[str, str, str]]:
 
 def _answers(material: Material) -> list[str]:
     """Sentences that answer what the report was asked: the design, else the peak tests, else structural damping."""
-    unit, answers = material.unit, []
+    (factor, unit), answers = material.shown, []
     for design in material.design:
         amplitude = design.to_json()["amplitude"]
-        median, interval = estimate(amplitude)
+        median, interval = estimate(amplitude, factor)
         model_median, model_interval, model_unit = material.in_model_unit(amplitude)
+        scale = f"; at the model's scale {model_median} ({model_interval}) {model_unit}" if material.heaving else ""
         answers.append(
             f"At the design Scruton number {stated(design.scruton_number)} (structural damping ratio "
             f"{percent(design.damping_ratio)} on rig {design.rig}) the predicted stable amplitude is {median} {unit}, "
-            f"90 % interval {interval} {unit}; at the model's scale {model_median} ({model_interval}) {model_unit}."
+            f"90 % interval {interval} {unit}{scale}."
         )
     for test in material.tests if not answers else ():
         if test["peak"]:
-            median, interval = estimate(test["parameters"]["a_star"])
+            median, interval = estimate(test["parameters"]["a_star"], factor)
             sc = number(test["parameters"]["scruton_number"]["median"], 3)
             answers.append(
                 f"Peak test {test['name']} (Sc = {sc}): the stable amplitude is {median} {unit}, 90 % interval "

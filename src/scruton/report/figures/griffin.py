@@ -18,6 +18,7 @@ from scruton.infer.results import Fit
 from scruton.report.figures import FigureWithCaption, figure, griffin_axes, style
 from scruton.report.figures.damping import tests_with_transients
 from scruton.report.thresholds import MOST_RIG_BANDS, PANELS_A_PAGE, SCRUTON_NUMBERS_APART, SPEEDS_APART
+from scruton.sizing.codes import comparisons
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -54,6 +55,7 @@ def _plot(fit: Fit, *, reciprocal: bool) -> FigureWithCaption:
     griffin_axes.deterministic(axes, fit, tests, reciprocal=reciprocal)
     griffin_axes.points(axes, fit, reciprocal=reciprocal)
     ceiling = _ceiling(fit, predictive, reciprocal=reciprocal)
+    codes = "" if reciprocal else _codes(axes, fit, limits[1], ceiling)
     griffin_axes.frame(axes, limits, ceiling, note=0.6 if reciprocal else 0.3)
     axes.set(
         xlabel=griffin_axes.SC_LABEL, ylabel=_RECIPROCAL[unit] if reciprocal else style.amplitude_label(unit, STABLE)
@@ -70,9 +72,27 @@ def _plot(fit: Fit, *, reciprocal: bool) -> FigureWithCaption:
         "median with 50 and 90 % credible bands, thin beyond an extrapolation index of 0.3. Grey: 90 % predictive band "
         f"of all peak tests together, laws weighed, for a setting that lies {discrepancy:.0%} off their curve. Dotted: "
         "the deterministic procedure of Eqs. (2) to (8). Filled points are measured, open ones are the posterior of "
-        "each test's own stable amplitude with its 90 % interval. Negative Scruton numbers have no physical meaning.",
+        "each test's own stable amplitude with its 90 % interval. Negative Scruton numbers have no physical meaning."
+        + codes,
         alt=_alt(fit, tests, what),
     )
+
+
+def _codes(axes: "Axes", fit: Fit, upper: float, ceiling: float) -> str:
+    """Draw what codes say the amplitude is, thin and grey, for comparison; what they are, for the caption."""
+    section, rigs = fit.campaign.section, {rig.name: rig.frequency.mean for rig in fit.campaign.rigs}
+    tests = [fit.campaign.test(name) for name in peak_names(fit.tree)]
+    strouhal = float(np.median([rigs[test.rig] * section.depth / test.wind_speed.mean for test in tests]))
+    lines = comparisons(section.motion, section.width, section.depth, strouhal)
+    sc = np.linspace(upper / GRID, upper, GRID)
+    for line, dashes in zip(lines, ((6, 1.5), (3, 1.5), (1, 1), (8, 2, 1, 2), (8, 2, 1, 2, 1, 2)), strict=False):
+        amplitude = line.amplitude(sc)
+        shown = np.where(amplitude <= ceiling, amplitude, np.nan)
+        axes.plot(sc, shown, color=style.GREY, lw=0.8, dashes=dashes, label=line.name, zorder=1.5)
+    if not lines:
+        return ""
+    said = (line.clause + (f" ({line.confirm}: confirm)" if line.confirm else "") for line in lines)
+    return f" Thin dashes, amplitudes by codes for comparison, none a limit: {'; '.join(said)}."
 
 
 @figure("griffin-plot", name="griffin_by_test", what="The Griffin plots of single tests")

@@ -1,0 +1,104 @@
+"""Amplitudes by codes, against their formulas in the quantities of the code, worked by hand: none prints an example."""
+
+import numpy as np
+import pytest
+
+from scruton.campaign.schema import Motion
+from scruton.sizing import codes
+
+# The 4:1 rectangle of the paper's Table 1, second setting: m = 7.25 kg/m, xi = 0.643 %, rho = 1.2 kg/m^3: Sc = 21.70.
+B, D, M, XI, RHO = 0.3, 0.075, 7.25, 0.00643, 1.2
+SC = 4.0 * np.pi * M * XI / (RHO * B * D)
+DECREMENT = 2.0 * np.pi * XI
+TO_CODE = 0.005
+
+
+def test_the_japanese_handbook_by_hand():
+    """m_r = 7.25/(1.2 * 0.09) = 67.13, E_h = 0.065/4: h = E_h B/(m_r delta) = 1.7975 mm, 0.02397 D; twice for webs."""
+    reduced = M / (RHO * B**2)
+    assert reduced == pytest.approx(67.13, rel=1e-4)
+    by_hand = 0.065 / 4.0 * B / (reduced * DECREMENT) / D
+    assert by_hand == pytest.approx(0.02397, rel=TO_CODE)
+    assert codes.japanese_handbook(SC, B, D) == pytest.approx(by_hand, rel=TO_CODE)
+    assert codes.japanese_handbook(SC, B, D, shape=2.0) == pytest.approx(2 * by_hand, rel=TO_CODE)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "factors"), [(4.0, (0.93, 0.70, 0.57)), (8.0, (0.89, 0.58, 0.39)), (12.0, (0.87, 0.48, 0.25))]
+)
+def test_turbulence_of_the_japanese_handbook(ratio, factors):
+    for turbulence, factor in zip((0.05, 0.10, 0.12), factors, strict=True):
+        assert codes.turbulence_factor(ratio, 1.0, turbulence) == pytest.approx(factor, abs=0.006)
+    assert codes.turbulence_factor(ratio, 1.0, 0.3) == 0.0
+    assert codes.japanese_handbook(SC, ratio, 1.0, turbulence=0.1) == pytest.approx(
+        codes.turbulence_factor(ratio, 1.0, 0.1) * codes.japanese_handbook(SC, ratio, 1.0)
+    )
+
+
+def test_bd49_by_hand():
+    """y = 0.5 * 0.3^0.5 * 0.075^2.5 * 1.2/(4 * 7.25 * delta) = 0.4323 mm, 0.00576 D."""
+    y = 0.5 * B**0.5 * D**2.5 * RHO / (4.0 * M * DECREMENT)
+    assert y == pytest.approx(0.0004321, rel=TO_CODE)
+    assert codes.bd49(Motion.HEAVING, SC, B, D) == pytest.approx(y / D, rel=TO_CODE)
+    assert codes.bd49(Motion.HEAVING, SC, B, D, 1.0) == pytest.approx(2 * y / D, rel=TO_CODE)
+    assert codes.bd49(Motion.HEAVING, SC, B, D, 0.1) == codes.bd49(Motion.HEAVING, SC, B, D)  # c is 0.5 or more
+
+
+def test_bd49_in_torsion_by_hand():
+    """At the edge y = c b^1.5 d^3.5 rho/(8 m r^2 delta), so a rotation of y/(b/2); J = m r^2."""
+    inertia, sc = 0.05, 4.0 * np.pi * 0.05 * XI / (RHO * B**3 * D)
+    y = 0.5 * B**1.5 * D**3.5 * RHO / (8.0 * inertia * DECREMENT)
+    assert codes.bd49(Motion.TORSIONAL, sc, B, D) == pytest.approx(y / (B / 2), rel=TO_CODE)
+
+
+def test_en_approach_1_by_hand():
+    """Sc of the code is 2 delta m/(rho b^2) = 86.8 with b the depth; St 0.12, K 0.10, K_w 0.6, c_lat 1.1: 0.0528."""
+    assert codes.en_scruton_number(SC, B, D) == pytest.approx(2.0 * DECREMENT * M / (RHO * D**2))
+    assert codes.en_scruton_number(SC, B, D) == pytest.approx(86.8, rel=1e-3)
+    assert codes.en_approach_1(SC, B, D, 0.12, mode_factor=0.10) == pytest.approx(0.0528, rel=TO_CODE)
+    # a uniform mode has K = 1/(4 pi) (E.9), a half sine (2/pi)/(4 pi/2), which the code rounds to 0.10
+    assert pytest.approx(0.10, rel=0.02) == (2 / np.pi) / (4 * np.pi * 0.5)
+    assert codes.en_approach_1(SC, B, D, 0.12) == pytest.approx(0.0420, rel=TO_CODE)
+
+
+def test_en_approach_1_repeats_until_length_and_amplitude_agree():
+    """L/b = 6 for y/b up to 0.1, 4.8 + 12 y/b from there, 12 from 0.6 on (Table E.4)."""
+    np.testing.assert_allclose(codes.correlation_length([0.05, 0.1, 0.3, 0.6, 2.0]), [6.0, 6.0, 8.4, 12.0, 12.0])
+    # small: L = 6 * 3 m of a span of 60 m, K_w = cos(63 deg) = 0.4540
+    small = codes.en_simple_span(20.0, 12.0, 3.0, 0.12, 60.0)
+    assert small == pytest.approx(0.454 * 0.10 * 1.1 / (0.12**2 * 80.0), rel=TO_CODE)
+    large = codes.en_simple_span(2.5, 12.0, 3.0, 0.12, 120.0)
+    length = (4.8 + 12.0 * large) * 3.0 / 120.0
+    assert 0.1 < large < 0.6
+    assert large == pytest.approx(min(np.cos(np.pi / 2 * (1 - length)), 0.6) * 0.11 / (0.12**2 * 10.0), rel=1e-6)
+
+
+def test_en_approach_2_by_hand():
+    """A square in lock-in, Sc = 4 pi K_a/2 = 37.7: c1 = 0.04, sigma/b = sqrt(0.08) = 0.2828.
+
+    k_p = sqrt(2) (1 + 1.2 arctan(0.75/16)) = 1.4937: y/b = 0.4225.
+    """
+    assert codes.en_approach_2(12.0 * np.pi, 1.0, 1.0, 0.12) == pytest.approx(0.4225, rel=TO_CODE)
+    # (E.15) solves (E.14)
+    sc, st, mass, slender = 60.0, 0.12, 0.01, 20.0
+    force, damping, ceiling = codes.SQUARE
+    peak = np.sqrt(2) * (1 + 1.2 * np.arctan(0.75 * (sc / (4 * np.pi * damping)) ** 4))
+    sigma = codes.en_approach_2(sc, 1.0, 1.0, st, mass_ratio=mass, slenderness=slender) / peak
+    inner = sc / (4 * np.pi) - damping * (1 - (sigma / ceiling) ** 2)
+    assert sigma == pytest.approx(force / st**2 * np.sqrt(mass / slender) / np.sqrt(inner), rel=1e-9)
+
+
+def test_which_codes_speak_of_a_section():
+    def names(*of):
+        return [one.name for one in codes.comparisons(*of, 0.12)]
+
+    assert names(Motion.TORSIONAL, 0.6, 0.05) == ["BD 49/01"]
+    assert names(Motion.HEAVING, B, D)[:2] == ["BD 49/01", "EN 1991-1-4, approach 1"]
+    assert sum("Japanese" in name for name in names(Motion.HEAVING, B, D)) == 2
+    assert names(Motion.HEAVING, 0.04, 0.05) == ["EN 1991-1-4, approach 1", "EN 1991-1-4, approach 2"]
+    assert "EN 1991-1-4, approach 1" not in names(Motion.HEAVING, 1.2, 0.1)  # d/b = 12: no extrapolation
+    sc = np.array([5.0, 20.0, 80.0])
+    for one in codes.comparisons(Motion.HEAVING, B, D, 0.12):
+        amplitude = one.amplitude(sc)
+        assert (np.diff(amplitude) < 0.0).all()
+        assert (amplitude > 0.0).all()
