@@ -15,7 +15,8 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.campaign.quantity import Quantity
 from scruton.griffin.lock_in import has_speeds, lock_in_draws, lock_in_velocities
-from scruton.griffin.posterior import peak_names
+from scruton.griffin.posterior import draws_of, peak_names
+from scruton.infer.thresholds import DISTINCT_SPEEDS, FEWEST_SPEEDS
 from scruton.sizing.bridge import Mode
 from scruton.sizing.model import Draws, ModeModel
 from scruton.sizing.thresholds import LOCK_IN_MARGIN
@@ -95,38 +96,61 @@ def lock_in_shape(tree: "xr.DataTree", mode: Mode, scruton_number: float, seed: 
 
     Notes
     -----
-    From the file that the mode names; else from the tests and sweeps at other wind speeds, with their band (those of
-    several rigs are joined by a model that lets each rig's lock-in lie elsewhere, never by their peaks); else rising
-    linearly to the peak test whose Scruton number is nearest, and falling linearly from there.
+    From the file that the mode names; else from tests and sweeps at other wind speeds, where one rig at least was
+    tested at three (peaks of several rigs, one speed each, are no sweep), with their band; else rising linearly to the
+    peak of the test whose Scruton number is nearest, and falling linearly from there.
     """
-    data = tree["constant_data"].sel(test=list(peak_names(tree)))
-    tested = (data["wind_speed"] / (data["frequency"] * float(tree["constant_data"]["depth"]))).to_numpy()
-    numbers = [float(np.median(tree["posterior"]["scruton_number"].sel(test=name))) for name in peak_names(tree)]
-    peak = float(tested[int(np.argmin(np.abs(np.array(numbers) - scruton_number)))])
     if mode.lock_in_shape is not None:
         known, height = mode.lock_in_shape
-        low, high = mode.lock_in or (float(known[0]), float(known[-1]))
-        v, edges = _cells(low, high)
+        v, edges = _cells(*(mode.lock_in or (float(known[0]), float(known[-1]))))
         ratio = np.interp(v, known, height / height.max(), left=0.0, right=0.0)
         return LockInShape(edges, ratio[None], "the file that the mode names")
-    if has_speeds(tree):
-        drawn = lock_in_velocities(tree)
-        v, edges = _cells(*(mode.lock_in or (float(drawn[0]), float(drawn[-1]))))
-        held = np.clip(v, drawn[0], drawn[-1])
-        amplitude = lock_in_draws(tree, scruton_number, np.append(held, drawn), seed=seed)
-        # Where the law of the speeds lets it die at this Scruton number, the shape is that of the tests.
-        dead = ~(np.where(np.isfinite(amplitude), amplitude, 1.0).max(axis=1) > 0.0)
-        reference = float(tree["speeds"].attrs["reference_scruton_number"])
-        amplitude[dead] = lock_in_draws(tree, reference, np.append(held, drawn), seed=seed)[dead]
-        most = np.where(np.isfinite(amplitude), amplitude, -np.inf).max(axis=1, keepdims=True)
-        with np.errstate(invalid="ignore"):
-            ratio = np.where(np.isfinite(amplitude), amplitude / most, 1.0)[:, : v.size]
-        return LockInShape(edges, ratio, "tests and sweeps at other wind speeds")
+    if has_speeds(tree) and _swept(tree):
+        return _of_speeds(tree, mode, scruton_number, seed)
+    peak = _peak(tree, scruton_number)
     low, high = mode.lock_in or (peak * (1.0 - LOCK_IN_MARGIN), peak * (1.0 + LOCK_IN_MARGIN))
     v, edges = _cells(low, high)
     top = peak if low < peak < high else 0.5 * (low + high)
     source = f"assumed: linear to the largest at U/(fD) = {top:.3g} and linear from there"
     return LockInShape(edges, np.interp(v, [low, top, high], [0.0, 1.0, 0.0])[None], source, mode.lock_in is None)
+
+
+def _swept(tree: "xr.DataTree") -> bool:
+    """Whether one rig was tested at speeds enough within lock-in."""
+    group = tree["speeds"]
+    rigs, speeds = (group[f"point_{of}"].to_numpy() for of in ("rig", "velocity"))
+    counts = [
+        1 + np.count_nonzero(np.diff(np.log(np.sort(speeds[rigs == rig]))) > np.log(DISTINCT_SPEEDS))
+        for rig in np.unique(rigs)
+    ]
+    return max(counts, default=0) >= FEWEST_SPEEDS
+
+
+def _of_speeds(tree: "xr.DataTree", mode: Mode, scruton_number: float, seed: int) -> LockInShape:
+    drawn = lock_in_velocities(tree)
+    v, edges = _cells(*(mode.lock_in or (float(drawn[0]), float(drawn[-1]))))
+    at = np.append(np.clip(v, drawn[0], drawn[-1]), drawn)  # beyond what was tested the end of it is held
+    amplitude = lock_in_draws(tree, scruton_number, at, seed=seed)
+    # Where the law of the speeds lets it die at this Scruton number, the shape is that of the tests; where there, too,
+    # the whole range counts as the peak.
+    dead = ~(amplitude > 0.0).any(axis=1)
+    reference = float(tree["speeds"].attrs["reference_scruton_number"])
+    amplitude[dead] = lock_in_draws(tree, reference, at, seed=seed)[dead]
+    finite = np.isfinite(amplitude)
+    most = np.where(finite, amplitude, 0.0).max(axis=1, keepdims=True)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        ratio = np.where(finite & (most > 0.0), amplitude / most, 1.0)[:, : v.size]
+    return LockInShape(edges, ratio, "tests and sweeps at other wind speeds")
+
+
+def _peak(tree: "xr.DataTree", scruton_number: float) -> float:
+    """Reduced velocity of the peak test whose Scruton number is nearest."""
+    names = list(peak_names(tree))
+    data = tree["constant_data"].sel(test=names)
+    numbers = np.array([np.median(draws_of(tree, "scruton_number", name)) for name in names])
+    nearest = int(np.argmin(np.abs(numbers - scruton_number)))
+    speeds = (data["wind_speed"] / (data["frequency"] * float(tree["constant_data"]["depth"]))).to_numpy()
+    return float(speeds[nearest])
 
 
 def _cells(low: float, high: float) -> tuple[FloatArray, FloatArray]:
