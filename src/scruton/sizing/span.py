@@ -32,8 +32,9 @@ from scruton.sizing.mode_shape import ModeShape
 IntArray = NDArray[np.integer]
 _LOG_RATIO = np.linspace(-7.0, 9.0, 321)  # ln(A/A_c): below it the drive is linear in A, above it whole
 _LEVELS = 40  # exponents at which a free one is tabulated
-_STEP = 1.0 / 32.0  # of ln(amplitude) in tables of curves
+_STEP = 1.0 / 20.0  # of ln(amplitude) in tables of curves
 _REACH = (-6.0, 3.0)  # of ln(amplitude) in them, about the section's own; inf beyond, and zero below
+_BLOCK = 1024  # draws at a time
 _CREST = 64  # amplitudes among which the largest excitation of a draw is sought
 _FAINTEST = 8.0  # ln(1/phi) of the strips that still count: their phi^2 is 1e-7
 
@@ -219,24 +220,24 @@ class IncoherentCurve:
     row: IntArray | None = None
     drive: FloatArray | None = None
 
-    def excitation(self, amplitude: FloatArray) -> FloatArray:
-        """Scruton number that holds (N, K) amplitudes, stable or not."""
+    def excitation(self, amplitude: FloatArray, draws: slice = slice(None)) -> FloatArray:
+        """Scruton number that holds (N, K) amplitudes of some draws, stable or not."""
         curve = self.curve
         with np.errstate(divide="ignore"):
             log = np.log(amplitude)
-        ratio = self.log_ratio[:, None] + log
+        ratio = self.log_ratio[draws, None] + log
         if self.rest is not None and self.row is not None and self.drive is not None:
             # the mean of c/(A phi) [1 - exp(-r phi)]: M_-1 = M_0 exp(-shift) Gamma_-1
             share, shift = self.strips.at(ratio, np.full(len(log), -1.0))
             with np.errstate(over="ignore"):
-                fed = self.drive[:, None] * share * np.exp(-shift - log)
-            return np.asarray(self.rest.scruton_number(self.row, amplitude) + fed)
-        share, shift = self.strips.at(ratio, curve.n)
-        n, relaxation = curve.n[:, None], curve.relaxation[:, None]
+                fed = self.drive[draws, None] * share * np.exp(-shift - log)
+            return np.asarray(self.rest.scruton_number(self.row[draws], amplitude) + fed)
+        share, shift = self.strips.at(ratio, curve.n[draws])
+        n, relaxation = curve.n[draws, None], curve.relaxation[draws, None]
         with np.errstate(divide="ignore", over="ignore"):
             lost = np.where(n < 0.0, relaxation * np.minimum(-n, -1.0 / n) - curve.reference, 0.0)
             lost = np.maximum(lost, 0.0)
-            drive = relaxation * index_of(log - np.log(curve.amplitude)[:, None] + shift, n)
+            drive = relaxation * index_of(log - np.log(curve.amplitude)[draws, None] + shift, n)
         return np.asarray((curve.reference + lost + drive) * share - lost)
 
     def scruton_number(self, amplitude: FloatArray) -> FloatArray:
@@ -251,9 +252,10 @@ class IncoherentCurve:
     @cached_property
     def _crest(self) -> tuple[FloatArray, FloatArray]:
         """Amplitude below which every vibration dies out by itself, and the Scruton number there, (N, 1) each."""
+        if self.rest is None and self.curve.n.max() <= -1.0:  # what is left of these falls with the amplitude
+            return np.zeros((len(self.log_ratio), 1)), np.full((len(self.log_ratio), 1), np.inf)
         grid = np.linspace(*_REACH, _CREST)
-        amplitude = self.curve.amplitude[:, None] * np.exp(grid)
-        number = self.excitation(amplitude)
+        number = self._on(grid)
         k = np.argmax(np.diff(number, axis=1) < 0.0, axis=1)[:, None]
         # A parabola through three points about it; at the first one the curve falls from the smallest amplitude on.
         inside = np.clip(k, 1, _CREST - 2)
@@ -267,4 +269,12 @@ class IncoherentCurve:
     @cached_property
     def _table(self) -> CurveTable:
         grid = np.arange(_REACH[0], _REACH[1] + 0.5 * _STEP, _STEP)
-        return CurveTable(grid, falling(self.excitation(self.curve.amplitude[:, None] * np.exp(grid))))
+        return CurveTable(grid, falling(self._on(grid)))
+
+    def _on(self, grid: FloatArray) -> FloatArray:
+        """Excitation of every draw on a grid of ln(amplitude) about its own, block by block: large arrays are slow."""
+        number, amplitude = np.empty((len(self.log_ratio), grid.size)), np.exp(grid)
+        for first in range(0, len(number), _BLOCK):
+            block = slice(first, first + _BLOCK)
+            number[block] = self.excitation(self.curve.amplitude[block, None] * amplitude, block)
+        return number
