@@ -219,11 +219,6 @@ def flags(model: ModeModel, draws: Draws) -> list[str]:
             f"mode {model.mode.name}: the bridge's own damping lies {x:.2f} from the tests (extrapolation index): "
             f"beyond {X_TRUSTED:g} the answer is the law's as much as the records'"
         )
-    if draws.table is not None:
-        remarks.append(
-            f"mode {model.mode.name}: the amplitude along the span is that of the reference law; the effect in the "
-            "curve is not integrated along the span"
-        )
     return remarks
 
 

@@ -64,8 +64,9 @@ def sizing_chapter(material: Material) -> Iterator[Block]:
     hours = Table(
         "hours",
         "Hours a year in lock-in, and expected beyond the limit",
-        ("mode", "lock-in U/(fD)", "hours a year", "beyond the limit"),
+        ("mode", "lock-in U/(fD)", "hours a year", "beyond the limit (90 %)"),
         _hours(content, " to ", partial(number, digits=3), partial(number, digits=3)),
+        _hours_note(content),
     )
     if together.rows or hours.rows:
         yield Heading("All modes together")
@@ -222,10 +223,24 @@ def _hours(content: Content, between: str, velocity: Callable[..., str], hours: 
     if not yearly:
         return []
     columns = (yearly[key] for key in ("lock_in", "assumed", "a_year", "exceeding_a_year"))
-    return [
-        (name, between.join(map(velocity, bounds)) + (" (assumed)" if assumed else ""), hours(a_year), hours(beyond))
+    ends = zip(yearly.get("exceeding_low", ()), yearly.get("exceeding_high", ()), strict=True)
+    interval = [f" ({hours(low)}{between}{hours(high)})" for low, high in ends]
+    rows = [
+        [name, between.join(map(velocity, bounds)) + (" (assumed)" if assumed else ""), hours(a_year), hours(beyond)]
         for name, bounds, assumed, a_year, beyond in zip(content["all_modes"]["names"], *columns, strict=True)
     ]
+    for row, ends_of in zip(rows, interval, strict=False):  # an earlier sizing has none
+        row[-1] += ends_of
+    return [tuple(row) for row in rows]
+
+
+def _hours_note(content: Content) -> str:
+    """What the amplitude against the wind speed was taken from, in a sentence a source."""
+    every = content["all_modes"]
+    of: dict[str, list[str]] = {}
+    for name, shape in zip(every["names"], (every.get("hours") or {}).get("shape", ()), strict=False):
+        of.setdefault(shape, []).append(name)
+    return " ".join(f"Amplitude over the lock-in range, {', '.join(names)}: {shape}." for shape, names in of.items())
 
 
 def number(value: float | None, digits: int = 4) -> str:
@@ -279,8 +294,8 @@ def sizing_summary(content: Content) -> Iterator[Block]:
     if len(together["names"]) > 1 or "hours" in together:
         yield Table("all_modes", _TOGETHER, ("", *together["names"], "any"), _exceedances(content, "{:.3f}".format))
         hours = _hours(content, " .. ", "{:.2f}".format, TERMINAL.number)
-        header = ("mode", "lock-in U/(fD)", "hours a year in lock-in", "expected hours beyond the limit")
-        yield Table("hours", "", header, hours)
+        header = ("mode", "lock-in U/(fD)", "hours a year in lock-in", "expected hours beyond the limit (90 %)")
+        yield Table("hours", "", header, hours, _hours_note(content))
     yield Callout(CAUTION, "", content["flags"])
 
 
