@@ -57,7 +57,7 @@ def _weighted(frequency: float, rms: float) -> float:
     return displacement(frequency, rms / RMS) / weighting(frequency, W_K)
 
 
-_COMFORT = holds_between(0.5, 80.0, 'motion sickness is what it has below ("motion-sickness")')
+_COMFORT = holds_between(0.5, 80.0, 'below, the standard has motion sickness ("motion-sickness")')
 _COMFORTABLE = "below 0.315 m/s^2 not uncomfortable"
 
 RULES = (
@@ -93,6 +93,6 @@ RULES = (
         Dimension("a share of people, a bare number", "", 0.05),
         of_edge(lambda f, share: share / motion_sickness(f, 1.0)),
         holds_between(0.1, 0.5),
-        reading=lambda share: f"{share:.2g} of unadapted adults may vomit within 20 minutes",
+        reading=lambda share: f"{100.0 * share:.2g} % of unadapted adults may vomit within 20 minutes",
     ),
 )  # fmt: skip

@@ -102,7 +102,7 @@ def holds_between(low: float, high: float, instead: str = "") -> Callable[[float
     def outside(frequency: float, _width: float, _depth: float) -> str:
         if low <= frequency <= high:
             return ""
-        hint = f": {instead}" if instead and frequency < low else ""
+        hint = f"; {instead}" if instead and frequency < low else ""
         return f"it is for {low:g} to {high:g} Hz, and the mode has {frequency:.3g} Hz{hint}"
 
     return outside
