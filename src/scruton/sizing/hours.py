@@ -123,7 +123,7 @@ def _swept(tree: "xr.DataTree") -> bool:
         1 + np.count_nonzero(np.diff(np.log(np.sort(speeds[rigs == rig]))) > np.log(DISTINCT_SPEEDS))
         for rig in np.unique(rigs)
     ]
-    return max(counts, default=0) >= FEWEST_SPEEDS
+    return bool(max(counts, default=0) >= FEWEST_SPEEDS)
 
 
 def _of_speeds(tree: "xr.DataTree", mode: Mode, scruton_number: float, seed: int) -> LockInShape:
