@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from campaign_room import DEPTH, HEAVING, TORSIONAL, csv
+from campaign_room import DEPTH, HEAVING, TORSIONAL, csv, record
 
 from scruton.campaign.signal import band_limited
 from scruton.errors import InputError
@@ -137,3 +137,11 @@ PLAIN = csv("time [s],displacement [V]", TIME, motion(F))
 def test_what_is_refused(room, content, lines, message):
     with pytest.raises(InputError, match=message):
         room.record("a.csv", content, *lines, toml=HEAVING)
+
+
+def test_another_band_makes_no_other_record(room):
+    """The very same samples would count twice."""
+    lines = 'scale = "1 m/V"', 'band = "4-14 Hz"'
+    toml = HEAVING + record("a.csv", lines[0]) + record("a.csv", *lines)
+    with pytest.raises(InputError, match="the same record as tests"):
+        room.load(toml, {"a.csv": PLAIN})

@@ -6,6 +6,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from scruton.campaign.signal import band_limited
 from scruton.envelope import demodulate, dominant_frequency
+from scruton.envelope.amplitude import amplitude as transient_amplitude
 from scruton.envelope.band import line_noise
 from scruton.envelope.transient import front_end_cycles
 
@@ -94,3 +95,17 @@ def test_the_rigs_frequency_says_which_line_is_followed():
     # where the stated frequency has no line, or next to none, the record speaks for itself
     assert dominant_frequency(TIME, signal, 60.0) > 120.0
     assert dominant_frequency(TIME, reading(np.random.default_rng(0), 400.0, 0.1), 23.0) > 120.0
+
+
+def test_the_papers_amplitude_with_hum():
+    """Eq. (3) takes hum by its velocity, five times the motion's: a tenth of the motion makes it a tenth too large."""
+    omega, high = 2 * np.pi * F, []
+    for seed in range(3):
+        signal = reading(np.random.default_rng(seed), 0.1, 0.01)
+        _, filtered = band_limited(TIME, signal, BAND)
+        last = TIME > 10.0
+        true = np.mean(amplitude(TIME[last]))
+        high.append([np.mean(transient_amplitude(y, 1 / RATE, omega)[last]) / true - 1 for y in (signal, filtered)])
+    raw, banded = np.mean(high, axis=0)
+    assert 0.08 < raw < 0.15
+    assert abs(banded) < 0.002

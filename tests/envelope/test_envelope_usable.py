@@ -8,7 +8,8 @@ import pytest
 
 from scruton.campaign import load_campaign
 from scruton.campaign.remarks import Severity, sentences
-from scruton.envelope import SET_ASIDE, gather, review, usable
+from scruton.envelope import gather, review, usable
+from scruton.envelope.inspection import SET_ASIDE
 from scruton.errors import InputError
 
 

@@ -5,7 +5,8 @@ from argparse import Namespace
 from scruton.app.run import Outcome
 from scruton.campaign import Campaign, Fluid, Quantity, Record, Test, load_campaign
 from scruton.campaign.remarks import sentences
-from scruton.envelope import SET_ASIDE, RecordQuality, gather, review, usable
+from scruton.envelope import RecordQuality, gather, review, usable
+from scruton.envelope.inspection import SET_ASIDE
 from scruton.errors import InputError
 from scruton.report.document import ALARM, CAUTION, Callout, Table, paragraph
 from scruton.report.render_text import render_text

@@ -151,7 +151,7 @@ class _Reading:
 
     def records(self, owner: Table, frequency: float, kinds: Sequence[Kind]) -> tuple[Record, ...]:
         def read(table: Table) -> Record:
-            where = {key: value for key, value in table.values.items() if key != "kind"}
+            where = {key: value for key, value in table.values.items() if key not in ("kind", "scale", "band")}
             if isinstance(where.get("file"), str):
                 where["file"] = self.files.key(file_path(table, self.files.folder))
             fingerprint = json.dumps(where, sort_keys=True, default=str)

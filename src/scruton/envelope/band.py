@@ -35,7 +35,7 @@ def line_noise(time: FloatArray, response: FloatArray, band: tuple[float, float]
     """
     step = sampling(time).step
     low, high = band
-    apart = min(frequency - low, high - frequency)
+    apart = max(min(frequency - low, high - frequency), 0.01 * frequency)
     length = int(min(len(response), max(16.0, BAND_LENGTH / (BAND_SKIRT * apart * step))))
     angle = 2.0 * np.pi * (np.arange(length) + 0.5) / length
     taper = sum(weight * np.cos(k * angle) for k, weight in enumerate(_WINDOW))
@@ -45,6 +45,8 @@ def line_noise(time: FloatArray, response: FloatArray, band: tuple[float, float]
     grid = np.fft.rfftfreq(length, step)
     off = np.abs(grid - frequency)
     used = (grid >= low) & (grid <= high) & (off >= min(BAND_LENGTH / (length * step), 0.7 * apart))
+    if not used.any():
+        return float(np.std(response))
     relative, skirt, power = grid[used] / frequency, (off[used] / apart) ** -2.0, power[used] / np.sum(taper**2)
     parts = np.stack([np.ones_like(relative), relative**-4.0, skirt])
     strength = np.zeros(3)

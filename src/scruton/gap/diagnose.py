@@ -9,7 +9,7 @@ from scipy.special import log_ndtr, ndtri, ndtri_exp
 from scruton.campaign import Campaign, load_campaign
 from scruton.campaign.remarks import sentences
 from scruton.dynamics.effects import Parameter
-from scruton.envelope import SET_ASIDE
+from scruton.envelope.inspection import SET_ASIDE
 from scruton.gap.advise import advise, confusions, invisible
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import NONE, Diagnosis, diagnose_data
