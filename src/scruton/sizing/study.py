@@ -1,7 +1,7 @@
 """`size`: everything that `scruton size` finds, `Sizing`, to sizing.json and back."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,18 +19,22 @@ from scruton.infer.store import provenance_of
 from scruton.progress import Progress
 from scruton.provenance import provenance
 from scruton.sizing.bridge import Bridge
+from scruton.sizing.damper_request import RiskOf
+from scruton.sizing.dampers import Damper, damper
+from scruton.sizing.existing import Existing, Offer, existing
 from scruton.sizing.limits import Limit
 from scruton.sizing.model import ModeModel, Spread, spread, unit_cube
 from scruton.sizing.modes import AllModes, all_modes
 from scruton.sizing.money import Costs, costs
 from scruton.sizing.risk import Risk, Share, flags, risk, shares
-from scruton.sizing.thresholds import AT_NODE, LEAST_EXPONENT, LOCK_IN_MARGIN, LONG_STROKE, NEAR_NODE
-from scruton.sizing.tmd_design import DAMPER_DRAWS, Damper, damper
+from scruton.sizing.thresholds import AT_NODE, LEAST_EXPONENT, LOCK_IN_MARGIN, NEAR_NODE
+from scruton.sizing.together import any_mode_flag, placed, sized_for_any
 
 if TYPE_CHECKING:
     import xarray as xr
 
 RESULT = "sizing.json"
+SPREAD_DRAWS = 1 << 12
 
 
 @dataclass(frozen=True)
@@ -117,6 +121,8 @@ class Sizing:
         What the reader must know before trusting the numbers.
     provenance : mapping or None
         Versions, seed and SHA-256 of what it rests on, where it was written.
+    existing : tuple of Existing or None
+        Dampers that were asked about.
     """
 
     format: int
@@ -127,6 +133,7 @@ class Sizing:
     all_modes: AllModes
     flags: tuple[str, ...]
     provenance: Mapping[str, Any] | None = None
+    existing: tuple[Existing, ...] | None = None
 
     def to_json(self) -> dict[str, Any]:
         """The content of sizing.json; numbers that do not exist are None."""
@@ -176,6 +183,7 @@ def size(
     law_n: float | None = None,
     seed: int = 0,
     progress: Progress | None = None,
+    offers: Sequence[Offer] = (),
 ) -> Sizing:
     """Size the damping of a bridge from the posterior of its section model.
 
@@ -191,6 +199,8 @@ def size(
         One law alone.
     progress : callable, optional
         Told what is being done and the fraction done.
+    offers : sequence of Offer
+        Dampers that are there or on offer: the risk with each.
 
     Raises
     ------
@@ -208,9 +218,9 @@ def size(
     factor = rig_mass_damping_draws(tree, chosen_rig(tree, rig))
     models = [ModeModel(laws, factor, bridge, mode) for mode in bridge.modes]
     for model in models:
-        if not abs(model.mode.shape.at(model.damper_position)) > AT_NODE:
+        if nodes := [x for x in model.damper_positions if not abs(model.mode.shape.at(x)) > AT_NODE]:
             raise InputError(
-                "bridge.toml", "damper.position", f"{model.damper_position:g}, a node of mode {model.mode.name}",
+                "bridge.toml", "damper.position", f"{nodes[0]:g}, a node of mode {model.mode.name}",
                 "a place where every mode moves; left out, each mode's dampers stand where it is largest",
             )  # fmt: skip
     modes: list[ModeSizing] = []
@@ -221,6 +231,10 @@ def size(
 
     for model in models:
         modes.append(_mode(model, rules, seed, tell))
+    limits_met = [mode.governing_limit.limit for mode in modes]
+    if bridge.damper.risk_of is RiskOf.ANY and len(modes) > 1:
+        sized = sized_for_any(models, limits_met, [mode.damper for mode in modes], seed, tell)
+        modes = [replace(mode, damper=one) for mode, one in zip(modes, sized, strict=True)]
     remarks = [flag for mode in modes for flag in mode.flags]
     remarks += [*what_if(tree, law_n), *prior_speaks(tree)]
     if law_n is not None and "effect" in tree:
@@ -238,10 +252,12 @@ def size(
     together = all_modes(
         models,
         [mode.governing_limit for mode in modes],
-        [(each, mode.damper.position) for mode in modes for each in mode.damper.dampers],
+        placed([mode.damper for mode in modes]),
         (float(tested.min()) * (1.0 - LOCK_IN_MARGIN), float(tested.max()) * (1.0 + LOCK_IN_MARGIN)),
         seed,
     )
+    if flag := any_mode_flag(together.with_dampers, bridge.damper):
+        remarks.append(flag)
     if progress:
         progress("done", 1.0)
     described = SizedBridge(
@@ -250,6 +266,7 @@ def size(
     return Sizing(
         1, described, "m" if bridge.motion is Motion.HEAVING else "rad",
         dict(zip(laws.labels, laws.weights.tolist(), strict=True)), tuple(modes), together, tuple(remarks),
+        existing=existing(models, limits_met, offers, seed) or None,
     )  # fmt: skip
 
 
@@ -261,20 +278,14 @@ def _mode(model: ModeModel, rules: Sequence[Limit], seed: int, tell: Progress) -
     governing = min(risks, key=lambda against: against.limit)
     tell(f"mode {mode.name}: shares of variance", 0.3)
     parts = shares(model, governing.limit, added=governing.required["0.95"] or 0.0, seed=seed)
-    u = unit_cube(DAMPER_DRAWS, seed + 4)
+    u = unit_cube(SPREAD_DRAWS, seed + 4)
     draws = model.draws(u)
     remarks = flags(model, draws)
     if flag := damping_flag(mode.damping_ratio.mean):
         remarks.append(f"mode {mode.name}: {flag}")
     tell(f"mode {mode.name}: tuned mass damper", 0.4)
     dampers = damper(model, governing.limit, seed)
-    stroke = dampers.stroke.high
-    if bridge.damper.largest_stroke is None and dampers.dampers and stroke is not None and stroke > LONG_STROKE:
-        remarks.append(
-            f"mode {mode.name}: the stroke of the lightest damper is {stroke:.1f} m (95 %): "
-            "state damper.largest_stroke for one that fits"
-        )
-    moves = abs(mode.shape.at(dampers.position))
+    moves = min(abs(mode.shape.at(position)) for position in model.damper_positions)
     if dampers.dampers and moves < NEAR_NODE:
         remarks.append(
             f"mode {mode.name}: where the damper stands the mode moves {moves:.1%} of its largest, and its mass grows "
