@@ -19,7 +19,7 @@ from scruton.campaign.toml import Field, Table, anything, bare, flag, is_number,
 from scruton.campaign.units import DENSITY, FREQUENCY, INERTIA, LENGTH, MASS, SPEED, Dimension
 from scruton.errors import InputError
 from scruton.griffin.posterior import names_of
-from scruton.sizing.damper_request import DamperRequest, read_damper
+from scruton.sizing.damper_request import DamperRequest, RiskOf, read_damper
 from scruton.sizing.limits import Limit, limit
 from scruton.sizing.mode_shape import ModeShape, read_shape, read_table, sine, uniform
 from scruton.sizing.thresholds import (
@@ -158,6 +158,10 @@ def load_bridge(path: Path, motion: Motion) -> Bridge:
     request = read_damper(damper)
     if unknown := set(request.positions) - {"", *names}:
         raise damper.error("position", f'a mode "{min(unknown)}"', f"one of: {', '.join(names)}")
+    for i, mode in enumerate(modes if request.risk_of is RiskOf.ANY else ()):
+        if mode.modal_mass is None:
+            wanted = 'a mass and a length, or a modal_mass: damper.risk_of = "any" counts each damper in every mode'
+            raise InputError(path, f"modes[{i}]", "no modal mass", wanted)
     if "lever_arm" in damper and motion is Motion.HEAVING:
         raise damper.error("lever_arm", "a lever arm against heaving", "none: it is that of dampers against torsion")
     values |= {"title": values["title"] or path.resolve().parent.name, "modes": modes, "wind": wind, "damper": request}

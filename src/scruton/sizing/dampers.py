@@ -142,7 +142,8 @@ def damper(model: ModeModel, limit: float, seed: int, *, risk: float | None = No
     chart_ratios = np.geomspace(max(0.1 * total, 2e-4), min(max(3.0 * total, 2e-3), 0.1), _MAP_POINTS)
     if total > 0.0:
         chart_ratios = np.unique(np.append(chart_ratios, total))
-    charted, last = [], found.dampers
+    charted: list[tuple[TunedMass, ...]] = []
+    last: tuple[TunedMass, ...] = found.dampers
     for ratio in chart_ratios:
         last = tuning.least_risk(float(ratio), last)
         charted.append(last)

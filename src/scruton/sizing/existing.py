@@ -101,36 +101,43 @@ def as_built(bridge: Bridge, stated: Sequence[str]) -> Bridge:
     return replace(bridge, modes=tuple(modes.values()))
 
 
-def existing(
-    models: Sequence[ModeModel], limits: Sequence[float], asked: Sequence[Offer], seed: int
-) -> tuple[Existing, ...]:
-    """Risk with each of these offers.
+def hung(models: Sequence[ModeModel], asked: Sequence[Offer]) -> list[Offer]:
+    """The offers with a place for every damper: its own, or where the mode of the nearest frequency has its dampers.
 
     Raises
     ------
     InputError
-        Where a mode has no modal mass, or a damper that has to stand somewhere stands at a node of every mode.
+        Where a mode has no modal mass, or a damper stands at a node of every mode.
     """
     for model in models if asked else ():
         if model.mode.modal_mass is None:
-            raise InputError(
-                "bridge", f"mode {model.mode.name}", "no modal mass", "a mass and a length, or a modal mass"
-            )
+            wanted = "a mass and a length, or a modal_mass: without it no damper of stated mass can be judged"
+            raise InputError("bridge", f"mode {model.mode.name}", "no modal mass", wanted)
     found = []
-    designed = [_as_designed(model) for model in models]
     for offer in asked:
         dampers = tuple(each if each.position is not None else _at_home(each, models) for each in offer.dampers)
         for each in dampers:
             if all(abs(model.mode.shape.at(each.position or 0.0)) < AT_NODE for model in models):
                 raise InputError("command line", "--damper", f"position {each.position:g}", "no node of every mode")
-        modes = with_dampers(dampers, models, limits, seed + 30)
+        found.append(replace(offer, dampers=dampers))
+    return found
+
+
+def existing(
+    models: Sequence[ModeModel], limits: Sequence[float], asked: Sequence[Offer], seed: int
+) -> tuple[Existing, ...]:
+    """Risk with each of these offers, as of `hung`."""
+    designed = [_as_designed(model) for model in models]
+    found = []
+    for offer in asked:
+        modes = with_dampers(offer.dampers, models, limits, seed + 30)
         outcomes = [mode.draws.outcome(mode.dampers) for mode in modes]
         before = None
         if designed != list(models):
-            before = exceedance_of(with_dampers(dampers, designed, limits, seed + 30))
+            before = exceedance_of(with_dampers(offer.dampers, designed, limits, seed + 30))
         found.append(
             Existing(
-                offer.name, dampers, exceedance_of(modes), tuple(outcome.stroke_high for outcome in outcomes),
+                offer.name, offer.dampers, exceedance_of(modes), tuple(outcome.stroke_high for outcome in outcomes),
                 tuple(outcome.added_damping for outcome in outcomes), before,
             )
         )  # fmt: skip

@@ -21,7 +21,7 @@ from scruton.provenance import provenance
 from scruton.sizing.bridge import Bridge
 from scruton.sizing.damper_request import RiskOf
 from scruton.sizing.dampers import Damper, damper
-from scruton.sizing.existing import Existing, Offer, existing
+from scruton.sizing.existing import Existing, Offer, existing, hung
 from scruton.sizing.limits import Limit
 from scruton.sizing.model import ModeModel, Spread, spread, unit_cube
 from scruton.sizing.modes import AllModes, all_modes
@@ -223,6 +223,7 @@ def size(
                 "bridge.toml", "damper.position", f"{nodes[0]:g}, a node of mode {model.mode.name}",
                 "a place where every mode moves; left out, each mode's dampers stand where it is largest",
             )  # fmt: skip
+    offers = hung(models, offers)
     modes: list[ModeSizing] = []
 
     def tell(what: str, done: float) -> None:

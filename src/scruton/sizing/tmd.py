@@ -261,7 +261,7 @@ def _one_damper(mu: FloatArray, square: FloatArray, loss: FloatArray) -> FloatAr
     outer = np.cbrt(-0.5 * q - np.copysign(np.sqrt(np.maximum(0.25 * q**2 + p**3 / 27.0, 0.0)), q))
     single = outer - np.divide(p, 3.0 * outer, out=np.zeros_like(p), where=outer != 0.0)
     x = third + np.where(three, roots, single)
-    for _ in range(2):  # Newton's steps: cancellation takes digits off both forms
+    for _ in range(4):  # Newton's steps: cancellation takes digits off both forms
         slope = (3.0 * x + 2.0 * c2) * x + c1
         x -= np.divide(((x + c2) * x + c1) * x + c0, slope, out=np.zeros_like(x), where=np.abs(slope) > 1e-9)
     x[1:, ~three] = np.nan

@@ -22,7 +22,7 @@ from scruton.sizing.thresholds import STOP_STIFFNESS
 from scruton.sizing.tmd import Response, resonance, respond
 
 _PASSES, _CLOSE = 8, 1e-5  # from the frequency to strokes and back, and a change of it that is none
-_HELD = 1e4  # damping ratio of a damper that friction holds
+_HELD = 1e3  # damping ratio of a damper that friction holds
 _SCAN, _HALVINGS = 14, 12  # of the amplitude
 _TOP = 1.3  # of the amplitude without dampers: their mass lowers the frequency, which may raise it
 _DEEPEST = 1e-3  # of the amplitude without dampers, below which a vibration has died

@@ -54,6 +54,7 @@ def sizing_chapter(material: Material) -> Iterator[Block]:
         yield from shown(f"risk{ending}", f"shares{ending}")
         yield from (*_damper_blocks(mode, k), *shown(f"damper{ending}"))
         yield from (*_cost_blocks(mode), *shown(f"cost{ending}", f"information{ending}"))
+    yield from _existing_blocks(content, percent)
     names = content["all_modes"]["names"]
     together = Table(
         "all_modes", _TOGETHER, ("", *(f"mode {name}" for name in names), "any mode"),
@@ -179,6 +180,27 @@ def _damper_blocks(mode: Content, place: int) -> Iterator[Block]:
     )
 
 
+def _existing_blocks(content: Content, write: Callable[[float], str]) -> Iterator[Block]:
+    """Risk with the dampers that were asked about, and with what was assumed before anything was identified."""
+    found, names = content.get("existing") or [], content["all_modes"]["names"]
+    designed = any("as_designed" in one for one in found)
+    rows = [
+        (
+            one["name"], *map(write, one["left"]["each"]), write(one["left"]["any"]),
+            number(max((stroke for stroke in one["stroke_high"] if stroke is not None), default=None), 3),
+            *([write(one["as_designed"]["any"])] if designed else []),
+        )
+        for one in found
+    ]  # fmt: skip
+    header = ("damper", *(f"mode {name}" for name in names), "any mode", "stroke (95 %) [m]")
+    yield Table(
+        "existing",
+        "Probability of exceeding the limit with a given damper" + (", the bridge as identified" if designed else ""),
+        (*header, "any, as designed") if designed else header,
+        rows,
+    )
+
+
 def _damper_rows(damper: Content, of: Notation, mass: Callable[..., str], damping: Callable[..., str]) -> list[Any]:
     """One row a damper, its ratios of mass and of damping written as asked."""
     return [
@@ -287,6 +309,7 @@ def sizing_summary(content: Content) -> Iterator[Block]:
         hours = _hours(content, " .. ", "{:.2f}".format, TERMINAL.number)
         header = ("mode", "lock-in U/(fD)", "hours a year in lock-in", "expected hours beyond the limit")
         yield Table("hours", "", header, hours)
+    yield from _existing_blocks(content, "{:.3f}".format)
     yield Callout(CAUTION, "", content["flags"])
 
 
