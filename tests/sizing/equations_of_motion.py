@@ -26,7 +26,8 @@ def force_by_displacement(drive, strength, n):
 def settle(wind, xi, mu, f, zeta, *, cycles, start, friction=0.0, stop=np.inf, stiffness=0.0, steps=160):
     """Amplitude, frequency and stroke at the end, (N,) each, and how unsteady the amplitude still is.
 
-    `wind` is the flow of the mode's velocity over a time h; all else are numbers or (N,) arrays; `steps` is their number to a cycle.
+    `wind` is the flow of the mode's velocity over a time h; all else are numbers or (N,) arrays, but `steps`, the
+    number of them to a cycle.
     """
     xi, mu, f, zeta, friction, stop, start = np.broadcast_arrays(xi, mu, f, zeta, friction, stop, start)
     h = 2.0 * np.pi / steps

@@ -171,7 +171,10 @@ def test_an_existing_damper_is_judged(two_modes):
     assert max(same.stroke_high) <= 0.41
     one = placed(alone)[0]
     (half,) = existing(
-        models, [LIMIT, LIMIT], offers(f"{0.5 * one.mass} kg, {one.frequency} Hz, {one.damping_ratio}"), 10
+        models,
+        [LIMIT, LIMIT],
+        hung(models, offers(f"{0.5 * one.mass} kg, {one.frequency} Hz, {one.damping_ratio}")),
+        10,
     )
     assert half.dampers[0].position == pytest.approx(0.5)
     assert half.left.each[0] > 2.0 * want.each[0]

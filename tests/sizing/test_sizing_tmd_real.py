@@ -63,6 +63,14 @@ def test_friction_against_the_equations_of_motion(count):
     assert np.max(np.abs(cases.without / want[0] - 1.0)) > 0.2
 
 
+@pytest.mark.slow
+def test_free_dampers_against_the_equations_of_motion():
+    cases = Cases(200, 5)
+    error = np.abs(cases.without / cases.simulate(Flaws())[0] - 1.0)
+    assert np.median(error) < 0.002
+    assert np.quantile(error, 0.95) < 0.011
+
+
 def test_a_damper_that_friction_holds_is_mass_alone():
     cases = Cases(6, 1)
     held = Flaws(friction=3.0)
@@ -124,7 +132,7 @@ def test_the_frequency_of_the_response_in_the_amplitude_of_a_law(n):
     options = {"cycles": 400, "start": 0.3}
     with_damper, frequency, _, unsteady = settle(wind, damping, mu, f, zeta, **options)
     on_curve, *_ = settle(wind, damping + added, 1e-9, 1.0, 0.5, **options)
-    assert unsteady.max() < 1e-3
+    assert unsteady.max() < 3e-3
     np.testing.assert_allclose(frequency, g, atol=2e-3)
     assert np.ptp(g) > 0.03
     np.testing.assert_allclose(with_damper * g ** frequency_power(n), on_curve, rtol=0.01)

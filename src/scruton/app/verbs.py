@@ -138,7 +138,7 @@ VERBS = (
         Argument(
             "--damper", action="append", default=[], metavar="MASS,HZ,XI[,X]",
             help='damper that is there or on offer, "12 t, 0.29 Hz, 0.08" and its place on the span, if need be; '
-            "several that hang together have a ; between; or a supplier's list (.csv): the risk with it; may be repeated",
+            "several that hang together have a ; between; or a supplier's list (.csv): the risk with it; repeatable",
         ),
         Argument(
             "--identified", action="append", default=[], metavar="MODE:HZ,XI",

@@ -165,6 +165,7 @@ def _damper_blocks(mode: Content, place: int) -> Iterator[Block]:
         f"Tuned mass damper, mode {name}: {'the least mass' if damper['achievable'] else 'NOT ACHIEVED'} for a risk of "
         f"{percent(damper['asked']['risk'])} ({damper['reason']}). The risk left is {percent(damper['probability'])}; "
         f"the stroke is {number(stroke['median'], 3)} m, and below {number(stroke['high'], 3)} m with 95 % confidence."
+        + _built(damper)
     )
     header = ("damper", "mass [kg]", "mass ratio", "frequency [Hz]", "damping ratio", "spring [N/m]", "dashpot [N s/m]")
     rows = _damper_rows(damper, PAGE, percent, percent)
@@ -199,6 +200,21 @@ def _existing_blocks(content: Content, write: Callable[[float], str]) -> Iterato
         (*header, "any, as designed") if designed else header,
         rows,
     )
+
+
+def _built(damper: Content) -> str:
+    """What the dampers were taken to be, and the risk of a cycle that only a start from above reaches."""
+    asked, text = damper["asked"], ""
+    if "kept_detuning" in asked:
+        within = [f"{100 * asked[key + '_tolerance']:g} % of {key}" for key in ("frequency", "damping", "mass")]
+        text = f" A delivered damper may be off by {', '.join(within)}"
+        if asked["temperature_detuning"]:
+            text += f", and {100 * asked['temperature_detuning']:g} % of frequency with temperature"
+        text += f"; the risk is kept where the bridge is {100 * asked['kept_detuning']:g} % off frequency, too."
+    if "probability_worst" in damper:
+        worst = percent(damper["probability_worst"])
+        text += f" Counting vibrations that only a start from above leads to, the risk is {worst}."
+    return text
 
 
 def _damper_rows(damper: Content, of: Notation, mass: Callable[..., str], damping: Callable[..., str]) -> list[Any]:
