@@ -15,7 +15,7 @@ from scruton.infer.store import read_tree as read_tree
 from scruton.infer.store import write_fit as write_fit
 from scruton.report import build_report as build_report
 from scruton.simulate import write_campaign as write_campaign
-from scruton.sizing.study import Sizing as Sizing
-from scruton.sizing.study import load_sizing as load_sizing
+from scruton.sizing.results import Sizing as Sizing
+from scruton.sizing.results import load_sizing as load_sizing
 
 __version__: str

@@ -58,7 +58,9 @@ def run(*arguments, capsys):
 
 def test_size_writes_what_an_engineer_asks_for(small_results, bridge, tmp_path, capsys):
     out = tmp_path / "sizing"
-    code, text, _ = run("size", small_results, "--bridge", bridge, "--limit", "0.05", "-o", out, capsys=capsys)
+    offered = ("--damper", "12 t, 0.29 Hz, 0.08", "--damper", "9 t, 0.29 Hz, 0.08; 9 t, 0.44 Hz, 0.08, 0.25")
+    arguments = ("--bridge", bridge, "--limit", "0.05", *offered, "--identified", "V1: 0.29 Hz, 0.004")
+    code, text, _ = run("size", small_results, *arguments, "-o", out, capsys=capsys)
     assert code in (0, 1)  # the small fit need not have converged
     assert "Added damping [%] by confidence" in text
     found = json.loads((out / "sizing.json").read_text(encoding="utf-8"))
@@ -79,12 +81,21 @@ def test_size_writes_what_an_engineer_asks_for(small_results, bridge, tmp_path, 
             assert probability[0] == pytest.approx(one["probability"], abs=1e-9)
         damper = mode["damper"]
         if damper["achievable"] and damper["dampers"]:
-            assert damper["probability"] <= 0.0525
+            assert damper["probability"] <= 0.05
             assert damper["stroke"]["high"] <= 0.505
+            assert damper["mass_ratio"] > 0.00499
+            assert max(entry["probability"] for entry in damper["detuned"][1:3]) <= 0.05
             assert damper["mass"] == pytest.approx(damper["mass_ratio"] * mode["modal_mass"], rel=1e-3)
         shares = mode["shares"]["needed"]
         assert sum(one["total"] for one in shares) > 0.95
         assert {one["kind"] for one in mode["cost"]["information"]["worth"]} == {"perfect", "sample"}
+    assert [one["name"] for one in found["existing"]] == list(offered[1::2])
+    for one in found["existing"]:
+        assert one["left"]["any"] >= max(one["left"]["each"])
+        assert {"each", "any"} == set(one["as_designed"])
+    assert [one["position"] for one in found["existing"][1]["dampers"]] == [0.5, 0.25]
+    assert found["modes"][0]["frequency"]["mean"] == 0.29
+    assert "any, as designed" in text
     every = found["all_modes"]
     assert max(every["without"]["each"]) <= every["without"]["any"] <= sum(every["without"]["each"]) + 1e-9
     assert every["hours"]["assumed"] == [True, False]
@@ -130,6 +141,9 @@ def test_what_cannot_be_reached_is_said(small_results, tmp_path, capsys):
         (("--limit", "0.05", "--rig", "nobody"), "nobody"),
         (("--limit", "0.4 deg"), "a rule for it"),
         (("--limit", "0.05", "--seed", "-1"), "zero or more"),
+        (("--limit", "0.05", "--damper", "12 t, 0.29 Hz"), "mass, frequency, damping"),
+        (("--limit", "0.05", "--damper", "12 t, 0.29 Hz, 0.08"), "modal mass"),
+        (("--limit", "0.05", "--identified", "V1: 0.3 Hz"), "--bridge"),
     ],
 )
 def test_bad_input_exits_with_two_and_writes_nothing(small_results, tmp_path, capsys, arguments, words):

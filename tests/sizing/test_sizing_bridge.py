@@ -1,6 +1,7 @@
 """bridge.toml, mode shapes and limits: what is read, and what is refused with which words."""
 
 import os
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from scruton.campaign.schema import Motion
 from scruton.errors import InputError
 from scruton.sizing.bridge import DAMPING, load_bridge
+from scruton.sizing.damper_request import DamperRequest
 from scruton.sizing.limits import RULES, limit
 from scruton.sizing.mode_shape import make_shape, read_shape
 
@@ -52,9 +54,39 @@ def test_what_is_left_out_has_the_defaults_that_are_documented(bridge_file):
     assert one.damping_ratio == DAMPING
     assert one.damping_ratio.minimum == 0.001
     assert float(one.damping_ratio.quantile(np.array(0.5))) == pytest.approx(0.003, rel=0.02)
-    assert one.frequency.sd == pytest.approx(0.003)
+    assert one.frequency.sd == pytest.approx(0.006)
     assert one.mass is None
     assert found.coherence.certain
+
+
+def test_a_frequency_that_is_measured_is_known_better(bridge_file):
+    (one,) = load_bridge(bridge_file(mode("measured = true")), Motion.HEAVING).modes
+    assert one.frequency.sd == pytest.approx(0.0015)
+    found = load_bridge(bridge_file(mode('identified_frequency = "0.296 Hz"')), Motion.HEAVING).modes[0]
+    assert (found.frequency.mean, found.frequency.sd) == (0.296, pytest.approx(0.00148))
+    assert found.designed == (replace(one.frequency, sd=0.006), DAMPING)
+    found = load_bridge(bridge_file(mode("identified_damping_ratio = 0.004")), Motion.HEAVING).modes[0]
+    assert found.damping_ratio.sd == pytest.approx(0.0006)
+    assert found.frequency.mean == 0.3
+
+
+def test_a_modal_mass_may_have_an_error(bridge_file):
+    (one,) = load_bridge(bridge_file(mode('modal_mass = "4000 +/- 200 t"')), Motion.HEAVING).modes
+    assert (one.modal_mass, one.modal_mass_cov) == (pytest.approx(4e6), pytest.approx(0.05))
+
+
+def test_what_is_asked_of_a_damper(bridge_file):
+    text = mode("") + mode("").replace("V1", "V2")
+    request = load_bridge(bridge_file(text), Motion.HEAVING).damper
+    assert request == DamperRequest()
+    assert (request.largest_stroke, request.smallest_mass_ratio, request.kept_detuning) == (1.0, 0.005, 0.02)
+    text += (
+        '[damper]\nnumber = 2\nend_stop = "0.6 m"\nlargest_mass_ratio = 0.002\nposition = { V1 = 0.4, V2 = [0.2, 0.8] }'
+    )
+    request = load_bridge(bridge_file(text + '\nstart_acceleration = "20 mm/s^2"'), Motion.HEAVING).damper
+    assert (request.largest_stroke, request.smallest_mass_ratio) == (0.6, 0.002)
+    assert request.start_acceleration == pytest.approx(0.02)
+    assert (request.places("V1"), request.places("V2"), request.places("V3")) == ((0.4, 0.4), (0.2, 0.8), None)
 
 
 def test_a_bare_damping_ratio_is_never_certain(bridge_file):
@@ -114,6 +146,16 @@ def test_a_bare_damping_ratio_is_never_certain(bridge_file):
         (mode("") + mode(""), {}, "modes", "twice"),
         (mode("") + "[damper]\nrisk = 2", {}, "damper.risk", "between 0 and 1"),
         (mode("") + "[damper]\nnumber = 0", {}, "damper.number", "1 to 16"),
+        (mode("") + "[damper]\nposition = 1.5", {}, "damper.position", "a fraction of the span"),
+        (mode("") + "[damper]\nposition = { V9 = 0.5 }", {}, "damper.position", "one of: V1"),
+        (mode("") + '[damper]\nrisk_of = "all"', {}, "damper.risk_of", "any"),
+        (mode("") + '[damper]\nrisk_of = "any"', {}, "modes[0]", "modal mass"),
+        (mode("") + "[damper]\nfrequency_tolerance = 0.7", {}, "damper.frequency_tolerance", "from 0 to 0.5"),
+        (mode("") + '[damper]\nend_stop = "0.5 m"\nlargest_stroke = "0.6 m"', {}, "damper.largest_stroke", "end stop"),
+        (mode("") + "[damper]\nsmallest_mass_ratio = 0.1", {}, "damper.smallest_mass_ratio", "the largest"),
+        (mode("") + "[damper]\nstart_acceleration = 0.02", {}, "damper.start_acceleration", "unit"),
+        (mode("measured = 1"), {}, "modes[0].measured", "true or false"),
+        (mode("identified_damping_ratio = 2"), {}, "modes[0].identified_damping_ratio", "up to 1"),
         (mode("") + "[cost]\nfailure = -1", {}, "cost.failure", "zero or more"),
         (mode("") + '[wind]\nrose = "r.csv"', {}, "r.csv", "upper speed"),
         (mode(""), {"coherence": "{ mean = 0.9, sd = 0.5 }"}, "coherence", "fits between 0 and 1"),

@@ -6,7 +6,8 @@ from sizing_room import LIMIT, mode_model
 
 from scruton.campaign.quantity import Quantity
 from scruton.sizing.model import COHERENCE, LAW, SECTION, SOURCES
-from scruton.sizing.modes import exceedance, joint_draws
+from scruton.sizing.modes import exceedance
+from scruton.sizing.together import joint_draws
 
 
 def models():

@@ -5,9 +5,9 @@ import pytest
 from sizing_room import LIMIT, mode_model
 
 from scruton.sizing.bridge import Cost
+from scruton.sizing.dampers import Asked, Damper, MassMap
 from scruton.sizing.model import DAMPING, DISCREPANCY, SOURCES, Spread, unit_cube
 from scruton.sizing.money import cost_by_damping, cost_by_mass, information
-from scruton.sizing.tmd_design import Asked, Damper, MassMap
 
 COST = Cost("EUR", fixed=1e5, per_percent=1e6, failure=2e7)
 ADDED = np.linspace(0.0, 0.012, 41)

@@ -67,23 +67,27 @@ def size(arguments: Namespace) -> Outcome:
     """
     from scruton.report.chapters.sizing import sizing_summary
     from scruton.report.figures import figures_from, save
+    from scruton.sizing.existing import offers
     from scruton.sizing.limits import limit
-    from scruton.sizing.study import RESULT, size, sizing_origin
+    from scruton.sizing.results import RESULT
+    from scruton.sizing.study import size, sizing_origin
 
     results = arguments.results
     folder = arguments.out or results / "sizing"
     rules = [limit(rule) for rule in arguments.limit]
+    asked = [offer for stated in arguments.damper for offer in offers(stated)]
     check_writable(folder)
     tree, summary = _read(results, arguments.effect, "a fit of at least one test")
     bridge = _bridge(tree, arguments)
     settings = {name: getattr(arguments, name) for name in ("law", "effect", "rig", "damping")}
-    settings["limits"] = arguments.limit
+    settings |= {"limits": arguments.limit, "dampers": arguments.damper, "identified": arguments.identified}
     origin = sizing_origin(results, summary, bridge, seed=arguments.seed, settings=settings)
     inputs = origin["fit_sha256"] | origin["bridge_sha256"]
     with Run(folder, "size", arguments, sha256=inputs, settings=settings, results=(RESULT,)) as work:
         content = size(
-            tree, bridge, rules, rig=arguments.rig, law_n=arguments.law, seed=arguments.seed, progress=work.bar
-        ).to_json()
+            tree, bridge, rules, rig=arguments.rig, law_n=arguments.law, seed=arguments.seed, progress=work.bar,
+            offers=asked,
+        ).to_json()  # fmt: skip
         if arguments.bridge is None:
             content["flags"].append("no bridge was given: the answer is for the section model itself, at its own size")
         if not summary["converged"]:
@@ -100,13 +104,16 @@ def _bridge(tree: "xr.DataTree", arguments: Namespace) -> "Bridge":
     """Read the bridge of the command line, or take the section model itself where none is given."""
     from scruton.griffin.posterior import chosen_rig, motion_of
     from scruton.sizing.bridge import DAMPING, load_bridge, stand_in
+    from scruton.sizing.existing import as_built
     from scruton.sizing.thresholds import DAMPING_COV
 
     motion, stated = motion_of(tree), arguments.damping
     design = None if stated is None else parse_damping(stated).or_relative_sd(DAMPING_COV)
+    if arguments.bridge is None and arguments.identified:
+        raise InputError("command line", "--identified", "no bridge", "--bridge FILE: its modes are what is identified")
     if arguments.bridge is None:
         return stand_in(tree, motion, chosen_rig(tree, arguments.rig), design or DAMPING)
     bridge = load_bridge(arguments.bridge, motion)
-    if design is None:
-        return bridge
-    return replace(bridge, modes=tuple(replace(mode, damping_ratio=design) for mode in bridge.modes))
+    if design is not None:
+        bridge = replace(bridge, modes=tuple(replace(mode, damping_ratio=design) for mode in bridge.modes))
+    return as_built(bridge, arguments.identified)

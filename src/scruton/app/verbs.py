@@ -138,6 +138,15 @@ VERBS = (
         ),
         Argument("--rig", help="rig whose mass ratio a mode without a mass has (default: the first)"),
         Argument("--law", type=float, metavar="N", help="exponent of the law (default: all, weighed)"),
+        Argument(
+            "--damper", action="append", default=[], metavar="MASS,HZ,XI[,X]",
+            help='damper that is there or on offer, "12 t, 0.29 Hz, 0.08" and its place on the span, if need be; '
+            "several that hang together have a ; between; or a supplier's list (.csv): the risk with it; repeatable",
+        ),
+        Argument(
+            "--identified", action="append", default=[], metavar="MODE:HZ,XI",
+            help='frequency and damping ratio of a mode identified on the bridge: "V1: 0.296 Hz, 0.0042"; repeatable',
+        ),
         EFFECT,
         force("the sizing that lies"),
     )),

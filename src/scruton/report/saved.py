@@ -12,7 +12,7 @@ from scruton.report.chapters.gap import gap_sentence
 from scruton.report.document import Picture
 from scruton.report.figures.gap import CAPTION
 from scruton.report.parts import Part, part_of_sizing
-from scruton.sizing.study import RESULT as SIZING
+from scruton.sizing.results import RESULT as SIZING
 
 REPORT, VALIDATION, FIGURES = "report.json", "validation.json", "figures"
 

@@ -14,14 +14,15 @@ from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
 from scruton.campaign.spelling import show
 from scruton.campaign.thresholds import LARGEST_TABLE, LARGEST_TOML
-from scruton.campaign.toml import Field, Table, anything, is_number, number, parse_toml, text, whole
+from scruton.campaign.toml import Field, Table, anything, flag, is_number, number, parse_toml, text, whole
 from scruton.campaign.units import DENSITY, FREQUENCY, INERTIA, LENGTH, MASS, SPEED, Dimension
 from scruton.errors import InputError
 from scruton.griffin.posterior import names_of
+from scruton.sizing.damper_request import DamperRequest, RiskOf, read_damper
 from scruton.sizing.limits import Limit, limit
 from scruton.sizing.mode_shape import ModeShape, read_shape, read_table, sine, uniform
 from scruton.sizing.stated import uncertain as _uncertain
-from scruton.sizing.thresholds import DAMPING_COV, FREQUENCY_COV
+from scruton.sizing.thresholds import DAMPING_COV, DAMPING_TEST_COV, FREQUENCY_COV, MEASURED_FREQUENCY_COV
 from scruton.sizing.transfer import Transfer, TurbulenceClass, amplitude_of_coherence, read_transfer, read_turbulence
 
 if TYPE_CHECKING:
@@ -42,13 +43,17 @@ class Mode:
     Attributes
     ----------
     frequency : Quantity
-        [Hz]; its spread is what a damper's tuning has to live with.
+        [Hz]; its spread is what a damper's tuning has to live with.  As identified, where it was, as the damping.
     mass : Quantity or None
         Equivalent mass m [kg/m], or inertia [kg m^2/m] for torsion; None: the mass ratio of the section model.
     modal_mass : float or None
         Generalised mass for a shape of largest value 1 [kg], or [kg m^2]; dampers of stated mass need it.
     lock_in : (float, float) or None
         Reduced velocities U/(fD) between which the mode locks in.
+    modal_mass_cov : float or None
+        Coefficient of variation of the modal mass, where it is stated; None: it varies as `mass`, if that does.
+    designed : (Quantity, Quantity) or None
+        Frequency and damping ratio that were assumed before either was identified on the bridge.
     lock_in_shape : (2, N) array or None
         Reduced velocities, rising, and amplitudes there, in any unit.
     """
@@ -60,6 +65,8 @@ class Mode:
     shape: ModeShape = field(default_factory=sine)
     damping_ratio: Quantity = DAMPING
     lock_in: tuple[float, float] | None = None
+    modal_mass_cov: float | None = None
+    designed: tuple[Quantity, Quantity] | None = None
     lock_in_shape: FloatArray | None = None
 
 
@@ -79,30 +86,6 @@ class Wind:
         edges = np.concatenate(([0.0], self.speed))
         total = np.concatenate(([0.0], np.cumsum(self.hours)))
         return float(np.interp(high, edges, total) - np.interp(low, edges, total))
-
-
-@dataclass(frozen=True)
-class DamperRequest:
-    """What is asked of so many tuned mass dampers.
-
-    Attributes
-    ----------
-    risk : float
-        Probability of exceeding the limit that may remain.
-    largest_stroke : float or None
-        [m], not to be exceeded with 95 % confidence.
-    position : float or None
-        Fraction of the span at which it stands; None: where the mode is largest.
-    lever_arm : float or None
-        Of a damper against torsion: distance from the axis [m]; None: half the width.
-    """
-
-    number: int = 1
-    risk: float = 0.05
-    largest_mass_ratio: float = 0.05
-    largest_stroke: float | None = None
-    position: float | None = None
-    lever_arm: float | None = None
 
 
 @dataclass(frozen=True)
@@ -189,7 +172,13 @@ def load_bridge(path: Path, motion: Motion) -> Bridge:
         classes = read_turbulence(top.table("wind"), motion, values["width"], values["depth"])
         wind = replace(_wind(top.table("wind"), digests), turbulence=classes)
     damper = top.table("damper")
-    request = DamperRequest(**damper.read(_DAMPER))
+    request = read_damper(damper)
+    if unknown := set(request.positions) - {"", *names}:
+        raise damper.error("position", f'a mode "{min(unknown)}"', f"one of: {', '.join(names)}")
+    for i, mode in enumerate(modes if request.risk_of is RiskOf.ANY else ()):
+        if mode.modal_mass is None:
+            wanted = 'a mass and a length, or a modal_mass: damper.risk_of = "any" counts each damper in every mode'
+            raise InputError(path, f"modes[{i}]", "no modal mass", wanted)
     if "lever_arm" in damper and motion is Motion.HEAVING:
         raise damper.error("lever_arm", "a lever arm against heaving", "none: it is that of dampers against torsion")
     values |= {"title": values["title"] or path.resolve().parent.name, "modes": modes, "wind": wind, "damper": request}
@@ -230,12 +219,27 @@ def _mode(table: Table, motion: Motion, digests: dict[str, str]) -> Mode:
         digests[name] = sha256(read_bytes(table.file.parent / name, LARGEST_TABLE)).hexdigest()
     mass = _uncertain(table, key, dimension) if key in table else None
     values = {key: field.read(table, key) for key, field in _MODE.items()}
-    modal = values["modal_mass"]
-    if modal is None and "length" in table and mass is not None:
+    modal, spread = values["modal_mass"], None
+    if modal is not None:
+        modal, spread = modal.mean, modal.relative_sd if modal.sd is not None else None
+    elif "length" in table and mass is not None:
         modal = mass.mean * table.number("length", LENGTH) * shape.integral(2.0)
-    return Mode(
-        values["name"], values["frequency"], mass, modal, shape, values["damping_ratio"], values["lock_in"],
-        _lock_in_shape(table, digests) if "lock_in_shape" in table else None,
+    mode = Mode(
+        values["name"], values["frequency"], mass, modal, shape, values["damping_ratio"], values["lock_in"], spread,
+        lock_in_shape=_lock_in_shape(table, digests) if "lock_in_shape" in table else None,
+    )  # fmt: skip
+    return identified(mode, values["identified_frequency"], values["identified_damping_ratio"])
+
+
+def identified(mode: Mode, frequency: Quantity | None, damping_ratio: Quantity | None) -> Mode:
+    """The mode as it was identified on the bridge, which takes the place of what was assumed of it."""
+    if frequency is None and damping_ratio is None:
+        return mode
+    found, damping = frequency or mode.frequency, damping_ratio or mode.damping_ratio
+    return replace(
+        mode, frequency=found.or_relative_sd(MEASURED_FREQUENCY_COV),
+        damping_ratio=damping.or_relative_sd(DAMPING_TEST_COV),
+        designed=mode.designed or (mode.frequency, mode.damping_ratio),
     )  # fmt: skip
 
 
@@ -295,7 +299,6 @@ def _wind(table: Table, digests: dict[str, str]) -> Wind:
 _DAMPING_RATIO = Dimension("a damping ratio, a bare number", "", 0.003)
 _MONEY = Dimension("an amount of money, a bare number", "", 1e6, positive=False, largest=1e15)
 _AMOUNT = number(_MONEY, 0.0, good=lambda amount: amount >= 0.0, wanted="an amount of zero or more")
-_PROBABILITY = number(_SHARE, 0.05, good=lambda share: share < 1.0, wanted="a number between 0 and 1")
 _SHAPE = Dimension("a shape parameter, a bare number", "", 2.0)
 _SHAPES = "a shape parameter between 0.5 and 20; winds have about 2"
 _SHARES = "the part of the time from directions that matter, up to 1"
@@ -313,9 +316,18 @@ _TOP = {
 _MODE = {
     "name": text("a name"),
     "motion": anything(),
-    "frequency": Field(lambda table, key: _uncertain(table, key, FREQUENCY, FREQUENCY_COV)),
+    "measured": flag(False),
+    "frequency": Field(
+        lambda table, key: _uncertain(
+            table, key, FREQUENCY, MEASURED_FREQUENCY_COV if table.values.get("measured") is True else FREQUENCY_COV
+        )
+    ),
+    "identified_frequency": Field(lambda table, key: _uncertain(table, key, FREQUENCY, MEASURED_FREQUENCY_COV), None),
+    "identified_damping_ratio": Field(
+        lambda table, key: _uncertain(table, key, _DAMPING_RATIO, DAMPING_TEST_COV), None
+    ),
     **dict.fromkeys(("mass", "inertia", "length"), anything()),
-    "modal_mass": number(Dimension("a modal mass", "kg", 2e6), None),
+    "modal_mass": Field(lambda table, key: table.quantity(key, Dimension("a modal mass", "kg", 2e6)), None),
     "shape": anything(),
     "half_waves": anything(),
     "damping_ratio": Field(lambda table, key: _uncertain(table, key, _DAMPING_RATIO, DAMPING_COV), DAMPING),
@@ -328,14 +340,6 @@ _WIND = {
     "weibull_scale": number(SPEED),
     "weibull_shape": number(_SHAPE, good=lambda shape: 0.5 <= shape <= 20.0, wanted=_SHAPES),
     "share": number(_SHARE, 1.0, good=lambda share: share <= 1.0, wanted=_SHARES),
-}
-_DAMPER = {
-    "number": whole(1, 16, 1),
-    "risk": _PROBABILITY,
-    "largest_mass_ratio": _PROBABILITY,
-    "largest_stroke": number(LENGTH, None),
-    "position": number(_SHARE, None, good=lambda x: x < 1.0, wanted="a fraction of the span between 0 and 1"),
-    "lever_arm": number(LENGTH, None),
 }
 _COST = {
     "currency": text(default="", blank=True),

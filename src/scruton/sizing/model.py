@@ -177,13 +177,14 @@ class ModeModel:
         return self.bridge.damper.lever_arm or 0.5 * self.bridge.width
 
     @property
-    def damper_position(self) -> float:
-        """Fraction of the span where the mode's dampers stand: as asked for, or where the mode is largest."""
-        if self.bridge.damper.position is not None:
-            return self.bridge.damper.position
+    def damper_positions(self) -> tuple[float, ...]:
+        """Fractions of the span where the mode's dampers stand: as asked for, or all where the mode is largest."""
+        request = self.bridge.damper
+        if (places := request.places(self.mode.name)) is not None:
+            return places
         x = self.mode.shape.position
         largest = x[int(np.abs(self.mode.shape.value).argmax())]
-        return float((largest - x[0]) / (x[-1] - x[0]))
+        return (float((largest - x[0]) / (x[-1] - x[0])),) * request.number
 
     @cached_property
     def table(self) -> CurveTable | None:

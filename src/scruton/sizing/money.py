@@ -8,10 +8,10 @@ from scipy.special import ndtr
 
 from scruton.arrays import BoolArray, FloatArray
 from scruton.sizing.bridge import Cost
+from scruton.sizing.dampers import Damper
 from scruton.sizing.model import DAMPING, DISCREPANCY, LAW, SECTION, SOURCES, TRANSFER, Draws, ModeModel, unit_cube
 from scruton.sizing.risk import Risk
 from scruton.sizing.thresholds import DAMPING_TEST_COV, STEADY_COV, STROKE_TOLERANCE
-from scruton.sizing.tmd_design import Damper
 
 POINTS = 1 << 14
 _KNOTS, _DEGREE = 6, 3
@@ -131,7 +131,9 @@ def cost_by_mass(cost: Cost, probability: float, damper: Damper) -> CostByMass |
         return None
     bought, failure = cost.fixed + cost.per_kg * chart.mass, cost.failure * chart.probability
     total, without = bought + failure, cost.failure * probability
-    allowed = chart.mass_ratio <= asked.largest_mass_ratio
+    allowed = (chart.mass_ratio <= asked.largest_mass_ratio) & (
+        chart.mass_ratio >= (1 - 1e-9) * asked.smallest_mass_ratio
+    )
     if asked.largest_stroke is not None:
         allowed &= chart.stroke_high <= (1.0 + STROKE_TOLERANCE) * asked.largest_stroke
     best = int(np.argmin(np.where(allowed, total, np.inf)))

@@ -58,7 +58,10 @@ def uncertain(table: Table, key: str, dimension: Dimension, cov: float = 0.0, fa
 def _checked(value: Quantity, table: Table, key: str) -> Quantity:
     sd, is_beta = value.sd or 0.0, value.family == "beta" and not value.certain
     for good, wanted in (
-        (key not in ("damping_ratio", "coherence") or value.mean <= 1.0, "a bare number up to 1"),
+        (
+            key.removeprefix("identified_") not in ("damping_ratio", "coherence") or value.mean <= 1.0,
+            "a bare number up to 1",
+        ),
         (sd <= LARGEST_COV * value.mean, f"a standard deviation up to {LARGEST_COV:g} times the mean"),
         (not is_beta or value.mean < 1.0, "a mean between 0 and 1: beta is a distribution of fractions"),
         (not is_beta or sd**2 < value.mean * (1.0 - value.mean), "a standard deviation that fits between 0 and 1"),

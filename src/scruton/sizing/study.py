@@ -1,7 +1,7 @@
-"""`size`: everything that `scruton size` finds, `Sizing`, to sizing.json and back."""
+"""`size`: from the posterior of the section model to everything that `scruton size` finds."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +10,6 @@ import numpy as np
 from scruton.campaign.plausibility import damping_flag
 from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
-from scruton.documents import as_json, from_json, read_document
 from scruton.errors import InputError
 from scruton.griffin.curves import law_curves, what_if
 from scruton.griffin.discrepancy import one_rig, with_discrepancy
@@ -21,168 +20,29 @@ from scruton.infer.store import provenance_of
 from scruton.progress import Progress
 from scruton.provenance import provenance
 from scruton.sizing.bridge import Bridge
-from scruton.sizing.checks import Evidence, Required
+from scruton.sizing.checks import Evidence
+from scruton.sizing.damper_request import RiskOf
+from scruton.sizing.dampers import damper, withheld
+from scruton.sizing.existing import Offer, existing, hung
 from scruton.sizing.governing import governing, outside
 from scruton.sizing.hours import lock_in_shape
 from scruton.sizing.limits import Limit
-from scruton.sizing.model import ModeModel, Spread, spread, unit_cube
-from scruton.sizing.modes import AllModes, all_modes
-from scruton.sizing.money import Costs, costs
+from scruton.sizing.model import ModeModel, spread, unit_cube
+from scruton.sizing.modes import all_modes
+from scruton.sizing.money import costs
 from scruton.sizing.plausibility import odd_input
 from scruton.sizing.remarks import coherence_remarks, mode_factors
-from scruton.sizing.risk import Risk, Share, flags, remarks, risk, shares
-from scruton.sizing.thresholds import AT_NODE, LEAST_EXPONENT, LONG_STROKE, NEAR_NODE, ONE_RIG
-from scruton.sizing.tmd_design import DAMPER_DRAWS, Damper, damper, withheld
+from scruton.sizing.results import ModeSizing, SizedBridge, Sizing, Stated, StatedTransfer
+from scruton.sizing.risk import flags, remarks, risk, shares
+from scruton.sizing.thresholds import AT_NODE, LEAST_EXPONENT, NEAR_NODE, ONE_RIG
+from scruton.sizing.together import any_mode_flag, placed, sized_for_any
 from scruton.sizing.transfer import transfer_remarks
 
 if TYPE_CHECKING:
     import xarray as xr
 
-RESULT = "sizing.json"
 ASKED = "0.95"  # the confidence that flags speak of
-
-
-@dataclass(frozen=True)
-class Stated:
-    """A number of the bridge as it was stated; its distribution is "known" where it is certain."""
-
-    mean: float
-    sd: float
-    distribution: str
-
-
-@dataclass(frozen=True)
-class StatedTransfer:
-    """Factors of the amplitude between tunnel and site; whether they are the defaults; a handbook's, for comparison."""
-
-    turbulence: Stated
-    reynolds_number: Stated
-    details: Stated
-    assumed: bool
-    turbulence_intensity: float | None = None
-    handbook_factor: float | None = None
-
-
-@dataclass(frozen=True)
-class SizedBridge:
-    """The bridge that the answer is for: title, motion, width and depth [m], air density [kg/m^3], coherence.
-
-    `coherence_amplitude`, A_c, is A/D or rad; without it, and without a `transfer`, they do not act.
-    """
-
-    title: str
-    motion: str
-    width: float
-    depth: float
-    air_density: float
-    coherence: Stated
-    coherence_amplitude: Stated | None = None
-    transfer: StatedTransfer | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class ModeSizing:
-    """One mode of the bridge.
-
-    Attributes
-    ----------
-    frequency, damping_ratio : Stated
-        [Hz], and the structural damping ratio.
-    mass : Stated or None
-        [kg/m] or [kg m^2/m]; None: the mass ratio of the section model.
-    modal_mass : float or None
-        [kg] or [kg m^2].
-    shape : str
-        "sine", "uniform" or the file it was read from.
-    mode_factor : mapping
-        Amplitude of the mode over that of the section, by law, with full coherence.
-    scruton_number, amplitude : Spread
-        Without added damping; [m] or [rad].
-    scruton_number_at_means : float
-        Of the mean mass and the mean damping, as one computes it by hand.
-    governing : str
-        The rule of the smallest limit, of those that hold for the mode.
-    shares : mapping
-        Shares of variance by quantity ("needed", "amplitude"), the largest first.
-    cost : Costs or None
-        Where the bridge states what its failure costs.
-    required_by_law : mapping
-        Of the limit that governs, as of `Risk`.
-    """
-
-    name: str
-    frequency: Stated
-    damping_ratio: Stated
-    mass: Stated | None
-    modal_mass: float | None
-    shape: str
-    mode_factor: Mapping[str, float]
-    scruton_number: Spread
-    amplitude: Spread
-    limits: tuple[Risk, ...]
-    governing: str
-    shares: Mapping[str, tuple[Share, ...]]
-    flags: tuple[str, ...]
-    damper: Damper
-    cost: Costs | None = None
-    required_by_law: Mapping[str, Required] = field(default_factory=dict)
-    scruton_number_at_means: float = np.nan
-
-    @property
-    def governing_limit(self) -> Risk:
-        """The limit that decides: the smallest, of those that hold for the mode."""
-        return next(risk for risk in self.limits if risk.rule == self.governing)
-
-
-@dataclass(frozen=True, eq=False)
-class Sizing:
-    """The damping that a bridge needs, the dampers that give it, and the risk that they leave.
-
-    Attributes
-    ----------
-    format : int
-        Of sizing.json.
-    amplitude_unit : {"m", "rad"}
-    laws : mapping
-        Weight of each law.
-    flags : tuple of str
-        What the reader must know before trusting the numbers.
-    provenance : mapping or None
-        Versions, seed and SHA-256 of what it rests on, where it was written.
-    """
-
-    format: int
-    bridge: SizedBridge
-    amplitude_unit: str
-    laws: Mapping[str, float]
-    modes: tuple[ModeSizing, ...]
-    all_modes: AllModes
-    flags: tuple[str, ...]
-    provenance: Mapping[str, Any] | None = None
-
-    def to_json(self) -> dict[str, Any]:
-        """The content of sizing.json; numbers that do not exist are None."""
-        content: dict[str, Any] = as_json(self)
-        return content
-
-
-def load_sizing(folder: Path | str) -> Sizing:
-    """Read back what `scruton size` found from the folder that holds its sizing.json.
-
-    Numbers that do not exist (an amplitude where none is stable) are NaN.
-
-    Raises
-    ------
-    InputError
-        If there is none, or it is not as it was written.
-    """
-    path, wanted = Path(folder) / RESULT, "a sizing that this version wrote"
-    content = read_document(path, wanted, version=1)
-    try:
-        sizing: Sizing = from_json(Sizing, content)
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputError(path, "", f"other content ({error})", wanted) from error
-    return sizing
+SPREAD_DRAWS = 1 << 12
 
 
 def sizing_origin(
@@ -208,6 +68,7 @@ def size(
     law_n: float | None = None,
     seed: int = 0,
     progress: Progress | None = None,
+    offers: Sequence[Offer] = (),
 ) -> Sizing:
     """Size the damping of a bridge from the posterior of its section model.
 
@@ -223,6 +84,8 @@ def size(
         One law alone.
     progress : callable, optional
         Told what is being done and the fraction done.
+    offers : sequence of Offer
+        Dampers that are there or on offer: the risk with each.
 
     Notes
     -----
@@ -249,11 +112,12 @@ def size(
     factor = rig_mass_damping_draws(tree, chosen_rig(tree, rig))
     models = [ModeModel(laws, factor, bridge, mode) for mode in bridge.modes]
     for model in models:
-        if not abs(model.mode.shape.at(model.damper_position)) > AT_NODE:
+        if nodes := [x for x in model.damper_positions if not abs(model.mode.shape.at(x)) > AT_NODE]:
             raise InputError(
-                "bridge.toml", "damper.position", f"{model.damper_position:g}, a node of mode {model.mode.name}",
+                "bridge.toml", "damper.position", f"{nodes[0]:g}, a node of mode {model.mode.name}",
                 "a place where every mode moves; left out, each mode's dampers stand where it is largest",
             )  # fmt: skip
+    offers = hung(models, offers)
     modes: list[ModeSizing] = []
     evidence, doubts = Evidence.of(tree), untrusted(tree)
 
@@ -263,6 +127,10 @@ def size(
 
     for model in models:
         modes.append(_mode(model, rules, evidence, doubts, seed, tell))
+    limits_met = [mode.governing_limit.limit for mode in modes]
+    if bridge.damper.risk_of is RiskOf.ANY and len(modes) > 1 and not doubts:
+        sized = sized_for_any(models, limits_met, [mode.damper for mode in modes], seed, tell)
+        modes = [replace(mode, damper=one) for mode, one in zip(modes, sized, strict=True)]
     remarks = [flag for mode in modes for flag in mode.flags]
     remarks[:0] = [*doubts, *odd_input(bridge)]
     remarks += [*what_if(tree, law_n), *said]
@@ -279,7 +147,7 @@ def size(
     together = all_modes(
         models,
         [mode.governing_limit for mode in modes],
-        [(each, mode.damper.position) for mode in modes for each in mode.damper.dampers],
+        placed([mode.damper for mode in modes]),
         []
         if bridge.wind is None
         else [
@@ -288,6 +156,8 @@ def size(
         ],
         seed,
     )
+    if flag := any_mode_flag(together.with_dampers, bridge.damper):
+        remarks.append(flag)
     if progress:
         progress("done", 1.0)
     described = SizedBridge(
@@ -297,6 +167,7 @@ def size(
     return Sizing(
         1, described, "m" if bridge.motion is Motion.HEAVING else "rad",
         dict(zip(laws.labels, laws.weights.tolist(), strict=True)), tuple(modes), together, tuple(remarks),
+        existing=existing(models, limits_met, offers, seed) or None,
     )  # fmt: skip
 
 
@@ -326,7 +197,7 @@ def _mode(
     deciding = governing(risks)
     tell(f"mode {mode.name}: shares of variance", 0.3)
     parts = shares(model, deciding.limit, added=deciding.required["0.95"] or 0.0, seed=seed)
-    u = unit_cube(DAMPER_DRAWS, seed + 4)
+    u = unit_cube(SPREAD_DRAWS, seed + 4)
     draws = model.draws(u)
     said = [*flags(model, draws), *outside(mode.name, risks), *remarks(mode.name, ASKED, deciding)]
     said += coherence_remarks(model, deciding, seed)
@@ -334,13 +205,7 @@ def _mode(
         said.append(f"mode {mode.name}: {flag}")
     tell(f"mode {mode.name}: tuned mass damper", 0.4)
     dampers = withheld(model, doubts[0]) if doubts else damper(model, deciding.limit, seed)
-    stroke = dampers.stroke.high
-    if bridge.damper.largest_stroke is None and dampers.dampers and stroke is not None and stroke > LONG_STROKE:
-        said.append(
-            f"mode {mode.name}: the stroke of the lightest damper is {stroke:.1f} m (95 %): "
-            "state damper.largest_stroke for one that fits"
-        )
-    moves = abs(mode.shape.at(dampers.position))
+    moves = min(abs(mode.shape.at(position)) for position in model.damper_positions)
     if dampers.dampers and moves < NEAR_NODE:
         said.append(
             f"mode {mode.name}: where the damper stands the mode moves {moves:.1%} of its largest, and its mass grows "

@@ -13,10 +13,11 @@ the dampers add:
    {(f^2 - g^2)^2 + (2 \zeta f g)^2} .
 
 The stable amplitude is that of the Griffin curve at xi_s + xi_add; under the paper's law also over g, since a force of
-constant size gives less amplitude at a higher frequency.  Against 196 integrations of the equations of motion (mass
-ratios of 0.2 to 2 %, damping ratios of 0.35 to 1.6 sqrt(mu), frequencies off by up to 5 %) this is within 1 % in 92 of
-100 and within 3 % in all; leaving g out costs up to 8 %.  The damping of the eigenvalues (`minimum_modal_damping`)
-answers another question, how fast a free vibration dies, and errs by tens of per cent.
+constant size gives less amplitude at a higher frequency (`scruton.sizing.tmd_draws.frequency_power`). Against 196
+integrations of the equations of motion (mass ratios of 0.2 to 2 %, damping ratios of 0.35 to 1.6 sqrt(mu), frequencies
+off by up to 5 %) this is within 1 % in 92 of 100 and within 3 % in all; leaving g out costs up to 8 %.  The damping of
+the eigenvalues (`minimum_modal_damping`) answers another question, how fast a free vibration dies, and errs by tens of
+per cent.
 
 Several frequencies.  A lightly damped damper near tuning splits the mode, and the first equation has up to 2k + 1
 roots for k dampers.  Which of them is a limit cycle?  Replace the force of the wind by a negative damping that cancels
@@ -106,23 +107,36 @@ def response(dampers: Sequence[TunedMass], detuning: ArrayLike = 0.0) -> Respons
         If there is no damper, or a detuning is not finite or is -1 or less.
     """
     error = check_detuning(detuning)
-    shape = error.shape
     mu, f, zeta = _ratios(dampers, error.ravel())
-    squares = np.linalg.eigvals(_balance_matrix(mu, f, zeta))  # (draws, 2 dampers + 1)
-    # Eigenvalues of a real matrix are exactly real or come in exact pairs.  A pair that rounding takes off the axis
-    # where two roots merge is no loss: a root of less damping stands elsewhere.
-    real = (squares.imag == 0.0) & (squares.real > -1.0)
-    g = np.sqrt(np.where(real, 1.0 + squares.real, 1.0))
-    shares = (mu * zeta)[:, None, None] * f[:, :, None] * g**4 / _resonance(f, zeta, g)
+    found = respond(mu[:, None], f, zeta[:, None])
+    return Response(
+        found.added_damping.reshape(error.shape),
+        found.frequency.reshape(error.shape),
+        found.stroke.reshape(len(dampers), *error.shape),
+    )
+
+
+def respond(mass_ratio: FloatArray, frequency_ratio: FloatArray, damping_ratio: FloatArray) -> Response:
+    """`response` where every draw has ratios of its own, to the mode's true frequency; all broadcast to (dampers, S).
+
+    The damping ratio may be 1 or more: that of a damper which friction all but holds.
+    """
+    mu, f, zeta = np.broadcast_arrays(mass_ratio, frequency_ratio, damping_ratio)
+    if len(mu) == 1:
+        squares = _one_damper(mu[0], f[0] ** 2, zeta[0] ** 2)
+    else:
+        # Eigenvalues of a real matrix are exactly real or come in exact pairs.  A pair that rounding takes off the axis
+        # where two roots merge is no loss: a root of less damping stands elsewhere.
+        values = np.linalg.eigvals(_balance_matrix(mu, f, zeta))  # (draws, 2 dampers + 1)
+        squares = np.where(values.imag == 0.0, values.real, np.nan)
+    real = squares > -1.0
+    g = np.sqrt(np.where(real, 1.0 + squares, 1.0))
+    shares = (mu * zeta * f)[:, :, None] * g**4 / resonance(f[:, :, None], zeta[:, :, None], g)
     added = np.where(real, np.sum(shares, axis=0), np.inf)
     least = np.argmin(added, axis=1)[:, None]
     frequency = np.take_along_axis(g, least, axis=1)[:, 0]
-    stroke = frequency**2 / np.sqrt(_resonance(f, zeta, frequency))
-    return Response(
-        np.take_along_axis(added, least, axis=1)[:, 0].reshape(shape),
-        frequency.reshape(shape),
-        stroke.reshape(len(dampers), *shape),
-    )
+    stroke = frequency**2 / np.sqrt(resonance(f, zeta, frequency))
+    return Response(np.take_along_axis(added, least, axis=1)[:, 0], frequency, stroke)
 
 
 def den_hartog(mass_ratio: float) -> TunedMass:
@@ -229,31 +243,50 @@ def _ratios(dampers: Sequence[TunedMass], detuning: FloatArray) -> tuple[FloatAr
     return table[:, 0], table[:, 1, None] / (1.0 + detuning), table[:, 2]
 
 
-def _resonance(f: FloatArray, zeta: FloatArray, g: FloatArray) -> FloatArray:
-    """(f^2 - g^2)^2 + (2 zeta f g)^2 for f (dampers, draws) and g (draws, ...): (dampers, draws, ...)."""
-    tail = (1,) * (g.ndim - 1)
-    f, zeta = f.reshape(*f.shape, *tail), zeta.reshape(-1, 1, *tail)
+def resonance(f: FloatArray, zeta: FloatArray, g: FloatArray) -> FloatArray:
+    """(f^2 - g^2)^2 + (2 zeta f g)^2, the square of g^2 over the stroke."""
     return np.asarray((f**2 - g**2) ** 2 + (2.0 * zeta * f * g) ** 2)
+
+
+def _one_damper(mu: FloatArray, square: FloatArray, loss: FloatArray) -> FloatArray:
+    """g^2 - 1 at the roots for one damper, (draws, 3), NaN where there is none: a cubic, an eighth of the time."""
+    a, constant = square * (1.0 - 2.0 * loss), square * (4.0 * loss - 1.0)
+    c2, c1, c0 = mu * constant - 1.0 - 2.0 * a, (1.0 + mu) * square**2 + 2.0 * a, -(square**2)
+    third = -c2 / 3.0
+    p, q = c1 - 3.0 * third**2, c0 + c1 * third + (c2 + third) * third**2
+    depth = np.maximum(-p / 3.0, 0.0)
+    cosine = -0.5 * q / np.maximum(depth, 1e-100) ** 1.5
+    three = (depth > 0.0) & (np.abs(cosine) <= 1.0)
+    angle = np.arccos(np.clip(cosine, -1.0, 1.0)) / 3.0
+    roots = 2.0 * np.sqrt(depth) * np.cos(angle + np.array([0.0, 2.0, 4.0])[:, None] * np.pi / 3.0)
+    outer = np.cbrt(-0.5 * q - np.copysign(np.sqrt(np.maximum(0.25 * q**2 + p**3 / 27.0, 0.0)), q))
+    single = outer - np.divide(p, 3.0 * outer, out=np.zeros_like(p), where=outer != 0.0)
+    x = third + np.where(three, roots, single)
+    for _ in range(4):  # Newton's steps: cancellation takes digits off both forms
+        slope = (3.0 * x + 2.0 * c2) * x + c1
+        x -= np.divide(((x + c2) * x + c1) * x + c0, slope, out=np.zeros_like(x), where=np.abs(slope) > 1e-9)
+    x[1:, ~three] = np.nan
+    return np.asarray(x.T - 1.0)
 
 
 def _balance_matrix(mu: FloatArray, f: FloatArray, zeta: FloatArray) -> FloatArray:
     """Matrices (draws, 2 dampers + 1, 2 dampers + 1) whose real eigenvalues are g^2 - 1 at the roots of the balance.
 
-    In x = g^2 the share of a damper, x Re T, is a constant and a pair of poles a +- ib, that is a block of two rows.  A
-    polynomial in x has the same roots, but loses them to rounding from a dozen dampers on.
+    In x = g^2 the share of a damper, x Re T, is a constant and a fraction over x^2 - 2 a x + f^4, that is a block of
+    two rows.  One polynomial in x has the same roots, but loses them to rounding from a dozen dampers on.
     """
     count, draws = f.shape
-    square, loss = f.T**2, zeta**2
-    a, b = square * (1.0 - 2.0 * loss), 2.0 * square * zeta * np.sqrt(1.0 - loss)
+    mu, square, loss = mu.T, f.T**2, zeta.T**2
+    a = square * (1.0 - 2.0 * loss)
     constant = square * (4.0 * loss - 1.0)
-    slope = square**2 + 2.0 * constant * a
-    level = -constant * square**2
+    slope = 1.0 + 2.0 * constant * a / square**2  # in units of f^4, as the level: rows of like size
     matrix = np.zeros((draws, 2 * count + 1, 2 * count + 1))
     first, second = 1 + 2 * np.arange(count), 2 + 2 * np.arange(count)
     matrix[:, 0, 0] = -np.sum(mu * constant, axis=1)
-    matrix[:, 0, first] = np.sqrt(mu)
-    matrix[:, first, 0] = -np.sqrt(mu) * slope
-    matrix[:, second, 0] = -np.sqrt(mu) * (level + slope * a) / b
-    matrix[:, first, first] = matrix[:, second, second] = a - 1.0
-    matrix[:, first, second], matrix[:, second, first] = b, -b
+    matrix[:, 0, first] = np.sqrt(mu) * constant
+    matrix[:, 0, second] = -np.sqrt(mu) * slope * square
+    matrix[:, second, 0] = np.sqrt(mu) * square
+    matrix[:, first, first] = -1.0
+    matrix[:, second, second] = 2.0 * a - 1.0
+    matrix[:, first, second], matrix[:, second, first] = square, -square
     return matrix

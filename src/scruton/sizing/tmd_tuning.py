@@ -1,12 +1,11 @@
 """Tuning dampers of a given mass over draws of what is uncertain.
 
-A draw needs a certain added damping, found once; dampers add another, which depends on its frequency error alone and
-is read off a table over that error.  Tuning minimises the order statistic of their ratio that decides on the risk: the
-risk itself is a staircase, this is continuous.
+A draw needs a certain added damping, found once; dampers add another, which is read off a table over the error of the
+frequency, with the slopes of its logarithm in mass and damping.  Tuning minimises the order statistic of their ratio
+that decides on the risk: the risk itself is a staircase, this is continuous.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,56 +13,32 @@ from numpy.typing import ArrayLike
 from scruton.arrays import FloatArray
 from scruton.errors import InputError
 from scruton.sizing.thresholds import STROKE_TOLERANCE
-from scruton.sizing.tmd import TunedMass, check_detuning, den_hartog, positive, response
+from scruton.sizing.tmd import TunedMass, den_hartog, positive, respond
+from scruton.sizing.tmd_draws import STROKE_QUANTILE, DamperDraws, Reality
+from scruton.sizing.tmd_real import respond_at
 
-STROKE_QUANTILE = 0.95
+DAMPING_RANGE = (0.005, 0.4)  # damping ratios that a damper can be built with
 _NODES = 81
+_STEP = 0.1  # of the logarithms of mass and damping, for slopes
+_BEND = 0.07  # of the logarithm of the frequency, for the change of what is needed
 _LOWERINGS = 3  # of the risk that a tuning aims at
 _FAR = 1e3  # what lacks at a tuning that no one would build
 _OUT_OF_REACH = 1e6
 
 
-@dataclass(frozen=True)
-class Outcome:
-    """What dampers leave over the draws.
-
-    Attributes
-    ----------
-    probability : float
-        Of exceeding the limit.
-    stroke, stroke_high : float
-        Median and 95 % quantile of the largest relative stroke among the dampers [m].
-    added_damping, added_damping_low : float
-        Median and 5 % quantile of the damping ratio that they add in the limit cycle.
-    """
-
-    probability: float
-    stroke: float
-    stroke_high: float
-    added_damping: float
-    added_damping_low: float
-
-
-class TuningDraws:
-    """Joint draws of amplitude and frequency error, with the limits to keep; nothing in it changes once it is made.
+class TuningDraws(DamperDraws):
+    """Draws that dampers are tuned on.
 
     Parameters
     ----------
-    amplitude : callable
-        Stable amplitude (S,) [m, or rad with `shape` in m] of every draw at its added damping ratio (S,), where the
-        mode shape is one.  More damping must never give more amplitude.
-    limit : float
-        Unit of the amplitude.
-    detuning : (S,) array
-        Draws of the relative error of the mode's frequency, joint with those in `amplitude`.
+    amplitude, limit, detuning, shape, reality
+        As of `DamperDraws`; one shape for every damper, or one for all.
     number : int
         Dampers of equal mass and damping ratio with evenly spread frequencies; the spread is found.
-    shape : float
-        Mode shape where the dampers hang; for torsion their distance from the axis [m].
-    damping_range : tuple of float
-        Damping ratios that a damper can be built with.
     largest_stroke : float, optional
         m, for the 95 % quantile of the stroke.
+    kept : float
+        Frequency error, either way, at which the risk has to be kept, too; 0: none.
 
     Attributes
     ----------
@@ -74,7 +49,7 @@ class TuningDraws:
     Raises
     ------
     InputError
-        If an argument is out of range, or `amplitude` does not return one number per draw.
+        As of `DamperDraws`.
     """
 
     def __init__(
@@ -83,59 +58,63 @@ class TuningDraws:
         limit: float,
         detuning: ArrayLike,
         number: int = 1,
-        shape: float = 1.0,
-        damping_range: tuple[float, float] = (0.005, 0.4),
+        shape: ArrayLike = 1.0,
         largest_stroke: float | None = None,
+        reality: Reality | None = None,
+        kept: float = 0.0,
     ) -> None:
-        self.detuning = np.atleast_1d(check_detuning(detuning))
-        if self.detuning.ndim != 1 or self.detuning.size == 0:
-            raise InputError("damper", "detuning", f"an array of shape {self.detuning.shape}", "one number per draw")
         if number < 1:
             raise InputError("damper", "number", f"{number}", "a whole number, one or more")
-        low, high = damping_range
-        if not 0.0 < low < high < 1.0:
-            raise InputError("damper", "damping_range", f"{low:g} to {high:g}", "two rising numbers between 0 and 1")
-        self._amplitude, self.number, self.damping_range = amplitude, number, damping_range
-        self.limit, self.shape = positive("limit", limit), positive("shape", shape)
+        super().__init__(amplitude, limit, detuning, np.resize(np.asarray(shape, dtype=float), number), reality)
+        self.number = number
         self.largest_stroke = None if largest_stroke is None else positive("largest_stroke", largest_stroke)
-        # What each draw needs, by bisection.
+        self.errors = (None, -kept, kept) if kept else (None,)
+        # What each draw needs, at the mode's own frequency and about it: a parabola in ln g.
+        self.needed = self._needed(1.0)
+        self._slope = self._bend = np.zeros(1)
+        if np.any(self.reality.power):
+            low, high = (self._needed(float(np.exp(step))) for step in (-_BEND, _BEND))
+            known = np.isfinite(low) & np.isfinite(high)
+            with np.errstate(invalid="ignore"):
+                self._slope = np.where(known, (high - low) / (2.0 * _BEND), 0.0)
+                self._bend = np.where(known, (high + low - 2.0 * self.needed) / (2.0 * _BEND**2), 0.0)
+        # Nodes at the frequency errors of bridge and dampers together: half follow the draws, half reach their tails.
+        one = np.ones(self.detuning.size)
+        off = np.exp(np.log(self.reality.frequency).mean(axis=0)) * one
+        away = [(1.0 + (self.detuning if error is None else error)) / off - 1.0 for error in self.errors]
+        even = np.linspace(0.0, 1.0, _NODES // 2 + 1)
+        together = np.concatenate(away)
+        reach = together.min() + even * np.ptp(together)
+        self._nodes = np.unique(np.concatenate([np.quantile(together, even), reach]))
+        self._width = float(np.std(away[0]))
+        last = max(self._nodes.size - 2, 0)
+        self._places = []
+        for error in away:
+            below = np.clip(np.searchsorted(self._nodes, error, side="right") - 1, 0, last)
+            gap = np.diff(self._nodes, append=self._nodes[-1] + 1.0)[below]
+            self._places.append(
+                (below, np.minimum(below + 1, self._nodes.size - 1), (error - self._nodes[below]) / gap)
+            )
+        self._mass, self._damping = (
+            np.log(each).mean(axis=0) * one for each in (self.reality.mass, self.reality.damping)
+        )
+
+    def _needed(self, frequency: float) -> FloatArray:
+        """Added damping that brings the draws to the limit, at a frequency of the response, by bisection."""
         least, most = np.zeros(self.detuning.size), np.ones(self.detuning.size)
-        enough, never = self.amplitude(least) <= self.limit, self.amplitude(most) > self.limit
+        enough = self.amplitude(least, frequency) <= self.limit
+        never = self.amplitude(most, frequency) > self.limit
         for _ in range(40):
             middle = 0.5 * (least + most)
-            over = self.amplitude(middle) > self.limit
+            over = self.amplitude(middle, frequency) > self.limit
             least, most = np.where(over, middle, least), np.where(over, most, middle)
-        self.needed = np.where(enough, 0.0, np.where(never, np.inf, most))
-        # Half of the nodes follow the draws, half reach their tails.
-        even = np.linspace(0.0, 1.0, _NODES // 2 + 1)
-        reach = self.detuning.min() + even * np.ptp(self.detuning)
-        self._nodes = np.unique(np.concatenate([np.quantile(self.detuning, even), reach]))
-        self._width = float(np.std(self.detuning))
+        return np.where(enough, 0.0, np.where(never, np.inf, most))
 
-    def amplitude(self, added: FloatArray) -> FloatArray:
-        """Amplitude (S,) at an added damping (S,)."""
-        value = np.asarray(self._amplitude(added), dtype=float)
-        if value.shape != self.detuning.shape or np.any(np.isnan(value)):
-            found = "not a number" if value.shape == self.detuning.shape else f"an array of shape {value.shape}"
-            raise InputError("damper", "amplitude", found, f"one amplitude for each of {self.detuning.size} draws")
-        return value
-
-    def outcome(self, dampers: tuple[TunedMass, ...], detuning: float | None = None) -> Outcome:
-        """What dampers leave, without the table; at one frequency error for all draws if it is given."""
-        added = relative = np.zeros(self.detuning.size)
-        if dampers:
-            added_by = response(dampers, self.detuning if detuning is None else detuning)
-            added = np.broadcast_to(added_by.added_damping, self.detuning.shape)
-            relative = np.broadcast_to(added_by.stroke.max(axis=0), self.detuning.shape)
-        amplitude = self.amplitude(added)
-        stroke = self.shape * relative * amplitude if dampers else relative
-        return Outcome(
-            float(np.mean(amplitude > self.limit)),
-            float(np.median(stroke)),
-            float(np.quantile(stroke, STROKE_QUANTILE)),
-            float(np.median(added)),
-            float(np.quantile(added, 0.05)),
-        )
+    def keeps(self, dampers: tuple[TunedMass, ...], risk: float) -> bool:
+        """Whether dampers keep risk and stroke, without the table."""
+        if any(self.probability(dampers, error) > risk for error in self.errors):
+            return False
+        return self.largest_stroke is None or self.outcome(dampers).stroke_high <= self.largest_stroke
 
     def tune(
         self, mass_ratio: float, risk: float | None, near: tuple[TunedMass, ...] = ()
@@ -163,12 +142,13 @@ class TuningDraws:
         unit = float(np.sqrt(mass_ratio)) + self._width  # frequencies are tuned in steps of this
         size = 3 if self.number > 1 else 2  # logarithm of the damping, middle and half width of the frequencies
         place = np.linspace(-1.0, 1.0, self.number) if self.number > 1 else np.zeros(1)
-        low, high = np.log(self.damping_range)
+        low, high = np.log(DAMPING_RANGE)
+        share = self.shape**2 / np.sum(self.shape**2)  # of the mass ratio, where all have the same mass
 
         def dampers(x: FloatArray) -> tuple[TunedMass, ...]:
             zeta = float(np.exp(np.clip(x[0], low, high)))
             ratios = first.frequency_ratio * (1.0 + unit * x[1]) * (1.0 + unit * x[-1] * place)
-            return tuple(TunedMass(mass_ratio / self.number, float(f), zeta) for f in ratios)
+            return tuple(TunedMass(float(mu), float(f), zeta) for mu, f in zip(mass_ratio * share, ratios, strict=True))
 
         def objective(x: FloatArray) -> float:
             outside = float(max(0.0, low - x[0], x[0] - high, abs(x[1]) - 3.0))
@@ -179,7 +159,7 @@ class TuningDraws:
             return self.lack(dampers(x), risk) + 10.0 * outside
 
         if near:
-            bottom, top = near[0].frequency_ratio, near[-1].frequency_ratio
+            bottom, top = sorted((near[0].frequency_ratio, near[-1].frequency_ratio))
             middle, half = 0.5 * (bottom + top), 0.5 * (top - bottom)
             zeta = near[0].damping_ratio
             starts = [[np.log(zeta), (middle / first.frequency_ratio - 1.0) / unit, half / middle / unit]]
@@ -199,13 +179,13 @@ class TuningDraws:
         best = dampers(min(searches, key=lambda each: float(each.fun)).x)
         return best, self.lack(best, risk)
 
-    def least_risk(self, mass_ratio: float) -> tuple[TunedMass, ...]:
+    def least_risk(self, mass_ratio: float, near: tuple[TunedMass, ...] = ()) -> tuple[TunedMass, ...]:
         """Tune dampers of one total mass for the least risk: each tuning aims below the risk of the last.
 
-        Within the largest stroke, where this mass can keep it.
+        Within the largest stroke, where this mass can keep it; `near` as of `tune`.
         """
         largest = np.inf if self.largest_stroke is None else self.largest_stroke
-        best, _ = self.tune(mass_ratio, None)
+        best, _ = self.tune(mass_ratio, None, near)
         left = self.outcome(best)
         for _ in range(_LOWERINGS):
             if left.probability == 0.0:
@@ -221,19 +201,44 @@ class TuningDraws:
     def lack(self, dampers: tuple[TunedMass, ...], risk: float | None) -> float:
         """Logarithm of needed over added damping at the draw that decides on a risk, or of the stroke over its limit.
 
-        The greater of the two; 0 or less keeps both.
+        The greatest of them, at the errors of the frequency at which the risk is to be kept; 0 or less keeps all.
         """
-        table = response(dampers, self._nodes)
-        added = np.interp(self.detuning, self._nodes, table.added_damping)
-        ratio = self.needed / added
-        stroke = 0.0
-        if self.largest_stroke is not None:
-            relative = np.interp(self.detuning, self._nodes, table.stroke.max(axis=0))
-            stroke = float(np.quantile(self.shape * relative * self.amplitude(added), STROKE_QUANTILE))
-            stroke /= self.largest_stroke
-        if risk is None:
-            # A stroke beyond its limit weighs more than any risk that it saves.
-            return float(np.mean(np.log(np.clip(ratio, 1e-2, 1e2)))) + 10.0 * float(np.log(max(stroke, 1.0)))
-        last = ratio.size - 1 - int(np.floor(risk * ratio.size + 1e-9))
-        deciding = np.clip(np.partition(ratio, last)[last], 1.0 / _OUT_OF_REACH, _OUT_OF_REACH)
-        return float(np.log(max(deciding, stroke)))
+        table, lacking, stroke = self._table(dampers), -np.inf, 0.0
+        for below, above, part in self._places if risk is not None else self._places[:1]:
+            rows = table[:, below] * (1.0 - part) + table[:, above] * part
+            added = np.exp(rows[0] + rows[1] * self._mass + (rows[2] + rows[3] * self._damping) * self._damping)
+            needed = np.maximum(self.needed + (self._slope + self._bend * rows[4]) * rows[4], 0.0)
+            ratio = needed / added
+            if lacking == -np.inf and self.largest_stroke is not None:
+                relative = np.exp(rows[5] + rows[6] * self._damping)
+                amplitude = self.amplitude(added, np.exp(rows[4]))
+                stroke = float(np.quantile(relative * amplitude, STROKE_QUANTILE)) / self.largest_stroke
+            if risk is None:
+                # A stroke beyond its limit weighs more than any risk that it saves.
+                return float(np.mean(np.log(np.clip(ratio, 1e-2, 1e2)))) + 10.0 * float(np.log(max(stroke, 1.0)))
+            last = ratio.size - 1 - int(np.floor(risk * ratio.size + 1e-9))
+            lacking = max(lacking, float(np.partition(ratio, last)[last]))
+        return float(np.log(max(np.clip(lacking, 1.0 / _OUT_OF_REACH, _OUT_OF_REACH), stroke)))
+
+    def _table(self, dampers: tuple[TunedMass, ...]) -> FloatArray:
+        """Over the nodes: ln(added), slope in ln(mass), slope and bend in ln(damping), ln(g), ln(stroke), slope."""
+        steps = np.array([(0.0, 0.0), (_STEP, 0.0), (0.0, -_STEP), (0.0, _STEP)])
+        if not (np.any(self._mass) or np.any(self._damping)):
+            steps = steps[:1]
+        mu, f, zeta = np.array([(d.mass_ratio, d.frequency_ratio, d.damping_ratio) for d in dampers]).T[:, :, None]
+        many = np.repeat(np.exp(steps), self._nodes.size, axis=0).T
+        ratios = mu * many[0], f / (1.0 + np.tile(self._nodes, len(steps))), zeta * many[1]
+        flaws = self.reality.flaws
+        found = respond(*ratios) if flaws.none else respond_at(*ratios, self.limit * self.shape[:, None], flaws)
+        with np.errstate(divide="ignore"):  # dampers that friction holds
+            added = np.log(np.maximum(found.added_damping, 1e-12)).reshape(len(steps), -1)
+            stroke = np.log(np.maximum((self.shape[:, None] * found.stroke).max(axis=0), 1e-12)).reshape(len(steps), -1)
+        flat = np.zeros(self._nodes.size)
+        g = np.log(found.frequency[: self._nodes.size])
+        if len(steps) == 1:
+            return np.stack([added[0], flat, flat, flat, g, stroke[0], flat])
+        return np.stack([
+            added[0], (added[1] - added[0]) / _STEP, (added[3] - added[2]) / (2.0 * _STEP),
+            (added[3] + added[2] - 2.0 * added[0]) / (2.0 * _STEP**2), g, stroke[0],
+            (stroke[3] - stroke[2]) / (2.0 * _STEP),
+        ])  # fmt: skip

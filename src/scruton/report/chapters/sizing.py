@@ -56,6 +56,7 @@ def sizing_chapter(material: Material) -> Iterator[Block]:
         yield from shown(f"risk{ending}", f"shares{ending}")
         yield from (*_damper_blocks(mode, k), *shown(f"damper{ending}"))
         yield from (*_cost_blocks(mode), *shown(f"cost{ending}", f"information{ending}"))
+    yield from _existing_blocks(content, percent)
     names = content["all_modes"]["names"]
     together = Table(
         "all_modes", _TOGETHER, ("", *(f"mode {name}" for name in names), "any mode"),
@@ -147,6 +148,7 @@ def _damper_blocks(mode: Content, place: int) -> Iterator[Block]:
         f"Tuned mass damper, mode {name}: {'the least mass' if damper['achievable'] else 'NOT ACHIEVED'} for a risk of "
         f"{percent(damper['asked']['risk'])} ({damper['reason']}). The risk left is {percent(damper['probability'])}; "
         f"the stroke is {number(stroke['median'], 3)} m, and below {number(stroke['high'], 3)} m with 95 % confidence."
+        + _built(damper)
     )
     header = ("damper", "mass [kg]", "mass ratio", "frequency [Hz]", "damping ratio", "spring [N/m]", "dashpot [N s/m]")
     rows = _damper_rows(damper, PAGE, percent, percent)
@@ -160,6 +162,42 @@ def _damper_blocks(mode: Content, place: int) -> Iterator[Block]:
             for entry in damper["detuned"]
         ],
     )
+
+
+def _existing_blocks(content: Content, write: Callable[[float], str]) -> Iterator[Block]:
+    """Risk with the dampers that were asked about, and with what was assumed before anything was identified."""
+    found, names = content.get("existing") or [], content["all_modes"]["names"]
+    designed = any("as_designed" in one for one in found)
+    rows = [
+        (
+            one["name"], *map(write, one["left"]["each"]), write(one["left"]["any"]),
+            number(max((stroke for stroke in one["stroke_high"] if stroke is not None), default=None), 3),
+            *([write(one["as_designed"]["any"])] if designed else []),
+        )
+        for one in found
+    ]  # fmt: skip
+    header = ("damper", *(f"mode {name}" for name in names), "any mode", "stroke (95 %) [m]")
+    yield Table(
+        "existing",
+        "Probability of exceeding the limit with a given damper" + (", the bridge as identified" if designed else ""),
+        (*header, "any, as designed") if designed else header,
+        rows,
+    )
+
+
+def _built(damper: Content) -> str:
+    """What the dampers were taken to be, and the risk of a cycle that only a start from above reaches."""
+    asked, text = damper["asked"], ""
+    if "kept_detuning" in asked:
+        within = [f"{100 * asked[key + '_tolerance']:g} % of {key}" for key in ("frequency", "damping", "mass")]
+        text = f" A delivered damper may be off by {', '.join(within)}"
+        if asked["temperature_detuning"]:
+            text += f", and {100 * asked['temperature_detuning']:g} % of frequency with temperature"
+        text += f"; the risk is kept where the bridge is {100 * asked['kept_detuning']:g} % off frequency, too."
+    if "probability_worst" in damper:
+        worst = percent(damper["probability_worst"])
+        text += f" Counting vibrations that only a start from above leads to, the risk is {worst}."
+    return text
 
 
 def _damper_rows(damper: Content, of: Notation, mass: Callable[..., str], damping: Callable[..., str]) -> list[Any]:
@@ -296,6 +334,7 @@ def sizing_summary(content: Content) -> Iterator[Block]:
         hours = _hours(content, " .. ", "{:.2f}".format, TERMINAL.number)
         header = ("mode", "lock-in U/(fD)", "hours a year in lock-in", "expected hours beyond the limit (90 %)")
         yield Table("hours", "", header, hours, _hours_note(content))
+    yield from _existing_blocks(content, "{:.3f}".format)
     yield Callout(CAUTION, "", content["flags"])
 
 

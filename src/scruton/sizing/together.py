@@ -1,0 +1,160 @@
+"""Dampers on the whole bridge: each acts on every mode, and the risk is that of any mode."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from scruton.arrays import BoolArray
+from scruton.progress import Progress
+from scruton.sizing.damper_request import DamperRequest, Delivered, RiskOf, delivered
+from scruton.sizing.dampers import Damper, damper, reality, shapes
+from scruton.sizing.model import (
+    COHERENCE,
+    COHERENCE_AMPLITUDE,
+    LAW,
+    SECTION,
+    SOURCES,
+    TRANSFER,
+    Draws,
+    ModeModel,
+    unit_cube,
+)
+from scruton.sizing.thresholds import RISK_MARGIN
+from scruton.sizing.tmd import TunedMass
+from scruton.sizing.tmd_draws import DamperDraws
+
+POINTS = 1 << 14
+_ROUNDS = 6
+_NEAR = 0.93  # of the risk asked for: what is below it is worth another round
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A damper that hangs on the bridge: mass [kg], own frequency [Hz], damping ratio, fraction of the span.
+
+    Without a `position` it stands where the mode whose frequency is nearest to its own is largest.
+    """
+
+    mass: float
+    frequency: float
+    damping_ratio: float
+    position: float | None = None
+
+
+@dataclass(frozen=True)
+class Exceedance:
+    """P(amplitude > limit) by mode, and P(any mode exceeds its limit), each mode in its own lock-in."""
+
+    each: tuple[float, ...]
+    any: float
+
+
+@dataclass(frozen=True, eq=False)
+class ModeDraws:
+    """One mode with all dampers that move in it: `DamperDraws` of the mode, and the dampers as ratios to it."""
+
+    draws: DamperDraws
+    dampers: tuple[TunedMass, ...]
+
+    @property
+    def exceeds(self) -> BoolArray:
+        """Whether each draw exceeds its limit, (S,)."""
+        return np.asarray(self.draws.at_limit(self.dampers)[0] > self.draws.limit)
+
+
+def joint_draws(models: Sequence[ModeModel], seed: int, points: int = POINTS) -> list[Draws]:
+    """Draws of every mode: one section, law, coherence and site for all, the rest each mode's own."""
+    shared = (SECTION, LAW, COHERENCE, COHERENCE_AMPLITUDE, *TRANSFER)
+    separate = [source for source in SOURCES if source not in shared]
+    # One cube with a coordinate for each source of each mode: cubes of their own would tie the modes together.
+    cube = unit_cube(points, seed + 10, len(shared) + len(separate) * len(models))
+    draws = []
+    for k, model in enumerate(models):
+        u = np.empty((points, len(SOURCES)))
+        u[:, shared] = cube[:, : len(shared)]
+        first = len(shared) + k * len(separate)
+        u[:, separate] = cube[:, first : first + len(separate)]
+        draws.append(model.draws(u))
+    return draws
+
+
+def with_dampers(
+    dampers: Sequence[Placed], models: Sequence[ModeModel], limits: Sequence[float], seed: int
+) -> tuple[ModeDraws, ...]:
+    """Every mode with all dampers of the bridge; modal masses must be stated, and each damper is one in all modes."""
+    made = delivered(models[0].bridge.damper, len(dampers), POINTS, seed + 10)
+    return tuple(
+        _in_mode(dampers, model, drawn, limit, made, seed + k)
+        for k, (model, drawn, limit) in enumerate(zip(models, joint_draws(models, seed), limits, strict=True))
+    )
+
+
+def exceedance_of(modes: Sequence[ModeDraws]) -> Exceedance:
+    """Probabilities with the dampers."""
+    exceeds = np.array([mode.exceeds for mode in modes])
+    return Exceedance(tuple(float(row.mean()) for row in exceeds), float(exceeds.any(axis=0).mean()))
+
+
+def placed(dampers: Sequence[Damper]) -> list[Placed]:
+    """The dampers that were found for the modes, with their places."""
+    return [
+        Placed(each.mass or 0.0, each.frequency, each.damping_ratio, position)
+        for found in dampers
+        for each, position in zip(found.dampers, found.positions or (), strict=bool(found.dampers))
+    ]
+
+
+def sized_for_any(
+    models: Sequence[ModeModel], limits: Sequence[float], dampers: Sequence[Damper], seed: int, tell: Progress
+) -> list[Damper]:
+    """Dampers of all modes such that the risk of any mode is kept, from those that keep it in every mode alone.
+
+    The modes share the risk of a mode, which is lowered until the union keeps it, with all dampers in all modes.
+    """
+    asked, found = models[0].bridge.damper.risk, list(dampers)
+    most = asked - RISK_MARGIN * float(np.sqrt(asked * (1.0 - asked) / POINTS))
+    aim, best = asked, None
+    for k in range(_ROUNDS):
+        left = exceedance_of(with_dampers(placed(found), models, limits, seed + 20)).any
+        if left <= most:
+            best = found
+        if not all(one.achievable for one in found) or _NEAR * most <= left <= most:
+            break
+        aim *= (0.5 + 0.5 * _NEAR) * most / max(left, 0.1 * most)
+        if aim >= asked:
+            break
+        tell("dampers for any mode", k / _ROUNDS)
+        found = [damper(model, limit, seed, risk=aim) for model, limit in zip(models, limits, strict=True)]
+    if best is None:
+        short = f"not achievable for any mode: a risk of {left:.2g} is left"
+        return [replace(one, achievable=False, reason=short if one.achievable else one.reason) for one in found]
+    return best
+
+
+def any_mode_flag(left: Exceedance | None, request: DamperRequest) -> str | None:
+    """What has to be said where every mode keeps the risk, and any mode does not; None where that is not so."""
+    if left is None or left.any <= request.risk or max(left.each) > request.risk or request.risk_of is RiskOf.ANY:
+        return None
+    return (
+        f"every mode keeps a risk of {request.risk:.1%} with all dampers, but that of any mode is {left.any:.1%}: "
+        'damper.risk_of = "any" sizes them for that'
+    )
+
+
+def _in_mode(
+    dampers: Sequence[Placed], model: ModeModel, drawn: Draws, limit: float, made: Delivered, seed: int
+) -> ModeDraws:
+    mode, moving, tuned, where = model.mode, [], [], []
+    assert mode.modal_mass is not None
+    for k, each in enumerate(dampers):
+        assert each.position is not None
+        (moves,) = shapes(model, [each.position])
+        ratio = each.mass * moves**2 / mode.modal_mass
+        if ratio > 1e-9:  # one at a node does not move
+            moving.append(k)
+            where.append(moves)
+            tuned.append(TunedMass(ratio, each.frequency / mode.frequency.mean, each.damping_ratio))
+    rows = Delivered(made.frequency[moving], made.damping[moving], made.mass[moving])
+    draws = DamperDraws(drawn.amplitude, limit, drawn.detuning, where or 1.0, reality(model, drawn, rows, seed))
+    return ModeDraws(draws, tuple(tuned))

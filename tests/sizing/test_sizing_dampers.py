@@ -1,0 +1,235 @@
+"""Dampers of a bridge that can be built: what is kept on draws that neither tuned nor checked, and off frequency."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sizing_room import LIMIT, mode_model
+
+from scruton.campaign.quantity import Quantity
+from scruton.errors import InputError
+from scruton.sizing.bridge import identified
+from scruton.sizing.damper_request import DamperRequest, RiskOf, delivered
+from scruton.sizing.dampers import damper, reality, shapes
+from scruton.sizing.existing import as_built, existing, hung, offers
+from scruton.sizing.mode_shape import sine
+from scruton.sizing.model import unit_cube
+from scruton.sizing.tmd_draws import DamperDraws
+from scruton.sizing.together import any_mode_flag, exceedance_of, placed, sized_for_any, with_dampers
+
+FREE = {"smallest_mass_ratio": 1e-4, "largest_stroke": 0.4}
+EXACT = {"frequency_tolerance": 0.0, "damping_tolerance": 0.0, "mass_tolerance": 0.0}
+
+
+def bridge_mode(request=None, name="V1", frequency=0.3, shape=None, **options):
+    model = mode_model(0.1, 0.45, shape=shape, **options)
+    mode = replace(model.mode, name=name, modal_mass=4e6, frequency=Quantity(frequency, 0.02 * frequency))
+    return replace(model, mode=mode, bridge=replace(model.bridge, modes=(mode,), damper=request or DamperRequest()))
+
+
+def left(model, found, seed, detuning=None, count=1 << 14):
+    """Risk with dampers on other draws."""
+    draws = model.draws(unit_cube(count, seed))
+    made = delivered(model.bridge.damper, len(found.dampers), count, seed)
+    real = reality(model, draws, made, seed)
+    return DamperDraws(draws.amplitude, LIMIT, draws.detuning, shapes(model, found.positions), real).probability(
+        found.dampers, detuning
+    )
+
+
+@pytest.fixture(scope="module")
+def tight():
+    """A case in which stroke and risk decide, not the smallest mass."""
+    model = bridge_mode(DamperRequest(**FREE))
+    return model, damper(model, LIMIT, 0)
+
+
+def test_the_risk_left_is_at_most_the_risk_asked_on_draws_that_neither_tuned_nor_checked(tight):
+    model, found = tight
+    assert found.achievable
+    assert 0.8 * 0.05 < max(found.probability, *(one.probability for one in found.detuned[1:3])) <= 0.05
+    again = [left(model, found, seed) for seed in range(100, 116)]
+    assert max(again) <= 0.05
+
+
+def test_the_risk_is_kept_within_two_per_cent_of_the_frequency(tight):
+    model, found = tight
+    for error in (-0.02, 0.02):
+        assert max(left(model, found, seed, error) for seed in (101, 102, 103)) <= 0.05
+    sharp = bridge_mode(DamperRequest(kept_detuning=0.0, smallest_mass_ratio=1e-4, largest_stroke=9.0, **EXACT))
+    sharp = replace(sharp, mode=replace(sharp.mode, frequency=Quantity(0.3, 0.0015)))
+    loose = damper(sharp, LIMIT, 0)
+    assert max(left(sharp, loose, 101, error) for error in (-0.02, 0.02)) > 0.1
+    assert loose.mass < 0.6 * found.mass
+
+
+def test_defaults_that_practice_accepts():
+    found = damper(bridge_mode(), LIMIT, 0)
+    assert found.mass_ratio >= 0.005
+    assert found.stroke.high <= 1.0
+    assert (found.asked.kept_detuning, found.asked.largest_stroke, found.asked.smallest_mass_ratio) == (
+        0.02,
+        1.0,
+        0.005,
+    )
+    assert found.reason == "the smallest mass ratio, 0.5 %, decides on the mass"
+    assert found.probability <= 0.05
+
+
+def test_every_tolerance_costs_risk(tight):
+    model, found = tight
+
+    def with_errors(**changes):
+        request = replace(model.bridge.damper, **EXACT, **changes)
+        return left(replace(model, bridge=replace(model.bridge, damper=request)), found, 200)
+
+    exact = with_errors()
+    assert with_errors(temperature_detuning=0.04) > exact + 0.002
+    assert with_errors(start_acceleration=0.1) > exact + 0.002
+    free = DamperRequest(smallest_mass_ratio=1e-4, largest_stroke=9.0)
+    masses = [damper(bridge_mode(replace(free, temperature_detuning=error)), LIMIT, 0).mass for error in (0.0, 0.04)]
+    assert masses[1] > 1.1 * masses[0]
+
+
+def test_errors_of_the_damper_are_what_was_asked_for():
+    request = DamperRequest(
+        frequency_tolerance=0.01, damping_tolerance=0.2, mass_tolerance=0.03, temperature_detuning=0.02
+    )
+    made = delivered(request, 2, 1 << 14, 0)
+    assert np.abs(made.damping - 1.0).max() == pytest.approx(0.2, rel=1e-2)
+    assert np.abs(made.mass - 1.0).max() == pytest.approx(0.03, rel=1e-2)
+    assert np.abs(made.frequency - 1.0).max() == pytest.approx(0.0302, rel=3e-2)
+    assert np.corrcoef(made.damping)[0, 1] == pytest.approx(0.0, abs=0.03)
+    assert np.corrcoef(made.frequency)[0, 1] == pytest.approx(0.8, abs=0.02)  # four parts in five are the weather's
+
+
+def test_the_modal_mass_has_an_error():
+    model = bridge_mode()
+    draws, made = model.draws(unit_cube(1 << 14, 3)), delivered(DamperRequest(**EXACT), 1, 1 << 14, 3)
+    assert np.std(np.log(reality(model, draws, made, 3).mass)) == pytest.approx(0.05, rel=0.05)
+    stated = replace(model, mode=replace(model.mode, modal_mass_cov=0.1))
+    assert np.std(np.log(reality(stated, draws, made, 3).mass)) == pytest.approx(0.1, rel=0.05)
+    weighed = replace(model, mode=replace(model.mode, mass=Quantity(20000.0, 400.0)))
+    draws = weighed.draws(unit_cube(1 << 14, 3))
+    factor = reality(weighed, draws, made, 3).mass[0]
+    assert np.std(np.log(factor)) == pytest.approx(0.02, rel=0.05)
+    assert np.corrcoef(factor, 1.0 / draws.factor)[0, 1] > 0.999  # the heavier bridge has the lighter damper
+
+
+def test_end_stops_and_friction_are_designed_for():
+    request = DamperRequest(start_acceleration=0.05, end_stop=0.5, largest_stroke=0.5, smallest_mass_ratio=1e-3)
+    model = bridge_mode(request)
+    found = damper(model, LIMIT, 0)
+    assert found.achievable
+    assert found.probability <= 0.05
+    assert found.stroke.high <= 0.5
+    assert found.probability_worst is not None
+    assert left(model, found, 300, count=1 << 12) <= 0.053
+
+
+def test_dampers_at_several_places_have_one_mass():
+    model = bridge_mode(DamperRequest(positions={"V1": (0.5, 0.25)}))
+    found = damper(model, LIMIT, 0)
+    assert found.positions == (0.5, 0.25)
+    first, second = found.dampers
+    assert first.mass == pytest.approx(second.mass, rel=1e-6)
+    assert second.mass_ratio == pytest.approx(0.5 * first.mass_ratio, rel=1e-3)  # sin^2 of a quarter
+    assert found.mass == pytest.approx(first.mass + second.mass, rel=1e-6)
+
+
+@pytest.fixture(scope="module")
+def two_modes():
+    request = DamperRequest(**FREE, risk_of=RiskOf.ANY)
+    models = [bridge_mode(request, "V1"), bridge_mode(request, "V2", 0.42, sine(2))]
+    return models, [damper(model, LIMIT, 0) for model in models]
+
+
+def test_dampers_for_any_mode_keep_the_risk_of_the_union(two_modes):
+    models, alone = two_modes
+    limits = [LIMIT, LIMIT]
+    before = exceedance_of(with_dampers(placed(alone), models, limits, 40))
+    assert before.any > 0.055
+    assert max(before.each) <= 0.05
+    request = models[0].bridge.damper
+    assert any_mode_flag(before, request) is None
+    assert "sizes them for that" in any_mode_flag(before, replace(request, risk_of=RiskOf.MODE))
+    found = sized_for_any(models, limits, alone, 0, lambda what, done: None)
+    assert all(one.achievable for one in found)
+    after = [exceedance_of(with_dampers(placed(found), models, limits, seed)).any for seed in (40, 50, 60)]
+    assert max(after) <= 0.05
+    assert min(after) > 0.03
+    assert sum(one.mass for one in found) > sum(one.mass for one in alone)
+
+
+def test_an_existing_damper_is_judged(two_modes):
+    models, alone = two_modes
+    text = "; ".join(f"{p.mass} kg, {p.frequency} Hz, {p.damping_ratio}, {p.position}" for p in placed(alone))
+    (same,) = existing(models, [LIMIT, LIMIT], hung(models, offers(text)), 10)
+    want = exceedance_of(with_dampers(placed(alone), models, [LIMIT, LIMIT], 40))
+    assert same.left == want
+    assert same.as_designed is None
+    assert max(same.stroke_high) <= 0.41
+    one = placed(alone)[0]
+    (half,) = existing(
+        models,
+        [LIMIT, LIMIT],
+        hung(models, offers(f"{0.5 * one.mass} kg, {one.frequency} Hz, {one.damping_ratio}")),
+        10,
+    )
+    assert half.dampers[0].position == pytest.approx(0.5)
+    assert half.left.each[0] > 2.0 * want.each[0]
+    assert half.left.each[1] > 0.5  # nothing is done about it
+
+
+def test_what_is_identified_updates_the_risk(two_modes):
+    models, alone = two_modes
+    (offer,) = offers(
+        "; ".join(f"{p.mass} kg, {p.frequency} Hz, {p.damping_ratio}, {p.position}" for p in placed(alone))
+    )
+    mode = identified(models[0].mode, Quantity(0.285), Quantity(0.006))
+    assert mode.frequency.relative_sd == pytest.approx(0.005)
+    assert mode.damping_ratio.relative_sd == pytest.approx(0.15)
+    (built,) = existing([replace(models[0], mode=mode), models[1]], [LIMIT, LIMIT], [offer], 10)
+    assert built.as_designed == exceedance_of(with_dampers(placed(alone), models, [LIMIT, LIMIT], 40))
+    assert built.left.each[0] != built.as_designed.each[0]
+    low = identified(models[0].mode, Quantity(0.285), Quantity(0.002))
+    (worse,) = existing([replace(models[0], mode=low), models[1]], [LIMIT, LIMIT], [offer], 10)
+    assert worse.left.each[0] > built.left.each[0]  # off frequency, and little damping of its own
+    bridge = replace(models[0].bridge, modes=(models[0].mode,))
+    assert as_built(bridge, ["V1: 0.285 Hz, 0.006"]).modes[0] == mode
+    assert as_built(bridge, ["V1: 0.285 +/- 0.001 Hz"]).modes[0].frequency.sd == pytest.approx(0.001)
+    assert as_built(bridge, ["V1: , 0.006"]).modes[0].frequency == models[0].mode.frequency
+
+
+def test_a_supplier_s_list(tmp_path):
+    path = tmp_path / "list.csv"
+    path.write_text("mass [kg],frequency [Hz],damping\n12000,0.29,0.08\n15000,0.3,0.1\n", encoding="utf-8")
+    first, second = offers(str(path))
+    assert (first.name, second.name) == ("list.csv, 1", "list.csv, 2")
+    assert second.dampers[0].mass == 15000.0
+    assert offers("12 t, 0.29 Hz, 0.08")[0].dampers == first.dampers
+    path.write_text("mass,frequency,damping\n12000,-0.29,0.08\n", encoding="utf-8")
+    with pytest.raises(InputError, match="not positive"):
+        offers(str(path))
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("12 t, 0.29 Hz", "mass, frequency, damping"),
+        ("12, 0.29 Hz, 0.08", "unit"),
+        ("12 t, 0.29 Hz, 1.5", "below 1"),
+        ("12 t, 0.29 Hz, 0.08, 2", "between 0 and 1"),
+        ("12 +/- 1 t, 0.29 Hz, 0.08", "without a standard deviation"),
+        ("none.csv", "no such file"),
+    ],
+)
+def test_a_damper_that_is_none_is_refused(text, words):
+    with pytest.raises(InputError, match=words):
+        offers(text)
+
+
+@pytest.mark.parametrize("text", ["V9: 0.3 Hz", "0.3 Hz", "V1:", "V1: 0.3 Hz, 2", "V1: 0.3 s", "V1: 1 Hz, 0.1, 3"])
+def test_an_identification_that_is_none_is_refused(text):
+    with pytest.raises(InputError, match="--identified"):
+        as_built(bridge_mode().bridge, [text])
