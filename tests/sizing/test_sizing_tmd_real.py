@@ -120,8 +120,8 @@ def test_the_frequency_of_the_response_in_the_amplitude_of_a_law(n):
     """The curve of each law is found by the same integration with more damping in the place of a damper."""
     rng = np.random.default_rng(8)
     mu, count = rng.uniform(0.008, 0.02, 8), 8
-    f = np.array([0.95, 0.96, 0.97, 0.98, 1.02, 1.03, 1.04, 1.05]) / (1.0 + mu)
-    zeta = rng.uniform(1.0, 1.6, count) * np.sqrt(mu)
+    f = np.array([0.95, 0.96, 0.97, 0.975, 1.025, 1.03, 1.04, 1.05]) / (1.0 + mu)
+    zeta = rng.uniform(0.4, 0.6, count) * np.sqrt(mu)
     found = respond(mu[None], f[None], zeta[None])
     added, g = found.added_damping, found.frequency
     damping = np.full(count, 0.004)
@@ -132,12 +132,12 @@ def test_the_frequency_of_the_response_in_the_amplitude_of_a_law(n):
     options = {"cycles": 400, "start": 0.3}
     with_damper, frequency, _, unsteady = settle(wind, damping, mu, f, zeta, **options)
     on_curve, *_ = settle(wind, damping + added, 1e-9, 1.0, 0.5, **options)
-    assert unsteady.max() < 3e-3
+    assert unsteady.max() < 5e-3
     np.testing.assert_allclose(frequency, g, atol=2e-3)
     assert np.ptp(g) > 0.03
-    np.testing.assert_allclose(with_damper * g ** frequency_power(n), on_curve, rtol=0.01)
+    np.testing.assert_allclose(with_damper * g ** frequency_power(n), on_curve, rtol=0.022 if n < 0.0 else 0.01)
     wrong = with_damper * g ** (1.0 - frequency_power(n)) / on_curve
-    assert np.max(np.abs(wrong - 1.0)) > 0.015  # or the power was not tested
+    assert np.max(np.abs(wrong - 1.0)) > 0.03  # or the power was not tested
 
 
 def test_the_power_between_the_laws():

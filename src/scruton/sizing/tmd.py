@@ -13,11 +13,11 @@ the dampers add:
    {(f^2 - g^2)^2 + (2 \zeta f g)^2} .
 
 The stable amplitude is that of the Griffin curve at xi_s + xi_add; under the paper's law also over g, since a force of
-constant size gives less amplitude at a higher frequency (`scruton.sizing.tmd_draws.frequency_power`). Against 196
+constant size gives less amplitude at a higher frequency (`scruton.sizing.tmd_draws.frequency_power`).  Against 196
 integrations of the equations of motion (mass ratios of 0.2 to 2 %, damping ratios of 0.35 to 1.6 sqrt(mu), frequencies
 off by up to 5 %) this is within 1 % in 92 of 100 and within 3 % in all; leaving g out costs up to 8 %.  The damping of
-the eigenvalues (`minimum_modal_damping`) answers another question, how fast a free vibration dies, and errs by tens of
-per cent.
+the eigenvalues (`minimum_modal_damping`) answers another question, how fast a free vibration dies, and
+errs by tens of per cent.
 
 Several frequencies.  A lightly damped damper near tuning splits the mode, and the first equation has up to 2k + 1
 roots for k dampers.  Which of them is a limit cycle?  Replace the force of the wind by a negative damping that cancels
