@@ -1,6 +1,7 @@
 """Records in MATLAB files (5 and 7.3), HDF5, NumPy archives and TDMS."""
 
 import io
+import re
 import struct
 import sys
 from pathlib import Path
@@ -368,3 +369,16 @@ def test_a_sparse_matrix_is_refused_without_a_warning(room: Room, recwarn: pytes
     with pytest.raises(InputError, match="a sparse matrix"):
         room.record("r.mat", content, variables("y"), *ALONE)
     assert [str(one.message) for one in recwarn] == []
+
+
+@pytest.mark.parametrize(("array", "wanted"), [("rows", "data[1,:]"), ("columns", "data[:,1]")])
+def test_one_index_into_a_matrix_is_told_of_rows_and_columns(room, array, wanted):
+    matrix = np.stack([TIME, DISPLACEMENT])
+    stream = io.BytesIO()
+    np.savez(stream, data=matrix if array == "rows" else matrix.T)
+    lines = ['variables = { displacement = "data[1]" }', 'units = { displacement = "m" }', 'sample_rate = "100 Hz"']
+    with pytest.raises(
+        InputError,
+        match=re.escape(f'one index into a matrix, {"2 x 200" if array == "rows" else "200 x 2"}; wanted "{wanted}"'),
+    ):
+        room.record("a.npz", stream.getvalue(), *lines)

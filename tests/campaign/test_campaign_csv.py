@@ -280,3 +280,29 @@ def test_a_million_rows(room: Room) -> None:
     found = load_campaign(room.folder).tests[0].records[0]
     assert time.process_time() - start < 2.0  # about 0.2 s on a quiet core
     np.testing.assert_allclose(found.response, frame["displacement [m]"] / DEPTH, rtol=1e-14)
+
+
+@pytest.mark.parametrize("delimiter", [" ", "\t", ";", ","])
+@pytest.mark.parametrize("leading", ["", "delimiter"])
+def test_without_a_header_the_first_row_is_kept(room, delimiter, leading):
+    """Whatever parts the numbers, stated or not, and also where every line begins with a delimiter."""
+    begin, first = (delimiter, 1) if leading and delimiter != " " else ("", 0)
+    content = "".join(
+        f"{begin}{t!r}{delimiter}{y!r}\n" for t, y in zip(TIME.tolist(), DISPLACEMENT.tolist(), strict=True)
+    )
+    lines = [
+        f"columns = {{ time = {first}, displacement = {first + 1} }}",
+        'units = { time = "s", displacement = "m" }',
+    ]
+    record = room.record("a.txt", content, *lines)
+    assert record.time.size == TIME.size
+    assert record.response[0] * DEPTH == pytest.approx(DISPLACEMENT[0])
+
+
+def test_a_byte_order_mark_read_as_latin_letters_takes_no_row(room):
+    content = (
+        b"\xef\xbb\xbf"
+        + "".join(f"{t!r},{y!r}\n" for t, y in zip(TIME.tolist(), DISPLACEMENT.tolist(), strict=True)).encode()
+    )
+    lines = ["columns = { time = 0, displacement = 1 }", 'units = { time = "s", displacement = "m" }']
+    assert room.record("a.txt", content, *lines, 'encoding = "latin-1"').time.size == TIME.size

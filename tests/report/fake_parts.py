@@ -40,7 +40,8 @@ def sizing(required: float | None = 0.004, modes: int = 1, flags: tuple[str, ...
     }  # fmt: skip
     names = [f"V{k + 1}" for k in range(modes)]
     return {
-        "bridge": {"title": "A bridge"}, "amplitude_unit": "m", "modes": [mode | {"name": name} for name in names],
+        "bridge": {"title": "A bridge"}, "amplitude_unit": "m", "laws": {"n=-1": 1.0},
+        "modes": [mode | {"name": name} for name in names],
         "all_modes": {"names": names, "without": {"each": [0.8] * modes, "any": 0.9}}, "flags": list(flags),
         "provenance": {"bridge_sha256": {"bridge.toml": "ab" * 32}},
     }  # fmt: skip

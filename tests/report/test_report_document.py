@@ -1,10 +1,12 @@
 """The document: chapters in order, numbers, exports, and formulae in three languages."""
 
+import base64
 import csv
 import json
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -14,7 +16,7 @@ from fake_fit import fake_fit
 from fake_parts import GAP, sizing
 
 from scruton.campaign.quantity import Quantity
-from scruton.campaign.schema import Motion
+from scruton.campaign.schema import Motion, TitleBlock
 from scruton.griffin import predict
 from scruton.report import equations
 from scruton.report.chapters import Material, compose
@@ -35,8 +37,9 @@ from scruton.report.document import (
 )
 from scruton.report.exports import latex_chapter, latex_table, latex_text, numbers, write_tables
 from scruton.report.maths import Maths, display
-from scruton.report.render_html import embedded
+from scruton.report.render_html import embedded, render_html
 from scruton.report.render_text import render_text
+from scruton.report.render_typst import render_pdf
 from scruton.report.tables import tables
 from scruton.sizing.bridge import Bridge, Mode
 from scruton.sizing.limits import limit
@@ -71,9 +74,9 @@ def test_chapters_stand_in_the_order_of_a_design_report(three) -> None:
     pictures = [Picture(name, "c", "a", b"<svg/>", b"P") for name in names]
     document = compose(material(three, pictures=pictures, gap=GAP, sizing=sizing()))
     assert [(one.number, one.key) for one in document.chapters] == [
-        ("1", "summary"), ("2", "campaign"), ("3", "structural"), ("4", "records"), ("5", "aerodynamic"),
-        ("6", "griffin-plot"), ("7", "reciprocal"), ("8", "posterior"), ("9", "predictions"), ("10", "gap"),
-        ("11", "sizing"), ("12", "validity"), ("13", "convergence"), ("14", "provenance"), ("A", "methods"),
+        ("1", "summary"), ("2", "sizing"), ("3", "griffin-plot"), ("4", "predictions"), ("5", "gap"),
+        ("6", "validity"), ("7", "campaign"), ("8", "structural"), ("9", "records"), ("10", "aerodynamic"),
+        ("11", "reciprocal"), ("A", "posterior"), ("B", "convergence"), ("C", "provenance"), ("D", "methods"),
     ]  # fmt: skip
     assert {one.name for one in document.every(Picture)} == {one.name for one in pictures}, (
         "every picture finds a place"
@@ -100,11 +103,11 @@ def test_numbers_are_given_in_order_and_empty_things_are_left_out() -> None:
 def test_a_bridge_puts_limit_risk_damping_and_confidence_first(three) -> None:
     document = compose(material(three, sizing=sizing(modes=2, flags=("a mode beyond the tests",))))
     summary = document.chapters[0]
-    assert isinstance(summary.blocks[0], Callout)
-    assert summary.blocks[0].lines == ["a mode beyond the tests"]
+    assert "Add a damping ratio of 0.400 % to mode V1" in text_of(summary.blocks[:1])
+    assert next(one for one in summary.blocks if isinstance(one, Callout)).lines == ["a mode beyond the tests"]
     figures = next(one for one in summary.blocks if isinstance(one, KeyFigures)).items
-    assert [value for _, value, _ in figures[:4]] == ["120 mm", "100 mm", "80.0 %", "0.400 %"]
-    assert figures[3][2] == "95 % confidence"
+    assert [value for _, value, _ in figures] == ["120 mm", "80.0 %", "5.00 %"]
+    assert "limit 100 mm" in figures[0][2]
     names = {one.name for one in document.every(Table)}
     assert {"bridge_similitude", "required_damping", "dampers_1", "dampers_2", "all_modes", "digests"} <= names
     digests = next(one for one in document.every(Table) if one.name == "digests")
@@ -127,10 +130,42 @@ def test_a_torsional_sizing_is_printed_in_degrees_with_what_the_code_says(three)
     assert "tolerable to unpleasant" in str(table.note)
 
 
-@pytest.mark.parametrize(("required", "said"), [(0.0, "No added damping is needed"), (None, "looked at suffices")])
-def test_the_summary_says_what_damping_does_not_do(three, required: float | None, said: str) -> None:
+@pytest.mark.parametrize(
+    ("required", "said"), [(0.0, "Keep the bridge as it is"), (None, "No added damping that can be built")]
+)
+def test_the_first_page_says_what_damping_does_not_do(three, required: float | None, said: str) -> None:
     document = compose(material(three, sizing=sizing(required)))
     assert said in text_of(document.chapters[0].blocks)
+
+
+def test_the_first_page_says_what_to_test_and_what_could_overturn_it(three) -> None:
+    content = sizing()
+    limit = content["modes"][0]["limits"][0]
+    reach = {"scruton_number": 35.2, "extrapolation_index": 1.4, "covered_by": 1, "tests": 3, "trusted": False}
+    limit |= {
+        "reach": {"0.95": reach}, "required_by_hand": 0.0031,
+        "required_by_law": {"n=-1": {"0.95": 0.004}, "n=2": {"0.95": None}, "law-free": {"0.95": 0.0044}},
+    }  # fmt: skip
+    content["laws"] = {"n=-1": 1.0}
+    page = text_of(compose(material(three, sizing=content)).chapters[0].blocks)
+    for said in (
+        "Test a rig at a Scruton number of about 35", "index of 1.4", "transients of 1 of 3 tests",
+        "0.440 %", "0.310 %",
+        "n = −1 asks for 0.400 %, n = 2 asks for more than can be added", "was not looked for",
+    ):  # fmt: skip
+        assert said in page, said
+    limit |= {"reach": {}, "required_at_discrepancy": {"0.20": {"0.95": 0.009}}}
+    page = text_of(compose(material(three, sizing=content)).chapters[0].blocks)
+    assert "Test a second rig" in page
+    assert "Where rigs miss the curve by 20 %: 0.900 %" in page
+
+
+def test_nothing_is_decided_on_a_fit_that_did_not_converge(three) -> None:
+    untrusted = replace(three, converged=False)
+    blocks = compose(material(untrusted, sizing=sizing())).chapters[0].blocks
+    assert isinstance(blocks[0], Callout)
+    assert "Decide nothing on these numbers" in text_of(blocks)
+    assert "Add a damping" not in text_of(blocks)
 
 
 def test_the_gap_is_told_with_where_and_how_far_it_shrinks(three) -> None:
@@ -248,3 +283,21 @@ def test_a_sizing_flags_what_a_bridge_can_hardly_be(three) -> None:
         "is 0.3,",
     ):
         assert words in said
+
+
+def test_the_title_block_and_the_logo_are_in_page_and_pdf(three) -> None:
+    logo = (
+        "data:image/svg+xml;base64,"
+        + base64.b64encode(
+            b'<svg xmlns="http://www.w3.org/2000/svg" width="20" height="10"><rect width="20" height="10"/></svg>'
+        ).decode()
+    )
+    block = TitleBlock(project="Crossing <of> the Sound", checker="B. Checker", colour="#005f87", logo=logo)
+    document = compose(material(replace(three, campaign=replace(three.campaign, title_block=block))))
+    page = render_html(document)
+    assert "Crossing &lt;of&gt; the Sound" in page
+    assert f'src="{logo}"' in page
+    assert page.count("border-color: #005f87") == 1 + len(document.chapters)
+    assert render_pdf(document).startswith(b"%PDF")
+    bare = render_html(compose(material(three)))
+    assert "title-block" not in bare.partition("</style>")[2]

@@ -67,7 +67,7 @@ def test_a_limit_below_every_transient_is_beyond_the_records():
     assert (reach.covered_by, reach.tests, reach.trusted) == (0, 1, False)
     (sentence,) = remarks("V1", "0.95", found)
     assert "it is the law's alone" in sentence
-    assert f"law-free more than {LARGEST_ADDED:.0%}" in sentence
+    assert f"law-free more than {100.0 * LARGEST_ADDED:.0f} %" in sentence
 
 
 def test_the_extrapolation_is_that_of_the_damping_that_is_required():
@@ -92,4 +92,4 @@ def test_one_rig_is_stated_at_two_discrepancies():
     stated = found.required_at_discrepancy
     assert stated["0.10"]["0.95"] < stated["0.20"]["0.95"]
     assert 100.0 * stated["0.20"]["0.95"] == pytest.approx(0.59, abs=0.01), "the worked case of a known discrepancy"
-    assert any("rests on one rig" in sentence and "20%" in sentence for sentence in remarks("V1", "0.95", found))
+    assert any("rests on one rig" in sentence and "20 %" in sentence for sentence in remarks("V1", "0.95", found))

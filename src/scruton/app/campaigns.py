@@ -82,6 +82,10 @@ def diagnose(arguments: Namespace) -> Outcome:
     from scruton.report.figures.gap import gap_figure
 
     campaign, card, thorough = load_campaign(arguments.campaign), load_card(arguments.model), arguments.thorough
+    if arguments.strict:
+        from scruton.envelope import usable
+
+        usable(campaign, strict=True)
     folder, settings = arguments.out or default_folder(arguments.campaign) / "gap", {"thorough": thorough}
     claim = Run(
         folder, "diagnose", arguments, sha256=campaign.sha256 or {}, card=card, settings=settings, results=(RESULT,)
@@ -92,7 +96,8 @@ def diagnose(arguments: Namespace) -> Outcome:
         )
         pictures = save(gap_figure(diagnosis, findings, curves).figure, work.new, "gap", formats=("svg", "png"))
         work.write(RESULT, content)
-        return Outcome(render_text(gap_summary(content)), work.published([work.new / RESULT, *pictures]))
+        paths = work.published([work.new / RESULT, *pictures])
+        return Outcome(render_text(gap_summary(content)), paths, content["set_aside"])
 
 
 def simulate(arguments: Namespace) -> Outcome:

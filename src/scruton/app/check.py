@@ -5,7 +5,8 @@ from argparse import Namespace
 from scruton.app.run import Outcome
 from scruton.campaign import Campaign, Fluid, Quantity, Record, Test, load_campaign
 from scruton.campaign.remarks import sentences
-from scruton.envelope import RecordQuality, gather, review
+from scruton.envelope import RecordQuality, gather, review, usable
+from scruton.envelope.inspection import SET_ASIDE
 from scruton.errors import InputError
 from scruton.report.document import ALARM, CAUTION, Callout, Table, paragraph
 from scruton.report.render_text import render_text
@@ -17,12 +18,16 @@ from scruton.terminal import BAD_INPUT
 def run(arguments: Namespace) -> Outcome:
     """Read everything, say what was found; a record that cannot be read stops nothing, but is bad input.
 
+    One that shows no motion to measure is set aside with a warning, and bad input where the user is strict.
+
     InputError if campaign.toml itself cannot be used.
     """
     problems: list[InputError] = []
     campaign = load_campaign(arguments.campaign, problems)
     section, unit = campaign.section, campaign.section.amplitude_unit
     inspection = gather(campaign, problems)
+    if arguments.strict and any(remark.kind == SET_ASIDE for remark in inspection.campaign.remarks):
+        usable(campaign, strict=True)
     warnings = sentences(review(inspection))
     heading = (
         f"{campaign.title}\n{section.motion.value}, B = {number(section.width)} m, D = {number(section.depth)} m"
@@ -44,7 +49,7 @@ def run(arguments: Namespace) -> Outcome:
         for sweep in campaign.sweeps
     )  # fmt: skip
     counted = "1 warning" if len(warnings) == 1 else f"{len(warnings)} warnings, worst first"
-    unread = (f"{len(problems)} records cannot be used", tuple(map(str, problems)))
+    unread = (f"{len(problems)} record{'s' * (len(problems) > 1)} cannot be used", tuple(map(str, problems)))
     text = render_text(
         [
             paragraph(heading),
@@ -52,7 +57,8 @@ def run(arguments: Namespace) -> Outcome:
             Table("tests", "", (*TEST_HEADER, f"stable [{unit}]", "records"), tests),
             Table("sweeps", "", ("sweep of rig", "points", "wind speed [m/s]", f"largest [{unit}]"), sweeps),
             Table("records", "", (*RECORD_HEADER[:7], f"amplitude [{unit}]", *RECORD_HEADER[7:]), rows),
-            Callout(CAUTION, counted, tuple(warnings)) if warnings else paragraph("No warnings."),
+            *([Callout(CAUTION, counted, tuple(warnings))] if warnings else []),
+            *([] if warnings or problems else [paragraph("No warnings.")]),
             *([Callout(ALARM, *unread)] if problems else []),
         ]
     )  # fmt: skip

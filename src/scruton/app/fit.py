@@ -38,6 +38,10 @@ class FitTask:
         from scruton.infer.cards import load_card
 
         campaign = load_campaign(asked.campaign)
+        if getattr(asked, "strict", False):  # a batch does not ask
+            from scruton.envelope import usable
+
+            usable(campaign, strict=True)
         names = tests_named(campaign, asked.tests)
         if names:
             campaign = tests_used(campaign, names)

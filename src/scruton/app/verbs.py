@@ -40,6 +40,7 @@ MODEL = Argument("--model", default="default", metavar="CARD", help="model card:
 SC = Argument(
     "--sc", type=float, action="append", default=[], metavar="SC", help="design Scruton number; may be repeated"
 )
+STRICT = flag("--strict", "bad input where a record shows no motion to measure; else it is set aside")
 RESUME = flag("--resume", "go on with an interrupted run")
 JOBS = Argument("--jobs", type=int, default=1, metavar="N", help=SPREAD)
 EFFECT = Argument("--effect", metavar="NAME", help='the effect that the fit has to carry; "auto": whichever it does')
@@ -56,6 +57,7 @@ FIT = (
     MODEL,
     Argument("--tests", "--test", action="append", metavar="NAME,...", help="use only these tests; may be repeated"),
     Argument("--effect", metavar="NAME", help='carry an unmodelled effect into the predictions; "auto": what is found'),
+    STRICT,
     force("the results that lie"),
     RESUME,
 )
@@ -96,7 +98,7 @@ CHALLENGE = (
 )  # fmt: skip
 
 VERBS = (
-    Verb("check", "read a campaign, print what it holds and every warning", "check:run", (CAMPAIGN,)),
+    Verb("check", "read a campaign, print what it holds and every warning", "check:run", (CAMPAIGN, STRICT)),
     Verb("fit", "front end and posteriors: writes posterior.nc and fit.json", "fit:run", FIT),
     Verb("report", "fit, predict and write the report; or write it of results that are there", "report:run", (
         Argument("campaign", type=Path, metavar="CAMPAIGN|RESULTS", help="folder with a campaign.toml, or of a fit"),
@@ -191,6 +193,7 @@ VERBS = (
         MODEL,
         Argument("--workers", type=int, default=2, metavar="N", help="threads (results do not depend on it)"),
         flag("--thorough", "evidence of the leaders by bridge sampling, too"),
+        STRICT,
         force("the diagnosis that lies"),
         flag("--resume", "go on with an interrupted run: it begins again"),
     )),

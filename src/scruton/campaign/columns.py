@@ -17,10 +17,14 @@ EXAMPLES = {  # of headers
     "time": "time [s]",
     "displacement": "displacement [m]",
     "rotation": "rotation [rad]",
+    "acceleration": "acceleration [m/s^2]",
+    "angular_acceleration": "angular acceleration [rad/s^2]",
     "amplitude": "amplitude [mm]",
     "wind_speed": "wind speed [m/s]",
     "reduced_velocity": "reduced velocity",
 }
+# What is taken by its own name only where nothing else is there: a file may hold the displacement beside it.
+_LAST = ("acceleration", "angular_acceleration")
 _SPELLINGS = {"amplitude": ("amplitude", "A/D")}
 
 
@@ -72,6 +76,8 @@ def chosen_columns(table: Table, path: Path, container: Container, wanted: Mappi
             for spelling in _SPELLINGS.get(quantity, (quantity,))
             if folded(spelling) in have
         }
+        if len(matches) > 1 and not stated.keys() & matches.keys():
+            matches = {quantity: name for quantity, name in matches.items() if quantity not in _LAST} or matches
         if len(matches) > 1:
             say = f'one of the two; say which in the table: {key} = {{ {quantities[0]} = "{matches[quantities[0]]}" }}'
             raise InputError(path, "", f"both {' and '.join(matches)}", say)
@@ -94,7 +100,8 @@ def _missing(path: Path, key: str, quantities: list[str], there: Sequence[str]) 
     if key == "columns" and len(there) == 1:  # the whole header was taken for one column
         sign = next((sign for sign in (";", "\t", ",", "|", " ") if sign in there[0]), "")
         wanted += f'; or the delimiter, delimiter = "{"\\t" if sign == "\t" else sign}"' if sign else ""
-    return InputError(path, " or ".join(quantities), f"no such column among {listed or 'none'}", wanted)
+    usual = " or ".join(quantity for quantity in quantities if quantity not in _LAST)
+    return InputError(path, usual, f"no such column among {listed or 'none'}", wanted)
 
 
 def _encoding(table: Table, key: str) -> str:

@@ -6,7 +6,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from scruton.campaign.bounded import read_bytes, relative_to
-from scruton.campaign.readers import Container, CsvDialect, open_container
+from scruton.campaign.readers import COMPANIONS, Container, CsvDialect, open_container
 from scruton.campaign.thresholds import LARGEST_RECORD
 
 
@@ -29,6 +29,8 @@ class Files:
     def open(self, path: Path, dialect: CsvDialect) -> Container:
         """Open a file of records (InputError as `read`, or as its reader)."""
         if (path, dialect) not in self._open:
+            if ending := COMPANIONS.get(path.suffix.lower()):
+                self.read(path.with_suffix(ending))
             self._open[path, dialect] = open_container(self.read(path), path, dialect)
         return self._open[path, dialect]
 

@@ -14,8 +14,10 @@ from scruton.campaign.quantity import Quantity
 from scruton.campaign.records import read_record, read_sweep
 from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Campaign, Fluid, Kind, Motion, Record, Rig, Section, Sweep, Test
+from scruton.campaign.series import each_test
 from scruton.campaign.spelling import nearest, show
 from scruton.campaign.thresholds import LARGEST_TOML
+from scruton.campaign.title_block import read_title_block
 from scruton.campaign.toml import Field, Table, anything, choice, flag, number, parse_toml, stated, text
 from scruton.errors import InputError
 
@@ -32,7 +34,7 @@ def _damping_ratio(table: Table, key: str) -> Quantity:
     return ratio
 
 
-_TOP_KEYS = ("format", "title", "source", "section", "rigs", "tests", "sweeps")
+_TOP_KEYS = ("format", "title", "source", "section", "rigs", "tests", "sweeps", "report")
 _SECTION = {
     "motion": choice(Motion),
     "width": number(units.LENGTH),
@@ -100,6 +102,7 @@ def load_campaign(path: Path, problems: list[InputError] | None = None) -> Campa
         raise top.error("section", "nothing", "a table [section] with motion, width and depth")
     section = Section(**top.table("section").read(_SECTION))
     rigs, tests, sweeps = top.tables("rigs"), top.tables("tests"), top.tables("sweeps")
+    tests = tuple(test for table in tests for test in each_test(table, files))
     if not rigs:
         raise top.error("rigs", "nothing", "at least one [[rigs]]")
     reading = _Reading(section, files, problems, _record_names([*rigs, *tests], files))
@@ -122,6 +125,7 @@ def load_campaign(path: Path, problems: list[InputError] | None = None) -> Campa
         sweeps=tuple(reading.sweeps(sweeps, by_name)),
         sha256=files.sha256,
         remarks=tuple(_odd_units(top)),
+        title_block=read_title_block(top.table("report"), files),
     )
 
 
@@ -145,16 +149,17 @@ class _Reading:
                     raise
                 self.problems.append(error)
 
-    def records(self, owner: Table, kinds: Sequence[Kind]) -> tuple[Record, ...]:
+    def records(self, owner: Table, frequency: float, kinds: Sequence[Kind]) -> tuple[Record, ...]:
         def read(table: Table) -> Record:
-            where = {key: value for key, value in table.values.items() if key != "kind"}
+            where = {key: value for key, value in table.values.items() if key not in ("kind", "scale", "band")}
             if isinstance(where.get("file"), str):
                 where["file"] = self.files.key(file_path(table, self.files.folder))
             fingerprint = json.dumps(where, sort_keys=True, default=str)
             before = self.seen.setdefault(fingerprint, table.field)
             if before != table.field:  # the very same samples would count twice
                 raise InputError(table.file, table.field, f"the same record as {before}", "each record once")
-            return read_record(table, self.names.get(table.field, ""), self.section, self.files, kinds)
+            name = self.names.get(table.field, "")
+            return read_record(table, name, self.section, frequency, self.files, kinds)
 
         return tuple(self.each(owner.tables("records"), read))
 
@@ -169,7 +174,7 @@ class _Reading:
         mass = table.quantity(key, units.MASS if heaving else units.INERTIA) if key in table else None
         if values["damping_ratio"] is None and not table.tables("records"):
             raise table.error("damping_ratio", "nothing, and no free-decay record either", "one of the two")
-        records = self.records(table, STILL_AIR)
+        records = self.records(table, values["frequency"].mean, STILL_AIR)
         return Rig(values["name"], values["frequency"], mass, values["damping_ratio"], records)
 
     def test(self, table: Table, rigs: Mapping[str, Rig]) -> Test:
@@ -193,7 +198,7 @@ class _Reading:
             speed = Quantity(reduced.mean * scale, None if reduced.sd is None else reduced.sd * scale)
         else:
             speed = table.quantity("wind_speed", units.SPEED)
-        records = self.records(table, IN_WIND)
+        records = self.records(table, rig.frequency.mean, IN_WIND)
         return Test(values["name"], rig.name, values["air_density"], speed, values["peak"], stable, records)
 
     def sweeps(self, tables: Iterable[Table], rigs: Mapping[str, Rig]) -> Iterator[Sweep]:

@@ -12,29 +12,52 @@ from scruton.campaign.columns import EXAMPLES, chosen_columns, open_table
 from scruton.campaign.files import Files
 from scruton.campaign.readers import Column
 from scruton.campaign.schema import Kind, Motion, Record, Section, Sweep
+from scruton.campaign.signal import band_limited
 from scruton.campaign.spelling import show
-from scruton.campaign.thresholds import LATEST, MIN_SAMPLES, RATE_TOLERANCE, RATES, SIZES, SPARSEST
+from scruton.campaign.thresholds import (
+    BAND,
+    LATEST,
+    MIN_SAMPLES,
+    NARROWEST_BAND,
+    RATE_TOLERANCE,
+    RATES,
+    SIZES,
+    SPARSEST,
+)
 from scruton.campaign.toml import Table
 from scruton.errors import InputError
 
 DIALECT_KEYS = ("columns", "variables", "units", "skip_rows", "delimiter", "decimal", "encoding")
-RECORD_KEYS = ("file", "kind", "sample_rate", "start", "stop", *DIALECT_KEYS)
+RECORD_KEYS = ("file", "kind", "sample_rate", "start", "stop", "scale", "band", *DIALECT_KEYS)
 SWEEP_KEYS = ("rig", "air_density", "file", *DIALECT_KEYS)
 
 
-def read_record(table: Table, name: str, section: Section, files: Files, kinds: Collection[Kind]) -> Record:
-    """Read one record that is to be called `name`, of one of the kinds that may stand in this place (InputError)."""
+# What a sensor may have read, and how often it is to be integrated.
+ORDERS = {
+    Motion.HEAVING: {"displacement": 0, "acceleration": 2},
+    Motion.TORSIONAL: {"rotation": 0, "angular_acceleration": 2},
+}
+
+
+def read_record(
+    table: Table, name: str, section: Section, frequency: float, files: Files, kinds: Collection[Kind]
+) -> Record:
+    """Read one record that is to be called `name`, of one of the kinds that may stand in this place (InputError).
+
+    `frequency` [Hz] of its rig is where an acceleration is integrated.
+    """
     table.check_keys(RECORD_KEYS)
     kind = Kind(table.choice("kind", [member.value for member in Kind]))
     if kind not in kinds:
         place = "still air, below a rig" if Kind.FREE_DECAY in kinds else "wind, below a test"
         raise table.error("kind", f'"{kind}" in {place}', " or ".join(f'"{allowed}"' for allowed in kinds))
-    displacement = "displacement" if section.motion is Motion.HEAVING else "rotation"
+    displacement, derivative = orders = ORDERS[section.motion]
     path, container = open_table(table, files)
-    columns = chosen_columns(table, path, container, {"time": False, f"{displacement}|amplitude": True})
+    columns = chosen_columns(table, path, container, {"time": False, f"{displacement}|amplitude|{derivative}": True})
     time_column = columns.pop("time", None)
     ((quantity, column),) = columns.items()
-    factor = _factor(table, path, quantity, column, partial(units.amplitude_factor, section=section))
+    order = orders.get(quantity, 0)
+    factor = _factor(table, path, quantity, column, partial(units.amplitude_factor, section=section, order=order))
     _check_count(path, column, len(column.values))
     time = _time(table, path, time_column, column)
     window = _window(table, path, time)
@@ -48,7 +71,16 @@ def read_record(table: Table, name: str, section: Section, files: Files, kinds: 
         _check_not_negative(path, column, values, window.start)
     _check_size(path, column, values, factor)
     _check_gaps(path, time_column, time[window])
-    return Record(name, path, kind, time[window].copy(), values * factor, is_envelope, table.field)
+    time, response = time[window].copy(), values * factor
+    band = _band(table, quantity, order, frequency, time)
+    if band is not None:
+        try:
+            time, response = band_limited(time, response, band, order)
+        except ValueError as error:
+            raise _error(
+                path, column, str(error), "an unbroken record, by start or stop: a filter leaps no gap"
+            ) from None
+    return Record(name, path, kind, time, response, is_envelope, table.field, band)
 
 
 def read_sweep(table: Table, section: Section, frequency: float, files: Files) -> Sweep:
@@ -75,6 +107,24 @@ def read_sweep(table: Table, section: Section, frequency: float, files: Files) -
     return Sweep(rig, air_density, speed.values * to_speed, amplitude.values * to_amplitude, path)
 
 
+def _band(table: Table, quantity: str, order: int, frequency: float, time: FloatArray) -> tuple[float, float] | None:
+    """Band [Hz] that a record is filtered to: as stated, for accelerations around f0; None for any other."""
+    if "band" not in table:
+        return (BAND[0] * frequency, BAND[1] * frequency) if order else None
+    if quantity == "amplitude":
+        raise table.error("band", show(table.values["band"]), "none: an amplitude is filtered already")
+    low, high = units.parse_band(table.values["band"], table.file, table.at("band"))
+    widest, least = NARROWEST_BAND[0] * frequency, NARROWEST_BAND[1] * frequency
+    if low > widest or high < least:
+        found = f"{low:g} to {high:g} Hz, around the rig's {frequency:g} Hz"
+        wanted = f"a band from {widest:.3g} Hz or less to {least:.3g} Hz or more, which lets transients and noise pass"
+        raise table.error("band", found, wanted)
+    if (time[-1] - time[0]) * low < 3.0 or 2.0 * low * (time[-1] - time[0]) > len(time) - 1:
+        found = f"{low:g} to {high:g} Hz for {len(time)} samples in {time[-1] - time[0]:.3g} s"
+        raise table.error("band", found, "a record of three periods of the lower edge, sampled twice a period or more")
+    return low, high
+
+
 def _to(dimension: units.Dimension) -> Callable[[str], float]:
     return partial(units.unit_factor, dimension=dimension)
 
@@ -86,6 +136,8 @@ def _factor(
     there, example = table.table("units"), EXAMPLES[quantity]
     stated = there.text(quantity, f'a unit, such as {quantity} = "mm"') if quantity in there else None
     unit = stated if stated is not None else column.unit if column.unit is not None else usual
+    if "scale" in table and quantity not in ("time", "wind_speed", "reduced_velocity"):
+        return _scaled(table, quantity, unit, factor)
     if unit is None:
         wanted = f'a unit in the header, "{example}", or in the record\'s table, units = {{ {quantity} = "..." }}'
         raise _error(path, column, "no unit", wanted)
@@ -96,6 +148,19 @@ def _factor(
         if stated is not None:
             raise there.error(quantity, str(error), wanted) from None
         raise _error(path, column, str(error), wanted) from None
+
+
+def _scaled(table: Table, quantity: str, unit: str | None, factor: Callable[[str], float]) -> float:
+    """Factor of a column in `unit` that the record's `scale` turns into the quantity."""
+    scale, example = table.values["scale"], "2 m/s^2/V" if "acceleration" in quantity else "0.18 m/V"
+    wanted = f'a factor to {quantity.replace("_", " ")}, such as scale = "{example}", or a sensitivity, "100 mV/g"'
+    if isinstance(scale, bool) or not isinstance(scale, str | int | float):
+        raise table.refusal("scale", wanted)
+    try:
+        return units.scaled_factor(scale, unit, factor)
+    except ValueError as error:
+        reading = "a column without a unit" if unit is None else f"a column in {unit}" if unit else "a bare number"
+        raise table.error("scale", f"{show(scale)} for {reading} ({error})", wanted) from None
 
 
 def _time(table: Table, path: Path, column: Column | None, response: Column) -> FloatArray:

@@ -4,7 +4,7 @@ Nothing here reads a file or knows a unit; `scruton.campaign.load` does both and
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from pathlib import Path
 
@@ -70,6 +70,9 @@ class Record:
         True where the file holds an amplitude that was extracted elsewhere.
     field : str
         Where the record is named in campaign.toml, for error messages: "tests[0].records[1]".
+    band : (low, high) or None
+        Edges [Hz] of the band that `response` holds, where it was filtered, or integrated from a velocity or an
+        acceleration; its noise lies there, too.
     """
 
     name: str
@@ -79,6 +82,7 @@ class Record:
     response: FloatArray
     is_envelope: bool = False
     field: str = ""
+    band: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,6 +130,29 @@ class Sweep:
     path: Path
 
 
+@dataclass(frozen=True)
+class TitleBlock:
+    """What stands in the head of a report, each as it is written; empty where it is left out.
+
+    `colour` is "#rrggbb"; `logo` is the picture as a data URI.
+    """
+
+    project: str = ""
+    client: str = ""
+    author: str = ""
+    checker: str = ""
+    revision: str = ""
+    date: str = ""
+    colour: str = ""
+    logo: str = ""
+
+    @property
+    def lines(self) -> list[tuple[str, str]]:
+        """Label and text of everything that is stated and read."""
+        names = (field.name for field in fields(self) if field.name not in ("colour", "logo"))
+        return [(name.capitalize(), value) for name in names if (value := getattr(self, name))]
+
+
 @dataclass(frozen=True, eq=False)
 class Campaign:
     """A whole campaign.
@@ -143,6 +170,7 @@ class Campaign:
     sweeps: tuple[Sweep, ...] = ()
     sha256: Mapping[str, str] | None = None
     remarks: tuple[Remark, ...] = ()
+    title_block: TitleBlock = field(default_factory=TitleBlock)
 
     def rig(self, name: str) -> Rig:
         """Return the rig called `name` (KeyError if there is none)."""

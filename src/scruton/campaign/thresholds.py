@@ -6,6 +6,7 @@ Set by judgement unless a line says otherwise; the bounds of the readers are tri
 # Sizes of files: what is read before anybody knows whether it makes sense.
 LARGEST_RECORD = 4 * 10**9  # bytes of one file of records: 20 million samples as text are half of a GB
 LARGEST_TOML = 10**7  # bytes of one TOML file: thousands of tests
+LARGEST_LOGO = 10**6  # bytes of the picture in the head of a report
 LARGEST_TABLE = 10**7  # bytes of a CSV file beside a bridge: a mode shape, a wind rose
 
 # TOML.
@@ -36,6 +37,16 @@ SIZES = (1e-15, 1e9)  # of the largest response, A/D or rad; of wind speeds [m/s
 LATEST = 1e12  # s, of any time: clocks of computers count 1.7e9 s since 1970
 RATES = (1e-9, 1e9)  # Hz, of samples
 RATE_TOLERANCE = 0.01  # relative, between a stated sample rate and the file's own time
+
+# Signals that are filtered or integrated; steps as in scruton.envelope.thresholds.
+JITTER, GAP = 0.01, 1.75
+BAND_EDGE = 0.2  # of an edge, beyond it: where a filter falls to nothing; hum at 50 Hz is gone from a band up to 40 Hz
+END_CYCLES = 8.0  # by which both ends are led on: four times what a filter with these edges remembers
+PREDICTOR = 128  # samples by which hum is led on: a lower order tells lines that are close together no longer apart
+# Times f0: the band of an acceleration, without drift below and without the second harmonic above.
+BAND = (0.5, 1.7)
+# Times f0: what a band must hold. A narrower one rounds transients and makes the noise of neighbouring cycles one.
+NARROWEST_BAND = (0.75, 1.3)
 
 # Remarks.
 LISTED = 6  # names that one line carries; a longer list hides the sentence before it

@@ -48,6 +48,8 @@ DENSITY = Dimension("a density", "kg/m^3", 1.19, units=(1e-3, 1e3))
 SPEED = Dimension("a speed", "m/s", 5.735, units=(1e-3, 10.0))
 TIME = Dimension("a time", "s", 3.2, positive=False, units=(1e-9, 3600.0))
 ANGLE = Dimension("an angle", "rad", 0.02, units=(1e-6, 7.0))
+ACCELERATION = Dimension("an acceleration", "m/s^2", 9.81, positive=False)
+ANGULAR_ACCELERATION = Dimension("an angular acceleration", "rad/s^2", 2.0, positive=False)
 DAMPING_RATIO = Dimension("a damping ratio, a bare number", "", 0.0058)
 REDUCED_VELOCITY = Dimension("a reduced velocity U/(f0 D), a bare number", "", 9.594)
 HEAVING_AMPLITUDE = Dimension("an amplitude A/D, or a length with its unit", "", 0.0655)
@@ -57,6 +59,10 @@ _POWER_SIGN = re.compile(r"\*\*|\^|[⁻⁰¹²³⁴-⁹]")
 _POWER = re.compile(  # of a unit, not of a number or of a power: m^2, m**-2, m²
     r"(?<=[^\W\d⁰¹²³⁴-⁹])(?:\s*(?:\*\*|\^)\s*[+-]?\d{1,2}(?!\d|\s*\*\*|\s*\^)|⁻?[⁰¹²³⁴-⁹]{1,2})"
 )
+_PLAIN_POWER = re.compile(r"(?<=[a-zA-Z])[2-4](?!\w)")  # m/s2, kg/m3
+_GRAVITY = re.compile(r"(?<!\w)(m|u|µ|)[gG](?!\w)")  # where an acceleration is meant: elsewhere g is the gram
+_EDGE = r"\s*([\d.]+)\s*([a-zA-Z/]*)\s*"
+_BAND = re.compile(f"{_EDGE}(?:-|–|to\\b){_EDGE}")
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _PLUS_MINUS = re.compile(r"±|\+\s*/\s*-|\+-")
 _OVER_DEPTH = frozenset({"-", "1", "A/D", "y/D"})  # ways to write "already divided by D"
@@ -96,11 +102,48 @@ def parse_amplitude(value: object, section: Section, file: Path | str, field: st
     return _parse(value, dimension, lambda unit: amplitude_factor(unit, section) if unit else 1.0, file, field)
 
 
-def amplitude_factor(unit: str, section: Section) -> float:
-    """Factor from `unit` to A/D (heaving: a length over the depth) or to rad (torsion); errors as `unit_factor`."""
+def amplitude_factor(unit: str, section: Section, order: int = 0) -> float:
+    """Factor from `unit` to A/D (heaving: a length over the depth) or to rad (torsion); errors as `unit_factor`.
+
+    With `order` 2 it is that of an acceleration, to 1/s^2 or rad/s^2.
+    """
     if section.motion is Motion.TORSIONAL:
-        return unit_factor(unit, ANGLE)
+        return unit_factor(unit, ANGULAR_ACCELERATION if order else ANGLE)
+    if order:
+        return unit_factor(unit, ACCELERATION) / section.depth
     return 1.0 if unit in _OVER_DEPTH else unit_factor(unit, LENGTH) / section.depth
+
+
+def scaled_factor(scale: object, unit: str | None, factor: "Factor") -> float:
+    """Factor of a reading in `unit` by a calibration, "0.18 m/V", or a sensitivity, "100 mV/g", to SI by `factor`.
+
+    A bare number is a gain.  Where the file states no unit, a calibration tells it: what it divides by.  ValueError
+    where neither makes the quantity that `factor` wants.
+    """
+    value, per = _number_and_unit(scale) if isinstance(scale, str) else (_finite(scale), "")  # type: ignore[arg-type]
+    if value == 0.0:
+        raise ValueError("a factor of zero")
+    reading = unit if unit is not None else per.rpartition("/")[2]
+    if not per:
+        return value * factor(reading)
+    try:
+        return value * factor(f"({per})*({reading})")
+    except ValueError:
+        return factor(f"({reading})/({per})") / value
+
+
+def parse_band(value: object, file: Path | str, field: str) -> tuple[float, float]:
+    """Read a band [Hz], "15-35 Hz"; InputError where it is none, or its second edge is not above the first."""
+    match = _BAND.fullmatch(value) if isinstance(value, str) else None
+    wanted = 'a band of frequencies, such as band = "15-35 Hz"'
+    if match is None:
+        raise InputError(file, field, show(value), wanted)
+    low_edge, unit, high_edge, last_unit = match.groups()
+    low = parse_quantity(f"{low_edge} {unit or last_unit}", FREQUENCY, file, field).mean
+    high = parse_quantity(f"{high_edge} {last_unit}", FREQUENCY, file, field).mean
+    if low >= high:
+        raise InputError(file, field, show(value), f"{wanted}, the lower edge first")
+    return low, high
 
 
 @lru_cache(maxsize=256)
@@ -112,7 +155,7 @@ def unit_factor(unit: str, dimension: Dimension) -> float:
         raise ValueError(f'the unit "{unit}", where none belongs')
     if not unit:
         raise ValueError("no unit")
-    factor, root = _root(unit)
+    factor, root = _root(_GRAVITY.sub(r"\1g_0", unit) if dimension is ACCELERATION else unit)
     si_factor, si_root = _root(dimension.unit)
     if root == si_root:
         return factor / si_factor
@@ -146,6 +189,7 @@ def odd_unit(text: str) -> str | None:
 def _root(unit: str) -> "tuple[float, pint.Unit]":
     """Split a unit into a factor and pint's base units (which keep radians, unlike the dimensionality)."""
     registry = _registry()
+    unit = _PLAIN_POWER.sub(r"^\g<0>", unit)
     if len(unit) > LONGEST_UNIT or _POWER_SIGN.search(_POWER.sub("", unit)):  # pint would work 9^9^9^9 out
         raise ValueError(f"the unit {show(unit)}, which is not known")
     try:

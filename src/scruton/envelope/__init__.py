@@ -5,7 +5,7 @@ from scruton.envelope.cycles import cycles_from_envelope, demodulate
 from scruton.envelope.damping import GriffinCurve, aerodynamic_damping, griffin_curve, total_damping
 from scruton.envelope.frequency import dominant_frequency
 from scruton.envelope.front_end import FrontEnd, front_end
-from scruton.envelope.inspection import Inspection, gather, record_cycles, weigh
+from scruton.envelope.inspection import Inspection, gather, record_cycles, usable, weigh
 from scruton.envelope.lines import Line
 from scruton.envelope.quality import RecordQuality, assess
 from scruton.envelope.relaxation import Relaxation, relaxation
@@ -52,5 +52,6 @@ __all__ = [
     "ring_down",
     "total_damping",
     "trial_function",
+    "usable",
     "weigh",
 ]

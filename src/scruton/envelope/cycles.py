@@ -3,6 +3,7 @@
 import numpy as np
 
 from scruton.arrays import ComplexArray, FloatArray
+from scruton.envelope.band import line_noise
 from scruton.envelope.frequency import dominant_frequency
 from scruton.envelope.sampling import quantum_of, sampling
 from scruton.envelope.thresholds import SECOND_HARMONIC
@@ -16,7 +17,13 @@ _PASSES = 3  # regressions that carry the local rate; each leaves about a tenth 
 
 
 def demodulate(
-    time: FloatArray, response: FloatArray, frequency: float | None = None, *, name: str = "record"
+    time: FloatArray,
+    response: FloatArray,
+    frequency: float | None = None,
+    *,
+    near: float | None = None,
+    band: tuple[float, float] | None = None,
+    name: str = "record",
 ) -> Cycles:
     """Amplitude, phase and standard error of every cycle, by least squares.
 
@@ -27,6 +34,10 @@ def demodulate(
         touches is left out.
     frequency : float, optional
         Reference frequency [Hz]; by default the record's own, weighted by the squared amplitude.
+    near : float, optional
+        Where the record's own frequency is looked for first [Hz]; see `dominant_frequency`.
+    band : (low, high), optional
+        Edges [Hz] of the band that the record was filtered to: its noise is measured there (`line_noise`).
     name : str, optional
         The record's file, for error messages.
 
@@ -56,17 +67,19 @@ def demodulate(
     of it, seen in second differences of the offset and of the second harmonic from cycle to cycle. The factor
     stays at 1 unless the record shows otherwise. Rounding to a coarse quantum q adds its own part, since it repeats
     from cycle to cycle: the fundamental of a rounded sine is off by some (2/pi^2) q (q/a)^0.5, unless noise
-    blurs the steps.
+    blurs the steps.  Of a record that was filtered to a band the residual is small whatever the noise: there the noise
+    at the line is read off the spectrum on both sides of it.
     """
     _refuse_unusable(time, response, frequency, name)
-    reference = dominant_frequency(time, response) if frequency is None else frequency
+    reference = dominant_frequency(time, response, near) if frequency is None else frequency
     if not np.isfinite(reference):
         raise InputError(name, "", "no line in the spectrum", "a record that oscillates")
     response = response - np.mean(response)
     windows = _cut(time, reference, name)
+    hidden = 0.0 if band is None else line_noise(time, response, band, reference) ** 2
     fit = fit_cycles(time, response, windows)
     if frequency is None:
-        advance = _track(windows, fit, int(windows.number[-1]) + 1).rate[windows.number].imag
+        advance = _track(windows, fit, hidden).rate[windows.number].imag
         power = np.abs(fit.z) ** 2
         reference *= 1.0 + float(np.sum(power * advance) / np.sum(power)) / (2.0 * np.pi)
         windows = _cut(time, reference, name)
@@ -74,19 +87,20 @@ def demodulate(
     grid = int(windows.number[-1]) + 1
     number = windows.number
     harmonic = len(time) / ((time[-1] - time[0]) * reference) >= SECOND_HARMONIC
-    track = _track(windows, fit, grid)
+    track = _track(windows, fit, hidden)
     for _ in range(_PASSES):
         rate = track.rate[number] * reference
         drift = _offset_slope(fit.offset, number, grid) * reference
         fit = fit_cycles(time, response, windows, rate=rate, drift=drift, harmonic=harmonic)
-        track = _track(windows, fit, grid)
+        track = _track(windows, fit, hidden)
     direction, smooth_phase = track.direction[number], track.phase[number]
     quantum = quantum_of(response)
-    sigma2 = np.maximum(_local_variance(fit), quantum**2 / 12.0 + np.finfo(float).tiny)
+    sigma2 = np.maximum(_local_variance(fit, hidden), quantum**2 / 12.0 + np.finfo(float).tiny)
     amplitude = (fit.z * np.conj(direction)).real
     c, s = direction.real, direction.imag
     unit_variance = c * c * fit.cov_rr + 2.0 * c * s * fit.cov_ri + s * s * fit.cov_ii
-    variance = sigma2 * unit_variance * _colour(fit, smooth_phase, sigma2, number, harmonic)
+    colour = _colour(fit, smooth_phase, sigma2, number, harmonic) if band is None else 1.0
+    variance = sigma2 * unit_variance * colour
     error = np.sqrt(variance + _staircase(amplitude, sigma2, quantum))
     if not _oscillates(fit.z, smooth_phase, error):
         raise InputError(name, "", "no oscillation that stands out from the noise", "a record that oscillates")
@@ -100,7 +114,7 @@ def demodulate(
         frequency=local,
         frequency_error=local_error,
         reference_frequency=float(reference),
-        noise_sd=float(np.sqrt(np.sum(fit.squares) / np.sum(fit.freedom))),
+        noise_sd=float(np.sqrt(max(np.sum(fit.squares) / np.sum(fit.freedom), hidden))),
     )
 
 
@@ -190,16 +204,18 @@ def _cut(time: FloatArray, frequency: float, name: str) -> Windows:
     return windows
 
 
-def _track(windows: Windows, fit: CycleFit, grid: int) -> Track:
+def _track(windows: Windows, fit: CycleFit, hidden: float) -> Track:
     """Follow the phase on the unbroken grid of cycles, where missing cycles count nothing."""
+    grid = int(windows.number[-1]) + 1
     z, variance, present = np.zeros(grid, dtype=complex), np.zeros(grid), np.zeros(grid, dtype=bool)
     z[windows.number], present[windows.number] = fit.z, True
-    variance[windows.number] = _local_variance(fit) * 0.5 * (fit.cov_rr + fit.cov_ii)
+    variance[windows.number] = _local_variance(fit, hidden) * 0.5 * (fit.cov_rr + fit.cov_ii)
     return follow(z, variance, present)
 
 
-def _local_variance(fit: CycleFit) -> FloatArray:
-    return box_sum(fit.squares, _NEIGHBOURHOOD) / box_sum(fit.freedom, _NEIGHBOURHOOD)
+def _local_variance(fit: CycleFit, hidden: float) -> FloatArray:
+    """Variance of the noise about each cycle from its residuals, and at least the one that they cannot show."""
+    return np.maximum(box_sum(fit.squares, _NEIGHBOURHOOD) / box_sum(fit.freedom, _NEIGHBOURHOOD), hidden)
 
 
 def _offset_slope(offset: FloatArray, number: np.ndarray, grid: int) -> FloatArray:

@@ -4,15 +4,19 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.envelope.sampling import sampling
+from scruton.envelope.thresholds import NEAR, OVERTOPS
 
 
-def dominant_frequency(time: FloatArray, response: FloatArray) -> float:
+def dominant_frequency(time: FloatArray, response: FloatArray, near: float | None = None) -> float:
     """Frequency of the highest line of the spectrum [Hz]; NaN where there is none.
 
     Parameters
     ----------
     time, response : (N,) array
         Seconds, and the response; slightly unequal steps and gaps are interpolated linearly.
+    near : float, optional
+        Frequency [Hz] that is expected: the highest line within a fifth of it is taken, unless it is a thirtieth of
+        the highest of all, or less.
 
     Notes
     -----
@@ -49,6 +53,10 @@ def dominant_frequency(time: FloatArray, response: FloatArray) -> float:
     if len(peaks) == 0:
         return float("nan")
     top = int(peaks[np.argmax(height[peaks])])
+    if near is not None:
+        close = peaks[np.abs(peaks / (size * steps.step) - near) <= NEAR * near]
+        first_choice = int(close[np.argmax(height[close])]) if len(close) else top
+        top = first_choice if OVERTOPS * height[first_choice] > height[top] else top
     tiny = 1e-12 * height[top]
     left, middle, right = np.log(height[top - 1 : top + 2] + tiny)
     shift = 0.5 * (left - right) / (left - 2.0 * middle + right)

@@ -2,8 +2,9 @@
 
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Campaign, Record, Rig, Test
 from scruton.envelope.cycles import cycles_from_envelope, demodulate
 from scruton.envelope.quality import RecordQuality, assess
@@ -13,6 +14,7 @@ from scruton.envelope.transient import front_end_cycles
 from scruton.envelope.types import Cycles
 from scruton.errors import InputError
 
+SET_ASIDE = "set aside"  # kind of the remarks on records that are left out
 REGRESSION, FRONT_END = "regression", "front-end"
 # What makes one amplitude a cycle of a record.
 SOURCES = {REGRESSION: demodulate, FRONT_END: front_end_cycles}
@@ -63,7 +65,7 @@ def record_cycles(record: Record, still_air_frequency: float, source: str = REGR
     try:
         if record.is_envelope:
             return cycles_from_envelope(record.time, record.response, still_air_frequency)
-        return SOURCES[source](record.time, record.response)
+        return SOURCES[source](record.time, record.response, near=still_air_frequency, band=record.band)
     except InputError as error:
         raise InputError(record.path, record.field, error.found, error.wanted) from error
 
@@ -80,18 +82,91 @@ def weigh(
     return Inspection(campaign, cycles, qualities, ringdowns, stated_sd)
 
 
-def gather(campaign: Campaign, problems: list[InputError]) -> Inspection:
-    """Demodulate and measure every record; what is wrong with one is appended to `problems`, and it is left out."""
+def usable(
+    campaign: Campaign, source: str = REGRESSION, *, strict: bool = False, plucks: bool = True
+) -> tuple[Campaign, dict[str, Cycles]]:
+    """Demodulate every record; one that shows no motion to measure is set aside, and the campaign's remarks say so.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    source : str
+        What makes one amplitude a cycle: a key of `SOURCES`.
+    strict : bool
+        Set nothing aside.
+    plucks : bool
+        Whether still-air records that oscillate but show no damping are set aside, too.
+
+    Returns
+    -------
+    Campaign, dict of str to Cycles
+        The campaign with the records that can be used, and their envelopes by name.
+
+    Raises
+    ------
+    InputError
+        For the first record that cannot be used, where it is `strict`, no other is left, or only its records would tell
+        the damping of a rig.
+    """
     cycles: dict[str, Cycles] = {}
-    for record, rig, _ in records_of(campaign):
+    failures: dict[str, InputError] = {}
+    for record, rig, test in records_of(campaign):
         try:
-            cycles[record.name] = record_cycles(record, rig.frequency.mean)
+            found = record_cycles(record, rig.frequency.mean, source)
+            if test is None and plucks:
+                _check_ring_down(record, found)
+            cycles[record.name] = found
         except InputError as error:
-            problems.append(error)
+            failures[record.name] = error
+    if not failures:
+        return campaign, cycles
+
+    def kept(records: tuple[Record, ...]) -> tuple[Record, ...]:
+        return tuple(record for record in records if record.name in cycles)
+
+    rigs = tuple(replace(rig, records=kept(rig.records)) for rig in campaign.rigs)
+    bare = [
+        rig
+        for rig, left in zip(campaign.rigs, rigs, strict=True)
+        if rig.records and not left.records and not rig.damping_ratio
+    ]
+    needed = [record.name for rig in bare for record in rig.records]
+    if strict or not cycles or needed:
+        raise failures[needed[0] if needed else next(iter(failures))]
+    remarks = (*campaign.remarks, *(_set_aside(name, error) for name, error in failures.items()))
+    tests = tuple(replace(test, records=kept(test.records)) for test in campaign.tests)
+    return replace(campaign, rigs=rigs, tests=tests, remarks=remarks), cycles
+
+
+def _check_ring_down(record: Record, cycles: Cycles) -> None:
+    """InputError for a pluck that shows no damping."""
+    try:
+        ring_down([cycles])
+    except InputError as error:
+        raise InputError(record.path, record.field, error.found, error.wanted) from error
+
+
+def _set_aside(name: str, error: InputError) -> Remark:
+    reason = f"set aside: {error.found}, where {error.wanted} is wanted"
+    return Remark(Severity.SERIOUS, SET_ASIDE, "record", name, f"{reason}.", f"{reason},")
+
+
+def gather(campaign: Campaign, problems: list[InputError] | None = None) -> Inspection:
+    """Demodulate and measure every record; one that cannot be used is set aside as by `usable`.
+
+    Where nothing can be used, or nothing can be left out, that is appended to `problems` (raised where there are none).
+    """
+    try:
+        # a pluck that never decays is remarked on by its kind
+        campaign, cycles = usable(campaign, plucks=False)
+    except InputError as error:
+        if problems is None:
+            raise
+        problems.append(error)
+        return Inspection(campaign, {}, {}, {})
     ringdowns = {}
     for rig in campaign.rigs:
         plucks = [cycles[record.name] for record in rig.records if record.name in cycles]
-        # a pluck that never decays is remarked on by its kind
         with suppress(InputError):
             if plucks:
                 ringdowns[rig.name] = ring_down(plucks)

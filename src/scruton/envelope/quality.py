@@ -102,7 +102,7 @@ def assess(
                              "the frequency of the oscillation beside it")  # fmt: skip
         cycles = cycles_from_envelope(record.time, record.response, frequency, name=name)
     elif cycles is None:
-        cycles = demodulate(record.time, record.response, name=name)
+        cycles = demodulate(record.time, record.response, near=frequency, band=record.band, name=name)
     steps = sampling(record.time)
     smooth = np.convolve(cycles.amplitude, np.ones(5) / 5.0, mode="valid")
     transient = record.kind in (Kind.GROWTH, Kind.DECAY)
@@ -191,7 +191,8 @@ def _sampling_remarks(record: Record, steps: Sampling) -> Iterator[Remark]:
 
 def _signal_remarks(record: Record, cycles: Cycles, line: Line | None) -> Iterator[Remark]:
     largest = float(np.max(cycles.amplitude))
-    if side := _clipped_side(record.time, record.response, cycles):
+    # a filter rounds what was clipped
+    if record.band is None and (side := _clipped_side(record.time, record.response, cycles)):
         yield Remark(
             Severity.DOUBT, "clipped", "record", record.name,
             f"the signal is clipped {side}: samples pile up at the extreme reading.", f"the signal is clipped {side}",

@@ -25,6 +25,13 @@ STANDS_OUT = 5.0  # height of a line over the median around it; noise reaches 3 
 ONE_SIDED = 2.0
 CLOSE_LINE = 0.4  # of the frequency: nearer lines are sought in the cycles, farther ones in the record
 
+# Periodograms of a band's noise: lines between it and the motion, of which the window's own width takes 4; how near it
+# they begin, in parts of the way to the nearer edge; times the expected height from which a line is another motion.
+BAND_LENGTH, BAND_SKIRT, BAND_OUTLIER = 6.0, 0.25, 8.0
+# The line that is followed: one so near the frequency stated, in parts of it, goes before a higher one elsewhere (hum,
+# another motion) that is up to so many times its height.
+NEAR, OVERTOPS = 0.2, 30.0
+
 # What is noted of a record by itself.
 # Times the stable amplitude: from lower, the rate of a decay is hardly told from turbulence; from higher, a growth does
 # not show the damping at small amplitude.

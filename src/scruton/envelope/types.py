@@ -26,7 +26,8 @@ class Cycles:
     reference_frequency : float
         Frequency of the demodulation [Hz].
     noise_sd : float
-        Standard deviation of the broadband residual per sample, in the record's unit.
+        Standard deviation of the broadband residual per sample, in the record's unit; of a record that holds only a
+        band, that of white noise as strong as its own at the response's frequency.
     """
 
     time: FloatArray

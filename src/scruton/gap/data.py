@@ -13,11 +13,10 @@ from scruton.dynamics import Setting
 from scruton.dynamics.cycles import ABSENT, Channels, gaps
 from scruton.dynamics.effects import Layout
 from scruton.dynamics.effects.terms import HATS
-from scruton.envelope import Cycles
+from scruton.envelope import Cycles, usable
 from scruton.envelope.harmonics import third_harmonic
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard, load_card
-from scruton.infer.fit import envelope
 from scruton.stats.priors import Prior
 
 _TYPICAL = 0.005  # damping ratio where none is stated
@@ -92,13 +91,13 @@ def load_gap(campaign: Campaign, card: ModelCard | None = None) -> GapData:
     Raises
     ------
     InputError
-        If there is no record, or one cannot be demodulated.
+        If there is no record, or none that can be demodulated: others are set aside, as the campaign's remarks say.
     """
     card = card or load_card()
+    campaign, cycles = usable(campaign)
     rigs, tests = (tuple(owner.name for owner in owners) for owners in (campaign.rigs, campaign.tests))
-    winds = {r.name: envelope(r, campaign.rig(t.rig).frequency.mean) for t in campaign.tests for r in t.records}
     stable = {
-        test.name: float(np.median([settled_end(winds[record.name]) for record in test.records]))
+        test.name: float(np.median([settled_end(cycles[record.name]) for record in test.records]))
         for test in campaign.tests
         if test.records
     }
@@ -111,10 +110,7 @@ def load_gap(campaign: Campaign, card: ModelCard | None = None) -> GapData:
     ]
     if not entries:
         raise InputError(campaign.path, "", "no record in any rig or peak test", "records to diagnose")
-    cycles = {
-        record.name: winds[record.name] if j >= 0 else envelope(record, campaign.rigs[i].frequency.mean)
-        for record, i, j in entries
-    }
+    cycles = {record.name: cycles[record.name] for record, _, _ in entries}
     records = [record for record, _, _ in entries]
     of_rig, of_test = (np.array([entry[k] for entry in entries]) for k in (1, 2))
     omega = 2.0 * np.pi * np.array([campaign.rigs[i].frequency.mean for i in of_rig])
@@ -232,7 +228,7 @@ def _channels(records: list[Record], cycles: Mapping[str, Cycles], knots: FloatA
         track = cycles[record.name]
         size, period = track.time.size, 1.0 / track.reference_frequency
         third, error = np.zeros(size), np.full(size, np.inf)
-        if not record.is_envelope:
+        if not record.is_envelope and record.band is None:  # a band leaves no third harmonic
             third, error = third_harmonic(record.time, record.response, track)
         time = track.time - track.time[0]
         columns = {

@@ -7,7 +7,9 @@ import numpy as np
 from scipy.special import log_ndtr, ndtri, ndtri_exp
 
 from scruton.campaign import Campaign, load_campaign
+from scruton.campaign.remarks import sentences
 from scruton.dynamics.effects import Parameter
+from scruton.envelope.inspection import SET_ASIDE
 from scruton.gap.advise import advise, confusions, invisible
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import NONE, Diagnosis, diagnose_data
@@ -75,6 +77,7 @@ def examine(
     """
     campaign = source if isinstance(source, Campaign) else load_campaign(source)
     data = load_gap(campaign, card)
+    campaign = data.campaign
     diagnosis = diagnose_data(
         data, campaign, prior=card.effect_weights, prior_none=card.prior_none, workers=workers, progress=progress
     )
@@ -107,6 +110,7 @@ def examine(
         ),
         "evidence": _evidence(diagnosis, thorough),
         "checks": {name: vars(mark) for name, mark in diagnosis.checks.items()},
+        "set_aside": sentences(remark for remark in campaign.remarks if remark.kind == SET_ASIDE),
         "card": card.name,
         "card_sha256": card.sha256,
         "sha256": dict(campaign.sha256 or {}),

@@ -162,7 +162,8 @@ def diagnose_data(
 
 def diagnose(campaign: Campaign, **options: object) -> Diagnosis:
     """Load and diagnose; see `diagnose_data` for the options."""
-    return diagnose_data(load_gap(campaign), campaign, **options)  # type: ignore[arg-type]
+    data = load_gap(campaign)
+    return diagnose_data(data, data.campaign, **options)  # type: ignore[arg-type]
 
 
 def _judged(

@@ -92,6 +92,25 @@ class EffectCurve:
             amplitude[:, j] = limit_cycle_amplitude(rows, None, self.largest)
         return amplitude
 
+    def excitation(self, amplitude: FloatArray, *, driven: bool = True) -> FloatArray:
+        """Scruton number that holds a section at (A,) amplitudes, stable or not, (S, A), with its drive or without."""
+        from scruton.dynamics.effects import Term
+        from scruton.dynamics.effects.terms import HATS
+        from scruton.dynamics.limit_cycle import amplitude_rates
+
+        rows = self.coefficients.copy()
+        rows[:, Term.STRUCTURAL] = 0.0
+        rows[:, Term.DRIVE] *= driven
+        rate = amplitude_rates(rows, amplitude, np.linspace(0.0, 1.0, HATS)) / amplitude
+        return np.asarray(rate * self.mass_damping_factor / self.omega0)
+
+    @property
+    def drive(self) -> FloatArray:
+        """Constant drive c, as a Scruton number times an amplitude, (S,)."""
+        from scruton.dynamics.effects import Term
+
+        return np.asarray(self.coefficients[:, Term.DRIVE] * self.mass_damping_factor / self.omega0)
+
 
 @dataclass(frozen=True, eq=False)
 class LawCurves:

@@ -18,11 +18,11 @@ from scruton.campaign.remarks import Severity, sentences
 from scruton.campaign.schema import Campaign, Kind, Record, Rig, Section, Test
 from scruton.dynamics import Setting, force_parameters
 from scruton.dynamics.cycles import EnvelopeData
-from scruton.envelope import Cycles, RingDown, record_cycles, review, weigh
+from scruton.envelope import Cycles, RingDown, record_cycles, review, usable, weigh
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
 from scruton.infer.damping import damping_prior, draws_over_amplitudes, ends, stated_damping, varying_damping
-from scruton.infer.front import cycles_of, damping_varies, front_ends_of, ringdowns_of
+from scruton.infer.front import damping_varies, front_ends_of, ringdowns_of
 from scruton.infer.joint import (
     SCALES,
     Joint,
@@ -87,10 +87,10 @@ def fit_campaign(
     Raises
     ------
     InputError
-        If the campaign holds nothing to fit, or a record cannot be used.
+        If the campaign holds nothing to fit, or no record that can be used.
     """
     sampling = Sampling(card, seed, checkpoints, report)
-    cycles = dict(cycles_of(campaign, card.envelope_source))
+    campaign, cycles = usable(campaign, card.envelope_source)
     if not cycles:
         wanted = "at least one [[rigs.records]] or [[tests.records]]"
         raise InputError(campaign.path, "", "no record in any rig or test", wanted)

@@ -137,6 +137,9 @@ class Document:
     source: str  # of the data
     chapters: Sequence[Chapter]
     generator: str = ""  # program and version
+    title_block: Sequence[tuple[str, str]] = ()  # whose it is: label and text
+    colour: str = ""  # of the house, "#rrggbb"
+    logo: str = ""  # data URI
 
     def every[B: Block](self, kind: type[B]) -> list[B]:
         """Every block of a kind, in order."""

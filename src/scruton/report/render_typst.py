@@ -3,6 +3,7 @@
 The template reads the document as data, so that no text of it is ever read as markup.
 """
 
+import base64
 import json
 from dataclasses import fields, is_dataclass
 from functools import cache
@@ -38,6 +39,8 @@ def typeset(document: Document, **options: Any) -> Any:
         "typefaces.json": json.dumps(families()).encode(),
     }
     files |= {name: content for name, content in map(picture_file, document.every(Picture)) if content}
+    if document.logo:
+        files[logo_file(document.logo)] = base64.b64decode(document.logo.partition(",")[2])
     return compiler(files, ignore_system_fonts=True, font_paths=_fonts(), **options)
 
 
@@ -54,6 +57,12 @@ def picture_file(picture: Picture) -> tuple[str, bytes]:
     if picture.svg and (len(picture.svg) <= LARGEST_SVG_IN_PDF or not picture.png):
         return f"{picture.name}.svg", picture.svg
     return f"{picture.name}.png", picture.png
+
+
+def logo_file(uri: str) -> str:
+    """Name of the file that a logo, a data URI, becomes; empty where there is none."""
+    kind = uri.partition(";")[0].removeprefix("data:image/").partition("+")[0]
+    return uri and f"logo.{kind}"
 
 
 def plain(value: Any) -> Any:
@@ -73,6 +82,8 @@ def plain(value: Any) -> Any:
             entry["file"] = name if content else ""
         case _ if is_dataclass(value):
             entry = {field.name: plain(getattr(value, field.name)) for field in fields(value)}
+            if isinstance(value, Document):
+                entry["logo"] = logo_file(value.logo)
         case _:
             raise TypeError(f"a document holds no {type(value).__name__}")
     if isinstance(value, Table):

@@ -98,6 +98,19 @@ def estimate(entry: Mapping[str, Any], scale: float = 1.0, level: str = "0.90") 
     return texts[0], f"{texts[1]} to {texts[2]}"
 
 
+def money(value: float | None) -> str:
+    """An amount to the two digits that a risk study knows it by; "no bound" where there is none."""
+    if value is None or not math.isfinite(value):
+        return "no bound"
+    rounded = float(f"{value:.2g}")
+    return f"{rounded / 1e6:.3g} million" if abs(rounded) >= 1e6 else f"{rounded:,.0f}"
+
+
+def law_text(label: str) -> str:
+    """The label of a law ("n=-1") as it is read."""
+    return label.replace("n=", "n = ").replace("-", "−")
+
+
 def percent(value: float, digits: int = 3) -> str:
     """Write a fraction in per cent."""
     return f"{number(100.0 * value, digits)} %"

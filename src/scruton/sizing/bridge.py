@@ -1,6 +1,5 @@
 """`bridge.toml`: the bridge that the section model stands for, its modes, limits, wind and costs."""
 
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
@@ -11,17 +10,19 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.campaign.bounded import read_bytes
-from scruton.campaign.quantity import FAMILIES, Quantity
+from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
 from scruton.campaign.spelling import show
 from scruton.campaign.thresholds import LARGEST_TABLE, LARGEST_TOML
-from scruton.campaign.toml import Field, Table, anything, bare, is_number, number, parse_toml, text, whole
+from scruton.campaign.toml import Field, Table, anything, is_number, number, parse_toml, text, whole
 from scruton.campaign.units import DENSITY, FREQUENCY, INERTIA, LENGTH, MASS, SPEED, Dimension
 from scruton.errors import InputError
 from scruton.griffin.posterior import names_of
 from scruton.sizing.limits import Limit, limit
 from scruton.sizing.mode_shape import ModeShape, read_shape, read_table, sine, uniform
-from scruton.sizing.thresholds import DAMPING_COV, FREQUENCY_COV, LARGEST_COV
+from scruton.sizing.stated import uncertain as _uncertain
+from scruton.sizing.thresholds import DAMPING_COV, FREQUENCY_COV
+from scruton.sizing.transfer import Transfer, TurbulenceClass, amplitude_of_coherence, read_transfer, read_turbulence
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,6 +49,8 @@ class Mode:
         Generalised mass for a shape of largest value 1 [kg], or [kg m^2]; dampers of stated mass need it.
     lock_in : (float, float) or None
         Reduced velocities U/(fD) between which the mode locks in.
+    lock_in_shape : (2, N) array or None
+        Reduced velocities, rising, and amplitudes there, in any unit.
     """
 
     name: str
@@ -57,14 +60,19 @@ class Mode:
     shape: ModeShape = field(default_factory=sine)
     damping_ratio: Quantity = DAMPING
     lock_in: tuple[float, float] | None = None
+    lock_in_shape: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class Wind:
-    """Hours a year of wind from directions that matter, by class of speed with the upper end [m/s]; (N,), rising."""
+    """Hours a year of wind from directions that matter, by class of speed with the upper end [m/s]; (N,), rising.
+
+    `turbulence` has its classes of turbulence, at every speed alike; empty: as in the tunnel.
+    """
 
     speed: FloatArray
     hours: FloatArray
+    turbulence: tuple[TurbulenceClass, ...] = ()
 
     def between(self, low: float, high: float) -> float:
         """Hours a year with speeds from `low` to `high` [m/s]."""
@@ -118,7 +126,17 @@ class Cost:
 
 @dataclass(frozen=True, eq=False)
 class Bridge:
-    """A bridge of one cross-section."""
+    """A bridge of one cross-section.
+
+    Attributes
+    ----------
+    coherence : Quantity
+        Factor of the amplitude for force that is not coherent along the span.
+    coherence_amplitude : Quantity or None
+        A_c, A/D or rad: strips that move by A feel 1 - exp(-A/A_c) of the drive.
+    transfer : Transfer or None
+        Factors of the amplitude between tunnel and site; None: none, as for the section model itself.
+    """
 
     title: str
     motion: Motion
@@ -129,6 +147,8 @@ class Bridge:
     limits: tuple[Limit, ...]
     modes: tuple[Mode, ...]
     wind: Wind | None = None
+    coherence_amplitude: Quantity | None = None
+    transfer: Transfer | None = None
     damper: DamperRequest = field(default_factory=DamperRequest)
     cost: Cost | None = None
     sha256: Mapping[str, str] = field(default_factory=dict)
@@ -164,12 +184,17 @@ def load_bridge(path: Path, motion: Motion) -> Bridge:
     if len(set(names)) < len(names):
         raise top.error("modes", f'the name "{max(names, key=names.count)}" twice', "a name of its own for each mode")
     values = {key: field.read(top, key) for key, field in _TOP.items()}
-    wind = _wind(top.table("wind"), digests) if "wind" in top else None
+    wind = None
+    if "wind" in top:
+        classes = read_turbulence(top.table("wind"), motion, values["width"], values["depth"])
+        wind = replace(_wind(top.table("wind"), digests), turbulence=classes)
     damper = top.table("damper")
     request = DamperRequest(**damper.read(_DAMPER))
     if "lever_arm" in damper and motion is Motion.HEAVING:
         raise damper.error("lever_arm", "a lever arm against heaving", "none: it is that of dampers against torsion")
     values |= {"title": values["title"] or path.resolve().parent.name, "modes": modes, "wind": wind, "damper": request}
+    values["transfer"] = read_transfer(top)
+    values["coherence_amplitude"] = amplitude_of_coherence(top, motion, values["depth"])
     values["cost"] = Cost(**top.table("cost").read(_COST)) if "cost" in top else None
     del values["format"]
     return Bridge(**values, motion=motion, sha256=digests)
@@ -208,50 +233,21 @@ def _mode(table: Table, motion: Motion, digests: dict[str, str]) -> Mode:
     modal = values["modal_mass"]
     if modal is None and "length" in table and mass is not None:
         modal = mass.mean * table.number("length", LENGTH) * shape.integral(2.0)
-    return Mode(values["name"], values["frequency"], mass, modal, shape, values["damping_ratio"], values["lock_in"])
+    return Mode(
+        values["name"], values["frequency"], mass, modal, shape, values["damping_ratio"], values["lock_in"],
+        _lock_in_shape(table, digests) if "lock_in_shape" in table else None,
+    )  # fmt: skip
 
 
-def _uncertain(table: Table, key: str, dimension: Dimension, cov: float = 0.0, family: str = "lognormal") -> Quantity:
-    """Read a number, "x +/- s", or a table of mean or median, sd or cov, minimum, distribution."""
-    value = table.values.get(key)
-    if not isinstance(value, Mapping):
-        stated = table.quantity(key, dimension).or_relative_sd(cov)
-        return _checked(replace(stated, family=family if stated.sd else "known"), table, key)
-    inner = table.table(key)
-    inner.check_keys(("mean", "median", "sd", "cov", "minimum", "distribution"))
-    family = inner.choice("distribution", FAMILIES) if "distribution" in inner else family
-    if ("mean" in inner) == ("median" in inner):
-        raise table.error(key, show(value), "either mean or median")
-    if "sd" in inner and "cov" in inner:
-        raise table.error(key, show(value), "either sd or cov")
-    centre = inner.number("median" if "median" in inner else "mean", dimension)
-    if "sd" in inner:
-        spread = inner.number("sd", dimension) / centre
-    else:
-        spread = bare(0.0, sys.float_info.max, cov, "a bare number, zero or more").read(inner, "cov")
-    if family == "lognormal" and "median" in inner:
-        if "sd" in inner:  # sd^2 = median^2 w (w - 1) with w = 1 + cov^2
-            spread = float(np.sqrt(0.5 * (np.sqrt(1.0 + 4.0 * spread**2) - 1.0)))
-        centre *= float(np.sqrt(1.0 + spread**2))
-    elif family == "beta" and "median" in inner:
-        raise table.error(key, show(value), "the mean of a beta distribution, not its median")
-    # in the unit of the mean, as it is written; a bare zero cuts off nothing
-    minimum = inner.number("minimum", dimension) if inner.values.get("minimum", 0) != 0 else 0.0
-    return _checked(Quantity(centre, spread * centre, family if spread > 0.0 else "known", minimum), table, key)
-
-
-def _checked(value: Quantity, table: Table, key: str) -> Quantity:
-    sd, is_beta = value.sd or 0.0, value.family == "beta" and not value.certain
-    for good, wanted in (
-        (key not in ("damping_ratio", "coherence") or value.mean <= 1.0, "a bare number up to 1"),
-        (sd <= LARGEST_COV * value.mean, f"a standard deviation up to {LARGEST_COV:g} times the mean"),
-        (not is_beta or value.mean < 1.0, "a mean between 0 and 1: beta is a distribution of fractions"),
-        (not is_beta or sd**2 < value.mean * (1.0 - value.mean), "a standard deviation that fits between 0 and 1"),
-        (value.minimum < value.mean, "a minimum below the mean"),
-    ):
-        if not good:
-            raise table.refusal(key, wanted)
-    return value
+def _lock_in_shape(table: Table, digests: dict[str, str]) -> FloatArray:
+    name = table.text("lock_in_shape", "a CSV file")
+    path, wanted = table.file.parent / name, "one header line, then reduced velocity and amplitude, velocities rising"
+    rows = read_table(path, wanted)
+    usable = rows.shape[1] == 2 and len(rows) > 1 and np.isfinite(rows).all() and (rows >= 0.0).all()
+    if not usable or not (np.diff(rows[:, 0]) > 0.0).all() or not rows[:, 1].max() > 0.0:
+        raise InputError(path, "", "other rows", wanted)
+    digests[name] = sha256(read_bytes(path, LARGEST_TABLE)).hexdigest()
+    return np.asarray(rows.T)
 
 
 def _pair(table: Table, key: str) -> tuple[float, float]:
@@ -312,7 +308,7 @@ _TOP = {
     "air_density": number(DENSITY, AIR_DENSITY),
     "coherence": Field(lambda table, key: _uncertain(table, key, _SHARE, family="beta"), Quantity(1.0)),
     "limits": Field(_limits, ()),
-    **dict.fromkeys(("modes", "wind", "damper", "cost"), anything()),
+    **dict.fromkeys(("modes", "wind", "damper", "cost", "transfer", "coherence_amplitude"), anything()),
 }
 _MODE = {
     "name": text("a name"),
@@ -324,9 +320,11 @@ _MODE = {
     "half_waves": anything(),
     "damping_ratio": Field(lambda table, key: _uncertain(table, key, _DAMPING_RATIO, DAMPING_COV), DAMPING),
     "lock_in": Field(_pair, None),
+    "lock_in_shape": anything(),
 }
 _WIND = {
     "rose": anything(),
+    "turbulence": anything(),
     "weibull_scale": number(SPEED),
     "weibull_shape": number(_SHAPE, good=lambda shape: 0.5 <= shape <= 20.0, wanted=_SHAPES),
     "share": number(_SHARE, 1.0, good=lambda share: share <= 1.0, wanted=_SHARES),

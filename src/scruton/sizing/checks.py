@@ -90,11 +90,7 @@ class Evidence:
         """Hold what a mode requires for a limit [m] or [rad] against all of it, at points of the unit cube."""
         draws = model.draws(u)
         reach = {name: None if added is None else _reach(draws, limit, added) for name, added in required.items()}
-        furthest = max((found.scruton_number for found in reach.values() if found), default=0.0)
-        by_law = {
-            label: required_of(replace(model, laws=alone).draws(u).needed(limit))
-            for label, alone in self.each_law(furthest).items()
-        }
+        by_law = self._by_law(model, limit, reach, u)
         if self.law_free is not None:
             by_law[LAW_FREE] = required_of(replace(draws, law_free=self.law_free).needed(limit))
         stated = {
@@ -102,6 +98,21 @@ class Evidence:
             for tau, known in self.at_discrepancy.items()
         }
         return Checks(reach, by_law, stated, None if self.line is None else _by_hand(draws, limit, self.line))
+
+    def _by_law(
+        self, model: ModeModel, limit: float, reach: Mapping[str, Reach | None], u: FloatArray
+    ) -> dict[str, Required]:
+        """Required damping by law and confidence, each from the test that is nearest to where it lies."""
+        furthest = max((found.scruton_number for found in reach.values() if found), default=0.0)
+        at_anchor: dict[tuple[str, float], dict[str, float | None]] = {}
+        by_law: dict[str, dict[str, float | None]] = {}
+        for name, found in reach.items():
+            for label, alone in self.each_law(found.scruton_number if found else furthest).items():
+                place = label, alone.reference
+                if place not in at_anchor:
+                    at_anchor[place] = required_of(replace(model, laws=alone).draws(u).needed(limit))
+                by_law.setdefault(label, {})[name] = at_anchor[place][name]
+        return {**by_law}
 
 
 def required_of(needed: FloatArray) -> dict[str, float | None]:

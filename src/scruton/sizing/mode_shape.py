@@ -9,12 +9,12 @@ with the shape's largest value 1: 4/pi for a sine under the paper's law (n = -1)
 Scanlan's (n = 2).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.integrate import simpson
 
 from scruton.arrays import FloatArray
 from scruton.campaign.bounded import read_bytes
@@ -22,7 +22,11 @@ from scruton.campaign.thresholds import LARGEST_NUMBER, LARGEST_TABLE
 from scruton.errors import InputError
 from scruton.sizing.thresholds import CLOSEST_POINTS
 
-_POINTS = 2001
+_PANELS = 64  # of a half wave, and of a shape that is read from a file at least so many times two
+# Gauss-Lobatto, five points, their weights for a panel of length 1: exact for the square of a cubic, and with the ends
+# of every panel among its points, so that the largest value and the nodes of a shape are.
+_NODES = np.array([0.0, 0.5 - np.sqrt(3.0 / 28.0), 0.5, 0.5 + np.sqrt(3.0 / 28.0), 1.0])
+_WEIGHTS = np.array([9.0, 49.0, 64.0, 49.0, 9.0]) / 180.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,20 +36,26 @@ class ModeShape:
     Attributes
     ----------
     position : (N,) array
-        Along the span, rising; any unit of length.
+        Along the span, rising; any unit of length.  Points of the quadrature.
     value : (N,) array
         Largest absolute value 1.
+    weight : (N,) array
+        Part of the span that each point stands for.
     name : str
         "sine", or the file it was read from.
+    curve : callable
+        The shape itself, at any positions.
     """
 
     position: FloatArray
     value: FloatArray
+    weight: FloatArray
     name: str
+    curve: Callable[[FloatArray], FloatArray]
 
     def integral(self, power: float) -> float:
         """Mean of abs(phi)^power over the span."""
-        return self._mean(np.abs(self.value) ** power)
+        return float(self.weight @ np.abs(self.value) ** power)
 
     def factor(self, n: ArrayLike) -> FloatArray:
         """Amplitude of the mode over that of the section, Gamma_n, for exponents n > -3; any shape."""
@@ -59,30 +69,37 @@ class ModeShape:
     def at(self, fraction: float) -> float:
         """Value at a fraction of the span."""
         first, last = self.position[0], self.position[-1]
-        return float(np.interp(first + fraction * (last - first), self.position, self.value))
+        return float(self.curve(first + fraction * (last - first)))
 
     def _factor(self, n: float) -> float:
         if abs(n) < 1e-6:
             size = np.abs(self.value)
             safe = np.where(size > 0.0, size, 1.0)  # phi^2 ln(phi) -> 0
-            return float(np.exp(-self._mean(size**2 * np.log(safe)) / self.integral(2.0)))
+            return float(np.exp(-(self.weight @ (size**2 * np.log(safe))) / self.integral(2.0)))
         return float((self.integral(2.0) / self.integral(2.0 + n)) ** (1.0 / n))
 
-    def _mean(self, y: FloatArray) -> float:
-        return float(simpson(y, x=self.position) / (self.position[-1] - self.position[0]))
+
+def _shape(curve: Callable[[FloatArray], FloatArray], edges: FloatArray, panels: int, name: str) -> ModeShape:
+    """Put the quadrature on a curve: so many panels between two edges, closer where the shape may be at a node."""
+    graded = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, panels + 1))
+    ends = np.append((edges[:-1, None] + np.diff(edges)[:, None] * graded[:-1]).ravel(), edges[-1])
+    length = np.diff(ends)[:, None]
+    position = np.append((ends[:-1, None] + length * _NODES[:-1]).ravel(), ends[-1])
+    weight = np.zeros(position.size)
+    for k, part in enumerate(_WEIGHTS):
+        weight[k : k + 4 * length.size : 4] += part * length[:, 0]
+    return ModeShape(position, curve(position), weight / (ends[-1] - ends[0]), name, curve)
 
 
 def sine(half_waves: int = 1) -> ModeShape:
     """Sine of one or more half waves."""
-    # As many steps in each half wave, an even number, so that its ends are points of the quadrature.
-    x = np.linspace(0.0, 1.0, 1 + half_waves * max(2 * round(0.5 * (_POINTS - 1) / half_waves), 60))
-    return ModeShape(x, np.sin(half_waves * np.pi * x), "sine")
+    edges = np.linspace(0.0, 1.0, half_waves + 1)
+    return _shape(lambda x: np.sin(half_waves * np.pi * x), edges, _PANELS, "sine")
 
 
 def uniform() -> ModeShape:
     """A rigid section: the factor is 1 under every law."""
-    x = np.linspace(0.0, 1.0, 3)
-    return ModeShape(x, np.ones(3), "uniform")
+    return _shape(np.ones_like, np.array([0.0, 1.0]), 1, "uniform")
 
 
 def read_shape(path: Path) -> ModeShape:
@@ -127,8 +144,8 @@ def read_table(path: Path, wanted: str) -> FloatArray:
 
 
 def make_shape(position: FloatArray, value: FloatArray, path: Path | str) -> ModeShape:
-    """Check and scale a shape; refine it for quadrature by a cubic spline."""
-    from scipy.interpolate import CubicSpline
+    """Check and scale a shape; between its points it is monotone, so that a step stays one."""
+    from scipy.interpolate import PchipInterpolator
 
     if not (np.isfinite(position).all() and np.isfinite(value).all()):
         raise InputError(path, "", "a number that is not finite", "finite positions and displacements")
@@ -142,6 +159,9 @@ def make_shape(position: FloatArray, value: FloatArray, path: Path | str) -> Mod
         raise InputError(path, "", "a number that no bridge has", f"numbers up to {LARGEST_NUMBER:g}")
     if not np.abs(value).max() > 0.0:
         raise InputError(path, "displacement", "a mode shape of zeros", "a shape that moves somewhere")
-    fine = np.linspace(position[0], position[-1], _POINTS)
-    spline = CubicSpline(position, value / np.abs(value).max())(fine)
-    return ModeShape(fine, spline / np.abs(spline).max(), str(path))
+    between = PchipInterpolator(position, value / np.abs(value).max())
+    roots = between.roots(extrapolate=False)
+    nodes = np.unique(roots[np.isfinite(roots)])  # abs(phi) bends there; where it rests at zero a root is not a number
+    away = np.abs(nodes[:, None] - position).min(axis=1, initial=np.inf) > CLOSEST_POINTS * span
+    edges = np.union1d(position, nodes[away])
+    return _shape(between, edges, max(2, -(-2 * _PANELS // (edges.size - 1))), str(path))

@@ -8,20 +8,23 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import ndtri
 
 from scruton.arrays import FloatArray
+from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
 from scruton.dynamics.laws import index_of
 from scruton.dynamics.scruton_number import factor as scruton_number_factor
 from scruton.griffin.curves import LawCurves, SharedCurve
 from scruton.griffin.law_free import LawFree
 from scruton.sizing.bridge import Bridge, Mode
+from scruton.sizing.span import CurveTable, EffectOnSpan, IncoherentCurve, IntArray, Strips, effect_on_span, strips
+from scruton.sizing.transfer import factor_at
 from scruton.stats.convergence import monte_carlo_error
 
-IntArray = NDArray[np.integer]
 SECTION, LAW, DISCREPANCY, DAMPING, COHERENCE, MASS, FREQUENCY = range(7)
+COHERENCE_AMPLITUDE, TURBULENCE, REYNOLDS, DETAILS = range(7, 11)
 SOURCES = {
     SECTION: "section model's posterior",
     LAW: "law of aerodynamic damping",
@@ -30,9 +33,13 @@ SOURCES = {
     COHERENCE: "spanwise coherence",
     MASS: "mass of the mode",
     FREQUENCY: "frequency of the mode",
+    COHERENCE_AMPLITUDE: "amplitude at which coherence is lost",
+    TURBULENCE: "turbulence at the site",
+    REYNOLDS: "Reynolds number",
+    DETAILS: "details of the section",
 }
+TRANSFER = (TURBULENCE, REYNOLDS, DETAILS)
 _REPETITIONS = 25  # most take five; one in a thousand meets a bend of the distance
-_SC_GRID = 64  # Scruton numbers at which a curve with an effect in it is tabulated
 _BLOCKS = 64  # of the posterior's draws, between which Monte Carlo errors look for differences
 
 
@@ -107,8 +114,11 @@ class ModeModel:
             DISCREPANCY: self.laws.discrepancy.max() > 0.0,
             DAMPING: not self.mode.damping_ratio.certain,
             COHERENCE: not self.bridge.coherence.certain,
+            COHERENCE_AMPLITUDE: not (self.bridge.coherence_amplitude or Quantity(1.0)).certain,
             MASS: self.mode.mass is not None and not self.mode.mass.certain,
         }
+        if (transfer := self.bridge.transfer) is not None:
+            vary |= {source: not factor.certain for source, factor in zip(TRANSFER, transfer.factors, strict=True)}
         return tuple(source for source, varies in vary.items() if varies)
 
     def draws(self, u: FloatArray) -> "Draws":
@@ -117,11 +127,23 @@ class ModeModel:
         size = laws.n.shape[1]
         law = np.minimum(np.searchsorted(np.cumsum(laws.weights), u[:, LAW], side="right"), len(laws.labels) - 1)
         draw = np.minimum((u[:, SECTION] * size).astype(int), size - 1)
-        # A curve with an effect in it is read from `table`: its coefficients need not be copied to every draw.
+        # A curve with an effect in it is read from a table: its coefficients need not be copied to every draw.
         curve = replace(laws, effect=None).choose(law, draw)
-        length = self.bridge.depth if self.bridge.motion is Motion.HEAVING else 1.0
+        bridge, shape, effect = self.bridge, self.mode.shape, laws.effect
+        length = bridge.depth if bridge.motion is Motion.HEAVING else 1.0
         z = ndtri(u[:, DISCREPANCY])
-        scale = length * self.mode.shape.factor(curve.n) * self.bridge.coherence.quantile(u[:, COHERENCE])
+        over_section = shape.factor(curve.n if effect is None else -1.0) * bridge.coherence.quantile(u[:, COHERENCE])
+        if bridge.transfer is not None:
+            over_section = over_section * factor_at(bridge.transfer, u[:, list(TRANSFER)])
+        span: EffectOnSpan | IncoherentCurve | None = None
+        if bridge.coherence_amplitude is not None:
+            lost_at = bridge.coherence_amplitude.quantile(u[:, COHERENCE_AMPLITUDE])
+            with np.errstate(divide="ignore"):
+                span = IncoherentCurve(curve, self.strips, np.log(over_section / lost_at))
+            if self.table is not None and effect is not None:
+                span = replace(span, rest=self.table, row=draw, drive=effect.drive[draw])
+        elif self.table is not None:
+            span = EffectOnSpan(self.table, draw)
         if self.mode.mass is None:
             factor = np.resize(self.section_factor, size)[draw]
         else:
@@ -131,9 +153,21 @@ class ModeModel:
             )  # fmt: skip
         frequency = self.mode.frequency
         return Draws(
-            curve, scale, self.mode.damping_ratio.quantile(u[:, DAMPING]), factor,
-            frequency.quantile(u[:, FREQUENCY]) / frequency.mean - 1.0, z, draw, self.table,
+            curve, length * over_section, self.mode.damping_ratio.quantile(u[:, DAMPING]), factor,
+            frequency.quantile(u[:, FREQUENCY]) / frequency.mean - 1.0, z, draw, span,
         )  # fmt: skip
+
+    @property
+    def scruton_number_at_means(self) -> float:
+        """4 pi m xi/(rho B D), for torsion 4 pi J xi/(rho B^3 D), of the mean mass and the mean damping."""
+        bridge, mode = self.bridge, self.mode
+        if mode.mass is None:
+            return float(np.median(self.section_factor)) * mode.damping_ratio.mean
+        factor = scruton_number_factor(
+            "paper", mass=mode.mass.mean, air_density=bridge.air_density, width=bridge.width, depth=bridge.depth,
+            torsional=bridge.motion is Motion.TORSIONAL,
+        )  # fmt: skip
+        return float(factor * mode.damping_ratio.mean)
 
     @property
     def lever_arm(self) -> float:
@@ -152,15 +186,20 @@ class ModeModel:
         return float((largest - x[0]) / (x[-1] - x[0]))
 
     @cached_property
-    def table(self) -> "CurveTable | None":
-        """Curves with an effect in them, each draw once; None where the law has a closed form."""
-        effect = self.laws.effect
-        if effect is None:
+    def table(self) -> CurveTable | None:
+        """Curves with an effect in them over the span, each draw once; None where the law has a closed form.
+
+        Where the bridge states how coherence depends on the amplitude, that replaces what the effect says of it.
+        """
+        if self.laws.effect is None:
             return None
-        centre = max(self.laws.reference, 1e-3)
-        grid = np.geomspace(0.02 * centre, 60.0 * centre, _SC_GRID)
-        with np.errstate(divide="ignore"):
-            return CurveTable(grid, np.log(effect.at(grid)))
+        driven = self.bridge.coherence_amplitude is None
+        return effect_on_span(self.laws.effect, self.mode.shape, driven=driven)
+
+    @cached_property
+    def strips(self) -> Strips:
+        """Strips of the mode for all exponents of the laws."""
+        return strips(self.mode.shape, self.laws.n)
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,6 +220,8 @@ class Draws:
         Standard normal deviate of the discrepancy.
     row : (N,) array
         Which draw of the posterior each one is.
+    span : EffectOnSpan or IncoherentCurve or None
+        The curve over the span, where Gamma_n is not all that there is to it.
     law_free : LawFree, optional
         What inverts the curve, where the law shall not.
     """
@@ -192,7 +233,7 @@ class Draws:
     detuning: FloatArray
     discrepancy: FloatArray
     row: IntArray
-    table: "CurveTable | None" = None
+    span: EffectOnSpan | IncoherentCurve | None = None
     law_free: LawFree | None = None
 
     def __len__(self) -> int:
@@ -208,25 +249,26 @@ class Draws:
         """Stable amplitude [m] or [rad] with added damping, shaped as `scruton_number`; zero where vibration dies."""
         sc = self.scruton_number(added)
         square = sc.reshape(len(self), -1)
-        on_curve = self._on_curve(square)
+        on_curve = self.on_curve(square)
         away = np.exp(self.curve.spread(square, on_curve) * self.discrepancy[:, None])
         return (self.scale[:, None] * on_curve * away).reshape(sc.shape)
 
     def spread(self, added: FloatArray) -> FloatArray:
         """Sd of ln(amplitude) that the discrepancy between settings means, with (1, K) or (N, K) added damping."""
         sc = self.scruton_number(added)
-        return self.curve.spread(sc, self._on_curve(sc))
+        return self.curve.spread(sc, self.on_curve(sc))
 
-    def _on_curve(self, sc: FloatArray) -> FloatArray:
-        return self.curve.at(sc) if self.table is None else self.table.amplitude(self.row, sc)
+    def on_curve(self, sc: FloatArray) -> FloatArray:
+        """Amplitude of the section that the mode's comes from, A/D or rad, at (N, K) Scruton numbers."""
+        return self.curve.at(sc) if self.span is None else self.span.amplitude(sc)
 
     def needed(self, limit: float) -> FloatArray:
         """Added damping at which the amplitude is down to the limit, (N,); below zero where none is needed.
 
         Notes
         -----
-        The inverse of A(Sc) = A_ref (1 - n x)^(1/n), or of the table where the curve has an effect in it.  How far the
-        setting lies off the curve depends a little on where it is: found by repetition.
+        The inverse of A(Sc) = A_ref (1 - n x)^(1/n), or the balance over the span where there is more to it.  How far
+        the setting lies off the curve depends a little on where it is: found by repetition.
         """
         with np.errstate(divide="ignore"):  # a coherence that comes out as zero keeps any limit
             target = limit / self.scale
@@ -241,51 +283,7 @@ class Draws:
         """Scruton numbers at which the curves have these amplitudes, (N,)."""
         if self.law_free is not None:
             return self.law_free.scruton_number_of(on_curve, self.row % len(self.law_free.scruton_number))
-        if self.table is not None:
-            return self.table.scruton_number(self.row, on_curve)
+        if self.span is not None:
+            return self.span.scruton_number(on_curve[:, None])[:, 0]
         curve = self.curve
         return np.asarray(curve.reference + curve.relaxation * index_of(np.log(on_curve / curve.amplitude), curve.n))
-
-
-@dataclass(frozen=True, eq=False)
-class CurveTable:
-    """Curves with an effect in them, which have no closed form: ln(amplitude) on a grid of Scruton numbers.
-
-    Attributes
-    ----------
-    grid : (G,) array
-        Scruton numbers, in geometric steps.
-    log_amplitude : (S, G) array
-        -inf where vibration dies.
-    """
-
-    grid: FloatArray
-    log_amplitude: FloatArray
-
-    def amplitude(self, row: IntArray, sc: FloatArray) -> FloatArray:
-        """Amplitude of curve `row` (N,) at (N, K) Scruton numbers."""
-        last = self.grid.size - 1
-        with np.errstate(divide="ignore"):
-            place = np.interp(np.log(np.maximum(sc, self.grid[0])), np.log(self.grid), np.arange(last + 1))
-        low = np.minimum(place.astype(int), last - 1)
-        part = place - low
-        before, after = self.log_amplitude[row[:, None], low], self.log_amplitude[row[:, None], low + 1]
-        with np.errstate(invalid="ignore"):
-            value = np.exp((1.0 - part) * before + part * after)
-        return np.where(np.isneginf(after), np.where(part > 0.5, 0.0, np.exp(before)), value)
-
-    def scruton_number(self, row: IntArray, target: FloatArray) -> FloatArray:
-        """Largest Scruton number at which curve `row` still reaches the target amplitude, (N,)."""
-        curve = self.log_amplitude[row]
-        wanted = np.log(target)
-        above = curve > wanted[:, None]
-        last = np.where(above.any(axis=1), self.grid.size - 1 - above[:, ::-1].argmax(axis=1), -1)
-        numbers = np.full(len(target), np.inf)  # still above where the table ends
-        numbers[last == -1] = self.grid[0]
-        inside = np.flatnonzero((last >= 0) & (last < self.grid.size - 1))
-        k = last[inside]
-        high, low = curve[inside, k], curve[inside, k + 1]
-        alive = np.isfinite(low)
-        part = np.where(alive, (high - wanted[inside]) / (high - np.where(alive, low, high - 1.0)), 0.5)
-        numbers[inside] = np.exp(np.log(self.grid[k]) + part * np.diff(np.log(self.grid))[k])
-        return numbers

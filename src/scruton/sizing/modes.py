@@ -6,7 +6,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.sizing.model import COHERENCE, LAW, SECTION, SOURCES, Draws, ModeModel, Spread, spread, unit_cube
+from scruton.sizing.hours import LockInHours, LockInShape, lock_in_hours
+from scruton.sizing.model import (
+    COHERENCE,
+    COHERENCE_AMPLITUDE,
+    LAW,
+    SECTION,
+    SOURCES,
+    TRANSFER,
+    Draws,
+    ModeModel,
+    Spread,
+    spread,
+    unit_cube,
+)
 from scruton.sizing.risk import Risk
 from scruton.sizing.tmd import TunedMass, response
 from scruton.sizing.tmd_design import BuiltDamper
@@ -20,26 +33,6 @@ class Exceedance:
 
     each: tuple[float, ...]
     any: float
-
-
-@dataclass(frozen=True)
-class LockInHours:
-    """Hours a year in lock-in, by mode.
-
-    Attributes
-    ----------
-    lock_in : tuple of (float, float)
-        Reduced velocities between which a mode locks in.
-    assumed : tuple of bool
-        Whether that is the range of the peak tests, widened, since the mode states none.
-    a_year, exceeding_a_year : tuple of float
-        Hours in lock-in, and those expected beyond the limit.
-    """
-
-    lock_in: tuple[tuple[float, float], ...]
-    assumed: tuple[bool, ...]
-    a_year: tuple[float, ...]
-    exceeding_a_year: tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -69,8 +62,8 @@ class AllModes:
 
 
 def joint_draws(models: Sequence[ModeModel], seed: int, points: int = POINTS) -> list[Draws]:
-    """Draws of every mode: one section, law and coherence for all, the rest each mode's own."""
-    shared = (SECTION, LAW, COHERENCE)
+    """Draws of every mode: one section, law, coherence and site for all, the rest each mode's own."""
+    shared = (SECTION, LAW, COHERENCE, COHERENCE_AMPLITUDE, *TRANSFER)
     separate = [source for source in SOURCES if source not in shared]
     # One cube with a coordinate for each source of each mode: cubes of their own would tie the modes together.
     cube = unit_cube(points, seed + 10, len(shared) + len(separate) * len(models))
@@ -96,7 +89,7 @@ def all_modes(
     models: Sequence[ModeModel],
     risks: Sequence[Risk],
     dampers: Sequence[tuple[BuiltDamper, float]],
-    peak_range: tuple[float, float],
+    shapes: Sequence[LockInShape],
     seed: int,
 ) -> AllModes:
     """Union over the modes, with and without dampers, and hours a year.
@@ -107,28 +100,19 @@ def all_modes(
         Of every mode against the limit that governs it.
     dampers : sequence of (BuiltDamper, float)
         Of all modes, with the fractions of the span where they hang.
-    peak_range : (float, float)
-        Reduced velocities for modes that state no range of lock-in.
+    shapes : sequence of LockInShape
+        Amplitude against the wind speed, of every mode; not used without a wind climate.
     """
     draws, limits = joint_draws(models, seed), [risk.limit for risk in risks]
     without = exceedance(draws, limits, [0.0] * len(models))
     needs = [need for risk in risks if (need := risk.required["0.95"]) is not None]
     required = exceedance(draws, limits, needs) if len(needs) == len(models) else None
-    with_dampers = added_by_dampers = hours = None
+    with_dampers = added_by_dampers = None
     if all(model.mode.modal_mass is not None for model in models):
         added = [added_by(dampers, model, drawn.detuning) for model, drawn in zip(models, draws, strict=True)]
         with_dampers = exceedance(draws, limits, added)
         added_by_dampers = tuple(spread(damping) for damping in added)
-    wind = models[0].bridge.wind
-    if wind is not None:
-        ranges = tuple(model.mode.lock_in or peak_range for model in models)
-        speeds = [model.mode.frequency.mean * model.bridge.depth for model in models]
-        a_year = tuple(
-            wind.between(low * speed, high * speed) for (low, high), speed in zip(ranges, speeds, strict=True)
-        )
-        assumed = tuple(model.mode.lock_in is None for model in models)
-        exceeding = tuple(p * duration for p, duration in zip(without.each, a_year, strict=True))
-        hours = LockInHours(ranges, assumed, a_year, exceeding)
+    hours = lock_in_hours(models, draws, limits, shapes, seed)
     names = tuple(model.mode.name for model in models)
     return AllModes(names, without, required, with_dampers, added_by_dampers, hours)
 

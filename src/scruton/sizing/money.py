@@ -8,7 +8,7 @@ from scipy.special import ndtr
 
 from scruton.arrays import BoolArray, FloatArray
 from scruton.sizing.bridge import Cost
-from scruton.sizing.model import DAMPING, DISCREPANCY, LAW, SECTION, SOURCES, Draws, ModeModel, unit_cube
+from scruton.sizing.model import DAMPING, DISCREPANCY, LAW, SECTION, SOURCES, TRANSFER, Draws, ModeModel, unit_cube
 from scruton.sizing.risk import Risk
 from scruton.sizing.thresholds import DAMPING_TEST_COV, STEADY_COV, STROKE_TOLERANCE
 from scruton.sizing.tmd_design import Damper
@@ -176,13 +176,15 @@ def information(
         Worth(SOURCES[k], "perfect", _saving(certain if k == DISCREPANCY else mean, features.get(k, [u[:, k]])))
         for k in model.uncertain()
     ]
-    for name, (tells, outcome) in _experiments(model, draws, seed).items():
+    for name, (tells, outcome) in _experiments(model, draws, u, seed).items():
         worth.append(Worth(name, "sample", _saving(certain if tells else mean, outcome)))
     worth.sort(key=lambda item: (item.kind, -item.value))
     return Information(now - float(certain.min(axis=1).mean()), tuple(worth))
 
 
-def _experiments(model: ModeModel, draws: Draws, seed: int) -> Mapping[str, tuple[bool, list[FloatArray]]]:
+def _experiments(
+    model: ModeModel, draws: Draws, u: FloatArray, seed: int
+) -> Mapping[str, tuple[bool, list[FloatArray]]]:
     """Whether an experiment tells the bridge's own discrepancy, and its outcome for every draw."""
     rng = np.random.default_rng([seed, 0xE751])
     size, curve = len(draws), draws.curve
@@ -192,7 +194,7 @@ def _experiments(model: ModeModel, draws: Draws, seed: int) -> Mapping[str, tupl
 
     def steady(sc: float, deviate: FloatArray) -> list[FloatArray]:
         at = np.full((size, 1), sc)
-        on_curve = np.clip(curve.at(at), 1e-6, 10.0)
+        on_curve = np.clip(draws.on_curve(at), 1e-6, 10.0)
         return [np.log(on_curve[:, 0]) + curve.spread(at, on_curve)[:, 0] * deviate + STEADY_COV * noise()]
 
     bridge_sc = float(np.median(draws.scruton_number(0.0)))
@@ -202,6 +204,14 @@ def _experiments(model: ModeModel, draws: Draws, seed: int) -> Mapping[str, tupl
         "a rig at twice that Scruton number": (False, steady(2.0 * bridge_sc, noise())),
         "growth records as long as all so far": (False, again),
     }
+    if model.bridge.transfer is not None:
+        # It shares Reynolds number and details with the bridge, and its discrepancy: one reading of all of them.
+        alike = np.zeros(size)
+        for k, factor in zip(TRANSFER[1:], model.bridge.transfer.factors[1:], strict=True):
+            alike += np.log(factor.quantile(u[:, k]))
+        experiments["a large-scale test at the bridge's own Scruton number"] = (
+            True, [steady(bridge_sc, draws.discrepancy)[0] + alike],
+        )  # fmt: skip
     if DAMPING in model.uncertain():
         test = np.log(draws.damping_ratio) + DAMPING_TEST_COV * noise()
         experiments["a damping test of the finished bridge"] = (False, [test])

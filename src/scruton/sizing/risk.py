@@ -167,7 +167,7 @@ def remarks(name: str, asked: str, found: Risk) -> list[str]:
     reach, added = found.reach.get(asked), found.required[asked]
     others = {label: row[asked] for label, row in found.required_by_law.items()}
     by_law = ", ".join(f"{label} {_percent(value)}" for label, value in others.items())
-    where = f"mode {name}: the damping required at {float(asked):.0%} ({_percent(added)})"
+    where = f"mode {name}: the damping required at {100.0 * float(asked):.0f} % ({_percent(added)})"
     sentences = []
     if reach is not None and not reach.trusted:
         told = "no transient went through the amplitude of the limit there, so it is the law's alone"
@@ -184,12 +184,12 @@ def remarks(name: str, asked: str, found: Risk) -> list[str]:
         )
     if found.required_at_discrepancy:
         stated = " and ".join(
-            f"{_percent(row[asked])} where rigs miss the curve by {float(tau):.0%}"
+            f"{_percent(row[asked])} where rigs miss the curve by {100.0 * float(tau):.0f} %"
             for tau, row in found.required_at_discrepancy.items()
         )
         sentences.append(
             f"{where} rests on one rig, which says nothing of how far rigs miss the curve: {stated}. It is sized for "
-            f"{ONE_RIG:.0%}; a second rig would tell"
+            f"{100.0 * ONE_RIG:.0f} %; a second rig would tell"
         )
     return sentences
 
@@ -201,7 +201,7 @@ def _parted(value: float | None, other: float | None) -> bool:
 
 
 def _percent(value: float | None) -> str:
-    return f"more than {LARGEST_ADDED:.0%}" if value is None else f"{100.0 * value:.3g} %"
+    return f"more than {100.0 * LARGEST_ADDED:.0f} %" if value is None else f"{100.0 * value:.3g} %"
 
 
 def probability(needed: FloatArray, added: FloatArray) -> FloatArray:
@@ -218,11 +218,6 @@ def flags(model: ModeModel, draws: Draws) -> list[str]:
         remarks.append(
             f"mode {model.mode.name}: the bridge's own damping lies {x:.2f} from the tests (extrapolation index): "
             f"beyond {X_TRUSTED:g} the answer is the law's as much as the records'"
-        )
-    if draws.table is not None:
-        remarks.append(
-            f"mode {model.mode.name}: the amplitude along the span is that of the reference law; the effect in the "
-            "curve is not integrated along the span"
         )
     return remarks
 
@@ -271,5 +266,6 @@ def sobol_shares(
     both = np.stack([indices.first_order.ravel(), indices.total_order.ravel()])
     if not np.isfinite(both).all():
         both = np.zeros_like(both)  # the same in every draw: there is no variance to share
-    rows = [Share(SOURCES[source], *orders) for source, orders in zip(sources, both.T.tolist(), strict=True)]
+    shares = np.clip(both, 0.0, 1.0).T.tolist()  # noise takes an estimate beyond what a share can be
+    rows = [Share(SOURCES[source], *orders) for source, orders in zip(sources, shares, strict=True)]
     return tuple(sorted(rows, key=lambda row: -row.total))

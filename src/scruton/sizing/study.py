@@ -14,7 +14,7 @@ from scruton.documents import as_json, from_json, read_document
 from scruton.errors import InputError
 from scruton.griffin.curves import law_curves, what_if
 from scruton.griffin.discrepancy import one_rig, with_discrepancy
-from scruton.griffin.posterior import chosen_rig, motion_of, peak_names, rig_mass_damping_draws
+from scruton.griffin.posterior import chosen_rig, motion_of, rig_mass_damping_draws
 from scruton.griffin.predict import prior_speaks
 from scruton.infer.results import TRIAL
 from scruton.infer.store import provenance_of
@@ -23,14 +23,17 @@ from scruton.provenance import provenance
 from scruton.sizing.bridge import Bridge
 from scruton.sizing.checks import Evidence, Required
 from scruton.sizing.governing import governing, outside
+from scruton.sizing.hours import lock_in_shape
 from scruton.sizing.limits import Limit
 from scruton.sizing.model import ModeModel, Spread, spread, unit_cube
 from scruton.sizing.modes import AllModes, all_modes
 from scruton.sizing.money import Costs, costs
 from scruton.sizing.plausibility import odd_input
+from scruton.sizing.remarks import coherence_remarks, mode_factors
 from scruton.sizing.risk import Risk, Share, flags, remarks, risk, shares
-from scruton.sizing.thresholds import AT_NODE, LEAST_EXPONENT, LOCK_IN_MARGIN, LONG_STROKE, NEAR_NODE, ONE_RIG
+from scruton.sizing.thresholds import AT_NODE, LEAST_EXPONENT, LONG_STROKE, NEAR_NODE, ONE_RIG
 from scruton.sizing.tmd_design import DAMPER_DRAWS, Damper, damper, withheld
+from scruton.sizing.transfer import transfer_remarks
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,8 +52,23 @@ class Stated:
 
 
 @dataclass(frozen=True)
+class StatedTransfer:
+    """Factors of the amplitude between tunnel and site; whether they are the defaults; a handbook's, for comparison."""
+
+    turbulence: Stated
+    reynolds_number: Stated
+    details: Stated
+    assumed: bool
+    turbulence_intensity: float | None = None
+    handbook_factor: float | None = None
+
+
+@dataclass(frozen=True)
 class SizedBridge:
-    """The bridge that the answer is for: title, motion, width and depth [m], air density [kg/m^3], coherence."""
+    """The bridge that the answer is for: title, motion, width and depth [m], air density [kg/m^3], coherence.
+
+    `coherence_amplitude`, A_c, is A/D or rad; without it, and without a `transfer`, they do not act.
+    """
 
     title: str
     motion: str
@@ -58,6 +76,8 @@ class SizedBridge:
     depth: float
     air_density: float
     coherence: Stated
+    coherence_amplitude: Stated | None = None
+    transfer: StatedTransfer | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,9 +95,11 @@ class ModeSizing:
     shape : str
         "sine", "uniform" or the file it was read from.
     mode_factor : mapping
-        Amplitude of the mode over that of the section, by law.
+        Amplitude of the mode over that of the section, by law, with full coherence.
     scruton_number, amplitude : Spread
         Without added damping; [m] or [rad].
+    scruton_number_at_means : float
+        Of the mean mass and the mean damping, as one computes it by hand.
     governing : str
         The rule of the smallest limit, of those that hold for the mode.
     shares : mapping
@@ -104,6 +126,7 @@ class ModeSizing:
     damper: Damper
     cost: Costs | None = None
     required_by_law: Mapping[str, Required] = field(default_factory=dict)
+    scruton_number_at_means: float = np.nan
 
     @property
     def governing_limit(self) -> Risk:
@@ -243,6 +266,7 @@ def size(
     remarks = [flag for mode in modes for flag in mode.flags]
     remarks[:0] = [*doubts, *odd_input(bridge)]
     remarks += [*what_if(tree, law_n), *said]
+    remarks += transfer_remarks(bridge.transfer, bridge.width, bridge.depth, bridge.motion)
     if law_n is not None and "effect" in tree:
         remarks.append(f"the fit carries {tree['effect'].attrs['effect']}; under one law alone it is left out")
     if (cost := bridge.cost) is not None and not cost.failure > 0.0:
@@ -252,21 +276,24 @@ def size(
             remarks.append("cost.per_percent is not stated: without it damping has no cost, and information no value")
         if cost.per_kg > 0.0 and any(mode.modal_mass is None for mode in bridge.modes):
             remarks.append("cost.per_kg has no meaning for a mode without a modal mass: state its mass and length")
-    data = tree["constant_data"].sel(test=list(peak_names(tree)))
-    depth = float(data["depth"]) if "depth" in data else np.nan
-    tested = (data["wind_speed"] / (data["frequency"] * depth)).to_numpy()
     together = all_modes(
         models,
         [mode.governing_limit for mode in modes],
         [(each, mode.damper.position) for mode in modes for each in mode.damper.dampers],
-        (float(tested.min()) * (1.0 - LOCK_IN_MARGIN), float(tested.max()) * (1.0 + LOCK_IN_MARGIN)),
+        []
+        if bridge.wind is None
+        else [
+            lock_in_shape(tree, model.mode, mode.scruton_number.median, seed)
+            for model, mode in zip(models, modes, strict=True)
+        ],
         seed,
     )
     if progress:
         progress("done", 1.0)
     described = SizedBridge(
-        bridge.title, bridge.motion.value, bridge.width, bridge.depth, bridge.air_density, _stated(bridge.coherence)
-    )
+        bridge.title, bridge.motion.value, bridge.width, bridge.depth, bridge.air_density, _stated(bridge.coherence),
+        None if bridge.coherence_amplitude is None else _stated(bridge.coherence_amplitude), _stated_transfer(bridge),
+    )  # fmt: skip
     return Sizing(
         1, described, "m" if bridge.motion is Motion.HEAVING else "rad",
         dict(zip(laws.labels, laws.weights.tolist(), strict=True)), tuple(modes), together, tuple(remarks),
@@ -302,6 +329,7 @@ def _mode(
     u = unit_cube(DAMPER_DRAWS, seed + 4)
     draws = model.draws(u)
     said = [*flags(model, draws), *outside(mode.name, risks), *remarks(mode.name, ASKED, deciding)]
+    said += coherence_remarks(model, deciding, seed)
     if flag := damping_flag(mode.damping_ratio.mean):
         said.append(f"mode {mode.name}: {flag}")
     tell(f"mode {mode.name}: tuned mass damper", 0.4)
@@ -322,13 +350,24 @@ def _mode(
     if bridge.cost is not None and bridge.cost.failure > 0.0:
         tell(f"mode {mode.name}: costs and value of information", 0.85)
         cost = costs(model, deciding, dampers, seed)
-    factors = [float(mode.shape.factor(float(np.median(n)))) for n in model.laws.n]
     return ModeSizing(
         mode.name, _stated(mode.frequency), _stated(mode.damping_ratio),
         None if mode.mass is None else _stated(mode.mass), mode.modal_mass, mode.shape.name,
-        dict(zip(model.laws.labels, factors, strict=True)), spread(draws.scruton_number(0.0), u),
+        mode_factors(model, draws), spread(draws.scruton_number(0.0), u),
         spread(draws.amplitude(0.0), u), tuple(risks), deciding.rule, parts, tuple(said), dampers, cost,
-        deciding.required_by_law,
+        deciding.required_by_law, model.scruton_number_at_means,
+    )  # fmt: skip
+
+
+def _stated_transfer(bridge: Bridge) -> StatedTransfer | None:
+    transfer = bridge.transfer
+    if transfer is None:
+        return None
+    heaving = bridge.motion is Motion.HEAVING
+    return StatedTransfer(
+        _stated(transfer.turbulence), _stated(transfer.reynolds_number), _stated(transfer.details), transfer.assumed,
+        transfer.turbulence_intensity,
+        transfer.handbook(bridge.width, bridge.depth) if heaving else None,
     )  # fmt: skip
 
 

@@ -13,7 +13,17 @@ from scruton.campaign.readers.columns import Clock, Column, Container
 from scruton.campaign.readers.delimited import CsvDialect, open_delimited
 from scruton.errors import InputError
 
-__all__ = ["READERS", "Clock", "Column", "Container", "CsvDialect", "is_delimited", "open_container", "read_columns"]
+__all__ = [
+    "COMPANIONS",
+    "READERS",
+    "Clock",
+    "Column",
+    "Container",
+    "CsvDialect",
+    "is_delimited",
+    "open_container",
+    "read_columns",
+]
 
 _DELIMITED = (".csv", ".txt", ".dat", ".tsv", ".asc")
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"  # of HDF5; MATLAB puts 512 bytes of its own before it
@@ -39,8 +49,12 @@ READERS: dict[str, tuple[Reader, str]] = {
     ".h5": _HDF5,
     ".hdf5": _HDF5,
     ".npz": (_from("npz"), "a NumPy archive written by numpy.savez"),
+    ".sts": (_from("dasp"), "a channel as DASP writes it, with its .tsp beside it"),
+    ".vxp": (_from("vxp"), "a data set as VIVyD writes it"),
     ".tdms": (_from("tdms"), "a TDMS file as LabVIEW writes it"),
 }
+
+COMPANIONS = {".sts": ".tsp"}  # files that a reader takes beside the one that is named
 
 
 def is_delimited(path: Path) -> bool:

@@ -108,7 +108,16 @@ def parse_path(text: str, path: Path) -> tuple[str, tuple[str | Index, ...]]:
 
 
 def element(array: NDArray[Any], index: Index, path: Path, text: str) -> Any:
-    """Apply one index; a single number counts through an array of any shape, column by column as MATLAB does."""
+    """Apply one index; a single number counts through an array of any shape, column by column as MATLAB does.
+
+    Of a matrix of numbers it would be one of them, where a row or a column was meant.
+    """
+    if len(index) == 1 and array.ndim == 2 and min(array.shape) > 1 and array.dtype.kind in "biufc":
+        (slot,), shape = index, " x ".join(str(n) for n in array.shape)
+        number = ":" if isinstance(slot, slice) else slot
+        row, column = (text.replace(f"[{number}]", f"[{way}]") for way in (f"{number},:", f":,{number}"))
+        better, other = (row, column) if array.shape[0] < array.shape[1] else (column, row)
+        raise InputError(path, text, f"one index into a matrix, {shape}", f'"{better}" (or "{other}"), counted from 0')
     try:
         if len(index) == 1:
             return array.reshape(-1, order="F")[index[0]]

@@ -5,7 +5,7 @@ import csv
 import io
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
@@ -157,6 +157,7 @@ def open_delimited(data: bytes, path: Path, dialect: CsvDialect) -> Delimited:
         place = f" (at byte {error.start})" if isinstance(error, UnicodeDecodeError) else ""
         wanted = 'the encoding of the file in the record\'s table, such as encoding = "gbk"'
         raise InputError(path, "", f"bytes that are not {dialect.encoding}{place}", wanted) from None
+    text = text.removeprefix("\ufeff").removeprefix("ï»¿")  # a byte-order mark, and one read as Latin letters
     _check_lines(text, path)
     lines = enumerate(_lines(text), start=1)
     full = ((number, *line) for number, line in lines if number > dialect.skip_rows and line[0].strip())
@@ -165,8 +166,9 @@ def open_delimited(data: bytes, path: Path, dialect: CsvDialect) -> Delimited:
     if not line:
         what = f"nothing after the {dialect.skip_rows} lines to skip" if dialect.skip_rows else "only blank lines"
         raise InputError(path, "", what, 'a header line such as "time [s],displacement [m]"')
+    dialect = _numbers_parted_by(line, dialect)
     cells = [cell.strip() for cell in _strip_empty(split_line(line, dialect))]
-    if len(cells) <= MOST_COLUMNS and all(_is_number(cell, dialect.decimal) for cell in cells):
+    if len(cells) <= MOST_COLUMNS and _are_numbers(cells, dialect.decimal):
         return Delimited(path, (), text[start:], number, dialect, (), len(cells))
     if len(cells) > MOST_COLUMNS:
         raise InputError(path, f"line {number}", f"{len(cells):,} columns", f"at most {MOST_COLUMNS:,}")
@@ -179,6 +181,24 @@ def open_delimited(data: bytes, path: Path, dialect: CsvDialect) -> Delimited:
     headings = tuple(map(_heading, cells))
     names = tuple(heading.name for heading in headings)
     return Delimited(path, names, text[end:], number + 1, dialect, headings, len(cells))
+
+
+def _numbers_parted_by(line: str, dialect: CsvDialect) -> CsvDialect:
+    """The dialect with the delimiter that a first line of numbers shows, where none is stated and no comma parts it."""
+    if dialect.delimiter or len(split_line(line, dialect)) > 1:
+        return dialect
+    for delimiter in ("\t", ";", " "):
+        other = replace(dialect, delimiter=delimiter)
+        cells = [cell.strip() for cell in _strip_empty(split_line(line, other))]
+        if len(cells) > 1 and _are_numbers(cells, dialect.decimal):
+            return other
+    return dialect
+
+
+def _are_numbers(cells: Sequence[str], decimal: str) -> bool:
+    """Whether a line is one of numbers, no header: cells may be empty, as a delimiter at its beginning leaves one."""
+    full = [cell for cell in cells if cell]
+    return bool(full) and all(_is_number(cell, decimal) for cell in full)
 
 
 def _check_lines(text: str, path: Path) -> None:

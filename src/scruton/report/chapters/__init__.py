@@ -13,23 +13,26 @@ __all__ = ["CHAPTERS", "Material", "compose", "with_failures"]
 
 # In the order of a report: key (where figures and failures find their chapter), title, and what writes its blocks.
 CHAPTERS: tuple[tuple[str, str, Callable[[Material], Iterator[Block]]], ...] = (
+    # the decision
     ("summary", "Summary", summary.summary_chapter),
+    # engineering
+    ("sizing", "Damper sizing and risk", sizing.sizing_chapter),
+    ("griffin-plot", "Griffin plot", results.griffin_chapter),
+    ("predictions", "Predictions", results.predictions_chapter),
+    ("gap", "The gap between model and measurement", gap.gap_chapter),
+    ("validity", "Limits of validity", summary.validity_chapter),
     ("campaign", "Campaign and similitude", campaign.campaign_chapter),
     ("structural", "Structural damping against amplitude", campaign.structural_chapter),
     ("records", "Records and fitted envelopes", campaign.records_chapter),
     ("aerodynamic", "Aerodynamic damping", results.aerodynamic_chapter),
-    ("griffin-plot", "Griffin plot", results.griffin_chapter),
     ("reciprocal", "1/A against the Scruton number", results.reciprocal_chapter),
+    # statistics
     ("posterior", "Posteriors", results.posterior_chapter),
-    ("predictions", "Predictions", results.predictions_chapter),
-    ("gap", "The gap between model and measurement", gap.gap_chapter),
-    ("sizing", "Damper sizing and risk", sizing.sizing_chapter),
-    ("validity", "Limits of validity", summary.validity_chapter),
     ("convergence", "Convergence and calibration", methods.convergence_chapter),
     ("provenance", "Provenance", methods.provenance_chapter),
     ("methods", "Methods in short", methods.methods_chapter),
 )
-APPENDICES = ("methods",)
+APPENDICES = ("posterior", "convergence", "provenance", "methods")
 
 
 def compose(material: Material, failures: Failures | None = None) -> Document:
@@ -53,6 +56,9 @@ def compose(material: Material, failures: Failures | None = None) -> Document:
             source=fit.campaign.source,
             chapters=chapters,
             generator=f"scruton {fit.summary['provenance']['versions']['scruton']}",
+            title_block=fit.campaign.title_block.lines,
+            colour=fit.campaign.title_block.colour,
+            logo=fit.campaign.title_block.logo,
         )
     )
 

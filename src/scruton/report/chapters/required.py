@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from scruton.griffin.thresholds import X_TRUSTED
 from scruton.report.document import Table
 from scruton.report.figures.sizing import CONFIDENCES, Content
-from scruton.report.wording import Notation, share
+from scruton.report.wording import Notation, law_text, share
 from scruton.sizing.checks import LAW_FREE
 from scruton.sizing.thresholds import LARGEST_ADDED
 
@@ -23,8 +23,8 @@ def required_tables(content: Content, of: Notation) -> Iterator[Table]:
                     f"Mode {mode['name']}, {limit['rule']}: added damping ratio required, and what it rests on",
                     ("", *_SHARES),
                     [*rows, *_reach_rows(limit, of)],
-                    f"x is the extrapolation index from the nearest test: laws part beyond {X_TRUSTED:g}. Without a "
-                    "law the damping is that which the transients show at the amplitude of the limit.",
+                    f"x is the extrapolation index from the nearest test: laws part beyond {X_TRUSTED:g} (!). Without "
+                    "a law the damping is that which the transients show at the amplitude of the limit.",
                     numeric=(False, *[True] * len(_SHARES)),
                 )
 
@@ -37,7 +37,7 @@ def _required_rows(limit: Content, of: Notation) -> list[tuple[str, ...]]:
 
     rows = [row("laws as weighed", limit["required"])]
     for law, required in limit.get("required_by_law", {}).items():
-        rows.append(row("without a law" if law == LAW_FREE else f"under {law} alone", required))
+        rows.append(row("without a law" if law == LAW_FREE else f"under {law_text(law)} alone", required))
     for tau, required in limit.get("required_at_discrepancy", {}).items():
         rows.append(row(f"where rigs miss the curve by {share(float(tau))}", required))
     if (by_hand := limit.get("required_by_hand")) is not None:

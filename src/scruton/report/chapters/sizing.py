@@ -9,8 +9,8 @@ import numpy as np
 from scruton.report.chapters.material import Material
 from scruton.report.chapters.required import required_tables
 from scruton.report.document import CAUTION, Block, Callout, Heading, Picture, Table, paragraph
-from scruton.report.figures.sizing import CONFIDENCES, Content, governing, modes
-from scruton.report.wording import PAGE, TERMINAL, Notation, percent, share, shown_in
+from scruton.report.figures.sizing import CONFIDENCES, Content, modes
+from scruton.report.wording import PAGE, TERMINAL, Notation, money, percent, share, shown_in
 from scruton.report.wording import number as written
 
 ASKED = "0.95"  # the confidence that the summary states
@@ -64,26 +64,13 @@ def sizing_chapter(material: Material) -> Iterator[Block]:
     hours = Table(
         "hours",
         "Hours a year in lock-in, and expected beyond the limit",
-        ("mode", "lock-in U/(fD)", "hours a year", "beyond the limit"),
+        ("mode", "lock-in U/(fD)", "hours a year", "beyond the limit (90 %)"),
         _hours(content, " to ", partial(number, digits=3), partial(number, digits=3)),
+        _hours_note(content),
     )
     if together.rows or hours.rows:
         yield Heading("All modes together")
         yield from (together, hours)
-
-
-def _worst(content: Content) -> tuple[Content, Content, list[str]]:
-    """The mode that needs most damping, its governing limit; its median amplitude with bounds and limit in words."""
-
-    def need(mode: Content) -> tuple[float, float]:
-        limit = governing(mode)
-        required = limit["required"][ASKED]
-        return (np.inf if required is None else required, limit["probability"])
-
-    mode = max(content["modes"], key=need)
-    limit = governing(mode)
-    lengths = (*(mode["amplitude"][key] for key in ("median", "low", "high")), limit["limit"])
-    return mode, limit, [_length(length, content["amplitude_unit"]) for length in lengths]
 
 
 def _monte_carlo(content: Content) -> Iterator[str]:
@@ -106,32 +93,6 @@ def _readings(content: Content) -> Iterator[str]:
                 yield f"Mode {mode['name']}, {limit['rule']}, without added damping: {limit['reading']}."
 
 
-def sizing_figures(content: Content) -> Iterator[tuple[str, str, str]]:
-    """Amplitude of the bridge, limit, probability of exceeding it, damping required with its confidence."""
-    mode, limit, (median, low, high, most) = _worst(content)
-    yield f"Amplitude of the bridge, mode {mode['name']}", median, f"90 % interval {low} to {high}, no damper"
-    yield f"Limit ({limit['rule']})", most, limit["title"]
-    yield "Probability of exceeding it", percent(limit["probability"]), "in lock-in, without a damper"
-    yield "Added damping ratio required", limit["required_text"][ASKED], _WITHIN
-
-
-def sizing_sentence(content: Content) -> str:
-    """The sizing in one sentence, for the summary."""
-    mode, limit, (median, low, high, most) = _worst(content)
-    sc, required, text = mode["scruton_number"], limit["required"][ASKED], limit["required_text"][ASKED]
-    demand = f"An added damping ratio of {text} is needed"
-    if required is None:
-        demand = f"No added damping that was looked at suffices ({text})"
-    elif required == 0.0:
-        demand = "No added damping is needed"
-    return (
-        f"{content['bridge']['title']}, mode {mode['name']}: at its Scruton number of {number(sc['median'], 3)} (90 %: "
-        f"{number(sc['low'], 3)} to {number(sc['high'], 3)}) the stable amplitude is {median}, 90 % interval {low} to "
-        f"{high}. The limit of {most} ({limit['rule']}) is exceeded with a probability of "
-        f"{percent(limit['probability'])}. {demand} to stay below it with {_WITHIN}."
-    )
-
-
 def sizing_assumptions(content: Content) -> list[str]:
     """What the sizing assumes, for the limits of validity."""
     limits = [limit for mode in content["modes"] for limit in mode["limits"]]
@@ -150,17 +111,29 @@ def similitude_of(content: Content, tested: Sequence[tuple[str, float]]) -> Tabl
         rows.append(
             (
                 mode["name"], f"{number(mode['frequency']['mean'])} Hz", percent(mode["damping_ratio"]["mean"]),
-                number(sc["median"]), f"{number(sc['low'], 3)} to {number(sc['high'], 3)}", name, number(nearest),
+                number(mode.get("scruton_number_at_means")), number(sc["median"]),
+                f"{number(sc['low'], 3)} to {number(sc['high'], 3)}", name, number(nearest),
                 number(nearest / sc["median"], 3),
             )
         )  # fmt: skip
     return Table(
         "bridge_similitude",
         "Scruton number required by the bridge, and the nearest one tested",
-        ("mode", "f", "mean ξₛ", "Sc required", "90 % interval", "nearest test", "Sc achieved", "achieved/required"),
+        (
+            "mode",
+            "f",
+            "mean ξₛ",
+            "Sc of the means",
+            "Sc required",
+            "90 % interval",
+            "nearest test",
+            "Sc achieved",
+            "achieved/required",
+        ),
         rows,
-        "A ratio far from 1 means that the prediction at the bridge reaches along the Griffin curve.",
-        (False, True, True, True, True, False, True, True),
+        "A ratio far from 1 means that the prediction at the bridge reaches along the Griffin curve. Sc of the means: "
+        "4πmξ/(ρBD), or 4πJξ/(ρB³D), of the mean mass and damping, to be checked by hand.",
+        (False, True, True, True, True, True, False, True, True),
     )
 
 
@@ -202,24 +175,31 @@ def _damper_rows(damper: Content, of: Notation, mass: Callable[..., str], dampin
 
 def _cost_blocks(mode: Content) -> Iterator[Block]:
     cost = mode.get("cost") or {}
-    money = cost.get("currency") or "units of currency"
-    if by_mass := cost.get("by_mass"):
-        best, without = by_mass["best_mass"], f"without a damper {number(by_mass['without'], 3)} {money}."
-        choice = f"with a damper of {number(best, 3)} kg; {without}" if best else "without a damper."
-        yield paragraph(f"{_least_cost(mode, by_mass, money, number, 3)} {choice}")
-    if by_damping := cost.get("by_damping"):
-        added = percent(by_damping["best_added_damping"])
-        yield paragraph(f"{_least_cost(mode, by_damping, money, number, 3)} with {added} added damping.")
+    yield from map(paragraph, _cheapest(mode))
     if known := cost.get("information"):
         yield paragraph(
-            f"To know everything before choosing would save {number(known['perfect'], 3)} {money} in expectation: an "
-            "upper bound on what a further test is worth."
+            f"To know everything before choosing would save {money(known['perfect'])} {_currency(cost)} in "
+            "expectation: an upper bound on what a further test is worth."
         )
 
 
-def _least_cost(mode: Content, curve: Content, money: str, write: Callable[..., str], digits: int) -> str:
-    """What the cheapest choice along a curve of cost comes to, in words."""
-    return f"Least expected cost, mode {mode['name']}: {write(curve['best_total'], digits)} {money}"
+def _currency(cost: Content) -> str:
+    return cost.get("currency") or "units of currency"
+
+
+def _cheapest(mode: Content) -> Iterator[str]:
+    """What the cheapest mass of damper comes to, and the cheapest damping, in a sentence each."""
+    cost = mode.get("cost") or {}
+    least = f"Least expected cost, mode {mode['name']}"
+    if by_mass := cost.get("by_mass"):
+        best, without = by_mass["best_mass"], f"without a damper {money(by_mass['without'])} {_currency(cost)}"
+        end = ", the heaviest looked at" if by_mass["at_the_end"] else ""
+        choice = f"with a damper of {number(best, 2)} kg{end}; {without}." if best else "without a damper."
+        yield f"{least}: {money(by_mass['best_total'])} {_currency(cost)} {choice}"
+    if by_damping := cost.get("by_damping"):
+        end = ", the most looked at" if by_damping["at_the_end"] else ""
+        added = percent(by_damping["best_added_damping"], 2)
+        yield f"{least}: {money(by_damping['best_total'])} {_currency(cost)} with {added} added damping{end}."
 
 
 def _exceedances(content: Content, write: Callable[[float], str]) -> list[tuple[str, ...]]:
@@ -243,10 +223,24 @@ def _hours(content: Content, between: str, velocity: Callable[..., str], hours: 
     if not yearly:
         return []
     columns = (yearly[key] for key in ("lock_in", "assumed", "a_year", "exceeding_a_year"))
-    return [
-        (name, between.join(map(velocity, bounds)) + (" (assumed)" if assumed else ""), hours(a_year), hours(beyond))
+    ends = zip(yearly.get("exceeding_low", ()), yearly.get("exceeding_high", ()), strict=True)
+    interval = [f" ({hours(low)}{between}{hours(high)})" for low, high in ends]
+    rows = [
+        [name, between.join(map(velocity, bounds)) + (" (assumed)" if assumed else ""), hours(a_year), hours(beyond)]
         for name, bounds, assumed, a_year, beyond in zip(content["all_modes"]["names"], *columns, strict=True)
     ]
+    for row, ends_of in zip(rows, interval, strict=False):  # an earlier sizing has none
+        row[-1] += ends_of
+    return [tuple(row) for row in rows]
+
+
+def _hours_note(content: Content) -> str:
+    """What the amplitude against the wind speed was taken from, in a sentence a source."""
+    every = content["all_modes"]
+    of: dict[str, list[str]] = {}
+    for name, shape in zip(every["names"], (every.get("hours") or {}).get("shape", ()), strict=False):
+        of.setdefault(shape, []).append(name)
+    return " ".join(f"Amplitude over the lock-in range, {', '.join(names)}: {shape}." for shape, names in of.items())
 
 
 def number(value: float | None, digits: int = 4) -> str:
@@ -285,13 +279,14 @@ def sizing_summary(content: Content) -> Iterator[Block]:
     yield from required_tables(content, TERMINAL)
     without = [
         (
-            mode["name"], spread(mode["scruton_number"]), spread(mode["amplitude"], factor),
-            *(f"{source['source']} {max(source['first'], 0.0):.0%}" if source["total"] else "-"
+            mode["name"], TERMINAL.number(mode.get("scruton_number_at_means")), spread(mode["scruton_number"]),
+            spread(mode["amplitude"], factor),
+            *(f"{source['source']} {source['first']:.0%}" if source["total"] else "-"
               for source in mode["shares"]["needed"][:1]),
         )
         for mode in every
     ]  # fmt: skip
-    header = ("mode", "Sc (90 %)", f"amplitude without [{unit}]", "largest share of variance")
+    header = ("mode", "Sc of means", "Sc (90 %)", f"amplitude without [{unit}]", "largest share of variance")
     yield Table("modes", "", header, without)
     yield from map(_damper_summary, every)
     for mode in every:
@@ -299,8 +294,8 @@ def sizing_summary(content: Content) -> Iterator[Block]:
     if len(together["names"]) > 1 or "hours" in together:
         yield Table("all_modes", _TOGETHER, ("", *together["names"], "any"), _exceedances(content, "{:.3f}".format))
         hours = _hours(content, " .. ", "{:.2f}".format, TERMINAL.number)
-        header = ("mode", "lock-in U/(fD)", "hours a year in lock-in", "expected hours beyond the limit")
-        yield Table("hours", "", header, hours)
+        header = ("mode", "lock-in U/(fD)", "hours a year in lock-in", "expected hours beyond the limit (90 %)")
+        yield Table("hours", "", header, hours, _hours_note(content))
     yield Callout(CAUTION, "", content["flags"])
 
 
@@ -322,18 +317,8 @@ def _damper_summary(mode: Content) -> Block:
 
 def _cost_summary(mode: Content) -> Iterator[Block]:
     cost = mode.get("cost") or {}
-    money = cost.get("currency", "")
-    if by_mass := cost.get("by_mass"):
-        best, end = by_mass["best_mass"], ", the heaviest looked at" if by_mass["at_the_end"] else ""
-        without = f"(without: {TERMINAL.number(by_mass['without'])} {money})"
-        choice = f"with a damper of {TERMINAL.number(best)} kg{end} {without}" if best else "without a damper"
-        yield paragraph(f"{_least_cost(mode, by_mass, money, TERMINAL.number, 4)} {choice}")
-    if by_damping := cost.get("by_damping"):
-        added = f"{100 * by_damping['best_added_damping']:.3f} % added damping"
-        end = ", the most looked at" if by_damping["at_the_end"] else ""
-        yield paragraph(f"{_least_cost(mode, by_damping, money, TERMINAL.number, 4)} with {added}{end}")
+    yield from map(paragraph, _cheapest(mode))
     if known := cost.get("information"):
-        title = f"Value of knowing more before choosing [{money or 'currency'}]; "
-        title += f"all of it {TERMINAL.number(known['perfect'], 3)}"
-        rows = [(entry["name"], entry["kind"], TERMINAL.number(entry["value"], 3)) for entry in known["worth"]]
+        title = f"Value of knowing more before choosing [{_currency(cost)}]; all of it {money(known['perfect'])}"
+        rows = [(entry["name"], entry["kind"], money(entry["value"])) for entry in known["worth"]]
         yield Table("information", title, ("of", "kind", "worth at most"), rows)

@@ -4,29 +4,32 @@ from collections.abc import Iterator
 
 from scruton.griffin.thresholds import X_TRUSTED
 from scruton.report.chapters.campaign import damping_table
+from scruton.report.chapters.decision import decision_page
 from scruton.report.chapters.gap import contained_sentence, gap_sentence
 from scruton.report.chapters.material import Material
 from scruton.report.chapters.results import design_table
-from scruton.report.chapters.sizing import sizing_assumptions, sizing_figures, sizing_sentence
+from scruton.report.chapters.sizing import sizing_assumptions
 from scruton.report.document import ALARM, CAUTION, Block, Callout, Heading, KeyFigures, Listing, Table, paragraph
 from scruton.report.thresholds import TESTS_ABREAST
 from scruton.report.wording import estimate, number, percent, stated
 
 
 def summary_chapter(material: Material) -> Iterator[Block]:
-    """Warnings in red, the answer, the numbers, and what they rest on."""
-    fit, sizing = material.fit, material.sizing
-    warnings = [*fit.flags, *(sizing["flags"] if sizing else ())]
+    """The decision, where there is a bridge; else warnings in red, the answer, the numbers, and what they rest on."""
+    if material.sizing is not None:
+        yield from decision_page(material)
+        return
+    fit, warnings = material.fit, material.fit.flags
     if not fit.converged:
         yield Callout(ALARM, "Not to be trusted: the sampling did not converge.", warnings)
     elif warnings:
         yield Callout(ALARM, "Read this before using a number.", warnings)
-    lines = [*([sizing_sentence(sizing)] if sizing else ()), *_answers(material)]
+    lines = _answers(material)
     if len(lines) > 3:
         yield Listing(lines, role="answer")
     else:
         yield from (paragraph(line, role="answer") for line in lines)
-    if figures := [*(sizing_figures(sizing) if sizing else ()), *_design_figures(material)]:
+    if figures := [*_design_figures(material)]:
         yield KeyFigures(figures)
     if cautions := material.cautions():
         yield Callout(CAUTION, "With caution", cautions)

@@ -28,6 +28,69 @@ def governing(mode: Content) -> Content:
     return decisive
 
 
+def worst(content: Content) -> Content:
+    """The mode that needs most damping at 95 %; among those that need as much, the one likeliest above its limit."""
+
+    def need(mode: Content) -> tuple[float, float]:
+        limit = governing(mode)
+        required = limit["required"]["0.95"]
+        return (np.inf if required is None else required, limit["probability"])
+
+    mode: Content = max(content["modes"], key=need)
+    return mode
+
+
+def _drawable(content: Content) -> dict[str, Content]:
+    mode = worst(content)
+    return {"": mode} if "amplitude_50" in governing(mode)["curve"] else {}
+
+
+@figure("sizing", name="decision", source="sizing", each=_drawable)
+def decision_plot(content: Content, mode: Content) -> FigureWithCaption:
+    """The Griffin plot of the bridge itself: its amplitude, the limit, where it is and where it has to go."""
+    rule, factor, shown = governing(mode), *amplitude_scale(content)
+    curve = {key: _array(values) for key, values in rule["curve"].items() if key != "by_law"}
+    sc = curve["scruton_number"]
+    low, middle, high = (factor * curve[f"amplitude_{q}"] for q in ("05", "50", "95"))
+    limit = factor * rule["limit"]
+    drawing, axes = style.alone(74.0)
+    top = 1.15 * max(min(float(np.nanmax(high, initial=0.0)), max(4.0 * limit, 1.3 * float(middle[0]))), limit)
+    axes.fill_between(sc, low, np.minimum(high, 2.0 * top), **_BAND, label="bridge, 90 % interval")
+    axes.plot(sc, middle, color=style.BLUE, label="median")
+    axes.axhline(limit, color=style.VERMILLION, ls="--", label=f"limit, {style.shorten(rule['rule'])}")
+    now = [float(x[0]) for x in (sc, low, middle, high)]
+    axes.errorbar(
+        [now[0]], [now[2]], [[now[2] - now[1]], [min(now[3], 2.0 * top) - now[2]]], fmt="o", color=style.BLACK, ms=6,
+        capsize=3, zorder=5, label="without added damping",
+    )  # fmt: skip
+    required = rule["required"]["0.95"]
+    alt = f"Without added damping the amplitude is {now[2]:.3g} {shown} (90 % {now[1]:.3g} to {now[3]:.3g}), the limit "
+    alt += f"{limit:.3g} {shown}."
+    if required:
+        there, ends = float(np.interp(required, curve["added_damping"], sc)), []
+        for line in (low, middle, high):
+            ends.append(float(np.interp(required, curve["added_damping"], line)))
+        axes.errorbar(
+            [there], [ends[1]], [[ends[1] - ends[0]], [ends[2] - ends[1]]], fmt="D", color=style.GREEN, ms=6, capsize=3,
+            zorder=5, label=f"with {100.0 * required:.3g} % added",
+        )  # fmt: skip
+        alt += f" With {100.0 * required:.3g} % added damping, at Sc {there:.3g}, it is {ends[1]:.3g} {shown}."
+    axes.set(xlabel="Scruton number Sc of the bridge [-]", ylabel=f"Stable amplitude [{shown}]", ylim=(0.0, top))
+    axes.set_xlim(left=min(0.0, float(sc[0])) if sc[0] < 0.3 * sc[-1] else 0.9 * float(sc[0]))
+    style.below(drawing, [axes], columns=3)
+    return FigureWithCaption(
+        drawing,
+        caption=f"The Griffin plot of the bridge, mode {mode['name']}: stable amplitude in lock-in against its Scruton "
+        "number, with all uncertainties, as it is and with the damping that 95 % confidence asks for.",
+        alt=alt,
+    )
+
+
+def amplitude_scale(content: Content) -> tuple[float, str]:
+    """What an amplitude of the bridge is multiplied by to be shown, and the unit it then has."""
+    return (1e3, "mm") if content["amplitude_unit"] == "m" else (180.0 / np.pi, "°")
+
+
 @figure("sizing", name="risk", source="sizing", each=modes)
 def risk_curves(content: Content, mode: Content) -> FigureWithCaption:
     """Probability of exceeding the limit, and amplitude, against added damping."""
@@ -50,7 +113,7 @@ def risk_curves(content: Content, mode: Content) -> FigureWithCaption:
             left.annotate(f"{100 * float(p):.0f} %", (100 * value, 1.0 - float(p)), xytext=(4, 4),
                           textcoords="offset points", fontsize=7)  # fmt: skip
     left.set(xlabel=_ADDED, ylabel="Probability", ylim=(0.0, 1.02))
-    factor, shown = (1e3, "mm") if content["amplitude_unit"] == "m" else (180.0 / np.pi, "°")
+    factor, shown = amplitude_scale(content)
     low, middle, high = (factor * curve[f"amplitude_{q}"] for q in ("05", "50", "95"))
     limit = factor * rule["limit"]
     right.fill_between(x, low, high, **_BAND, label="90 % interval")

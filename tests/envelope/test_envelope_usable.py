@@ -1,0 +1,80 @@
+"""A weak record is set aside, said, and blocks nothing; strictness and what cannot be done without do."""
+
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scruton.campaign import load_campaign
+from scruton.campaign.remarks import Severity, sentences
+from scruton.envelope import gather, review, usable
+from scruton.envelope.inspection import SET_ASIDE
+from scruton.errors import InputError
+
+
+def spoiled(folder, *names, undamped=False):
+    """The campaign with noise in place of some records."""
+    campaign = load_campaign(folder)
+    rng = np.random.default_rng(3)
+
+    def noisy(records):
+        return tuple(
+            replace(record, response=1e-4 * rng.normal(size=record.time.size)) if record.name in names else record
+            for record in records
+        )
+
+    rigs = tuple(replace(rig, records=noisy(rig.records)) for rig in campaign.rigs)
+    if undamped:
+        rigs = tuple(replace(rig, damping_ratio=None) for rig in rigs)
+    tests = tuple(replace(test, records=noisy(test.records)) for test in campaign.tests)
+    return replace(campaign, rigs=rigs, tests=tests)
+
+
+def test_a_good_campaign_stays_as_it_is(small_campaign):
+    campaign = load_campaign(small_campaign)
+    kept, cycles = usable(campaign)
+    assert kept is campaign
+    assert set(cycles) == {"still.csv", "decay.csv", "growth.csv"}
+
+
+@pytest.mark.parametrize("weak", ["still.csv", "growth.csv"])
+def test_a_weak_record_is_set_aside(small_campaign, weak):
+    campaign = spoiled(small_campaign, weak)
+    kept, cycles = usable(campaign)
+    assert weak not in cycles
+    assert weak not in {record.name for owner in (*kept.rigs, *kept.tests) for record in owner.records}
+    (remark,) = (one for one in kept.remarks if one.kind == SET_ASIDE)
+    assert (remark.name, remark.severity) == (weak, Severity.SERIOUS)
+    (said,) = (line for line in sentences(review(gather(campaign)), Severity.DOUBT) if weak in line)
+    assert "set aside" in said
+    assert "oscillation" in said or "line in the spectrum" in said
+
+
+def test_strictness_refuses_it(small_campaign):
+    with pytest.raises(InputError, match=r"growth.csv.*tests\[0\].records\[1\]"):
+        usable(spoiled(small_campaign, "growth.csv"), strict=True)
+
+
+def test_what_cannot_be_done_without_is_refused(small_campaign):
+    with pytest.raises(InputError, match=r"still.csv.*rigs\[0\].records\[0\]"):
+        usable(spoiled(small_campaign, "still.csv", undamped=True))
+    with pytest.raises(InputError, match=r"still\.csv"):
+        usable(spoiled(small_campaign, "still.csv", "decay.csv", "growth.csv"))
+
+
+def test_check_says_it_and_goes_on(small_campaign, tmp_path, capsys):
+    from scruton.cli import main
+
+    folder = tmp_path / "campaign"
+    shutil.copytree(small_campaign, folder)
+    file = folder / "growth.csv"
+    header, *rows = file.read_text().splitlines()
+    noise = np.random.default_rng(4).normal(size=len(rows))
+    cells = [",".join([*row.split(",")[:-1], f"{value:.4f}"]) for row, value in zip(rows, noise, strict=True)]
+    file.write_text("\n".join([header, *cells]) + "\n")
+    assert main(["check", str(folder)]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "growth.csv: set aside: no" in said
+    assert "No warnings" not in said
+    assert main(["check", str(folder), "--strict"]) == 2

@@ -1,0 +1,95 @@
+"""`scruton report RESULTS`: a report of what lies in a folder, in which nothing is sampled."""
+
+import json
+
+import pytest
+from fake_fit import fake_fit
+from fake_parts import GAP, sizing
+
+from scruton.cli import main
+from scruton.documents import read_json, write_document
+from scruton.infer.store import provenance_of, read_tree, write_fit
+from scruton.report.figures.registry import FigureWithCaption
+
+
+@pytest.fixture
+def results(tmp_path, monkeypatch):
+    """A fit in a folder, and no sampling anywhere."""
+    fit = fake_fit(growth=False, sweeps=False)
+    fit.summary["provenance"]["sha256"] = {"record.csv": "11" * 32}
+    write_fit(fit, tmp_path / "fit")
+    _, summary = read_tree(tmp_path / "fit")
+
+    def sampled(*_, **__):
+        raise AssertionError("sampled")
+
+    monkeypatch.setattr("scruton.stats.sampler.sample", sampled)
+    monkeypatch.setattr("scruton.report.parts.figures_from", lambda *_: [])
+    monkeypatch.setattr("scruton.report.figures.all_figures", lambda *_: list[FigureWithCaption]())
+    return tmp_path / "fit", summary
+
+
+def prediction(median):
+    interval = {level: [0.9 * median, 1.1 * median] for level in ("0.50", "0.90", "0.95")}
+    return {"sc": 21.7, "damping_ratio": 0.003, "amplitude": {"unit": "A/D", "median": median, "interval": interval}}
+
+
+def test_what_lies_beside_the_fit_is_in_the_report(results):
+    folder, summary = results
+    origin = {"sha256": dict(summary["provenance"]["sha256"])}
+    (folder / "gap").mkdir()
+    write_document(folder / "gap" / "gap.json", GAP | {"format": 1, "provenance": origin})
+    for kind in ("svg", "png"):
+        (folder / "gap" / f"gap.{kind}").write_bytes(b"<svg/>")
+    made_from = {"fit_sha256": provenance_of(folder, summary), "bridge_sha256": {}}
+    (folder / "sizing").mkdir()
+    write_document(folder / "sizing" / "sizing.json", sizing() | {"format": 1, "provenance": made_from})
+    (folder / "validation").mkdir()
+    tests = [test["name"] for test in summary["tests"]]
+    cases = [
+        {"test": name, "from": [other for other in tests if other != name], "prediction": prediction(0.0302)}
+        for name in tests
+    ]
+    single = {"test": tests[0], "from": tests[1:2], "prediction": prediction(9.0)}
+    (folder / "validation" / "validation.json").write_text(json.dumps({"validations": [*cases, single]}))
+
+    assert main(["report", str(folder), "--quiet"]) in (0, 1)
+    report = read_json(folder / "report" / "report.json")
+    assert report["gap"]["verdict"] == "coulomb_friction"
+    assert report["sizing"]["bridge"]["title"] == "A bridge"
+    assert {entry["amplitude"]["median"] for entry in report["crossed"].values()} == {0.0302}
+    assert (folder / "report" / "figures" / "gap.svg").read_bytes() == b"<svg/>"
+    page = (folder / "report" / "report.html").read_text(encoding="utf-8")
+    assert "predicted from the other peak tests" in page
+
+
+def test_a_fit_alone_has_a_report_without_them(results):
+    folder, _ = results
+    main(["report", str(folder), "--quiet", "--sc", "30"])
+    report = read_json(folder / "report" / "report.json")
+    assert "gap" not in report
+    assert not report["crossed"]
+    assert report["predictions"][0]["sc"] == 30.0
+
+
+@pytest.mark.parametrize("options", [["--effect", "auto"], ["--model", "x.toml"], ["--tests", "Sc 1.9"], ["--resume"]])
+def test_options_of_a_campaign_are_refused(results, capsys, options):
+    folder, _ = results
+    assert main(["report", str(folder), *options]) == 2
+    assert options[0] in capsys.readouterr().err
+    assert not (folder / "report").exists()
+
+
+def test_a_diagnosis_of_other_records_is_refused(results, capsys):
+    folder, summary = results
+    origin = dict.fromkeys(summary["provenance"]["sha256"], "00" * 32)
+    write_document(folder / "gap.json", GAP | {"format": 1, "provenance": {"sha256": origin}})
+    assert main(["report", str(folder)]) == 2
+    assert "a diagnosis of another" in capsys.readouterr().err
+
+
+def test_a_sizing_from_another_fit_is_refused(results, capsys):
+    folder, _ = results
+    write_document(folder / "sizing.json", sizing() | {"format": 1, "provenance": {"fit_sha256": {}}})
+    assert main(["report", str(folder)]) == 2
+    assert "a sizing from another fit" in capsys.readouterr().err
