@@ -15,7 +15,8 @@ import pytest
 from fake_fit import fake_fit
 from fake_parts import GAP, sizing
 
-from scruton.campaign.schema import TitleBlock
+from scruton.campaign.quantity import Quantity
+from scruton.campaign.schema import Motion, TitleBlock
 from scruton.griffin import predict
 from scruton.report import equations
 from scruton.report.chapters import Material, compose
@@ -40,6 +41,9 @@ from scruton.report.render_html import embedded, render_html
 from scruton.report.render_text import render_text
 from scruton.report.render_typst import render_pdf
 from scruton.report.tables import tables
+from scruton.sizing.bridge import Bridge, Mode
+from scruton.sizing.limits import limit
+from scruton.sizing.study import size
 
 EVIL = """<script>alert('1')</script> "B/D" & 50 % #1 $x_1$ \\ ~^ {y} 矩形断面 ξₛ → λ 🌉"""
 
@@ -266,6 +270,19 @@ def test_every_table_has_a_csv_and_a_latex_file_and_every_number_is_in_the_json(
 def test_runs_of_a_paragraph_keep_their_blanks() -> None:
     document = Document("t", "k", "s", (Chapter("m", "M", (Paragraph(("a ", Code("b_c"), " d")),)),))
     assert latex_chapter(document, "m") == "a \\texttt{b\\_c} d\n"
+
+
+def test_a_sizing_flags_what_a_bridge_can_hardly_be(three) -> None:
+    mode = Mode("V1", Quantity(0.3, 0.3), Quantity(1e12), damping_ratio=Quantity(0.3))
+    odd = Bridge("odd", Motion.HEAVING, 12.0, 3.0, 1.225, Quantity(0.95, 0.1, "normal"), (limit("jtg"),), (mode,))
+    said = "; ".join(size(three.tree, odd).flags)
+    for words in (
+        "of the frequency is 100 % of its mean",
+        "mass over that of the air displaced",
+        "lies above 1",
+        "is 0.3,",
+    ):
+        assert words in said
 
 
 def test_the_title_block_and_the_logo_are_in_page_and_pdf(three) -> None:

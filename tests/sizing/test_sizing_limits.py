@@ -10,6 +10,7 @@ from scruton.sizing.governing import governing, outside
 from scruton.sizing.limits import RULES, bd49, limit
 from scruton.sizing.limits.iso2631 import W_F, W_K, motion_sickness, weighting
 from scruton.sizing.risk import risk
+from scruton.sizing.study import _mode
 
 DECK = (12.0, 3.0)  # m, B and D
 TO_CODE = 0.005  # of what the code prints, or of what its formula gives by hand
@@ -129,3 +130,11 @@ def test_a_risk_says_what_the_code_says_of_the_amplitude():
     assert "; 95 % K_D = " in against.reading
     y = float(against.curve.amplitude_50[0])
     assert f"median K_D = {1e3 * 0.3**2 * y:.3g} mm/s^2" in against.reading
+
+
+def test_a_mode_is_sized_against_the_limit_that_holds():
+    rules = [limit("rms-acceleration"), limit("jtg")]
+    sized = _mode(mode_model(cov=0.3), rules, None, ["no damper is specified"], 0, lambda _what, _done: None)
+    assert sized.governing == "jtg"
+    assert sized.governing_limit.limit > sized.limits[0].limit
+    assert any('"rms-acceleration" does not govern, though it is the smallest' in flag for flag in sized.flags)

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.campaign.plausibility import DAMPING, DENSITY, HEAVINESS, SLENDERNESS, Range, outside
+from scruton.campaign.plausibility import DAMPING, DENSITY, SLENDERNESS, Range, outside
 from scruton.campaign.quantity import Quantity
 from scruton.campaign.remarks import Remark, Severity, sentences
 from scruton.campaign.schema import Fluid, Motion
@@ -13,6 +13,7 @@ from scruton.sizing.bridge import Bridge, Mode
 from scruton.sizing.thresholds import ODD_COV, ODD_SHARE
 
 FREQUENCY = Range(0.02, 20.0, "Hz", "no deck or tower of a bridge swings so slowly, none that vortices move so fast")
+HEAVINESS = Range(5.0, 3e4, "", "lighter than foam or heavier than lead")
 DEPTH = Range(0.01, 30.0, "m", "no deck is so deep or so thin")
 _GRID: FloatArray = np.asarray((np.arange(1000) + 0.5) / 1000.0, dtype=np.float64)
 
@@ -50,8 +51,8 @@ def _mode(bridge: Bridge, mode: Mode) -> Iterator[Remark]:
         what, displaced = "mass", bridge.air_density * bridge.width * bridge.depth
         if bridge.motion is Motion.TORSIONAL:
             what, displaced = "inertia", displaced * (bridge.width**2 + bridge.depth**2) / 12.0
-        heavy, over = HEAVINESS[Fluid.AIR], f"the {what} over that of the air displaced"
-        yield from outside(mode.mass.mean / displaced, heavy, what, *about, over)
+        over = f"the {what} over that of the air displaced"
+        yield from outside(mode.mass.mean / displaced, HEAVINESS, what, *about, over)
         yield from _spread(mode.mass, what, *about)
 
 
