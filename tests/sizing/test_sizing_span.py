@@ -12,6 +12,7 @@ from scruton.dynamics.effects.terms import COLUMNS, Term
 from scruton.griffin.curves import EffectCurve
 from scruton.sizing.mode_shape import make_shape, sine, uniform
 from scruton.sizing.model import COHERENCE_AMPLITUDE, SOURCES, CurveTable, unit_cube
+from scruton.sizing.remarks import coherence_remarks, mode_factors
 from scruton.sizing.risk import risk, shares
 
 STRIPS = (np.arange(100) + 0.5) / 100
@@ -204,3 +205,31 @@ def test_a_tabulated_curve_is_the_curve():
     np.testing.assert_allclose(number + rate[:, None], sc + rate[:, None], rtol=3e-4)
     assert np.isinf(table.amplitude(rows, np.full((len(rate), 1), -1.0))).all()
     assert (table.amplitude(rows, np.full((len(rate), 1), 1e4)) == 0.0).all()
+
+
+def test_what_coherence_does_to_the_need_is_said():
+    limit = at_most(0.2 * A_REF)
+    model = model_of(lost_at=0.2 * A_REF, spread=0.1)
+    found = risk(model, limit)
+    (remark,) = coherence_remarks(model, found, 0)
+    coherent = risk(model_of(), limit)
+    assert found.required["0.95"] < 0.8 * coherent.required["0.95"]
+    assert f"needs {found.required_text['0.95']} of added" in remark
+    assert f"{100.0 * coherent.required['0.95']:.3f} % were it coherent" in remark
+    assert coherence_remarks(model_of(), coherent, 0) == []
+
+
+def test_the_mode_factor_of_an_effect_is_that_of_its_strips():
+    model = model_of(effect=effect_curve(aero_square=20.0))
+    (factor,) = mode_factors(model, model.draws(unit_cube(1 << 8, 0))).values()
+    phi = np.sin(np.pi * (np.arange(2000) + 0.5) / 2000)
+
+    def surplus(a, shape):
+        b = a * shape
+        return (b**2 * (RATE * A_REF / b - (RATE - TESTED) - 20.0 * b**2 / 50.0 - 0.003)).sum()
+
+    mode, section = (brentq(surplus, 1e-4, 1.0, args=(shape,)) for shape in (phi, np.ones(1)))
+    assert factor == pytest.approx(mode / section, rel=2e-3)
+    (plain,) = mode_factors(model_of(), model_of().draws(unit_cube(1 << 8, 0))).values()
+    assert plain == pytest.approx(4.0 / np.pi)
+    assert abs(factor - plain) > 0.01
