@@ -1,0 +1,30 @@
+"""A weak record blocks no diagnosis."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from scruton.campaign import load_campaign
+from scruton.dynamics.cycles import ABSENT
+from scruton.envelope.inspection import SET_ASIDE
+from scruton.gap.data import load_gap
+
+
+def test_a_weak_record_is_set_aside(small_campaign):
+    campaign = load_campaign(small_campaign)
+    (test,) = campaign.tests
+    noise = 1e-4 * np.random.default_rng(1).normal(size=test.records[1].time.size)
+    weak = replace(test.records[1], response=noise)
+    data = load_gap(replace(campaign, tests=(replace(test, records=(test.records[0], weak)),)))
+    assert data.layout.records == ("still.csv", "decay.csv")
+    assert [remark.name for remark in data.campaign.remarks if remark.kind == SET_ASIDE] == ["growth.csv"]
+
+
+def test_a_band_leaves_no_third_harmonic_to_be_sure_of(small_campaign):
+    campaign = load_campaign(small_campaign)
+    (test,) = campaign.tests
+    banded = tuple(replace(record, band=(4.0, 14.0)) for record in test.records)
+    data = load_gap(replace(campaign, tests=(replace(test, records=banded),)))
+    in_wind = sum(data.cycles[record.name].time.size for record in banded)
+    assert np.count_nonzero(data.channels.third_error == ABSENT) == in_wind
+    assert not np.any(load_gap(campaign).channels.third_error == ABSENT)
