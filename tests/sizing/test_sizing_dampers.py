@@ -27,7 +27,7 @@ def bridge_mode(request=None, name="V1", frequency=0.3, shape=None, **options):
     return replace(model, mode=mode, bridge=replace(model.bridge, modes=(mode,), damper=request or DamperRequest()))
 
 
-def left(model, found, seed, detuning=None, count=1 << 14):
+def left(model, found, seed, detuning=None, count=1 << 15):
     """Risk with dampers on other draws."""
     draws = model.draws(unit_cube(count, seed))
     made = delivered(model.bridge.damper, len(found.dampers), count, seed)
