@@ -119,6 +119,8 @@ class Bridge:
         A_c, A/D or rad: strips that move by A feel 1 - exp(-A/A_c) of the drive.
     transfer : Transfer or None
         Factors of the amplitude between tunnel and site; None: none, as for the section model itself.
+    sha256, documents : mapping
+        Digest and text of bridge.toml and of every file that it names.
     """
 
     title: str
@@ -135,6 +137,7 @@ class Bridge:
     damper: DamperRequest = field(default_factory=DamperRequest)
     cost: Cost | None = None
     sha256: Mapping[str, str] = field(default_factory=dict)
+    documents: Mapping[str, str] = field(default_factory=dict)
 
 
 def load_bridge(path: Path, motion: Motion) -> Bridge:
@@ -186,7 +189,10 @@ def load_bridge(path: Path, motion: Motion) -> Bridge:
     values["coherence_amplitude"] = amplitude_of_coherence(top, motion, values["depth"])
     values["cost"] = Cost(**top.table("cost").read(_COST)) if "cost" in top else None
     del values["format"]
-    return Bridge(**values, motion=motion, sha256=digests)
+    texts = {
+        name: read_bytes(path.parent / name, LARGEST_TABLE).decode("utf-8-sig", errors="replace") for name in digests
+    }
+    return Bridge(**values, motion=motion, sha256=digests, documents=texts)
 
 
 def stand_in(tree: "xr.DataTree", motion: Motion, rig: str, damping_ratio: Quantity = DAMPING) -> Bridge:
@@ -285,7 +291,7 @@ def _wind(table: Table, digests: dict[str, str]) -> Wind:
             raise InputError(path, "", "other rows", wanted)
         if not 0.0 < rows[:, 1].sum() <= 8790.0:
             raise InputError(path, "hours", f"{rows[:, 1].sum():g} hours in all", "up to the 8,766 of a year")
-        digests[path.name] = sha256(read_bytes(path, LARGEST_TABLE)).hexdigest()
+        digests[table.text("rose", "a CSV file")] = sha256(read_bytes(path, LARGEST_TABLE)).hexdigest()
         return Wind(rows[:, 0], share * rows[:, 1])
     scale, shape = (_WIND[key].read(table, key) for key in ("weibull_scale", "weibull_shape"))
     # Fine where the hours are, and on to where no second of a year is left, which is far out for a small shape.

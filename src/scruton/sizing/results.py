@@ -12,6 +12,7 @@ from scruton.errors import InputError
 from scruton.sizing.checks import Required
 from scruton.sizing.dampers import Damper
 from scruton.sizing.existing import Existing
+from scruton.sizing.inputs import Inputs
 from scruton.sizing.model import Spread
 from scruton.sizing.modes import AllModes
 from scruton.sizing.money import Costs
@@ -129,6 +130,8 @@ class Sizing:
         Versions, seed and SHA-256 of what it rests on, where it was written.
     existing : tuple of Existing or None
         Dampers that were asked about.
+    inputs : Inputs
+        Every number that it rests on, stated or default, and the files of the bridge.
     """
 
     format: int
@@ -140,6 +143,7 @@ class Sizing:
     flags: tuple[str, ...]
     provenance: Mapping[str, Any] | None = None
     existing: tuple[Existing, ...] | None = None
+    inputs: Inputs = field(default_factory=Inputs)
 
     def to_json(self) -> dict[str, Any]:
         """The content of sizing.json; numbers that do not exist are None."""

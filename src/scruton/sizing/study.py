@@ -26,6 +26,7 @@ from scruton.sizing.dampers import damper, withheld
 from scruton.sizing.existing import Offer, existing, hung
 from scruton.sizing.governing import governing, outside
 from scruton.sizing.hours import lock_in_shape
+from scruton.sizing.inputs import inputs_of
 from scruton.sizing.limits import Limit
 from scruton.sizing.model import ModeModel, spread, unit_cube
 from scruton.sizing.modes import all_modes
@@ -168,6 +169,7 @@ def size(
         1, described, "m" if bridge.motion is Motion.HEAVING else "rad",
         dict(zip(laws.labels, laws.weights.tolist(), strict=True)), tuple(modes), together, tuple(remarks),
         existing=existing(models, limits_met, offers, seed) or None,
+        inputs=inputs_of(bridge, tuple(rule.text for rule in rules)),
     )  # fmt: skip
 
 

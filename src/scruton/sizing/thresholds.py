@@ -46,9 +46,8 @@ NEAR_NODE = 0.2
 AT_NODE = 1e-6
 
 # Standard errors of a probability on as many independent draws as check a damper, by which it has to leave less risk
-# than is asked for, so that other draws keep it, too: with 2, one set in a dozen of
-# half as many left more
-# (tests/sizing/test_sizing_dampers.py).
+# than is asked for, so that other draws keep it, too: with 2, one set in a dozen of half as many
+# left more (tests/sizing/test_sizing_dampers.py).
 RISK_MARGIN = 3.0
 
 # Of the largest stroke, by which a damper of given mass may miss it.
