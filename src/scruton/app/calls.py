@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from scruton.app.brief import sizing_in_brief
 from scruton.campaign import Campaign, tests_used
 from scruton.campaign import load_campaign as _load_campaign
 from scruton.campaign.quantity import Quantity
@@ -238,7 +239,7 @@ def load_bridge(path: Path | str, motion: Motion | str = Motion.HEAVING) -> "Bri
     """
     from scruton.sizing.bridge import load_bridge
 
-    _sizing_in_brief()
+    sizing_in_brief()
     return load_bridge(Path(path), Motion(motion))
 
 
@@ -257,7 +258,7 @@ def load_sizing(folder: Path | str) -> "Sizing":
     """
     from scruton.sizing.study import load_sizing
 
-    _sizing_in_brief()
+    sizing_in_brief()
     return load_sizing(folder)
 
 
@@ -292,7 +293,7 @@ def size(
     from scruton.sizing.limits import limit
     from scruton.sizing.study import size
 
-    _sizing_in_brief()
+    sizing_in_brief()
     tree = _tree(fit)
     if not test_names(tree):
         raise InputError("posterior", "", "no test in wind", "a fit of at least one test: still air says nothing of it")
@@ -393,27 +394,3 @@ def _tree(fit: "Fitted") -> "xr.DataTree":
     import xarray as xr
 
     return fit if isinstance(fit, xr.DataTree) else _loaded(fit)[0]
-
-
-def _sizing_in_brief() -> None:
-    """Bridges and sizings are shown in brief from here on: their room knows nothing of notebooks."""
-    from scruton.sizing.bridge import Bridge
-    from scruton.sizing.study import Sizing
-
-    shown(_bridge_facts)(Bridge)
-    shown(_sizing_facts)(Sizing)
-
-
-def _bridge_facts(one: "Bridge") -> Mapping[str, object]:
-    return {
-        "title": one.title, "motion": one.motion.value, "modes": ", ".join(mode.name for mode in one.modes),
-        "limits": ", ".join(limit.text for limit in one.limits),
-    }  # fmt: skip
-
-
-def _sizing_facts(one: "Sizing") -> Mapping[str, object]:
-    facts: dict[str, object] = {"bridge": one.bridge.title}
-    for mode in one.modes:
-        against = mode.governing_limit
-        facts[mode.name] = f"{against.required_text['0.95']} at 95 %, against {against.rule}"
-    return facts | {"flags": len(one.flags)}

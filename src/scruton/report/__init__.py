@@ -12,6 +12,8 @@ __all__ = ["ReportPaths", "build_report"]
 class _Report(ModuleType):
     """The room that can be called, since it bears the name of what users call."""
 
+    __module__ = "scruton.report.call"  # where what is called is described
+
     def __call__(self, *arguments: Any, **settings: Any) -> ReportPaths:
         from scruton.report.call import report
 
