@@ -161,7 +161,7 @@ def methods_chapter(material: Material) -> Iterator[Block]:
     yield paragraph(
         "Source of the method: G. Gao, S. Li, J. Hao, B. Fu, S. Yang, L. Zhu, “Griffin plots of vortex-induced "
         "vibrations: revealing self-similarity for quick estimation from transient displacement responses”. "
-        "The same text in LaTeX: tables/methods.tex. To cite the program (and the paper beside it), in BibTeX:",
+        "The same text in LaTeX: tables/methods.tex.",
         role="note",
     )
     yield Code(bibtex(str(fit.summary["provenance"]["versions"].get("scruton", ""))))
@@ -170,6 +170,7 @@ def methods_chapter(material: Material) -> Iterator[Block]:
 def bibtex(version: str) -> str:
     """The entry by which the program is cited, of the version that made the numbers."""
     return (
+        "% To cite the program, beside the paper\n"
         "@software{scruton,\n"
         "  title   = {scruton: {Bayesian} uncertainty quantification for vortex-induced vibration},\n"
         "  author  = {{The scruton authors}},\n"
