@@ -7,23 +7,36 @@ them from `__init__.pyi`.
 from importlib import import_module
 
 _HOMES = {
+    "Bridge": "scruton.sizing.bridge",
     "Campaign": "scruton.campaign",
+    "Check": "scruton.app.calls",
+    "Criticism": "scruton.infer.criticism",
     "Fit": "scruton.infer.results",
     "InputError": "scruton.errors",
     "ModelCard": "scruton.infer",
     "Prediction": "scruton.griffin",
     "Sizing": "scruton.sizing.results",
+    "Validation": "scruton.griffin.validate",
     "build_report": "scruton.report",
+    "check": "scruton.app.calls",
+    "criticise": "scruton.app.calls",
+    "diagnose": "scruton.app.calls",
+    "fit": "scruton.app.calls",
     "fit_campaign": "scruton.infer.fit",
     "griffin_band": "scruton.griffin",
-    "load_campaign": "scruton.campaign",
+    "load_bridge": "scruton.app.calls",
+    "load_campaign": "scruton.app.calls",
     "load_card": "scruton.infer",
     "load_diagnosis": "scruton.gap.results",
     "load_fit": "scruton.infer.store",
-    "load_sizing": "scruton.sizing.results",
-    "predict": "scruton.griffin",
+    "load_sizing": "scruton.app.calls",
+    "plot": "scruton",
+    "predict": "scruton.app.calls",
     "read_tree": "scruton.infer.store",
+    "report": "scruton.report.call",
+    "size": "scruton.app.calls",
     "tests_used": "scruton.campaign",
+    "validate": "scruton.app.calls",
     "write_campaign": "scruton.simulate",
     "write_fit": "scruton.infer.store",
 }
@@ -36,7 +49,10 @@ def __getattr__(name: str) -> object:
         return import_module("importlib.metadata").version("scruton")
     if name not in _HOMES:
         raise AttributeError(f"module 'scruton' has no attribute '{name}'")
-    value: object = getattr(import_module(_HOMES[name]), name)
+    home = _HOMES[name]
+    module = import_module(f"{home}.{name}" if home == __name__ else home)
+    # What is imported may put a room of this name here, which is what is meant: `report` can be called.
+    value = globals().get(name) or getattr(module, name)
     globals()[name] = value
     return value
 

@@ -1,21 +1,34 @@
+from scruton import plot as plot
+from scruton.app.calls import Check as Check
+from scruton.app.calls import check as check
+from scruton.app.calls import criticise as criticise
+from scruton.app.calls import diagnose as diagnose
+from scruton.app.calls import fit as fit
+from scruton.app.calls import load_bridge as load_bridge
+from scruton.app.calls import load_campaign as load_campaign
+from scruton.app.calls import load_sizing as load_sizing
+from scruton.app.calls import predict as predict
+from scruton.app.calls import size as size
+from scruton.app.calls import validate as validate
 from scruton.campaign import Campaign as Campaign
-from scruton.campaign import load_campaign as load_campaign
 from scruton.campaign import tests_used as tests_used
 from scruton.errors import InputError as InputError
 from scruton.gap.results import load_diagnosis as load_diagnosis
 from scruton.griffin import Prediction as Prediction
 from scruton.griffin import griffin_band as griffin_band
-from scruton.griffin import predict as predict
+from scruton.griffin.validate import Validation as Validation
 from scruton.infer import ModelCard as ModelCard
 from scruton.infer import load_card as load_card
+from scruton.infer.criticism import Criticism as Criticism
 from scruton.infer.fit import fit_campaign as fit_campaign
 from scruton.infer.results import Fit as Fit
 from scruton.infer.store import load_fit as load_fit
 from scruton.infer.store import read_tree as read_tree
 from scruton.infer.store import write_fit as write_fit
 from scruton.report import build_report as build_report
+from scruton.report.call import report as report
 from scruton.simulate import write_campaign as write_campaign
+from scruton.sizing.bridge import Bridge as Bridge
 from scruton.sizing.results import Sizing as Sizing
-from scruton.sizing.results import load_sizing as load_sizing
 
 __version__: str

@@ -70,7 +70,7 @@ def test_groups_of_the_tree(tree):
     assert set(tree.children) == {
         "posterior", "rig_posterior", "trial_function", "posterior_predictive", "prior", "log_likelihood",
         "log_prior", "sample_stats", "examined", "observed_data", "constant_data", "campaign_posterior", "laws",
-        "innovations", "convergence", "inputs",
+        "innovations", "convergence", "inputs", "law_free", "prior_predictive", "campaign_model",
     }  # fmt: skip
     provenance = json.loads(tree.attrs["provenance"])
     assert set(provenance["sha256"]) == {"campaign.toml", "still.csv", "decay.csv", "growth.csv"}
@@ -225,7 +225,10 @@ def test_same_seed_same_bytes_other_seed_other(small_campaign, quick, quick_card
 
 def test_what_predictions_do_not_need_can_be_left_out_without_changing_the_rest(small_campaign, quick, quick_card):
     brief = fit_campaign(load_campaign(small_campaign), load_card(quick_card()), seed=0, thorough=False)
-    left_out = {"trial_function", "examined", "posterior_predictive", "log_likelihood", "innovations", "observed_data"}
+    left_out = {
+        "trial_function", "examined", "posterior_predictive", "log_likelihood", "innovations", "observed_data",
+        "prior_predictive", "campaign_model",
+    }  # fmt: skip
     assert set(quick.tree.children) - set(brief.tree.children) == left_out
     for name in ("posterior", "campaign_posterior", "rig_posterior"):
         assert brief.tree[name].identical(quick.tree[name]), name
@@ -304,11 +307,13 @@ def test_an_unconverged_fit_says_what_to_do_exits_1_and_still_predicts(small_cam
 
 
 def test_fewer_walkers_than_a_model_needs_are_made_more(small_campaign, tmp_path):
-    """Then the campaign model has more chains than the tests, those more than the rigs; predictions must bear it."""
+    """Then the campaign model has more walkers than the tests, those more than the rigs; predictions must bear it."""
     text = QUICK.format(base="paper", more="").replace("walkers = 64", "walkers = 14")
     (tmp_path / "card.toml").write_text(text, encoding="utf-8")
     fit = fit_campaign(load_campaign(small_campaign), load_card(tmp_path / "card.toml"), thorough=False)
-    rig, test, campaign = (fit.tree[f"{of}posterior"].sizes["chain"] // 4 for of in ("rig_", "", "campaign_"))
+    groups = [fit.tree[f"{of}posterior"] for of in ("rig_", "", "campaign_")]
+    assert [group.sizes["chain"] for group in groups] == [4, 4, 4]
+    rig, test, campaign = (len(np.unique(group["walker"])) for group in groups)
     assert (rig, test, campaign) == (14, 2 * len(WIND), 2 * (4 + len(WIND) + 1))  # the mass has an sd
     one = predict(fit.tree, damping_ratio=0.009)
     assert len(one.draws) == fit.tree["campaign_posterior"]["n"].size

@@ -11,6 +11,7 @@ from pathlib import Path
 from scruton.arrays import FloatArray
 from scruton.campaign.quantity import Quantity as Quantity
 from scruton.campaign.remarks import Remark
+from scruton.shown import shown
 
 
 class Motion(StrEnum):
@@ -153,6 +154,15 @@ class TitleBlock:
         return [(name.capitalize(), value) for name in names if (value := getattr(self, name))]
 
 
+def _facts(one: "Campaign") -> Mapping[str, object]:
+    section, records = one.section, sum(len(rig.records) for rig in one.rigs)
+    records += sum(len(test.records) for test in one.tests)
+    size = f"{section.motion.value}, B = {section.width:g} m, D = {section.depth:g} m"
+    counts = {"rigs": len(one.rigs), "tests": len(one.tests), "records": records, "sweeps": len(one.sweeps)}
+    return {"title": one.title, "section": size, **counts}
+
+
+@shown(_facts)
 @dataclass(frozen=True, eq=False)
 class Campaign:
     """A whole campaign.

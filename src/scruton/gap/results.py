@@ -7,10 +7,20 @@ from typing import Any
 
 from scruton.documents import read_document
 from scruton.errors import InputError
+from scruton.shown import shown
 
 RESULT, FORMAT = "gap.json", 1
 
 
+def _facts(one: "SavedDiagnosis") -> Mapping[str, object]:
+    probable = sorted(one.probability.items(), key=lambda pair: -pair[1])[:3]
+    return {
+        "verdict": one.verdict, "also": ", ".join(one.also) or "-",
+        "probability": ", ".join(f"{name} {p:.0%}" for name, p in probable), "advice": len(one.advice),
+    }  # fmt: skip
+
+
+@shown(_facts)
 @dataclass(frozen=True, eq=False)
 class SavedDiagnosis:
     """The content of a gap.json; amplitudes are A/D or rad, times in s.

@@ -13,6 +13,7 @@ from scruton.envelope.damping import aerodynamic_damping, griffin_curve, total_d
 from scruton.errors import InputError
 from scruton.griffin.posterior import draws_of, exponent_draws, mass_damping_draws, names_of, peak_names, unit_of
 from scruton.griffin.thresholds import ENOUGH_DRAWS, X_TRUSTED
+from scruton.shown import shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,6 +24,17 @@ _TIMES = 400
 _TRIAL_DRAWS = 1000
 
 
+def _facts(one: "GriffinBand") -> Mapping[str, object]:
+    low, high = one.scruton_number[[0, -1]] if one.scruton_number.size else (np.nan, np.nan)
+    return {
+        "label": one.label,
+        "scruton_number": f"{low:.4g} .. {high:.4g}",
+        "points": one.median.size,
+        "unit": one.unit,
+    }
+
+
+@shown(_facts)
 @dataclass(frozen=True, eq=False)
 class GriffinBand:
     """Credible band of the stable amplitude against the Scruton number.

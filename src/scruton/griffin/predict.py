@@ -27,12 +27,22 @@ from scruton.griffin.posterior import (
 )
 from scruton.griffin.thresholds import X_TRUSTED
 from scruton.infer.joint import SCALES, names_at_prior
+from scruton.shown import shown
 from scruton.stats.convergence import monte_carlo_error
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
+def _facts(one: "Prediction") -> Mapping[str, object]:
+    low, high = one.interval(0.90)
+    return {
+        "scruton_number": f"{one.scruton_number:.4g}", "median": f"{one.median:.4g} {one.unit}",
+        "interval90": f"{low:.4g} .. {high:.4g} {one.unit}", "dies": f"{one.dies:.1%}", "flags": len(one.flags),
+    }  # fmt: skip
+
+
+@shown(_facts)
 @dataclass(frozen=True, eq=False)
 class Prediction:
     """Predictive stable amplitude at one design setting.

@@ -1,6 +1,6 @@
 """Leave a test out: every rig's stable amplitude predicted from the others, and from each single one."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +12,7 @@ from scruton.campaign.schema import Campaign
 from scruton.errors import InputError
 from scruton.griffin.predict import Prediction, predict
 from scruton.progress import Progress
+from scruton.shown import shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -20,6 +21,16 @@ if TYPE_CHECKING:
     from scruton.infer.results import Fit
 
 
+def _facts(one: "Validation") -> Mapping[str, object]:
+    low, high = one.prediction.interval(0.90)
+    return {
+        "test": one.test, "source": ", ".join(one.source), "predicted": f"{one.prediction.median:.4g}",
+        "interval90": f"{low:.4g} .. {high:.4g}", "found": f"{one.amplitude:.4g} {one.prediction.unit}",
+        "trusted": one.trusted,
+    }  # fmt: skip
+
+
+@shown(_facts)
 @dataclass(frozen=True, eq=False)
 class Validation:
     """The stable amplitude of one peak test, predicted without its own records from those of others, `source`.

@@ -16,6 +16,7 @@ from scruton.dynamics.effects import CATALOGUE, UNKNOWN
 from scruton.envelope.inspection import REGRESSION, SOURCES
 from scruton.errors import InputError
 from scruton.infer.thresholds import MOST_SAMPLED
+from scruton.shown import shown
 from scruton.stats.convergence import SamplerSettings
 from scruton.stats.priors import FAMILIES, Prior
 
@@ -58,6 +59,11 @@ SIGNED = {"trial_amplitude", "trial_slow_rate", EXPONENT, "detuning", "third", "
 LINEAR = "trial_amplitude"
 
 
+def _facts(one: "ModelCard") -> Mapping[str, object]:
+    return {"name": one.name, "title": one.title, "laws": ", ".join(f"n={n:g}" for n in one.laws)}
+
+
+@shown(_facts)
 @dataclass(frozen=True)
 class ModelCard:
     """A model as its card states it.

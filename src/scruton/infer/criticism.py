@@ -20,6 +20,7 @@ from scruton.infer.models import NOISE
 from scruton.infer.replication import BandShare, PriorCheck
 from scruton.infer.sensitivity import Influence, Moved, PredictionSensitivity, Scaling
 from scruton.infer.store import stored_inputs
+from scruton.shown import shown
 from scruton.stats import whiteness
 from scruton.stats.whiteness import Check
 
@@ -58,6 +59,12 @@ class Flag:
     serious: bool = False
 
 
+def _facts(one: "Criticism") -> Mapping[str, object]:
+    serious = sum(flag.serious for flag in one.flags)
+    return {"ok": one.ok, "flags": len(one.flags), "serious": serious, "not_checked": len(one.missing)}
+
+
+@shown(_facts)
 @dataclass(frozen=True, eq=False)
 class Criticism:
     """The answers.

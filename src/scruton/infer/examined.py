@@ -14,7 +14,7 @@ from scruton.arrays import FloatArray
 from scruton.infer.hierarchy import SHARED
 from scruton.infer.joint import SCALES, evenly
 from scruton.infer.models import NOISE, WindPosterior, free_runs
-from scruton.infer.result_schema import SCHEMA, dataset
+from scruton.infer.result_schema import SCHEMA, dataset, joined
 from scruton.infer.results import LawResult, PeakResult, TestResult
 from scruton.infer.sampling import Sampling
 
@@ -111,18 +111,19 @@ def examined_groups(
     )  # fmt: skip
     group.attrs["law"], group.attrs["n"] = law.label, np.nan if law.posterior.exponent else law.posterior.n
     group.attrs["peaks"] = len(joint.tests)
-    return {"examined": group, **_by_cycle(parts, sampling)}
+    return {"examined": group, **_by_cycle(parts, ensemble, sampling)}
 
 
-def _by_cycle(parts: Sequence[Examined], sampling: Sampling) -> dict[str, xr.Dataset]:
+def _by_cycle(parts: Sequence[Examined], ensemble: np.ndarray, sampling: Sampling) -> dict[str, xr.Dataset]:
     """Pointwise likelihood, free runs and innovations of every cycle; nothing where no test has any."""
-    steady, names = np.stack([_log_steady(part) for part in parts], axis=-1), [part.name for part in parts]
+    steady = np.stack([_log_steady(part, ensemble) for part in parts], axis=-1)
+    names = [part.name for part in parts]
     parts = [part for part in parts if part.posterior.data.size]
     if not parts:
         return {}
     pointwise, runs = [], []
     for part in parts:
-        chain = part.chain[:, ::POINTWISE_THIN]
+        chain = joined(part.chain, ensemble)[:, ::POINTWISE_THIN]
         flat = part.posterior.pointwise(chain.reshape(-1, chain.shape[-1]))
         pointwise.append(flat.reshape(*chain.shape[:2], -1))
         rng = np.random.default_rng(sampling.seed_of(f"predictive of {part.name}"))
@@ -141,7 +142,7 @@ def _by_cycle(parts: Sequence[Examined], sampling: Sampling) -> dict[str, xr.Dat
     }
 
 
-def _log_steady(part: Examined) -> FloatArray:
+def _log_steady(part: Examined, ensemble: np.ndarray) -> FloatArray:
     """Log likelihood of a test's steady amplitudes, at the draws of the pointwise one."""
-    chain = part.chain[:, ::POINTWISE_THIN]
+    chain = joined(part.chain, ensemble)[:, ::POINTWISE_THIN]
     return part.posterior.log_steady(chain.reshape(-1, chain.shape[-1])).reshape(chain.shape[:2])

@@ -12,16 +12,15 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from scruton.arrays import FloatArray
 from scruton.campaign import peak_tests
 from scruton.campaign.remarks import Severity, sentences
-from scruton.campaign.schema import Campaign, Kind, Record, Rig, Section, Test
-from scruton.dynamics import Setting, force_parameters
+from scruton.campaign.schema import Campaign, Kind, Record, Rig, Test
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.envelope import Cycles, RingDown, record_cycles, review, usable, weigh
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
 from scruton.infer.damping import damping_prior, draws_over_amplitudes, ends, stated_damping, varying_damping
+from scruton.infer.derived import derive
 from scruton.infer.front import damping_varies, front_ends_of, ringdowns_of
 from scruton.infer.joint import (
     SCALES,
@@ -31,7 +30,7 @@ from scruton.infer.joint import (
     reference_remark,
     scales_remark,
 )
-from scruton.infer.models import NOISE, WIND, SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
+from scruton.infer.models import WIND, SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
 from scruton.infer.peaks import fit_peaks, settle, stack
 from scruton.infer.results import TRIAL, Fit, RigResult, Sampled, TestResult, TrialResult
 from scruton.infer.sampling import Sampling, fewer_walkers
@@ -253,41 +252,6 @@ def steady_amplitude(cycles: Cycles) -> SteadyAmplitude:
     ess = float(array_stats.ess(a[None, :], method="mean", chain_axis=0, draw_axis=1)) if a.size >= 8 else 1.0
     ess = ess if np.isfinite(ess) and ess >= 1.0 else 1.0
     return SteadyAmplitude(mean, float(np.hypot(a.std() / np.sqrt(ess), STEADY_FLOOR * mean)))
-
-
-def derive(
-    section: Section,
-    stated: Mapping[str, FloatArray],
-    posterior: WindPosterior,
-    chain: FloatArray,
-    wind_frequency: float,
-) -> Mapping[str, FloatArray]:
-    """Every quantity of a test in its own unit, (chains, draws) each, from draws of the parameters and the `stated`.
-
-    Y1 and epsilon are derived only under the paper's law (n = -1): other laws have parameters of their own.
-    """
-    natural = posterior.natural(chain)
-    a_star, damping = natural["stable_amplitude"], natural["damping_ratio"]
-    rate = natural["relaxation_ratio"] * posterior.omega0
-    setting = Setting(
-        section.motion, section.width, section.depth, damping_ratio=damping,
-        wind_frequency=wind_frequency * stated["frequency"] / stated["frequency"].mean(), **stated,
-    )  # fmt: skip
-    sc = setting.scruton_number
-    derived = {
-        "a_star": a_star,
-        "relaxation_rate": rate,
-        **{name: natural[name] for name in NOISE},
-        "damping_ratio": damping,
-        "scruton_number": sc,
-        "relaxation_scruton_number": sc * natural["relaxation_ratio"] / damping,
-        "mass_damping_factor": sc / damping,
-    }
-    if posterior.n is None:
-        derived["law_exponent"] = natural["law_exponent"]
-    if posterior.n == -1.0:
-        derived["Y1"], derived["epsilon"] = force_parameters(a_star, rate, setting)
-    return derived
 
 
 def fit_trial(

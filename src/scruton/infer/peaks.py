@@ -16,7 +16,6 @@ from scruton.infer.sampling import ExcludedByPriorsError, Sampling
 from scruton.infer.thresholds import HOPELESS, LAWS_FLOOR
 from scruton.stats.evidence import evidence_by_importance, log_evidence
 from scruton.stats.optimum import laplace_log_evidence
-from scruton.stats.sampler import Samples
 from scruton.stats.stacking import posterior_weights, stacking_weights
 from scruton.stats.student_t import fit_student_t
 
@@ -61,7 +60,7 @@ def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Samplin
             with contextlib.suppress(ValueError):
                 evidence = log_evidence(posterior, samples, sampling.seed_of(f"evidence, {labels[k]}"))
                 log_z[k], error[k] = evidence.log_z, evidence.error
-        laws.append(LawResult(labels[k], posterior, samples, derive(campaign, tests, posterior, samples)))
+        laws.append(LawResult(labels[k], posterior, samples, derive(campaign, tests, posterior, samples.chain)))
     weight = posterior_weights(np.where(sampled, log_z, -np.inf), prior) if several else prior
     weights = LawWeights(labels, prior, weight, log_z, error, sampled, unknown)
     return PeakResult(tuple(test.test.name for test in tests), tuple(laws), weights)
@@ -149,14 +148,15 @@ def data_of(posterior: CampaignPosterior) -> list[FloatArray]:
 
 
 def derive(
-    campaign: Campaign, tests: Sequence[TestResult], posterior: CampaignPosterior, samples: Samples
+    campaign: Campaign, tests: Sequence[TestResult], posterior: CampaignPosterior, chain: FloatArray
 ) -> dict[str, FloatArray]:
     """Every quantity of the campaign model in its own unit, by the names of the tree's group `campaign_posterior`.
 
-    Those of the shared curve are (chains, draws), those of the tests (chains, draws, tests).
+    From sampled coordinates, (chains, draws, d): those of the shared curve are (chains, draws), those of the tests
+    (chains, draws, tests).
     """
-    shape = samples.log_prob.shape
-    u = samples.chain.reshape(-1, samples.chain.shape[-1])
+    shape = chain.shape[:-1]
+    u = chain.reshape(-1, chain.shape[-1])
     amplitude, relaxation, n, _ = posterior.curve(u)
     s, log = posterior.settings(u), posterior.named(u)
     s["relaxation_rate"] = s["relaxation_ratio"] * np.array([test.wind.omega0 for test in posterior.tests])

@@ -14,6 +14,7 @@ from scruton.infer.hierarchy import CampaignPosterior
 from scruton.infer.models import TrialPosterior, WindPosterior
 from scruton.infer.steady import SteadyVerdict
 from scruton.infer.thresholds import FAVOURED
+from scruton.shown import shown
 from scruton.stats.posterior import Posterior
 from scruton.stats.priors import Prior
 from scruton.stats.sampler import Samples
@@ -164,6 +165,16 @@ class Sampled:
         return named | {f"{TRIAL} {trial.record.name}": trial.samples for trial in self.trials}
 
 
+def _facts(one: "Fit") -> Mapping[str, object]:
+    unit, facts = one.summary["amplitude_unit"], {"title": one.campaign.title, "converged": str(one.converged)}
+    for test in one.summary["tests"]:
+        low, high = test["parameters"]["a_star"]["interval"]["0.90"]
+        facts[test["name"]] = f"stable amplitude {test['parameters']['a_star']['median']:.4g} "
+        facts[test["name"]] += f"({low:.4g} .. {high:.4g}) {unit}"
+    return facts | {"flags": str(len(one.flags))}
+
+
+@shown(_facts)
 @dataclass(frozen=True, eq=False)
 class Fit:
     """Everything that a fit knows; what `predict` and `report` need of it is in `tree` and `summary`.

@@ -15,18 +15,19 @@ from scruton.infer.cards import ModelCard
 from scruton.infer.examined import examined_groups
 from scruton.infer.joint import Joint, reference_holds
 from scruton.infer.law_free import law_free_group
-from scruton.infer.result_schema import SCHEMA, dataset
+from scruton.infer.result_schema import EITHER, SCHEMA, dataset
 from scruton.infer.results import TRIAL, PeakResult, Sampled, TestResult, TrialResult
 from scruton.infer.sampling import Sampling
 from scruton.infer.store import pack
 from scruton.infer.thresholds import SEEN
+from scruton.infer.tree_campaign import diagnostics, model_groups
+from scruton.infer.tree_prior import prior_groups
 from scruton.provenance import provenance
 from scruton.stats.sampler import Samples
 
 if TYPE_CHECKING:
     import pandas as pd
 
-PRIOR_DRAWS = 1000
 INTERVALS = (0.50, 0.90, 0.95)
 # Sampled parameters under the names that users meet.
 _SAMPLED = {"a_star": "stable_amplitude", "relaxation_rate": "relaxation_ratio", "d": "rate_gap"}
@@ -38,14 +39,16 @@ def build_tree(sampled: Sampled, sampling: Sampling, provenance: Mapping[str, An
     There is something by cycle (free runs, innovations, pointwise likelihood) only where it is `thorough`.
     """
     rigs = sampled.rigs
-    ensemble = next((rig.samples.ensemble for rig in rigs if rig.samples), np.zeros(len(rigs[0].damping), dtype=int))
+    ensembles, walkers = sampled.card.sampler.ensembles, len(rigs[0].damping)
+    ensemble = np.repeat(np.arange(ensembles), walkers // ensembles)
     damping = {"damping_ratio": np.stack([rig.damping for rig in rigs], axis=-1)}
     groups = {
         "rig_posterior": dataset("rig_posterior", damping, rig=[rig.rig.name for rig in rigs], ensemble=ensemble),
         "constant_data": _constants(sampled),
     }
     if sampled.tests:
-        groups |= _test_groups(sampled.tests, sampling)
+        groups |= _test_groups(sampled.tests)
+        groups |= prior_groups(sampled.campaign.section, sampled.tests, sampling, thorough=thorough)
         reach = [transient_range(result.posterior.data) for result in sampled.tests]
         groups["law_free"] = law_free_group(sampled.tests, reach, sampling)
     if sampled.joint:
@@ -53,9 +56,14 @@ def build_tree(sampled: Sampled, sampling: Sampling, provenance: Mapping[str, An
         if thorough:
             ensemble = sampled.tests[0].samples.ensemble
             groups |= examined_groups(sampled.tests, sampled.joint, ensemble, sampling)
+            groups |= model_groups(sampled, sampling)
     if sampled.trials:
         groups["trial_function"] = _trial_group(sampled.trials)
     groups["inputs"] = inputs_group(sampled.campaign, sampled.card)
+    for group in groups.values():
+        for column in group.data_vars.values():
+            if column.attrs.get("units") == EITHER:
+                column.attrs["units"] = sampled.campaign.section.amplitude_unit
     tree = xr.DataTree.from_dict({f"/{name}": group for name, group in groups.items()})
     tree.attrs["provenance"] = json.dumps(provenance, sort_keys=True)
     return tree
@@ -125,23 +133,27 @@ def transient_range(data: EnvelopeData) -> tuple[float, float]:
     return (float(seen.min()), float(seen.max())) if seen.size else (np.nan, np.nan)
 
 
-def _test_groups(tests: Sequence[TestResult], sampling: Sampling) -> dict[str, xr.Dataset]:
-    def group(name: str, of_tests: Sequence[Mapping[str, FloatArray]], ensemble: np.ndarray) -> xr.Dataset:
-        stacked = {key: np.stack([values[key] for values in of_tests], axis=-1) for key in of_tests[0]}
-        return dataset(name, stacked, test=[result.test.name for result in tests], ensemble=ensemble)
+def _test_groups(tests: Sequence[TestResult]) -> dict[str, xr.Dataset]:
+    names, ensemble = [result.test.name for result in tests], tests[0].samples.ensemble
 
-    rng = np.random.default_rng(sampling.seed_of("prior"))
-    prior = [result.posterior.natural(result.posterior.prior_draws(rng, PRIOR_DRAWS)) for result in tests]
-    ensemble, log_prior = tests[0].samples.ensemble, []
+    def group(name: str, of_tests: Sequence[Mapping[str, FloatArray]], **more: Any) -> xr.Dataset:
+        stacked = {key: np.stack([values[key] for values in of_tests], axis=-1) for key in of_tests[0]}
+        return dataset(name, {**stacked, **more}, test=names, ensemble=ensemble)
+
+    log_prior = []
     for result in tests:
         chain = result.samples.chain
         terms = result.posterior.log_prior_terms(chain.reshape(-1, chain.shape[-1])).reshape(chain.shape)
         log_prior.append({name: result.posterior.named(terms)[name] for name in result.posterior.names})
+    own = [diagnostics(result.samples) for result in tests]
+    stats = group(
+        "sample_stats", [{"lp": result.samples.log_prob} for result in tests],
+        **{name: np.stack([one[name] for one in own]) for name in own[0]},
+    )  # fmt: skip
     return {
-        "posterior": group("posterior", [result.derived for result in tests], ensemble),
-        "sample_stats": group("sample_stats", [{"lp": result.samples.log_prob} for result in tests], ensemble),
-        "log_prior": group("log_prior", log_prior, ensemble),
-        "prior": group("prior", [{k: v[None] for k, v in draws.items()} for draws in prior], np.zeros(1, int)),
+        "posterior": group("posterior", [result.derived for result in tests]),
+        "sample_stats": stats.assign_coords(parameter=list(tests[0].samples.names)),
+        "log_prior": group("log_prior", log_prior),
     }
 
 

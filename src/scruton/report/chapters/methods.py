@@ -164,3 +164,17 @@ def methods_chapter(material: Material) -> Iterator[Block]:
         "The same text in LaTeX: tables/methods.tex.",
         role="note",
     )
+    yield Code(bibtex(str(fit.summary["provenance"]["versions"].get("scruton", ""))))
+
+
+def bibtex(version: str) -> str:
+    """The entry by which the program is cited, of the version that made the numbers."""
+    return (
+        "% To cite the program, beside the paper\n"
+        "@software{scruton,\n"
+        "  title   = {scruton: {Bayesian} uncertainty quantification for vortex-induced vibration},\n"
+        "  author  = {{The scruton authors}},\n"
+        f"  version = {{{version}}},\n"
+        "  year    = {2026}\n"
+        "}"
+    )

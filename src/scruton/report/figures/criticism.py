@@ -122,24 +122,23 @@ def _range(draws: FloatArray) -> tuple[float, float]:
 @figure("convergence", name="trace", what="The traces", each=chains_shown)
 def trace_plot(fit: Fit, test: str) -> FigureWithCaption:
     """Chains of one test against the draw, coloured by ensemble, with the marginal of each ensemble beside."""
-    ensemble = fit.tree["posterior"]["ensemble"].to_numpy()
     drawing = style.new_figure(19.5 * len(TRACE) + 10.0)
     axes = drawing.subplots(len(TRACE), 2, width_ratios=(4.5, 1.0), sharey="row", squeeze=False)
     for (left, right), name in zip(axes, TRACE, strict=True):
-        draws = _draws(fit.tree, name, test)
+        draws = _draws(fit.tree, name, test)  # (ensembles, walkers, draws of each)
         bins = np.linspace(draws.min(), draws.max(), 22)
-        steps = np.arange(0, draws.shape[1], -(-draws.shape[1] // _STEPS))
-        for i, number in enumerate(dict.fromkeys(ensemble.tolist())):
-            colour, walkers = style.line_style(i).colour, draws[ensemble == number]
+        steps = np.arange(0, draws.shape[2], -(-draws.shape[2] // _STEPS))
+        for i, walkers in enumerate(draws):
+            colour = style.line_style(i).colour
             if walkers.shape[0] > _WALKERS:
                 low, high = np.quantile(walkers[:, steps], [0.05, 0.95], axis=0)
                 left.fill_between(steps, low, high, color=colour, alpha=0.12, lw=0)
             for walker in walkers[:_WALKERS]:
-                left.plot(steps, walker[steps], color=colour, lw=0.5, alpha=0.9, label=f"ensemble {number + 1}")
+                left.plot(steps, walker[steps], color=colour, lw=0.5, alpha=0.9, label=f"ensemble {i + 1}")
             counts, _ = np.histogram(walkers, bins=bins, density=True)
             right.plot(counts, 0.5 * (bins[1:] + bins[:-1]), color=colour, lw=0.9)
         left.set(
-            ylabel=_label(fit, name).replace("noise factor", "noise\nfactor"), xlim=(0, draws.shape[1]), ymargin=0.05
+            ylabel=_label(fit, name).replace("noise factor", "noise\nfactor"), xlim=(0, draws.shape[2]), ymargin=0.05
         )
         left.tick_params(labelbottom=name == TRACE[-1])
         right.xaxis.set_visible(False)
@@ -159,7 +158,9 @@ def trace_plot(fit: Fit, test: str) -> FigureWithCaption:
 
 
 def _draws(tree: "xr.DataTree", name: str, test: str) -> FloatArray:
-    values = np.asarray(tree["posterior"][name].sel(test=test).transpose("chain", "draw").values, dtype=float)
+    column = tree["posterior"][name].sel(test=test).transpose("chain", "draw")
+    walkers = len(np.unique(column["walker"]))
+    values = np.asarray(column.values, dtype=float).reshape(column.sizes["chain"], walkers, -1)
     return 100.0 * values if name == "damping_ratio" else values
 
 

@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from functools import cache
 from itertools import pairwise
@@ -12,6 +13,7 @@ from unicodedata import bidirectional
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.errors import InputError
 from scruton.report import typefaces
 
 if TYPE_CHECKING:
@@ -115,16 +117,58 @@ def house_style() -> Iterator[None]:
         log.setLevel(level)
 
 
+@dataclass
+class _Place:
+    """Axes of a user, and the page of a figure that goes there."""
+
+    axes: "Axes"
+    page: int
+    drawn: int = 0
+
+    def claimed(self) -> bool:
+        """Whether the page that now begins is the one."""
+        self.drawn += 1
+        return self.drawn == self.page
+
+
+_PLACE: ContextVar[_Place | None] = ContextVar("place", default=None)
+
+
+@contextmanager
+def placed(axes: "Axes | None", page: int = 1) -> Iterator[None]:
+    """Draw this page of what is drawn within in a user's axes: one panel in them, several in their place."""
+    token = _PLACE.set(None if axes is None else _Place(axes, page))
+    try:
+        yield
+    finally:
+        _PLACE.reset(token)
+
+
 def new_figure(height_mm: float) -> "Figure":
-    """Start an empty figure of the page's width, laid out so that nothing overlaps."""
+    """Start an empty figure of the page's width, laid out so that nothing overlaps; in a user's axes, a part of theirs.
+
+    InputError where those axes are no subplot, in whose place several panels could stand.
+    """
     from matplotlib.figure import Figure
 
-    return Figure(figsize=(WIDTH, height_mm / 25.4), layout="constrained")
+    place = _PLACE.get()
+    if place is None or not place.claimed():
+        return Figure(figsize=(WIDTH, height_mm / 25.4), layout="constrained")
+    spec = place.axes.get_subplotspec()
+    if spec is None:
+        raise InputError("plot", "ax", "axes that are no subplot", "those of plt.subplots, for several panels")
+    place.axes.set_visible(False)
+    part: Figure = place.axes.get_figure().add_subfigure(spec)  # type: ignore[union-attr, assignment]
+    return part
 
 
 def alone(height_mm: float) -> "tuple[Figure, Axes]":
     """Start a figure of one panel."""
+    if (place := _PLACE.get()) is not None and place.claimed():
+        return place.axes.get_figure(), place.axes  # type: ignore[return-value]
+    token = _PLACE.set(None)
     drawing = new_figure(height_mm)
+    _PLACE.reset(token)
     return drawing, drawing.subplots()
 
 
@@ -161,6 +205,9 @@ def pages(items: Sequence[Any], size: int) -> list[Sequence[Any]]:
 def below(figure: "Figure", axes: "Sequence[Axes]", *, columns: int = 3) -> None:
     """Put one legend for all panels below them, or in a place that no panel fills, with every label once."""
     handles = legend_handles(axes)
+    if (place := _PLACE.get()) is not None and list(axes) == [place.axes]:  # the rest of the figure is the user's
+        axes[0].legend(handles.values(), handles.keys())
+        return
     spare = [panel for panel in figure.axes if not panel.get_visible()]
     if spare:
         spare[0].set_visible(True)

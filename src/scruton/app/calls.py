@@ -1,0 +1,396 @@
+"""The verbs from Python: what the command line does, on results in hand or in a folder, without a file being written.
+
+Where a campaign, a fit, a card or a bridge is asked for, its path does, too.  Progress and warnings go to the logger
+"scruton", by the standard `logging`: progress as INFO, what must be known before trusting a number as WARNING.
+"""
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from scruton.app.brief import sizing_in_brief
+from scruton.campaign import Campaign, tests_used
+from scruton.campaign import load_campaign as _load_campaign
+from scruton.campaign.quantity import Quantity
+from scruton.campaign.schema import Motion
+from scruton.errors import InputError
+from scruton.shown import shown
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+    from scruton.envelope import RecordQuality
+    from scruton.gap.results import SavedDiagnosis
+    from scruton.griffin import Prediction
+    from scruton.griffin.validate import Validation
+    from scruton.infer.cards import ModelCard
+    from scruton.infer.criticism import Criticism
+    from scruton.infer.results import Fit
+    from scruton.sizing.bridge import Bridge
+    from scruton.sizing.limits import Limit
+    from scruton.sizing.results import Sizing
+
+    Fitted = Fit | xr.DataTree | Path | str  # a fit, its tree, or the folder of one
+
+_log = logging.getLogger("scruton")
+
+
+@shown(
+    lambda one: {
+        "title": one.campaign.title, "records": len(one.qualities), "warnings": len(one.warnings),
+        "cannot_be_used": len(one.problems),
+    }
+)  # fmt: skip
+@dataclass(frozen=True, eq=False)
+class Check:
+    """What `check` found.
+
+    Attributes
+    ----------
+    campaign : Campaign
+    qualities : mapping
+        Of every record that can be used, by name.
+    warnings : tuple of str
+        Worst first.
+    problems : tuple of InputError
+        A record that cannot be used, each.
+    """
+
+    campaign: Campaign
+    qualities: "Mapping[str, RecordQuality]"
+    warnings: tuple[str, ...]
+    problems: tuple[InputError, ...]
+
+    @property
+    def records(self) -> "pd.DataFrame":
+        """A row for every record: length [s], rate [Hz], cycles, frequency [Hz], signal over noise."""
+        import pandas as pd
+
+        fields = ("duration", "sample_rate", "cycles", "frequency", "signal_to_noise")
+        rows = {name: {key: getattr(one, key) for key in fields} for name, one in self.qualities.items()}
+        return pd.DataFrame.from_dict(rows, orient="index", columns=list(fields))
+
+
+def load_campaign(path: Path | str) -> Campaign:
+    """Read a campaign and every record that it names.
+
+    Parameters
+    ----------
+    path : Path or str
+        The folder with a campaign.toml, or the file itself.
+
+    Raises
+    ------
+    InputError
+        Whatever is wrong with the first file that cannot be used.
+    """
+    return _load_campaign(Path(path))
+
+
+def check(campaign: Path | str) -> Check:
+    """Read a campaign and look at every record; one that cannot be used stops nothing.
+
+    Parameters
+    ----------
+    campaign : Path or str
+        As of `load_campaign`.
+
+    Raises
+    ------
+    InputError
+        If campaign.toml itself cannot be used.
+    """
+    from scruton.campaign.remarks import sentences
+    from scruton.envelope import gather, review
+
+    problems: list[InputError] = []
+    loaded = _load_campaign(Path(campaign), problems)
+    inspection = gather(loaded, problems)
+    return Check(loaded, inspection.qualities, tuple(sentences(review(inspection))), tuple(problems))
+
+
+def fit(
+    campaign: Campaign | Path | str,
+    card: "ModelCard | Path | str" = "default",
+    *,
+    tests: Sequence[str] = (),
+    seed: int = 0,
+    out: Path | str | None = None,
+) -> "Fit":
+    """Sample every posterior of a campaign, as `scruton fit` does.
+
+    Parameters
+    ----------
+    campaign : Campaign, Path or str
+    card : ModelCard, Path or str
+        A model card, the name of a shipped one, or its file.
+    tests : sequence of str
+        Use these tests alone; all if left out.
+    seed : int
+        Of all randomness.
+    out : Path or str, optional
+        Folder to write posterior.nc and fit.json to, for `load_fit`.
+
+    Returns
+    -------
+    Fit
+        Also where it has not converged: `Fit.converged` says so, and the log.
+
+    Raises
+    ------
+    InputError
+        If the campaign holds nothing to fit, or a record cannot be used.
+    """
+    from scruton.infer.fit import fit_campaign
+    from scruton.infer.store import write_fit
+
+    loaded = _campaign(campaign)
+    if tests:
+        loaded = tests_used(loaded, list(tests))
+    found = fit_campaign(loaded, _card(card), seed=seed, report=_Told(), command="fit", only=tuple(tests))
+    for flag in found.flags:
+        _log.warning("%s", flag)
+    if out is not None:
+        write_fit(found, Path(out))
+    return found
+
+
+def predict(
+    fit: "Fitted",
+    scruton_number: float | None = None,
+    *,
+    damping_ratio: float | Quantity | None = None,
+    rig: str | None = None,
+    law_n: float | None = None,
+    seed: int = 0,
+) -> "Prediction":
+    """Predict the stable amplitude at a design Scruton number, or at a design damping ratio.
+
+    Parameters
+    ----------
+    fit : Fit, DataTree, Path or str
+        A fit with at least one test in wind, its tree, or its folder.
+    scruton_number : float, optional
+        Design Sc; either this or `damping_ratio`.
+    damping_ratio, rig, law_n, seed
+        As of `scruton.griffin.predict`.
+
+    Raises
+    ------
+    InputError
+        As `scruton.griffin.predict`.
+    """
+    from scruton.griffin import predict
+
+    return predict(
+        _tree(fit), scruton_number=scruton_number, damping_ratio=damping_ratio, rig=rig, law_n=law_n, seed=seed
+    )
+
+
+def diagnose(
+    campaign: Campaign | Path | str, card: "ModelCard | Path | str" = "default", *, thorough: bool = False
+) -> "SavedDiagnosis":
+    """Ask where the null model and the records part, which effect explains it, and how far the gap shrinks with it.
+
+    Parameters
+    ----------
+    campaign : Campaign, Path or str
+    card : ModelCard, Path or str
+        As of `fit`.
+    thorough : bool
+        The evidence of the leaders by bridge sampling, too.
+
+    Returns
+    -------
+    SavedDiagnosis
+        As `load_diagnosis` gives it.
+
+    Raises
+    ------
+    InputError
+        If the campaign cannot be read or holds no record.
+    """
+    from dataclasses import fields
+
+    from scruton.gap.diagnose import examine
+    from scruton.gap.results import SavedDiagnosis
+
+    _, content, _, _ = examine(_campaign(campaign), _card(card), thorough=thorough, progress=_Told())
+    return SavedDiagnosis(**{field.name: content[field.name] for field in fields(SavedDiagnosis)})
+
+
+def load_bridge(path: Path | str, motion: Motion | str = Motion.HEAVING) -> "Bridge":
+    """Read a bridge.toml.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file, or the folder that holds it.
+    motion : {"heaving", "torsional"} or Motion
+        Of the section model, and so of the modes.
+
+    Raises
+    ------
+    InputError
+        Whatever is wrong with the file.
+    """
+    from scruton.sizing.bridge import load_bridge
+
+    sizing_in_brief()
+    return load_bridge(Path(path), Motion(motion))
+
+
+def load_sizing(folder: Path | str) -> "Sizing":
+    """Read back what `scruton size` found, as `scruton.sizing.results.load_sizing`.
+
+    Parameters
+    ----------
+    folder : Path or str
+        That holds a sizing.json.
+
+    Raises
+    ------
+    InputError
+        If there is none, or it is not as it was written.
+    """
+    from scruton.sizing.results import load_sizing
+
+    sizing_in_brief()
+    return load_sizing(folder)
+
+
+def size(
+    fit: "Fitted",
+    bridge: "Bridge | Path | str",
+    limits: "Sequence[Limit | str]" = (),
+    *,
+    rig: str | None = None,
+    law_n: float | None = None,
+    seed: int = 0,
+) -> "Sizing":
+    """Size the damping of a bridge: what it needs, the dampers that give it, and the risk that they leave.
+
+    Parameters
+    ----------
+    fit : Fit, DataTree, Path or str
+        As of `predict`.
+    bridge : Bridge, Path or str
+    limits : sequence of Limit or str
+        Beside those that the bridge names, such as "jtg" or "0.13 m".
+    rig, law_n, seed
+        As of `scruton.sizing.study.size`.
+
+    Raises
+    ------
+    InputError
+        Without a limit; where a limit or the bridge does not suit the section's motion.
+    """
+    from scruton.griffin.posterior import motion_of, test_names
+    from scruton.sizing.bridge import load_bridge
+    from scruton.sizing.limits import limit
+    from scruton.sizing.study import size
+
+    sizing_in_brief()
+    tree = _tree(fit)
+    if not test_names(tree):
+        raise InputError("posterior", "", "no test in wind", "a fit of at least one test: still air says nothing of it")
+    structure = load_bridge(Path(bridge), motion_of(tree)) if isinstance(bridge, Path | str) else bridge
+    rules = [limit(rule) if isinstance(rule, str) else rule for rule in limits]
+    return size(tree, structure, rules, rig=rig, law_n=law_n, seed=seed, progress=_Told())
+
+
+def criticise(fit: "Fit | Path | str", scruton_numbers: Sequence[float] = (), *, seed: int = 0) -> "Criticism":
+    """Ask of a fit what a statistician asks: predictive checks, innovations, priors, identifiability, influence.
+
+    Parameters
+    ----------
+    fit : Fit, Path or str
+        Of at least one test in wind.
+    scruton_numbers : sequence of float
+        At which the dependence of predictions on the card is told, beside those of the tests.
+    seed : int
+        Of replicates and predictions.
+
+    Raises
+    ------
+    InputError
+        If there is no test in wind.
+    """
+    from scruton.griffin.sensitivity import points_of, prediction_sensitivity
+    from scruton.infer.criticism import criticise_tree
+
+    tree, summary = _loaded(fit)
+    if "posterior" not in tree:
+        wanted = "a fit of at least one test in wind: still air says nothing of the law"
+        raise InputError("posterior", "", "a campaign without tests in wind", wanted)
+    found = criticise_tree(tree, summary, seed=seed)
+    if "campaign_posterior" not in tree:
+        return found
+    points = points_of(tree, list(scruton_numbers))
+    return replace(found, predictions=prediction_sensitivity(tree, points, seed=seed))
+
+
+def validate(
+    campaign: Campaign | Path | str,
+    card: "ModelCard | Path | str" = "default",
+    *,
+    tests: Sequence[str] = (),
+    singles: bool = True,
+    seed: int = 0,
+) -> "list[Validation]":
+    """Predict every peak test from the others, and from each single one; each prediction is by a fit of its own.
+
+    Parameters
+    ----------
+    campaign : Campaign, Path or str
+        With peak tests of two rigs or more.
+    card : ModelCard, Path or str
+        As of `fit`.
+    tests, singles, seed
+        As of `scruton.griffin.validate.validate`.
+
+    Raises
+    ------
+    InputError
+        If fewer than two rigs were tested in wind, or one of the `tests` is no peak test.
+    """
+    from scruton.griffin.validate import validate
+
+    return validate(_campaign(campaign), _card(card), tests=tests, seed=seed, singles=singles, progress=_Told())
+
+
+class _Told:
+    """Progress for the log: each stage once, as it begins."""
+
+    def __init__(self) -> None:
+        self._last = ""
+
+    def __call__(self, stage: str, done: float) -> None:
+        if stage != self._last:
+            self._last = stage
+            _log.info("%s", stage)
+
+
+def _campaign(campaign: Campaign | Path | str) -> Campaign:
+    return load_campaign(campaign) if isinstance(campaign, Path | str) else campaign
+
+
+def _card(card: "ModelCard | Path | str") -> "ModelCard":
+    from scruton.infer.cards import load_card
+
+    return load_card(card) if isinstance(card, Path | str) else card
+
+
+def _loaded(fit: "Fit | Path | str") -> "tuple[xr.DataTree, Mapping[str, Any]]":
+    from scruton.infer.store import read_tree
+
+    return read_tree(Path(fit)) if isinstance(fit, Path | str) else (fit.tree, fit.summary)
+
+
+def _tree(fit: "Fitted") -> "xr.DataTree":
+    import xarray as xr
+
+    return fit if isinstance(fit, xr.DataTree) else _loaded(fit)[0]

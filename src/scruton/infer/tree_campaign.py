@@ -1,0 +1,123 @@
+"""The campaign model under the law with the most weight, as ArviZ reads a model: every group of the same draws.
+
+Its tests are the peak tests.  Of an observed cycle the predictive is one step ahead, given the cycles before it, as its
+log likelihood is: only so do they go together in leave-one-out checks.  Free runs are in the tree's own group
+`posterior_predictive`.  Quantities that are one number (n of a law that is given) are left out: they have no R-hat.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from scruton.arrays import FloatArray
+from scruton.infer.examined import leading
+from scruton.infer.hierarchy import SHARED, PeakTest
+from scruton.infer.joint import SCALES
+from scruton.infer.models import NOISE, RUNS
+from scruton.infer.peaks import derive
+from scruton.infer.result_schema import MODEL, dataset, joined
+from scruton.infer.results import Sampled
+from scruton.infer.sampling import Sampling
+from scruton.infer.tree_prior import by_record, replicates
+from scruton.stats.sampler import Samples
+
+DRAWS = 1024  # of all chains together: what is kept by cycle is large
+
+
+def model_groups(sampled: Sampled, sampling: Sampling) -> dict[str, xr.Dataset]:
+    """Groups of the tree below `campaign_model`, by their paths."""
+    assert sampled.joint is not None, "a campaign without tests in wind has no such model"
+    law, names = leading(sampled.joint), sampled.joint.tests
+    posterior, samples = law.posterior, law.samples
+    results = [result for name in names for result in sampled.tests if result.test.name == name]
+    log_prob, chain = (joined(draws, samples.ensemble) for draws in (samples.log_prob, samples.chain))
+    kept = np.arange(0, chain.shape[1], max(1, chain.shape[0] * chain.shape[1] // DRAWS))
+    chain, log_prob = chain[:, kept], log_prob[:, kept]
+    shape, flat = log_prob.shape, chain.reshape(-1, chain.shape[-1])
+
+    def group(name: str, values: dict[str, Any], **labels: Any) -> xr.Dataset:
+        by_test = {"test": list(names)} if any(np.ndim(value) == 3 for value in values.values()) else {}
+        return dataset(f"{MODEL}/{name}", values, **({"draw": kept} | by_test | labels))
+
+    def known(values: dict[str, FloatArray]) -> dict[str, FloatArray]:
+        return {name: value for name, value in values.items() if np.isfinite(value).all() and np.ptp(value) > 0.0}
+
+    rng = np.random.default_rng(sampling.seed_of("prior of the campaign model"))
+    prior = derive(sampled.campaign, results, posterior, posterior.prior_draws(rng, RUNS)[None])
+    groups = {
+        "": xr.Dataset(attrs={"law": law.label}),
+        "posterior": group("posterior", known(derive(sampled.campaign, results, posterior, chain))),
+        "prior": group("prior", known(prior), draw=np.arange(RUNS)),
+        "sample_stats": group("sample_stats", {"lp": log_prob} | diagnostics(samples), parameter=list(samples.names)),
+        "log_prior": group("log_prior", _log_prior(law.posterior, flat, shape)),
+    }
+    winds = [(test, v) for test, v in posterior.winds(flat)]
+    steady = np.stack([test.wind.log_steady(v).reshape(shape) for test, v in winds], axis=-1)
+    likelihood = {"steady": steady}
+    winds = [(test, v) for test, v in winds if test.wind.data.size]
+    if winds:
+        data, cycles = [test.wind.data for test, _ in winds], by_record([test.wind.data for test, _ in winds])
+        likelihood["amplitude"] = _by_cycle([test.wind.pointwise(v) for test, v in winds], shape)
+        ahead = [one_step(test, v, sampling) for test, v in winds]
+        expected = [
+            replicates(test.wind.data, _prior_of(prior, list(names).index(test.name)), rng) for test, _ in winds
+        ]
+        groups |= {
+            "posterior_predictive": group("posterior_predictive", {"amplitude": _by_cycle(ahead, shape)}, **cycles),
+            "prior_predictive": group(
+                "prior_predictive", {"amplitude": _by_cycle(expected, (1, RUNS))}, draw=np.arange(RUNS), **cycles
+            ),
+            "observed_data": dataset(
+                f"{MODEL}/observed_data", {"amplitude": np.concatenate([one.amplitude for one in data])}, **cycles
+            ),
+        }
+    groups["log_likelihood"] = group("log_likelihood", likelihood)
+    return {f"{MODEL}/{name}".rstrip("/"): one for name, one in groups.items()}
+
+
+def one_step(test: PeakTest, v: FloatArray, sampling: Sampling) -> FloatArray:
+    """Amplitudes of every cycle given those observed before it, one for each row of the coordinates, (W, N)."""
+    rng = np.random.default_rng(sampling.seed_of(f"one step ahead in {test.name}"))
+    innovation, variance = test.wind.innovations(v)  # (N, W)
+    centre = test.wind.data.amplitude[:, None] - innovation
+    return np.asarray((centre + np.sqrt(variance) * rng.standard_normal(variance.shape)).T)
+
+
+def diagnostics(samples: Samples) -> dict[str, Any]:
+    """What the sampler says of itself, by the names of the group `sample_stats`."""
+    verdict = samples.convergence
+    return {
+        "acceptance_rate": verdict.acceptance,
+        "steps": verdict.steps,
+        "stuck_walkers": verdict.stuck,
+        "converged": verdict.converged,
+        "autocorrelation_time": verdict.tau,
+        "ess_bulk": verdict.ess_bulk,
+        "ess_tail": verdict.ess_tail,
+        "rhat_nested": verdict.rhat_nested,
+    }
+
+
+def _by_cycle(parts: Sequence[FloatArray], shape: tuple[int, ...]) -> np.ndarray:
+    """Of all tests end to end, (chains, draws, N), in single precision."""
+    return np.concatenate(parts, axis=1).reshape(*shape, -1).astype(np.float32)
+
+
+def _log_prior(posterior: Any, u: FloatArray, shape: tuple[int, ...]) -> dict[str, FloatArray]:
+    """Log densities of the priors that are meant to speak; what joins a test to the curve is the model's."""
+    terms = posterior.log_prior_terms(u)
+    of, own = posterior.named(terms), [coordinates.of(terms) for coordinates in posterior.own_coordinates]
+    curve = (*SHARED[:2], *(["law_exponent"] if posterior.exponent else ()))
+    return {
+        "curve": np.sum([of[name] for name in curve], axis=0).reshape(shape),
+        "discrepancy": np.sum([of[name] for name in SCALES], axis=0).reshape(shape),
+        "noise": np.stack([np.sum([one[name] for name in NOISE], axis=0) for one in own], axis=-1).reshape(*shape, -1),
+        "damping_ratio": np.stack([one["damping_ratio"] for one in own], axis=-1).reshape(*shape, -1),
+    }
+
+
+def _prior_of(prior: dict[str, FloatArray], j: int) -> dict[str, FloatArray]:
+    """Draws of the prior for one test, (R,) each."""
+    return {name: value[0, :, j] if value.ndim == 3 else value[0] for name, value in prior.items()}

@@ -1,0 +1,197 @@
+"""The verbs from Python: paths as strings, results in brief, figures in axes of one's own."""
+
+import inspect
+import logging
+import subprocess
+import sys
+
+import matplotlib as mpl
+import pytest
+from matplotlib.figure import Figure
+
+import scruton
+from scruton import plot
+from scruton.errors import InputError
+from scruton.infer.store import write_fit
+from tests.report.fake_fit import fake_fit
+
+VERBS = (
+    "load_campaign",
+    "check",
+    "fit",
+    "load_fit",
+    "predict",
+    "diagnose",
+    "size",
+    "criticise",
+    "validate",
+    "load_bridge",
+)
+BRIDGE = """
+format = 1
+title = "A bridge"
+width = "12 m"
+depth = "3 m"
+limits = ["jtg"]
+
+[[modes]]
+name = "V1"
+frequency = "0.30 Hz"
+mass = "20000 kg/m"
+length = "400 m"
+damping_ratio = 0.003
+"""
+
+
+@pytest.fixture(scope="module")
+def fit():
+    return fake_fit()
+
+
+@pytest.fixture(scope="module")
+def folder(fit, tmp_path_factory):
+    place = tmp_path_factory.mktemp("calls")
+    write_fit(fit, place / "fit")
+    (place / "bridge.toml").write_text(BRIDGE, encoding="utf-8")
+    return place
+
+
+@pytest.mark.parametrize("name", VERBS)
+def test_every_verb_is_typed_and_documented(name):
+    verb = getattr(scruton, name)
+    assert "Raises" in inspect.getdoc(verb)
+    signature = inspect.signature(verb)
+    assert signature.return_annotation is not inspect.Signature.empty
+    for parameter in signature.parameters.values():
+        assert parameter.annotation is not inspect.Signature.empty, parameter.name
+        assert parameter.name in inspect.getdoc(verb), parameter.name
+
+
+@pytest.mark.parametrize("first", ["scruton.report", "import scruton.report.build", "from scruton.report import call"])
+def test_the_report_can_be_called_whatever_was_imported_before(first):
+    code = f"import scruton\n{first}\nassert callable(scruton.report)\nimport scruton.report.document as d\nd.Code"
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_a_campaign_is_checked_by_its_path(small_campaign):
+    found = scruton.check(str(small_campaign))
+    assert list(found.records.index) == ["still.csv", "decay.csv", "growth.csv"]
+    assert found.records.loc["growth.csv", "frequency"] == pytest.approx(7.87, rel=0.01)
+    assert found.problems == ()
+    assert scruton.load_campaign(str(small_campaign)).title == found.campaign.title
+
+
+def test_a_record_that_cannot_be_used_stops_nothing(small_campaign, tmp_path):
+    for path in small_campaign.iterdir():
+        if path.is_file():
+            (tmp_path / path.name).write_bytes(path.read_bytes())
+    (tmp_path / "growth.csv").write_text("time [s],y [m]\n0,nothing\n", encoding="utf-8")
+    found = scruton.check(tmp_path)
+    assert len(found.problems) == 1
+    assert "growth.csv" in str(found.problems[0])
+
+
+def test_a_prediction_is_the_same_from_fit_tree_and_folder(fit, folder):
+    medians = {scruton.predict(of, 30.0).median for of in (fit, fit.tree, folder / "fit", str(folder / "fit"))}
+    assert len(medians) == 1
+    assert scruton.predict(fit, damping_ratio=0.009).median > 0.0
+    with pytest.raises(InputError, match="no design or two"):
+        scruton.predict(fit)
+
+
+def test_a_bridge_is_sized_by_its_path(fit, folder):
+    bridge = scruton.load_bridge(str(folder / "bridge.toml"))
+    sizing = scruton.size(str(folder / "fit"), str(folder))
+    again = scruton.size(fit, bridge)
+    assert sizing.to_json() == again.to_json()
+    assert scruton.size(fit, bridge, ["0.001 m"]).modes[0].governing != sizing.modes[0].governing
+    drawn = plot.risk(sizing)
+    assert drawn.axes[0].get_xlabel().startswith("Added damping")
+    with pytest.raises(InputError, match="V9"):
+        plot.risk(sizing, mode="V9")
+
+
+def test_results_show_themselves_in_brief(fit, folder, small_campaign):
+    results = [
+        fit,
+        fit.campaign,
+        fit.card,
+        scruton.predict(fit, 30.0),
+        scruton.load_bridge(folder),
+        scruton.check(small_campaign),
+    ]
+    results.append(scruton.size(fit, folder))
+    for result in results:
+        assert repr(result).startswith(f"{type(result).__name__}(")
+        assert len(repr(result)) < 400, type(result)
+        assert result._repr_html_().startswith("<table>")
+    assert "&lt;b&gt;with&lt;/b&gt;" in results[5]._repr_html_(), "what a laboratory writes is text"
+
+
+def test_flags_and_stages_are_logged(monkeypatch, caplog, fit, small_campaign):
+    from dataclasses import replace
+
+    def sampled(*_, report, **__):
+        report("test Sc 21.7", 0.1)
+        report("test Sc 21.7", 0.9)
+        return replace(fit, flags=("look at this",))
+
+    monkeypatch.setattr("scruton.infer.fit.fit_campaign", sampled)
+    with caplog.at_level(logging.INFO, logger="scruton"):
+        scruton.fit(str(small_campaign))
+    said = [(one.levelname, one.getMessage()) for one in caplog.records]
+    assert said == [("INFO", "test Sc 21.7"), ("WARNING", "look at this")]
+
+
+# --- figures ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["griffin", "griffin_reciprocal", "records", "trace", "laws", "aerodynamic_damping"])
+def test_a_figure_goes_where_it_is_put(fit, name):
+    drawn = getattr(plot, name)(fit)
+    panels = [axes for axes in drawn.axes if axes.get_visible()]
+    assert panels
+    figure = Figure(layout="constrained")
+    left, right = figure.subplots(1, 2)
+    getattr(plot, name)(fit, ax=right)
+    figure.draw_without_rendering()
+    assert not left.has_data()
+    assert left.get_visible()
+    there = [axes for axes in figure.axes if axes is not left and axes.get_visible()]
+    assert len(there) == len(panels)
+    middle = left.get_window_extent().x1
+    assert all(axes.get_window_extent().x0 > middle for axes in there)
+    assert {axes.get_ylabel() for axes in there} == {axes.get_ylabel() for axes in panels}
+
+
+def test_one_panel_is_drawn_in_the_axes_themselves(fit):
+    figure = Figure()
+    axes = figure.add_subplot()
+    assert plot.griffin(fit, axes) is figure
+    assert figure.axes[0] is axes
+    assert axes.get_legend() is not None
+    assert not figure.legends
+
+
+def test_the_style_of_the_user_stays(fit):
+    before = dict(mpl.rcParams)
+    plot.griffin(fit, Figure().add_subplot())
+    assert dict(mpl.rcParams) == before
+
+
+def test_a_figure_works_from_disk(folder):
+    assert plot.griffin(str(folder / "fit")).axes[0].get_xlabel().startswith("Scruton")
+
+
+def test_every_figure_of_the_register_has_its_function():
+    from scruton.report.figures.registry import registered
+
+    known = {name.replace("-", "_") for name in registered()} - {"gap"}
+    assert set(plot.__all__) - {"prior_curves"} == known
+
+
+def test_what_cannot_be_drawn_is_said(fit):
+    with pytest.raises(InputError, match="page 9"):
+        plot.records(fit, page=9)
+    with pytest.raises(InputError, match="nobody"):
+        plot.trace(fit, test="nobody")

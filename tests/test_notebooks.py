@@ -1,0 +1,61 @@
+"""The notebooks run, cell by cell, in the order in which they are read."""
+
+import json
+import shutil
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+BOOKS = ROOT / "docs/notebooks"
+ORDER = ("griffin", "damper")  # the second reads what the first wrote
+
+
+def cells(name: str) -> list[str]:
+    content = json.loads((BOOKS / f"{name}.ipynb").read_text(encoding="utf-8"))
+    assert content["nbformat"] == 4
+    return ["".join(cell["source"]) for cell in content["cells"] if cell["cell_type"] == "code"]
+
+
+def run(name: str) -> dict[str, object]:
+    """Run every cell in one namespace, as a kernel does."""
+    space: dict[str, object] = {"__name__": "__main__"}
+    for i, code in enumerate(cells(name)):
+        exec(compile(code, f"{name}.ipynb, cell {i}", "exec"), space)
+    return space
+
+
+def test_every_notebook_is_run():
+    assert {path.stem for path in BOOKS.glob("*.ipynb")} == set(ORDER)
+
+
+@pytest.fixture(scope="module")
+def left(tmp_path_factory):
+    """What the notebooks leave in their names, run beside a copy of the example."""
+    place = tmp_path_factory.mktemp("notebooks")
+    shutil.copytree(ROOT / "examples/rectangle-4to1", place / "examples/rectangle-4to1")
+    (place / "docs/notebooks").mkdir(parents=True)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(place / "docs/notebooks")
+        patch.setattr(plt, "show", lambda *_: None)
+        plt.switch_backend("agg")
+        spaces = {name: run(name) for name in ORDER}
+        plt.close("all")
+    return spaces
+
+
+def test_the_griffin_plot_of_the_notebook_holds_the_truth(left):
+    fit, design = left["griffin"]["fit"], left["griffin"]["design"]
+    assert fit.converged
+    assert left["griffin"]["found"].problems == ()
+    low, high = fit.summary["tests"][0]["parameters"]["a_star"]["interval"]["0.95"]
+    assert low < 0.0292 < high  # Table 5
+    assert 0.01 < design.interval(0.9)[0] < design.median < design.interval(0.9)[1] < 0.05
+
+
+def test_a_stricter_limit_asks_for_more(left):
+    for before, after in zip(left["damper"]["sizing"].modes, left["damper"]["stricter"].modes, strict=True):
+        ours, theirs = (one.governing_limit.required["0.95"] for one in (before, after))
+        assert ours < theirs
+        assert after.governing_limit.limit == pytest.approx(0.05)
