@@ -2,9 +2,9 @@
 
     python -m benchmarks.first_look FOLDER...   # folders with a campaign.toml; without any, the examples
 
-A record counts as right where `init`, which sees a copy of the folder without its campaign.toml, names the same channel of
-the same file with the same kind and unit, and puts both edges of the window within 10 % of the length of the one made
-by hand.  A sample rate that stands in the campaign but in none of its files is handed over, as a user would be asked.
+A record counts as right where `init`, which sees a copy of the folder without its campaign.toml, names the same channel
+of the same file with the same kind and unit, and puts both edges of the window within 10 % of the length of the one
+made by hand.  A sample rate that stands in the campaign but in none of its files is handed over, as a user would be asked.
 """
 
 import shutil

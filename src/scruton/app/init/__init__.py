@@ -6,7 +6,7 @@ from pathlib import Path
 
 from scruton.app.init.channels import Found, records
 from scruton.app.init.look import is_record, look
-from scruton.app.init.write import QUESTIONS, campaign_text
+from scruton.app.init.write import campaign_text, questions
 from scruton.app.run import Outcome
 from scruton.campaign import units
 from scruton.campaign.files import Files
@@ -15,7 +15,7 @@ from scruton.campaign.quantity import Quantity
 from scruton.documents import write_text
 from scruton.errors import InputError
 
-SMALL = 0.05  # of the largest steady amplitude: less is no lock-in
+SMALL = 0.05  # of the largest steady amplitude of the same file: less is no lock-in
 
 
 def run(arguments: Namespace) -> Outcome:
@@ -30,9 +30,9 @@ def run(arguments: Namespace) -> Outcome:
     stated = arguments.sample_rate
     rate = None if stated is None else _parsed(stated, units.FREQUENCY, "--sample-rate").mean
     found, remarks = examine(folder, rate)
-    if asking and rate is None and any(_timeless(one) for one in found):
-        if answer := _asked("sample rate of records without any time", units.FREQUENCY):
-            found, remarks = examine(folder, _parsed(answer, units.FREQUENCY, "sample rate").mean)
+    unknown = asking and rate is None and any(_timeless(one) for one in found)
+    if unknown and (answer := _asked("sample rate of records without any time", units.FREQUENCY)):
+        found, remarks = examine(folder, _parsed(answer, units.FREQUENCY, "sample rate").mean)
     if not found:
         reason = "; ".join(remarks[:3])
         raise InputError(folder, "", f"no record{f' ({reason})' if reason else ''}", "files of motion against time")
@@ -40,7 +40,7 @@ def run(arguments: Namespace) -> Outcome:
     if asking:
         angular = any(one.angular for one in found)
         in_wind = any(one.stretch.kind != "free-decay" for one in found)
-        for key, (what, dimension, needs_wind) in QUESTIONS(angular).items():
+        for key, (what, dimension, needs_wind) in questions(angular).items():
             if in_wind or not needs_wind:
                 answers[key] = _asked(what, dimension)
     text = campaign_text(folder, found, answers, remarks)
@@ -63,11 +63,16 @@ def examine(folder: Path, rate: float | None) -> tuple[list[Found], list[str]]:
         if not there:
             remarks.append(f"{path.name}: nothing in it that oscillates with time")
         found += there
-    largest = max((one.stretch.level for one in found if one.stretch.kind == "steady"), default=0.0)
-    kept = [one for one in found if one.stretch.kind != "steady" or one.stretch.level >= SMALL * largest]
+    largest: dict[Path, float] = {}
     for one in found:
-        if one not in kept:
-            share = f"below {SMALL:.0%} of the largest steady amplitude"
+        if one.stretch.kind == "steady":
+            largest[one.path] = max(largest.get(one.path, 0.0), one.stretch.level)
+    kept = []
+    for one in found:
+        if one.stretch.kind != "steady" or one.stretch.level >= SMALL * largest[one.path]:
+            kept.append(one)
+        else:
+            share = f"steady at less than {SMALL:.0%} of the largest of its file"
             remarks.append(f"{one.path.name} {one.response.key}: left out, {share}")
     return kept, remarks
 

@@ -75,7 +75,9 @@ def _record(source: Source, members: Sequence[Channel], rate: float | None) -> I
     _, channel, motion, start, step, angular = best
     blows = _blows(source.path.stem) if wind is None else wind > 0.0
     for stretch in stretches(motion, start, step, wind=blows):
-        if stretch.kind is Kind.STEADY and (said := _SAID.search(source.path.stem)):  # too little to see: it is called so
+        if stretch.kind is Kind.STEADY and (
+            said := _SAID.search(source.path.stem)
+        ):  # too little to see: it is called so
             stretch = replace(stretch, kind=Kind.DECAY if said[0].lower() in ("decay", "dtr") else Kind.GROWTH)
         known = rate if time is None and channel.clock is None else None
         yield Found(source, channel, time, known, angular, stretch, wind or None)

@@ -13,7 +13,7 @@ _RISE, _LONE_RISE = 3.0, 10.0  # times, within `_SUDDEN` cycles, is a release; w
 _REST = 0.2  # of the largest amplitude: the middle one of a record of plucks with rest between
 _SUDDEN = 4  # cycles
 _LARGE = 0.25  # of the largest amplitude: a smaller release is a knock
-_ONE_OF_MANY = 0.09  # of its first amplitude: where a pluck between others is let go, before hands come near
+_ONE_OF_MANY = 0.09  # of their middle first amplitude: where all plucks of a channel are let go, at one level
 _LAST = 0.01  # of its first amplitude: where a lone decay is let go
 _SETTLED = 3  # cycles after the peak of a pluck: other modes have died away
 _FALLEN, _GROWN = 0.7, 1.5  # of the end over the beginning
@@ -29,7 +29,7 @@ class Stretch:
     kind: Kind
     start: float | None
     stop: float | None
-    level: float  # amplitude, the channel's unit: the largest of a transient, the middle one of a steady state
+    level: float  # amplitude, the channel's unit: the largest of a transient, the root mean square of a steady state
     frequency: float  # Hz
 
 
@@ -48,7 +48,7 @@ def oscillation(values: FloatArray, step: float) -> Motion | None:
 
     if len(values) < 40 or not np.isfinite(values).all() or np.ptp(values) == 0.0:
         return None
-    frequency = dominant_frequency(step * np.arange(len(values)), values)
+    frequency = dominant_frequency(step * np.arange(len(values), dtype=np.float64), values)
     if not np.isfinite(frequency) or 1.4 * frequency * step >= 0.5:
         return None
     band = butter(2, [1.2 * frequency * step, 2.8 * frequency * step], btype="bandpass", output="sos")
@@ -70,15 +70,17 @@ def stretches(motion: Motion, start: float, step: float, *, wind: bool | None) -
         return []
     peaks = _releases(a)
     if not peaks:
-        return [_whole(a, motion.frequency, wind)]
+        return [_whole(a, motion.frequency, start, cycle * step, wind)]
     ends = [*peaks[1:], len(a)]
     still = Kind.DECAY if wind else Kind.FREE_DECAY
+    many = len(peaks) > 1
+    settled = [min(peak + _SETTLED * many, len(a) - 1) for peak in peaks]
+    common = _ONE_OF_MANY * float(np.median(a[settled]))
     found = []
     for peak, end in zip(peaks, ends, strict=True):
-        many = len(peaks) > 1
         first = peak + (_SETTLED if many else 0)
         # ahead of the next release the amplitude is at its lowest
-        below = np.flatnonzero(a[first:end] < (_ONE_OF_MANY if many else _LAST) * a[first])
+        below = np.flatnonzero(a[first:end] < (common if many else _LAST * a[first]))
         last = first + int(below[0]) if len(below) else end - (_SUDDEN if end < len(a) else 0)
         if last - first >= _FEWEST:
             stop = None if last >= len(a) else start + last * cycle * step
@@ -100,8 +102,11 @@ def _releases(a: FloatArray) -> list[int]:
     return peaks
 
 
-def _whole(a: FloatArray, frequency: float, wind: bool | None) -> Stretch:
-    """Take a channel whole: what its envelope does from the first tenth to the last, beyond its own scatter."""
+def _whole(a: FloatArray, frequency: float, start: float, cycle: float, wind: bool | None) -> Stretch:
+    """Take a channel whole: what its envelope does from the first tenth to the last, beyond its own scatter.
+
+    `start` and `cycle` [s] are of the first cycle and of each.
+    """
     tenth = max(2, len(a) // 10)
     head, tail = float(np.median(a[:tenth])), float(np.median(a[-tenth:]))
     change = float(np.log(tail / head)) if min(head, tail) > 0.0 else 0.0
@@ -109,10 +114,13 @@ def _whole(a: FloatArray, frequency: float, wind: bool | None) -> Stretch:
     if not steady and tail > _GROWN * head:
         return Stretch(Kind.GROWTH, None, None, tail, frequency)
     if steady or tail > _FALLEN * head:
-        return Stretch(Kind.STEADY, None, None, float(np.median(a)), frequency)
+        return Stretch(Kind.STEADY, None, None, float(np.sqrt(np.mean(a * a))), frequency)
     quarter = a[-max(4, len(a) // 4) :]
     half = len(quarter) // 2
     fall = float(np.log(np.median(quarter[:half]) / np.median(quarter[half:])))
     settled = fall < _FLAT * -change / 8.0  # the middles of the halves lie an eighth of the record apart
+    if settled and tail < _LAST * float(a.max()) and not wind:  # it has come to rest: noise alone is left
+        rest = int(np.argmax(a < _LAST * a.max()))
+        return Stretch(Kind.FREE_DECAY, None, start + rest * cycle, float(a.max()), frequency)
     in_wind = settled if wind is None else wind
     return Stretch(Kind.DECAY if in_wind else Kind.FREE_DECAY, None, None, float(a.max()), frequency)

@@ -68,7 +68,7 @@ def _channel(container: Container, key: str | int) -> Channel | None:
         (column,) = container.read([key])
     except InputError:
         return None
-    clock = None if column.clock is None else tuple(column.clock)
+    clock = None if column.clock is None else (column.clock.start, column.clock.step)
     leaf = column.name if isinstance(key, int) else re.split(r"[./]", str(key))[-1]
     return Channel(key, re.sub(r"\[.*?\]|\(.*?\)", "", leaf).strip() or str(key), column.values, column.unit, clock)
 
@@ -130,14 +130,13 @@ def _numbers(line: str, delimiter: str, decimal: str) -> int:
 
 def _paths(container: Container) -> Iterator[str]:
     """Paths of what may be a column in a binary file, in the order of the file."""
-    variables = getattr(container, "variables", None) or getattr(container, "arrays", None)
-    tree = getattr(container, "file", None)
-    if variables is None and tree is None:  # TDMS: channels by name
-        yield from container.names
-        return
+    stores = (getattr(container, name, None) for name in ("variables", "arrays", "file"))
+    store: Any = next((one for one in stores if one is not None), None)
     for name in container.names:
-        value = variables[name] if variables is not None else tree[name]
-        yield from _below(name, value)
+        if store is None:  # TDMS: channels by name
+            yield name
+        else:
+            yield from _below(name, store[name])
 
 
 def _below(path: str, value: Any) -> Iterator[str]:
@@ -149,14 +148,14 @@ def _below(path: str, value: Any) -> Iterator[str]:
     elif hasattr(value, "keys"):  # a group of HDF5, a struct array where its fields hold references
         for name in value:
             member = value[name]
-            if getattr(member, "dtype", None) == object:
+            if getattr(getattr(member, "dtype", None), "kind", "") == "O":
                 yield from (f"{path}[{i}].{name}" for i in range(member.size))
             else:
                 yield from _below(f"{path}.{name}", member)
-    elif len(shape := getattr(value, "shape", ())) == 2 and 1 < min(shape) <= _NARROW:
+    elif len(shape := tuple(getattr(value, "shape", ()))) == 2 and 1 < min(shape) <= _NARROW:
         if "MATLAB_class" in getattr(value, "attrs", ()):
             shape = shape[::-1]
-        rows = shape[0] < shape[1]
+        rows = shape[0] < shape[-1]
         yield from (f"{path}[{i},:]" if rows else f"{path}[:,{i}]" for i in range(min(shape)))
     else:
         yield path

@@ -16,14 +16,14 @@ from scruton.campaign.readers import is_delimited
 from scruton.campaign.schema import Kind
 
 _KINDS = re.compile(
-    r"(still[ _-]*air|free[ _-]*decay|ring[ _-]*down|still|free|growth|decay|steady|lock[ _-]*in|gtr|dtr|calm)(?![a-z])",
+    r"(still[ _-]*air|free[ _-]*decay|ring[ _-]*down|still|free|growth|decay|steady|lock[ _-]*in|gtr|dtr)(?![a-z])",
     re.IGNORECASE,
 )
 _DIGITS = re.compile(r"(?<=\d)p(?=\d)")
 Question = tuple[str, units.Dimension, bool]
 
 
-def QUESTIONS(angular: bool) -> dict[str, Question]:  # noqa: N802
+def questions(angular: bool) -> dict[str, Question]:
     """What no file of records tells: the words, the dimension, and whether only tests in the wind need it."""
     mass = "inertia" if angular else "mass"
     return {
@@ -39,19 +39,19 @@ def campaign_text(folder: Path, found: Sequence[Found], answers: Mapping[str, st
     """Spell the campaign; what nobody answered stands in a comment that is marked."""
     angular = Counter(one.angular for one in found).most_common(1)[0][0]
     found = [one for one in found if one.angular == angular]
-    questions = QUESTIONS(angular)
+    wanted = questions(angular)
 
     def asked(key: str) -> str:
         if answers.get(key):
             return f"{key} = {_text(answers[key])}"
-        what, dimension, _ = questions[key]
+        what, dimension, _ = wanted[key]
         return f"# {key} = {dimension.spelling}  # {UNFILLED}: {what}"
 
     rigs, tests = _grouped(found)
     speed = answers.get("wind_speed")
     lines = [
-        "# Written by `scruton init`. Kinds, windows and groups are guesses from the envelopes and the names: look them",
-        "# over. A line marked with two words in capitals is to be filled in: put the value, take the # away.",
+        "# Written by `scruton init`. Kinds, windows and groups are guesses from the envelopes and the names: look",
+        "# them over. A line marked with two words in capitals is to be filled in: put the value, take the # away.",
         "format = 1", f"title = {_text(folder.resolve().name)}", "",
         "[section]", f'motion = "{"torsional" if angular else "heaving"}"', asked("width"), asked("depth"),
     ]  # fmt: skip
@@ -74,7 +74,9 @@ def campaign_text(folder: Path, found: Sequence[Found], answers: Mapping[str, st
             lines += _record(one, found, "rigs")
     for (name, rig), records in tests.items():
         lines += ["", "[[tests]]", f"name = {_text(name)}"]
-        lines += [f"rig = {_text(rig)}" if rig else f"# rig = {_text(next(iter(rigs)))}  # {UNFILLED}: the rig it is of"]
+        lines += [
+            f"rig = {_text(rig)}" if rig else f"# rig = {_text(next(iter(rigs)))}  # {UNFILLED}: the rig it is of"
+        ]
         stated = records[0].wind_speed
         if stated is not None:
             lines += [f'wind_speed = "{stated:g} m/s"  # as its file says']
