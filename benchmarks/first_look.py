@@ -4,7 +4,7 @@
 
 A record counts as right where `init`, which sees a copy of the folder without its campaign.toml, names the same channel
 of the same file with the same kind and unit, and puts both edges of the window within 10 % of the length of the one
-made by hand.  A sample rate that stands in the campaign but in none of its files is handed over, as a user would be asked.
+made by hand.  A sample rate that stands in the campaign but in none of its files is handed over, as a user is asked.
 """
 
 import shutil
