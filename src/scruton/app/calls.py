@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scruton.app.brief import sizing_in_brief
 from scruton.campaign import Campaign, tests_used
 from scruton.campaign import load_campaign as _load_campaign
 from scruton.campaign.quantity import Quantity
@@ -239,7 +238,6 @@ def load_bridge(path: Path | str, motion: Motion | str = Motion.HEAVING) -> "Bri
     """
     from scruton.sizing.bridge import load_bridge
 
-    sizing_in_brief()
     return load_bridge(Path(path), Motion(motion))
 
 
@@ -258,7 +256,6 @@ def load_sizing(folder: Path | str) -> "Sizing":
     """
     from scruton.sizing.results import load_sizing
 
-    sizing_in_brief()
     return load_sizing(folder)
 
 
@@ -293,7 +290,6 @@ def size(
     from scruton.sizing.limits import limit
     from scruton.sizing.study import size
 
-    sizing_in_brief()
     tree = _tree(fit)
     if not test_names(tree):
         raise InputError("posterior", "", "no test in wind", "a fit of at least one test: still air says nothing of it")

@@ -98,6 +98,11 @@ CHALLENGE = (
 )  # fmt: skip
 
 VERBS = (
+    Verb("init", "write a commented campaign.toml for the files of a folder", "init:run", (
+        Argument("folder", type=Path, help="folder with the files of the records"),
+        Argument("--sample-rate", metavar="RATE", help='of records without any time, such as "1000 Hz"'),
+        force("the campaign.toml that lies"),
+    )),
     Verb("check", "read a campaign, print what it holds and every warning", "check:run", (CAMPAIGN, STRICT)),
     Verb("fit", "front end and posteriors: writes posterior.nc and fit.json", "fit:run", FIT),
     Verb("report", "fit, predict and write the report; or write it of results that are there", "report:run", (

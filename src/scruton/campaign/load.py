@@ -11,14 +11,14 @@ from scruton.campaign import units
 from scruton.campaign.columns import file_path
 from scruton.campaign.files import Files
 from scruton.campaign.quantity import Quantity
-from scruton.campaign.records import read_record, read_sweep
+from scruton.campaign.records import RECORD_KEYS, read_record, read_sweep
 from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Campaign, Fluid, Kind, Motion, Record, Rig, Section, Sweep, Test
 from scruton.campaign.series import each_test
 from scruton.campaign.spelling import nearest, show
 from scruton.campaign.thresholds import LARGEST_TOML
 from scruton.campaign.title_block import read_title_block
-from scruton.campaign.toml import Field, Table, anything, choice, flag, number, parse_toml, stated, text
+from scruton.campaign.toml import Field, Table, anything, choice, flag, number, parse_toml, stated, text, toml_text
 from scruton.errors import InputError
 
 FILE_NAME = "campaign.toml"
@@ -34,7 +34,8 @@ def _damping_ratio(table: Table, key: str) -> Quantity:
     return ratio
 
 
-_TOP_KEYS = ("format", "title", "source", "section", "rigs", "tests", "sweeps", "report")
+UNFILLED = "FILL IN"  # in a comment, the mark of a line that `scruton init` could not fill
+_TOP_KEYS = ("format", "title", "source", "section", "defaults", "rigs", "tests", "sweeps", "report")
 _SECTION = {
     "motion": choice(Motion),
     "width": number(units.LENGTH),
@@ -95,8 +96,11 @@ def load_campaign(path: Path, problems: list[InputError] | None = None) -> Campa
     if not path.exists():
         raise InputError(path, "", "no such file", f"a folder with a {FILE_NAME}, or the path of one")
     files = Files(path.parent)
-    top = Table(path, "", parse_toml(files.read(path, LARGEST_TOML), path))
+    data = files.read(path, LARGEST_TOML)
+    top = Table(path, "", parse_toml(data, path))
+    _refuse_unfilled(data, path)
     top.check_keys(_TOP_KEYS)
+    top = _with_defaults(top)
     top.check_format(FORMAT)
     if "section" not in top:
         raise top.error("section", "nothing", "a table [section] with motion, width and depth")
@@ -127,6 +131,41 @@ def load_campaign(path: Path, problems: list[InputError] | None = None) -> Campa
         remarks=tuple(_odd_units(top)),
         title_block=read_title_block(top.table("report"), files),
     )
+
+
+def _refuse_unfilled(data: bytes, path: Path) -> None:
+    """Raise InputError for lines that `scruton init` left to be filled in: each with its number and its spelling."""
+    lines = enumerate(toml_text(data, path).splitlines(), start=1)
+    left = [(i, line.strip(" \t#")) for i, line in lines if line.lstrip().startswith("#") and UNFILLED in line]
+    if left:
+        more = "" if len(left) == 1 else f"; lines {', '.join(str(i) for i, _ in left[1:])}, too"
+        wanted = f"the value in place, and the # before it gone: {left[0][1].partition('#')[0].strip()}{more}"
+        raise InputError(path, f"line {left[0][0]}", f"a line that is marked {UNFILLED}", wanted)
+
+
+def _with_defaults(top: Table) -> Table:
+    """Give every record and every test what [defaults.records] and [defaults.tests] say and they do not."""
+    defaults = top.table("defaults")
+    defaults.check_keys(("records", "tests"))
+    records, tests = defaults.table("records"), defaults.table("tests")
+    records.check_keys([key for key in RECORD_KEYS if key != "file"])
+    tests.check_keys([key for key in _TEST if key not in ("name", "records", "peak")])
+
+    def test(own: Mapping[str, Any]) -> dict[str, Any]:
+        usual = dict(tests.values)
+        if {"wind_speed", "reduced_velocity"} & set(own):  # either says the wind
+            usual = {key: value for key, value in usual.items() if key not in ("wind_speed", "reduced_velocity")}
+        return {**usual, **own}
+
+    def filled(owner: Table, own: Mapping[str, Any]) -> dict[str, Any]:
+        inner = [{**records.values, **record.values} for record in owner.tables("records")]
+        return {**own, "records": inner} if "records" in owner else dict(own)
+
+    values = {key: value for key, value in top.values.items() if key != "defaults"}
+    if records.values or tests.values:
+        values |= {"rigs": [filled(rig, rig.values) for rig in top.tables("rigs")]}
+        values |= {"tests": [filled(one, test(one.values)) for one in top.tables("tests")]} if "tests" in top else {}
+    return Table(top.file, top.field, values, top.wording)
 
 
 @dataclass

@@ -18,6 +18,7 @@ from scruton.campaign.toml import Field, Table, anything, flag, is_number, numbe
 from scruton.campaign.units import DENSITY, FREQUENCY, INERTIA, LENGTH, MASS, SPEED, Dimension
 from scruton.errors import InputError
 from scruton.griffin.posterior import names_of
+from scruton.shown import shown
 from scruton.sizing.damper_request import DamperRequest, RiskOf, read_damper
 from scruton.sizing.limits import Limit, limit
 from scruton.sizing.mode_shape import ModeShape, read_shape, read_table, sine, uniform
@@ -107,6 +108,14 @@ class Cost:
     failure: float = 0.0
 
 
+def _facts(one: "Bridge") -> Mapping[str, object]:
+    return {
+        "title": one.title, "motion": one.motion.value, "modes": ", ".join(mode.name for mode in one.modes),
+        "limits": ", ".join(limit.text for limit in one.limits),
+    }  # fmt: skip
+
+
+@shown(_facts)
 @dataclass(frozen=True, eq=False)
 class Bridge:
     """A bridge of one cross-section.

@@ -9,6 +9,7 @@ import numpy as np
 
 from scruton.documents import as_json, from_json, read_document
 from scruton.errors import InputError
+from scruton.shown import shown
 from scruton.sizing.checks import Required
 from scruton.sizing.dampers import Damper
 from scruton.sizing.existing import Existing
@@ -113,6 +114,15 @@ class ModeSizing:
         return next(risk for risk in self.limits if risk.rule == self.governing)
 
 
+def _facts(one: "Sizing") -> Mapping[str, object]:
+    facts: dict[str, object] = {"bridge": one.bridge.title}
+    for mode in one.modes:
+        against = mode.governing_limit
+        facts[mode.name] = f"{against.required_text['0.95']} at 95 %, against {against.rule}"
+    return facts | {"flags": len(one.flags)}
+
+
+@shown(_facts)
 @dataclass(frozen=True, eq=False)
 class Sizing:
     """The damping that a bridge needs, the dampers that give it, and the risk that they leave.

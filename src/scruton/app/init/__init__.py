@@ -1,0 +1,102 @@
+"""`scruton init`: from a folder of records to a commented campaign.toml."""
+
+import sys
+from argparse import Namespace
+from pathlib import Path
+
+from scruton.app.init.channels import Found, records
+from scruton.app.init.look import is_record, look
+from scruton.app.init.write import campaign_text, questions
+from scruton.app.run import Outcome
+from scruton.campaign import units
+from scruton.campaign.files import Files
+from scruton.campaign.load import FILE_NAME, UNFILLED
+from scruton.campaign.quantity import Quantity
+from scruton.documents import write_text
+from scruton.errors import InputError
+
+SMALL = 0.05  # of the largest steady amplitude of the same file: less is no lock-in
+
+
+def run(arguments: Namespace) -> Outcome:
+    """Write campaign.toml for the files of a folder; InputError where one lies there already, or no record does."""
+    folder = arguments.folder
+    if not folder.is_dir():
+        raise InputError(folder, "", "no such folder", "a folder with files of records")
+    path = folder / FILE_NAME
+    if path.exists() and not arguments.force:
+        raise InputError(path, "", "a campaign that is there already", "another folder, or --force to replace it")
+    asking = sys.stdin is not None and sys.stdin.isatty() and not arguments.quiet
+    stated = arguments.sample_rate
+    rate = None if stated is None else _parsed(stated, units.FREQUENCY, "--sample-rate").mean
+    found, remarks = examine(folder, rate)
+    unknown = asking and rate is None and any(_timeless(one) for one in found)
+    if unknown and (answer := _asked("sample rate of records without any time", units.FREQUENCY)):
+        found, remarks = examine(folder, _parsed(answer, units.FREQUENCY, "sample rate").mean)
+    if not found:
+        reason = "; ".join(remarks[:3])
+        raise InputError(folder, "", f"no record{f' ({reason})' if reason else ''}", "files of motion against time")
+    answers = {}
+    if asking:
+        angular = any(one.angular for one in found)
+        in_wind = any(one.stretch.kind != "free-decay" for one in found)
+        for key, (what, dimension, needs_wind) in questions(angular).items():
+            if in_wind or not needs_wind:
+                answers[key] = _asked(what, dimension)
+    text = campaign_text(folder, found, answers, remarks)
+    write_text(path, text)
+    lines = [i for i, line in enumerate(text.splitlines(), start=1) if line.startswith("#") and UNFILLED in line]
+    said = f"{len(found)} records in {len({one.path for one in found})} files.\n"
+    said += f"To be filled in: lines {', '.join(map(str, lines))}.\n" if lines else ""
+    return Outcome(said + f"Look it over, then: scruton check {folder}", [path], remarks)
+
+
+def examine(folder: Path, rate: float | None) -> tuple[list[Found], list[str]]:
+    """Find the records of a folder, in the order of the names, and what is to be said of the other files."""
+    files, found, remarks = Files(folder), [], []
+    for path in sorted(path for path in folder.iterdir() if path.is_file() and is_record(path)):
+        try:
+            there = list(records(look(path, files), rate))
+        except InputError as error:
+            remarks.append(str(error))
+            continue
+        if not there:
+            remarks.append(f"{path.name}: nothing in it that oscillates with time")
+        found += there
+    largest: dict[Path, float] = {}
+    for one in found:
+        if one.stretch.kind == "steady":
+            largest[one.path] = max(largest.get(one.path, 0.0), one.stretch.level)
+    kept = []
+    for one in found:
+        if one.stretch.kind != "steady" or one.stretch.level >= SMALL * largest[one.path]:
+            kept.append(one)
+        else:
+            share = f"steady at less than {SMALL:.0%} of the largest of its file"
+            remarks.append(f"{one.path.name} {one.response.key}: left out, {share}")
+    return kept, remarks
+
+
+def _timeless(one: Found) -> bool:
+    return one.time is None and one.response.clock is None and one.rate is None
+
+
+def _parsed(text: str, dimension: units.Dimension, where: str) -> Quantity:
+    return units.parse_quantity(text, dimension, "command line", where)
+
+
+def _asked(what: str, dimension: units.Dimension) -> str:
+    """Ask once, and again after what is no quantity; empty where nothing is answered: the line stays to be filled."""
+    while True:
+        try:
+            answer = input(f"{what} (such as {dimension.spelling.strip(chr(34))}; empty: later): ").strip()
+        except EOFError:
+            return ""
+        if not answer:
+            return ""
+        try:
+            _parsed(answer, dimension, what)
+        except InputError as error:
+            print(error)
+        else:
+            return answer

@@ -1,0 +1,136 @@
+"""Which channels of a file are time, motion and wind, and in what unit."""
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from scruton.app.init.guess import Motion, Stretch, oscillation, stretches
+from scruton.app.init.look import Channel, Source
+from scruton.campaign import units
+from scruton.campaign.schema import Kind
+
+_TIME = re.compile(r"t|time|zeit|temps|times?tamps?|seconds|sec", re.IGNORECASE)
+_RATE = re.compile(r"fs|f_s|rate|sample_?rate|sampling_?rate|samplerate", re.IGNORECASE)
+_STEP = re.compile(r"ts|dt|delta_?t|increment", re.IGNORECASE)
+_WIND = re.compile(r"u|wind|wind[ _]?speed|velocity|u_?inf", re.IGNORECASE)
+_LENGTHS = re.compile(r"displ|heav|weg|auslenk|d[ée]plac|y|z|x", re.IGNORECASE)
+_ANGLES = re.compile(r"rot|theta|phi|pitch|roll|torsi|twist|alpha|angle|winkel|psi", re.IGNORECASE)
+_PURE = 0.3  # of the variance, the least share of the dominant line in what is called motion
+_STILL = re.compile(r"still|free|ring|calm|no_?wind|u0(?!\d)|ausschwing", re.IGNORECASE)
+_SAID = re.compile(r"growth|gtr|decay|dtr", re.IGNORECASE)
+_IN_WIND = re.compile(r"growth|gtr|dtr|build|lock|steady|wind|decay", re.IGNORECASE)
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """One record: where it lies, what moves in it, and the stretch that is meant."""
+
+    source: Source
+    response: Channel
+    time: Channel | None
+    rate: float | None  # Hz, where no channel tells the time; None: not known
+    angular: bool
+    stretch: Stretch
+    wind_speed: float | None = None  # m/s, where the file says it
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+        return self.source.path
+
+
+def records(source: Source, rate: float | None) -> Iterator[Found]:
+    """Find the records of a file; `rate` [Hz] is that of channels without any time."""
+    scalars = {c.name: float(c.values[0]) for c in source.channels if c.values.size == 1}
+    stated = next((value for name, value in scalars.items() if _RATE.fullmatch(name) and value > 0.0), None)
+    step = next((value for name, value in scalars.items() if _STEP.fullmatch(name) and value > 0.0), None)
+    own = stated or (1.0 / step if step else None) or rate
+    groups = list(dict.fromkeys(c.group for c in source.channels if c.values.size > 1))
+    for group in groups:
+        members = [c for c in source.channels if c.group == group]
+        yield from _record(source, members, own)
+
+
+def _record(source: Source, members: Sequence[Channel], rate: float | None) -> Iterator[Found]:
+    longest = [c for c in members if c.values.size >= 40]
+    plain = [c for c in longest if _named(c) > 0]
+    time = next((c for c in longest if _is_time(c)), None)
+    wind = next((float(c.values[0]) for c in members if c.values.size == 1 and _WIND.fullmatch(c.name)), None)
+    best: tuple[tuple[int, float], Channel, Motion, float, float, bool] | None = None
+    for channel in plain or longest:
+        if channel is time or (time is not None and channel.values.size != time.values.size):
+            continue
+        start, step = _axis(channel, time, rate)
+        motion = oscillation(channel.values, step)
+        if motion is None or motion.share < _PURE * (not (_named(channel) and channel.unit)):
+            continue
+        rank = _named(channel), float(np.std(channel.values - np.median(channel.values)))
+        if best is None or rank > best[0]:
+            best = rank, channel, motion, start, step, is_angle(channel)
+    if best is None:
+        return
+    _, channel, motion, start, step, angular = best
+    blows = _blows(source.path.stem) if wind is None else wind > 0.0
+    for stretch in stretches(motion, start, step, wind=blows):
+        if stretch.kind is Kind.STEADY and (
+            said := _SAID.search(source.path.stem)
+        ):  # too little to see: it is called so
+            stretch = replace(stretch, kind=Kind.DECAY if said[0].lower() in ("decay", "dtr") else Kind.GROWTH)
+        known = rate if time is None and channel.clock is None else None
+        yield Found(source, channel, time, known, angular, stretch, wind or None)
+
+
+def is_angle(channel: Channel) -> bool:
+    """Whether a channel is an angle, by its unit or its name."""
+    if channel.unit is not None:
+        return _fits(channel.unit, units.ANGLE)
+    return bool(_ANGLES.match(channel.name))
+
+
+def unit_of(found: Iterable[Found]) -> str:
+    """Guess the unit of channels of one name that state none, from the largest of their amplitudes."""
+    some = list(found)
+    largest = max(one.stretch.level for one in some)
+    if some[0].angular:
+        return "rad" if largest < 1.6 else "deg"
+    return "m" if largest < 1.0 else "mm"
+
+
+def _blows(stem: str) -> bool | None:
+    if _STILL.search(stem):
+        return False
+    return True if _IN_WIND.search(stem) else None
+
+
+def _is_time(channel: Channel) -> bool:
+    increasing = bool((np.diff(channel.values) > 0.0).all())
+    return increasing and (_TIME.fullmatch(channel.name) is not None or isinstance(channel.key, int))
+
+
+def _axis(channel: Channel, time: Channel | None, rate: float | None) -> tuple[float, float]:
+    """Start and step [s]; a step of one where nothing tells it."""
+    if time is not None:
+        factor = units.unit_factor(time.unit, units.TIME) if time.unit and _fits(time.unit, units.TIME) else 1.0
+        values = time.values * factor
+        return float(values[0]), float(values[-1] - values[0]) / (len(values) - 1)
+    return channel.clock or (0.0, 1.0 / rate if rate else 1.0)
+
+
+def _named(channel: Channel) -> int:
+    """How plainly a channel says that it is a motion: by its unit, by a word; 0 where it does not."""
+    if channel.unit:
+        if not (_fits(channel.unit, units.LENGTH) or _fits(channel.unit, units.ANGLE)):
+            return -1
+        return 2
+    return int(bool(_LENGTHS.match(channel.name) or _ANGLES.match(channel.name)))
+
+
+def _fits(unit: str, dimension: units.Dimension) -> bool:
+    try:
+        units.unit_factor(unit, dimension)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,105 @@
+"""`scruton init`: the campaigns of the examples and measured ones, found again from their files alone."""
+
+import shutil
+import tomllib
+from argparse import Namespace
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.first_look import EXAMPLES, score
+from scruton.app import init
+from scruton.campaign import load_campaign
+from scruton.errors import InputError
+
+MEASURED = ("bristol-heave", "cylinder-in-wind", "pendulum-air-drag", "pendulum-dry-friction", "ship-roll-decay",
+            "ship-roll-speeds")  # fmt: skip
+
+
+def run(folder: Path, *, force: bool = False, rate: str | None = None) -> str:
+    init.run(Namespace(folder=folder, force=force, quiet=True, sample_rate=rate))
+    return (folder / "campaign.toml").read_text(encoding="utf-8")
+
+
+def ring_down(path: Path, *, rate: float = 100.0) -> None:
+    """Write what a German LabVIEW exports: a block above, semicolons, decimal commas, units in the header."""
+    t = np.arange(2000) / rate
+    y = 5.0 * np.exp(-0.1 * t) * np.cos(2.0 * np.pi * 4.0 * t)
+    rows = [f"{a:.4f};{b:.5f}".replace(".", ",") for a, b in zip(t, y, strict=True)]
+    path.write_text("\n".join(["LabVIEW Measurement", "Datum;2026", "", "Zeit [s];Weg [mm]", *rows]), "latin-1")
+
+
+def filled(text: str) -> str:
+    """Do what a user does: take away the # of every line that is marked."""
+    return "\n".join(line.removeprefix("# ") if "FILL IN" in line else line for line in text.splitlines())
+
+
+@pytest.mark.parametrize("name", sorted(path.parent.name for path in EXAMPLES.glob("*/campaign.toml")))
+def test_nine_of_ten_records_of_an_example_are_found(name: str) -> None:
+    found = score(EXAMPLES / name)
+    assert found.right >= 0.9 * found.records, found.wrong
+    assert found.beside == 0
+
+
+@pytest.mark.real
+def test_nine_of_ten_measured_records_are_found(shared_data: Callable[[str], Path]) -> None:
+    scores = [score(shared_data(name)) for name in MEASURED]
+    assert sum(one.right for one in scores) >= 0.9 * sum(one.records for one in scores)
+
+
+def test_an_export_with_a_block_above_is_described_and_loads(tmp_path: Path) -> None:
+    ring_down(tmp_path / "rig1_still_air.csv")
+    text = run(tmp_path)
+    (record,) = tomllib.loads(text)["rigs"][0]["records"]
+    assert (record["kind"], record["skip_rows"], record["decimal"]) == ("free-decay", 3, ",")
+    assert text == run(tmp_path, force=True)
+    with pytest.raises(InputError, match="marked FILL IN"):
+        load_campaign(tmp_path)
+    (tmp_path / "campaign.toml").write_text(filled(text), encoding="utf-8")
+    assert load_campaign(tmp_path).rigs[0].frequency.mean == pytest.approx(4.0, rel=0.01)
+
+
+def test_a_whole_example_loads_once_its_lines_are_filled(tmp_path: Path) -> None:
+    for path in (EXAMPLES / "pylon").glob("*.csv"):
+        shutil.copyfile(path, tmp_path / path.name)
+    text = run(tmp_path)
+    (tmp_path / "campaign.toml").write_text(filled(text), encoding="utf-8")
+    campaign = load_campaign(tmp_path)
+    assert (len(campaign.rigs), len(campaign.tests)) == (5, 5)
+
+
+def test_a_campaign_that_is_there_stays(tmp_path: Path) -> None:
+    (tmp_path / "campaign.toml").write_text("mine", encoding="utf-8")
+    with pytest.raises(InputError, match="--force"):
+        run(tmp_path)
+    assert (tmp_path / "campaign.toml").read_text(encoding="utf-8") == "mine"
+
+
+def test_a_folder_without_records_is_bad_input(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("nothing", encoding="utf-8")
+    with pytest.raises(InputError, match="no record"):
+        run(tmp_path)
+
+
+def test_defaults_stand_for_what_records_and_tests_do_not_say(tmp_path: Path) -> None:
+    t = np.arange(2000) / 100.0
+    rows = "\n".join(f"{y:.6f}" for y in np.exp(-0.1 * t) * np.cos(8.0 * np.pi * t))
+    (tmp_path / "a.csv").write_text(f"displacement\n{rows}\n", encoding="utf-8")
+    (tmp_path / "b.csv").write_text(f"displacement\n{rows}\n", encoding="utf-8")
+    (tmp_path / "campaign.toml").write_text(
+        'format = 1\n[section]\nmotion = "heaving"\nwidth = "1 m"\ndepth = "1 m"\n'
+        '[defaults.records]\nsample_rate = "100 Hz"\nunits = { displacement = "mm" }\n'
+        '[defaults.tests]\nair_density = "1.2 kg/m^3"\nwind_speed = "3 m/s"\n'
+        '[[rigs]]\nname = "r"\nmass = "1 kg/m"\nfrequency = "4 Hz"\n'
+        'records = [{ file = "a.csv", kind = "free-decay" }]\n'
+        '[[tests]]\nname = "t"\nrig = "r"\nreduced_velocity = 2\n'
+        'records = [{ file = "b.csv", kind = "decay", sample_rate = "50 Hz" }]\n',
+        encoding="utf-8",
+    )
+    campaign = load_campaign(tmp_path)
+    assert campaign.tests[0].wind_speed.mean == pytest.approx(8.0)  # its own wind, not the default's
+    assert campaign.tests[0].air_density.mean == pytest.approx(1.2)
+    assert campaign.rigs[0].records[0].time[1] == pytest.approx(0.01)
+    assert campaign.tests[0].records[0].time[1] == pytest.approx(0.02)
