@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     Sized = Sizing | Path | str  # a sizing, or the folder of one
 
 __all__ = [
-    "aerodynamic_damping", "aerodynamic_damping_by_test", "corner", "cost", "damper", "griffin", "griffin_by_test",
-    "griffin_reciprocal", "influence", "information", "innovations", "laws", "lock_in", "posterior_predictive",
+    "aerodynamic_damping", "aerodynamic_damping_by_test", "corner", "cost", "damper", "decision", "griffin",
+    "griffin_by_test", "griffin_reciprocal", "influence", "information", "innovations", "laws", "lock_in", "posterior_predictive",
     "prior_curves", "prior_predictive", "reciprocal_against_damping", "records", "required_damping", "ring_downs",
     "risk", "shares", "stability", "trace", "trial_functions", "validation", "what_moved_the_posterior",
 ]  # fmt: skip
@@ -133,6 +133,11 @@ def what_moved_the_posterior(
 def influence(fit: "Fitted", criticism: "Criticism", ax: "Axes | None" = None, *, page: int = 1) -> "Figure":
     """Shifts of the posterior without a record, a line for every record."""
     return _drawn("influence", (_fit(fit).tree, criticism), ax, page=page)
+
+
+def decision(sizing: "Sized", ax: "Axes | None" = None) -> "Figure":
+    """The Griffin plot of the bridge itself: its amplitude, the limit, where it is and where it has to go."""
+    return _of_sizing("decision", sizing, ax, "")
 
 
 def risk(sizing: "Sized", ax: "Axes | None" = None, *, mode: str = "") -> "Figure":
