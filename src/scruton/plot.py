@@ -32,9 +32,10 @@ if TYPE_CHECKING:
 
 __all__ = [
     "aerodynamic_damping", "aerodynamic_damping_by_test", "corner", "cost", "damper", "decision", "griffin",
-    "griffin_by_test", "griffin_reciprocal", "influence", "information", "innovations", "laws", "lock_in", "posterior_predictive",
-    "prior_curves", "prior_predictive", "reciprocal_against_damping", "records", "required_damping", "ring_downs",
-    "risk", "shares", "stability", "trace", "trial_functions", "validation", "what_moved_the_posterior",
+    "griffin_by_test", "griffin_reciprocal", "influence", "information", "innovations", "laws", "lock_in",
+    "posterior_predictive", "prior_curves", "prior_predictive", "reciprocal_against_damping", "records",
+    "required_damping", "ring_downs", "risk", "shares", "stability", "trace", "trial_functions", "validation",
+    "what_moved_the_posterior",
 ]  # fmt: skip
 
 
