@@ -5,8 +5,14 @@ import json
 import pytest
 
 from scruton import InputError, load_sizing
+from scruton.campaign.schema import Motion
 from scruton.cli import main
 from scruton.documents import write_document
+from scruton.infer.store import read_tree
+from scruton.report.parts import sizing_part
+from scruton.sizing.bridge import load_bridge
+from scruton.sizing.limits import limit
+from scruton.sizing.study import size
 
 BRIDGE = """format = 1
 title = "A <bridge> & 桥"
@@ -165,3 +171,29 @@ def test_a_sizing_that_is_not_one_is_refused(tmp_path):
     write_document(tmp_path / "sizing.json", {"format": 1, "modes": []})
     with pytest.raises(InputError, match="a sizing that this version wrote"):
         load_sizing(tmp_path)
+
+
+def test_the_decision_can_be_rebuilt_and_is_the_same_whichever_verb_wrote_it(small_results, tmp_path, capsys):
+    path = tmp_path / "one" / "bridge.toml"
+    path.parent.mkdir()
+    path.write_text(BRIDGE[: BRIDGE.rindex("[[modes]]")], encoding="utf-8")
+    out = tmp_path / "sizing"
+    run("size", small_results, "--bridge", path, "--limit", "0.05", "-o", out, capsys=capsys)
+    found = json.loads((out / "sizing.json").read_text(encoding="utf-8"))
+
+    by_report = json.loads(json.dumps(sizing_part(small_results, path, ["0.05"]).content))
+    different = {key for key in by_report if key != "provenance" and by_report[key] != found[key]}
+    assert not different
+    for key in ("seed", "sha256", "settings", "versions", "fit_sha256", "bridge_sha256", "law", "effect"):
+        assert by_report["provenance"][key] == found["provenance"][key], key
+
+    kept = found["inputs"]
+    again = tmp_path / "again"
+    again.mkdir()
+    for name, text in kept["documents"].items():
+        (again / name).write_text(text, encoding="utf-8")
+    assert kept["limits"] == ["jtg", "kd", "0.05"]
+    tree, _ = read_tree(small_results)
+    bridge = load_bridge(again, Motion(found["bridge"]["motion"]))
+    rebuilt = size(tree, bridge, [limit(rule) for rule in kept["limits"]], seed=found["provenance"]["seed"]).to_json()
+    assert json.loads(json.dumps(rebuilt["modes"])) == found["modes"]

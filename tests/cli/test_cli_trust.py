@@ -67,10 +67,10 @@ def test_a_bad_campaign_does_not_cost_the_good_results(campaign, results, capsys
     (results / "figures" / "mine.png").write_bytes(b"of the user")
     before = contents(results)
     spoil(campaign)
-    for more in (["--force"], ["--force", "--effect", "auto"]):
+    for more in (["--force", "--strict"], ["--force", "--strict", "--effect", "auto"]):
         refused("fit", campaign, "-o", results, *more, capsys=capsys, words=["decay.csv"])
         assert contents(results) == before
-    refused("report", campaign, "-o", results, "--force", capsys=capsys, words=["decay.csv"])
+    refused("report", campaign, "-o", results, "--force", "--strict", capsys=capsys, words=["decay.csv"])
     assert contents(results) == before
 
 

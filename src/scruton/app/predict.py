@@ -70,7 +70,7 @@ def size(arguments: Namespace) -> Outcome:
     from scruton.sizing.existing import offers
     from scruton.sizing.limits import limit
     from scruton.sizing.results import RESULT
-    from scruton.sizing.study import size, sizing_origin
+    from scruton.sizing.study import sized, sizing_origin
 
     results = arguments.results
     folder = arguments.out or results / "sizing"
@@ -84,15 +84,10 @@ def size(arguments: Namespace) -> Outcome:
     origin = sizing_origin(results, summary, bridge, seed=arguments.seed, settings=settings)
     inputs = origin["fit_sha256"] | origin["bridge_sha256"]
     with Run(folder, "size", arguments, sha256=inputs, settings=settings, results=(RESULT,)) as work:
-        content = size(
-            tree, bridge, rules, rig=arguments.rig, law_n=arguments.law, seed=arguments.seed, progress=work.bar,
-            offers=asked,
-        ).to_json()  # fmt: skip
-        if arguments.bridge is None:
-            content["flags"].append("no bridge was given: the answer is for the section model itself, at its own size")
-        if not summary["converged"]:
-            content["flags"].insert(0, "the fit did not converge: " + "; ".join(summary["flags"]))
-        content["provenance"] = origin | {key: settings[key] for key in ("law", "effect")}
+        content = sized(
+            results, (tree, summary), bridge, rules, asked=settings, rig=arguments.rig, law_n=arguments.law,
+            seed=arguments.seed, progress=work.bar, offers=asked,
+        )  # fmt: skip
         drawn = figures_from("sizing", content)
         figures = [path for figure in drawn for path in save(figure, work.new, formats=("svg", "png"))]
         work.write(RESULT, content)

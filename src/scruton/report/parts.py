@@ -25,7 +25,7 @@ from scruton.report.figures.sizing import governing, modes
 from scruton.sizing.bridge import Bridge, load_bridge
 from scruton.sizing.limits import limit
 from scruton.sizing.model import ModeModel, unit_cube
-from scruton.sizing.study import size, sizing_origin
+from scruton.sizing.study import sized
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -96,9 +96,8 @@ def sizing_part(folder: Path, bridge: Path, limits: Sequence[str] = (), seed: in
     if not summary["tests"]:
         raise InputError(bridge, "", "a campaign without tests in wind", "a campaign with at least one test")
     structure = load_bridge(bridge, motion_of(tree))
-    content = size(tree, structure, [limit(rule) for rule in limits], seed=seed).to_json()
-    content["provenance"] = sizing_origin(folder, summary, structure, seed=seed, settings={"limits": list(limits)})
-    return part_of_sizing(content)
+    asked = {"limits": list(limits)}
+    return part_of_sizing(sized(folder, (tree, summary), structure, [*map(limit, limits)], asked=asked, seed=seed))
 
 
 def part_of_sizing(content: Mapping[str, Any]) -> Part:

@@ -184,7 +184,7 @@ class ModeModel:
             return places
         x = self.mode.shape.position
         largest = x[int(np.abs(self.mode.shape.value).argmax())]
-        return (float((largest - x[0]) / (x[-1] - x[0])),) * request.number
+        return (round(float((largest - x[0]) / (x[-1] - x[0])), 9),) * request.number
 
     @cached_property
     def table(self) -> CurveTable | None:

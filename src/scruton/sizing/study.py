@@ -44,6 +44,10 @@ if TYPE_CHECKING:
 
 ASKED = "0.95"  # the confidence that flags speak of
 SPREAD_DRAWS = 1 << 12
+# What may be asked for beside a bridge, and what it is where it is not.
+ASKED_FOR: Mapping[str, Any] = {
+    "law": None, "effect": None, "rig": None, "damping": None, "limits": [], "dampers": [], "identified": [],
+}  # fmt: skip
 
 
 def sizing_origin(
@@ -58,6 +62,41 @@ def sizing_origin(
         ),
         "fit_sha256": fit, "bridge_sha256": dict(bridge.sha256), "limits": list(settings["limits"]),
     }  # fmt: skip
+
+
+def sized(
+    folder: Path,
+    fit: "tuple[xr.DataTree, Mapping[str, Any]]",
+    bridge: Bridge,
+    limits: Sequence[Limit],
+    *,
+    asked: Mapping[str, Any] | None = None,
+    **options: Any,
+) -> dict[str, Any]:
+    """The content of sizing.json, the same whichever verb writes it.
+
+    Parameters
+    ----------
+    folder : Path
+        That the fit lies in.
+    fit : (DataTree, mapping)
+        As `scruton.infer.store.read_tree` gives it.
+    bridge, limits
+        As of `size`.
+    asked : mapping, optional
+        What else was asked for, by the names of `ASKED_FOR`.
+    **options
+        As of `size`.
+    """
+    tree, summary = fit
+    content = size(tree, bridge, limits, **options).to_json()
+    if not bridge.documents:
+        content["flags"].append("no bridge was given: the answer is for the section model itself, at its own size")
+    if not summary["converged"]:
+        content["flags"].insert(0, "the fit did not converge: " + "; ".join(summary["flags"]))
+    settings = {**ASKED_FOR, **(asked or {})}
+    origin = sizing_origin(folder, summary, bridge, seed=int(options.get("seed", 0)), settings=settings)
+    return content | {"provenance": origin | {key: settings[key] for key in ("law", "effect")}}
 
 
 def size(
