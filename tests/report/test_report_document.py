@@ -112,7 +112,10 @@ def test_a_bridge_puts_limit_risk_damping_and_confidence_first(three) -> None:
     assert {"bridge_similitude", "required_damping", "dampers_1", "dampers_2", "all_modes", "digests"} <= names
     digests = next(one for one in document.every(Table) if one.name == "digests")
     assert ("bridge.toml", "ab" * 32) in digests.rows
-    assert "clause to be confirmed" in text_of(next(c for c in document.chapters if c.key == "validity").blocks)
+    validity = text_of(next(c for c in document.chapters if c.key == "validity").blocks)
+    assert "clause to be confirmed" in validity
+    assert "a mode beyond the tests" in validity
+    assert "raised a flag" not in validity
 
 
 def test_a_torsional_sizing_is_printed_in_degrees_with_what_the_code_says(three) -> None:

@@ -115,8 +115,10 @@ def validity_chapter(material: Material) -> Iterator[Block]:
         yield Callout(ALARM, "Flags of the fit", flags)
     if cautions:
         yield Callout(CAUTION, "Flags of the predictions", cautions)
-    if not flags and not cautions:
-        yield paragraph("Neither the fit nor the predictions raised a flag.")
+    if sized := list((material.sizing or {}).get("flags", ())):
+        yield Callout(CAUTION, "Flags of the sizing", sized)
+    if not (flags or cautions or sized):
+        yield paragraph("Neither the fit nor the predictions nor the sizing raised a flag.")
     yield Heading("How far the design lies from the tests")
     yield paragraph(
         "The extrapolation index x is the distance from a test in units of the Scruton number that its relaxation rate "
