@@ -104,6 +104,14 @@ VERBS = (
         force("the campaign.toml that lies"),
     )),
     Verb("check", "read a campaign, print what it holds and every warning", "check:run", (CAMPAIGN, STRICT)),
+    Verb("identify", "the paper's own quick estimation: its Table 5, record by record", "identify:run", (
+        CAMPAIGN,
+        Argument(
+            "--trial", default="second-order exponential", metavar="NAME",
+            help='trial function: "second-order exponential", "polynomial 8", "cubic spline 12" (knots)',
+        ),
+        flag("--json", "print JSON"),
+    )),
     Verb("fit", "front end and posteriors: writes posterior.nc and fit.json", "fit:run", FIT),
     Verb("report", "fit, predict and write the report; or write it of results that are there", "report:run", (
         Argument("campaign", type=Path, metavar="CAMPAIGN|RESULTS", help="folder with a campaign.toml, or of a fit"),

@@ -1,0 +1,63 @@
+"""`scruton identify`: the paper's own quick estimation of every transient record, its Table 5, without any sampling."""
+
+import json
+from argparse import Namespace
+from dataclasses import fields
+
+from scruton.app.run import Outcome
+from scruton.campaign import load_campaign
+from scruton.documents import as_json
+from scruton.dynamics.identify import Identified, identify
+from scruton.envelope import gather
+from scruton.envelope.trial import trial_function
+from scruton.errors import InputError
+from scruton.report.document import Block, Table, paragraph
+from scruton.report.render_text import render_text
+from scruton.report.wording import plain_number as number
+from scruton.report.wording import shown_in
+from scruton.terminal import DONE
+
+HEADER = ("record", "Sc", "U/(f0 D)", "m_r", "slope", "K", "A", "lambda [1/s]", "Y1", "epsilon")
+
+
+def run(arguments: Namespace) -> Outcome:
+    """Print a row for every growth or decay; InputError for bad input, or where no record gives a row."""
+    try:
+        trial_function(arguments.trial)
+    except ValueError as error:
+        raise InputError("command line", "--trial", f'"{arguments.trial}"', str(error)) from error
+    campaign = load_campaign(arguments.campaign)
+    rows: list[Identified] = []
+    left: list[InputError] = []
+    for found in identify(gather(campaign), arguments.trial):
+        if isinstance(found, InputError):
+            left.append(found)
+        else:
+            rows.append(found)
+    if not rows:
+        raise left[0] if left else InputError(campaign.path, "tests", "no transient", "a growth or a decay in wind")
+    if arguments.json:
+        content = [
+            {field.name: getattr(row, field.name) for field in fields(row) if field.name != "front"}
+            | {"trial": {"name": arguments.trial, "constants": dict(row.front.trial.constants)}}
+            for row in rows
+        ]
+        return Outcome(lines=[json.dumps({"identified": as_json(content)})], remarks=list(map(str, left)))
+    factor, unit = shown_in(campaign.section.amplitude_unit)
+    cells = [
+        (
+            row.record, number(row.scruton_number), number(row.reduced_velocity), number(row.mass_ratio),
+            number(row.slope), number(row.reduced_frequency),
+            number(factor * row.stable_amplitude) + ("" if row.measured else " *"), number(row.relaxation_rate),
+            number(row.Y1), number(row.epsilon),
+        )
+        for row in rows
+    ]  # fmt: skip
+    note = f"slope: d(1/A)/dSc, A in {campaign.section.amplitude_unit}; A in {unit}"
+    if not all(row.measured for row in rows):
+        note += "; *: where the record's own curve meets its Scruton number"
+    blocks: list[Block] = [
+        paragraph(f"{campaign.title}: Eqs. (2) to (8) and (17) to (19), trial function: {arguments.trial}"),
+        Table("identified", "", HEADER, cells, note),
+    ]
+    return Outcome(lines=[render_text(blocks)], remarks=list(map(str, left)), code=DONE)
