@@ -1,10 +1,14 @@
 """`scruton check`: what a campaign holds, and every warning."""
 
 from argparse import Namespace
+from collections.abc import Sequence
+from statistics import fmean
 
 from scruton.app.run import Outcome
 from scruton.campaign import Campaign, Fluid, Quantity, Record, Test, load_campaign
 from scruton.campaign.remarks import sentences
+from scruton.dynamics import Setting
+from scruton.dynamics.identify import Identified, identify
 from scruton.envelope import RecordQuality, gather, review, usable
 from scruton.envelope.inspection import SET_ASIDE
 from scruton.errors import InputError
@@ -38,7 +42,11 @@ def run(arguments: Namespace) -> Outcome:
         (rig.name, _stated(rig.frequency), _stated(rig.mass), _stated(rig.damping_ratio, 100.0), str(len(rig.records)))
         for rig in campaign.rigs
     )
-    tests = tuple(_test_row(campaign, test) for test in campaign.tests)
+    quick: dict[str, list[Identified]] = {}
+    for found in identify(inspection):
+        if isinstance(found, Identified):
+            quick.setdefault(found.test, []).append(found)
+    tests = tuple(_test_row(campaign, test, quick.get(test.name, [])) for test in campaign.tests)
     rows = tuple(
         _row(record, rig.name if test is None else test.name, inspection.qualities[record.name])
         for record, rig, test in inspection.records()
@@ -54,7 +62,7 @@ def run(arguments: Namespace) -> Outcome:
         [
             paragraph(heading),
             Table("rigs", "", RIG_HEADER, rigs),
-            Table("tests", "", (*TEST_HEADER, f"stable [{unit}]", "records"), tests),
+            Table("tests", "", (*TEST_HEADER, f"stable [{unit}]", "lambda [1/s]", "records"), tests, _note(tests)),
             Table("sweeps", "", ("sweep of rig", "points", "wind speed [m/s]", f"largest [{unit}]"), sweeps),
             Table("records", "", (*RECORD_HEADER[:7], f"amplitude [{unit}]", *RECORD_HEADER[7:]), rows),
             *([Callout(CAUTION, counted, tuple(warnings))] if warnings else []),
@@ -70,6 +78,12 @@ TEST_HEADER = ("test", "rig", "U [m/s]", "U/(f0 D)", "Sc", "peak")
 RECORD_HEADER = ("record", "of", "kind", "length [s]", "rate [Hz]", "cycles", "f [Hz]", "S/N", "second line")
 
 
+def _note(tests: Sequence[tuple[str, ...]]) -> str:
+    """What is no word of the laboratory's."""
+    by_hand = "lambda, and what has a *, are by Eqs. (2) to (8) of each record; `scruton identify` has all of it"
+    return by_hand if any(row[-2] != "-" for row in tests) else ""
+
+
 def _stated(quantity: Quantity | None, factor: float = 1.0) -> str:
     if quantity is None:
         return "-"
@@ -77,12 +91,15 @@ def _stated(quantity: Quantity | None, factor: float = 1.0) -> str:
     return text if not quantity.sd else f"{text} +/- {number(quantity.sd * factor, 2)}"
 
 
-def _test_row(campaign: Campaign, test: Test) -> tuple[str, ...]:
-    from scruton.dynamics import Setting
-
+def _test_row(campaign: Campaign, test: Test, quick: "Sequence[Identified]") -> tuple[str, ...]:
+    """What is stated of a test; what is not, its Scruton number and stable amplitude, by the paper's own procedure."""
     rig, section = campaign.rig(test.rig), campaign.section
-    sc = float("nan")
-    if rig.mass and rig.damping_ratio:
+    sc, stable = float("nan"), _stated(test.stable_amplitude)
+    if quick:
+        sc = quick[0].scruton_number
+        if test.stable_amplitude is None:
+            stable = f"{number(fmean(row.stable_amplitude for row in quick))} *"
+    elif rig.mass and rig.damping_ratio:
         sc = float(
             Setting(
                 motion=section.motion, width=section.width, depth=section.depth, mass=rig.mass.mean,
@@ -90,11 +107,12 @@ def _test_row(campaign: Campaign, test: Test) -> tuple[str, ...]:
                 wind_frequency=rig.frequency.mean, damping_ratio=rig.damping_ratio.mean,
             ).scruton_number
         )  # fmt: skip
+    rates = [row.relaxation_rate for row in quick]
     reduced = test.wind_speed.mean / (rig.frequency.mean * section.depth)
     peak = {True: "yes", False: "no", None: "-"}[test.peak]
     return (
         test.name, test.rig, _stated(test.wind_speed), number(reduced), number(sc), peak,
-        _stated(test.stable_amplitude), str(len(test.records)),
+        stable, TERMINAL.range([min(rates), max(rates)], 3) if rates else "-", str(len(test.records)),
     )  # fmt: skip
 
 

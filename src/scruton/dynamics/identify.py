@@ -76,6 +76,8 @@ def identify(inspection: Inspection, trial: str = "second-order exponential") ->
             yield _row(inspection, campaign, record, rig, test, trial)
         except InputError as error:
             yield error
+        except ValueError as error:  # of the trial function
+            yield InputError(record.path, record.field, str(error), "a transient that a trial function can follow")
 
 
 def _row(inspection: Inspection, campaign: Campaign, record: Record, rig: Rig, test: Test, trial: str) -> Identified:
