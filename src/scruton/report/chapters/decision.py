@@ -48,7 +48,7 @@ def decision_sentence(sizing: Content, *, trusted: bool = True) -> str:
     if reach is not None and not reach["trusted"]:
         demand += (
             f" Test a rig at a Scruton number of about {number(reach['scruton_number'], 2)} before it is built: the "
-            "answer lies beyond those tested."
+            "answer lies far from those tested."
         )
     elif limit.get("required_at_discrepancy"):
         demand += " Test a second rig before it is built: one says nothing of how far rigs differ."
