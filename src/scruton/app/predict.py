@@ -65,12 +65,13 @@ def size(arguments: Namespace) -> Outcome:
 
     InputError for bad input, or a folder that holds a sizing already; nothing is written then.
     """
+    from scruton.infer.store import provenance_of
     from scruton.report.chapters.sizing import sizing_summary
     from scruton.report.figures import figures_from, save
     from scruton.sizing.existing import offers
     from scruton.sizing.limits import limit
     from scruton.sizing.results import RESULT
-    from scruton.sizing.study import sized, sizing_origin
+    from scruton.sizing.study import sized
 
     results = arguments.results
     folder = arguments.out or results / "sizing"
@@ -81,8 +82,7 @@ def size(arguments: Namespace) -> Outcome:
     bridge = _bridge(tree, arguments)
     settings = {name: getattr(arguments, name) for name in ("law", "effect", "rig", "damping")}
     settings |= {"limits": arguments.limit, "dampers": arguments.damper, "identified": arguments.identified}
-    origin = sizing_origin(results, summary, bridge, seed=arguments.seed, settings=settings)
-    inputs = origin["fit_sha256"] | origin["bridge_sha256"]
+    inputs = provenance_of(results, summary) | dict(bridge.sha256)
     with Run(folder, "size", arguments, sha256=inputs, settings=settings, results=(RESULT,)) as work:
         content = sized(
             results, (tree, summary), bridge, rules, asked=settings, rig=arguments.rig, law_n=arguments.law,

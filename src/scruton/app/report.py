@@ -71,8 +71,7 @@ def of_results(arguments: Namespace) -> Outcome:
     from scruton.infer.store import load_fit, provenance_of
     from scruton.processes import SecondProcess
     from scruton.report.build import write_report
-    from scruton.report.parts import scruton_numbers_of, sizing_part
-    from scruton.report.saved import saved_crossed, saved_gap, saved_sizing
+    from scruton.report.saved import beside
 
     results: Path = arguments.campaign
     for option, otherwise in _OF_A_CAMPAIGN.items():
@@ -82,23 +81,16 @@ def of_results(arguments: Namespace) -> Outcome:
                 "the campaign itself; a report of results takes what is there",
             )  # fmt: skip
     fit = load_fit(results)
-    bridge, limits, seed = arguments.bridge, arguments.limit, fit.summary["provenance"]["seed"]
-    gap = None if arguments.no_gap else saved_gap(results, fit.summary)
-    sizing = saved_sizing(results, fit.summary) if bridge is None else sizing_part(results, bridge, limits, seed)
-    design = arguments.sc
-    if bridge is not None and not design:
-        design = scruton_numbers_of(fit.tree, bridge)
+    bridge, limits = arguments.bridge, arguments.limit
+    content = beside(results, fit, bridge=bridge, limits=limits, design_sc=arguments.sc, gap=not arguments.no_gap)
     inputs = provenance_of(results, fit.summary)
-    if bridge is not None and sizing is not None:
-        inputs |= sizing.content["provenance"]["bridge_sha256"]
-    settings = {"sc": arguments.sc, "limits": limits, "gap": gap is not None, "bridge": bridge is not None}
+    if bridge is not None:
+        inputs |= content["sizing"].content["provenance"]["bridge_sha256"]
+    settings = {"sc": arguments.sc, "limits": limits, "gap": content["gap"] is not None, "bridge": bridge is not None}
     folder = arguments.out or results / "report"
     claim = Run(folder, "report", arguments, sha256=inputs, settings=settings, results=WRITTEN)
     with claim as work, SecondProcess() as second:
-        paths = write_report(
-            fit, work.new, place=folder, design_sc=design, gap=gap, sizing=sizing,
-            crossed=partial(saved_crossed, results), second=second,
-        )  # fmt: skip
+        paths = write_report(fit, work.new, place=folder, second=second, **content)
         work.publish()
     return _outcome(fit, paths)
 

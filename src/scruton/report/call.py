@@ -45,12 +45,9 @@ def report(
     InputError
         Whatever is wrong with what is given.
     """
-    from functools import partial
-
     from scruton.infer.store import load_fit
     from scruton.report.build import build_report
-    from scruton.report.parts import scruton_numbers_of, sizing_part
-    from scruton.report.saved import saved_crossed, saved_gap, saved_sizing
+    from scruton.report.saved import beside
 
     if not isinstance(fit, Path | str):
         for name, value in (("out", out or ""), ("bridge", None if bridge is None else "")):
@@ -59,13 +56,6 @@ def report(
                 raise InputError("report", name, "a fit that is in no folder", wanted)
         return build_report(fit, Path(str(out)), design_sc=scruton_numbers)
     folder, loaded = Path(fit), load_fit(fit)
-    if bridge is None:
-        sizing, design = saved_sizing(folder, loaded.summary), scruton_numbers
-    else:
-        seed = int(loaded.summary["provenance"]["seed"])
-        sizing = sizing_part(folder, Path(bridge), limits, seed)
-        design = scruton_numbers or scruton_numbers_of(loaded.tree, Path(bridge))
-    return build_report(
-        loaded, folder / "report" if out is None else Path(out), design_sc=design,
-        gap=saved_gap(folder, loaded.summary), sizing=sizing, crossed=partial(saved_crossed, folder),
-    )  # fmt: skip
+    named = None if bridge is None else Path(bridge)
+    content = beside(folder, loaded, bridge=named, limits=limits, design_sc=scruton_numbers)
+    return build_report(loaded, folder / "report" if out is None else Path(out), **content)

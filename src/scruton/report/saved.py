@@ -1,8 +1,9 @@
 """What earlier runs left beside a fit - diagnosis, sizing, crossed predictions - as parts of a report."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scruton.documents import read_document, read_json
 from scruton.errors import InputError
@@ -11,10 +12,41 @@ from scruton.infer.store import provenance_of
 from scruton.report.chapters.gap import gap_sentence
 from scruton.report.document import Picture
 from scruton.report.figures.gap import CAPTION
-from scruton.report.parts import Part, part_of_sizing
+from scruton.report.parts import Part, part_of_sizing, scruton_numbers_of, sizing_part
 from scruton.sizing.results import RESULT as SIZING
 
+if TYPE_CHECKING:
+    from scruton.infer.results import Fit
+
 REPORT, VALIDATION, FIGURES = "report.json", "validation.json", "figures"
+
+
+def beside(
+    folder: Path,
+    fit: "Fit",
+    *,
+    bridge: Path | None,
+    limits: Sequence[str],
+    design_sc: Sequence[float],
+    gap: bool = True,
+) -> dict[str, Any]:
+    """What `write_report` takes beside a fit that lies in a folder; a bridge that is named is sized anew.
+
+    Without `gap` the diagnosis is left out, and not looked at.
+
+    Raises
+    ------
+    InputError
+        As `saved_gap`, `saved_sizing` and `sizing_part`.
+    """
+    sizing, design = saved_sizing(folder, fit.summary) if bridge is None else None, design_sc
+    if bridge is not None:
+        sizing = sizing_part(folder, bridge, limits, int(fit.summary["provenance"]["seed"]))
+        design = design_sc or scruton_numbers_of(fit.tree, bridge)
+    return {
+        "gap": saved_gap(folder, fit.summary) if gap else None, "sizing": sizing, "design_sc": design,
+        "crossed": partial(saved_crossed, folder),
+    }  # fmt: skip
 
 
 def saved_gap(folder: Path, summary: Mapping[str, Any]) -> Part | None:

@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.griffin.coverage import Coverage, coverage_of
 from scruton.griffin.curves import LawCurves, law_curves
 from scruton.griffin.discrepancy import STATED, one_rig, with_discrepancy
 from scruton.griffin.law_free import LawFree, StraightLine, law_free, straight_line
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 CONFIDENCES = ("0.50", "0.84", "0.95", "0.99")
+ASKED = "0.95"  # the one that is spoken of: in flags, on the first page, in a bridge's decision
 LAW_FREE = "law-free"
 Required = Mapping[str, float | None]
 
@@ -69,6 +72,7 @@ class Evidence:
     law_free: LawFree | None
     line: StraightLine | None
     at_discrepancy: Mapping[str, LawCurves]
+    _curves: dict[float, dict[str, LawCurves]] = field(default_factory=dict, repr=False)  # by the nearest test's Sc
 
     @classmethod
     def of(cls, tree: "xr.DataTree") -> "Evidence":
@@ -79,10 +83,22 @@ class Evidence:
 
     def each_law(self, near: float) -> dict[str, LawCurves]:
         """Each law of the card alone; one that was not sampled starts from the test nearest to a Scruton number."""
+        tested = self.coverage.scruton_number
+        anchor = float(tested[self.coverage.nearest(np.array(near))])
+        if anchor not in self._curves:
+            self._curves[anchor] = self._from_test(anchor)
+        return self._curves[anchor]
+
+    @cached_property
+    def coverage(self) -> Coverage:
+        """What the peak tests cover."""
+        return coverage_of(self.tree)
+
+    def _from_test(self, anchor: float) -> dict[str, LawCurves]:
         curves = {}
         for label in map(str, self.tree["laws"]["law"].to_numpy()):
             exponent = label.removeprefix("n=")
-            alone = {"law_n": float(exponent), "near": near} if exponent != label else {}
+            alone = {"law_n": float(exponent), "near": anchor} if exponent != label else {}
             curves[label] = law_curves(self.tree, **alone)
         return curves
 

@@ -20,7 +20,7 @@ from scruton.infer.store import provenance_of
 from scruton.progress import Progress
 from scruton.provenance import provenance
 from scruton.sizing.bridge import Bridge
-from scruton.sizing.checks import Evidence
+from scruton.sizing.checks import ASKED, Evidence
 from scruton.sizing.damper_request import RiskOf
 from scruton.sizing.dampers import damper, withheld
 from scruton.sizing.existing import Offer, existing, hung
@@ -42,7 +42,6 @@ from scruton.sizing.transfer import transfer_remarks
 if TYPE_CHECKING:
     import xarray as xr
 
-ASKED = "0.95"  # the confidence that flags speak of
 SPREAD_DRAWS = 1 << 12
 # What may be asked for beside a bridge, and what it is where it is not.
 ASKED_FOR: Mapping[str, Any] = {
@@ -169,8 +168,8 @@ def size(
         modes.append(_mode(model, rules, evidence, doubts, seed, tell))
     limits_met = [mode.governing_limit.limit for mode in modes]
     if bridge.damper.risk_of is RiskOf.ANY and len(modes) > 1 and not doubts:
-        sized = sized_for_any(models, limits_met, [mode.damper for mode in modes], seed, tell)
-        modes = [replace(mode, damper=one) for mode, one in zip(modes, sized, strict=True)]
+        together_sized = sized_for_any(models, limits_met, [mode.damper for mode in modes], seed, tell)
+        modes = [replace(mode, damper=one) for mode, one in zip(modes, together_sized, strict=True)]
     remarks = [flag for mode in modes for flag in mode.flags]
     remarks[:0] = [*doubts, *odd_input(bridge)]
     remarks += [*what_if(tree, law_n), *said]
@@ -237,7 +236,7 @@ def _mode(
         risks.append(risk(model, rule, seed=seed, evidence=evidence))
     deciding = governing(risks)
     tell(f"mode {mode.name}: shares of variance", 0.3)
-    parts = shares(model, deciding.limit, added=deciding.required["0.95"] or 0.0, seed=seed)
+    parts = shares(model, deciding.limit, added=deciding.required[ASKED] or 0.0, seed=seed)
     u = unit_cube(SPREAD_DRAWS, seed + 4)
     draws = model.draws(u)
     said = [*flags(model, draws), *outside(mode.name, risks), *remarks(mode.name, ASKED, deciding)]

@@ -4,9 +4,9 @@ from collections.abc import Callable, Iterator
 
 from scruton.griffin.thresholds import X_TRUSTED
 from scruton.report.document import Table
-from scruton.report.figures.sizing import CONFIDENCES, Content
+from scruton.report.figures.sizing import Content
 from scruton.report.wording import Notation, law_text, share
-from scruton.sizing.checks import LAW_FREE
+from scruton.sizing.checks import CONFIDENCES, LAW_FREE
 from scruton.sizing.thresholds import LARGEST_ADDED
 
 _SHARES = [share(float(p)) for p in CONFIDENCES]

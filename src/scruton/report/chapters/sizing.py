@@ -9,12 +9,11 @@ import numpy as np
 from scruton.report.chapters.material import Material
 from scruton.report.chapters.required import required_tables
 from scruton.report.document import CAUTION, Block, Callout, Heading, Picture, Table, paragraph
-from scruton.report.figures.sizing import CONFIDENCES, Content, modes
+from scruton.report.figures.sizing import Content, modes
 from scruton.report.wording import PAGE, TERMINAL, Notation, money, percent, share, shown_in
 from scruton.report.wording import number as written
+from scruton.sizing.checks import ASKED, CONFIDENCES
 
-ASKED = "0.95"  # the confidence that the summary states
-_WITHIN = f"{share(float(ASKED))} confidence"
 _SHARES = [share(float(p)) for p in CONFIDENCES]
 _TOGETHER = "Probability of exceeding the limit in lock-in"
 

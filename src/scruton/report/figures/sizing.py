@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from scruton.report.figures import FigureWithCaption, figure, style
+from scruton.sizing.checks import ASKED, CONFIDENCES
 
 Content = Mapping[str, Any]
-CONFIDENCES = ("0.50", "0.84", "0.95", "0.99")
 _COLOURS = (style.GREEN, style.ORANGE, style.VERMILLION, style.PURPLE)  # of the confidences
 _BAND: dict[str, Any] = {"color": style.SKY, "alpha": 0.4, "lw": 0}
 _ADDED = "Added damping ratio [%]"
@@ -33,7 +33,7 @@ def worst(content: Content) -> Content:
 
     def need(mode: Content) -> tuple[float, float]:
         limit = governing(mode)
-        required = limit["required"]["0.95"]
+        required = limit["required"][ASKED]
         return (np.inf if required is None else required, limit["probability"])
 
     mode: Content = max(content["modes"], key=need)
@@ -63,7 +63,7 @@ def decision_plot(content: Content, mode: Content) -> FigureWithCaption:
         [now[0]], [now[2]], [[now[2] - now[1]], [min(now[3], 2.0 * top) - now[2]]], fmt="o", color=style.BLACK, ms=6,
         capsize=3, zorder=5, label="without added damping",
     )  # fmt: skip
-    required = rule["required"]["0.95"]
+    required = rule["required"][ASKED]
     alt = f"Without added damping the amplitude is {now[2]:.3g} {shown} (90 % {now[1]:.3g} to {now[3]:.3g}), the limit "
     alt += f"{limit:.3g} {shown}."
     if required:
