@@ -4,7 +4,7 @@ Its records come from the full equation of motion or from VIVyD, never from the 
 """
 
 from collections.abc import Sequence
-from dataclasses import asdict, fields, replace
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
@@ -107,9 +107,8 @@ def _left_out(
 
 
 def _fit(campaign: Campaign, card: ModelCard, seed: np.random.SeedSequence) -> Fit:
-    """Fit with the shortest run that passes the verdict on convergence."""
-    sampler = replace(card.sampler, ensembles=2, walkers=max(card.sampler.walkers // 2, 64))
-    return fit_campaign(campaign, replace(card, sampler=sampler), seed=int(seed.generate_state(1)[0]), thorough=False)
+    """Fit as `scruton fit` does, without what predictions do not need."""
+    return fit_campaign(campaign, card, seed=int(seed.generate_state(1)[0]), thorough=False)
 
 
 def _posterior(fit: Fit, choice: np.random.SeedSequence, averaged: bool) -> tuple[Drawn, dict[str, Any]]:
