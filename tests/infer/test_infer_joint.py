@@ -18,6 +18,7 @@ from scruton.infer.joint import (
     reference_holds,
     reference_remark,
     scales_remark,
+    unconverged,
 )
 from scruton.infer.results import LawWeights
 from scruton.stats.priors import Prior
@@ -148,3 +149,16 @@ def test_a_rate_that_the_rigs_curve_tells_is_not_said_to_rest_on_the_prior() -> 
     assert flag.startswith("tests vague, other: no growth or decay record")
     sampled.tests = sampled.tests[:1]
     assert unconstrained(sampled, Joint(tests=rates)) == []
+
+
+def test_a_law_without_weight_does_not_bring_the_verdict_down() -> None:
+    rows = {"posterior": ["test a", "campaign, n=-1", "campaign, n=1"], "converged": [True, False, True]}
+    table = xr.Dataset({name: ("row", values) for name, values in rows.items()})
+
+    def of(weight: float) -> list[str]:
+        laws = xr.Dataset({"weight": ("law", [weight, 1.0 - weight])}, coords={"law": ["n=-1", "n=1"]})
+        return unconverged(xr.DataTree.from_dict({"/convergence": table, "/laws": laws}))
+
+    assert of(0.3) == ["campaign, n=-1"]
+    assert of(1e-9) == []
+    assert unconverged(xr.DataTree.from_dict({"/convergence": table})) == ["campaign, n=-1"]

@@ -55,7 +55,7 @@ def peaks_of(tests_of, card):
 
     def fit(force):
         if force not in made:
-            made[force] = fit_peaks(*tests_of(force), Sampling(card, 0))
+            made[force] = fit_peaks(*tests_of(force), Sampling(card, 0), white=True)
         return made[force]
 
     return fit
@@ -120,7 +120,7 @@ def test_a_law_that_reaches_no_data_has_no_weight_and_ends_no_run(tests_of, card
 
     monkeypatch.setattr(Sampling, "run", out_of_reach)
     sampling = Sampling(card, 0)
-    result = fit_peaks(*tests_of("paper"), sampling)
+    result = fit_peaks(*tests_of("paper"), sampling, white=True)
     assert not result.weights.sampled[2]
     assert result.weights.weight[2] == 0.0
     assert "n=2" not in [law.label for law in result.laws]
@@ -194,11 +194,10 @@ def test_stacking_scores_whole_records_and_leaves_the_unsampled_out(tests_of, ca
         return stacking_weights(scores)
 
     monkeypatch.setattr("scruton.infer.peaks.stacking_weights", spy)
-    monkeypatch.setattr("scruton.infer.peaks.HOPELESS", 1e9)
     two = replace(card, laws=(-1.0, 0.0), law_weights=(0.5, 0.5))
     sampling = Sampling(two, 0)
-    result = fit_peaks(*tests_of("paper"), sampling)
-    assert all(result.weights.sampled)
+    result = fit_peaks(*tests_of("paper"), sampling, white=False)
+    assert all(result.weights.sampled), "evidence decides nothing where no law explains the records"
     stacked = stack(result, sampling)
     assert [one.shape for one in seen] == [(2, 6)]
     assert np.isfinite(seen[0]).all()

@@ -29,6 +29,7 @@ from scruton.infer.joint import (
     left_at_prior,
     reference_remark,
     scales_remark,
+    unconverged,
 )
 from scruton.infer.models import WIND, SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
 from scruton.infer.peaks import fit_peaks, settle, stack
@@ -99,8 +100,8 @@ def fit_campaign(
     levels = {result.test.name: float(np.median(result.derived["a_star"])) for result in tests}
     names = {test.name for test in peak_tests(campaign, levels)}
     peaks = [result for result in tests if result.test.name in names]
-    joint = fit_peaks(campaign, peaks, sampling) if peaks else None
     misfits = misfit(tests)
+    joint = fit_peaks(campaign, peaks, sampling, white=not misfits) if peaks else None
     if joint:
         if thorough or misfits or card.averaging == "stacking":
             joint = stack(joint, sampling)
@@ -150,7 +151,9 @@ def assemble(
             samples[SPEEDS] = speeds.samples
     tree["convergence"] = xr.DataTree(convergence_group(samples))
     convergence = convergence_frame(tree)
-    summary = summarise(sampled, joint, convergence, provenance, sampling.flags, misfit=misfit)
+    summary = summarise(
+        sampled, joint, convergence, provenance, sampling.flags, converged=not unconverged(tree), misfit=misfit
+    )
     return Fit(
         campaign, card, tree, sampled.cycles, sampled.ringdowns, fronts, convergence, tuple(sampling.flags),
         summary["converged"], summary,

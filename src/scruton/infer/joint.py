@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scruton.arrays import FloatArray, IntArray
+from scruton.infer.results import CAMPAIGN
 from scruton.infer.thresholds import CARRIES, NOT_MOVED, SAME_PLACE
 from scruton.stats.priors import Prior
 
@@ -158,3 +159,16 @@ def names_at_prior(tree: "xr.DataTree") -> tuple[str, ...]:
     """The scales of the discrepancy that a fit left at their prior."""
     text = str(tree["campaign_posterior"].attrs.get("left_at_prior", ""))
     return tuple(text.split(",")) if text else ()
+
+
+def unconverged(tree: "xr.DataTree") -> list[str]:
+    """Names of the posteriors that did not converge though predictions or tables rest on them.
+
+    Nothing rests on the campaign model under a law that carries no weight.
+    """
+    table, weights = tree["convergence"], {}
+    if "laws" in tree:
+        weights = dict(zip(map(str, tree["laws"]["law"].to_numpy()), tree["laws"]["weight"].to_numpy(), strict=True))
+    idle = {f"{CAMPAIGN} {label}" for label, weight in weights.items() if weight <= CARRIES}
+    failed = table["posterior"].to_numpy()[~table["converged"].to_numpy().astype(bool)]
+    return [name for name in dict.fromkeys(map(str, failed)) if name not in idle]

@@ -11,7 +11,7 @@ from scruton.campaign.schema import Campaign
 from scruton.dynamics import Setting, force_parameters
 from scruton.infer.hierarchy import CampaignPosterior, PeakTest
 from scruton.infer.models import NOISE, WIND
-from scruton.infer.results import LawResult, LawWeights, PeakResult, TestResult
+from scruton.infer.results import CAMPAIGN, LawResult, LawWeights, PeakResult, TestResult
 from scruton.infer.sampling import ExcludedByPriorsError, Sampling
 from scruton.infer.thresholds import HOPELESS, LAWS_FLOOR
 from scruton.stats.evidence import evidence_by_importance, log_evidence
@@ -20,11 +20,11 @@ from scruton.stats.stacking import posterior_weights, stacking_weights
 from scruton.stats.student_t import fit_student_t
 
 
-def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Sampling) -> PeakResult:
+def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Sampling, *, white: bool) -> PeakResult:
     """Sample the joint posterior of the peak tests under the laws of the card, and weigh the laws by their evidence.
 
-    With several rigs, a law other than the reference that Laplace's approximation puts beyond any doubt has no weight
-    and is not sampled; nor is one under which no point of the prior explains the records.
+    With several rigs and white innovations, a law other than the reference that Laplace's approximation puts beyond any
+    doubt has no weight and is not sampled; nor ever is one under which no point of the prior explains the records.
 
     Parameters
     ----------
@@ -32,6 +32,8 @@ def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Samplin
     tests : sequence of TestResult
         The peak tests, one a rig.
     sampling : Sampling
+    white : bool
+        Whether the innovations are: where no law explains the records the evidence between them decides nothing.
     """
     card = sampling.card
     posteriors = [campaign_posterior(campaign, tests, sampling, n) for n in card.laws or (None,)]
@@ -41,15 +43,15 @@ def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Samplin
     log_z, error, unknown = np.full((3, len(labels)), np.nan)
     for i, candidate in enumerate(posteriors if several else ()):
         log_z[i] = laplace_log_evidence(candidate, np.random.default_rng(sampling.seed_of(f"screening, {labels[i]}")))
-    # One setting's transients tell no law for certain: all are sampled, and keep their part of the weight.
-    sampled = (log_z > log_z.max() - HOPELESS) | (len(tests) == 1)
+    # Where no law is told for certain, by one setting's transients or where none explains the records, all are sampled.
+    sampled = (log_z > log_z.max() - HOPELESS) | (len(tests) == 1) | (not white)
     sampled[0] = True
     laws: list[LawResult] = []
     for k, posterior in enumerate(posteriors):
         if not sampled[k]:
             continue
         try:
-            samples = sampling.run(f"campaign, {labels[k]}", posterior, *data_of(posterior))
+            samples = sampling.run(f"{CAMPAIGN} {labels[k]}", posterior, *data_of(posterior))
         except ExcludedByPriorsError:
             if not laws and k == len(labels) - 1:
                 raise

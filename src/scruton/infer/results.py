@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-TRIAL = "trial function of"  # how the posterior of one record's trial function is named, before the record
+# How posteriors are named: the campaign model before its law, a trial function before its record.
+CAMPAIGN, TRIAL = "campaign,", "trial function of"
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +162,7 @@ class Sampled:
         """Draws of every posterior that was sampled, by its name."""
         named = {f"rig {result.rig.name}": result.samples for result in self.rigs if result.samples}
         named |= {f"test {result.test.name}": result.samples for result in self.tests}
-        named |= {f"campaign, {law.label}": law.samples for law in (self.joint.laws if self.joint else ())}
+        named |= {f"{CAMPAIGN} {law.label}": law.samples for law in (self.joint.laws if self.joint else ())}
         return named | {f"{TRIAL} {trial.record.name}": trial.samples for trial in self.trials}
 
 

@@ -221,6 +221,7 @@ def summarise(
     provenance: Mapping[str, Any],
     flags: Sequence[str],
     *,
+    converged: bool,
     misfit: bool,
 ) -> dict[str, Any]:
     """The content of fit.json; `misfit` says whether the innovations speak against the reference law.
@@ -237,7 +238,7 @@ def summarise(
     return {
         "format": 1,
         "title": sampled.campaign.title,
-        "converged": bool(convergence["converged"].all()),
+        "converged": converged,
         "flags": list(flags),
         "law_n": np.nan if sampled.card.law_n is None else sampled.card.law_n,
         "laws": _laws(sampled.joint, misfit) if sampled.joint else {},

@@ -15,6 +15,7 @@ from scruton.griffin.curves import law_curves, what_if
 from scruton.griffin.discrepancy import one_rig, with_discrepancy
 from scruton.griffin.posterior import chosen_rig, motion_of, rig_mass_damping_draws
 from scruton.griffin.predict import prior_speaks
+from scruton.infer.joint import unconverged
 from scruton.infer.results import TRIAL
 from scruton.infer.store import provenance_of
 from scruton.progress import Progress
@@ -215,9 +216,7 @@ def untrusted(tree: "xr.DataTree") -> list[str]:
     """Why a fit is not to be built on, and what would mend it: posteriors of what is sized that did not converge."""
     if "convergence" not in tree:
         return []
-    table = tree["convergence"].to_dataset()
-    failed = dict.fromkeys(map(str, table["posterior"].to_numpy()[~table["converged"].to_numpy()]))
-    names = [name for name in failed if not name.startswith(TRIAL)]
+    names = [name for name in unconverged(tree) if not name.startswith(TRIAL)]
     if not names:
         return []
     return [

@@ -31,7 +31,7 @@ def convergence_chapter(material: Material) -> Iterator[Block]:
     """Convergence of every posterior, and the campaign's own check of its intervals."""
     fit, sampler = material.fit, material.fit.card.sampler
     if len(fit.convergence):
-        verdict = "Every posterior converged" if fit.converged else "Not every posterior converged"
+        verdict = "What numbers rest on converged" if fit.converged else "Not every posterior converged"
         yield paragraph(
             f"{verdict}: wanted were a nested R-hat below {sampler.max_rhat} over {sampler.ensembles} independent "
             f"ensembles, and at least {sampler.min_ess:.0f} effective draws in the bulk and in the tails of every "
