@@ -15,6 +15,7 @@ from emcee.moves import DEMove, StretchMove
 from scruton.arrays import FloatArray, IntArray
 from scruton.stats.convergence import SamplerSettings
 from scruton.stats.student_t import Conditional
+from scruton.stats.thresholds import MORE_LOCAL
 
 
 class IndependenceMove(emcee.moves.MHMove):
@@ -90,14 +91,18 @@ class Sweep(emcee.moves.Move):
 def sweep(proposals: Sequence[Sequence[Conditional]], settings: SamplerSettings, ensembles: int) -> Sweep:
     """Return the move of one step, each block's by the card's weights.
 
+    Where a proposal had to be fitted to draws it may lack what they have not reached yet: the local moves, which find
+    it, get several times their weight.
+
     Parameters
     ----------
     proposals : sequence of sequence of Conditional
         By ensemble, or of all ensembles together, and by block.
     """
-    weights = settings.independence, settings.differential_evolution, settings.stretch
     blocks = []
     for own in zip(*proposals, strict=True):
+        more = MORE_LOCAL if len(own[0].whole.parts) > 1 else 1.0
         local = (WithinEnsembles(move(), ensembles, own[0].members) for move in (DEMove, StretchMove))
+        weights = settings.independence, more * settings.differential_evolution, more * settings.stretch
         blocks.append(((IndependenceMove(own), *local), weights))
     return Sweep(blocks)

@@ -12,7 +12,8 @@ from scruton.arrays import FloatArray, IntArray, thin
 AT_OPTIMUM, FITTED_TO_DRAWS = 10.0, 5.0
 _ROUNDS = 12  # of the fits to draws
 _ENOUGH = 2000  # draws that a mixture is fitted to
-_PARTS, _WHOLE = 4, 0.15  # parts of a mixture fitted to draws, and the weight of the one of them all
+# Parts of a mixture fitted to draws; of the one of them all the weight, and how much wider it is than they are.
+_PARTS, _WHOLE, _WIDER = 4, 0.15, 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,7 +144,7 @@ def conditional(whole: StudentT, members: IntArray, given: IntArray) -> Conditio
 def fit_mixture(points: FloatArray) -> Mixture:
     """Mixture of Student-t that looks like points (N, d): one of them all, and `_PARTS` of what parts they fall into.
 
-    The one of all has a fixed weight: a walker in tails that the others miss waits for it, and not for ever.
+    The one of all is wider than they are and has a fixed weight: tails that the others miss are proposed all the same.
 
     Raises
     ------
@@ -175,7 +176,8 @@ def fit_mixture(points: FloatArray) -> Mixture:
         distance = np.stack([p.distance(points) for p in parts])
         gain = (AT_OPTIMUM + d) / (AT_OPTIMUM + distance)
         log_share = mixture.log_terms(points)
-    return Mixture(np.r_[_WHOLE, (1.0 - _WHOLE) * mixture.weight], (whole, *mixture.parts))
+    wide = StudentT(whole.centre, whole.cholesky * _WIDER, FITTED_TO_DRAWS)
+    return Mixture(np.r_[_WHOLE, (1.0 - _WHOLE) * mixture.weight], (wide, *mixture.parts))
 
 
 def maximum_likelihood(points: FloatArray, degrees_of_freedom: float) -> StudentT:
