@@ -9,11 +9,12 @@ from scipy import stats
 
 from scruton.errors import InputError
 from scruton.stats.convergence import SamplerSettings
+from scruton.stats.moves import sweep
 from scruton.stats.optimum import find_optimum
-from scruton.stats.posterior import Posterior
+from scruton.stats.posterior import Block, Posterior
 from scruton.stats.priors import Prior
-from scruton.stats.sampler import Checkpoint, IndependenceMove, moves, sample
-from scruton.stats.student_t import StudentT, maximum_likelihood
+from scruton.stats.sampler import Checkpoint, sample
+from scruton.stats.student_t import Conditional, Mixture, StudentT, conditional, fit_mixture, maximum_likelihood
 
 COVARIANCE = np.array([[1.0, 0.6, 0.0, 0.1], [0.6, 1.5, 0.2, 0.0], [0.0, 0.2, 0.5, 0.3], [0.1, 0.0, 0.3, 2.0]])
 MEAN = np.array([1.0, -2.0, 0.5, 3.0])
@@ -58,13 +59,33 @@ def run_move(move, steps=3000, walkers=40, seed=3):
     return sampler.get_chain(discard=200, thin=20, flat=True)
 
 
-WIDE = StudentT(MEAN + 0.3, np.linalg.cholesky(COVARIANCE) * 1.3)
+def only(**weight):
+    return SamplerSettings(**({"independence": 0.0, "differential_evolution": 0.0, "stretch": 0.0} | weight))
+
+
+def proposals(*blocks, shifts=(0.3,)):
+    """Of each ensemble, or one of all: mixtures that are not the target."""
+    scale = np.linalg.cholesky(COVARIANCE)
+
+    def mixture(shift, block):
+        parts = [StudentT(MEAN + shift, scale * 1.3), StudentT(MEAN - 1.0, scale * 0.8)]
+        columns = np.r_[block.given, block.members]
+        return Conditional(Mixture(np.array([0.7, 0.3]), tuple(p.marginal(columns) for p in parts)), *block[:2])
+
+    return [[mixture(shift, block) for block in blocks] for shift in shifts]
+
+
+NONE = np.arange(0)
+ALL = Block(np.arange(4), NONE)
+BLOCKS = Block(np.array([0, 2]), np.array([3, 1])), Block(np.array([1, 2, 3]), NONE)
 IN_USE = {
-    "independence": lambda: IndependenceMove(WIDE),
-    "differential evolution": emcee.moves.DEMove,
-    "stretch": emcee.moves.StretchMove,
-    "mixture": lambda: moves(WIDE, SamplerSettings()),
-    "blocks": lambda: moves(WIDE, SamplerSettings(), (np.array([0, 2]), np.array([1, 2, 3]))),
+    "independence": lambda: sweep(proposals(ALL), only(independence=1.0), 2),
+    "proposals of their own": lambda: sweep(proposals(ALL, shifts=(0.3, -0.2)), only(independence=1.0), 2),
+    "differential evolution": lambda: sweep(proposals(ALL), only(differential_evolution=1.0), 2),
+    "stretch": lambda: sweep(proposals(ALL), only(stretch=1.0), 1),
+    "mixture": lambda: sweep(proposals(ALL), SamplerSettings(), 2),
+    "blocks": lambda: sweep(proposals(*BLOCKS), SamplerSettings(), 2),
+    "blocks, no proposals": lambda: sweep(proposals(*BLOCKS), only(differential_evolution=0.7, stretch=0.3), 2),
 }
 
 
@@ -106,9 +127,9 @@ def test_the_fit_to_draws_leaves_out_what_lies_far_away():
 
 def test_a_block_is_drawn_given_the_others():
     """Of a normal-like Student-t the conditional is the normal one, and the ratio that comes with it its densities'."""
-    t, block = StudentT(MEAN, np.linalg.cholesky(COVARIANCE), 1e6), np.array([3, 1])
+    t, block, given = StudentT(MEAN, np.linalg.cholesky(COVARIANCE), 1e6), np.array([3, 1]), np.array([2, 0])
     x = np.tile(MEAN + np.array([1.0, 0.0, -0.7, 0.0]), (100000, 1))
-    new, ratio = t.conditional(block).draw(np.random.RandomState(2), x)
+    new, ratio = conditional(t, block, given).draw(x, np.random.RandomState(2))
     np.testing.assert_array_equal(new[:, [0, 2]], x[:, [0, 2]])
     inner = np.linalg.inv(COVARIANCE)[np.ix_(block, block)]
     across = np.linalg.inv(COVARIANCE)[np.ix_(block, [0, 2])]
@@ -116,6 +137,27 @@ def test_a_block_is_drawn_given_the_others():
     np.testing.assert_allclose(new[:, block].mean(axis=0), centre, atol=0.02)
     np.testing.assert_allclose(np.cov(new[:, block].T), np.linalg.inv(inner), atol=0.03)
     np.testing.assert_allclose(ratio, t.log_density(x) - t.log_density(new), rtol=1e-3, atol=1e-3)
+
+
+def test_a_mixture_draws_a_part_as_often_as_what_is_given_says():
+    """Two parts that differ in what is given: the conditional has each part's share at the place."""
+    parts = StudentT(np.zeros(2), np.eye(2), 1e6), StudentT(np.array([2.0, 10.0]), np.eye(2), 1e6)
+    whole = Conditional(Mixture(np.array([0.4, 0.6]), parts), np.array([1]), np.array([0]))
+    x = np.tile([0.8, 0.0], (50000, 1))
+    new, ratio = whole.draw(x, np.random.RandomState(3))
+    odds = 0.6 * stats.norm.pdf(0.8, 2.0) / (0.4 * stats.norm.pdf(0.8))
+    assert (new[:, 1] > 5.0).mean() == pytest.approx(odds / (1.0 + odds), abs=0.01)
+    density = 1.0 / (1.0 + odds) * stats.norm.pdf(new[:, 1]) + odds / (1.0 + odds) * stats.norm.pdf(new[:, 1], 10.0)
+    np.testing.assert_allclose(ratio, np.log(stats.norm.pdf(0.0) / (1.0 + odds) / density), rtol=1e-3, atol=1e-3)
+
+
+def test_a_mixture_fits_what_no_student_t_does():
+    rng = np.random.default_rng(6)
+    x = rng.standard_normal((4000, 2)) * [1.0, 0.3]
+    x[:, 1] += x[:, 0] ** 2
+    fitted, one, half = fit_mixture(x[:2000]), maximum_likelihood(x[:2000], 5.0), x[2000:]
+    assert np.logaddexp.reduce(fitted.log_terms(half)).mean() > one.log_density(half).mean() + 0.3
+    assert fitted.weight.sum() == pytest.approx(1.0)
 
 
 def test_optimum_and_laplace_covariance():
@@ -171,7 +213,7 @@ def whole():
 def test_resumed_is_bit_for_bit_uninterrupted(tmp_path, whole, chunks):
     settings, seen = SEVERAL_CHUNKS, []
 
-    def interrupt(steps, verdict):
+    def interrupt(steps, done):
         seen.append(steps)
         if len(seen) == chunks:
             raise KilledError

@@ -22,10 +22,10 @@ from functools import cached_property
 
 import numpy as np
 
-from scruton.arrays import FloatArray, IntArray
+from scruton.arrays import FloatArray
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.infer.models import NOISE, WIND, WindPosterior
-from scruton.stats.posterior import Coordinates, Posterior, Values
+from scruton.stats.posterior import Block, Coordinates, Posterior, Values
 from scruton.stats.priors import Prior
 
 SHARED = ("reference_amplitude", "reference_relaxation_ratio", "discrepancy_amplitude", "discrepancy_relaxation")
@@ -123,12 +123,19 @@ class CampaignPosterior(Posterior):
         return tuple(layouts)
 
     @cached_property
-    def blocks(self) -> tuple[IntArray, ...]:
-        """Each test's own parameters; and, as often since it costs little, what no record is read for."""
-        own = [np.arange(layout.start, layout.stop) for layout in self.own_coordinates]
+    def blocks(self) -> tuple[Block, ...]:
+        """Each test's own parameters, and before each, since it costs little, what no record is read for.
+
+        Given the shared curve tests know nothing of each other, and given the amplitudes and rates of the tests the
+        curve knows nothing of their noise.
+        """
         shared = np.arange(self.own_coordinates[0].start)
-        free = [layout[name] for layout in self.own_coordinates for name in layout if name in _BEYOND_RECORDS]
-        return (*own, *[np.r_[shared, np.array(free, dtype=int)]] * len(own))
+        own = [Block(np.arange(layout.start, layout.stop), shared) for layout in self.own_coordinates]
+        free, levels = (
+            np.array([layout[name] for layout in self.own_coordinates for name in layout if name in names], dtype=int)
+            for names in (_BEYOND_RECORDS, ("stable_amplitude", "relaxation_ratio"))
+        )
+        return tuple(block for one in own for block in (Block(np.r_[shared, free], levels), one))
 
     def _each(self, u: FloatArray) -> Iterator[tuple[PeakTest, Values]]:
         """Every test with its coordinates by name."""

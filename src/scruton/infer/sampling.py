@@ -11,17 +11,16 @@ from scruton.arrays import FloatArray
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
 from scruton.progress import Progress
-from scruton.stats.convergence import Convergence, SamplerSettings
+from scruton.stats.convergence import SamplerSettings
 from scruton.stats.optimum import ImpossibleError
 from scruton.stats.posterior import Posterior
 from scruton.stats.sampler import Checkpoint, Samples, sample
 
 
-def fewer_walkers(settings: SamplerSettings, dimensions: int, *, blocks: bool = False) -> SamplerSettings:
-    """As few walkers as the dimensions allow, each of which keeps more draws."""
-    needed = dimensions * (2 if blocks else 4)
+def fewer_walkers(settings: SamplerSettings, dimensions: int) -> SamplerSettings:
+    """As few walkers as the dimensions that are sampled together allow, each of which keeps more draws."""
     for k in (4, 2):
-        if settings.walkers % k == 0 and settings.walkers // k >= needed:
+        if settings.walkers % k == 0 and settings.walkers // k >= 4 * dimensions:
             return replace(settings, walkers=settings.walkers // k, draws=settings.draws * k)
     return settings
 
@@ -56,12 +55,12 @@ class Sampling:
             for array in arrays:
                 digest.update(np.ascontiguousarray(array).tobytes())
             checkpoint = Checkpoint(self.checkpoints / f"{zlib.crc32(name.encode()):08x}.npz", digest.hexdigest())
-        settings = fewer_walkers(self.card.sampler, len(posterior.priors), blocks=bool(posterior.blocks))
+        together = max((block.members.size for block in posterior.blocks), default=len(posterior.priors))
+        settings = fewer_walkers(self.card.sampler, together)
 
-        def progress(steps: int, verdict: Convergence) -> None:
+        def progress(_: int, done: float) -> None:
             if self.report:
-                done = min(verdict.ess_bulk.min(), verdict.ess_tail.min()) / settings.min_ess
-                self.report(name, float(min(done, 1.0)) if np.isfinite(done) else 0.0)
+                self.report(name, done)
 
         try:
             samples = sample(posterior, settings, self.seed_of(name), checkpoint, progress)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.stats.thresholds import LONG_RUN, STUCK_BELOW, TIMES_SPANNED
+from scruton.stats.thresholds import FEWEST_STEPS, LONG_RUN, ROUGHLY, STUCK_BELOW, TIMES_SPANNED
 
 MOST = 64  # draws a walker that the diagnostics look at; of a longer run evenly thinned ones, which say as much
 
@@ -71,6 +71,21 @@ class Convergence:
             "Raise sampler.max_steps in the model card; if walkers are stuck, look whether the record is what "
             "its kind says and choose the transient with start and stop."
         )
+
+
+def effective_draws(chain: FloatArray) -> float:
+    """Effective draws of the slowest parameter as the scatter of the chains' means tells them: roughly, and at once."""
+    scatter = chain.mean(axis=1).var(axis=0, ddof=1)
+    spread = chain.reshape(-1, chain.shape[-1]).var(axis=0)
+    with np.errstate(all="ignore"):
+        return float(np.min(len(chain) * spread / scatter))
+
+
+def promising(chain: FloatArray, effective: float, settings: SamplerSettings) -> bool:
+    """Whether the verdict on chains of about so many effective draws may be good: with room for a rough estimate."""
+    chains, draws, _ = chain.shape
+    enough = ROUGHLY * effective >= settings.min_ess and draws >= max(settings.draws, FEWEST_STEPS)
+    return bool(enough and draws >= min(TIMES_SPANNED * chains * draws / (ROUGHLY * effective), LONG_RUN))
 
 
 def judge(

@@ -7,8 +7,8 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.stats.convergence import SamplerSettings
 from scruton.stats.evidence import Evidence, _mean_weight, bridge_halves
-from scruton.stats.sampler import _Ensemble
-from scruton.stats.student_t import StudentT
+from scruton.stats.sampler import Ensembles
+from scruton.stats.student_t import StudentT, conditional
 
 LogProb = Callable[[FloatArray], FloatArray]
 
@@ -63,10 +63,11 @@ def bridge_evidence(
     for k in range(ENSEMBLES):
         rng = np.random.default_rng([seed, k])
         size = proposal.centre.size
+        whole = conditional(proposal, np.arange(size), np.arange(0))
         normal = rng.standard_normal((max(WALKERS, 2 * size + 2), size))
         start = inside(proposal.centre + normal @ proposal.cholesky.T)
         state = np.random.RandomState(np.random.MT19937(rng.integers(2**31))).get_state()
-        ensemble = _Ensemble(proposal, start, log_prob(start), state, [], [])
+        ensemble = Ensembles(1, [[whole]], start, log_prob(start), state)
         ensemble.advance(log_prob, SETTLE, _MOVES)
         ensemble.adapt()
         ensemble.advance(log_prob, steps, _MOVES)

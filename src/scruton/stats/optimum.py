@@ -41,8 +41,9 @@ def find_optimum(posterior: Posterior, rng: np.random.Generator, guesses: int = 
     scale = np.array([prior.scale for prior in posterior.priors])
     order = np.argsort(-value)[:starts]
     best, best_value = u[order[0]], value[order[0]]
+    steps = np.minimum(u[np.isfinite(value)].std(axis=0) + 1e-3 * scale, scale)  # guesses lie as near as is known
     for start in u[order]:
-        climbed = _climb(posterior, start, scale)
+        climbed = _climb(posterior, start, steps)
         height = float(posterior.log_prob(climbed[None])[0])
         if height > best_value:
             best, best_value = climbed, height

@@ -3,6 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,6 +11,13 @@ from scruton.arrays import FloatArray, IntArray
 from scruton.stats.priors import Prior
 
 _LOG_2PI = float(np.log(2.0 * np.pi))
+
+
+class Block(NamedTuple):
+    """Coordinates that are sampled together, and those of the others on which they depend."""
+
+    members: IntArray
+    given: IntArray
 
 
 class Values:
@@ -96,7 +104,7 @@ class Posterior(ABC):
         return Coordinates(dict.fromkeys(self.names))
 
     @property
-    def blocks(self) -> tuple[IntArray, ...]:
+    def blocks(self) -> tuple[Block, ...]:
         """Coordinates that are sampled together, given the others; none where all are at once."""
         return ()
 

@@ -11,7 +11,7 @@ import contextlib
 import os
 import zlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
@@ -19,18 +19,19 @@ from zipfile import BadZipFile
 import emcee
 import numpy as np
 
-from scruton.arrays import FloatArray, IntArray, thin
+from scruton.arrays import FloatArray, thin
 from scruton.documents import replace_file
 from scruton.errors import InputError
-from scruton.stats.convergence import Convergence, SamplerSettings, judge
+from scruton.stats.convergence import Convergence, SamplerSettings, effective_draws, judge, promising
+from scruton.stats.moves import sweep
 from scruton.stats.optimum import find_optimum
-from scruton.stats.posterior import Posterior
-from scruton.stats.student_t import AT_OPTIMUM, FITTED_TO_DRAWS, StudentT, maximum_likelihood
-from scruton.stats.thresholds import ADAPTATIONS, FAR_BELOW, OVERDISPERSED
+from scruton.stats.posterior import Block, Posterior
+from scruton.stats.student_t import Conditional, Mixture, StudentT, conditional, fit_mixture
+from scruton.stats.thresholds import ADAPTATIONS, EARLY, FAR_BELOW, MET, OVERDISPERSED
 
-FIRST_CHUNK = 20  # steps; then as many as the run already has, so that checks cost a fixed share
+FIRST_CHUNK = 12  # steps; then as many as there were so far, or since the last adaptation
 LARGEST_CHUNK = 256
-_PROPOSAL = ("centre", "cholesky", "degrees_of_freedom")
+_PART = ("centre", "cholesky", "degrees_of_freedom")  # of a proposal's mixture
 
 
 @dataclass(frozen=True)
@@ -94,49 +95,6 @@ class Samples:
     convergence: Convergence
 
 
-class IndependenceMove(emcee.moves.MHMove):
-    """Metropolis-Hastings with proposals drawn from one fixed distribution.
-
-    Near-normal posteriors accept almost every proposal, so that successive draws are nearly independent.
-    """
-
-    def __init__(self, proposal: StudentT) -> None:
-        self.proposal = proposal
-        super().__init__(self._propose, ndim=proposal.centre.size)
-
-    def _propose(self, coords: FloatArray, rng: np.random.RandomState) -> tuple[FloatArray, FloatArray]:
-        new = self.proposal.draw(rng, len(coords))
-        return new, self.proposal.log_density(coords) - self.proposal.log_density(new)
-
-
-class BlockMove(emcee.moves.MHMove):
-    """Metropolis-Hastings with a block drawn given the other coordinates: many are well drawn a few at a time."""
-
-    def __init__(self, proposal: StudentT, block: IntArray) -> None:
-        given = proposal.conditional(block)
-        super().__init__(lambda coords, rng: given.draw(rng, coords), ndim=proposal.centre.size)
-
-
-def moves(
-    proposal: StudentT, settings: SamplerSettings, blocks: Sequence[IntArray] = ()
-) -> list[tuple[emcee.moves.Move, float]]:
-    """Return the mixture of moves with the card's weights; a weight of zero leaves a move out.
-
-    Where the proposal had to be fitted to draws, the posterior is no Student-t, and walkers in its tails would wait
-    long for an independent proposal of all coordinates: the local moves get five times their weight.  Blocks share one
-    step among them, and the local moves keep their weight in it.
-    """
-    local = 1.0 / len(blocks) if blocks else 1.0 if proposal.degrees_of_freedom == AT_OPTIMUM else 5.0
-    distinct = {id(block): BlockMove(proposal, block) for block in blocks}  # one may stand among them several times
-    independent = [distinct[id(block)] for block in blocks] or [IndependenceMove(proposal)]
-    mixture = [
-        *((move, settings.independence / len(independent)) for move in independent),
-        (emcee.moves.DEMove(), local * settings.differential_evolution),
-        (emcee.moves.StretchMove(), local * settings.stretch),
-    ]
-    return [(move, weight) for move, weight in mixture if weight > 0]
-
-
 class _Vectorised(emcee.EnsembleSampler):
     """emcee's `vectorize=True` without its loop over the walkers: the posterior returns one array, never NaN."""
 
@@ -145,15 +103,30 @@ class _Vectorised(emcee.EnsembleSampler):
 
 
 @dataclass(eq=False)
-class _Ensemble:
-    """One ensemble between chunks: everything that the next chunk depends on, and the chunks so far."""
+class Ensembles:
+    """All ensembles between chunks: everything that the next chunk depends on, and the chunks so far.
 
-    proposal: StudentT
+    Attributes
+    ----------
+    count : int
+    proposals : list of list of Conditional
+        By ensemble, or one of all together, and by block.
+    coords : (walkers, d) array
+        Of all ensembles, one after the other, each of an even number of walkers.
+    log_prob : (walkers,) array
+    random_state : tuple
+        As emcee takes it.
+    chain, log_probs : list of (steps, walkers, d) and (steps, walkers) arrays
+        Since the last adaptation.
+    """
+
+    count: int
+    proposals: list[list[Conditional]]
     coords: FloatArray
     log_prob: FloatArray
     random_state: Any
-    chain: list[FloatArray]
-    log_probs: list[FloatArray]
+    chain: list[FloatArray] = field(default_factory=list)
+    log_probs: list[FloatArray] = field(default_factory=list)
     accepted: float = 0.0
 
     @property
@@ -161,31 +134,47 @@ class _Ensemble:
         """Steps since the last adaptation."""
         return sum(len(part) for part in self.chain)
 
-    def advance(
-        self,
-        log_prob: Callable[[FloatArray], FloatArray],
-        steps: int,
-        settings: SamplerSettings,
-        blocks: Sequence[IntArray] = (),
-    ) -> None:
-        """Go on; with blocks a step has as many moves."""
-        mixture, moves_a_step = moves(self.proposal, settings, blocks), max(len(blocks), 1)
-        sampler = _Vectorised(*self.coords.shape, log_prob, vectorize=True, moves=mixture)
+    def advance(self, log_prob: Callable[[FloatArray], FloatArray], steps: int, settings: SamplerSettings) -> None:
+        """Go on."""
+        step = sweep(self.proposals, settings, self.count)
+        sampler = _Vectorised(*self.coords.shape, log_prob, vectorize=True, moves=step)
         state = emcee.State(self.coords, log_prob=self.log_prob, random_state=self.random_state)
-        last = sampler.run_mcmc(state, steps, thin_by=moves_a_step, skip_initial_state_check=True)
+        last = sampler.run_mcmc(state, steps, skip_initial_state_check=True)
         self.coords, self.log_prob, self.random_state = last.coords, last.log_prob, last.random_state
         self.chain.append(sampler.get_chain())
         self.log_probs.append(sampler.get_log_prob())
         self.accepted += float(sampler.backend.accepted.mean())
 
+    def kept(self) -> tuple[FloatArray, FloatArray]:
+        """Chains without their first quarter, (walkers, steps, d), and their log posterior, (walkers, steps)."""
+        burn = self.steps // 4
+        return np.swapaxes(np.concatenate(self.chain)[burn:], 0, 1), np.concatenate(self.log_probs)[burn:].T
+
     def adapt(self) -> None:
-        """Fit the proposal to the recent half of the draws, and forget them: they were for finding the posterior."""
+        """Fit the proposals to the recent half of the draws, and forget them: they were for finding the posterior.
+
+        Ensembles that have met share what they have learnt; until then each has proposals of its own, so that what
+        lies in modes of their own goes on to differ.
+        """
         chain = np.concatenate(self.chain)
-        recent = chain[len(chain) // 2 :].reshape(-1, self.coords.shape[1])
-        # Where the walkers fill no volume the old proposal stays: DE and stretch must do.
+        recent = np.split(chain[len(chain) // 2 :], self.count, axis=1)
+        recent = [np.concatenate(recent)] if _met(recent) else recent
+        blocks = [(own.members, own.given) for own in self.proposals[0]]
+        # Where the walkers fill no volume the old proposals stay: DE and stretch must do.
         with contextlib.suppress(np.linalg.LinAlgError):
-            self.proposal = maximum_likelihood(recent, FITTED_TO_DRAWS)
+            points = [draws.reshape(-1, draws.shape[-1]) for draws in recent]
+            self.proposals = [
+                [Conditional(fit_mixture(u[:, np.r_[given, members]]), members, given) for members, given in blocks]
+                for u in points
+            ]
         self.chain, self.log_probs, self.accepted = [], [], 0.0
+
+
+def _met(parts: Sequence[FloatArray]) -> bool:
+    """Whether ensembles, (steps, walkers, d) each, lie where the others do."""
+    draws = np.array([part.reshape(-1, part.shape[-1]) for part in parts])
+    within = draws.var(axis=1).mean(axis=0)
+    return bool((draws.mean(axis=1).var(axis=0) < MET**2 * within).all())
 
 
 def sample(
@@ -193,7 +182,7 @@ def sample(
     settings: SamplerSettings,
     seed: np.random.SeedSequence,
     checkpoint: Checkpoint | None = None,
-    progress: Callable[[int, Convergence], None] | None = None,
+    progress: Callable[[int, float], None] | None = None,
 ) -> Samples:
     """Draw from a posterior.
 
@@ -206,7 +195,7 @@ def sample(
     checkpoint : Checkpoint, optional
         Saved after every chunk and resumed from where it exists.
     progress : callable, optional
-        Called after every chunk with the steps so far and the verdict.
+        Called after every chunk with the steps so far, and the effective draws over those wanted, at most one.
 
     Returns
     -------
@@ -222,77 +211,87 @@ def sample(
         ensembles = _restore(stored)
     while True:
         if total:
-            burn = ensembles[0].steps // 4  # chains without their first quarter
-            chain = np.concatenate([np.swapaxes(np.concatenate(ensemble.chain)[burn:], 0, 1) for ensemble in ensembles])
-            log_prob = np.concatenate([np.concatenate(ensemble.log_probs)[burn:].T for ensemble in ensembles])
-            acceptance = sum(ensemble.accepted for ensemble in ensembles) / (len(ensembles) * ensembles[0].steps)
-            verdict = judge(chain, log_prob, len(ensembles), acceptance, settings)
+            chain, log_prob = ensembles.kept()
+            expected = effective_draws(chain)
             if progress:
-                progress(total, verdict)
-            if (verdict.converged and verdict.steps >= settings.draws) or total >= settings.max_steps:
-                break
-            if rounds < ADAPTATIONS:
+                progress(total, min(expected / settings.min_ess, 1.0))
+            # The full verdict only where it may be good, or is the last.
+            last = total >= settings.max_steps
+            if last or promising(chain, expected, settings):
+                acceptance = ensembles.accepted / ensembles.steps
+                verdict = judge(chain, log_prob, ensembles.count, acceptance, settings)
+                if last or verdict.converged:
+                    break
+            if rounds < EARLY or (rounds < ADAPTATIONS and 3 * ensembles.steps >= 2 * total):
                 rounds += 1
-                for ensemble in ensembles:
-                    ensemble.adapt()
-        chunk = min(max(FIRST_CHUNK, total), LARGEST_CHUNK, settings.max_steps - total)
-        for ensemble in ensembles:
-            posterior.forget()
-            ensemble.advance(posterior.log_prob, chunk, settings, posterior.blocks)
+                ensembles.adapt()
+        chunk = min(max(FIRST_CHUNK, ensembles.steps or total), LARGEST_CHUNK, settings.max_steps - total)
+        posterior.forget()
+        ensembles.advance(posterior.log_prob, chunk, settings)
         total += chunk
         if checkpoint:
             checkpoint.save({"counts": np.array([total, rounds]), **_pack(ensembles)})
     pick = thin(chain.shape[1], settings.draws)
     chain, log_prob = (np.ascontiguousarray(array[:, pick]) for array in (chain, log_prob))
-    walker = np.repeat(np.arange(len(ensembles)), len(ensembles[0].coords))
+    walker = np.repeat(np.arange(ensembles.count), len(chain) // ensembles.count)
     return Samples(posterior.names, chain, log_prob, walker, verdict)
 
 
-def _start(posterior: Posterior, settings: SamplerSettings, seed: np.random.SeedSequence) -> list[_Ensemble]:
+def _start(posterior: Posterior, settings: SamplerSettings, seed: np.random.SeedSequence) -> Ensembles:
     """Ensembles of walkers round optima, wider than the posterior seems, so that ensembles that agree have mixed."""
-    ensembles = []
-    for child in seed.spawn(settings.ensembles):
-        search, chain = child.spawn(2)
+    d = len(posterior.priors)
+    blocks = posterior.blocks or (Block(np.arange(d), np.arange(0)),)
+    count = max(settings.walkers, 2 * max(block.members.size for block in blocks))
+    count += count % 2
+    *children, sampling = seed.spawn(settings.ensembles + 1)
+    proposals, coords, log_prob = [], np.empty((0, d)), np.empty(0)
+    for i, child in enumerate(children, 1):
+        search, drawing = child.spawn(2)
         proposal = find_optimum(posterior, np.random.default_rng(search))
-        rng = np.random.RandomState(np.random.MT19937(chain))
-        count, width = max(settings.walkers, 2 * len(posterior.priors)), OVERDISPERSED
-        coords, log_prob = np.empty((0, proposal.centre.size)), np.empty(0)
-        top = posterior.log_prob(proposal.centre[None])[0]
-        while len(coords) < count:
+        rng = np.random.RandomState(np.random.MT19937(drawing))
+        width, top = OVERDISPERSED, posterior.log_prob(proposal.centre[None])[0]
+        while len(coords) < i * count:
             new = StudentT(proposal.centre, proposal.cholesky * width).draw(rng, count)
             value = posterior.log_prob(new)
             good = value > top - FAR_BELOW
             coords, log_prob = np.concatenate([coords, new[good]]), np.concatenate([log_prob, value[good]])
             width *= 0.7
-        ensembles.append(_Ensemble(proposal, coords[:count].copy(), log_prob[:count].copy(), rng.get_state(), [], []))
-    return ensembles
+        coords, log_prob = coords[: i * count], log_prob[: i * count]
+        proposals.append([conditional(proposal, *block) for block in blocks])
+    state = np.random.RandomState(np.random.MT19937(sampling)).get_state()
+    return Ensembles(settings.ensembles, proposals, coords.copy(), log_prob.copy(), state)
 
 
-def _pack(ensembles: list[_Ensemble]) -> dict[str, Any]:
+def _pack(ensembles: Ensembles) -> dict[str, Any]:
     """Arrays from which `_restore` makes the same ensembles; of a random state its keys, its counters, its cache."""
-    states = [ensemble.random_state for ensemble in ensembles]
-    return {
-        **{key: np.array([getattr(ensemble.proposal, key) for ensemble in ensembles]) for key in _PROPOSAL},
-        **{
-            key: np.array([getattr(ensemble, key) for ensemble in ensembles])
-            for key in ("coords", "log_prob", "accepted")
-        },
-        **{
-            key: np.array([np.concatenate(getattr(ensemble, key)) for ensemble in ensembles])
-            for key in ("chain", "log_probs")
-        },
-        "keys": np.array([state[1] for state in states]),
-        "counters": np.array([state[2:4] for state in states]),
-        "cache": np.array([state[4] for state in states]),
+    state = ensembles.random_state
+    packed = {
+        "shape": np.array([ensembles.count, len(ensembles.proposals), len(ensembles.proposals[0])]),
+        **{key: getattr(ensembles, key) for key in ("coords", "log_prob", "accepted")},
+        **{key: np.concatenate(getattr(ensembles, key)) for key in ("chain", "log_probs")},
+        "keys": state[1],
+        "counters": np.array(state[2:4]),
+        "cache": np.array(state[4]),
     }
+    for i, own in enumerate(ensembles.proposals):
+        for j, one in enumerate(own):
+            arrays = {"members": one.members, "given": one.given, "weight": one.whole.weight}
+            arrays |= {key: np.array([getattr(part, key) for part in one.whole.parts]) for key in _PART}
+            packed |= {f"{key} {i} {j}": value for key, value in arrays.items()}
+    return packed
 
 
-def _restore(stored: dict[str, Any]) -> list[_Ensemble]:
-    ensembles = []
-    for i, counters in enumerate(stored["counters"].tolist()):
-        saved = {key: value[i] for key, value in stored.items() if key != "counts"}
-        proposal = StudentT(saved["centre"], saved["cholesky"], float(saved["degrees_of_freedom"]))
-        state = ("MT19937", saved["keys"], *counters, float(saved["cache"]))
-        chain, log_probs, accepted = [saved["chain"]], [saved["log_probs"]], float(saved["accepted"])
-        ensembles.append(_Ensemble(proposal, saved["coords"], saved["log_prob"], state, chain, log_probs, accepted))
-    return ensembles
+def _restore(stored: dict[str, Any]) -> Ensembles:
+    count, owners, blocks = stored["shape"].tolist()
+    state = ("MT19937", stored["keys"], *stored["counters"].tolist(), float(stored["cache"]))
+
+    def proposal(i: int, j: int) -> Conditional:
+        members, given, weight, *parts = (stored[f"{key} {i} {j}"] for key in ("members", "given", "weight", *_PART))
+        each = tuple(StudentT(centre, cholesky, float(nu)) for centre, cholesky, nu in zip(*parts, strict=True))
+        return Conditional(Mixture(weight, each), members, given)
+
+    proposals = [[proposal(i, j) for j in range(blocks)] for i in range(owners)]
+    chain, log_probs = [stored["chain"]], [stored["log_probs"]]
+    return Ensembles(
+        count, proposals, stored["coords"], stored["log_prob"], state, chain, log_probs, float(stored["accepted"])
+    )

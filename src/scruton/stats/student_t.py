@@ -6,11 +6,14 @@ from functools import cached_property
 import numpy as np
 from scipy.special import gammaln
 
-from scruton.arrays import FloatArray, IntArray
+from scruton.arrays import FloatArray, IntArray, thin
 
 # A proposal from the curvature at the optimum fits a near-normal posterior; one fitted to draws meets heavier tails.
 AT_OPTIMUM, FITTED_TO_DRAWS = 10.0, 5.0
-_ROUNDS = 12  # of the fit to draws
+_ROUNDS = 12  # of the fits to draws
+_ENOUGH = 2000  # draws that a mixture is fitted to
+# Parts of a mixture fitted to draws; of the one of them all the weight, and how much wider it is than they are.
+_PARTS, _WHOLE, _WIDER = 4, 0.15, 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,13 +36,17 @@ class StudentT:
     def log_density(self, x: FloatArray) -> FloatArray:
         """Log density, (size,)."""
         nu, d = self.degrees_of_freedom, self.centre.size
-        inverse, constant = self._inverse
-        z = (x - self.centre) @ inverse
-        return np.asarray(constant - 0.5 * (nu + d) * np.log1p(np.einsum("ij,ij->i", z, z) / nu))
+        return np.asarray(self._inverse[1] - 0.5 * (nu + d) * np.log1p(self.distance(x) / nu))
 
-    def conditional(self, block: IntArray) -> "Conditional":
-        """Coordinates `block` given the others."""
-        return Conditional(self, block)
+    def distance(self, x: FloatArray) -> FloatArray:
+        """Squared distance from the centre in units of the scale, (size,)."""
+        z = (x - self.centre) @ self._inverse[0]
+        return np.asarray(np.einsum("ij,ij->i", z, z))
+
+    def marginal(self, columns: IntArray) -> "StudentT":
+        """Of some coordinates, in the order asked for."""
+        rows = self.cholesky[columns]
+        return StudentT(self.centre[columns], np.linalg.cholesky(rows @ rows.T), self.degrees_of_freedom)
 
     @cached_property
     def _inverse(self) -> tuple[FloatArray, float]:
@@ -50,35 +57,127 @@ class StudentT:
 
 
 @dataclass(frozen=True, eq=False)
-class Conditional:
-    """Some coordinates of a Student-t given the others: a Student-t whose centre is a regression on them.
+class Mixture:
+    """Weighted Student-t: `weight` (K,), which sum to one, and as many `parts`."""
 
-    The scale is that at the centre of the others; the exact one, which grows with their distance, would ask for a
-    degree of freedom of its own, and as a proposal it need not be exact.
+    weight: FloatArray
+    parts: tuple[StudentT, ...]
+
+    def log_terms(self, x: FloatArray) -> FloatArray:
+        """Log density of each part times its weight, (K, size)."""
+        return np.log(self.weight)[:, None] + np.stack([part.log_density(x) for part in self.parts])
+
+
+@dataclass(frozen=True, eq=False)
+class Conditional:
+    """Some coordinates of a mixture given others: a mixture whose centres are regressions on them.
+
+    The scale of a part is that at the centre of the others; the exact one, which grows with their distance, would ask
+    for a degree of freedom of its own, and as a proposal it need not be exact.
+
+    Attributes
+    ----------
+    whole : Mixture
+        Of the coordinates `given`, then of `members`.
+    members, given : arrays of int
+        Their columns among all coordinates; nothing need be given.
     """
 
-    whole: StudentT
-    block: IntArray
+    whole: Mixture
+    members: IntArray
+    given: IntArray
 
     @cached_property
-    def _parts(self) -> tuple[IntArray, FloatArray, StudentT]:
-        """The others, the slope on them, and the residual's distribution."""
-        scale = self.whole.cholesky @ self.whole.cholesky.T
-        rest = np.setdiff1d(np.arange(self.whole.centre.size), self.block)
-        across, inner = scale[np.ix_(rest, self.block)], scale[np.ix_(rest, rest)]
-        slope = np.linalg.solve(inner, across)
-        left = scale[np.ix_(self.block, self.block)] - across.T @ slope
-        residual = StudentT(np.zeros(self.block.size), np.linalg.cholesky(left), self.whole.degrees_of_freedom)
-        return rest, slope, residual
+    def _others(self) -> Mixture:
+        """What is given, by itself."""
+        size = self.given.size
+        parts = (StudentT(p.centre[:size], p.cholesky[:size, :size], p.degrees_of_freedom) for p in self.whole.parts)
+        return Mixture(self.whole.weight, tuple(parts))
 
-    def draw(self, rng: np.random.RandomState, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Points (N, d) with the block drawn anew, and the log ratio of the densities of the way back and there."""
-        rest, slope, residual = self._parts
-        centre = self.whole.centre[self.block] + (x[:, rest] - self.whole.centre[rest]) @ slope
-        away = residual.draw(rng, len(x))
+    @cached_property
+    def _slopes(self) -> list[FloatArray]:
+        """Of the regressions on what is given."""
+        size = self.given.size
+        return [np.linalg.solve(p.cholesky[:size, :size].T, p.cholesky[size:, :size].T) for p in self.whole.parts]
+
+    @cached_property
+    def _residuals(self) -> list[StudentT]:
+        """About the regressions."""
+        size = self.given.size
+        zero = np.zeros(self.members.size)
+        return [StudentT(zero, p.cholesky[size:, size:], p.degrees_of_freedom) for p in self.whole.parts]
+
+    def draw(self, x: FloatArray, rng: np.random.RandomState) -> tuple[FloatArray, FloatArray]:
+        """Points (N, d) with the members drawn anew, and the log ratio of the densities of the way back and there."""
+        parts, size = self.whole.parts, self.given.size
+        if size:
+            others = x[:, self.given]
+            share = self._others.log_terms(others)
+            centres = [
+                p.centre[size:] + (others - p.centre[:size]) @ b for p, b in zip(parts, self._slopes, strict=True)
+            ]
+        else:
+            share = np.broadcast_to(np.log(self.whole.weight)[:, None], (len(parts), len(x)))
+            centres = [np.broadcast_to(p.centre, (len(x), self.members.size)) for p in parts]
+        total = np.cumsum(np.exp(share - share.max(axis=0)), axis=0)
+        which = (rng.random_sample(len(x)) * total[-1] >= total[:-1]).sum(axis=0)
+        members = np.empty((len(x), self.members.size))
+        for k, (centre, residual) in enumerate(zip(centres, self._residuals, strict=True)):
+            rows = np.flatnonzero(which == k)
+            members[rows] = centre[rows] + residual.draw(rng, rows.size)
         new = x.copy()
-        new[:, self.block] = centre + away
-        return new, residual.log_density(x[:, self.block] - centre) - residual.log_density(away)
+        new[:, self.members] = members
+
+        def density(points: FloatArray) -> FloatArray:
+            pairs = zip(centres, self._residuals, strict=True)
+            terms = share + np.stack([residual.log_density(points - centre) for centre, residual in pairs])
+            return np.asarray(np.logaddexp.reduce(terms, axis=0))
+
+        return new, density(x[:, self.members]) - density(members)
+
+
+def conditional(whole: StudentT, members: IntArray, given: IntArray) -> Conditional:
+    """Coordinates of a Student-t given others of them; the rest is integrated out."""
+    return Conditional(Mixture(np.ones(1), (whole.marginal(np.r_[given, members]),)), members, given)
+
+
+def fit_mixture(points: FloatArray) -> Mixture:
+    """Mixture of Student-t that looks like points (N, d): one of them all, and `_PARTS` of what parts they fall into.
+
+    The one of all is wider than they are and has a fixed weight: tails that the others miss are proposed all the same.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        If the points fill no volume.
+
+    Notes
+    -----
+    Expectation-maximisation; each part's scale holds d draws with that of all, so that few points fill a volume.
+    """
+    points = points[thin(len(points), _ENOUGH)]
+    n, d = points.shape
+    whole = maximum_likelihood(points, FITTED_TO_DRAWS)
+    scale = whole.cholesky @ whole.cholesky.T
+    z = np.linalg.solve(whole.cholesky, (points - whole.centre).T).T
+    away = z[:, None] - z[np.random.default_rng(0).choice(n, _PARTS, replace=False)]
+    log_share = np.einsum("nkd,nkd->kn", away, away) * (-0.5 / d)
+    gain = np.ones((_PARTS, n))
+    for _ in range(_ROUNDS):
+        share = np.exp(log_share - np.logaddexp.reduce(log_share, axis=0))
+        parts = []
+        for r, g in zip(share, gain, strict=True):
+            weight = r * g
+            centre = weight @ points / weight.sum()
+            off = points - centre
+            spread = ((off * weight[:, None]).T @ off + d * scale) / (r.sum() + d)
+            parts.append(StudentT(centre, np.linalg.cholesky(spread), AT_OPTIMUM))
+        mixture = Mixture(share.mean(axis=1), tuple(parts))
+        distance = np.stack([p.distance(points) for p in parts])
+        gain = (AT_OPTIMUM + d) / (AT_OPTIMUM + distance)
+        log_share = mixture.log_terms(points)
+    wide = StudentT(whole.centre, whole.cholesky * _WIDER, FITTED_TO_DRAWS)
+    return Mixture(np.r_[_WHOLE, (1.0 - _WHOLE) * mixture.weight], (wide, *mixture.parts))
 
 
 def maximum_likelihood(points: FloatArray, degrees_of_freedom: float) -> StudentT:

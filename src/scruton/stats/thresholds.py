@@ -13,6 +13,12 @@ LONG_RUN = 100  # steps
 # autocorrelation time then grows with its length.
 TIMES_SPANNED = 6.0  # autocorrelation times
 
+# A rough number of effective draws may be so much larger in truth.
+ROUGHLY = 2.0  # -
+
+# Shorter chains are not judged: what they say of the autocorrelation is too good.
+FEWEST_STEPS = 15  # steps
+
 # Error that the prior mass of a constraint is known to: small beside that of an evidence.
 PRIOR_MASS_ERROR = 0.01  # relative
 
@@ -42,6 +48,16 @@ FAR_BELOW = 25.0  # in log posterior
 
 # So often does a run that has not converged fit its proposals to its draws and start again.
 ADAPTATIONS = 5  # times
+
+# The first of them at once; the others where the run since the last one is two thirds of all.
+EARLY = 3  # times
+
+# Ensembles whose means scatter by less have met, and share their proposals.
+MET = 0.3  # posterior sds
+
+# As much weight have DE and stretch beside a proposal that was fitted to draws: a curved posterior in two dimensions
+# (`tests/stats/test_stats_sampler.py`) is called converged at 0.97 to 0.99 of its width, and at 0.82 to 0.95 with 1.
+MORE_LOCAL = 5.0  # times
 
 # A record with fewer is not judged.
 FEWEST_INNOVATIONS = 12  # innovations
