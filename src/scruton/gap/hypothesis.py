@@ -1,8 +1,8 @@
 r"""A hypothesis - the null model with some effects in it - and its Laplace evidence by Fisher scoring.
 
 All records depend on a hypothesis through innovations v and variances S of the filter.  Their derivatives J are taken
-by central differences; a parameter that has one value per rig, test or record is moved in all of them at once, since
-records do not share it.  The Fisher information J'J/S + (dS)'(dS)/2S^2 plus the prior's precision is positive, whatever
+by forward differences from the point itself, whose pass of the filter they share; a parameter that has one value per
+rig, test or record is moved in all of them at once, since records do not share it.  The Fisher information J'J/S + (dS)'(dS)/2S^2 plus the prior's precision is positive, whatever
 the point; it is the curvature of Laplace's approximation, too.
 """
 
@@ -218,11 +218,10 @@ class Hypothesis:
         moves = np.zeros((count, self.size))
         for i, where in enumerate(self.slices.values()):
             moves[i, where] = scale[where]
-        v, s = self.innovations(np.concatenate([u[None], u + moves, u - moves]))
+        v, s = self.innovations(np.concatenate([u[None], u + moves]))
         s = np.log(s)
-        width = (2.0 * np.r_[scale, 1.0][self.places])[:, np.tile(channels.record, 3)]
-        jv, js = (v[1 : count + 1] - v[count + 1 :]) / width, (s[1 : count + 1] - s[count + 1 :]) / width
-        return v[0], s[0], jv, js
+        width = np.r_[scale, 1.0][self.places][:, np.tile(channels.record, 3)]
+        return v[0], s[0], (v[1:] - v[0]) / width, (s[1:] - s[0]) / width
 
     @cached_property
     def blocks(self) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]:
