@@ -53,9 +53,9 @@ def _hat(c, log_a, knots):  # type: ignore[no-untyped-def]
     return low + part * (high - low), (high - low) / step
 
 
-@njit(cache=True)
-def effect_drift(a, lagged, c, tau, late, force, hats, knots):  # type: ignore[no-untyped-def]
-    """da/dt and its derivative in a."""
+@njit(cache=True, inline="always")
+def _weather(c, tau, late):  # type: ignore[no-untyped-def]
+    """Wind, still-air damping and drive at a place in a record: what no amplitude changes."""
     wind = 1.0 + c[_TREND] * tau
     if c[_SINE] != 0.0:
         wind += 0.5 * c[_SINE] * np.sin(np.pi * tau)
@@ -64,6 +64,12 @@ def effect_drift(a, lagged, c, tau, late, force, hats, knots):  # type: ignore[n
     if late:
         still += c[_JUMP_RATE]
         drive *= 1.0 + c[_JUMP]
+    return wind, still, drive
+
+
+@njit(cache=True, inline="always")
+def _drift(a, lagged, c, wind, still, drive, force, hats, knots):  # type: ignore[no-untyped-def]
+    """`effect_drift` in a given wind."""
     f = -(still + a * (c[_S2] + a * c[_S3])) * a
     d = -still - a * (2.0 * c[_S2] + 3.0 * a * c[_S3])
     if c[_F] != 0.0:
@@ -93,6 +99,13 @@ def effect_drift(a, lagged, c, tau, late, force, hats, knots):  # type: ignore[n
         f -= excess * a
         d -= excess + slope
     return f + force, d
+
+
+@njit(cache=True)
+def effect_drift(a, lagged, c, tau, late, force, hats, knots):  # type: ignore[no-untyped-def]
+    """da/dt and its derivative in a."""
+    wind, still, drive = _weather(c, tau, late)
+    return _drift(a, lagged, c, wind, still, drive, force, hats, knots)
 
 
 @njit(cache=True)
@@ -137,25 +150,25 @@ def _extended_filter(  # type: ignore[no-untyped-def]
         last_rate = last_dt = last_fade = -1.0
         moments = drive_moments(1.0, 1.0, 1.0)
         known = False
+        row = -1
+        c, gain, q2, g2, fade, hats = table[w, 0], 1.0, 0.0, 0.0, 0.0, False
         for k in range(size):
             if active[w, rec[k]] == 0:
                 for channel in range(3):
                     v_out[w, channel * size + k] = v_out[0, channel * size + k]
                     s_out[w, channel * size + k] = s_out[0, channel * size + k]
                 continue
-            c = table[w, rec[k]]
+            if rec[k] != row:
+                row = rec[k]
+                c = table[w, row]
+                gain, q2, g2 = 1.0 + c[_GAIN], c[_Q] * c[_Q], c[_GUST] * c[_GUST]
+                fade = c[_GUST_RATE] if g2 > 0.0 else 0.0
+                hats = np.any(c[_HAT : _HAT + HATS] != 0.0)
             dt = period[k]
-            gain = 1.0 + c[_GAIN]
             blur = c[_R] * se[k]
             r2 = blur * blur
-            q2 = c[_Q] * c[_Q]
-            g2 = c[_GUST] * c[_GUST]
-            fade = c[_GUST_RATE] if g2 > 0.0 else 0.0
-            hats = False
-            for j in range(HATS):
-                if c[_HAT + j] != 0.0:
-                    hats = True
             late = time[k] > c[_JT]
+            wind, still, drive = _weather(c, place[k], late)
             line = 0.0
             if c[_LC] != 0.0 or c[_LS] != 0.0:
                 turn = c[_LR] * time[k] - phase[k]
@@ -180,7 +193,7 @@ def _extended_filter(  # type: ignore[no-untyped-def]
                 steep = gain * slope
                 p = r2 / (steep * steep)
                 lagged = c[_LAG_START] * start
-                f, d = effect_drift(m, lagged, c, place[k], late, force, hats, knots)
+                f, d = _drift(m, lagged, c, wind, still, drive, force, hats, knots)
                 h = 0.5 * dt
                 e = np.exp(d * h)
                 m += f * h * (1.0 + 0.5 * d * h)
@@ -195,8 +208,8 @@ def _extended_filter(  # type: ignore[no-untyped-def]
                     steps = max(1, int(np.ceil(gap[k] / dt)))
                     h = gap[k] / steps
                     for _ in range(steps):
-                        f0, d0 = effect_drift(m, lagged, c, place[k], late, force, hats, knots)
-                        f1, d1 = effect_drift(m + 0.5 * h * f0, lagged, c, place[k], late, force, hats, knots)
+                        f0, d0 = _drift(m, lagged, c, wind, still, drive, force, hats, knots)
+                        f1, d1 = _drift(m + 0.5 * h * f0, lagged, c, wind, still, drive, force, hats, knots)
                         if c[_LAG] > 0.0:
                             lagged += (m - lagged) * (1.0 - np.exp(-h / c[_LAG]))
                         e = np.exp(h * d1)
@@ -208,17 +221,17 @@ def _extended_filter(  # type: ignore[no-untyped-def]
                 lag_mid = lag_end = lagged
                 if c[_LAG] > 0.0:
                     lag_mid = lagged + (m - lagged) * (1.0 - np.exp(-0.5 * dt / c[_LAG]))
-                f0, d0 = effect_drift(m, lagged, c, place[k], late, force, hats, knots)
-                f1, _ = effect_drift(m + 0.5 * dt * f0, lag_mid, c, place[k], late, force, hats, knots)
-                f2, _ = effect_drift(m + 0.5 * dt * f1, lag_mid, c, place[k], late, force, hats, knots)
+                f0, d0 = _drift(m, lagged, c, wind, still, drive, force, hats, knots)
+                f1, _ = _drift(m + 0.5 * dt * f0, lag_mid, c, wind, still, drive, force, hats, knots)
+                f2, _ = _drift(m + 0.5 * dt * f1, lag_mid, c, wind, still, drive, force, hats, knots)
                 if c[_LAG] > 0.0:
                     middle = m + 0.5 * dt * f2
                     lag_end = lagged + (middle - lagged) * (1.0 - np.exp(-dt / c[_LAG]))
-                f3, _ = effect_drift(m + dt * f2, lag_end, c, place[k], late, force, hats, knots)
+                f3, _ = _drift(m + dt * f2, lag_end, c, wind, still, drive, force, hats, knots)
                 end = m + dt / 6.0 * (f0 + 2.0 * f1 + 2.0 * f2 + f3)
-                fe, de = effect_drift(end, lag_end, c, place[k], late, force, hats, knots)
+                fe, de = _drift(end, lag_end, c, wind, still, drive, force, hats, knots)
                 middle = 0.5 * (m + end) + 0.125 * dt * (f0 - fe)
-                _, dm = effect_drift(middle, lag_mid, c, place[k], late, force, hats, knots)
+                _, dm = _drift(middle, lag_mid, c, wind, still, drive, force, hats, knots)
                 half = np.exp(0.25 * dt * (d0 + dm))
                 rate = -(d0 + 4.0 * dm + de) / 6.0
                 phi = np.exp(-rate * dt)

@@ -18,6 +18,8 @@ FEWEST_CYCLES = 4  # cycles that the slope of a ring-down needs
 TOP = 0.02  # part of the largest reading that counts as its top
 CROWDED = 1.6  # times the samples that a sine has at its top; a strong third harmonic reaches 1.4
 RUN = 3  # equal readings in a row at the extreme
+FINEST_QUANTUM = 3e-5  # of the largest reading (16 bits): of finer ones a few that happen to agree would prove much
+UNEVEN = 0.02  # of the largest reading: neighbours of an even crest differ by less, growth and noise included
 
 # Lines of the spectrum.
 STANDS_OUT = 5.0  # height of a line over the median around it; noise reaches 3 to 4

@@ -97,10 +97,12 @@ class Screen:
         return [self._test(variant) for variant in effect.variants(self.data.layout)]
 
     def _test(self, variant: Variant) -> ScoreTest:
-        if variant.scan:
-            return self.scan(variant)
         alone = len(variant.parameters) == 1 and variant.parameters[0].log
-        return self.direct(variant, variant.parameters[0]) if alone else self.linear(variant)
+        if variant.scan:
+            test = self.scan(variant)
+        else:
+            test = self.direct(variant, variant.parameters[0]) if alone else self.linear(variant)
+        return test._replace(gain=test.gain + variant.seen)
 
     def _innovations(
         self, variant: Variant, points: Sequence[Mapping[str, FloatArray]]

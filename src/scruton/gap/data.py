@@ -14,6 +14,7 @@ from scruton.dynamics.cycles import ABSENT, Channels, gaps
 from scruton.dynamics.effects import Layout
 from scruton.dynamics.effects.terms import HATS
 from scruton.envelope import Cycles, usable
+from scruton.envelope.flat_tops import flat_top
 from scruton.envelope.harmonics import third_harmonic
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard, load_card
@@ -142,6 +143,7 @@ def load_gap(campaign: Campaign, card: ModelCard | None = None) -> GapData:
         reference_rate=float(omega[base] * rate),
         reference_omega=float(omega[base]),
         knots=np.exp(knots),
+        cut_off=_cut_off(records, cycles),
     )
     return GapData(
         campaign=campaign,
@@ -182,6 +184,17 @@ def _nominal(campaign: Campaign, stated: FloatArray, cycles: Mapping[str, Cycles
                 rates.append(np.log(a[0] / a[-1]) / (t[-1] - t[0]) / (2.0 * np.pi * rig.frequency.mean))
         damping[i] = max(float(np.median(rates)), 1e-5) if rates else 0.004
     return damping
+
+
+def _cut_off(records: list[Record], cycles: Mapping[str, Cycles]) -> dict[int, tuple[float, float]]:
+    """Records whose wave is seen to be cut off, by number: the level, and how surely beyond chance [nats]."""
+    tops = {
+        r: flat_top(record.time, record.response, cycles[record.name].reference_frequency)
+        for r, record in enumerate(records)
+        if not record.is_envelope and record.band is None  # a filter rounds what was cut off
+    }
+    chance = float(np.log(2.0 * len(records)))  # so many tops were looked at
+    return {r: (top.level, top.nats - chance) for r, top in tops.items() if top.nats > chance}
 
 
 def _clear(cycles: Cycles) -> np.ndarray:

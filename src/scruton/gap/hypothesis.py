@@ -1,9 +1,10 @@
 r"""A hypothesis - the null model with some effects in it - and its Laplace evidence by Fisher scoring.
 
 All records depend on a hypothesis through innovations v and variances S of the filter.  Their derivatives J are taken
-by central differences; a parameter that has one value per rig, test or record is moved in all of them at once, since
-records do not share it.  The Fisher information J'J/S + (dS)'(dS)/2S^2 plus the prior's precision is positive, whatever
-the point; it is the curvature of Laplace's approximation, too.
+by forward differences from the point itself, whose pass of the filter they share; a parameter that has one value per
+rig, test or record is moved in all of them at once, since records do not share it.  The Fisher information
+J'J/S + (dS)'(dS)/2S^2 plus the prior's precision is positive, whatever the point; it is the curvature of Laplace's
+approximation, too.
 """
 
 from collections.abc import Callable, Mapping
@@ -175,6 +176,11 @@ class Hypothesis:
             variant.apply(table, values[i], self.data.layout)
         return table
 
+    @property
+    def seen(self) -> float:
+        """Log likelihood ratio of what no channel holds, over the null model [nats]."""
+        return sum(variant.seen for variant in self.variants)
+
     def innovations(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Innovations and variances, (W, 3 N) each."""
         return channel_innovations(self.data.channels, self.table(u))
@@ -199,10 +205,14 @@ class Hypothesis:
         return np.where(np.isfinite(like), like, -np.inf), self.log_prior(u)
 
     def log_density(self, u: FloatArray) -> FloatArray:
-        """Log likelihood and prior at points (N, d), priors that are cut at zero with twice their density, (N,)."""
+        """Log likelihood, with all that is seen, and prior at points (N, d), (N,).
+
+        Priors that are cut at zero have twice their density.
+        """
         parts = [sum(self.log_prob(u[i : i + _CHUNK])) for i in range(0, len(u), _CHUNK)]
         inside = (u[:, self.positive] > 0.0).all(axis=1)
-        return np.where(inside, np.concatenate(parts) + np.count_nonzero(self.positive) * np.log(2.0), -np.inf)
+        constant = np.count_nonzero(self.positive) * np.log(2.0) + self.seen
+        return np.where(inside, np.concatenate(parts) + constant, -np.inf)
 
     def inside(self, u: FloatArray) -> FloatArray:
         """Points (N, d) moved to where every prior that is cut at zero has density."""
@@ -218,11 +228,10 @@ class Hypothesis:
         moves = np.zeros((count, self.size))
         for i, where in enumerate(self.slices.values()):
             moves[i, where] = scale[where]
-        v, s = self.innovations(np.concatenate([u[None], u + moves, u - moves]))
+        v, s = self.innovations(np.concatenate([u[None], u + moves]))
         s = np.log(s)
-        width = (2.0 * np.r_[scale, 1.0][self.places])[:, np.tile(channels.record, 3)]
-        jv, js = (v[1 : count + 1] - v[count + 1 :]) / width, (s[1 : count + 1] - s[count + 1 :]) / width
-        return v[0], s[0], jv, js
+        width = np.r_[scale, 1.0][self.places][:, np.tile(channels.record, 3)]
+        return v[0], s[0], (v[1:] - v[0]) / width, (s[1:] - s[0]) / width
 
     @cached_property
     def blocks(self) -> tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]:
@@ -283,7 +292,7 @@ class Hypothesis:
         like, prior = (float(x[0]) for x in self.log_prob(u[None]))
         covariance = np.linalg.inv(fisher)
         _, logdet = np.linalg.slogdet(fisher)
-        evidence = like + prior + 0.5 * u.size * _LOG_2PI - 0.5 * float(logdet)
+        evidence = like + self.seen + prior + 0.5 * u.size * _LOG_2PI - 0.5 * float(logdet)
         sd = np.sqrt(np.diag(covariance))
         for where in (self.slices[p.key] for p in self.parameters if p.positive):
             evidence += float(np.sum(np.log(2.0) + log_ndtr(u[where] / sd[where])))

@@ -57,6 +57,8 @@ def climb[Scores: tuple[Any, ...]](
         ridge = np.diag(np.diag(information))
         dampings = (damping, 10.0 * damping + 0.3, 100.0 * damping + 10.0)
         steps = [np.linalg.solve(information + m * ridge, gradient) for m in dampings]
+        if damping == 0.0 and 0.5 * float(gradient @ steps[0]) < tolerance:
+            break  # what a full step would gain
         if limit is not None:
             longest = limit(u)
             steps = [np.clip(s, -longest, longest) for s in steps]

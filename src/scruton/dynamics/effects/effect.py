@@ -162,6 +162,8 @@ class Variant:
         Name of the parameter that tells how large the effect is; the first by default.
     scan : str
         Name of a parameter in which the likelihood has many optima: a grid is searched before the climb.
+    seen : float
+        Log likelihood ratio of what the records show of it beside amplitude, phase and third harmonic [nats].
     effect : str
         Name of the effect that it is a form of, set by that effect; empty for none of the catalogue.
     """
@@ -173,6 +175,7 @@ class Variant:
     weight: float = 1.0
     size: str = ""
     scan: str = ""
+    seen: float = 0.0
     effect: str = ""
 
     def __post_init__(self) -> None:

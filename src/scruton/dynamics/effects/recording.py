@@ -8,6 +8,7 @@ from scruton.dynamics.effects.effect import (
     Effect,
     Extent,
     Parameter,
+    Scope,
     Size,
     Span,
     Station,
@@ -18,10 +19,11 @@ from scruton.dynamics.effects.effect import (
     scopes,
     sized,
 )
-from scruton.dynamics.effects.terms import Belongs, Layout, Term
+from scruton.dynamics.effects.terms import Belongs, Layout, Term, compact
 
 # Saturation: kind, and level over the largest reading.
 _KINDS = (("hard", 0.0, 0.95), ("rounded", 2.0, 1.0), ("soft", 1.0, 1.6))
+_SHOWN = 0.01  # relative standard deviation of a level that the extreme readings show: the mean may be off
 
 
 def _drift(term: Term, *, from_start: bool) -> Apply:
@@ -131,6 +133,28 @@ def _above(row: FloatArray, span: Span) -> Span:
     return min(max(span[0], level), span[1]), span[1]
 
 
+def _cut_off(layout: Layout) -> list[Variant]:
+    """Channels whose waves are seen to be cut off, each at the level that they show."""
+    if not layout.cut_off:
+        return []
+    shown = np.zeros(len(layout.records))
+    for rig in np.unique(layout.rig[list(layout.cut_off)]):
+        seen = {r: mark for r, mark in layout.cut_off.items() if layout.rig[r] == rig}
+        level = np.average([at for at, _ in seen.values()], weights=[nats for _, nats in seen.values()])
+        # what goes beyond the level was recorded with another range
+        inside = (layout.rig == rig) & ((layout.largest <= level) | np.isin(np.arange(shown.size), list(seen)))
+        shown[inside] = level
+
+    def apply(table: FloatArray, values: Values, layout: Layout) -> None:
+        del layout
+        table[:, :, Term.CLIP] = values["level"] * shown
+
+    scope = Scope(Extent.GROUPS, compact(np.where(shown > 0.0, layout.rig, -1)), "where the waves are cut off")
+    level = Parameter("level", 0.0, _SHOWN, scope.members, log=True, unit="extreme reading")
+    nats = sum(nats for _, nats in layout.cut_off.values())
+    return [Variant("hard saturation {scope}", (level,), apply, scope, seen=nats)]
+
+
 def _clipped(layout: Layout) -> list[Variant]:
     # One level for all rigs, each by its own largest reading, is another effect than one for all by the largest of all.
     rigs = {Extent.EACH_RIG: (1.0, "at its own"), Extent.EVERYWHERE: (1.0, "alike")}
@@ -139,7 +163,7 @@ def _clipped(layout: Layout) -> list[Variant]:
     if np.unique(layout.rig).size > 1:
         choices += [("of every rig ", True, scope) for scope in scopes(layout, rigs)]
     choices += [("", False, scope) for scope in scopes(layout, single)]
-    variants = []
+    variants = _cut_off(layout)
     for form, kind, centre in _KINDS:
         log, starts = float(np.log(centre)), tuple(float(np.log(centre * x)) for x in (0.97, 0.8))
         for whose, by_rig, scope in choices:

@@ -10,7 +10,8 @@ The reading is gain times the (clipped) mean of a over a cycle.  An effect is an
 coefficients from its parameters: it knows no data and no inference.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
 from typing import Self
 
@@ -121,6 +122,8 @@ class Layout:
         Natural circular frequency that belongs to `reference_rate`.
     knots : (HATS,) array
         Amplitudes at which the generic discrepancy has its knots.
+    cut_off : mapping
+        Of records whose wave is seen to be cut off, by number: the level, and how surely [nats].
     """
 
     records: tuple[str, ...]
@@ -136,6 +139,7 @@ class Layout:
     reference_rate: float
     reference_omega: float
     knots: FloatArray
+    cut_off: Mapping[int, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def wind(self) -> IntArray:

@@ -1,0 +1,72 @@
+"""Flat tops: whether the extreme reading of a record repeats itself in a row more often than that of a sine would."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from scruton.arrays import FloatArray
+from scruton.envelope.sampling import quantum_of, run_lengths
+from scruton.envelope.thresholds import FINEST_QUANTUM, UNEVEN
+
+
+class FlatTop(NamedTuple):
+    """Where a wave is cut off, and how surely.
+
+    Attributes
+    ----------
+    level : float
+        Reading at which it is cut off, from the mean of the record; in the response's unit.
+    nats : float
+        Log likelihood ratio of the readings that are repeated there, over those that rounding repeats.
+    """
+
+    level: float
+    nats: float
+
+
+def flat_top(time: FloatArray, response: FloatArray, frequency: float) -> FlatTop:
+    r"""Look at the extreme readings of a record, above and below.
+
+    A range that ends leaves every crest beyond it at one value: its samples stand there in a row. Two beside a crest
+    may agree however fine the reading is, where the sampling keeps step with the motion; but then those before and
+    after them agree, too, and a third agrees only where rounding is coarse. The crest of a sine of amplitude :math:`A`,
+    sampled n times a cycle, has at most :math:`m = (n/\pi) \sqrt{2q/A}` samples within a quantum q of its top, and
+    three of them by chance in the part :math:`m^2/16` of crests where m is small. Of K readings too many, where that
+    gives :math:`\mu`, Poisson's log likelihood ratio is :math:`K \ln(K/\mu) - K + \mu`. What a record repeats
+    elsewhere (samples that are held) counts as chance.
+
+    Parameters
+    ----------
+    time, response : (N,) array
+    frequency : float
+        Of the motion [Hz].
+
+    Returns
+    -------
+    FlatTop
+        With 0 nats where nothing is cut off.
+    """
+    mean = float(np.mean(response))
+    per_cycle = (time.size - 1) / float(time[-1] - time[0]) / frequency
+    quantum, sides = quantum_of(response), []
+    for y in (response - mean, mean - response):
+        top = float(np.max(y))
+        if not top > 0.0:
+            continue
+        step = max(quantum, FINEST_QUANTUM * top)
+        at_top = y >= top - 0.5 * step
+        held = np.count_nonzero((np.abs(np.diff(y)) < 0.5 * step) & ~at_top[1:]) / max(np.count_nonzero(~at_top), 1)
+        rows = run_lengths(at_top)
+        near = per_cycle / np.pi * np.sqrt(2.0 * step / top)
+        chance = rows.size * (near * min(1.0, near * near / 16.0) + held / (1.0 - min(held, 0.99)))
+        starts = np.flatnonzero(np.diff(at_top.astype(np.int8), prepend=0) > 0)
+        pairs = starts[(rows == 2) & (starts > 0) & (starts + 2 < y.size)]
+        lopsided = np.abs(y[pairs - 1] - y[pairs + 2]) > 4.0 * step + UNEVEN * top
+        repeated = int(np.sum(np.maximum(rows - 2, 0)) + np.count_nonzero(lopsided))
+        if repeated > chance:
+            sides.append(FlatTop(top, repeated * np.log(repeated / chance) - repeated + chance))
+    total = sum(side.nats for side in sides)
+    level = (
+        sum(side.nats * side.level for side in sides) / total if total > 0.0 else float(np.max(np.abs(response - mean)))
+    )
+    return FlatTop(level, total)
