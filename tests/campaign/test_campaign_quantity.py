@@ -74,3 +74,11 @@ def test_what_is_certain_is_one_value(certain: Quantity) -> None:
 def test_an_uncertainty_is_only_added_where_none_is_stated() -> None:
     assert Quantity(2.0).or_relative_sd(0.1) == Quantity(2.0, 0.2)
     assert Quantity(2.0, 0.5).or_relative_sd(0.1) == Quantity(2.0, 0.5)
+
+
+@pytest.mark.parametrize(("mean", "sd", "minimum"), [(0.95, 0.03, 0.0), (0.5, 0.3, 0.0), (0.05, 0.1, 0.015)])
+def test_many_quantiles_of_a_beta_distribution_are_those_of_few(mean: float, sd: float, minimum: float) -> None:
+    quantity = Quantity(mean, sd, "beta", minimum)
+    u = np.concatenate(([1e-9, 1e-6, 1.0 - 1e-6, 1.0 - 1e-9], GRID))
+    exactly = np.concatenate([quantity.quantile(part) for part in np.array_split(u, 40)])
+    np.testing.assert_allclose(quantity.quantile(u), exactly, rtol=0.0, atol=1e-8)

@@ -1,6 +1,8 @@
 """The one reading of a stated number: "0.003 +/- 0.001" has that mean and that standard deviation, in every room."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -8,6 +10,8 @@ from scruton.arrays import FloatArray
 from scruton.campaign.thresholds import NARROWEST_BETA
 
 FAMILIES = ("lognormal", "normal", "beta", "known")
+_NODES, _FARTHEST = 513, 6.1  # of a table of a beta distribution, in normal deviates: 1e-9 lies within
+_MANY = 2 * _NODES  # numbers from which on the table is the shorter way
 
 
 @dataclass(frozen=True)
@@ -69,6 +73,8 @@ class Quantity:
             return np.full(np.shape(u), self.mean)
         if shapes := self._beta:
             cut = float(betainc(*shapes, self.minimum))
+            if np.size(u) >= _MANY:
+                return np.clip(_beta_table(*shapes, cut)(np.clip(ndtri(u), -_FARTHEST, _FARTHEST)), self.minimum, 1.0)
             return np.asarray(betaincinv(*shapes, cut + (1.0 - cut) * np.asarray(u)))
         centre, spread = self._normal
         below = float(ndtr((self._coordinate(self.minimum) - centre) / spread)) if self._is_cut else 0.0
@@ -140,3 +146,14 @@ class Quantity:
 
     def _coordinate(self, value: FloatArray | float) -> FloatArray:
         return np.asarray(np.log(value) if self.family == "lognormal" else value)
+
+
+@lru_cache(16)
+def _beta_table(a: float, b: float, cut: float) -> Callable[[FloatArray], FloatArray]:
+    """Quantile of a beta distribution without its lowest part, by normal deviate: to 1e-8, ten times as fast."""
+    from scipy.interpolate import CubicSpline
+    from scipy.special import betaincinv, ndtr
+
+    z = np.linspace(-_FARTHEST, _FARTHEST, _NODES)
+    table: Callable[[FloatArray], FloatArray] = CubicSpline(z, betaincinv(a, b, cut + (1.0 - cut) * ndtr(z)))
+    return table

@@ -3,6 +3,7 @@
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -37,9 +38,16 @@ class SharedCurve:
 
     def index(self, scruton_numbers: FloatArray, tested: FloatArray | float) -> FloatArray:
         """Extrapolation index from the Scruton number of a test, by the law of each draw, (S, n_sc)."""
+        return extrapolation_index(np.atleast_1d(scruton_numbers), tested, self._relaxation_at(tested))
+
+    def _relaxation_at(self, tested: FloatArray | float) -> FloatArray:
         relaxation = self.relaxation[:, None]
-        at_test = relaxation - self.n[:, None] * (tested - self.reference)
-        return extrapolation_index(np.atleast_1d(scruton_numbers), tested, np.maximum(at_test, 1e-3 * relaxation))
+        return np.maximum(relaxation - self.n[:, None] * (tested - self.reference), 1e-3 * relaxation)
+
+    @cached_property
+    def _relaxation_at_tests(self) -> "list[FloatArray]":
+        assert self.coverage is not None
+        return [self._relaxation_at(tested) for tested in self.coverage.scruton_number.tolist()]
 
     def index_of_nearest(self, scruton_numbers: FloatArray) -> float:
         """Median extrapolation index from the test that is nearest by it; from the reference where none is known."""
@@ -51,9 +59,9 @@ class SharedCurve:
         tau = self.discrepancy[:, None]
         if self.coverage is None:
             return np.broadcast_to(tau, amplitude.shape)
-        away = np.full(amplitude.shape, np.inf)
-        for tested in self.coverage.scruton_number:
-            away = np.minimum(away, np.abs(self.index(scruton_numbers, tested)))
+        away, sc = np.full(amplitude.shape, np.inf), np.atleast_1d(scruton_numbers)
+        for tested, relaxation in zip(self.coverage.scruton_number, self._relaxation_at_tests, strict=True):
+            away = np.minimum(away, np.abs(extrapolation_index(sc, tested, relaxation)))
         return np.asarray(tau * self.coverage.growth(away, amplitude))
 
     def predictive(self, scruton_numbers: FloatArray, z: FloatArray) -> FloatArray:

@@ -21,6 +21,7 @@ DAMPING_RANGE = (0.005, 0.4)  # damping ratios that a damper can be built with
 _NODES = 81
 _STEP = 0.1  # of the logarithms of mass and damping, for slopes
 _BEND = 0.07  # of the logarithm of the frequency, for the change of what is needed
+_CLOSE, _CLOSE_ENOUGH = 3e-3, 1e-2  # of a tuning to the best: of what is built, and of a chart of many masses
 _LOWERINGS = 3  # of the risk that a tuning aims at
 _FAR = 1e3  # what lacks at a tuning that no one would build
 _OUT_OF_REACH = 1e6
@@ -117,7 +118,7 @@ class TuningDraws(DamperDraws):
         return self.largest_stroke is None or self.outcome(dampers).stroke_high <= self.largest_stroke
 
     def tune(
-        self, mass_ratio: float, risk: float | None, near: tuple[TunedMass, ...] = ()
+        self, mass_ratio: float, risk: float | None, near: tuple[TunedMass, ...] = (), *, close: float = _CLOSE
     ) -> tuple[tuple[TunedMass, ...], float]:
         """Tune dampers of one total mass.
 
@@ -129,6 +130,8 @@ class TuningDraws(DamperDraws):
         near : tuple of TunedMass
             Dampers of another mass to start from; without them the search starts from Den Hartog's damping, from half
             and from twice of it.
+        close : float
+            How near to the best the logarithms of damping and frequency have to come.
 
         Returns
         -------
@@ -173,7 +176,7 @@ class TuningDraws(DamperDraws):
             searches.append(
                 minimize(
                     objective, x, method="Nelder-Mead",
-                    options={"initial_simplex": simplex, "maxfev": 50 * size, "xatol": 3e-3, "fatol": 5e-4},
+                    options={"initial_simplex": simplex, "maxfev": 50 * size, "xatol": close, "fatol": close / 6.0},
                 )
             )  # fmt: skip
         best = dampers(min(searches, key=lambda each: float(each.fun)).x)
@@ -185,12 +188,12 @@ class TuningDraws(DamperDraws):
         Within the largest stroke, where this mass can keep it; `near` as of `tune`.
         """
         largest = np.inf if self.largest_stroke is None else self.largest_stroke
-        best, _ = self.tune(mass_ratio, None, near)
+        best, _ = self.tune(mass_ratio, None, near, close=_CLOSE_ENOUGH)
         left = self.outcome(best)
         for _ in range(_LOWERINGS):
             if left.probability == 0.0:
                 break
-            other, _ = self.tune(mass_ratio, left.probability - 0.5 / self.detuning.size, best)
+            other, _ = self.tune(mass_ratio, left.probability - 0.5 / self.detuning.size, best, close=_CLOSE_ENOUGH)
             lower = self.outcome(other)
             strokes = [outcome.stroke_high / largest - 1.0 for outcome in (left, lower)]
             if lower.probability >= left.probability or strokes[0] <= STROKE_TOLERANCE < strokes[1]:
