@@ -69,7 +69,6 @@ def of_results(arguments: Namespace) -> Outcome:
     A bridge that is named is sized anew, which takes seconds.
     """
     from scruton.infer.store import load_fit, provenance_of
-    from scruton.processes import SecondProcess
     from scruton.report.build import write_report
     from scruton.report.saved import beside
 
@@ -89,8 +88,8 @@ def of_results(arguments: Namespace) -> Outcome:
     settings = {"sc": arguments.sc, "limits": limits, "gap": content["gap"] is not None, "bridge": bridge is not None}
     folder = arguments.out or results / "report"
     claim = Run(folder, "report", arguments, sha256=inputs, settings=settings, results=WRITTEN)
-    with claim as work, SecondProcess() as second:
-        paths = write_report(fit, work.new, place=folder, second=second, **content)
+    with claim as work:
+        paths = write_report(fit, work.new, place=folder, **content)
         work.publish()
     return _outcome(fit, paths)
 

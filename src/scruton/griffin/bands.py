@@ -130,19 +130,16 @@ def band(
     scruton_numbers: FloatArray, draws: FloatArray, unit: str, label: str, extrapolated: np.ndarray | None = None
 ) -> GriffinBand:
     """Summarise draws (S, n) at `scruton_numbers` (n,) into a band; NaN draws say nothing and are left out."""
-    known = ~np.isnan(draws)
+    probability = [0.5, *(0.5 + side * p / 2 for p in INTERVALS for side in (-1, 1))]
     outside = np.zeros(len(scruton_numbers), dtype=bool) if extrapolated is None else extrapolated
-
-    def at(*probability: float) -> FloatArray:
-        if np.isfinite(draws).all():  # the common case, all columns at once
-            return quantiles(draws, probability)
-        points = np.full((len(probability), len(scruton_numbers)), np.nan)
-        for i in np.flatnonzero(known.mean(axis=0) >= ENOUGH_DRAWS):
-            points[:, i] = quantiles(draws[known[:, i], i], probability)
-        return points
-
-    intervals = MappingProxyType({p: at(0.5 - p / 2, 0.5 + p / 2) for p in INTERVALS})
-    return GriffinBand(np.asarray(scruton_numbers, dtype=float), at(0.5)[0], intervals, unit, label, outside)
+    points, finite = np.full((len(probability), len(scruton_numbers)), np.nan), np.isfinite(draws).all(axis=0)
+    if finite.any():  # the common case, all columns at once
+        points[:, finite] = quantiles(draws[:, finite], probability)
+    known = ~np.isnan(draws)
+    for i in np.flatnonzero(~finite & (known.mean(axis=0) >= ENOUGH_DRAWS)):
+        points[:, i] = quantiles(draws[known[:, i], i], probability)
+    intervals = MappingProxyType({p: points[2 * k + 1 : 2 * k + 3] for k, p in enumerate(INTERVALS)})
+    return GriffinBand(np.asarray(scruton_numbers, dtype=float), points[0], intervals, unit, label, outside)
 
 
 def quantiles(draws: FloatArray, probability: Sequence[float]) -> FloatArray:

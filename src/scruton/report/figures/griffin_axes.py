@@ -1,6 +1,7 @@
 """What every plot against the Scruton number shares: its range, bands, deterministic curves, points and frame."""
 
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -39,7 +40,8 @@ class Place(NamedTuple):
         return [self.median] if self.measured is None else [self.median, self.measured.mean]
 
 
-def test_points(fit: Fit) -> list[Place]:
+@lru_cache(maxsize=1)  # every figure of a fit asks
+def test_points(fit: Fit) -> tuple[Place, ...]:
     """Where the peak tests lie."""
     placed = []
     for name in peak_names(fit.tree):
@@ -47,7 +49,7 @@ def test_points(fit: Fit) -> list[Place]:
         low, median, high = map(float, np.quantile(printed["a_star"], style.Q90))
         sc = float(np.median(printed["scruton_number"]))
         placed.append(Place(name, sc, low, median, high, fit.campaign.test(name).stable_amplitude))
-    return placed
+    return tuple(placed)
 
 
 def line_styles(tree: "xr.DataTree") -> dict[str, style.LineStyle]:

@@ -249,8 +249,9 @@ def laid_out_once(figure: "Figure") -> Iterator[None]:
     """Lay out before the first file rather than before each: many panels take a second."""
     engine, dpi = figure.get_layout_engine(), figure.dpi
     figure.dpi = DOTS_PER_INCH
-    figure.draw_without_rendering()
-    figure.set_layout_engine("none")
+    if engine is not None:
+        engine.execute(figure)
+    figure.set_layout_engine(None)  # "none" leaves a placeholder, for which every file is drawn twice
     try:
         yield
     finally:

@@ -2,12 +2,15 @@
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from scruton.report.figures import FigureWithCaption, figure, style
 from scruton.sizing.checks import ASKED, CONFIDENCES
+
+if TYPE_CHECKING:
+    from matplotlib.axis import Axis
 
 Content = Mapping[str, Any]
 _COLOURS = (style.GREEN, style.ORANGE, style.VERMILLION, style.PURPLE)  # of the confidences
@@ -199,12 +202,19 @@ def _with_costs(*keys: str) -> Callable[[Content], dict[str, Content]]:
     return partial(modes, having=lambda mode: any(key in mode.get("cost", {}) for key in keys))
 
 
+def _in_money(axis: "Axis", what: str, mode: Content) -> None:
+    """Label an axis of money, in millions where its numbers were too long else."""
+    currency, million = mode["cost"]["currency"] or "currency", max(map(abs, axis.get_view_interval())) >= 1e5
+    if million:
+        axis.set_major_formatter(lambda value, _: f"{value / 1e6:g}")
+    axis.set_label_text(f"{what} [{'million ' if million else ''}{currency}]")
+
+
 @figure("sizing", name="cost", source="sizing", each=_with_costs("by_damping", "by_mass"))
 def expected_costs(content: Content, mode: Content) -> FigureWithCaption:
     """Expected cost against what is bought: damping, or mass."""
     curves = {key: mode["cost"][key] for key in ("by_damping", "by_mass") if key in mode["cost"]}
     drawing, axes = style.panels(len(curves), height_mm=60.0)
-    money = mode["cost"]["currency"] or "currency"
     for panel, (key, curve) in zip(axes, curves.items(), strict=True):
         by_mass = key == "by_mass"
         x = _array(curve["mass"]) / 1e3 if by_mass else 100.0 * _array(curve["added_damping"])
@@ -217,8 +227,9 @@ def expected_costs(content: Content, mode: Content) -> FigureWithCaption:
                 panel.plot(x, too_light, "o", ms=4, mfc="white", color=style.BLUE, label="not allowed: stroke or mass")
         best = curve["best_mass"] / 1e3 if by_mass else 100.0 * curve["best_added_damping"]
         panel.plot(best, curve["best_total"], "D", color=style.BLACK, label="least")
-        panel.set(xlabel="Mass of all dampers [t]" if by_mass else _ADDED, ylabel=f"Expected cost [{money}]")
+        panel.set(xlabel="Mass of all dampers [t]" if by_mass else _ADDED)
         panel.set_ylim(0.0, 4.0 * curve["best_total"])
+        _in_money(panel.yaxis, "Expected cost", mode)
     style.below(drawing, axes, columns=4)
     return FigureWithCaption(
         drawing,
@@ -237,7 +248,7 @@ def worth_of_information(content: Content, mode: Content) -> FigureWithCaption:
         axes.barh(place, [worth[k]["value"] for k in place], color=colour, label=label)
     axes.set_yticks(range(len(worth)), [entry["name"] for entry in worth])
     axes.invert_yaxis()
-    axes.set_xlabel(f"Expected saving [{mode['cost']['currency'] or 'currency'}]")
+    _in_money(axes.xaxis, "Expected saving", mode)
     axes.legend(loc="lower right")
     return FigureWithCaption(
         drawing,
