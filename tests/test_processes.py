@@ -1,35 +1,11 @@
-"""Work in several processes, and what is told of it."""
+"""What is told of work in progress."""
 
 import io
-import os
 import sys
-from concurrent.futures.process import BrokenProcessPool
 
 import pytest
 
-from scruton.processes import completed
 from scruton.progress import Bar
-
-
-def doubled(number: int) -> tuple[int, int]:
-    return 2 * number, os.getpid()
-
-
-def dies() -> None:
-    os._exit(3)
-
-
-def test_one_job_is_done_here_and_several_elsewhere() -> None:
-    tasks = [(number,) for number in range(5)]
-    here, beside = list(completed(doubled, tasks, 1)), list(completed(doubled, tasks, 2))
-    assert [value for value, _ in here] == sorted(value for value, _ in beside) == [0, 2, 4, 6, 8]
-    assert {process for _, process in here} == {os.getpid()}
-    assert os.getpid() not in {process for _, process in beside}
-
-
-def test_a_process_that_dies_is_told_and_takes_nothing_of_this_one() -> None:
-    with pytest.raises(BrokenProcessPool):
-        list(completed(dies, [()], 1, apart=True))
 
 
 class Terminal(io.StringIO):

@@ -1,4 +1,4 @@
-"""What all verbs share: options of one meaning, lines of 80 letters, JSON in place of tables, paths alone when quiet."""
+"""What all verbs share: options of one meaning, lines of 80 letters, --json in place of tables, --quiet: paths."""
 
 import json
 import shutil

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from scruton.app.options import check_numbers, check_writable
-from scruton.app.run import Outcome
+from scruton.app.run import Outcome, workers_of
 from scruton.errors import InputError
 from scruton.progress import Bar
 from scruton.terminal import DONE, NOT_TRUSTED, line_width
@@ -67,7 +67,7 @@ def challenge_score(arguments: Namespace) -> Outcome:
     others = {name: results / "baselines" / name for name in BASELINES} if arguments.baselines else {}
     with Bar(arguments.quiet) as bar:
         for name, place in others.items():
-            run_challenge(folder, Execution(place, arguments.jobs, resume=True, progress=bar), BASELINES[name])
+            run_challenge(folder, Execution(place, workers_of(arguments), resume=True, progress=bar), BASELINES[name])
     score = score_challenge(folder, results, None, out, baselines=others, force=arguments.force)
     if arguments.markdown is not None:
         arguments.markdown.write_text(score_markdown(score, arguments.pictures), encoding="utf-8")
@@ -97,7 +97,7 @@ def execution(arguments: Namespace) -> "Iterator[Execution]":
     from scruton.calibrate.execution import Execution
 
     with Bar(arguments.quiet) as bar:
-        yield Execution(arguments.out, arguments.jobs, arguments.force, arguments.resume, bar)
+        yield Execution(arguments.out, workers_of(arguments), arguments.force, arguments.resume, bar)
 
 
 def names(listed: str | None) -> list[str] | None:

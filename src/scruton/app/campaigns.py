@@ -4,7 +4,7 @@ from argparse import Namespace
 
 import numpy as np
 
-from scruton.app.run import Outcome, Run, default_folder
+from scruton.app.run import Outcome, Run, default_folder, workers_of
 from scruton.campaign import load_campaign, tests_named, tests_used
 from scruton.cells import safe_frame
 from scruton.documents import as_json, write_text
@@ -38,7 +38,7 @@ def validate(arguments: Namespace) -> Outcome:
     with claim as work:
         validations = validate(
             campaign, card, tests=tests, seed=arguments.seed, progress=work.bar, singles=singles,
-            checkpoints=work.checkpoints,
+            checkpoints=work.checkpoints, workers=workers_of(arguments),
         )  # fmt: skip
         # share of what was found that lies inside the intervals
         coverage = {f"{p:.2f}": float(np.mean([case.inside(p) for case in validations])) for p in NOMINAL}

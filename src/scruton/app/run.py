@@ -18,6 +18,7 @@ from scruton.workspace import Workspace, results_in
 
 if TYPE_CHECKING:
     from scruton.infer.cards import ModelCard
+    from scruton.workers import Workers
 
 
 @dataclass(frozen=True)
@@ -90,6 +91,14 @@ class Run(Workspace):
 def default_folder(campaign: Path) -> Path:
     """Where results go when no folder is named: out/NAME below the working folder."""
     return Path("out") / campaign_folder(campaign).resolve().name
+
+
+def workers_of(arguments: Namespace) -> "Workers":
+    """Who does the work, as the command line says; where it names no number of processes, one a core."""
+    from scruton.workers import Workers, cores
+
+    tls = arguments.tls_ca, arguments.tls_cert, arguments.tls_key
+    return Workers(arguments.jobs or cores(), arguments.scheduler, tls)
 
 
 def variant(folder: Path, name: str, results: Sequence[str]) -> Path:
