@@ -21,7 +21,15 @@ from scruton.griffin.validate import validate
 from scruton.infer.cards import load_card
 from scruton.workers import Workers
 
-QUICK = 'format = 1\nname = "quick"\nextends = "paper"\n[sampler]\nwalkers = 64\ndraws = 16\nmin_ess = 100\nmax_rhat = 1.2\n'
+QUICK = """format = 1
+name = "quick"
+extends = "paper"
+[sampler]
+walkers = 64
+draws = 16
+min_ess = 100
+max_rhat = 1.2
+"""
 
 
 @contextmanager
@@ -73,11 +81,10 @@ def fails(task):
 
 
 def test_an_error_of_the_work_comes_back_once_the_rest_is_done():
-    done = []
+    come = Workers(2).values(fails, range(4))
+    assert sorted(next(come)[1] for _ in range(3)) == [0, 2, 3]
     with pytest.raises(InputError, match="a file: a field: found one thing"):
-        for _, value in Workers(2).values(fails, range(4)):
-            done.append(value)
-    assert sorted(done) == [0, 2, 3]
+        next(come)
     assert list(Workers(2).values(fails, [])) == []
 
 
