@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from scruton.app.verbs import QUIET, SEED, VERBS, Argument, Verb
+from scruton.app.verbs import ALIKE, VERBS, Argument, Verb
 from scruton.terminal import Parser, guarded, harmless_streams
 
 if TYPE_CHECKING:
@@ -29,13 +29,21 @@ def _run(argv: Sequence[str] | None) -> int:
     check_options(vars(arguments))
     module, name = arguments.work.split(":")
     outcome: Outcome = getattr(import_module(f"scruton.app.{module}"), name)(arguments)
-    if outcome.text and not arguments.quiet:
-        print(outcome.text)
-    for line in outcome.lines:
-        print(line)
+    say(outcome, quiet=arguments.quiet, as_json=arguments.json)
+    return outcome.code
+
+
+def say(outcome: "Outcome", *, quiet: bool, as_json: bool) -> None:
+    """Print what a verb says: JSON alone, paths alone, or its tables and then the paths."""
+    if as_json:
+        print(outcome.json)
+    else:
+        if outcome.text and not quiet:
+            print(outcome.text)
+        for path in outcome.paths:
+            print(path)
     for remark in outcome.remarks:
         print(f"scruton: {remark}", file=sys.stderr)
-    return outcome.code
 
 
 def parser() -> argparse.ArgumentParser:
@@ -47,16 +55,17 @@ def parser() -> argparse.ArgumentParser:
     verbs = top.add_subparsers(metavar="COMMAND", required=True)
     for verb in VERBS:
         below = verbs.add_parser(verb.name, help=verb.help, description=verb.help)
-        _declare(below, (SEED, QUIET, *verb.arguments), verb)
+        if verb.work:
+            _declare(below, verb)
         if verb.steps:
             steps = below.add_subparsers(metavar="STEP", required=not verb.work, dest="step")
             for step in verb.steps:
-                _declare(steps.add_parser(step.name, help=step.help), step.arguments, step)
+                _declare(steps.add_parser(step.name, help=step.help), step)
     return top
 
 
-def _declare(parser: argparse.ArgumentParser, arguments: Sequence[Argument | tuple[Argument, ...]], verb: Verb) -> None:
-    for entry in arguments:
+def _declare(parser: argparse.ArgumentParser, verb: Verb) -> None:
+    for entry in (*ALIKE, *verb.arguments):
         together = (entry,) if isinstance(entry, Argument) else entry
         place = parser.add_mutually_exclusive_group() if len(together) > 1 else parser
         for argument in together:

@@ -4,8 +4,8 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from collections.abc import Callable
+from concurrent.futures import Future, ProcessPoolExecutor
 from multiprocessing.connection import wait
 from typing import Any
 
@@ -13,40 +13,6 @@ from typing import Any
 def pool(count: int) -> ProcessPoolExecutor:
     """A pool of `count` processes with nothing of this one's state; they end when it does, even if it is killed."""
     return ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"), initializer=serve)
-
-
-def completed[T](
-    work: Callable[..., T], tasks: Sequence[tuple[Any, ...]], jobs: int, *, apart: bool = False
-) -> Iterator[T]:
-    """Do a piece of work for each task; results come as they are done.
-
-    Parameters
-    ----------
-    work : callable
-        Of the parts of one task; a function of a module, where several processes do it.
-    tasks : sequence of tuple
-        Arguments of each.
-    jobs : int
-        Processes: with one, or for one task, it is done in this process.
-    apart : bool
-        In another process in any case, so that this one survives the death of it.
-
-    Raises
-    ------
-    BrokenProcessPool
-        If a process died; whatever the work itself raises.
-    """
-    if not apart and (jobs == 1 or len(tasks) < 2):
-        for task in tasks:
-            yield work(*task)
-        return
-    workers = pool(min(jobs, len(tasks)))
-    try:
-        for future in as_completed([workers.submit(work, *task) for task in tasks]):
-            yield future.result()
-    finally:
-        # An interruption ends here too: what runs is finished, what waits is dropped.
-        workers.shutdown(cancel_futures=True)
 
 
 class SecondProcess:

@@ -1,5 +1,6 @@
-"""How far the work is: every room tells the name of a stage and the fraction of it that is done; one bar shows it."""
+"""How far the work is: every room tells the name of a stage and the fraction of it that is done; one line shows it."""
 
+import shutil
 import sys
 from collections.abc import Callable
 from threading import RLock
@@ -11,8 +12,11 @@ if TYPE_CHECKING:
 Progress = Callable[[str, float], None]
 
 
+FIXED = 24 + len("  [] , 00:00:00 left")  # letters of the line beside the name of the stage
+
+
 class Bar:
-    """Progress on standard error: a line for each stage, with the time left; nothing where no terminal listens.
+    """Progress on standard error: one line, with the time left of the stage; nothing where no terminal listens.
 
     Parameters
     ----------
@@ -35,20 +39,22 @@ class Bar:
         """Show that `fraction` of a stage is done; a note may change while the stage lasts."""
         if not self.shown:
             return
-        if self._line is None or stage != self._stage:
-            self.end()
+        if self._line is None:
             from tqdm import tqdm
 
             tqdm.set_lock(RLock())  # the default one is a semaphore of the system, and for many processes
             tqdm.monitor_interval = 0  # no thread beside
             form = "  [{bar:24}] {desc}, {remaining} left"
-            self._stage = stage
-            self._line = tqdm(total=1.0, smoothing=0, ascii=".#", bar_format=form, file=sys.stderr)
-        self._line.n = fraction
-        self._line.set_description_str(f"{stage}{note}")
+            self._line = tqdm(total=1.0, smoothing=0, ascii=".#", bar_format=form, file=sys.stderr, leave=False)
+        elif stage != self._stage:
+            self._line.reset()
+        self._stage, self._line.n = stage, fraction
+        room = max(shutil.get_terminal_size().columns - FIXED, 10)
+        said = f"{stage}{note}"
+        self._line.set_description_str(said if len(said) <= room else f"{said[: room - 3]}...")
 
     def end(self) -> None:
-        """Leave the line as it stands."""
+        """Take the line away: what was found follows."""
         if self._line is not None:
             self._line.close()
             self._line = None

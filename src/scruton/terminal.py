@@ -3,6 +3,7 @@
 import argparse
 import os
 import re
+import shutil
 import signal
 import sys
 from collections.abc import Callable, Iterator
@@ -13,6 +14,8 @@ from typing import Any, NoReturn, TextIO, cast
 from scruton.errors import InputError
 
 DONE, NOT_TRUSTED, BAD_INPUT, INTERRUPTED, TERMINATED = 0, 1, 2, 130, 143
+
+NARROWEST = 40  # letters of a line: below it the terminal breaks what it cannot hold
 
 # C0 but for tab and line feed, DEL, C1, and what turns the direction of writing.
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
@@ -25,6 +28,13 @@ def harmless(text: str) -> str:
     '\\x1b[31mred'
     """
     return _CONTROL.sub(lambda match: match[0].encode("unicode_escape").decode(), text)
+
+
+def line_width() -> int | None:
+    """Letters of a line of the terminal, or what COLUMNS says; None where the output goes into a file or a pipe."""
+    if not os.environ.get("COLUMNS", "").isdecimal() and not (sys.stdout is not None and sys.stdout.isatty()):
+        return None
+    return max(shutil.get_terminal_size().columns, NARROWEST)
 
 
 class Harmless:

@@ -14,11 +14,11 @@ import pytest
 from scruton.app.batch import Batch, Job, names, run_one, summarise
 from scruton.app.batch_tables import batch_csv, batch_page, batch_text
 from scruton.app.fit import FitTask
-from scruton.app.workers import connected, finished
 from scruton.cli import main
 from scruton.documents import write_document
 from scruton.infer.fit import fit_campaign
 from scruton.simulate import write_campaign
+from scruton.workers import connected, finished
 from tests.conftest import SPEC
 
 CARD = """extends = "paper"
@@ -158,7 +158,7 @@ def test_a_worker_that_dies_takes_nothing_with_it():
 
 def test_bad_arguments(room, whole, monkeypatch, capsys):
     monkeypatch.chdir(room)
-    monkeypatch.setattr("scruton.app.workers.REACH", 1)
+    monkeypatch.setattr("scruton.workers.REACH", 1)
 
     def refused(arguments, *words):
         assert batch(*arguments) == 2

@@ -7,8 +7,8 @@ from pathlib import Path
 import psutil
 import pytest
 
-from scruton.app.workers import TlsFiles, connected
 from scruton.errors import InputError
+from scruton.workers import TlsFiles, connected
 
 
 def listening() -> set[str]:
@@ -47,7 +47,7 @@ def test_a_scheduler_under_tls_is_reached_with_certificates_only(
 ) -> None:
     from distributed import LocalCluster, Security
 
-    monkeypatch.setattr("scruton.app.workers.REACH", 2)
+    monkeypatch.setattr("scruton.workers.REACH", 2)
     authority, own, key = map(str, certificate)
     parts = {f"tls_{one}_{kind}": name for one in ("scheduler", "worker", "client")
              for kind, name in (("cert", own), ("key", key))}  # fmt: skip

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from scruton.calibrate import REGIMES, calibration_text, run_calibration
-from scruton.calibrate.calibration import load
-from scruton.calibrate.campaigns import _noise, run_campaign, simulate_campaign
+from scruton.calibrate.calibration import _fitted, load
+from scruton.calibrate.campaigns import _noise, simulate_campaign
 from scruton.calibrate.coverage import cells, covered, pooled, summarise, uniformity
 from scruton.calibrate.execution import Execution
 from scruton.calibrate.identifiability import Identifiability, _gusts, identifiability, information
@@ -23,8 +23,8 @@ from scruton.campaign.quantity import Quantity
 from scruton.dynamics import closed_form, relaxation
 from scruton.errors import InputError
 from scruton.infer.cards import load_card
-from scruton.processes import completed
 from scruton.simulate import Truth
+from scruton.workers import Workers
 
 TINY = ("turbulence-1", "growth")
 FINAL = ("calibration.json", "calibration.txt", "coverage.csv", "pooled.csv", "ranks.csv", "identifiability.csv",
@@ -279,7 +279,7 @@ def test_processes_do_not_change_a_digit(one_job):
     tasks = [("growth", 1), ("turbulence-1", 3)]
     alone = [load(one_job, name)[index] for name, index in tasks]
     card = load_card(one_job.parent / "short.toml")
-    found = list(completed(run_campaign, [(*task, 3, card) for task in tasks], 2))
+    found = [one for _, one in Workers(2).values(_fitted, [(*task, 3, card) for task in tasks])]
     for one in alone:
         (other,) = (each for each in found if each["regime"] == one["regime"])
         assert json.loads(json.dumps(other)) | {"seconds": 0} == one | {"seconds": 0}
@@ -340,5 +340,5 @@ def test_campaigns_that_cannot_be_fitted_are_counted(card):
 @pytest.mark.slow
 def test_three_regimes_within_four_standard_errors(tmp_path):
     regimes = ("sensor-noise", "torsional-growth-3", "ring-downs")
-    result = run_calibration(Execution(tmp_path / "slow", jobs=2), regimes=regimes, campaigns=60, seed=11)
+    result = run_calibration(Execution(tmp_path / "slow", Workers(2)), regimes=regimes, campaigns=60, seed=11)
     assert result.calibrated, calibration_text(result)

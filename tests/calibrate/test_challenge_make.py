@@ -17,6 +17,7 @@ from scruton.campaign import Fluid, Kind, load_campaign
 from scruton.campaign.write import save_campaign
 from scruton.errors import InputError
 from scruton.simulate import Disturbances, simulate_record
+from scruton.workers import Workers
 
 EFFECTS = (*CATALOGUE, *OPEN)
 QUIET = {"turbulence": 0.0, "noise": 0.0}
@@ -302,7 +303,7 @@ def test_blocks_hold_every_effect_at_every_severity():
 
 def challenge(out, cases=3, jobs=1, force=False, resume=False, **more):
     plan = Plan(**({"seed": 12, "effects": ("none", "sensor_gain_error"), "severities": (0.4,)} | more))
-    return make_challenge(Execution(out, jobs, force, resume), plan, cases)
+    return make_challenge(Execution(out, Workers(jobs), force, resume), plan, cases)
 
 
 def bytes_of(out):

@@ -22,6 +22,7 @@ from scruton.calibrate.challenge.make import Plan, make_challenge
 from scruton.calibrate.challenge.score import score_challenge, score_markdown, score_text
 from scruton.calibrate.execution import Execution
 from scruton.errors import InputError
+from scruton.workers import Workers
 
 FRICTION, MEMORY, GAIN = "coulomb_friction", "fluid_memory", "sensor_gain_error"
 AERO = "aerodynamic_damping_nonlinearity"
@@ -361,8 +362,8 @@ def test_another_diagnosis_does_not_go_on_with_a_run(tmp_path):
 
 def test_a_process_that_dies_costs_its_own_case_alone(tmp_path):
     folder = empty(tmp_path / "made")
-    run = run_challenge(folder, Execution(tmp_path / "out", jobs=2), dies)
-    assert run == {"case-0002": "the process died"}
+    run = run_challenge(folder, Execution(tmp_path / "out", Workers(2)), dies)
+    assert run == {"case-0002": "the process that ran it died each time that it was tried; is there memory enough?"}
     assert (tmp_path / "out" / "case-0003" / "gap.json").exists()
 
 
@@ -370,7 +371,7 @@ def test_folders_that_hold_no_challenge_are_refused(tmp_path):
     with pytest.raises(InputError, match="no folder; wanted a folder made by scruton challenge make"):
         run_challenge(tmp_path / "nowhere", Execution(tmp_path / "out"))
     with pytest.raises(InputError, match="at least 1"):
-        run_challenge(empty(tmp_path / "made"), Execution(tmp_path / "out", jobs=0))
+        run_challenge(empty(tmp_path / "made"), Execution(tmp_path / "out", Workers(0)))
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="a file; wanted the path of a folder"):
         run_challenge(tmp_path / "made", Execution(tmp_path / "file"), said)

@@ -104,9 +104,9 @@ def test_report_ends_with_the_paths(small_campaign, tmp_path, capsys, monkeypatc
     )  # fmt: skip
     assert code == 0
     *_, report, griffin = out.splitlines()
-    assert report.split(maxsplit=1)[1] == str(tmp_path / "r" / "report.html")
+    assert report == str(tmp_path / "r" / "report.html")
     assert (tmp_path / "r" / "report.html").stat().st_size < 5e6
-    assert griffin.startswith("Griffin plot: ")
+    assert griffin.startswith(str(tmp_path / "r"))
     page = (tmp_path / "r" / "report.html").read_text(encoding="utf-8")
     assert "漢字" in page
     assert "&lt;b&gt;with" in page

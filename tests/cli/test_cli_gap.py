@@ -68,7 +68,7 @@ def test_diagnose_writes_what_its_format_says(challenge, tmp_path, capsys):
 
 def test_the_same_campaign_gives_the_same_bytes(challenge, tmp_path, capsys):
     for name in ("one", "two"):
-        run("diagnose", challenge / "case-0001", "-o", tmp_path / name, "--quiet", "--workers", 1 + (name == "two"),
+        run("diagnose", challenge / "case-0001", "-o", tmp_path / name, "--quiet", "--jobs", 1 + (name == "two"),
             capsys=capsys)  # fmt: skip
     assert (tmp_path / "one" / "gap.json").read_bytes() == (tmp_path / "two" / "gap.json").read_bytes()
 

@@ -189,7 +189,7 @@ REPORT = ["report", "{campaign}", "-o", "{out}"]
         (["batch", "{campaign}", "-o", "{out}", "--tls-ca", "x"], ["--tls-ca", "no --scheduler"]),
         (["batch", "{campaign}", "-o", "{out}", "--tls-ca", "x", "--scheduler", "tcp://a:1"], ["--tls-ca", "tls://"]),
         (["batch", "{campaign}", "-o", "{out}", "--tls-ca", "x", "--scheduler", "tls://a:1"], ["x", "no such file"]),
-        (["diagnose", "{campaign}", "-o", "{out}", "--workers", "0"], ["--workers", "found 0"]),
+        (["diagnose", "{campaign}", "-o", "{out}", "--workers", "0"], ["--jobs", "found 0"]),
         (["calibrate", "-o", "{out}", "--campaigns", "0"], ["--campaigns", "found 0"]),
         (["calibrate", "-o", "{out}", "--jobs", "-1"], ["--jobs", "found -1"]),
         (["challenge", "make", "-o", "{out}", "--cases", "0"], ["--cases", "found 0"]),

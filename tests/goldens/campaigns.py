@@ -45,7 +45,7 @@ def validate(room: Room, name: str) -> dict[str, Any]:
 def diagnose(room: Room, name: str) -> dict[str, Any]:
     """Diagnose the gap."""
     room.bring(name, "quick.toml")
-    said = room.run("diagnose", name, "--seed", SEED, "-o", "gap", "--workers", "1", *card(name))
+    said = room.run("diagnose", name, "--seed", SEED, "-o", "gap", "--jobs", "1", *card(name))
     return {"diagnose": said, "files": room.files("gap")}
 
 

@@ -115,7 +115,7 @@ CASES: dict[str, Case] = {
     # the other verbs
     "report without a bridge": (("report", "campaign", *OUT, "--bridge", "nowhere.toml"), intact),
     "validate nowhere": (("validate", "nowhere", *OUT), intact),
-    "diagnose with no workers": (("diagnose", "campaign", *OUT, "--workers", "0"), intact),
+    "diagnose with no workers": (("diagnose", "campaign", *OUT, "--jobs", "0"), intact),
     "batch of nothing": (("batch", *OUT), intact),
     "batch with no jobs": (("batch", "campaign", *OUT, "--jobs", "0"), intact),
     "unknown regime": (("calibrate", *OUT, "--regimes", "turbulence-x"), intact),

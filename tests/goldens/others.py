@@ -31,7 +31,7 @@ def small(room: Room) -> dict[str, Any]:
         "one test": room.fitted("campaign", "--model", "quick.toml", "--tests", "light in wind", out="one"),
         "damping": room.run("predict", "fit", "--seed", SEED, "--damping", "0.01 +/- 0.002", "--rig", "heavy"),
         "json": room.run("predict", "fit", "--seed", SEED, "--sc", "30", "--sc", "21.7", "--json"),
-        "law": room.run("predict", "fit", "--seed", SEED, "--sc", "30", "--law", "2", "--quiet"),
+        "law": room.run("predict", "fit", "--seed", SEED, "--sc", "30", "--law", "2"),
         "size": room.run("size", "fit", "--seed", SEED, "-o", "size", "--limit", "0.02", "--limit", "1.2 mm"),
         "files": {one: room.files(one) for one in ("campaign", "fit", "one", "size")},
     }

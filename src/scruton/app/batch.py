@@ -12,7 +12,7 @@ from typing import Any
 
 from scruton.app.batch_tables import CSV, JSON, PAGE, batch_text, write_batch
 from scruton.app.fit import RESULTS, FitTask
-from scruton.app.run import Outcome, Run, campaign_folder
+from scruton.app.run import Outcome, Run, campaign_folder, workers_of
 from scruton.documents import read_json
 from scruton.errors import InputError
 from scruton.terminal import BAD_INPUT, DONE, NOT_TRUSTED
@@ -74,13 +74,13 @@ def run(arguments: Namespace) -> Outcome:
     campaign that fails is an entry with its reason, and stops nothing.  InputError for bad arguments, a folder that
     holds results, or a scheduler that cannot be reached; nothing is written then.
     """
-    from scruton.app.workers import connected, cores, finished
+    from scruton.workers import connected, finished
 
     out = arguments.out
     todo, claim = _planned(arguments)
     entries = [_blank(job, UNFINISHED) for job in todo]
-    tls = arguments.tls_ca, arguments.tls_cert, arguments.tls_key
-    processes = min(arguments.jobs or cores(), len(todo))
+    where = workers_of(arguments)
+    processes = min(where.jobs, len(todo))
 
     def batch() -> Batch:
         named = [_as_named(entry, path, out) for entry, path in zip(entries, arguments.campaigns, strict=True)]
@@ -90,7 +90,10 @@ def run(arguments: Namespace) -> Outcome:
         write_batch(batch(), claim.new)
         claim.keep(PAGE, CSV, JSON)
 
-    with claim as work, connected(arguments.scheduler, processes, tls=tls, quiet=arguments.quiet) as client:
+    with (
+        claim as work,
+        connected(where.scheduler, processes, tls=where.tls, quiet=arguments.quiet) as client,
+    ):
         sum_up()
         try:
             for done, (index, outcome) in enumerate(finished(client, run_one, todo), start=1):

@@ -11,6 +11,7 @@ from scruton.documents import write_document, write_text
 from scruton.report.document import Table, paragraph
 from scruton.report.render_text import render_text
 from scruton.report.wording import TERMINAL, estimate, stated
+from scruton.terminal import line_width
 
 if TYPE_CHECKING:
     from scruton.app.batch import Batch, Entry
@@ -72,7 +73,7 @@ def batch_text(batch: "Batch") -> str:
             cells = [*map(TERMINAL.number, (sc[0], amplitude)), interval, *map(TERMINAL.number, (y1[0], epsilon[0]))]
             rows.append((*leading, *cells, *last))
             leading, last = [""] * len(leading), [""] * len(last)
-    return render_text([Table("batch", "", tuple(header), tuple(rows)), paragraph(_said(batch))])
+    return render_text([Table("batch", "", tuple(header), tuple(rows)), paragraph(_said(batch))], line_width())
 
 
 def _count(value: int | None) -> str:

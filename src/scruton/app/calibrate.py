@@ -7,10 +7,10 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from scruton.app.options import check_numbers, check_writable
-from scruton.app.run import Outcome
+from scruton.app.run import Outcome, workers_of
 from scruton.errors import InputError
 from scruton.progress import Bar
-from scruton.terminal import DONE, NOT_TRUSTED
+from scruton.terminal import DONE, NOT_TRUSTED, line_width
 
 if TYPE_CHECKING:
     from scruton.calibrate.execution import Execution
@@ -28,7 +28,7 @@ def run(arguments: Namespace) -> Outcome:
             model=arguments.model,
         )  # fmt: skip
     code = DONE if result.calibrated else NOT_TRUSTED
-    return Outcome(calibration_text(result), [arguments.out / "calibration.json"], code=code)
+    return Outcome(calibration_text(result, line_width()), [arguments.out / "calibration.json"], code=code)
 
 
 def challenge_make(arguments: Namespace) -> Outcome:
@@ -43,7 +43,7 @@ def challenge_make(arguments: Namespace) -> Outcome:
     )
     with execution(arguments) as execute:
         folder = make_challenge(execute, plan, arguments.cases)
-    return Outcome(lines=[f"challenge: {folder}"])
+    return Outcome(paths=[folder])
 
 
 def challenge_run(arguments: Namespace) -> Outcome:
@@ -52,7 +52,7 @@ def challenge_run(arguments: Namespace) -> Outcome:
 
     with execution(arguments) as execute:
         run_challenge(arguments.folder, execute)
-    return Outcome(lines=[f"results: {arguments.out}"])
+    return Outcome(paths=[arguments.out])
 
 
 def challenge_score(arguments: Namespace) -> Outcome:
@@ -67,11 +67,11 @@ def challenge_score(arguments: Namespace) -> Outcome:
     others = {name: results / "baselines" / name for name in BASELINES} if arguments.baselines else {}
     with Bar(arguments.quiet) as bar:
         for name, place in others.items():
-            run_challenge(folder, Execution(place, arguments.jobs, resume=True, progress=bar), BASELINES[name])
+            run_challenge(folder, Execution(place, workers_of(arguments), resume=True, progress=bar), BASELINES[name])
     score = score_challenge(folder, results, None, out, baselines=others, force=arguments.force)
     if arguments.markdown is not None:
         arguments.markdown.write_text(score_markdown(score, arguments.pictures), encoding="utf-8")
-    return Outcome(score_text(score), [out / "challenge-score.json"])
+    return Outcome(score_text(score, line_width()), [out / "challenge-score.json"])
 
 
 def challenge_tune(arguments: Namespace) -> Outcome:
@@ -88,7 +88,7 @@ def challenge_tune(arguments: Namespace) -> Outcome:
     content = tune_challenges(arguments.folders, arguments.results, (low, high))
     if file is not None:
         write_text(file, json.dumps(content, indent=1) + "\n")
-    return Outcome(tuning_text(content), [] if file is None else [file])
+    return Outcome(tuning_text(content, line_width()), [] if file is None else [file], content=content)
 
 
 @contextmanager
@@ -97,7 +97,7 @@ def execution(arguments: Namespace) -> "Iterator[Execution]":
     from scruton.calibrate.execution import Execution
 
     with Bar(arguments.quiet) as bar:
-        yield Execution(arguments.out, arguments.jobs, arguments.force, arguments.resume, bar)
+        yield Execution(arguments.out, workers_of(arguments), arguments.force, arguments.resume, bar)
 
 
 def names(listed: str | None) -> list[str] | None:

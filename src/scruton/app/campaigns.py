@@ -4,12 +4,12 @@ from argparse import Namespace
 
 import numpy as np
 
-from scruton.app.run import Outcome, Run, default_folder
-from scruton.campaign import load_campaign, tests_named
+from scruton.app.run import Outcome, Run, default_folder, workers_of
+from scruton.campaign import load_campaign, tests_named, tests_used
 from scruton.cells import safe_frame
 from scruton.documents import as_json, write_text
 from scruton.report.render_text import render_text
-from scruton.terminal import DONE, NOT_TRUSTED
+from scruton.terminal import DONE, NOT_TRUSTED, line_width
 
 JSON, CSV = "validation.json", "validation.csv"
 NOMINAL = (0.50, 0.90, 0.95)
@@ -22,7 +22,7 @@ def validate(arguments: Namespace) -> Outcome:
     """
     import pandas as pd
 
-    from scruton.griffin.validate import fits_needed, validate
+    from scruton.griffin.validate import validate
     from scruton.infer.cards import load_card
     from scruton.report.figures import save
     from scruton.report.figures.predictions import validation_figure
@@ -36,12 +36,9 @@ def validate(arguments: Namespace) -> Outcome:
         folder, "validate", arguments, sha256=campaign.sha256 or {}, card=card, settings=settings, results=(JSON,)
     )
     with claim as work:
-        if not arguments.quiet:
-            fits = fits_needed(campaign, tests, singles=singles)
-            print(f"{fits} fits: one of all tests, and one of each set of tests that predicts", flush=True)
         validations = validate(
             campaign, card, tests=tests, seed=arguments.seed, progress=work.bar, singles=singles,
-            checkpoints=work.checkpoints,
+            checkpoints=work.checkpoints, workers=workers_of(arguments),
         )  # fmt: skip
         # share of what was found that lies inside the intervals
         coverage = {f"{p:.2f}": float(np.mean([case.inside(p) for case in validations])) for p in NOMINAL}
@@ -65,7 +62,7 @@ def validate(arguments: Namespace) -> Outcome:
         write_text(work.new / CSV, safe_frame(pd.DataFrame(rows)).to_csv(index=False))
         work.write(JSON, content)
         paths = work.published([work.new / JSON, work.new / CSV, *figures])
-    text = render_text(validation_summary(campaign.title, unit, validations, coverage))
+    text = render_text(validation_summary(campaign.title, unit, validations, coverage), line_width())
     return Outcome(text, paths, code=DONE if all(case.trusted for case in validations) else NOT_TRUSTED)
 
 
@@ -86,18 +83,21 @@ def diagnose(arguments: Namespace) -> Outcome:
         from scruton.envelope import usable
 
         usable(campaign, strict=True)
-    folder, settings = arguments.out or default_folder(arguments.campaign) / "gap", {"thorough": thorough}
+    folder, names = arguments.out or default_folder(arguments.campaign) / "gap", tests_named(campaign, arguments.tests)
+    settings = {"thorough": thorough, "tests": list(names)}
+    if names:
+        campaign = tests_used(campaign, names)
     claim = Run(
         folder, "diagnose", arguments, sha256=campaign.sha256 or {}, card=card, settings=settings, results=(RESULT,)
     )
     with claim as work:
         diagnosis, content, findings, curves = examine(
-            campaign, card, workers=arguments.workers, thorough=thorough, progress=work.bar
+            campaign, card, workers=arguments.jobs, thorough=thorough, progress=work.bar
         )
         pictures = save(gap_figure(diagnosis, findings, curves).figure, work.new, "gap", formats=("svg", "png"))
         work.write(RESULT, content)
         paths = work.published([work.new / RESULT, *pictures])
-        return Outcome(render_text(gap_summary(content)), paths, content["set_aside"])
+        return Outcome(render_text(gap_summary(content), line_width()), paths, content["set_aside"])
 
 
 def simulate(arguments: Namespace) -> Outcome:
@@ -108,4 +108,4 @@ def simulate(arguments: Namespace) -> Outcome:
     from scruton.simulate import write_campaign
 
     folder = write_campaign(arguments.spec, arguments.out, seed=arguments.seed, force=arguments.force)
-    return Outcome(lines=[f"campaign: {folder}"])
+    return Outcome(paths=[folder])

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from statistics import fmean
 
 from scruton.app.run import Outcome
-from scruton.campaign import Campaign, Fluid, Quantity, Record, Test, load_campaign
+from scruton.campaign import Campaign, Fluid, Quantity, Record, Test, load_campaign, tests_used
 from scruton.campaign.remarks import sentences
 from scruton.dynamics import Setting
 from scruton.dynamics.identify import Identified, identify
@@ -16,7 +16,7 @@ from scruton.report.document import ALARM, CAUTION, Callout, Table, paragraph
 from scruton.report.render_text import render_text
 from scruton.report.wording import TERMINAL
 from scruton.report.wording import plain_number as number
-from scruton.terminal import BAD_INPUT
+from scruton.terminal import BAD_INPUT, DONE, line_width
 
 
 def run(arguments: Namespace) -> Outcome:
@@ -28,6 +28,8 @@ def run(arguments: Namespace) -> Outcome:
     """
     problems: list[InputError] = []
     campaign = load_campaign(arguments.campaign, problems)
+    if arguments.tests is not None:
+        campaign = tests_used(campaign, arguments.tests)
     section, unit = campaign.section, campaign.section.amplitude_unit
     inspection = gather(campaign, problems)
     if arguments.strict and any(remark.kind == SET_ASIDE for remark in inspection.campaign.remarks):
@@ -58,19 +60,30 @@ def run(arguments: Namespace) -> Outcome:
     )  # fmt: skip
     counted = "1 warning" if len(warnings) == 1 else f"{len(warnings)} warnings, worst first"
     unread = (f"{len(problems)} record{'s' * (len(problems) > 1)} cannot be used", tuple(map(str, problems)))
+    tables = {
+        "rigs": (RIG_HEADER, rigs),
+        "tests": ((*TEST_HEADER, f"stable [{unit}]", "lambda [1/s]", "records"), tests),
+        "sweeps": (("sweep of rig", "points", "wind speed [m/s]", f"largest [{unit}]"), sweeps),
+        "records": ((*RECORD_HEADER[:7], f"amplitude [{unit}]", *RECORD_HEADER[7:]), rows),
+    }
     text = render_text(
         [
             paragraph(heading),
-            Table("rigs", "", RIG_HEADER, rigs),
-            Table("tests", "", (*TEST_HEADER, f"stable [{unit}]", "lambda [1/s]", "records"), tests, _note(tests)),
-            Table("sweeps", "", ("sweep of rig", "points", "wind speed [m/s]", f"largest [{unit}]"), sweeps),
-            Table("records", "", (*RECORD_HEADER[:7], f"amplitude [{unit}]", *RECORD_HEADER[7:]), rows),
+            *(Table(name, "", *table, _note(tests) if name == "tests" else "") for name, table in tables.items()),
+            *([Callout(ALARM, *unread)] if problems else []),
             *([Callout(CAUTION, counted, tuple(warnings))] if warnings else []),
             *([] if warnings or problems else [paragraph("No warnings.")]),
-            *([Callout(ALARM, *unread)] if problems else []),
-        ]
-    )  # fmt: skip
-    return Outcome(lines=[text], code=BAD_INPUT) if problems else Outcome(text)
+        ],
+        line_width(),
+    )
+    content = {
+        "title": campaign.title,
+        **{name: [dict(zip(header, row, strict=True)) for row in table] for name, (header, table) in tables.items()},
+        "warnings": warnings,
+        "unusable": list(unread[1]),
+    }
+    remarks = unread[1] if arguments.quiet or arguments.json else ()
+    return Outcome(text, remarks=remarks, code=BAD_INPUT if problems else DONE, content=content)
 
 
 RIG_HEADER = ("rig", "f0 [Hz]", "mass per length", "xi_s [%]", "ring-downs")

@@ -1,8 +1,10 @@
 """`scruton criticise`: what a statistician asks of a fit, answered in tables, figures and sentences."""
 
+import json
 from argparse import Namespace
 from dataclasses import replace
 from pathlib import Path
+from textwrap import shorten
 from typing import Any
 
 from scruton.app.run import Outcome, Run
@@ -13,9 +15,10 @@ from scruton.report.chapters.results import sensitivity_table
 from scruton.report.document import ALARM, Block, Callout, Table, paragraph
 from scruton.report.render_text import render_text
 from scruton.report.wording import TERMINAL
-from scruton.terminal import DONE, NOT_TRUSTED
+from scruton.terminal import DONE, NOT_TRUSTED, line_width
 
 FOLDER, CONTENT, TEXT = "criticism", "criticism.json", "criticism.txt"
+LONGEST = 80  # letters of a line, where no terminal says how many it has
 FIGURES, TABLES = "figures", "tables"
 
 
@@ -56,8 +59,13 @@ def run(arguments: Namespace) -> Outcome:
         written = [*_tables(criticism, work.new / TABLES), *_figures(tree, criticism, work.new / FIGURES)]
         write_text(work.new / TEXT, text + "\n")
         work.write(CONTENT, {**criticism.to_json(), "fit_sha256": fitted})
-        paths = work.published([work.new / CONTENT, work.new / TEXT, *written])
-    return Outcome(text, paths[:1] if arguments.quiet else paths, code=DONE if criticism.ok else NOT_TRUSTED)
+        work.published([work.new / CONTENT, work.new / TEXT, *written])
+    said = f"{summary['title']}: {verdict(criticism)}\n{_gist(criticism)}"
+    said = "\n".join(shorten(line, line_width() or LONGEST, placeholder=" ...") for line in said.split("\n"))
+    return Outcome(
+        said, [work.folder / TEXT], code=DONE if criticism.ok else NOT_TRUSTED,
+        content=json.loads((work.folder / CONTENT).read_text(encoding="utf-8")),
+    )  # fmt: skip
 
 
 def _tables(criticism: Criticism, folder: Path) -> list[Path]:
@@ -75,6 +83,14 @@ def _figures(tree: Any, criticism: Criticism, folder: Path) -> list[Path]:
 
     drawn = figures_from("criticism", tree, criticism)
     return [path for figure in drawn for path in save(figure, folder, formats=("svg", "png"))]
+
+
+def _gist(criticism: Criticism) -> str:
+    """The worst of what was found, or what was looked at."""
+    flags = sorted(criticism.flags, key=lambda flag: not flag.serious)
+    if flags:
+        return f"First of them: {f'{flags[0].where}: ' if flags[0].where else ''}{flags[0].text}"
+    return f"Examined: {criticism.model}." if criticism.model else "Examined: the fit."
 
 
 def verdict(criticism: Criticism) -> str:

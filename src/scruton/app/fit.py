@@ -11,7 +11,7 @@ from scruton.app.run import Outcome, Run, default_folder
 from scruton.campaign import Campaign, load_campaign, tests_named, tests_used
 from scruton.report.render_text import render_text
 from scruton.report.summaries import fit_summary
-from scruton.terminal import DONE, NOT_TRUSTED
+from scruton.terminal import DONE, NOT_TRUSTED, line_width
 
 if TYPE_CHECKING:
     from scruton.infer.cards import ModelCard
@@ -91,5 +91,6 @@ def run(arguments: Namespace) -> Outcome:
     with task.claim(arguments) as work:
         fit = task.fit(work)
         paths = work.published(write_fit(fit, work.new))
-    lines = [f"{name:10} {path}" for name, path in zip(("posterior:", "summary:"), paths, strict=True)]
-    return Outcome(render_text(fit_summary(fit)), lines, fit.flags, DONE if fit.converged else NOT_TRUSTED)
+    return Outcome(
+        render_text(fit_summary(fit), line_width()), paths, fit.flags, DONE if fit.converged else NOT_TRUSTED
+    )

@@ -1,12 +1,10 @@
 """`scruton identify`: the paper's own quick estimation of every transient record, its Table 5, without any sampling."""
 
-import json
 from argparse import Namespace
 from dataclasses import fields
 
 from scruton.app.run import Outcome
-from scruton.campaign import load_campaign
-from scruton.documents import as_json
+from scruton.campaign import load_campaign, tests_used
 from scruton.dynamics.identify import Identified, identify
 from scruton.envelope import gather
 from scruton.envelope.trial import trial_function
@@ -15,7 +13,7 @@ from scruton.report.document import Block, Table, paragraph
 from scruton.report.render_text import render_text
 from scruton.report.wording import plain_number as number
 from scruton.report.wording import shown_in
-from scruton.terminal import DONE
+from scruton.terminal import line_width
 
 HEADER = ("record", "Sc", "U/(f0 D)", "m_r", "slope", "K", "A", "lambda [1/s]", "Y1", "epsilon")
 
@@ -27,6 +25,8 @@ def run(arguments: Namespace) -> Outcome:
     except ValueError as error:
         raise InputError("command line", "--trial", f'"{arguments.trial}"', str(error)) from error
     campaign = load_campaign(arguments.campaign)
+    if arguments.tests is not None:
+        campaign = tests_used(campaign, arguments.tests)
     rows: list[Identified] = []
     left: list[InputError] = []
     for found in identify(gather(campaign), arguments.trial):
@@ -36,13 +36,11 @@ def run(arguments: Namespace) -> Outcome:
             rows.append(found)
     if not rows:
         raise left[0] if left else InputError(campaign.path, "tests", "no transient", "a growth or a decay in wind")
-    if arguments.json:
-        content = [
-            {field.name: getattr(row, field.name) for field in fields(row) if field.name != "front"}
-            | {"trial": {"name": arguments.trial, "constants": dict(row.front.trial.constants)}}
-            for row in rows
-        ]
-        return Outcome(lines=[json.dumps({"identified": as_json(content)})], remarks=list(map(str, left)))
+    content = [
+        {field.name: getattr(row, field.name) for field in fields(row) if field.name != "front"}
+        | {"trial": {"name": arguments.trial, "constants": dict(row.front.trial.constants)}}
+        for row in rows
+    ]
     factor, unit = shown_in(campaign.section.amplitude_unit)
     cells = [
         (
@@ -60,4 +58,4 @@ def run(arguments: Namespace) -> Outcome:
         paragraph(f"{campaign.title}: Eqs. (2) to (8) and (17) to (19), trial function: {arguments.trial}"),
         Table("identified", "", HEADER, cells, note),
     ]
-    return Outcome(lines=[render_text(blocks)], remarks=list(map(str, left)), code=DONE)
+    return Outcome(render_text(blocks, line_width()), remarks=list(map(str, left)), content={"identified": content})

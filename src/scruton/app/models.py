@@ -1,5 +1,6 @@
 """`scruton models`: the shipped cards, one card resolved, its priors as Griffin curves."""
 
+import tomllib
 from argparse import Namespace
 from pathlib import Path
 
@@ -7,13 +8,16 @@ from scruton.app.run import Outcome, Run
 from scruton.infer.cards import load_card, shipped_cards
 from scruton.report.document import Table
 from scruton.report.render_text import render_text
+from scruton.terminal import line_width
 
 
 def run(_: Namespace) -> Outcome:
     """One row a shipped card: its name, the exponents of its laws and its title."""
     cards = [load_card(name) for name in sorted(shipped_cards(), key=lambda name: (name != "default", name))]
     rows = [(card.name, ", ".join(f"{exponent:g}" for exponent in card.laws) or "free", card.title) for card in cards]
-    return Outcome(lines=[render_text([Table("cards", "", ("card", "n", "title"), rows, numeric=[False] * 3)])])
+    table = Table("cards", "", ("card", "n", "title"), rows, numeric=[False] * 3)
+    content = {"cards": [{"name": card.name, "laws": list(card.laws), "title": card.title} for card in cards]}
+    return Outcome(render_text([table], line_width()), content=content)
 
 
 def show(arguments: Namespace) -> Outcome:
@@ -23,7 +27,7 @@ def show(arguments: Namespace) -> Outcome:
     """
     card, folder = load_card(arguments.card), arguments.prior_predictive
     if folder is None:
-        return Outcome(lines=[card.resolved.removesuffix("\n")])
+        return Outcome(card.resolved.removesuffix("\n"), content=tomllib.loads(card.resolved))
     from scruton.report.figures import save
     from scruton.report.figures.predictions import prior_plot
 
@@ -31,4 +35,4 @@ def show(arguments: Namespace) -> Outcome:
     forced = Namespace(**{**vars(arguments), "force": True})
     with Run(folder, f"prior of {stem}", forced, sha256={}, card=card, settings={}, results=()) as work:
         figures = save(prior_plot(card, seed=arguments.seed), work.new, stem, formats=("svg", "png"))
-        return Outcome(lines=work.published(figures))
+        return Outcome(paths=work.published(figures))

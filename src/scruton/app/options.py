@@ -100,7 +100,7 @@ def _limit(value: str, option: str) -> None:
 _COUNT = _whole(1, MOST, f"one or more, up to {MOST:,}")
 _CHECKS: dict[str, Callable[[Any, str], object]] = {
     "seed": _whole(0, LARGEST_SEED, f"zero or more, up to {LARGEST_SEED}"),
-    "jobs": _COUNT, "workers": _COUNT, "cases": _COUNT,
+    "jobs": _COUNT, "cases": _COUNT,
     "sc": _between(-LARGEST_SC, LARGEST_SC, "30"), "law": _between(*EXPONENTS, "-1"),
     "effect": check_effect_name, "limit": _limit, "damping": parse_damping, "out": check_writable,
     "prior_predictive": check_writable,

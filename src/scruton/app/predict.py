@@ -1,16 +1,15 @@
 """`scruton predict` and `scruton size`: what is asked of a folder of results."""
 
-import json
 from argparse import Namespace
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scruton.app.options import check_writable, parse_damping
-from scruton.app.run import Outcome, Run
+from scruton.app.run import Outcome, Run, variant
 from scruton.errors import InputError
 from scruton.report.render_text import render_text
-from scruton.terminal import DONE, NOT_TRUSTED
+from scruton.terminal import DONE, NOT_TRUSTED, line_width
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -36,9 +35,9 @@ def predict(arguments: Namespace) -> Outcome:
     common: dict[str, Any] = {"rig": rig, "law_n": arguments.law, "seed": arguments.seed}
     predictions = [predict(tree, scruton_number=sc, **common) for sc in arguments.sc]
     predictions += [predict(tree, damping_ratio=parse_damping(damping), **common) for damping in arguments.damping]
-    text = json.dumps({"predictions": [prediction.to_json() for prediction in predictions]}) if arguments.json else None
-    lines = [text or render_text(prediction_summary(predictions, summary))]
-    return Outcome(lines=lines, code=DONE if summary["converged"] else NOT_TRUSTED)
+    content = {"predictions": [prediction.to_json() for prediction in predictions]}
+    text = render_text(prediction_summary(predictions, summary), line_width())
+    return Outcome(text, code=DONE if summary["converged"] else NOT_TRUSTED, content=content)
 
 
 def _read(results: Path, effect: str | None, wanted: str) -> "tuple[xr.DataTree, dict[str, Any]]":
@@ -75,6 +74,8 @@ def size(arguments: Namespace) -> Outcome:
 
     results = arguments.results
     folder = arguments.out or results / "sizing"
+    if arguments.out is None and not arguments.force:
+        folder = variant(folder, "size", (RESULT,))
     rules = [limit(rule) for rule in arguments.limit]
     asked = [offer for stated in arguments.damper for offer in offers(stated)]
     check_writable(folder)
@@ -92,7 +93,9 @@ def size(arguments: Namespace) -> Outcome:
         figures = [path for figure in drawn for path in save(figure, work.new, formats=("svg", "png"))]
         work.write(RESULT, content)
         paths = work.published([work.new / RESULT, *figures])
-    return Outcome(render_text(sizing_summary(content)), paths, code=DONE if summary["converged"] else NOT_TRUSTED)
+    return Outcome(
+        render_text(sizing_summary(content), line_width()), paths, code=DONE if summary["converged"] else NOT_TRUSTED
+    )
 
 
 def _bridge(tree: "xr.DataTree", arguments: Namespace) -> "Bridge":

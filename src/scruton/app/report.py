@@ -10,7 +10,7 @@ from scruton.app.run import Outcome, Run
 from scruton.errors import InputError
 from scruton.report.render_text import render_text
 from scruton.report.summaries import fit_summary
-from scruton.terminal import DONE, NOT_TRUSTED
+from scruton.terminal import DONE, NOT_TRUSTED, line_width
 
 if TYPE_CHECKING:
     from scruton.infer.results import Fit
@@ -95,8 +95,8 @@ def of_results(arguments: Namespace) -> Outcome:
 
 
 def _outcome(fit: "Fit", paths: "ReportPaths") -> Outcome:
-    files = (("report (PDF):", paths.pdf), ("report:", paths.report), ("Griffin plot:", paths.griffin))
-    lines = [f"{name:13} {place}" for name, place in files if place is not None]
+    written = [place for place in (paths.pdf, paths.report, paths.griffin) if place is not None]
     failures = [failure.sentence for failure in paths.failures]
     code = DONE if fit.converged and not failures else NOT_TRUSTED
-    return Outcome(render_text(fit_summary(fit)), lines, [*failures, *fit.flags], code)
+    content = {"paths": list(map(str, written)), "converged": fit.converged, "failures": failures, "flags": fit.flags}
+    return Outcome(render_text(fit_summary(fit), line_width()), written, [*failures, *fit.flags], code, content)

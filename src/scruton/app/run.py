@@ -1,31 +1,45 @@
 """One run of a verb: its folder, what it was made from, how far it is, and what is said of it in the end."""
 
+import json
 from argparse import Namespace
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256 as _sha256
+from itertools import chain, count
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-from scruton.documents import write_document
+from scruton.documents import as_json, write_document
 from scruton.progress import Bar
 from scruton.provenance import provenance
 from scruton.terminal import DONE
-from scruton.workspace import Workspace
+from scruton.workspace import Workspace, results_in
 
 if TYPE_CHECKING:
     from scruton.infer.cards import ModelCard
+    from scruton.workers import Workers
 
 
 @dataclass(frozen=True)
 class Outcome:
     """What a verb says when it has ended."""
 
-    text: str = ""  # tables and sentences for standard output; not with --quiet
-    lines: Sequence[str | Path] = ()  # for standard output in any case: where the results lie
+    text: str = ""  # tables and sentences for standard output; neither with --quiet nor with --json
+    paths: Sequence[Path] = ()  # for standard output, unless it is JSON: where the results lie
     remarks: Sequence[str] = ()  # for standard error: why the results are not to be trusted
     code: int = DONE  # of the exit
+    content: Mapping[str, Any] | None = None  # for --json; else it is what the first JSON file of `paths` holds
+
+    @property
+    def json(self) -> str:
+        """The results as JSON: the content, the first JSON file, or else where the results lie."""
+        if self.content is not None:
+            return json.dumps(as_json(self.content))
+        file = next((path for path in self.paths if path.suffix == ".json"), None)
+        if file is not None:
+            return file.read_text(encoding="utf-8").rstrip("\n")
+        return json.dumps({"paths": [str(path) for path in self.paths]})
 
 
 class Run(Workspace):
@@ -77,6 +91,20 @@ class Run(Workspace):
 def default_folder(campaign: Path) -> Path:
     """Where results go when no folder is named: out/NAME below the working folder."""
     return Path("out") / campaign_folder(campaign).resolve().name
+
+
+def workers_of(arguments: Namespace) -> "Workers":
+    """Who does the work, as the command line says; where it names no number of processes, one a core."""
+    from scruton.workers import Workers, cores
+
+    tls = arguments.tls_ca, arguments.tls_cert, arguments.tls_key
+    return Workers(arguments.jobs or cores(), arguments.scheduler, tls)
+
+
+def variant(folder: Path, name: str, results: Sequence[str]) -> Path:
+    """The folder, or the first of FOLDER-2, FOLDER-3, ... that holds no results of a run of that name."""
+    numbered = (folder.with_name(f"{folder.name}-{i}") for i in count(2))
+    return next(place for place in chain([folder], numbered) if not results_in(place, name, results))
 
 
 def campaign_folder(campaign: Path) -> Path:

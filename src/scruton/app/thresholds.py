@@ -9,10 +9,3 @@ MOST = 100_000  # processes, threads, campaigns: more is a slip of the pen
 LONGEST_PATH = 3_000  # bytes, of a folder for results: systems end at 4,096, and names inside need their part
 LARGEST_SC = 1e6  # Scruton number, of either sign; bridges have 1 to 200
 EXPONENTS = (-2.0, 12.0)  # of the law, as in a model card
-
-# Processes and schedulers.
-LARGEST_CERTIFICATE = 10**6  # bytes of a PEM file: those in use have some thousands
-REACH = 5  # s, to reach a scheduler and to see its first worker
-PATIENCE = 60  # s without any worker before what is left is given up
-POLL = 1  # s between looks at how many workers there are
-ALLOWED_DEATHS = 1  # of the worker that does a task: it may have died of something else: one more chance

@@ -1,5 +1,6 @@
 """The verbs of the command line as data: name, help, arguments, and the function that does it."""
 
+from argparse import SUPPRESS
 from pathlib import Path
 from typing import Any, NamedTuple  # dataclasses would take as long to import as all the rest
 
@@ -33,16 +34,19 @@ def force(what: str, where: str = "in the folder") -> Argument:
 
 CAMPAIGN = Argument("campaign", type=Path, help="folder with a campaign.toml")
 RESULTS = Argument("results", type=Path, help="folder that fit or report wrote")
-SPREAD = "processes (results do not depend on it)"
 SEED = Argument("--seed", type=int, default=0, help="seed of all randomness (default 0)")
-QUIET = flag("--quiet", "no progress, no tables: only errors and paths")
+QUIET = flag("--quiet", "no progress, no tables: only errors and the paths of what was written")
+JSON = flag("--json", "print the results as JSON in place of tables and paths")
+ALIKE = SEED, QUIET, JSON  # every verb and every step has them
 MODEL = Argument("--model", default="default", metavar="CARD", help="model card: a shipped name or a TOML file")
 SC = Argument(
     "--sc", type=float, action="append", default=[], metavar="SC", help="design Scruton number; may be repeated"
 )
 STRICT = flag("--strict", "bad input where a record shows no motion to measure; else it is set aside")
 RESUME = flag("--resume", "go on with an interrupted run")
-JOBS = Argument("--jobs", type=int, default=1, metavar="N", help=SPREAD)
+TESTS = Argument(
+    "--test", "--tests", dest="tests", action="append", metavar="NAME,...", help="only these tests; may be repeated"
+)
 EFFECT = Argument("--effect", metavar="NAME", help='the effect that the fit has to carry; "auto": whichever it does')
 
 
@@ -51,11 +55,33 @@ def out(text: str, **settings: Any) -> Argument:
     return Argument("-o", "--out", type=Path, help=text, **settings)
 
 
+def jobs(what: str, default: int | None = 1, **settings: Any) -> Argument:
+    """Note how many work side by side."""
+    usual = "one a core" if default is None else default
+    text = f"{what} (default: {usual}; results do not depend on it)"
+    return Argument("--jobs", type=int, default=default, metavar="N", help=text, **settings)
+
+
+def spread(default: int | None = 1) -> tuple[Argument | tuple[Argument, ...], ...]:
+    """Note the options of work that many processes share, here or on other machines."""
+    files = ("ca", "certificate of the authority"), ("cert", "own certificate"), ("key", "own key")
+    return (
+        (
+            jobs("processes", default),
+            Argument("--scheduler", metavar="ADDRESS", help="a running Dask scheduler, tls://host:port or tcp://"),
+        ),
+        *(
+            Argument(f"--tls-{name}", type=Path, metavar="FILE", help=f"{text}, for a scheduler under tls://")
+            for name, text in files
+        ),
+    )
+
+
 FIT = (
     CAMPAIGN,
     out("folder for the results (default: out/NAME of the campaign's folder)"),
     MODEL,
-    Argument("--tests", "--test", action="append", metavar="NAME,...", help="use only these tests; may be repeated"),
+    TESTS,
     Argument("--effect", metavar="NAME", help='carry an unmodelled effect into the predictions; "auto": what is found'),
     STRICT,
     force("the results that lie"),
@@ -66,18 +92,17 @@ CHALLENGE = (
     Verb("make", "write campaigns with a hidden effect and seal the answers", "calibrate:challenge_make", (
         out("folder for the challenge", required=True),
         Argument("--cases", type=int, default=68, metavar="N", help="campaigns; blocks of 68 hold every kind"),
-        SEED,
         Argument("--effects", metavar="NAME,...", help='only these; "none" and "two" count (default: all)'),
         Argument("--severities", default="0.1,0.2,0.4", metavar="S,...", help="default 0.1,0.2,0.4"),
         Argument("--design", choices=("full", "one-rig"), default="full", help="or one rig, no still air"),
         Argument("--turbulence", default="0.005,0.015", metavar="LOW,HIGH", help="scatter of the amplitude"),
         Argument("--gusts", default="0,0", metavar="LOW,HIGH", help="scatter of the drive by slow gusts (default 0,0)"),
-        QUIET, force("what lies"), JOBS, RESUME,
+        force("what lies"), RESUME, *spread(),
     )),
     Verb("run", "diagnose every campaign, without the answers", "calibrate:challenge_run", (
         Argument("folder", type=Path, help="folder that make wrote"),
         out("folder for the results", required=True),
-        QUIET, force("what lies"), JOBS, RESUME,
+        force("what lies"), RESUME, *spread(),
     )),
     Verb("score", "open the answers and score", "calibrate:challenge_score", (
         Argument("folder", type=Path, help="folder that make wrote"),
@@ -86,14 +111,14 @@ CHALLENGE = (
         flag("--baselines", "score simpler methods beside"),
         Argument("--markdown", type=Path, metavar="FILE", help="write the tables as Markdown, too"),
         Argument("--pictures", default=".", metavar="PATH", help="folder of the pictures, as the Markdown sees it"),
-        QUIET, force("what lies"), JOBS,
+        force("what lies"), *spread(),
     )),
     Verb("tune", "set how far evidences are believed by challenges and their results", "calibrate:challenge_tune", (
         Argument("folders", type=Path, nargs="+", metavar="FOLDER", help="that make wrote, with its results inside"),
         Argument("--results", default="results", metavar="NAME", help="folder of results in each (default results)"),
         Argument("--least", default="1,1", metavar="NONE,BETWEEN", help="temperatures not gone below (default 1,1)"),
         Argument("-o", "--file", type=Path, help="write the JSON that the diagnosis reads"),
-        QUIET, force("the file that lies", "there"),
+        force("the file that lies", "there"),
     )),
 )  # fmt: skip
 
@@ -103,14 +128,14 @@ VERBS = (
         Argument("--sample-rate", metavar="RATE", help='of records without any time, such as "1000 Hz"'),
         force("the campaign.toml that lies"),
     )),
-    Verb("check", "read a campaign, print what it holds and every warning", "check:run", (CAMPAIGN, STRICT)),
+    Verb("check", "read a campaign, print what it holds and every warning", "check:run", (CAMPAIGN, TESTS, STRICT)),
     Verb("identify", "the paper's own quick estimation: its Table 5, record by record", "identify:run", (
         CAMPAIGN,
+        TESTS,
         Argument(
             "--trial", default="second-order exponential", metavar="NAME",
             help='trial function: "second-order exponential", "polynomial 8", "cubic spline 12" (knots)',
         ),
-        flag("--json", "print JSON"),
     )),
     Verb("fit", "front end and posteriors: writes posterior.nc and fit.json", "fit:run", FIT),
     Verb("report", "fit, predict and write the report; or write it of results that are there", "report:run", (
@@ -134,11 +159,10 @@ VERBS = (
         Argument("--rig", help="rig whose mass, frequency and wind are meant (default: the first)"),
         Argument("--law", type=float, metavar="N", help="exponent of the law (default: the model card's)"),
         EFFECT,
-        flag("--json", "print JSON"),
     )),
     Verb("size", "damper sizing: required damping with its risk, dampers, what more testing is worth", "predict:size", (
         RESULTS,
-        out("folder for the sizing (default: RESULTS/sizing)"),
+        out("folder for the sizing (default: RESULTS/sizing, or sizing-2 and so on where one lies there)"),
         Argument("--bridge", type=Path, metavar="FILE", help="bridge.toml (default: the section model itself)"),
         Argument(
             "--limit", action="append", default=[], metavar="RULE",
@@ -170,28 +194,17 @@ VERBS = (
          force("the criticism that lies")),
     ),
     Verb(
-        "validate", "predict every rig from the others and from each single one", "campaigns:validate",
+        "validate", "predict every rig, or that of each --test, from the others and from each single one",
+        "campaigns:validate",
         (CAMPAIGN, out("folder for the results (default: out/NAME/validation)"), MODEL,
-         Argument(
-             "--tests", "--test", action="append", metavar="NAME,...",
-             help="predict only these peak tests (the others predict them); may be repeated",
-         ),
+         TESTS,
          flag("--no-singles", "leave out predictions from single rigs"),
-         force("the validation that lies"), RESUME),
+         force("the validation that lies"), RESUME, *spread()),
     ),
     Verb("batch", "fit many campaigns side by side: a folder for each, one summary of all", "batch:run", (
         Argument("campaigns", type=Path, nargs="+", metavar="CAMPAIGN", help="folders with a campaign.toml"),
         out("folder for all results", required=True, metavar="DIR"),
-        (
-            Argument(
-                "--jobs", type=int, metavar="N", help="processes (default: one a core; results do not depend)"
-            ),
-            Argument("--scheduler", metavar="ADDRESS", help="a running Dask scheduler, tls://host:port or tcp://"),
-        ),
-        *(
-            Argument(f"--tls-{name}", type=Path, metavar="FILE", help=f"{text}, for a scheduler under tls://")
-            for name, text in (("ca", "certificate of the authority"), ("cert", "own certificate"), ("key", "own key"))
-        ),
+        *spread(None),
         MODEL,
         flag("--report", "write the report of each campaign, too"),
         SC,
@@ -204,7 +217,7 @@ VERBS = (
         out("folder for the results", required=True),
         Argument("--regimes", metavar="NAME,...", help="only these regimes, or law-* (default: all but wake-*)"),
         Argument("--campaigns", type=int, default=500, metavar="N", help="in every regime (default 500)"),
-        JOBS,
+        *spread(),
         MODEL,
         force("the results that lie"),
         flag("--resume", "go on with an interrupted run, or with more campaigns"),
@@ -213,7 +226,9 @@ VERBS = (
         CAMPAIGN,
         out("folder for the results (default: out/NAME/gap)"),
         MODEL,
-        Argument("--workers", type=int, default=2, metavar="N", help="threads (results do not depend on it)"),
+        TESTS,
+        jobs("threads", 2),
+        Argument("--workers", dest="jobs", type=int, default=2, help=SUPPRESS),  # its name until version 1
         flag("--thorough", "evidence of the leaders by bridge sampling, too"),
         STRICT,
         force("the diagnosis that lies"),
@@ -227,7 +242,6 @@ VERBS = (
                 "--prior-predictive", type=Path, metavar="DIR",
                 help="draw Griffin curves from its priors: CARD.svg and CARD.png",
             ),
-            Argument("--seed", type=int, default=0, help="seed of the draws (default 0)"),
         )),
     )),
     Verb("simulate", "write a synthetic campaign from the full equation of motion", "campaigns:simulate", (

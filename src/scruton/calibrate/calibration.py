@@ -16,8 +16,7 @@ from scruton.calibrate.regimes import chosen
 from scruton.calibrate.tables import write_tables
 from scruton.documents import write_bytes, write_text
 from scruton.errors import InputError
-from scruton.infer.cards import load_card
-from scruton.processes import completed
+from scruton.infer.cards import ModelCard, load_card
 from scruton.provenance import versions
 
 SETTINGS, LINES = "settings.json", "campaigns"
@@ -36,7 +35,7 @@ def run_calibration(
     Parameters
     ----------
     how : Execution
-        Where the results go, and by how many processes.
+        Where the results go, and by whom.
     regimes : sequence of str, optional
         Some of `REGIMES`, or patterns such as ``law-*``; by default all that need no other package.
     campaigns : int
@@ -52,7 +51,7 @@ def run_calibration(
         For unknown regimes, wake oscillators without VIVyD, a card that cannot be read, or a folder that holds results.
     """
     at_least(2, "calibration", campaigns=campaigns)
-    at_least(1, "calibration", jobs=how.jobs)
+    at_least(1, "calibration", jobs=how.workers.jobs)
     wanted, base = chosen(regimes), load_card(model)
     used = versions()
     if any(regime.wake for regime in wanted):
@@ -74,7 +73,7 @@ def run_calibration(
         done = {regime.name: load(work.new, regime.name) for regime in wanted}
         # Campaign by campaign through all regimes, so that a run that is stopped early tells something of each.
         missing = [(name, i) for i in range(campaigns) for name, records in done.items() if i not in records]
-        for record in completed(run_campaign, [(*task, seed, base) for task in missing], how.jobs):
+        for _, record in how.workers.values(_fitted, [(*task, seed, base) for task in missing]):
             with (lines / f"{record['regime']}.jsonl").open("a", encoding="utf-8", newline="\n") as file:
                 file.write(json.dumps(record) + "\n")
             records = done[record["regime"]]
@@ -87,6 +86,10 @@ def run_calibration(
         write_tables(result, work.new)
         work.publish()
     return result
+
+
+def _fitted(task: tuple[str, int, int, ModelCard]) -> dict[str, Any]:
+    return run_campaign(*task)
 
 
 def load(folder: Path, regime: str) -> dict[int, dict[str, Any]]:

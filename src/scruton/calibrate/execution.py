@@ -7,6 +7,7 @@ from typing import Any
 
 from scruton.errors import InputError
 from scruton.progress import Progress
+from scruton.workers import HERE, Workers
 from scruton.workspace import Workspace
 
 
@@ -18,8 +19,8 @@ class Execution:
     ----------
     folder : Path
         For the results; every part is kept as soon as it is done.
-    jobs : int
-        Processes; results do not depend on it.
+    workers : Workers
+        Who does the work; results do not depend on it.
     force, resume : bool
         Replace the results that lie in the folder, or go on with them.
     progress : callable, optional
@@ -27,7 +28,7 @@ class Execution:
     """
 
     folder: Path
-    jobs: int = 1
+    workers: Workers = HERE
     force: bool = False
     resume: bool = False
     progress: Progress | None = None

@@ -12,9 +12,11 @@ from scruton.calibrate.identifiability import Identifiability
 from scruton.calibrate.pictures import draw
 from scruton.calibrate.quantities import INTERVALS, kind_of
 from scruton.calibrate.thresholds import LIMIT
-from scruton.cells import aligned, csv_text
+from scruton.cells import aligned, csv_text, wrapped
 from scruton.documents import as_json, write_text
 from scruton.provenance import provenance
+
+Headed = tuple[str, list[list[str]]]  # a line, and the rows of a table below it
 
 _PLAIN = ("ring_downs", "turbulence", "gust_scatter", "set_point_scatter", "sensor_noise", "damping_sd", "mass_sd",
           "density_sd")  # fmt: skip
@@ -83,13 +85,16 @@ def write_tables(result: CalibrationResult, folder: Path) -> None:
     draw(result, folder / "figures")
 
 
-def calibration_text(result: CalibrationResult) -> str:
-    """Say what a calibration shows: coverage by regime, pooled coverage, ranks, laws, and what fails."""
-    parts = [_coverage_text(result), _pooled_text(result), _left_out_text(result)] if result.cells else []
-    return "\n\n".join([*parts, *map(_law_text, result.laws), _verdict(result)])
+def calibration_text(result: CalibrationResult, width: int | None = None) -> str:
+    """Say what a calibration shows, in lines of `width` letters: coverage by regime and pooled, ranks, laws, faults."""
+    parts = [_coverage_text, _pooled_text, _left_out_text] if result.cells else []
+    tables = [*(part(result) for part in parts), *map(_law_text, result.laws), (_verdict(result), [])]
+    return "\n\n".join(
+        "\n".join(filter(None, [wrapped(head, width), aligned(rows, width) if rows else ""])) for head, rows in tables
+    )
 
 
-def _coverage_text(result: CalibrationResult) -> str:
+def _coverage_text(result: CalibrationResult) -> Headed:
     """One row a regime, cell column a kind of quantity: coverage of the three intervals in percent."""
     kinds = list(dict.fromkeys(kind_of(cell.quantity) for cell in result.cells))
     nominal = "/".join(f"{100 * p:.0f}" for p in INTERVALS)
@@ -104,29 +109,29 @@ def _coverage_text(result: CalibrationResult) -> str:
             row.append("/".join(f"{100 * mean:.0f}" for mean in means) + mark)
         rows.append(row)
     note = f"{nominal} % intervals; mean over tests; * beyond {LIMIT:g} standard errors; o left out by design"
-    return f"Coverage in percent ({note})\n{aligned(rows)}"
+    return f"Coverage in percent ({note})", rows
 
 
-def _pooled_text(result: CalibrationResult) -> str:
+def _pooled_text(result: CalibrationResult) -> Headed:
     rows = [["pooled over regimes", *(f"{100 * p:.0f} %" for p in INTERVALS), "points off nominal"]]
     for name in dict.fromkeys(row.quantity for row in result.pooled):
         pooled = [row for row in result.pooled if row.quantity == name]
         label = "all quantities" if name == EVERYTHING else name
         cells = [f"{100 * row.coverage:.1f} +/- {100 * row.standard_error:.1f}" for row in pooled]
         rows.append([label, *cells, " ".join(f"{row.points:+.1f}" for row in pooled)])
-    return aligned(rows)
+    return "", rows
 
 
-def _left_out_text(result: CalibrationResult) -> str:
+def _left_out_text(result: CalibrationResult) -> Headed:
     left_out = [row for row in result.identifiability if row.left_out]
     if not left_out:
-        return "No quantity is left out: the expected information halves every prior sd in every regime."
+        return "No quantity is left out: the expected information halves every prior sd in every regime.", []
     rows = [["left out", "quantity", "prior sd", "expected sd"]]
     rows += [[row.regime, row.quantity, f"{row.prior_sd:.3f}", f"{row.expected_sd:.3f}"] for row in left_out]
-    return "The expected information cannot halve these prior sds (of logarithms):\n" + aligned(rows)
+    return "The expected information cannot halve these prior sds (of logarithms):", rows
 
 
-def _law_text(check: LawCheck) -> str:
+def _law_text(check: LawCheck) -> Headed:
     flagged = "never says" if np.isnan(check.flagged) else f"{100 * check.flagged:.1f} %"
     weights = ", ".join(f"{weight:.2f}" for weight in check.weights)
     rows = [["90 % interval of", "intervals", "hold the truth in", "factor", "interval score", "reach zero in"]]
@@ -136,7 +141,7 @@ def _law_text(check: LawCheck) -> str:
         for name, one in check.quantities.items()
     ]  # fmt: skip
     head = f"{check.regime}: {check.campaigns} campaigns; law flag raised in {flagged}; mean weights {weights}"
-    return f"{head}\n{aligned(rows)}"
+    return head, rows
 
 
 def _verdict(result: CalibrationResult) -> str:

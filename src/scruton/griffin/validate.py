@@ -13,12 +13,10 @@ from scruton.errors import InputError
 from scruton.griffin.predict import Prediction, predict
 from scruton.progress import Progress
 from scruton.shown import shown
+from scruton.workers import HERE, Workers
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from scruton.infer.cards import ModelCard
-    from scruton.infer.results import Fit
 
 
 def _facts(one: "Validation") -> Mapping[str, object]:
@@ -119,6 +117,7 @@ def validate(
     progress: Progress | None = None,
     singles: bool = True,
     checkpoints: Path | None = None,
+    workers: Workers = HERE,
 ) -> list[Validation]:
     """Predict every peak test from the other peak tests, and from each one of them.
 
@@ -134,6 +133,8 @@ def validate(
         False leaves out predictions from single tests.
     checkpoints : Path, optional
         Folder for checkpoints of every fit, to be removed by the caller once the results are written.
+    workers : Workers, optional
+        Who makes the fits, once that of all tests is there; by default this process.
 
     Returns
     -------
@@ -153,14 +154,12 @@ def validate(
     """
     from scruton.infer.fit import fit_campaign
 
-    def told(what: str, done: float) -> Progress | None:
-        return progress and (lambda _name, _fraction: progress(what, done))
+    def place(number: int) -> Path | None:
+        return None if checkpoints is None else checkpoints.absolute() / f"{number}"
 
-    def fitted_to(part: Campaign, number: int, report: Progress | None) -> "Fit":
-        place = None if checkpoints is None else checkpoints / f"{number}"
-        return fit_campaign(part, card, seed=seed, thorough=False, report=report, checkpoints=place)
-
-    whole = fitted_to(campaign, 0, told("all tests", 0.0))
+    tell: Progress = progress or (lambda _what, _done: None)
+    tell("all tests", 0.0)
+    whole = fit_campaign(campaign, card, seed=seed, thorough=False, checkpoints=place(0))
     # What a test says alone: its joint posterior knows of the others.
     fitted = {test["name"]: test.get("alone", test["parameters"]) for test in whole.summary["tests"]}
     with_records = tests_used(campaign, tuple(fitted))
@@ -174,17 +173,36 @@ def validate(
             wanted = f"the peak test of a rig, one of: {', '.join(peaks)}"
             raise InputError(campaign.path, "tests", f'"{name}" at another wind speed', wanted)
     plan = crossed(peaks, tests or peaks, singles=singles)
-    fits: dict[Source, tuple[xr.DataTree, bool]] = {}
+    by_source: dict[Source, list[str]] = {}
+    for test, source in plan:
+        by_source.setdefault(source, []).append(test)
+    first = {source: 1 + [other for _, other in plan].index(source) for source in by_source}
+    sc = {test: fitted[test]["scruton_number"]["median"] for test in peaks}
+    tasks = [
+        (tests_used(campaign, source), card, seed, place(first[source]), [sc[test] for test in targets])
+        for source, targets in by_source.items()
+    ]
+    predicted: dict[tuple[str, Source], tuple[Prediction, bool]] = {}
+    tell("sets of tests", 0.0)
+    for done, (index, (predictions, trusted)) in enumerate(workers.values(_predicted, tasks), start=1):
+        source, targets = list(by_source.items())[index]
+        predicted |= {(test, source): (one, trusted) for test, one in zip(targets, predictions, strict=True)}
+        tell("sets of tests", done / len(tasks))
     validations = []
-    for i, (test, source) in enumerate(plan):
-        if source not in fits:
-            report = told(f"{test} from {', '.join(source)}", i / len(plan))
-            fit = fitted_to(tests_used(campaign, source), 1 + i, report)
-            fits[source] = fit.tree, fit.converged
-        tree, trusted = fits[source]
-        stated = campaign.test(test).stable_amplitude
-        predicted = predict(tree, scruton_number=fitted[test]["scruton_number"]["median"], seed=seed)
+    for test, source in plan:
+        stated, (prediction, trusted) = campaign.test(test).stable_amplitude, predicted[test, source]
         amplitude = stated.mean if stated is not None else fitted[test]["a_star"]["median"]
         trusted = trusted and whole.converged
-        validations.append(Validation(test, source, predicted, amplitude, stated is not None, trusted))
+        validations.append(Validation(test, source, prediction, amplitude, stated is not None, trusted))
     return validations
+
+
+def _predicted(
+    task: "tuple[Campaign, ModelCard, int, Path | None, list[float]]",
+) -> tuple[list[Prediction], bool]:
+    """Fit some tests and predict at the Scruton numbers of others; whether the fit has converged."""
+    from scruton.infer.fit import fit_campaign
+
+    part, card, seed, checkpoints, scruton_numbers = task
+    fit = fit_campaign(part, card, seed=seed, thorough=False, checkpoints=checkpoints)
+    return [predict(fit.tree, scruton_number=sc, seed=seed) for sc in scruton_numbers], fit.converged

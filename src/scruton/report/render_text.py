@@ -2,45 +2,43 @@
 
 from collections.abc import Iterable
 
+from scruton.cells import columns, wrapped
 from scruton.report.document import Block, Callout, Code, Heading, Listing, Paragraph, Table
 from scruton.report.maths import Maths
 
 
-def render_text(blocks: Iterable[Block]) -> str:
+def render_text(blocks: Iterable[Block], width: int | None = None) -> str:
     """Render blocks one below the other, an empty line between them; tables without a row are left out.
+
+    Lines are broken between words where they are longer than `width` letters, and tables fitted; without it, they are
+    as long as they come.
 
     A terminal can show paragraphs, headings, listings, boxes and tables (TypeError for any other block).
     """
-    return "\n\n".join(text for block in blocks if (text := _block(block)))
+    return "\n\n".join(text for block in blocks if (text := _block(block, width)))
 
 
-def _block(block: Block) -> str:
+def _block(block: Block, width: int | None) -> str:
     match block:
         case Paragraph(runs):
             texts = (
                 run.latex if isinstance(run, Maths) else run.text if isinstance(run, Code) else run for run in runs
             )
-            return "".join(texts)
+            return wrapped("".join(texts), width)
         case Heading():
-            return block.text
+            return wrapped(block.text, width)
         case Listing():
-            return "\n\n".join(f"- {item}" for item in block.items)
+            return "\n\n".join(wrapped(f"- {item}", width, "  ") for item in block.items)
         case Callout():
-            return "\n".join([*([block.head] if block.head else []), *(f"  ! {line}" for line in block.lines)])
+            lines = (wrapped(f"  ! {line}", width, "    ") for line in block.lines)
+            return "\n".join([*([wrapped(block.head, width)] if block.head else []), *lines])
         case Table():
-            return "\n".join(filter(None, [block.caption, _columns(block), block.note])) if block.rows else ""
+            caption, note = wrapped(block.caption, width), wrapped(block.note, width)
+            return "\n".join(filter(None, [caption, _columns(block, width), note])) if block.rows else ""
     raise TypeError(f"a terminal shows no {type(block).__name__}")
 
 
-def _columns(table: Table) -> str:
-    """The first column to the left, the others to the right (or all to the left), two spaces apart."""
-    left = bool(table.numeric) and not any(table.numeric)
-    widths = [max(map(len, cells)) for cells in zip(table.header, *table.rows, strict=True)]
-    lines = [
-        "  ".join(
-            cell.ljust(width) if left or i == 0 else cell.rjust(width)
-            for i, (cell, width) in enumerate(zip(line, widths, strict=True))
-        ).rstrip()
-        for line in (table.header, *table.rows)
-    ]
-    return "\n".join([lines[0], "  ".join("-" * width for width in widths), *lines[1:]])
+def _columns(table: Table, width: int | None) -> str:
+    """The first column to the left, the others to the right (or all to the left)."""
+    every = bool(table.numeric) and not any(table.numeric)
+    return columns(table.header, table.rows, [every or i == 0 for i in range(len(table.header))], width)

@@ -17,7 +17,7 @@ STOP = {
     "size": "scruton.sizing.study.size",
     "criticise": "scruton.infer.criticism.criticise_tree",
     "fit": "scruton.infer.fit.fit_campaign",
-    "batch": "scruton.app.workers.connected",
+    "batch": "scruton.workers.connected",
     "calibrate": "scruton.calibrate.calibration.run_campaign",
 }
 

@@ -3,7 +3,6 @@
 import json
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures.process import BrokenProcessPool
 from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
@@ -12,8 +11,8 @@ from typing import Any
 from scruton.calibrate.execution import Execution, at_least
 from scruton.documents import read_json, write_text
 from scruton.errors import InputError
-from scruton.processes import completed
 from scruton.provenance import provenance
+from scruton.workers import Workers
 from scruton.workspace import digest
 
 RUN, GAP, CASE = "challenge-run.json", "gap.json", "case.json"
@@ -41,7 +40,7 @@ def run_challenge(folder: Path, how: Execution, diagnose: Diagnose = diagnose_ca
     diagnose : callable
         From a case's folder to the content of gap.json; of module level, for several processes.
     """
-    at_least(1, "challenge", jobs=how.jobs)
+    at_least(1, "challenge", jobs=how.workers.jobs)
     cases, out = cases_of(folder), how.folder
     tomls = sha256()
     for name in cases:
@@ -52,7 +51,9 @@ def run_challenge(folder: Path, how: Execution, diagnose: Diagnose = diagnose_ca
     inputs = {path.relative_to(folder).as_posix(): digest(path) for path in files}
     with how.claim("challenge run", inputs=inputs, settings=compared, results=(RUN,)) as work:
         missing = [name for name in cases if work.find(f"{name}/{GAP}") is None]
-        for done, name in enumerate(_run(folder, work.new, missing, how.jobs, diagnose), len(cases) - len(missing) + 1):
+        for done, name in enumerate(
+            _run(folder, work.new, missing, how.workers, diagnose), len(cases) - len(missing) + 1
+        ):
             work.keep(name)
             how.tell("run", done, len(cases))
         block = provenance("challenge run", seed=0, sha256=inputs, settings={"diagnosis": called})
@@ -72,34 +73,28 @@ def cases_of(folder: Path) -> tuple[str, ...]:
     return names
 
 
-def _run(folder: Path, out: Path, names: Sequence[str], jobs: int, diagnose: Diagnose) -> Iterator[str]:
-    """Run the cases in this process or in several; names come as they are done."""
-    tasks = {name: (folder, out, name, diagnose) for name in names}
-    try:
-        for name in completed(_one, list(tasks.values()), jobs):
-            del tasks[name]
-            yield name
-    except BrokenProcessPool:
-        # A process died and took its neighbours along: the rest one by one, each in a process of its own.
-        for name, task in tasks.items():
-            try:
-                yield from completed(_one, [task], 1, apart=True)
-            except BrokenProcessPool:
-                _note(out / name, 0.0, "the process died")
-                yield name
+def _run(
+    folder: Path, out: Path, names: Sequence[str], workers: Workers, diagnose: Diagnose
+) -> Iterator[str]:  # fmt: skip
+    """Run the cases; names come as they are done."""
+    tasks = [(folder.absolute(), out.absolute(), name, diagnose) for name in names]
+    for index, outcome in workers.outcomes(_one, tasks):
+        if outcome.fault:
+            _note(out / names[index], 0.0, outcome.fault)
+        yield names[index]
 
 
-def _one(folder: Path, out: Path, name: str, diagnose: Diagnose) -> str:
+def _one(task: tuple[Path, Path, str, Diagnose]) -> None:
     """Diagnose one case; gap.json comes last, for it is what says that a case is done."""
+    folder, out, name, diagnose = task
     start = time.perf_counter()
     try:
         text = json.dumps(diagnose(folder / name), indent=1, allow_nan=False) + "\n"
     except Exception as error:
         _note(out / name, time.perf_counter() - start, f"{type(error).__name__}: {error}")
-        return name
+        return
     _note(out / name, time.perf_counter() - start, None)
     write_text(out / name / GAP, text)
-    return name
 
 
 def _note(place: Path, seconds: float, error: str | None) -> None:

@@ -21,7 +21,6 @@ from scruton.calibrate.thresholds import SEVERE_ENOUGH_FOR_TWO, WITH_TWO, WITHOU
 from scruton.campaign.write import save_campaign
 from scruton.documents import read_json, write_text
 from scruton.errors import InputError
-from scruton.processes import completed
 from scruton.provenance import provenance
 
 CHALLENGE, ANSWERS = "challenge.json", "answers/answers.json"
@@ -108,7 +107,7 @@ def make_challenge(how: Execution, plan: Plan, cases: int) -> Path:
     It gets `case-0001/campaign.toml` with its records and so on, `challenge.json` (settings, the list of cases, the
     SHA-256 of the answers) and `answers/answers.json`. A challenge that is resumed may go on to more cases.
     """
-    at_least(1, "challenge", cases=cases, jobs=how.jobs)
+    at_least(1, "challenge", cases=cases, jobs=how.workers.jobs)
     settings = plan.settings
     names = {index: f"case-{index:04d}" for index in range(1, cases + 1)}
     with how.claim("challenge make", inputs={}, settings=settings, results=(CHALLENGE,)) as work:
@@ -116,8 +115,8 @@ def make_challenge(how: Execution, plan: Plan, cases: int) -> Path:
         answers: dict[str, Any] = {} if before is None else read_json(before, _MADE)
         answers |= {path.stem: read_json(path, _MADE) for path in sorted(work.checkpoints.glob("*.json"))}
         missing = [i for i, name in names.items() if name not in answers or not work.find(f"{name}/campaign.toml")]
-        tasks = [(work.new, work.checkpoints, i, plan) for i in missing]
-        for done, index in enumerate(completed(_write_case, tasks, how.jobs), cases - len(missing) + 1):
+        tasks = [(work.new.absolute(), work.checkpoints.absolute(), i, plan) for i in missing]
+        for done, (_, index) in enumerate(how.workers.values(_write_case, tasks), cases - len(missing) + 1):
             work.keep(names[index])
             how.tell("make", done, cases)
             answers[names[index]] = read_json(work.checkpoints / f"{names[index]}.json", _MADE)
@@ -133,8 +132,9 @@ def make_challenge(how: Execution, plan: Plan, cases: int) -> Path:
     return how.folder
 
 
-def _write_case(out: Path, answers: Path, index: int, plan: Plan) -> int:
+def _write_case(task: tuple[Path, Path, int, Plan]) -> int:
     """Write one case and the part of the answers that is its own, the campaign.toml and then the answer last."""
+    out, answers, index, plan = task
     air = plan.turbulence, plan.noise, plan.gusts
     campaign, answer = simulate_case(plan.seed, index, *plan.case(index), plan.design, *air)
     place = out / campaign.title

@@ -73,9 +73,9 @@ def score_challenge(
     return score
 
 
-def score_text(score: ChallengeScore) -> str:
-    """Figures, effects and baselines as aligned tables."""
-    return "\n\n".join(f"{title}\n{aligned(rows)}" for title, rows in _tables(score))
+def score_text(score: ChallengeScore, width: int | None = None) -> str:
+    """Figures, effects and baselines as aligned tables, in lines of `width` letters."""
+    return "\n\n".join(f"{title}\n{aligned(rows, width)}" for title, rows in _tables(score))
 
 
 def score_markdown(score: ChallengeScore, pictures: str = ".") -> str:

@@ -172,7 +172,7 @@ def _left_out(challenges: Sequence[Judged], floor: float, least: tuple[float, fl
     return [fit(rest, floor, least) for rest in others]
 
 
-def tuning_text(content: Mapping[str, Any]) -> str:
+def tuning_text(content: Mapping[str, Any], width: int | None = None) -> str:
     """What was set, and a row a challenge: log score and calibration error before, after, and left out."""
     rows = [["challenge", "cases", "log score", "after", "left out", "calibration", "after", "left out", "by chance"]]
     for folder in content["folders"]:
@@ -184,4 +184,4 @@ def tuning_text(content: Mapping[str, Any]) -> str:
         ]
         rows.append([folder["name"], str(folder["cases"]), *cells, f"{folder['after']['chance']:.3f}"])
     values = [f"{key.replace('_', ' ')} {content[key]:g}" for key in ("against_none", "between", "floor")]
-    return f"temperature {', '.join(values)}\n\n{aligned(rows)}"
+    return f"temperature {', '.join(values)}\n\n{aligned(rows, width)}"

@@ -16,9 +16,15 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
-from scruton.app.thresholds import ALLOWED_DEATHS, LARGEST_CERTIFICATE, PATIENCE, POLL, REACH
 from scruton.campaign.bounded import read_bytes
 from scruton.errors import InputError
+
+# Set by judgement.
+LARGEST_CERTIFICATE = 10**6  # bytes of a PEM file: those in use have some thousands
+REACH = 5  # s, to reach a scheduler and to see its first worker
+PATIENCE = 60  # s without any worker before what is left is given up
+POLL = 1  # s between looks at how many workers there are
+ALLOWED_DEATHS = 1  # of the worker that does a task: it may have died of something else: one more chance
 
 # The arrays are small: threads of the linear algebra library would only get in each other's way.
 ONE_THREAD = {
@@ -41,6 +47,60 @@ class Outcome:
 
     value: Any = None
     fault: str = ""
+    error: BaseException | None = None  # that the work raised
+
+
+@dataclass(frozen=True)
+class Workers:
+    """Who does the work: this process, several of this machine, or those of a Dask scheduler.
+
+    Attributes
+    ----------
+    jobs : int
+        Processes of this machine; with one, all is done in this one.
+    scheduler : str, optional
+        Address of a running scheduler, "tls://host:port" or "tcp://host:port", in their place.
+    tls : tuple of Path
+        Certificate of the authority, own certificate and own key, for a scheduler under TLS.
+    """
+
+    jobs: int = 1
+    scheduler: str | None = None
+    tls: TlsFiles = NO_TLS
+
+    def outcomes(self, work: Callable[[Any], Any], tasks: Sequence[Any]) -> Iterator[tuple[int, Outcome]]:
+        """Do every task by a function that the workers can import; index and outcome come as soon as it is done.
+
+        In this process an error of the work itself is raised at once.  InputError as of `connected`.
+        """
+        jobs = min(self.jobs, len(tasks))
+        if self.scheduler is None and jobs < 2:
+            _security(self.scheduler, self.tls)
+            for index, task in enumerate(tasks):
+                yield index, Outcome(work(task))
+        elif tasks:
+            with connected(self.scheduler, jobs, tls=self.tls, quiet=True) as client:
+                yield from finished(client, work, tasks)
+
+    def values(self, work: Callable[[Any], Any], tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:
+        """Do every task, as `outcomes`; index and value come as soon as there is one.
+
+        Once all others are done, the first error of the work is raised; InputError where a worker was lost with it.
+        """
+        missing = []
+        for index, outcome in self.outcomes(work, tasks):
+            if outcome.fault:
+                missing.append(outcome)
+            else:
+                yield index, outcome.value
+        for outcome in missing:
+            if outcome.error is not None:
+                raise outcome.error
+            wanted = "workers that last: what is done is kept, the same command with --resume goes on"
+            raise InputError("workers", "", f"{len(missing)} tasks without a result ({outcome.fault})", wanted)
+
+
+HERE = Workers()  # in this process
 
 
 def cores() -> int:
@@ -209,4 +269,4 @@ def _outcome(future: Any) -> Outcome:
     error = future.exception()
     if isinstance(error, KilledWorker):
         return Outcome(fault="the process that ran it died each time that it was tried; is there memory enough?")
-    return Outcome(fault=f"unexpected {type(error).__name__}: {error}")
+    return Outcome(fault=f"unexpected {type(error).__name__}: {error}", error=error)
