@@ -44,7 +44,7 @@ def _of_higher_order(layout: Layout) -> list[Variant]:
 
 
 def _incoherent(table: FloatArray, values: Values, layout: Layout) -> None:
-    # Odds, so that A_c stays below the reference amplitude: what is still lost there is not lost at small amplitude, and
+    # Odds, so that A_c stays below the reference amplitude: what is lost there is not lost at small amplitude, and
     # a drive that grows with the amplitude throughout wanders with the gusts like one that comes and goes.
     odds = values["odds"]
     table[:, :, Term.COHERENCE] = odds / (1.0 + odds) * layout.reference_amplitude
