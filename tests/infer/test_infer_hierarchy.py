@@ -262,12 +262,31 @@ def test_what_a_test_remembers_is_what_it_would_say_again():
     first = posterior.log_likelihood(u)
     for block in posterior.blocks:
         moved = u[rng.permutation(40)[:23]].copy()
-        moved[:, block] += 0.01 * rng.standard_normal(block.size)
+        moved[:, block.members] += 0.01 * rng.standard_normal(block.members.size)
         np.testing.assert_allclose(posterior.log_likelihood(moved), campaign(-1.0).log_likelihood(moved), rtol=1e-9)
     np.testing.assert_array_equal(posterior.log_likelihood(u), first)
     posterior.forget()
     moved[0] = u[0]
     np.testing.assert_array_equal(posterior.log_likelihood(moved), campaign(-1.0).log_likelihood(moved))
+
+
+@pytest.mark.parametrize("n", [-1.0, 0.0, None])
+def test_what_a_block_is_given_is_all_that_it_depends_on(n):
+    """A move of its members gains as much whatever the coordinates that are neither among them nor given."""
+    posterior, rng = campaign(n), np.random.default_rng(12)
+    u = posterior.prior_draws(rng, 50)
+    for members, given in posterior.blocks:
+        kept = np.r_[members, given]
+        elsewhere = u + 0.02 * rng.standard_normal(u.shape)
+        elsewhere[:, kept] = u[:, kept]
+        gains = []
+        for start in (u, elsewhere):
+            moved = start.copy()
+            moved[:, members] += 0.003
+            gains.append(posterior.log_prob(moved) - posterior.log_prob(start))
+        alive = np.isfinite(gains).all(axis=0)
+        assert alive.sum() > 20
+        np.testing.assert_allclose(gains[0][alive], gains[1][alive], rtol=1e-5, atol=1e-5)
 
 
 def test_a_move_of_one_test_asks_the_records_of_no_other(monkeypatch):
@@ -277,7 +296,7 @@ def test_a_move_of_one_test_asks_the_records_of_no_other(monkeypatch):
     u = posterior.prior_draws(np.random.default_rng(8), 5)
     posterior.log_likelihood(u)
     assert asked == [5, 5, 5]
-    u[:3, posterior.blocks[1]] += 0.01
+    u[:3, posterior.blocks[3].members] += 0.01
     posterior.log_likelihood(u)
     assert asked == [5, 5, 5, 3]
 

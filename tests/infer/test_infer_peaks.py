@@ -249,13 +249,14 @@ def test_walkers_become_draws_as_far_as_the_dimensions_allow(tests_of, card):
     campaign, tests = tests_of("paper")
     posterior = campaign_posterior(campaign, tests, Sampling(card, 0), -1.0)
     assert len(posterior.priors) == 4 + 2 * len(WIND)
-    size = len(posterior.priors)
-    least = 2 * size  # walkers that the dimensions need, where blocks are sampled
+    size = max(block.members.size for block in posterior.blocks)
+    assert size == len(WIND)
+    least = 4 * size  # walkers that the largest block needs
     for walkers, fewer in ((16 * least, 4), (4 * least, 4), (4 * least - 4, 2), (2 * least, 2), (2 * least - 2, 1)):
-        found = fewer_walkers(SamplerSettings(walkers=walkers, draws=8), size, blocks=True)
+        found = fewer_walkers(SamplerSettings(walkers=walkers, draws=8), size)
         assert (found.walkers, found.draws) == (walkers // fewer, 8 * fewer)
     odd = SamplerSettings(walkers=8 * least + 1, draws=8)
-    assert fewer_walkers(odd, size, blocks=True) == odd
+    assert fewer_walkers(odd, size) == odd
     assert fewer_walkers(SamplerSettings(walkers=4 * 20, draws=8), 5).walkers == 20
 
 

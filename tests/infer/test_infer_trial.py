@@ -122,7 +122,7 @@ class Sampled(Posterior):
 
 
 def test_sampling_a_and_c_gives_the_same_posterior():
-    settings = replace(CARD.sampler, ensembles=2, walkers=128)
+    settings = replace(CARD.sampler, ensembles=2, walkers=128, draws=32, min_ess=4000)
     campaign = load_campaign(EXAMPLE)
     test = campaign.test("Sc 78.1")
     record = next(record for record in test.records if record.kind == "decay")

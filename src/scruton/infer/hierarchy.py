@@ -31,6 +31,7 @@ from scruton.stats.priors import Prior
 SHARED = ("reference_amplitude", "reference_relaxation_ratio", "discrepancy_amplitude", "discrepancy_relaxation")
 _BEYOND_RECORDS = ("damping_ratio", "mass_factor", "w")  # the likelihood of a test's transients does not know them
 _REMEMBERED = 20_000  # rows
+_ODD, _HALF = np.uint64(0x9E3779B97F4A7C15), np.uint64(29)  # of the number that a row is known by
 _LOG_2PI = float(np.log(2.0 * np.pi))
 
 
@@ -127,13 +128,14 @@ class CampaignPosterior(Posterior):
         """Each test's own parameters, and before each, since it costs little, what no record is read for.
 
         Given the shared curve tests know nothing of each other, and given the amplitudes and rates of the tests the
-        curve knows nothing of their noise.
+        curve knows nothing of their noise, unless the law is among what is sampled.
         """
         shared = np.arange(self.own_coordinates[0].start)
         own = [Block(np.arange(layout.start, layout.stop), shared) for layout in self.own_coordinates]
+        known = ("stable_amplitude", "relaxation_ratio", *(NOISE if self.exponent else ()))
         free, levels = (
             np.array([layout[name] for layout in self.own_coordinates for name in layout if name in names], dtype=int)
-            for names in (_BEYOND_RECORDS, ("stable_amplitude", "relaxation_ratio"))
+            for names in (_BEYOND_RECORDS, known)
         )
         return tuple(block for one in own for block in (Block(np.r_[shared, free], levels), one))
 
@@ -246,12 +248,13 @@ class CampaignPosterior(Posterior):
 
     def winds(self, u: FloatArray) -> Iterator[tuple[PeakTest, FloatArray]]:
         """Every test with the coordinates of its `wind`, (W, d)."""
-        s = self.settings(u)
+        s = {} if all(test.relaxes for test in self.tests) else self.settings(u)
         for j, (test, values) in enumerate(self._each(u)):
             v = np.empty((len(u), test.wind.coordinates.size))
             log = test.wind.named(v)
             for name in WIND:
-                log[name] = np.log(s[name][:, j]) if name == "relaxation_ratio" else values[name]
+                derived = name == "relaxation_ratio" and not test.relaxes
+                log[name] = np.log(s[name][:, j]) if derived else values[name]
             if self.exponent:
                 log["law_exponent"] = self.exponents(u)
             yield test, v
@@ -312,22 +315,38 @@ class CampaignPosterior(Posterior):
 
 
 class _Remembered:
-    """A function of rows, called for those not seen lately: most moves leave most tests as they are."""
+    """A function of rows, called for those not seen lately: most moves leave most tests as they are.
+
+    A row is known by a number of 64 bits made from all of its bits; that two rows share one is out of question.
+    """
 
     def __init__(self, function: Callable[[FloatArray], FloatArray]) -> None:
         self._function = function
-        self._seen: dict[bytes, float] = {}
+        self._keys, self._values = np.empty(0, dtype=np.uint64), np.empty(0)  # by ascending key
 
     def __call__(self, rows: FloatArray) -> FloatArray:
-        seen, keys = self._seen, [row.tobytes() for row in rows]
-        new = [i for i, key in enumerate(keys) if key not in seen]
-        if new:
-            if len(seen) > _REMEMBERED:
-                old, self._seen = seen, {}
-                seen = self._seen
-                seen.update((key, old[key]) for key in keys if key in old)
-            seen.update(zip((keys[i] for i in new), self._function(rows[new]).tolist(), strict=True))
-        return np.array([seen[key] for key in keys])
+        keys = _numbers(rows)
+        at = np.searchsorted(self._keys, keys)
+        known = self._keys[np.minimum(at, len(self._keys) - 1)] == keys if len(self._keys) else at < 0
+        values = np.empty(len(rows))
+        values[known] = self._values[at[known]]
+        if not known.all():
+            values[~known] = self._function(rows[~known])
+            kept = len(self._keys) < _REMEMBERED
+            old = (self._keys, self._values) if kept else (keys[known], values[known])
+            every = np.concatenate([old[0], keys[~known]]), np.concatenate([old[1], values[~known]])
+            self._keys, first = np.unique(every[0], return_index=True)
+            self._values = every[1][first]
+        return values
+
+
+def _numbers(rows: FloatArray) -> np.ndarray:
+    """Return a number of 64 bits for each row, by multiplying and shifting its words into each other."""
+    mixed = np.zeros(len(rows), dtype=np.uint64)
+    for column in np.ascontiguousarray(rows.T).view(np.uint64):
+        mixed = (mixed ^ column) * _ODD
+        mixed ^= mixed >> _HALF
+    return mixed
 
 
 def _stable(s: dict[str, FloatArray], amplitude: FloatArray, strength: FloatArray, g_j: FloatArray) -> np.ndarray:
