@@ -105,7 +105,7 @@ def test_a_floor_is_dealt_out_among_what_is_possible():
     bare = probabilities(weights, {}, 0.5, Temperatures(2.5, 4.0, 0.0))
     odds = np.log(bare[FRICTION] / bare["none"] / 0.25), np.log(bare[FRICTION] / bare["unknown"])
     assert odds == pytest.approx((60.0 / 2.5, 56.0 / 4.0))
-    assert np.log(bare[MEMORY] / bare["none"] / 0.25) == pytest.approx(-3.0 / 2.5)
+    assert np.log(bare[MEMORY] / bare["none"] / 0.25) == pytest.approx(-3.0)  # evidence against stands as it is
 
 
 def test_folders_are_tuned_scored_and_left_out_in_turn(tmp_path):

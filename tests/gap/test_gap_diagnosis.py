@@ -119,6 +119,28 @@ def test_what_comes_and_goes_by_more_than_gusts_is_unknown(name, index):
     assert diagnose(simulate_case(SEED, index, name, 0.2)[0]).verdict == "unknown"
 
 
+def test_bursts_in_one_rig_are_no_loss_of_coherence():
+    """With a coherence amplitude of any size this was called `spanwise_coherence_loss`, with 0.98."""
+    assert diagnose(simulate_case(502, 2, "intermittent_lock_in", 0.2, "one-rig")[0], workers=1).verdict == "unknown"
+
+
+def test_clipped_crests_of_one_record_tell(clean):
+    """Some crests of the largest decay, cut by 5 %: its samples stand at one value, which the amplitudes hardly show."""
+    campaign, _, _ = clean
+    test = campaign.tests[0]
+    record = max(test.records, key=lambda record: np.max(record.response))
+    level = 0.95 * float(np.max(np.abs(record.response)))
+    cut = replace(record, response=np.clip(record.response, -level, level))
+    records = tuple(cut if other is record else other for other in test.records)
+    found = diagnose(replace(campaign, tests=(replace(test, records=records), *campaign.tests[1:])), workers=1)
+    assert found.verdict == "sensor_clipping"
+    variant = found.final.hypothesis.variants[-1]
+    assert variant.seen > 10.0
+    assert variant.scope.records[found.data.layout.records.index(record.name)]
+    assert not variant.scope.records[found.data.layout.test > 0].any()
+    assert np.exp(found.final.value("level", 0)[0]) == pytest.approx(1.0, abs=0.03)
+
+
 @pytest.mark.parametrize("name", [None, "coulomb_friction"])
 def test_envelopes_without_a_waveform_will_do(name):
     """Records that hold an amplitude have neither phase nor third harmonic: those channels stay silent."""

@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import logsumexp
+from scipy.special import logsumexp, ndtr
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import Effect
-from scruton.dynamics.effects.effect import Parameter, Variant
+from scruton.dynamics.effects.effect import DAMPING, Parameter, Variant
 from scruton.dynamics.extended import channel_innovations
 from scruton.gap.hypothesis import FittedHypothesis
-from scruton.gap.thresholds import FEWEST_BEATS, FIT_SHARE, FIT_WITHIN, HOPELESS, MOST_FITS, QUICK_FITS
+from scruton.gap.thresholds import FEWEST_BEATS, FIT_SHARE, FIT_WITHIN, HOPELESS, MOST_FITS, NOTICED, QUICK_FITS
 
 _NUDGE = 1e-4
 _PROBE = 1e-3
@@ -72,13 +72,38 @@ def weigh(
         total = sum(test.variant.weight for test in tests)
         fitted = [(test, fit) for test, fit in zip(chosen, found, strict=True) if test.variant.effect == effect.name]
         # What was not fitted has its share of the prior all the same, so that many hopeless variants dilute.
-        logs = [np.log(test.variant.weight / total) + fit.log_evidence for test, fit in fitted]
+        logs = [np.log(test.variant.weight / total) + fit.log_evidence + log_noticeable(fit) for test, fit in fitted]
         if fitted:
             evidence, best = float(logsumexp(logs)), fitted[int(np.argmax(logs))][1]
         else:
             evidence, best = base.log_evidence + min(max((t.gain for t in tests), default=-np.inf), -1.0), None
         candidates[effect.name] = Candidate(effect.name, evidence, best)
     return candidates
+
+
+def log_noticeable(fit: FittedHypothesis) -> float:
+    r"""What the log evidence of an effect gains by its being no smaller than anybody would notice.
+
+    .. math:: \ln\frac{P(\max|s| > s_0 \mid y)}{P(\max|s| > s_0)}
+
+    for the sizes s, in units of the relaxation damping, of the variant that was added last, with the normal
+    approximation of their posterior. No gap and one of less than :math:`s_0` are the same thing.
+    """
+    last = len(fit.hypothesis.variants) - 1
+    inside = np.zeros(2)  # log probability, prior and posterior, that all are smaller
+    sized = [p for p in fit.hypothesis.variants[last].parameters if p.unit == DAMPING]
+    for parameter in sized:
+        mode, sd = fit.value(parameter.name, last)
+        low = 0.0 if parameter.positive else -NOTICED
+        for k, (centre, scale) in enumerate(((parameter.location, parameter.scale), (mode, sd))):
+            within = ndtr((NOTICED - centre) / scale) - ndtr((low - centre) / scale)
+            if parameter.positive:
+                within = within / ndtr(centre / scale)
+            inside[k] += float(np.sum(np.log(np.maximum(within, 1e-300)) * np.ones(parameter.size)))
+    if not sized:
+        return 0.0
+    prior, posterior = np.log(np.maximum(-np.expm1(inside), 1e-300)).tolist()
+    return float(posterior - prior)
 
 
 class Screen:

@@ -24,7 +24,7 @@ class Temperatures:
     Attributes
     ----------
     against_none : float
-        Divides the log evidence gain of the leading effect over no gap, and of what loses against no gap.
+        Divides the log evidence gain of the leading effect over no gap.
     between : float
         Divides the log evidence of one effect over another.
     floor : float
@@ -67,7 +67,7 @@ def tempered(gains: FloatArray, prior: FloatArray, temperatures: Temperatures) -
 
     .. math:: p_e \propto \pi_e \exp\left(\frac{g_*}{T_0} + \frac{g_e - g_*}{T}\right), \qquad g_* = \max_e g_e
 
-    for gains :math:`g_e > 0`, :math:`\pi_e \exp(g_e/T_0)` for others, :math:`\pi_0` for none; then
+    for gains :math:`g_e > 0`, :math:`\pi_e \exp(g_e)` for others, :math:`\pi_0` for none; then
     :math:`(1 - f) p + f/n` for the n that are possible.
 
     Parameters
@@ -85,8 +85,9 @@ def tempered(gains: FloatArray, prior: FloatArray, temperatures: Temperatures) -
     best = gains.max(axis=-1, keepdims=True)
     with np.errstate(divide="ignore", invalid="ignore"):
         lead = best / temperatures.against_none + (gains - best) / temperatures.between
-        # What loses against none is not lifted by another effect's gain.
-        tempered_gains = np.where(gains > 0.0, lead, gains / temperatures.against_none)
+        # A form that is not nature's may gain too much; none loses for that.  What the records speak against is neither
+        # lifted by another effect's gain nor held up by a temperature.
+        tempered_gains = np.where(gains > 0.0, lead, gains)
         logs = np.concatenate([np.log1p(-prior.sum(axis=-1, keepdims=True)), np.log(prior) + tempered_gains], axis=-1)
     p: FloatArray = np.exp(logs - logsumexp(logs, axis=-1, keepdims=True))
     possible = np.isfinite(logs)

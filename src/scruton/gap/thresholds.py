@@ -18,6 +18,9 @@ MOST_SET_POINT = 0.02  # likewise, from record to record
 SECOND_NATS = 8.0  # that a further effect must gain beside those found
 SECOND_SHARE = 0.04  # of the first gain, that a further one must add on top: forms differ, which is no second effect
 SMALLEST = 0.025  # size of a further effect over the relaxation damping, below which it is nobody's concern
+# Size of any effect over the relaxation damping, below which it is none: it moves the stable amplitude by one per cent,
+# which tests do not repeat to.
+NOTICED = 0.01
 PAIRED = 3  # best single effects whose partners are sought where the generic term leads
 OWN_SHARE = 0.05  # of the gain of a pair, that each of it gains alone
 ROUNDS = 2  # of swaps, at most: time

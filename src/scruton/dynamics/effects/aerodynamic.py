@@ -44,19 +44,23 @@ def _of_higher_order(layout: Layout) -> list[Variant]:
 
 
 def _incoherent(table: FloatArray, values: Values, layout: Layout) -> None:
-    # Odds, so that A_c stays below the reference amplitude: what is lost there is not lost at small amplitude, and
-    # a drive that grows with the amplitude throughout wanders with the gusts like one that comes and goes.
-    odds = values["odds"]
-    table[:, :, Term.COHERENCE] = odds / (1.0 + odds) * layout.reference_amplitude
+    lost = values["amplitude"] * layout.reference_amplitude
+    table[:, :, Term.COHERENCE] = lost
+    # Less of the drive is left, and the amplitude relaxes more slowly: gusts and set-points stay those of the stable
+    # amplitude, or a drive that is lost throughout would let them grow to what comes and goes.
+    x = layout.reference_amplitude / np.where(lost > 0.0, lost, np.inf)
+    left = np.where(x > 0.0, -np.expm1(-x) * (1.0 - x / np.expm1(np.maximum(x, 1e-9))), 1.0)
+    for term in (Term.GUST, Term.SET_POINT):
+        table[:, :, term] *= left
 
 
 def _coherence(layout: Layout) -> list[Variant]:
     scope = _in_wind(layout)
-    odds = Parameter(
-        "odds", float(np.log(0.25)), 1.0, scope.members, log=True, unit="A_c/(reference amplitude - A_c)",
-        starts=tuple(float(np.log(x)) for x in (0.04, 0.14, 0.7)),
+    amplitude = Parameter(
+        "amplitude", float(np.log(0.2)), 1.0, scope.members, log=True, unit="reference amplitude",
+        starts=tuple(float(np.log(x)) for x in (0.04, 0.12, 0.4)),
     )  # fmt: skip
-    return [Variant("drive saturates as 1 - exp(-A/A_c)", (odds,), _incoherent, scope)]
+    return [Variant("drive saturates as 1 - exp(-A/A_c)", (amplitude,), _incoherent, scope)]
 
 
 _BOTH, _DRIVE = (Term.AERO, Term.DRIVE), (Term.DRIVE,)  # what goes with Y1, and with epsilon
@@ -200,7 +204,7 @@ EFFECTS = (
         "Spanwise coherence lost at small amplitude",
         "amplitude",
         Belongs.WIND,
-        (Term.COHERENCE,),
+        (Term.COHERENCE, Term.GUST, Term.SET_POINT),
         DAMPING_RATIO,
         _coherence,
     ),

@@ -77,19 +77,33 @@ def _bend(rows: FloatArray, without: FloatArray, station: Station) -> FloatArray
     return added[:, Term.STIFFNESS_LINEAR] * top + added[:, Term.STIFFNESS] * top**2
 
 
+def _bending(term: Term, damping: Term, eases: float) -> Apply:
+    """A spring that stiffens holds more energy at an amplitude, and viscous damping takes a smaller part of it."""
+    bend = adding(size=term)
+
+    def apply(table: FloatArray, values: Values, layout: Layout) -> None:
+        before = table[:, :, term].copy()
+        bend(table, values, layout)
+        table[:, :, damping] -= eases * (table[:, :, term] - before) * table[:, :, Term.STRUCTURAL]
+
+    return apply
+
+
 def _stiffness(layout: Layout) -> list[Variant]:
     shares = {Extent.EVERYWHERE: (2.0, "in every record"), Extent.EACH_RIG: (1.0, "of every rig by its own")}
+    # Change of the decay rate over that of the frequency: dE/dt = -2 xi omega0 <v^2> with the energy E of the spring.
+    forms = {
+        "A^2": (_bending(Term.STIFFNESS, Term.STRUCTURAL_SQUARE, 2.0 / 3.0), 1.0),
+        "A": (_bending(Term.STIFFNESS_LINEAR, Term.STRUCTURAL_LINEAR, 0.75 * np.pi - 2.0), 0.5),
+    }
     return [
         sized(
-            f"frequency changes as {power}, {{scope}}",
-            adding(size=term),
-            scope,
-            weight=share * scope.weight,
+            f"frequency changes as {power}, {{scope}}", apply, scope, weight=share * scope.weight,
             unit="tenths of the frequency",
         )
-        for power, term, share in (("A^2", Term.STIFFNESS, 1.0), ("A", Term.STIFFNESS_LINEAR, 0.5))
+        for power, (apply, share) in forms.items()
         for scope in scopes(layout, shares)
-    ]
+    ]  # fmt: skip
 
 
 def _gain(rows: FloatArray, without: FloatArray, _station: Station) -> FloatArray:
@@ -188,7 +202,7 @@ EFFECTS = (
         "Frequency varies with amplitude",
         "frequency",
         Belongs.RIG,
-        (Term.STIFFNESS, Term.STIFFNESS_LINEAR),
+        (Term.STIFFNESS, Term.STIFFNESS_LINEAR, Term.STRUCTURAL_LINEAR, Term.STRUCTURAL_SQUARE),
         Size("frequency", "relative change of frequency up to the largest amplitude", _bend),
         _stiffness,
     ),

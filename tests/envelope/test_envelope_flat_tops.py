@@ -1,0 +1,47 @@
+"""Readings that stand in a row at the extreme: a range that ends, and all that looks like it and is none."""
+
+import numpy as np
+import pytest
+
+from scruton.envelope.flat_tops import flat_top
+
+FREQUENCY = 5.0
+
+
+def decay(per_cycle: float, *, noise: float = 1e-3, seed: int = 1) -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(seed)
+    time = np.arange(int(60 * per_cycle)) / (per_cycle * FREQUENCY)
+    wave = np.exp(-0.05 * time) * np.cos(2.0 * np.pi * FREQUENCY * time + rng.uniform(0.0, 6.0))
+    return time, wave + noise * rng.standard_normal(time.size)
+
+
+@pytest.mark.parametrize("per_cycle", [18.3, 31.0, 64.7])
+@pytest.mark.parametrize("bits", [12, 40])
+def test_a_range_that_ends_is_seen_at_its_level(per_cycle: float, bits: int) -> None:
+    time, wave = decay(per_cycle)
+    quantum = 2.0 ** (1 - bits)
+    found = flat_top(time, np.round(np.clip(wave, -0.93, 0.93) / quantum) * quantum, FREQUENCY)
+    assert found.nats > 10.0
+    assert found.level == pytest.approx(0.93, abs=0.01)
+
+
+@pytest.mark.parametrize("bits", range(4, 16))
+@pytest.mark.parametrize("per_cycle", [18.3, 31.0, 64.7])
+def test_rounding_is_no_end_of_a_range(per_cycle: float, bits: int) -> None:
+    time, wave = decay(per_cycle, noise=3e-4)
+    quantum = 2.0 ** (1 - bits)
+    assert flat_top(time, np.round(wave / quantum) * quantum, FREQUENCY).nats < 3.0
+
+
+@pytest.mark.parametrize("per_cycle", [16, 20, 24, 40])
+def test_sampling_in_step_with_the_motion_is_none(per_cycle: int) -> None:
+    """Two samples beside every crest agree, however fine the reading is."""
+    time = np.arange(60 * per_cycle) / (per_cycle * FREQUENCY)
+    wave = np.cos(2.0 * np.pi * FREQUENCY * time + np.pi / per_cycle)
+    for quantum in (1e-5, 1e-3, 1e-2):
+        assert flat_top(time, np.round(wave / quantum) * quantum, FREQUENCY).nats < 3.0
+
+
+def test_samples_that_are_held_are_none() -> None:
+    time, wave = decay(60.0)
+    assert flat_top(time, np.repeat(wave[::3], 3)[: time.size], FREQUENCY).nats < 3.0
