@@ -147,7 +147,7 @@ def two_modes():
 def test_dampers_for_any_mode_keep_the_risk_of_the_union(two_modes):
     models, alone = two_modes
     limits = [LIMIT, LIMIT]
-    before = exceedance_of(with_dampers(placed(alone), models, limits, 40))
+    before = exceedance_of(with_dampers(placed(alone, models), models, limits, 40))
     assert before.any > 0.055
     assert max(before.each) <= 0.05
     request = models[0].bridge.damper
@@ -155,7 +155,7 @@ def test_dampers_for_any_mode_keep_the_risk_of_the_union(two_modes):
     assert "sizes them for that" in any_mode_flag(before, replace(request, risk_of=RiskOf.MODE))
     found = sized_for_any(models, limits, alone, 0, lambda what, done: None)
     assert all(one.achievable for one in found)
-    after = [exceedance_of(with_dampers(placed(found), models, limits, seed)).any for seed in (40, 50, 60)]
+    after = [exceedance_of(with_dampers(placed(found, models), models, limits, seed)).any for seed in (40, 50, 60)]
     assert max(after) <= 0.05
     assert min(after) > 0.03
     assert sum(one.mass for one in found) > sum(one.mass for one in alone)
@@ -163,13 +163,13 @@ def test_dampers_for_any_mode_keep_the_risk_of_the_union(two_modes):
 
 def test_an_existing_damper_is_judged(two_modes):
     models, alone = two_modes
-    text = "; ".join(f"{p.mass} kg, {p.frequency} Hz, {p.damping_ratio}, {p.position}" for p in placed(alone))
+    text = "; ".join(f"{p.mass} kg, {p.frequency} Hz, {p.damping_ratio}, {p.position}" for p in placed(alone, models))
     (same,) = existing(models, [LIMIT, LIMIT], hung(models, offers(text)), 10)
-    want = exceedance_of(with_dampers(placed(alone), models, [LIMIT, LIMIT], 40))
+    want = exceedance_of(with_dampers(placed(alone, models), models, [LIMIT, LIMIT], 40))
     assert same.left == want
     assert same.as_designed is None
     assert max(same.stroke_high) <= 0.41
-    one = placed(alone)[0]
+    one = placed(alone, models)[0]
     (half,) = existing(
         models,
         [LIMIT, LIMIT],
@@ -184,13 +184,13 @@ def test_an_existing_damper_is_judged(two_modes):
 def test_what_is_identified_updates_the_risk(two_modes):
     models, alone = two_modes
     (offer,) = offers(
-        "; ".join(f"{p.mass} kg, {p.frequency} Hz, {p.damping_ratio}, {p.position}" for p in placed(alone))
+        "; ".join(f"{p.mass} kg, {p.frequency} Hz, {p.damping_ratio}, {p.position}" for p in placed(alone, models))
     )
     mode = identified(models[0].mode, Quantity(0.285), Quantity(0.006))
     assert mode.frequency.relative_sd == pytest.approx(0.005)
     assert mode.damping_ratio.relative_sd == pytest.approx(0.15)
     (built,) = existing([replace(models[0], mode=mode), models[1]], [LIMIT, LIMIT], [offer], 10)
-    assert built.as_designed == exceedance_of(with_dampers(placed(alone), models, [LIMIT, LIMIT], 40))
+    assert built.as_designed == exceedance_of(with_dampers(placed(alone, models), models, [LIMIT, LIMIT], 40))
     assert built.left.each[0] != built.as_designed.each[0]
     low = identified(models[0].mode, Quantity(0.285), Quantity(0.002))
     (worse,) = existing([replace(models[0], mode=low), models[1]], [LIMIT, LIMIT], [offer], 10)

@@ -141,6 +141,10 @@ VERBS = (
         out("folder for the sizing (default: RESULTS/sizing)"),
         Argument("--bridge", type=Path, metavar="FILE", help="bridge.toml (default: the section model itself)"),
         Argument(
+            "--other", type=Path, metavar="RESULTS",
+            help="fit of the other motion, torsion beside heaving: its modes of the bridge, too, and the union",
+        ),
+        Argument(
             "--limit", action="append", default=[], metavar="RULE",
             help='"jtg", "kd", "rms-acceleration", "peak-acceleration: 0.5 m/s^2", "0.13 m", "0.05" (A/D); '
             "may be repeated",
