@@ -115,4 +115,5 @@ def bridge_of(tree: "xr.DataTree", arguments: Namespace) -> "Bridge":
     bridge = load_bridge(arguments.bridge, motion)
     if design is not None:
         bridge = replace(bridge, modes=tuple(replace(mode, damping_ratio=design) for mode in bridge.modes))
-    return as_built(bridge, [text for text in arguments.identified if text.partition(":")[0].strip() not in bridge.others])
+    its_own = [text for text in arguments.identified if text.partition(":")[0].strip() not in bridge.others]
+    return as_built(bridge, its_own)

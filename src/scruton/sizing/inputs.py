@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from scruton.campaign.quantity import Quantity
+from scruton.campaign.schema import Motion
 from scruton.sizing.bridge import Bridge
 
 STATED, DEFAULT = "stated", "default"
@@ -76,6 +77,8 @@ def inputs_of(bridge: Bridge, limits: tuple[str, ...]) -> Inputs:
         said["modes"] = [mode for mode in said["modes"] if mode["motion"] == bridge.motion.value]
     rows = []
     for name, value in _leaves(bridge, ""):
+        if bridge.motion is Motion.TORSIONAL:
+            name = re.sub(r"^(modes\[\d+\])\.mass\b", r"\1.inertia", name)
         stated = _is_stated(said, name)
         source = "" if stated else _source(name)
         rows.append(Input(name, value, STATED if stated else DEFAULT, source))
