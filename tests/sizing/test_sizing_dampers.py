@@ -10,7 +10,7 @@ from scruton.campaign.quantity import Quantity
 from scruton.errors import InputError
 from scruton.sizing.bridge import identified
 from scruton.sizing.damper_request import DamperRequest, RiskOf, delivered
-from scruton.sizing.dampers import damper, reality, shapes
+from scruton.sizing.dampers import damper, reality, shapes, struck_flag
 from scruton.sizing.existing import as_built, existing, hung, offers
 from scruton.sizing.mode_shape import sine
 from scruton.sizing.model import unit_cube
@@ -125,6 +125,11 @@ def test_end_stops_and_friction_are_designed_for():
     assert found.stroke.high <= 0.5
     assert found.probability_worst is not None
     assert left(model, found, 300, count=1 << 12) <= 0.053
+    assert found.struck is not None
+    assert 0.0 < found.struck <= 0.05  # the stroke is kept with 95 % confidence
+    assert "strike their end stops" in struck_flag("V1", found)[0]
+    assert struck_flag("V1", replace(found, struck=None)) == []
+    assert struck_flag("V1", replace(found, struck=0.0, probability_worst=found.probability)) == []
 
 
 def test_dampers_at_several_places_have_one_mass():

@@ -22,7 +22,7 @@ from scruton.provenance import provenance
 from scruton.sizing.bridge import Bridge
 from scruton.sizing.checks import ASKED, Evidence
 from scruton.sizing.damper_request import RiskOf
-from scruton.sizing.dampers import damper, withheld
+from scruton.sizing.dampers import damper, struck_flag, withheld
 from scruton.sizing.existing import Offer, existing, hung
 from scruton.sizing.governing import governing, outside
 from scruton.sizing.hours import lock_in_shape
@@ -277,6 +277,7 @@ def _mode(
         said.append(f"mode {mode.name}: {flag}")
     tell(f"mode {mode.name}: tuned mass damper", 0.4)
     dampers = withheld(model, doubts[0]) if doubts else damper(model, deciding.limit, seed)
+    said += struck_flag(mode.name, dampers)
     moves = min(abs(mode.shape.at(position)) for position in model.damper_positions)
     if dampers.dampers and moves < NEAR_NODE:
         said.append(
