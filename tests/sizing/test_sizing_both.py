@@ -171,5 +171,7 @@ def test_two_fits_of_one_bridge_are_sized_with_their_union(small_results, tmp_pa
     assert first.both.edge[1].median == pytest.approx(6.0 * second.modes[0].amplitude.median)
     numbers = {row.name: row for row in second.inputs.numbers}
     assert numbers["modes[0].inertia.mean"].origin == "stated"
+    with pytest.raises(InputError, match="no stated motion"):
+        size_both([(tree, heaving), (other, replace(heaving, motion=Motion.TORSIONAL))], [limit("kd")])
     with pytest.raises(InputError, match="--other"):
         size_both([(tree, heaving), (tree, replace(heaving))], [limit("kd")])

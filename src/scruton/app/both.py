@@ -1,22 +1,24 @@
-"""`scruton size --other`: heaving and torsion of one bridge."""
+"""`scruton size`: of one fit, or with --other heaving and torsion of one bridge."""
 
 from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
+from scruton.app import predict
 from scruton.app.options import check_writable
-from scruton.app.predict import bridge_of, read_fit
 from scruton.app.run import Outcome, Run
 from scruton.errors import InputError
 from scruton.report.render_text import render_text
 from scruton.terminal import DONE, NOT_TRUSTED
 
 
-def size_both(arguments: Namespace) -> Outcome:
-    """Size the modes of two fits: sizing.json of the first, and that of the other in a folder of its motion's name.
+def size(arguments: Namespace) -> Outcome:
+    """Size the damping of one fit, or with --other of both: that one's sizing.json in a folder of its motion's name.
 
     InputError as of `scruton.app.predict.size`.
     """
+    if arguments.other is None:
+        return predict.size(arguments)
     from scruton.infer.store import provenance_of
     from scruton.report.chapters.sizing import both_summary, sizing_summary
     from scruton.report.figures import figures_from, save
@@ -32,8 +34,8 @@ def size_both(arguments: Namespace) -> Outcome:
     folder, folders = arguments.out or arguments.results / "sizing", (arguments.results, arguments.other)
     rules = [limit(rule) for rule in arguments.limit]
     check_writable(folder)
-    fits = [read_fit(results, arguments.effect, "a fit of at least one test") for results in folders]
-    bridges = [bridge_of(tree, arguments) for tree, _ in fits]
+    fits = [predict.read_fit(results, arguments.effect, "a fit of at least one test") for results in folders]
+    bridges = [predict.bridge_of(tree, arguments) for tree, _ in fits]
     settings = {name: getattr(arguments, name) for name in ("law", "effect", "rig", "damping")}
     settings |= {"limits": arguments.limit, "dampers": [], "identified": arguments.identified}
     inputs = dict(bridges[0].sha256)

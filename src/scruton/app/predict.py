@@ -61,14 +61,10 @@ def read_fit(results: Path, effect: str | None, wanted: str) -> "tuple[xr.DataTr
 
 
 def size(arguments: Namespace) -> Outcome:
-    """Size the damping: sizing.json, its table for the terminal and its figures; with --other for both motions.
+    """Size the damping: sizing.json, its table for the terminal and its figures.
 
     InputError for bad input, or a folder that holds a sizing already; nothing is written then.
     """
-    if arguments.other is not None:
-        from scruton.app.both import size_both
-
-        return size_both(arguments)
     from scruton.infer.store import provenance_of
     from scruton.report.chapters.sizing import sizing_summary
     from scruton.report.figures import figures_from, save

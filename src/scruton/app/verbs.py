@@ -136,7 +136,7 @@ VERBS = (
         EFFECT,
         flag("--json", "print JSON"),
     )),
-    Verb("size", "damper sizing: required damping with its risk, dampers, what more testing is worth", "predict:size", (
+    Verb("size", "damper sizing: required damping with its risk, dampers, what more testing is worth", "both:size", (
         RESULTS,
         out("folder for the sizing (default: RESULTS/sizing)"),
         Argument("--bridge", type=Path, metavar="FILE", help="bridge.toml (default: the section model itself)"),

@@ -54,6 +54,9 @@ def size_both(
     if first.motion is second.motion:
         wanted = "a heaving and a torsional fit"
         raise InputError("command line", "--other", f"another fit of a {first.motion.value} section", wanted)
+    if {mode.name for mode in first.modes} & {mode.name for mode in second.modes}:
+        wanted = 'motion = "heaving" or "torsional" in each, and modes of both'
+        raise InputError("bridge.toml", "modes", "modes of no stated motion", wanted)
     sizings = [
         size(tree, bridge, [rule for rule in limits if bridge.motion in rule.rule.functions], **options)
         for tree, bridge in fits

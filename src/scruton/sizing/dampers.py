@@ -180,8 +180,8 @@ def struck_flag(name: str, found: Damper) -> list[str]:
     above = "; a vibration from above may stay on them in more" if worse else ""
     return [
         f"mode {name}: the dampers strike their end stops in {found.struck:.2%} of the draws{above}. What stops do is "
-        "by harmonic balance, which is off by more than 3 % in one case of five and by 23 % at the worst: integrate the "
-        "equations of motion before such a damper is ordered"
+        "by harmonic balance, which is off by more than 3 % in one case of five and by 23 % at the worst: integrate "
+        "the equations of motion before such a damper is ordered"
     ]
 
 
