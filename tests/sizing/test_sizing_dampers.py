@@ -10,7 +10,7 @@ from scruton.campaign.quantity import Quantity
 from scruton.errors import InputError
 from scruton.sizing.bridge import identified
 from scruton.sizing.damper_request import DamperRequest, RiskOf, delivered
-from scruton.sizing.dampers import damper, reality, shapes
+from scruton.sizing.dampers import damper, reality, shapes, struck_flag
 from scruton.sizing.existing import as_built, existing, hung, offers
 from scruton.sizing.mode_shape import sine
 from scruton.sizing.model import unit_cube
@@ -125,6 +125,11 @@ def test_end_stops_and_friction_are_designed_for():
     assert found.stroke.high <= 0.5
     assert found.probability_worst is not None
     assert left(model, found, 300, count=1 << 12) <= 0.053
+    assert found.struck is not None
+    assert 0.0 < found.struck <= 0.05  # the stroke is kept with 95 % confidence
+    assert "strike their end stops" in struck_flag("V1", found)[0]
+    assert struck_flag("V1", replace(found, struck=None)) == []
+    assert struck_flag("V1", replace(found, struck=0.0, probability_worst=found.probability)) == []
 
 
 def test_dampers_at_several_places_have_one_mass():
@@ -147,7 +152,7 @@ def two_modes():
 def test_dampers_for_any_mode_keep_the_risk_of_the_union(two_modes):
     models, alone = two_modes
     limits = [LIMIT, LIMIT]
-    before = exceedance_of(with_dampers(placed(alone), models, limits, 40))
+    before = exceedance_of(with_dampers(placed(alone, models), models, limits, 40))
     assert before.any > 0.055
     assert max(before.each) <= 0.05
     request = models[0].bridge.damper
@@ -155,7 +160,7 @@ def test_dampers_for_any_mode_keep_the_risk_of_the_union(two_modes):
     assert "sizes them for that" in any_mode_flag(before, replace(request, risk_of=RiskOf.MODE))
     found = sized_for_any(models, limits, alone, 0, lambda what, done: None)
     assert all(one.achievable for one in found)
-    after = [exceedance_of(with_dampers(placed(found), models, limits, seed)).any for seed in (40, 50, 60)]
+    after = [exceedance_of(with_dampers(placed(found, models), models, limits, seed)).any for seed in (40, 50, 60)]
     assert max(after) <= 0.05
     assert min(after) > 0.03
     assert sum(one.mass for one in found) > sum(one.mass for one in alone)
@@ -163,13 +168,13 @@ def test_dampers_for_any_mode_keep_the_risk_of_the_union(two_modes):
 
 def test_an_existing_damper_is_judged(two_modes):
     models, alone = two_modes
-    text = "; ".join(f"{p.mass} kg, {p.frequency} Hz, {p.damping_ratio}, {p.position}" for p in placed(alone))
+    text = "; ".join(f"{p.mass} kg, {p.frequency} Hz, {p.damping_ratio}, {p.position}" for p in placed(alone, models))
     (same,) = existing(models, [LIMIT, LIMIT], hung(models, offers(text)), 10)
-    want = exceedance_of(with_dampers(placed(alone), models, [LIMIT, LIMIT], 40))
+    want = exceedance_of(with_dampers(placed(alone, models), models, [LIMIT, LIMIT], 40))
     assert same.left == want
     assert same.as_designed is None
     assert max(same.stroke_high) <= 0.41
-    one = placed(alone)[0]
+    one = placed(alone, models)[0]
     (half,) = existing(
         models,
         [LIMIT, LIMIT],
@@ -184,13 +189,13 @@ def test_an_existing_damper_is_judged(two_modes):
 def test_what_is_identified_updates_the_risk(two_modes):
     models, alone = two_modes
     (offer,) = offers(
-        "; ".join(f"{p.mass} kg, {p.frequency} Hz, {p.damping_ratio}, {p.position}" for p in placed(alone))
+        "; ".join(f"{p.mass} kg, {p.frequency} Hz, {p.damping_ratio}, {p.position}" for p in placed(alone, models))
     )
     mode = identified(models[0].mode, Quantity(0.285), Quantity(0.006))
     assert mode.frequency.relative_sd == pytest.approx(0.005)
     assert mode.damping_ratio.relative_sd == pytest.approx(0.15)
     (built,) = existing([replace(models[0], mode=mode), models[1]], [LIMIT, LIMIT], [offer], 10)
-    assert built.as_designed == exceedance_of(with_dampers(placed(alone), models, [LIMIT, LIMIT], 40))
+    assert built.as_designed == exceedance_of(with_dampers(placed(alone, models), models, [LIMIT, LIMIT], 40))
     assert built.left.each[0] != built.as_designed.each[0]
     low = identified(models[0].mode, Quantity(0.285), Quantity(0.002))
     (worse,) = existing([replace(models[0], mode=low), models[1]], [LIMIT, LIMIT], [offer], 10)

@@ -28,7 +28,7 @@ def predict(arguments: Namespace) -> Outcome:
     results, rig = arguments.results, arguments.rig
     if not arguments.sc and not arguments.damping:
         raise InputError("command line", "--sc", "no design Scruton number", "--sc 30, or --damping 0.003")
-    tree, summary = _read(results, arguments.effect, "a fit of at least one test: still air says nothing of it")
+    tree, summary = read_fit(results, arguments.effect, "a fit of at least one test: still air says nothing of it")
     rigs = [entry["name"] for entry in summary["rigs"]]
     if rig is not None and rig not in rigs:
         raise InputError(results, "--rig", f"'{rig}'", f"one of: {', '.join(rigs)}")
@@ -40,7 +40,7 @@ def predict(arguments: Namespace) -> Outcome:
     return Outcome(text, code=DONE if summary["converged"] else NOT_TRUSTED, content=content)
 
 
-def _read(results: Path, effect: str | None, wanted: str) -> "tuple[xr.DataTree, dict[str, Any]]":
+def read_fit(results: Path, effect: str | None, wanted: str) -> "tuple[xr.DataTree, dict[str, Any]]":
     """Read a fit of tests in wind that carries the effect; "auto": any that was diagnosed, also one without a gap.
 
     What was found is put into the fit: nothing here can.
@@ -79,8 +79,8 @@ def size(arguments: Namespace) -> Outcome:
     rules = [limit(rule) for rule in arguments.limit]
     asked = [offer for stated in arguments.damper for offer in offers(stated)]
     check_writable(folder)
-    tree, summary = _read(results, arguments.effect, "a fit of at least one test")
-    bridge = _bridge(tree, arguments)
+    tree, summary = read_fit(results, arguments.effect, "a fit of at least one test")
+    bridge = bridge_of(tree, arguments)
     settings = {name: getattr(arguments, name) for name in ("law", "effect", "rig", "damping")}
     settings |= {"limits": arguments.limit, "dampers": arguments.damper, "identified": arguments.identified}
     inputs = provenance_of(results, summary) | dict(bridge.sha256)
@@ -98,7 +98,7 @@ def size(arguments: Namespace) -> Outcome:
     )
 
 
-def _bridge(tree: "xr.DataTree", arguments: Namespace) -> "Bridge":
+def bridge_of(tree: "xr.DataTree", arguments: Namespace) -> "Bridge":
     """Read the bridge of the command line, or take the section model itself where none is given."""
     from scruton.griffin.posterior import chosen_rig, motion_of
     from scruton.sizing.bridge import DAMPING, load_bridge, stand_in
@@ -114,4 +114,5 @@ def _bridge(tree: "xr.DataTree", arguments: Namespace) -> "Bridge":
     bridge = load_bridge(arguments.bridge, motion)
     if design is not None:
         bridge = replace(bridge, modes=tuple(replace(mode, damping_ratio=design) for mode in bridge.modes))
-    return as_built(bridge, arguments.identified)
+    its_own = [text for text in arguments.identified if text.partition(":")[0].strip() not in bridge.others]
+    return as_built(bridge, its_own)

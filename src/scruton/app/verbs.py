@@ -160,10 +160,14 @@ VERBS = (
         Argument("--law", type=float, metavar="N", help="exponent of the law (default: the model card's)"),
         EFFECT,
     )),
-    Verb("size", "damper sizing: required damping with its risk, dampers, what more testing is worth", "predict:size", (
+    Verb("size", "damper sizing: required damping with its risk, dampers, what more testing is worth", "both:size", (
         RESULTS,
         out("folder for the sizing (default: RESULTS/sizing, or sizing-2 and so on where one lies there)"),
         Argument("--bridge", type=Path, metavar="FILE", help="bridge.toml (default: the section model itself)"),
+        Argument(
+            "--other", type=Path, metavar="RESULTS",
+            help="fit of the other motion, torsion beside heaving: its modes of the bridge, too, and the union",
+        ),
         Argument(
             "--limit", action="append", default=[], metavar="RULE",
             help='"jtg", "kd", "rms-acceleration", "peak-acceleration: 0.5 m/s^2", "0.13 m", "0.05" (A/D); '

@@ -130,6 +130,8 @@ class Bridge:
         Factors of the amplitude between tunnel and site; None: none, as for the section model itself.
     sha256, documents : mapping
         Digest and text of bridge.toml and of every file that it names.
+    others : tuple of str
+        Modes of the other motion in the same file, which another fit sizes.
     """
 
     title: str
@@ -147,6 +149,7 @@ class Bridge:
     cost: Cost | None = None
     sha256: Mapping[str, str] = field(default_factory=dict)
     documents: Mapping[str, str] = field(default_factory=dict)
+    others: tuple[str, ...] = ()
 
 
 def load_bridge(path: Path, motion: Motion) -> Bridge:
@@ -157,7 +160,8 @@ def load_bridge(path: Path, motion: Motion) -> Bridge:
     path : Path
         The file, or the folder that holds a bridge.toml.
     motion : Motion
-        Of the section model, and so of the modes.
+        Of the section model, and so of the modes: where some state the one and some the other motion, only those of
+        this one are read, with the limits that speak of it.
 
     Raises
     ------
@@ -172,10 +176,20 @@ def load_bridge(path: Path, motion: Motion) -> Bridge:
     top = Table(path, "", parse_toml(data, path))
     top.check_keys(_TOP)
     top.check_format(FORMAT)
-    modes = tuple(_mode(table, motion, digests) for table in top.tables("modes"))
+    tables = top.tables("modes")
+    of = [table.choice("motion", list(Motion)) if "motion" in table else "" for table in tables]
+    both = motion.value in of and len(set(of) - {""}) > 1
+    if both and "" in of:
+        raise tables[of.index("")].error("motion", "nothing", "heaving or torsional: this bridge has modes of both")
+    modes = tuple(
+        _mode(table, motion, digests) for table, its in zip(tables, of, strict=True) if not both or its == motion.value
+    )
     if not modes:
         raise top.error("modes", "nothing", "at least one [[modes]]")
-    names = [mode.name for mode in modes]
+    others = tuple(
+        table.text("name", "a name") for table, its in zip(tables, of, strict=True) if both and its != motion
+    )
+    names = [*(mode.name for mode in modes), *others]
     if len(set(names)) < len(names):
         raise top.error("modes", f'the name "{max(names, key=names.count)}" twice', "a name of its own for each mode")
     values = {key: field.read(top, key) for key, field in _TOP.items()}
@@ -191,9 +205,15 @@ def load_bridge(path: Path, motion: Motion) -> Bridge:
         if mode.modal_mass is None:
             wanted = 'a mass and a length, or a modal_mass: damper.risk_of = "any" counts each damper in every mode'
             raise InputError(path, f"modes[{i}]", "no modal mass", wanted)
-    if "lever_arm" in damper and motion is Motion.HEAVING:
+    if "lever_arm" in damper and motion is Motion.HEAVING and not both:
         raise damper.error("lever_arm", "a lever arm against heaving", "none: it is that of dampers against torsion")
     values |= {"title": values["title"] or path.resolve().parent.name, "modes": modes, "wind": wind, "damper": request}
+    if both:
+        values["limits"] = tuple(rule for rule in values["limits"] if motion in rule.rule.functions)
+        values["others"] = others
+        if "coherence_amplitude" in top:
+            wanted = "none for a bridge with modes of both motions: it is A/D of the one and rad of the other"
+            raise top.refusal("coherence_amplitude", wanted)
     values["transfer"] = read_transfer(top)
     values["coherence_amplitude"] = amplitude_of_coherence(top, motion, values["depth"])
     values["cost"] = Cost(**top.table("cost").read(_COST)) if "cost" in top else None

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from scruton.campaign.quantity import Quantity
+from scruton.campaign.schema import Motion
 from scruton.sizing.bridge import Bridge
 
 STATED, DEFAULT = "stated", "default"
@@ -36,7 +37,7 @@ JUDGEMENT = "the program's default, set by judgement"
 # What is no number of the bridge, or is in its files as a table of numbers.
 _LEFT_OUT = (
     "motion", "curve", "sha256", "documents", "limits", "position", "value", "speed", "hours", "lock_in_shape",
-    "assumed", "name",
+    "assumed", "name", "others",
 )  # fmt: skip
 
 
@@ -72,8 +73,12 @@ def inputs_of(bridge: Bridge, limits: tuple[str, ...]) -> Inputs:
     """Collect them from a bridge as it was read."""
     document = next((text for name, text in bridge.documents.items() if name.endswith(".toml")), "")
     said = tomllib.loads(document) if document else {}
+    if bridge.others:  # those that are left to the other motion's fit
+        said["modes"] = [mode for mode in said["modes"] if mode["motion"] == bridge.motion.value]
     rows = []
     for name, value in _leaves(bridge, ""):
+        if bridge.motion is Motion.TORSIONAL:
+            name = re.sub(r"^(modes\[\d+\])\.mass\b", r"\1.inertia", name)
         stated = _is_stated(said, name)
         source = "" if stated else _source(name)
         rows.append(Input(name, value, STATED if stated else DEFAULT, source))

@@ -38,6 +38,28 @@ class AllModes:
     hours: LockInHours | None = None
 
 
+@dataclass(frozen=True)
+class BothMotions:
+    """Heaving and torsional modes of one bridge together.
+
+    Attributes
+    ----------
+    names, motions : tuple of str
+        Of all modes.
+    edge : tuple of Spread
+        Amplitude at the edge of the deck [m] without added damping: of torsion half the width times the rotation.
+    without, with_required_damping, with_dampers : Exceedance or None
+        As of `AllModes`.
+    """
+
+    names: tuple[str, ...]
+    motions: tuple[str, ...]
+    edge: tuple[Spread, ...]
+    without: Exceedance
+    with_required_damping: Exceedance | None = None
+    with_dampers: Exceedance | None = None
+
+
 def exceedance(draws: Sequence[Draws], limits: Sequence[float], added: Sequence[FloatArray | float]) -> Exceedance:
     """Probabilities with added damping by mode: a number, or one for every draw."""
     exceeds = np.array(
@@ -68,11 +90,18 @@ def all_modes(
     without = exceedance(draws, limits, [0.0] * len(models))
     needs = [need for risk in risks if (need := risk.required["0.95"]) is not None]
     required = exceedance(draws, limits, needs) if len(needs) == len(models) else None
-    damped = added_by_dampers = None
-    if all(model.mode.modal_mass is not None for model in models):
-        every = with_dampers(dampers, models, limits, seed)
-        damped, found = exceedance_of(every), [mode.draws.at_limit(mode.dampers)[1] for mode in every]
-        added_by_dampers = tuple(spread(np.zeros(1) if one is None else one.added_damping) for one in found)
+    damped, added_by_dampers = damped_modes(models, limits, dampers, seed)
     hours = lock_in_hours(models, draws, limits, shapes, seed)
     names = tuple(model.mode.name for model in models)
     return AllModes(names, without, required, damped, added_by_dampers, hours)
+
+
+def damped_modes(
+    models: Sequence[ModeModel], limits: Sequence[float], dampers: Sequence[Placed], seed: int
+) -> tuple[Exceedance | None, tuple[Spread, ...] | None]:
+    """What all dampers leave, and the damping ratio that they add by mode; None where a modal mass is not stated."""
+    if any(model.mode.modal_mass is None for model in models):
+        return None, None
+    every = with_dampers(dampers, models, limits, seed)
+    found = [mode.draws.at_limit(mode.dampers)[1] for mode in every]
+    return exceedance_of(every), tuple(spread(np.zeros(1) if one is None else one.added_damping) for one in found)

@@ -15,7 +15,7 @@ from scruton.sizing.dampers import Damper
 from scruton.sizing.existing import Existing
 from scruton.sizing.inputs import Inputs
 from scruton.sizing.model import Spread
-from scruton.sizing.modes import AllModes
+from scruton.sizing.modes import AllModes, BothMotions
 from scruton.sizing.money import Costs
 from scruton.sizing.risk import Risk, Share
 
@@ -142,6 +142,8 @@ class Sizing:
         Dampers that were asked about.
     inputs : Inputs
         Every number that it rests on, stated or default, and the files of the bridge.
+    both : BothMotions or None
+        Heaving and torsion together, where the bridge has modes of both and both were sized.
     """
 
     format: int
@@ -154,6 +156,7 @@ class Sizing:
     provenance: Mapping[str, Any] | None = None
     existing: tuple[Existing, ...] | None = None
     inputs: Inputs = field(default_factory=Inputs)
+    both: BothMotions | None = None
 
     def to_json(self) -> dict[str, Any]:
         """The content of sizing.json; numbers that do not exist are None."""

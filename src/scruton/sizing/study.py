@@ -23,7 +23,7 @@ from scruton.provenance import provenance
 from scruton.sizing.bridge import Bridge
 from scruton.sizing.checks import ASKED, Evidence
 from scruton.sizing.damper_request import RiskOf
-from scruton.sizing.dampers import damper, withheld
+from scruton.sizing.dampers import damper, struck_flag, withheld
 from scruton.sizing.existing import Offer, existing, hung
 from scruton.sizing.governing import governing, outside
 from scruton.sizing.hours import lock_in_shape
@@ -88,14 +88,27 @@ def sized(
     **options
         As of `size`.
     """
-    tree, summary = fit
-    content = size(tree, bridge, limits, **options).to_json()
+    return described(folder, fit[1], bridge, size(fit[0], bridge, limits, **options), asked, **options)
+
+
+def described(
+    folder: Path,
+    summary: Mapping[str, Any],
+    bridge: Bridge,
+    sizing: Sizing,
+    asked: Mapping[str, Any] | None = None,
+    *,
+    seed: int = 0,
+    **_options: Any,
+) -> dict[str, Any]:
+    """The content of sizing.json with what it was made from, of the fit in a folder; arguments as of `sized`."""
+    content = sizing.to_json()
     if not bridge.documents:
         content["flags"].append("no bridge was given: the answer is for the section model itself, at its own size")
     if not summary["converged"]:
         content["flags"].insert(0, "the fit did not converge: " + "; ".join(summary["flags"]))
     settings = {**ASKED_FOR, **(asked or {})}
-    origin = sizing_origin(folder, summary, bridge, seed=int(options.get("seed", 0)), settings=settings)
+    origin = sizing_origin(folder, summary, bridge, seed=seed, settings=settings)
     return content | {"provenance": origin | {key: settings[key] for key in ("law", "effect")}}
 
 
@@ -146,11 +159,9 @@ def size(
     if bridge.motion is not motion_of(tree):
         raise InputError("bridge", "motion", bridge.motion.value, f"{motion_of(tree).value}, that of the section model")
     said = prior_speaks(tree)
-    if one_rig(tree):  # it says nothing of how far rigs miss the curve, and the decision must hold where they miss it
-        tree = with_discrepancy(tree, ONE_RIG)
-    laws = law_curves(tree, law_n=law_n)
-    factor = rig_mass_damping_draws(tree, chosen_rig(tree, rig))
-    models = [ModeModel(laws, factor, bridge, mode) for mode in bridge.modes]
+    tree = built_on(tree)
+    models = mode_models(tree, bridge, rig=rig, law_n=law_n)
+    laws = models[0].laws
     for model in models:
         if nodes := [x for x in model.damper_positions if not abs(model.mode.shape.at(x)) > AT_NODE]:
             raise InputError(
@@ -173,7 +184,7 @@ def size(
         modes = [replace(mode, damper=one) for mode, one in zip(modes, together_sized, strict=True)]
     remarks = [flag for mode in modes for flag in mode.flags]
     remarks[:0] = [*doubts, *odd_input(bridge)]
-    remarks += [*what_if(tree, law_n), *said]
+    remarks += [*what_if(tree, law_n), *said, *unsized(bridge)]
     remarks += transfer_remarks(bridge.transfer, bridge.width, bridge.depth, bridge.motion)
     if law_n is not None and "effect" in tree:
         remarks.append(f"the fit carries {tree['effect'].attrs['effect']}; under one law alone it is left out")
@@ -187,7 +198,7 @@ def size(
     together = all_modes(
         models,
         [mode.governing_limit for mode in modes],
-        placed([mode.damper for mode in modes]),
+        placed([mode.damper for mode in modes], models),
         []
         if bridge.wind is None
         else [
@@ -210,6 +221,27 @@ def size(
         existing=existing(models, limits_met, offers, seed) or None,
         inputs=inputs_of(bridge, tuple(rule.text for rule in rules)),
     )  # fmt: skip
+
+
+def built_on(tree: "xr.DataTree") -> "xr.DataTree":
+    """The fit that a decision is built on: from one rig, which says nothing of how far rigs miss, with `ONE_RIG`."""
+    return with_discrepancy(tree, ONE_RIG) if one_rig(tree) else tree
+
+
+def mode_models(
+    tree: "xr.DataTree", bridge: Bridge, *, rig: str | None = None, law_n: float | None = None
+) -> list[ModeModel]:
+    """Every mode of a bridge in the light of a fit, as of `built_on`; arguments as of `size`."""
+    laws = law_curves(tree, law_n=law_n)
+    factor = rig_mass_damping_draws(tree, chosen_rig(tree, rig))
+    return [ModeModel(laws, factor, bridge, mode) for mode in bridge.modes]
+
+
+def unsized(bridge: Bridge) -> list[str]:
+    """What has to be said of modes of the other motion."""
+    if not bridge.others:
+        return []
+    return [f"modes of the other motion are not among these: {', '.join(bridge.others)}; their fit is --other RESULTS"]
 
 
 def untrusted(tree: "xr.DataTree") -> list[str]:
@@ -244,6 +276,7 @@ def _mode(
         said.append(f"mode {mode.name}: {flag}")
     tell(f"mode {mode.name}: tuned mass damper", 0.4)
     dampers = withheld(model, doubts[0]) if doubts else damper(model, deciding.limit, seed)
+    said += struck_flag(mode.name, dampers)
     moves = min(abs(mode.shape.at(position)) for position in model.damper_positions)
     if dampers.dampers and moves < NEAR_NODE:
         said.append(

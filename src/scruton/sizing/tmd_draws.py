@@ -27,6 +27,8 @@ class Outcome:
         Median and 95 % quantile of the largest relative stroke among the dampers [m].
     added_damping, added_damping_low : float
         Median and 5 % quantile of the damping ratio that they add in the limit cycle.
+    struck : float
+        Probability that a damper strikes its end stops.
     """
 
     probability: float
@@ -34,6 +36,7 @@ class Outcome:
     stroke_high: float
     added_damping: float
     added_damping_low: float
+    struck: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,6 +161,7 @@ class DamperDraws:
             float(np.quantile(stroke, STROKE_QUANTILE)),
             float(np.median(found.added_damping)),
             float(np.quantile(found.added_damping, 0.05)),
+            float(np.mean(stroke > self.reality.flaws.stop)),
         )
 
     def _respond(self, dampers: tuple[TunedMass, ...], detuning: float | None, size: FloatArray | float) -> Response:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scruton.arrays import BoolArray
+from scruton.campaign.schema import Motion
 from scruton.progress import Progress
 from scruton.sizing.damper_request import DamperRequest, Delivered, RiskOf, delivered
 from scruton.sizing.dampers import Damper, damper, reality, shapes
@@ -41,6 +42,19 @@ class Placed:
     damping_ratio: float
     position: float | None = None
 
+    def in_motion(self, _motion: Motion) -> "Placed":
+        """The damper as modes of a motion meet it."""
+        return self
+
+
+@dataclass(frozen=True)
+class OnAxis(Placed):
+    """A damper on the axis of the deck, against heaving: torsion does not move it."""
+
+    def in_motion(self, motion: Motion) -> Placed:
+        """The damper as modes of a motion meet it; without mass for torsion."""
+        return self if motion is Motion.HEAVING else replace(self, mass=0.0)
+
 
 @dataclass(frozen=True)
 class Exceedance:
@@ -64,17 +78,22 @@ class ModeDraws:
 
 
 def joint_draws(models: Sequence[ModeModel], seed: int, points: int = POINTS) -> list[Draws]:
-    """Draws of every mode: one section, law, coherence and site for all, the rest each mode's own."""
-    shared = (SECTION, LAW, COHERENCE, COHERENCE_AMPLITUDE, *TRANSFER)
-    separate = [source for source in SOURCES if source not in shared]
+    """Draws of every mode: one coherence and site for all, one section and law for a motion, the rest its own."""
+    of_fit, of_bridge = (SECTION, LAW), (COHERENCE, COHERENCE_AMPLITUDE, *TRANSFER)
+    of_mode = [source for source in SOURCES if source not in (*of_fit, *of_bridge)]
+    fits = list(dict.fromkeys(model.bridge.motion for model in models))  # each motion has a fit of its own
     # One cube with a coordinate for each source of each mode: cubes of their own would tie the modes together.
-    cube = unit_cube(points, seed + 10, len(shared) + len(separate) * len(models))
+    common, own = len(of_fit) + len(of_bridge), len(of_mode) * len(models)
+    cube = unit_cube(points, seed + 10, common + own + len(of_fit) * (len(fits) - 1))
     draws = []
     for k, model in enumerate(models):
         u = np.empty((points, len(SOURCES)))
-        u[:, shared] = cube[:, : len(shared)]
-        first = len(shared) + k * len(separate)
-        u[:, separate] = cube[:, first : first + len(separate)]
+        u[:, (*of_fit, *of_bridge)] = cube[:, :common]
+        first = common + k * len(of_mode)
+        u[:, of_mode] = cube[:, first : first + len(of_mode)]
+        if further := fits.index(model.bridge.motion):
+            first = common + own + len(of_fit) * (further - 1)
+            u[:, of_fit] = cube[:, first : first + len(of_fit)]
         draws.append(model.draws(u))
     return draws
 
@@ -85,7 +104,7 @@ def with_dampers(
     """Every mode with all dampers of the bridge; modal masses must be stated, and each damper is one in all modes."""
     made = delivered(models[0].bridge.damper, len(dampers), POINTS, seed + 10)
     return tuple(
-        _in_mode(dampers, model, drawn, limit, made, seed + k)
+        _in_mode([each.in_motion(model.bridge.motion) for each in dampers], model, drawn, limit, made, seed + k)
         for k, (model, drawn, limit) in enumerate(zip(models, joint_draws(models, seed), limits, strict=True))
     )
 
@@ -96,11 +115,13 @@ def exceedance_of(modes: Sequence[ModeDraws]) -> Exceedance:
     return Exceedance(tuple(float(row.mean()) for row in exceeds), float(exceeds.any(axis=0).mean()))
 
 
-def placed(dampers: Sequence[Damper]) -> list[Placed]:
+def placed(dampers: Sequence[Damper], models: Sequence[ModeModel]) -> list[Placed]:
     """The dampers that were found for the modes, with their places."""
     return [
-        Placed(each.mass or 0.0, each.frequency, each.damping_ratio, position)
-        for found in dampers
+        (OnAxis if model.bridge.motion is Motion.HEAVING else Placed)(
+            each.mass or 0.0, each.frequency, each.damping_ratio, position
+        )
+        for found, model in zip(dampers, models, strict=True)
         for each, position in zip(found.dampers, found.positions or (), strict=bool(found.dampers))
     ]
 
@@ -116,7 +137,7 @@ def sized_for_any(
     most = asked - RISK_MARGIN * float(np.sqrt(asked * (1.0 - asked) / POINTS))
     aim, best = asked, None
     for k in range(_ROUNDS):
-        left = exceedance_of(with_dampers(placed(found), models, limits, seed + 20)).any
+        left = exceedance_of(with_dampers(placed(found, models), models, limits, seed + 20)).any
         if left <= most:
             best = found
         if not all(one.achievable for one in found) or _NEAR * most <= left <= most:

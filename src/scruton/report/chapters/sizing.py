@@ -337,6 +337,20 @@ def sizing_summary(content: Content) -> Iterator[Block]:
     yield Callout(CAUTION, "", content["flags"])
 
 
+def both_summary(content: Content) -> Iterator[Block]:
+    """Heaving and torsion together, for the terminal."""
+    both = content["both"]
+    edge = "; ".join(
+        f"{name} ({motion}) {TERMINAL.number(at['median'], 3)} ({TERMINAL.range((at['low'], at['high']), 3)})"
+        for name, motion, at in zip(both["names"], both["motions"], both["edge"], strict=True)
+    )
+    yield Table(
+        "both", "Heaving and torsion together: probability of exceeding the limit in lock-in",
+        ("", *both["names"], "any"), _exceedances({"all_modes": both}, "{:.3f}".format),
+        f"Amplitude at the edge of the deck without added damping [m] (90 %): {edge}",
+    )  # fmt: skip
+
+
 def _damper_summary(mode: Content) -> Block:
     damper, name = mode["damper"], f"Tuned mass damper, mode {mode['name']}"
     if not damper["dampers"]:

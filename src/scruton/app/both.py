@@ -1,0 +1,64 @@
+"""`scruton size`: of one fit, or with --other heaving and torsion of one bridge."""
+
+from argparse import Namespace
+from pathlib import Path
+from typing import Any
+
+from scruton.app import predict
+from scruton.app.options import check_writable
+from scruton.app.run import Outcome, Run
+from scruton.errors import InputError
+from scruton.report.render_text import render_text
+from scruton.terminal import DONE, NOT_TRUSTED
+
+
+def size(arguments: Namespace) -> Outcome:
+    """Size the damping of one fit, or with --other of both: that one's sizing.json in a folder of its motion's name.
+
+    InputError as of `scruton.app.predict.size`.
+    """
+    if arguments.other is None:
+        return predict.size(arguments)
+    from scruton.infer.store import provenance_of
+    from scruton.report.chapters.sizing import both_summary, sizing_summary
+    from scruton.report.figures import figures_from, save
+    from scruton.sizing.both import size_both
+    from scruton.sizing.limits import limit
+    from scruton.sizing.results import RESULT
+    from scruton.sizing.study import described
+
+    if arguments.bridge is None:
+        raise InputError("command line", "--other", "no bridge", "--bridge FILE: its modes of both motions")
+    if arguments.damper:
+        raise InputError("command line", "--damper", "--other beside it", "one of them: offers are judged with one fit")
+    folder, folders = arguments.out or arguments.results / "sizing", (arguments.results, arguments.other)
+    rules = [limit(rule) for rule in arguments.limit]
+    check_writable(folder)
+    fits = [predict.read_fit(results, arguments.effect, "a fit of at least one test") for results in folders]
+    bridges = [predict.bridge_of(tree, arguments) for tree, _ in fits]
+    settings = {name: getattr(arguments, name) for name in ("law", "effect", "rig", "damping")}
+    settings |= {"limits": arguments.limit, "dampers": [], "identified": arguments.identified}
+    inputs = dict(bridges[0].sha256)
+    for bridge, results, (_, summary) in zip(bridges, folders, fits, strict=True):
+        made = provenance_of(results, summary)
+        inputs |= {f"{bridge.motion.value}: {name}": digest for name, digest in made.items()}
+    with Run(folder, "size", arguments, sha256=inputs, settings=settings, results=(RESULT,)) as work:
+        sizings = size_both(
+            [(tree, bridge) for (tree, _), bridge in zip(fits, bridges, strict=True)], rules,
+            rig=arguments.rig, law_n=arguments.law, seed=arguments.seed, progress=work.bar,
+        )  # fmt: skip
+        contents: list[dict[str, Any]] = []
+        written: list[Path] = []
+        for results, (_, summary), bridge, sizing in zip(folders, fits, bridges, sizings, strict=True):
+            place = work.new / bridge.motion.value if contents else work.new
+            place.mkdir(exist_ok=True)
+            content = described(results, summary, bridge, sizing, settings, seed=arguments.seed)
+            drawn = figures_from("sizing", content)
+            figures = [path for figure in drawn for path in save(figure, place, formats=("svg", "png"))]
+            work.write(str((place / RESULT).relative_to(work.new)), content)
+            contents.append(content)
+            written += [place / RESULT, *figures]
+        paths = work.published(written)
+    summaries = [render_text(sizing_summary(content)) for content in contents]
+    text = "\n\n".join([*summaries, render_text(both_summary(contents[0]))])
+    return Outcome(text, paths, code=DONE if all(summary["converged"] for _, summary in fits) else NOT_TRUSTED)

@@ -1,0 +1,139 @@
+"""True bridges and campaigns, emulated: a law of the amplitude, its integration in time, and what a fit would say.
+
+Nothing of it is the model's.  The truth is an excitation written out here, strip by strip along the span and integrated
+in time; a fit is emulated from what its records would show of each rig (stable amplitude to 1 %, relaxation to 4 %, the
+exponent to 0.35), by the weights of draws from the priors of the default card.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scruton.campaign.quantity import Quantity
+from scruton.campaign.schema import Motion
+from scruton.griffin.coverage import Coverage
+from scruton.griffin.curves import LawCurves
+from scruton.sizing.bridge import Bridge, Mode
+from scruton.sizing.checks import required_of
+from scruton.sizing.mode_shape import sine
+from scruton.sizing.model import ModeModel
+from scruton.sizing.thresholds import ONE_RIG
+
+REFERENCE, RELAXATION, AMPLITUDE = 20.0, 60.0, 0.05  # of the true curve: Sc, Sc_lambda and A/D there
+DEPTH, FACTOR = 3.0, 6000.0  # of the bridge [m], and its Scruton number per unit of damping ratio
+DAMPING, DAMPING_COV = 0.003, 0.45
+RIGS = {1: (40.0,), 3: (10.0, 20.0, 40.0)}  # Scruton numbers tested
+EXPONENTS, PRIOR_WEIGHTS = (-1.0, 0.0, 1.0, 2.0), (0.7, 0.1, 0.1, 0.1)
+SEEN_AMPLITUDE, SEEN_RELAXATION, SEEN_EXPONENT, KAPPA = 0.01, 0.04, 0.35, 0.10
+CANDIDATES, DRAWS = 4000, 1024
+
+
+def excitation(amplitude, n):
+    """Scruton number that holds a section at an amplitude A/D under the true law."""
+    ratio = amplitude / AMPLITUDE
+    return REFERENCE - RELAXATION * (np.log(ratio) if n == 0.0 else (ratio**n - 1.0) / n)
+
+
+def on_curve(sc, n):
+    """Amplitude A/D at a Scruton number on the true curve."""
+    x = (sc - REFERENCE) / RELAXATION
+    return AMPLITUDE * (np.exp(-x) if n == 0.0 else max(1.0 - n * x, 0.0) ** (1.0 / n))
+
+
+_AT, _OF = np.polynomial.legendre.leggauss(24)
+_PHI = np.sin(0.25 * np.pi * (_AT + 1.0))  # half a sine, from a node to where it is largest
+_SHARE = _OF * _PHI**2 / np.sum(_OF * _PHI**2)
+
+
+def held_at(amplitude, n, miss):
+    """Scruton number that holds the mode at amplitudes (N,) [A/D] of bridges that miss the curve by exp(miss)."""
+    return excitation(amplitude[:, None] * _PHI / np.exp(miss)[:, None], n) @ _SHARE
+
+
+def grown(sc, n, miss):
+    """Amplitude (N,) [A/D] that each bridge's vibration comes to, in time: Runge and Kutta's steps of ln A."""
+
+    def rate(log):
+        return np.clip((held_at(np.exp(log), n, miss) - sc) / RELAXATION, -2.0, 2.0)
+
+    log, step = np.full(sc.size, np.log(0.3 * AMPLITUDE)), 0.05
+    for _ in range(1500):
+        first = rate(log)
+        second = rate(log + 0.5 * step * first)
+        third = rate(log + 0.5 * step * second)
+        log = log + step / 6.0 * (first + 2.0 * second + 2.0 * third + rate(log + step * third))
+        log = np.maximum(log, np.log(1e-9))
+    return np.exp(log)
+
+
+def fitted(rng, tested, n, tau):
+    """What a fit of rigs at these Scruton numbers would say of the shared curve."""
+    tested = np.array(tested)
+    stable = np.array([on_curve(sc, n) for sc in tested]) * np.exp(tau * rng.standard_normal(tested.size))
+    strength = (RELAXATION + n * REFERENCE) * np.exp(KAPPA * rng.standard_normal(tested.size))
+    relaxation = (strength - n * tested) * np.exp(SEEN_RELAXATION * rng.standard_normal(tested.size))
+    seen = np.log(stable) + SEEN_AMPLITUDE * rng.standard_normal(tested.size)
+    exponent = n + SEEN_EXPONENT * rng.standard_normal()
+    columns, evidence = [], []
+    reference = float(np.exp(np.log(tested).mean()))
+    for law, weight in zip(EXPONENTS, PRIOR_WEIGHTS, strict=True):
+        at_zero = relaxation + law * tested
+        if (at_zero <= 0.0).any():
+            at_zero = np.maximum(at_zero, 1e-3)
+        taus, kappas = (median * np.exp(0.8 * rng.standard_normal(CANDIDATES)) for median in (0.07, 0.15))
+        if tested.size == 1:
+            taus = np.full(CANDIDATES, ONE_RIG)  # as the sizing takes it
+        log_weight, strengths = _about_mean(rng, np.log(at_zero)[None], np.hypot(kappas, SEEN_RELAXATION))
+        slope = np.exp(strengths) - law * reference
+        x = (tested[None] - reference) / slope[:, None]
+        usable = (slope > 0.0) & (law * x < 1.0).all(axis=1)
+        with np.errstate(all="ignore"):
+            log_ratio = -x if law == 0.0 else np.log1p(-law * x) / law
+        off = np.where(usable[:, None], seen - log_ratio, 0.0)
+        more, amplitude = _about_mean(rng, off, np.hypot(taus, SEEN_AMPLITUDE))
+        weights = np.where(usable, np.exp(log_weight + more), 0.0)
+        evidence.append(weight * weights.mean() * np.exp(-0.5 * ((law - exponent) / SEEN_EXPONENT) ** 2))
+        chosen = rng.choice(CANDIDATES, DRAWS, p=weights / weights.sum()) if weights.any() else np.arange(DRAWS)
+        columns.append((np.exp(amplitude[chosen]), np.maximum(slope[chosen], 1e-3), taus[chosen]))
+    amplitude, slope, taus = (np.array(rows) for rows in zip(*columns, strict=True))
+    rows = np.array(EXPONENTS)[:, None] * np.ones(DRAWS)
+    order = np.argsort(tested)
+    covered = Coverage(tested[order], 0.2 * stable[order], 1.6 * stable[order])
+    weights = np.array(evidence) / np.sum(evidence)
+    return LawCurves(
+        reference, amplitude, slope, rows, taus, weights, tuple(f"n={law:g}" for law in EXPONENTS), coverage=covered
+    )
+
+
+def _about_mean(rng, values, sd):
+    """Log likelihood (N,) of values (N or 1, J) about a mean that nothing is known of, and draws of that mean."""
+    count, mean = values.shape[1], values.mean(axis=1)
+    left = ((values - mean[:, None]) ** 2).sum(axis=1)
+    return -0.5 * left / sd**2 - (count - 1) * np.log(sd), mean + sd / np.sqrt(count) * rng.standard_normal(sd.size)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """Many decisions of one kind: whether the bridge as built exceeds its limit, what was required, what is needed."""
+
+    violated: np.ndarray
+    required: np.ndarray
+    needed: np.ndarray
+
+
+def decided(rigs, n, tau, *, bridges, seed, cube):
+    """Size so many bridges of their own from campaigns of their own, build what is required, and let the wind blow."""
+    rng = np.random.default_rng([seed, rigs, round(10 * n) + 100, round(1000 * tau)])
+    log = np.sqrt(np.log1p(DAMPING_COV**2))
+    own = DAMPING * np.exp(log * rng.standard_normal(bridges) - 0.5 * log**2)
+    miss = tau * rng.standard_normal(bridges)
+    limits = AMPLITUDE * rng.uniform(0.45, 0.7, bridges)
+    mode = Mode("V1", Quantity(0.3), shape=sine(), damping_ratio=Quantity(DAMPING, DAMPING_COV * DAMPING))
+    bridge = Bridge("bridge", Motion.HEAVING, 12.0, DEPTH, 1.225, Quantity(1.0), (), (mode,))
+    required = np.empty(bridges)
+    for k, limit in enumerate(limits):
+        model = ModeModel(fitted(rng, RIGS[rigs], n, tau), np.full(1, FACTOR), bridge, mode)
+        asked = required_of(model.draws(cube).needed(limit * DEPTH))["0.95"]
+        required[k] = 0.05 if asked is None else asked
+    needed = np.maximum(held_at(limits, n, miss) / FACTOR - own, 0.0)
+    return Cell(grown((own + required) * FACTOR, n, miss) > 1.002 * limits, required, needed)
