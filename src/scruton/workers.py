@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing import resource_tracker
 from operator import itemgetter
 from pathlib import Path
@@ -79,8 +80,10 @@ class Workers:
             for index, task in enumerate(tasks):
                 yield index, Outcome(work(task))
         elif tasks:
+            from scruton import __version__
+
             with connected(self.scheduler, jobs, tls=self.tls, quiet=True) as client:
-                yield from finished(client, work, tasks)
+                yield from finished(client, partial(_alike, __version__, work), tasks)
 
     def values(self, work: Callable[[Any], Any], tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:
         """Do every task, as `outcomes`; index and value come as soon as there is one.
@@ -101,6 +104,15 @@ class Workers:
 
 
 HERE = Workers()  # in this process
+
+
+def _alike(version: str, work: Callable[[Any], Any], task: Any) -> Any:
+    """Do a task, if this is the version that asks: results do not depend on who computes them."""
+    from scruton import __version__
+
+    if version != __version__:
+        raise InputError("worker", "version of scruton", __version__, f"{version}, which asks for the results")
+    return work(task)
 
 
 def cores() -> int:
