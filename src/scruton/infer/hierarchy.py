@@ -123,9 +123,14 @@ class CampaignPosterior(Posterior):
         return tuple(layouts)
 
     @cached_property
+    def apart(self) -> tuple[IntArray, ...]:
+        """The coordinates of each test, which meet those of the others in the shared curve alone."""
+        return tuple(np.arange(layout.start, layout.stop) for layout in self.own_coordinates)
+
+    @cached_property
     def blocks(self) -> tuple[IntArray, ...]:
         """Each test's own parameters; and, as often since it costs little, what no record is read for."""
-        own = [np.arange(layout.start, layout.stop) for layout in self.own_coordinates]
+        own = self.apart
         shared = np.arange(self.own_coordinates[0].start)
         free = [layout[name] for layout in self.own_coordinates for name in layout if name in _BEYOND_RECORDS]
         return (*own, *[np.r_[shared, np.array(free, dtype=int)]] * len(own))
