@@ -69,6 +69,14 @@ class Workers:
     scheduler: str | None = None
     tls: TlsFiles = NO_TLS
 
+    def reached(self) -> "Workers":
+        """These workers; InputError, before any work is done, for a scheduler that cannot be reached or used."""
+        _security(self.scheduler, self.tls)
+        if self.scheduler is not None:
+            with connected(self.scheduler, self.jobs, tls=self.tls):
+                pass
+        return self
+
     def outcomes(self, work: Callable[[Any], Any], tasks: Sequence[Any]) -> Iterator[tuple[int, Outcome]]:
         """Do every task by a function that the workers can import; index and outcome come as soon as it is done.
 
@@ -76,7 +84,6 @@ class Workers:
         """
         jobs = min(self.jobs, len(tasks))
         if self.scheduler is None and jobs < 2:
-            _security(self.scheduler, self.tls)
             for index, task in enumerate(tasks):
                 yield index, Outcome(work(task))
         elif tasks:

@@ -123,14 +123,9 @@ class CampaignPosterior(Posterior):
         return tuple(layouts)
 
     @cached_property
-    def apart(self) -> tuple[IntArray, ...]:
-        """The coordinates of each test, which meet those of the others in the shared curve alone."""
-        return tuple(np.arange(layout.start, layout.stop) for layout in self.own_coordinates)
-
-    @cached_property
     def blocks(self) -> tuple[IntArray, ...]:
         """Each test's own parameters; and, as often since it costs little, what no record is read for."""
-        own = self.apart
+        own = [np.arange(layout.start, layout.stop) for layout in self.own_coordinates]
         shared = np.arange(self.own_coordinates[0].start)
         free = [layout[name] for layout in self.own_coordinates for name in layout if name in _BEYOND_RECORDS]
         return (*own, *[np.r_[shared, np.array(free, dtype=int)]] * len(own))
@@ -138,6 +133,11 @@ class CampaignPosterior(Posterior):
     def _each(self, u: FloatArray) -> Iterator[tuple[PeakTest, Values]]:
         """Every test with its coordinates by name."""
         return ((test, layout.of(u)) for test, layout in zip(self.tests, self.own_coordinates, strict=True))
+
+    @cached_property
+    def apart(self) -> tuple[IntArray, ...]:
+        """The coordinates of each test, which meet those of the others in the shared curve alone."""
+        return tuple(np.arange(layout.start, layout.stop) for layout in self.own_coordinates)
 
     def without(self, record: str) -> "CampaignPosterior":
         """The same model of all records but one."""

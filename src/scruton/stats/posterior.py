@@ -100,11 +100,6 @@ class Posterior(ABC):
         """Coordinates that are sampled together, given the others; none where all are at once."""
         return ()
 
-    @property
-    def apart(self) -> tuple[IntArray, ...]:
-        """Sets of coordinates that, given those in none of the sets, are independent of each other; none by default."""
-        return ()
-
     def forget(self) -> None:
         """Drop what is remembered of earlier calls, so that what follows is the same whatever came before."""
         self.__dict__.pop("_remembered", None)
@@ -116,6 +111,11 @@ class Posterior(ABC):
     def prior(self, name: str) -> Prior:
         """Prior of a parameter by its name."""
         return self.priors[self.names.index(name)]
+
+    @property
+    def apart(self) -> tuple[IntArray, ...]:
+        """Sets of coordinates that, given those in none of the sets, are independent of each other; none by default."""
+        return ()
 
     @abstractmethod
     def log_likelihood(self, u: FloatArray) -> FloatArray:
