@@ -1,7 +1,8 @@
 """What large input costs: one record of 20 million samples, 40 rigs with 100 records, 300 small campaigns.
 
 `python -m benchmarks.large [record] [rigs] [batch]` runs the commands as a user would, each at a part of its size and
-at the whole, and prints wall time, processor time, peak memory and the exponent of growth.
+at the whole, and prints wall time, processor time, peak memory and the exponent of growth of the processor time.
+`growth`, run where it is named, doubles one size at a time from a small campaign: records, cycles, rigs, speeds.
 """
 
 import os
@@ -30,12 +31,13 @@ name = "rig {i}"
 mass = "7.292 kg/m"
 frequency = "7.87 Hz"
 damping_ratio = {{ mean = {xi:.6f}, sd = {sd:.6f} }}
-{still}
+{still}{tests}"""
+TEST = """
 [[tests]]
-name = "test {i}"
+name = "test {i} at {wind_speed:.3f} m/s"
 rig = "rig {i}"
 air_density = "1.22 kg/m^3"
-wind_speed = "5.036 m/s"
+wind_speed = "{wind_speed:.3f} m/s"
 {wind}"""
 RECORD = '[[{owner}.records]]\nfile = "{file}"\nkind = "{kind}"\n'
 OMEGA, PEAK, RATE_AT_ZERO = 2 * np.pi * 7.87, 0.0292, 0.65  # of the shipped example at Sc 21.7
@@ -81,8 +83,13 @@ def write(path: Path, time_: np.ndarray, y: np.ndarray) -> None:
     frame.to_csv(path, index=False, float_format="%.10g")
 
 
-def campaign(folder: Path, rigs: int, records: int, seed: int, *, samples: int = 900, seconds: float = 9.0) -> Path:
-    """Rigs of different damping on one curve; records go round the tests: growth, decay, growth, ..."""
+def campaign(
+    folder: Path, rigs: int, records: int, seed: int, *, samples: int = 900, seconds: float = 9.0, speeds: int = 1
+) -> Path:  # fmt: skip
+    """Rigs of different damping on one curve; records go round the tests: growth, decay, growth, ...
+
+    Each rig has its records at every one of the wind speeds, at the last of which it moves most.
+    """
     folder.mkdir(parents=True)
     rng = np.random.default_rng(seed)
     text = HEAD
@@ -91,14 +98,17 @@ def campaign(folder: Path, rigs: int, records: int, seed: int, *, samples: int =
         xi = 0.0065 * (0.6 + 0.8 * i / max(rigs - 1, 1))
         rate = OMEGA * xi * 2.0
         end = PEAK * 0.0065 / xi
-        wind = ""
-        for k in range(count):
-            kind = ("growth", "decay")[k % 2]
-            start = end * (0.1 if kind == "growth" else 2.5)
-            file = f"r{i}_{k}.csv"
-            write(folder / file, *transient(rng, start, end, rate, seconds, samples))
-            wind += RECORD.format(owner="tests", file=file, kind=kind)
-        text += RIG.format(i=i, xi=xi, sd=0.05 * xi, still="", wind=wind)
+        tests = ""
+        for s in range(speeds):
+            level, wind = end * (s + 1) / speeds, ""
+            for k in range(count):
+                kind = ("growth", "decay")[k % 2]
+                start = level * (0.1 if kind == "growth" else 2.5)
+                file = f"r{i}_{s}_{k}.csv"
+                write(folder / file, *transient(rng, start, level, rate, seconds, samples))
+                wind += RECORD.format(owner="tests", file=file, kind=kind)
+            tests += TEST.format(i=i, wind_speed=5.036 - 0.1 * (speeds - 1 - s), wind=wind)
+        text += RIG.format(i=i, xi=xi, sd=0.05 * xi, still="", tests=tests)
     (folder / "campaign.toml").write_text(text, encoding="utf-8")
     return folder
 
@@ -135,14 +145,43 @@ def batch(room: Path) -> dict[str, dict[int, Cost]]:
     return {"batch": found}
 
 
-CASES: dict[str, Callable[[Path], dict[str, dict[int, Cost]]]] = {"record": record, "rigs": rigs, "batch": batch}
+def growth(room: Path) -> dict[str, dict[int, Cost]]:
+    """`fit` of a campaign with one size doubled at a time, from one rig with two records of 71 cycles."""
+    sizes = {
+        "records": {count: {"records": count} for count in (2, 4, 8)},
+        "cycles": {71 * k: {"seconds": 9.0 * k, "samples": 900 * k} for k in (1, 2, 4)},
+        "rigs": {count: {"rigs": count, "records": 2 * count} for count in (1, 2, 4)},
+        "speeds": {count: {"speeds": count} for count in (1, 2, 4)},
+    }
+    smallest = {"rigs": 1, "records": 2}
+    done: dict[str, Cost] = {}
+    found: dict[str, dict[int, Cost]] = {}
+    for name, steps in sizes.items():
+        for size, asked in steps.items():
+            options = smallest | asked
+            key = "first" if size == min(steps) else f"{name}-{size}"
+            if key not in done:
+                made = campaign(room / key, options.pop("rigs"), options.pop("records"), 2, **options)
+                done[key] = run("fit", made, "-o", room / f"out-{key}", "--quiet")
+                print(f"# {name} {size}: {done[key]}", file=sys.stderr, flush=True)
+            found.setdefault(name, {})[size] = done[key]
+    return found
+
+
+CASES: dict[str, Callable[[Path], dict[str, dict[int, Cost]]]] = {
+    "record": record,
+    "rigs": rigs,
+    "batch": batch,
+    "growth": growth,
+}
+USUAL = ("record", "rigs", "batch")
 
 
 def main(names: Sequence[str]) -> int:
-    """Run the cases that are named, all by default."""
+    """Run the cases that are named, all but for growth by default."""
     print(f"{'command':10} {'size':>10} {'wall [s]':>9} {'CPU [s]':>9} {'peak [MB]':>9} {'growth':>7} exit")
     worst = 0
-    for name in names or CASES:
+    for name in names or USUAL:
         room = Path(tempfile.mkdtemp(prefix="scruton-large-"))
         try:
             for command, costs in CASES[name](room).items():
@@ -150,7 +189,7 @@ def main(names: Sequence[str]) -> int:
                 for size, cost in costs.items():
                     growth = ""
                     if before is not None:
-                        ratio = np.log(cost.wall / before[1].wall) / np.log(size / before[0])
+                        ratio = np.log(cost.processor / before[1].processor) / np.log(size / before[0])
                         growth = f"{ratio:.2f}"
                     print(f"{command:10} {size:10} {cost.wall:9.1f} {cost.processor:9.1f} {cost.memory:9.0f} "
                           f"{growth:>7} {cost.code}", flush=True)  # fmt: skip

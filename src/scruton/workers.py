@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from multiprocessing import resource_tracker
 from operator import itemgetter
 from pathlib import Path
@@ -68,6 +69,14 @@ class Workers:
     scheduler: str | None = None
     tls: TlsFiles = NO_TLS
 
+    def reached(self) -> "Workers":
+        """These workers; InputError, before any work is done, for a scheduler that cannot be reached or used."""
+        _security(self.scheduler, self.tls)
+        if self.scheduler is not None:
+            with connected(self.scheduler, self.jobs, tls=self.tls):
+                pass
+        return self
+
     def outcomes(self, work: Callable[[Any], Any], tasks: Sequence[Any]) -> Iterator[tuple[int, Outcome]]:
         """Do every task by a function that the workers can import; index and outcome come as soon as it is done.
 
@@ -75,12 +84,13 @@ class Workers:
         """
         jobs = min(self.jobs, len(tasks))
         if self.scheduler is None and jobs < 2:
-            _security(self.scheduler, self.tls)
             for index, task in enumerate(tasks):
                 yield index, Outcome(work(task))
         elif tasks:
+            from scruton import __version__
+
             with connected(self.scheduler, jobs, tls=self.tls, quiet=True) as client:
-                yield from finished(client, work, tasks)
+                yield from finished(client, partial(_alike, __version__, work), tasks)
 
     def values(self, work: Callable[[Any], Any], tasks: Sequence[Any]) -> Iterator[tuple[int, Any]]:
         """Do every task, as `outcomes`; index and value come as soon as there is one.
@@ -101,6 +111,15 @@ class Workers:
 
 
 HERE = Workers()  # in this process
+
+
+def _alike(version: str, work: Callable[[Any], Any], task: Any) -> Any:
+    """Do a task, if this is the version that asks: results do not depend on who computes them."""
+    from scruton import __version__
+
+    if version != __version__:
+        raise InputError("worker", "version of scruton", __version__, f"{version}, which asks for the results")
+    return work(task)
 
 
 def cores() -> int:

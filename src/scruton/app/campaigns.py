@@ -31,14 +31,14 @@ def validate(arguments: Namespace) -> Outcome:
     campaign, card = load_campaign(arguments.campaign), load_card(arguments.model)
     unit, folder = campaign.section.amplitude_unit, arguments.out or default_folder(arguments.campaign) / "validation"
     tests, singles = tests_named(campaign, arguments.tests), not arguments.no_singles
-    settings = {"tests": list(tests), "singles": singles}
+    settings, workers = {"tests": list(tests), "singles": singles}, workers_of(arguments)
     claim = Run(
         folder, "validate", arguments, sha256=campaign.sha256 or {}, card=card, settings=settings, results=(JSON,)
     )
     with claim as work:
         validations = validate(
             campaign, card, tests=tests, seed=arguments.seed, progress=work.bar, singles=singles,
-            checkpoints=work.checkpoints, workers=workers_of(arguments),
+            checkpoints=work.checkpoints, workers=workers,
         )  # fmt: skip
         # share of what was found that lies inside the intervals
         coverage = {f"{p:.2f}": float(np.mean([case.inside(p) for case in validations])) for p in NOMINAL}

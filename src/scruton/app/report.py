@@ -48,7 +48,7 @@ def of_campaign(arguments: Namespace) -> Outcome:
     sha256 = {} if checked is None else checked.sha256
     task = FitTask.of(arguments)
     settings = {"sc": arguments.sc, "limits": limits, "gap": gap, "bridge": bridge is not None}
-    with task.claim(arguments, sha256, settings) as work, SecondProcess() as second:
+    with task.claim(arguments, sha256, settings) as work, SecondProcess(beside=arguments.jobs > 1) as second:
         crossed = begun(second, crossed_part, task.campaign, task.card, seed)
         diagnosis = begun(second, gap_part, path, model) if gap else None
         fit = task.fit(work)

@@ -94,11 +94,14 @@ def default_folder(campaign: Path) -> Path:
 
 
 def workers_of(arguments: Namespace) -> "Workers":
-    """Who does the work, as the command line says; where it names no number of processes, one a core."""
+    """Who does the work, as the command line says; where it names no number of processes, one a core.
+
+    InputError for a scheduler that cannot be reached or used.
+    """
     from scruton.workers import Workers, cores
 
     tls = arguments.tls_ca, arguments.tls_cert, arguments.tls_key
-    return Workers(arguments.jobs or cores(), arguments.scheduler, tls)
+    return Workers(arguments.jobs or cores(), arguments.scheduler, tls).reached()
 
 
 def variant(folder: Path, name: str, results: Sequence[str]) -> Path:

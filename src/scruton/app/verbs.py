@@ -55,11 +55,11 @@ def out(text: str, **settings: Any) -> Argument:
     return Argument("-o", "--out", type=Path, help=text, **settings)
 
 
-def jobs(what: str, default: int | None = 1, **settings: Any) -> Argument:
+def jobs(what: str, default: int | None = 1) -> Argument:
     """Note how many work side by side."""
     usual = "one a core" if default is None else default
     text = f"{what} (default: {usual}; results do not depend on it)"
-    return Argument("--jobs", type=int, default=default, metavar="N", help=text, **settings)
+    return Argument("--jobs", type=int, default=default, metavar="N", help=text)
 
 
 def spread(default: int | None = 1) -> tuple[Argument | tuple[Argument, ...], ...]:
@@ -148,6 +148,7 @@ VERBS = (
             help="limit beside the bridge's, as of size; may be repeated",
         ),
         flag("--no-gap", "leave out the diagnosis of the gap"),
+        jobs("processes: one, or two", 2),
     )),
     Verb("predict", "predictive stable amplitude at a design Scruton number", "predict:predict", (
         RESULTS,

@@ -158,7 +158,8 @@ def validate(
         return None if checkpoints is None else checkpoints.absolute() / f"{number}"
 
     tell: Progress = progress or (lambda _what, _done: None)
-    tell("all tests", 0.0)
+    total = fits_needed(campaign, tests, singles=singles)
+    tell("fits", 0.0)
     whole = fit_campaign(campaign, card, seed=seed, thorough=False, checkpoints=place(0))
     # What a test says alone: its joint posterior knows of the others.
     fitted = {test["name"]: test.get("alone", test["parameters"]) for test in whole.summary["tests"]}
@@ -183,11 +184,11 @@ def validate(
         for source, targets in by_source.items()
     ]
     predicted: dict[tuple[str, Source], tuple[Prediction, bool]] = {}
-    tell("sets of tests", 0.0)
-    for done, (index, (predictions, trusted)) in enumerate(workers.values(_predicted, tasks), start=1):
+    tell("fits", 1 / total)
+    for done, (index, (predictions, trusted)) in enumerate(workers.values(_predicted, tasks), start=2):
         source, targets = list(by_source.items())[index]
         predicted |= {(test, source): (one, trusted) for test, one in zip(targets, predictions, strict=True)}
-        tell("sets of tests", done / len(tasks))
+        tell("fits", min(done / total, 1.0))
     validations = []
     for test, source in plan:
         stated, (prediction, trusted) = campaign.test(test).stable_amplitude, predicted[test, source]

@@ -22,7 +22,7 @@ from functools import cached_property
 
 import numpy as np
 
-from scruton.arrays import FloatArray
+from scruton.arrays import FloatArray, IntArray
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.infer.models import NOISE, WIND, WindPosterior
 from scruton.stats.posterior import Block, Coordinates, Posterior, Values
@@ -142,6 +142,11 @@ class CampaignPosterior(Posterior):
     def _each(self, u: FloatArray) -> Iterator[tuple[PeakTest, Values]]:
         """Every test with its coordinates by name."""
         return ((test, layout.of(u)) for test, layout in zip(self.tests, self.own_coordinates, strict=True))
+
+    @cached_property
+    def apart(self) -> tuple[IntArray, ...]:
+        """The coordinates of each test, which meet those of the others in the shared curve alone."""
+        return tuple(np.arange(layout.start, layout.stop) for layout in self.own_coordinates)
 
     def without(self, record: str) -> "CampaignPosterior":
         """The same model of all records but one."""

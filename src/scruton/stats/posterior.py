@@ -120,6 +120,11 @@ class Posterior(ABC):
         """Prior of a parameter by its name."""
         return self.priors[self.names.index(name)]
 
+    @property
+    def apart(self) -> tuple[IntArray, ...]:
+        """Sets of coordinates that, given those in none of the sets, are independent of each other; none by default."""
+        return ()
+
     @abstractmethod
     def log_likelihood(self, u: FloatArray) -> FloatArray:
         """Log likelihood, (W,)."""

@@ -80,7 +80,7 @@ MUST_REFUSE: dict[str, set[str]] = {
     "--sc": NUMBER, "--law": NUMBER, "--seed": WHOLE, "--jobs": WHOLE | {"0", "-1"}, "--workers": WHOLE | {"0", "-1"},
     "--campaigns": WHOLE | {"0", "-1"}, "--cases": WHOLE | {"0", "-1"}, "--damping": DAMPING, "--effect": NAME,
     "--damper": NAME, "--identified": NAME,
-    "--tests": NAME, "--rig": NAME, "--model": NAME | FILE, "--limit": NAME, "--bridge": FILE, "--regimes": NAME,
+    "--test": NAME, "--rig": NAME, "--model": NAME | FILE, "--limit": NAME, "--bridge": FILE, "--regimes": NAME,
     "--effects": NAME, "--severities": NAME | {"-1", "0", "1"}, "--turbulence": NAME | {"-1", "1"}, "--design": NAME,
     "--out": {"file.txt", "file.txt/x", "x" * 5000, "x\0y", "a/" * 2000}, "--scheduler": NAME | FILE,
     "spec": FILE, "campaign": FILE, "results": FILE, "card": FILE | NAME, "folder": FILE,

@@ -26,7 +26,7 @@ def run(arguments: Namespace) -> Outcome:
     path = folder / FILE_NAME
     if path.exists() and not arguments.force:
         raise InputError(path, "", "a campaign that is there already", "another folder, or --force to replace it")
-    asking = sys.stdin is not None and sys.stdin.isatty() and not arguments.quiet
+    asking = sys.stdin is not None and sys.stdin.isatty() and not arguments.quiet and not arguments.json
     stated = arguments.sample_rate
     rate = None if stated is None else _parsed(stated, units.FREQUENCY, "--sample-rate").mean
     found, remarks = examine(folder, rate)
