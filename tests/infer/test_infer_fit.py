@@ -314,7 +314,8 @@ def test_fewer_walkers_than_a_model_needs_are_made_more(small_campaign, tmp_path
     groups = [fit.tree[f"{of}posterior"] for of in ("rig_", "", "campaign_")]
     assert [group.sizes["chain"] for group in groups] == [4, 4, 4]
     rig, test, campaign = (len(np.unique(group["walker"])) for group in groups)
-    assert (rig, test, campaign) == (14, 2 * len(WIND), 2 * (len(WIND) + 1))  # its largest block: a test, whose mass has an sd
+    # the largest block of the campaign is a test, whose mass has an sd
+    assert (rig, test, campaign) == (14, 2 * len(WIND), 2 * (len(WIND) + 1))
     one = predict(fit.tree, damping_ratio=0.009)
     assert len(one.draws) == fit.tree["campaign_posterior"]["n"].size
     assert one.median == pytest.approx(0.0247, rel=0.1)
