@@ -104,12 +104,12 @@ def _fonts_found_once() -> Iterator[None]:
     """Matplotlib asks for every family anew whenever a text is laid out: two thirds of the time of a figure."""
     from matplotlib.font_manager import fontManager
 
-    plain = fontManager._find_fonts_by_props
-    fontManager._find_fonts_by_props = cache(plain)
+    own = vars(fontManager)
+    own["_find_fonts_by_props"] = cache(fontManager._find_fonts_by_props)
     try:
         yield
     finally:
-        fontManager._find_fonts_by_props = plain
+        own.pop("_find_fonts_by_props", None)
 
 
 @contextmanager
