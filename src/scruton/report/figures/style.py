@@ -104,12 +104,13 @@ def _fonts_found_once() -> Iterator[None]:
     """Matplotlib asks for every family anew whenever a text is laid out: two thirds of the time of a figure."""
     from matplotlib.font_manager import fontManager
 
-    own = vars(fontManager)
-    own["_find_fonts_by_props"] = cache(fontManager._find_fonts_by_props)
+    manager: Any = fontManager
+    plain = manager._find_fonts_by_props
+    manager._find_fonts_by_props = cache(plain)
     try:
         yield
     finally:
-        own.pop("_find_fonts_by_props", None)
+        manager._find_fonts_by_props = plain
 
 
 @contextmanager
