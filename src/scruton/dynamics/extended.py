@@ -163,7 +163,7 @@ def _extended_filter(  # type: ignore[no-untyped-def]
                 c = table[w, row]
                 gain, q2, g2 = 1.0 + c[_GAIN], c[_Q] * c[_Q], c[_GUST] * c[_GUST]
                 fade = c[_GUST_RATE] if g2 > 0.0 else 0.0
-                hats = np.any(c[_HAT : _HAT + HATS] != 0.0)
+                hats = bool(np.any(c[_HAT : _HAT + HATS] != 0.0))
             dt = period[k]
             blur = c[_R] * se[k]
             r2 = blur * blur
