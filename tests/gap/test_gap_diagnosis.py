@@ -125,7 +125,7 @@ def test_bursts_in_one_rig_are_no_loss_of_coherence():
 
 
 def test_clipped_crests_of_one_record_tell(clean):
-    """Some crests of the largest decay, cut by 5 %: its samples stand at one value; amplitudes hardly show it."""
+    """Some crests of the largest decay, cut by 5 %: their samples stand at one value."""
     campaign, _, _ = clean
     test = campaign.tests[0]
     record = max(test.records, key=lambda record: np.max(record.response))

@@ -55,10 +55,8 @@ def flat_top(time: FloatArray, response: FloatArray, frequency: float) -> FlatTo
             continue
         step = max(quantum, FINEST_QUANTUM * top)
         at_top = y >= top - 0.5 * step
-        below = ~at_top
-        held = int(np.count_nonzero((np.abs(np.diff(y)) < 0.5 * step) & below[1:])) / max(
-            int(np.count_nonzero(below)), 1
-        )
+        below = max(int(np.count_nonzero(~at_top)), 1)
+        held = int(np.count_nonzero((np.abs(np.diff(y)) < 0.5 * step) & ~at_top[1:])) / below
         rows = run_lengths(at_top)
         near = per_cycle / np.pi * np.sqrt(2.0 * step / top)
         chance = rows.size * (near * min(1.0, near * near / 16.0) + held / (1.0 - min(held, 0.99)))
