@@ -46,9 +46,7 @@ def test_half_of_what_is_required_would_not_do(n, cube):
 
 
 CELLS = [(n, tau) for n in EXPONENTS for tau in (0.05, 0.10, 0.20)]
-DEAR = pytest.mark.xfail(
-    strict=True, reason="2.11: the law falls as 1/A, and 1.73 would be needed by who knew all of it"
-)
+DEAR = pytest.mark.xfail(strict=True, reason="2.11; who knew the curve exactly would need 1.73")
 
 
 @pytest.fixture(scope="module")
