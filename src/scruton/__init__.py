@@ -9,7 +9,7 @@ from importlib import import_module
 _HOMES = {
     "Bridge": "scruton.sizing.bridge",
     "Campaign": "scruton.campaign",
-    "Check": "scruton.app.calls",
+    "Check": "scruton.dynamics.first_look",
     "Criticism": "scruton.infer.criticism",
     "Fit": "scruton.infer.results",
     "InputError": "scruton.errors",
@@ -18,7 +18,7 @@ _HOMES = {
     "Sizing": "scruton.sizing.results",
     "Validation": "scruton.griffin.validate",
     "build_report": "scruton.report",
-    "check": "scruton.app.calls",
+    "check": "scruton.dynamics.first_look",
     "criticise": "scruton.app.calls",
     "diagnose": "scruton.app.calls",
     "fit": "scruton.app.calls",

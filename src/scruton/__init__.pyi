@@ -1,6 +1,4 @@
 from scruton import plot as plot
-from scruton.app.calls import Check as Check
-from scruton.app.calls import check as check
 from scruton.app.calls import criticise as criticise
 from scruton.app.calls import diagnose as diagnose
 from scruton.app.calls import fit as fit
@@ -12,6 +10,8 @@ from scruton.app.calls import size as size
 from scruton.app.calls import validate as validate
 from scruton.campaign import Campaign as Campaign
 from scruton.campaign import tests_used as tests_used
+from scruton.dynamics.first_look import Check as Check
+from scruton.dynamics.first_look import check as check
 from scruton.errors import InputError as InputError
 from scruton.gap.results import load_diagnosis as load_diagnosis
 from scruton.griffin import Prediction as Prediction

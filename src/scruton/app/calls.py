@@ -6,7 +6,7 @@ Where a campaign, a fit, a card or a bridge is asked for, its path does, too.  P
 
 import logging
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,13 +15,10 @@ from scruton.campaign import load_campaign as _load_campaign
 from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
 from scruton.errors import InputError
-from scruton.shown import shown
 
 if TYPE_CHECKING:
-    import pandas as pd
     import xarray as xr
 
-    from scruton.envelope import RecordQuality
     from scruton.gap.results import SavedDiagnosis
     from scruton.griffin import Prediction
     from scruton.griffin.validate import Validation
@@ -35,42 +32,6 @@ if TYPE_CHECKING:
     Fitted = Fit | xr.DataTree | Path | str  # a fit, its tree, or the folder of one
 
 _log = logging.getLogger("scruton")
-
-
-@shown(
-    lambda one: {
-        "title": one.campaign.title, "records": len(one.qualities), "warnings": len(one.warnings),
-        "cannot_be_used": len(one.problems),
-    }
-)  # fmt: skip
-@dataclass(frozen=True, eq=False)
-class Check:
-    """What `check` found.
-
-    Attributes
-    ----------
-    campaign : Campaign
-    qualities : mapping
-        Of every record that can be used, by name.
-    warnings : tuple of str
-        Worst first.
-    problems : tuple of InputError
-        A record that cannot be used, each.
-    """
-
-    campaign: Campaign
-    qualities: "Mapping[str, RecordQuality]"
-    warnings: tuple[str, ...]
-    problems: tuple[InputError, ...]
-
-    @property
-    def records(self) -> "pd.DataFrame":
-        """A row for every record: length [s], rate [Hz], cycles, frequency [Hz], signal over noise."""
-        import pandas as pd
-
-        fields = ("duration", "sample_rate", "cycles", "frequency", "signal_to_noise")
-        rows = {name: {key: getattr(one, key) for key in fields} for name, one in self.qualities.items()}
-        return pd.DataFrame.from_dict(rows, orient="index", columns=list(fields))
 
 
 def load_campaign(path: Path | str) -> Campaign:
@@ -87,28 +48,6 @@ def load_campaign(path: Path | str) -> Campaign:
         Whatever is wrong with the first file that cannot be used.
     """
     return _load_campaign(Path(path))
-
-
-def check(campaign: Path | str) -> Check:
-    """Read a campaign and look at every record; one that cannot be used stops nothing.
-
-    Parameters
-    ----------
-    campaign : Path or str
-        As of `load_campaign`.
-
-    Raises
-    ------
-    InputError
-        If campaign.toml itself cannot be used.
-    """
-    from scruton.campaign.remarks import sentences
-    from scruton.envelope import gather, review
-
-    problems: list[InputError] = []
-    loaded = _load_campaign(Path(campaign), problems)
-    inspection = gather(loaded, problems)
-    return Check(loaded, inspection.qualities, tuple(sentences(review(inspection))), tuple(problems))
 
 
 def fit(

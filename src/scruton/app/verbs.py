@@ -128,7 +128,12 @@ VERBS = (
         Argument("--sample-rate", metavar="RATE", help='of records without any time, such as "1000 Hz"'),
         force("the campaign.toml that lies"),
     )),
-    Verb("check", "read a campaign, print what it holds and every warning", "check:run", (CAMPAIGN, TESTS, STRICT)),
+    Verb("check", "read a campaign, print what it holds and every warning", "check:run", (
+        CAMPAIGN,
+        TESTS,
+        Argument("--html", type=Path, metavar="FILE", help="draw records, windows and quick estimation: one page"),
+        STRICT,
+    )),
     Verb("identify", "the paper's own quick estimation: its Table 5, record by record", "identify:run", (
         CAMPAIGN,
         TESTS,

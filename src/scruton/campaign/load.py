@@ -68,7 +68,7 @@ _QUANTITIES = frozenset(
 )  # fmt: skip
 
 
-def load_campaign(path: Path, problems: list[InputError] | None = None) -> Campaign:
+def load_campaign(path: Path, problems: list[InputError] | None = None, *, whole: bool = False) -> Campaign:
     """Read a campaign and every record that it names.
 
     Parameters
@@ -78,6 +78,8 @@ def load_campaign(path: Path, problems: list[InputError] | None = None) -> Campa
     problems : list of InputError, optional
         Where given, what is wrong with single records or sweeps is appended here and these are left out, so that
         all of it can be shown at once; else the first is raised.
+    whole : bool
+        Leave `start` and `stop` aside: every record is as long as its file.
 
     Returns
     -------
@@ -109,7 +111,7 @@ def load_campaign(path: Path, problems: list[InputError] | None = None) -> Campa
     tests = tuple(test for table in tests for test in each_test(table, files))
     if not rigs:
         raise top.error("rigs", "nothing", "at least one [[rigs]]")
-    reading = _Reading(section, files, problems, _record_names([*rigs, *tests], files))
+    reading = _Reading(section, files, problems, _record_names([*rigs, *tests], files), whole)
     read_rigs = tuple(reading.rig(table) for table in rigs)
     _check_names(rigs, "rig")
     by_name = {rig.name: rig for rig in read_rigs}
@@ -176,6 +178,7 @@ class _Reading:
     files: Files
     problems: list[InputError] | None
     names: dict[str, str]  # by field
+    whole: bool  # without start and stop
     seen: dict[str, str] = field(default_factory=dict)  # fingerprint of a record to its field
 
     def each[T](self, tables: Iterable[Table], read: Callable[..., T], *more: Any) -> Iterator[T]:
@@ -198,6 +201,9 @@ class _Reading:
             if before != table.field:  # the very same samples would count twice
                 raise InputError(table.file, table.field, f"the same record as {before}", "each record once")
             name = self.names.get(table.field, "")
+            if self.whole:
+                values = {key: value for key, value in table.values.items() if key not in ("start", "stop")}
+                table = Table(table.file, table.field, values, table.wording)
             return read_record(table, name, self.section, frequency, self.files, kinds)
 
         return tuple(self.each(owner.tables("records"), read))

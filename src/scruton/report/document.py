@@ -79,7 +79,7 @@ class Picture:
 
     The `chart` is JSON: `x` and `y` (label, min, max; for x also start and step), `grid`, `areas` (label, low, high,
     tone), `lines` (label, x, y, tone), `points` (label, x, y, low, high), `read` (median, low, high along the grid,
-    unit).
+    unit).  That of a first look is `panels`, and for a record its `window`: see `scruton.report.first_look_charts`.
     """
 
     name: str  # unique in a document: the stem of its files

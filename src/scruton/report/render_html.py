@@ -36,12 +36,15 @@ def page(template: str, tests: Any = (), filters: Any = (), **context: Any) -> s
     return head + style + "".join(faces) + rest
 
 
-def render_html(document: Document) -> str:
-    """Render a page from a numbered document: a policy in its head lets nothing load, no script run but its own."""
+def render_html(document: Document, charts: str = "chart.js") -> str:
+    """Render a page from a numbered document: a policy in its head lets nothing load, no script run but its own.
+
+    `charts` is the script that draws what its pictures answer with.
+    """
     from markupsafe import Markup
 
     pictures = document.every(Picture)
-    script = (TEMPLATES / "chart.js").read_text(encoding="utf-8") if any(picture.chart for picture in pictures) else ""
+    script = (TEMPLATES / charts).read_text(encoding="utf-8") if any(picture.chart for picture in pictures) else ""
     return page(
         "report.html.j2",
         tests={"maths": lambda value: isinstance(value, Maths)},

@@ -1,0 +1,86 @@
+"""A first look at a campaign, before any sampling: what its records show, and the paper's own quick estimation."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scruton.campaign import Campaign, load_campaign, tests_used
+from scruton.campaign.remarks import sentences
+from scruton.dynamics.identify import Identified, identify
+from scruton.envelope import Inspection, RecordQuality, gather, review
+from scruton.errors import InputError
+from scruton.shown import shown
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@shown(
+    lambda one: {
+        "title": one.campaign.title, "records": len(one.qualities), "warnings": len(one.warnings),
+        "cannot_be_used": len(one.problems),
+    }
+)  # fmt: skip
+@dataclass(frozen=True, eq=False)
+class Check:
+    """What `check` found.
+
+    Attributes
+    ----------
+    campaign : Campaign
+    warnings : tuple of str
+        Worst first.
+    problems : tuple of InputError
+        A record that cannot be used, each.
+    inspection : Inspection
+        Cycles, qualities and ring-downs; its campaign is without the records that were set aside.
+    """
+
+    campaign: Campaign
+    warnings: tuple[str, ...]
+    problems: tuple[InputError, ...]
+    inspection: Inspection
+
+    @property
+    def qualities(self) -> Mapping[str, RecordQuality]:
+        """Of every record that can be used, by name."""
+        return self.inspection.qualities
+
+    @cached_property
+    def identified(self) -> tuple[Identified, ...]:
+        """The paper's own procedure, Eqs. (2) to (8) and (16) to (20), of every transient record that it suits."""
+        return tuple(found for found in identify(self.inspection) if isinstance(found, Identified))
+
+    @property
+    def records(self) -> "pd.DataFrame":
+        """A row for every record: length [s], rate [Hz], cycles, frequency [Hz], signal over noise."""
+        import pandas as pd
+
+        fields = ("duration", "sample_rate", "cycles", "frequency", "signal_to_noise")
+        rows = {name: {key: getattr(one, key) for key in fields} for name, one in self.qualities.items()}
+        return pd.DataFrame.from_dict(rows, orient="index", columns=list(fields))
+
+
+def check(campaign: Path | str, tests: tuple[str, ...] | None = None) -> Check:
+    """Read a campaign and look at every record; one that cannot be used stops nothing.
+
+    Parameters
+    ----------
+    campaign : Path or str
+        The folder with a campaign.toml, or the file itself.
+    tests : tuple of str, optional
+        These alone.
+
+    Raises
+    ------
+    InputError
+        If campaign.toml itself cannot be used, or has no such test.
+    """
+    problems: list[InputError] = []
+    loaded = load_campaign(Path(campaign), problems)
+    if tests is not None:
+        loaded = tests_used(loaded, tests)
+    inspection = gather(loaded, problems)
+    return Check(loaded, tuple(sentences(review(inspection))), tuple(problems), inspection)

@@ -1,0 +1,178 @@
+"""The first look at a campaign, before any sampling: tables for the terminal, and a page with the records, too."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from statistics import fmean
+
+from scruton.campaign import Campaign, Fluid, Quantity, Record, Test
+from scruton.dynamics import Setting
+from scruton.dynamics.first_look import Check
+from scruton.dynamics.identify import Identified
+from scruton.envelope import RecordQuality
+from scruton.report.document import ALARM, CAUTION, Block, Callout, Chapter, Document, Table, numbered, paragraph
+from scruton.report.first_look_charts import griffin_pictures, record_pictures, ring_down_pictures
+from scruton.report.wording import PAGE, Notation, shown_in
+from scruton.report.wording import plain_number as number
+
+RIG_HEADER = ("rig", "f0 [Hz]", "mass per length", "xi_s [%]", "ring-downs")
+TEST_HEADER = ("test", "rig", "U [m/s]", "U/(f0 D)", "Sc", "peak")
+RECORD_HEADER = ("record", "of", "kind", "length [s]", "rate [Hz]", "cycles", "f [Hz]", "S/N", "second line")
+QUICK_HEADER = ("record", "test", "ξₛ [%]", "Sc", "a*", "λ [1/s]", "d(1/A)/dSc", "Y₁", "ε")
+_CAPTIONS = {
+    "rigs": "Rigs, as stated", "tests": "Tests in wind", "sweeps": "Sweeps of the wind speed", "records": "Records",
+}  # fmt: skip
+
+
+def overview(found: Check, notation: Notation) -> list[Block]:
+    """What was read, and every warning."""
+    campaign, section = found.campaign, found.campaign.section
+    heading = (
+        f"{campaign.title}\n{section.motion.value}, B = {number(section.width)} m, D = {number(section.depth)} m"
+        f"{'' if section.fluid is Fluid.AIR else f', in {section.fluid.value}'}; "
+        f"{len(campaign.rigs)} rigs, {len(campaign.tests)} tests"
+    )
+    return [paragraph(heading), *tables(found, notation), *_warnings(found)]
+
+
+def first_look(found: Check) -> Document:
+    """The page: what to worry about, the quick estimation, every record with its window, ring-downs, and the tables."""
+    campaign = found.campaign
+    captioned = [replace(table, caption=_CAPTIONS[table.name]) for table in tables(found, PAGE)]
+    return numbered(
+        Document(
+            title=campaign.title or "Untitled campaign",
+            about="A first look, before any sampling: what was recorded, and the quick estimation from each transient",
+            source=campaign.source,
+            chapters=[
+                Chapter("warnings", "What to look at first", _warnings(found)),
+                Chapter("estimation", "Quick estimation", [*griffin_pictures(found), *_estimation(found)]),
+                Chapter("records", "Records", [*_how_to(found), *record_pictures(found)]),
+                Chapter("structural", "Structural damping by amplitude", ring_down_pictures(found)),
+                Chapter("campaign", "What the campaign says", captioned),
+            ],
+            generator="scruton check",
+            title_block=campaign.title_block.lines,
+            colour=campaign.title_block.colour,
+            logo=campaign.title_block.logo,
+        )
+    )
+
+
+def _warnings(found: Check) -> list[Block]:
+    boxes: list[Block] = []
+    if found.problems:
+        head = f"{len(found.problems)} record{'s' * (len(found.problems) > 1)} cannot be used"
+        boxes.append(Callout(ALARM, head, tuple(map(str, found.problems))))
+    if found.warnings:
+        count = len(found.warnings)
+        head = "1 warning" if count == 1 else f"{count} warnings, worst first"
+        boxes.append(Callout(CAUTION, head, found.warnings))
+    return boxes or [paragraph("No warnings.")]
+
+
+def _how_to(found: Check) -> Iterator[Block]:
+    if found.qualities:
+        yield paragraph(
+            "Drag the edges of the window, or move them by the keys of the two sliders: the lines to paste into the "
+            "record’s table of campaign.toml stand below. Cycles outside of the window that was read are not shown."
+        )
+
+
+def _estimation(found: Check) -> Iterator[Block]:
+    factor, unit = shown_in(found.campaign.section.amplitude_unit)
+    rows = [
+        (
+            row.record, row.test, PAGE.number(100.0 * row.damping_ratio), PAGE.number(row.scruton_number),
+            f"{PAGE.number(factor * row.stable_amplitude, 3)}{'' if row.measured else ' *'}",
+            PAGE.number(row.relaxation_rate, 3), PAGE.number(row.slope, 3), PAGE.number(row.Y1, 3),
+            PAGE.number(row.epsilon, 3),
+        )
+        for row in found.identified
+    ]  # fmt: skip
+    if not rows:
+        yield paragraph("No growth or decay in wind gives a Griffin curve by the paper’s own procedure.")
+        return
+    yield Table(
+        "quick",
+        f"Eqs. (2) to (8) and (16) to (20), record by record; a* in {unit}",
+        QUICK_HEADER,
+        rows,
+        "No uncertainty is told here: a fit tells it. *: where the record’s own curve meets its Scruton number.",
+        (False, False, *[True] * 7),
+    )
+
+
+def tables(found: Check, notation: Notation) -> list[Table]:
+    """Rigs, tests, sweeps and records, a row each."""
+    campaign, unit = found.campaign, found.campaign.section.amplitude_unit
+    quick: dict[str, list[Identified]] = {}
+    for row in found.identified:
+        quick.setdefault(row.test, []).append(row)
+    rigs = tuple(
+        (rig.name, _stated(rig.frequency), _stated(rig.mass), _stated(rig.damping_ratio, 100.0), str(len(rig.records)))
+        for rig in campaign.rigs
+    )
+    tests = tuple(_test_row(campaign, test, quick.get(test.name, []), notation) for test in campaign.tests)
+    rows = tuple(
+        _row(record, rig.name if test is None else test.name, found.qualities[record.name], notation)
+        for record, rig, test in found.inspection.records()
+    )
+    sweeps = tuple(
+        (sweep.rig, str(sweep.wind_speed.size), notation.range((sweep.wind_speed.min(), sweep.wind_speed.max())),
+         notation.number(sweep.amplitude.max()))
+        for sweep in campaign.sweeps
+    )  # fmt: skip
+    return [
+        Table("rigs", "", RIG_HEADER, rigs),
+        Table("tests", "", (*TEST_HEADER, f"stable [{unit}]", "lambda [1/s]", "records"), tests, _note(tests)),
+        Table("sweeps", "", ("sweep of rig", "points", "wind speed [m/s]", f"largest [{unit}]"), sweeps),
+        Table("records", "", (*RECORD_HEADER[:7], f"amplitude [{unit}]", *RECORD_HEADER[7:]), rows),
+    ]
+
+
+def _note(tests: Sequence[tuple[str, ...]]) -> str:
+    """What is no word of the laboratory's."""
+    by_hand = "lambda, and what has a *, are by Eqs. (2) to (8) of each record; `scruton identify` has all of it"
+    return by_hand if any(row[-2] not in "-–" for row in tests) else ""
+
+
+def _stated(quantity: Quantity | None, factor: float = 1.0) -> str:
+    if quantity is None:
+        return "-"
+    text = number(quantity.mean * factor)
+    return text if not quantity.sd else f"{text} +/- {number(quantity.sd * factor, 2)}"
+
+
+def _test_row(campaign: Campaign, test: Test, quick: Sequence[Identified], notation: Notation) -> tuple[str, ...]:
+    """What is stated of a test; what is not, its Scruton number and stable amplitude, by the paper's own procedure."""
+    rig, section = campaign.rig(test.rig), campaign.section
+    sc, stable = float("nan"), _stated(test.stable_amplitude)
+    if quick:
+        sc = quick[0].scruton_number
+        if test.stable_amplitude is None:
+            stable = f"{number(fmean(row.stable_amplitude for row in quick))} *"
+    elif rig.mass and rig.damping_ratio:
+        sc = float(
+            Setting(
+                motion=section.motion, width=section.width, depth=section.depth, mass=rig.mass.mean,
+                air_density=test.air_density.mean, wind_speed=test.wind_speed.mean, frequency=rig.frequency.mean,
+                wind_frequency=rig.frequency.mean, damping_ratio=rig.damping_ratio.mean,
+            ).scruton_number
+        )  # fmt: skip
+    rates = [row.relaxation_rate for row in quick]
+    reduced = test.wind_speed.mean / (rig.frequency.mean * section.depth)
+    peak = {True: "yes", False: "no", None: "-"}[test.peak]
+    return (
+        test.name, test.rig, _stated(test.wind_speed), number(reduced), number(sc), peak,
+        stable, notation.range([min(rates), max(rates)], 3) if rates else "-", str(len(test.records)),
+    )  # fmt: skip
+
+
+def _row(record: Record, owner: str, quality: RecordQuality, notation: Notation) -> tuple[str, ...]:
+    line = quality.second_line
+    return (
+        record.name, owner, record.kind.value, number(quality.duration), number(quality.sample_rate),
+        str(quality.cycles), number(quality.frequency, 5), notation.range(quality.amplitude_range, 3),
+        number(quality.signal_to_noise, 3),
+        "-" if line is None else f"{number(line.frequency)} Hz, {100 * line.relative:.0f} %",
+    )  # fmt: skip

@@ -1,0 +1,91 @@
+"""The first look: one page before any sampling, that draws whole files and says which window to paste."""
+
+import html
+import json
+import re
+import shutil
+
+import pytest
+from browser import chromium, opened
+
+import scruton
+from scruton.cli import main
+
+WINDOW = (1.0, 7.0)
+
+
+@pytest.fixture(scope="module")
+def page(small_campaign, tmp_path_factory):
+    """Of a campaign whose decay is read in part."""
+    folder = shutil.copytree(small_campaign, tmp_path_factory.mktemp("look") / "campaign")
+    text = (folder / "campaign.toml").read_text(encoding="utf-8")
+    window = f'start = "{WINDOW[0]} s", stop = "{WINDOW[1]} s"'
+    chosen, count = re.subn(r'(\{ file = "decay.csv",)', rf"\1 {window},", text)
+    assert count == 1
+    (folder / "campaign.toml").write_text(chosen, encoding="utf-8")
+    assert main(["check", str(folder), "--html", str(folder / "check.html")]) == 0
+    return folder / "check.html"
+
+
+def charts(page):
+    text = page.read_text(encoding="utf-8")
+    return [json.loads(found) for found in re.findall(r'<script type="application/json">(.*?)</script>', text)]
+
+
+def test_a_window_is_drawn_over_the_whole_of_its_file(page):
+    (found,) = [one["window"] for one in charts(page) if "decay.csv" in one.get("window", {}).get("place", "")]
+    assert (found["start"], found["stop"]) == pytest.approx(WINDOW, abs=0.01)
+    assert found["min"] == 0.0
+    assert found["max"] > WINDOW[1] + 1.0
+    assert found["place"].startswith("tests[0].records[")
+
+
+def test_the_quick_estimation_is_what_identify_finds(page):
+    text = page.read_text(encoding="utf-8")
+    found = scruton.check(page.parent)
+    assert len(found.identified) == 2
+    for row in found.identified:
+        assert f"{row.Y1:.3g}".replace("-", "−")[:4] in text
+    curves = charts(page)[0]["panels"][0]["series"]
+    assert [one["label"] for one in curves[:-1]] == [row.record for row in found.identified]
+
+
+def test_the_page_loads_nothing_and_leaves_no_file_behind(page):
+    text = html.unescape(page.read_text(encoding="utf-8"))
+    assert "default-src 'none'" in text
+    assert "script-src 'sha256-" in text
+    assert not re.search(r'(src|href)="https?:', text)
+    assert not list(page.parent.glob("*.png"))
+
+
+def test_a_page_that_cannot_be_written_is_refused_at_once(small_campaign, tmp_path, capsys):
+    assert main(["check", str(small_campaign), "--html", str(tmp_path / "none" / "check.html")]) == 2
+    assert "--html" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(chromium() is None, reason="no chromium here")
+def test_a_window_follows_pointer_and_keys_and_says_what_to_paste(page, tmp_path):
+    index = next(i for i, one in enumerate(charts(page)) if "decay.csv" in one.get("window", {}).get("place", ""))
+    figure = f"document.querySelectorAll('figure.chart')[{index}]"
+    with opened(page, tmp_path) as browser:
+        paste = f"{figure}.querySelector('.paste').textContent"
+        before = browser.value(paste)
+        assert 'start = "1.0' in before
+        browser.value(f"{figure}.scrollIntoView()")
+        box = browser.value(
+            f"(b => [b.x, b.y, b.width, b.height])({figure}.querySelector('svg').getBoundingClientRect())"
+        )
+        bars = f"[...{figure}.querySelectorAll('.edge')].map(e => e.getBoundingClientRect().x + 2)"
+        start, stop = browser.value(bars)
+        y = box[1] + 60
+        there = start + 0.25 * (stop - start)
+        for kind, x in (("mousePressed", start), ("mouseMoved", there), ("mouseReleased", there)):
+            browser.send("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1)
+        dragged = float(re.search(r'start = "([\d.]+) s"', browser.value(paste)).group(1))
+        assert dragged == pytest.approx(WINDOW[0] + 0.25 * (WINDOW[1] - WINDOW[0]), abs=0.1)
+        browser.value(f"{figure}.querySelectorAll('input[type=range]')[1].focus()")
+        browser.press("ArrowLeft", 37)
+        stopped = float(re.search(r'stop = "([\d.]+) s"', browser.value(paste)).group(1))
+        assert WINDOW[1] - 0.1 < stopped < WINDOW[1]
+        assert browser.complaints() == []
+        assert [one for one in browser.requests() if not one.startswith("data:")] == [page.as_uri()]
