@@ -60,7 +60,7 @@ def run(arguments: Namespace) -> Outcome:
         write_text(work.new / TEXT, text + "\n")
         work.write(CONTENT, {**criticism.to_json(), "fit_sha256": fitted})
         work.published([work.new / CONTENT, work.new / TEXT, *written])
-    said = f"{summary['title']}: {verdict(criticism)}\n{_gist(criticism)}"
+    said = f"{verdict(criticism)} {summary['title']}\n{_gist(criticism)}"  # what is cut off is the title's
     said = "\n".join(shorten(line, line_width() or LONGEST, placeholder=" ...") for line in said.split("\n"))
     return Outcome(
         said, [work.folder / TEXT], code=DONE if criticism.ok else NOT_TRUSTED,
