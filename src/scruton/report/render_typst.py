@@ -47,7 +47,7 @@ def typeset(document: Document, **options: Any) -> Any:
 
 
 def rasterised(svg: bytes, dots_per_inch: int) -> bytes:
-    """A drawing whose letters are outlines as PNG, which says how large it is: four times as fast as to draw it anew."""
+    """A drawing whose letters are outlines, as a PNG that says how large it is: faster than to draw it anew."""
     import typst
 
     compiler: Any = typst.compile

@@ -120,14 +120,14 @@ def house_style() -> Iterator[None]:
         from matplotlib.font_manager import fontManager
 
         found = fontManager._find_fonts_by_props
-        fontManager._find_fonts_by_props = _faces
+        fontManager._find_fonts_by_props = _faces  # type: ignore[method-assign, assignment]
         with mpl.rc_context():
             mpl.rcdefaults()  # the user's own matplotlibrc is for the user's own figures
             mpl.rcParams.update({"font.family": list(_families()), **_PARAMETERS})
             try:
                 yield
             finally:
-                fontManager._find_fonts_by_props = found
+                fontManager._find_fonts_by_props = found  # type: ignore[method-assign]
     finally:
         log.setLevel(level)
 
