@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 from scruton.documents import write_bytes
 from scruton.report.failures import Failures
 from scruton.report.figures.style import house_style
+from scruton.report.render_typst import rasterised
 from scruton.report.thresholds import DOTS_PER_INCH
 
 if TYPE_CHECKING:
@@ -29,7 +30,6 @@ FORMATS = ("svg", "png", "pdf")
 # Dates and program versions would make every run's files differ.
 _METADATA: dict[str, dict[str, Any]] = {
     "svg": {"Date": None, "Creator": None},
-    "png": {"Software": None},
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
 }
 
@@ -234,14 +234,14 @@ def contents(figure: "Figure | FigureWithCaption", formats: Sequence[str] = FORM
     """What `save` writes, as bytes in the order of `formats`."""
     drawing = figure.figure if isinstance(figure, FigureWithCaption) else figure
     description = {"Title": figure.caption, "Description": figure.alt} if isinstance(figure, FigureWithCaption) else {}
-    files = []
+    files: dict[str, bytes] = {}
     with house_style(), laid_out_once(drawing):
-        for kind in formats:
+        for kind in dict.fromkeys("svg" if kind == "png" else kind for kind in formats):
             content = io.BytesIO()
             metadata = _METADATA[kind] | (description if kind == "svg" else {})
             drawing.savefig(content, format=kind, dpi=DOTS_PER_INCH, metadata=metadata)
-            files.append(rounded(content.getvalue()) if kind == "svg" else content.getvalue())
-    return files
+            files[kind] = rounded(content.getvalue()) if kind == "svg" else content.getvalue()
+    return [rasterised(files["svg"], DOTS_PER_INCH) if kind == "png" else files[kind] for kind in formats]
 
 
 @contextmanager
@@ -249,8 +249,7 @@ def laid_out_once(figure: "Figure") -> Iterator[None]:
     """Lay out before the first file rather than before each: many panels take a second."""
     engine, dpi = figure.get_layout_engine(), figure.dpi
     figure.dpi = DOTS_PER_INCH
-    if engine is not None:
-        engine.execute(figure)
+    figure.draw_without_rendering()
     figure.set_layout_engine(None)  # "none" leaves a placeholder, for which every file is drawn twice
     try:
         yield
