@@ -1,5 +1,6 @@
 """Fixtures that every test may use."""
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -9,6 +10,9 @@ from hypothesis import settings
 # The same commit gives the same verdict; what is drawn anew each time is the business of tests/fuzz.
 settings.register_profile("repeatable", derandomize=True)
 settings.load_profile("repeatable")
+
+# Processes of xdist are told the width of a terminal, of which there is none.
+os.environ.pop("COLUMNS", None)
 
 SHARED = Path(__file__).resolve().parents[1].parent / "shared" / "data"
 

@@ -154,7 +154,7 @@ def test_a_scheduler_that_none_answers_at_is_refused_before_any_work(words, tmp_
     monkeypatch.setattr("scruton.workers.REACH", 1)
     monkeypatch.chdir(tmp_path)
     places = {"example": Path(__file__).parents[2] / "examples" / "rectangle-4to1", "out": tmp_path / "out"}
-    asked = [word.format(**places) for word in words.split()]
+    asked = [word.format(**places) for word in words]
     assert main([*asked, "--scheduler", "tcp://127.0.0.1:1"]) == 2
     assert "--scheduler: found tcp://127.0.0.1:1, where none answers" in capsys.readouterr().err
     assert main([*asked, "--tls-ca", "ca.pem"]) == 2

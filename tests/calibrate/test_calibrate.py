@@ -316,8 +316,6 @@ def test_bad_input_is_named(tmp_path):
         chosen(["calm"])
     with pytest.raises(InputError, match=r"campaigns: found 1; wanted at least 2"):
         tiny(tmp_path, campaigns=1)
-    with pytest.raises(InputError, match=r"jobs: found 0; wanted at least 1"):
-        tiny(tmp_path, jobs=0)
     (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(InputError, match=r"found a file; wanted the path of a folder"):
         tiny(tmp_path / "file")

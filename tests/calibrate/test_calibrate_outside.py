@@ -131,7 +131,7 @@ def test_interval_score_factor_and_death_of_known_draws():
     check = law_check(REGIMES["law-1"], [record, other])
     assert list(check.quantities) == ["a*"]
     assert check.quantities["a*"].reaches_zero == 0.5
-    assert "reach zero in" in _law_text(check)
+    assert "reach zero in" in _law_text(check)[1][0]
 
 
 def test_memory_has_no_relaxation_rate(card):

@@ -353,13 +353,14 @@ CYLINDER_PEAKS = {"g1 U 15.8": 0.084, "g2 U 15.8": 0.087, "e2 U 15.4": 0.066}
 
 
 @pytest.mark.real
-def test_the_cylinder(shared_data, quick_card):
+def test_the_cylinder(shared_data):
     """Independent figures for 1-4 mm: g1 0.99 to 1.03 %, g2 0.92 to 0.95 %, e2 1.26 to 1.32 %.
 
     Below, the damping of g2 and e2 is another: they have no constant, and their intervals hold these figures.
     """
     campaign = tests_used(load_campaign(shared_data("cylinder-in-wind")), (*CYLINDER_PEAKS, "g1 U 14.5", "e2 U 16.1"))
-    fit = fit_campaign(campaign, load_card(quick_card()), thorough=False)
+    # the rate that lock-in records leave open has a long tail, which few walkers may miss
+    fit = fit_campaign(campaign, load_card("paper"), thorough=False)
     found = {one["name"]: one["parameters"]["damping_ratio"] for one in fit.summary["rigs"]}
     amplitude = np.linspace(1e-3, 4e-3, 30) / campaign.section.depth
     for name, wanted, error in (("g1", 1.01, 0.06), ("g2", 0.93, 0.06), ("e2", 1.29, 0.08)):

@@ -170,7 +170,7 @@ def report(three, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[.
     monkeypatch.setattr(FitTask, "of", lambda *_, **__: task)
     monkeypatch.setattr(FitTask, "fit", lambda *_, **__: three)
     monkeypatch.setattr("scruton.infer.store.write_fit", lambda *_: None)
-    monkeypatch.setattr("scruton.processes.SecondProcess", lambda: SecondProcess(beside=False))
+    monkeypatch.setattr("scruton.processes.SecondProcess", lambda **_: SecondProcess(beside=False))
     monkeypatch.setattr("scruton.report.parts.check_bridge", lambda *_: None)
     monkeypatch.setattr("scruton.report.parts.scruton_numbers_of", lambda *_: [30.0])
     monkeypatch.setattr("scruton.report.parts.gap_part", lambda *_: Part(GAP))

@@ -4,8 +4,8 @@ What is printed of a test comes from here: what one test says alone, under the r
 """
 
 import weakref
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
@@ -81,12 +81,15 @@ def joint_draws(tree: "xr.DataTree") -> Joint:
     if "campaign_posterior" not in tree:
         return Joint()
     groups = [cast("xr.DataTree", tree[name]) for name in _SOURCES if name in tree]
-    for kept, joint in _KEPT:
-        if len(kept) == len(groups) and all(ref() is group for ref, group in zip(kept, groups, strict=True)):
-            return joint
-    joint = _mixed(tree)
-    _KEPT[:] = [([weakref.ref(group) for group in groups], joint)]
-    return joint
+    joint = next((joint for kept, joint in _KEPT if _same(kept, groups)), None)
+    if joint is None:
+        joint = _mixed(tree)
+        _KEPT[:] = [([weakref.ref(group) for group in groups], joint)]
+    return replace(joint, at_prior=names_at_prior(tree))  # an attribute, which may be set later
+
+
+def _same(kept: "Sequence[weakref.ref[xr.DataTree]]", groups: "Sequence[xr.DataTree]") -> bool:
+    return len(kept) == len(groups) and all(ref() is group for ref, group in zip(kept, groups, strict=True))
 
 
 def _mixed(tree: "xr.DataTree") -> Joint:
@@ -115,7 +118,7 @@ def _mixed(tree: "xr.DataTree") -> Joint:
         if np.isnan(constant["law_n"]):
             values["law_exponent"] = shared["n"]
         tests[str(test)] = values
-    return Joint(shared, tests, names_at_prior(tree))
+    return Joint(shared, tests)
 
 
 def reference_holds(weights: "LawWeights") -> bool:
