@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from scruton.arrays import FloatArray, IntArray
-from scruton.infer.results import CAMPAIGN
 from scruton.infer.thresholds import CARRIES, NOT_MOVED, SAME_PLACE
 from scruton.stats.priors import Prior
 
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
 
     from scruton.infer.results import LawWeights
 
+CAMPAIGN = "campaign,"  # how the posterior of the campaign model is named, before the law
 REFERENCE = -1.0  # the law that Y1 and epsilon belong to
 FORCES = ("Y1", "epsilon")
 # Scales of the discrepancy between settings, and how they are spoken of.

@@ -10,8 +10,9 @@ from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign
 from scruton.dynamics import Setting, force_parameters
 from scruton.infer.hierarchy import CampaignPosterior, PeakTest
+from scruton.infer.joint import CAMPAIGN
 from scruton.infer.models import NOISE, WIND
-from scruton.infer.results import CAMPAIGN, LawResult, LawWeights, PeakResult, TestResult
+from scruton.infer.results import LawResult, LawWeights, PeakResult, TestResult
 from scruton.infer.sampling import ExcludedByPriorsError, Sampling
 from scruton.infer.thresholds import HOPELESS, LAWS_FLOOR
 from scruton.stats.evidence import evidence_by_importance, log_evidence

@@ -11,6 +11,7 @@ from scruton.campaign.schema import Campaign, Record, Rig, Test
 from scruton.envelope import Cycles, FrontEnd, RingDown
 from scruton.infer.cards import ModelCard
 from scruton.infer.hierarchy import CampaignPosterior
+from scruton.infer.joint import CAMPAIGN
 from scruton.infer.models import TrialPosterior, WindPosterior
 from scruton.infer.steady import SteadyVerdict
 from scruton.infer.thresholds import FAVOURED
@@ -23,8 +24,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-# How posteriors are named: the campaign model before its law, a trial function before its record.
-CAMPAIGN, TRIAL = "campaign,", "trial function of"
+TRIAL = "trial function of"  # how the posterior of one record's trial function is named, before the record
 
 
 @dataclass(frozen=True, eq=False)
