@@ -157,7 +157,9 @@ def test_a_law_without_weight_does_not_bring_the_verdict_down() -> None:
 
     def of(weight: float) -> list[str]:
         laws = xr.Dataset({"weight": ("law", [weight, 1.0 - weight])}, coords={"law": ["n=-1", "n=1"]})
-        return unconverged(xr.DataTree.from_dict({"/convergence": table, "/laws": laws}))
+        sampled = xr.Dataset(coords={"law": laws["law"]})
+        groups = {"/convergence": table, "/laws": laws, "/campaign_posterior": sampled}
+        return unconverged(xr.DataTree.from_dict(groups))
 
     assert of(0.3) == ["campaign, n=-1"]
     assert of(1e-9) == []

@@ -21,7 +21,6 @@ def size(arguments: Namespace) -> Outcome:
         return predict.size(arguments)
     from scruton.infer.store import provenance_of
     from scruton.report.chapters.sizing import both_summary, sizing_summary
-    from scruton.report.figures import figures_from, save
     from scruton.sizing.both import size_both
     from scruton.sizing.limits import limit
     from scruton.sizing.results import RESULT
@@ -36,8 +35,7 @@ def size(arguments: Namespace) -> Outcome:
     check_writable(folder)
     fits = [predict.read_fit(results, arguments.effect, "a fit of at least one test") for results in folders]
     bridges = [predict.bridge_of(tree, arguments) for tree, _ in fits]
-    settings = {name: getattr(arguments, name) for name in ("law", "effect", "rig", "damping")}
-    settings |= {"limits": arguments.limit, "dampers": [], "identified": arguments.identified}
+    settings = predict.settings_of(arguments)
     inputs = dict(bridges[0].sha256)
     for bridge, results, (_, summary) in zip(bridges, folders, fits, strict=True):
         made = provenance_of(results, summary)
@@ -50,14 +48,9 @@ def size(arguments: Namespace) -> Outcome:
         contents: list[dict[str, Any]] = []
         written: list[Path] = []
         for results, (_, summary), bridge, sizing in zip(folders, fits, bridges, sizings, strict=True):
-            place = work.new / bridge.motion.value if contents else work.new
-            place.mkdir(exist_ok=True)
             content = described(results, summary, bridge, sizing, settings, seed=arguments.seed)
-            drawn = figures_from("sizing", content)
-            figures = [path for figure in drawn for path in save(figure, place, formats=("svg", "png"))]
-            work.write(str((place / RESULT).relative_to(work.new)), content)
+            written += predict.write_sizing(work, content, bridge.motion.value if contents else "")
             contents.append(content)
-            written += [place / RESULT, *figures]
         paths = work.published(written)
     summaries = [render_text(sizing_summary(content)) for content in contents]
     text = "\n\n".join([*summaries, render_text(both_summary(contents[0]))])

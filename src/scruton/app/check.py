@@ -9,7 +9,8 @@ from scruton.dynamics.first_look import Check, check
 from scruton.envelope import usable
 from scruton.envelope.inspection import SET_ASIDE
 from scruton.errors import InputError
-from scruton.report.first_look import overview, tables
+from scruton.report.document import Table
+from scruton.report.first_look import overview
 from scruton.report.render_text import render_text
 from scruton.report.wording import TERMINAL
 from scruton.terminal import BAD_INPUT, DONE, line_width
@@ -29,14 +30,16 @@ def run(arguments: Namespace) -> Outcome:
         usable(found.campaign, strict=True)
     lines = [] if arguments.html is None else [_page(found, arguments.html)]
     unread = [str(problem) for problem in found.problems]
+    blocks = overview(found, TERMINAL)
+    tables = [block for block in blocks if isinstance(block, Table)]
     content = {
         "title": found.campaign.title,
-        **{one.name: [dict(zip(one.header, row, strict=True)) for row in one.rows] for one in tables(found, TERMINAL)},
+        **{one.name: [dict(zip(one.header, row, strict=True)) for row in one.rows] for one in tables},
         "warnings": list(found.warnings),
         "unusable": unread,
     }
     remarks = unread if arguments.quiet or arguments.json else ()
-    text = render_text(overview(found, TERMINAL), line_width())
+    text = render_text(blocks, line_width())
     return Outcome(text, lines, remarks, BAD_INPUT if unread else DONE, content)
 
 

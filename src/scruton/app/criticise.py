@@ -1,6 +1,5 @@
 """`scruton criticise`: what a statistician asks of a fit, answered in tables, figures and sentences."""
 
-import json
 from argparse import Namespace
 from dataclasses import replace
 from pathlib import Path
@@ -8,7 +7,7 @@ from textwrap import shorten
 from typing import Any
 
 from scruton.app.run import Outcome, Run
-from scruton.documents import write_text
+from scruton.documents import read_json, write_text
 from scruton.errors import InputError
 from scruton.infer.criticism import Criticism
 from scruton.report.chapters.results import sensitivity_table
@@ -64,7 +63,7 @@ def run(arguments: Namespace) -> Outcome:
     said = "\n".join(shorten(line, line_width() or LONGEST, placeholder=" ...") for line in said.split("\n"))
     return Outcome(
         said, [work.folder / TEXT], code=DONE if criticism.ok else NOT_TRUSTED,
-        content=json.loads((work.folder / CONTENT).read_text(encoding="utf-8")),
+        content=read_json(work.folder / CONTENT),
     )  # fmt: skip
 
 

@@ -66,7 +66,6 @@ def size(arguments: Namespace) -> Outcome:
     """
     from scruton.infer.store import provenance_of
     from scruton.report.chapters.sizing import sizing_summary
-    from scruton.report.figures import figures_from, save
     from scruton.sizing.existing import offers
     from scruton.sizing.limits import limit
     from scruton.sizing.results import RESULT
@@ -81,21 +80,36 @@ def size(arguments: Namespace) -> Outcome:
     check_writable(folder)
     tree, summary = read_fit(results, arguments.effect, "a fit of at least one test")
     bridge = bridge_of(tree, arguments)
-    settings = {name: getattr(arguments, name) for name in ("law", "effect", "rig", "damping")}
-    settings |= {"limits": arguments.limit, "dampers": arguments.damper, "identified": arguments.identified}
+    settings = settings_of(arguments)
     inputs = provenance_of(results, summary) | dict(bridge.sha256)
     with Run(folder, "size", arguments, sha256=inputs, settings=settings, results=(RESULT,)) as work:
         content = sized(
             results, (tree, summary), bridge, rules, asked=settings, rig=arguments.rig, law_n=arguments.law,
             seed=arguments.seed, progress=work.bar, offers=asked,
         )  # fmt: skip
-        drawn = figures_from("sizing", content)
-        figures = [path for figure in drawn for path in save(figure, work.new, formats=("svg", "png"))]
-        work.write(RESULT, content)
-        paths = work.published([work.new / RESULT, *figures])
+        paths = work.published(write_sizing(work, content))
     return Outcome(
         render_text(sizing_summary(content), line_width()), paths, code=DONE if summary["converged"] else NOT_TRUSTED
     )
+
+
+def settings_of(arguments: Namespace) -> dict[str, Any]:
+    """What a sizing is asked for, by the names that sizing.json keeps it under."""
+    settings = {name: getattr(arguments, name) for name in ("law", "effect", "rig", "damping")}
+    return settings | {"limits": arguments.limit, "dampers": arguments.damper, "identified": arguments.identified}
+
+
+def write_sizing(work: Run, content: dict[str, Any], part: str = "") -> list[Path]:
+    """Write sizing.json and its figures into a part of the new results; their places."""
+    from scruton.report.figures import figures_from, save
+    from scruton.sizing.results import RESULT
+
+    folder = work.new / part
+    folder.mkdir(exist_ok=True)
+    drawn = figures_from("sizing", content)
+    figures = [path for figure in drawn for path in save(figure, folder, formats=("svg", "png"))]
+    work.write(str(Path(part) / RESULT), content)
+    return [folder / RESULT, *figures]
 
 
 def bridge_of(tree: "xr.DataTree", arguments: Namespace) -> "Bridge":

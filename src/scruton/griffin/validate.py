@@ -177,17 +177,17 @@ def validate(
     by_source: dict[Source, list[str]] = {}
     for test, source in plan:
         by_source.setdefault(source, []).append(test)
-    first = {source: 1 + [other for _, other in plan].index(source) for source in by_source}
+    sources = list(by_source)
     sc = {test: fitted[test]["scruton_number"]["median"] for test in peaks}
     tasks = [
-        (tests_used(campaign, source), card, seed, place(first[source]), [sc[test] for test in targets])
-        for source, targets in by_source.items()
+        (tests_used(campaign, source), card, seed, place(number), [sc[test] for test in by_source[source]])
+        for number, source in enumerate(sources, start=1)
     ]
     predicted: dict[tuple[str, Source], tuple[Prediction, bool]] = {}
     tell("fits", 1 / total)
     for done, (index, (predictions, trusted)) in enumerate(workers.values(_predicted, tasks), start=2):
-        source, targets = list(by_source.items())[index]
-        predicted |= {(test, source): (one, trusted) for test, one in zip(targets, predictions, strict=True)}
+        source = sources[index]
+        predicted |= {(test, source): (one, trusted) for test, one in zip(by_source[source], predictions, strict=True)}
         tell("fits", min(done / total, 1.0))
     validations = []
     for test, source in plan:

@@ -131,7 +131,7 @@ class CampaignPosterior(Posterior):
         curve knows nothing of their noise, unless the law is among what is sampled.
         """
         shared = np.arange(self.own_coordinates[0].start)
-        own = [Block(np.arange(layout.start, layout.stop), shared) for layout in self.own_coordinates]
+        own = [Block(members, shared) for members in self.apart]
         known = ("stable_amplitude", "relaxation_ratio", *(NOISE if self.exponent else ()))
         free, levels = (
             np.array([layout[name] for layout in self.own_coordinates for name in layout if name in names], dtype=int)

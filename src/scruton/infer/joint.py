@@ -184,9 +184,8 @@ def unconverged(tree: "xr.DataTree") -> list[str]:
 
     Nothing rests on the campaign model under a law that carries no weight.
     """
-    table, weights = tree["convergence"], {}
-    if "laws" in tree:
-        weights = dict(zip(map(str, tree["laws"]["law"].to_numpy()), tree["laws"]["weight"].to_numpy(), strict=True))
-    idle = {f"{CAMPAIGN} {label}" for label, weight in weights.items() if weight <= CARRIES}
+    table = tree["convergence"]
+    laws = zip(*law_weights(tree), strict=True) if "laws" in tree else ()
+    idle = {f"{CAMPAIGN} {label}" for label, weight in laws if weight <= CARRIES}
     failed = table["posterior"].to_numpy()[~table["converged"].to_numpy().astype(bool)]
     return [name for name in dict.fromkeys(map(str, failed)) if name not in idle]

@@ -55,8 +55,7 @@ class Sampling:
             for array in arrays:
                 digest.update(np.ascontiguousarray(array).tobytes())
             checkpoint = Checkpoint(self.checkpoints / f"{zlib.crc32(name.encode()):08x}.npz", digest.hexdigest())
-        together = max((block.members.size for block in posterior.blocks), default=len(posterior.priors))
-        settings = fewer_walkers(self.card.sampler, together)
+        settings = fewer_walkers(self.card.sampler, max(block.members.size for block in posterior.blocks))
 
         def progress(_: int, done: float) -> None:
             if self.report:

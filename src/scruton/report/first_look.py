@@ -31,13 +31,13 @@ def overview(found: Check, notation: Notation) -> list[Block]:
         f"{'' if section.fluid is Fluid.AIR else f', in {section.fluid.value}'}; "
         f"{len(campaign.rigs)} rigs, {len(campaign.tests)} tests"
     )
-    return [paragraph(heading), *tables(found, notation), *_warnings(found)]
+    return [paragraph(heading), *_tables(found, notation), *_warnings(found)]
 
 
 def first_look(found: Check) -> Document:
     """The page: what to worry about, the quick estimation, every record with its window, ring-downs, and the tables."""
     campaign = found.campaign
-    captioned = [replace(table, caption=_CAPTIONS[table.name]) for table in tables(found, PAGE)]
+    tables = [replace(table, caption=_CAPTIONS[table.name]) for table in _tables(found, PAGE)]
     return numbered(
         Document(
             title=campaign.title or "Untitled campaign",
@@ -48,7 +48,7 @@ def first_look(found: Check) -> Document:
                 Chapter("estimation", "Quick estimation", [*griffin_pictures(found), *_estimation(found)]),
                 Chapter("records", "Records", [*_how_to(found), *record_pictures(found)]),
                 Chapter("structural", "Structural damping by amplitude", ring_down_pictures(found)),
-                Chapter("campaign", "What the campaign says", captioned),
+                Chapter("campaign", "What the campaign says", tables),
             ],
             generator="scruton check",
             title_block=campaign.title_block.lines,
@@ -102,8 +102,7 @@ def _estimation(found: Check) -> Iterator[Block]:
     )
 
 
-def tables(found: Check, notation: Notation) -> list[Table]:
-    """Rigs, tests, sweeps and records, a row each."""
+def _tables(found: Check, notation: Notation) -> list[Table]:
     campaign, unit = found.campaign, found.campaign.section.amplitude_unit
     quick: dict[str, list[Identified]] = {}
     for row in found.identified:

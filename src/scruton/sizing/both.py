@@ -10,9 +10,9 @@ from scruton.sizing.bridge import Bridge
 from scruton.sizing.damper_request import RiskOf
 from scruton.sizing.limits import Limit
 from scruton.sizing.model import ModeModel, Spread
-from scruton.sizing.modes import BothMotions, damped_modes, exceedance
+from scruton.sizing.modes import BothMotions, damped_modes, exceedance, with_required
 from scruton.sizing.results import ModeSizing, Sizing
-from scruton.sizing.study import built_on, mode_models, size, untrusted
+from scruton.sizing.study import built_on, mode_models, size, unsized, untrusted
 from scruton.sizing.together import Placed, any_mode_flag, joint_draws, placed, sized_for_any
 
 if TYPE_CHECKING:
@@ -76,10 +76,12 @@ def size_both(
     hung = placed([mode.damper for mode in modes], every)
     together = union(every, modes, hung, seed)
     flag = any_mode_flag(together.with_dampers, first.damper)
-    return tuple(  # type: ignore[return-value]
-        replace(_with_all(sizing, those, hung, seed), both=together, flags=(*_flags(sizing), *([flag] if flag else [])))
-        for sizing, those in zip(sizings, models, strict=True)
-    )
+    done = []
+    for (_, bridge), sizing, those in zip(fits, sizings, models, strict=True):
+        without = unsized(bridge)  # the other motion's modes are here
+        said = (*(one for one in sizing.flags if one not in without), *([flag] if flag else []))
+        done.append(replace(_with_all(sizing, those, hung, seed), both=together, flags=said))
+    return done[0], done[1]
 
 
 def union(
@@ -88,13 +90,12 @@ def union(
     """Risk of any mode, each in its own lock-in: as it is, with the damping required at 95 %, with all dampers."""
     limits = [mode.governing_limit.limit for mode in modes]
     draws = joint_draws(models, seed)
-    needs = [need for mode in modes if (need := mode.governing_limit.required["0.95"]) is not None]
     arms = [1.0 if model.bridge.motion is Motion.HEAVING else 0.5 * model.bridge.width for model in models]
     return BothMotions(
         tuple(mode.name for mode in modes), tuple(model.bridge.motion.value for model in models),
         tuple(_at(mode.amplitude, arm) for mode, arm in zip(modes, arms, strict=True)),
         exceedance(draws, limits, [0.0] * len(modes)),
-        exceedance(draws, limits, needs) if len(needs) == len(modes) else None,
+        with_required(draws, limits, [mode.governing_limit for mode in modes]),
         damped_modes(models, limits, dampers, seed)[0],
     )  # fmt: skip
 
@@ -108,8 +109,3 @@ def _with_all(sizing: Sizing, models: Sequence[ModeModel], dampers: Sequence[Pla
     """The modes of one motion with the dampers of both."""
     left, added = damped_modes(models, [mode.governing_limit.limit for mode in sizing.modes], dampers, seed)
     return replace(sizing, all_modes=replace(sizing.all_modes, with_dampers=left, added_by_dampers=added))
-
-
-def _flags(sizing: Sizing) -> tuple[str, ...]:
-    """What was said, less that modes of the other motion were left out."""
-    return tuple(flag for flag in sizing.flags if not flag.startswith("modes of the other motion"))

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.sizing.checks import ASKED
 from scruton.sizing.hours import LockInHours, LockInShape, lock_in_hours
 from scruton.sizing.model import Draws, ModeModel, Spread, spread
 from scruton.sizing.risk import Risk
@@ -68,6 +69,12 @@ def exceedance(draws: Sequence[Draws], limits: Sequence[float], added: Sequence[
     return Exceedance(tuple(float(row.mean()) for row in exceeds), float(exceeds.any(axis=0).mean()))
 
 
+def with_required(draws: Sequence[Draws], limits: Sequence[float], risks: Sequence[Risk]) -> Exceedance | None:
+    """Probabilities with the damping that each mode needs at 95 %; None where one cannot have it."""
+    needs = [need for risk in risks if (need := risk.required[ASKED]) is not None]
+    return exceedance(draws, limits, needs) if len(needs) == len(risks) else None
+
+
 def all_modes(
     models: Sequence[ModeModel],
     risks: Sequence[Risk],
@@ -88,8 +95,7 @@ def all_modes(
     """
     draws, limits = joint_draws(models, seed), [risk.limit for risk in risks]
     without = exceedance(draws, limits, [0.0] * len(models))
-    needs = [need for risk in risks if (need := risk.required["0.95"]) is not None]
-    required = exceedance(draws, limits, needs) if len(needs) == len(models) else None
+    required = with_required(draws, limits, risks)
     damped, added_by_dampers = damped_modes(models, limits, dampers, seed)
     hours = lock_in_hours(models, draws, limits, shapes, seed)
     names = tuple(model.mode.name for model in models)

@@ -88,7 +88,8 @@ def sized(
     **options
         As of `size`.
     """
-    return described(folder, fit[1], bridge, size(fit[0], bridge, limits, **options), asked, **options)
+    sizing = size(fit[0], bridge, limits, **options)
+    return described(folder, fit[1], bridge, sizing, asked, seed=int(options.get("seed", 0)))
 
 
 def described(
@@ -98,8 +99,7 @@ def described(
     sizing: Sizing,
     asked: Mapping[str, Any] | None = None,
     *,
-    seed: int = 0,
-    **_options: Any,
+    seed: int,
 ) -> dict[str, Any]:
     """The content of sizing.json with what it was made from, of the fit in a folder; arguments as of `sized`."""
     content = sizing.to_json()

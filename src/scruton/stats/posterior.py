@@ -105,8 +105,8 @@ class Posterior(ABC):
 
     @property
     def blocks(self) -> tuple[Block, ...]:
-        """Coordinates that are sampled together, given the others; none where all are at once."""
-        return ()
+        """Coordinates that are sampled together, given the others; by default all are at once."""
+        return (Block(np.arange(len(self.priors)), np.arange(0)),)
 
     def forget(self) -> None:
         """Drop what is remembered of earlier calls, so that what follows is the same whatever came before."""

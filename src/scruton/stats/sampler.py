@@ -25,7 +25,7 @@ from scruton.errors import InputError
 from scruton.stats.convergence import Convergence, SamplerSettings, effective_draws, judge, promising
 from scruton.stats.moves import sweep
 from scruton.stats.optimum import find_optimum
-from scruton.stats.posterior import Block, Posterior
+from scruton.stats.posterior import Posterior
 from scruton.stats.student_t import Conditional, Mixture, StudentT, conditional, fit_mixture
 from scruton.stats.thresholds import ADAPTATIONS, EARLY, FAR_BELOW, MET, OVERDISPERSED
 
@@ -240,8 +240,7 @@ def sample(
 def _start(posterior: Posterior, settings: SamplerSettings, seed: np.random.SeedSequence) -> Ensembles:
     """Ensembles of walkers round optima, wider than the posterior seems, so that ensembles that agree have mixed."""
     d = len(posterior.priors)
-    blocks = posterior.blocks or (Block(np.arange(d), np.arange(0)),)
-    count = max(settings.walkers, 2 * max(block.members.size for block in blocks))
+    count = max(settings.walkers, 2 * max(block.members.size for block in posterior.blocks))
     count += count % 2
     *children, sampling = seed.spawn(settings.ensembles + 1)
     proposals, coords, log_prob = [], np.empty((0, d)), np.empty(0)
@@ -257,7 +256,7 @@ def _start(posterior: Posterior, settings: SamplerSettings, seed: np.random.Seed
             coords, log_prob = np.concatenate([coords, new[good]]), np.concatenate([log_prob, value[good]])
             width *= 0.7
         coords, log_prob = coords[: i * count], log_prob[: i * count]
-        proposals.append([conditional(proposal, *block) for block in blocks])
+        proposals.append([conditional(proposal, *block) for block in posterior.blocks])
     state = np.random.RandomState(np.random.MT19937(sampling)).get_state()
     return Ensembles(settings.ensembles, proposals, coords.copy(), log_prob.copy(), state)
 

@@ -168,10 +168,8 @@ def fit_mixture(points: FloatArray) -> Mixture:
         parts = []
         for r, g in zip(share, gain, strict=True):
             weight = r * g
-            centre = weight @ points / weight.sum()
-            off = points - centre
-            spread = ((off * weight[:, None]).T @ off + d * scale) / (r.sum() + d)
-            parts.append(StudentT(centre, np.linalg.cholesky(spread), AT_OPTIMUM))
+            centre, squares = _weighted(points, weight)
+            parts.append(StudentT(centre, np.linalg.cholesky((squares + d * scale) / (r.sum() + d)), AT_OPTIMUM))
         mixture = Mixture(share.mean(axis=1), tuple(parts))
         distance = np.stack([p.distance(points) for p in parts])
         gain = (AT_OPTIMUM + d) / (AT_OPTIMUM + distance)
@@ -197,10 +195,16 @@ def maximum_likelihood(points: FloatArray, degrees_of_freedom: float) -> Student
     for _ in range(_ROUNDS):
         z = np.linalg.solve(np.linalg.cholesky(scale), (points - centre).T)
         weight = (degrees_of_freedom + d) / (degrees_of_freedom + np.einsum("ij,ij->j", z, z))
-        centre = weight @ points / weight.sum()
-        away = points - centre
-        scale = (away * weight[:, None]).T @ away / len(points)
+        centre, squares = _weighted(points, weight)
+        scale = squares / len(points)
     return StudentT(centre, np.linalg.cholesky(scale), degrees_of_freedom)
+
+
+def _weighted(points: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Weighted mean of points (N, d), (d,), and the weighted sum of the squares about it, (d, d)."""
+    centre = weight @ points / weight.sum()
+    away = points - centre
+    return centre, (away * weight[:, None]).T @ away
 
 
 def fit_student_t(points: FloatArray, weight: FloatArray) -> StudentT:
