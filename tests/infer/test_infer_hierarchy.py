@@ -10,8 +10,10 @@ from scruton.dynamics.cycles import EnvelopeData
 from scruton.dynamics.likelihood import Wind, innovations, pointwise_log_likelihood
 from scruton.infer.hierarchy import SHARED, CampaignPosterior, PeakTest
 from scruton.infer.models import NOISE, WIND, SteadyAmplitude, WindPosterior
+from scruton.stats.convergence import SamplerSettings
 from scruton.stats.optimum import _climb, _laplace, _pairs
 from scruton.stats.priors import Prior
+from scruton.stats.sampler import sample
 
 LAWS = [-1.0, -0.5, 0.0, 1.0, 2.0, None]
 OMEGA0 = 50.0
@@ -409,3 +411,55 @@ def test_the_search_starts_where_the_tests_see_themselves(n):
     np.testing.assert_allclose(np.nanmedian(s["a_star"], axis=0), [0.05, 0.035, 0.028], rtol=0.03)
     np.testing.assert_allclose(np.median(s["relaxation_ratio"][:, :2], axis=0), 0.02, rtol=0.03)
     assert np.isfinite(posterior.log_prob(u)).mean() > 0.5
+
+
+class Told(WindPosterior):
+    """Records that say the amplitude to 30 % and the rate to 8 %, 5 % above the damping: G may be next to nothing."""
+
+    def log_likelihood(self, u):
+        log = self.named(u)
+        return normal(log["stable_amplitude"], np.log(0.05), 0.3) + normal(
+            log["relaxation_ratio"], np.log(0.0063), 0.08
+        )
+
+
+def test_near_the_laws_bound_ensembles_meet_in_the_posterior():
+    """Against draws of the prior weighed by the likelihood, which know neither coordinates nor Jacobians."""
+    rng = np.random.default_rng(7)
+    plain = peak_test("one", -1.0, envelope(rng, ["a"]), 0.006, 3000.0, 0.01)
+    priors = tuple(replace(p, second=0.1) if p.name == "damping_ratio" else p for p in plain.wind.priors)
+    draws = np.array([p.location for p in priors]) + 0.1 * rng.standard_normal((500, len(priors)))
+    draws[:, 0] += np.log(0.05) - draws[:, 0].mean()
+    draws[:, 1] += np.log(0.0075) - draws[:, 1].mean()
+    test = replace(plain, wind=Told(priors, plain.wind.data, (), OMEGA0, -1.0), draws=draws)
+    shared = (lognormal("", 0.05, 0.7), lognormal("", 0.014, 0.5), lognormal("", 0.07, 0.8), lognormal("", 0.15, 0.8))
+    posterior = CampaignPosterior([test], shared, -1.0)
+
+    settings = SamplerSettings(walkers=64, draws=48, min_ess=600, max_rhat=1.01, max_steps=1000)
+    samples = sample(posterior, settings, np.random.SeedSequence(4))
+    assert samples.convergence.converged, samples.convergence.explain(posterior.names, settings)
+
+    def quantities(u):
+        s, (a_ref, r_ref, _, at_zero) = posterior.settings(u), posterior.curve(u)
+        over = s["relaxation"][:, 0] / s["scruton_number"][:, 0]
+        return [
+            over,
+            np.log(s["strength"][:, 0]),
+            np.log(at_zero),
+            np.log(s["damping_ratio"][:, 0]),
+            np.log(a_ref),
+            r_ref,
+        ]
+
+    u = posterior.prior_draws(rng, 120_000)
+    weight = np.exp(posterior.log_likelihood(u))
+    size = weight.sum() ** 2 / np.square(weight).sum()
+    assert size > 1200
+    found = samples.chain.reshape(-1, samples.chain.shape[-1])
+    for here, values in zip(quantities(found), quantities(u), strict=True):
+        order = np.argsort(values)
+        share = np.cumsum(weight[order]) / weight.sum()
+        for probability in (0.05, 0.25, 0.5, 0.75, 0.95):
+            level = values[order][np.searchsorted(share, probability)]
+            error = np.sqrt(probability * (1.0 - probability) * (1.0 / size + 1.0 / 600))
+            assert (here < level).mean() == pytest.approx(probability, abs=4.0 * error)
