@@ -11,7 +11,7 @@ from scruton.dynamics.likelihood import Wind, innovations, pointwise_log_likelih
 from scruton.infer.hierarchy import SHARED, CampaignPosterior, PeakTest
 from scruton.infer.models import NOISE, WIND, SteadyAmplitude, WindPosterior
 from scruton.stats.convergence import SamplerSettings
-from scruton.stats.optimum import _climb, _laplace, _pairs
+from scruton.stats.optimum import _laplace, _pairs, climb_side_by_side
 from scruton.stats.priors import Prior
 from scruton.stats.sampler import sample
 
@@ -88,7 +88,7 @@ def test_the_curvature_of_what_is_apart_is_not_asked_for():
     rng = np.random.default_rng(3)
     u = three.prior_draws(rng, 2000)
     scale = np.array([prior.scale for prior in three.priors])
-    u = _climb(three, u[np.argmax(three.log_prob(u))], scale)
+    u = climb_side_by_side(three, u[np.argmax(three.log_prob(u))][None], scale[None])[0]
     asked, found = [], []
     for whole in (True, False):
         posterior = Counted(three.tests, three.shared, three.n)

@@ -385,10 +385,12 @@ class _Remembered:
         values = np.empty(len(rows))
         values[known] = self._values[at[known]]
         if not known.all():
-            values[~known] = self._function(rows[~known])
+            fresh, one, place = np.unique(keys[~known], return_index=True, return_inverse=True)
+            found = self._function(rows[~known][one])  # a difference in one coordinate leaves most rows alike
+            values[~known] = found[place]
             kept = len(self._keys) < _REMEMBERED
             old = (self._keys, self._values) if kept else (keys[known], values[known])
-            every = np.concatenate([old[0], keys[~known]]), np.concatenate([old[1], values[~known]])
+            every = np.concatenate([old[0], fresh]), np.concatenate([old[1], found])
             self._keys, first = np.unique(every[0], return_index=True)
             self._values = every[1][first]
         return values
