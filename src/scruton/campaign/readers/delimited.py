@@ -20,6 +20,7 @@ from scruton.errors import InputError
 
 # "displacement [mm]" or "displacement (mm)": a name, then a unit at the end.
 _HEADING = re.compile(r"^(?P<name>.*?)\s*(?:\[(?P<unit>[^\[\]]*)\]|\((?P<unit2>[^()]*)\))\s*$")
+_COMMENT = re.compile(r"^ *[#%][#% ]*")
 _LINE_END = re.compile(r"\r\n|\r|\n")
 _WHITESPACE_SPLIT = re.compile(r"\s++(?![\[(])")  # keeps "time [s]" together
 
@@ -189,20 +190,21 @@ def open_delimited(data: bytes, path: Path, dialect: CsvDialect) -> Delimited:
         what = f"nothing after the {dialect.skip_rows} lines to skip" if dialect.skip_rows else "only blank lines"
         raise InputError(path, "", what, 'a header line such as "time [s],displacement [m]"')
     dialect = _numbers_parted_by(line, dialect)
+    line = uncommented(line)
     cells = [cell.strip() for cell in _strip_empty(split_line(line, dialect))]
     if len(cells) <= MOST_COLUMNS and _are_numbers(cells, dialect.decimal):
         return Delimited(path, (), text[start:], number, dialect, (), len(cells))
     if len(cells) > MOST_COLUMNS:
         raise InputError(path, f"line {number}", f"{len(cells):,} columns", f"at most {MOST_COLUMNS:,}")
-    cells[0] = cells[0].lstrip("#% ")  # a header that numpy.savetxt or MATLAB wrote as a comment
     width = len(_strip_empty(split_line(after, dialect)))
     if width > len(cells):
         found = f"{width} columns under a header of {len(cells)}"
         wanted = 'as many as in the header (a decimal comma wants decimal = "," and delimiter = ";")'
         raise InputError(path, f"line {number + 1}", found, wanted)
-    headings = tuple(map(_heading, cells))
+    there = len(split_line(after, dialect))
+    headings = tuple(map(_heading, cells[:there] if there > 1 else cells))  # LabVIEW names comments that are not there
     names = tuple(heading.name for heading in headings)
-    return Delimited(path, names, text[end:], number + 1, dialect, headings, len(cells))
+    return Delimited(path, names, text[end:], number + 1, dialect, headings, len(headings))
 
 
 def _numbers_parted_by(line: str, dialect: CsvDialect) -> CsvDialect:
@@ -239,6 +241,11 @@ def _lines(text: str) -> Iterator[tuple[str, int, int]]:
         position = match.end()
     if position < len(text):
         yield text[position:], position, len(text)
+
+
+def uncommented(line: str) -> str:
+    """Take away the sign with which numpy.savetxt or MATLAB makes a header a comment."""
+    return _COMMENT.sub("", line)
 
 
 def split_line(line: str, dialect: CsvDialect) -> list[str]:
