@@ -20,7 +20,7 @@ distance from it, :math:`\ln G` of the curve and :math:`\ln Sc_j - \ln(1 + n\,Sc
 R_ref and Sc_j the prior's density has no end where G and G_j vanish together, and no sampler follows it there.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -29,13 +29,12 @@ import numpy as np
 from scruton.arrays import FloatArray, IntArray
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.infer.models import NOISE, WIND, WindPosterior
+from scruton.infer.remembered import Remembered
 from scruton.stats.posterior import Block, Coordinates, Posterior, Values
 from scruton.stats.priors import Prior
 
 SHARED = ("reference_amplitude", "reference_relaxation_ratio", "discrepancy_amplitude", "discrepancy_relaxation")
 _BEYOND_RECORDS = ("damping_ratio", "mass_factor", "w")  # the likelihood of a test's transients does not know them
-_REMEMBERED = 20_000  # rows
-_ODD, _HALF = np.uint64(0x9E3779B97F4A7C15), np.uint64(29)  # of the number that a row is known by
 _LOG_2PI = float(np.log(2.0 * np.pi))
 
 
@@ -305,12 +304,12 @@ class CampaignPosterior(Posterior):
             yield test, v
 
     @cached_property
-    def _remembered(self) -> tuple["_Remembered", ...]:
+    def _remembered(self) -> tuple[Remembered, ...]:
         """Likelihoods of the tests.
 
         Their last bits depend on the walkers that are computed side by side: `forget` makes a resumed run the same.
         """
-        return tuple(_Remembered(test.wind.log_likelihood) for test in self.tests)
+        return tuple(Remembered(test.wind.log_likelihood) for test in self.tests)
 
     def prior_sample(self, rng: np.random.Generator, size: int) -> tuple[FloatArray, np.ndarray]:
         """Draws of the generative prior and whether each satisfies the constraint; see `Posterior.prior_sample`."""
@@ -366,41 +365,6 @@ class CampaignPosterior(Posterior):
         level = np.where(np.isfinite(level), level, log["reference_amplitude"])
         log["reference_amplitude"] = level + 0.05 * rng.standard_normal(size)
         return u
-
-
-class _Remembered:
-    """A function of rows, called for those not seen lately: most moves leave most tests as they are.
-
-    A row is known by a number of 64 bits made from all of its bits; that two rows share one is out of question.
-    """
-
-    def __init__(self, function: Callable[[FloatArray], FloatArray]) -> None:
-        self._function = function
-        self._keys, self._values = np.empty(0, dtype=np.uint64), np.empty(0)  # by ascending key
-
-    def __call__(self, rows: FloatArray) -> FloatArray:
-        keys = _numbers(rows)
-        at = np.searchsorted(self._keys, keys)
-        known = self._keys[np.minimum(at, len(self._keys) - 1)] == keys if len(self._keys) else at < 0
-        values = np.empty(len(rows))
-        values[known] = self._values[at[known]]
-        if not known.all():
-            values[~known] = self._function(rows[~known])
-            kept = len(self._keys) < _REMEMBERED
-            old = (self._keys, self._values) if kept else (keys[known], values[known])
-            every = np.concatenate([old[0], keys[~known]]), np.concatenate([old[1], values[~known]])
-            self._keys, first = np.unique(every[0], return_index=True)
-            self._values = every[1][first]
-        return values
-
-
-def _numbers(rows: FloatArray) -> np.ndarray:
-    """Return a number of 64 bits for each row, by multiplying and shifting its words into each other."""
-    mixed = np.zeros(len(rows), dtype=np.uint64)
-    for column in np.ascontiguousarray(rows.T).view(np.uint64):
-        mixed = (mixed ^ column) * _ODD
-        mixed ^= mixed >> _HALF
-    return mixed
 
 
 def _stable(s: dict[str, FloatArray], amplitude: FloatArray, strength: FloatArray) -> np.ndarray:
