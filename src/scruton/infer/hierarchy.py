@@ -16,11 +16,12 @@ than the slopes of their transients say, hence two scales; both have a prior in 
 inform them.
 
 For n < 0 the law has a bound, Sc < R/(-n): beyond it no wind makes the section vibrate.  What is sampled is the
-distance from it, :math:`\ln G` of the curve and :math:`\ln Sc_j - \ln(1 + n\,Sc_j/R_j)` of a test: in the logarithms of
-R_ref and Sc_j the prior's density has no end where G and G_j vanish together, and no sampler follows it there.
+distance from it, :math:`\ln G` of the curve and :math:`\ln Sc_j - \ln(1 + n\,Sc_j/R_j)` of a test whose rate is better
+known than its damping: in the logarithms of R_ref and Sc_j the prior's density has no end where G and G_j vanish
+together, and no sampler follows it there.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -29,13 +30,12 @@ import numpy as np
 from scruton.arrays import FloatArray, IntArray
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.infer.models import NOISE, WIND, WindPosterior
+from scruton.infer.remembered import Remembered
 from scruton.stats.posterior import Block, Coordinates, Posterior, Values
 from scruton.stats.priors import Prior
 
 SHARED = ("reference_amplitude", "reference_relaxation_ratio", "discrepancy_amplitude", "discrepancy_relaxation")
 _BEYOND_RECORDS = ("damping_ratio", "mass_factor", "w")  # the likelihood of a test's transients does not know them
-_REMEMBERED = 20_000  # rows
-_ODD, _HALF = np.uint64(0x9E3779B97F4A7C15), np.uint64(29)  # of the number that a row is known by
 _LOG_2PI = float(np.log(2.0 * np.pi))
 
 
@@ -67,6 +67,16 @@ class PeakTest:
         """Whether the records inform the relaxation rate."""
         return bool(self.wind.data.size)
 
+    @cached_property
+    def knows_rate_best(self) -> bool:
+        """Whether the records tell the relaxation rate better than the structural damping is known.
+
+        Its distance from the law's bound is a coordinate of the damping then: the better known of the two stays as it
+        is, or the posterior would bend.
+        """
+        near = self.wind.named(self.draws)
+        return self.relaxes and bool(np.std(near["relaxation_ratio"]) < np.std(near["damping_ratio"]))
+
     @property
     def parameters(self) -> tuple[str, ...]:
         """Names of its coordinates: without records of the relaxation its deviation w stands for the rate."""
@@ -80,8 +90,9 @@ class CampaignPosterior(Posterior):
 
     Sampled: the logarithms of A_ref, R_ref over the reference mass-damping factor, tau and kappa; n where it is free;
     and for every test those of a*, lambda/omega0, scatter, noise factor, xi_s, and the standardised deviation of the
-    mass-damping factor.  Where n < 0, what R_ref exceeds its bound by stands for it, and xi_s over the share that is
-    left to its bound for xi_s; both are unbounded, and called by what they stand for.  Where a test's records say
+    mass-damping factor.  Where n < 0, what R_ref exceeds its bound by stands for it, and where the records tell lambda
+    best (`PeakTest.knows_rate_best`) xi_s over the share that is left to its bound for xi_s; both are unbounded, and
+    called by what they stand for.  Where a test's records say
     nothing of lambda its coordinate is w_j instead (non-centred), which the discrepancy's scale does not squeeze.
 
     Attributes
@@ -126,7 +137,7 @@ class CampaignPosterior(Posterior):
         """
         if self.exponent is None and self.n >= 0.0:
             return self.stated
-        distances = {SHARED[1], *(f"damping_ratio of {test.name}" for test in self.tests if test.relaxes)}
+        distances = {SHARED[1], *(f"damping_ratio of {test.name}" for test in self.tests if test.knows_rate_best)}
         wide = ((p, float(np.hypot(p.scale, 1.0))) for p in self.stated)
         return tuple(
             Prior(p.name, "lognormal", float(np.exp(p.location)), spread, p.unit) if p.name in distances else p
@@ -204,9 +215,10 @@ class CampaignPosterior(Posterior):
                 factor = factor * np.exp(test.factor_log_sd * v["mass_factor"])
             if test.relaxes:
                 ratio = np.exp(v["relaxation_ratio"])
-                share = 1.0 / (1.0 + _bound(n) * damping / ratio)
+                bound = _bound(n) * test.knows_rate_best
+                share = 1.0 / (1.0 + bound * damping / ratio)
                 damping = share * damping
-                strength = factor * (share * ratio + np.maximum(n, 0.0) * damping)
+                strength = factor * (share * ratio + (n + bound) * damping)
             else:
                 strength = at_zero * _exp(_exp(kappa) * v["w"])
                 relaxation = strength - n * factor * damping
@@ -305,12 +317,12 @@ class CampaignPosterior(Posterior):
             yield test, v
 
     @cached_property
-    def _remembered(self) -> tuple["_Remembered", ...]:
+    def _remembered(self) -> tuple[Remembered, ...]:
         """Likelihoods of the tests.
 
         Their last bits depend on the walkers that are computed side by side: `forget` makes a resumed run the same.
         """
-        return tuple(_Remembered(test.wind.log_likelihood) for test in self.tests)
+        return tuple(Remembered(test.wind.log_likelihood) for test in self.tests)
 
     def prior_sample(self, rng: np.random.Generator, size: int) -> tuple[FloatArray, np.ndarray]:
         """Draws of the generative prior and whether each satisfies the constraint; see `Posterior.prior_sample`."""
@@ -334,7 +346,7 @@ class CampaignPosterior(Posterior):
                     strength = at_zero * np.exp(np.exp(log["discrepancy_relaxation"]) * z[1, :, j])
                     own = strength - n * sc
                     values["relaxation_ratio"] = np.log(own / factor)
-                    values["damping_ratio"] -= np.where(n < 0.0, np.log(strength / own), 0.0)
+                    values["damping_ratio"] -= np.where(n < 0.0, np.log(strength / own), 0.0) * test.knows_rate_best
                     good &= np.isfinite(values["relaxation_ratio"])
         good[good] = self.inside(u[good])
         return u, good
@@ -348,7 +360,7 @@ class CampaignPosterior(Posterior):
             for name in WIND:
                 if name in test.parameters:
                     values[name] = near[name]
-            if test.relaxes:
+            if test.knows_rate_best:
                 share = 1.0 - _bound(n[:, 0]) * np.exp(near["damping_ratio"] - near["relaxation_ratio"])
                 values["damping_ratio"] -= np.log(np.maximum(share, 0.01))  # the draws may be of another law
         s, log = self.settings(u), self.named(u)
@@ -356,7 +368,7 @@ class CampaignPosterior(Posterior):
         known = [j for j, test in enumerate(self.tests) if test.relaxes]
         if known:
             # The tests' own strengths of the wind, where they agree with a positive one.
-            strength = np.log(s["strength"][:, known]).mean(axis=1)
+            strength = np.log(np.maximum(s["strength"][:, known], 1e-3)).mean(axis=1)
             above = np.exp(strength + 0.3 * rng.standard_normal(size)) - np.maximum(n[:, 0], 0.0) * sc
             ratio = np.log(np.maximum(above, 1e-12) / factor)
             log["reference_relaxation_ratio"] = np.where(above > 0.0, ratio, log["reference_relaxation_ratio"])
@@ -366,43 +378,6 @@ class CampaignPosterior(Posterior):
         level = np.where(np.isfinite(level), level, log["reference_amplitude"])
         log["reference_amplitude"] = level + 0.05 * rng.standard_normal(size)
         return u
-
-
-class _Remembered:
-    """A function of rows, called for those not seen lately: most moves leave most tests as they are.
-
-    A row is known by a number of 64 bits made from all of its bits; that two rows share one is out of question.
-    """
-
-    def __init__(self, function: Callable[[FloatArray], FloatArray]) -> None:
-        self._function = function
-        self._keys, self._values = np.empty(0, dtype=np.uint64), np.empty(0)  # by ascending key
-
-    def __call__(self, rows: FloatArray) -> FloatArray:
-        keys = _numbers(rows)
-        at = np.searchsorted(self._keys, keys)
-        known = self._keys[np.minimum(at, len(self._keys) - 1)] == keys if len(self._keys) else at < 0
-        values = np.empty(len(rows))
-        values[known] = self._values[at[known]]
-        if not known.all():
-            fresh, one, place = np.unique(keys[~known], return_index=True, return_inverse=True)
-            found = self._function(rows[~known][one])  # a difference in one coordinate leaves most rows alike
-            values[~known] = found[place]
-            kept = len(self._keys) < _REMEMBERED
-            old = (self._keys, self._values) if kept else (keys[known], values[known])
-            every = np.concatenate([old[0], fresh]), np.concatenate([old[1], found])
-            self._keys, first = np.unique(every[0], return_index=True)
-            self._values = every[1][first]
-        return values
-
-
-def _numbers(rows: FloatArray) -> np.ndarray:
-    """Return a number of 64 bits for each row, by multiplying and shifting its words into each other."""
-    mixed = np.zeros(len(rows), dtype=np.uint64)
-    for column in np.ascontiguousarray(rows.T).view(np.uint64):
-        mixed = (mixed ^ column) * _ODD
-        mixed ^= mixed >> _HALF
-    return mixed
 
 
 def _stable(s: dict[str, FloatArray], amplitude: FloatArray, strength: FloatArray) -> np.ndarray:
