@@ -8,9 +8,10 @@ from urllib.parse import quote
 
 from scruton.cells import safe_cell
 from scruton.documents import write_document, write_text
+from scruton.report.conventions import shown_in
 from scruton.report.document import Table, paragraph
 from scruton.report.render_text import render_text
-from scruton.report.wording import TERMINAL, estimate, stated
+from scruton.report.wording import TERMINAL, estimate, stated, unit_text
 from scruton.terminal import line_width
 
 if TYPE_CHECKING:
@@ -65,12 +66,13 @@ def batch_text(batch: "Batch") -> str:
     rows = []
     for entry in batch.campaigns:
         leading = [entry["name"], entry["state"], _count(entry["rigs"]), _count(entry["tests"])]
-        last = [TERMINAL.number(_numbers(predicted)[0]) for predicted in _predicted(entry, batch)]
-        last += [entry["unit"] or "-", str(len(entry["flags"]))]
+        factor, unit = shown_in(entry["unit"] or "-")
+        last = [TERMINAL.interval(*_numbers(predicted), factor=factor)[0] for predicted in _predicted(entry, batch)]
+        last += [unit, str(len(entry["flags"]))]
         for peak in entry["peaks"] or [{}]:
             sc, (amplitude, low, high), y1, epsilon = (_numbers(peak.get(key)) for key in QUANTITIES)
-            interval = TERMINAL.range(None if low is None else (low, high))
-            cells = [*map(TERMINAL.number, (sc[0], amplitude)), interval, *map(TERMINAL.number, (y1[0], epsilon[0]))]
+            stable = TERMINAL.interval(amplitude, low, high, factor=factor)
+            cells = [TERMINAL.number(sc[0]), *stable, *map(TERMINAL.number, (y1[0], epsilon[0]))]
             rows.append((*leading, *cells, *last))
             leading, last = [""] * len(leading), [""] * len(last)
     return render_text([Table("batch", "", tuple(header), tuple(rows)), paragraph(_said(batch))], line_width())
@@ -103,21 +105,24 @@ def batch_page(batch: "Batch") -> str:
 def _shown(entry: "Entry", batch: "Batch") -> dict[str, Any]:
     """One campaign as the page shows it: cells are text; a folder without results has nothing to open."""
     folder = f"{quote(entry['name'])}/" if entry["rigs"] is not None else ""
+    factor, unit = shown_in(entry["unit"] or "-")
+    scales = {"a_star": factor}
     files = [*(["report.html"] if entry["report"] else []), "fit.json"] if folder else []
     return {
         **{key: entry[key] for key in ("name", "title", "campaign", "state", "reason", "flags")},
-        "unit": entry["unit"] or "",
+        "unit": unit_text(unit),
         "counts": [_count(entry[key]).replace("-", "–") for key in ("rigs", "tests")],
         "folder": folder,
         "links": {name: folder + name for name in files},
         "peaks": [
-            {"test": peak["test"], **{key: _estimate(peak[key]) for key in QUANTITIES}} for peak in entry["peaks"]
+            {"test": peak["test"], **{key: _estimate(peak[key], scales.get(key, 1.0)) for key in QUANTITIES}}
+            for peak in entry["peaks"]
         ],
-        "predicted": [_estimate(amplitude) for amplitude in _predicted(entry, batch)],
+        "predicted": [_estimate(amplitude, factor) for amplitude in _predicted(entry, batch)],
     }  # fmt: skip
 
 
-def _estimate(summary: dict[str, Any] | None) -> tuple[str, str]:
+def _estimate(summary: dict[str, Any] | None, factor: float = 1.0) -> tuple[str, str]:
     """Median and interval, or dashes."""
-    median, interval = ("–", "") if summary is None else estimate(summary)
+    median, interval = ("–", "") if summary is None else estimate(summary, factor)
     return median, "" if interval == "as stated" else interval

@@ -31,7 +31,7 @@ def run(arguments: Namespace) -> Outcome:
     lines = [] if arguments.html is None else [_page(found, arguments.html)]
     unread = [str(problem) for problem in found.problems]
     blocks = overview(found, TERMINAL)
-    tables = [block for block in blocks if isinstance(block, Table)]
+    tables = [block for block in overview(found, TERMINAL, in_files=True) if isinstance(block, Table)]
     content = {
         "title": found.campaign.title,
         **{one.name: [dict(zip(one.header, row, strict=True)) for row in one.rows] for one in tables},

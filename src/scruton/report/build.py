@@ -120,7 +120,7 @@ def write_report(
         If a design Scruton number is given for a campaign without tests in wind, or is not a finite number.
     """
     from scruton.report.chapters import Material, compose, with_failures
-    from scruton.report.charts import griffin_chart
+    from scruton.report.charts import decision_chart, griffin_chart
     from scruton.report.exports import numbers, write_tables
     from scruton.report.render_html import render_html
     from scruton.report.render_typst import render_pdf
@@ -147,6 +147,10 @@ def write_report(
     if fit.summary["tests"]:
         chart = attempt("griffin-plot", "The chart of the Griffin plot", lambda: griffin_chart(fit, design), None)
         charts = {GRIFFIN: chart, **charts} if chart else charts
+    if "sizing" in parts:
+        what = "The chart of the decision"
+        chart = attempt("summary", what, lambda: decision_chart(fit, parts["sizing"].content), None)
+        charts = {"decision": chart, **charts} if chart else charts
     pictures = [replace(picture, chart=charts.get(picture.name)) for picture in pictures]
     contents = {name: dict(part.content) for name, part in parts.items()}
     sensitivity = attempt("predictions", "The sensitivity of predictions", partial(_sensitivity, fit, design), ())
