@@ -20,6 +20,7 @@ from scruton.app.init import run
 from scruton.campaign.files import Files
 from scruton.campaign.readers import CsvDialect, is_delimited
 
+ACCELERATIONS = ("acceleration", "angular_acceleration")
 WITHIN = 0.1  # of the window's length
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 
@@ -55,7 +56,8 @@ def marks(folder: Path, campaign: dict[str, Any]) -> Iterator[Mark]:
             container = files.open(path, CsvDialect(**dialect))
             named = table.get("columns" if is_delimited(path) else "variables", {})
             there = {name.lower(): name for name in container.names}
-            channel = named.get(quantity, there.get(quantity))
+            what = next((one for one in (quantity, *ACCELERATIONS) if one in {**named, **there}), quantity)
+            channel = named.get(what, there.get(what))
             (column,) = container.read([channel])
             time = named.get("time", there.get("time"))
             if time is not None:
@@ -64,7 +66,7 @@ def marks(folder: Path, campaign: dict[str, Any]) -> Iterator[Mark]:
             else:
                 step = 1.0 / float(table.get("sample_rate", "1 Hz").split()[0])
                 first, last = 0.0, step * (len(column.values) - 1)
-            unit = table.get("units", {}).get(quantity, column.unit)
+            unit = table.get("units", {}).get(what, column.unit)
             edges = (_seconds(table.get("start"), first), _seconds(table.get("stop"), last))
             yield Mark(table["file"], str(channel), table["kind"], str(unit), *edges)
 

@@ -1,12 +1,13 @@
 """`scruton init`: from a folder of records to a commented campaign.toml."""
 
+import re
 import sys
 from argparse import Namespace
 from pathlib import Path
 
 from scruton.app.init.channels import Found, records
 from scruton.app.init.look import is_record, look
-from scruton.app.init.write import campaign_text, questions
+from scruton.app.init.write import Question, campaign_text, grouped
 from scruton.app.run import Outcome
 from scruton.campaign import units
 from scruton.campaign.files import Files
@@ -30,20 +31,16 @@ def run(arguments: Namespace) -> Outcome:
     stated = arguments.sample_rate
     rate = None if stated is None else _parsed(stated, units.FREQUENCY, "--sample-rate").mean
     found, remarks = examine(folder, rate)
-    unknown = asking and rate is None and any(_timeless(one) for one in found)
-    if unknown and (answer := _asked("sample rate of records without any time", units.FREQUENCY)):
-        found, remarks = examine(folder, _parsed(answer, units.FREQUENCY, "sample rate").mean)
+    if asking and rate is None and any(_timeless(one) for one in found):
+        answer = _answered(Question("sample_rate", "sample rate of records without any time", units.FREQUENCY))
+        if answer:
+            found, remarks = examine(folder, _parsed(answer[""], units.FREQUENCY, "sample rate").mean)
     if not found:
         reason = "; ".join(remarks[:3])
         raise InputError(folder, "", f"no record{f' ({reason})' if reason else ''}", "files of motion against time")
-    answers = {}
-    if asking:
-        angular = any(one.angular for one in found)
-        in_wind = any(one.stretch.kind != "free-decay" for one in found)
-        for key, (what, dimension, needs_wind) in questions(angular).items():
-            if in_wind or not needs_wind:
-                answers[key] = _asked(what, dimension)
-    text = campaign_text(folder, found, answers, remarks)
+    groups = grouped(found)
+    answers = {one.key: _answered(one) for one in groups.questions()} if asking else {}
+    text = campaign_text(folder, groups, answers, remarks)
     write_text(path, text)
     lines = [i for i, line in enumerate(text.splitlines(), start=1) if line.startswith("#") and UNFILLED in line]
     said = f"{len(found)} records in {len({one.path for one in found})} files.\n"
@@ -85,18 +82,31 @@ def _parsed(text: str, dimension: units.Dimension, where: str) -> Quantity:
     return units.parse_quantity(text, dimension, "command line", where)
 
 
-def _asked(what: str, dimension: units.Dimension) -> str:
-    """Ask once, and again after what is no quantity; empty where nothing is answered: the line stays to be filled."""
+def _answered(question: Question) -> dict[str, str]:
+    """Ask once, and again after what is no quantity, or not as many as are asked for; one may stand for all.
+
+    By whom it is asked of, the empty name where it is of one thing; empty where nothing is answered: the lines stay to
+    be filled in.
+    """
+    names = question.of or ("",)
+    several = f" of {', '.join(question.of)}" if question.of else ""
+    hint = "; one for all, or one each, with commas between" if len(question.of) > 1 else ""
+    print(f"{question.what[0].upper()}{question.what[1:]}{several},")
+    prompt = f"  such as {question.dimension.spelling.strip(chr(34))}{hint} (empty: later): "
     while True:
         try:
-            answer = input(f"{what} (such as {dimension.spelling.strip(chr(34))}; empty: later): ").strip()
+            answer = input(prompt).strip()
         except EOFError:
-            return ""
+            return {}
         if not answer:
-            return ""
+            return {}
+        said = [one.strip() for one in re.split(r"[,;]\s+", answer)] if question.of else [answer]
         try:
-            _parsed(answer, dimension, what)
+            for one in said:
+                _parsed(one, question.dimension, question.what)
         except InputError as error:
             print(error)
         else:
-            return answer
+            if len(said) in (1, len(names)):
+                return dict(zip(names, said * len(names) if len(said) == 1 else said, strict=True))
+            print(f"{len(said)} values; wanted one, or {len(names)}")

@@ -1,7 +1,7 @@
 """Which channels of a file are time, motion and wind, and in what unit."""
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,11 +12,15 @@ from scruton.app.init.look import Channel, Source
 from scruton.campaign import units
 from scruton.campaign.schema import Kind
 
-_TIME = re.compile(r"t|time|zeit|temps|times?tamps?|seconds|sec", re.IGNORECASE)
+_TIME = re.compile(
+    r"t|(?:(?:elapsed|relative|rel|test)[ _]?)?time|zeit|temps|times?tamps?|seconds|sec|x_value", re.IGNORECASE
+)
 _RATE = re.compile(r"fs|f_s|rate|sample_?rate|sampling_?rate|samplerate", re.IGNORECASE)
 _STEP = re.compile(r"ts|dt|delta_?t|increment", re.IGNORECASE)
 _WIND = re.compile(r"u|wind|wind[ _]?speed|velocity|u_?inf", re.IGNORECASE)
-_LENGTHS = re.compile(r"displ|heav|weg|auslenk|d[ée]plac|y|z|x", re.IGNORECASE)
+_WIND_CHANNEL = re.compile(r"u$|u_?inf|(?:mean|free)?[ _]?(?:wind|flow)|anemometer|pitot", re.IGNORECASE)
+_CALM = 0.1  # m/s: the mean of an anemometer that stands still
+_LENGTHS = re.compile(r"displ|heav|weg|auslenk|d[ée]plac|laser|lvdt|y|z|x", re.IGNORECASE)
 _ANGLES = re.compile(r"rot|theta|phi|pitch|roll|torsi|twist|alpha|angle|winkel|psi", re.IGNORECASE)
 _PURE = 0.3  # of the variance, the least share of the dominant line in what is called motion
 _STILL = re.compile(r"still|free|ring|calm|no_?wind|u0(?!\d)|ausschwing", re.IGNORECASE)
@@ -32,14 +36,20 @@ class Found:
     response: Channel
     time: Channel | None
     rate: float | None  # Hz, where no channel tells the time; None: not known
-    angular: bool
+    quantity: str  # as a record's table calls it
     stretch: Stretch
     wind_speed: float | None = None  # m/s, where the file says it
+    wind_measured: bool = False  # by a channel, whose mean it is
 
     @property
     def path(self) -> Path:
         """The file."""
         return self.source.path
+
+    @property
+    def angular(self) -> bool:
+        """Whether it is a motion about an axis."""
+        return self.quantity in _ANGULAR
 
 
 def records(source: Source, rate: float | None) -> Iterator[Found]:
@@ -57,9 +67,11 @@ def records(source: Source, rate: float | None) -> Iterator[Found]:
 def _record(source: Source, members: Sequence[Channel], rate: float | None) -> Iterator[Found]:
     longest = [c for c in members if c.values.size >= 40]
     plain = [c for c in longest if _named(c) > 0]
-    time = next((c for c in longest if _is_time(c)), None)
+    rising = [c for c in longest if bool((np.diff(c.values) > 0.0).all())]
+    time = next((c for says in _TIMES for c in rising if says(c)), None)
     wind = next((float(c.values[0]) for c in members if c.values.size == 1 and _WIND.fullmatch(c.name)), None)
-    best: tuple[tuple[int, float], Channel, Motion, float, float, bool] | None = None
+    blowing = None if wind is not None else _measured_wind(longest)
+    best: tuple[tuple[int, float], Channel, Motion, float, float] | None = None
     for channel in plain or longest:
         if channel is time or (time is not None and channel.values.size != time.values.size):
             continue
@@ -69,25 +81,37 @@ def _record(source: Source, members: Sequence[Channel], rate: float | None) -> I
             continue
         rank = _named(channel), float(np.std(channel.values - np.median(channel.values)))
         if best is None or rank > best[0]:
-            best = rank, channel, motion, start, step, is_angle(channel)
+            best = rank, channel, motion, start, step
     if best is None:
         return
-    _, channel, motion, start, step, angular = best
-    blows = _blows(source.path.stem) if wind is None else wind > 0.0
+    _, channel, motion, start, step = best
+    speed = wind if wind is not None else blowing
+    blows = _blows(source.path.stem) if speed is None else speed > 0.0
     for stretch in stretches(motion, start, step, wind=blows):
         if stretch.kind is Kind.STEADY and (
             said := _SAID.search(source.path.stem)
         ):  # too little to see: it is called so
             stretch = replace(stretch, kind=Kind.DECAY if said[0].lower() in ("decay", "dtr") else Kind.GROWTH)
         known = rate if time is None and channel.clock is None else None
-        yield Found(source, channel, time, known, angular, stretch, wind or None)
+        yield Found(source, channel, time, known, quantity_of(channel), stretch, speed or None, blowing is not None)
 
 
-def is_angle(channel: Channel) -> bool:
-    """Whether a channel is an angle, by its unit or its name."""
-    if channel.unit is not None:
-        return _fits(channel.unit, units.ANGLE)
-    return bool(_ANGLES.match(channel.name))
+def quantity_of(channel: Channel) -> str:
+    """What a channel holds, as a record's table calls it: by its unit, or its name."""
+    if channel.unit is None:
+        return "rotation" if _ANGLES.match(channel.name) else "displacement"
+    return next((name for name, one in _QUANTITIES.items() if _fits(channel.unit, one)), "displacement")
+
+
+def _measured_wind(channels: Iterable[Channel]) -> float | None:
+    """Mean of a channel of wind speed [m/s], to three digits; zero for a calm, None where there is none."""
+    for channel in channels:
+        speed = channel.unit is None or _fits(channel.unit, units.SPEED)
+        if speed and _WIND_CHANNEL.match(channel.name) and np.isfinite(channel.values).all():
+            factor = units.unit_factor(channel.unit, units.SPEED) if channel.unit else 1.0
+            mean = factor * float(np.mean(channel.values))
+            return 0.0 if mean < _CALM else float(f"{mean:.3g}")
+    return None
 
 
 def unit_of(found: Iterable[Found]) -> str:
@@ -105,11 +129,6 @@ def _blows(stem: str) -> bool | None:
     return True if _IN_WIND.search(stem) else None
 
 
-def _is_time(channel: Channel) -> bool:
-    increasing = bool((np.diff(channel.values) > 0.0).all())
-    return increasing and (_TIME.fullmatch(channel.name) is not None or isinstance(channel.key, int))
-
-
 def _axis(channel: Channel, time: Channel | None, rate: float | None) -> tuple[float, float]:
     """Start and step [s]; a step of one where nothing tells it."""
     if time is not None:
@@ -120,12 +139,10 @@ def _axis(channel: Channel, time: Channel | None, rate: float | None) -> tuple[f
 
 
 def _named(channel: Channel) -> int:
-    """How plainly a channel says that it is a motion: by its unit, by a word; 0 where it does not."""
+    """How plainly a channel says that it is a motion: by its unit, by a word, as what is integrated; 0 where not."""
     if channel.unit:
-        if not (_fits(channel.unit, units.LENGTH) or _fits(channel.unit, units.ANGLE)):
-            return -1
-        return 2
-    return int(bool(_LENGTHS.match(channel.name) or _ANGLES.match(channel.name)))
+        return next((rank for one, rank in _RANKS if _fits(channel.unit, one)), -1)
+    return 2 * bool(_LENGTHS.match(channel.name) or _ANGLES.match(channel.name))
 
 
 def _fits(unit: str, dimension: units.Dimension) -> bool:
@@ -134,3 +151,17 @@ def _fits(unit: str, dimension: units.Dimension) -> bool:
     except ValueError:
         return False
     return True
+
+
+# What tells the time, the plainest first: a name, a unit, or a place where columns have no names.
+_TIMES: tuple[Callable[[Channel], bool], ...] = (
+    lambda one: _TIME.fullmatch(one.name) is not None,
+    lambda one: one.unit is not None and _fits(one.unit, units.TIME),
+    lambda one: one.name.startswith("column ") or str(one.key).endswith("]"),
+)
+_QUANTITIES = {
+    "displacement": units.LENGTH, "rotation": units.ANGLE, "acceleration": units.ACCELERATION,
+    "angular_acceleration": units.ANGULAR_ACCELERATION,
+}  # fmt: skip
+_ANGULAR = ("rotation", "angular_acceleration")
+_RANKS = [(one, 3 if name in ("displacement", "rotation") else 1) for name, one in _QUANTITIES.items()]

@@ -17,6 +17,7 @@ _ONE_OF_MANY = 0.09  # of their middle first amplitude: where all plucks of a ch
 _LAST = 0.01  # of its first amplitude: where a lone decay is let go
 _SETTLED = 3  # cycles after the peak of a pluck: other modes have died away
 _FALLEN, _GROWN = 0.7, 1.5  # of the end over the beginning
+_EVEN = 1.15  # of its first half over its second: where a body is held that grows thereafter
 _BEYOND = 3.0  # times the scatter of its last half: how far a record has to fall or grow
 _FLAT = 0.25  # of the mean slope: that of the last quarter, where a decay has come to a steady amplitude
 _FEWEST = 6  # cycles of a window
@@ -31,6 +32,7 @@ class Stretch:
     stop: float | None
     level: float  # amplitude, the channel's unit: the largest of a transient, the root mean square of a steady state
     frequency: float  # Hz
+    damping_ratio: float | None = None  # of a ring-down: from a straight line through the logarithm of its amplitude
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,8 +86,17 @@ def stretches(motion: Motion, start: float, step: float, *, wind: bool | None) -
         last = first + int(below[0]) if len(below) else end - (_SUDDEN if end < len(a) else 0)
         if last - first >= _FEWEST:
             stop = None if last >= len(a) else start + last * cycle * step
-            found.append(Stretch(still, start + first * cycle * step, stop, float(a[peak]), motion.frequency))
+            begin, level = start + first * cycle * step, float(a[peak])
+            found.append(Stretch(still, begin, stop, level, motion.frequency, _damping(a[first:last])))
     return found
+
+
+def _damping(a: FloatArray) -> float:
+    """Damping ratio of a ring-down, as far down as a fifth of its first amplitude; `a` (N,) by cycle."""
+    below = np.flatnonzero(a < 0.2 * a[0])
+    part = a[: max(int(below[0]) if len(below) else len(a), _FEWEST)]
+    slope = np.polyfit(np.arange(len(part)), np.log(np.maximum(part, 1e-12 * a[0])), 1)[0]
+    return float(-slope / (2.0 * np.pi))
 
 
 def _releases(a: FloatArray) -> list[int]:
@@ -102,6 +113,15 @@ def _releases(a: FloatArray) -> list[int]:
     return peaks
 
 
+def _held(a: FloatArray, head: float) -> int:
+    """Cycles at the beginning of a growth in which the body is still held; `head` is the amplitude there."""
+    low = np.flatnonzero(a[: int(np.argmax(a))] < _GROWN * head)
+    rest = int(low[-1]) + 1 if len(low) else 0
+    half = rest // 2
+    flat = half >= _FEWEST and float(np.median(a[half:rest])) < _EVEN * float(np.median(a[:half]))
+    return rest if flat else 0
+
+
 def _whole(a: FloatArray, frequency: float, start: float, cycle: float, wind: bool | None) -> Stretch:
     """Take a channel whole: what its envelope does from the first tenth to the last, beyond its own scatter.
 
@@ -112,7 +132,8 @@ def _whole(a: FloatArray, frequency: float, start: float, cycle: float, wind: bo
     change = float(np.log(tail / head)) if min(head, tail) > 0.0 else 0.0
     steady = abs(change) < _BEYOND * float(np.std(np.log(np.maximum(a[len(a) // 2 :], 1e-3 * a.max()))))
     if not steady and tail > _GROWN * head:
-        return Stretch(Kind.GROWTH, None, None, tail, frequency)
+        rest = _held(a, head)
+        return Stretch(Kind.GROWTH, start + rest * cycle if rest else None, None, tail, frequency)
     if steady or tail > _FALLEN * head:
         return Stretch(Kind.STEADY, None, None, float(np.sqrt(np.mean(a * a))), frequency)
     quarter = a[-max(4, len(a) // 4) :]
@@ -121,6 +142,6 @@ def _whole(a: FloatArray, frequency: float, start: float, cycle: float, wind: bo
     settled = fall < _FLAT * -change / 8.0  # the middles of the halves lie an eighth of the record apart
     if settled and tail < _LAST * float(a.max()) and not wind:  # it has come to rest: noise alone is left
         rest = int(np.argmax(a < _LAST * a.max()))
-        return Stretch(Kind.FREE_DECAY, None, start + rest * cycle, float(a.max()), frequency)
+        return Stretch(Kind.FREE_DECAY, None, start + rest * cycle, float(a.max()), frequency, _damping(a))
     in_wind = settled if wind is None else wind
-    return Stretch(Kind.DECAY if in_wind else Kind.FREE_DECAY, None, None, float(a.max()), frequency)
+    return Stretch(Kind.DECAY if in_wind else Kind.FREE_DECAY, None, None, float(a.max()), frequency, _damping(a))

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +11,16 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.campaign.files import Files
 from scruton.campaign.readers import READERS, Container, CsvDialect, is_delimited
+from scruton.campaign.readers.delimited import split_line, uncommented
 from scruton.errors import InputError
 
 _RUN = 5  # lines of numbers in a row are data
 _HEAD = 400  # lines among which the numbers begin
+# A unit at the end of a name: "heave_mm", "t_ms".
+_SUFFIX = re.compile(r"(?<=[a-z0-9])[_ ](ms|s|sec|mm|cm|m|um|µm|deg|rad|g|mps2)$", re.IGNORECASE)
+# A line between names and numbers that holds one of these holds units: names such as t and y are units, too.
+_UNITS = {"s", "sec", "ms", "m", "mm", "cm", "um", "µm", "μm", "deg", "°", "rad", "mrad", "g", "m/s2", "m/s^2", "m/s²"}
+_UNITLESS = ("", "-", "1")
 _NARROW = 16  # rows or columns: a matrix of more is no set of channels
 _DIALECTS = (("\t", "."), ("\t", ","), (";", "."), (";", ","), (",", "."), (" ", "."), (" ", ","))
 
@@ -28,6 +34,7 @@ class Channel:
     values: FloatArray
     unit: str | None = None
     clock: tuple[float, float] | None = None  # start and step [s]
+    told: bool = False  # whether the reader finds the unit by itself
 
     @property
     def group(self) -> str:
@@ -51,7 +58,7 @@ def is_record(path: Path) -> bool:
 
 def look(path: Path, files: Files) -> Source:
     """Open a file in the layout that it shows (InputError where nothing in it can be read)."""
-    layout = _layout(files.read(path), path) if is_delimited(path) else {}
+    layout, headings = _layout(files.read(path), path) if is_delimited(path) else ({}, [])
     container = files.open(path, CsvDialect(**layout))
     keys: list[str | int] = list(container.names)
     if is_delimited(path):
@@ -59,7 +66,9 @@ def look(path: Path, files: Files) -> Source:
             keys = list(range(getattr(container, "width", 0)))
     else:
         keys = list(_paths(container))
-    found = (channel for key in keys if (channel := _channel(container, key)) is not None)
+    found = [channel for key in keys if (channel := _channel(container, key)) is not None]
+    if headings:
+        found = [replace(one, name=headings[i][0], unit=headings[i][1]) for i, one in enumerate(found)]
     return Source(path, layout, tuple(found))
 
 
@@ -70,11 +79,18 @@ def _channel(container: Container, key: str | int) -> Channel | None:
         return None
     clock = None if column.clock is None else (column.clock.start, column.clock.step)
     leaf = column.name if isinstance(key, int) else re.split(r"[./]", str(key))[-1]
-    return Channel(key, re.sub(r"\[.*?\]|\(.*?\)", "", leaf).strip() or str(key), column.values, column.unit, clock)
+    name = re.sub(r"\[.*?\]|\(.*?\)", "", leaf).strip() or str(key)
+    behind = _SUFFIX.search(name) if column.unit is None else None
+    unit = behind[1].replace("sec", "s").replace("mps2", "m/s^2") if behind else column.unit
+    return Channel(key, name[: behind.start()] if behind else name, column.values, unit, clock, column.unit is not None)
 
 
-def _layout(data: bytes, path: Path) -> dict[str, Any]:
-    """Find the encoding, the delimiter, the decimal sign and the line of the header."""
+def _layout(data: bytes, path: Path) -> tuple[dict[str, Any], list[tuple[str, str | None]]]:
+    """Find the encoding, the delimiter, the decimal sign and the line of the header.
+
+    Where the line above the numbers holds nothing but units, the names of the line above and the units are given back,
+    too: a reader knows no such header, so columns go by position.
+    """
     encoding, text = _decoded(data)
     lines = re.split(r"\r\n|\r|\n", text)[:_HEAD]
     best: tuple[int, int, str, str] | None = None
@@ -90,13 +106,26 @@ def _layout(data: bytes, path: Path) -> dict[str, Any]:
         raise InputError(path, "", "no lines of numbers", "text with one line of numbers a sample")
     width, start, delimiter, decimal = best
     above = [i for i in range(start) if lines[i].strip()]
-    header = above[-1] if above and len(_cells(lines[above[-1]], delimiter)) == width else start
-    skip = sum(1 for i in range(header))
+    fits = [i for i in above[-2:] if len(_cells(lines[i], delimiter)) in (width, width + 1)]  # a column of comments
+    header = fits[-1] if fits and fits[-1] == above[-1] else start
+    headings: list[tuple[str, str | None]] = []
+    if len(fits) == 2 and (of_line := _units(_cells(lines[fits[1]], delimiter))):
+        names = [cell.strip().strip('"') for cell in _cells(lines[fits[0]], delimiter)]
+        headings, header = list(zip(names, of_line, strict=False)), start
     found: dict[str, Any] = {"encoding": encoding} if encoding != "utf-8" else {}
-    found |= {"skip_rows": skip} if any(lines[i].strip() for i in range(header)) else {}
+    found |= {"skip_rows": header} if any(lines[i].strip() for i in range(header)) else {}
     found |= {"decimal": ","} if decimal == "," else {}
     usual = ";" if decimal == "," else ","
-    return found | ({"delimiter": delimiter} if delimiter != usual and width > 1 else {})
+    return found | ({"delimiter": delimiter} if delimiter != usual and width > 1 else {}), headings
+
+
+def _units(cells: list[str]) -> list[str | None]:
+    """Units that a line holds, None for a column without one; empty where it does not look like a line of units."""
+    found: list[str | None] = []
+    for cell in cells:
+        text = cell.strip().strip('"').strip("[]()").strip()
+        found.append(None if text in _UNITLESS else text)
+    return found if _UNITS.intersection(filter(None, found)) and max(map(len, filter(None, found))) < 10 else []
 
 
 def _decoded(data: bytes) -> tuple[str, str]:
@@ -109,7 +138,7 @@ def _decoded(data: bytes) -> tuple[str, str]:
 
 
 def _cells(line: str, delimiter: str) -> list[str]:
-    cells = line.strip().split() if delimiter == " " else line.rstrip("\r\n").split(delimiter)
+    cells = split_line(uncommented(line), CsvDialect(delimiter=delimiter))
     while cells and not cells[-1].strip():
         cells.pop()
     return cells

@@ -4,8 +4,9 @@ import json
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,35 +21,73 @@ _KINDS = re.compile(
     re.IGNORECASE,
 )
 _DIGITS = re.compile(r"(?<=\d)p(?=\d)")
-Question = tuple[str, units.Dimension, bool]
+_DAMPED = re.compile(r"(?:sc|xi|zeta|damp\w*)[ _=-]*(\d+(?:\.\d+)?)$", re.IGNORECASE)  # a test called by its damping
+_APART, _ALIKE = 1.4, 1.25  # least factor between neighbours, largest one between numbers that are proportional
+
+Answers = Mapping[str, Mapping[str, str]]
 
 
-def questions(angular: bool) -> dict[str, Question]:
-    """What no file of records tells: the words, the dimension, and whether only tests in the wind need it."""
-    mass = "inertia" if angular else "mass"
-    return {
-        "width": ("width of the section along the wind, B", units.LENGTH, False),
-        "depth": ("depth of the section across the wind, D", units.LENGTH, False),
-        mass: (f"{mass} per unit length of every rig", units.INERTIA if angular else units.MASS, True),
-        "air_density": ("air density", units.DENSITY, True),
-        "wind_speed": ("wind speed of every test", units.SPEED, True),
-    }
+class Question(NamedTuple):
+    """What no file of records tells: its key, words and dimension, and of which rigs or tests it is asked, if any."""
+
+    key: str
+    what: str
+    dimension: units.Dimension
+    of: tuple[str, ...] = ()
 
 
-def campaign_text(folder: Path, found: Sequence[Found], answers: Mapping[str, str], remarks: Sequence[str]) -> str:
-    """Spell the campaign; what nobody answered stands in a comment that is marked."""
-    angular = Counter(one.angular for one in found).most_common(1)[0][0]
-    found = [one for one in found if one.angular == angular]
-    wanted = questions(angular)
+@dataclass(frozen=True, eq=False)
+class Groups:
+    """The records of one motion, by rig, and by test and its rig, which is empty where nothing tells it."""
 
-    def asked(key: str) -> str:
-        if answers.get(key):
-            return f"{key} = {_text(answers[key])}"
-        what, dimension, _ = wanted[key]
-        return f"# {key} = {dimension.spelling}  # {UNFILLED}: {what}"
+    angular: bool
+    found: list[Found]
+    rigs: dict[str, list[Found]]
+    tests: dict[tuple[str, str], list[Found]]
+    by_damping: bool  # whether the rigs of tests are told by the damping in their names
 
-    rigs, tests = _grouped(found)
-    speed = answers.get("wind_speed")
+    @property
+    def mass(self) -> str:
+        """The key of what a rig weighs."""
+        return "inertia" if self.angular else "mass"
+
+    def of(self, rig: str) -> list[Found]:
+        """Records of a rig in still air; else those of its tests, or of all where none is said to be of it."""
+        own = self.rigs[rig] or [one for (_, name), records in self.tests.items() if name == rig for one in records]
+        return own or [one for records in self.tests.values() for one in records]
+
+    def questions(self) -> list[Question]:
+        """What is to be asked."""
+        asked = [
+            Question("width", "width of the section along the wind, B", units.LENGTH),
+            Question("depth", "depth of the section across the wind, D", units.LENGTH),
+        ]
+        if self.tests:
+            dimension = units.INERTIA if self.angular else units.MASS
+            silent = tuple(name for (name, _), records in self.tests.items() if records[0].wind_speed is None)
+            asked += [
+                Question(self.mass, f"{self.mass} per unit length", dimension, tuple(self.rigs)),
+                Question("air_density", "air density", units.DENSITY),
+                *([Question("wind_speed", "wind speed", units.SPEED, silent)] if silent else []),
+            ]
+        return asked
+
+
+def campaign_text(
+    folder: Path, groups: Groups, answers: Mapping[str, Mapping[str, str]], remarks: Sequence[str]
+) -> str:
+    """Spell the campaign; what nobody answered stands in a comment that is marked.
+
+    The answers are by key, and below that by rig or test, or by the empty name where there is one for all.
+    """
+    wanted = {one.key: one for one in groups.questions()}
+
+    def asked(key: str, of: str = "") -> str:
+        if (answer := answers.get(key, {}).get(of)) is not None:
+            return f"{key} = {_text(answer)}"
+        return f"# {key} = {wanted[key].dimension.spelling}  # {UNFILLED}: {wanted[key].what}"
+
+    angular, found, rigs, tests = groups.angular, groups.found, groups.rigs, groups.tests
     lines = [
         "# Written by `scruton init`. Kinds, windows and groups are guesses from the envelopes and the names: look",
         "# them over. A line marked with two words in capitals is to be filled in: put the value, take the # away.",
@@ -56,17 +95,15 @@ def campaign_text(folder: Path, found: Sequence[Found], answers: Mapping[str, st
         "[section]", f'motion = "{"torsional" if angular else "heaving"}"', asked("width"), asked("depth"),
     ]  # fmt: skip
     if tests:
-        usual = [asked("air_density")] + ([asked("wind_speed")] if speed else [])
-        lines += ["", "[defaults.tests]  # of every test that does not say otherwise", *usual]
+        lines += ["", "[defaults.tests]  # of every test that does not say otherwise", asked("air_density")]
     timeless = [one for one in found if one.time is None and one.response.clock is None]
     if any(one.rate is None for one in timeless):
         lines += ["", "[defaults.records]  # of every record that does not say otherwise"]
         lines += [f'# sample_rate = "1000 Hz"  # {UNFILLED}: no time in the files; then `scruton init --sample-rate`']
-    mass = "inertia" if angular else "mass"
     for name, records in rigs.items():
-        frequency = float(np.median([one.stretch.frequency for one in (records or tests_of(tests, name))]))
+        frequency = float(np.median([one.stretch.frequency for one in groups.of(name)]))
         lines += ["", "[[rigs]]", f"name = {_text(name)}"]
-        lines += [asked(mass)] if tests else []
+        lines += [asked(groups.mass, name)] if tests else []
         lines += [f'frequency = "{frequency:.4g} Hz"  # the dominant line of its records']
         if not records:
             lines += [f"# damping_ratio = 0.005  # {UNFILLED}: no ring-down in still air was found"]
@@ -74,14 +111,15 @@ def campaign_text(folder: Path, found: Sequence[Found], answers: Mapping[str, st
             lines += _record(one, found, "rigs")
     for (name, rig), records in tests.items():
         lines += ["", "[[tests]]", f"name = {_text(name)}"]
-        lines += [
-            f"rig = {_text(rig)}" if rig else f"# rig = {_text(next(iter(rigs)))}  # {UNFILLED}: the rig it is of"
-        ]
+        guess = "  # a guess: names of tests and damping of rigs go together" if groups.by_damping else ""
+        unknown = f"# rig = {_text(next(iter(rigs)))}  # {UNFILLED}: the rig it is of"
+        lines += [f"rig = {_text(rig)}{guess}" if rig else unknown]
         stated = records[0].wind_speed
         if stated is not None:
-            lines += [f'wind_speed = "{stated:g} m/s"  # as its file says']
-        elif not speed:
-            lines += [asked("wind_speed")]
+            how = "the mean of a channel of its file" if records[0].wind_measured else "as its file says"
+            lines += [f'wind_speed = "{stated:g} m/s"  # {how}']
+        else:
+            lines += [asked("wind_speed", name)]
         for one in records:
             lines += _record(one, found, "tests")
     if remarks:
@@ -89,14 +127,10 @@ def campaign_text(folder: Path, found: Sequence[Found], answers: Mapping[str, st
     return "\n".join(lines) + "\n"
 
 
-def tests_of(tests: Mapping[tuple[str, str], list[Found]], rig: str) -> list[Found]:
-    """Records of the tests of a rig, or of all where none is said to be of it."""
-    own = [one for (_, name), records in tests.items() if name == rig for one in records]
-    return own or [one for records in tests.values() for one in records]
-
-
-def _grouped(found: Sequence[Found]) -> tuple[dict[str, list[Found]], dict[tuple[str, str], list[Found]]]:
-    """Rigs by name, and tests by name and rig; the rig is empty where the names do not tell it."""
+def grouped(found: Sequence[Found]) -> Groups:
+    """Group the records of the motion that most of them are of into rigs and tests, by their names."""
+    angular = Counter(one.angular for one in found).most_common(1)[0][0]
+    found = [one for one in found if one.angular == angular]
     rigs: dict[str, list[Found]] = {}
     for one in found:
         if one.stretch.kind is Kind.FREE_DECAY:
@@ -110,12 +144,36 @@ def _grouped(found: Sequence[Found]) -> tuple[dict[str, list[Found]], dict[tuple
         name = _short(one.path.stem) or "test"
         alike = [rig for rig in rigs if rig == name or re.match(rf"{re.escape(rig)}(?![0-9a-z])", name, re.IGNORECASE)]
         rig = next(iter(rigs)) if len(rigs) == 1 else max(alike, key=len, default="")
-        if one.wind_speed is not None:
+        if one.wind_speed is not None and not one.wind_measured:
             name += f" U {one.wind_speed:g}"
         elif one.response.group:
             name += f" {one.response.group}"
         tests.setdefault((name, rig), []).append(one)
-    return rigs, tests
+    matched = _by_damping(rigs, [name for name, _ in tests]) if tests and not any(rig for _, rig in tests) else {}
+    if matched:
+        tests = {(name, matched[name]): records for (name, _), records in tests.items()}
+    return Groups(angular, list(found), rigs, tests, bool(matched))
+
+
+def _by_damping(rigs: Mapping[str, Sequence[Found]], tests: Sequence[str]) -> dict[str, str]:
+    """Find the rig of each test called by its damping or Scruton number, which damping is in proportion to.
+
+    Empty where a test is not called so, where they are not as many as rigs, or where the order is not beyond doubt.
+    """
+    stated = {name: float(said[1]) for name in tests if (said := _DAMPED.search(name))}
+    measured = {
+        rig: float(np.median(ratios))
+        for rig, records in rigs.items()
+        if (ratios := [one.stretch.damping_ratio for one in records if one.stretch.damping_ratio])
+    }
+    if not len(stated) == len(tests) == len(measured) == len(rigs) or min(*stated.values(), *measured.values()) <= 0.0:
+        return {}
+    names, order = sorted(stated, key=stated.__getitem__), sorted(measured, key=measured.__getitem__)
+    factors = [stated[name] / measured[rig] for name, rig in zip(names, order, strict=True)]
+    apart = [values[i + 1] / values[i] for values in (sorted(stated.values()), sorted(measured.values()))
+             for i in range(len(values) - 1)]  # fmt: skip
+    clear = min(apart, default=_APART) >= _APART and max(factors) <= _ALIKE * min(factors)
+    return dict(zip(names, order, strict=True)) if clear else {}
 
 
 def _short(stem: str) -> str:
@@ -124,21 +182,22 @@ def _short(stem: str) -> str:
 
 def _record(one: Found, found: Sequence[Found], owner: str) -> list[str]:
     """Spell the table of one record."""
-    quantity = "rotation" if one.angular else "displacement"
+    quantity = one.quantity
     key = "columns" if is_delimited(one.path) else "variables"
     names: dict[str, Any] = {quantity: one.response.key}
     stated: dict[str, str] = {}
-    if one.response.unit is None:
-        stated[quantity] = unit_of(f for f in found if f.response.name == one.response.name)
+    if not one.response.told:
+        alike = (f for f in found if f.response.name == one.response.name)
+        stated[quantity] = one.response.unit or unit_of(alike)
     if one.time is not None:
         names["time"] = one.time.key
-        stated |= {"time": "s"} if one.time.unit is None else {}
+        stated |= {} if one.time.told else {"time": one.time.unit or "s"}
     lines = ["", f"[[{owner}.records]]", f"file = {_text(one.path.name)}", f'kind = "{one.stretch.kind.value}"']
     lines += [f"{name} = {_text(value)}" for name, value in one.source.layout.items()]
     if any(isinstance(value, int) or value.lower() != name for name, value in names.items()):
         lines.append(f"{key} = {_table(names)}")
     if stated:
-        guess = "" if quantity not in stated else "  # a guess: the file does not say"
+        guess = "" if one.response.unit is not None else "  # a guess: the file does not say"
         lines.append(f"units = {_table(stated)}{guess}")
     timed = one.time is not None or one.response.clock is not None or one.rate is not None
     if one.rate is not None:

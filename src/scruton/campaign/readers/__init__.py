@@ -25,7 +25,7 @@ __all__ = [
     "read_columns",
 ]
 
-_DELIMITED = (".csv", ".txt", ".dat", ".tsv", ".asc")
+_DELIMITED = (".csv", ".txt", ".dat", ".tsv", ".asc", ".lvm")
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"  # of HDF5; MATLAB puts 512 bytes of its own before it
 
 Reader = Callable[[bytes, Path], Container]

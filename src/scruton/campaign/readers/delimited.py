@@ -20,6 +20,7 @@ from scruton.errors import InputError
 
 # "displacement [mm]" or "displacement (mm)": a name, then a unit at the end.
 _HEADING = re.compile(r"^(?P<name>.*?)\s*(?:\[(?P<unit>[^\[\]]*)\]|\((?P<unit2>[^()]*)\))\s*$")
+_COMMENT = re.compile(r"^ *[#%][#% ]*")
 _LINE_END = re.compile(r"\r\n|\r|\n")
 _WHITESPACE_SPLIT = re.compile(r"\s++(?![\[(])")  # keeps "time [s]" together
 
@@ -90,13 +91,36 @@ class Delimited(Container):
         return alike[0]
 
     def _parse(self, needed: list[int]) -> None:
-        """Parse columns by pandas' C engine."""
-        import pandas as pd
-
+        """Parse columns to the nearest double, by numpy; what numpy does not read, by pandas, which takes more."""
         if next(self._rows(), None) is None:
             raise self.error("", "a header and no numbers", "one line of numbers a sample")
         if not needed:
             return
+        separator = self.dialect.separator
+        # All columns: lines that are too long are then complained of, and let pass otherwise.
+        chosen = None if len(needed) == self.width else needed
+        try:
+            if self.dialect.decimal != ".":
+                raise ValueError("numpy knows the decimal point alone")
+            read = np.loadtxt(
+                io.StringIO(self.text),
+                delimiter=None if separator == " " else separator,
+                comments=None,
+                usecols=chosen,
+                unpack=True,
+                ndmin=2,
+            )
+            columns = list(read)
+            if len(columns) != len(needed):
+                raise ValueError("lines shorter than the header")
+        except (ValueError, TypeError):
+            columns = self._taken_apart(needed, chosen)
+        self.parsed.update(zip(needed, columns, strict=True))
+
+    def _taken_apart(self, needed: list[int], chosen: list[int] | None) -> list[FloatArray]:
+        """Parse columns with decimal commas, quotes, empty cells or short lines, by pandas' C engine."""
+        import pandas as pd
+
         separator = self.dialect.separator
         try:
             frame = pd.read_csv(
@@ -105,15 +129,14 @@ class Delimited(Container):
                 decimal=self.dialect.decimal,
                 header=None,
                 names=list(range(self.width)),
-                # All columns: pandas then complains of lines that are too long, which it lets pass otherwise.
-                usecols=None if len(needed) == self.width else needed,
+                usecols=chosen,
                 index_col=False,
                 dtype=np.float64,
                 engine="c",
             )
         except (ValueError, OverflowError) as error:  # pandas' ParserError is a ValueError
             raise self._bad_cell(needed, error) from None
-        self.parsed.update({position: frame[position].to_numpy(dtype=np.float64) for position in needed})
+        return [frame[position].to_numpy(dtype=np.float64) for position in needed]
 
     def _rows(self) -> Iterator[tuple[int, list[str]]]:
         return ((number, split_line(line, self.dialect)) for number, line in self._lines())
@@ -167,20 +190,21 @@ def open_delimited(data: bytes, path: Path, dialect: CsvDialect) -> Delimited:
         what = f"nothing after the {dialect.skip_rows} lines to skip" if dialect.skip_rows else "only blank lines"
         raise InputError(path, "", what, 'a header line such as "time [s],displacement [m]"')
     dialect = _numbers_parted_by(line, dialect)
+    line = uncommented(line)
     cells = [cell.strip() for cell in _strip_empty(split_line(line, dialect))]
     if len(cells) <= MOST_COLUMNS and _are_numbers(cells, dialect.decimal):
         return Delimited(path, (), text[start:], number, dialect, (), len(cells))
     if len(cells) > MOST_COLUMNS:
         raise InputError(path, f"line {number}", f"{len(cells):,} columns", f"at most {MOST_COLUMNS:,}")
-    cells[0] = cells[0].lstrip("#% ")  # a header that numpy.savetxt or MATLAB wrote as a comment
     width = len(_strip_empty(split_line(after, dialect)))
     if width > len(cells):
         found = f"{width} columns under a header of {len(cells)}"
         wanted = 'as many as in the header (a decimal comma wants decimal = "," and delimiter = ";")'
         raise InputError(path, f"line {number + 1}", found, wanted)
-    headings = tuple(map(_heading, cells))
+    there = len(split_line(after, dialect))
+    headings = tuple(map(_heading, cells[:there] if there > 1 else cells))  # LabVIEW names comments that are not there
     names = tuple(heading.name for heading in headings)
-    return Delimited(path, names, text[end:], number + 1, dialect, headings, len(cells))
+    return Delimited(path, names, text[end:], number + 1, dialect, headings, len(headings))
 
 
 def _numbers_parted_by(line: str, dialect: CsvDialect) -> CsvDialect:
@@ -217,6 +241,11 @@ def _lines(text: str) -> Iterator[tuple[str, int, int]]:
         position = match.end()
     if position < len(text):
         yield text[position:], position, len(text)
+
+
+def uncommented(line: str) -> str:
+    """Take away the sign with which numpy.savetxt or MATLAB makes a header a comment."""
+    return _COMMENT.sub("", line)
 
 
 def split_line(line: str, dialect: CsvDialect) -> list[str]:
