@@ -8,10 +8,11 @@ from urllib.parse import quote
 
 from scruton.cells import safe_cell
 from scruton.documents import write_document, write_text
-from scruton.report.conventions import shown_in
+from scruton.report.conventions import damping, shown_in
 from scruton.report.document import Table, paragraph
 from scruton.report.render_text import render_text
 from scruton.report.wording import TERMINAL, estimate, stated, unit_text
+from scruton.sizing.checks import ASKED
 from scruton.terminal import line_width
 
 if TYPE_CHECKING:
@@ -35,7 +36,8 @@ def batch_csv(batch: "Batch") -> str:
     header = ["campaign", "title", "state", "reason", "rigs", "tests", "flags", "folder", "report", "peak test", "rig"]
     header += [column for name in QUANTITIES.values() for column in (name, f"{name} q05", f"{name} q95")]
     design = [f"amplitude at Sc {stated(sc)}" for sc in batch.design]
-    header += ["unit", *(column for name in design for column in (name, f"{name} q05", f"{name} q95"))]
+    needs = [f"required damping ratio at {ASKED} confidence", "of mode"] if _sized(batch) else []
+    header += [*needs, "unit", *(column for name in design for column in (name, f"{name} q05", f"{name} q95"))]
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(header)
@@ -45,7 +47,8 @@ def batch_csv(batch: "Batch") -> str:
         predicted = [cell for amplitude in _predicted(entry, batch) for cell in _numbers(amplitude)]
         for peak in entry["peaks"] or [{}]:
             quantities = [cell for key in QUANTITIES for cell in _numbers(peak.get(key))]
-            row = [*leading, peak.get("test"), peak.get("rig"), *quantities, entry["unit"], *predicted]
+            needed = [*_worst(entry)] if needs else []
+            row = [*leading, peak.get("test"), peak.get("rig"), *quantities, *needed, entry["unit"], *predicted]
             writer.writerow([safe_cell(cell) for cell in row])
     return stream.getvalue()
 
@@ -62,13 +65,16 @@ def _numbers(summary: dict[str, Any] | None) -> list[float | None]:
 def batch_text(batch: "Batch") -> str:
     """Table for the terminal: what is the campaign's stands in the row of its first peak test."""
     header = ["campaign", "state", "rigs", "tests", "Sc", "a*", "90 %", "Y1", "epsilon"]
-    header += [f"A(Sc {stated(design)})" for design in batch.design] + ["unit", "flags"]
+    header += [f"A(Sc {stated(design)})" for design in batch.design] + ["unit"]
+    header += [*(["needs [%]"] if _sized(batch) else []), "flags"]
     rows = []
     for entry in batch.campaigns:
         leading = [entry["name"], entry["state"], _count(entry["rigs"]), _count(entry["tests"])]
         factor, unit = shown_in(entry["unit"] or "-")
         last = [TERMINAL.interval(*_numbers(predicted), factor=factor)[0] for predicted in _predicted(entry, batch)]
-        last += [unit, str(len(entry["flags"]))]
+        required, _ = _worst(entry)
+        needs = [TERMINAL.number(None if required is None else 100.0 * required)] if _sized(batch) else []
+        last += [unit, *needs, str(len(entry["flags"]))]
         for peak in entry["peaks"] or [{}]:
             sc, (amplitude, low, high), y1, epsilon = (_numbers(peak.get(key)) for key in QUANTITIES)
             stable = TERMINAL.interval(amplitude, low, high, factor=factor)
@@ -76,6 +82,20 @@ def batch_text(batch: "Batch") -> str:
             rows.append((*leading, *cells, *last))
             leading, last = [""] * len(leading), [""] * len(last)
     return render_text([Table("batch", "", tuple(header), tuple(rows)), paragraph(_said(batch))], line_width())
+
+
+def _sized(batch: "Batch") -> bool:
+    """Whether a bridge was asked for."""
+    return any("required" in entry for entry in batch.campaigns)
+
+
+def _worst(entry: "Entry") -> tuple[float | None, str | None]:
+    """The largest damping ratio that a mode needs, and the mode; nothing where there is none, or no bound to it."""
+    modes = entry.get("required", [])
+    if not modes or any(mode["damping_ratio"] is None for mode in modes):
+        return None, next((mode["mode"] for mode in modes if mode["damping_ratio"] is None), None)
+    worst = max(modes, key=lambda mode: float(mode["damping_ratio"]))
+    return worst["damping_ratio"], worst["mode"]
 
 
 def _count(value: int | None) -> str:
@@ -97,6 +117,7 @@ def batch_page(batch: "Batch") -> str:
         "batch.html.j2",
         said=_said(batch),
         design=[stated(sc) for sc in batch.design],
+        sized=_sized(batch),
         campaigns=[_shown(entry, batch) for entry in batch.campaigns],
         provenance=batch.provenance,
     )
@@ -118,6 +139,7 @@ def _shown(entry: "Entry", batch: "Batch") -> dict[str, Any]:
             {"test": peak["test"], **{key: _estimate(peak[key], scales.get(key, 1.0)) for key in QUANTITIES}}
             for peak in entry["peaks"]
         ],
+        "needs": "–" if (required := _worst(entry)[0]) is None else damping(required),
         "predicted": [_estimate(amplitude, factor) for amplitude in _predicted(entry, batch)],
     }  # fmt: skip
 
