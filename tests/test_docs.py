@@ -168,12 +168,3 @@ def test_the_bridge_of_the_page_on_sizing_loads(tmp_path):
 def test_every_limit_is_in_the_page_on_sizing(name):
     text = (ROOT / "docs/sizing.md").read_text(encoding="utf-8")
     assert f"`{name}" in text or name in ("amplitude", "amplitude-over-depth", "angle")
-
-
-def test_the_campaign_of_the_tutorial_loads(tmp_path):
-    (tmp_path / "campaign.toml").write_text(blocks(ROOT / "docs/tutorial.md", "toml")[0], encoding="utf-8")
-    t = np.arange(0.0, 10.0, 0.01)
-    for i, name in enumerate(("still_air.csv", "decay.csv", "growth.csv")):
-        rows = np.c_[t, 0.002 * np.cos((30.0 + i) * t)]
-        np.savetxt(tmp_path / name, rows, delimiter=",", header="time [s],displacement [m]", comments="")
-    assert len(load_campaign(tmp_path).tests[0].records) == 2

@@ -2,7 +2,8 @@
 /* Charts that answer: the value under the pointer, and the value at the number that the slider chooses. */
 (() => {
   const SVG = "http://www.w3.org/2000/svg";
-  const W = 720, H = 430, LEFT = 66, RIGHT = 14, TOP = 14, BOTTOM = 46;
+  const W = Math.min(720, Math.max(300, document.querySelector("main").clientWidth - 36));  // letters of one size on any page
+  const H = W < 500 ? 330 : 430, LEFT = 66, RIGHT = 14, TOP = 14, BOTTOM = 46;
   const COLOURS = ["#0072b2", "#b34700", "#007a59", "#a4508a", "#8a5f00", "#1c6f9c", "#000000"];
   const DASHES = ["", "7 3", "9 3 2 3", "2 2.5", "12 3", "", "7 3"];
 
@@ -43,12 +44,12 @@
     return a === null || b === null ? null : a + t * (b - a);
   };
 
-  const build = (figure) => {
-    const data = JSON.parse(figure.querySelector("script").textContent);
+  const build = (figure, data) => {
     const { x: axis, y: rise, grid, read } = data;
     const px = (x) => LEFT + (x - axis.min) / (axis.max - axis.min) * (W - LEFT - RIGHT);
     const py = (y) => TOP + (1 - y / rise.max) * (H - TOP - BOTTOM);
-    const show = (value, count) => (read.percent ? `${digits(100 * value, count)} %` : `${digits(value, count)} ${read.unit}`);
+    const spaced = (text, unit) => (!unit ? text : unit === "°" ? text + unit : `${text} ${unit}`);
+    const show = (value, count) => (read.percent ? `${digits(100 * value, count)} %` : spaced(digits(value, count), read.unit));
 
     const tool = document.createElement("div");
     tool.className = "tool";
@@ -62,7 +63,7 @@
       draw(svg, "text", { x: LEFT - 7, y: py(value) + 4, "text-anchor": "end", "font-size": 13, fill: "#333" },
         read.percent ? `${digits(100 * value)} %` : String(value));
     }
-    for (const value of ticks(axis.min, axis.max, 8)) {
+    for (const value of ticks(axis.min, axis.max, W < 500 ? 4 : 8)) {
       draw(svg, "line", { x1: px(value), x2: px(value), y1: H - BOTTOM, y2: H - BOTTOM + 5, stroke: "#333" });
       draw(svg, "text", { x: px(value), y: H - BOTTOM + 19, "text-anchor": "middle", "font-size": 13, fill: "#333" }, String(value));
     }
@@ -96,12 +97,17 @@
       draw(draw(plot, "path", { d: path(line.x, line.y), fill: "none", ...look }), "title", {}, line.label);
     }
     draw(plot, "path", { d: path(grid, read.median), fill: "none", stroke: "#1b1b1b", "stroke-width": 2.4 });
+    for (const limit of data.limits ?? []) {
+      draw(plot, "line", { x1: LEFT, x2: W - RIGHT, y1: py(limit.y), y2: py(limit.y), stroke: "#b34700", "stroke-width": 1.6, "stroke-dasharray": "7 4" });
+      draw(svg, "text", { x: W - RIGHT - 4, y: py(limit.y) - 5, "text-anchor": "end", "font-size": 13, fill: "#8a3700", stroke: "#fff",
+        "stroke-width": 3, "paint-order": "stroke" }, limit.label);
+    }
     for (const point of data.points) {
       draw(plot, "line", { x1: px(point.x), x2: px(point.x), y1: py(point.low), y2: py(point.high), stroke: "#1b1b1b" });
       const dot = draw(plot, "circle", { cx: px(point.x), cy: py(point.y), r: 5, fill: point.tone === "measured" ? "#1b1b1b" : "#fff",
         stroke: "#1b1b1b", "stroke-width": 1.5 });
       draw(dot, "title", {}, `${point.label}: ${axis.symbol} ${digits(point.x)}, ${show(point.y)}`);
-      const right = px(point.x) > W - 130;
+      const right = px(point.x) > W - (W < 500 ? 175 : 190);
       draw(svg, "text", { x: px(point.x) + (right ? -8 : 8), y: py(point.y) - 9, "font-size": 13, fill: "#1b1b1b",
         "text-anchor": right ? "end" : "start", stroke: "#fff", "stroke-width": 3, "paint-order": "stroke" }, point.label);
     }
@@ -116,7 +122,7 @@
     const limits = { min: axis.min, max: axis.max, step: axis.step };
     make(controls, "label", { for: `range-${figure.id}` }, axis.slider);
     const range = make(controls, "input", { type: "range", id: `range-${figure.id}`, ...limits });
-    const exact = make(controls, "input", { type: "number", "aria-label": `${axis.slider}, exact`, min: axis.min, max: axis.max, step: "any" });
+    const exact = make(controls, "input", { type: "number", "aria-label": `${axis.slider}, exact`, step: "any" });
     const answer = make(tool, "output", { for: range.id, role: "status", "aria-live": "polite", "aria-atomic": "true" });
 
     const sentence = (x) => {
@@ -130,11 +136,28 @@
         text += ` (${digits(k * median)} ${read.scale.unit}${read.low ? `, ${digits(k * low)} to ${high === null ? "no bound" : digits(k * high)}` : ""}`
           + `${read.scale.where ? ` ${read.scale.where}` : ""})`;
       }
-      if (read.also) text += `; ${read.also.symbol} = ${digits(at(grid, read.also.values, x))}`;
+      if (read.limit !== undefined) {
+        const place = high !== null && high <= read.limit ? "below the limit, all of the interval"
+          : low > read.limit ? "above the limit, all of the interval" : median <= read.limit ? "below the limit, not all of the interval" : "above the limit, not all of the interval";
+        text += `; ${place}`;
+      }
+      for (const other of read.also ?? []) {
+        if (other.of) {
+          const seen = other.values[nearest(x)];
+          if (seen !== null) text += `; ${other.symbol}: ${seen} of ${other.of}`;
+        } else text += `; ${other.symbol} = ${spaced(digits(at(grid, other.values, x), other.digits), other.unit)}`;
+      }
       return text;
     };
+    const nearest = (x) => grid.reduce((best, one, i) => (Math.abs(one - x) < Math.abs(grid[best] - x) ? i : best), 0);
+    const marks = [chosen, span, mark];
+    const refuse = (x) => {
+      for (const one of marks) one.setAttribute("visibility", "hidden");
+      answer.textContent = `${axis.symbol} = ${digits(x, 4)} lies outside of this plot, ${digits(axis.min, 4)} to ${digits(axis.max, 4)}. ${axis.beyond}`;
+    };
     const choose = (x, from) => {
-      x = Math.min(axis.max, Math.max(axis.min, x));
+      if (x < axis.min || x > axis.max) { refuse(x); return; }
+      chosen.setAttribute("visibility", "visible");
       if (from !== range) range.value = x;
       if (from !== exact) exact.value = Number(x.toPrecision(5));
       const median = at(grid, read.median, x), low = at(grid, read.low, x), high = at(grid, read.high, x);
@@ -171,5 +194,66 @@
     figure.prepend(tool);
     figure.classList.add("live");
   };
-  document.querySelectorAll("figure.chart").forEach(build);
+
+  /* Dampers that are heavier, tuned or damped otherwise: read off a table, linear between its nodes. */
+  const dampers = (figure, data) => {
+    const { table, sliders, asked } = data;
+    const tool = document.createElement("div");
+    tool.className = "tool beside";
+    const axes = ["mass", "tuning", "damping"].map((key) => table[key].map(Math.log));
+    const place = (axis, value) => {
+      let i = 1;
+      while (i < axis.length - 1 && axis[i] < value) i++;
+      return [i - 1, (value - axis[i - 1]) / (axis[i] - axis[i - 1])];
+    };
+    const between = (values, factors, turn) => {
+      const found = axes.map((axis, k) => place(axis, Math.log(factors[k])));
+      let sum = 0;
+      for (let corner = 0; corner < 8; corner++) {
+        const at = found.map(([i], k) => i + (corner >> k & 1));
+        const weight = found.reduce((product, [, t], k) => product * (corner >> k & 1 ? t : 1 - t), 1);
+        sum += weight * turn(values[at[0]][at[1]][at[2]]);
+      }
+      return sum;
+    };
+    const odds = (p) => { const q = Math.min(1 - 1e-4, Math.max(1e-4, p)); return Math.log(q / (1 - q)); };
+    make(tool, "p", { class: "key" }, `${data.name}: other masses, tunings and dampings, and a bridge that is off frequency.`);
+    const four = make(tool, "div", { class: "four" }), factors = {}, shown = {};
+    for (const one of sliders) {
+      const id = `${one.key}-${figure.id}`, ends = table[one.key] ?? [one.low, one.high];
+      const low = Math.log(one.low ?? ends[0]), high = Math.log(one.high ?? ends.at(-1));
+      make(four, "label", { for: id }, one.label);
+      shown[one.key] = make(four, "output", { for: id });
+      const range = make(four, "input", { type: "range", id, min: low, max: high, step: (high - low) / 400, value: 0 });
+      factors[one.key] = 1;
+      range.addEventListener("input", () => { factors[one.key] = Math.exp(Number(range.value)); tell(); });
+      one.range = range;
+    }
+    const answer = make(tool, "output", { role: "status", "aria-live": "polite", "aria-atomic": "true" });
+    const tell = () => {
+      for (const one of sliders) {
+        const f = factors[one.key], percent = 100 * (f - 1);
+        const text = one.relative ? `${percent < 0 ? "−" : "+"}${Math.abs(percent).toFixed(1)} %`
+          : `${digits(one.value * f, 4)} ${one.unit}`.trim();
+        shown[one.key].textContent = text;
+        one.range.setAttribute("aria-valuetext", text);
+      }
+      const where = [factors.mass, factors.tuning / factors.detuning, factors.damping];
+      const risk = 1 / (1 + Math.exp(-between(table.probability, where, odds)));
+      const stroke = Math.exp(between(table.stroke_high, where, Math.log));
+      const low = risk < 5e-4;
+      answer.textContent = `Risk ${low ? "below 0.05" : digits(100 * risk, 2)} % (${risk <= asked.risk ? "keeps" : "exceeds"} the ${digits(100 * asked.risk)} % asked for); `
+        + `stroke ${digits(stroke, 2)} m with 95 % confidence`
+        + (asked.stroke ? ` (${stroke <= asked.stroke ? "within" : "beyond"} the largest, ${digits(asked.stroke)} m).` : ".");
+    };
+    make(tool, "p", { class: "key" }, data.note);
+    tell();
+    figure.append(tool);
+  };
+
+  for (const figure of document.querySelectorAll("figure.chart")) {
+    const data = JSON.parse(figure.querySelector("script").textContent);
+    if (data.table) dampers(figure, data);
+    else build(figure, data);
+  }
 })();

@@ -27,6 +27,8 @@ from scruton.infer.store import read_tree as read_tree
 from scruton.infer.store import write_fit as write_fit
 from scruton.report import build_report as build_report
 from scruton.report.call import report as report
+from scruton.report.compare import Comparison as Comparison
+from scruton.report.compare import compare as compare
 from scruton.simulate import write_campaign as write_campaign
 from scruton.sizing.bridge import Bridge as Bridge
 from scruton.sizing.results import Sizing as Sizing

@@ -268,6 +268,27 @@ def finished(client: Any, work: Callable[[Any], Any], tasks: Sequence[Any]) -> I
         yield index, Outcome(fault="no worker is left: the scheduler or all of its workers are gone")
 
 
+def tell(topic: str, what: Any) -> None:
+    """Tell whoever asked for the work, from within it; nobody listens outside a worker."""
+    from distributed import get_worker
+
+    try:
+        get_worker().log_event(topic, what)
+    except ValueError:
+        return
+
+
+@contextmanager
+def told(client: Any, topic: str, listen: Callable[[Any], None]) -> Iterator[None]:
+    """Hear what workers `tell` of a topic, while the block lasts, in another thread."""
+    client.subscribe_topic(topic, lambda event: listen(event[1]))
+    try:
+        yield
+    finally:
+        if _workers(client) is not None:
+            client.unsubscribe_topic(topic)
+
+
 def _workers(client: Any) -> int | None:
     """How many workers there are; None where the scheduler is gone."""
     if client.status != "running":

@@ -141,6 +141,51 @@ def test_one_process_writes_what_many_write(room, whole, monkeypatch):
     assert entries(room / "one")["wind"]["report"] == "wind/report.html"
 
 
+BRIDGE = """format = 1
+title = "A bridge"
+width = "12 m"
+depth = "3 m"
+air_density = "1.22 kg/m^3"
+limits = ["0.05 m"]
+[[modes]]
+name = "V1"
+frequency = "0.3 Hz"
+mass = "20000 kg/m"
+damping_ratio = 0.003
+"""
+
+
+def test_a_batch_sizes_a_bridge_and_counts_steps(room, monkeypatch, capsys):
+    monkeypatch.chdir(room)
+    (room / "bridge.toml").write_text(BRIDGE, encoding="utf-8")
+    seen = []
+    monkeypatch.setattr("scruton.progress.Bar.__call__", lambda _, *said: seen.append(said))
+    code = batch("wind", "still", "-o", "sized", "--model", "card.toml", "--bridge", "bridge.toml", "--jobs", 1)
+    text = capsys.readouterr().out
+    assert code == 1, "still air says nothing of a bridge"
+    assert seen[-1] == ("steps", 1.0, ", 4 of 4; campaigns, 2 of 2, 1 failed")
+    assert ("steps", 0.25, ", 1 of 4; campaigns, 0 of 2") in seen, "what a worker tells within a campaign"
+    found = entries(room / "sized")
+    sizing = json.loads((room / "sized/wind/sizing.json").read_text(encoding="utf-8"))
+    (mode,) = sizing["modes"]
+    (needed,) = found["wind"]["required"]
+    assert (needed["mode"], needed["damping_ratio"]) == ("V1", mode["limits"][0]["required"]["0.95"])
+    assert "bridge.toml" in found["still"]["reason"]
+    assert "needs" in text
+    assert "Damping that the bridge needs" in (room / "sized/batch.html").read_text(encoding="utf-8")
+    (row,) = [
+        one for one in csv.DictReader((room / "sized/batch.csv").open(encoding="utf-8")) if one["campaign"] == "wind"
+    ]
+    assert float(row["required damping ratio at 0.95 confidence"]) == needed["damping_ratio"]
+    kept = (room / "sized/wind/sizing.json").stat().st_mtime_ns
+    again = batch(
+        "wind", "-o", "sized", "--model", "card.toml", "--bridge", "bridge.toml", "--jobs", 1, "--resume", "--quiet"
+    )
+    assert (again, (room / "sized/wind/sizing.json").stat().st_mtime_ns) == (0, kept)
+    (room / "bridge.toml").write_text(BRIDGE.replace("0.05 m", "0.06 m"), encoding="utf-8")
+    assert batch("wind", "-o", "sized", "--model", "card.toml", "--bridge", "bridge.toml", "--resume", "--quiet") == 2
+
+
 def test_a_worker_that_dies_takes_nothing_with_it():
     def work(task):  # no function of a module: the worker need not import the tests
         if task == 1:
@@ -174,6 +219,8 @@ def test_bad_arguments(room, whole, monkeypatch, capsys):
     refused(["still", *new, "--seed", -1], "--seed", "-1")
     refused(["still", *new, "--sc", "inf"], "--sc")
     refused(["still", "-o", "new", "--model", "no-such-card"], "model card")
+    refused(["still", *new, "--bridge", "none.toml"], "none.toml")
+    refused(["still", *new, "--effect", "friction"], "--effect", "coulomb_friction")
     refused(["still", "-o", "card.toml"], "a file")
     refused(["still", *new, "--scheduler", "tcp://127.0.0.1:1"], "--scheduler", "tcp://127.0.0.1:1")
     refused(["still", *new, "--scheduler", "carrier-pigeon://loft"], "--scheduler", "carrier-pigeon")

@@ -55,3 +55,27 @@ def test_what_is_wrong_is_named(tmp_path, report, field):
     with pytest.raises(InputError) as caught:
         campaign(tmp_path, report)
     assert field in str(caught.value)
+
+
+def test_conventions_are_those_of_files_unless_others_are_stated(tmp_path):
+    assert load_campaign(EXAMPLE).conventions == {}
+    stated = campaign(tmp_path, 'damping = "decrement"\nscruton_number = "eurocode"')
+    factor = stated.section.width / stated.section.depth
+    assert stated.conventions == {
+        "damping": "decrement", "scruton_number": "eurocode", "scruton_factor": pytest.approx(factor),
+    }  # fmt: skip
+    assert stated.title_block.lines == []
+
+
+@pytest.mark.parametrize(
+    ("line", "field", "wanted"),
+    [
+        ('damping = "percent"', "report.damping", "ratio, decrement"),
+        ('scruton_number = "euro"', "report.scruton_number", "eurocode"),
+        ("damping = 1", "report.damping", "ratio, decrement"),
+    ],
+)
+def test_an_unknown_convention_is_refused(tmp_path, line, field, wanted):
+    with pytest.raises(InputError, match=field) as raised:
+        campaign(tmp_path, line)
+    assert wanted in str(raised.value)

@@ -22,6 +22,7 @@ CHEAP = {
     ("models", "show", "paper"): {"name", "priors"},
     ("predict", "{fit}", "--sc", "30", "--damping", "0.004"): {"predictions"},
     ("init", "{copy}"): {"paths"},
+    ("compare", "{fit}", "{fit}", "--sc", "30", "--html", "{page}"): {"sides", "inputs", "differences"},
     ("size", "{fit}", "--limit", "0.02", "-o", "{out}"): {"modes", "flags", "provenance"},
     ("criticise", "{fit}", "-o", "{out}"): {"flags", "ok", "provenance"},
 }
@@ -37,7 +38,8 @@ def run(tmp_path, small_results, capsys, monkeypatch):
 
     def do(*words):
         shutil.copytree(EXAMPLE, tmp_path / "copy", ignore=shutil.ignore_patterns("campaign.toml"))
-        places = {"example": EXAMPLE, "fit": small_results, "copy": tmp_path / "copy", "out": tmp_path / "out"}
+        places = {"example": EXAMPLE, "fit": small_results, "copy": tmp_path / "copy", "out": tmp_path / "out",
+                  "page": tmp_path / "page.html"}  # fmt: skip
         asked = parser().parse_args([word.format(**places) for word in words])
         module, name = asked.work.split(":")
         outcome = getattr(import_module(f"scruton.app.{module}"), name)(asked)
@@ -90,7 +92,7 @@ def test_options_of_one_name_are_one_and_the_same():
     spread = {verb.name for verb in leaves() if any("--scheduler" in one.names for one in flat(verb))}
     assert spread == {"validate", "batch", "calibrate", "make", "run", "score"}
     campaigns = {verb.name for verb in leaves() if any("--test" in one.names for one in flat(verb))}
-    assert campaigns == {"check", "identify", "fit", "report", "validate", "diagnose"}
+    assert campaigns == {"check", "identify", "fit", "report", "compare", "validate", "diagnose"}
 
 
 def test_the_old_name_of_jobs_is_understood():

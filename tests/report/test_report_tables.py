@@ -26,7 +26,7 @@ from scruton.report.exports import _as_shown
 from scruton.report.render_text import render_text
 from scruton.report.summaries import fit_summary, prediction_summary
 from scruton.report.tables import tables, unit_of, write_csv
-from scruton.report.wording import PAGE, TERMINAL
+from scruton.report.wording import PAGE, TERMINAL, rounded
 
 
 @pytest.fixture(scope="module")
@@ -121,7 +121,7 @@ def test_predictions_print_their_monte_carlo_errors(fit) -> None:
     one = predict(fit.tree, scruton_number=30.0)
     text = render_text(prediction_summary([one], fit.summary))
     low, high = one.interval(0.90)
-    assert f"{TERMINAL.number(low)} .. {TERMINAL.number(high)}" in text
+    assert " .. ".join(rounded([low, high])) in text
     assert " ".join(TERMINAL.number(one.error(p), 2) for p in (0.5, 0.05, 0.95)) in text
     assert "One rig says nothing" not in text
     alone = fake_fit(tests=1, growth=False, sweeps=False, ringdowns=False)
@@ -136,7 +136,7 @@ def test_torsional_predictions_are_printed_in_degrees() -> None:
     text = render_text(prediction_summary([one], twisting.summary))
     low, high = np.rad2deg(one.interval(0.90))
     assert "amplitude [deg]" in text
-    assert f"{TERMINAL.number(low)} .. {TERMINAL.number(high)}" in text
+    assert " .. ".join(rounded([low, high])) in text
     assert " ".join(TERMINAL.number(float(np.rad2deg(one.error(p))), 2) for p in (0.5, 0.05, 0.95)) in text
     assert "[rad]" not in text + render_text(fit_summary(twisting))
     assert one.to_json()["amplitude"]["unit"] == "rad"
@@ -254,4 +254,4 @@ def test_a_number_is_written_for_its_reader() -> None:
     assert (TERMINAL.number(None), TERMINAL.number(float("inf"))) == ("-", "-")
     assert (TERMINAL.unit("kg/m^3"), PAGE.unit("kg/m^3")) == ("kg/m^3", "kg/m³")
     entry = {"median": 0.02, "interval": {"0.90": [0.01, 0.03]}}
-    assert TERMINAL.spread(entry, 100.0) == ("2", "1 .. 3")
+    assert TERMINAL.spread(entry, 100.0) == ("2.00", "1.00 .. 3.00")

@@ -10,10 +10,12 @@ from scruton.campaign.quantity import Quantity
 from scruton.errors import InputError
 from scruton.sizing.bridge import identified
 from scruton.sizing.damper_request import DamperRequest, RiskOf, delivered
-from scruton.sizing.dampers import damper, reality, shapes, struck_flag
+from scruton.sizing.damper_table import damper_table
+from scruton.sizing.dampers import TUNING_DRAWS, damper, reality, shapes, struck_flag
 from scruton.sizing.existing import as_built, existing, hung, offers
 from scruton.sizing.mode_shape import sine
 from scruton.sizing.model import unit_cube
+from scruton.sizing.tmd import TunedMass
 from scruton.sizing.tmd_draws import DamperDraws
 from scruton.sizing.together import any_mode_flag, exceedance_of, placed, sized_for_any, with_dampers
 
@@ -239,3 +241,44 @@ def test_a_damper_that_is_none_is_refused(text, words):
 def test_an_identification_that_is_none_is_refused(text):
     with pytest.raises(InputError, match="--identified"):
         as_built(bridge_mode().bridge, [text])
+
+
+def test_the_table_of_other_dampers_is_off_by_no_more_than_it_says(tight):
+    """Against the draws themselves, at places that the table was neither made nor checked with."""
+    model, found = tight
+    table = damper_table(model, LIMIT, found.dampers, 0)
+    assert table is not None
+    draws = model.draws(unit_cube(TUNING_DRAWS, 4))
+    shape = shapes(model, model.damper_positions)
+    real = reality(model, draws, delivered(model.bridge.damper, shape.size, TUNING_DRAWS, 4), 4)
+    over = DamperDraws(draws.amplitude, LIMIT, draws.detuning, shape, real)
+    rng, places = np.random.default_rng(7), []
+    for _ in range(40):
+        axes = (table.mass, table.tuning, table.damping)
+        m, f, z = (float(np.exp(rng.uniform(*np.log(axis[[0, -1]])))) for axis in axes)
+        one = found.dampers[0]
+        true = over.outcome((TunedMass(m * one.mass_ratio, f * one.frequency_ratio, z * one.damping_ratio),))
+        risk, stroke = table.at(m, f, z)
+        off = abs(float(risk) - true.probability), abs(float(stroke) / true.stroke_high - 1.0)
+        places.append((*off, true.probability))
+    risk, stroke, true = np.array(places).T
+    assert np.ptp(true) > 0.5, "the table spans good dampers and bad ones"
+    assert risk.max() < 2.0 * table.error_probability < 0.1
+    assert stroke.max() < 2.0 * table.error_stroke < 0.1
+
+
+def test_a_bridge_off_frequency_is_read_off_at_dampers_tuned_otherwise(tight):
+    model, found = tight
+    one = found.dampers[0]
+    draws = model.draws(unit_cube(256, 4))
+    off = 1.03
+    shifted = DamperDraws(draws.amplitude, LIMIT, (1.0 + draws.detuning) * off - 1.0)
+    tuned = DamperDraws(draws.amplitude, LIMIT, draws.detuning)
+    plain = TunedMass(one.mass_ratio, one.frequency_ratio, one.damping_ratio)
+    other = replace(plain, frequency_ratio=plain.frequency_ratio / off)
+    assert vars(shifted.outcome((plain,))) == pytest.approx(vars(tuned.outcome((other,))))
+
+
+def test_there_is_no_table_without_dampers(tight):
+    model, _ = tight
+    assert damper_table(model, LIMIT, (), 0) is None

@@ -7,17 +7,19 @@ from argparse import Namespace
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from scruton.app.batch_tables import CSV, JSON, PAGE, batch_text, write_batch
 from scruton.app.fit import RESULTS, FitTask
 from scruton.app.run import Outcome, Run, campaign_folder, workers_of
-from scruton.documents import read_json
+from scruton.documents import read_document, read_json, write_document
 from scruton.errors import InputError
 from scruton.terminal import BAD_INPUT, DONE, NOT_TRUSTED
-from scruton.workspace import results_in
+from scruton.workspace import digest, results_in
 
+TOPIC = "scruton batch"  # of what workers tell: the folder of which a step is done
 CONVERGED, NOT_CONVERGED, FAILED, UNFINISHED = STATES = "done", "not converged", "failed", "unfinished"
 # Figures are drawn with settings of the whole process, so a worker with several threads takes its campaigns in turn.
 _ONE_AT_A_TIME = threading.Lock()
@@ -39,6 +41,13 @@ class Job:
     quiet: bool
     version: str  # of the program that asks: results do not depend on who computes them
     force: bool = False  # replace results that lie in the folder
+    bridge: str | None = None  # to size the damping of
+    effect: str | None = None  # that the fit has to carry
+
+    @property
+    def steps(self) -> int:
+        """How many there are to it: the fit, the sizing, the report."""
+        return 1 + (self.bridge is not None) + self.report
 
 
 @dataclass(frozen=True)
@@ -74,7 +83,7 @@ def run(arguments: Namespace) -> Outcome:
     campaign that fails is an entry with its reason, and stops nothing.  InputError for bad arguments, a folder that
     holds results, or a scheduler that cannot be reached; nothing is written then.
     """
-    from scruton.workers import connected, finished
+    from scruton.workers import connected, finished, told
 
     out = arguments.out
     todo, claim = _planned(arguments)
@@ -95,12 +104,26 @@ def run(arguments: Namespace) -> Outcome:
         connected(where.scheduler, processes, tls=where.tls, quiet=arguments.quiet) as client,
     ):
         sum_up()
+        done = {job.folder: 0 for job in todo}  # steps
+        total = sum(job.steps for job in todo)
+
+        def show() -> None:
+            failed, steps = sum(entry["state"] == FAILED for entry in entries), sum(done.values())
+            ended = sum(entry["state"] != UNFINISHED for entry in entries)
+            note = f", {failed} failed" if failed else ""
+            work.bar("steps", steps / total, f", {steps} of {total}; campaigns, {ended} of {len(todo)}{note}")
+
+        def step(folder: str) -> None:
+            if folder in done:
+                done[folder] += 1
+                show()
+
         try:
-            for done, (index, outcome) in enumerate(finished(client, run_one, todo), start=1):
-                entries[index] = outcome.value or _blank(todo[index], FAILED, outcome.fault)
-                failed = sum(entry["state"] == FAILED for entry in entries)
-                note = f", {failed} failed" if failed else ""
-                work.bar("campaigns", done / len(todo), f", {done} of {len(todo)}{note}")
+            with told(client, TOPIC, step):
+                for index, outcome in finished(client, run_one, todo):
+                    entries[index] = outcome.value or _blank(todo[index], FAILED, outcome.fault)
+                    done[todo[index].folder] = todo[index].steps  # whatever was left of them
+                    show()
         finally:  # where it is interrupted, too: what was done is kept
             sum_up()
         whole = batch()
@@ -124,11 +147,14 @@ def _planned(arguments: Namespace) -> tuple[list[Job], Run]:
         other = seen.setdefault(campaign_folder(given).resolve(), given)
         if other is not given:
             raise InputError("command line", "CAMPAIGN", f"{given}, which is {other} again", "each campaign once")
-    card, path = load_card(arguments.model), Path(arguments.model)
+    card, path, bridge = load_card(arguments.model), Path(arguments.model), arguments.bridge
+    if bridge is not None and not bridge.is_file():
+        raise InputError(bridge, "", "no such file", "a bridge.toml")
     design = tuple(dict.fromkeys(arguments.sc))
     common: dict[str, Any] = {
         "model": str(path.absolute()) if path.is_file() else arguments.model, "seed": arguments.seed, "design": design,
         "report": arguments.report, "quiet": arguments.quiet, "version": __version__, "force": arguments.force,
+        "bridge": None if bridge is None else str(bridge.absolute()), "effect": arguments.effect,
     }  # fmt: skip
     todo = [
         Job(name, str(campaign.absolute()), str(arguments.out.absolute() / name), **common)
@@ -141,7 +167,12 @@ def _planned(arguments: Namespace) -> tuple[list[Job], Run]:
                 "an empty folder, --resume to go on with the batch, or --force to replace its results",
             )  # fmt: skip
     settings = {"report": arguments.report, **({"sc": list(design)} if arguments.report else {})}
-    claim = Run(arguments.out, "batch", arguments, sha256={}, card=card, settings=settings, results=(JSON,), grows=True)
+    asked = {name: True for name, value in (("bridge", bridge), ("effect", arguments.effect)) if value is not None}
+    settings |= asked and {"effect": arguments.effect, "bridge": bridge is not None}
+    files = {} if bridge is None else {bridge.name: digest(bridge)}
+    claim = Run(
+        arguments.out, "batch", arguments, sha256=files, card=card, settings=settings, results=(JSON,), grows=True
+    )
     claim.provenance |= {"sc": list(design), "report": arguments.report}
     return todo, claim
 
@@ -192,23 +223,38 @@ def run_one(job: Job) -> Entry:
 
 
 def _do(job: Job) -> None:
-    """Fit, and write the report where one is wanted, unless the whole results of this very job lie there."""
+    """Fit, size and write the report where they are wanted, unless the whole results of this very job lie there."""
     from scruton.infer.store import POSTERIOR, SUMMARY, write_fit
     from scruton.report.build import HTML, write_report
+    from scruton.report.parts import check_bridge, scruton_numbers_of, sizing_part
+    from scruton.sizing.results import RESULT
+    from scruton.workers import tell
 
+    bridge = None if job.bridge is None else Path(job.bridge)
+    checked = None if bridge is None else check_bridge(Path(job.campaign), bridge)
     asked = Namespace(
-        campaign=Path(job.campaign), out=Path(job.folder), model=job.model, tests=None, seed=job.seed, effect=None,
-        quiet=True, force=job.force, resume=True,
+        campaign=Path(job.campaign), out=Path(job.folder), model=job.model, tests=None, seed=job.seed,
+        effect=job.effect, quiet=True, force=job.force, resume=True,
     )  # fmt: skip
     task = FitTask.of(asked)
-    claim = task.claim(asked, settings={"report": True, "sc": list(job.design)} if job.report else {})
-    if not job.force and claim.done([POSTERIOR, SUMMARY, *([HTML] if job.report else [])]) and not _missing(job):
+    settings: dict[str, Any] = {"report": True, "sc": list(job.design)} if job.report else {}
+    settings |= {"bridge": True} if bridge is not None else {}
+    claim = task.claim(asked, {} if checked is None else checked.sha256, settings)
+    results = [POSTERIOR, SUMMARY, *([HTML] if job.report else []), *([RESULT] if bridge is not None else [])]
+    if not job.force and claim.done(results) and not _missing(job):
         return
     with claim as work:
         fit = task.fit(work)
         write_fit(fit, work.new)
+        tell(TOPIC, job.folder)
+        sizing, in_wind = None, bool(fit.summary["tests"])
+        if bridge is not None:
+            sizing = sizing_part(work.new, bridge, (), job.seed)
+            write_document(work.new / RESULT, sizing.content)
+            tell(TOPIC, job.folder)
         if job.report:
-            write_report(fit, work.new, design_sc=job.design if fit.summary["tests"] else ())
+            of_the_bridge = partial(scruton_numbers_of, fit.tree, bridge) if bridge and not job.design else job.design
+            write_report(fit, work.new, design_sc=of_the_bridge if in_wind else (), sizing=sizing)
         work.publish()
 
 
@@ -241,7 +287,22 @@ def summarise(job: Job) -> Entry:
         "peaks": [_peak(test) for test in summary["tests"] if test["peak"]],
         "predictions": predictions,
         "flags": list(dict.fromkeys([*flags, *(flag for prediction in predictions for flag in prediction["flags"])])),
+        **({"required": _required(folder)} if job.bridge is not None else {}),
+        **({"effect": summary["effect"]["used"]} if job.effect is not None else {}),
     }
+
+
+def _required(folder: Path) -> list[dict[str, Any]]:
+    """What the modes of the bridge need, at the confidence that is spoken of."""
+    from scruton.report.figures.sizing import governing
+    from scruton.sizing.checks import ASKED
+    from scruton.sizing.results import RESULT
+
+    modes = read_document(folder / RESULT, "what the batch wrote")["modes"]
+    return [
+        {"mode": mode["name"], "rule": mode["governing"], "damping_ratio": governing(mode)["required"][ASKED]}
+        for mode in modes
+    ]
 
 
 def _peak(test: dict[str, Any]) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from scruton.app.run import Outcome, Run, default_folder, workers_of
 from scruton.campaign import load_campaign, tests_named, tests_used
 from scruton.cells import safe_frame
 from scruton.documents import as_json, write_text
+from scruton.report.conventions import conventions
 from scruton.report.render_text import render_text
 from scruton.terminal import DONE, NOT_TRUSTED, line_width
 
@@ -97,7 +98,9 @@ def diagnose(arguments: Namespace) -> Outcome:
         pictures = save(gap_figure(diagnosis, findings, curves).figure, work.new, "gap", formats=("svg", "png"))
         work.write(RESULT, content)
         paths = work.published([work.new / RESULT, *pictures])
-        return Outcome(render_text(gap_summary(content), line_width()), paths, content["set_aside"])
+        with conventions(campaign):
+            blocks = gap_summary(content, campaign.section.amplitude_unit)
+        return Outcome(render_text(blocks, line_width()), paths, content["set_aside"])
 
 
 def simulate(arguments: Namespace) -> Outcome:

@@ -3,12 +3,12 @@
 from argparse import Namespace
 from pathlib import Path
 
+from scruton.app.options import check_page
 from scruton.app.run import Outcome
 from scruton.documents import write_text
 from scruton.dynamics.first_look import Check, check
 from scruton.envelope import usable
 from scruton.envelope.inspection import SET_ASIDE
-from scruton.errors import InputError
 from scruton.report.document import Table
 from scruton.report.first_look import overview
 from scruton.report.render_text import render_text
@@ -24,14 +24,14 @@ def run(arguments: Namespace) -> Outcome:
     InputError if campaign.toml itself cannot be used.
     """
     if arguments.html is not None:
-        _check_page(arguments.html)
+        check_page(arguments.html)
     found = check(arguments.campaign, arguments.tests)
     if arguments.strict and any(remark.kind == SET_ASIDE for remark in found.inspection.campaign.remarks):
         usable(found.campaign, strict=True)
     lines = [] if arguments.html is None else [_page(found, arguments.html)]
     unread = [str(problem) for problem in found.problems]
     blocks = overview(found, TERMINAL)
-    tables = [block for block in blocks if isinstance(block, Table)]
+    tables = [block for block in overview(found, TERMINAL, in_files=True) if isinstance(block, Table)]
     content = {
         "title": found.campaign.title,
         **{one.name: [dict(zip(one.header, row, strict=True)) for row in one.rows] for one in tables},
@@ -41,12 +41,6 @@ def run(arguments: Namespace) -> Outcome:
     remarks = unread if arguments.quiet or arguments.json else ()
     text = render_text(blocks, line_width())
     return Outcome(text, lines, remarks, BAD_INPUT if unread else DONE, content)
-
-
-def _check_page(page: Path) -> None:
-    """Refuse what cannot be written to, before any work is done."""
-    if page.is_dir() or not page.absolute().parent.is_dir():
-        raise InputError("command line", "--html", str(page), "a file in a folder that is there, such as check.html")
 
 
 def _page(found: Check, page: Path) -> Path:

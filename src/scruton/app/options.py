@@ -51,6 +51,12 @@ def check_writable(folder: Path, option: str = "-o") -> None:
         raise InputError(folder, option, f"{there}, where nothing can be written", "a folder, there or to be made")
 
 
+def check_page(page: Path, option: str = "--html") -> None:
+    """Refuse a file that cannot be written to."""
+    if page.is_dir() or not page.absolute().parent.is_dir():
+        raise InputError("command line", option, str(page), "a file in a folder that is there, such as page.html")
+
+
 def check_numbers(option: str, text: str, count: int | None = None) -> tuple[float, ...]:
     """Read finite numbers with commas between them, `count` of them where it is given."""
     try:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from scruton.app.fit import FitTask
 from scruton.app.run import Outcome, Run
 from scruton.errors import InputError
+from scruton.report.office import PACKAGES, check_office
 from scruton.report.render_text import render_text
 from scruton.report.summaries import fit_summary
 from scruton.terminal import DONE, NOT_TRUSTED, line_width
@@ -31,7 +32,14 @@ def run(arguments: Namespace) -> Outcome:
     bridge, limits = arguments.bridge, arguments.limit
     if limits and bridge is None:
         raise InputError("command line", "--limit", f'"{limits[0]}" without a bridge', "--bridge FILE beside it")
+    for form in _office(arguments):
+        check_office(form, f"--{form}")
     return of_results(arguments) if (arguments.campaign / SUMMARY).is_file() else of_campaign(arguments)
+
+
+def _office(arguments: Namespace) -> list[str]:
+    """The formats that are asked for beside HTML and PDF."""
+    return [form for form in PACKAGES if getattr(arguments, form)]
 
 
 def of_campaign(arguments: Namespace) -> Outcome:
@@ -57,7 +65,7 @@ def of_campaign(arguments: Namespace) -> Outcome:
         of_the_bridge = partial(scruton_numbers_of, fit.tree, bridge) if bridge and fit.summary["tests"] else ()
         paths = write_report(
             fit, work.new, place=task.folder, design_sc=arguments.sc or of_the_bridge, gap=diagnosis, sizing=sizing,
-            crossed=crossed, second=second,
+            crossed=crossed, second=second, office=_office(arguments),
         )  # fmt: skip
         work.publish()
     return _outcome(fit, paths)
@@ -89,13 +97,13 @@ def of_results(arguments: Namespace) -> Outcome:
     folder = arguments.out or results / "report"
     claim = Run(folder, "report", arguments, sha256=inputs, settings=settings, results=WRITTEN)
     with claim as work:
-        paths = write_report(fit, work.new, place=folder, **content)
+        paths = write_report(fit, work.new, place=folder, office=_office(arguments), **content)
         work.publish()
     return _outcome(fit, paths)
 
 
 def _outcome(fit: "Fit", paths: "ReportPaths") -> Outcome:
-    written = [place for place in (paths.pdf, paths.report, paths.griffin) if place is not None]
+    written = [place for place in (paths.pdf, paths.report, *paths.office, paths.griffin) if place is not None]
     failures = [failure.sentence for failure in paths.failures]
     code = DONE if fit.converged and not failures else NOT_TRUSTED
     content = {"paths": list(map(str, written)), "converged": fit.converged, "failures": failures, "flags": fit.flags}

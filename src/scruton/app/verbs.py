@@ -47,6 +47,9 @@ RESUME = flag("--resume", "go on with an interrupted run")
 TESTS = Argument(
     "--test", "--tests", dest="tests", action="append", metavar="NAME,...", help="only these tests; may be repeated"
 )
+FIT_EFFECT = Argument(
+    "--effect", metavar="NAME", help='carry an unmodelled effect into the predictions; "auto": what is found'
+)
 EFFECT = Argument("--effect", metavar="NAME", help='the effect that the fit has to carry; "auto": whichever it does')
 
 
@@ -82,7 +85,7 @@ FIT = (
     out("folder for the results (default: out/NAME of the campaign's folder)"),
     MODEL,
     TESTS,
-    Argument("--effect", metavar="NAME", help='carry an unmodelled effect into the predictions; "auto": what is found'),
+    FIT_EFFECT,
     STRICT,
     force("the results that lie"),
     RESUME,
@@ -153,6 +156,8 @@ VERBS = (
             help="limit beside the bridge's, as of size; may be repeated",
         ),
         flag("--no-gap", "leave out the diagnosis of the gap"),
+        flag("--docx", "a Word file, too"),
+        flag("--xlsx", "an Excel file with every table, too"),
         jobs("processes: one, or two", 2),
     )),
     Verb("predict", "predictive stable amplitude at a design Scruton number", "predict:predict", (
@@ -165,6 +170,13 @@ VERBS = (
         Argument("--rig", help="rig whose mass, frequency and wind are meant (default: the first)"),
         Argument("--law", type=float, metavar="N", help="exponent of the law (default: the model card's)"),
         EFFECT,
+    )),
+    Verb("compare", "two results side by side: what differs beyond Monte Carlo error, and what not", "compare:run", (
+        RESULTS,
+        Argument("other", type=Path, metavar="OTHER", help="the folder to compare it with"),
+        TESTS,
+        SC,
+        Argument("--html", type=Path, metavar="FILE", help="a page of it, with both Griffin plots in one"),
     )),
     Verb("size", "damper sizing: required damping with its risk, dampers, what more testing is worth", "both:size", (
         RESULTS,
@@ -217,6 +229,8 @@ VERBS = (
         *spread(None),
         MODEL,
         flag("--report", "write the report of each campaign, too"),
+        Argument("--bridge", type=Path, metavar="FILE", help="bridge.toml: damper sizing with each campaign, too"),
+        FIT_EFFECT,
         SC,
         (
             force("the results that lie", "in the folders"),

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
 from pathlib import Path
+from typing import Any
 
 from scruton.arrays import FloatArray
 from scruton.campaign.quantity import Quantity as Quantity
@@ -135,7 +136,8 @@ class Sweep:
 class TitleBlock:
     """What stands in the head of a report, each as it is written; empty where it is left out.
 
-    `colour` is "#rrggbb"; `logo` is the picture as a data URI.
+    `colour` is "#rrggbb"; `logo` is the picture as a data URI. `damping` ("ratio", which None is, or "decrement") and
+    `scruton_number` ("paper", which None is, or "eurocode") say what a reader is shown: files keep the first of each.
     """
 
     project: str = ""
@@ -146,11 +148,13 @@ class TitleBlock:
     date: str = ""
     colour: str = ""
     logo: str = ""
+    damping: str | None = None
+    scruton_number: str | None = None
 
     @property
     def lines(self) -> list[tuple[str, str]]:
         """Label and text of everything that is stated and read."""
-        names = (field.name for field in fields(self) if field.name not in ("colour", "logo"))
+        names = (field.name for field in fields(self) if field.default == "" and field.name not in ("colour", "logo"))
         return [(name.capitalize(), value) for name in names if (value := getattr(self, name))]
 
 
@@ -181,6 +185,22 @@ class Campaign:
     sha256: Mapping[str, str] | None = None
     remarks: tuple[Remark, ...] = ()
     title_block: TitleBlock = field(default_factory=TitleBlock)
+
+    @property
+    def conventions(self) -> dict[str, Any]:
+        """What a reader is shown otherwise than files have it, by `[report]`; empty where nothing is.
+
+        "damping" is "decrement"; "scruton_number" is "eurocode", 4 pi m xi/(rho D^2), with "scruton_factor", what the
+        paper's is multiplied by for it: B/D. EN 1991-1-4 has none for torsion: there it is the paper's.
+        """
+        block, section = self.title_block, self.section
+        asked: dict[str, Any] = {}
+        if block.damping not in (None, "ratio"):
+            asked["damping"] = block.damping
+        if block.scruton_number not in (None, "paper"):
+            factor = section.width / section.depth if section.motion is Motion.HEAVING else 1.0
+            asked |= {"scruton_number": block.scruton_number, "scruton_factor": factor}
+        return asked
 
     def rig(self, name: str) -> Rig:
         """Return the rig called `name` (KeyError if there is none)."""

@@ -24,6 +24,11 @@ def _colour(table: Table, key: str) -> str:
     return value.lower()
 
 
+def _one_of(*known: str) -> Field:
+    """One of these words, or None where it is left out."""
+    return Field(lambda table, key: table.choice(key, known), None)
+
+
 def read_title_block(table: Table, files: "Files") -> TitleBlock:
     """Read `[report]` (InputError for whatever is wrong with it, or with the picture that it names)."""
 
@@ -35,7 +40,7 @@ def read_title_block(table: Table, files: "Files") -> TitleBlock:
             raise InputError(path, "", "a file that is no such picture", "a PNG, JPEG or SVG file")
         return f"data:image/{kind};base64,{base64.b64encode(content).decode()}"
 
-    texts = (field.name for field in fields(TitleBlock) if field.name not in ("colour", "logo"))
-    known = {name: text(default="") for name in texts}
+    known = {field.name: text(default="") for field in fields(TitleBlock)}
     known |= {"colour": Field(_colour, ""), "logo": Field(logo, "")}
+    known |= {"damping": _one_of("ratio", "decrement"), "scruton_number": _one_of("paper", "eurocode")}
     return TitleBlock(**table.read(known))

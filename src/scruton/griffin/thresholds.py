@@ -13,3 +13,7 @@ WALK, FARTHEST = 1.0, 4.0
 
 # Part of the draws that must have an amplitude for a band to be given.
 ENOUGH_DRAWS = 0.9
+
+# Of two fits: how many Monte Carlo standard errors apart medians differ by more than the sampling. Some thirty are
+# compared at once: at four, one pair of alike fits in five hundred has one that seems to differ.
+BEYOND_ERROR = 4.0

@@ -244,6 +244,7 @@ def summarise(
         "laws": _laws(sampled.joint, misfit) if sampled.joint else {},
         "campaign": _campaign(sampled.joint, joint, peaks) if sampled.joint else {},
         "amplitude_unit": sampled.campaign.section.amplitude_unit,
+        **({"conventions": conventions} if (conventions := sampled.campaign.conventions) else {}),
         "envelope_source": sampled.card.envelope_source,
         "tests": [
             {

@@ -14,13 +14,16 @@ from scruton.report.failures import Failure, Failures, begun, guarded
 from scruton.workspace import Workspace
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from scruton.griffin import Prediction
     from scruton.infer.results import Fit
     from scruton.infer.sensitivity import PredictionSensitivity
-    from scruton.report.document import Picture
+    from scruton.report.document import Document, Picture
     from scruton.report.parts import Part
 
 HTML, PDF, JSON, FIGURES, TABLES = "report.html", "report.pdf", "report.json", "figures", "tables"
+OFFICE = {"docx": "The Word file", "xlsx": "The Excel file"}
 GRIFFIN = "griffin"  # name of the figure that the command line points to
 
 Crossed = Callable[[], "Mapping[str, Any] | Failure"]
@@ -46,6 +49,8 @@ class ReportPaths:
         Figures as SVG and PNG; tables as CSV and LaTeX.
     failures : tuple of Failure
         What is missing from the report, which says so, too.
+    office : tuple of Path
+        The Word and Excel files that were asked for.
     """
 
     report: Path
@@ -55,6 +60,7 @@ class ReportPaths:
     figures: tuple[Path, ...]
     tables: tuple[Path, ...]
     failures: tuple[Failure, ...] = ()
+    office: tuple[Path, ...] = ()
 
 
 def build_report(fit: "Fit", out: Path, **content: Any) -> ReportPaths:
@@ -88,6 +94,7 @@ def write_report(
     sizing: "Part | Waiting | None" = None,
     crossed: Crossed | None = None,
     second: SecondProcess | None = None,
+    office: Sequence[str] = (),
 ) -> ReportPaths:
     """Write the files of a report.
 
@@ -109,6 +116,8 @@ def write_report(
         here if left out.
     second : SecondProcess, optional
         Takes a share of the figures; the files do not depend on it.
+    office : sequence of {"docx", "xlsx"}
+        Write report.docx and report.xlsx, too; they want the extra `office`.
 
     Returns
     -------
@@ -120,7 +129,7 @@ def write_report(
         If a design Scruton number is given for a campaign without tests in wind, or is not a finite number.
     """
     from scruton.report.chapters import Material, compose, with_failures
-    from scruton.report.charts import griffin_chart
+    from scruton.report.charts import decision_chart, griffin_chart
     from scruton.report.exports import numbers, write_tables
     from scruton.report.render_html import render_html
     from scruton.report.render_typst import render_pdf
@@ -128,7 +137,7 @@ def write_report(
 
     failures = Failures()
     attempt = failures.attempt
-    design, at_tests, others = _predictions(fit, design_sc, crossed, failures)
+    design, at_tests, crossed_ones = _predictions(fit, design_sc, crossed, failures)
     frames = attempt("campaign", "The tables", lambda: tables(fit, [*design, *at_tests.values()]), {})
     pictures = _draw(fit, second or SecondProcess(beside=False), failures)
     parts: dict[str, Part] = {}
@@ -147,23 +156,31 @@ def write_report(
     if fit.summary["tests"]:
         chart = attempt("griffin-plot", "The chart of the Griffin plot", lambda: griffin_chart(fit, design), None)
         charts = {GRIFFIN: chart, **charts} if chart else charts
+    if "sizing" in parts:
+        what = "The chart of the decision"
+        chart = attempt("summary", what, lambda: decision_chart(fit, parts["sizing"].content), None)
+        charts = {"decision": chart, **charts} if chart else charts
     pictures = [replace(picture, chart=charts.get(picture.name)) for picture in pictures]
     contents = {name: dict(part.content) for name, part in parts.items()}
     sensitivity = attempt("predictions", "The sensitivity of predictions", partial(_sensitivity, fit, design), ())
     material = Material(
-        fit, frames, pictures, design, at_tests, others, charts=charts, sensitivity=sensitivity, **contents
+        fit, frames, pictures, design, at_tests, crossed_ones, charts=charts, sensitivity=sensitivity, **contents
     )
     document = compose(material, failures)
     written = attempt("", "Writing the tables", lambda: write_tables(document, frames, out / TABLES), [])
     values = attempt("", "Writing the numbers", lambda: numbers(material, document), {"format": 1})
     pdf = attempt("", "The PDF", lambda: render_pdf(with_failures(document, failures)), b"")
+    others = {form: attempt("", OFFICE[form], partial(_office, form, document, frames), b"") for form in office}
     values |= contents | {"failures": [failure.to_json() for failure in failures.found]}
     write_text(out / HTML, render_html(with_failures(document, failures)))
     if pdf:
         write_bytes(out / PDF, pdf)
+    for form, content in others.items():
+        if content:
+            write_bytes(out / f"report.{form}", content)
     write_text(out / JSON, json.dumps(values, indent=1, ensure_ascii=False) + "\n")
-    for name, content in contents.items():
-        write_document(out / f"{name}.json", content)
+    for name, part_content in contents.items():
+        write_document(out / f"{name}.json", part_content)
     there = place or out
     return ReportPaths(
         report=there / HTML,
@@ -173,7 +190,19 @@ def write_report(
         figures=tuple(there / FIGURES / filename for filename in files),
         tables=tuple(there / TABLES / path.name for path in written),
         failures=tuple(failures.found),
+        office=tuple(there / f"report.{form}" for form, content in others.items() if content),
     )
+
+
+def _office(form: str, document: "Document", frames: "Mapping[str, pd.DataFrame]") -> bytes:
+    """The Word file with the whole document, or the Excel file with its tables."""
+    if form == "xlsx":
+        from scruton.report.render_xlsx import render_xlsx
+
+        return render_xlsx(document, frames)
+    from scruton.report.render_docx import render_docx
+
+    return render_docx(document)
 
 
 def _draw(fit: "Fit", second: SecondProcess, failures: Failures) -> "list[Picture]":

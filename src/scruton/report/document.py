@@ -119,13 +119,17 @@ Block = Paragraph | Heading | Listing | Equation | Table | Picture | Callout | K
 
 @dataclass(frozen=True)
 class Chapter:
-    """A chapter; `key` is its address, `number` is given by `numbered` ("1", or "A" for an appendix)."""
+    """A chapter; `key` is its address, `number` is given by `numbered` ("1", or "A" for an appendix).
+
+    `part` is the title of the part of the report that begins with it, empty where none does.
+    """
 
     key: str
     title: str
     blocks: Sequence[Block]
     appendix: bool = False
     number: str = ""
+    part: str = ""
 
 
 @dataclass(frozen=True)

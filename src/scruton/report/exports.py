@@ -115,7 +115,7 @@ def numbers(material: "Material", document: Document) -> dict[str, Any]:
         "predictions": [prediction.to_json() for prediction in material.design],
         "at_tests": {name: prediction.to_json() for name, prediction in material.at_tests.items()},
         "crossed": {**material.crossed},
-        "curves": {name: plain(chart) for name, chart in material.charts.items()},
+        "curves": {name: plain(chart) for name, chart in material.charts.items() if "grid" in chart},
         "tables": {name: as_json(frame.to_dict("records")) for name, frame in material.frames.items()}
         | {
             table.name: [dict(zip(_distinct(table.header), row, strict=True)) for row in table.rows]

@@ -5,39 +5,55 @@ from dataclasses import replace
 from statistics import fmean
 
 from scruton.campaign import Campaign, Fluid, Quantity, Record, Test
+from scruton.campaign.schema import Motion
 from scruton.dynamics import Setting
 from scruton.dynamics.first_look import Check
 from scruton.dynamics.identify import Identified
 from scruton.envelope import RecordQuality
+from scruton.report.conventions import (
+    DAMPING,
+    SCRUTON,
+    conventions,
+    damping_symbol,
+    decrements,
+    scruton_note,
+    shown_in,
+)
 from scruton.report.document import ALARM, CAUTION, Block, Callout, Chapter, Document, Table, numbered, paragraph
 from scruton.report.first_look_charts import griffin_pictures, record_pictures, ring_down_pictures
-from scruton.report.wording import PAGE, Notation, shown_in
+from scruton.report.wording import PAGE, Notation, unit_text
 from scruton.report.wording import plain_number as number
 
-RIG_HEADER = ("rig", "f0 [Hz]", "mass per length", "xi_s [%]", "ring-downs")
 TEST_HEADER = ("test", "rig", "U [m/s]", "U/(f0 D)", "Sc", "peak")
 RECORD_HEADER = ("record", "of", "kind", "length [s]", "rate [Hz]", "cycles", "f [Hz]", "S/N", "second line")
-QUICK_HEADER = ("record", "test", "ξₛ [%]", "Sc", "a*", "λ [1/s]", "d(1/A)/dSc", "Y₁", "ε")
 _CAPTIONS = {
     "rigs": "Rigs, as stated", "tests": "Tests in wind", "sweeps": "Sweeps of the wind speed", "records": "Records",
 }  # fmt: skip
 
 
-def overview(found: Check, notation: Notation) -> list[Block]:
-    """What was read, and every warning."""
+def overview(found: Check, notation: Notation, *, in_files: bool = False) -> list[Block]:
+    """What was read, and every warning; `in_files` with numbers as files hold them, for scripts."""
     campaign, section = found.campaign, found.campaign.section
     heading = (
         f"{campaign.title}\n{section.motion.value}, B = {number(section.width)} m, D = {number(section.depth)} m"
         f"{'' if section.fluid is Fluid.AIR else f', in {section.fluid.value}'}; "
         f"{len(campaign.rigs)} rigs, {len(campaign.tests)} tests"
     )
-    return [paragraph(heading), *_tables(found, notation), *_warnings(found)]
+    shown = {} if in_files else {"conventions": campaign.conventions}
+    with conventions(shown):
+        tables = _tables(found, notation, 1.0 if in_files else None)
+    return [paragraph(heading), *tables, *_warnings(found)]
 
 
 def first_look(found: Check) -> Document:
     """The page: what to worry about, the quick estimation, every record with its window, ring-downs, and the tables."""
+    with conventions(found.campaign):
+        return _page(found)
+
+
+def _page(found: Check) -> Document:
     campaign = found.campaign
-    tables = [replace(table, caption=_CAPTIONS[table.name]) for table in _tables(found, PAGE)]
+    tables = [replace(table, caption=_CAPTIONS[table.name]) for table in _tables(found, PAGE, None)]
     return numbered(
         Document(
             title=campaign.title or "Untitled campaign",
@@ -79,12 +95,13 @@ def _how_to(found: Check) -> Iterator[Block]:
 
 
 def _estimation(found: Check) -> Iterator[Block]:
-    factor, unit = shown_in(found.campaign.section.amplitude_unit)
+    (factor, unit), (per, percent) = shown_in(found.campaign.section.amplitude_unit), shown_in(DAMPING)
+    times = shown_in(SCRUTON)[0]
     rows = [
         (
-            row.record, row.test, PAGE.number(100.0 * row.damping_ratio), PAGE.number(row.scruton_number),
+            row.record, row.test, PAGE.number(per * row.damping_ratio), PAGE.number(times * row.scruton_number),
             f"{PAGE.number(factor * row.stable_amplitude, 3)}{'' if row.measured else ' *'}",
-            PAGE.number(row.relaxation_rate, 3), PAGE.number(row.slope, 3), PAGE.number(row.Y1, 3),
+            PAGE.number(row.relaxation_rate, 3), PAGE.number(row.slope / (factor * times), 3), PAGE.number(row.Y1, 3),
             PAGE.number(row.epsilon, 3),
         )
         for row in found.identified
@@ -94,44 +111,54 @@ def _estimation(found: Check) -> Iterator[Block]:
         return
     yield Table(
         "quick",
-        f"Eqs. (2) to (8) and (16) to (20), record by record; a* in {unit}",
-        QUICK_HEADER,
+        f"Eqs. (2) to (8) and (16) to (20), record by record; a* in {unit_text(unit)}",
+        ("record", "test", f"{damping_symbol()} [{percent or '-'}]", "Sc", "a*", "λ [1/s]", "d(1/a*)/dSc", "Y₁", "ε"),
         rows,
-        "No uncertainty is told here: a fit tells it. *: where the record’s own curve meets its Scruton number.",
+        "No uncertainty is told here: a fit tells it. *: where the record’s own curve meets its Scruton number. "
+        + scruton_note(heaving=found.campaign.section.motion is Motion.HEAVING),
         (False, False, *[True] * 7),
     )
 
 
-def _tables(found: Check, notation: Notation) -> list[Table]:
-    campaign, unit = found.campaign, found.campaign.section.amplitude_unit
+def _tables(found: Check, notation: Notation, as_in_files: float | None) -> list[Table]:
+    campaign, files = found.campaign, found.campaign.section.amplitude_unit
+    factor, shown = (as_in_files, files) if as_in_files else shown_in(files)
+    unit, per = notation.unit(shown), shown_in(DAMPING)[0]
     quick: dict[str, list[Identified]] = {}
     for row in found.identified:
         quick.setdefault(row.test, []).append(row)
     rigs = tuple(
-        (rig.name, _stated(rig.frequency), _stated(rig.mass), _stated(rig.damping_ratio, 100.0), str(len(rig.records)))
+        (rig.name, _stated(rig.frequency), _stated(rig.mass), _stated(rig.damping_ratio, per), str(len(rig.records)))
         for rig in campaign.rigs
     )
-    tests = tuple(_test_row(campaign, test, quick.get(test.name, []), notation) for test in campaign.tests)
+    tests = tuple(_test_row(campaign, test, quick.get(test.name, []), notation, factor) for test in campaign.tests)
     rows = tuple(
-        _row(record, rig.name if test is None else test.name, found.qualities[record.name], notation)
+        _row(record, rig.name if test is None else test.name, found.qualities[record.name], notation, factor)
         for record, rig, test in found.inspection.records()
     )
     sweeps = tuple(
         (sweep.rig, str(sweep.wind_speed.size), notation.range((sweep.wind_speed.min(), sweep.wind_speed.max())),
-         notation.number(sweep.amplitude.max()))
+         notation.number(factor * sweep.amplitude.max()))
         for sweep in campaign.sweeps
     )  # fmt: skip
+    note = _note(tests, notation)
     return [
-        Table("rigs", "", RIG_HEADER, rigs),
-        Table("tests", "", (*TEST_HEADER, f"stable [{unit}]", "lambda [1/s]", "records"), tests, _note(tests)),
+        Table("rigs", "", _rig_header(), rigs),
+        Table("tests", "", (*TEST_HEADER, f"stable [{unit}]", "lambda [1/s]", "records"), tests, note),
         Table("sweeps", "", ("sweep of rig", "points", "wind speed [m/s]", f"largest [{unit}]"), sweeps),
         Table("records", "", (*RECORD_HEADER[:7], f"amplitude [{unit}]", *RECORD_HEADER[7:]), rows),
     ]
 
 
-def _note(tests: Sequence[tuple[str, ...]]) -> str:
+def _rig_header() -> tuple[str, ...]:
+    return "rig", "f0 [Hz]", "mass per length", "delta_s [-]" if decrements() else "xi_s [%]", "ring-downs"
+
+
+def _note(tests: Sequence[tuple[str, ...]], notation: Notation) -> str:
     """What is no word of the laboratory's."""
     by_hand = "lambda, and what has a *, are by Eqs. (2) to (8) of each record; `scruton identify` has all of it"
+    if not notation.plain:
+        by_hand = "λ, and what has a *, are by Eqs. (2) to (8) of each record, as in the quick estimation."
     return by_hand if any(row[-2] not in "-–" for row in tests) else ""
 
 
@@ -142,14 +169,16 @@ def _stated(quantity: Quantity | None, factor: float = 1.0) -> str:
     return text if not quantity.sd else f"{text} +/- {number(quantity.sd * factor, 2)}"
 
 
-def _test_row(campaign: Campaign, test: Test, quick: Sequence[Identified], notation: Notation) -> tuple[str, ...]:
+def _test_row(
+    campaign: Campaign, test: Test, quick: Sequence[Identified], notation: Notation, factor: float
+) -> tuple[str, ...]:
     """What is stated of a test; what is not, its Scruton number and stable amplitude, by the paper's own procedure."""
     rig, section = campaign.rig(test.rig), campaign.section
-    sc, stable = float("nan"), _stated(test.stable_amplitude)
+    sc, stable = float("nan"), _stated(test.stable_amplitude, factor)
     if quick:
         sc = quick[0].scruton_number
         if test.stable_amplitude is None:
-            stable = f"{number(fmean(row.stable_amplitude for row in quick))} *"
+            stable = f"{number(factor * fmean(row.stable_amplitude for row in quick))} *"
     elif rig.mass and rig.damping_ratio:
         sc = float(
             Setting(
@@ -162,16 +191,16 @@ def _test_row(campaign: Campaign, test: Test, quick: Sequence[Identified], notat
     reduced = test.wind_speed.mean / (rig.frequency.mean * section.depth)
     peak = {True: "yes", False: "no", None: "-"}[test.peak]
     return (
-        test.name, test.rig, _stated(test.wind_speed), number(reduced), number(sc), peak,
+        test.name, test.rig, _stated(test.wind_speed), number(reduced), number(shown_in(SCRUTON)[0] * sc), peak,
         stable, notation.range([min(rates), max(rates)], 3) if rates else "-", str(len(test.records)),
     )  # fmt: skip
 
 
-def _row(record: Record, owner: str, quality: RecordQuality, notation: Notation) -> tuple[str, ...]:
-    line = quality.second_line
+def _row(record: Record, owner: str, quality: RecordQuality, notation: Notation, factor: float) -> tuple[str, ...]:
+    line, ends = quality.second_line, [factor * end for end in quality.amplitude_range]
     return (
         record.name, owner, record.kind.value, number(quality.duration), number(quality.sample_rate),
-        str(quality.cycles), number(quality.frequency, 5), notation.range(quality.amplitude_range, 3),
+        str(quality.cycles), number(quality.frequency, 5), notation.range(ends, 3),
         number(quality.signal_to_noise, 3),
         "-" if line is None else f"{number(line.frequency)} Hz, {100 * line.relative:.0f} %",
     )  # fmt: skip

@@ -10,9 +10,10 @@ from scruton.campaign import Record, load_campaign
 from scruton.dynamics.first_look import Check
 from scruton.envelope import Cycles
 from scruton.envelope.inspection import records_of
+from scruton.report.conventions import DAMPING, SCRUTON, damping, damping_symbol, damping_words, shown_in
 from scruton.report.document import Picture
 from scruton.report.figures.style import extremes
-from scruton.report.wording import PAGE, share, shown_in
+from scruton.report.wording import PAGE, share
 
 _BINS = 500  # stretches of a response: as many as a page has columns to tell apart
 _APART = 150  # cycles that a page can show one by one
@@ -110,23 +111,26 @@ def ring_down_pictures(found: Check) -> list[Picture]:
     factor, unit = shown_in(found.campaign.section.amplitude_unit)
     pictures = []
     for number, (name, ring) in enumerate(found.inspection.ringdowns.items()):
-        x, xi, spread = factor * ring.curve_amplitude, 100 * ring.curve_damping_ratio, 164.5 * ring.curve_sd
+        per, sign = shown_in(DAMPING)
+        label = f"{damping_symbol()} [{sign or '-'}]"
+        x, xi = factor * ring.curve_amplitude, per * ring.curve_damping_ratio
+        spread = 1.645 * per * ring.curve_sd
         series = [_area(x, xi - spread, xi + spread, "smooth, 90 %"), _line(x, xi, "smooth", tone=0)]
         if ring.bands:
-            centre, ratio = np.array([((b.lower * b.upper) ** 0.5, 100 * b.damping_ratio) for b in ring.bands]).T
+            centre, ratio = np.array([((b.lower * b.upper) ** 0.5, per * b.damping_ratio) for b in ring.bands]).T
             series.append(_line(factor * centre[::-1], ratio[::-1], "by octave", "dots"))
         given = found.campaign.rig(name).damping_ratio
         if given is not None:
-            series.append(_line(x[[0, -1]], np.full(2, 100 * given.mean), "as stated", "dashes", 2))
+            series.append(_line(x[[0, -1]], np.full(2, per * given.mean), "as stated", "dashes", 2))
         middle, change = ring.damping_ratio, ring.curve_damping_ratio
         pictures.append(
             Picture(
                 f"ring-down-{number}",
-                f"Rig {name}: f₀ = {PAGE.number(ring.frequency, 5)} Hz, ξₛ = {PAGE.number(100 * middle, 3)} % as one "
+                f"Rig {name}: f₀ = {PAGE.number(ring.frequency, 5)} Hz, {damping_symbol()} = {damping(middle)} as one "
                 f"constant; by amplitude it goes over {share((change.max() - change.min()) / middle)} of that.",
-                f"Rig {name}: damping ratio from {PAGE.number(100 * change.min(), 3)} to "
-                f"{PAGE.number(100 * change.max(), 3)} % over the amplitudes of its ring-downs.",
-                chart={"panels": [_panel(_of(unit, "amplitude"), "ξₛ [%]", series, height=260, log=True)]},
+                f"Rig {name}: {damping_words()} from {damping(change.min())} to {damping(change.max())} over the "
+                "amplitudes of its ring-downs.",
+                chart={"panels": [_panel(_of(unit, "amplitude"), label, series, height=260, log=True)]},
             )
         )
     return pictures
@@ -138,12 +142,12 @@ def griffin_pictures(found: Check) -> list[Picture]:
     if not rows:
         return []
     factor, unit = shown_in(found.campaign.section.amplitude_unit)
-    series = []
+    series, times = [], shown_in(SCRUTON)[0]
     for tone, row in enumerate(rows):
-        sc, amplitude = row.front.griffin.scruton_number, factor * row.front.griffin.amplitude
+        sc, amplitude = times * row.front.griffin.scruton_number, factor * row.front.griffin.amplitude
         shown = np.isfinite(sc) & (amplitude > 0.0)
         series.append(_line(sc[shown], amplitude[shown], row.record, tone=tone))
-    sc = np.array([row.scruton_number for row in rows])
+    sc = times * np.array([row.scruton_number for row in rows])
     stable = factor * np.array([row.stable_amplitude for row in rows])
     series.append(_line(sc, stable, "stable amplitude at the test’s Sc", "dots"))
     return [

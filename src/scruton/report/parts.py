@@ -16,7 +16,8 @@ from scruton.griffin.validate import validate
 from scruton.infer.cards import ModelCard, load_card
 from scruton.infer.store import read_tree
 from scruton.report.chapters.gap import gap_sentence
-from scruton.report.charts import risk_chart
+from scruton.report.charts import damper_chart, risk_chart
+from scruton.report.conventions import conventions
 from scruton.report.document import Picture
 from scruton.report.failures import Failure, Failures
 from scruton.report.figures import FigureWithCaption, figures_from
@@ -105,10 +106,14 @@ def part_of_sizing(content: Mapping[str, Any]) -> Part:
     failures = Failures()
 
     def charts() -> dict[str, Mapping[str, Any]]:
-        return {
-            f"risk{ending}": risk_chart(mode, governing(mode)["curve"], f"probability of exceeding {mode['governing']}")
-            for ending, mode in modes(content).items()
-        }
+        found: dict[str, Mapping[str, Any]] = {}
+        with conventions(content):
+            for ending, mode in modes(content).items():
+                what = f"probability of exceeding {mode['governing']}"
+                found[f"risk{ending}"] = risk_chart(mode, governing(mode)["curve"], what)
+                if tool := damper_chart(mode):
+                    found[f"damper{ending}"] = tool
+        return found
 
     def pictures() -> list[Picture]:
         return [drawn(figure) for figure in figures_from("sizing", content)]

@@ -13,6 +13,7 @@ from scruton.report.thresholds import LARGEST_REPORT, LARGEST_SVG_ON_PAGE
 from scruton.report.typefaces import subsets
 
 TEMPLATES = Path(__file__).parent / "templates"
+ZOOM = "zoom.js"  # of every page with a picture
 STYLE = "<style>\n"  # no text of a document can look like it: those are escaped
 
 
@@ -44,7 +45,8 @@ def render_html(document: Document, charts: str = "chart.js") -> str:
     from markupsafe import Markup
 
     pictures = document.every(Picture)
-    script = (TEMPLATES / charts).read_text(encoding="utf-8") if any(picture.chart for picture in pictures) else ""
+    used = [*([ZOOM] if pictures else []), *([charts] if any(picture.chart for picture in pictures) else [])]
+    script = "".join((TEMPLATES / name).read_text(encoding="utf-8") for name in used)
     return page(
         "report.html.j2",
         tests={"maths": lambda value: isinstance(value, Maths)},

@@ -57,7 +57,7 @@ def saved_gap(folder: Path, summary: Mapping[str, Any]) -> Part | None:
     InputError
         If it is damaged, or one of other records.
     """
-    path = _found(folder, "gap", GAP)
+    path = found_beside(folder, "gap", GAP)
     if path is None:
         return None
     content = read_document(path, "what `scruton diagnose` wrote", version=1)
@@ -80,7 +80,7 @@ def saved_sizing(folder: Path, summary: Mapping[str, Any]) -> Part | None:
     InputError
         If it is damaged, or made from another fit.
     """
-    path = _found(folder, "sizing", SIZING)
+    path = found_beside(folder, "sizing", SIZING)
     if path is None:
         return None
     content = read_document(path, "what `scruton size` wrote", version=1)
@@ -95,7 +95,7 @@ def saved_crossed(folder: Path) -> dict[str, Any]:
         crossed: dict[str, Any] = read_json(folder / REPORT).get("crossed", {})
         if crossed:
             return crossed
-    path = _found(folder, "validation", VALIDATION)
+    path = found_beside(folder, "validation", VALIDATION)
     if path is None:
         return {}
     cases = read_json(path).get("validations", [])
@@ -103,6 +103,6 @@ def saved_crossed(folder: Path) -> dict[str, Any]:
     return {case["test"]: case["prediction"] for case in cases if {*case["from"]} == tests - {case["test"]}}
 
 
-def _found(folder: Path, beside: str, name: str) -> Path | None:
+def found_beside(folder: Path, beside: str, name: str) -> Path | None:
     """A result in the folder of the fit, or in the one beside it that its own verb writes."""
     return next((path for path in (folder / name, folder / beside / name) if path.is_file()), None)

@@ -5,9 +5,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scruton.campaign.schema import Motion
+from scruton.report.conventions import (
+    DAMPING,
+    SCRUTON,
+    by_conventions,
+    conventions,
+    damping_label,
+    scruton,
+    scruton_note,
+    shown_in,
+)
 from scruton.report.document import Block, Table, paragraph
 from scruton.report.thresholds import SHARE_SHOWN
-from scruton.report.wording import TERMINAL, Notation, shown_in
+from scruton.report.wording import TERMINAL, Notation
 
 if TYPE_CHECKING:
     from scruton.griffin import Prediction
@@ -17,13 +28,17 @@ if TYPE_CHECKING:
 _SPREAD = ("median", "90 % interval")
 
 
+@by_conventions
 def fit_summary(fit: "Fit") -> Iterator[Block]:
     """Medians and 90 % intervals of what a fit found, the laws, and whether it converged."""
     yield paragraph(fit.campaign.title)
-    rigs = [(rig["name"], *TERMINAL.spread(rig["parameters"]["damping_ratio"], 100.0)) for rig in fit.summary["rigs"]]
-    yield Table("damping", "Structural damping ratio [%]", ("rig", *_SPREAD), rigs)
+    factor, _ = shown_in(DAMPING)
+    rigs = [(rig["name"], *TERMINAL.spread(rig["parameters"]["damping_ratio"], factor)) for rig in fit.summary["rigs"]]
+    note = scruton_note(heaving=fit.campaign.section.motion is Motion.HEAVING)
+    yield Table("damping", damping_label("Structural damping ratio"), ("rig", *_SPREAD), rigs)
     doubt = "" if forces_hold(fit.summary) else " (of the law n=-1, WHICH DOES NOT HOLD HERE)"
     factor, unit = shown_in(fit.campaign.section.amplitude_unit)
+    scales = {"a_star": factor, "scruton_number": shown_in(SCRUTON)[0]}
     for key, title in {
         "scruton_number": "Sc",
         "a_star": f"stable amplitude [{unit}]",
@@ -32,11 +47,11 @@ def fit_summary(fit: "Fit") -> Iterator[Block]:
         "epsilon": f"epsilon{doubt}",
     }.items():
         tests = [
-            (test["name"], test["rig"], *TERMINAL.spread(test["parameters"][key], factor if key == "a_star" else 1.0))
+            (test["name"], test["rig"], *TERMINAL.spread(test["parameters"][key], scales.get(key, 1.0)))
             for test in fit.summary["tests"]
             if key in test["parameters"]
         ]
-        yield Table(key, title, ("test", "rig", *_SPREAD), tests)
+        yield Table(key, title, ("test", "rig", *_SPREAD), tests, note if key == "scruton_number" else "")
     weights = fit.summary["laws"].get("weights", {})
     if len(weights) > 1:
         # None of a law that does not reach the records.
@@ -84,23 +99,29 @@ def model_printed(summary: Mapping[str, Any]) -> str:
 
 def prediction_summary(predictions: "Sequence[Prediction]", summary: dict[str, Any]) -> list[Block]:
     """Stable amplitudes at the design, one row each, and what is to be known of them; `summary` is that of the fit."""
+    with conventions(summary):
+        return _predicted(predictions, summary)
+
+
+def _predicted(predictions: "Sequence[Prediction]", summary: dict[str, Any]) -> list[Block]:
     entries = [prediction.to_json() for prediction in predictions]
     factor, unit = shown_in(summary["amplitude_unit"])
     rows = [
         (
-            TERMINAL.number(entry["sc"]), TERMINAL.number(entry["damping_ratio"]),
+            scruton(entry["sc"], TERMINAL.number), TERMINAL.number(shown_in(DAMPING)[0] * entry["damping_ratio"]),
             *TERMINAL.spread(entry["amplitude"], factor), monte_carlo(entry["amplitude"], TERMINAL),
             TERMINAL.number(None if (sd := entry["amplitude"]["sd"]) is None else factor * sd),
             TERMINAL.number(entry["extrapolation_index"], 2), covered(entry["amplitude_coverage"]),
         )
         for entry in entries
     ]  # fmt: skip
-    header = ("Sc", "damping ratio", f"amplitude [{unit}]", "90 % interval", "MC errors", "sd", "x", "covered")
+    header = ("Sc", damping_label(), f"amplitude [{unit}]", "90 % interval", "MC errors", "sd", "x", "covered")
     shares = [f"{law} {weight:.0%}" for law, weight in predictions[0].laws.items() if weight > SHARE_SHOWN]
     lines = [
         "x: extrapolation index; laws agree for |x| < 0.2 and part beyond 0.3.",
         "Covered: peak tests whose transients run through the amplitude.",
         "MC errors: Monte Carlo standard errors of the median and of the interval's ends.",
+        *([note] if (note := scruton_note(heaving=summary["amplitude_unit"] == "A/D")) else []),
         f"Laws: {', '.join(shares)}. The interval carries the discrepancy between settings.",
         *dict.fromkeys(f"! {flag}" for prediction in predictions for flag in prediction.flags),
     ]
@@ -127,7 +148,9 @@ def stated_discrepancies(predictions: "Sequence[Prediction]", of: Notation) -> T
     for entry in (prediction.to_json() for prediction in predictions):
         stated = entry.get("at_discrepancy", {})
         if stated:
-            rows.append((of.number(entry["sc"]), *(cell for at in stated.values() for cell in of.spread(at, factor))))
+            rows.append(
+                (scruton(entry["sc"], of.number), *(cell for at in stated.values() for cell in of.spread(at, factor)))
+            )
     taus = [f"{100.0 * tau:.0f} %" for tau in (predictions[0].at_discrepancy if predictions else ())]
     return Table(
         "stated_discrepancies",
@@ -144,8 +167,8 @@ def validation_summary(title: str, unit: str, folds: "Sequence[Validation]", cov
     factor, unit = shown_in(unit)
     rows = [
         (
-            fold.test, ", ".join(fold.source), TERMINAL.number(factor * fold.prediction.median),
-            TERMINAL.range([factor * end for end in fold.prediction.interval(0.90)]),
+            fold.test, ", ".join(fold.source),
+            *TERMINAL.interval(fold.prediction.median, *fold.prediction.interval(0.90), factor=factor),
             TERMINAL.number(factor * fold.amplitude),
             f"{100 * fold.error:+.0f} %", TERMINAL.number(fold.factor, 3), f"{fold.z:+.2f}", f"{fold.log_score:.2f}",
             "inside" if fold.inside() else "OUTSIDE",

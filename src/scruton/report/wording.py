@@ -13,7 +13,6 @@ PARAMETERS = {
     "departure_scale": "departure of the drift from the law, one e-fold from the stable amplitude",
     "set_point_scatter": "scatter of the stable amplitude from record to record",
     "noise_factor": "factor on the standard errors of the cycles",
-    "damping_ratio": "structural damping ratio ξₛ",
     "scruton_number": "Scruton number Sc",
     "relaxation_scruton_number": "Scruton number that one λ is worth",
     "mass_damping_factor": "Sc per unit of damping ratio",
@@ -31,17 +30,12 @@ PARAMETERS = {
 
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
-_UNITS = {"kg/m^3": "kg/m³", "kg m^2/m": "kg m²/m", "1/s": "1/s", "1/lambda": "1/λ", "-": "", "deg": "°"}
+_UNITS = {"kg/m^3": "kg/m³", "kg m^2/m": "kg m²/m", "1/lambda": "1/λ", "-": "", "deg": "°", "1/deg": "1/°"}
 
 
 def unit_text(unit: str) -> str:
     """A unit with its powers raised; empty where there is none."""
     return _UNITS.get(unit, unit)
-
-
-def shown_in(unit: str) -> tuple[float, str]:
-    """Factor and unit by which an amplitude is shown: degrees in the place of the radians that files hold."""
-    return (180.0 / math.pi, "deg") if unit == "rad" else (1.0, unit)
 
 
 def number(value: Any, digits: int = 4) -> str:
@@ -61,9 +55,9 @@ def number(value: Any, digits: int = 4) -> str:
     return f"{value:.{max(0, digits - 1 - size)}f}".replace("-", "−")
 
 
-def stated(value: float) -> str:
+def stated(value: float | None, _digits: int = 6) -> str:
     """Write a number as somebody stated it: up to six digits, none of them padding."""
-    return "–" if math.isnan(value) else f"{value:.6g}".replace("-", "−")
+    return "–" if value is None or math.isnan(value) else f"{value:.6g}".replace("-", "−")
 
 
 def column(values: Sequence[float], digits: int = 4) -> list[str]:
@@ -76,26 +70,30 @@ def column(values: Sequence[float], digits: int = 4) -> list[str]:
     return [f"{value:.{decimals}f}".replace("-", "−") if math.isfinite(value) else number(value) for value in values]
 
 
+def rounded(values: Sequence[float]) -> list[str] | None:
+    """Write numbers with the digits that their spread is worth, all with as many decimals; None where there is none.
+
+    The last digit is at most a thirtieth of the spread.  More than four significant digits are beyond any laboratory,
+    however narrow an interval; but both ends of it are told apart.  What is not finite is infinite.
+    """
+    finite = [value for value in values if math.isfinite(value)]
+    spread, largest = (max(finite) - min(finite), max(map(abs, finite))) if finite else (0.0, 0.0)
+    if spread <= 1e-9 * largest:
+        return None
+    if largest < 1e-4:
+        return [number(value, 3) if math.isfinite(value) else "∞" for value in values]
+    size = math.floor(math.log10(largest))
+    apart = math.ceil(-math.log10(spread))
+    decimals = max(0, min(math.ceil(-math.log10(spread / 30.0)), max(3 - size, apart)))
+    return [f"{value:.{decimals}f}".replace("-", "−") if math.isfinite(value) else "∞" for value in values]
+
+
 def estimate(entry: Mapping[str, Any], scale: float = 1.0, level: str = "0.90") -> tuple[str, str]:
     """Median and interval of a summary entry, with the digits that the interval's width is worth.
 
     A bound that is missing is infinite; a quantity without any spread is "as stated".
     """
-    median, (low, high) = entry["median"], entry["interval"][level]
-    values = [math.nan if bound is None else bound * scale for bound in (median, low, high)]
-    finite = [value for value in values if math.isfinite(value)]
-    width = max(finite) - min(finite) if finite else 0.0
-    if width <= 1e-9 * max(map(abs, finite), default=0.0):
-        return number(values[0]), "as stated"
-    if max(map(abs, finite)) < 1e-4:
-        texts = [number(value, 3) for value in values]
-    else:
-        # more than five significant digits are beyond any laboratory, however narrow the interval; and the last digit
-        # is at most a thirtieth of the interval
-        most = 4 - math.floor(math.log10(max(map(abs, finite))))
-        decimals = max(0, min(math.ceil(-math.log10(width / 30.0)), most))
-        texts = [f"{value:.{decimals}f}".replace("-", "−") if math.isfinite(value) else "∞" for value in values]
-    return texts[0], f"{texts[1]} to {texts[2]}"
+    return PAGE.spread(entry, scale, level)
 
 
 def money(value: float | None) -> str:
@@ -135,18 +133,33 @@ class Notation(NamedTuple):
     missing: str
     between: str  # the bounds of a range
     unit: Callable[[str], str]
+    plain: bool = False  # ASCII alone
 
     def range(self, bounds: Sequence[float | None] | None, digits: int = 4) -> str:
         """Both bounds of a range."""
         return self.missing if bounds is None else self.between.join(self.number(bound, digits) for bound in bounds)
 
-    def spread(self, entry: Mapping[str, Any], factor: float = 1.0) -> tuple[str, str]:
-        """Median and 90 % interval of a summary entry, all with the same digits."""
-        middle, low, high = (
-            None if value is None else value * factor for value in (entry["median"], *entry["interval"]["0.90"])
-        )
-        return self.number(middle), self.range((low, high))
+    def spread(self, entry: Mapping[str, Any], factor: float = 1.0, level: str = "0.90") -> tuple[str, str]:
+        """Median and interval of a summary entry, with the digits that the interval's width is worth.
+
+        A bound that is missing is infinite; a quantity without any spread is "as stated".
+        """
+        return self.interval(entry["median"], *entry["interval"][level], factor=factor)
+
+    def interval(
+        self, median: float | None, low: float | None, high: float | None, *, factor: float = 1.0
+    ) -> tuple[str, str]:
+        """The same of the three numbers."""
+        values = [math.nan if value is None else value * factor for value in (median, low, high)]
+        texts = rounded(values)
+        if texts is None and math.isnan(values[0]):
+            return self.missing, self.missing
+        if texts is None:
+            return self.number(values[0]), "as stated"
+        if self.plain:
+            texts = [text.replace("−", "-").replace("∞", self.missing) for text in texts]
+        return texts[0], self.between.join(texts[1:])
 
 
 PAGE = Notation(number, "–", " to ", unit_text)
-TERMINAL = Notation(plain_number, "-", " .. ", str)
+TERMINAL = Notation(plain_number, "-", " .. ", str, plain=True)

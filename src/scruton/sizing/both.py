@@ -12,7 +12,7 @@ from scruton.sizing.limits import Limit
 from scruton.sizing.model import ModeModel, Spread
 from scruton.sizing.modes import BothMotions, damped_modes, exceedance, with_required
 from scruton.sizing.results import ModeSizing, Sizing
-from scruton.sizing.study import built_on, mode_models, size, unsized, untrusted
+from scruton.sizing.study import built_on, mode_models, size, unsized, untrusted, with_table
 from scruton.sizing.together import Placed, any_mode_flag, joint_draws, placed, sized_for_any
 
 if TYPE_CHECKING:
@@ -69,8 +69,14 @@ def size_both(
         dampers = [mode.damper for sizing in sizings for mode in sizing.modes]
         found = iter(sized_for_any(every, limits_met, dampers, seed, options.get("progress") or (lambda *_: None)))
         sizings = [
-            replace(sizing, modes=tuple(replace(mode, damper=next(found)) for mode in sizing.modes))
-            for sizing in sizings
+            replace(
+                sizing,
+                modes=tuple(
+                    with_table(model, replace(mode, damper=next(found)), seed)
+                    for model, mode in zip(those, sizing.modes, strict=True)
+                ),
+            )
+            for those, sizing in zip(models, sizings, strict=True)
         ]
     modes = [mode for sizing in sizings for mode in sizing.modes]
     hung = placed([mode.damper for mode in modes], every)

@@ -11,6 +11,7 @@ from scruton.documents import as_json, from_json, read_document
 from scruton.errors import InputError
 from scruton.shown import shown
 from scruton.sizing.checks import Required
+from scruton.sizing.damper_table import DamperTable
 from scruton.sizing.dampers import Damper
 from scruton.sizing.existing import Existing
 from scruton.sizing.inputs import Inputs
@@ -88,6 +89,8 @@ class ModeSizing:
         Where the bridge states what its failure costs.
     required_by_law : mapping
         Of the limit that governs, as of `Risk`.
+    damper_table : DamperTable or None
+        Risk and stroke of the dampers about their design, to be read off; None without a design.
     """
 
     name: str
@@ -107,6 +110,7 @@ class ModeSizing:
     cost: Costs | None = None
     required_by_law: Mapping[str, Required] = field(default_factory=dict)
     scruton_number_at_means: float = np.nan
+    damper_table: DamperTable | None = None
 
     @property
     def governing_limit(self) -> Risk:
@@ -144,6 +148,8 @@ class Sizing:
         Every number that it rests on, stated or default, and the files of the bridge.
     both : BothMotions or None
         Heaving and torsion together, where the bridge has modes of both and both were sized.
+    conventions : mapping or None
+        What a reader is shown otherwise than it stands here, as of `Campaign.conventions`, of the bridge.
     """
 
     format: int
@@ -157,6 +163,7 @@ class Sizing:
     existing: tuple[Existing, ...] | None = None
     inputs: Inputs = field(default_factory=Inputs)
     both: BothMotions | None = None
+    conventions: Mapping[str, Any] | None = None
 
     def to_json(self) -> dict[str, Any]:
         """The content of sizing.json; numbers that do not exist are None."""

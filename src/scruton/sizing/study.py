@@ -23,6 +23,7 @@ from scruton.provenance import provenance
 from scruton.sizing.bridge import Bridge
 from scruton.sizing.checks import ASKED, Evidence
 from scruton.sizing.damper_request import RiskOf
+from scruton.sizing.damper_table import damper_table
 from scruton.sizing.dampers import damper, struck_flag, withheld
 from scruton.sizing.existing import Offer, existing, hung
 from scruton.sizing.governing import governing, outside
@@ -109,6 +110,10 @@ def described(
         content["flags"].insert(0, "the fit did not converge: " + "; ".join(summary["flags"]))
     settings = {**ASKED_FOR, **(asked or {})}
     origin = sizing_origin(folder, summary, bridge, seed=seed, settings=settings)
+    if conventions := dict(summary.get("conventions", {})):
+        if bridge.motion is Motion.HEAVING and "scruton_factor" in conventions:
+            conventions["scruton_factor"] = bridge.width / bridge.depth
+        content["conventions"] = conventions
     return content | {"provenance": origin | {key: settings[key] for key in ("law", "effect")}}
 
 
@@ -182,6 +187,7 @@ def size(
     if bridge.damper.risk_of is RiskOf.ANY and len(modes) > 1 and not doubts:
         together_sized = sized_for_any(models, limits_met, [mode.damper for mode in modes], seed, tell)
         modes = [replace(mode, damper=one) for mode, one in zip(modes, together_sized, strict=True)]
+    modes = [with_table(model, mode, seed) for model, mode in zip(models, modes, strict=True)]
     remarks = [flag for mode in modes for flag in mode.flags]
     remarks[:0] = [*doubts, *odd_input(bridge)]
     remarks += [*what_if(tree, law_n), *said, *unsized(bridge)]
@@ -221,6 +227,11 @@ def size(
         existing=existing(models, limits_met, offers, seed) or None,
         inputs=inputs_of(bridge, tuple(rule.text for rule in rules)),
     )  # fmt: skip
+
+
+def with_table(model: ModeModel, mode: ModeSizing, seed: int) -> ModeSizing:
+    """A mode with what its dampers leave about their design."""
+    return replace(mode, damper_table=damper_table(model, mode.governing_limit.limit, mode.damper.dampers, seed))
 
 
 def built_on(tree: "xr.DataTree") -> "xr.DataTree":

@@ -4,6 +4,7 @@ import re
 import sys
 from argparse import Namespace
 from pathlib import Path
+from textwrap import fill
 
 from scruton.app.init.channels import Found, records
 from scruton.app.init.look import is_record, look
@@ -15,6 +16,7 @@ from scruton.campaign.load import FILE_NAME, UNFILLED
 from scruton.campaign.quantity import Quantity
 from scruton.documents import write_text
 from scruton.errors import InputError
+from scruton.terminal import line_width
 
 SMALL = 0.05  # of the largest steady amplitude of the same file: less is no lock-in
 
@@ -90,8 +92,8 @@ def _answered(question: Question) -> dict[str, str]:
     """
     names = question.of or ("",)
     several = f" of {', '.join(question.of)}" if question.of else ""
-    hint = "; one for all, or one each, with commas between" if len(question.of) > 1 else ""
-    print(f"{question.what[0].upper()}{question.what[1:]}{several},")
+    hint = "; one for all, or one each, with commas between\n " if len(question.of) > 1 else ""
+    print(fill(f"{question.what[0].upper()}{question.what[1:]}{several},", line_width() or 80))
     prompt = f"  such as {question.dimension.spelling.strip(chr(34))}{hint} (empty: later): "
     while True:
         try:

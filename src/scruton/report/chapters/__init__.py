@@ -1,11 +1,13 @@
 """The chapters of a report, one function each, from the results to blocks; `compose` puts them in order."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
 from scruton.report.chapters import campaign, gap, methods, results, sizing, summary
 from scruton.report.chapters.material import Material
+from scruton.report.chapters.prose import worded
+from scruton.report.conventions import conventions
 from scruton.report.document import ALARM, Block, Callout, Chapter, Document, numbered
 from scruton.report.failures import Failures
 
@@ -33,6 +35,8 @@ CHAPTERS: tuple[tuple[str, str, Callable[[Material], Iterator[Block]]], ...] = (
     ("methods", "Methods in short", methods.methods_chapter),
 )
 APPENDICES = ("posterior", "convergence", "provenance", "methods")
+# The parts of a report, by the key of the chapter that each begins with, or would if it had something to say.
+PARTS = {"summary": "The decision", "sizing": "Engineering", "posterior": "Statistical appendix"}
 
 
 def compose(material: Material, failures: Failures | None = None) -> Document:
@@ -44,10 +48,11 @@ def compose(material: Material, failures: Failures | None = None) -> Document:
     chapters = []
     for key, title, write in CHAPTERS:
         # a generator: its work is done within the attempt
-        blocks = failures.attempt(key, f"The chapter “{title}”", partial(tuple, write(material)), ())
+        with conventions(fit):
+            blocks = failures.attempt(key, f"The chapter “{title}”", partial(tuple, write(material)), ())
         boxes = [failure.callout() for failure in failures.found if failure.chapter == key]
         chapters.append(Chapter(key, title, (*boxes, *blocks), key in APPENDICES))
-    return numbered(
+    document = numbered(
         Document(
             title=fit.campaign.title or "Untitled campaign",
             about="Vortex-induced vibration: Griffin plot, stable amplitude and what they rest on"
@@ -61,6 +66,18 @@ def compose(material: Material, failures: Failures | None = None) -> Document:
             logo=fit.campaign.title_block.logo,
         )
     )
+    return replace(document, chapters=worded(parted(document.chapters)))
+
+
+def parted(chapters: Sequence[Chapter]) -> list[Chapter]:
+    """Chapters, the first of every part with its title."""
+    of, part, before, result = {}, "", "", []
+    for key, _, _ in CHAPTERS:
+        of[key] = part = PARTS.get(key, part)
+    for chapter in chapters:
+        result.append(replace(chapter, part="" if of[chapter.key] == before else of[chapter.key]))
+        before = of[chapter.key]
+    return result
 
 
 def with_failures(document: Document, failures: Failures) -> Document:

@@ -7,9 +7,19 @@ import numpy as np
 
 from scruton.report.chapters.material import Material
 from scruton.report.chapters.sizing import similitude_of
+from scruton.report.conventions import (
+    DAMPING,
+    SCRUTON,
+    damping,
+    damping_symbol,
+    damping_words,
+    scruton_note,
+    shown_in,
+    with_unit,
+)
 from scruton.report.document import Block, Heading, Table, paragraph
 from scruton.report.equations import TRIAL
-from scruton.report.wording import PAGE, column, estimate, number, percent, stated, unit_text
+from scruton.report.wording import PAGE, column, estimate, number, stated, unit_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -21,7 +31,7 @@ def campaign_chapter(material: Material) -> Iterator[Block]:
     yield paragraph(
         f"One section in {'heave' if heaving else 'torsion'}: width B = {stated(section.width)} m along the wind, "
         f"depth D = {stated(section.depth)} m across it. Amplitudes are "
-        f"{'those of the displacement over D' if heaving else 'those of the rotation, in radians'}."
+        f"{'those of the displacement over D' if heaving else 'those of the rotation, in degrees'}."
     )
     if material.sizing is not None:
         tested = [(test["name"], test["parameters"]["scruton_number"]["median"]) for test in material.tests]
@@ -35,16 +45,19 @@ def campaign_chapter(material: Material) -> Iterator[Block]:
         if name in frames:
             kept = [key for key in frames[name] if str(key).startswith(starts) and not frames[name][key].isna().all()]
             yield _from_frame(name, caption, frames[name][kept])
+    factor, unit = material.shown
     if "records" in frames:
         yield Table(
             "records",
             "Records",
-            ("record", "of", "kind", "length [s]", "cycles", "frequency [Hz]", f"amplitude [{material.unit}]"),
+            ("record", "of", "kind", "length [s]", "cycles", "frequency [Hz]", f"amplitude [{unit}]"),
             [
                 (
                     row["record"], row["of"], row["kind"], number(row["length [s]"], 3), str(row["cycles"]),
                     number(row["frequency [Hz]"]),
-                    PAGE.range([row[f"{end} amplitude [{material.unit}]"] for end in ("smallest", "largest")], 3),
+                    PAGE.range(
+                        [factor * row[f"{end} amplitude [{material.unit}]"] for end in ("smallest", "largest")], 3
+                    ),
                 )
                 for row in frames["records"].to_dict("records")
             ],
@@ -63,11 +76,12 @@ def _similitude(material: Material) -> Table:
         rig = material.fit.campaign.rig(test.rig)
         mass = float("nan") if rig.mass is None else rig.mass.mean / (test.air_density.mean * area)
         reduced = test.wind_speed.mean / (rig.frequency.mean * section.depth)
-        sc, interval = estimate(entry["parameters"]["scruton_number"])
-        xi = estimate(entry["parameters"]["damping_ratio"], 100.0)[0]
+        sc, interval = estimate(entry["parameters"]["scruton_number"], shown_in(SCRUTON)[0])
+        factor, unit = shown_in(DAMPING)
+        xi = with_unit(estimate(entry["parameters"]["damping_ratio"], factor)[0], unit)
         rows.append(
             (
-                entry["name"], entry["rig"], "yes" if entry["peak"] else "no", sc, interval, number(mass), f"{xi} %",
+                entry["name"], entry["rig"], "yes" if entry["peak"] else "no", sc, interval, number(mass), xi,
                 number(reduced), number(2.0 * np.pi * entry["wind_frequency"] * section.depth / test.wind_speed.mean),
             )
         )  # fmt: skip
@@ -75,9 +89,10 @@ def _similitude(material: Material) -> Table:
     return Table(
         "similitude",
         "Similitude: the tests without dimensions",
-        ("test", "rig", "peak", "Sc", "90 % interval", mass_ratio, "ξₛ", "U/(f₀D)", "K = ωD/U"),
+        ("test", "rig", "peak", "Sc", "90 % interval", mass_ratio, damping_symbol(), "U/(f₀D)", "K = ωD/U"),
         rows,
-        "Peak tests are at the wind speed of the largest amplitude; they share one Griffin curve.",
+        "Peak tests are at the wind speed of the largest amplitude; they share one Griffin curve. "
+        + scruton_note(heaving=heaving),
         (False, False, False, *[True] * 6),
         data="tests",
     )
@@ -88,11 +103,16 @@ def _from_frame(name: str, caption: str, frame: "pd.DataFrame") -> Table:
     header, cells = [], []
     for heading, values in frame.items():
         words, _, unit = str(heading).replace("f0", "f₀").partition(" [")
-        text = unit_text(unit.removesuffix("]"))
+        factor, shown = shown_in(unit.removesuffix("]"))
+        if words.startswith("damping ratio"):
+            (factor, shown), words = shown_in(DAMPING), words.replace("damping ratio", damping_words())
+        elif words == SCRUTON:
+            factor, shown = shown_in(SCRUTON)
+        text = unit_text(shown)
         header.append(f"{words} [{text}]" if text else words)
         match values.dtype.kind:
             case "f":
-                cells.append(column([float(value) for value in values]))
+                cells.append(column([factor * float(value) for value in values]))
             case "b":
                 cells.append(["yes" if flag else "no" for flag in values])
             case _:
@@ -112,12 +132,12 @@ def structural_chapter(material: Material) -> Iterator[Block]:
         )
         yield Table(
             "ring_downs",
-            "Structural damping ratio by amplitude",
-            ("rig", f"amplitude [{material.unit}]", "damping ratio", "sd", "plucks"),
+            f"Structural {damping_words()} by amplitude",
+            ("rig", f"amplitude [{material.shown[1]}]", damping_words(), "sd", "plucks"),
             [
                 (
-                    name, PAGE.range((band.lower, band.upper), 3), percent(band.damping_ratio, 4), percent(band.sd, 2),
-                    str(band.plucks),
+                    name, PAGE.range([material.shown[0] * end for end in (band.lower, band.upper)], 3),
+                    damping(band.damping_ratio), damping(band.sd, 2), str(band.plucks),
                 )
                 for name, ring in ringdowns.items()
                 for band in ring.bands
@@ -129,19 +149,20 @@ def structural_chapter(material: Material) -> Iterator[Block]:
 
 def damping_table(material: Material) -> Table:
     """Structural damping of every rig."""
-    rows = []
+    rows, (factor, unit) = [], shown_in(DAMPING)
     for entry in material.fit.summary["rigs"]:
         rig = material.fit.campaign.rig(entry["name"])
         ring, given = material.fit.ringdowns.get(rig.name), rig.damping_ratio
-        as_stated = "–" if given is None else f"{stated(100.0 * given.mean)} %"
+        as_stated = "–" if given is None else with_unit(number(factor * given.mean, 4), unit)
         if given is not None and given.sd:
-            as_stated += f" ± {stated(100.0 * given.sd)} %"
-        inferred = (f"{text} %" for text in estimate(entry["parameters"]["damping_ratio"], 100.0))
+            as_stated += f" ± {with_unit(number(factor * given.sd, 2), unit)}"
+        median, interval = estimate(entry["parameters"]["damping_ratio"], factor)
+        inferred = (with_unit(median, unit), interval if interval == "as stated" else with_unit(interval, unit))
         frequency = ring.frequency if ring else rig.frequency.mean
         rows.append((rig.name, number(frequency), as_stated, str(len(rig.records)), *inferred))
     return Table(
         "damping",
-        "Structural damping ratio in still air",
+        f"Structural {damping_words()} in still air",
         ("rig", "f₀ [Hz]", "stated", "ring-downs", "found", "90 % interval"),
         rows,
         "Without ring-downs the damping found is the stated one, with the uncertainty of the model card; "
@@ -154,17 +175,22 @@ def records_chapter(material: Material) -> Iterator[Block]:
     """Every record beside its envelope; the constants of the trial functions, Eq. (4), below."""
     yield from material.figure("records")
     if records := material.fit.summary["records"]:
+        factor, unit = material.shown
+        scales = {"a": factor, "b": 1.0, "c": factor, "d": 1.0}
         yield Heading("Trial functions")
         yield paragraph("The second-order exponential ", TRIAL, " with b > d, and t from the record’s first cycle.")
         yield Table(
             "trial",
             "Constants of the trial function: median, and 90 % interval below it",
-            ("record", "test", f"a [{material.unit}]", "b [1/s]", f"c [{material.unit}]", "d [1/s]"),
+            ("record", "test", f"a [{unit}]", "b [1/s]", f"c [{unit}]", "d [1/s]"),
             [
-                (record["name"], record["test"], *("\n".join(estimate(record["parameters"][name])) for name in "abcd"))
+                (
+                    record["name"], record["test"],
+                    *("\n".join(estimate(record["parameters"][name], scale)) for name, scale in scales.items()),
+                )
                 for record in records
             ],
             numeric=(False, False, True, True, True, True),
             data="posterior",
-        )
+        )  # fmt: skip
     yield from material.figure("trial_functions")

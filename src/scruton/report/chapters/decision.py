@@ -4,9 +4,19 @@ from collections.abc import Iterator
 
 from scruton.report.chapters.gap import contained_sentence, gap_sentence
 from scruton.report.chapters.material import Material
+from scruton.report.conventions import (
+    amplitude,
+    by_conventions,
+    damping,
+    damping_words,
+    scruton,
+    scruton_note,
+    shown_in,
+    with_unit,
+)
 from scruton.report.document import ALARM, Block, Callout, Heading, KeyFigures, Listing, paragraph
-from scruton.report.figures.sizing import Content, amplitude_scale, governing, worst
-from scruton.report.wording import law_text, number, percent, share
+from scruton.report.figures.sizing import Content, governing, worst
+from scruton.report.wording import PAGE, law_text, number, percent, share
 from scruton.sizing.checks import ASKED, LAW_FREE
 
 _SHARES_NAMED = 2  # sources of variance that the first page names
@@ -14,8 +24,13 @@ _SHARES_NAMED = 2  # sources of variance that the first page names
 
 def decision_page(material: Material) -> Iterator[Block]:
     """The decision, for whoever has to take it."""
-    sizing, fit = material.sizing, material.fit
-    assert sizing is not None
+    assert material.sizing is not None
+    yield from _decision(material.sizing, material)
+
+
+@by_conventions
+def _decision(sizing: Content, material: Material) -> Iterator[Block]:
+    fit = material.fit
     if not fit.converged:
         yield Callout(ALARM, "Not to be trusted: the sampling did not converge.", fit.flags)
     yield paragraph(decision_sentence(sizing, trusted=fit.converged), role="answer")
@@ -43,11 +58,11 @@ def decision_sentence(sizing: Content, *, trusted: bool = True) -> str:
         )
     if required == 0.0:
         return f"Keep the bridge as it is: {name} stays below its limit with {share(float(ASKED))} confidence."
-    demand = f"Add a damping ratio of {percent(required)} to {name}{_damper_words(mode)}."
+    demand = f"Add a {damping_words()} of {damping(required)} to {name}{_damper_words(mode)}."
     if reach is not None and not reach["trusted"]:
         demand += (
-            f" Test a rig at a Scruton number of about {number(reach['scruton_number'], 2)} before it is built: the "
-            "answer lies far from those tested."
+            f" Test a rig at a Scruton number of about {scruton(reach['scruton_number'], digits=2)} before it is "
+            "built: the answer lies far from those tested."
         )
     elif limit.get("required_at_discrepancy"):
         demand += " Test a second rig before it is built: one says nothing of how far rigs differ."
@@ -66,14 +81,13 @@ def _damper_words(mode: Content) -> str:
 
 def _figures(sizing: Content) -> Iterator[tuple[str, str, str]]:
     mode = worst(sizing)
-    limit, damper, (factor, unit) = governing(mode), mode["damper"], amplitude_scale(sizing)
-    unit = unit if unit == "°" else f" {unit}"
-    median, low, high = (None if mode["amplitude"][key] is None else factor * mode["amplitude"][key]
-                         for key in ("median", "low", "high"))  # fmt: skip
+    limit, damper, files = governing(mode), mode["damper"], sizing["amplitude_unit"]
+    factor, unit = shown_in(files)
+    ends = PAGE.interval(*(mode["amplitude"][key] for key in ("median", "low", "high")), factor=factor)
     required = limit["required"][ASKED]
     yield (
-        f"Amplitude, mode {mode['name']}", f"{number(median, 3)}{unit}",
-        f"90 %: {number(low, 3)} to {number(high, 3)}{unit}; limit {number(factor * limit['limit'], 3)}{unit}",
+        f"Amplitude, mode {mode['name']}", with_unit(ends[0], unit),
+        f"90 %: {with_unit(ends[1], unit)}; limit {amplitude(limit['limit'], files)}",
     )  # fmt: skip
     yield "Risk as it is", percent(limit["probability"]), f"of exceeding the limit ({limit['rule']}) in lock-in"
     if damper["dampers"]:
@@ -83,7 +97,7 @@ def _figures(sizing: Content) -> Iterator[tuple[str, str, str]]:
             f"{percent(damper['asked']['risk'])} was asked for",
         )
     else:
-        text = "–" if required is None else percent(required)
+        text = "–" if required is None else damping(required)
         yield "Damping to add", text, f"at {share(float(ASKED))} confidence"
 
 
@@ -91,7 +105,7 @@ def _basis(material: Material, sizing: Content) -> Iterator[str]:
     fit, limit = material.fit, governing(worst(sizing))
     peaks = [test for test in material.tests if test["peak"]]
     numbers = [test["parameters"]["scruton_number"]["median"] for test in peaks]
-    between = f"{number(min(numbers), 3)} to {number(max(numbers), 3)}" if len(numbers) > 1 else number(numbers[0], 3)
+    between = " to ".join(scruton(one, digits=3) for one in sorted({min(numbers), max(numbers)}))
     yield (
         f"{len(peaks)} setting{'s' * (len(peaks) != 1)} of the section model, Sc {between}, "
         f"{sum(len(test.records) for test in fit.campaign.tests)} records in wind."
@@ -102,7 +116,7 @@ def _basis(material: Material, sizing: Content) -> Iterator[str]:
     yield f"Law of aerodynamic damping: {laws}."
     if reach := limit.get("reach", {}).get(ASKED):
         yield (
-            f"The answer lies at Sc {number(reach['scruton_number'], 3)}, an extrapolation index of "
+            f"The answer lies at Sc {scruton(reach['scruton_number'], digits=3)}, an extrapolation index of "
             f"{number(reach['extrapolation_index'], 2)} from the nearest test (laws agree below 0.2); transients of "
             f"{reach['covered_by']} of {reach['tests']} tests went through the amplitude of the limit."
         )
@@ -112,10 +126,12 @@ def _basis(material: Material, sizing: Content) -> Iterator[str]:
             f"Without a law, by the damping that the transients show there: {_added(free[ASKED])}"
             + ("." if by_hand is None else f"; by a straight line of 1/A, at the medians: {_added(by_hand)}.")
         )
+    if note := scruton_note(heaving=sizing["amplitude_unit"] == "m"):
+        yield note
 
 
 def _added(value: float | None) -> str:
-    return "more than can be added" if value is None else percent(value) if value else "none"
+    return "more than can be added" if value is None else damping(value) if value else "none"
 
 
 def _doubts(material: Material, sizing: Content) -> Iterator[str]:

@@ -6,9 +6,10 @@ from typing import Any
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
 from scruton.gap.thresholds import SETTLED
 from scruton.report.chapters.material import Material
+from scruton.report.conventions import DAMPING, shown_in
 from scruton.report.document import CAUTION, Block, Callout, Heading, Listing, Table, paragraph
 from scruton.report.thresholds import NAMED_ABOVE, PLACES_SHOWN, PROBABILITY_SHOWN
-from scruton.report.wording import PAGE, TERMINAL, Notation, number, percent, share
+from scruton.report.wording import PAGE, PARAMETERS, TERMINAL, Notation, number, percent, share
 
 _SIZE = ("parameter", "median", "90 % interval", "unit", "form")
 _WHERE = ("quantity", "rig", "test", "record", "amplitude", "time [s]", "excess")
@@ -40,20 +41,21 @@ def gap_chapter(material: Material) -> Iterator[Block]:
     yield from material.of("gap")
     likely = _probabilities(gap, effect_title)
     yield Table("gap_probability", "What explains the gap", ("cause", "probability"), likely)
-    yield _where_table(gap)
+    yield _where_table(gap, material.unit)
     numeric = (False, False, True, True, False, False)
+    factor, unit = material.shown
     sizes = _sizes(gap, PAGE, effect_title)
     yield Table("gap_size", "How large the effect is", ("effect", *_SIZE), sizes, numeric=numeric)
     rows = [
         (
-            test["test"], *(number(test[key]) for key in ("measured", "before", "after")),
+            test["test"], *(number(factor * test[key]) for key in ("measured", "before", "after")),
             *(f"{100.0 * test[key]:.1f} %" for key in ("error_before", "error_after")),
         )
         for test in gap["shrink"].get("stable_amplitude", ())
     ]  # fmt: skip
     yield Table(
         "gap_amplitudes",
-        "Stable amplitude of every test before and after the effect is put in",
+        f"Stable amplitude of every test before and after the effect is put in [{unit}]",
         ("test", "measured", "null model", "with the effect", "off before", "off after"),
         rows,
     )
@@ -66,13 +68,13 @@ def gap_chapter(material: Material) -> Iterator[Block]:
     yield paragraph(f"Calibrated on {gap['calibrated_on']}.", role="note")
 
 
-def _where_table(gap: Mapping[str, Any]) -> Table:
-    rows = _places(gap, PAGE)
+def _where_table(gap: Mapping[str, Any], unit: str) -> Table:
+    rows = _places(gap, PAGE, unit)
     more = f" {len(rows) - PLACES_SHOWN} more are in gap.json." if len(rows) > PLACES_SHOWN else ""
     return Table(
         "gap_where",
         "Where the null model and the records part",
-        (*_WHERE, "z"),
+        (*_where_header(PAGE, unit), "z"),
         rows[:PLACES_SHOWN],
         "Excess: measured minus null model, of a damping ratio or a relative frequency; z: how many standard "
         f"deviations.{more}",
@@ -128,8 +130,8 @@ def _candidates(gap: Mapping[str, Any], title: Callable[[str], str]) -> str:
     return f"{' or '.join(named)}; no gap {none}"
 
 
-def gap_summary(gap: Mapping[str, Any]) -> list[Block]:
-    """The diagnosis for the terminal: every place, and effects by the names that files have."""
+def gap_summary(gap: Mapping[str, Any], unit: str) -> list[Block]:
+    """The diagnosis for the terminal, of amplitudes in this unit: every place, and effects by the names of files."""
     names = [gap["verdict"], *gap["also"]]
     alike = "; ".join(" / ".join(group) for group in gap["indistinguishable"] if len(group) > 1)
     titles = _AGREE if names == ["none"] else " ".join(f"{effect_title(name)}." for name in names)
@@ -143,7 +145,7 @@ def gap_summary(gap: Mapping[str, Any]) -> list[Block]:
         Table("gap_probability", probability, ("cause", "probability"), _probabilities(gap, str)),
         *([paragraph(f"These data cannot tell apart: {alike}")] if alike else []),
         Table("gap_size", "Parameters", ("effect", *_SIZE), _sizes(gap, TERMINAL, str, most=6)),
-        Table("gap_where", "Where", _WHERE, [row[:-1] for row in _places(gap, TERMINAL)]),
+        Table("gap_where", "Where", _where_header(TERMINAL, unit), [row[:-1] for row in _places(gap, TERMINAL, unit)]),
         paragraph(shrink_sentence(gap["shrink"])),
         Listing(gap["advice"]),
         *([paragraph(f"{_INVISIBLE}:")] if gap["invisible"] else []),
@@ -224,22 +226,51 @@ def _probabilities(gap: Mapping[str, Any], title: Callable[[str], str]) -> list[
     return [(title(name), f"{p:.3f}") for name, p in likely if p > PROBABILITY_SHOWN]
 
 
-def _places(gap: Mapping[str, Any], of: Notation) -> list[tuple[str, ...]]:
+def _where_header(of: Notation, unit: str) -> tuple[str, ...]:
+    shown = of.unit(shown_in(unit)[1])
+    return tuple(f"{word} [{shown}]" if word == "amplitude" else word for word in _WHERE)
+
+
+def _places(gap: Mapping[str, Any], of: Notation, unit: str) -> list[tuple[str, ...]]:
     """Where the null model and the records part, a row each, the number of standard deviations last."""
+    factor = shown_in(unit)[0]
     return [
         (
             place["quantity"], place["rig"] or of.missing, place["test"] or "still air", place["record"] or of.missing,
-            of.range(place["amplitude"], 3), of.range(place["time_s"], 3), of.number(place["excess"], 3),
+            of.range(None if place["amplitude"] is None else [factor * end for end in place["amplitude"]], 3),
+            of.range(place["time_s"], 3), _excess(place, of),
             of.number(place["significance"], 2),
         )
         for place in gap["where"]
     ]  # fmt: skip
 
 
+def _parameter(key: str) -> str:
+    """A parameter of an effect in words: "epsilon[Sc 1.9]" is ε of the test Sc 1.9."""
+    name, _, of = key.removesuffix("]").partition("[")
+    words = PARAMETERS.get(name, name.replace("_", " "))
+    return f"{words}, {of}" if of else words
+
+
+def _excess(place: Mapping[str, Any], of: Notation) -> str:
+    """An excess: of damping as it is shown, else relative."""
+    value = place["excess"]
+    if value is None or place["quantity"] != "damping":
+        return of.number(value, 3)
+    factor, unit = shown_in(DAMPING)
+    return f"{of.number(factor * value, 3)} {unit}".rstrip()
+
+
 def _sizes(gap: Mapping[str, Any], of: Notation, title: Callable[[str], str], most: int | None = None) -> list[Any]:
     """How large every effect is, a row each of its parameters, of at most so many."""
     return [
-        (title(name), key, of.number(size["median"]), of.range(size["interval90"]), of.unit(size["unit"]), size["form"])
+        (
+            title(name),
+            key if title is str else _parameter(key),
+            *of.interval(size["median"], *(size["interval90"] or (None, None))),
+            of.unit(size["unit"]),
+            size["form"],
+        )
         for name, effect in gap["effects"].items()
         for key, size in list(effect["parameters"].items())[:most]
     ]

@@ -4,12 +4,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from scruton.campaign.schema import Motion
+from scruton.report.conventions import shown_in
 from scruton.report.document import Picture
 from scruton.report.figures.registry import chapter_of, registered_name
-from scruton.report.wording import estimate, shown_in, unit_text
+from scruton.report.wording import estimate, unit_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -82,8 +81,9 @@ class Material:
 
     def in_model_unit(self, entry: Mapping[str, Any]) -> tuple[str, str, str]:
         """An amplitude as a length at the model's scale, or in degrees: median, 90 % interval and unit."""
-        scale = 1e3 * self.fit.campaign.section.depth if self.heaving else 180.0 / np.pi
-        return (*estimate(entry, scale), "mm" if self.heaving else "°")
+        factor, unit = shown_in("m" if self.heaving else self.unit)
+        scale = factor * (self.fit.campaign.section.depth if self.heaving else 1.0)
+        return (*estimate(entry, scale), unit_text(unit))
 
     def discrepancy(self) -> str:
         """What was found of the discrepancy between settings, in words."""

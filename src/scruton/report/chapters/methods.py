@@ -5,11 +5,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from scruton.report import equations as eq
+from scruton.report.chapters.inputs import inputs_table
 from scruton.report.chapters.material import Material
 from scruton.report.chapters.results import within
+from scruton.report.conventions import parameter_words
 from scruton.report.document import Block, Code, Definitions, Equation, Heading, Table, paragraph
 from scruton.report.maths import row
-from scruton.report.wording import PARAMETERS, number, stated
+from scruton.report.wording import number, stated
 
 # What feeds the samplers, by the source that the model card names.
 _ENVELOPE = {
@@ -44,7 +46,7 @@ def convergence_chapter(material: Material) -> Iterator[Block]:
             rows.append(
                 (
                     str(posterior), "yes" if bool(group["converged"].all()) else "NO",
-                    number(float(group["rhat_nested"].max(skipna=False)), 5), PARAMETERS.get(worst, worst),
+                    number(float(group["rhat_nested"].max(skipna=False)), 5), parameter_words(worst),
                     *(f"{group[ess].min():.0f}" for ess in ("ess_bulk", "ess_tail")),
                     number(float(group["tau"].max()), 3), *(str(int(group[of].max())) for of in ("steps", "stuck")),
                 )
@@ -105,6 +107,7 @@ def provenance_chapter(material: Material) -> Iterator[Block]:
             ("All numbers", "report.json"),
         )
     )
+    yield inputs_table(material)
     if digests := sorted({**origin["sha256"], **material.bridge_sha256}.items()):
         yield Heading("Files read")
         yield Table("digests", "SHA-256 of every file read", ("file", "SHA-256"), digests, numeric=(False, False))

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 
 from scruton.griffin.thresholds import X_TRUSTED
+from scruton.report.conventions import DAMPING, damping_words, scruton, shown_in
 from scruton.report.document import Table
 from scruton.report.figures.sizing import Content
 from scruton.report.wording import Notation, law_text, share
@@ -20,7 +21,7 @@ def required_tables(content: Content, of: Notation) -> Iterator[Table]:
             if any(cell not in ("none", "") for _, *cells in rows for cell in cells):
                 yield Table(
                     f"required_by_law_{k}_{j}",
-                    f"Mode {mode['name']}, {limit['rule']}: added damping ratio required, and what it rests on",
+                    f"Mode {mode['name']}, {limit['rule']}: added {damping_words()} required, and what it rests on",
                     ("", *_SHARES),
                     [*rows, *_reach_rows(limit, of)],
                     f"x is the extrapolation index from the nearest test: laws part beyond {X_TRUSTED:g} (!). Without "
@@ -33,7 +34,7 @@ def _required_rows(limit: Content, of: Notation) -> list[tuple[str, ...]]:
     """Label, and the required damping by confidence: as weighed, under each law, without a law, by hand, one rig."""
 
     def row(label: str, required: Content) -> tuple[str, ...]:
-        return label, *(_damping(required[p], of) for p in CONFIDENCES)
+        return label, *(required_damping(required[p], of) for p in CONFIDENCES)
 
     rows = [row("laws as weighed", limit["required"])]
     for law, required in limit.get("required_by_law", {}).items():
@@ -41,14 +42,15 @@ def _required_rows(limit: Content, of: Notation) -> list[tuple[str, ...]]:
     for tau, required in limit.get("required_at_discrepancy", {}).items():
         rows.append(row(f"where rigs miss the curve by {share(float(tau))}", required))
     if (by_hand := limit.get("required_by_hand")) is not None:
-        rows.append(("straight line of 1/A, by hand", _damping(by_hand, of), *[""] * (len(CONFIDENCES) - 1)))
+        rows.append(("straight line of 1/A, by hand", required_damping(by_hand, of), *[""] * (len(CONFIDENCES) - 1)))
     return rows
 
 
-def _damping(value: float | None, of: Notation) -> str:
-    if value is None:
-        return f"> {of.number(100.0 * LARGEST_ADDED, 3)} %"
-    return f"{of.number(100.0 * value, 3)} %" if value else "none"
+def required_damping(value: float | None, of: Notation) -> str:
+    """A damping that is required, as it is shown; None is more than can be added."""
+    factor, unit = shown_in(DAMPING)
+    text = of.number(factor * (LARGEST_ADDED if value is None else value), 3) + f" {unit}".rstrip()
+    return f"> {text}" if value is None else text if value else "none"
 
 
 def _reach_rows(limit: Content, of: Notation) -> list[tuple[str, ...]]:
@@ -61,7 +63,7 @@ def _reach_rows(limit: Content, of: Notation) -> list[tuple[str, ...]]:
         return label, *("" if at is None else write(at) for at in reach)
 
     return [
-        row("Sc there", lambda at: of.number(at["scruton_number"], 3)),
+        row("Sc there", lambda at: scruton(at["scruton_number"], of.number, 3)),
         row("x there", lambda at: of.number(at["extrapolation_index"], 2) + ("" if at["trusted"] else " !")),
         row("tests through that amplitude", lambda at: f"{at['covered_by']} of {at['tests']}"),
     ]

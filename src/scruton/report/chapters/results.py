@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scruton.report.chapters.material import Material
+from scruton.report.conventions import damping, damping_symbol, parameter_unit, parameter_words, scruton, shown_in
 from scruton.report.document import CAUTION, Block, Callout, Equation, Heading, Table, paragraph
 from scruton.report.equations import AERODYNAMIC, RECIPROCAL
 from scruton.report.maths import row
 from scruton.report.summaries import covered, forces_hold, model_printed, monte_carlo, stated_discrepancies
 from scruton.report.tables import unit_of
-from scruton.report.wording import PAGE, PARAMETERS, Notation, estimate, number, percent, shown_in, stated, unit_text
+from scruton.report.wording import PAGE, Notation, estimate, law_text, number, stated, unit_text
 
 if TYPE_CHECKING:
     from scruton.infer.sensitivity import PredictionSensitivity
@@ -63,7 +64,8 @@ def _law_table(material: Material) -> Table:
         below, error = law["log_evidence"], law["log_evidence_error"]
         rows.append(
             (
-                label, f"{law['prior']:.2f}", "–" if below is None else f"{below - best:.1f}".replace("-", "−"),
+                law_text(label), f"{law['prior']:.2f}",
+                "–" if below is None else f"{below - best:.1f}".replace("-", "−"),
                 "by Laplace's approximation" if error is None else f"± {error:.2f}", f"{law['weight']:.3f}",
                 "–" if law["stacking"] is None else f"{law['stacking']:.3f}",
             )
@@ -107,11 +109,11 @@ def posterior_chapter(material: Material) -> Iterator[Block]:
             ("parameter", "unit", "median", "50 % interval", "90 % interval"),
             [
                 (
-                    PARAMETERS.get(key, key), unit_text(unit), estimate(entry, factor)[0],
+                    parameter_words(key), unit_text(unit), estimate(entry, factor)[0],
                     *(estimate(entry, factor, level)[1] for level in ("0.50", "0.90")),
                 )
                 for key, entry in test["parameters"].items()
-                for factor, unit in [shown_in(unit_of(key, material.unit))]
+                for factor, unit in [shown_in(parameter_unit(key, unit_of(key, material.unit)))]
             ],
             doubt if "Y1" in test["parameters"] else "",
             numeric=(False, False, True, True, True),
@@ -125,7 +127,7 @@ def posterior_chapter(material: Material) -> Iterator[Block]:
 def predictions_chapter(material: Material) -> Iterator[Block]:
     """Every prediction, with how each peak test would have been predicted from the others."""
     if material.design:
-        numbers = ", ".join(f"Sc = {stated(point.scruton_number)}" for point in material.design)
+        numbers = ", ".join(f"Sc = {scruton(point.scruton_number, stated)}" for point in material.design)
         yield paragraph(
             f"The predictions at the design ({numbers}) stand in the summary. They draw on every law of the model "
             "card as often as its weight says."
@@ -141,7 +143,7 @@ def predictions_chapter(material: Material) -> Iterator[Block]:
         truth, amplitude = material.measured_or_found(test), prediction["amplitude"]
         rows.append(
             (
-                test, number(prediction["sc"]), *estimate(amplitude, factor), number(factor * truth),
+                test, scruton(prediction["sc"]), *estimate(amplitude, factor), number(factor * truth),
                 "from its records" if material.fit.campaign.test(test).stable_amplitude is None else "measured",
                 _error(amplitude["median"], truth),
                 "inside" if within(amplitude["interval"]["0.90"], truth) else "OUTSIDE",
@@ -173,8 +175,7 @@ def sensitivity_table(rows: "Sequence[PredictionSensitivity]", of: Notation, uni
     what = f"stable amplitude [{of.unit(unit)}]" if unit else "stable amplitude"
 
     def band(values: tuple[float, float, float]) -> str:
-        median, *ends = (factor * value for value in values)
-        return f"{of.number(median, 3)} ({of.range(ends, 3)})"
+        return "{} ({})".format(*of.interval(*values, factor=factor))
 
     return Table(
         "prediction_sensitivity",
@@ -182,7 +183,7 @@ def sensitivity_table(rows: "Sequence[PredictionSensitivity]", of: Notation, uni
         ("Sc", "where", "follows", "by", "as it is", "halved", "doubled"),
         [
             (
-                of.number(row.scruton_number), row.where, row.source, of.number(row.distance, 2),
+                scruton(row.scruton_number, of.number), row.where, row.source, of.number(row.distance, 2),
                 band((row.median, row.low, row.high)), band(row.halved), band(row.doubled),
             )
             for row in rows
@@ -202,7 +203,8 @@ def design_table(material: Material) -> Table:
         median, interval, model_unit = material.in_model_unit(amplitude)
         rows.append(
             (
-                stated(prediction.scruton_number), percent(prediction.damping_ratio), *estimate(amplitude, factor),
+                scruton(prediction.scruton_number, stated), damping(prediction.damping_ratio),
+                *estimate(amplitude, factor),
                 monte_carlo(amplitude, PAGE), estimate(amplitude, factor, "0.95")[1],
                 *([f"{median} ({interval}) {model_unit}"] if material.heaving else []),
                 number(prediction.extrapolation_index, 2), covered(prediction.to_json()["amplitude_coverage"]),
@@ -212,7 +214,8 @@ def design_table(material: Material) -> Table:
         "design",
         "Predicted stable amplitude at the design Scruton numbers",
         (
-            "Sc", "ξₛ", f"median [{unit}]", f"90 % interval [{unit}]", "MC errors", f"95 % interval [{unit}]",
+            "Sc", damping_symbol(), f"median [{unit}]", f"90 % interval [{unit}]", "MC errors",
+            f"95 % interval [{unit}]",
             *(["at the model's scale, 90 %"] if material.heaving else []), "x", "covered",
         ),
         rows,
@@ -231,7 +234,7 @@ def _test_table(material: Material) -> Table:
         predicted = material.at_tests.get(test["name"])
         rows.append(
             (
-                test["name"], test["rig"], number(test["parameters"]["scruton_number"]["median"]),
+                test["name"], test["rig"], scruton(test["parameters"]["scruton_number"]["median"]),
                 "–" if measured is None else number(factor * measured.mean),
                 *estimate(test["parameters"]["a_star"], factor),
                 *(("–", "–") if predicted is None else estimate(predicted.to_json()["amplitude"], factor)),

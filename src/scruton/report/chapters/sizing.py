@@ -1,16 +1,30 @@
 """Damper sizing and risk, from the content of sizing.json: its chapter, and what the terminal is told of it."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from scruton.report.chapters.material import Material
-from scruton.report.chapters.required import required_tables
+from scruton.report.chapters.required import required_damping, required_tables
+from scruton.report.conventions import (
+    DAMPING,
+    SCRUTON,
+    amplitude,
+    by_conventions,
+    damping,
+    damping_label,
+    damping_symbol,
+    damping_words,
+    scruton,
+    scruton_note,
+    shown_in,
+    with_unit,
+)
 from scruton.report.document import CAUTION, Block, Callout, Heading, Picture, Table, paragraph
 from scruton.report.figures.sizing import Content, modes
-from scruton.report.wording import PAGE, TERMINAL, Notation, money, percent, share, shown_in
+from scruton.report.wording import PAGE, TERMINAL, Notation, money, percent, share
 from scruton.report.wording import number as written
 from scruton.sizing.checks import ASKED, CONFIDENCES
 
@@ -20,27 +34,30 @@ _TOGETHER = "Probability of exceeding the limit in lock-in"
 
 def sizing_chapter(material: Material) -> Iterator[Block]:
     """What keeps the bridge below its limits, the damper that gives it, and the risk that is left."""
-    content = material.sizing
-    if content is None:
-        return
-    unit, pictures = content["amplitude_unit"], {picture.name: picture for picture in material.of("sizing")}
+    if material.sizing is not None:
+        yield from _sizing_blocks(material.sizing, {picture.name: picture for picture in material.of("sizing")})
+
+
+@by_conventions
+def _sizing_blocks(content: Content, pictures: Mapping[str, Picture]) -> Iterator[Block]:
+    unit = content["amplitude_unit"]
 
     def shown(*names: str) -> Iterator[Picture]:
         yield from (pictures[name] for name in names if name in pictures)
 
     yield paragraph(
-        f"Bridge: {content['bridge']['title']}. The added damping ratio is what the bridge needs beyond its own so "
-        "that the stable amplitude in lock-in stays below the limit; its confidence is the probability that it "
+        f"Bridge: {content['bridge']['title']}. The added {damping_words()} is what the bridge needs beyond its own "
+        "so that the stable amplitude in lock-in stays below the limit; its confidence is the probability that it "
         "suffices, all uncertainties taken together."
     )
     yield Table(
         "required_damping",
-        "Added damping ratio that keeps the amplitude below the limit, by confidence",
+        f"Added {damping_words()} that keeps the amplitude below the limit, by confidence",
         ("mode", "limit", "amplitude", "P without damper", *_SHARES),
         [
             (
-                mode["name"], limit["rule"], _length(limit["limit"], unit), percent(limit["probability"]),
-                *(limit["required_text"][p] for p in CONFIDENCES),
+                mode["name"], limit["rule"], amplitude(limit["limit"], unit), percent(limit["probability"]),
+                *(required_damping(limit["required"][p], PAGE) for p in CONFIDENCES),
             )
             for mode in content["modes"]
             for limit in mode["limits"]
@@ -78,10 +95,11 @@ def _monte_carlo(content: Content) -> Iterator[str]:
     for mode in content["modes"]:
         for limit in mode["limits"]:
             if errors := limit.get("required_mcse"):
-                required = ", ".join("–" if errors[p] is None else f"{100.0 * errors[p]:.1g}" for p in CONFIDENCES)
+                factor, shown = shown_in(DAMPING)
+                required = ", ".join("–" if errors[p] is None else f"{factor * errors[p]:.1g}" for p in CONFIDENCES)
                 yield (
                     f"Monte Carlo standard errors, mode {mode['name']}, {limit['rule']}: of P without "
-                    f"{100.0 * limit['probability_mcse']:.1g} %; of the damping required {required} %."
+                    f"{100.0 * limit['probability_mcse']:.1g} %; of the damping required {with_unit(required, shown)}."
                 )
 
 
@@ -110,9 +128,10 @@ def similitude_of(content: Content, tested: Sequence[tuple[str, float]]) -> Tabl
         name, nearest = min(tested, key=lambda pair: abs(np.log(max(pair[1], 1e-9) / max(sc["median"], 1e-9))))
         rows.append(
             (
-                mode["name"], f"{number(mode['frequency']['mean'])} Hz", percent(mode["damping_ratio"]["mean"]),
-                number(mode.get("scruton_number_at_means")), number(sc["median"]),
-                f"{number(sc['low'], 3)} to {number(sc['high'], 3)}", name, number(nearest),
+                mode["name"], f"{number(mode['frequency']['mean'])} Hz", damping(mode["damping_ratio"]["mean"]),
+                scruton(mode.get("scruton_number_at_means"), number),
+                *PAGE.interval(*(sc[key] for key in ("median", "low", "high")), factor=shown_in(SCRUTON)[0]),
+                name, scruton(nearest),
                 number(nearest / sc["median"], 3),
             )
         )  # fmt: skip
@@ -122,7 +141,7 @@ def similitude_of(content: Content, tested: Sequence[tuple[str, float]]) -> Tabl
         (
             "mode",
             "f",
-            "mean ξₛ",
+            f"mean {damping_symbol()}",
             "Sc of the means",
             "Sc required",
             "90 % interval",
@@ -132,7 +151,8 @@ def similitude_of(content: Content, tested: Sequence[tuple[str, float]]) -> Tabl
         ),
         rows,
         "A ratio far from 1 means that the prediction at the bridge reaches along the Griffin curve. Sc of the means: "
-        "4πmξ/(ρBD), or 4πJξ/(ρB³D), of the mean mass and damping, to be checked by hand.",
+        f"{'4πmξ/(ρD²)' if shown_in(SCRUTON)[0] != 1.0 else '4πmξ/(ρBD), or 4πJξ/(ρB³D)'}, of the mean mass and "
+        "damping, to be checked by hand.",
         (False, True, True, True, True, True, False, True, True),
     )
 
@@ -149,8 +169,8 @@ def _damper_blocks(mode: Content, place: int) -> Iterator[Block]:
         f"the stroke is {number(stroke['median'], 3)} m, and below {number(stroke['high'], 3)} m with 95 % confidence."
         + _built(damper)
     )
-    header = ("damper", "mass [kg]", "mass ratio", "frequency [Hz]", "damping ratio", "spring [N/m]", "dashpot [N s/m]")
-    rows = _damper_rows(damper, PAGE, percent, percent)
+    header = ("damper", "mass [kg]", "mass ratio", "frequency [Hz]", damping_words(), "spring [N/m]", "dashpot [N s/m]")
+    rows = _damper_rows(damper, PAGE, percent, damping)
     yield Table(f"dampers_{place}", f"Tuned mass dampers, mode {name}", header, rows)
     yield Table(
         f"detuned_{place}",
@@ -235,7 +255,7 @@ def _cheapest(mode: Content) -> Iterator[str]:
         yield f"{least}: {money(by_mass['best_total'])} {_currency(cost)} {choice}"
     if by_damping := cost.get("by_damping"):
         end = ", the most looked at" if by_damping["at_the_end"] else ""
-        added = percent(by_damping["best_added_damping"], 2)
+        added = damping(by_damping["best_added_damping"], 2)
         yield f"{least}: {money(by_damping['best_total'])} {_currency(cost)} with {added} added damping{end}."
 
 
@@ -285,46 +305,39 @@ def number(value: float | None, digits: int = 4) -> str:
     return "no bound" if value is None else written(value, digits)
 
 
-def _length(value: float | None, unit: str) -> str:
-    """An amplitude of the bridge in mm, or in degrees."""
-    if value is None:
-        return "no bound"
-    return f"{number(1e3 * value, 3)} mm" if unit == "m" else f"{number(180.0 / np.pi * value, 3)}°"
-
-
+@by_conventions
 def sizing_summary(content: Content) -> Iterator[Block]:
     """The sizing for the terminal: what is required, the dampers, what more knowledge would be worth."""
     every, together = content["modes"], content["all_modes"]
     factor, unit = shown_in(content["amplitude_unit"])
 
-    def spread(entry: Content, factor: float = 1.0) -> str:
-        middle, *ends = (None if entry[key] is None else factor * entry[key] for key in ("median", "low", "high"))
-        return f"{TERMINAL.number(middle, 3)} ({TERMINAL.range(ends, 3)})"
+    def spread(entry: Content, factor: float) -> str:
+        return "{} ({})".format(*TERMINAL.interval(*(entry[key] for key in ("median", "low", "high")), factor=factor))
 
     yield paragraph(f"{content['bridge']['title']}: damping that keeps the amplitude below the limit")
     required = [
         (
             mode["name"], limit["rule"], TERMINAL.number(factor * limit["limit"]), f"{limit['probability']:.3f}",
-            *("> 5" if limit["required"][p] is None else f"{100 * limit['required'][p]:.3f}" for p in CONFIDENCES),
+            *(required_damping(limit["required"][p], TERMINAL) for p in CONFIDENCES),
         )
         for mode in every
         for limit in mode["limits"]
     ]  # fmt: skip
     header = ("mode", "limit", f"[{unit}]", "P without", *_SHARES)
     note = "\n".join([*_monte_carlo(content), *_readings(content)])
-    yield Table("required", "Added damping [%] by confidence", header, required, note)
+    yield Table("required", f"Added {damping_words()} by confidence", header, required, note)
     yield from required_tables(content, TERMINAL)
     without = [
         (
-            mode["name"], TERMINAL.number(mode.get("scruton_number_at_means")), spread(mode["scruton_number"]),
-            spread(mode["amplitude"], factor),
+            mode["name"], scruton(mode.get("scruton_number_at_means"), TERMINAL.number),
+            spread(mode["scruton_number"], shown_in(SCRUTON)[0]), spread(mode["amplitude"], factor),
             *(f"{source['source']} {source['first']:.0%}" if source["total"] else "-"
               for source in mode["shares"]["needed"][:1]),
         )
         for mode in every
     ]  # fmt: skip
     header = ("mode", "Sc of means", "Sc (90 %)", f"amplitude without [{unit}]", "largest share of variance")
-    yield Table("modes", "", header, without)
+    yield Table("modes", "", header, without, scruton_note(heaving=content["amplitude_unit"] == "m"))
     yield from map(_damper_summary, every)
     for mode in every:
         yield from _cost_summary(mode)
@@ -359,8 +372,18 @@ def _damper_summary(mode: Content) -> Block:
     return Table(
         "dampers",
         f"{name}: {reached} for a risk of {damper['asked']['risk']:.1%}; {damper['reason']}",
-        ("damper", "mass [kg]", "mass ratio [%]", "frequency [Hz]", "damping [%]", "spring [N/m]", "dashpot [N s/m]"),
-        _damper_rows(damper, TERMINAL, lambda ratio: f"{100 * ratio:.3f}", lambda ratio: f"{100 * ratio:.2f}"),
+        (
+            "damper",
+            "mass [kg]",
+            "mass ratio [%]",
+            "frequency [Hz]",
+            damping_label("damping ratio"),
+            "spring [N/m]",
+            "dashpot [N s/m]",
+        ),
+        _damper_rows(
+            damper, TERMINAL, lambda ratio: f"{100 * ratio:.3f}", lambda ratio: f"{shown_in(DAMPING)[0] * ratio:.3g}"
+        ),
         f"risk left {damper['probability']:.3f}; stroke {TERMINAL.number(damper['stroke']['median'], 3)} m "
         f"(95 %: {TERMINAL.number(damper['stroke']['high'], 3)} m); risk where detuned: "
         + ", ".join(f"{each['detuning']:+.0%} {each['probability']:.3f}" for each in damper["detuned"]),

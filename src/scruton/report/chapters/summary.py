@@ -9,9 +9,10 @@ from scruton.report.chapters.gap import contained_sentence, gap_sentence
 from scruton.report.chapters.material import Material
 from scruton.report.chapters.results import design_table
 from scruton.report.chapters.sizing import sizing_assumptions
+from scruton.report.conventions import DAMPING, damping, damping_words, scruton, scruton_note, shown_in, with_unit
 from scruton.report.document import ALARM, CAUTION, Block, Callout, Heading, KeyFigures, Listing, Table, paragraph
 from scruton.report.thresholds import TESTS_ABREAST
-from scruton.report.wording import estimate, number, percent, stated
+from scruton.report.wording import estimate, number, stated
 
 
 def summary_chapter(material: Material) -> Iterator[Block]:
@@ -48,11 +49,13 @@ def _design_figures(material: Material) -> Iterator[tuple[str, str, str]]:
     """The numbers of the first design."""
     for design in material.design[:1]:
         amplitude, (factor, unit) = design.to_json()["amplitude"], material.shown
-        shown = {f"Stable amplitude at Sc = {stated(design.scruton_number)}": (*estimate(amplitude, factor), unit)}
+        shown = {
+            f"Stable amplitude at Sc = {scruton(design.scruton_number, stated)}": (*estimate(amplitude, factor), unit)
+        }
         if material.sizing is None and material.heaving:
             shown["At the model's scale"] = material.in_model_unit(amplitude)
         for title, (median, interval, unit) in shown.items():
-            yield title, f"{median} {unit}", f"90 % interval {interval} {unit}"
+            yield title, with_unit(median, unit), f"90 % interval {with_unit(interval, unit)}"
         nearest = min(design.extrapolation_indices, key=lambda test: abs(design.extrapolation_indices[test]))
         reach = f"from {nearest}; laws agree for |x| < 0.2"
         yield "Extrapolation index x", number(design.extrapolation_index, 2), reach
@@ -67,21 +70,24 @@ def _answers(material: Material) -> list[str]:
         model_median, model_interval, model_unit = material.in_model_unit(amplitude)
         scale = f"; at the model's scale {model_median} ({model_interval}) {model_unit}" if material.heaving else ""
         answers.append(
-            f"At the design Scruton number {stated(design.scruton_number)} (structural damping ratio "
-            f"{percent(design.damping_ratio)} on rig {design.rig}) the predicted stable amplitude is {median} {unit}, "
-            f"90 % interval {interval} {unit}{scale}."
+            f"At the design Scruton number {scruton(design.scruton_number, stated)} (structural {damping_words()} "
+            f"{damping(design.damping_ratio)} on rig {design.rig}) the predicted stable amplitude is "
+            f"{with_unit(median, unit)}, 90 % interval {with_unit(interval, unit)}{scale}."
         )
     for test in material.tests if not answers else ():
         if test["peak"]:
             median, interval = estimate(test["parameters"]["a_star"], factor)
-            sc = number(test["parameters"]["scruton_number"]["median"], 3)
+            sc = scruton(test["parameters"]["scruton_number"]["median"], digits=3)
             answers.append(
-                f"Peak test {test['name']} (Sc = {sc}): the stable amplitude is {median} {unit}, 90 % interval "
-                f"{interval} {unit}."
+                f"Peak test {test['name']} (Sc = {sc}): the stable amplitude is {with_unit(median, unit)}, 90 % "
+                f"interval {with_unit(interval, unit)}."
             )
     for rig in material.fit.summary["rigs"] if not answers else ():
-        median, interval = estimate(rig["parameters"]["damping_ratio"], 100.0)
-        answers.append(f"Rig {rig['name']}: the structural damping ratio is {median} %, 90 % interval {interval} %.")
+        per, sign = shown_in(DAMPING)
+        median, interval = (with_unit(text, sign) for text in estimate(rig["parameters"]["damping_ratio"], per))
+        answers.append(f"Rig {rig['name']}: the structural {damping_words()} is {median}, 90 % interval {interval}.")
+    if answers and material.tests and (note := scruton_note(heaving=material.heaving)):
+        answers.append(note)
     return answers
 
 
@@ -96,7 +102,7 @@ def _basis(material: Material) -> Block:
     records = counted(sum(len(test.records) for test in campaign.tests), "record")
     words = f"It rests on {records} in wind of {counted(len(campaign.tests), 'test')}"
     if sc:
-        between = f"{number(min(sc), 3)} to {number(max(sc), 3)}" if len(sc) > 1 else number(sc[0], 3)
+        between = " to ".join(scruton(one, digits=3) for one in sorted({min(sc), max(sc)}))
         words += f", {counted(len(sc), 'peak test')} among them (Sc = {between}), and on "
         words += counted(len(campaign.rigs), "rig")
     return paragraph(
@@ -153,6 +159,6 @@ def _extrapolation(material: Material) -> Table:
     for design in material.design:
         indices = [design.extrapolation_indices[test] for test in tests] or [design.extrapolation_index]
         reached = "yes" if abs(design.extrapolation_index) <= X_TRUSTED else "NO"
-        rows.append((stated(design.scruton_number), *(number(index, 2) for index in indices), reached))
+        rows.append((scruton(design.scruton_number, stated), *(number(index, 2) for index in indices), reached))
     header = ["design Sc", *header, "within reach"]
     return Table("extrapolation", "Extrapolation index x of every design", header, rows)

@@ -1,6 +1,7 @@
 """Figures that judge a fit: chains, innovations, predictive checks, what moved the posterior."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,9 +12,12 @@ from scruton.infer import replication
 from scruton.infer.criticism import Criticism, RecordOf, records
 from scruton.infer.results import Fit
 from scruton.infer.thresholds import BARELY_MOVED, NOT_MOVED, SENSITIVE, TRUSTED_KHAT
+from scruton.report.conventions import decrements, parameter_unit, parameter_words, shown_in
 from scruton.report.figures import FigureWithCaption, figure, style
 from scruton.report.summaries import forces_hold
+from scruton.report.tables import unit_of as unit_of_parameter
 from scruton.report.thresholds import CHAINS_SHOWN, PANELS_A_PAGE
+from scruton.report.wording import unit_text
 from scruton.stats import whiteness
 
 if TYPE_CHECKING:
@@ -51,8 +55,8 @@ def corner_plot(fit: Fit, test: str) -> FigureWithCaption:
     printed = printed_draws(fit.tree, test)
     # Y1 and epsilon are the paper's law's: drawn where it carries weight
     names = CORNER if "Y1" in printed and forces_hold(fit.summary) else TRACE
-    draws = {name: (100.0 if name == "damping_ratio" else 1.0) * printed[name] for name in names}
-    drawing = style.new_figure(150.0)
+    draws = {name: _shown_in(fit.tree, name)[0] * printed[name] for name in names}
+    drawing = style.new_figure(124.0)
     grid = drawing.add_gridspec(len(names), len(names))
     for i, below in enumerate(names):
         for j, across in enumerate(names[: i + 1]):
@@ -76,7 +80,7 @@ def corner_plot(fit: Fit, test: str) -> FigureWithCaption:
         drawing,
         caption=f"Posterior of test {test}: marginal distributions with median and 90 % interval, and pairs with "
         "contours that hold 50 and 90 % of the draws.",
-        alt=f"Corner plot of {', '.join(names)} for test {test}.",
+        alt=f"Corner plot of {', '.join(map(parameter_words, names))} for test {test}.",
     )
 
 
@@ -153,7 +157,7 @@ def trace_plot(fit: Fit, test: str) -> FigureWithCaption:
         drawing,
         caption=f"Chains of test {test} by ensemble: band of 90 % of an ensemble's walkers at every draw, a few "
         "walkers as lines, and the distribution of each ensemble at the right. Ensembles start apart and must agree.",
-        alt=f"Trace plot of {', '.join(TRACE)} for test {test}, one colour an ensemble.",
+        alt=f"Trace plot of {', '.join(map(parameter_words, TRACE))} for test {test}, one colour an ensemble.",
     )
 
 
@@ -161,13 +165,18 @@ def _draws(tree: "xr.DataTree", name: str, test: str) -> FloatArray:
     column = tree["posterior"][name].sel(test=test).transpose("chain", "draw")
     walkers = len(np.unique(column["walker"]))
     values = np.asarray(column.values, dtype=float).reshape(column.sizes["chain"], walkers, -1)
-    return 100.0 * values if name == "damping_ratio" else values
+    return _shown_in(tree, name)[0] * values
 
 
 def _label(fit: Fit, name: str) -> str:
-    units = {"a_star": "-" if fit.campaign.section.amplitude_unit == "A/D" else "rad", "relaxation_rate": "1/s",
-             "damping_ratio": "%"}  # fmt: skip
-    return f"{_SIGNS[name]} [{units.get(name, '-')}]"
+    sign = r"$\delta_s$" if name == "damping_ratio" and decrements() else _SIGNS[name]
+    unit = unit_text(_shown_in(fit.tree, name)[1])
+    return f"{sign} [{unit if unit not in ('', 'A/D') else '-'}]"
+
+
+def _shown_in(tree: "xr.DataTree", name: str) -> tuple[float, str]:
+    """Factor and unit by which a parameter is shown."""
+    return shown_in(parameter_unit(name, unit_of_parameter(name, unit_of(tree))))
 
 
 def _record(test: str, record: str) -> str:
@@ -183,7 +192,7 @@ def innovation_figures(tree: "xr.DataTree", criticism: Criticism) -> Iterable[Fi
         drawing = style.new_figure(38.0 * len(page) + 8.0)
         grid = drawing.subplots(len(page), 4, squeeze=False)
         for row, record in zip(grid, page, strict=True):
-            _innovation_row(row, record, values[record.index])
+            _innovation_row(row, record, values[record.index], shown_in(unit_of(tree))[0])
         labels = ("Time [s]", style.amplitude_label(unit_of(tree)), "Lag [cycles]", "Normal quantile")
         for axes, label in zip(grid[-1], labels, strict=True):
             axes.set_xlabel(label, fontsize=7.5)
@@ -198,10 +207,10 @@ def innovation_figures(tree: "xr.DataTree", criticism: Criticism) -> Iterable[Fi
         )
 
 
-def _innovation_row(row: "Sequence[Axes]", record: RecordOf, values: np.ndarray) -> None:
+def _innovation_row(row: "Sequence[Axes]", record: RecordOf, values: np.ndarray, scale: float) -> None:
     from scipy.stats import norm
 
-    x, before, time = values[1:], record.amplitude[:-1], record.time[1:] - record.time[0]
+    x, before, time = values[1:], scale * record.amplitude[:-1], record.time[1:] - record.time[0]
     pick = thin(x.size, _POINTS)
     for axes, at in zip(row[:2], (time, before), strict=True):
         axes.axhspan(-1.96, 1.96, color=style.LIGHT, alpha=0.45, lw=0)
@@ -260,7 +269,9 @@ def prior_figures(tree: "xr.DataTree", criticism: Criticism) -> Iterable[FigureW
     for page in style.pages(banded, PANELS_A_PAGE):
         drawing, panels = style.panels(len(page), height_mm=46.0)
         for axes, record in zip(panels, page, strict=True):
-            _prior_panel(axes, record, criticism.bands[record.test, record.record])
+            scale = shown_in(unit_of(tree))[0]
+            shown = replace(record, amplitude=scale * record.amplitude)
+            _prior_panel(axes, shown, scale * criticism.bands[record.test, record.record])
         for axes in panels[:: min(2, len(page))]:
             axes.set_ylabel(style.amplitude_label(unit_of(tree)))
         style.below(drawing, panels, columns=4)

@@ -10,6 +10,7 @@ from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis
 from scruton.gap.finding import Finding
 from scruton.gap.locate_curves import DECAY, GROWTH, STEADY, STILL, Curve, Curves, excess_curves
 from scruton.gap.thresholds import SETTLED
+from scruton.report.conventions import DAMPING, conventions, damping_label, shown_in
 from scruton.report.figures import FigureWithCaption, figure, style
 from scruton.report.thresholds import GAP_BARS, GAP_ROWS, PROBABILITY_SHOWN, SMALL_EXCESS
 
@@ -46,6 +47,12 @@ def gap_figure(
     and at the bottom frequency against amplitude and the probabilities; `curves` are those of the null model.
     """
     curves, data = curves or excess_curves(diagnosis.null), diagnosis.data
+    with conventions(data.campaign):
+        return _laid_out(diagnosis, findings, curves, alt)
+
+
+def _laid_out(diagnosis: Diagnosis, findings: Sequence[Finding], curves: Curves, alt: str) -> FigureWithCaption:
+    data = diagnosis.data
     rows = _rows(data, curves)
     high = 8.0 + (_ROW_HEIGHT * len(rows) if len(rows) > 1 else _ONE_ROW_HEIGHT)
     drawing = style.new_figure(12.0 + high + 52.0)
@@ -76,6 +83,11 @@ def _words(name: str) -> str:
     return {NONE: "no gap", UNKNOWN: "not in the catalogue"}.get(name, name.replace("_", " "))
 
 
+def _scale(data: "GapData") -> float:
+    """What amplitudes are multiplied by to be shown."""
+    return shown_in(data.campaign.section.amplitude_unit)[0]
+
+
 def _rows(data: "GapData", curves: Curves) -> list[Row]:
     """Rig, test (-1: none in wind) and curves in wind and in still air of every row, rigs' still air in their first."""
     layout = data.layout
@@ -101,13 +113,13 @@ def _upper(part: "SubFigure", data: "GapData", rows: Sequence[Row], findings: Se
     columns = [c for c in (0, 1) if any(row[2 + c] for row in rows)]
     axes = part.subplots(len(rows), len(columns), sharex=True, squeeze=False)
     drawn = []
-    least = 100.0 * SMALL_EXCESS * data.layout.reference_rate / data.layout.reference_omega
+    least = shown_in(DAMPING)[0] * SMALL_EXCESS * data.layout.reference_rate / data.layout.reference_omega
     for across, (rig, test, *pair) in zip(axes, rows, strict=True):
         for panel, column in zip(across, columns, strict=True):
             if not pair[column]:
                 panel.set_axis_off()
                 continue
-            _damping(panel, pair[column], least)
+            _damping(panel, pair[column], least, _scale(data))
             name, of = data.rigs[rig], None if column else data.tests[test]
             where = "still air" if of is None else style.shorten(of, 20)
             title = f"{style.shorten(name, 26 if of is None else 20)}, {where}"
@@ -121,16 +133,18 @@ def _upper(part: "SubFigure", data: "GapData", rows: Sequence[Row], findings: Se
     for panel in axes[-1]:
         style.plain_log(panel.xaxis)
         panel.set_xlabel(_amplitude(data))
-    part.supylabel("Excess damping ratio:\nmeasured minus null model [%]", fontsize=8.0, multialignment="center")
+    excess = damping_label("Excess damping ratio").replace(", ", ",\n")
+    part.supylabel(f"{excess}:\nmeasured minus null model", fontsize=8.0, multialignment="center")
     return drawn
 
 
-def _damping(axes: "Axes", curves: Sequence[Curve], least: float) -> None:
+def _damping(axes: "Axes", curves: Sequence[Curve], least: float, scale: float) -> None:
     """Curves with their bands; the axis holds the curves, and as much of the bands as lets them be seen."""
     low, high = -least, least
     for curve in curves:
         pen, colour = _PENS[curve.direction], _PENS[curve.direction]["color"]
-        a, y, sd = curve.amplitude, 100.0 * curve.excess, 100.0 * curve.sd
+        per = shown_in(DAMPING)[0]
+        a, y, sd = scale * curve.amplitude, per * curve.excess, per * curve.sd
         axes.fill_between(a, y - style.Z90 * sd, y + style.Z90 * sd, color=colour, alpha=0.22, lw=0)
         axes.plot(a, y, **pen, lw=1.1, label=f"{curve.direction}, with its 90 % band")
         for place in curve.places():
@@ -152,12 +166,12 @@ def _frequency(axes: "Axes", curves: Sequence[Curve], data: "GapData") -> None:
     for curve in curves:
         rig = int(data.layout.rig[curve.record])
         colour, line = style.line_style(rig).colour, (0, (4, 2)) if curve.direction == STILL else "-"
-        y, sd, width = 100.0 * curve.excess, 100.0 * curve.sd, 0.9
+        a, y, sd, width = _scale(data) * curve.amplitude, 100.0 * curve.excess, 100.0 * curve.sd, 0.9
         label = f"{style.shorten(data.rigs[rig], 16)}, {curve.direction}"
         if curve.places():
             width = 2.2
-            axes.fill_between(curve.amplitude, y - style.Z90 * sd, y + style.Z90 * sd, color=colour, alpha=0.2, lw=0)
-        axes.plot(curve.amplitude, y, color=colour, ls=line, lw=width, label=label)
+            axes.fill_between(a, y - style.Z90 * sd, y + style.Z90 * sd, color=colour, alpha=0.2, lw=0)
+        axes.plot(a, y, color=colour, ls=line, lw=width, label=label)
         reach = max(reach, float(np.abs(y).max()))
     axes.set(ylim=(-1.15 * reach, 1.15 * reach), xscale="log")
     style.plain_log(axes.xaxis)

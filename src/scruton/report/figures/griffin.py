@@ -4,6 +4,7 @@ Laws are compared by them, as in Fig. 15; and amplitude is drawn through the loc
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +16,15 @@ from scruton.griffin.lock_in import LockInBand, has_speeds, lock_in_band
 from scruton.griffin.posterior import mass_damping_draws, peak_names, printed_draws, test_names, unit_of
 from scruton.griffin.thresholds import X_TRUSTED
 from scruton.infer.results import Fit
+from scruton.report.conventions import (
+    DAMPING,
+    amplitude,
+    damping_label,
+    damping_words,
+    scruton,
+    scruton_note,
+    shown_in,
+)
 from scruton.report.figures import FigureWithCaption, figure, griffin_axes, style
 from scruton.report.figures.damping import tests_with_transients
 from scruton.report.thresholds import MOST_RIG_BANDS, PANELS_A_PAGE, SCRUTON_NUMBERS_APART, SPEEDS_APART
@@ -27,7 +37,7 @@ if TYPE_CHECKING:
 GRID = 161
 STABLE = "Stable amplitude"
 LAWS = ((-1.0, "(a) Eq. (11), n = \N{MINUS SIGN}1"), (2.0, "(b) Ehsan and Scanlan, Eq. (21), n = 2"))
-_RECIPROCAL = {"A/D": "Reciprocal amplitude D/A [-]", "rad": "Reciprocal amplitude [1/rad]"}
+_RECIPROCAL = {"A/D": "Reciprocal amplitude D/A [-]", "rad": "Reciprocal amplitude [1/°]"}
 
 
 @figure("griffin-plot", name="griffin", what="The Griffin plot")
@@ -54,14 +64,12 @@ def _plot(fit: Fit, *, reciprocal: bool) -> FigureWithCaption:
     griffin_axes.draw_bands(axes, fit, alone)
     griffin_axes.deterministic(axes, fit, tests, reciprocal=reciprocal)
     griffin_axes.points(axes, fit, reciprocal=reciprocal)
-    ceiling = _ceiling(fit, predictive, reciprocal=reciprocal)
+    ceiling = _ceiling(fit, _highest(griffin_axes.as_shown(predictive)), reciprocal=reciprocal)
     codes = "" if reciprocal else _codes(axes, fit, limits[1], ceiling)
-    griffin_axes.frame(axes, limits, ceiling, note=0.6 if reciprocal else 0.3)
+    griffin_axes.frame(axes, griffin_axes.sc_shown(limits), ceiling, note=0.6 if reciprocal else 0.3)
     axes.set(
         xlabel=griffin_axes.SC_LABEL, ylabel=_RECIPROCAL[unit] if reciprocal else style.amplitude_label(unit, STABLE)
     )
-    if unit == "rad" and not reciprocal:
-        style.add_degrees(axes)
     style.below(drawing, [axes])
     what = "Reciprocal stable amplitude" if reciprocal else STABLE
     figures = "a straight line under the paper's law (n = -1)" if reciprocal else "the Griffin plot"
@@ -73,7 +81,8 @@ def _plot(fit: Fit, *, reciprocal: bool) -> FigureWithCaption:
         f"of all peak tests together, laws weighed, for a setting that lies {discrepancy:.0%} off their curve. Dotted: "
         "the deterministic procedure of Eqs. (2) to (8). Filled points are measured, open ones are the posterior of "
         "each test's own stable amplitude with its 90 % interval. Negative Scruton numbers have no physical meaning."
-        + codes,
+        + codes
+        + (f" {note}" if (note := scruton_note(heaving=unit == "A/D")) else ""),
         alt=_alt(fit, tests, what),
     )
 
@@ -84,11 +93,11 @@ def _codes(axes: "Axes", fit: Fit, upper: float, ceiling: float) -> str:
     tests = [fit.campaign.test(name) for name in peak_names(fit.tree)]
     strouhal = float(np.median([rigs[test.rig] * section.depth / test.wind_speed.mean for test in tests]))
     lines = comparisons(section.motion, section.width, section.depth, strouhal)
-    sc = np.linspace(upper / GRID, upper, GRID)
+    sc, (times, scale) = np.linspace(upper / GRID, upper, GRID), griffin_axes.factors(unit_of(fit.tree))
     for line, dashes in zip(lines, ((6, 1.5), (3, 1.5), (1, 1), (8, 2, 1, 2), (8, 2, 1, 2, 1, 2)), strict=False):
-        amplitude = line.amplitude(sc)
+        amplitude = scale * line.amplitude(sc)
         shown = np.where(amplitude <= ceiling, amplitude, np.nan)
-        axes.plot(sc, shown, color=style.GREY, lw=0.8, dashes=dashes, label=line.name, zorder=1.5)
+        axes.plot(times * sc, shown, color=style.GREY, lw=0.8, dashes=dashes, label=line.name, zorder=1.5)
     if not lines:
         return ""
     said = (line.clause + (f" ({line.confirm}: confirm)" if line.confirm else "") for line in lines)
@@ -108,7 +117,12 @@ def griffin_by_test(fit: Fit) -> Iterable[FigureWithCaption]:
             griffin_axes.draw_bands(axes, fit, [griffin_band(tree, grid, name)], "median, 50 and 90 %")
             griffin_axes.deterministic(axes, fit, [name])
             griffin_axes.points(axes, fit)
-            griffin_axes.frame(axes, limits, _ceiling(fit, predictive), note=0.3 if axes is panels[0] else None)
+            griffin_axes.frame(
+                axes,
+                griffin_axes.sc_shown(limits),
+                _ceiling(fit, _highest(griffin_axes.as_shown(predictive))),
+                note=0.3 if axes is panels[0] else None,
+            )
             axes.set_title(f"from {style.shorten(name, 30)} alone")
         style.outer_labels(panels, griffin_axes.SC_LABEL, style.amplitude_label(unit, STABLE))
         style.below(drawing, panels)
@@ -128,32 +142,36 @@ def reciprocal_against_damping(fit: Fit) -> FigureWithCaption:
     tree, tests, unit = fit.tree, peak_names(fit.tree), unit_of(fit.tree)
     factor = {name: mass_damping_draws(tree, name) for name in tests}
     ratio = np.linspace(*griffin_axes.sc_range(tree), GRID) / max(float(np.median(draws)) for draws in factor.values())
-    curves = []
+    shown, curves = shown_in(DAMPING)[0] * ratio, []
     for name in tests:
         sc = factor[name][:, None] * ratio
         beyond = np.abs(np.median(index_draws(tree, sc, name), axis=0)) > X_TRUSTED
-        curves.append(band(100.0 * ratio, griffin_draws(tree, sc, name), unit, name, beyond).reciprocal())
+        curve = griffin_axes.as_shown(band(ratio, griffin_draws(tree, sc, name), unit, name, beyond).reciprocal())
+        curves.append(replace(curve, scruton_number=shown))  # whose axis is that of damping here
     drawing, axes = style.alone(95.0)
-    griffin_axes.draw_bands(axes, fit, curves)
-    ceiling = max(_ceiling(fit, curve, reciprocal=True) for curve in curves)
+    griffin_axes.draw_shown(axes, fit, curves)
+    ceiling = max(_ceiling(fit, _highest(curve), reciprocal=True) for curve in curves)
     griffin_axes.points(axes, fit, reciprocal=True, against_damping=True)
-    griffin_axes.frame(axes, (100.0 * ratio[0], 100.0 * ratio[-1]), ceiling, note=0.6)
-    axes.set(xlabel="Structural damping ratio [%]", ylabel=_RECIPROCAL[unit])
+    griffin_axes.frame(axes, (shown[0], shown[-1]), ceiling, note=0.6)
+    axes.set(xlabel=damping_label("Structural damping ratio"), ylabel=_RECIPROCAL[unit])
     style.below(drawing, [axes])
     return FigureWithCaption(
         drawing,
-        caption="Reciprocal stable amplitude against the structural damping ratio, for the mass and the air of each "
-        "test: median with 50 and 90 % credible bands. A straight line is what the paper's law says; a curve that "
+        caption=f"Reciprocal stable amplitude against the structural {damping_words()}, for the mass and the air of "
+        "each test: median with 50 and 90 % credible bands. A straight line is what the paper's law says; a curve that "
         "bends up at small amplitude points at dry friction in the suspension.",
         alt=_alt(fit, tests, "Reciprocal stable amplitude against damping ratio"),
     )
 
 
-def _ceiling(fit: Fit, shown: GriffinBand, *, reciprocal: bool = False) -> float:
-    """Top of the axis: all points, and the median where Sc is not negative, up to some times the largest point."""
+def _ceiling(fit: Fit, highest: float, *, reciprocal: bool = False) -> float:
+    """Top of the axis: all points, and the largest median, up to some times the largest point; all as shown."""
     values = [value for point in griffin_axes.test_points(fit) for value in point.known if value > 0.0]
-    largest = max(1.0 / value if reciprocal else value for value in values)
-    return (1.15 if reciprocal else 1.3) * max(largest, min(_highest(shown), 2.5 * largest))
+    unit = unit_of(fit.tree)
+    if reciprocal:
+        values, unit = [1.0 / value for value in values], f"1/{unit}"
+    largest = shown_in(unit)[0] * max(values)
+    return (1.15 if reciprocal else 1.3) * max(largest, min(highest, 2.5 * largest))
 
 
 def _highest(shown: GriffinBand) -> float:
@@ -166,10 +184,10 @@ def _seed(fit: Fit) -> int:
 
 
 def _alt(fit: Fit, tests: Sequence[str], what: str) -> str:
-    shown = [point for point in griffin_axes.test_points(fit) if point.name in tests][:8]
+    unit, shown = unit_of(fit.tree), [point for point in griffin_axes.test_points(fit) if point.name in tests][:8]
     values = [
-        f"{point.name}: Sc {point.scruton_number:.3g}, amplitude {point.median:.3g} {unit_of(fit.tree)} "
-        f"(90 % {point.low:.3g} to {point.high:.3g})"
+        f"{point.name}: Sc {scruton(point.scruton_number, digits=3)}, amplitude {amplitude(point.median, unit)} "
+        f"(90 % {amplitude(point.low, unit)} to {amplitude(point.high, unit)})"
         for point in shown
     ]
     return f"{what} against the Scruton number. " + "; ".join(values) + "."
@@ -182,13 +200,13 @@ def law_comparison(fit: Fit) -> FigureWithCaption:
     grid = np.linspace(*limits, GRID)
     bands = {n: [griffin_band(tree, grid, name, law_n=n) for name in peak_names(tree)] for n, _ in LAWS}
     measured = [point.measured.mean for point in griffin_axes.test_points(fit) if point.measured]
-    ceiling = 1.25 * max([*map(_highest, bands[-1.0]), *measured])
+    ceiling = 1.25 * shown_in(unit_of(tree))[0] * max([*map(_highest, bands[-1.0]), *measured])
     drawing, panels = style.panels(2, height_mm=78.0, sharex=True, sharey=True)
     for axes, (n, title) in zip(panels, LAWS, strict=True):
         griffin_axes.draw_bands(axes, fit, bands[n])
         griffin_axes.without_law(axes, fit)
         griffin_axes.points(axes, fit, posteriors=False)
-        griffin_axes.frame(axes, limits, ceiling, note=0.3 if axes is panels[0] else None)
+        griffin_axes.frame(axes, griffin_axes.sc_shown(limits), ceiling, note=0.3 if axes is panels[0] else None)
         axes.set_title(title)
     style.outer_labels(panels, griffin_axes.SC_LABEL, style.amplitude_label(unit_of(tree), STABLE))
     style.below(drawing, panels)
@@ -215,9 +233,13 @@ def has_lock_in(fit: Fit) -> bool:
 def lock_in_plot(fit: Fit) -> FigureWithCaption:
     """Steady amplitudes of sweeps and tests by rig, with the bands of the smooth model where the fit has it."""
     wanted = {sweep.rig for sweep in fit.campaign.sweeps} | {test.rig for test in fit.campaign.tests}
-    used = [rig.name for rig in fit.campaign.rigs if rig.name in wanted]
+    used, scale = (
+        [rig.name for rig in fit.campaign.rigs if rig.name in wanted],
+        shown_in(fit.campaign.section.amplitude_unit)[0],
+    )
     styles = {name: style.line_style(i) for i, name in enumerate(used)}
     unit, smooth = fit.campaign.section.amplitude_unit, has_speeds(fit.tree)
+    scale = shown_in(unit)[0]
     drawing = style.new_figure(140.0 if smooth else 95.0)
     panels = list(drawing.subplots(2 if smooth else 1, 1, sharex=True, squeeze=False).flat)
     top = _steady(panels[0], fit, styles)
@@ -239,25 +261,24 @@ def lock_in_plot(fit: Fit) -> FigureWithCaption:
         i = int(np.nanargmax(np.where(np.isfinite(peak.median), peak.median, -1.0)))
         low, high = peak.intervals[0.90][:, i]
         alt += (
-            f" At Sc = {peak.scruton_number:.3g} the median is largest at a reduced velocity of "
-            f"{peak.velocity[i]:.3g}: {peak.median[i]:.3g} {unit} (90 % {low:.3g} to {high:.3g})."
+            f" At Sc = {scruton(peak.scruton_number, digits=3)} the median is largest at a reduced velocity of "
+            f"{peak.velocity[i]:.3g}: {amplitude(peak.median[i], unit)} (90 % {amplitude(low, unit)} to "
+            f"{amplitude(high, unit)})."
         )
-    panels[0].set_ylim(0.0, 1.08 * top)
+    panels[0].set_ylim(0.0, 1.08 * scale * top)
     style.outer_labels(panels, r"Reduced velocity $U/(f_0 D)$ [-]", style.amplitude_label(unit), columns=1)
-    for axes in panels if unit == "rad" else ():
-        style.add_degrees(axes)
     style.below(drawing, panels)
     return FigureWithCaption(drawing, caption=caption, alt=alt)
 
 
 def _steady(axes: "Axes", fit: Fit, styles: Mapping[str, style.LineStyle]) -> float:
     """Sweeps, posteriors of the tests and what was measured; the largest amplitude drawn."""
-    campaign, tree, top = fit.campaign, fit.tree, 0.0
+    campaign, tree, top, scale = fit.campaign, fit.tree, 0.0, shown_in(unit_of(fit.tree))[0]
     unit_speed = {rig.name: rig.frequency.mean * campaign.section.depth for rig in campaign.rigs}
     for sweep in campaign.sweeps:
         order, look = np.argsort(sweep.wind_speed, kind="stable"), styles[sweep.rig]
         axes.plot(
-            sweep.wind_speed[order] / unit_speed[sweep.rig], sweep.amplitude[order], **look.pen,
+            sweep.wind_speed[order] / unit_speed[sweep.rig], scale * sweep.amplitude[order], **look.pen,
             lw=0.8, marker=look.marker, ms=3.5, label=style.shorten(f"rig {sweep.rig}, sweep"),
         )  # fmt: skip
         top = max(top, float(sweep.amplitude.max()))
@@ -269,20 +290,22 @@ def _steady(axes: "Axes", fit: Fit, styles: Mapping[str, style.LineStyle]) -> fl
         stable = [np.quantile(printed_draws(tree, test.name)["a_star"], style.Q90) for test in tests]
         low, middle, high = np.array(stable).T
         axes.errorbar(
-            x, middle, [middle - low, high - middle], fmt=look.marker, ms=7.5, mfc="none", color=look.colour,
-            elinewidth=0.9, capsize=2.5, label=f"rig {style.shorten(rig, 20)}, posterior, 90 %", zorder=4,
+            x, scale * middle, [scale * (middle - low), scale * (high - middle)], fmt=look.marker, ms=7.5, mfc="none",
+            color=look.colour, elinewidth=0.9, capsize=2.5, zorder=4,
+            label=f"rig {style.shorten(rig, 20)}, posterior, 90 %",
         )  # fmt: skip
         top = max(top, float(high.max()))
     stated = [(test, test.stable_amplitude.mean) for test in campaign.tests if test.stable_amplitude is not None]
     if stated:
         x, y = np.array([(test.wind_speed.mean / unit_speed[test.rig], mean) for test, mean in stated]).T
-        axes.plot(x, y, "x", color=style.BLACK, ms=5, mew=1.1, label="measured stable amplitude", zorder=5)
+        axes.plot(x, scale * y, "x", color=style.BLACK, ms=5, mew=1.1, label="measured stable amplitude", zorder=5)
     return top
 
 
 def _smooth(panels: "Sequence[Axes]", fit: Fit, styles: Mapping[str, style.LineStyle]) -> tuple[float, LockInBand]:
     """Bands of every rig at its own Sc, and of a new one at an untested Sc; top of the former, and the latter."""
     group = fit.tree["speeds"]
+    scale = shown_in(unit_of(fit.tree))[0]
     rigs, numbers = (group[key].to_numpy() for key in ("point_rig", "point_scruton_number"))
     scruton_numbers = {str(name): float(np.median(numbers[rigs == name])) for name in group["rig"].to_numpy()}
     bands = {rig: lock_in_band(fit.tree, sc, rig=rig, seed=_seed(fit)) for rig, sc in scruton_numbers.items()}
@@ -293,24 +316,26 @@ def _smooth(panels: "Sequence[Axes]", fit: Fit, styles: Mapping[str, style.LineS
         return float(values[tested & np.isfinite(values)].max(initial=0.0))
 
     for rig in (name for name in styles if name in scruton_numbers):
-        label = style.shorten(f"rig {rig}, Sc = {scruton_numbers[rig]:.3g}, band")
-        _draw(panels[0], bands[rig], styles[rig], label, bands=len(scruton_numbers) <= MOST_RIG_BANDS)
+        label = style.shorten(f"rig {rig}, Sc = {scruton(scruton_numbers[rig], digits=3)}, band")
+        _draw(panels[0], bands[rig], scale, styles[rig], label, bands=len(scruton_numbers) <= MOST_RIG_BANDS)
     panels[0].set_title("Each rig at its own Scruton number")
     for rig, curve in bands.items():
-        panels[1].plot(curve.velocity, style.bounded(curve.median), **styles[rig].pen, lw=0.7, zorder=3)
-    label = f"Sc = {new.scruton_number:.3g}"
-    _draw(panels[1], new, style.LineStyle(style.BLACK, "-", ""), f"{label}, median, 50 and 90 %")
+        panels[1].plot(curve.velocity, scale * style.bounded(curve.median), **styles[rig].pen, lw=0.7, zorder=3)
+    label = f"Sc = {scruton(new.scruton_number, digits=3)}"
+    _draw(panels[1], new, scale, style.LineStyle(style.BLACK, "-", ""), f"{label}, median, 50 and 90 %")
     middle = max(float(b.median[np.isfinite(b.median)].max(initial=0.0)) for b in bands.values())
     top = min(max(middle, largest(new.intervals[0.90][1], new)), 2.0 * middle)
-    panels[1].set(ylim=(0.0, 1.08 * top), title=f"{label}, untested")
+    panels[1].set(ylim=(0.0, 1.08 * scale * top), title=f"{label}, untested")
     return max(largest(bands[rig].intervals[0.50][1], bands[rig]) for rig in styles if rig in scruton_numbers), new
 
 
-def _draw(axes: "Axes", band: LockInBand, look: style.LineStyle, label: str, *, bands: bool = True) -> None:
-    """Median with 50 and 90 % bands, thin where extrapolated."""
-    v, median = band.velocity, style.bounded(band.median)
+def _draw(
+    axes: "Axes", band: LockInBand, scale: float, look: style.LineStyle, label: str, *, bands: bool = True
+) -> None:
+    """Median with 50 and 90 % bands, thin where extrapolated, of amplitudes times `scale`."""
+    v, median = band.velocity, scale * style.bounded(band.median)
     for probability, alpha in ((0.90, 0.14), (0.50, 0.25)) if bands else ():
-        interval = style.bounded(band.intervals[probability])
+        interval = scale * style.bounded(band.intervals[probability])
         axes.fill_between(v, *interval, color=look.colour, alpha=alpha, lw=0, zorder=1)
     axes.plot(v, median, **look.pen, lw=0.7, zorder=2, label=style.shorten(label, 40))
     axes.plot(v, np.where(band.extrapolated, np.nan, median), **look.pen, lw=1.7, zorder=2)

@@ -1,6 +1,7 @@
 """What every plot against the Scruton number shares: its range, bands, deterministic curves, points and frame."""
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -11,8 +12,9 @@ from scruton.campaign.schema import Quantity, Record
 from scruton.envelope import FrontEnd
 from scruton.griffin.bands import GriffinBand
 from scruton.griffin.law_free import law_free
-from scruton.griffin.posterior import draws_of, peak_names, printed_draws, test_names
+from scruton.griffin.posterior import draws_of, peak_names, printed_draws, test_names, unit_of
 from scruton.infer.results import Fit
+from scruton.report.conventions import DAMPING, SCRUTON, shown_in
 from scruton.report.figures import style
 from scruton.report.thresholds import CURVE_POINTS, MOST_BANDS, POINTS_LABELLED
 
@@ -24,8 +26,29 @@ if TYPE_CHECKING:
 SC_LABEL = "Scruton number Sc [-]"
 
 
+def factors(unit: str) -> tuple[float, float]:
+    """What Scruton numbers and amplitudes, or their reciprocals, of this unit are multiplied by to be shown."""
+    return shown_in(SCRUTON)[0], shown_in(unit)[0]
+
+
+def as_shown(band: GriffinBand) -> GriffinBand:
+    """A band in the numbers that a reader is shown."""
+    sc, amplitude = factors(band.unit)
+    intervals = {probability: amplitude * ends for probability, ends in band.intervals.items()}
+    return replace(band, scruton_number=sc * band.scruton_number, median=amplitude * band.median, intervals=intervals)
+
+
+def sc_shown(limits: tuple[float, float]) -> tuple[float, float]:
+    """Limits of Scruton numbers as they are shown."""
+    times = shown_in(SCRUTON)[0]
+    return times * limits[0], times * limits[1]
+
+
 class Place(NamedTuple):
-    """Where a test lies in a Griffin plot: median Sc, 5, 50 and 95 % of its stable amplitude, and the stated one."""
+    """Where a test lies in a Griffin plot: median Sc, 5, 50 and 95 % of its stable amplitude, and the stated one.
+
+    As files have them; a figure shows them by `factors`.
+    """
 
     name: str
     scruton_number: float
@@ -88,6 +111,11 @@ def thinned_curve(front: FrontEnd, count: int) -> tuple[FloatArray, FloatArray]:
 
 def draw_bands(axes: "Axes", fit: Fit, bands: Sequence[GriffinBand], label: str = "") -> None:
     """Medians with 50 and 90 % bands, where they are not too many; a median is thin where its band is extrapolated."""
+    draw_shown(axes, fit, [*map(as_shown, bands)], label)
+
+
+def draw_shown(axes: "Axes", fit: Fit, bands: Sequence[GriffinBand], label: str = "") -> None:
+    """The same of bands in the numbers that a reader is shown."""
     styles = line_styles(fit.tree)
     for band in bands:
         look, sc, median = styles[band.label], band.scruton_number, style.bounded(band.median)
@@ -104,6 +132,7 @@ def draw_bands(axes: "Axes", fit: Fit, bands: Sequence[GriffinBand], label: str 
 
 def shade(axes: "Axes", predictive: GriffinBand) -> None:
     """The 90 % predictive band, in grey behind everything."""
+    predictive = as_shown(predictive)
     sc, ends = predictive.scruton_number, style.bounded(predictive.intervals[0.90])
     axes.fill_between(sc, *ends, color=style.LIGHT, alpha=0.45, lw=0, label="predictive, 90 %", zorder=1)
     for end in ends:
@@ -113,15 +142,17 @@ def shade(axes: "Axes", predictive: GriffinBand) -> None:
 def deterministic(axes: "Axes", fit: Fit, tests: Sequence[str], *, reciprocal: bool = False) -> None:
     """Curves of the paper's own procedure, one for each transient record of these tests."""
     for _, _, front in front_ends(fit, tests):
-        plot_curve(axes, front, "Eqs. (2)-(8), deterministic", reciprocal=reciprocal)
+        plot_curve(axes, front, unit_of(fit.tree), "Eqs. (2)-(8), deterministic", reciprocal=reciprocal)
 
 
-def plot_curve(axes: "Axes", front: FrontEnd, label: str, *, reciprocal: bool = False, **kwargs: Any) -> None:
-    """Draw one constructed Griffin curve."""
-    sc, amplitude = thinned_curve(front, CURVE_POINTS)
-    amplitude = np.where(amplitude > 0.0, amplitude, np.nan)
+def plot_curve(
+    axes: "Axes", front: FrontEnd, unit: str, label: str, *, reciprocal: bool = False, **kwargs: Any
+) -> None:
+    """Draw one constructed Griffin curve; `unit` is that of amplitudes in files."""
+    (sc, amplitude), (times, scale) = thinned_curve(front, CURVE_POINTS), factors(unit)
+    amplitude = scale * np.where(amplitude > 0.0, amplitude, np.nan)
     pen: dict[str, Any] = {"color": style.BLACK, "ls": ":", "lw": 1.0, "zorder": 4} | kwargs
-    axes.plot(sc, 1.0 / amplitude if reciprocal else amplitude, **pen, label=label)
+    axes.plot(times * sc, 1.0 / amplitude if reciprocal else amplitude, **pen, label=label)
 
 
 def without_law(axes: "Axes", fit: Fit) -> None:
@@ -129,7 +160,8 @@ def without_law(axes: "Axes", fit: Fit) -> None:
     curve = law_free(fit.tree)
     if curve is None:
         return
-    amplitude, (low, middle, high) = curve.band()
+    times, scale = factors(unit_of(fit.tree))
+    amplitude, (low, middle, high) = scale * curve.band()[0], (times * line for line in curve.band()[1])
     axes.fill_betweenx(amplitude, low, high, color=style.BLACK, alpha=0.12, lw=0, zorder=1)
     axes.plot(middle, amplitude, color=style.BLACK, ls="--", lw=1.1, zorder=4, label="measured damping, no law, 90 %")
 
@@ -138,13 +170,13 @@ def points(
     axes: "Axes", fit: Fit, *, reciprocal: bool = False, against_damping: bool = False, posteriors: bool = True
 ) -> None:
     """Measured stable amplitudes (filled, named) and each test's own posterior (open), where they were tested."""
-    styles = line_styles(fit.tree)
+    styles, (times, scale) = line_styles(fit.tree), factors(unit_of(fit.tree))
     named: list[tuple[str, float, float]] = []
     for place in test_points(fit):
-        x, look, measured = place.scruton_number, styles[place.name], place.measured
+        x, look, measured = times * place.scruton_number, styles[place.name], place.measured
         if against_damping:
-            x = 100.0 * float(np.median(draws_of(fit.tree, "damping_ratio", place.name)))
-        low, middle, high = place.low, place.median, place.high
+            x = shown_in(DAMPING)[0] * float(np.median(draws_of(fit.tree, "damping_ratio", place.name)))
+        low, middle, high = (scale * value for value in (place.low, place.median, place.high))
         if reciprocal:
             low, middle, high = 1.0 / high, 1.0 / middle, 1.0 / low
         if posteriors or measured is None:
@@ -154,9 +186,8 @@ def points(
             )  # fmt: skip
         at = middle
         if measured is not None and measured.mean > 0.0:
-            at = 1.0 / measured.mean if reciprocal else measured.mean
-            sd = style.Z90 * (measured.sd or 0.0)
-            spread = sd / measured.mean**2 if reciprocal else sd
+            mean, sd = scale * measured.mean, scale * style.Z90 * (measured.sd or 0.0)
+            at, spread = (1.0 / mean, sd / mean**2) if reciprocal else (mean, sd)
             axes.errorbar(
                 [x], [at], spread or None, fmt=look.marker, ms=4.0, color=style.BLACK,
                 elinewidth=0.8, capsize=2, zorder=6, label="measured",

@@ -12,6 +12,7 @@ from scruton.envelope import TRIAL_FUNCTIONS, FrontEnd, front_end
 from scruton.errors import InputError
 from scruton.griffin.posterior import draws_of, mass_damping_draws, peak_names, printed_draws, unit_of
 from scruton.infer.results import Fit
+from scruton.report.conventions import DAMPING, damping, damping_label, damping_words, shown_in
 from scruton.report.figures import FigureWithCaption, figure, griffin_axes, style
 from scruton.report.thresholds import PANELS_A_PAGE
 
@@ -38,7 +39,7 @@ def record_figures(fit: Fit) -> Iterable[FigureWithCaption]:
         drawing, panels = style.panels(len(page), height_mm=44.0)
         for axes, (test, record) in zip(panels, page, strict=True):
             _panel(axes, fit, test, record)
-        response = "Response y/D [-]" if unit == "A/D" else "Rotation [rad]"
+        response = "Response y/D [-]" if unit == "A/D" else style.amplitude_label(unit, "Rotation")
         style.outer_labels(panels, "Time from the record's start [s]", response)
         style.below(drawing, panels)
         tests = list(dict.fromkeys(test.name for test, _ in page))
@@ -54,34 +55,34 @@ def record_figures(fit: Fit) -> Iterable[FigureWithCaption]:
 
 
 def _panel(axes: "Axes", fit: Fit, test: Test, record: Record) -> None:
-    begin = float(record.time[0])
+    begin, scale = float(record.time[0]), shown_in(fit.campaign.section.amplitude_unit)[0]
     cycles = fit.cycles[record.name]
     pen: dict[str, Any] = {"color": style.LIGHT, "label": "response", "zorder": 1}
     long = len(cycles.time) > _BINS and len(record.time) > 2 * _BINS
     if long and not record.is_envelope:
-        extremes = style.extremes(record.time - begin, record.response, _BINS)
+        extremes = style.extremes(record.time - begin, scale * record.response, _BINS)
         axes.fill_between(*extremes, alpha=0.7, lw=0, **pen)
     elif not record.is_envelope:
-        axes.plot(*style.decimate(record.time - begin, record.response, _BINS), lw=0.4, **pen)
+        axes.plot(*style.decimate(record.time - begin, scale * record.response, _BINS), lw=0.4, **pen)
     band = predicted(fit.tree, record.name)
     if band is not None:
         pick = thin(len(band[0]), _POINTS)
-        time, mean, predictive = band[0][pick] - begin, band[1][:, pick], band[2][:, pick]
+        time, mean, predictive = band[0][pick] - begin, scale * band[1][:, pick], scale * band[2][:, pick]
         label = "predictive band, 90 %"
         axes.fill_between(time, *predictive, color=style.ORANGE, alpha=0.45, lw=0, label=label, zorder=2)
         axes.fill_between(time, *mean, color=style.BLUE, alpha=0.75, lw=0, label="mean amplitude, 90 %", zorder=3)
     pen = {"color": style.BLACK, "label": "amplitude of a cycle", "zorder": 4}
     if len(cycles.time) > _DOTS:
-        axes.plot(*style.decimate(cycles.time - begin, cycles.amplitude, _BINS), lw=0.4, **pen)
+        axes.plot(*style.decimate(cycles.time - begin, scale * cycles.amplitude, _BINS), lw=0.4, **pen)
     else:
-        axes.plot(cycles.time - begin, cycles.amplitude, ".", ms=1.5, **pen)
-    stable = printed_draws(fit.tree, test.name)["a_star"]
+        axes.plot(cycles.time - begin, scale * cycles.amplitude, ".", ms=1.5, **pen)
+    stable = scale * printed_draws(fit.tree, test.name)["a_star"]
     low, median, high = np.quantile(stable, style.Q90)
     axes.axhspan(low, high, color=style.GREEN, alpha=0.3, lw=0, zorder=1.5)
     axes.axhline(median, color=style.GREEN, lw=1.0, ls=(0, (5, 2)), label="stable amplitude, posterior", zorder=5)
     if test.stable_amplitude is not None:
         axes.axhline(
-            test.stable_amplitude.mean, color=style.VERMILLION, lw=1.0, ls=(0, (1, 1.5)),
+            scale * test.stable_amplitude.mean, color=style.VERMILLION, lw=1.0, ls=(0, (1, 1.5)),
             label="stable amplitude, measured", zorder=5,
         )  # fmt: skip
     if record.is_envelope:
@@ -120,11 +121,12 @@ def ring_down_figures(fit: Fit) -> Iterable[FigureWithCaption]:
         for column in axes.T:
             drawing.align_ylabels(column)
         rings = [(rig.name, fit.ringdowns[rig.name]) for rig in page]
-        parts = [f"rig {name}: {100 * ring.damping_ratio:.3g} % at {ring.frequency:.3f} Hz" for name, ring in rings]
+        parts = [f"rig {name}: {damping(ring.damping_ratio)} at {ring.frequency:.3f} Hz" for name, ring in rings]
+        words = damping_words()
         yield FigureWithCaption(
             drawing,
             caption="Ring-downs in still air. Left: the logarithm of the amplitude of every cycle, one colour a "
-            "pluck; a straight line is a constant damping ratio. Right: damping ratio against amplitude, by octave "
+            f"pluck; a straight line is a constant {words}. Right: {words} against amplitude, by octave "
             "(mean and spread of the plucks) and as a smooth curve with its 90 % band; orange: 90 % interval of the "
             "posterior's constant.",
             alt=f"Ring-downs and their damping. {'; '.join(parts)}.",
@@ -132,13 +134,14 @@ def ring_down_figures(fit: Fit) -> Iterable[FigureWithCaption]:
 
 
 def _decays(axes: "Axes", fit: Fit, rig: Rig) -> None:
+    scale = shown_in(fit.campaign.section.amplitude_unit)[0]
     lowest, highest, named = np.inf, -np.inf, len(rig.records) <= _PLUCKS
     for i, record in enumerate(rig.records):
         cycles = fit.cycles[record.name]
         good = cycles.amplitude > 2.0 * cycles.standard_error
         if not good.any():
             continue
-        time, log = cycles.time[good] - cycles.time[good][0], np.log(cycles.amplitude[good])
+        time, log = cycles.time[good] - cycles.time[good][0], np.log(scale * cycles.amplitude[good])
         label = style.shorten(record.name, 26) if named else ""
         axes.plot(*style.decimate(time, log, _PLUCK_BINS), **style.line_style(i).pen, lw=1.0, label=label)
         lowest, highest = min(lowest, float(log.min())), max(highest, float(log.max()))
@@ -146,7 +149,7 @@ def _decays(axes: "Axes", fit: Fit, rig: Rig) -> None:
         axes.set_ylim(max(lowest, highest - 7.0) - 0.2, highest + 0.3)
     axes.set_xlim(left=0.0)
     heaving = fit.campaign.section.amplitude_unit == "A/D"
-    axes.set_ylabel("ln(A/D) [-]" if heaving else "ln(amplitude / 1 rad) [-]")
+    axes.set_ylabel("ln(A/D) [-]" if heaving else "ln(amplitude / 1°) [-]")
     plucks = f", {len(rig.records)} plucks" if len(rig.records) > 1 else ""
     axes.set_title(f"rig {style.shorten(rig.name, 24)}{plucks}")
     if named:
@@ -154,31 +157,32 @@ def _decays(axes: "Axes", fit: Fit, rig: Rig) -> None:
 
 
 def _damping(axes: "Axes", fit: Fit, rig: Rig) -> None:
-    ring = fit.ringdowns[rig.name]
-    draws = 100 * fit.tree["rig_posterior"]["damping_ratio"].sel(rig=rig.name).to_numpy()
+    ring, (per, _), scale = fit.ringdowns[rig.name], shown_in(DAMPING), shown_in(fit.campaign.section.amplitude_unit)[0]
+    draws = per * fit.tree["rig_posterior"]["damping_ratio"].sel(rig=rig.name).to_numpy()
     low, middle, high = np.quantile(draws, style.Q90)
     axes.axhspan(low, high, color=style.ORANGE, alpha=0.5, lw=0, label="posterior, 90 %", zorder=1)
     axes.axhline(middle, color=style.ORANGE, lw=1.0, zorder=1)
-    curve, spread = 100 * ring.curve_damping_ratio, 164.5 * ring.curve_sd
-    x, label = ring.curve_amplitude, "smooth, 90 %"
+    curve, spread = per * ring.curve_damping_ratio, per * style.Z90 * ring.curve_sd
+    x, label = scale * ring.curve_amplitude, "smooth, 90 %"
     axes.fill_between(x, curve - spread, curve + spread, color=style.SKY, alpha=0.4, lw=0, label=label, zorder=2)
     axes.plot(x, curve, color=style.BLUE, lw=1.2, label="smooth", zorder=3)
     if ring.bands:
         lower, upper, xi, sd = np.array([(b.lower, b.upper, b.damping_ratio, b.sd) for b in ring.bands]).T
+        lower, upper = scale * lower, scale * upper
         centre = np.sqrt(lower * upper)
         axes.errorbar(
-            centre, 100 * xi, 164.5 * sd, [centre - lower, upper - centre], fmt="o", ms=3.0, color=style.BLACK,
-            elinewidth=0.8, capsize=0, label="by octave, 90 %", zorder=4,
+            centre, per * xi, per * style.Z90 * sd, [centre - lower, upper - centre], fmt="o", ms=3.0,
+            color=style.BLACK, elinewidth=0.8, capsize=0, label="by octave, 90 %", zorder=4,
         )  # fmt: skip
     if rig.damping_ratio is not None:
-        axes.axhline(100 * rig.damping_ratio.mean, color=style.GREY, lw=0.9, ls=":", label="as stated", zorder=1)
+        axes.axhline(per * rig.damping_ratio.mean, color=style.GREY, lw=0.9, ls=":", label="as stated", zorder=1)
     axes.set_xscale("log")
     style.plain_log(axes.xaxis)
-    shown = [100 * b.damping_ratio for b in ring.bands] + [float(low), float(high)]
+    shown = [per * b.damping_ratio for b in ring.bands] + [float(low), float(high)]
     reach = 0.5 * (max(shown) - min(shown)) + 0.05 * max(map(abs, shown))
     bottom = min(shown) - reach
     axes.set_ylim(max(bottom, 0.0) if min(shown) > 0.0 else bottom, max(shown) + reach)
-    axes.set(ylabel="Damping ratio [%]", title=rf"$f_0$ = {ring.frequency:.3f} Hz")
+    axes.set(ylabel=damping_label("Damping ratio"), title=rf"$f_0$ = {ring.frequency:.3f} Hz")
 
 
 @figure("records", name="trial_functions", what="The comparison of trial functions", when=lambda fit: fit.front_ends)
@@ -191,9 +195,13 @@ def trial_comparison(fit: Fit) -> FigureWithCaption:
     drawing, panels = style.panels(len(fronts), columns=3, height_mm=66.0, sharex=True, sharey=True)
     for letter, axes, (form, curves) in zip("abcdef", panels, fronts.items(), strict=False):
         for name, front in curves:
-            griffin_axes.plot_curve(axes, front, style.shorten(name), **styles[name].pen, lw=1.1, zorder=3)
+            griffin_axes.plot_curve(
+                axes, front, unit_of(fit.tree), style.shorten(name), **styles[name].pen, lw=1.1, zorder=3
+            )
         griffin_axes.points(axes, fit, posteriors=False)
-        griffin_axes.frame(axes, limits, 1.45 * largest, note=None)
+        griffin_axes.frame(
+            axes, griffin_axes.sc_shown(limits), 1.45 * shown_in(unit_of(fit.tree))[0] * largest, note=None
+        )
         axes.set_title(f"({letter}) {form}", fontsize=8.0)
         axes.set_xlabel(griffin_axes.SC_LABEL)
     panels[0].set_ylabel(style.amplitude_label(unit_of(fit.tree), "Stable amplitude"))

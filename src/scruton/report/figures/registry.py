@@ -15,6 +15,7 @@ from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Any
 
 from scruton.documents import write_bytes
+from scruton.report.conventions import conventions
 from scruton.report.failures import Failures
 from scruton.report.figures.style import house_style
 from scruton.report.render_typst import rasterised
@@ -116,7 +117,7 @@ def figure(
     def register(draw: Callable[..., Any]) -> Callable[..., Any]:
         @wraps(draw)
         def styled(*arguments: Any, **settings: Any) -> Any:
-            with house_style():
+            with house_style(), conventions(arguments[0]):
                 drawn = draw(*arguments, **settings)
                 pages = _as_list(drawn)
             named = [

@@ -6,7 +6,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from scruton.report.conventions import (
+    DAMPING,
+    SCRUTON,
+    amplitude,
+    damping,
+    damping_label,
+    scruton_note,
+    shown_in,
+)
 from scruton.report.figures import FigureWithCaption, figure, style
+from scruton.report.wording import unit_text
 from scruton.sizing.checks import ASKED, CONFIDENCES
 
 if TYPE_CHECKING:
@@ -15,7 +25,7 @@ if TYPE_CHECKING:
 Content = Mapping[str, Any]
 _COLOURS = (style.GREEN, style.ORANGE, style.VERMILLION, style.PURPLE)  # of the confidences
 _BAND: dict[str, Any] = {"color": style.SKY, "alpha": 0.4, "lw": 0}
-_ADDED = "Added damping ratio [%]"
+_ADDED = "Added damping ratio"
 _array = partial(np.array, dtype=float)  # None, of JSON, becomes NaN
 
 
@@ -51,9 +61,10 @@ def _drawable(content: Content) -> dict[str, Content]:
 @figure("sizing", name="decision", source="sizing", each=_drawable)
 def decision_plot(content: Content, mode: Content) -> FigureWithCaption:
     """The Griffin plot of the bridge itself: its amplitude, the limit, where it is and where it has to go."""
-    rule, factor, shown = governing(mode), *amplitude_scale(content)
+    rule, files = governing(mode), content["amplitude_unit"]
+    (factor, shown), note = shown_in(files), scruton_note(heaving=files == "m")
     curve = {key: _array(values) for key, values in rule["curve"].items() if key != "by_law"}
-    sc = curve["scruton_number"]
+    sc = shown_in(SCRUTON)[0] * curve["scruton_number"]
     low, middle, high = (factor * curve[f"amplitude_{q}"] for q in ("05", "50", "95"))
     limit = factor * rule["limit"]
     drawing, axes = style.alone(74.0)
@@ -67,31 +78,31 @@ def decision_plot(content: Content, mode: Content) -> FigureWithCaption:
         capsize=3, zorder=5, label="without added damping",
     )  # fmt: skip
     required = rule["required"][ASKED]
-    alt = f"Without added damping the amplitude is {now[2]:.3g} {shown} (90 % {now[1]:.3g} to {now[3]:.3g}), the limit "
-    alt += f"{limit:.3g} {shown}."
+    ends_now = f"90 % {amplitude(now[1] / factor, files)} to {amplitude(now[3] / factor, files)}"
+    alt = f"Without added damping the amplitude is {amplitude(now[2] / factor, files)} ({ends_now}), the limit "
+    alt += f"{amplitude(rule['limit'], files)}."
     if required:
         there, ends = float(np.interp(required, curve["added_damping"], sc)), []
         for line in (low, middle, high):
             ends.append(float(np.interp(required, curve["added_damping"], line)))
         axes.errorbar(
             [there], [ends[1]], [[ends[1] - ends[0]], [ends[2] - ends[1]]], fmt="D", color=style.GREEN, ms=6, capsize=3,
-            zorder=5, label=f"with {100.0 * required:.3g} % added",
+            zorder=5, label=f"with {damping(required)} added",
         )  # fmt: skip
-        alt += f" With {100.0 * required:.3g} % added damping, at Sc {there:.3g}, it is {ends[1]:.3g} {shown}."
-    axes.set(xlabel="Scruton number Sc of the bridge [-]", ylabel=f"Stable amplitude [{shown}]", ylim=(0.0, top))
+        alt += (
+            f" With {damping(required)} added damping, at Sc {there:.3g}, it is {amplitude(ends[1] / factor, files)}."
+        )
+    axes.set(
+        xlabel="Scruton number Sc of the bridge [-]", ylabel=f"Stable amplitude [{unit_text(shown)}]", ylim=(0.0, top)
+    )
     axes.set_xlim(left=min(0.0, float(sc[0])) if sc[0] < 0.3 * sc[-1] else 0.9 * float(sc[0]))
     style.below(drawing, [axes], columns=3)
     return FigureWithCaption(
         drawing,
         caption=f"The Griffin plot of the bridge, mode {mode['name']}: stable amplitude in lock-in against its Scruton "
-        "number, with all uncertainties, as it is and with the damping that 95 % confidence asks for.",
+        "number, with all uncertainties, as it is and with the damping that 95 % confidence asks for. " + note,
         alt=alt,
     )
-
-
-def amplitude_scale(content: Content) -> tuple[float, str]:
-    """What an amplitude of the bridge is multiplied by to be shown, and the unit it then has."""
-    return (1e3, "mm") if content["amplitude_unit"] == "m" else (180.0 / np.pi, "°")
 
 
 @figure("sizing", name="risk", source="sizing", each=modes)
@@ -100,7 +111,7 @@ def risk_curves(content: Content, mode: Content) -> FigureWithCaption:
     rule = governing(mode)
     curve = {key: _array(values) for key, values in rule["curve"].items() if key != "by_law"}
     laws = rule["curve"]["by_law"]
-    x = 100.0 * curve["added_damping"]
+    x, per = shown_in(DAMPING)[0] * curve["added_damping"], shown_in(DAMPING)[0]
     drawing, (left, right) = style.panels(2, height_mm=70.0)
     low, high, label = curve["probability_05"], curve["probability_95"], "90 % band of section and law"
     left.fill_between(x, low, high, **_BAND, label=label)
@@ -112,18 +123,18 @@ def risk_curves(content: Content, mode: Content) -> FigureWithCaption:
     for p, colour in zip(CONFIDENCES, _COLOURS, strict=True):
         value = rule["required"][p]
         if value is not None and value > 0.0:
-            left.plot(100 * value, 1.0 - float(p), "o", color=colour, ms=5, zorder=5)
-            left.annotate(f"{100 * float(p):.0f} %", (100 * value, 1.0 - float(p)), xytext=(4, 4),
+            left.plot(per * value, 1.0 - float(p), "o", color=colour, ms=5, zorder=5)
+            left.annotate(f"{100 * float(p):.0f} %", (per * value, 1.0 - float(p)), xytext=(4, 4),
                           textcoords="offset points", fontsize=7)  # fmt: skip
-    left.set(xlabel=_ADDED, ylabel="Probability", ylim=(0.0, 1.02))
-    factor, shown = amplitude_scale(content)
+    left.set(xlabel=damping_label(_ADDED), ylabel="Probability", ylim=(0.0, 1.02))
+    factor, shown = shown_in(content["amplitude_unit"])
     low, middle, high = (factor * curve[f"amplitude_{q}"] for q in ("05", "50", "95"))
     limit = factor * rule["limit"]
     right.fill_between(x, low, high, **_BAND, label="90 % interval")
     right.plot(x, middle, color=style.BLUE, label="median amplitude")
     right.axhline(limit, color=style.VERMILLION, ls="--", label="limit")
     top = max(min(float(np.nanmax(high, initial=0.0)), 6.0 * limit), limit)
-    right.set(xlabel=_ADDED, ylabel=f"Stable amplitude [{shown}]", ylim=(0.0, 1.08 * top))
+    right.set(xlabel=damping_label(_ADDED), ylabel=f"Stable amplitude [{unit_text(shown)}]", ylim=(0.0, 1.08 * top))
     style.below(drawing, [left, right])
     left.set_title(f"Mode {style.shorten(mode['name'])}, limit {style.shorten(rule['rule'])}")
     return FigureWithCaption(
@@ -132,8 +143,12 @@ def risk_curves(content: Content, mode: Content) -> FigureWithCaption:
         "stable amplitude in lock-in exceeds the limit, with the band that the section's posterior and the law leave; "
         "dots are the confidences. Right: the amplitude.",
         alt=f"Probability of exceeding the limit falls from {rule['probability']:.2f} without added damping; "
-        + "; ".join(f"{p}: {rule['required_text'][p]}" for p in CONFIDENCES),
+        + "; ".join(f"{p}: {_added(rule['required'][p])}" for p in CONFIDENCES),
     )  # fmt: skip
+
+
+def _added(required: float | None) -> str:
+    return "not achievable" if required is None else damping(required) if required else "none"
 
 
 @figure("sizing", name="shares", source="sizing", each=modes)
@@ -217,7 +232,7 @@ def expected_costs(content: Content, mode: Content) -> FigureWithCaption:
     drawing, axes = style.panels(len(curves), height_mm=60.0)
     for panel, (key, curve) in zip(axes, curves.items(), strict=True):
         by_mass = key == "by_mass"
-        x = _array(curve["mass"]) / 1e3 if by_mass else 100.0 * _array(curve["added_damping"])
+        x = _array(curve["mass"]) / 1e3 if by_mass else shown_in(DAMPING)[0] * _array(curve["added_damping"])
         panel.plot(x, _array(curve["damper"]), color=style.GREEN, ls=":", label="damper")
         panel.plot(x, _array(curve["failure"]), color=style.VERMILLION, ls="--", label="expected failure")
         panel.plot(x, _array(curve["total"]), color=style.BLUE, label="sum")
@@ -225,9 +240,9 @@ def expected_costs(content: Content, mode: Content) -> FigureWithCaption:
             too_light = np.where(curve["allowed"], np.nan, _array(curve["total"]))
             if np.isfinite(too_light).any():
                 panel.plot(x, too_light, "o", ms=4, mfc="white", color=style.BLUE, label="not allowed: stroke or mass")
-        best = curve["best_mass"] / 1e3 if by_mass else 100.0 * curve["best_added_damping"]
+        best = curve["best_mass"] / 1e3 if by_mass else shown_in(DAMPING)[0] * curve["best_added_damping"]
         panel.plot(best, curve["best_total"], "D", color=style.BLACK, label="least")
-        panel.set(xlabel="Mass of all dampers [t]" if by_mass else _ADDED)
+        panel.set(xlabel="Mass of all dampers [t]" if by_mass else damping_label(_ADDED))
         panel.set_ylim(0.0, 4.0 * curve["best_total"])
         _in_money(panel.yaxis, "Expected cost", mode)
     style.below(drawing, axes, columns=4)
@@ -263,20 +278,23 @@ def required_plot(content: Content) -> FigureWithCaption:
     rows = [(mode["name"], entry) for mode in content["modes"] for entry in mode["limits"]]
     drawing, axes = style.alone(20.0 + 15.0 * len(rows))
     height = 0.8 / len(CONFIDENCES)
-    top = max([entry["required"][p] or 0.0 for _, entry in rows for p in CONFIDENCES] + [1e-4])
+    top, per = (
+        max([entry["required"][p] or 0.0 for _, entry in rows for p in CONFIDENCES] + [1e-4]),
+        shown_in(DAMPING)[0],
+    )
     for i, (_, limit) in enumerate(rows):
         for k, p in enumerate(CONFIDENCES):
             y = i - 0.4 + (k + 0.5) * height
             value = limit["required"][p]
-            axes.barh(y, 100.0 * (top * 1.15 if value is None else value), height=0.9 * height, color=_COLOURS[k],
+            axes.barh(y, per * (top * 1.15 if value is None else value), height=0.9 * height, color=_COLOURS[k],
                       hatch="//" if value is None else None, alpha=0.35 if value is None else 1.0,
                       label=f"{100 * float(p):.0f} % confidence")  # fmt: skip
-            text = "not achievable" if value is None else f" {100 * value:.2f} %" if value > 0.0 else " none"
-            axes.annotate(text, (0.0 if value is None else 100.0 * value, y), xytext=(3, 0), textcoords="offset points",
+            place = (0.0 if value is None else per * value, y)
+            axes.annotate(_added(value), place, xytext=(3, 0), textcoords="offset points",
                           va="center", fontsize=7)  # fmt: skip
     labels = [f"{style.shorten(name, 16)}\n{style.shorten(entry['rule'], 20)}" for name, entry in rows]
     axes.set_yticks(range(len(rows)), labels)
-    axes.set(xlabel=_ADDED, xlim=(0.0, 100.0 * top * 1.25))
+    axes.set(xlabel=damping_label(_ADDED), xlim=(0.0, per * top * 1.25))
     axes.invert_yaxis()
     style.below(drawing, [axes], columns=4)
     return FigureWithCaption(

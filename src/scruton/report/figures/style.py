@@ -15,6 +15,8 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.errors import InputError
 from scruton.report import typefaces
+from scruton.report.conventions import shown_in
+from scruton.report.wording import unit_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -312,10 +314,5 @@ def rows(axes: "Axes", labels: Sequence[str], **words: Any) -> None:
 
 
 def amplitude_label(unit: str, name: str = "Amplitude") -> str:
-    """Axis label of an amplitude."""
-    return f"{name} A/D [-]" if unit == "A/D" else f"{name} [rad]"
-
-
-def add_degrees(axes: "Axes") -> None:
-    """Give a vertical axis in rad a second scale in degrees."""
-    axes.secondary_yaxis("right", functions=(np.rad2deg, np.deg2rad)).set_ylabel("Amplitude [deg]")
+    """Axis label of an amplitude that files hold in this unit."""
+    return f"{name} A/D [-]" if unit == "A/D" else f"{name} [{unit_text(shown_in(unit)[1])}]"

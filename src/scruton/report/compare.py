@@ -1,0 +1,260 @@
+"""Two results side by side: as tables for the terminal, as numbers, and as a page with both Griffin plots in one."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from scruton.documents import as_json, read_document
+from scruton.gap.results import RESULT as GAP
+from scruton.griffin.compare import APART, MOVED, Difference, Side, differences
+from scruton.griffin.posterior import peak_names
+from scruton.infer.results import Fit
+from scruton.infer.store import load_fit
+from scruton.report.chapters.gap import gap_sentence
+from scruton.report.conventions import DAMPING, SCRUTON, by_conventions, damping_words, shown_in
+from scruton.report.document import Block, Chapter, Document, Listing, Table, numbered, paragraph
+from scruton.report.figures.compare import compare_plot
+from scruton.report.figures.sizing import governing
+from scruton.report.parts import drawn
+from scruton.report.saved import found_beside
+from scruton.report.wording import Notation
+from scruton.shown import shown
+from scruton.sizing.checks import ASKED
+from scruton.sizing.results import RESULT as SIZING
+
+_NAMES = {  # letters that every terminal has
+    "damping_ratio": "structural damping ratio", "scruton_number": "Scruton number", "a_star": "stable amplitude",
+    "relaxation_rate": "relaxation rate lambda", "amplitude": "predicted stable amplitude",
+    "weight": "weight of the law", "required_damping": f"required damping ratio, {float(ASKED):.0%} confidence",
+}  # fmt: skip
+_SHOWN_AS = {"damping_ratio": DAMPING, "required_damping": DAMPING, "scruton_number": SCRUTON}
+_MADE_BY: Mapping[str, Callable[[Mapping[str, Any]], Any]] = {  # of a provenance
+    "seed": lambda one: one["seed"],
+    "version of scruton": lambda one: one["versions"]["scruton"],
+    "card": lambda one: one["card"]["name"],
+}
+_WORDS = {MOVED: "moved", APART: "APART"}
+
+
+def _facts(one: "Comparison") -> Mapping[str, object]:
+    counts = {verdict: len(one.with_verdict(verdict)) for verdict in (MOVED, APART)}
+    return {"of": " and ".join(one.titles), "compared": len(one.differences), **counts}
+
+
+@shown(_facts)
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Two results side by side.
+
+    Attributes
+    ----------
+    titles : (str, str)
+        Of the campaigns.
+    differences : tuple of Difference
+        Every quantity that one of them has.
+    inputs : tuple of str
+        How what they were made from differs, a sentence each; empty where it is the same.
+    diagnoses : (str, str)
+        In a sentence each; empty where there is none beside the fit.
+    converged : (bool, bool)
+    fits : (Fit, Fit)
+    """
+
+    titles: tuple[str, str]
+    differences: tuple[Difference, ...]
+    inputs: tuple[str, ...]
+    diagnoses: tuple[str, str]
+    converged: tuple[bool, bool]
+    fits: tuple[Fit, Fit]
+
+    @property
+    def conventions(self) -> Mapping[str, Any]:
+        """How a reader is shown both: as the first."""
+        conventions: Mapping[str, Any] = self.fits[0].summary.get("conventions", {})
+        return conventions
+
+    def with_verdict(self, verdict: str) -> tuple[Difference, ...]:
+        """Those that are "alike", "moved" (beyond Monte Carlo error) or "apart" (their 90 % intervals, too)."""
+        return tuple(one for one in self.differences if one.verdict == verdict)
+
+    def to_json(self) -> dict[str, Any]:
+        """Everything but the fits as it may stand in a JSON file."""
+        rows = [{**asdict(one), "verdict": one.verdict or None, "change": one.change} for one in self.differences]
+        sides = [
+            {"title": title, "converged": converged, "diagnosis": diagnosis or None}
+            for title, converged, diagnosis in zip(self.titles, self.converged, self.diagnoses, strict=True)
+        ]
+        content: dict[str, Any] = as_json({"format": 1, "sides": sides, "inputs": self.inputs, "differences": rows})
+        return content
+
+
+def compare(
+    first: Path | str,
+    second: Path | str,
+    *,
+    tests: Sequence[str] = (),
+    scruton_numbers: Sequence[float] = (),
+    seed: int = 0,
+) -> Comparison:
+    """Lay two results side by side: what differs beyond Monte Carlo error, and what does not.
+
+    Parameters
+    ----------
+    first, second : Path or str
+        Folders of fits; diagnoses and sizings that lie in them or beside are compared, too.
+    tests, scruton_numbers, seed
+        As of `scruton.griffin.compare.differences`.
+
+    Raises
+    ------
+    InputError
+        As `load_fit` and `differences`; where a diagnosis or a sizing is damaged.
+    """
+    folders = Path(first), Path(second)
+    one, other = (load_fit(folder) for folder in folders)
+    sides = ((one.tree, one.summary), (other.tree, other.summary))
+    found = differences(*sides, tests=tests, scruton_numbers=scruton_numbers, seed=seed)
+    diagnoses = (_diagnosis(folders[0]), _diagnosis(folders[1]))
+    return Comparison(
+        (one.campaign.title, other.campaign.title), (*found, *_required(*map(_sizing, folders))),
+        tuple(_inputs(one.summary["provenance"], other.summary["provenance"])), diagnoses,
+        (one.converged, other.converged), (one, other),
+    )  # fmt: skip
+
+
+def _diagnosis(folder: Path) -> str:
+    path = found_beside(folder, "gap", GAP)
+    return "" if path is None else gap_sentence(read_document(path, "what `scruton diagnose` wrote", version=1))
+
+
+def _sizing(folder: Path) -> Mapping[str, Any]:
+    path = found_beside(folder, "sizing", SIZING)
+    return {"modes": []} if path is None else read_document(path, "what `scruton size` wrote", version=1)
+
+
+def _required(first: Mapping[str, Any], second: Mapping[str, Any]) -> Iterator[Difference]:
+    """The damping that each mode of a name needs, where one of the two was sized."""
+    modes = [{mode["name"]: governing(mode) for mode in content["modes"]} for content in (first, second)]
+    for name in dict.fromkeys(name for of in modes for name in of):
+        sides = [_needed(of[name]) if name in of else None for of in modes]
+        if any(sides):
+            yield Difference("required_damping", name, "-", sides[0], sides[1])
+
+
+def _needed(limit: Mapping[str, Any]) -> Side | None:
+    """The required damping as a quantity: its ends are those of the least and the greatest confidence."""
+    value, ends = limit["required"][ASKED], [one for one in limit["required"].values() if one is not None]
+    return None if value is None else Side(value, min(ends), max(ends), limit["required_mcse"][ASKED] or 0.0)
+
+
+def _inputs(first: Mapping[str, Any], second: Mapping[str, Any]) -> Iterator[str]:
+    """How two fits were made that differs."""
+    for what, at in _MADE_BY.items():
+        a, b = (at(one) for one in (first, second))
+        if a != b:
+            yield f"The {what}: {a}, and {b}."
+    if first["card"]["sha256"] != second["card"]["sha256"] and first["card"]["name"] == second["card"]["name"]:
+        yield f"The card {first['card']['name']} is not the same."
+    files = [one["sha256"] for one in (first, second)]
+    for whose, mine, other in (("A", files[0], files[1]), ("B", files[1], files[0])):
+        if own := [name for name in mine if name not in other]:
+            yield f"Files of {whose} alone: {', '.join(own)}."
+    if changed := [name for name in files[0] if name in files[1] and files[0][name] != files[1][name]]:
+        yield f"Files that differ: {', '.join(changed)}."
+
+
+@by_conventions
+def compared_blocks(found: Comparison, notation: Notation) -> Iterator[Block]:
+    """What differs, then everything side by side."""
+    yield Listing([f"{name}: {title}" for name, title in zip("AB", found.titles, strict=True)])
+    for name, converged in zip("AB", found.converged, strict=True):
+        if not converged:
+            yield paragraph(f"{name} DID NOT CONVERGE: not to be trusted.")
+    yield paragraph(_said(found), role="answer")
+    if found.inputs:
+        yield paragraph("Made from what is not the same:")
+        yield Listing(found.inputs)
+    for name, text in zip("AB", found.diagnoses, strict=True):
+        if text:
+            yield paragraph(f"Diagnosis of {name}: {text}")
+    for key in dict.fromkeys(one.name for one in found.differences):
+        rows = [one for one in found.differences if one.name == key]
+        factor, unit = _shown(rows[0])
+        ends = rows[0].name != "weight"
+        spans = ("between",) if key == "required_damping" else ("90 %",)
+        says = any(one.verdict in _WORDS for one in rows)
+        header = ("of", "A", *(spans if ends else ()), "B", *(spans if ends else ()), "change", *([""] if says else []))
+        cells = [
+            (one.of, *_side(one.first, factor, notation, ends=ends), *_side(one.second, factor, notation, ends=ends),
+             _change(one, notation), *([_WORDS.get(one.verdict, "")] if says else []))
+            for one in rows
+        ]  # fmt: skip
+        yield Table(key, f"{_name(key)}{f' [{unit}]' if unit else ''}", header, cells,
+                    numeric=(False, *[True] * (len(header) - 1 - says), *([False] if says else [])))  # fmt: skip
+    yield paragraph(
+        "moved: beyond four Monte Carlo standard errors. APART: the 90 % intervals do not meet, too."
+        " Required damping: between the least and the greatest confidence.",
+        role="note",
+    )
+
+
+def _said(found: Comparison) -> str:
+    """What differs, in a sentence."""
+    moved, apart = found.with_verdict(MOVED), found.with_verdict(APART)
+    both = [one for one in found.differences if one.verdict]
+    if not both:
+        return "Nothing is in both of them."
+    if not moved and not apart:
+        return f"Alike within Monte Carlo error: all of {len(both)} quantities."
+    words = [f"{len(moved) + len(apart)} of {len(both)} quantities differ beyond Monte Carlo error"]
+    words += [f"{len(apart)} of them by more than their 90 % intervals" if apart else "their 90 % intervals all meet"]
+    largest = sorted((*moved, *apart), key=lambda one: abs(one.change), reverse=True)[:3]
+    most = ", ".join(f"{_name(one.name)} of {one.of}" for one in largest)
+    return f"{', '.join(words)}. The largest changes: {most}."
+
+
+def _name(quantity: str) -> str:
+    return _NAMES.get(quantity, quantity).replace("damping ratio", damping_words())
+
+
+def _shown(one: Difference) -> tuple[float, str]:
+    """Factor and unit of a quantity as it is read."""
+    if one.name == "weight":
+        return 100.0, "%"
+    factor, unit = shown_in(_SHOWN_AS.get(one.name, one.unit))
+    return factor, "" if unit == "-" else unit
+
+
+def _side(side: Side | None, factor: float, notation: Notation, *, ends: bool) -> tuple[str, ...]:
+    if side is None:
+        return (notation.missing,) * (1 + ends)
+    span = (notation.range((factor * side.low, factor * side.high), 3),) if ends else ()
+    return (notation.number(factor * side.median), *span)
+
+
+def _change(one: Difference, notation: Notation) -> str:
+    if one.name == "weight" or one.change != one.change:
+        return notation.missing
+    if abs(one.change) < 5e-5:
+        return "0 %"
+    return f"{'+' if one.change > 0.0 else ''}{notation.number(100.0 * one.change, 2)} %"
+
+
+def compared_document(found: Comparison, notation: Notation) -> Document:
+    """The page: what differs, both Griffin plots in one, and everything side by side."""
+    blocks = list(compared_blocks(found, notation))
+    tables = [block for block in blocks if isinstance(block, Table)]
+    pictures = [drawn(compare_plot(*found.fits))] if all(peak_names(fit.tree) for fit in found.fits) else []
+    block = found.fits[1].campaign.title_block
+    return numbered(
+        Document(
+            title=" and ".join(dict.fromkeys(found.titles)), about="Comparison of two results", source="",
+            chapters=[
+                Chapter("differences", "What differs", [one for one in blocks if not isinstance(one, Table)]),
+                Chapter("griffin", "Griffin plots", pictures),
+                Chapter("numbers", "Side by side", tables),
+            ],
+            generator="scruton compare", title_block=block.lines, colour=block.colour, logo=block.logo,
+        )
+    )  # fmt: skip

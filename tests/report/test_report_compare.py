@@ -1,0 +1,102 @@
+"""Two results side by side: what is alike, what moved and what is apart, by hand and of real fits."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import scruton
+from scruton.cli import main
+from scruton.errors import InputError
+from scruton.griffin.compare import ALIKE, APART, MOVED, Difference, Side
+from scruton.infer.store import read_tree
+
+
+def side(median: float, width: float, error: float) -> Side:
+    return Side(median, median - width, median + width, error)
+
+
+@pytest.mark.parametrize(
+    ("second", "verdict"),
+    [
+        (side(1.0, 0.1, 0.01), ALIKE),
+        (side(1.05, 0.1, 0.01), ALIKE),  # 3.5 standard errors of the difference
+        (side(1.06, 0.1, 0.01), MOVED),  # 4.2
+        (side(1.3, 0.1, 0.01), APART),
+        (side(1.3, 0.1, 1.0), APART),
+        (None, ""),
+    ],
+)
+def test_verdicts(second: Side | None, verdict: str) -> None:
+    assert Difference("a_star", "t", "A/D", side(1.0, 0.1, 0.01), second).verdict == verdict
+
+
+@pytest.fixture(scope="module")
+def other_seed(small_campaign: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("other") / "fit"
+    assert main(["fit", str(small_campaign), "-o", str(out), "--seed", "5", "--quiet"]) == 0
+    return out
+
+
+def test_a_result_beside_itself_is_alike_throughout(small_results: Path) -> None:
+    found = scruton.compare(small_results, str(small_results), scruton_numbers=[30.0])
+    assert {one.verdict for one in found.differences} == {ALIKE}
+    assert found.inputs == ()
+    assert {"damping_ratio", "a_star", "Y1", "epsilon", "weight", "amplitude"} <= {
+        one.name for one in found.differences
+    }
+    assert len(repr(found)) < 200
+
+
+def test_numbers_are_those_of_the_results(small_results: Path) -> None:
+    _, summary = read_tree(small_results)
+    found = {(one.name, one.of): one for one in scruton.compare(small_results, small_results).differences}
+    (test,) = summary["tests"]
+    for name in ("a_star", "Y1", "epsilon", "relaxation_rate"):
+        entry, first = test["parameters"][name], found[name, test["name"]].first
+        assert first is not None
+        assert first.median == pytest.approx(entry["median"], rel=1e-12)
+        assert (first.low, first.high) == pytest.approx(tuple(entry["interval"]["0.90"]), rel=1e-9)
+
+
+def test_another_seed_is_alike_and_said(small_results: Path, other_seed: Path) -> None:
+    found = scruton.compare(small_results, other_seed, scruton_numbers=[30.0])
+    assert [one for one in found.differences if one.verdict in (MOVED, APART)] == []
+    assert any(np.isfinite(one.change) and one.change for one in found.differences), "the draws are others"
+    assert found.inputs == ("The seed: 0, and 5.",)
+
+
+def test_another_campaign_is_apart_in_what_differs(
+    small_results: Path, small_campaign: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Twice the displacement: the stable amplitude doubles, Sc stays."""
+    copy = shutil.copytree(small_campaign, tmp_path / "twice")
+    for name in ("decay.csv", "growth.csv"):
+        head, *lines = (copy / name).read_text(encoding="utf-8").splitlines()
+        rows = [f"{t},{2.0 * float(y):.9g}" for t, y in (line.split(",") for line in lines)]
+        (copy / name).write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
+    assert main(["fit", str(copy), "-o", str(tmp_path / "fit"), "--quiet"]) in (0, 1)
+    capsys.readouterr()
+    page = tmp_path / "page.html"
+    assert main(["compare", str(small_results), str(tmp_path / "fit"), "--json", "--html", str(page)]) in (0, 1)
+    content = json.loads(capsys.readouterr().out)
+    verdicts = {one["name"]: one["verdict"] for one in content["differences"]}
+    assert (verdicts["a_star"], verdicts["scruton_number"]) == (APART, ALIKE)
+    change = {one["name"]: one["change"] for one in content["differences"]}
+    assert change["a_star"] == pytest.approx(1.0, abs=0.05)
+    assert content["inputs"] == ["Files that differ: decay.csv, growth.csv."]
+    text = page.read_text(encoding="utf-8")
+    assert "APART" in text
+    assert "<svg" in text or "data:image/svg+xml" in text
+    assert "http://" not in text.replace("http://www.w3.org", "")
+
+
+def test_what_has_nothing_in_common_is_refused(small_results: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["compare", str(small_results), str(small_results), "--test", "none"]) == 2
+    assert "Sc 21.7" in capsys.readouterr().err
+    assert main(["compare", str(small_results), str(small_results.parent)]) == 2
+    assert "scruton fit" in capsys.readouterr().err
+    with pytest.raises(InputError, match="no such file"):
+        scruton.compare(small_results.parent, small_results)

@@ -1,0 +1,207 @@
+"""How quantities are shown: degrees, decrements, the Eurocode's Scruton number; and no identifier in prose."""
+
+import json
+import re
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass, replace
+from typing import Any
+
+import numpy as np
+import pytest
+from fake_fit import fake_fit
+from fake_parts import GAP, sizing
+
+from scruton.campaign.schema import Motion
+from scruton.griffin import predict
+from scruton.infer.results import Fit
+from scruton.report.chapters import Material, compose
+from scruton.report.chapters.prose import in_words
+from scruton.report.charts import griffin_chart, risk_chart
+from scruton.report.conventions import conventions, damping, damping_label, scruton, shown_in
+from scruton.report.document import Code, Document, Picture, Table
+from scruton.report.figures import all_figures
+from scruton.report.figures.griffin import griffin_plot
+from scruton.report.figures.sizing import required_plot
+from scruton.report.maths import Maths
+from scruton.report.render_text import render_text
+from scruton.report.summaries import fit_summary, prediction_summary
+from scruton.report.tables import tables
+
+# Two small letters or more, joined by a line to others; or a name with an index.
+IDENTIFIER = re.compile(r"\b[a-z]{2,}\d*_[a-z]\w*|\b[a-z]\w*\[\w[^]]*\]")
+OTHER = {"damping": "decrement", "scruton_number": "eurocode"}
+
+
+def asked(fit: Fit, **stated: str) -> Fit:
+    """A fit of a campaign whose `[report]` states conventions."""
+    campaign = replace(fit.campaign, title_block=replace(fit.campaign.title_block, **stated))
+    return replace(fit, campaign=campaign, summary={**fit.summary, "conventions": campaign.conventions})
+
+
+def document_of(fit: Fit, **content: Any) -> Document:
+    design = [predict(fit.tree, scruton_number=30.0 if fit.campaign.section.motion is Motion.HEAVING else 0.8, seed=1)]
+    pictures = [Picture(one.name, one.caption, one.alt, b"<svg/>") for one in all_figures(fit)]
+    return compose(Material(fit, tables(fit), pictures, design, **content))
+
+
+def texts(value: Any, *, cells: bool = True) -> Iterator[str]:
+    """Every text that a reader meets; code and formulae are none."""
+    match value:
+        case str():
+            yield value
+        case Code() | Maths():
+            pass
+        case tuple() | list():
+            for one in value:
+                yield from texts(one, cells=cells)
+        case _ if is_dataclass(value):
+            left_out = {"key", "name", "data", "role", "chart", "svg", "png", *(() if cells else ("rows",))}
+            for field in fields(value):
+                if field.name not in left_out:
+                    yield from texts(getattr(value, field.name), cells=cells)
+
+
+@pytest.fixture(scope="module")
+def heaving() -> Fit:
+    return fake_fit(growth=False, sweeps=False)
+
+
+@pytest.fixture(scope="module")
+def twisting() -> Fit:
+    return fake_fit(motion=Motion.TORSIONAL, growth=False, sweeps=False)
+
+
+@pytest.fixture(scope="module")
+def plain(heaving: Fit) -> Document:
+    return document_of(heaving, gap=GAP, sizing=sizing())
+
+
+@pytest.fixture(scope="module")
+def other(heaving: Fit) -> Document:
+    content = sizing() | {"conventions": {**OTHER, "scruton_factor": 4.0}}
+    return document_of(asked(heaving, **OTHER), gap=GAP, sizing=content)
+
+
+def numbers(cell: str) -> list[float]:
+    return [float(one.replace("−", "-")) for one in re.findall(r"[−]?\d+\.?\d*", cell)]
+
+
+def table_of(document: Document, name: str) -> Table:
+    return next(one for one in document.every(Table) if one.name == name)
+
+
+@pytest.mark.parametrize(
+    ("name", "column", "factor"),
+    [
+        ("similitude", 3, 4.0), ("similitude", 6, 0.02 * np.pi),
+        ("stable_amplitudes", 2, 4.0), ("damping", 4, 0.02 * np.pi), ("bridge_similitude", 4, 4.0),
+        ("required_damping", 6, 0.02 * np.pi), ("extrapolation", 0, 4.0), ("dampers_1", 4, 0.02 * np.pi),
+        ("ring_downs", 2, 0.02 * np.pi),
+    ],
+)  # fmt: skip
+def test_tables_show_what_was_asked_for(plain, other, name, column, factor):
+    before, after = table_of(plain, name), table_of(other, name)
+    found = [(numbers(a[column]), numbers(b[column])) for a, b in zip(before.rows, after.rows, strict=True)]
+    assert found
+    assert any(one for one, _ in found)
+    for ours, theirs in found:
+        np.testing.assert_allclose(theirs, factor * np.array(ours), rtol=0.03)
+
+
+def test_sentences_speak_of_decrements_and_say_which_scruton_number(other):
+    said = "\n".join(texts(other))
+    assert "damping ratio of" not in said
+    assert "Add a logarithmic decrement of 0.0251 to mode V1" in said  # 2 pi times 0.004
+    assert "Scruton numbers are those of EN 1991-1-4" in said
+    assert "B/D = 4" in said
+
+
+def test_figures_and_charts_follow(heaving):
+    stated = asked(heaving, **OTHER)
+    ours, theirs = (griffin_plot(fit).figure.axes[0] for fit in (heaving, stated))
+    np.testing.assert_allclose(theirs.get_xlim(), 4.0 * np.array(ours.get_xlim()))
+    np.testing.assert_allclose(theirs.get_ylim(), ours.get_ylim())
+    first, second = (griffin_chart(fit) for fit in (heaving, stated))
+    assert second["x"]["max"] == pytest.approx(4.0 * first["x"]["max"], rel=1e-4)
+    assert second["points"][0]["x"] == pytest.approx(4.0 * first["points"][0]["x"], rel=1e-4)
+    mode = sizing()["modes"][0] | {"name": "V1"}
+    with conventions({"conventions": {**OTHER, "scruton_factor": 4.0}}):
+        chart = risk_chart(mode, mode["limits"][0]["curve"], "probability")
+    np.testing.assert_allclose(chart["grid"], [0.0, 2 * np.pi * 0.002, 2 * np.pi * 0.004], rtol=1e-5)
+    assert chart["read"]["also"][0]["values"] == [60.0, 100.0, 140.0]
+    axes = required_plot(sizing() | {"conventions": OTHER}).figure.axes[0]
+    assert axes.get_xlabel() == "Added decrement [-]"
+    assert max(bar.get_width() for bar in axes.patches) == pytest.approx(2 * np.pi * 0.004)
+
+
+def test_the_terminal_follows(heaving):
+    stated = asked(heaving, **OTHER)
+    one = predict(heaving.tree, scruton_number=30.0)
+    text = render_text(fit_summary(stated)) + render_text(prediction_summary([one], stated.summary))
+    assert "Structural decrement [-]" in text
+    assert "\n120 " in text
+    assert "EN 1991-1-4" in text
+    assert "damping ratio" not in text
+
+
+def test_torsion_has_no_scruton_number_of_the_eurocode_and_says_so(twisting):
+    stated = asked(twisting, **OTHER)
+    assert stated.campaign.conventions["scruton_factor"] == 1.0
+    said = "\n".join(texts(document_of(stated)))
+    assert "EN 1991-1-4 defines no Scruton number for torsion" in said
+
+
+def test_torsion_is_in_degrees_everywhere(twisting):
+    document = document_of(twisting)
+    assert not [one for one in texts(document) if re.search(r"\brad\b|radian", one)]
+    for figure in all_figures(twisting):
+        labels = [part for axes in figure.figure.axes for part in (axes.get_xlabel(), axes.get_ylabel())]
+        assert not [one for one in labels if "rad]" in one or "1 rad" in one], figure.name
+    stable = table_of(document, "stable_amplitudes")
+    first = twisting.summary["tests"][0]["parameters"]["a_star"]["median"]
+    assert numbers(stable.rows[0][4])[0] == pytest.approx(np.rad2deg(first), rel=0.02)
+
+
+def test_files_keep_what_they_hold(heaving):
+    one = predict(heaving.tree, scruton_number=30.0)
+    with conventions({"conventions": {**OTHER, "scruton_factor": 4.0}}):
+        assert one.to_json()["sc"] == 30.0
+        assert (scruton(30.0), damping(0.01), damping_label()) == ("120.0", "0.0628", "decrement [-]")
+    assert (scruton(30.0), damping(0.01), damping_label()) == ("30.00", "1.00 %", "damping ratio [%]")
+    assert shown_in("m") == (1e3, "mm")
+    assert shown_in("A/D") == (1.0, "A/D")
+
+
+def test_no_identifier_stands_in_prose(heaving):
+    gap = json.loads(json.dumps(GAP))
+    gap["advice"] = ["another growth would tell setting_dependence from reduced_velocity_drift by 5 sigma"]
+    gap["effects"] = {"setting_dependence": {"parameters": {
+        "size[Sc 1.9]": {"median": 0.1, "interval90": [0.05, 0.15], "unit": "-", "form": "by test"}}}}  # fmt: skip
+    content = sizing(flags=("the fit carries spanwise_coherence_loss; by law n=-1",))
+    content["modes"][0]["limits"][0]["title"] = "a code: gamma_v 0.04/f m"
+    content["inputs"] = {"numbers": [
+        {"name": "modes[0].damping_ratio.mean", "value": 0.003, "origin": "stated", "source": ""},
+        {"name": "modes[0].damping_ratio.sd", "value": 0.001, "origin": "default", "source": "by judgement"},
+        {"name": "damper.largest_stroke", "value": 0.6, "origin": "default", "source": "room"}]}  # fmt: skip
+    document = document_of(heaving, gap=gap, sizing=content)
+    files = {record.name for test in heaving.campaign.tests for record in test.records}
+    files |= {record.name for rig in heaving.campaign.rigs for record in rig.records}
+    said = []
+    for text in texts(document.chapters):
+        for name in files:
+            text = text.replace(name, "a file")
+        said += [(found[0], text[:80]) for found in [IDENTIFIER.search(text)] if found]
+    assert not said
+    rows = {row[0]: row for row in table_of(document, "inputs").rows}
+    assert rows["mode V1, damping ratio"][1:] == ("0.3000 ± 0.10 %", "stated; sd by default", "by judgement")
+    assert rows["bridge, damper, largest stroke"][1:3] == ("0.6000 m", "default")
+    assert all(row[2] and row[3] for row in rows.values())
+
+
+def test_an_identifier_would_be_found():
+    assert IDENTIFIER.search("it is reduced_velocity_drift")
+    assert IDENTIFIER.search("gamma_v 0.04/f")
+    assert IDENTIFIER.search("size[1]")
+    assert not IDENTIFIER.search("K_D = 30 mm/s^2 [mm] (n = 2)")
+    assert in_words("gamma_v of none") == "γᵥ of none"
+    assert in_words("wind_speed_drift.toml") == "wind_speed_drift.toml", "a name of a file stays"
