@@ -3,6 +3,7 @@
 import base64
 import re
 from dataclasses import fields
+from datetime import date
 from typing import TYPE_CHECKING
 
 from scruton.campaign.schema import TitleBlock
@@ -24,6 +25,13 @@ def _colour(table: Table, key: str) -> str:
     return value.lower()
 
 
+def _date(table: Table, key: str) -> str:
+    value = table.values[key]
+    if isinstance(value, date):  # of TOML; its day where there is a time of day, too
+        return value.strftime("%Y-%m-%d")
+    return table.text(key, "a date, such as 2026-11-20, or a text")
+
+
 def read_title_block(table: Table, files: "Files") -> TitleBlock:
     """Read `[report]` (InputError for whatever is wrong with it, or with the picture that it names)."""
 
@@ -37,5 +45,5 @@ def read_title_block(table: Table, files: "Files") -> TitleBlock:
 
     texts = (field.name for field in fields(TitleBlock) if field.name not in ("colour", "logo"))
     known = {name: text(default="") for name in texts}
-    known |= {"colour": Field(_colour, ""), "logo": Field(logo, "")}
+    known |= {"colour": Field(_colour, ""), "logo": Field(logo, ""), "date": Field(_date, "")}
     return TitleBlock(**table.read(known))
