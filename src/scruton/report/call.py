@@ -49,8 +49,8 @@ def report(
         Whatever is wrong with what is given.
     """
     from scruton.infer.store import load_fit
-    from scruton.report.office import check_office
     from scruton.report.build import build_report
+    from scruton.report.office import check_office
     from scruton.report.saved import beside
 
     for form in office:
