@@ -1,6 +1,7 @@
 """`scruton init` against campaigns written by hand: which of their records it finds, of which kind, unit and window.
 
     python -m benchmarks.first_look FOLDER...   # folders with a campaign.toml; without any, the examples
+    python -m benchmarks.first_look --foreign   # the folders of `benchmarks.foreign`
 
 A record counts as right where `init`, which sees a copy of the folder without its campaign.toml, names the same channel
 of the same file with the same kind and unit, and puts both edges of the window within 10 % of the length of the one
@@ -16,11 +17,13 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from benchmarks.foreign import make
 from scruton.app.init import run
 from scruton.campaign.files import Files
 from scruton.campaign.readers import CsvDialect, is_delimited
 
 ACCELERATIONS = ("acceleration", "angular_acceleration")
+FOREIGN = "--foreign"
 WITHIN = 0.1  # of the window's length
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 
@@ -107,12 +110,15 @@ def score(folder: Path) -> Score:
 def main(names: list[str]) -> None:
     """Print the score of every folder and of all."""
     total = right = 0
-    for folder in map(Path, names) if names else sorted(path.parent for path in EXAMPLES.glob("*/campaign.toml")):
+    place = tempfile.TemporaryDirectory()
+    folders = sorted(path.parent for path in EXAMPLES.glob("*/campaign.toml")) if not names else list(map(Path, names))
+    for folder in make(Path(place.name)) if names == [FOREIGN] else folders:
         result = score(folder)
         total, right = total + result.records, right + result.right
         print(f"{folder.name}: {result.right} of {result.records} right, {result.beside} beside")
         for text in result.wrong:
             print(f"    {text}")
+    place.cleanup()
     print(f"all: {right} of {total} right, {right / total:.0%}")
 
 

@@ -78,6 +78,15 @@ initial_amplitude = 0.1
 duration = 9
 """
 
+# A model card that costs a second.
+CARD = """extends = "paper"
+name = "quick"
+[sampler]
+walkers = 64
+draws = 16
+min_ess = 100
+"""
+
 
 @pytest.fixture(scope="session")
 def small_campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:

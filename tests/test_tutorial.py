@@ -10,19 +10,13 @@ from pathlib import Path
 
 import pytest
 
+from tests.conftest import CARD
 from tests.terminals import at_a_terminal
 from tests.test_docs import ROOT, blocks
 
 PAGE = ROOT / "docs" / "tutorial.md"
 SESSION = blocks(PAGE, "text")[0]
 ANSWERS = re.findall(r"\(empty: later\): (.*)", SESSION)
-CARD = """extends = "paper"
-name = "quick"
-[sampler]
-walkers = 64
-draws = 16
-min_ess = 100
-"""
 
 
 def commands(until: str = "") -> list[list[str]]:

@@ -11,5 +11,5 @@ lock() {
     "$uv" pip compile pyproject.toml "$@" --group build --universal --python-version 3.12 --generate-hashes --upgrade \
         --no-emit-index-url --no-header --quiet --output-file "$output" >/dev/null
 }
-lock requirements.lock --extra tdms --group dev --group docs
+lock requirements.lock --extra tdms --extra office --group dev --group docs
 lock requirements-bench.lock --extra bench

@@ -19,15 +19,7 @@ from scruton.documents import write_document
 from scruton.infer.fit import fit_campaign
 from scruton.simulate import write_campaign
 from scruton.workers import connected, finished
-from tests.conftest import SPEC
-
-CARD = """extends = "paper"
-name = "quick"
-[sampler]
-walkers = 64
-draws = 16
-min_ess = 100
-"""
+from tests.conftest import CARD, SPEC
 
 
 @pytest.fixture(scope="module")

@@ -9,10 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.first_look import EXAMPLES, score
+from benchmarks.first_look import EXAMPLES, marks, score
+from benchmarks.foreign import FOLDERS
 from scruton.app import init
 from scruton.campaign import load_campaign
 from scruton.errors import InputError
+from tests.terminals import at_a_terminal
 
 MEASURED = ("bristol-heave", "cylinder-in-wind", "pendulum-air-drag", "pendulum-dry-friction", "ship-roll-decay",
             "ship-roll-speeds")  # fmt: skip
@@ -103,3 +105,75 @@ def test_defaults_stand_for_what_records_and_tests_do_not_say(tmp_path: Path) ->
     assert campaign.tests[0].air_density.mean == pytest.approx(1.2)
     assert campaign.rigs[0].records[0].time[1] == pytest.approx(0.01)
     assert campaign.tests[0].records[0].time[1] == pytest.approx(0.02)
+
+
+@pytest.mark.parametrize("name", FOLDERS)
+def test_records_of_other_programs_are_found(name: str, tmp_path: Path) -> None:
+    """Channel, kind and unit of every record; LabVIEW's TDMS, SciPy's and h5py's files are of their own writers."""
+    FOLDERS[name](tmp_path)
+    wanted = list(marks(tmp_path, tomllib.loads((tmp_path / "campaign.toml").read_text(encoding="utf-8"))))
+    stated = tomllib.loads((tmp_path / "campaign.toml").read_text(encoding="utf-8"))
+    rate = stated.get("defaults", {}).get("records", {}).get("sample_rate")
+    found = list(marks(tmp_path, tomllib.loads(run(tmp_path, force=True, rate=rate))))
+    assert sorted(one[:4] for one in found) == sorted(one[:4] for one in wanted)
+
+
+def test_nine_of_ten_windows_of_other_programs_are_found(tmp_path: Path) -> None:
+    right = records = 0
+    for name, write in FOLDERS.items():
+        folder = tmp_path / name
+        folder.mkdir()
+        write(folder)
+        found = score(folder)
+        right, records = right + found.right, records + found.records
+    assert records == 40
+    assert right >= 0.9 * records
+
+
+def test_a_measured_wind_is_stated(tmp_path: Path) -> None:
+    FOLDERS["german-logger"](tmp_path)
+    made = tomllib.loads(run(tmp_path, force=True))
+    assert {one["wind_speed"] for one in made["tests"]} == {"4.4 m/s"}
+
+
+def test_rigs_of_tests_are_told_by_damping_only_where_there_is_no_doubt(tmp_path: Path) -> None:
+    told = {}
+    for name in ("pylon", "double-girder-torsional"):
+        (tmp_path / name).mkdir()
+        for path in (EXAMPLES / name).glob("*.csv"):
+            shutil.copyfile(path, tmp_path / name / path.name)
+        told[name] = [one.get("rig") for one in tomllib.loads(run(tmp_path / name))["tests"]]
+    assert told["pylon"] == ["rigA", "rigB", "rigC", "rigD", "rigE"]
+    assert set(told["double-girder-torsional"]) == {None}, "Sc 0.18 and 0.20 are of rigs of other inertia"
+
+
+def test_at_a_terminal_it_asks_again_and_leaves_what_is_not_answered(tmp_path: Path) -> None:
+    folder = tmp_path / "deck"
+    folder.mkdir()
+    for path in (EXAMPLES / "closed-box-torsional").glob("*.csv"):
+        shutil.copyfile(path, folder / path.name)
+    masses = "0.18 kg*m^2/m, 0.19 kg*m^2/m, 0.20 kg*m^2/m"
+    answers = ["0,3 m", "0.3 m", "", "0.18 kg*m^2/m, 0.19 kg*m^2/m", masses, "1.2 m", "1.2 kg/m^3", "5 m/s"]
+    code, seen = at_a_terminal(["init", "deck"], answers, tmp_path)
+    assert code == 0
+    assert "a decimal comma" in seen
+    assert "2 values; wanted one, or 3" in seen
+    made = tomllib.loads((folder / "campaign.toml").read_text(encoding="utf-8"))
+    assert made["section"] == {"motion": "torsional", "width": "0.3 m"}
+    assert [one["inertia"] for one in made["rigs"]] == masses.split(", ")
+    assert {one["wind_speed"] for one in made["tests"]} == {"5 m/s"}
+    assert "FILL IN: depth" in (folder / "campaign.toml").read_text(encoding="utf-8")
+    code, seen = at_a_terminal(["init", "deck", "--force", "--quiet"], [], tmp_path)
+    assert (code, seen) == (0, "deck/campaign.toml\n"), "nobody is asked who wants quiet"
+
+
+def test_at_a_terminal_it_asks_for_a_rate_that_no_file_tells(tmp_path: Path) -> None:
+    t = np.arange(3000) / 100.0
+    (tmp_path / "still.csv").write_text(
+        "displacement [mm]\n" + "\n".join(f"{y:.6f}" for y in 5.0 * np.exp(-0.1 * t) * np.cos(8.0 * np.pi * t)), "utf-8"
+    )
+    code, seen = at_a_terminal(["init", "."], ["100 Hz", "0.3 m", "0.1 m"], tmp_path)
+    assert (code, seen.count("(empty: later)")) == (0, 3)
+    made = tomllib.loads((tmp_path / "campaign.toml").read_text(encoding="utf-8"))
+    assert made["rigs"][0]["records"][0]["sample_rate"] == "100 Hz"
+    assert made["rigs"][0]["frequency"].startswith("4")

@@ -29,6 +29,17 @@ def test_what_is_stated_stands_in_its_order_and_nothing_else(tmp_path):
     assert block.colour == "#005f87"
 
 
+@pytest.mark.parametrize("date", ["2026-11-20", "2026-11-20T08:00:00Z", '"2026-11-20"'])
+def test_a_date_may_be_one_of_toml(tmp_path, date):
+    assert campaign(tmp_path, f"date = {date}").title_block.lines == [("Date", "2026-11-20")]
+
+
+@pytest.mark.parametrize("date", ["20261120", "08:00:00", '""'])
+def test_what_is_no_date_is_refused(tmp_path, date):
+    with pytest.raises(InputError, match=r"report\.date: found .*wanted a date, such as 2026-11-20"):
+        campaign(tmp_path, f"date = {date}")
+
+
 def test_the_logo_travels_with_the_campaign(tmp_path):
     read = campaign(tmp_path, 'logo = "logo.svg"')
     kind, _, content = read.title_block.logo.partition(",")

@@ -3,6 +3,7 @@
 import base64
 import re
 from dataclasses import fields
+from datetime import date
 from typing import TYPE_CHECKING
 
 from scruton.campaign.schema import TitleBlock
@@ -29,6 +30,13 @@ def _one_of(*known: str) -> Field:
     return Field(lambda table, key: table.choice(key, known), None)
 
 
+def _date(table: Table, key: str) -> str:
+    value = table.values[key]
+    if isinstance(value, date):  # of TOML; its day where there is a time of day, too
+        return value.strftime("%Y-%m-%d")
+    return table.text(key, "a date, such as 2026-11-20, or a text")
+
+
 def read_title_block(table: Table, files: "Files") -> TitleBlock:
     """Read `[report]` (InputError for whatever is wrong with it, or with the picture that it names)."""
 
@@ -41,6 +49,6 @@ def read_title_block(table: Table, files: "Files") -> TitleBlock:
         return f"data:image/{kind};base64,{base64.b64encode(content).decode()}"
 
     known = {field.name: text(default="") for field in fields(TitleBlock)}
-    known |= {"colour": Field(_colour, ""), "logo": Field(logo, "")}
+    known |= {"colour": Field(_colour, ""), "logo": Field(logo, ""), "date": Field(_date, "")}
     known |= {"damping": _one_of("ratio", "decrement"), "scruton_number": _one_of("paper", "eurocode")}
     return TitleBlock(**table.read(known))

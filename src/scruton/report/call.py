@@ -18,6 +18,7 @@ def report(
     scruton_numbers: Sequence[float] = (),
     bridge: Path | str | None = None,
     limits: Sequence[str] = (),
+    office: Sequence[str] = (),
 ) -> "ReportPaths":
     """Write the report of a fit: report.html, report.pdf, figures, tables and numbers.
 
@@ -35,6 +36,8 @@ def report(
         The bridge.toml, or its folder; its damping is sized anew. The fit has to be a folder.
     limits : sequence of str
         Rules beside those of the bridge.
+    office : sequence of {"docx", "xlsx"}
+        Write a Word and an Excel file, too.
 
     Returns
     -------
@@ -47,15 +50,18 @@ def report(
     """
     from scruton.infer.store import load_fit
     from scruton.report.build import build_report
+    from scruton.report.office import check_office
     from scruton.report.saved import beside
 
+    for form in office:
+        check_office(form, "office")
     if not isinstance(fit, Path | str):
         for name, value in (("out", out or ""), ("bridge", None if bridge is None else "")):
             if value == "":
                 wanted = "a folder" if name == "out" else "the folder of a fit, as `write_fit` makes it"
                 raise InputError("report", name, "a fit that is in no folder", wanted)
-        return build_report(fit, Path(str(out)), design_sc=scruton_numbers)
+        return build_report(fit, Path(str(out)), design_sc=scruton_numbers, office=office)
     folder, loaded = Path(fit), load_fit(fit)
     named = None if bridge is None else Path(bridge)
     content = beside(folder, loaded, bridge=named, limits=limits, design_sc=scruton_numbers)
-    return build_report(loaded, folder / "report" if out is None else Path(out), **content)
+    return build_report(loaded, folder / "report" if out is None else Path(out), office=office, **content)

@@ -15,6 +15,8 @@ _CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ufffe\uffff\ud800-\
 
 def check_office(form: str, option: str) -> None:
     """Refuse a format whose package is not installed, before any work is done (InputError)."""
+    if form not in PACKAGES:
+        raise InputError("report", option, f'"{form}"', f"one of: {', '.join(PACKAGES)}")
     module, package = PACKAGES[form]
     if find_spec(module) is None:
         raise InputError(
