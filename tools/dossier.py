@@ -1,5 +1,6 @@
 """Write docs/measured.md and its pictures from measured records: python -m tools.dossier FOLDER."""
 
+import re
 import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -221,6 +222,16 @@ def picture(one: Examined) -> "Figure":
     return drawing
 
 
+def compact(svg: str) -> str:
+    """The same picture with the style of markers in a row said once: it is most of the file where there are many."""
+
+    def once(found: re.Match[str]) -> str:
+        markers = found[0].replace(f' style="{found[1]}"', "")
+        return f'<g style="{found[1]}">\n{markers}</g>\n'
+
+    return re.sub(r'(?:[ ]*<use [^>]*? style="([^"]*)"/>\n)(?:[ ]*<use [^>]*? style="\1"/>\n){9,}', once, svg)
+
+
 def page(sets: list[Examined]) -> str:
     """The whole page."""
     right = sum(not one.missed for one in sets)
@@ -247,7 +258,9 @@ def main(folder: Path) -> None:
         if not (folder / known.folder).is_dir():
             raise SystemExit(f"{folder}: no set '{known.folder}'; the page is written from all of them")
         sets.append(examined(known, folder / known.folder))
-        print(*save(picture(sets[-1]), PICTURES, known.folder, formats=("svg",)), flush=True)
+        for path in save(picture(sets[-1]), PICTURES, known.folder, formats=("svg",)):
+            path.write_text(compact(path.read_text(encoding="utf-8")), encoding="utf-8")
+            print(path, flush=True)
     PAGE.write_text(page(sets), encoding="utf-8")
     print(PAGE)
 
