@@ -28,6 +28,11 @@ def test_import_loads_nothing_heavy():
     assert loaded_by("import scruton").isdisjoint(HEAVY)
 
 
+def test_a_check_loads_neither_pandas_nor_pint(small_campaign):
+    code = f"from scruton.cli import main\nassert main(['check', {str(small_campaign)!r}]) == 0"
+    assert loaded_by(code).isdisjoint({"arviz", "emcee", "h5py", "matplotlib", "numba", "pandas", "pint", "xarray"})
+
+
 def test_this_test_would_see_a_heavy_import():
     assert "numpy" in loaded_by("import scruton\nscruton.Campaign")
 

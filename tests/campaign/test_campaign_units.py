@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from scruton.campaign.schema import Motion, Quantity, Section
 from scruton.campaign.units import (
+    ACCELERATION,
     ANGLE,
     DAMPING_RATIO,
     DENSITY,
@@ -18,6 +19,7 @@ from scruton.campaign.units import (
     MASS,
     SPEED,
     TIME,
+    USUAL,
     Dimension,
     parse_amplitude,
     parse_quantity,
@@ -148,3 +150,18 @@ def test_no_text_breaks_the_parser(text: str) -> None:
 @given(st.floats(min_value=1e-9, max_value=1e9), st.sampled_from(["kg/m", "g/mm", "t/km"]))
 def test_numbers_survive(value: float, unit: str) -> None:
     assert parse(f"{value!r} {unit}").mean == pytest.approx(value, rel=1e-12)
+
+
+def test_the_usual_units_are_pints(monkeypatch: pytest.MonkeyPatch) -> None:
+    dimensions = (LENGTH, MASS, INERTIA, FREQUENCY, DENSITY, SPEED, TIME, ANGLE, ACCELERATION)
+    assert {si for si, _ in USUAL.values()} == {dimension.unit for dimension in dimensions}
+
+    def told(unit: str, dimension: Dimension) -> float | str:
+        try:
+            return unit_factor.__wrapped__(unit, dimension)
+        except ValueError as error:
+            return str(error)
+
+    quick = {(unit, one): told(unit, one) for unit in USUAL for one in dimensions}
+    monkeypatch.setattr("scruton.campaign.units.USUAL", {})
+    assert quick == {(unit, one): told(unit, one) for unit in USUAL for one in dimensions}

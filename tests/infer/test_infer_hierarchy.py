@@ -10,8 +10,10 @@ from scruton.dynamics.cycles import EnvelopeData
 from scruton.dynamics.likelihood import Wind, innovations, pointwise_log_likelihood
 from scruton.infer.hierarchy import SHARED, CampaignPosterior, PeakTest
 from scruton.infer.models import NOISE, WIND, SteadyAmplitude, WindPosterior
-from scruton.stats.optimum import _climb, _laplace, _pairs
+from scruton.stats.convergence import SamplerSettings
+from scruton.stats.optimum import _laplace, _pairs, climb_side_by_side
 from scruton.stats.priors import Prior
+from scruton.stats.sampler import sample
 
 LAWS = [-1.0, -0.5, 0.0, 1.0, 2.0, None]
 OMEGA0 = 50.0
@@ -86,7 +88,7 @@ def test_the_curvature_of_what_is_apart_is_not_asked_for():
     rng = np.random.default_rng(3)
     u = three.prior_draws(rng, 2000)
     scale = np.array([prior.scale for prior in three.priors])
-    u = _climb(three, u[np.argmax(three.log_prob(u))], scale)
+    u = climb_side_by_side(three, u[np.argmax(three.log_prob(u))][None], scale[None])[0]
     asked, found = [], []
     for whole in (True, False):
         posterior = Counted(three.tests, three.shared, three.n)
@@ -103,10 +105,15 @@ def test_the_curvature_of_what_is_apart_is_not_asked_for():
     assert counts[2] - counts[1] == 2 * (counts[1] - counts[0])
 
 
+def derivative(function, x, step=1e-5):
+    return (function(x + step) - function(x - step)) / (2 * step)
+
+
 def obvious(posterior, u):
     """Log density of one walker, read off the model's statement: scalars and scipy's densities only.
 
-    Of the prior and of the likelihood; the first is -inf off the constraint.
+    Of the prior and of the likelihood; the first is -inf off the constraint.  The prior is stated of ln R_ref, and of
+    ln G_j and ln xi_j given the curve; how the coordinates stretch them is differentiated numerically.
     """
     u = list(u)
     factors = [one.mass_damping_factor for one in posterior.tests]
@@ -114,22 +121,35 @@ def obvious(posterior, u):
     sc_ref = stats.gmean([f * xi for f, xi in zip(factors, dampings, strict=True)])
     factor_ref = stats.gmean(factors)
     prior = 0.0
-    names = ["a_ref", "ratio_ref", "tau", "kappa"]
-    values = {}
-    for name, one in zip(names, posterior.shared, strict=True):
-        coordinate = u.pop(0)
-        prior += normal(coordinate, np.log(one.first), one.second)
-        values[name] = np.exp(coordinate)
+    shared = [u.pop(0) for _ in posterior.shared]
     n = posterior.n
     if posterior.exponent:
         n = u.pop(0)
         prior += normal(n, posterior.exponent.first, posterior.exponent.second)
+    least = max(0.0, -n)  # of R/Sc, below which nothing vibrates
+
+    def ratio_of(coordinate):
+        """ln R_ref over the reference factor: the coordinate is what it is above its bound."""
+        return np.log(np.exp(coordinate) + least * sc_ref / factor_ref)
+
+    prior += np.log(derivative(ratio_of, shared[1]))
+    shared[1] = ratio_of(shared[1])
+    for coordinate, one in zip(shared, posterior.shared, strict=True):
+        prior += normal(coordinate, np.log(one.first), one.second)
+    values = dict(zip(["a_ref", "ratio_ref", "tau", "kappa"], np.exp(shared), strict=True))
     r_ref = factor_ref * values["ratio_ref"]
     g = r_ref + n * sc_ref
     likelihood = 0.0
     for one in posterior.tests:
         mine = [u.pop(0) for _ in range(9)]
-        a_star, second, scatter, noise, gust, gust_time, set_point, departure, xi = mine
+        a_star, second, scatter, noise, gust, gust_time, set_point, departure, margin = mine
+
+        def damping_of(coordinate, rate=second, relaxes=one.wind.data.size):
+            """Ln xi: the coordinate is that of xi over the share that is left to the bound."""
+            return -np.log(np.exp(-coordinate) + (least / np.exp(rate) if relaxes else 0.0))
+
+        xi = mine[-1] = damping_of(margin)
+        prior += np.log(derivative(damping_of, margin))
         for coordinate, own in zip(mine[2:], one.wind.priors[2:], strict=True):
             prior += normal(coordinate, np.log(own.first), own.second)
         factor = one.mass_damping_factor
@@ -145,7 +165,7 @@ def obvious(posterior, u):
             g_j = relaxation + n * sc
             if not g_j > 0:
                 return -np.inf, 0.0
-            # ln G_j is normal and the coordinate is ln(lambda): d ln G_j / d ln R_j = R_j/G_j
+            # ln G_j is normal and the coordinate is ln(lambda): d ln G_j / d ln R_j = R_j/G_j at the same damping
             prior += normal(np.log(g_j), np.log(g), values["kappa"]) + np.log(relaxation / g_j)
         else:
             prior += normal(second, 0, 1)
@@ -184,8 +204,10 @@ def test_density_is_that_of_the_models_statement(n):
     prior, likelihood = np.array([obvious(posterior, one) for one in u]).T
     alive = np.isfinite(prior)
     assert alive[:30].all()
-    if n in (None, -1.0, 1.0, 2.0):
+    if n in (None, 1.0, 2.0):
         assert not alive.all(), "some points must lie off the constraint"
+    if n in (-1.0, -0.5):
+        assert alive.all(), "no coordinate has an end where the law has its bound"
     np.testing.assert_array_equal(posterior.inside(u), alive)
     np.testing.assert_allclose(posterior.log_prob(u)[alive], (prior + likelihood)[alive], rtol=1e-8)
     np.testing.assert_allclose(posterior.log_prior(u)[alive], prior[alive], rtol=1e-9, atol=1e-9)
@@ -205,6 +227,33 @@ def test_prior_draws_have_the_prior_density(n):
     error = weight.std() / np.sqrt(len(weight))
     assert error < 0.04
     assert weight.mean() == pytest.approx(within, abs=4 * error + 0.01)
+
+
+@pytest.mark.parametrize("n", [-1.0, -0.5])
+def test_the_prior_falls_towards_the_laws_bound(n):
+    """In ln R_ref and ln xi it grows without end where G and G_j vanish together: an optimum that no draws are near."""
+    posterior = campaign(n)
+    u = posterior.prior_draws(np.random.default_rng(6), 20)
+    heights = []
+    for nearer in range(0, 41, 5):
+        moved = u.copy()
+        posterior.named(moved)["reference_relaxation_ratio"] -= nearer
+        for one, layout in zip(posterior.tests, posterior.own_coordinates, strict=True):
+            layout.of(moved)["damping_ratio"] += nearer if one.relaxes else 0.0
+        heights.append(posterior.log_prior(moved))
+    np.testing.assert_allclose(posterior.curve(moved)[3], posterior.curve(u)[3] * np.exp(-40.0))
+    falls = np.diff(heights, axis=0)[4:]
+    np.testing.assert_allclose(falls, -5.0, atol=1e-3)
+
+
+def test_a_search_far_out_overflows_nothing():
+    posterior = campaign(-1.0)
+    u = np.repeat(posterior.prior_draws(np.random.default_rng(6), 1), 2 * posterior.coordinates.size, axis=0)
+    u[np.arange(len(u)), np.arange(len(u)) // 2] += np.tile([-600.0, 600.0], len(u) // 2)
+    with np.errstate(over="raise", invalid="raise"):
+        value = posterior.log_prior(u)
+    assert not np.isnan(value).any()
+    assert (value < -1e3).all()
 
 
 def test_without_discrepancy_prior_draws_lie_on_one_curve():
@@ -362,3 +411,55 @@ def test_the_search_starts_where_the_tests_see_themselves(n):
     np.testing.assert_allclose(np.nanmedian(s["a_star"], axis=0), [0.05, 0.035, 0.028], rtol=0.03)
     np.testing.assert_allclose(np.median(s["relaxation_ratio"][:, :2], axis=0), 0.02, rtol=0.03)
     assert np.isfinite(posterior.log_prob(u)).mean() > 0.5
+
+
+class Told(WindPosterior):
+    """Records that say the amplitude to 30 % and the rate to 8 %, 5 % above the damping: G may be next to nothing."""
+
+    def log_likelihood(self, u):
+        log = self.named(u)
+        return normal(log["stable_amplitude"], np.log(0.05), 0.3) + normal(
+            log["relaxation_ratio"], np.log(0.0063), 0.08
+        )
+
+
+def test_near_the_laws_bound_ensembles_meet_in_the_posterior():
+    """Against draws of the prior weighed by the likelihood, which know neither coordinates nor Jacobians."""
+    rng = np.random.default_rng(7)
+    plain = peak_test("one", -1.0, envelope(rng, ["a"]), 0.006, 3000.0, 0.01)
+    priors = tuple(replace(p, second=0.1) if p.name == "damping_ratio" else p for p in plain.wind.priors)
+    draws = np.array([p.location for p in priors]) + 0.1 * rng.standard_normal((500, len(priors)))
+    draws[:, 0] += np.log(0.05) - draws[:, 0].mean()
+    draws[:, 1] += np.log(0.0075) - draws[:, 1].mean()
+    test = replace(plain, wind=Told(priors, plain.wind.data, (), OMEGA0, -1.0), draws=draws)
+    shared = (lognormal("", 0.05, 0.7), lognormal("", 0.014, 0.5), lognormal("", 0.07, 0.8), lognormal("", 0.15, 0.8))
+    posterior = CampaignPosterior([test], shared, -1.0)
+
+    settings = SamplerSettings(walkers=64, draws=48, min_ess=600, max_rhat=1.01, max_steps=1000)
+    samples = sample(posterior, settings, np.random.SeedSequence(4))
+    assert samples.convergence.converged, samples.convergence.explain(posterior.names, settings)
+
+    def quantities(u):
+        s, (a_ref, r_ref, _, at_zero) = posterior.settings(u), posterior.curve(u)
+        over = s["relaxation"][:, 0] / s["scruton_number"][:, 0]
+        return [
+            over,
+            np.log(s["strength"][:, 0]),
+            np.log(at_zero),
+            np.log(s["damping_ratio"][:, 0]),
+            np.log(a_ref),
+            r_ref,
+        ]
+
+    u = posterior.prior_draws(rng, 120_000)
+    weight = np.exp(posterior.log_likelihood(u))
+    size = weight.sum() ** 2 / np.square(weight).sum()
+    assert size > 1200
+    found = samples.chain.reshape(-1, samples.chain.shape[-1])
+    for here, values in zip(quantities(found), quantities(u), strict=True):
+        order = np.argsort(values)
+        share = np.cumsum(weight[order]) / weight.sum()
+        for probability in (0.05, 0.25, 0.5, 0.75, 0.95):
+            level = values[order][np.searchsorted(share, probability)]
+            error = np.sqrt(probability * (1.0 - probability) * (1.0 / size + 1.0 / 600))
+            assert (here < level).mean() == pytest.approx(probability, abs=4.0 * error)

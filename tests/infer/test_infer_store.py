@@ -1,6 +1,7 @@
 """Results come back from disk as they went there: the same fit, for every table, figure and verb."""
 
 import json
+import sys
 from dataclasses import fields, is_dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -13,12 +14,15 @@ import xarray as xr
 import scruton
 from scruton.campaign import load_campaign
 from scruton.errors import InputError
+from scruton.griffin import predict
 from scruton.infer.cards import ModelCard, load_card
 from scruton.infer.fit import fit_campaign
-from scruton.infer.result_schema import SCHEMA, dataset, faults
-from scruton.infer.store import POSTERIOR, SUMMARY, pack, read_tree, unpack, write_fit
+from scruton.infer.result_schema import MODEL, SCHEMA, dataset, faults
+from scruton.infer.store import POSTERIOR, SUMMARY, pack, read_draws, read_tree, unpack, write_fit
+from scruton.infer.stored import Stored
 from scruton.report.figures import all_figures, save
 from scruton.report.tables import tables
+from tests.report.fake_fit import fake_fit
 
 
 def same(one, other, where="it"):
@@ -127,6 +131,42 @@ def test_a_tree_of_another_layout_is_refused(written, tmp_path):
     assert (tmp_path / SUMMARY).is_file()
     with pytest.raises(InputError, match="group laws lacks weight"):
         read_tree(tmp_path)
+    drawn = Stored(tmp_path / POSTERIOR, partial(InputError, POSTERIOR, "", wanted=""))
+    with pytest.raises(InputError, match="group laws lacks weight"):
+        drawn["laws"]
+
+
+def test_draws_looked_up_are_those_of_the_tree(written):
+    tree, _ = read_tree(written[1])
+    drawn = Stored(written[1] / POSTERIOR, partial(InputError, POSTERIOR, "", wanted=""))
+    for group, node in tree.children.items():
+        if group == MODEL:
+            continue
+        assert drawn[group].sizes == dict(node.sizes)
+        assert drawn[group].attrs.keys() == node.attrs.keys()
+        assert all(np.all(drawn[group].attrs[key] == value) for key, value in node.attrs.items())
+        for name, values in node.variables.items():
+            found = drawn[group][name]
+            assert found.dims == values.dims, name
+            assert found.to_numpy().dtype.kind in (values.dtype.kind, "O"), name
+            assert np.array_equal(found.to_numpy(), values.to_numpy(), equal_nan=values.dtype.kind == "f"), name
+    (name,) = tree["posterior"]["test"].to_numpy()
+    for of in (tree, drawn):
+        assert of["posterior"]["a_star"].sel(test=name).dims == ("chain", "draw")
+        assert of["posterior"]["a_star"].sel(test=[name]).isel(chain=0).dims == ("draw", "test")
+        assert float(of["constant_data"]["wind_speed"].sel(test=name)) == pytest.approx(5.036)
+        assert bool(of["constant_data"]["peak"].sel(test=name))
+        assert "law_free" in of
+        assert "gremlins" not in of
+
+
+def test_a_prediction_reads_its_draws_without_xarray(tmp_path, monkeypatch):
+    write_fit(fake_fit(growth=False, sweeps=False), tmp_path)
+    whole = predict(read_tree(tmp_path)[0], scruton_number=30.0, seed=1)
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    looked_up = predict(read_draws(tmp_path)[0], scruton_number=30.0, seed=1)
+    assert whole.to_json() == looked_up.to_json()
+    assert np.array_equal(whole.draws, looked_up.draws)
 
 
 # --- the layout -------------------------------------------------------------------------------------------------------

@@ -48,3 +48,20 @@ def test_what_is_the_same_in_every_draw_has_no_error() -> None:
     assert np.isnan(monte_carlo_error(np.full((4, 10), np.inf), 0.5))
     dead = np.maximum(np.random.default_rng(8).standard_normal((40, 100)), 0.0)
     assert monte_carlo_error(dead, 0.05) == 0.0
+
+
+@pytest.mark.parametrize("shape", [(1, 4), (2, 5), (4, 9), (4, 10), (16, 250), (4, 1001)])
+@pytest.mark.parametrize("keep", [-0.9, 0.0, 0.9, 0.999])
+def test_it_is_arvizs_error(keep: float, shape: tuple[int, int]) -> None:
+    from arviz_stats.base import array_stats
+
+    rng, axes = np.random.default_rng(8), {"chain_axis": 0, "draw_axis": 1}
+    for _ in range(5):
+        x = chains(rng, keep, shape)
+        x = np.where(x < -1.0, -1.0, x)  # ties, as where a vibration dies
+        told = float(array_stats.mcse(x, method="mean", **axes))
+        assert monte_carlo_error(x) == pytest.approx(told, rel=1e-9)
+        for probability in (0.05, 0.5, 0.95):
+            told = float(array_stats.mcse(x, method="quantile", prob=probability, **axes))
+            if np.quantile(x, probability, method="inverted_cdf") < x.max():
+                assert monte_carlo_error(np.minimum(x, 1e9), probability) == told

@@ -1,6 +1,7 @@
 """`scruton predict` and `scruton size`: what is asked of a folder of results."""
 
 from argparse import Namespace
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -8,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from scruton.app.options import check_writable, parse_damping
 from scruton.app.run import Outcome, Run, variant
 from scruton.errors import InputError
+from scruton.infer.store import read_draws, read_tree
 from scruton.report.render_text import render_text
 from scruton.terminal import DONE, NOT_TRUSTED, line_width
 
@@ -15,6 +17,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from scruton.sizing.bridge import Bridge
+
+    Fitted = tuple[xr.DataTree, dict[str, Any]]
 
 
 def predict(arguments: Namespace) -> Outcome:
@@ -28,7 +32,8 @@ def predict(arguments: Namespace) -> Outcome:
     results, rig = arguments.results, arguments.rig
     if not arguments.sc and not arguments.damping:
         raise InputError("command line", "--sc", "no design Scruton number", "--sc 30, or --damping 0.003")
-    tree, summary = read_fit(results, arguments.effect, "a fit of at least one test: still air says nothing of it")
+    wanted = "a fit of at least one test: still air says nothing of it"
+    tree, summary = read_fit(results, arguments.effect, wanted, read=read_draws)
     rigs = [entry["name"] for entry in summary["rigs"]]
     if rig is not None and rig not in rigs:
         raise InputError(results, "--rig", f"'{rig}'", f"one of: {', '.join(rigs)}")
@@ -40,14 +45,14 @@ def predict(arguments: Namespace) -> Outcome:
     return Outcome(text, code=DONE if summary["converged"] else NOT_TRUSTED, content=content)
 
 
-def read_fit(results: Path, effect: str | None, wanted: str) -> "tuple[xr.DataTree, dict[str, Any]]":
+def read_fit(
+    results: Path, effect: str | None, wanted: str, *, read: "Callable[[Path], Fitted]" = read_tree
+) -> "Fitted":
     """Read a fit of tests in wind that carries the effect; "auto": any that was diagnosed, also one without a gap.
 
     What was found is put into the fit: nothing here can.
     """
-    from scruton.infer.store import read_tree
-
-    tree, summary = read_tree(results)
+    tree, summary = read(results)
     if not summary["tests"]:
         raise InputError(results, "", "a campaign without tests in wind", wanted)
     carried = summary.get("effect", {}).get("used")

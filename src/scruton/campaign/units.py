@@ -1,6 +1,6 @@
 """Quantities as a laboratory writes them, to SI: the only place that knows pint.
 
-pint takes half a second to import and build its registry, hence the import inside a function.
+pint takes half a second to import and build its registry, hence the import inside a function, and `USUAL`.
 """
 
 import math
@@ -54,6 +54,23 @@ DAMPING_RATIO = Dimension("a damping ratio, a bare number", "", 0.0058)
 REDUCED_VELOCITY = Dimension("a reduced velocity U/(f0 D), a bare number", "", 9.594)
 HEAVING_AMPLITUDE = Dimension("an amplitude A/D, or a length with its unit", "", 0.0655)
 TORSIONAL_AMPLITUDE = Dimension("an amplitude in radians, or an angle with its unit", "", 0.02)
+
+# What most campaigns are written in, and its factor to the SI unit of its dimension as pint has it: without pint.
+USUAL: Mapping[str, tuple[str, float]] = {
+    "m": ("m", 1.0),
+    "cm": ("m", 0.01),
+    "mm": ("m", 0.001),
+    "kg/m": ("kg/m", 1.0),
+    "kg*m^2/m": ("kg*m^2/m", 1.0),
+    "kg m^2/m": ("kg*m^2/m", 1.0),
+    "Hz": ("Hz", 1.0),
+    "kg/m^3": ("kg/m^3", 1.0),
+    "m/s": ("m/s", 1.0),
+    "s": ("s", 1.0),
+    "ms": ("s", 0.001),
+    "rad": ("rad", 1.0),
+    "m/s^2": ("m/s^2", 1.0),
+}
 
 _POWER_SIGN = re.compile(r"\*\*|\^|[⁻⁰¹²³⁴-⁹]")
 _POWER = re.compile(  # of a unit, not of a number or of a power: m^2, m**-2, m²
@@ -155,6 +172,11 @@ def unit_factor(unit: str, dimension: Dimension) -> float:
         raise ValueError(f'the unit "{unit}", where none belongs')
     if not unit:
         raise ValueError("no unit")
+    if unit in USUAL:
+        own, known = USUAL[unit]
+        if own == dimension.unit:
+            return known
+        raise ValueError(f'the unit "{unit}", which is not that of {dimension.name}')
     factor, root = _root(_GRAVITY.sub(r"\1g_0", unit) if dimension is ACCELERATION else unit)
     si_factor, si_root = _root(dimension.unit)
     if root == si_root:

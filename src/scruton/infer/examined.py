@@ -80,7 +80,7 @@ def _of_law(law: LawResult, names: Sequence[str], shape: tuple[int, ...]) -> dic
     shared = posterior.named(terms)
     prior = np.sum([shared[name] for name in (*SHARED[:2], *(["law_exponent"] if posterior.exponent else ()))], axis=0)
     scales = np.sum([shared[name] for name in SCALES], axis=0)
-    records = samples.log_prob.reshape(-1)[kept] - terms.sum(axis=1)
+    records = samples.log_prob.reshape(-1)[kept] - posterior.log_prior(u)
     found = {}
     for j, (name, (test, v)) in enumerate(zip(names, posterior.winds(u), strict=True)):
         own = posterior.own_coordinates[j].of(terms)

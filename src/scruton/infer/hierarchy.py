@@ -14,9 +14,14 @@ lies off the shared curve by
 with z, w standard normal, and so will the next setting.  Amplitudes of different settings lie on one curve more closely
 than the slopes of their transients say, hence two scales; both have a prior in the model card, and two rigs or more
 inform them.
+
+For n < 0 the law has a bound, Sc < R/(-n): beyond it no wind makes the section vibrate.  What is sampled is the
+distance from it, :math:`\ln G` of the curve and :math:`\ln Sc_j - \ln(1 + n\,Sc_j/R_j)` of a test whose rate is better
+known than its damping: in the logarithms of R_ref and Sc_j the prior's density has no end where G and G_j vanish
+together, and no sampler follows it there.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -25,13 +30,12 @@ import numpy as np
 from scruton.arrays import FloatArray, IntArray
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.infer.models import NOISE, WIND, WindPosterior
+from scruton.infer.remembered import Remembered
 from scruton.stats.posterior import Block, Coordinates, Posterior, Values
 from scruton.stats.priors import Prior
 
 SHARED = ("reference_amplitude", "reference_relaxation_ratio", "discrepancy_amplitude", "discrepancy_relaxation")
 _BEYOND_RECORDS = ("damping_ratio", "mass_factor", "w")  # the likelihood of a test's transients does not know them
-_REMEMBERED = 20_000  # rows
-_ODD, _HALF = np.uint64(0x9E3779B97F4A7C15), np.uint64(29)  # of the number that a row is known by
 _LOG_2PI = float(np.log(2.0 * np.pi))
 
 
@@ -63,6 +67,16 @@ class PeakTest:
         """Whether the records inform the relaxation rate."""
         return bool(self.wind.data.size)
 
+    @cached_property
+    def knows_rate_best(self) -> bool:
+        """Whether the records tell the relaxation rate better than the structural damping is known.
+
+        Its distance from the law's bound is a coordinate of the damping then: the better known of the two stays as it
+        is, or the posterior would bend.
+        """
+        near = self.wind.named(self.draws)
+        return self.relaxes and bool(np.std(near["relaxation_ratio"]) < np.std(near["damping_ratio"]))
+
     @property
     def parameters(self) -> tuple[str, ...]:
         """Names of its coordinates: without records of the relaxation its deviation w stands for the rate."""
@@ -76,8 +90,10 @@ class CampaignPosterior(Posterior):
 
     Sampled: the logarithms of A_ref, R_ref over the reference mass-damping factor, tau and kappa; n where it is free;
     and for every test those of a*, lambda/omega0, scatter, noise factor, xi_s, and the standardised deviation of the
-    mass-damping factor.  Where a test's records say nothing of lambda its coordinate is w_j instead (non-centred),
-    which the discrepancy's scale does not squeeze.
+    mass-damping factor.  Where n < 0, what R_ref exceeds its bound by stands for it, and where the records tell lambda
+    best (`PeakTest.knows_rate_best`) xi_s over the share that is left to its bound for xi_s; both are unbounded, and
+    called by what they stand for.  Where a test's records say
+    nothing of lambda its coordinate is w_j instead (non-centred), which the discrepancy's scale does not squeeze.
 
     Attributes
     ----------
@@ -103,8 +119,8 @@ class CampaignPosterior(Posterior):
         return float(np.exp(np.mean(np.log(factor) + damping))), float(np.exp(np.log(factor).mean()))
 
     @cached_property
-    def priors(self) -> tuple[Prior, ...]:  # type: ignore[override]
-        """One a coordinate: exact for the shared, scatter, noise, damping and mass; a* and lambda follow the curve."""
+    def stated(self) -> tuple[Prior, ...]:
+        """Of the parameters that the coordinates stand for, one a coordinate; a* and lambda follow the curve."""
         priors = [replace(prior, name=name) for name, prior in zip(SHARED, self.shared, strict=True)]
         priors += [self.exponent] if self.exponent else []
         for test in self.tests:
@@ -112,6 +128,21 @@ class CampaignPosterior(Posterior):
                 prior = test.wind.prior(name) if name in WIND else Prior(name, "normal", 0.0, 1.0)
                 priors.append(replace(prior, name=f"{name} of {test.name}"))
         return tuple(priors)
+
+    @cached_property
+    def priors(self) -> tuple[Prior, ...]:  # type: ignore[override]
+        """As `stated`, but of distances from the law's bound, of which it says how wide they may be.
+
+        The logarithm of what is anything up to a bound has a standard deviation of one.
+        """
+        if self.exponent is None and self.n >= 0.0:
+            return self.stated
+        distances = {SHARED[1], *(f"damping_ratio of {test.name}" for test in self.tests if test.knows_rate_best)}
+        wide = ((p, float(np.hypot(p.scale, 1.0))) for p in self.stated)
+        return tuple(
+            Prior(p.name, "lognormal", float(np.exp(p.location)), spread, p.unit) if p.name in distances else p
+            for p, spread in wide
+        )
 
     @cached_property
     def own_coordinates(self) -> tuple[Coordinates, ...]:
@@ -164,49 +195,52 @@ class CampaignPosterior(Posterior):
     def curve(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """A_ref, R_ref, n and G of the shared curve, (W,) each."""
         sc, factor = self.reference
-        log = self.named(u)
-        n, relaxation = self.exponents(u), factor * np.exp(log["reference_relaxation_ratio"])
-        return np.exp(log["reference_amplitude"]), relaxation, n, relaxation + n * sc
+        log, n = self.named(u), self.exponents(u)
+        above = factor * _exp(log["reference_relaxation_ratio"])
+        return np.exp(log["reference_amplitude"]), above + _bound(n) * sc, n, above + np.maximum(n, 0.0) * sc
 
     def settings(self, u: FloatArray) -> dict[str, FloatArray]:
         """Every test's parameters in their own units, by name, (W, J) each; NaN where the coordinates mean none.
 
-        Beside those of a test in wind its mass_damping_factor, scruton_number and relaxation, the Scruton number that
-        belongs to the relaxation rate.
+        Beside those of a test in wind its mass_damping_factor, scruton_number, relaxation, the Scruton number that
+        belongs to the relaxation rate, strength, which is G_j, and share, the part of R_j that the bound leaves.
         """
         _, _, n, at_zero = self.curve(u)
         rows = []
         kappa = self.named(u)["discrepancy_relaxation"]
         for test, v in self._each(u):
-            damping = np.exp(v["damping_ratio"])
+            damping = _exp(v["damping_ratio"])
             factor = np.full(len(u), test.mass_damping_factor)
             if test.factor_log_sd:
                 factor = factor * np.exp(test.factor_log_sd * v["mass_factor"])
             if test.relaxes:
                 ratio = np.exp(v["relaxation_ratio"])
+                bound = _bound(n) * test.knows_rate_best
+                share = 1.0 / (1.0 + bound * damping / ratio)
+                damping = share * damping
+                strength = factor * (share * ratio + (n + bound) * damping)
             else:
-                # A search may take the coordinates far out: no overflow.
-                strength = at_zero * np.exp(np.minimum(np.exp(np.minimum(kappa, 300.0)) * v["w"], 300.0))
+                strength = at_zero * _exp(_exp(kappa) * v["w"])
                 relaxation = strength - n * factor * damping
                 ratio = np.where(relaxation > 0.0, relaxation, np.nan) / factor
+                share = np.ones(len(u))
             noise = (np.exp(v[name]) for name in NOISE)
-            rows.append((np.exp(v["stable_amplitude"]), ratio, damping, factor, *noise))
+            rows.append((np.exp(v["stable_amplitude"]), ratio, damping, factor, strength, share, *noise))
         names = (
-            "a_star", "relaxation_ratio", "damping_ratio", "mass_damping_factor", *NOISE,
+            "a_star", "relaxation_ratio", "damping_ratio", "mass_damping_factor", "strength", "share", *NOISE,
         )  # fmt: skip
         s = {name: np.stack(columns, axis=1) for name, columns in zip(names, zip(*rows, strict=True), strict=True)}
         s["scruton_number"] = s["mass_damping_factor"] * s["damping_ratio"]
         s["relaxation"] = s["mass_damping_factor"] * s["relaxation_ratio"]
         return s
 
-    def _deviations(self, u: FloatArray, s: dict[str, FloatArray]) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Deviations of ln a* and ln G from the shared curve, and G_j, (W, J) each; NaN off the constraint."""
+    def _deviations(self, u: FloatArray, s: dict[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
+        """Deviations of ln a* and ln G from the shared curve, (W, J) each; NaN off the constraint."""
         a_ref, relaxation, n, at_zero = (value[:, None] for value in self.curve(u))
         x = (s["scruton_number"] - self.reference[0]) / relaxation
-        g_j = s["relaxation"] + n * s["scruton_number"]
         with np.errstate(all="ignore"):
             amplitude = np.log(s["a_star"]) - np.log(a_ref * amplitude_ratio(x, n))
-            return amplitude, np.log(g_j) - np.log(at_zero), g_j
+            return amplitude, np.log(s["strength"]) - np.log(at_zero)
 
     def inside(self, u: FloatArray) -> np.ndarray:
         """A stable amplitude at every tested setting, and for n < 0 at zero damping (Y1 < 0), (W,) of bool."""
@@ -221,74 +255,98 @@ class CampaignPosterior(Posterior):
         """`log_prior` and `inside`, from the same settings of the tests."""
         s = self.settings(u)
         deviations = self._deviations(u, s)
-        total = self._terms(u, s, *deviations).sum(axis=1)
+        total = self._terms(u, s, *deviations).sum(axis=1) + self._log_jacobian(u, s)
         return np.where(np.isnan(total), -np.inf, total), _stable(s, *deviations)
 
     def log_prior_terms(self, u: FloatArray) -> FloatArray:
-        """Log prior of every coordinate given those before it, (W, d)."""
+        """Log prior of every parameter given those before it, (W, d): of ln G_j where lambda is the coordinate.
+
+        `log_prior` is their sum and what the coordinates stretch them by, which is no part of any prior.
+        """
         s = self.settings(u)
         return self._terms(u, s, *self._deviations(u, s))
 
     def _terms(
-        self, u: FloatArray, s: dict[str, FloatArray], amplitude: FloatArray, strength: FloatArray, g_j: FloatArray
+        self, u: FloatArray, s: dict[str, FloatArray], amplitude: FloatArray, strength: FloatArray
     ) -> FloatArray:
         """`log_prior_terms` from the settings of the tests and their deviations."""
         terms, log = super().log_prior_terms(u), self.named(u)
+        with np.errstate(all="ignore"):
+            ratio = np.log(self.curve(u)[1] / self.reference[1])
+            damping = np.log(s["damping_ratio"])
+        self.named(terms)["reference_relaxation_ratio"] = self.shared[1].log_density(ratio)
         for j, (test, term) in enumerate(self._each(terms)):
             term["stable_amplitude"] = _normal(amplitude[:, j], log["discrepancy_amplitude"])
+            term["damping_ratio"] = test.wind.prior("damping_ratio").log_density(damping[:, j])
             if test.relaxes:
-                with np.errstate(all="ignore"):
-                    # ln G_j is normal; the coordinate is ln(lambda/omega0).
-                    jacobian = np.log(s["relaxation"][:, j] / g_j[:, j])
-                term["relaxation_ratio"] = _normal(strength[:, j], log["discrepancy_relaxation"]) + jacobian
+                term["relaxation_ratio"] = _normal(strength[:, j], log["discrepancy_relaxation"])
         return terms
+
+    def _log_jacobian(self, u: FloatArray, s: dict[str, FloatArray]) -> FloatArray:
+        """Log volume of ln R_ref and of every ln G_j and ln xi_j over that of their coordinates, (W,)."""
+        _, relaxation, _, _ = self.curve(u)
+        relaxes = [j for j, test in enumerate(self.tests) if test.relaxes]
+        with np.errstate(all="ignore"):
+            shared = self.named(u)["reference_relaxation_ratio"] - np.log(relaxation / self.reference[1])
+            own = np.log(s["share"] * s["relaxation"] / s["strength"])[:, relaxes]
+        return np.asarray(shared + own.sum(axis=1))
 
     def log_likelihood(self, u: FloatArray) -> FloatArray:
         """Sum of the tests' log likelihoods, (W,)."""
         total = np.zeros(len(u))
-        for (test, v), likelihood in zip(self.winds(u), self._remembered, strict=True):
-            test.wind.named(v)["damping_ratio"][:] = 0.0  # no record is read for it
+        s = {} if all(test.relaxes for test in self.tests) else self.settings(u)
+        s["damping_ratio"] = np.ones((len(u), len(self.tests)))  # no record is read for it
+        for (_, v), likelihood in zip(self._winds(u, s), self._remembered, strict=True):
             total += likelihood(v)
         return total
 
     def winds(self, u: FloatArray) -> Iterator[tuple[PeakTest, FloatArray]]:
         """Every test with the coordinates of its `wind`, (W, d)."""
-        s = {} if all(test.relaxes for test in self.tests) else self.settings(u)
+        return self._winds(u, self.settings(u))
+
+    def _winds(self, u: FloatArray, s: dict[str, FloatArray]) -> Iterator[tuple[PeakTest, FloatArray]]:
+        """`winds` from what the coordinates do not say as they are: damping ratios, and rates that no record tells."""
         for j, (test, values) in enumerate(self._each(u)):
             v = np.empty((len(u), test.wind.coordinates.size))
             log = test.wind.named(v)
             for name in WIND:
-                derived = name == "relaxation_ratio" and not test.relaxes
+                derived = name == "damping_ratio" or name not in test.parameters
                 log[name] = np.log(s[name][:, j]) if derived else values[name]
             if self.exponent:
                 log["law_exponent"] = self.exponents(u)
             yield test, v
 
     @cached_property
-    def _remembered(self) -> tuple["_Remembered", ...]:
+    def _remembered(self) -> tuple[Remembered, ...]:
         """Likelihoods of the tests.
 
         Their last bits depend on the walkers that are computed side by side: `forget` makes a resumed run the same.
         """
-        return tuple(_Remembered(test.wind.log_likelihood) for test in self.tests)
+        return tuple(Remembered(test.wind.log_likelihood) for test in self.tests)
 
     def prior_sample(self, rng: np.random.Generator, size: int) -> tuple[FloatArray, np.ndarray]:
         """Draws of the generative prior and whether each satisfies the constraint; see `Posterior.prior_sample`."""
-        u = np.stack([prior.draw(rng, size) for prior in self.priors], axis=1)
+        u = np.stack([prior.draw(rng, size) for prior in self.stated], axis=1)
         z = rng.standard_normal((2, size, len(self.tests)))
-        a_ref, relaxation, n, at_zero = self.curve(u)
-        good = (at_zero > 0.0) | ~np.any(n < 0)
-        s, log = self.settings(u), self.named(u)
-        sc = s["scruton_number"]
+        n, log = self.exponents(u), self.named(u)
+        sc_ref, factor_ref = self.reference
         with np.errstate(all="ignore"):
+            ratio = np.exp(log["reference_relaxation_ratio"])
+            log["reference_relaxation_ratio"] = np.log(ratio - _bound(n) * sc_ref / factor_ref)
+            good = np.isfinite(log["reference_relaxation_ratio"])
+            a_ref, relaxation, _, at_zero = self.curve(u)
             for j, (test, values) in enumerate(self._each(u)):
-                x = (sc[:, j] - self.reference[0]) / relaxation
+                off = test.factor_log_sd * values["mass_factor"] if test.factor_log_sd else np.zeros(size)
+                factor = test.mass_damping_factor * np.exp(off)
+                sc = factor * np.exp(values["damping_ratio"])
                 deviation = np.exp(log["discrepancy_amplitude"]) * z[0, :, j]
-                values["stable_amplitude"] = np.log(a_ref * amplitude_ratio(x, n)) + deviation
+                values["stable_amplitude"] = np.log(a_ref * amplitude_ratio((sc - sc_ref) / relaxation, n)) + deviation
                 good &= np.isfinite(values["stable_amplitude"])
                 if test.relaxes:
                     strength = at_zero * np.exp(np.exp(log["discrepancy_relaxation"]) * z[1, :, j])
-                    values["relaxation_ratio"] = np.log((strength - n * sc[:, j]) / s["mass_damping_factor"][:, j])
+                    own = strength - n * sc
+                    values["relaxation_ratio"] = np.log(own / factor)
+                    values["damping_ratio"] -= np.where(n < 0.0, np.log(strength / own), 0.0) * test.knows_rate_best
                     good &= np.isfinite(values["relaxation_ratio"])
         good[good] = self.inside(u[good])
         return u, good
@@ -296,22 +354,25 @@ class CampaignPosterior(Posterior):
     def guesses(self, rng: np.random.Generator, size: int) -> FloatArray:
         """Prior draws whose tests are put where their own records see them, and the shared curve near them."""
         u = self.prior_draws(rng, size)
+        n = self.exponents(u)[:, None]
         for test, values in self._each(u):
             near = test.wind.named(test.draws[rng.integers(0, len(test.draws), size)])
             for name in WIND:
                 if name in test.parameters:
                     values[name] = near[name]
+            if test.knows_rate_best:
+                share = 1.0 - _bound(n[:, 0]) * np.exp(near["damping_ratio"] - near["relaxation_ratio"])
+                values["damping_ratio"] -= np.log(np.maximum(share, 0.01))  # the draws may be of another law
         s, log = self.settings(u), self.named(u)
         sc, factor = self.reference
-        n = self.exponents(u)[:, None]
         known = [j for j, test in enumerate(self.tests) if test.relaxes]
         if known:
             # The tests' own strengths of the wind, where they agree with a positive one.
-            strength = np.log(np.maximum((s["relaxation"] + n * s["scruton_number"])[:, known], 1e-3)).mean(axis=1)
-            at_reference = np.exp(strength + 0.3 * rng.standard_normal(size)) - n[:, 0] * sc
-            ratio = np.log(np.maximum(at_reference, 1e-12) / factor)
-            log["reference_relaxation_ratio"] = np.where(at_reference > 0.0, ratio, log["reference_relaxation_ratio"])
-        x = (s["scruton_number"] - sc) / (factor * np.exp(log["reference_relaxation_ratio"]))[:, None]
+            strength = np.log(np.maximum(s["strength"][:, known], 1e-3)).mean(axis=1)
+            above = np.exp(strength + 0.3 * rng.standard_normal(size)) - np.maximum(n[:, 0], 0.0) * sc
+            ratio = np.log(np.maximum(above, 1e-12) / factor)
+            log["reference_relaxation_ratio"] = np.where(above > 0.0, ratio, log["reference_relaxation_ratio"])
+        x = (s["scruton_number"] - sc) / self.curve(u)[1][:, None]
         with np.errstate(all="ignore"):
             level = (np.log(s["a_star"]) - np.log(amplitude_ratio(x, n))).mean(axis=1)
         level = np.where(np.isfinite(level), level, log["reference_amplitude"])
@@ -319,46 +380,21 @@ class CampaignPosterior(Posterior):
         return u
 
 
-class _Remembered:
-    """A function of rows, called for those not seen lately: most moves leave most tests as they are.
-
-    A row is known by a number of 64 bits made from all of its bits; that two rows share one is out of question.
-    """
-
-    def __init__(self, function: Callable[[FloatArray], FloatArray]) -> None:
-        self._function = function
-        self._keys, self._values = np.empty(0, dtype=np.uint64), np.empty(0)  # by ascending key
-
-    def __call__(self, rows: FloatArray) -> FloatArray:
-        keys = _numbers(rows)
-        at = np.searchsorted(self._keys, keys)
-        known = self._keys[np.minimum(at, len(self._keys) - 1)] == keys if len(self._keys) else at < 0
-        values = np.empty(len(rows))
-        values[known] = self._values[at[known]]
-        if not known.all():
-            values[~known] = self._function(rows[~known])
-            kept = len(self._keys) < _REMEMBERED
-            old = (self._keys, self._values) if kept else (keys[known], values[known])
-            every = np.concatenate([old[0], keys[~known]]), np.concatenate([old[1], values[~known]])
-            self._keys, first = np.unique(every[0], return_index=True)
-            self._values = every[1][first]
-        return values
-
-
-def _numbers(rows: FloatArray) -> np.ndarray:
-    """Return a number of 64 bits for each row, by multiplying and shifting its words into each other."""
-    mixed = np.zeros(len(rows), dtype=np.uint64)
-    for column in np.ascontiguousarray(rows.T).view(np.uint64):
-        mixed = (mixed ^ column) * _ODD
-        mixed ^= mixed >> _HALF
-    return mixed
-
-
-def _stable(s: dict[str, FloatArray], amplitude: FloatArray, strength: FloatArray, g_j: FloatArray) -> np.ndarray:
+def _stable(s: dict[str, FloatArray], amplitude: FloatArray, strength: FloatArray) -> np.ndarray:
     """Whether every test has a stable amplitude and a positive strength of the wind, (W,) of bool."""
-    good = np.isfinite(amplitude) & np.isfinite(strength) & (g_j > 0.0) & (s["relaxation_ratio"] > 0.0)
+    good = np.isfinite(amplitude) & np.isfinite(strength) & (s["relaxation_ratio"] > 0.0)
     return np.asarray(good.all(axis=1))
 
 
+def _bound(n: FloatArray) -> FloatArray:
+    """Relaxation over Scruton number below which the law of exponent n allows no vibration."""
+    return np.maximum(-n, 0.0)
+
+
+def _exp(x: FloatArray) -> FloatArray:
+    """Exponential of coordinates that a search may take far out: beyond, where no posterior lives, it stays finite."""
+    return np.asarray(np.exp(np.clip(x, -300.0, 300.0)))
+
+
 def _normal(deviation: FloatArray, log_sd: FloatArray) -> FloatArray:
-    return np.asarray(-0.5 * (np.square(deviation * np.exp(-log_sd)) + _LOG_2PI) - log_sd)
+    return np.asarray(-0.5 * (np.square(deviation * _exp(-log_sd)) + _LOG_2PI) - log_sd)

@@ -9,7 +9,7 @@ within a walker and, weighted with zero, those across two of them: what comes ou
 that were each so long, and hence the right effective number of draws.
 """
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -341,16 +341,23 @@ def faults(tree: "xr.DataTree") -> list[str]:
         node = group_of(tree, group)
         if node is None:
             continue
-        stored = node.to_dataset()
-        for variable in variables:
-            if variable.name not in stored:
-                if not variable.optional:
-                    sentences.append(f"group {group} lacks {variable.name}")
-                continue
-            dims, dtype = stored[variable.name].dims, stored[variable.name].dtype
-            kind = "U" if dtype.kind in "OT" else dtype.kind
-            if dims != variable.dims or kind != variable.kind:
-                sentences.append(
-                    f"{group}/{variable.name} is {dtype} by {dims}, not {variable.kind} by {variable.dims}"
-                )
+        stored = {str(name): (one.dims, one.dtype) for name, one in node.to_dataset().variables.items()}
+        sentences += group_faults(group, variables, stored)
+    return sentences
+
+
+def group_faults(
+    group: str, variables: Sequence[Variable], stored: Mapping[str, "tuple[tuple[Hashable, ...], np.dtype[Any]]"]
+) -> list[str]:
+    """What of one group is not laid out so, by the dimensions and the types of what is stored."""
+    sentences = []
+    for variable in variables:
+        if variable.name not in stored:
+            if not variable.optional:
+                sentences.append(f"group {group} lacks {variable.name}")
+            continue
+        dims, dtype = stored[variable.name]
+        kind = "U" if dtype.kind in "OT" else dtype.kind
+        if dims != variable.dims or kind != variable.kind:
+            sentences.append(f"{group}/{variable.name} is {dtype} by {dims}, not {variable.kind} by {variable.dims}")
     return sentences

@@ -5,8 +5,9 @@ import json
 import threading
 from collections.abc import Mapping
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -71,6 +72,34 @@ def read_tree(folder: Path) -> tuple["xr.DataTree", dict[str, Any]]:
     """
     import xarray as xr
 
+    posterior, content = _summary(folder)
+    try:
+        tree = xr.load_datatree(posterior, engine="h5netcdf")
+    except (OSError, ValueError, KeyError) as error:
+        raise _unusable(posterior, f"a file that cannot be read ({error})") from error
+    wrong = faults(tree)
+    if wrong:
+        raise _unusable(posterior, f"results of another layout: {wrong[0]}")
+    return tree, content
+
+
+def read_draws(folder: Path) -> tuple["xr.DataTree", dict[str, Any]]:
+    """As `read_tree`, but groups and variables are read, and their layout is checked, when they are asked for.
+
+    What stands for the tree has that part of its interface which `scruton.infer.stored` has, enough for a prediction;
+    a fit of one rig, whose prediction changes draws, is read whole.
+    """
+    from scruton.infer.stored import Stored
+
+    posterior, content = _summary(folder)
+    draws = Stored(posterior, partial(_unusable, posterior))
+    if "campaign_posterior" in draws and draws["campaign_posterior"].sizes.get("peak_test") == 1:
+        return read_tree(folder)
+    return cast("xr.DataTree", draws), content
+
+
+def _summary(folder: Path) -> tuple[Path, dict[str, Any]]:
+    """Path of posterior.nc and what fit.json holds, once it is clear that they belong together."""
     posterior, summary = folder / POSTERIOR, folder / SUMMARY
     for path in (posterior, summary):
         if not path.is_file():
@@ -79,14 +108,11 @@ def read_tree(folder: Path) -> tuple["xr.DataTree", dict[str, Any]]:
     if content["files"].get(POSTERIOR) != digest(posterior):
         wanted = f"the file that {SUMMARY} was written with; `scruton fit` writes both anew"
         raise InputError(posterior, "", "a file that is damaged or of another fit", wanted)
-    try:
-        tree = xr.load_datatree(posterior, engine="h5netcdf")
-    except (OSError, ValueError, KeyError) as error:
-        raise InputError(posterior, "", f"a file that cannot be read ({error})", WANTED) from error
-    wrong = faults(tree)
-    if wrong:
-        raise InputError(posterior, "", f"results of another layout: {wrong[0]}", WANTED)
-    return tree, content
+    return posterior, content
+
+
+def _unusable(posterior: Path, found: str) -> InputError:
+    return InputError(posterior, "", found, WANTED)
 
 
 def load_fit(folder: Path | str) -> "Fit":

@@ -1,7 +1,8 @@
 """The optimum of a posterior and the Student-t there: the start of every ensemble."""
 
+from collections.abc import Sequence
+
 import numpy as np
-from scipy.optimize import minimize
 
 from scruton.arrays import FloatArray, IntArray
 from scruton.stats.posterior import Posterior
@@ -16,40 +17,56 @@ class ImpossibleError(ValueError):
 STEEPEST = 1e4  # curvature, where half a nat is lost in one step of a coordinate
 AT_ONCE = 4096  # points of a posterior that are computed side by side: of 40 rigs, 12 MB of coordinates
 STEP = 1e-4  # of the finite differences, in units of the search's own scale
+FLAT = 1e-2  # slope in those units at which a search ends: less than a hundredth of a nat from the top
+SHORTEST, LONGEST = 1e-6, 5.0  # step in those units at which it ends, too, and that no step exceeds
+MOST_TRIALS = 400  # steps tried in one search
 
 
 def find_optimum(posterior: Posterior, rng: np.random.Generator, guesses: int = 256, starts: int = 3) -> StudentT:
-    """Search for the optimum from the best of many guesses and describe the posterior there.
+    """Search for the optimum from the best of many guesses and describe the posterior there; see `find_optima`."""
+    return find_optima(posterior, [rng], guesses, starts)[0]
+
+
+def find_optima(
+    posterior: Posterior, rngs: Sequence[np.random.Generator], guesses: int = 256, starts: int = 3
+) -> list[StudentT]:
+    """Search for the optimum several times, each time from guesses of its own, and describe the posterior there.
+
+    The searches know nothing of each other, but their points are computed side by side.
 
     Parameters
     ----------
-    rng : Generator
-        Chooses the guesses: each ensemble has its own, so that ensembles that meet have found the same optimum.
+    rngs : sequence of Generator
+        Choose the guesses: each ensemble has its own, so that ensembles that meet have found the same optimum.
     guesses, starts : int
-        Points looked at, and how many of the best are climbed from.
+        Points looked at in each search, and how many of the best are climbed from.
 
     Raises
     ------
     ImpossibleError
-        If no guess has a finite posterior.
+        If no guess of a search has a finite posterior.
     """
-    u = posterior.guesses(rng, guesses)
-    value = posterior.log_prob(u)
-    if not np.isfinite(value).any():
-        raise ImpossibleError(
-            "no point of the prior has a finite likelihood: the record contradicts the model card's priors"
-        )
     scale = np.array([prior.scale for prior in posterior.priors])
-    order = np.argsort(-value)[:starts]
-    best, best_value = u[order[0]], value[order[0]]
-    steps = np.minimum(u[np.isfinite(value)].std(axis=0) + 1e-3 * scale, scale)  # guesses lie as near as is known
-    for start in u[order]:
-        climbed = _climb(posterior, start, steps)
-        height = float(posterior.log_prob(climbed[None])[0])
-        if height > best_value:
-            best, best_value = climbed, height
-    centre, cholesky = _laplace(posterior, best, scale)
-    return StudentT(centre, cholesky * WIDEN)
+    points, steps = [], []
+    for rng in rngs:
+        u = posterior.guesses(rng, guesses)
+        value = posterior.log_prob(u)
+        if not np.isfinite(value).any():
+            raise ImpossibleError(
+                "no point of the prior has a finite likelihood: the record contradicts the model card's priors"
+            )
+        points.append(u[np.argsort(-value)[:starts]])
+        # guesses lie as near as is known
+        steps.append(np.minimum(u[np.isfinite(value)].std(axis=0) + 1e-3 * scale, scale))
+    ends = climb_side_by_side(posterior, np.concatenate(points), np.repeat(steps, [len(p) for p in points], axis=0))
+    height = posterior.log_prob(ends)
+    found, first = [], 0
+    for part in points:
+        best = first + int(np.argmax(height[first : first + len(part)]))
+        centre, cholesky = _laplace(posterior, ends[best], scale)
+        found.append(StudentT(centre, cholesky * WIDEN))
+        first += len(part)
+    return found
 
 
 def laplace_log_evidence(posterior: Posterior, rng: np.random.Generator) -> float:
@@ -65,17 +82,83 @@ def laplace_log_evidence(posterior: Posterior, rng: np.random.Generator) -> floa
     return float(posterior.log_prob(peak.centre[None])[0] + 0.5 * peak.centre.size * np.log(2.0 * np.pi) + log_det)
 
 
-def _climb(posterior: Posterior, start: FloatArray, scale: FloatArray) -> FloatArray:
-    def objective(z: FloatArray) -> tuple[float, FloatArray]:
-        """Value and central-difference gradient in one vectorised call."""
-        d = z.size
-        points = np.concatenate([z[None], z + STEP * np.eye(d), z - STEP * np.eye(d)]) * scale
-        value = np.nan_to_num(-posterior.log_prob(points), nan=1e12, posinf=1e12)
-        return float(value[0]), (value[1 : d + 1] - value[d + 1 :]) / (2 * STEP)
+def climb_side_by_side(posterior: Posterior, starts: FloatArray, scale: FloatArray) -> FloatArray:
+    """Climb from several points at once, each by itself, by the BFGS method on central differences.
 
-    result = minimize(objective, start / scale, jac=True, method="BFGS", options={"gtol": 1e-2, "maxiter": 200})
-    end: FloatArray = result.x * scale
-    return end if np.isfinite(posterior.log_prob(end[None])[0]) else start
+    Parameters
+    ----------
+    starts, scale : (K, d) arrays
+        Where to begin, of finite posterior, and the units of the search there.
+
+    Returns
+    -------
+    (K, d) array
+        Where no component of the gradient exceeds `FLAT`, or no step along the search's direction gains any more.
+    """
+    count, d = starts.shape
+    z, inverse = starts / scale, np.zeros((count, d, d))
+    value, gradient, bend = _slopes(posterior, z, scale)
+    way, anew = np.empty((count, d)), np.zeros(count, dtype=bool)
+
+    def begin(at: IntArray) -> None:
+        """Trust nothing but the second derivatives here."""
+        inverse[at] = np.eye(d) / np.maximum(bend[at], 1.0)[:, None, :]
+        way[at] = -np.einsum("kij,kj->ki", inverse[at], gradient[at])
+        anew[at] = True
+
+    begin(np.arange(count))
+    length = np.minimum(1.0, 1.0 / np.maximum(np.linalg.norm(way, axis=1), 1e-300))
+    going = np.abs(gradient).max(axis=1) > FLAT
+    for _ in range(MOST_TRIALS):
+        at = np.flatnonzero(going)
+        if not at.size:
+            break
+        length[at] = np.minimum(length[at], LONGEST / np.maximum(np.abs(way[at]).max(axis=1), 1e-300))
+        step = length[at, None] * way[at]
+        slope = np.einsum("ki,ki->k", gradient[at], step)
+        trial, there, bent_there = _slopes(posterior, z[at] + step, scale[at])
+        good = trial <= value[at] + 1e-4 * slope
+        # where it failed, to the lowest point of the parabola through what is known
+        bent = np.maximum(trial - value[at] - slope, 1e-300)
+        shorter = np.clip(-0.5 * slope / bent, 0.1, 0.5)
+        length[at] *= np.where(good, 1.0, shorter)
+        stuck = at[~good][np.abs(step[~good]).max(axis=1) < SHORTEST]
+        going[stuck[anew[stuck]]] = False
+        begin(stuck)
+        length[stuck] = 1.0
+        moved, change, turned = at[good], step[good], there[good] - gradient[at[good]]
+        z[moved], value[moved], gradient[moved] = z[moved] + change, trial[good], there[good]
+        bend[moved], anew[moved] = bent_there[good], False
+        _learn(inverse, moved, change, turned)
+        way[moved] = -np.einsum("kij,kj->ki", inverse[moved], gradient[moved])
+        length[moved] = 1.0
+        going[moved] = np.abs(gradient[moved]).max(axis=1) > FLAT
+    return z * scale
+
+
+def _learn(inverse: FloatArray, at: IntArray, step: FloatArray, turned: FloatArray) -> None:
+    """Update inverse curvatures by what the gradient turned along a step; where it bends the wrong way, not at all."""
+    bend = np.einsum("ki,ki->k", step, turned)
+    bent = bend > 1e-8 * np.linalg.norm(turned, axis=1) * np.linalg.norm(step, axis=1)
+    at, step, turned, bend = at[bent], step[bent], turned[bent], bend[bent]
+    pulled = np.einsum("kij,kj->ki", inverse[at], turned)
+    stretch = (1.0 + np.einsum("ki,ki->k", turned, pulled) / bend) / bend
+    cross = pulled[:, :, None] * step[:, None, :] / bend[:, None, None]
+    inverse[at] += stretch[:, None, None] * step[:, :, None] * step[:, None, :] - cross - cross.swapaxes(1, 2)
+
+
+def _slopes(posterior: Posterior, z: FloatArray, scale: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Minus the log posterior at points (K, d) in units of `scale`, (K,), its gradient and second derivatives, (K, d).
+
+    By central differences.
+    """
+    count, d = z.shape
+    offsets = STEP * np.concatenate([np.zeros((1, d)), np.eye(d), -np.eye(d)])
+    points = ((z[:, None, :] + offsets) * scale[:, None, :]).reshape(-1, d)
+    value = np.concatenate([posterior.log_prob(part) for part in _parts(points)])
+    value = np.nan_to_num(-value, nan=1e12, posinf=1e12).reshape(count, 2 * d + 1)
+    here, up, down = value[:, 0], value[:, 1 : d + 1], value[:, d + 1 :]
+    return here, (up - down) / (2.0 * STEP), (up + down - 2.0 * here[:, None]) / STEP**2
 
 
 def _laplace(posterior: Posterior, u: FloatArray, scale: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -169,7 +169,7 @@ class Posterior(ABC):
         kept: list[FloatArray] = []
         count = 0
         while count < size:
-            u, inside = self.prior_sample(rng, 2 * size)
+            u, inside = self.prior_sample(rng, size)
             kept.append(u[inside])
             count += len(kept[-1])
         return np.concatenate(kept)[:size]

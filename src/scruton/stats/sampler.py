@@ -24,7 +24,7 @@ from scruton.documents import replace_file
 from scruton.errors import InputError
 from scruton.stats.convergence import Convergence, SamplerSettings, effective_draws, judge, promising
 from scruton.stats.moves import sweep
-from scruton.stats.optimum import find_optimum
+from scruton.stats.optimum import find_optima
 from scruton.stats.posterior import Posterior
 from scruton.stats.student_t import Conditional, Mixture, StudentT, conditional, fit_mixture
 from scruton.stats.thresholds import ADAPTATIONS, EARLY, FAR_BELOW, MET, OVERDISPERSED
@@ -243,10 +243,10 @@ def _start(posterior: Posterior, settings: SamplerSettings, seed: np.random.Seed
     count = max(settings.walkers, 2 * max(block.members.size for block in posterior.blocks))
     count += count % 2
     *children, sampling = seed.spawn(settings.ensembles + 1)
+    searches, drawings = zip(*(child.spawn(2) for child in children), strict=True)
+    optima = find_optima(posterior, [np.random.default_rng(search) for search in searches])
     proposals, coords, log_prob = [], np.empty((0, d)), np.empty(0)
-    for i, child in enumerate(children, 1):
-        search, drawing = child.spawn(2)
-        proposal = find_optimum(posterior, np.random.default_rng(search))
+    for i, (proposal, drawing) in enumerate(zip(optima, drawings, strict=True), 1):
         rng = np.random.RandomState(np.random.MT19937(drawing))
         width, top = OVERDISPERSED, posterior.log_prob(proposal.centre[None])[0]
         while len(coords) < i * count:

@@ -91,13 +91,36 @@ class Delimited(Container):
         return alike[0]
 
     def _parse(self, needed: list[int]) -> None:
-        """Parse columns by pandas' C engine."""
-        import pandas as pd
-
+        """Parse columns to the nearest double, by numpy; what numpy does not read, by pandas, which takes more."""
         if next(self._rows(), None) is None:
             raise self.error("", "a header and no numbers", "one line of numbers a sample")
         if not needed:
             return
+        separator = self.dialect.separator
+        # All columns: lines that are too long are then complained of, and let pass otherwise.
+        chosen = None if len(needed) == self.width else needed
+        try:
+            if self.dialect.decimal != ".":
+                raise ValueError("numpy knows the decimal point alone")
+            read = np.loadtxt(
+                io.StringIO(self.text),
+                delimiter=None if separator == " " else separator,
+                comments=None,
+                usecols=chosen,
+                unpack=True,
+                ndmin=2,
+            )
+            columns = list(read)
+            if len(columns) != len(needed):
+                raise ValueError("lines shorter than the header")
+        except (ValueError, TypeError):
+            columns = self._taken_apart(needed, chosen)
+        self.parsed.update(zip(needed, columns, strict=True))
+
+    def _taken_apart(self, needed: list[int], chosen: list[int] | None) -> list[FloatArray]:
+        """Parse columns with decimal commas, quotes, empty cells or short lines, by pandas' C engine."""
+        import pandas as pd
+
         separator = self.dialect.separator
         try:
             frame = pd.read_csv(
@@ -106,15 +129,14 @@ class Delimited(Container):
                 decimal=self.dialect.decimal,
                 header=None,
                 names=list(range(self.width)),
-                # All columns: pandas then complains of lines that are too long, which it lets pass otherwise.
-                usecols=None if len(needed) == self.width else needed,
+                usecols=chosen,
                 index_col=False,
                 dtype=np.float64,
                 engine="c",
             )
         except (ValueError, OverflowError) as error:  # pandas' ParserError is a ValueError
             raise self._bad_cell(needed, error) from None
-        self.parsed.update({position: frame[position].to_numpy(dtype=np.float64) for position in needed})
+        return [frame[position].to_numpy(dtype=np.float64) for position in needed]
 
     def _rows(self) -> Iterator[tuple[int, list[str]]]:
         return ((number, split_line(line, self.dialect)) for number, line in self._lines())
