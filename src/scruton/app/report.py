@@ -64,11 +64,11 @@ def of_campaign(arguments: Namespace) -> Outcome:
         sizing = None if bridge is None else begun(second, sizing_part, work.new, bridge, limits, seed)
         of_the_bridge = partial(scruton_numbers_of, fit.tree, bridge) if bridge and fit.summary["tests"] else ()
         paths = write_report(
-            fit, work.new, place=task.folder, design_sc=arguments.sc or of_the_bridge, gap=diagnosis, sizing=sizing,
+            fit, work.new, design_sc=arguments.sc or of_the_bridge, gap=diagnosis, sizing=sizing,
             crossed=crossed, second=second, office=_office(arguments),
         )  # fmt: skip
         work.publish()
-    return _outcome(fit, paths)
+    return _outcome(fit, paths.moved(task.folder))
 
 
 def of_results(arguments: Namespace) -> Outcome:
@@ -97,9 +97,9 @@ def of_results(arguments: Namespace) -> Outcome:
     folder = arguments.out or results / "report"
     claim = Run(folder, "report", arguments, sha256=inputs, settings=settings, results=WRITTEN)
     with claim as work:
-        paths = write_report(fit, work.new, place=folder, office=_office(arguments), **content)
+        paths = write_report(fit, work.new, office=_office(arguments), **content)
         work.publish()
-    return _outcome(fit, paths)
+    return _outcome(fit, paths.moved(folder))
 
 
 def _outcome(fit: "Fit", paths: "ReportPaths") -> Outcome:

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -62,6 +62,17 @@ class ReportPaths:
     failures: tuple[Failure, ...] = ()
     office: tuple[Path, ...] = ()
 
+    def moved(self, folder: Path) -> "ReportPaths":
+        """Where it lies once its folder has been moved."""
+        old = self.report.parent
+
+        def there(value: Any) -> Any:
+            if isinstance(value, tuple):
+                return tuple(map(there, value))
+            return folder / value.relative_to(old) if isinstance(value, Path) else value
+
+        return replace(self, **{field.name: there(getattr(self, field.name)) for field in fields(self)})
+
 
 def build_report(fit: "Fit", out: Path, **content: Any) -> ReportPaths:
     """Write the report of a fit into a folder of results.
@@ -79,16 +90,15 @@ def build_report(fit: "Fit", out: Path, **content: Any) -> ReportPaths:
     ReportPaths
     """
     with Workspace(out, "report", inputs={}, settings={}, force=True) as work:
-        paths = write_report(fit, work.new, place=out, **content)
+        paths = write_report(fit, work.new, **content)
         work.publish()
-    return paths
+    return paths.moved(out)
 
 
 def write_report(
     fit: "Fit",
     out: Path,
     *,
-    place: Path | None = None,
     design_sc: Design = (),
     gap: "Part | Waiting | None" = None,
     sizing: "Part | Waiting | None" = None,
@@ -105,8 +115,6 @@ def write_report(
     fit : Fit
     out : Path
         Folder for the new files; made if it is not there.
-    place : Path, optional
-        Folder that the files will be moved to, for the paths that are returned.
     design_sc : sequence of float, or callable that gives it
         Design Scruton numbers to predict the stable amplitude at.
     gap, sizing : Part, or callable that gives it, optional
@@ -181,16 +189,15 @@ def write_report(
     write_text(out / JSON, json.dumps(values, indent=1, ensure_ascii=False) + "\n")
     for name, part_content in contents.items():
         write_document(out / f"{name}.json", part_content)
-    there = place or out
     return ReportPaths(
-        report=there / HTML,
-        pdf=there / PDF if pdf else None,
-        griffin=there / FIGURES / f"{GRIFFIN}.png" if f"{GRIFFIN}.png" in files else None,
-        numbers=there / JSON,
-        figures=tuple(there / FIGURES / filename for filename in files),
-        tables=tuple(there / TABLES / path.name for path in written),
+        report=out / HTML,
+        pdf=out / PDF if pdf else None,
+        griffin=out / FIGURES / f"{GRIFFIN}.png" if f"{GRIFFIN}.png" in files else None,
+        numbers=out / JSON,
+        figures=tuple(out / FIGURES / filename for filename in files),
+        tables=tuple(out / TABLES / path.name for path in written),
         failures=tuple(failures.found),
-        office=tuple(there / f"report.{form}" for form, content in others.items() if content),
+        office=tuple(out / f"report.{form}" for form, content in others.items() if content),
     )
 
 
