@@ -78,7 +78,7 @@ def plain(heaving: Fit) -> Document:
 
 @pytest.fixture(scope="module")
 def other(heaving: Fit) -> Document:
-    content = sizing() | {"conventions": {**OTHER, "scruton_factor": 4.0}}
+    content = sizing(flags=("it lies at Sc 30",)) | {"conventions": {**OTHER, "scruton_factor": 4.0}}
     return document_of(asked(heaving, **OTHER), gap=GAP, sizing=content)
 
 
@@ -113,7 +113,8 @@ def test_sentences_speak_of_decrements_and_say_which_scruton_number(other):
     assert "damping ratio of" not in said
     assert "Add a logarithmic decrement of 0.0251 to mode V1" in said  # 2 pi times 0.004
     assert "Scruton numbers are those of EN 1991-1-4" in said
-    assert "B/D = 4" in said
+    assert "B/D = 4 times" in said
+    assert "Warnings are as files have them: in damping ratios" in said
 
 
 def test_figures_and_charts_follow(heaving):

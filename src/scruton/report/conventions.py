@@ -12,7 +12,7 @@ from functools import wraps
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Concatenate
 
-from scruton.report.wording import PARAMETERS, number, unit_text
+from scruton.report.wording import PARAMETERS, number, stated, unit_text
 
 if TYPE_CHECKING:
     from scruton.report.document import Block
@@ -132,8 +132,15 @@ def scruton_note(*, heaving: bool = True) -> str:
         return ""
     if not heaving:
         return "EN 1991-1-4 defines no Scruton number for torsion: it is the paper’s, 4πJξ/(ρB³D)."
-    factor = number(shown_in(SCRUTON)[0])
+    factor = stated(float(f"{shown_in(SCRUTON)[0]:.4g}"))
     return (
         f"Scruton numbers are those of EN 1991-1-4, 4πmξ/(ρD²): B/D = {factor} times the paper’s, 4πmξ/(ρBD), which "
         "commands take and files keep."
     )
+
+
+def warnings_note() -> tuple[str, ...]:
+    """What has to be said below warnings, which are sentences of files, where numbers are shown otherwise."""
+    if not _IN_FORCE.get():
+        return ()
+    return ("Warnings are as files have them: in damping ratios and the paper’s Scruton number.",)

@@ -12,6 +12,7 @@ from scruton.report.conventions import (
     scruton,
     scruton_note,
     shown_in,
+    warnings_note,
     with_unit,
 )
 from scruton.report.document import ALARM, Block, Callout, Heading, KeyFigures, Listing, paragraph
@@ -37,7 +38,7 @@ def _decision(sizing: Content, material: Material) -> Iterator[Block]:
     yield KeyFigures(list(_figures(sizing)))
     yield from material.figure("decision")
     if flags := list(dict.fromkeys([*sizing["flags"], *(fit.flags if fit.converged else ())])):
-        yield Callout(ALARM, "Read this before using a number.", flags)
+        yield Callout(ALARM, "Read this before using a number.", [*flags, *warnings_note()])
     yield Heading("What it rests on")
     yield Listing(list(_basis(material, sizing)))
     yield Heading("What could overturn it")

@@ -20,6 +20,7 @@ from scruton.report.conventions import (
     scruton,
     scruton_note,
     shown_in,
+    warnings_note,
     with_unit,
 )
 from scruton.report.document import CAUTION, Block, Callout, Heading, Picture, Table, paragraph
@@ -347,7 +348,7 @@ def sizing_summary(content: Content) -> Iterator[Block]:
         header = ("mode", "lock-in U/(fD)", "hours a year in lock-in", "expected hours beyond the limit (90 %)")
         yield Table("hours", "", header, hours, _hours_note(content))
     yield from _existing_blocks(content, "{:.3f}".format)
-    yield Callout(CAUTION, "", content["flags"])
+    yield Callout(CAUTION, "", [*content["flags"], *(warnings_note() if content["flags"] else ())])
 
 
 def both_summary(content: Content) -> Iterator[Block]:

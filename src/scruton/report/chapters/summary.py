@@ -9,7 +9,16 @@ from scruton.report.chapters.gap import contained_sentence, gap_sentence
 from scruton.report.chapters.material import Material
 from scruton.report.chapters.results import design_table
 from scruton.report.chapters.sizing import sizing_assumptions
-from scruton.report.conventions import DAMPING, damping, damping_words, scruton, scruton_note, shown_in, with_unit
+from scruton.report.conventions import (
+    DAMPING,
+    damping,
+    damping_words,
+    scruton,
+    scruton_note,
+    shown_in,
+    warnings_note,
+    with_unit,
+)
 from scruton.report.document import ALARM, CAUTION, Block, Callout, Heading, KeyFigures, Listing, Table, paragraph
 from scruton.report.thresholds import TESTS_ABREAST
 from scruton.report.wording import estimate, number, stated
@@ -24,7 +33,7 @@ def summary_chapter(material: Material) -> Iterator[Block]:
     if not fit.converged:
         yield Callout(ALARM, "Not to be trusted: the sampling did not converge.", warnings)
     elif warnings:
-        yield Callout(ALARM, "Read this before using a number.", warnings)
+        yield Callout(ALARM, "Read this before using a number.", [*warnings, *warnings_note()])
     lines = _answers(material)
     if len(lines) > 3:
         yield Listing(lines, role="answer")
@@ -33,7 +42,7 @@ def summary_chapter(material: Material) -> Iterator[Block]:
     if figures := [*_design_figures(material)]:
         yield KeyFigures(figures)
     if cautions := material.cautions():
-        yield Callout(CAUTION, "With caution", cautions)
+        yield Callout(CAUTION, "With caution", [*cautions, *warnings_note()])
     yield _basis(material) if material.tests else damping_table(material)
     if material.gap is not None:
         yield paragraph(f"Diagnosis: {gap_sentence(material.gap)}")
@@ -118,11 +127,11 @@ def validity_chapter(material: Material) -> Iterator[Block]:
         return
     flags, cautions = material.fit.flags, material.cautions()
     if flags:
-        yield Callout(ALARM, "Flags of the fit", flags)
+        yield Callout(ALARM, "Flags of the fit", [*flags, *warnings_note()])
     if cautions:
-        yield Callout(CAUTION, "Flags of the predictions", cautions)
+        yield Callout(CAUTION, "Flags of the predictions", [*cautions, *warnings_note()])
     if sized := list((material.sizing or {}).get("flags", ())):
-        yield Callout(CAUTION, "Flags of the sizing", sized)
+        yield Callout(CAUTION, "Flags of the sizing", [*sized, *warnings_note()])
     if not (flags or cautions or sized):
         yield paragraph("Neither the fit nor the predictions nor the sizing raised a flag.")
     yield Heading("How far the design lies from the tests")
