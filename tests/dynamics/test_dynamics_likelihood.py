@@ -8,7 +8,15 @@ from scipy.stats import multivariate_normal
 
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.dynamics.departure import COLUMNS, factor_at, relative_drift
-from scruton.dynamics.likelihood import Wind, innovations, log_likelihood, pointwise_log_likelihood, statics
+from scruton.dynamics.likelihood import (
+    Wind,
+    _filtered,
+    contiguous,
+    innovations,
+    log_likelihood,
+    pointwise_log_likelihood,
+    statics,
+)
 from scruton.dynamics.trial_filter import trial_amplitudes, trial_log_likelihood
 
 
@@ -24,6 +32,11 @@ def make_data(amplitudes, se, period, gaps=None, records=None):
         time=np.arange(n) * period,
         record=np.full(n, "r") if records is None else np.asarray(records),
     )
+
+
+def step_by_step(data, a_star, lam, q, r, wind=None, *, n=-1.0, initial_sd=1.0):
+    """`innovations` by the plain filter, one walker after another."""
+    return _filtered(data, contiguous(a_star, lam, q, r, *(wind or Wind()), n), initial_sd)[:2]
 
 
 def dense_log_likelihood(data, a_star, lam, q, r, sd0, gust=0.0, gust_rate=1.0, set_point=0.0, per_cycle=120):
@@ -104,7 +117,7 @@ def test_fast_filters_are_the_plain_filter_with_a_gust(rng, n):
     data = make_data(y, 0.001, 0.1, gap)
     theta = [np.exp(rng.normal(m, 0.3, walkers)) for m in np.log([0.05, 0.4, 0.002, 1.0])]
     wind = Wind(*(np.exp(rng.normal(mean, 0.5, walkers)) for mean in (-6.0, -1.0, -6.0)))
-    plain = pointwise_log_likelihood(*innovations(data, *theta, wind, n=n, initial_sd=0.2)).sum(axis=0)
+    plain = pointwise_log_likelihood(*step_by_step(data, *theta, wind, n=n, initial_sd=0.2)).sum(axis=0)
     np.testing.assert_allclose(log_likelihood(data, *theta, wind, n=n, initial_sd=0.2), plain, rtol=1e-7)
 
 
@@ -115,7 +128,7 @@ def test_fast_filter_is_the_plain_filter(rng):
     gap[80] = -1.0
     data = make_data(y, 0.001, 0.1, gap)
     theta = [np.exp(rng.normal(m, 0.5, walkers)) for m in np.log([0.05, 0.4, 0.002, 1.0])]
-    plain = pointwise_log_likelihood(*innovations(data, *theta, initial_sd=0.2)).sum(axis=0)
+    plain = pointwise_log_likelihood(*step_by_step(data, *theta, initial_sd=0.2)).sum(axis=0)
     np.testing.assert_allclose(log_likelihood(data, *theta, initial_sd=0.2), plain, rtol=1e-11)
 
 
@@ -167,7 +180,7 @@ def walkers_about(rng, lam_dt, size):
 @pytest.mark.parametrize("n", [0.0, 1.0, 2.0, -0.5, 0.7])
 def test_fast_filter_of_a_curved_law_is_the_plain_filter(rng, n, lam_dt, near_floor):
     data, walkers = three_records(rng, lam_dt, near_floor=near_floor), walkers_about(rng, lam_dt, 64)
-    plain = pointwise_log_likelihood(*innovations(data, *walkers, n=n, initial_sd=0.5)).sum(axis=0)
+    plain = pointwise_log_likelihood(*step_by_step(data, *walkers, n=n, initial_sd=0.5)).sum(axis=0)
     fast = log_likelihood(data, *walkers, n=n, initial_sd=0.5)
     assert np.isfinite(plain).all()
     # Of walkers 1e8 nats off no more than eight digits are asked.
@@ -256,8 +269,10 @@ def test_trial_likelihood_where_its_terms_can_hardly_be_told_apart(b, d, se):
 def test_fast_filter_with_departures_is_the_plain_filter(rng, n, departure):
     data, walkers = three_records(rng, 0.03), walkers_about(rng, 0.03, 21)
     wind = Wind(0.001 * np.exp(0.3 * rng.standard_normal(21)), 0.2, 0.001, departure * (0.5 + rng.random(21)))
-    plain = pointwise_log_likelihood(*innovations(data, *walkers, wind, n=n, initial_sd=0.5)).sum(axis=0)
+    plain = pointwise_log_likelihood(*step_by_step(data, *walkers, wind, n=n, initial_sd=0.5)).sum(axis=0)
     fast = log_likelihood(data, *walkers, wind, n=n, initial_sd=0.5)
+    kept = pointwise_log_likelihood(*innovations(data, *walkers, wind, n=n, initial_sd=0.5)).sum(axis=0)
+    np.testing.assert_allclose(kept, fast, rtol=1e-9)
     np.testing.assert_allclose(fast, plain, rtol=1e-8, atol=1e-6)
 
 
@@ -353,6 +368,6 @@ def test_no_parameter_however_absurd_explains_the_records_better_than_the_noise_
     assert np.nanmax(found) < most
     few = np.flatnonzero(~(found > -1e9))[:200]
     plain = pointwise_log_likelihood(
-        *innovations(data, *(x[few] for x in (a_star, lam, q, r)), Wind(*(x[few] for x in wind)), n=n)
+        *step_by_step(data, *(x[few] for x in (a_star, lam, q, r)), Wind(*(x[few] for x in wind)), n=n)
     ).sum(axis=0)
     assert np.nanmax(plain, initial=-np.inf) < most

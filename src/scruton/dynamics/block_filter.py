@@ -28,8 +28,8 @@ _LOST = 1e300  # of -2 ln(likelihood): no infinity, which fast arithmetic need n
     M, P, H, P_H, P_HH, LEVEL, QUAD, PROD,  # state and gust, ln(m/a*) for n = 0; the likelihood
     DECAY, HALF, KEEP, PUSH, WEIGHT_H, REST, DD, DH, HH, DM, HM, MM,  # of a period
     HOLD, HERE, HERE_HALF, RATE, RATIO, RATIO_HALF, BACK, BACK_HALF, END, MIDDLE, SLOPE, SLOPE_HALF,
-    LOSS, Q_END, Q_CROSS, Q_MEAN, V, S, GAIN, GAIN_H, WEIGHT, CHANGE, STEP, THETA,
-) = range(52)  # fmt: skip
+    LOSS, Q_END, Q_CROSS, Q_MEAN, V, S, GAIN, GAIN_H, WEIGHT, CHANGE, STEP, INNOVATION, VARIANCE, THETA,
+) = range(54)  # fmt: skip
 # The statics: their means, what a unit of each has moved (amplitude, gust), how the observation feels it, their
 # covariance times that, and the columns of the departure here; then half of the covariance.
 C_D, C_H, FELT, P_FELT, SHAPE, COV = (THETA + STATIC * i for i in range(1, 7))
@@ -38,9 +38,12 @@ ROWS = COV + STATIC * (STATIC + 1) // 2
 
 @njit(cache=True, fastmath=True, error_model="numpy")
 def block_filter(  # type: ignore[no-untyped-def]
-    y, se, gap, period, a_star, lam, q, r, gust, fade, offset, departure, n, m0, p0, log_like
+    y, se, gap, period, a_star, lam, q, r, gust, fade, offset, departure, n, m0, p0, log_like, innovation, variance
 ):
-    """Log likelihood, (W,), of walkers of one law: `step_filter` with vectors."""
+    """Log likelihood, (W,), of walkers of one law: `step_filter` with vectors.
+
+    Innovations and their variances go to (N, W) arrays, where these are not empty.
+    """
     x = np.zeros((ROWS, BLOCK))
     for first in range(0, a_star.size, BLOCK):
         for w in range(BLOCK):
@@ -48,14 +51,15 @@ def block_filter(  # type: ignore[no-untyped-def]
             x[A, w], x[LAM, w], x[Q2, w], x[R2, w] = a_star[at], lam[at], q[at] * q[at], r[at] * r[at]
             x[G2, w], x[FADE, w] = gust[at] * gust[at], fade[at]
             x[OFFSET2, w], x[DEPARTURE2, w] = offset[at] * offset[at], departure[at] * departure[at]
-        _block(x, y, se, gap, period, n, m0, p0)
+        _block(x, y, se, gap, period, n, m0, p0, innovation[:, first:], variance[:, first:])
         for w in range(min(BLOCK, a_star.size - first)):
             log_like[first + w] = x[QUAD, w]  # about -1e300 where the filter lost its way
 
 
 @njit(cache=True, inline="always")
-def _block(x, y, se, gap, period, n, m0, p0):  # type: ignore[no-untyped-def]
-    """Fill the row `QUAD` with the log likelihoods."""
+def _block(x, y, se, gap, period, n, m0, p0, innovation, variance):  # type: ignore[no-untyped-def]
+    """Fill the row `QUAD` with the log likelihoods, and columns of the innovations where they are wanted."""
+    wanted = min(innovation.shape[1], BLOCK)
     x[QUAD], x[PROD] = 0.0, 1.0
     x[THETA:] = 0.0
     for i in range(1, STATIC):
@@ -76,6 +80,8 @@ def _block(x, y, se, gap, period, n, m0, p0):  # type: ignore[no-untyped-def]
                 _new_record(x)
                 if n != -1.0:
                     _first(x, yk, s2, n, m0, p0, dt)
+                    for w in range(wanted):
+                        innovation[k, w], variance[k, w] = yk - m0, x[VARIANCE, w]
                     continue
                 x[M], x[P], x[H], x[P_H] = m0, p0, 0.0, 0.0
                 at_start = x[DEPARTURE2] * x[A]
@@ -103,6 +109,9 @@ def _block(x, y, se, gap, period, n, m0, p0):  # type: ignore[no-untyped-def]
         stale = _flow(x, n, stale)
         _noise(x, n, dt)
         _observe(x, yk, s2, n, dt, first, departs)
+        for w in range(wanted):
+            innovation[k, w] = x[INNOVATION, w]
+            variance[k, w] = np.inf if x[QUAD, w] >= _LOST else x[VARIANCE, w]
         if n == 0.0:
             largest = 0.0
             for w in range(BLOCK):
@@ -153,6 +162,7 @@ def _first(x, y, s2, n, m0, p0, dt):  # type: ignore[no-untyped-def]
         )  # fmt: skip
         x[QUAD, w] += (y - m0) * (y - m0) / prior
         x[PROD, w] *= prior
+        x[VARIANCE, w] = prior
         x[STEP, w] = -x[M, w]
     _unseen(x, n, 0.5 * dt)
     for w in range(BLOCK):
@@ -308,7 +318,7 @@ def _observe(x, y, s2, n, dt, first, departs):  # type: ignore[no-untyped-def]
         x[FELT, w] = weight * x[C_D, w] + weight_h * x[C_H, w] + at_once
         x[C_D, w] = slope * x[C_D, w] + push * x[C_H, w] + by_end - gain * x[FELT, w]
         x[C_H, w] = keep * x[C_H, w] - gain_h * x[FELT, w]
-        x[V, w], x[S, w], x[GAIN, w], x[GAIN_H, w] = v, s, gain, gain_h
+        x[V, w], x[S, w], x[GAIN, w], x[GAIN_H, w], x[INNOVATION, w] = v, s, gain, gain_h, v
         x[WEIGHT, w] = weight
     if departs:
         _learn(x, s2)
@@ -321,6 +331,7 @@ def _observe(x, y, s2, n, dt, first, departs):  # type: ignore[no-untyped-def]
         learned = p_felt * x[V, w] * inverse
         x[QUAD, w] += _LOST if lost else x[V, w] * x[V, w] * inverse
         x[PROD, w] *= total
+        x[VARIANCE, w] = total
         x[THETA, w] += learned
         x[M, w] += x[C_D, w] * learned
         x[H, w] += x[C_H, w] * learned
@@ -352,6 +363,7 @@ def _learn(x, s2):  # type: ignore[no-untyped-def]
         inverse = 1.0 / total
         x[QUAD, w] += _LOST if lost else x[V, w] * x[V, w] * inverse
         x[PROD, w] *= total
+        x[VARIANCE, w] = total
         x[V, w] *= inverse
         x[S, w] = inverse
     for w in range(BLOCK):

@@ -9,6 +9,7 @@ stiffness, forcing and a saturated sensor show themselves in.
 
 import numpy as np
 from numba import njit
+from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.cycles import ABSENT, Channels
@@ -43,7 +44,7 @@ def _hat(c, log_a, knots):  # type: ignore[no-untyped-def]
     """Excess damping rate at an amplitude, and its slope in ln(amplitude)."""
     if log_a <= knots[0]:
         return c[_HAT], 0.0
-    last = knots.size - 1
+    last = len(knots) - 1
     if log_a >= knots[last]:
         return c[_HAT + last], 0.0
     step = knots[1] - knots[0]
@@ -140,10 +141,29 @@ def _carried(p, p_h, p_o, hh, ho, oo, phi, keep, push, hold):  # type: ignore[no
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _extended_filter(  # type: ignore[no-untyped-def]
-    y, se, phase, third, third_se, gap, period, time, place, rec, omega, knots, table, active, usable, p0, v_out, s_out
+    y,
+    se,
+    phase,
+    third,
+    third_se,
+    gap,
+    period,
+    time,
+    place,
+    rec,
+    omega,
+    ln_knots,
+    table,
+    active,
+    usable,
+    p0,
+    v_out,
+    s_out,
 ):
     size = y.size
     levels = np.empty(size)  # filtered amplitudes of the first row
+    # Tuples, for every hand-over of an array counts its owners, which took two fifths of the time.
+    knots = to_fixed_tuple(ln_knots, HATS)
     for w in range(table.shape[0]):
         m = p = lagged = angle = angle_p = 0.0
         gust = offset = p_h = p_o = hh = ho = oo = 0.0  # means and covariances of the drive's states
@@ -151,7 +171,7 @@ def _extended_filter(  # type: ignore[no-untyped-def]
         moments = drive_moments(1.0, 1.0, 1.0)
         known = False
         row = -1
-        c, gain, q2, g2, fade, hats = table[w, 0], 1.0, 0.0, 0.0, 0.0, False
+        c, gain, q2, g2, fade, hats = to_fixed_tuple(table[w, 0], COLUMNS), 1.0, 0.0, 0.0, 0.0, False
         for k in range(size):
             if active[w, rec[k]] == 0:
                 for channel in range(3):
@@ -160,10 +180,11 @@ def _extended_filter(  # type: ignore[no-untyped-def]
                 continue
             if rec[k] != row:
                 row = rec[k]
-                c = table[w, row]
+                values = table[w, row]
+                c = to_fixed_tuple(values, COLUMNS)
                 gain, q2, g2 = 1.0 + c[_GAIN], c[_Q] * c[_Q], c[_GUST] * c[_GUST]
                 fade = c[_GUST_RATE] if g2 > 0.0 else 0.0
-                hats = bool(np.any(c[_HAT : _HAT + HATS] != 0.0))
+                hats = bool(np.any(values[_HAT : _HAT + HATS] != 0.0))
             dt = period[k]
             blur = c[_R] * se[k]
             r2 = blur * blur

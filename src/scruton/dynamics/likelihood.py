@@ -76,7 +76,13 @@ def innovations(
     -------
     innovation, variance : (N, W) arrays
     """
-    innovation, variance, _, _ = _filtered(data, contiguous(a_star, lam, q, r, *(wind or Wind()), n), initial_sd)
+    walkers = contiguous(a_star, lam, q, r, *(wind or Wind()), n)
+    if _one_law(walkers[-1]):
+        shape = (data.size, walkers[0].size)
+        innovation, variance = np.empty(shape), np.empty(shape)
+        _in_blocks(data, walkers, initial_sd, innovation, variance)
+        return innovation, variance
+    innovation, variance, _, _ = _filtered(data, walkers, initial_sd)
     return innovation, variance
 
 
@@ -125,16 +131,29 @@ def log_likelihood(
     initial_sd: float = 1.0,
 ) -> FloatArray:
     """Joint log density of all cycles of all records, (W,); see `innovations` for the arguments."""
-    out = np.empty(np.size(a_star))
-    exponents = np.broadcast_to(np.asarray(n, dtype=np.float64), out.shape)
-    if out.size and np.any(exponents != exponents[0]):  # n is free: every walker has a law of its own
-        terms = pointwise_log_likelihood(*innovations(data, a_star, lam, q, r, wind, n=n, initial_sd=initial_sd))
+    walkers = contiguous(a_star, lam, q, r, *(wind or Wind()), n)
+    if not _one_law(walkers[-1]):
+        terms = pointwise_log_likelihood(*_filtered(data, walkers, initial_sd)[:2])
         return np.asarray(terms.sum(axis=0))
-    walkers = contiguous(a_star, lam, q, r, *(wind or Wind()))
-    arrays = (data.amplitude, data.standard_error, data.gap, data.period)
-    if out.size:
-        block_filter(*arrays, *walkers, float(exponents[0]), 0.0, initial_sd**2, out)
+    nothing = np.empty((0, 0))
+    out = _in_blocks(data, walkers, initial_sd, nothing, nothing)
     return np.where(out > _LOST, out, -np.inf)
+
+
+def _one_law(exponents: FloatArray) -> bool:
+    """Whether n is given: where it is free, every walker has a law of its own."""
+    return bool(exponents.size and np.all(exponents == exponents[0]))
+
+
+def _in_blocks(
+    data: EnvelopeData, walkers: list[FloatArray], initial_sd: float, innovation: FloatArray, variance: FloatArray
+) -> FloatArray:
+    """Log likelihoods, (W,), of walkers of one law; innovations and variances where these arrays are not empty."""
+    out = np.empty(walkers[0].size)
+    arrays = (data.amplitude, data.standard_error, data.gap, data.period)
+    *parameters, exponents = walkers
+    block_filter(*arrays, *parameters, float(exponents[0]), 0.0, initial_sd**2, out, innovation, variance)
+    return out
 
 
 def contiguous(first: FloatArray, *others: FloatArray | float) -> list[FloatArray]:

@@ -1,0 +1,74 @@
+"""Searches for the optimum: side by side as alone, where scipy finds it, off a wall, and no row asked for twice."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from scruton.infer.hierarchy import _Remembered
+from scruton.stats.optimum import FLAT, climb_side_by_side, find_optima, find_optimum
+from scruton.stats.posterior import Posterior
+from scruton.stats.priors import Prior
+
+
+class Valley(Posterior):
+    """A curved valley, steep across, and nothing at all beyond a wall that lies near its lowest point."""
+
+    priors = tuple(Prior(name, "normal", 0.0, 3.0) for name in "xyz")
+    wall = 1.3
+
+    def log_likelihood(self, u):
+        x, y, z = u.T
+        return -50.0 * (y - x**2) ** 2 - (1.0 - x) ** 2 - 200.0 * (z + y) ** 2
+
+    def inside(self, u):
+        return u[:, 0] < self.wall
+
+
+SCALE = np.array([1.0, 0.5, 2.0])
+
+
+@pytest.mark.parametrize("wall", [1.3, np.inf])
+def test_many_climbs_end_where_one_of_scipy_ends(wall):
+    posterior = Valley()
+    posterior.wall = wall
+    starts = np.array([[-1.0, 1.5, -1.0], [0.5, 0.0, 0.5], [1.2, -2.0, 3.0], [-2.0, 3.0, -3.5]])
+    found = climb_side_by_side(posterior, starts, np.repeat(SCALE[None], 4, axis=0))
+    # without the wall, whose other side is no better
+    free = minimize(
+        lambda u: -float(np.sum(posterior.log_prior(u[None]) + posterior.log_likelihood(u[None]))), starts[1]
+    )
+    height = posterior.log_prob(found)
+    np.testing.assert_allclose(height, -free.fun, atol=1e-3)
+    for start, end in zip(starts, found, strict=True):
+        np.testing.assert_allclose(climb_side_by_side(posterior, start[None], SCALE[None])[0], end, atol=1e-6)
+
+
+def test_where_a_climb_ends_it_is_flat():
+    end = climb_side_by_side(Valley(), np.array([[-1.0, 1.5, -1.0]]), SCALE[None])[0]
+    for i, h in enumerate(1e-5 * SCALE):
+        step = h * np.eye(3)[i]
+        up, down = Valley().log_prob(np.array([end + step, end - step]))
+        assert abs(up - down) / 2e-5 < 2.0 * FLAT
+
+
+def test_searches_side_by_side_are_those_of_each_alone():
+    rngs = [np.random.default_rng(seed) for seed in (1, 2)]
+    together = find_optima(Valley(), rngs)
+    for seed, peak in zip((1, 2), together, strict=True):
+        alone = find_optimum(Valley(), np.random.default_rng(seed))
+        np.testing.assert_allclose(alone.centre, peak.centre, atol=1e-6)
+        np.testing.assert_allclose(alone.cholesky, peak.cholesky, rtol=1e-4, atol=1e-6)
+
+
+def test_rows_that_are_alike_are_asked_for_once():
+    asked = []
+
+    def function(rows):
+        asked.append(len(rows))
+        return rows.sum(axis=1)
+
+    rows = np.repeat(np.arange(6.0).reshape(3, 2), [4, 1, 2], axis=0)[[0, 4, 1, 5, 2, 6, 3]]
+    remembered = _Remembered(function)
+    np.testing.assert_array_equal(remembered(rows), rows.sum(axis=1))
+    np.testing.assert_array_equal(remembered(rows[::-1]), rows[::-1].sum(axis=1))
+    assert asked == [3]
