@@ -9,11 +9,12 @@ from scruton.calibrate.challenge.case import simulate_case
 from scruton.dynamics.limit_cycle import amplitude_rates
 from scruton.gap.check import SecondLine
 from scruton.gap.data import load_gap
-from scruton.gap.diagnosis import Diagnosis, diagnose, fit_null
+from scruton.gap.diagnosis import Diagnosis, _in_lines, diagnose, fit_null
 from scruton.gap.finding import Finding
 from scruton.gap.locate import locate, merged
 from scruton.gap.locate_curves import DECAY, GROWTH, STILL, Curve, curve_findings, excess_curves
 from scruton.gap.locate_records import _bursts, _colour, _tails, line_findings, wave_findings
+from scruton.gap.thresholds import LINE_NATS
 
 QUANTITIES = {"damping", "frequency", "scatter", "spectrum", "branch", "test", "signal"}
 
@@ -144,6 +145,15 @@ def test_lines_count_only_far_above_chance(friction: tuple[Diagnosis, list[int]]
     assert found.quantity == "spectrum"
     assert found.excess == 0.001
     assert found.interval90[0] > 0.0
+
+
+def test_a_line_far_from_the_response_is_no_force_off_it(friction: tuple[Diagnosis, list[int]]) -> None:
+    data, forced = friction[0].data, ["vortex_shedding_forcing"]
+    record = data.layout.records[int(np.flatnonzero(data.layout.wind)[0])]
+    frequency = data.cycles[record].reference_frequency
+    near, far = (SecondLine(record, ratio * frequency, 0.001, 80.0) for ratio in (1.1, 1.4))
+    assert _in_lines([near], forced, data) == 0.0
+    assert _in_lines([near], [], data) == _in_lines([far], forced, data) == 80.0 - LINE_NATS
 
 
 def test_flat_tops_are_seen_at_the_largest_amplitudes(friction: tuple[Diagnosis, list[int]]) -> None:

@@ -15,18 +15,20 @@ from scruton.gap.search import Place
 A, B, C, BEND = "coulomb_friction", "structural_damping_nonlinearity", "fluid_memory", "stiffness_nonlinearity"
 EFFECTS = (*(CATALOGUE[name] for name in (A, B, C, BEND)), UNKNOWN)
 World = dict[tuple[str, ...], float]
-Search = Callable[[World], list[Place]]
+Search = Callable[..., list[Place]]
 
 
 @pytest.fixture
 def found(monkeypatch: pytest.MonkeyPatch) -> Search:
     """Search a world: log evidence by the effects in the model; sets that are not written down have that of none."""
 
-    def search(world: World) -> list[Place]:
+    def search(world: World, seen: Sequence[str] = ()) -> list[Place]:
         evidence = {frozenset(names): value for names, value in world.items()}
 
         def fit(names: Sequence[str]) -> Any:
-            variants = tuple(SimpleNamespace(name=name, parameters=(), scan="") for name in names)
+            variants = tuple(
+                SimpleNamespace(name=name, parameters=(), scan="", seen=float(name in seen)) for name in names
+            )
             value = evidence.get(frozenset(names), 0.0)
             return SimpleNamespace(
                 log_evidence=value, mode=np.empty(0), names=tuple(names),
@@ -59,6 +61,12 @@ def test_one_effect_stands_alone(found: Search) -> None:
     (place,) = found(ALONE | {("unknown",): 45.0, (A, B): 52.0, (A, C): 51.0, (A, "unknown"): 53.0})
     assert place.best.name == A
     assert place.gains == {A: 50.0, B: 20.0, C: 5.0, BEND: 0.0, "unknown": 45.0}
+
+
+def test_what_the_readings_show_by_themselves_excuses_nothing(found: Search) -> None:
+    world: World = {(A,): 1000.0, (B,): 20.0, (A, B): 1030.0, (A, "unknown"): 1002.0}
+    assert names(found(world)) == [A], "4 % of what the first gained, for its form may be off"
+    assert names(found(world, seen=(A,))) == [A, B]
 
 
 def test_a_pair_wins_where_each_of_it_loses_to_the_generic_term(found: Search) -> None:

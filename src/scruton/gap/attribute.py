@@ -16,12 +16,21 @@ from scruton.dynamics.effects import Effect
 from scruton.dynamics.effects.effect import DAMPING, Parameter, Variant
 from scruton.dynamics.extended import channel_innovations
 from scruton.gap.hypothesis import FittedHypothesis
-from scruton.gap.thresholds import FEWEST_BEATS, FIT_SHARE, FIT_WITHIN, HOPELESS, MOST_FITS, NOTICED, QUICK_FITS
+from scruton.gap.thresholds import (
+    FEWEST_BEATS,
+    FIT_SHARE,
+    FIT_WITHIN,
+    HOPELESS,
+    MOST_DETUNING,
+    MOST_FITS,
+    NOTICED,
+    QUICK_FITS,
+)
 
 _NUDGE = 1e-4
 _PROBE = 1e-3
 _MOMENTS = np.arange(0.15, 0.86, 0.05)
-_DETUNINGS = np.concatenate([np.arange(-0.2, -0.0045, 0.001), np.arange(0.005, 0.2001, 0.001)])
+_DETUNINGS = np.concatenate([np.arange(-MOST_DETUNING, -0.0045, 0.001), np.arange(0.005, MOST_DETUNING + 1e-4, 0.001)])
 _ABOUT = (-2.0, -1.2, -0.5, 0.0, 0.5, 1.2)  # standard deviations of a prior
 
 
@@ -142,13 +151,21 @@ class Screen:
     def linear(self, variant: Variant) -> ScoreTest:
         """Laplace gain of a variant, the parameters of the base re-optimised to second order.
 
-        Where further parameters shape the first one, they are held where their search begins.
+        Where further parameters shape the first one, they are held where their search begins; what they do by
+        themselves (a lag moves the law's own terms) is gained or lost there.
         """
         shaped = any(p.log or p.starts[0] for p in variant.parameters)
         tested = variant.parameters[:1] if shaped else variant.parameters
         held = {p.name: _in_records(p, np.exp(p.starts[0]) if p.log else p.starts[0]) for p in variant.parameters}
-        v, s = self._innovations(variant, [held | {p.name: _in_records(p, _NUDGE)} for p in tested])
-        dv, ds = (v - self.v) / _NUDGE, (np.log(s) - self.log_s) / _NUDGE
+        still = [held | {p.name: _in_records(p, 0.0) for p in tested}] if shaped else []
+        v, s = self._innovations(variant, [*still, *(held | {p.name: _in_records(p, _NUDGE)} for p in tested)])
+        v0, log_s0, weight, spread, alone = self.v, self.log_s, self.weight, self.spread, 0.0
+        if shaped:
+            v0, log_s0, v, s = v[0], np.log(s[0]), v[1:], s[1:]
+            weight = np.exp(-log_s0)
+            spread = 1.0 - v0 * v0 * weight
+            alone = 0.5 * float(np.sum(self.log_s - self.spread - log_s0 + spread))
+        dv, ds = (v - v0) / _NUDGE, (np.log(s) - log_s0) / _NUDGE
         scales = np.concatenate([np.broadcast_to(p.scale, p.size) for p in tested])
         first = np.cumsum([0, *(p.size for p in tested)])
         score, curvature = np.zeros(scales.size), np.diag(1.0 / scales**2)
@@ -158,15 +175,15 @@ class Screen:
             if not active:
                 continue
             place = np.array([first[i] + tested[i].members[r] for i in active])
-            a, b, w = dv[np.ix_(active, cycles)], ds[np.ix_(active, cycles)], self.weight[cycles]
-            score[place] -= (a * w) @ self.v[cycles] + 0.5 * b @ self.spread[cycles]
+            a, b, w = dv[np.ix_(active, cycles)], ds[np.ix_(active, cycles)], weight[cycles]
+            score[place] -= (a * w) @ v0[cycles] + 0.5 * b @ spread[cycles]
             curvature[np.ix_(place, place)] += (a * w) @ a.T + 0.5 * b @ b.T
             c, e = self.jv[np.ix_(rows, cycles)], self.js[np.ix_(rows, cycles)]
             mixed[np.ix_(place, where)] += (a * w) @ c.T + 0.5 * b @ e.T
         schur = curvature - mixed @ self.base.covariance @ mixed.T
         schur = 0.5 * (schur + schur.T)
         gain = 0.5 * score @ np.linalg.solve(schur, score) - np.log(scales).sum() - 0.5 * np.linalg.slogdet(schur)[1]
-        return ScoreTest(variant, float(gain), first_starts(variant))
+        return ScoreTest(variant, alone + float(gain), first_starts(variant))
 
     def direct(self, variant: Variant, parameter: Parameter) -> ScoreTest:
         """Test of a variant of one positive parameter: the likelihood along a grid, the base held still."""

@@ -182,11 +182,14 @@ def _judged(
     checks[best.name if leader is not base else NONE] = mark = check(leader)
     # Forms differ a little: what is left is measured by what was explained, at the noise that is left.
     explained = max(gains[best.name], 0.0, _explained(null, leader)) if leader is not base else 0.0
-    names = tuple(place.best.name for place in places)
-    left = _left_over(mark, lines, names, null.hypothesis.data) - thresholds.ALLOWED_SHARE * explained
+    names = tuple(place.best.name for place in places if place.best.log_evidence > place.base.log_evidence)
+    line = _in_lines(lines, names, null.hypothesis.data)
+    allowed = thresholds.ALLOWED_EXCESS + thresholds.ALLOWED_SHARE * explained
+    left = max(mark.excess, line) - allowed
     if UNKNOWN in gains:  # a card may leave it out
         gains[UNKNOWN] = max(_preferred(gains)[UNKNOWN], max(gains[best.name], 0.0) + left)
-        ahead = gains[UNKNOWN] > max(gains[best.name], 0.0)
+        # Neither the catalogue nor the generic terms have a line beside the response: their evidence has no say there.
+        ahead = gains[UNKNOWN] > max(gains[best.name], 0.0) and line < allowed
         if ahead and leader is not base and not _earned(leader, best, singles[UNKNOWN], rivals[UNKNOWN], workers):
             gains[UNKNOWN] = gains[best.name] - thresholds.UNEARNED_NATS
     gains[NONE] = 0.0
@@ -222,15 +225,20 @@ def _explained(base: FittedHypothesis, leader: FittedHypothesis) -> float:
     return 0.5 * (chi[0] - chi[1])
 
 
-def _left_over(mark: Check, lines: Sequence[SecondLine], names: Sequence[str], data: GapData) -> float:
-    """Nats of misfit that no hypothesis of the catalogue has taken up."""
-    excess = mark.excess - thresholds.ALLOWED_EXCESS
+def _in_lines(lines: Sequence[SecondLine], names: Sequence[str], data: GapData) -> float:
+    """Nats in lines beside the response that none of the effects that are named brings."""
     still = {name for name, wind in zip(data.layout.records, data.layout.wind, strict=True) if not wind}
-    # Of a force off the response such lines are the signature.
+    # Of a force off the response such lines are the signature, as near as one is sought: what stands in still air or
+    # further off is another mode, or hum.
     forced = any(CATALOGUE[name].channel == "spectrum" for name in names)
-    counted = [line.ratio for line in lines if not forced or line.record in still]
-    line = sum(max(0.0, ratio - thresholds.LINE_NATS) for ratio in counted)
-    return max(excess, line - thresholds.ALLOWED_EXCESS if line > 0.0 else -thresholds.ALLOWED_EXCESS)
+    counted = [line.ratio for line in lines if not forced or line.record in still or _far_off(line, data)]
+    return sum(max(0.0, ratio - thresholds.LINE_NATS) for ratio in counted)
+
+
+def _far_off(line: SecondLine, data: GapData) -> bool:
+    """Whether a line is further from the response than a force that beats with it is sought."""
+    off = line.frequency / data.cycles[line.record].reference_frequency - 1.0
+    return abs(off) > thresholds.MOST_DETUNING + thresholds.DETUNING_MARGIN
 
 
 def _groups(gains: Mapping[str, float], verdict: str) -> tuple[tuple[str, ...], ...]:

@@ -137,7 +137,9 @@ def _joined(
         if gain < needed or best.best is None or negligible or (chain and best.log_evidence < rival - slack):
             break
         chain = [*chain, best]
-        base, first = best.best, max(first, gain)
+        # What the readings show by themselves, rows of one value where a range ends, has no form that might be off: it
+        # asks no more of a second effect.
+        base, first = best.best, first if best.variant and best.variant.seen > 0.0 else max(first, gain)
         if len(chain) < thresholds.MOST_EFFECTS and gain > 0.0:
             candidates = beside(base, {candidate.name for candidate in chain})
     return chain

@@ -48,6 +48,8 @@ QUICK_FITS = 2  # likewise, of those that might join or take a place: the score 
 FIT_WITHIN = 6.0  # nats behind the best score test of its effect at which a variant is still fitted
 FIT_SHARE = 0.4  # of the best score test's gain, added to that, for score tests hold to second order
 HOPELESS = -1.0  # nats: score tests below are taken at their word
+MOST_DETUNING = 0.2  # of the frequency, to which a force off the response is sought
+DETUNING_MARGIN = 0.05  # beyond it, in which a line may still be such a force's: its width in a short record
 FEWEST_BEATS = 1.5  # in a record, for a force off the response: slower ones are a drift
 
 # ---- the absolute check

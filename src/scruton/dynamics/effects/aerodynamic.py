@@ -155,7 +155,22 @@ def _memory(layout: Layout) -> list[Variant]:
     scope = _in_wind(layout)
     centre = float(np.log(0.15 * layout.reference_omega / (2.0 * np.pi * layout.reference_rate)))
     lag = Parameter("lag", centre, 1.0, scope.members, log=True, unit="cycles", starts=(centre - 1.0, centre + 0.3))
+    bend, follow = adding(size=Term.AERO_LINEAR), _lagging(0.0, 1.0)
+
+    def answering(table: FloatArray, values: Values, layout: Layout) -> None:
+        bend(table, values, layout)
+        follow(table, values, layout)
+
     return [
+        # A wake oscillator does both at once: it follows late, and answers a large amplitude with less than its share.
+        Variant(
+            "the wake's amplitude sets a force with a part in A",
+            (size_prior("size", scope.members), lag),
+            answering,
+            scope,
+            0.1,
+            size="lag",
+        ),
         Variant("the wake's amplitude sets the damping", (lag,), _lagging(1.0, 1.0), scope),
         Variant("the wake's amplitude sets the force", (lag,), _lagging(0.0, 1.0), scope),
         Variant("the wake's amplitude sets the force, from rest", (lag,), _lagging(0.0, 0.0), scope),
@@ -231,7 +246,7 @@ EFFECTS = (
         "The wake lags",
         "amplitude",
         Belongs.WIND,
-        (Term.LAG, Term.LAG_KIND, Term.LAG_START),
+        (Term.LAG, Term.LAG_KIND, Term.LAG_START, Term.AERO_LINEAR),
         Size("branch", "damping ratio of growth through half the stable amplitude, to first order in the lag", _branch),
         _memory,
     ),
