@@ -16,9 +16,9 @@ than the slopes of their transients say, hence two scales; both have a prior in 
 inform them.
 
 For n < 0 the law has a bound, Sc < R/(-n): beyond it no wind makes the section vibrate.  What is sampled is the
-distance from it, :math:`\ln G` of the curve and :math:`\ln Sc_j - \ln(1 + n\,Sc_j/R_j)` of a test whose rate is better
-known than its damping: in the logarithms of R_ref and Sc_j the prior's density has no end where G and G_j vanish
-together, and no sampler follows it there.
+distance from it, :math:`\ln G` of the curve and :math:`\ln Sc_j - \ln(1 + n\,Sc_j/R_j)` of a test whose damping is not
+known far better than its rate: in the logarithms of R_ref and Sc_j the prior's density has no end where G and G_j
+vanish together, and no sampler follows it there.
 """
 
 from collections.abc import Iterator, Sequence
@@ -36,6 +36,7 @@ from scruton.stats.priors import Prior
 
 SHARED = ("reference_amplitude", "reference_relaxation_ratio", "discrepancy_amplitude", "discrepancy_relaxation")
 _BEYOND_RECORDS = ("damping_ratio", "mass_factor", "w")  # the likelihood of a test's transients does not know them
+_FAR_BETTER = 5.0  # a standard deviation so many times smaller
 _LOG_2PI = float(np.log(2.0 * np.pi))
 
 
@@ -68,14 +69,15 @@ class PeakTest:
         return bool(self.wind.data.size)
 
     @cached_property
-    def knows_rate_best(self) -> bool:
-        """Whether the records tell the relaxation rate better than the structural damping is known.
+    def damping_gives_way(self) -> bool:
+        """Whether the distance from the law's bound stands for the structural damping.
 
-        Its distance from the law's bound is a coordinate of the damping then: the better known of the two stays as it
-        is, or the posterior would bend.
+        Not where that is known far better than the relaxation rate: given the rate, the distance would then be sharp,
+        along a curve that no ensemble follows.
         """
         near = self.wind.named(self.draws)
-        return self.relaxes and bool(np.std(near["relaxation_ratio"]) < np.std(near["damping_ratio"]))
+        rate, damping = (np.std(near[name]) for name in ("relaxation_ratio", "damping_ratio"))
+        return self.relaxes and bool(rate <= _FAR_BETTER * damping)
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -90,10 +92,10 @@ class CampaignPosterior(Posterior):
 
     Sampled: the logarithms of A_ref, R_ref over the reference mass-damping factor, tau and kappa; n where it is free;
     and for every test those of a*, lambda/omega0, scatter, noise factor, xi_s, and the standardised deviation of the
-    mass-damping factor.  Where n < 0, what R_ref exceeds its bound by stands for it, and where the records tell lambda
-    best (`PeakTest.knows_rate_best`) xi_s over the share that is left to its bound for xi_s; both are unbounded, and
-    called by what they stand for.  Where a test's records say
-    nothing of lambda its coordinate is w_j instead (non-centred), which the discrepancy's scale does not squeeze.
+    mass-damping factor.  Where n < 0, what R_ref exceeds its bound by stands for it, and xi_s over the share that is
+    left to its bound for xi_s (`PeakTest.damping_gives_way`); both are unbounded, and called by what they stand for.
+    Where a test's records say nothing of lambda its coordinate is w_j instead (non-centred), which the discrepancy's
+    scale does not squeeze.
 
     Attributes
     ----------
@@ -137,7 +139,7 @@ class CampaignPosterior(Posterior):
         """
         if self.exponent is None and self.n >= 0.0:
             return self.stated
-        distances = {SHARED[1], *(f"damping_ratio of {test.name}" for test in self.tests if test.knows_rate_best)}
+        distances = {SHARED[1], *(f"damping_ratio of {test.name}" for test in self.tests if test.damping_gives_way)}
         wide = ((p, float(np.hypot(p.scale, 1.0))) for p in self.stated)
         return tuple(
             Prior(p.name, "lognormal", float(np.exp(p.location)), spread, p.unit) if p.name in distances else p
@@ -215,7 +217,7 @@ class CampaignPosterior(Posterior):
                 factor = factor * np.exp(test.factor_log_sd * v["mass_factor"])
             if test.relaxes:
                 ratio = np.exp(v["relaxation_ratio"])
-                bound = _bound(n) * test.knows_rate_best
+                bound = _bound(n) * test.damping_gives_way
                 share = 1.0 / (1.0 + bound * damping / ratio)
                 damping = share * damping
                 strength = factor * (share * ratio + (n + bound) * damping)
@@ -346,7 +348,7 @@ class CampaignPosterior(Posterior):
                     strength = at_zero * np.exp(np.exp(log["discrepancy_relaxation"]) * z[1, :, j])
                     own = strength - n * sc
                     values["relaxation_ratio"] = np.log(own / factor)
-                    values["damping_ratio"] -= np.where(n < 0.0, np.log(strength / own), 0.0) * test.knows_rate_best
+                    values["damping_ratio"] -= np.where(n < 0.0, np.log(strength / own), 0.0) * test.damping_gives_way
                     good &= np.isfinite(values["relaxation_ratio"])
         good[good] = self.inside(u[good])
         return u, good
@@ -360,7 +362,7 @@ class CampaignPosterior(Posterior):
             for name in WIND:
                 if name in test.parameters:
                     values[name] = near[name]
-            if test.knows_rate_best:
+            if test.damping_gives_way:
                 share = 1.0 - _bound(n[:, 0]) * np.exp(near["damping_ratio"] - near["relaxation_ratio"])
                 values["damping_ratio"] -= np.log(np.maximum(share, 0.01))  # the draws may be of another law
         s, log = self.settings(u), self.named(u)
