@@ -12,6 +12,7 @@ import pytest
 from scruton.cli import main
 from scruton.errors import InputError
 from scruton.report import maths
+from scruton.report.build import ReportPaths
 from scruton.report.document import (
     ALARM,
     Callout,
@@ -131,3 +132,13 @@ def test_a_report_writes_both(small_results, tmp_path, capsys) -> None:
     assert {str(out / "report.docx"), str(out / "report.xlsx")} <= set(capsys.readouterr().out.splitlines())
     assert len(docx.Document(str(out / "report.docx")).inline_shapes) == len(list((out / "figures").glob("*.png")))
     assert len(openpyxl.load_workbook(out / "report.xlsx").sheetnames) > 5
+
+
+def test_where_a_report_lies_once_it_is_moved(tmp_path) -> None:
+    new = tmp_path / "new"
+    paths = ReportPaths(new / "report.html", None, None, new / "report.json", (new / "figures/a.svg",), (), (),
+                        (new / "report.docx",))  # fmt: skip
+    moved = paths.moved(tmp_path / "out")
+    assert (moved.report, moved.pdf) == (tmp_path / "out/report.html", None)
+    assert moved.figures == (tmp_path / "out/figures/a.svg",)
+    assert moved.office == (tmp_path / "out/report.docx",)
