@@ -23,7 +23,7 @@ demo: .venv/ready
 	.venv/bin/scruton report examples/rectangle-4to1 --bridge examples/rectangle-4to1/bridge.toml -o out/rectangle-4to1 --force
 
 test: .venv/ready
-	.venv/bin/python -m pytest -n auto
+	.venv/bin/python -m pytest -n auto --dist loadfile
 
 slow: .venv/ready
 	.venv/bin/python -m pytest -n auto -m slow

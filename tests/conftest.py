@@ -1,5 +1,6 @@
 """Fixtures that every test may use."""
 
+import fcntl
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -28,6 +29,25 @@ def shared_data() -> Callable[[str], Path]:
         return folder
 
     return find
+
+
+@pytest.fixture(scope="session")
+def once(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Callable[[Path], object]], Path]:
+    """Make a folder of this name once a run of the suite, whichever of its processes asks first; read only."""
+    root = tmp_path_factory.getbasetemp()
+    root = root.parent if "PYTEST_XDIST_WORKER" in os.environ else root
+
+    def made(name: str, make: Callable[[Path], object]) -> Path:
+        folder, done = root / name, root / f"{name}.done"
+        with (root / f"{name}.lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not done.exists():
+                folder.mkdir()
+                make(folder)
+                done.touch()
+        return folder
+
+    return made
 
 
 SPEC = """
@@ -89,23 +109,26 @@ min_ess = 100
 
 
 @pytest.fixture(scope="session")
-def small_campaign(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def small_campaign(once: Callable[[str, Callable[[Path], object]], Path]) -> Path:
     """Make a campaign of one rig, one test in wind, three records; read only, copy it to change it."""
     from scruton.simulate import write_campaign
 
-    folder = tmp_path_factory.mktemp("small")
-    (folder / "spec.toml").write_text(SPEC, encoding="utf-8")
-    return write_campaign(folder / "spec.toml", folder / "campaign", seed=1)
+    def make(folder: Path) -> None:
+        (folder / "spec.toml").write_text(SPEC, encoding="utf-8")
+        write_campaign(folder / "spec.toml", folder / "campaign", seed=1)
+
+    return once("small", make) / "campaign"
 
 
 @pytest.fixture(scope="session")
-def small_results(small_campaign: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def small_results(small_campaign: Path, once: Callable[[str, Callable[[Path], object]], Path]) -> Path:
     """Fit the small campaign once; read only."""
     from scruton.cli import main
 
-    out = tmp_path_factory.mktemp("results") / "fit"
-    assert main(["fit", str(small_campaign), "-o", str(out), "--quiet"]) == 0
-    return out
+    def make(folder: Path) -> None:
+        assert main(["fit", str(small_campaign), "-o", str(folder / "fit"), "--quiet"]) == 0
+
+    return once("results", make) / "fit"
 
 
 # Two rigs in one wind under one law: what the campaign model, predictions and validation need at least.
@@ -161,24 +184,22 @@ FORCES = {
 
 
 @pytest.fixture(scope="session")
-def two_rigs(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+def two_rigs(once: Callable[[str, Callable[[Path], object]], Path]) -> Callable[[str], Path]:
     """Make a campaign of two rigs under a force, "paper" or "ehsan-scanlan", once; read only."""
     from scruton.simulate import write_campaign
 
-    made: dict[str, Path] = {}
-
     def make(force: str) -> Path:
-        if force not in made:
+        def write(folder: Path) -> None:
             truth, high, low = FORCES[force]
             rigs = (("heavy", 0.0065, high), ("light", 0.004, low))
             spec = TWO_RIGS + "".join(
                 RIG.format(name=name, damping=damping, sd=0.02 * damping, amplitude=amplitude, truth=truth)
                 for name, damping, amplitude in rigs
             )
-            folder = tmp_path_factory.mktemp("two")
             (folder / "spec.toml").write_text(spec, encoding="utf-8")
-            made[force] = write_campaign(folder / "spec.toml", folder / "campaign", seed=2)
-        return made[force]
+            write_campaign(folder / "spec.toml", folder / "campaign", seed=2)
+
+        return once(f"two-{force}", write) / "campaign"
 
     return make
 

@@ -40,7 +40,7 @@ def card():
 CARD = 'format = 1\nname = "short"\nextends = "default"\n[sampler]\nmin_ess = 100\nmax_rhat = 1.1\n'
 
 
-def tiny(out: Path, campaigns=4, seed=3, **how):
+def tiny(out: Path, campaigns=3, seed=3, **how):
     short = out.parent / "short.toml"
     short.write_text(CARD, encoding="utf-8")
     return run_calibration(Execution(out, **how), regimes=TINY, campaigns=campaigns, seed=seed, model=str(short))
@@ -263,7 +263,7 @@ def test_whole_pipe(one_job):
     content = json.loads((one_job / "calibration.json").read_text(encoding="utf-8"))
     assert content["settings"]["seed"] == 3
     assert [one["regime"] for one in content["regimes"]] == list(TINY)
-    assert all(len(one["z"]) == 4 for table in content["scores"].values() for one in table.values())
+    assert all(len(one["z"]) == 3 for table in content["scores"].values() for one in table.values())
     lines = (one_job / "coverage.csv").read_text(encoding="utf-8").splitlines()
     assert len(lines) == 1 + 2 * 8 * 3
     text = (one_job / "calibration.txt").read_text(encoding="utf-8")
@@ -276,7 +276,7 @@ def test_whole_pipe(one_job):
 
 def test_processes_do_not_change_a_digit(one_job):
     """Tables are made from the records in the order of their index, so equal records are equal tables."""
-    tasks = [("growth", 1), ("turbulence-1", 3)]
+    tasks = [("growth", 1), ("turbulence-1", 2)]
     alone = [load(one_job, name)[index] for name, index in tasks]
     card = load_card(one_job.parent / "short.toml")
     found = [one for _, one in Workers(2).values(_fitted, [(*task, 3, card) for task in tasks])]
@@ -307,7 +307,7 @@ def test_resume_after_an_interruption_gives_the_same_bytes(one_job, tmp_path):
         tiny(out, resume=True, seed=4)
     told = []
     tiny(out, resume=True, progress=lambda *what: told.append(what))
-    assert told == [("turbulence-1", fraction) for fraction in (0.5, 0.75, 1.0)]
+    assert told == [("turbulence-1", fraction) for fraction in (pytest.approx(2 / 3), 1.0)]
     assert same(one_job, out)
 
 

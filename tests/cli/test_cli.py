@@ -175,7 +175,8 @@ def test_a_record_that_never_oscillates(campaign, tmp_path, capsys):
     (campaign / "decay.csv").write_text("\n".join(lines), encoding="utf-8")
     strictly = run("fit", campaign, "-o", tmp_path / "o", "--strict", capsys=capsys)
     refused(*strictly, "decay.csv", "tests[0].records[0]")
-    code, _, said = run("fit", campaign, "-o", tmp_path / "o", capsys=capsys)
+    (tmp_path / "card.toml").write_text(CARD.format(min_ess=100), encoding="utf-8")
+    code, _, said = run("fit", campaign, "-o", tmp_path / "o", "--model", tmp_path / "card.toml", capsys=capsys)
     assert code in (0, 1)
     assert "decay.csv" in said
     assert "set aside" in said

@@ -113,6 +113,7 @@ def test_gusts_are_no_gap(monkeypatch, design, index, name):
     assert diagnose(campaign).verdict == (name or "none")
 
 
+@pytest.mark.slow  # quicker ones: the bursts below, and the jump of test_gap_meaning.py
 @pytest.mark.parametrize(("name", "index"), [("time_jump", 4), ("intermittent_lock_in", 5)])
 def test_what_comes_and_goes_by_more_than_gusts_is_unknown(name, index):
     """Where gusts had no bound these were called `none`."""

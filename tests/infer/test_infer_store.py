@@ -21,6 +21,8 @@ from scruton.infer.result_schema import MODEL, SCHEMA, dataset, faults
 from scruton.infer.store import POSTERIOR, SUMMARY, pack, read_draws, read_tree, unpack, write_fit
 from scruton.infer.stored import Stored
 from scruton.report.figures import all_figures, save
+from scruton.report.figures.griffin import griffin_plot
+from scruton.report.figures.records import record_figures
 from scruton.report.tables import tables
 from tests.report.fake_fit import fake_fit
 
@@ -79,7 +81,13 @@ def test_a_fit_comes_back_whole(both):
             same(ours[key], theirs[key], f"{name}[{key}]")
 
 
-def test_tables_and_figures_are_the_same(both, tmp_path):
+def few_figures(fit):
+    """Of the draws, of the records, of the front ends; drawing all of them is what takes the time."""
+    return [griffin_plot(fit), *record_figures(fit)]
+
+
+@pytest.mark.parametrize("drawn_by", [few_figures, pytest.param(all_figures, marks=pytest.mark.slow)])
+def test_tables_and_figures_are_the_same(both, tmp_path, drawn_by):
     fit, back = both
     ours, theirs = tables(fit), tables(back)
     assert list(ours) == list(theirs)
@@ -87,7 +95,7 @@ def test_tables_and_figures_are_the_same(both, tmp_path):
         pd.testing.assert_frame_equal(theirs[name], frame)
     drawn = {}
     for where, one in (("made", fit), ("loaded", back)):
-        figures = all_figures(one)
+        figures = drawn_by(one)
         paths = [path for figure in figures for path in save(figure, tmp_path / where, formats=("svg",))]
         drawn[where] = {path.name: path.read_bytes() for path in paths}, [figure.caption for figure in figures]
     assert drawn["made"][0]
