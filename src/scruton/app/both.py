@@ -6,10 +6,11 @@ from typing import Any
 
 from scruton.app import predict
 from scruton.app.options import check_writable
-from scruton.app.run import Outcome, Run
+from scruton.app.run import Outcome, Run, variant
 from scruton.errors import InputError
 from scruton.report.render_text import render_text
-from scruton.terminal import DONE, NOT_TRUSTED
+from scruton.report.wording import TERMINAL
+from scruton.terminal import DONE, NOT_TRUSTED, line_width
 
 
 def size(arguments: Namespace) -> Outcome:
@@ -20,7 +21,8 @@ def size(arguments: Namespace) -> Outcome:
     if arguments.other is None:
         return predict.size(arguments)
     from scruton.infer.store import provenance_of
-    from scruton.report.chapters.sizing import both_summary, sizing_summary
+    from scruton.report.chapters.sizing import sizing_summary
+    from scruton.report.chapters.together import both_blocks
     from scruton.sizing.both import size_both
     from scruton.sizing.limits import limit
     from scruton.sizing.results import RESULT
@@ -31,6 +33,8 @@ def size(arguments: Namespace) -> Outcome:
     if arguments.damper:
         raise InputError("command line", "--damper", "--other beside it", "one of them: offers are judged with one fit")
     folder, folders = arguments.out or arguments.results / "sizing", (arguments.results, arguments.other)
+    if arguments.out is None and not arguments.force:
+        folder = variant(folder, "size", (RESULT,))
     rules = [limit(rule) for rule in arguments.limit]
     check_writable(folder)
     fits = [predict.read_fit(results, arguments.effect, "a fit of at least one test") for results in folders]
@@ -52,6 +56,6 @@ def size(arguments: Namespace) -> Outcome:
             written += predict.write_sizing(work, content, bridge.motion.value if contents else "")
             contents.append(content)
         paths = work.published(written)
-    summaries = [render_text(sizing_summary(content)) for content in contents]
-    text = "\n\n".join([*summaries, render_text(both_summary(contents[0]))])
+    told = [*map(sizing_summary, contents), both_blocks(contents[0], "", "{:.3f}".format, TERMINAL)]
+    text = "\n\n".join(render_text(blocks, line_width()) for blocks in told)
     return Outcome(text, paths, code=DONE if all(summary["converged"] for _, summary in fits) else NOT_TRUSTED)

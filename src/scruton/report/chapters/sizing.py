@@ -8,6 +8,7 @@ import numpy as np
 
 from scruton.report.chapters.material import Material
 from scruton.report.chapters.required import required_damping, required_tables
+from scruton.report.chapters.together import TOGETHER, both_blocks, exceedances
 from scruton.report.conventions import (
     DAMPING,
     SCRUTON,
@@ -27,10 +28,9 @@ from scruton.report.document import CAUTION, Block, Callout, Heading, Picture, T
 from scruton.report.figures.sizing import Content, modes
 from scruton.report.wording import PAGE, TERMINAL, Notation, money, percent, share
 from scruton.report.wording import number as written
-from scruton.sizing.checks import ASKED, CONFIDENCES
+from scruton.sizing.checks import CONFIDENCES
 
 _SHARES = [share(float(p)) for p in CONFIDENCES]
-_TOGETHER = "Probability of exceeding the limit in lock-in"
 
 
 def sizing_chapter(material: Material) -> Iterator[Block]:
@@ -76,8 +76,8 @@ def _sizing_blocks(content: Content, pictures: Mapping[str, Picture]) -> Iterato
     yield from _existing_blocks(content, percent)
     names = content["all_modes"]["names"]
     together = Table(
-        "all_modes", _TOGETHER, ("", *(f"mode {name}" for name in names), "any mode"),
-        _exceedances(content, percent) if len(names) > 1 else (),
+        "all_modes", TOGETHER, ("", *(f"mode {name}" for name in names), "any mode"),
+        exceedances(content, percent) if len(names) > 1 else (),
     )  # fmt: skip
     hours = Table(
         "hours",
@@ -89,6 +89,7 @@ def _sizing_blocks(content: Content, pictures: Mapping[str, Picture]) -> Iterato
     if together.rows or hours.rows:
         yield Heading("All modes together")
         yield from (together, hours)
+    yield from both_blocks(content, "mode ", percent, PAGE)
 
 
 def _monte_carlo(content: Content) -> Iterator[str]:
@@ -260,21 +261,6 @@ def _cheapest(mode: Content) -> Iterator[str]:
         yield f"{least}: {money(by_damping['best_total'])} {_currency(cost)} with {added} added damping{end}."
 
 
-def _exceedances(content: Content, write: Callable[[float], str]) -> list[tuple[str, ...]]:
-    """Probability of exceeding the limit in every mode and in any, by what is done about it."""
-    every = content["all_modes"]
-    labels = {
-        "without": "as it is",
-        "with_required_damping": f"with the damping required at {share(float(ASKED))}",
-        "with_dampers": "with all dampers, each acting on every mode",
-    }
-    return [
-        (label, *map(write, every[key]["each"]), write(every[key]["any"]))
-        for key, label in labels.items()
-        if key in every
-    ]
-
-
 def _hours(content: Content, between: str, velocity: Callable[..., str], hours: Callable[..., str]) -> list[Any]:
     """One row a mode: reduced velocities of lock-in and whether they are assumed, hours in it and beyond the limit."""
     yearly = content["all_modes"].get("hours")
@@ -343,26 +329,12 @@ def sizing_summary(content: Content) -> Iterator[Block]:
     for mode in every:
         yield from _cost_summary(mode)
     if len(together["names"]) > 1 or "hours" in together:
-        yield Table("all_modes", _TOGETHER, ("", *together["names"], "any"), _exceedances(content, "{:.3f}".format))
+        yield Table("all_modes", TOGETHER, ("", *together["names"], "any"), exceedances(content, "{:.3f}".format))
         hours = _hours(content, " .. ", "{:.2f}".format, TERMINAL.number)
         header = ("mode", "lock-in U/(fD)", "hours a year in lock-in", "expected hours beyond the limit (90 %)")
         yield Table("hours", "", header, hours, _hours_note(content))
     yield from _existing_blocks(content, "{:.3f}".format)
     yield Callout(CAUTION, "", [*content["flags"], *(warnings_note() if content["flags"] else ())])
-
-
-def both_summary(content: Content) -> Iterator[Block]:
-    """Heaving and torsion together, for the terminal."""
-    both = content["both"]
-    edge = "; ".join(
-        f"{name} ({motion}) {TERMINAL.number(at['median'], 3)} ({TERMINAL.range((at['low'], at['high']), 3)})"
-        for name, motion, at in zip(both["names"], both["motions"], both["edge"], strict=True)
-    )
-    yield Table(
-        "both", "Heaving and torsion together: probability of exceeding the limit in lock-in",
-        ("", *both["names"], "any"), _exceedances({"all_modes": both}, "{:.3f}".format),
-        f"Amplitude at the edge of the deck without added damping [m] (90 %): {edge}",
-    )  # fmt: skip
 
 
 def _damper_summary(mode: Content) -> Block:

@@ -1,0 +1,159 @@
+"""`scruton size --other`: heaving and torsion of one bridge, from two small fits to the report."""
+
+import json
+import shutil
+
+import pytest
+
+from scruton.cli import main
+from tests.conftest import CARD
+
+TORSION = """
+format = 1
+title = "The same deck, twisting"
+
+[section]
+motion = "torsional"
+width = "0.25 m"
+depth = "0.05 m"
+
+[simulation]
+sample_rate = 150
+turbulence = 0.01
+sensor_noise = 0.0001
+
+[[rigs]]
+name = "T"
+mass = { mean = "0.012 kg m^2/m", sd = "6e-05 kg m^2/m" }
+frequency = "6 Hz"
+damping_ratio = { mean = 0.004, sd = 0.0002 }
+
+[[tests]]
+name = "twist"
+rig = "T"
+air_density = "1.225 kg/m^3"
+wind_speed = "3.3 m/s"
+truth = { Y1 = -0.0422, epsilon = 0.0986 }
+
+[[tests.records]]
+file = "decay.csv"
+kind = "decay"
+initial_amplitude = 2.0
+duration = 9
+
+[[tests.records]]
+file = "growth.csv"
+kind = "growth"
+initial_amplitude = 0.2
+duration = 9
+"""
+
+BRIDGE = """format = 1
+title = "A deck that does both"
+width = "12 m"
+depth = "3 m"
+limits = ["0.06 m", "0.4 deg"]
+
+[[modes]]
+name = "V1"
+motion = "heaving"
+frequency = "0.3 Hz"
+mass = "20000 kg/m"
+length = "400 m"
+
+[[modes]]
+name = "T1"
+motion = "torsional"
+frequency = "0.8 Hz"
+inertia = "8e5 kg*m^2/m"
+length = "400 m"
+"""
+
+
+@pytest.fixture(scope="module")
+def deck(tmp_path_factory, small_results):
+    """The small heaving fit, a torsional one, and the bridge of both."""
+    folder = tmp_path_factory.mktemp("deck")
+    for name, text in (("spec.toml", TORSION), ("card.toml", CARD), ("bridge.toml", BRIDGE)):
+        (folder / name).write_text(text, encoding="utf-8")
+    campaign, torsion = folder / "campaign", folder / "torsion"
+    assert main(["simulate", str(folder / "spec.toml"), "-o", str(campaign), "--seed", "3", "--quiet"]) == 0
+    card = str(folder / "card.toml")
+    assert main(["fit", str(campaign), "-o", str(torsion), "--model", card, "--quiet"]) in (0, 1)
+    shutil.copytree(small_results, folder / "heaving", ignore=shutil.ignore_patterns("sizing*"))
+    return folder / "heaving", torsion, folder / "bridge.toml"
+
+
+@pytest.fixture(scope="module")
+def sized(deck, tmp_path_factory):
+    heaving, torsion, bridge = deck
+    out = tmp_path_factory.mktemp("sized") / "both"
+    arguments = ["size", heaving, "--other", torsion, "--bridge", bridge, "-o", out, "--quiet"]
+    assert main([str(one) for one in arguments]) in (0, 1)
+    return out
+
+
+def test_each_motion_has_its_file_and_both_the_union(sized):
+    heaving, torsion = (json.loads((sized / part / "sizing.json").read_text()) for part in ("", "torsional"))
+    assert [mode["name"] for mode in heaving["modes"]] == ["V1"]
+    assert [mode["name"] for mode in torsion["modes"]] == ["T1"]
+    assert torsion["amplitude_unit"] == "rad", "files hold radians"
+    assert heaving["both"] == torsion["both"]
+    both = heaving["both"]
+    assert (both["names"], both["motions"]) == (["V1", "T1"], ["heaving", "torsional"])
+    for what in ("without", "with_required_damping", "with_dampers"):
+        each, either = both[what]["each"], both[what]["any"]
+        assert max(each) <= either <= sum(each) + 1e-9
+    for mode, risk in zip((heaving["modes"][0], torsion["modes"][0]), both["without"]["each"], strict=True):
+        limit = next(one for one in mode["limits"] if one["rule"] == mode["governing"])
+        assert risk == pytest.approx(limit["probability"], abs=0.02), "the same bridge, other draws"
+    for path in (sized / "required_damping.png", sized / "torsional" / "required_damping.png"):
+        assert path.stat().st_size > 5_000
+
+
+def test_the_terminal_shows_both_in_eighty_columns_and_a_second_run_gets_a_number(deck, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    heaving, torsion, bridge = deck
+    arguments = [str(one) for one in ("size", heaving, "--other", torsion, "--bridge", bridge)]
+    for name in ("sizing", "sizing-2"):
+        assert main(arguments) in (0, 1)
+        text = capsys.readouterr().out
+        assert str(heaving / name / "sizing.json") in text
+        assert str(heaving / name / "torsional" / "sizing.json") in text
+    lines = [line for line in text.splitlines() if not line.startswith(str(heaving))]
+    assert max(map(len, lines)) <= 80
+    assert "T1 (torsional)" in " ".join(" ".join(lines).split())
+
+
+def test_the_report_of_results_shows_both(deck, sized, tmp_path):
+    folder = tmp_path / "results"
+    shutil.copytree(deck[0], folder, ignore=shutil.ignore_patterns("sizing*", ".scruton"))
+    shutil.copytree(sized, folder / "sizing")
+    assert main(["report", str(folder), "--quiet"]) in (0, 1)
+    text = next(folder.rglob("report.html")).read_text(encoding="utf-8")
+    assert "Heaving and torsion together" in text
+    assert "mode T1" in text
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ([], ["--bridge"]),
+        (["--bridge", "BRIDGE", "--damper", "12 t, 0.29 Hz, 0.08"], ["--damper"]),
+    ],
+)
+def test_what_cannot_be_done_with_both_is_refused(deck, tmp_path, capsys, more, words):
+    heaving, torsion, bridge = deck
+    more = [str(bridge) if one == "BRIDGE" else one for one in more]
+    arguments = ["size", str(heaving), "--other", str(torsion), *more, "-o", str(tmp_path / "out")]
+    assert main(arguments) == 2
+    error = capsys.readouterr().err
+    assert all(word in error for word in words)
+    assert not (tmp_path / "out").exists()
+
+
+def test_two_fits_of_one_motion_are_no_pair(deck, tmp_path, capsys):
+    heaving, _, bridge = deck
+    out = str(tmp_path / "out")
+    assert main(["size", str(heaving), "--other", str(heaving), "--bridge", str(bridge), "-o", out]) == 2
+    assert "another fit of a heaving section" in capsys.readouterr().err
