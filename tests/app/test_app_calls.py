@@ -186,7 +186,7 @@ def test_a_figure_works_from_disk(folder):
 def test_every_figure_of_the_register_has_its_function():
     from scruton.report.figures.registry import registered
 
-    known = {name.replace("-", "_") for name in registered()} - {"gap"}
+    known = {name.replace("-", "_") for name in registered()} - {"gap", "compare"}
     assert set(plot.__all__) - {"prior_curves"} == known
 
 

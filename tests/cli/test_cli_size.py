@@ -68,7 +68,7 @@ def test_size_writes_what_an_engineer_asks_for(small_results, bridge, tmp_path, 
     arguments = ("--bridge", bridge, "--limit", "0.05", *offered, "--identified", "V1: 0.29 Hz, 0.004")
     code, text, _ = run("size", small_results, *arguments, "-o", out, capsys=capsys)
     assert code in (0, 1)  # the small fit need not have converged
-    assert "Added damping [%] by confidence" in text
+    assert "Added damping ratio by confidence" in text
     found = json.loads((out / "sizing.json").read_text(encoding="utf-8"))
     assert load_sizing(out).to_json() == {key: value for key, value in found.items() if key != "checksum"}
     assert found["bridge"]["title"] == "A <bridge> & 桥"

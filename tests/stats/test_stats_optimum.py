@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from scruton.infer.hierarchy import _Remembered
+from scruton.infer.remembered import Remembered
 from scruton.stats.optimum import FLAT, climb_side_by_side, find_optima, find_optimum
 from scruton.stats.posterior import Posterior
 from scruton.stats.priors import Prior
@@ -68,7 +68,7 @@ def test_rows_that_are_alike_are_asked_for_once():
         return rows.sum(axis=1)
 
     rows = np.repeat(np.arange(6.0).reshape(3, 2), [4, 1, 2], axis=0)[[0, 4, 1, 5, 2, 6, 3]]
-    remembered = _Remembered(function)
+    remembered = Remembered(function)
     np.testing.assert_array_equal(remembered(rows), rows.sum(axis=1))
     np.testing.assert_array_equal(remembered(rows[::-1]), rows[::-1].sum(axis=1))
     assert asked == [3]

@@ -72,8 +72,7 @@ class PeakTest:
     def damping_gives_way(self) -> bool:
         """Whether the distance from the law's bound stands for the structural damping.
 
-        Not where that is known far better than the relaxation rate: given the rate, the distance would then be sharp,
-        along a curve that no ensemble follows.
+        Not where that is known far better than the rate: the posterior of the distance would be sharp and bent.
         """
         near = self.wind.named(self.draws)
         rate, damping = (np.std(near[name]) for name in ("relaxation_ratio", "damping_ratio"))
@@ -94,8 +93,7 @@ class CampaignPosterior(Posterior):
     and for every test those of a*, lambda/omega0, scatter, noise factor, xi_s, and the standardised deviation of the
     mass-damping factor.  Where n < 0, what R_ref exceeds its bound by stands for it, and xi_s over the share that is
     left to its bound for xi_s (`PeakTest.damping_gives_way`); both are unbounded, and called by what they stand for.
-    Where a test's records say nothing of lambda its coordinate is w_j instead (non-centred), which the discrepancy's
-    scale does not squeeze.
+    Where a test's records say nothing of lambda its coordinate is w_j instead: no discrepancy squeezes it.
 
     Attributes
     ----------

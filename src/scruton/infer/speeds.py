@@ -217,6 +217,8 @@ def _draw(
     values, log_weight = posterior.functions(u, pair, grid, rng)
     # Systematic resampling, and the effective number of draws behind it.
     weight = np.exp(log_weight - log_weight.max())
+    # One draw of the tail would outweigh hundreds: truncated at sqrt(S) means, as Ionides (2008) has it.
+    weight = np.minimum(weight, np.sqrt(weight.size) * weight.mean())
     weight /= weight.sum()
     keep = np.searchsorted(np.cumsum(weight), (np.arange(DRAWS) + rng.random()) / DRAWS).clip(0, weight.size - 1)
     effective = float(1.0 / np.square(weight).sum())

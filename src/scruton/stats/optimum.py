@@ -117,12 +117,13 @@ def climb_side_by_side(posterior: Posterior, starts: FloatArray, scale: FloatArr
         step = length[at, None] * way[at]
         slope = np.einsum("ki,ki->k", gradient[at], step)
         trial, there, bent_there = _slopes(posterior, z[at] + step, scale[at])
-        good = trial <= value[at] + 1e-4 * slope
+        down = slope < 0.0  # not where differences across a wall have spoiled the curvature
+        good = down & (trial <= value[at] + 1e-4 * slope)
         # where it failed, to the lowest point of the parabola through what is known
         bent = np.maximum(trial - value[at] - slope, np.maximum(-slope, 1e-300))
         shorter = np.maximum(-0.5 * slope / bent, 0.1)
         length[at] *= np.where(good, 1.0, shorter)
-        stuck = at[~good][np.abs(step[~good]).max(axis=1) < SHORTEST]
+        stuck = at[~good & (~down | (np.abs(step).max(axis=1) < SHORTEST))]
         going[stuck[anew[stuck]]] = False
         begin(stuck)
         length[stuck] = 1.0
