@@ -120,7 +120,7 @@ def climb_side_by_side(posterior: Posterior, starts: FloatArray, scale: FloatArr
         down = slope < 0.0  # not where differences across a wall have spoiled the curvature
         good = down & (trial <= value[at] + 1e-4 * slope)
         # where it failed, to the lowest point of the parabola through what is known
-        bent = np.maximum(trial - value[at] - slope, np.maximum(-slope, 1e-300))
+        bent = np.maximum(trial - value[at] - slope, np.maximum(np.abs(slope), 1e-300))
         shorter = np.maximum(-0.5 * slope / bent, 0.1)
         length[at] *= np.where(good, 1.0, shorter)
         stuck = at[~good & (~down | (np.abs(step).max(axis=1) < SHORTEST))]
