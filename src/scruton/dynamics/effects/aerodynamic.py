@@ -32,17 +32,6 @@ def _in_wind(layout: Layout) -> Scope:
     return Scope(Extent.IN_WIND, layout.in_wind())
 
 
-def _of_higher_order(layout: Layout) -> list[Variant]:
-    linear, square, fourth, scope = Term.AERO_LINEAR, Term.AERO_SQUARE, Term.AERO_FOURTH, _in_wind(layout)
-    both = adding(linear=linear, square=square)
-    return [
-        sized("parts in A and A^2 of the aerodynamic damping", both, scope, "linear", "square", weight=0.5),
-        sized("a part in A of the aerodynamic damping", adding(size=linear), scope),
-        sized("a part in A^2 of the aerodynamic damping", adding(size=square), scope, weight=1.5),
-        sized("a part in A^4 of the aerodynamic damping", adding(size=fourth), scope, weight=0.7),
-    ]
-
-
 def _incoherent(table: FloatArray, values: Values, layout: Layout) -> None:
     lost = values["amplitude"] * layout.reference_amplitude
     table[:, :, Term.COHERENCE] = lost
@@ -54,13 +43,30 @@ def _incoherent(table: FloatArray, values: Values, layout: Layout) -> None:
         table[:, :, term] *= left
 
 
-def _coherence(layout: Layout) -> list[Variant]:
+def _saturating(layout: Layout, form: str, weight: float = 1.0) -> Variant:
     scope = _in_wind(layout)
     amplitude = Parameter(
         "amplitude", float(np.log(0.2)), 1.0, scope.members, log=True, unit="reference amplitude",
         starts=tuple(float(np.log(x)) for x in (0.04, 0.12, 0.4)),
     )  # fmt: skip
-    return [Variant("drive saturates as 1 - exp(-A/A_c)", (amplitude,), _incoherent, scope)]
+    return Variant(form, (amplitude,), _incoherent, scope, weight)
+
+
+def _coherence(layout: Layout) -> list[Variant]:
+    return [_saturating(layout, "drive saturates as 1 - exp(-A/A_c)")]
+
+
+def _of_higher_order(layout: Layout) -> list[Variant]:
+    linear, square, fourth, scope = Term.AERO_LINEAR, Term.AERO_SQUARE, Term.AERO_FOURTH, _in_wind(layout)
+    both = adding(linear=linear, square=square)
+    return [
+        sized("parts in A and A^2 of the aerodynamic damping", both, scope, "linear", "square", weight=0.5),
+        sized("a part in A of the aerodynamic damping", adding(size=linear), scope),
+        sized("a part in A^2 of the aerodynamic damping", adding(size=square), scope, weight=1.5),
+        sized("a part in A^4 of the aerodynamic damping", adding(size=fourth), scope, weight=0.7),
+        # A wake that falls out of step at small amplitude loses its drive as a span does whose parts no longer agree.
+        _saturating(layout, "a wake out of step at small amplitude: drive saturates as 1 - exp(-A/A_c)", 0.4),
+    ]
 
 
 _BOTH, _DRIVE = (Term.AERO, Term.DRIVE), (Term.DRIVE,)  # what goes with Y1, and with epsilon
@@ -210,7 +216,7 @@ EFFECTS = (
         "Aerodynamic damping beyond the law",
         "amplitude",
         Belongs.WIND,
-        (Term.AERO_LINEAR, Term.AERO_SQUARE, Term.AERO_FOURTH),
+        (Term.AERO_LINEAR, Term.AERO_SQUARE, Term.AERO_FOURTH, Term.COHERENCE, Term.GUST, Term.SET_POINT),
         DAMPING_RATIO,
         _of_higher_order,
     ),
