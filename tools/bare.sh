@@ -5,7 +5,7 @@
 # where it does not, that no typeface of theirs is used is for the tests of typefaces alone to show.
 set -eu
 
-TOOLS="make sh awk cat chmod cut dirname env find ln ls mkdir mktemp rm rmdir sort touch"
+TOOLS="make sh awk cat chmod cp cut dirname env find ln ls mkdir mktemp rm rmdir sort touch"
 FOLDERS="/usr/share/fonts /usr/local/share/fonts /usr/share/texmf /usr/share/texlive /usr/X11R6/lib/X11/fonts"
 
 place=$(mktemp -d)

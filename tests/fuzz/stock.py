@@ -223,7 +223,7 @@ def _challenge(_: Stock, to: Path) -> None:
 
 def _batch(stock: Stock, to: Path) -> None:
     """Make a batch of one finished campaign that was interrupted before its summary."""
-    stops = ("scruton.workers.connected=null", "scruton.workers.finished")
+    stops = ("scruton.workers.connected=null", "scruton.workers.told=null", "scruton.workers.finished")
     _run("batch", stock.path("heaving"), "-o", to, "--model", stock.path("card.toml"), "--quiet", stops=stops)
     stock.copy("fit", to / "heaving")
 
