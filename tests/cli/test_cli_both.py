@@ -139,7 +139,8 @@ def test_the_report_of_results_shows_both(deck, sized, tmp_path):
     ("more", "words"),
     [
         ([], ["--bridge"]),
-        (["--bridge", "BRIDGE", "--damper", "12 t, 0.29 Hz, 0.08"], ["--damper"]),
+        (["--bridge", "BRIDGE", "--damper", "12 t, 0.29"], ["--damper"]),
+        (["--bridge", "BRIDGE", "--identified", "V9: 0.3 Hz"], ["--identified", "V1, T1"]),
     ],
 )
 def test_what_cannot_be_done_with_both_is_refused(deck, tmp_path, capsys, more, words):
@@ -150,6 +151,32 @@ def test_what_cannot_be_done_with_both_is_refused(deck, tmp_path, capsys, more, 
     error = capsys.readouterr().err
     assert all(word in error for word in words)
     assert not (tmp_path / "out").exists()
+
+
+def test_given_dampers_and_what_was_identified_are_judged_with_both(deck, tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    heaving, torsion, bridge = deck
+    listed = tmp_path / "offers.csv"
+    listed.write_text("mass,frequency,damping\n30000,0.3,0.1\n10000,0.8,0.1\n", encoding="utf-8")
+    found = ["--identified", "V1: 0.296 Hz, 0.0042", "--identified", "T1: 0.81 Hz"]
+    out = tmp_path / "out"
+    arguments = ["size", heaving, "--other", torsion, "--bridge", bridge, "-o", out, *found]
+    arguments += ["--damper", listed, "--damper", "30 t, 0.3 Hz, 0.1; 10 t, 0.8 Hz, 0.1"]
+    assert main([str(one) for one in arguments]) in (0, 1)
+    contents = [json.loads((out / part / "sizing.json").read_text()) for part in ("", "torsional")]
+    assert [content["modes"][0]["frequency"]["mean"] for content in contents] == [0.296, 0.81]
+    first, second, together = contents[0]["both"]["existing"]
+    assert first["dampers"][0]["frequency"] == 0.3
+    # one on the axis does nothing for torsion, the other little for heaving: together they keep both
+    assert together["left"]["each"][1] == pytest.approx(second["left"]["each"][1], abs=0.02)
+    assert together["left"]["any"] <= min(first["left"]["any"], second["left"]["any"])
+    assert all("as_designed" in one for one in (first, second, together))
+    for k, content in enumerate(contents):
+        assert content["existing"][2]["left"]["each"] == pytest.approx([together["left"]["each"][k]], abs=0.02)
+        assert content["provenance"]["settings"]["identified"] == found[1::2]
+    text = capsys.readouterr().out
+    assert text.count("with a given damper") == 1
+    assert max(len(line) for line in text.splitlines() if not line.startswith(str(tmp_path))) <= 80
 
 
 def test_two_fits_of_one_motion_are_no_pair(deck, tmp_path, capsys):

@@ -12,13 +12,15 @@ from scruton.griffin.curves import LawCurves
 from scruton.infer.store import read_tree
 from scruton.sizing.both import size_both
 from scruton.sizing.bridge import Bridge, Mode, load_bridge
-from scruton.sizing.damper_request import DamperRequest
+from scruton.sizing.damper_request import DamperRequest, RiskOf
+from scruton.sizing.dampers import damper
+from scruton.sizing.existing import existing, hung, offers
 from scruton.sizing.limits import limit
 from scruton.sizing.mode_shape import sine
 from scruton.sizing.model import ModeModel
 from scruton.sizing.modes import exceedance
 from scruton.sizing.study import size
-from scruton.sizing.together import OnAxis, Placed, joint_draws, with_dampers
+from scruton.sizing.together import OnAxis, Placed, exceedance_of, joint_draws, placed, sized_for_any, with_dampers
 from scruton.sizing.transfer import Transfer
 
 # Two sections that nobody knows well: amplitude (A/D, rad) and relaxation (of xi) at xi = 0.00058, both 30 %.
@@ -43,6 +45,82 @@ def model(motion, name, request=DamperRequest()):  # noqa: B008
         "bridge", motion, 12.0, 3.0, 1.225, COHERENCE, (), (mode,), transfer=SITE, damper=request,
     )  # fmt: skip
     return ModeModel(laws, np.ones(1), bridge, mode)
+
+
+FREE = DamperRequest(
+    risk_of=RiskOf.ANY, smallest_mass_ratio=1e-4, largest_mass_ratio=0.2, largest_stroke=9.0, kept_detuning=0.0,
+    frequency_tolerance=0.0, damping_tolerance=0.0, mass_tolerance=0.0,
+)  # fmt: skip
+
+
+def hung_by_hand(dampers, motion, error, modal):
+    """Damping ratio added and frequency g of the response (size,): the equation of motion with every damper.
+
+    Of the roots of 1 - g^2 (1 + sum mu Re K) = 0 that of least damping counts: each is a limit cycle of its own.
+    """
+    frequency = 0.3 if motion is Motion.HEAVING else 0.8
+    g = np.linspace(0.75, 1.25, 801)
+    added, at = np.full(error.size, np.inf), np.ones(error.size)
+    for k in range(error.size):
+        k_sum = np.zeros(g.size, complex)
+        for mass, own, zeta, on_axis in dampers:
+            if motion is Motion.TORSIONAL and on_axis:
+                continue
+            arm = 1.0 if motion is Motion.HEAVING else 6.0
+            f = own / (frequency * (1.0 + error[k]))
+            mu = mass * arm**2 / (4e6 * modal[k])
+            k_sum += mu * (f**2 + 2j * zeta * f * g) / (f**2 - g**2 + 2j * zeta * f * g)
+        left = 1.0 - g**2 * (1.0 + k_sum.real)
+        (here,) = np.nonzero(left[:-1] * left[1:] <= 0.0)
+        part = left[here] / (left[here] - left[here + 1])
+        damping = -0.5 * g * k_sum.imag
+        roots = damping[here] + part * (damping[here + 1] - damping[here])
+        one = int(np.argmin(roots))
+        added[k], at[k] = roots[one], g[here[one]] + part[one] * (g[1] - g[0])
+    return added, at
+
+
+def damped_by_hand(rng, size, dampers):
+    """Which bridges exceed with dampers (mass, frequency, damping ratio, on the axis), in heaving and torsion."""
+    exceeds = []
+    log = np.sqrt(np.log1p(0.2**2))
+    a, b = (x * (0.85 * 0.15 / 0.10**2 - 1.0) for x in (0.85, 0.15))
+    site = rng.beta(a, b, size) * np.exp(log * rng.standard_normal((3, size)) - 0.5 * log**2).prod(axis=0)
+    for motion in Motion:
+        amplitude, relaxation = (value * np.exp(SPREAD * rng.standard_normal(size)) for value in SECTION[motion])
+        log = np.sqrt(np.log1p(COV**2))
+        damping = 0.003 * np.exp(log * rng.standard_normal(size) - 0.5 * log**2)
+        miss, modal = np.exp(TAU * rng.standard_normal(size)), np.exp(0.05 * rng.standard_normal(size))
+        error = 0.003 / (0.3 if motion is Motion.HEAVING else 0.8) * rng.standard_normal(size)
+        added, g = hung_by_hand(dampers, motion, error, modal)
+        of_section = amplitude / (1.0 + (damping + added - 0.00058) / relaxation) * miss / g
+        exceeds.append((3.0 if motion is Motion.HEAVING else 1.0) * 4.0 / np.pi * site * of_section > LIMITS[motion])
+    return np.array(exceeds)
+
+
+def test_dampers_for_any_mode_of_either_motion_keep_the_risk_of_bridges_built_by_hand():
+    models = [model(motion, motion.value, FREE) for motion in Motion]
+    limits = [LIMITS[motion] for motion in Motion]
+    alone = [damper(each, most, 0) for each, most in zip(models, limits, strict=True)]
+    found = sized_for_any(models, limits, alone, 0, lambda what, done: None)
+    assert all(one.achievable for one in found)
+
+    def truth(designed):
+        hung = [
+            (one.mass, one.frequency, one.damping_ratio, motion is Motion.HEAVING)
+            for damped, motion in zip(designed, Motion, strict=True)
+            for one in damped.dampers
+        ]
+        return damped_by_hand(np.random.default_rng(11), 20_000, hung)
+
+    before, after = truth(alone), truth(found)
+    noise = 3.0 * np.sqrt(0.05 * 0.95 / 20_000)
+    assert before.any(axis=0).mean() > 0.05 + 2.0 * noise  # each keeps the risk, any does not
+    assert before.mean(axis=1).max() < 0.05 + noise
+    assert 0.04 < after.any(axis=0).mean() < 0.05 + noise
+    said = exceedance_of(with_dampers(placed(found, models), models, limits, 30))
+    assert said.each == pytest.approx(after.mean(axis=1), abs=noise)
+    assert said.any == pytest.approx(after.any(axis=0).mean(), abs=noise)
 
 
 def by_hand(rng, size, *, one_site=True, one_section=False):
@@ -95,6 +173,26 @@ def test_a_damper_on_the_axis_is_not_moved_by_torsion_and_one_at_the_edge_moves_
     assert [len(mode.dampers) for mode in torsional] == [1, 1]
     assert torsional[1].dampers[0].mass_ratio == pytest.approx(0.01 * 6.0**2)  # at the edge, B/2 from the axis
     assert torsional[0].dampers[0].mass_ratio == pytest.approx(0.01)
+
+
+def test_an_offer_hangs_as_a_damper_of_the_mode_that_its_frequency_is_nearest_to():
+    models = [model(Motion.HEAVING, "V1"), model(Motion.TORSIONAL, "T1")]
+    limits = [LIMITS[Motion.HEAVING], LIMITS[Motion.TORSIONAL]]
+    (offer,) = hung(models, offers("40 t, 0.31 Hz, 0.1; 20 t, 0.75 Hz, 0.1, 0.3"))
+    assert offer.dampers == (OnAxis(40_000.0, 0.31, 0.1, 0.5), Placed(20_000.0, 0.75, 0.1, 0.3))
+    (found,) = existing(models, limits, [offer], 0)
+    ours = damped_by_hand(
+        np.random.default_rng(5), 20_000, [(40e3, 0.31, 0.1, True), (20e3 * np.sin(0.3 * np.pi) ** 2, 0.75, 0.1, False)]
+    )
+    assert ours.any(axis=0).mean() > 0.1
+    # made as ordered to 1 % of frequency, 10 % of damping: what that adds is little beside the spread of the section
+    assert found.left.each == pytest.approx(ours.mean(axis=1), abs=0.02)
+    assert found.left.any == pytest.approx(ours.any(axis=0).mean(), abs=0.02)
+    with pytest.raises(InputError, match="no node"):
+        hung(
+            [replace(models[0], mode=replace(models[0].mode, shape=sine(2))), models[1]],
+            offers("40 t, 0.3 Hz, 0.1, 0.5"),
+        )
 
 
 BOTH = """format = 1
@@ -171,6 +269,15 @@ def test_two_fits_of_one_bridge_are_sized_with_their_union(small_results, tmp_pa
     assert first.both.edge[1].median == pytest.approx(6.0 * second.modes[0].amplitude.median)
     numbers = {row.name: row for row in second.inputs.numbers}
     assert numbers["modes[0].inertia.mean"].origin == "stated"
+    offer = offers("40 t, 0.3 Hz, 0.1; 20 t, 0.8 Hz, 0.1")
+    for one, name in zip(
+        size_both([(tree, heaving), (other, torsional)], [limit("kd")], offers=offer), "VT", strict=True
+    ):
+        assert one.modes[0].damper.mass == sizings["VT".index(name)].modes[0].damper.mass
+        (every,), (own,) = one.both.existing, one.existing
+        assert [len(each.left.each) for each in (every, own)] == [2, 1]
+        assert [each.position for each in every.dampers] == [0.5, 0.4]
+        assert own.left.each[0] == pytest.approx(every.left.each["VT".index(name)], abs=0.01)
     with pytest.raises(InputError, match="no stated motion"):
         size_both([(tree, heaving), (other, replace(heaving, motion=Motion.TORSIONAL))], [limit("kd")])
     with pytest.raises(InputError, match="--other"):

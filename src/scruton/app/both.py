@@ -24,18 +24,18 @@ def size(arguments: Namespace) -> Outcome:
     from scruton.report.chapters.sizing import sizing_summary
     from scruton.report.chapters.together import both_blocks
     from scruton.sizing.both import size_both
+    from scruton.sizing.existing import offers
     from scruton.sizing.limits import limit
     from scruton.sizing.results import RESULT
     from scruton.sizing.study import described
 
     if arguments.bridge is None:
         raise InputError("command line", "--other", "no bridge", "--bridge FILE: its modes of both motions")
-    if arguments.damper:
-        raise InputError("command line", "--damper", "--other beside it", "one of them: offers are judged with one fit")
     folder, folders = arguments.out or arguments.results / "sizing", (arguments.results, arguments.other)
     if arguments.out is None and not arguments.force:
         folder = variant(folder, "size", (RESULT,))
     rules = [limit(rule) for rule in arguments.limit]
+    asked = [offer for stated in arguments.damper for offer in offers(stated)]
     check_writable(folder)
     fits = [predict.read_fit(results, arguments.effect, "a fit of at least one test") for results in folders]
     bridges = [predict.bridge_of(tree, arguments) for tree, _ in fits]
@@ -47,7 +47,7 @@ def size(arguments: Namespace) -> Outcome:
     with Run(folder, "size", arguments, sha256=inputs, settings=settings, results=(RESULT,)) as work:
         sizings = size_both(
             [(tree, bridge) for (tree, _), bridge in zip(fits, bridges, strict=True)], rules,
-            rig=arguments.rig, law_n=arguments.law, seed=arguments.seed, progress=work.bar,
+            rig=arguments.rig, law_n=arguments.law, seed=arguments.seed, progress=work.bar, offers=asked,
         )  # fmt: skip
         contents: list[dict[str, Any]] = []
         written: list[Path] = []

@@ -12,7 +12,7 @@ from scruton.sizing.bridge import Bridge, identified
 from scruton.sizing.mode_shape import read_table
 from scruton.sizing.model import ModeModel
 from scruton.sizing.thresholds import AT_NODE
-from scruton.sizing.together import Exceedance, Placed, exceedance_of, with_dampers
+from scruton.sizing.together import Exceedance, Placed, against, exceedance_of, with_dampers
 
 _MASS = Dimension("a mass", "kg", 12000.0)
 _DAMPING = Dimension("a damping ratio, a bare number", "", 0.08)
@@ -89,7 +89,7 @@ def as_built(bridge: Bridge, stated: Sequence[str]) -> Bridge:
         name, _, rest = text.rpartition(":")
         values = [part.strip() for part in rest.split(",")]
         if name.strip() not in modes or not 1 <= len(values) <= 2 or not any(values):
-            names = ", ".join(modes)
+            names = ", ".join((*modes, *bridge.others))
             raise InputError("command line", "--identified", f'"{text}"', f"{_AS_BUILT}; modes: {names}")
         found = [
             parse_quantity(_number(value), dimension, "command line", "--identified") if value else None
@@ -102,25 +102,20 @@ def as_built(bridge: Bridge, stated: Sequence[str]) -> Bridge:
 
 
 def hung(models: Sequence[ModeModel], asked: Sequence[Offer]) -> list[Offer]:
-    """The offers with a place for every damper: its own, or where the mode of the nearest frequency has its dampers.
+    """The offers as they hang: each damper is one of the mode whose frequency is nearest to its own.
+
+    Where no place is stated it stands where that mode has its dampers; one of a heaving mode is on the axis.
 
     Raises
     ------
     InputError
-        Where a mode has no modal mass, or a damper stands at a node of every mode.
+        Where a mode has no modal mass, or a damper stands at a node of every mode that it could move with.
     """
     for model in models if asked else ():
         if model.mode.modal_mass is None:
             wanted = "a mass and a length, or a modal_mass: without it no damper of stated mass can be judged"
             raise InputError("bridge", f"mode {model.mode.name}", "no modal mass", wanted)
-    found = []
-    for offer in asked:
-        dampers = tuple(each if each.position is not None else _at_home(each, models) for each in offer.dampers)
-        for each in dampers:
-            if all(abs(model.mode.shape.at(each.position or 0.0)) < AT_NODE for model in models):
-                raise InputError("command line", "--damper", f"position {each.position:g}", "no node of every mode")
-        found.append(replace(offer, dampers=dampers))
-    return found
+    return [replace(offer, dampers=tuple(_hung(each, models) for each in offer.dampers)) for offer in asked]
 
 
 def existing(
@@ -152,10 +147,14 @@ def _as_designed(model: ModeModel) -> ModeModel:
     return replace(model, mode=replace(model.mode, frequency=frequency, damping_ratio=damping, designed=None))
 
 
-def _at_home(damper: Placed, models: Sequence[ModeModel]) -> Placed:
-    """The damper where the mode of the nearest frequency is largest, or where that mode's dampers stand."""
+def _hung(damper: Placed, models: Sequence[ModeModel]) -> Placed:
     nearest = min(models, key=lambda model: abs(np.log(damper.frequency / model.mode.frequency.mean)))
-    return replace(damper, position=nearest.damper_positions[0])
+    position = nearest.damper_positions[0] if damper.position is None else damper.position
+    found = against(nearest.bridge.motion)(damper.mass, damper.frequency, damper.damping_ratio, position)
+    met = [model for model in models if found.in_motion(model.bridge.motion).mass]
+    if all(abs(model.mode.shape.at(position)) < AT_NODE for model in met):
+        raise InputError("command line", "--damper", f"position {position:g}", "no node of every mode")
+    return found
 
 
 def _placed(text: str) -> Placed:

@@ -7,6 +7,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.sizing.checks import ASKED
+from scruton.sizing.existing import Existing
 from scruton.sizing.hours import LockInHours, LockInShape, lock_in_hours
 from scruton.sizing.model import Draws, ModeModel, Spread, spread
 from scruton.sizing.risk import Risk
@@ -51,6 +52,8 @@ class BothMotions:
         Amplitude at the edge of the deck [m] without added damping: of torsion half the width times the rotation.
     without, with_required_damping, with_dampers : Exceedance or None
         As of `AllModes`.
+    existing : tuple of Existing or None
+        Dampers that were asked about.
     """
 
     names: tuple[str, ...]
@@ -59,6 +62,7 @@ class BothMotions:
     without: Exceedance
     with_required_damping: Exceedance | None = None
     with_dampers: Exceedance | None = None
+    existing: tuple[Existing, ...] | None = None
 
 
 def exceedance(draws: Sequence[Draws], limits: Sequence[float], added: Sequence[FloatArray | float]) -> Exceedance:

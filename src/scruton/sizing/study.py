@@ -1,7 +1,7 @@
 """`size`: from the posterior of the section model to everything that `scruton size` finds."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -38,7 +38,7 @@ from scruton.sizing.remarks import coherence_remarks, mode_factors
 from scruton.sizing.results import ModeSizing, SizedBridge, Sizing, Stated, StatedTransfer
 from scruton.sizing.risk import flags, remarks, risk, shares
 from scruton.sizing.thresholds import AT_NODE, LEAST_EXPONENT, NEAR_NODE, ONE_RIG
-from scruton.sizing.together import any_mode_flag, placed, sized_for_any
+from scruton.sizing.together import Placed, any_mode_flag, placed, sized_for_any
 from scruton.sizing.transfer import transfer_remarks
 
 if TYPE_CHECKING:
@@ -156,44 +156,101 @@ def size(
     InputError
         Without a limit; where a limit says nothing of this motion; where the bridge's motion is not the section's.
     """
+    part = part_of(tree, bridge, limits, rig=rig, law_n=law_n)
+    offers = hung(part.models, offers)
+    (part,) = modes_sized([part], seed, progress)
+    dampers = placed([mode.damper for mode in part.modes], part.models)
+    sizing = sizing_of(part, dampers, offers, seed)
+    flag = any_mode_flag(sizing.all_modes.with_dampers, bridge.damper)
+    return replace(sizing, flags=(*sizing.flags, *unsized(bridge), *([flag] if flag else [])))
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """A fit, and the modes of a bridge that are of its motion.
+
+    Attributes
+    ----------
+    fit : DataTree
+        That the decision is built on, as of `built_on`.
+    rules : tuple of Limit
+        Of the bridge, and beside it.
+    models, modes : tuple
+        Of every mode: in the light of the fit, and as it was sized, once it was.
+    doubts, said : tuple of str
+        Why the fit is not to be built on, as of `untrusted`, and what else has to be said of it.
+    """
+
+    fit: "xr.DataTree"
+    bridge: Bridge
+    rules: tuple[Limit, ...]
+    models: tuple[ModeModel, ...]
+    doubts: tuple[str, ...]
+    said: tuple[str, ...]
+    modes: tuple[ModeSizing, ...] = ()
+
+    @property
+    def limits_met(self) -> list[float]:
+        """Of every mode the limit that governs it."""
+        return [mode.governing_limit.limit for mode in self.modes]
+
+
+def part_of(
+    tree: "xr.DataTree", bridge: Bridge, limits: Sequence[Limit], *, rig: str | None = None, law_n: float | None = None
+) -> Part:
+    """Check what is to be sized, arguments and errors as of `size`."""
     if law_n is not None and not (np.isfinite(law_n) and law_n >= LEAST_EXPONENT):
         raise InputError("sizing", "law", f"{law_n:g}", f"a finite exponent from {LEAST_EXPONENT:g} on")
-    rules = list({rule.text: rule for rule in (*bridge.limits, *limits)}.values())
+    rules = tuple({rule.text: rule for rule in (*bridge.limits, *limits)}.values())
     if not rules:
         raise InputError("sizing", "limits", "no limit", 'at least one, such as --limit jtg or limits = ["jtg"]')
     if bridge.motion is not motion_of(tree):
         raise InputError("bridge", "motion", bridge.motion.value, f"{motion_of(tree).value}, that of the section model")
     said = prior_speaks(tree)
     tree = built_on(tree)
-    models = mode_models(tree, bridge, rig=rig, law_n=law_n)
-    laws = models[0].laws
+    laws = law_curves(tree, law_n=law_n)
+    factor = rig_mass_damping_draws(tree, chosen_rig(tree, rig))
+    models = tuple(ModeModel(laws, factor, bridge, mode) for mode in bridge.modes)
     for model in models:
         if nodes := [x for x in model.damper_positions if not abs(model.mode.shape.at(x)) > AT_NODE]:
             raise InputError(
                 "bridge.toml", "damper.position", f"{nodes[0]:g}, a node of mode {model.mode.name}",
                 "a place where every mode moves; left out, each mode's dampers stand where it is largest",
             )  # fmt: skip
-    offers = hung(models, offers)
+    remarks = [*what_if(tree, law_n), *said]
+    if law_n is not None and "effect" in tree:
+        remarks.append(f"the fit carries {tree['effect'].attrs['effect']}; under one law alone it is left out")
+    return Part(tree, bridge, rules, models, tuple(untrusted(tree)), tuple(remarks))
+
+
+def modes_sized(parts: Sequence[Part], seed: int, progress: Progress | None = None) -> list[Part]:
+    """Size every mode of these parts of one bridge, and its dampers: for the mode alone, or for any of all modes."""
     modes: list[ModeSizing] = []
-    evidence, doubts = Evidence.of(tree), untrusted(tree)
+    models = [model for part in parts for model in part.models]
 
     def tell(what: str, done: float) -> None:
         if progress:
-            progress(what, (len(modes) + done) / len(models))
+            progress(what, (len(modes) + done) / (len(models) + 1))
 
-    for model in models:
-        modes.append(_mode(model, rules, evidence, doubts, seed, tell))
-    limits_met = [mode.governing_limit.limit for mode in modes]
-    if bridge.damper.risk_of is RiskOf.ANY and len(modes) > 1 and not doubts:
-        together_sized = sized_for_any(models, limits_met, [mode.damper for mode in modes], seed, tell)
-        modes = [replace(mode, damper=one) for mode, one in zip(modes, together_sized, strict=True)]
-    modes = [with_table(model, mode, seed) for model, mode in zip(models, modes, strict=True)]
-    remarks = [flag for mode in modes for flag in mode.flags]
-    remarks[:0] = [*doubts, *odd_input(bridge)]
-    remarks += [*what_if(tree, law_n), *said, *unsized(bridge)]
+    for part in parts:
+        evidence = Evidence.of(part.fit)
+        for model in part.models:
+            modes.append(_mode(model, part.rules, evidence, part.doubts, seed, tell))
+    if models[0].bridge.damper.risk_of is RiskOf.ANY and len(modes) > 1 and not any(part.doubts for part in parts):
+        limits = [mode.governing_limit.limit for mode in modes]
+        together = sized_for_any(models, limits, [mode.damper for mode in modes], seed, tell)
+        modes = [replace(mode, damper=one) for mode, one in zip(modes, together, strict=True)]
+    tabled = iter([_with_table(model, mode, seed) for model, mode in zip(models, modes, strict=True)])
+    if progress:
+        progress("done", 1.0)
+    return [replace(part, modes=tuple(next(tabled) for _ in part.models)) for part in parts]
+
+
+def sizing_of(part: Part, dampers: Sequence[Placed], offers: Sequence[Offer], seed: int) -> Sizing:
+    """What was found of one part, with all dampers of the bridge, and with each of the offers, as of `hung`."""
+    bridge, models, modes = part.bridge, part.models, part.modes
+    remarks = [*part.doubts, *odd_input(bridge), *(flag for mode in modes for flag in mode.flags), *part.said]
     remarks += transfer_remarks(bridge.transfer, bridge.width, bridge.depth, bridge.motion)
-    if law_n is not None and "effect" in tree:
-        remarks.append(f"the fit carries {tree['effect'].attrs['effect']}; under one law alone it is left out")
     if (cost := bridge.cost) is not None and not cost.failure > 0.0:
         remarks.append("cost.failure is not stated: there is no expected cost without it")
     elif cost is not None:
@@ -204,32 +261,29 @@ def size(
     together = all_modes(
         models,
         [mode.governing_limit for mode in modes],
-        placed([mode.damper for mode in modes], models),
+        dampers,
         []
         if bridge.wind is None
         else [
-            lock_in_shape(tree, model.mode, mode.scruton_number.median, seed)
+            lock_in_shape(part.fit, model.mode, mode.scruton_number.median, seed)
             for model, mode in zip(models, modes, strict=True)
         ],
         seed,
     )
-    if flag := any_mode_flag(together.with_dampers, bridge.damper):
-        remarks.append(flag)
-    if progress:
-        progress("done", 1.0)
     described = SizedBridge(
         bridge.title, bridge.motion.value, bridge.width, bridge.depth, bridge.air_density, _stated(bridge.coherence),
         None if bridge.coherence_amplitude is None else _stated(bridge.coherence_amplitude), _stated_transfer(bridge),
     )  # fmt: skip
+    laws = models[0].laws
     return Sizing(
         1, described, "m" if bridge.motion is Motion.HEAVING else "rad",
-        dict(zip(laws.labels, laws.weights.tolist(), strict=True)), tuple(modes), together, tuple(remarks),
-        existing=existing(models, limits_met, offers, seed) or None,
-        inputs=inputs_of(bridge, tuple(rule.text for rule in rules)),
+        dict(zip(laws.labels, laws.weights.tolist(), strict=True)), modes, together, tuple(remarks),
+        existing=existing(models, part.limits_met, offers, seed) or None,
+        inputs=inputs_of(bridge, tuple(rule.text for rule in part.rules)),
     )  # fmt: skip
 
 
-def with_table(model: ModeModel, mode: ModeSizing, seed: int) -> ModeSizing:
+def _with_table(model: ModeModel, mode: ModeSizing, seed: int) -> ModeSizing:
     """A mode with what its dampers leave about their design."""
     return replace(mode, damper_table=damper_table(model, mode.governing_limit.limit, mode.damper.dampers, seed))
 
@@ -237,15 +291,6 @@ def with_table(model: ModeModel, mode: ModeSizing, seed: int) -> ModeSizing:
 def built_on(tree: "xr.DataTree") -> "xr.DataTree":
     """The fit that a decision is built on: from one rig, which says nothing of how far rigs miss, with `ONE_RIG`."""
     return with_discrepancy(tree, ONE_RIG) if one_rig(tree) else tree
-
-
-def mode_models(
-    tree: "xr.DataTree", bridge: Bridge, *, rig: str | None = None, law_n: float | None = None
-) -> list[ModeModel]:
-    """Every mode of a bridge in the light of a fit, as of `built_on`; arguments as of `size`."""
-    laws = law_curves(tree, law_n=law_n)
-    factor = rig_mass_damping_draws(tree, chosen_rig(tree, rig))
-    return [ModeModel(laws, factor, bridge, mode) for mode in bridge.modes]
 
 
 def unsized(bridge: Bridge) -> list[str]:

@@ -56,6 +56,11 @@ class OnAxis(Placed):
         return self if motion is Motion.HEAVING else replace(self, mass=0.0)
 
 
+def against(motion: Motion) -> type[Placed]:
+    """How dampers against a motion hang: those against heaving on the axis, where torsion does not move them."""
+    return OnAxis if motion is Motion.HEAVING else Placed
+
+
 @dataclass(frozen=True)
 class Exceedance:
     """P(amplitude > limit) by mode, and P(any mode exceeds its limit), each mode in its own lock-in."""
@@ -118,9 +123,7 @@ def exceedance_of(modes: Sequence[ModeDraws]) -> Exceedance:
 def placed(dampers: Sequence[Damper], models: Sequence[ModeModel]) -> list[Placed]:
     """The dampers that were found for the modes, with their places."""
     return [
-        (OnAxis if model.bridge.motion is Motion.HEAVING else Placed)(
-            each.mass or 0.0, each.frequency, each.damping_ratio, position
-        )
+        against(model.bridge.motion)(each.mass or 0.0, each.frequency, each.damping_ratio, position)
         for found, model in zip(dampers, models, strict=True)
         for each, position in zip(found.dampers, found.positions or (), strict=bool(found.dampers))
     ]

@@ -8,7 +8,7 @@ import numpy as np
 
 from scruton.report.chapters.material import Material
 from scruton.report.chapters.required import required_damping, required_tables
-from scruton.report.chapters.together import TOGETHER, both_blocks, exceedances
+from scruton.report.chapters.together import TOGETHER, both_blocks, exceedances, existing_blocks
 from scruton.report.conventions import (
     DAMPING,
     SCRUTON,
@@ -73,7 +73,8 @@ def _sizing_blocks(content: Content, pictures: Mapping[str, Picture]) -> Iterato
         yield from shown(f"risk{ending}", f"shares{ending}")
         yield from (*_damper_blocks(mode, k), *shown(f"damper{ending}"))
         yield from (*_cost_blocks(mode), *shown(f"cost{ending}", f"information{ending}"))
-    yield from _existing_blocks(content, percent)
+    if not content.get("both"):
+        yield from existing_blocks(content, "mode ", percent)
     names = content["all_modes"]["names"]
     together = Table(
         "all_modes", TOGETHER, ("", *(f"mode {name}" for name in names), "any mode"),
@@ -182,27 +183,6 @@ def _damper_blocks(mode: Content, place: int) -> Iterator[Block]:
             (f"{100.0 * entry['detuning']:+.0f} %".replace("-", "−"), percent(entry["probability"]))
             for entry in damper["detuned"]
         ],
-    )
-
-
-def _existing_blocks(content: Content, write: Callable[[float], str]) -> Iterator[Block]:
-    """Risk with the dampers that were asked about, and with what was assumed before anything was identified."""
-    found, names = content.get("existing") or [], content["all_modes"]["names"]
-    designed = any("as_designed" in one for one in found)
-    rows = [
-        (
-            one["name"], *map(write, one["left"]["each"]), write(one["left"]["any"]),
-            number(max((stroke for stroke in one["stroke_high"] if stroke is not None), default=None), 3),
-            *([write(one["as_designed"]["any"])] if designed else []),
-        )
-        for one in found
-    ]  # fmt: skip
-    header = ("damper", *(f"mode {name}" for name in names), "any mode", "stroke (95 %) [m]")
-    yield Table(
-        "existing",
-        "Probability of exceeding the limit with a given damper" + (", the bridge as identified" if designed else ""),
-        (*header, "any, as designed") if designed else header,
-        rows,
     )
 
 
@@ -333,7 +313,8 @@ def sizing_summary(content: Content) -> Iterator[Block]:
         hours = _hours(content, " .. ", "{:.2f}".format, TERMINAL.number)
         header = ("mode", "lock-in U/(fD)", "hours a year in lock-in", "expected hours beyond the limit (90 %)")
         yield Table("hours", "", header, hours, _hours_note(content))
-    yield from _existing_blocks(content, "{:.3f}".format)
+    if not content.get("both"):
+        yield from existing_blocks(content, "mode ", "{:.3f}".format)
     yield Callout(CAUTION, "", [*content["flags"], *(warnings_note() if content["flags"] else ())])
 
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from scruton.report.conventions import amplitude
 from scruton.report.document import Block, Heading, Table, paragraph
-from scruton.report.wording import Notation, share
+from scruton.report.wording import Notation, number, share
 from scruton.sizing.checks import ASKED
 
 Content = Mapping[str, Any]
@@ -26,6 +26,31 @@ def exceedances(content: Content, write: Callable[[float], str]) -> list[tuple[s
         for key, label in labels.items()
         if key in every
     ]
+
+
+def existing_blocks(content: Content, mode: str, write: Callable[[float], str]) -> Iterator[Block]:
+    """Risk with the dampers that were asked about, and with what was assumed before anything was identified.
+
+    Arguments as of `both_blocks`; where both motions were sized, the table is that of all their modes.
+    """
+    both = content.get("both")
+    found, names = (both or content).get("existing") or [], (both or content["all_modes"])["names"]
+    designed = any("as_designed" in one for one in found)
+    rows = []
+    for one in found:
+        strokes = [stroke for stroke in one["stroke_high"] if stroke is not None]
+        rows.append((
+            one["name"], *map(write, one["left"]["each"]), write(one["left"]["any"]),
+            number(max(strokes), 3) if strokes else "no bound",
+            *([write(one["as_designed"]["any"])] if designed else []),
+        ))  # fmt: skip
+    header = ("damper", *(f"{mode}{name}" for name in names), f"any{mode and ' mode'}", "stroke (95 %) [m]")
+    yield Table(
+        "existing",
+        "Probability of exceeding the limit with a given damper" + (", the bridge as identified" if designed else ""),
+        (*header, "any, as designed") if designed else header,
+        rows,
+    )
 
 
 def both_blocks(content: Content, mode: str, write: Callable[[float], str], of: Notation) -> Iterator[Block]:
@@ -57,7 +82,8 @@ def both_blocks(content: Content, mode: str, write: Callable[[float], str], of: 
     )
     yield Table(
         "both", f"Heaving and torsion together: {TOGETHER[0].lower()}{TOGETHER[1:]}",
-        ("", *(f"{mode}{name}" for name in both["names"]), "any mode" if mode else "any"),
+        ("", *(f"{mode}{name}" for name in both["names"]), f"any{mode and ' mode'}"),
         exceedances({"all_modes": both}, write),
         f"Amplitude at the edge of the deck without added damping (90 %): {edge}",
     )  # fmt: skip
+    yield from existing_blocks(content, mode, write)
