@@ -6,7 +6,7 @@ drift and noise: no part of the program makes it.
 """
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -71,6 +71,12 @@ def campaign(folder: Path, motion: str, still: Sequence[Shot], wind: Sequence[Sh
             lines += [f"[[{owner}.records]]", f"file = {json.dumps(shot.file)}", f'kind = "{shot.kind}"', shot.keys]
             lines += [f'{key} = "{value} s"' for key, value in (("start", shot.start), ("stop", shot.stop)) if value]
     (folder / "campaign.toml").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def whole_files(folder: Path, motion: str, names: Iterable[str], common: str) -> None:
+    """Write the campaign of three files: a ring-down, a growth and a decay, each from end to end."""
+    still, growth, decay = names
+    campaign(folder, motion, [Shot(still, "free-decay")], [Shot(growth, "growth"), Shot(decay, "decay")], common)
 
 
 def rows(*columns: FloatArray, sep: str, decimal: str = ".", form: str = "%.6f", tail: str = "") -> str:
@@ -184,9 +190,8 @@ def matlab_struct(folder: Path) -> None:
     }
     for i, (name, y) in enumerate(signals.items()):
         savemat(folder / name, {"run": {"fs": 256.0, "heave": noisy(y, 50 + i)[:, None], "note": "mm"}})
-    first, second, third = signals
     keys = 'sample_rate = "256 Hz"\nvariables = { displacement = "run.heave" }\nunits = { displacement = "mm" }'
-    campaign(folder, "heaving", [Shot(first, "free-decay")], [Shot(second, "growth"), Shot(third, "decay")], keys)
+    whole_files(folder, "heaving", signals, keys)
 
 
 def matlab_hdf(folder: Path) -> None:
@@ -205,9 +210,8 @@ def matlab_hdf(folder: Path) -> None:
             data.attrs["MATLAB_class"] = np.bytes_("double")
         with (folder / name).open("r+b") as stream:
             stream.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM")
-    first, second, third = signals
     keys = 'variables = { time = "meas[:,0]", displacement = "meas[:,1]" }\nunits = { time = "s", displacement = "m" }'
-    campaign(folder, "heaving", [Shot(first, "free-decay")], [Shot(second, "growth"), Shot(third, "decay")], keys)
+    whole_files(folder, "heaving", signals, keys)
 
 
 def tdms(folder: Path) -> None:
@@ -227,9 +231,8 @@ def tdms(folder: Path) -> None:
                 ChannelObject("Run", "Laser", noisy(y, 70 + i), properties=about | {"unit_string": "mm"}),
                 ChannelObject("Run", "Bridge", noisy(y, 75 + i, 0.5) / 50.0, properties=about | {"unit_string": "V"}),
             ])  # fmt: skip
-    first, second, third = signals
     keys = 'variables = { displacement = "Run/Laser" }'
-    campaign(folder, "heaving", [Shot(first, "free-decay")], [Shot(second, "growth"), Shot(third, "decay")], keys)
+    whole_files(folder, "heaving", signals, keys)
 
 
 def hdf5(folder: Path) -> None:
@@ -246,9 +249,8 @@ def hdf5(folder: Path) -> None:
         with h5py.File(folder / name, "w") as file:
             for key, values, unit in (("time", t, "s"), ("alpha", noisy(y, 80 + i), "deg"), ("p", np.sin(t), "Pa")):
                 file.create_dataset(f"run/{key}", data=values).attrs["unit"] = unit
-    first, second, third = signals
     keys = 'variables = { time = "run.time", rotation = "run.alpha" }\nunits = { time = "s", rotation = "deg" }'
-    campaign(folder, "torsional", [Shot(first, "free-decay")], [Shot(second, "growth"), Shot(third, "decay")], keys)
+    whole_files(folder, "torsional", signals, keys)
 
 
 def npz(folder: Path) -> None:
@@ -261,9 +263,8 @@ def npz(folder: Path) -> None:
     }
     for i, (name, (y, speed)) in enumerate(signals.items()):
         np.savez(folder / name, t=t, z=noisy(y, 100 + i), U=speed)
-    first, second, third = signals
     keys = 'variables = { time = "t", displacement = "z" }\nunits = { time = "s", displacement = "m" }'
-    campaign(folder, "heaving", [Shot(first, "free-decay")], [Shot(second, "growth"), Shot(third, "decay")], keys)
+    whole_files(folder, "heaving", signals, keys)
 
 
 def bare(folder: Path) -> None:
@@ -297,9 +298,8 @@ def milliseconds(folder: Path) -> None:
         text = '"Time (ms)","Displacement (um)","Trigger"\n'
         text += rows(1000.0 * t, noisy(y, 120 + i), np.zeros(len(t)), sep=",", form="%.3f")
         (folder / name).write_text(text, encoding="utf-8")
-    first, second, third = signals
     keys = 'columns = { time = "Time", displacement = "Displacement" }'
-    campaign(folder, "heaving", [Shot(first, "free-decay")], [Shot(second, "growth"), Shot(third, "decay")], keys)
+    whole_files(folder, "heaving", signals, keys)
 
 
 def accelerations(folder: Path) -> None:
@@ -313,9 +313,8 @@ def accelerations(folder: Path) -> None:
     for i, (name, y) in enumerate(signals.items()):
         text = "Time [s],Acc 1 [g]\n" + rows(t, noisy(y, 130 + i), sep=",")
         (folder / name).write_text(text, encoding="utf-8")
-    first, second, third = signals
     keys = 'columns = { time = "Time", acceleration = "Acc 1" }'
-    campaign(folder, "heaving", [Shot(first, "free-decay")], [Shot(second, "growth"), Shot(third, "decay")], keys)
+    whole_files(folder, "heaving", signals, keys)
 
 
 FOLDERS: dict[str, Writer] = {

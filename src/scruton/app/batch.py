@@ -167,8 +167,8 @@ def _planned(arguments: Namespace) -> tuple[list[Job], Run]:
                 "an empty folder, --resume to go on with the batch, or --force to replace its results",
             )  # fmt: skip
     settings = {"report": arguments.report, **({"sc": list(design)} if arguments.report else {})}
-    asked = {name: True for name, value in (("bridge", bridge), ("effect", arguments.effect)) if value is not None}
-    settings |= asked and {"effect": arguments.effect, "bridge": bridge is not None}
+    if bridge is not None or arguments.effect is not None:
+        settings |= {"effect": arguments.effect, "bridge": bridge is not None}
     files = {} if bridge is None else {bridge.name: digest(bridge)}
     claim = Run(
         arguments.out, "batch", arguments, sha256=files, card=card, settings=settings, results=(JSON,), grows=True

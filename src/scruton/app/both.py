@@ -5,8 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from scruton.app import predict
-from scruton.app.options import check_writable
-from scruton.app.run import Outcome, Run, variant
+from scruton.app.run import Outcome, Run
 from scruton.errors import InputError
 from scruton.report.render_text import render_text
 from scruton.report.wording import TERMINAL
@@ -24,19 +23,13 @@ def size(arguments: Namespace) -> Outcome:
     from scruton.report.chapters.sizing import sizing_summary
     from scruton.report.chapters.together import both_blocks
     from scruton.sizing.both import size_both
-    from scruton.sizing.existing import offers
-    from scruton.sizing.limits import limit
     from scruton.sizing.results import RESULT
     from scruton.sizing.study import described
 
     if arguments.bridge is None:
         raise InputError("command line", "--other", "no bridge", "--bridge FILE: its modes of both motions")
-    folder, folders = arguments.out or arguments.results / "sizing", (arguments.results, arguments.other)
-    if arguments.out is None and not arguments.force:
-        folder = variant(folder, "size", (RESULT,))
-    rules = [limit(rule) for rule in arguments.limit]
-    asked = [offer for stated in arguments.damper for offer in offers(stated)]
-    check_writable(folder)
+    folder, rules, asked = predict.asked_of(arguments)
+    folders = arguments.results, arguments.other
     fits = [predict.read_fit(results, arguments.effect, "a fit of at least one test") for results in folders]
     bridges = [predict.bridge_of(tree, arguments) for tree, _ in fits]
     settings = predict.settings_of(arguments)

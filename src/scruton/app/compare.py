@@ -19,8 +19,10 @@ def run(arguments: Namespace) -> Outcome:
     page = arguments.html
     if page is not None:
         check_page(page)
-    asked = [name.strip() for names in arguments.tests or () for name in names.split(",") if name.strip()]
-    found = compare(arguments.results, arguments.other, tests=asked, scruton_numbers=arguments.sc, seed=arguments.seed)
+    found = compare(
+        arguments.results, arguments.other, tests=arguments.tests or (), scruton_numbers=arguments.sc,
+        seed=arguments.seed,
+    )  # fmt: skip
     if page is not None:
         from scruton.report.render_html import render_html
 

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from scruton.sizing.bridge import Bridge
+    from scruton.sizing.existing import Offer
+    from scruton.sizing.limits import Limit
 
     Fitted = tuple[xr.DataTree, dict[str, Any]]
 
@@ -71,18 +73,11 @@ def size(arguments: Namespace) -> Outcome:
     """
     from scruton.infer.store import provenance_of
     from scruton.report.chapters.sizing import sizing_summary
-    from scruton.sizing.existing import offers
-    from scruton.sizing.limits import limit
     from scruton.sizing.results import RESULT
     from scruton.sizing.study import sized
 
     results = arguments.results
-    folder = arguments.out or results / "sizing"
-    if arguments.out is None and not arguments.force:
-        folder = variant(folder, "size", (RESULT,))
-    rules = [limit(rule) for rule in arguments.limit]
-    asked = [offer for stated in arguments.damper for offer in offers(stated)]
-    check_writable(folder)
+    folder, rules, asked = asked_of(arguments)
     tree, summary = read_fit(results, arguments.effect, "a fit of at least one test")
     bridge = bridge_of(tree, arguments)
     settings = settings_of(arguments)
@@ -96,6 +91,24 @@ def size(arguments: Namespace) -> Outcome:
     return Outcome(
         render_text(sizing_summary(content), line_width()), paths, code=DONE if summary["converged"] else NOT_TRUSTED
     )
+
+
+def asked_of(arguments: Namespace) -> "tuple[Path, list[Limit], list[Offer]]":
+    """Where a sizing goes, the limits beside the bridge's, and the dampers that are there or on offer.
+
+    Without -o the folder is a new one beside those that hold a sizing.
+    """
+    from scruton.sizing.existing import offers
+    from scruton.sizing.limits import limit
+    from scruton.sizing.results import RESULT
+
+    folder = arguments.out or arguments.results / "sizing"
+    if arguments.out is None and not arguments.force:
+        folder = variant(folder, "size", (RESULT,))
+    rules = [limit(rule) for rule in arguments.limit]
+    asked = [offer for stated in arguments.damper for offer in offers(stated)]
+    check_writable(folder)
+    return folder, rules, asked
 
 
 def settings_of(arguments: Namespace) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 from scruton.campaign.schema import Campaign, Test
 from scruton.campaign.spelling import nearest
@@ -23,23 +24,31 @@ def tests_named(campaign: Campaign, wanted: str | Sequence[str] | None) -> tuple
     InputError
         A name that no test has.
     """
-    known = {_spaced(test.name): test.name for test in campaign.tests}
     texts = (wanted,) if isinstance(wanted, str) else wanted or ()
-    chosen = {name for text in texts for name in _split(text, known, campaign)}
-    return tuple(test.name for test in campaign.tests if test.name in chosen)
+    return names_meant(texts, [test.name for test in campaign.tests], campaign.path, "tests")
 
 
-def _split(text: str, known: Mapping[str, str], campaign: Campaign) -> list[str]:
+def names_meant(texts: Sequence[str], names: Sequence[str], where: Path | str, field: str) -> tuple[str, ...]:
+    """Those of the names of tests that texts mean, each once and in their order, as of `tests_named`.
+
+    InputError at this place for a name that is none of them.
+    """
+    known = {_spaced(name): name for name in names}
+    chosen = {name for text in texts for name in _split(text, known, where, field)}
+    return tuple(name for name in names if name in chosen)
+
+
+def _split(text: str, known: Mapping[str, str], where: Path | str, field: str) -> list[str]:
     """Split a text at commas into names, the longest first."""
     if text in known.values():
         return [text]
     parts = [part.strip() for part in text.split(",")]
-    names = []
+    names: list[str] = []
     while parts:
         ends = (i for i in range(len(parts), 0, -1) if _spaced(",".join(parts[:i])) in known)
         end = next(ends, 0)
         if not end:
-            raise InputError(campaign.path, "tests", f'no test "{parts[0]}"', nearest(parts[0], known.values()))
+            raise InputError(where, field, f'no test "{parts[0]}"', nearest(parts[0], known.values()))
         names.append(known[_spaced(",".join(parts[:end]))])
         parts = parts[end:]
     return names

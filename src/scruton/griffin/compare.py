@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.campaign.select import names_meant
 from scruton.errors import InputError
 from scruton.griffin.posterior import motion_of, printed_draws, test_names
 from scruton.griffin.predict import predict
@@ -82,7 +83,7 @@ def differences(
     first, second : (DataTree, mapping)
         As `read_tree` gives them.
     tests : sequence of str
-        Only these; all if left out.
+        Only these, each a name or names with commas between them; all if left out.
     scruton_numbers : sequence of float
         To predict the stable amplitude at.
     seed : int
@@ -99,12 +100,10 @@ def differences(
         wanted = "two of one motion: amplitudes of the others have nothing in common"
         raise InputError("command line", "", f"a fit of {motions[0].value} and one of {motions[1].value}", wanted)
     names = list(dict.fromkeys(name for tree in trees for name in test_names(tree)))
-    for name in tests:
-        if name not in names:
-            raise InputError("command line", "--test", f'"{name}"', f"one of: {', '.join(names) or 'no test at all'}")
+    chosen = names_meant(tests, names, "command line", "--test")
     unit = str(summaries[0]["amplitude_unit"])
     found = [_of_rigs(trees, summaries)]
-    found += [_of_tests(trees, list(tests) or names, unit), _of_laws(summaries)]
+    found += [_of_tests(trees, chosen or names, unit), _of_laws(summaries)]
     if all(map(test_names, trees)):
         found.append(_of_predictions(trees, scruton_numbers, unit, seed))
     return tuple(one for part in found for one in part)

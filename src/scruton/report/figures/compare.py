@@ -25,7 +25,8 @@ def compare_plot(first: Fit, second: Fit) -> FigureWithCaption:
     grid = np.linspace(*limits, GRID)
     drawing, axes = style.alone(108.0)
     ceiling, (times, scale) = 0.0, griffin_axes.factors(unit)
-    for i, (name, fit) in enumerate(zip("AB", fits, strict=True)):
+    tests = [griffin_axes.test_points(fit) for fit in fits]
+    for i, (name, fit, places) in enumerate(zip("AB", fits, tests, strict=True)):
         look, seed = style.line_style(i), int(fit.summary["provenance"]["seed"])
         found = griffin_axes.as_shown(band(grid, predictive_draws(fit.tree, grid, seed=seed), unit, "predictive"))
         axes.fill_between(
@@ -34,7 +35,6 @@ def compare_plot(first: Fit, second: Fit) -> FigureWithCaption:
         axes.plot(
             found.scruton_number, style.bounded(found.median), **look.pen, lw=1.8, label=f"{name}, predictive", zorder=3
         )
-        places = griffin_axes.test_points(fit)
         low, middle, high = scale * np.array([(place.low, place.median, place.high) for place in places]).T
         spread = [middle - low, high - middle]
         axes.errorbar(
@@ -49,7 +49,7 @@ def compare_plot(first: Fit, second: Fit) -> FigureWithCaption:
     style.below(drawing, [axes])
     said = "; ".join(
         f"{name} {amplitude(place.median, unit)} at Sc {scruton(place.scruton_number, digits=3)}"
-        for name, fit in zip("AB", fits, strict=True)
-        for place in griffin_axes.test_points(fit)
+        for name, places in zip("AB", tests, strict=True)
+        for place in places
     )
     return FigureWithCaption(drawing, alt=f"Stable amplitudes against the Scruton number. {said}.")
