@@ -311,23 +311,26 @@ def invisible(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     def percent(moved: float) -> float:
         return round(100.0 * abs(moved / a - 1.0), 2) if a > 0.0 and np.isfinite(moved) else float("inf")
 
+    def share(fraction: float) -> str:
+        return f"{100.0 * fraction:.2g} %"
+
     gain = thresholds.INVISIBLE_GAIN
     shown = "; a free decay in still air of every rig shows it"
     if np.any(~layout.wind):
         shown = "; bounded by the still-air decays here"
     entries = [
         ("friction_everywhere", percent(settled([Term.DRIVE], added=friction * rate * level)),
-         f"Dry friction alike in every rig looks like a smaller epsilon{shown}. Friction of {friction:.1%} of the "
-         "relaxation damping would make a bridge without it move more by {}"),
+         f"Dry friction alike in every rig looks like a smaller epsilon{shown}. Friction of {share(friction)} of "
+         "the relaxation damping would make a bridge without it move more by {}"),
         ("damping_constant", percent(settled([Term.AERO], added=-damping * rate)),
-         f"An error of the structural damping common to all rigs looks like another Y1{shown}. One of {damping:.1%} of "
-         "the relaxation damping would change the bridge's amplitude by {}"),
+         f"An error of the structural damping common to all rigs looks like another Y1{shown}. One of {share(damping)} "
+         "of the relaxation damping would change the bridge's amplitude by {}"),
         ("gain_common", round(100.0 * gain, 2),
-         f"A gain of all channels alike scales every amplitude: {gain:.0%} would change the bridge's "
+         f"A gain of all channels alike scales every amplitude: {share(gain)} would change the bridge's "
          "amplitude by {}; a static calibration shows it"),
         ("mass", percent(settled(aerodynamic, 1.0 + BOUND_SIGMAS * mass)),
-         f"The mass ratio stands beside Y1 in every equation: an error of {BOUND_SIGMAS * mass:.1%} would change the "
-         "bridge's amplitude by {}; added mass of known size shows it"),
+         f"The mass ratio stands beside Y1 in every equation: an error of {share(BOUND_SIGMAS * mass)} would change "
+         "the bridge's amplitude by {}; added mass of known size shows it"),
     ]  # fmt: skip
     return [{"name": n, "text": text.format(f"{bound:.2g} %"), "bound": bound} for n, bound, text in entries]
 

@@ -25,7 +25,7 @@ from scruton.report.conventions import (
 from scruton.report.figures.griffin_axes import as_shown, factors, front_ends, sc_range, test_points, thinned_curve
 from scruton.report.figures.sizing import Content, governing, worst
 from scruton.report.thresholds import MOST_BANDS
-from scruton.report.wording import number, unit_text
+from scruton.report.wording import limit_text, number, unit_text
 from scruton.sizing.checks import ASKED
 
 if TYPE_CHECKING:
@@ -177,7 +177,7 @@ def _decision_chart(fit: "Fit", content: Content, mode: Content, rule: Content) 
         "grid": _list(times * grid),
         "areas": [{"label": "bridge, 90 %", "low": _list(low), "high": _list(high), "tone": "outer"}],
         "lines": [],
-        "limits": [{"label": f"limit {rule['rule']}: {with_unit(number(limit, 3), unit)}", "y": _round(limit)}],
+        "limits": [{"label": f"limit, {limit_text(rule)}: {with_unit(number(limit, 3), unit)}", "y": _round(limit)}],
         "points": points,
         "read": {
             "what": f"amplitude of mode {mode['name']}", "unit": shown, "median": _list(middle), "low": _list(low),

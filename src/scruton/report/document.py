@@ -1,5 +1,6 @@
 """The report as a document: chapters of blocks, frozen, without a word on how they look; the renderers know that."""
 
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -16,6 +17,7 @@ class Code:
 
 
 Run = str | Maths | Code
+Line = str | tuple[Run, ...]  # a text before it is `set_in_type`, and after
 ALARM, CAUTION = "alarm", "caution"
 
 
@@ -43,7 +45,7 @@ class Heading:
 class Listing:
     """Lines with a mark before each."""
 
-    items: Sequence[str]
+    items: Sequence[Line]
     role: str = "text"
 
 
@@ -97,7 +99,7 @@ class Callout:
 
     role: str
     head: str
-    lines: Sequence[str] = ()
+    lines: Sequence[Line] = ()
 
 
 @dataclass(frozen=True)
@@ -150,8 +152,37 @@ class Document:
         return [block for chapter in self.chapters for block in chapter.blocks if isinstance(block, kind)]
 
 
+_CODE = re.compile("`([^`]+)`")
+_MINUS = re.compile(r"(?<![\w.^)-])-(?=\.?\d)")
+_POWER = re.compile(r"\b(m|mm|s|f)\^([23])\b")
+
+
+def set_in_type(line: Line) -> tuple[Run, ...]:
+    """A sentence for the terminal as a page sets it: commands as code, the minus as a minus, powers raised."""
+
+    def words(text: str) -> str:
+        return _POWER.sub(lambda found: found[1] + "²³"[int(found[2]) - 2], _MINUS.sub("−", text))
+
+    if not isinstance(line, str):
+        return line
+    parts = _CODE.split(line)  # what stood between backticks at every odd place
+    return tuple(Code(part) if i % 2 else words(part) for i, part in enumerate(parts) if part)
+
+
+def _typeset(block: Block) -> Block:
+    match block:
+        case Paragraph(runs):
+            each = [set_in_type(run) if isinstance(run, str) else (run,) for run in runs]
+            return replace(block, runs=tuple(run for some in each for run in some))
+        case Listing(items):
+            return replace(block, items=tuple(map(set_in_type, items)))
+        case Callout(_, _, lines):
+            return replace(block, lines=tuple(map(set_in_type, lines)))
+    return block
+
+
 def numbered(document: Document) -> Document:
-    """Leave out what is empty, and number chapters, tables, figures and equations.
+    """Leave out what is empty, set sentences in type, and number chapters, tables, figures and equations.
 
     ValueError where two tables, pictures or chapters have one name: their files and addresses would collide.
     """
@@ -159,7 +190,7 @@ def numbered(document: Document) -> Document:
 
     def with_number(block: Block) -> Block:
         if not isinstance(block, Table | Picture | Equation):
-            return block
+            return _typeset(block)
         counts[type(block)] += 1
         return replace(block, number=str(counts[type(block)]))
 

@@ -21,6 +21,7 @@ from scruton.report.document import (
     Picture,
     Run,
     Table,
+    set_in_type,
 )
 from scruton.report.maths import Maths
 from scruton.report.office import plain, same_bytes
@@ -88,7 +89,7 @@ class _Writer:
                 self.file.add_heading(plain(text), 2)
             case Listing(items):
                 for item in items:
-                    self.file.add_paragraph(plain(item), style="List Bullet")
+                    self._runs(self.file.add_paragraph(style="List Bullet"), set_in_type(item))
             case Equation(maths, number):
                 place = self.file.add_paragraph()
                 place._p.append(_omml(maths))
@@ -103,7 +104,7 @@ class _Writer:
                 cell = self._grid([[head]], shade=_SHADES.get(role, _CAUTION)).cell(0, 0)
                 cell.paragraphs[0].runs[0].bold = True
                 for line in lines:
-                    cell.add_paragraph(plain(line), style="List Bullet")
+                    self._runs(cell.add_paragraph(style="List Bullet"), set_in_type(line))
                 self.file.add_paragraph()
             case KeyFigures(items):
                 grid = self._grid([[label for label, _, _ in items], [value for _, value, _ in items],

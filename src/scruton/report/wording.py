@@ -109,6 +109,20 @@ def law_text(label: str) -> str:
     return label.replace("n=", "n = ").replace("-", "−")
 
 
+def limit_text(entry: Mapping[str, Any]) -> str:
+    """A limit of sizing.json as a reader meets it: by its code, with what is asked of it; or as it was stated."""
+    name, _, asked = (part.strip() for part in entry["rule"].partition(":"))
+    code, clause, _ = entry["title"].partition(":")
+    words = code if clause else name.replace("-", " ")
+    return f"{words}, {asked}" if asked else words
+
+
+def with_error(value: float, error: float) -> str:
+    """A number with its standard error: both to the error's first digit, which is where the number is known to."""
+    decimals = max(0, -math.floor(math.log10(float(f"{error:.1g}"))))
+    return f"{value:.{decimals}f} ± {error:.{decimals}f}".replace("-", "−")
+
+
 def percent(value: float, digits: int = 3) -> str:
     """Write a fraction in per cent."""
     return f"{number(100.0 * value, digits)} %"

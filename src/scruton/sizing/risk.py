@@ -166,7 +166,7 @@ def remarks(name: str, asked: str, found: Risk) -> list[str]:
     """What the reader must know of the damping that is required at a confidence ("0.95") before trusting it."""
     reach, added = found.reach.get(asked), found.required[asked]
     others = {label: row[asked] for label, row in found.required_by_law.items()}
-    by_law = ", ".join(f"{label} {_percent(value)}" for label, value in others.items())
+    by_law = ", ".join(f"{label}: {_percent(value)}" for label, value in others.items())
     where = f"mode {name}: the damping required at {100.0 * float(asked):.0f} % ({_percent(added)})"
     sentences = []
     if reach is not None and not reach.trusted:

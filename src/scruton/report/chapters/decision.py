@@ -17,7 +17,7 @@ from scruton.report.conventions import (
 )
 from scruton.report.document import ALARM, Block, Callout, Heading, KeyFigures, Listing, paragraph
 from scruton.report.figures.sizing import Content, governing, worst
-from scruton.report.wording import PAGE, law_text, number, percent, share
+from scruton.report.wording import PAGE, law_text, limit_text, number, percent, share
 from scruton.sizing.checks import ASKED, LAW_FREE
 
 _SHARES_NAMED = 2  # sources of variance that the first page names
@@ -90,7 +90,7 @@ def _figures(sizing: Content) -> Iterator[tuple[str, str, str]]:
         f"Amplitude, mode {mode['name']}", with_unit(ends[0], unit),
         f"90 %: {with_unit(ends[1], unit)}; limit {amplitude(limit['limit'], files)}",
     )  # fmt: skip
-    yield "Risk as it is", percent(limit["probability"]), f"of exceeding the limit ({limit['rule']}) in lock-in"
+    yield "Risk as it is", percent(limit["probability"]), f"of exceeding the limit of {limit_text(limit)} in lock-in"
     if damper["dampers"]:
         yield (
             "Risk with the damper",

@@ -223,7 +223,10 @@ def _share(entry: Mapping[str, Any]) -> str:
 
 def _probabilities(gap: Mapping[str, Any], title: Callable[[str], str]) -> list[tuple[str, str]]:
     likely = sorted(gap["probability"].items(), key=lambda pair: -pair[1])
-    return [(title(name), f"{p:.3f}") for name, p in likely if p > PROBABILITY_SHOWN]
+    named = [(name, p) for name, p in likely if p >= PROBABILITY_SHOWN or name == "none"]
+    others = [p for name, p in likely if (name, p) not in named]
+    rows = [(title(name), f"{p:.3f}") for name, p in named]
+    return [*rows, (f"{len(others)} others together", f"{sum(others):.3f}")] if others else rows
 
 
 def _where_header(of: Notation, unit: str) -> tuple[str, ...]:
@@ -263,14 +266,15 @@ def _excess(place: Mapping[str, Any], of: Notation) -> str:
 
 def _sizes(gap: Mapping[str, Any], of: Notation, title: Callable[[str], str], most: int | None = None) -> list[Any]:
     """How large every effect is, a row each of its parameters, of at most so many."""
+    page = title is not str
     return [
         (
-            title(name),
-            key if title is str else _parameter(key),
+            "" if page and i else title(name),
+            _parameter(key) if page else key,
             *of.interval(size["median"], *(size["interval90"] or (None, None))),
             of.unit(size["unit"]),
-            size["form"],
+            "" if page and i else size["form"],
         )
         for name, effect in gap["effects"].items()
-        for key, size in list(effect["parameters"].items())[:most]
+        for i, (key, size) in enumerate(list(effect["parameters"].items())[:most])
     ]

@@ -6,7 +6,7 @@ from scruton.griffin.thresholds import X_TRUSTED
 from scruton.report.conventions import DAMPING, damping_words, scruton, shown_in
 from scruton.report.document import Table
 from scruton.report.figures.sizing import Content
-from scruton.report.wording import Notation, law_text, share
+from scruton.report.wording import Notation, law_text, limit_text, share
 from scruton.sizing.checks import CONFIDENCES, LAW_FREE
 from scruton.sizing.thresholds import LARGEST_ADDED
 
@@ -17,11 +17,11 @@ def required_tables(content: Content, of: Notation) -> Iterator[Table]:
     """What each required damping is held against, a table a mode and limit: every law, no law, and what was tested."""
     for k, mode in enumerate(content["modes"], 1):
         for j, limit in enumerate(mode["limits"], 1):
-            rows = _required_rows(limit, of)
+            rows, against = _required_rows(limit, of), limit["rule"] if of.plain else limit_text(limit)
             if any(cell not in ("none", "") for _, *cells in rows for cell in cells):
                 yield Table(
                     f"required_by_law_{k}_{j}",
-                    f"Mode {mode['name']}, {limit['rule']}: added {damping_words()} required, and what it rests on",
+                    f"Mode {mode['name']}, {against}: added {damping_words()} required, and what it rests on",
                     ("", *_SHARES),
                     [*rows, *_reach_rows(limit, of)],
                     f"x is the extrapolation index from the nearest test: laws part beyond {X_TRUSTED:g} (!). Without "

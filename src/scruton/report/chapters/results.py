@@ -17,6 +17,15 @@ from scruton.report.wording import PAGE, Notation, estimate, law_text, number, s
 if TYPE_CHECKING:
     from scruton.infer.sensitivity import PredictionSensitivity
 
+_BY_TEST = (
+    "One transient at one Scruton number holds a whole Griffin plot: each test’s own, without the records of the "
+    "others, foretells where their stable amplitudes lie."
+)
+_LOCK_IN = (
+    "Records at further wind speeds of one rig tell how the stable amplitude rises and falls over the lock-in range; "
+    "the Griffin plot is of its peak."
+)
+
 
 def aerodynamic_chapter(material: Material) -> Iterator[Block]:
     """Figures of aerodynamic damping against amplitude, and of the stability that follows from it."""
@@ -39,8 +48,8 @@ def griffin_chapter(material: Material) -> Iterator[Block]:
     weights = _law_table(material)
     below: dict[str, Sequence[Block]] = {
         "The law of aerodynamic damping": [*([weights] if weights.rows else []), *_exponent(material), *laws],
-        "From one test at a time": by_test,
-        "Amplitude against wind speed": lock_in,
+        "From one test at a time": [paragraph(_BY_TEST), *by_test] if by_test else [],
+        "Amplitude against wind speed": [paragraph(_LOCK_IN), *lock_in] if lock_in else [],
     }
     for heading, blocks in below.items():
         if blocks:

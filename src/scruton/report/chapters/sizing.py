@@ -24,9 +24,9 @@ from scruton.report.conventions import (
     warnings_note,
     with_unit,
 )
-from scruton.report.document import CAUTION, Block, Callout, Heading, Picture, Table, paragraph
+from scruton.report.document import CAUTION, Block, Callout, Heading, Listing, Picture, Table, paragraph
 from scruton.report.figures.sizing import Content, modes
-from scruton.report.wording import PAGE, TERMINAL, Notation, money, percent, share
+from scruton.report.wording import PAGE, TERMINAL, Notation, limit_text, money, percent, share, with_error
 from scruton.report.wording import number as written
 from scruton.sizing.checks import CONFIDENCES
 
@@ -57,15 +57,24 @@ def _sizing_blocks(content: Content, pictures: Mapping[str, Picture]) -> Iterato
         ("mode", "limit", "amplitude", "P without damper", *_SHARES),
         [
             (
-                mode["name"], limit["rule"], amplitude(limit["limit"], unit), percent(limit["probability"]),
-                *(required_damping(limit["required"][p], PAGE) for p in CONFIDENCES),
+                mode["name"], limit_text(limit), amplitude(limit["limit"], unit),
+                _known_to(percent(limit["probability"]), limit["probability"], limit.get("probability_mcse"), 100.0),
+                *(
+                    _known_to(
+                        required_damping(limit["required"][p], PAGE), limit["required"][p],
+                        limit.get("required_mcse", {}).get(p), shown_in(DAMPING)[0],
+                    )
+                    for p in CONFIDENCES
+                ),
             )
             for mode in content["modes"]
             for limit in mode["limits"]
         ],
-        " ".join([*_monte_carlo(content), *_readings(content)]),
+        "±: Monte Carlo standard error." if any("required_mcse" in limit for _, limit in _limits(content)) else "",
         numeric=(False, False, *[True] * 6),
     )  # fmt: skip
+    if readings := [*_readings(content)]:
+        yield Listing(readings)
     yield from shown("required_damping")
     yield from required_tables(content, PAGE)
     for k, (ending, mode) in enumerate(modes(content).items(), 1):
@@ -93,25 +102,35 @@ def _sizing_blocks(content: Content, pictures: Mapping[str, Picture]) -> Iterato
     yield from both_blocks(content, "mode ", percent, PAGE)
 
 
+def _limits(content: Content) -> Iterator[tuple[str, Content]]:
+    """Name of the mode and entry of every limit."""
+    return ((mode["name"], limit) for mode in content["modes"] for limit in mode["limits"])
+
+
+def _known_to(text: str, value: float | None, error: float | None, factor: float) -> str:
+    """What is written of a number, with its Monte Carlo standard error before the unit where it has one."""
+    if not (value and error):
+        return text
+    return " ".join([with_error(factor * value, factor * error), *text.split()[1:]])
+
+
 def _monte_carlo(content: Content) -> Iterator[str]:
     """A sentence a limit: the Monte Carlo standard errors of its probability and of the damping required."""
-    for mode in content["modes"]:
-        for limit in mode["limits"]:
-            if errors := limit.get("required_mcse"):
-                factor, shown = shown_in(DAMPING)
-                required = ", ".join("–" if errors[p] is None else f"{factor * errors[p]:.1g}" for p in CONFIDENCES)
-                yield (
-                    f"Monte Carlo standard errors, mode {mode['name']}, {limit['rule']}: of P without "
-                    f"{100.0 * limit['probability_mcse']:.1g} %; of the damping required {with_unit(required, shown)}."
-                )
+    for mode, limit in _limits(content):
+        if errors := limit.get("required_mcse"):
+            factor, shown = shown_in(DAMPING)
+            required = ", ".join("–" if errors[p] is None else f"{factor * errors[p]:.1g}" for p in CONFIDENCES)
+            yield (
+                f"Monte Carlo standard errors, mode {mode}, {limit['rule']}: of P without "
+                f"{100.0 * limit['probability_mcse']:.1g} %; of the damping required {with_unit(required, shown)}."
+            )
 
 
 def _readings(content: Content) -> Iterator[str]:
     """A sentence a limit: what its code says of the amplitude without added damping."""
-    for mode in content["modes"]:
-        for limit in mode["limits"]:
-            if limit.get("reading"):
-                yield f"Mode {mode['name']}, {limit['rule']}, without added damping: {limit['reading']}."
+    for mode, limit in _limits(content):
+        if limit.get("reading"):
+            yield f"Mode {mode}, {limit_text(limit)}, without added damping: {limit['reading']}."
 
 
 def sizing_assumptions(content: Content) -> list[str]:
@@ -233,7 +252,7 @@ def _cheapest(mode: Content) -> Iterator[str]:
     if by_mass := cost.get("by_mass"):
         best, without = by_mass["best_mass"], f"without a damper {money(by_mass['without'])} {_currency(cost)}"
         end = ", the heaviest looked at" if by_mass["at_the_end"] else ""
-        choice = f"with a damper of {number(best, 2)} kg{end}; {without}." if best else "without a damper."
+        choice = f"with a damper of {number(best / 1e3, 2)} t{end}; {without}." if best else "without a damper."
         yield f"{least}: {money(by_mass['best_total'])} {_currency(cost)} {choice}"
     if by_damping := cost.get("by_damping"):
         end = ", the most looked at" if by_damping["at_the_end"] else ""

@@ -167,17 +167,21 @@ def _frequency(axes: "Axes", curves: Sequence[Curve], data: "GapData") -> None:
         rig = int(data.layout.rig[curve.record])
         colour, line = style.line_style(rig).colour, (0, (4, 2)) if curve.direction == STILL else "-"
         a, y, sd, width = _scale(data) * curve.amplitude, 100.0 * curve.excess, 100.0 * curve.sd, 0.9
-        label = f"{style.shorten(data.rigs[rig], 16)}, {curve.direction}"
+        label = style.shorten(data.rigs[rig], 16) + (f", {STILL}" if curve.direction == STILL else "")
         if curve.places():
             width = 2.2
             axes.fill_between(a, y - style.Z90 * sd, y + style.Z90 * sd, color=colour, alpha=0.2, lw=0)
         axes.plot(a, y, color=colour, ls=line, lw=width, label=label)
         reach = max(reach, float(np.abs(y).max()))
-    axes.set(ylim=(-1.15 * reach, 1.15 * reach), xscale="log")
+    columns = 2 if len(curves) <= 6 else 3
+    room = min(0.5, 0.11 * -(-len(curves) // columns))  # of the panel, for the names above the curves
+    axes.set(ylim=(-1.15 * reach, 1.15 * reach * (1.0 + room) / (1.0 - room)), xscale="log")
     style.plain_log(axes.xaxis)
     axes.set(xlabel=_amplitude(data), ylabel="Change of frequency [%]", title="Frequency against amplitude")
     if curves:
-        axes.legend(fontsize=7.0, loc="best", ncols=1, handlelength=1.8, columnspacing=0.8, labelspacing=0.25)
+        axes.legend(
+            fontsize=7.0, loc="upper left", ncols=columns, handlelength=1.8, columnspacing=0.8, labelspacing=0.25
+        )
 
 
 def _probability(axes: "Axes", diagnosis: Diagnosis) -> None:

@@ -59,7 +59,7 @@ def _plot(fit: Fit, *, reciprocal: bool) -> FigureWithCaption:
     alone = [griffin_band(tree, grid, name) for name in tests]
     if reciprocal:
         predictive, alone = predictive.reciprocal(), [curve.reciprocal() for curve in alone]
-    drawing, axes = style.alone(108.0)
+    drawing, axes = style.alone(88.0 if reciprocal else 108.0)
     griffin_axes.shade(axes, predictive)
     griffin_axes.draw_bands(axes, fit, alone)
     griffin_axes.deterministic(axes, fit, tests, reciprocal=reciprocal)
@@ -148,7 +148,7 @@ def reciprocal_against_damping(fit: Fit) -> FigureWithCaption:
         beyond = np.abs(np.median(index_draws(tree, sc, name), axis=0)) > X_TRUSTED
         curve = griffin_axes.as_shown(band(ratio, griffin_draws(tree, sc, name), unit, name, beyond).reciprocal())
         curves.append(replace(curve, scruton_number=shown))  # whose axis is that of damping here
-    drawing, axes = style.alone(95.0)
+    drawing, axes = style.alone(80.0)
     griffin_axes.draw_shown(axes, fit, curves)
     ceiling = max(_ceiling(fit, _highest(curve), reciprocal=True) for curve in curves)
     griffin_axes.points(axes, fit, reciprocal=True, against_damping=True)

@@ -16,7 +16,7 @@ from scruton.report.conventions import (
     shown_in,
 )
 from scruton.report.figures import FigureWithCaption, figure, style
-from scruton.report.wording import unit_text
+from scruton.report.wording import limit_text, unit_text
 from scruton.sizing.checks import ASKED, CONFIDENCES
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def decision_plot(content: Content, mode: Content) -> FigureWithCaption:
     top = 1.15 * max(min(float(np.nanmax(high, initial=0.0)), max(4.0 * limit, 1.3 * float(middle[0]))), limit)
     axes.fill_between(sc, low, np.minimum(high, 2.0 * top), **_BAND, label="bridge, 90 % interval")
     axes.plot(sc, middle, color=style.BLUE, label="median")
-    axes.axhline(limit, color=style.VERMILLION, ls="--", label=f"limit, {style.shorten(rule['rule'])}")
+    axes.axhline(limit, color=style.VERMILLION, ls="--", label=f"limit, {style.shorten(limit_text(rule))}")
     now = [float(x[0]) for x in (sc, low, middle, high)]
     axes.errorbar(
         [now[0]], [now[2]], [[now[2] - now[1]], [min(now[3], 2.0 * top) - now[2]]], fmt="o", color=style.BLACK, ms=6,
@@ -136,12 +136,12 @@ def risk_curves(content: Content, mode: Content) -> FigureWithCaption:
     top = max(min(float(np.nanmax(high, initial=0.0)), 6.0 * limit), limit)
     right.set(xlabel=damping_label(_ADDED), ylabel=f"Stable amplitude [{unit_text(shown)}]", ylim=(0.0, 1.08 * top))
     style.below(drawing, [left, right])
-    left.set_title(f"Mode {style.shorten(mode['name'])}, limit {style.shorten(rule['rule'])}")
+    left.set_title(f"Mode {style.shorten(mode['name'])}, limit {style.shorten(limit_text(rule))}")
     return FigureWithCaption(
         drawing,
-        caption=f"Risk of mode {mode['name']} against added damping, limit {rule['rule']}. Left: probability that the "
-        "stable amplitude in lock-in exceeds the limit, with the band that the section's posterior and the law leave; "
-        "dots are the confidences. Right: the amplitude.",
+        caption=f"Risk of mode {mode['name']} against added damping, limit {limit_text(rule)}. Left: probability that "
+        "the stable amplitude in lock-in exceeds the limit, with the band that the section's posterior and the law "
+        "leave; dots are the confidences. Right: the amplitude.",
         alt=f"Probability of exceeding the limit falls from {rule['probability']:.2f} without added damping; "
         + "; ".join(f"{p}: {_added(rule['required'][p])}" for p in CONFIDENCES),
     )  # fmt: skip
@@ -198,7 +198,7 @@ def damper_masses(content: Content, mode: Content) -> FigureWithCaption:
     for axes, label in ((left, "P(amplitude > limit) [%]"), (right, "Relative stroke [mm]")):
         axes.set(xlabel="Mass of all dampers [t]" if stated else "Mass ratio [%]", ylabel=label)
         axes.set_ylim(bottom=0.0)
-        axes.legend()
+    style.below(drawing, [left, right])
     count = damper["asked"]["number"]
     dampers = "one damper" if count == 1 else f"{count} dampers"
     left.set_title(f"Mode {style.shorten(mode['name'])}: {dampers}, tuned at every mass")
@@ -292,7 +292,7 @@ def required_plot(content: Content) -> FigureWithCaption:
             place = (0.0 if value is None else per * value, y)
             axes.annotate(_added(value), place, xytext=(3, 0), textcoords="offset points",
                           va="center", fontsize=7)  # fmt: skip
-    labels = [f"{style.shorten(name, 16)}\n{style.shorten(entry['rule'], 20)}" for name, entry in rows]
+    labels = [f"{style.shorten(name, 16)}\n{style.shorten(limit_text(entry), 20)}" for name, entry in rows]
     axes.set_yticks(range(len(rows)), labels)
     axes.set(xlabel=damping_label(_ADDED), xlim=(0.0, per * top * 1.25))
     axes.invert_yaxis()
