@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scruton.errors import InputError
+from scruton.griffin.posterior import peak_names
 from scruton.infer.results import Fit
 from scruton.infer.store import load_fit
 from scruton.report.figures.registry import registered
@@ -31,8 +32,8 @@ if TYPE_CHECKING:
     Sized = Sizing | Path | str  # a sizing, or the folder of one
 
 __all__ = [
-    "aerodynamic_damping", "aerodynamic_damping_by_test", "corner", "cost", "damper", "decision", "griffin",
-    "griffin_by_test", "griffin_reciprocal", "influence", "information", "innovations", "laws", "lock_in",
+    "aerodynamic_damping", "aerodynamic_damping_by_test", "compare", "corner", "cost", "damper", "decision",
+    "griffin", "griffin_by_test", "griffin_reciprocal", "influence", "information", "innovations", "laws", "lock_in",
     "posterior_predictive", "prior_curves", "prior_predictive", "reciprocal_against_damping", "records",
     "required_damping", "ring_downs", "risk", "shares", "stability", "trace", "trial_functions", "validation",
     "what_moved_the_posterior",
@@ -62,6 +63,15 @@ def reciprocal_against_damping(fit: "Fitted", ax: "Axes | None" = None) -> "Figu
 def laws(fit: "Fitted", ax: "Axes | None" = None) -> "Figure":
     """Griffin curves of every peak test under n = -1 and under n = 2."""
     return _of_fit("laws", fit, ax)
+
+
+def compare(first: "Fitted", second: "Fitted", ax: "Axes | None" = None) -> "Figure":
+    """The Griffin plots of two fits of one motion, A and B: median, 90 % predictive band, stable amplitudes."""
+    fits = (_fit(first), _fit(second))
+    found = [fit.campaign.section.motion.value if peak_names(fit.tree) else "no peak test" for fit in fits]
+    if found[0] != found[1] or "no peak test" in found:
+        raise InputError("plot", "compare", " and ".join(found), "two fits with peak tests, of one motion")
+    return _drawn("compare", fits, ax)
 
 
 def lock_in(fit: "Fitted", ax: "Axes | None" = None) -> "Figure":

@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import matplotlib as mpl
+import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
@@ -186,11 +187,22 @@ def test_a_figure_works_from_disk(folder):
 def test_every_figure_of_the_register_has_its_function():
     from scruton.report.figures.registry import registered
 
-    known = {name.replace("-", "_") for name in registered()} - {"gap", "compare"}
+    known = {name.replace("-", "_") for name in registered()} - {"gap"}
     assert set(plot.__all__) - {"prior_curves"} == known
 
 
+def test_two_fits_are_drawn_in_one(fit, folder):
+    axes = plot.compare(fit, folder / "fit").axes[0]
+    lines = {line.get_label(): line.get_ydata() for line in axes.get_lines()}
+    np.testing.assert_array_equal(lines["A, predictive"], lines["B, predictive"])
+
+
 def test_what_cannot_be_drawn_is_said(fit):
+    from dataclasses import replace
+
+    still = replace(fit, tree=fit.tree.drop_nodes("posterior"))
+    with pytest.raises(InputError, match="no peak test"):
+        plot.compare(fit, still)
     with pytest.raises(InputError, match="page 9"):
         plot.records(fit, page=9)
     with pytest.raises(InputError, match="nobody"):

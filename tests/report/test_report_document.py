@@ -104,7 +104,7 @@ def test_a_bridge_puts_limit_risk_damping_and_confidence_first(three) -> None:
     document = compose(material(three, sizing=sizing(modes=2, flags=("a mode beyond the tests",))))
     summary = document.chapters[0]
     assert "Add a damping ratio of 0.400 % to mode V1" in text_of(summary.blocks[:1])
-    assert next(one for one in summary.blocks if isinstance(one, Callout)).lines == ["a mode beyond the tests"]
+    assert next(one for one in summary.blocks if isinstance(one, Callout)).lines == (("a mode beyond the tests",),)
     figures = next(one for one in summary.blocks if isinstance(one, KeyFigures)).items
     assert [value for _, value, _ in figures] == ["120 mm", "80.0 %", "5.00 %"]
     assert "limit 100 mm" in figures[0][2]
