@@ -30,10 +30,13 @@ from scruton.report.document import (
     Document,
     Equation,
     KeyFigures,
+    Listing,
     Paragraph,
     Picture,
     Table,
     numbered,
+    paragraph,
+    set_in_type,
 )
 from scruton.report.exports import latex_chapter, latex_table, latex_text, numbers, write_tables
 from scruton.report.maths import Maths, display
@@ -42,6 +45,7 @@ from scruton.report.render_text import render_text
 from scruton.report.render_typst import render_pdf
 from scruton.report.tables import tables
 from scruton.sizing.bridge import Bridge, Mode
+from scruton.sizing.checks import CONFIDENCES
 from scruton.sizing.limits import limit
 from scruton.sizing.study import size
 
@@ -128,9 +132,33 @@ def test_a_torsional_sizing_is_printed_in_degrees_with_what_the_code_says(three)
     assert "6.9 (4.6 .. 9.7)" in printed  # 0.12 (0.08 .. 0.17) rad
     assert "rad]" not in printed
     assert "Mode V1, jtg, without added damping: median K_D = 6.2 mm/s^2" in printed
-    table = next(one for one in compose(material(three, sizing=content)).every(Table) if one.name == "required_damping")
+    document = compose(material(three, sizing=content))
+    table = next(one for one in document.every(Table) if one.name == "required_damping")
     assert table.rows[0][2] == "1.15°"
-    assert "tolerable to unpleasant" in str(table.note)
+    assert "median K_D = 6.2 mm/s², tolerable to unpleasant" in text_of(document.every(Listing))
+
+
+def test_a_sentence_is_set_in_type() -> None:
+    said = "x = -0.32 at n=-1, as `scruton fit A --effect auto` of scan-5.csv (1e-5) has it: 30 mm/s^2"
+    assert set_in_type(said) == (
+        "x = −0.32 at n=-1, as ", Code("scruton fit A --effect auto"), " of scan-5.csv (1e-5) has it: 30 mm/s²",
+    )  # fmt: skip
+    chapter = Chapter("one", "One", (Listing([said]), Callout("alarm", "head", [said]), paragraph(said)))
+    listing, box, words = numbered(Document("t", "k", "s", (chapter,))).chapters[0].blocks
+    assert listing.items == box.lines == (words.runs,) == (set_in_type(said),)
+
+
+def test_a_damping_stands_with_its_monte_carlo_error_and_a_limit_by_its_code(three) -> None:
+    content = sizing()
+    content["modes"][0]["governing"] = "kd: acceptable"
+    content["modes"][0]["limits"][0] |= {
+        "rule": "kd: acceptable", "title": "BD 49/01: K_D = f^2 y", "required": dict.fromkeys(CONFIDENCES, 0.00392),
+        "required_mcse": dict.fromkeys(CONFIDENCES, 0.000021), "probability": 0.419, "probability_mcse": 0.0021,
+    }  # fmt: skip
+    table = next(t for t in compose(material(three, sizing=content)).every(Table) if t.name == "required_damping")
+    assert table.rows[0][1] == "BD 49/01, acceptable"
+    assert table.rows[0][3:] == ("41.9 ± 0.2 %", *["0.392 ± 0.002 %"] * 4)
+    assert table.note == "±: Monte Carlo standard error."
 
 
 @pytest.mark.parametrize(

@@ -109,7 +109,7 @@ def test_a_chapter_that_fails_costs_itself_alone(three, monkeypatch: pytest.Monk
     assert before.items() <= {one.key: (one.title, one.appendix) for one in document.chapters}.items()
     (box,) = boxes(document, failing)
     assert FAULT in box.head
-    assert box.lines == ("ZeroDivisionError: no ink left",)
+    assert box.lines == (("ZeroDivisionError: no ink left",),)
     head = boxes(with_failures(document, failures), "summary")[0]
     assert head.lines == [one.sentence for one in failures.found]
     assert [one.chapter for one in failures.found] == [failing]

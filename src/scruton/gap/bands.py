@@ -34,7 +34,9 @@ def chosen(diagnosis: Diagnosis, effect: str) -> tuple[str, FittedHypothesis | N
     single = diagnosis.singles[effect].best if effect in diagnosis.singles else None
     best = diagnosis.final if effect in diagnosis.found else single
     if best is None:
-        raise InputError("command line", "--effect", effect, "an effect that these records give any support")
+        backed = [name for name, found in diagnosis.singles.items() if found.best is not None and name in CATALOGUE]
+        told = f"; they back {', '.join(backed)}" if backed else ""
+        raise InputError("command line", "--effect", effect, f"an effect that these records give any support{told}")
     return effect, best
 
 

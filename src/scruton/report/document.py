@@ -153,7 +153,7 @@ class Document:
 
 
 _CODE = re.compile("`([^`]+)`")
-_MINUS = re.compile(r"(?<![\w.^)-])-(?=\.?\d)")
+_MINUS = re.compile(r"(?<![\w.^)=-])-(?=\.?\d)")
 _POWER = re.compile(r"\b(m|mm|s|f)\^([23])\b")
 
 
