@@ -245,6 +245,10 @@ def _records(diagnosis: Diagnosis) -> Iterator[FurtherRecord]:
     """Records that could be taken in this campaign."""
     data, layout = diagnosis.data, diagnosis.data.layout
     unit = data.campaign.section.amplitude_unit
+
+    def written(a: float) -> str:
+        return f"{np.degrees(a):.3g} deg" if unit == "rad" else f"{a:.3g} {unit}"
+
     for i in np.unique(layout.rig):
         records = np.flatnonzero(layout.rig == i)
         still = records[~layout.wind[records]]
@@ -252,7 +256,7 @@ def _records(diagnosis: Diagnosis) -> Iterator[FurtherRecord]:
         cycles = int(np.clip(3.0 / (2.0 * np.pi * data.nominal_damping[records[0]]), 20, 300))
         template = int(still[0] if still.size else records[0])
         again = "another" if still.size else "a"
-        text = f"{again} free decay of {data.rigs[i]} in still air from {start:.3g} {unit}"
+        text = f"{again} free decay of {data.rigs[i]} in still air from {written(start)}"
         yield FurtherRecord(text, COSTS["still"], template, True, start, cycles)
     stable = {}
     for j, r in data.first_in_wind.items():
@@ -263,7 +267,7 @@ def _records(diagnosis: Diagnosis) -> Iterator[FurtherRecord]:
         cycles = int(np.median(layout.duration[layout.test == j]) * layout.omega[r] / (2.0 * np.pi))
         cycles = int(np.clip(cycles, 20, 400))
         for what, factor, cost in (("growth", 0.1, "repeat"), ("decay", 2.0, "repeat"), ("decay", 3.0, "far")):
-            from_where = f"{factor * a:.3g} {unit} ({factor:g} times the stable amplitude)"
+            from_where = f"{written(factor * a)} ({factor:g} times the stable amplitude)"
             text = f"another {what} of {data.tests[j]} from {from_where}"
             yield FurtherRecord(text, COSTS[cost], r, False, factor * a, cycles)
     if stable:

@@ -59,7 +59,7 @@ def _plot(fit: Fit, *, reciprocal: bool) -> FigureWithCaption:
     alone = [griffin_band(tree, grid, name) for name in tests]
     if reciprocal:
         predictive, alone = predictive.reciprocal(), [curve.reciprocal() for curve in alone]
-    drawing, axes = style.alone(88.0 if reciprocal else 108.0)
+    drawing, axes = style.alone(88.0 if reciprocal else 98.0)
     griffin_axes.shade(axes, predictive)
     griffin_axes.draw_bands(axes, fit, alone)
     griffin_axes.deterministic(axes, fit, tests, reciprocal=reciprocal)
