@@ -152,15 +152,24 @@ def test_a_rate_that_the_rigs_curve_tells_is_not_said_to_rest_on_the_prior() -> 
 
 
 def test_a_law_without_weight_does_not_bring_the_verdict_down() -> None:
-    rows = {"posterior": ["test a", "campaign, n=-1", "campaign, n=1"], "converged": [True, False, True]}
-    table = xr.Dataset({name: ("row", values) for name, values in rows.items()})
+    rows = {
+        "posterior": ["test a", "test b", "test off the peak", "campaign, n=-1", "campaign, n=1"],
+        "converged": [False, True, False, False, True],
+    }
+    table = xr.DataTree(xr.Dataset({name: ("row", values) for name, values in rows.items()}))
 
-    def of(weight: float) -> list[str]:
-        laws = xr.Dataset({"weight": ("law", [weight, 1.0 - weight])}, coords={"law": ["n=-1", "n=1"]})
-        sampled = xr.Dataset(coords={"law": laws["law"]})
-        groups = {"/convergence": table, "/laws": laws, "/campaign_posterior": sampled}
-        return unconverged(xr.DataTree.from_dict(groups))
+    def of(weight: float, more: tuple[str, ...] = (), law_n: float = -1.0) -> list[str]:
+        tree = tree_of({"n=-1": weight, "n=1": 1.0 - weight}, law_n)
+        tree["convergence"] = table
+        for name in more:
+            tree[name] = xr.DataTree()
+        return unconverged(tree)
 
-    assert of(0.3) == ["campaign, n=-1"]
-    assert of(1e-9) == []
-    assert unconverged(xr.DataTree.from_dict({"/convergence": table})) == ["campaign, n=-1"]
+    assert of(0.3) == ["test a", "test off the peak", "campaign, n=-1"]
+    assert of(1e-9) == ["test off the peak"], "alone, a peak test is of the reference law"
+    assert of(1e-9, law_n=np.nan) == ["test a", "test off the peak"]
+    assert of(1e-9, ("speeds",)) == ["test a", "test off the peak"], "that model takes every test's own"
+    assert unconverged(xr.DataTree.from_dict({"/convergence": table})) == [
+        *rows["posterior"][:1],
+        *rows["posterior"][2:4],
+    ]

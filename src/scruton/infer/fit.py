@@ -24,6 +24,7 @@ from scruton.infer.derived import derive
 from scruton.infer.front import damping_varies, front_ends_of, ringdowns_of
 from scruton.infer.joint import (
     SCALES,
+    TEST,
     Joint,
     joint_draws,
     left_at_prior,
@@ -202,7 +203,7 @@ def fit_test(
     campaign: Campaign, test: Test, rig: RigResult, cycles: Mapping[str, Cycles], sampling: Sampling
 ) -> TestResult:
     """Posterior of one test in wind."""
-    card, motion, name = sampling.card, campaign.section.motion, f"test {test.name}"
+    card, motion, name = sampling.card, campaign.section.motion, f"{TEST} {test.name}"
     omega0 = 2 * np.pi * rig.rig.frequency.mean
     # What still air says of ln xi_s enters as a normal prior: it is close to one, and the wind-on records add little.
     records = [cycles[record.name] for record in test.records]

@@ -13,7 +13,7 @@ from scruton.documents import as_json
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.infer.cards import ModelCard
 from scruton.infer.examined import examined_groups
-from scruton.infer.joint import Joint, reference_holds
+from scruton.infer.joint import TEST, Joint, reference_holds
 from scruton.infer.law_free import law_free_group
 from scruton.infer.result_schema import EITHER, SCHEMA, dataset
 from scruton.infer.results import TRIAL, PeakResult, Sampled, TestResult, TrialResult
@@ -232,7 +232,7 @@ def summarise(
     verdicts: dict[Any, Any] = convergence.to_dict(orient="index")
     peaks = {name: parameters(draws) for name, draws in joint.tests.items()}
     alone = {
-        result.test.name: parameters(result.derived, f"test {result.test.name}", verdicts) for result in sampled.tests
+        result.test.name: parameters(result.derived, f"{TEST} {result.test.name}", verdicts) for result in sampled.tests
     }
     bands = {rig: ringdown.bands for rig, ringdown in sampled.ringdowns.items()}
     return {
