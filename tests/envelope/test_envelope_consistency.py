@@ -122,6 +122,17 @@ def test_short_growths_and_decays_bracket_the_level_and_contradict_nothing(with_
     assert kinds == set()
 
 
+def test_a_growth_that_does_not_bend_yet_says_nothing_of_where_it_settles(with_slip):
+    """Van der Pol's growth is exponential at first: led on it headed for eight times the decay's level."""
+
+    def slow(time, response):
+        settled = np.abs(response[-response.size // 4 :]).max()
+        ratio = 1.0 / np.sqrt(1.0 + 24.0 * np.exp(-4.86 * (time - time[0]) / (time[-1] - time[0])))
+        return time, settled * ratio * np.cos(2.0 * np.pi * 7.87 * time)
+
+    assert found(with_slip(*LEVEL, record="growth.csv", change=slow)) == [("length", "growth.csv", Severity.NOTE)]
+
+
 @pytest.mark.parametrize("name", sorted(one.parent.name for one in EXAMPLES.glob("*/campaign.toml")))
 def test_the_shipped_examples_have_no_remark(name):
     assert found(EXAMPLES / name) == []

@@ -8,6 +8,7 @@ from scipy.optimize import brentq
 from sizing_room import LIMIT, at_most, laws, mode_model
 
 from scruton.campaign.quantity import Quantity
+from scruton.campaign.schema import Motion
 from scruton.dynamics.effects.terms import COLUMNS, Term
 from scruton.griffin.curves import EffectCurve
 from scruton.sizing.mode_shape import make_shape, sine, uniform
@@ -217,6 +218,9 @@ def test_what_coherence_does_to_the_need_is_said():
     assert f"needs {found.required_text['0.95']} of added" in remark
     assert f"{100.0 * coherent.required['0.95']:.3f} % were it coherent" in remark
     assert coherence_remarks(model_of(), coherent, 0) == []
+    assert f"A_c = {0.2 * A_REF:.3g} A/D, so" in remark
+    twisting = replace(model, bridge=replace(model.bridge, motion=Motion.TORSIONAL))
+    assert f"A_c = {0.2 * A_REF * 180.0 / np.pi:.3g} deg, so" in coherence_remarks(twisting, found, 0)[0]
 
 
 def test_the_mode_factor_of_an_effect_is_that_of_its_strips():

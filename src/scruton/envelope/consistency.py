@@ -142,8 +142,9 @@ class _End:
         tail = float(np.mean(amplitude[-max(3, len(amplitude) // 4) :]))
         assert fitted is not None  # growths and decays have one
         settled = fitted.rate * float(record.time[-1] - record.time[0]) >= thresholds.SETTLED
-        # a trend that is led on to nothing says nothing of the level
-        heads_for = fitted.stable_amplitude if fitted.stable_amplitude > 0.0 and not settled else tail
+        # a trend that is led on to nothing, or does not bend, says nothing of the level
+        leads_on = fitted.bends and fitted.stable_amplitude > 0.0 and not settled
+        heads_for = fitted.stable_amplitude if leads_on else tail
         return cls(record.name, tail, heads_for, settled)
 
 

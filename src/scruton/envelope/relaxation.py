@@ -6,18 +6,22 @@ import numpy as np
 
 from scruton.envelope.types import Cycles
 
+_SLOWEST, _FASTEST = 0.1, 200.0  # rates that are looked for, times the record length
+
 
 @dataclass(frozen=True)
 class Relaxation:
     """a(t) = stable + (first - stable) exp(-rate t), t from the first cycle.
 
-    `rate` [1/s] lies at the end of its range, a tenth of the inverse record length, where the record shows no bend.
+    Where the record does not bend, `rate` [1/s] lies at the end of its range, a tenth of the inverse record length, and
+    `stable_amplitude` says nothing.
     """
 
     stable_amplitude: float
     first_amplitude: float
     rate: float
     residual_sd: float
+    bends: bool = True
 
     @property
     def time(self) -> float:
@@ -42,9 +46,10 @@ def relaxation(cycles: Cycles) -> Relaxation:
         linear = np.linalg.lstsq(design, a, rcond=None)[0]
         return linear, float(np.sum((a - design @ linear) ** 2))
 
-    grid = np.linspace(np.log(0.1), np.log(200.0), 40)
+    grid = np.linspace(np.log(_SLOWEST), np.log(_FASTEST), 40)
     best = int(np.argmin([project(x)[1] for x in grid]))
     low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
     log_rate = float(minimize_scalar(lambda x: project(x)[1], bounds=(low, high), method="bounded").x)
     (stable, first), squares = project(log_rate)
-    return Relaxation(float(stable), float(first), float(np.exp(log_rate)) / length, float(np.sqrt(squares / len(t))))
+    rate, sd = float(np.exp(log_rate)) / length, float(np.sqrt(squares / len(t)))
+    return Relaxation(float(stable), float(first), rate, sd, bends=best > 0)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from scruton.campaign.schema import Motion
 from scruton.sizing.mode_shape import uniform
 from scruton.sizing.model import Draws, ModeModel, unit_cube
 from scruton.sizing.risk import Risk
@@ -42,9 +43,11 @@ def coherence_remarks(model: ModeModel, risk: Risk, seed: int) -> list[str]:
     needs = coherent.draws(unit_cube(_POINTS, seed)).needed(risk.limit)
     need = max(float(np.quantile(needs, 0.95, method="inverted_cdf")), 0.0)
     otherwise = f"{100.0 * need:.3f} %" if need <= LARGEST_ADDED else f"more than {100.0 * LARGEST_ADDED:g} %"
+    heaving = model.bridge.motion is Motion.HEAVING
+    below = f"{lost_at.mean:.3g} A/D" if heaving else f"{np.degrees(lost_at.mean):.3g} deg"
     remarks = [
-        f"mode {model.mode.name}: the force loses its coherence along the span below A_c = {lost_at.mean:.3g} (A/D or "
-        f"rad), so that {risk.rule} needs {risk.required_text['0.95']} of added damping with 95 % confidence, and "
+        f"mode {model.mode.name}: the force loses its coherence along the span below A_c = {below}, so that "
+        f"{risk.rule} needs {risk.required_text['0.95']} of added damping with 95 % confidence, and "
         f"{otherwise} were it coherent at every amplitude: the difference rests on A_c, which no section model tells"
     ]
     if model.laws.effect is not None:
