@@ -279,6 +279,19 @@ def test_a_bridge_off_frequency_is_read_off_at_dampers_tuned_otherwise(tight):
     assert vars(shifted.outcome((plain,))) == pytest.approx(vars(tuned.outcome((other,))))
 
 
+def test_a_bridge_that_its_dampers_stop_has_a_table_too(tight, monkeypatch):
+    """Its stroke is zero, of which there is no logarithm."""
+    model, found = tight
+    outcome = DamperDraws.outcome
+    monkeypatch.setattr(DamperDraws, "outcome", lambda *of: replace(outcome(*of), stroke_high=0.0))
+    table = damper_table(model, LIMIT, found.dampers, 0)
+    assert table is not None
+    risk, stroke = table.at(1.0, 1.0, 1.0)
+    assert np.isfinite(risk)
+    assert 0.0 < stroke < 1e-3
+    assert table.error_stroke < 1e-9
+
+
 def test_there_is_no_table_without_dampers(tight):
     model, _ = tight
     assert damper_table(model, LIMIT, (), 0) is None

@@ -24,6 +24,7 @@ DAMPING = np.geomspace(0.4, 2.5, 7)
 _CHECKED = 48  # places off the grid where the interpolation is held against the draws
 _DIGITS = 4
 _LEAST = 1e-4  # a risk below this is read as this: a sixth of what a draw is worth
+_LEAST_STROKE = 1e-4  # [m] that of a bridge that does not vibrate: a shorter one is read as this
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +87,7 @@ def damper_table(model: ModeModel, limit: float, dampers: Sequence[TunedMass], s
             for one in dampers
         )
         found = over.outcome(tuple(other))
-        return found.probability, found.stroke_high
+        return found.probability, max(found.stroke_high, _LEAST_STROKE)
 
     grid = np.array([[[left(m, f, z) for z in DAMPING] for f in TUNING] for m in MASS])
     probability, stroke = (np.vectorize(_short)(values) for values in (grid[..., 0], grid[..., 1]))
