@@ -167,8 +167,8 @@ class Parser(argparse.ArgumentParser):
         """Say what is wrong and end with exit code 2."""
         wrong = re.search(r"invalid choice: '([^']*)'|unrecognized arguments: ([^\s=]+)", message)
         word = (wrong[1] or wrong[2]) if wrong else ""
-        known = [option for option in self._words() if option.startswith("-") == word.startswith("-")]
-        near = get_close_matches(word, known, n=1)
+        known = [one for one in self._words() if one.startswith("-") == word.startswith("-")]
+        near = [] if word in known else get_close_matches(word, known, n=1)  # another command knows it
         super().error(f'{message}; did you mean "{near[0]}"?' if near else message)
 
     def _words(self) -> set[str]:

@@ -3,9 +3,10 @@
     python -m tests.sizing.chains --chains 40 --seed 0
 
 Nothing of the truth is the model's: oscillators with a force that is written out here, by Runge and Kutta's steps, in
-a tunnel with three rigs and on a bridge strip by strip.  The force is Van der Pol's (n = 2) or a constant one in the
-sense of the velocity beside linear damping (n = -1); every rig and the bridge miss the curve by a factor of their own,
-and the bridge has a damping ratio of its own.  One fit takes most of a minute.
+a tunnel with three rigs and on a bridge strip by strip.  The force is Van der Pol's (n = 2), a constant one in the
+sense of the velocity beside linear damping (n = -1), or that of a wake which is an oscillator itself (Facchinetti, de
+Langre and Biolley 2004); every second three have slow gusts.  Every rig and the bridge miss the curve by a factor of
+their own, and the bridge has a damping ratio of its own.  One fit takes most of a minute.
 """
 
 import argparse
@@ -13,6 +14,7 @@ import json
 import math
 import tempfile
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +29,9 @@ RATE, SECONDS, NOISE = 100.0, 60.0, 0.01  # of records; the noise over the stabl
 SPAN_MASS, SPAN_AIR, SPAN_DEPTH, SPAN_FREQUENCY = 21_056.0, 1.225, 3.0, 0.3  # of the bridge, B = 4 D as the section
 SPAN_FACTOR = 4.0 * math.pi * SPAN_MASS / (SPAN_AIR * 4.0 * SPAN_DEPTH**2)
 DAMPING, DAMPING_COV = 0.003, 0.45
+LAWS = ("van-der-pol", "constant", "wake")
+LIFT, FEEDBACK, SELF_EXCITATION, STALL = 1.14, 12.0, 0.3, 40.0  # of the wake: A/D = 0.05 at Sc = 20, too
+GUSTS, PERIODS = 0.02, (8.0, 60.0)  # scatter of the drive, and its periods [s]: about 2 to 15 relaxation times
 TOML = """format = 1
 title = "{title}"
 width = "12 m"
@@ -44,37 +49,58 @@ damping_ratio = {{ mean = 0.003, cov = 0.45 }}
 """
 
 
-def force(velocity, displacement, law):
+def force(velocity, displacement, law, wake=0.0):
     """Force of the wind in Scruton numbers: times 2 omega^2/F it is an acceleration of y/D, v = y'/(omega D)."""
     if law == "van-der-pol":
         return 50.0 * (1.0 - 4.0 * displacement**2 / (0.05**2 * 5.0 / 3.0)) * velocity
+    if law == "wake":
+        return LIFT * wake - STALL * velocity
     return 0.75 * math.pi * np.sign(velocity) - 40.0 * velocity * (1.0 + 0.0 * displacement)
 
 
+def pull(wake, rate, acceleration):
+    """Second derivative of the wake's lift variable, by the phase; the acceleration is that of y/D."""
+    return SELF_EXCITATION * (1.0 - wake * wake) * rate - wake + FEEDBACK * acceleration
+
+
+@cache
 def stable(sc, law):
-    """A/D at which the work of that force over a cycle is that of the damping."""
+    """A/D at which the work of that force over a cycle is that of the damping; with a wake, that which it comes to."""
     if law == "van-der-pol":
         return 0.05 * math.sqrt(max(0.0, 5.0 / 3.0 * (1.0 - sc / 50.0)))
+    if law == "wake":
+        return float(np.max(np.abs(record(0.05, sc, 0.0, law)[-200:])))
     return 3.0 / (40.0 + sc)
 
 
-def record(start, sc, miss, law):
+def gusts(rng):
+    """A slow fluctuation of the drive in time [s]: a few waves, with a standard deviation of one."""
+    rates = 2.0 * math.pi / np.exp(rng.uniform(*np.log(PERIODS), 6))
+    phases = rng.uniform(0.0, 2.0 * math.pi, 6)
+    return lambda time: math.sqrt(2.0 / 6.0) * float(np.sum(np.cos(rates * time + phases)))
+
+
+def record(start, sc, miss, law, blows=None):
     """Displacement y/D of a rig let go at an amplitude, (N,): Runge and Kutta, 8 steps a sample."""
     omega, substeps = 2.0 * math.pi * FREQUENCY, 8
     step, scale = omega / (RATE * substeps), math.exp(miss)
 
-    def slope(y, v):
-        return v, -y + 2.0 / FACTOR * (scale * float(force(v / scale, y / scale, law)) - sc * v)
+    def slope(y, v, q, r):
+        acceleration = -y + 2.0 / FACTOR * (scale * float(force(v / scale, y / scale, law, q)) - sc * v)
+        return v, acceleration, r, pull(q, r, acceleration / scale) if law == "wake" else 0.0
 
-    y, v, found = start, 0.0, []
+    state, found = (start, 0.0, 0.0, -2.0), []
     for k in range(int(RATE * SECONDS) * substeps):
         if k % substeps == 0:
-            found.append(y)
-        a1, b1 = slope(y, v)
-        a2, b2 = slope(y + 0.5 * step * a1, v + 0.5 * step * b1)
-        a3, b3 = slope(y + 0.5 * step * a2, v + 0.5 * step * b2)
-        a4, b4 = slope(y + step * a3, v + step * b3)
-        y, v = y + step / 6.0 * (a1 + 2.0 * a2 + 2.0 * a3 + a4), v + step / 6.0 * (b1 + 2.0 * b2 + 2.0 * b3 + b4)
+            found.append(state[0])
+            if blows:
+                scale = math.exp(miss) * (1.0 + GUSTS * blows(k / (RATE * substeps)))
+        one = slope(*state)
+        two = slope(*(x + 0.5 * step * d for x, d in zip(state, one, strict=True)))
+        three = slope(*(x + 0.5 * step * d for x, d in zip(state, two, strict=True)))
+        four = slope(*(x + step * d for x, d in zip(state, three, strict=True)))
+        every = zip(state, one, two, three, four, strict=True)
+        state = tuple(x + step / 6.0 * (a + 2.0 * b + 2.0 * c + d) for x, a, b, c, d in every)
     return np.array(found)
 
 
@@ -86,11 +112,12 @@ def on_bridge(damping_ratio, miss, law, cycles=800):
     scale, step, sc = math.exp(miss), 2.0 * math.pi / 60.0, damping_ratio * SPAN_FACTOR
 
     def slope(state):
-        y, v = state
-        driven = scale * share @ force(phi * v / scale, phi * y / scale, law)
-        return np.array([v, -y + 2.0 / SPAN_FACTOR * (driven - sc * v)])
+        y, v, (wake, rate) = state[0], state[1], state[2:].reshape(2, -1)  # a wake a strip
+        driven = scale * share @ force(phi * v / scale, phi * y / scale, law, wake)
+        acceleration = -y + 2.0 / SPAN_FACTOR * (driven - sc * v)
+        return np.concatenate([[v, acceleration], rate, pull(wake, rate, phi * acceleration / scale)])
 
-    state, last = np.array([0.02, 0.0]), []
+    state, last = np.concatenate([[0.02, 0.0], np.zeros(nodes.size), np.full(nodes.size, -2.0)]), []
     for k in range(60 * cycles):
         first = slope(state)
         second = slope(state + 0.5 * step * first)
@@ -101,7 +128,7 @@ def on_bridge(damping_ratio, miss, law, cycles=800):
     return float(SPAN_DEPTH * np.max(np.abs(last)))
 
 
-def write_campaign(folder, law, tau, rng):
+def write_campaign(folder, law, tau, rng, *, gusty=False):
     """Three rigs, one peak test each, a growth and a decay record."""
     lines = [
         "format = 1", 'title = "A chain"', 'source = "simulated"', "", "[section]", 'motion = "heaving"',
@@ -117,7 +144,8 @@ def write_campaign(folder, law, tau, rng):
             f'rig = "R{k}"', f'air_density = "{AIR} kg/m^3"', "reduced_velocity = 9.0", "peak = true",
         ]  # fmt: skip
         for kind, ratio in (("growth", 0.2), ("decay", 1.8)):
-            y = record(ratio * steady, sc, miss, law) + NOISE * steady * rng.standard_normal(int(RATE * SECONDS))
+            y = record(ratio * steady, sc, miss, law, gusts(rng) if gusty else None)
+            y += NOISE * steady * rng.standard_normal(int(RATE * SECONDS))
             t = np.arange(y.size) / RATE
             lines += ["", "[[tests.records]]", f'file = "t{k}_{kind}.csv"', f'kind = "{kind}"']
             header = "time [s],displacement [m]"
@@ -132,6 +160,7 @@ class Link:
     """What came of one chain: limit and amplitude with what was required [m], damping required and truly there."""
 
     law: str
+    gusty: bool
     limit: float
     required: float | None
     amplitude: float
@@ -146,8 +175,8 @@ class Link:
 def chain(folder, seed, tau=0.10):
     """One chain in an empty folder."""
     rng = np.random.default_rng([seed, 0xC4A1])
-    law = ("van-der-pol", "constant")[seed % 2]
-    write_campaign(folder, law, tau, rng)
+    law, gusty = LAWS[seed % 3], seed // 3 % 2 == 1
+    write_campaign(folder, law, tau, rng, gusty=gusty)
     limit = SPAN_DEPTH * 0.05 * rng.uniform(0.45, 0.7)
     (folder / "bridge.toml").write_text(TOML.format(title="A chain", limit=limit), encoding="utf-8")
     log = math.sqrt(math.log1p(DAMPING_COV**2))
@@ -160,7 +189,7 @@ def chain(folder, seed, tau=0.10):
     found = json.loads((folder / "sizing" / "sizing.json").read_text(encoding="utf-8"))
     required = found["modes"][0]["limits"][0]["required"]["0.95"]
     built = own + (0.05 if required is None else required)
-    return Link(law, limit, required, on_bridge(built, miss, law), fit == 0)
+    return Link(law, gusty, limit, required, on_bridge(built, miss, law), fit == 0)
 
 
 def run(count, first=0):

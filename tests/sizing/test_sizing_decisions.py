@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from chains import on_bridge, record, run, stable
+from chains import LAWS, gusts, on_bridge, record, run, stable
 from emulated import AMPLITUDE, EXPONENTS, decided, excitation, grown, held_at, on_curve
 
 from scruton.sizing.model import unit_cube
@@ -36,6 +36,16 @@ def test_the_oscillators_come_to_the_balance_of_work(law):
     assert on_bridge(0.006, 0.1, law, 200) == pytest.approx(
         3.0 * stable(36.0, law) * np.exp(0.1) * over_section, rel=0.01
     )
+
+
+def test_the_wake_comes_to_one_amplitude_from_below_and_above():
+    below, above = (np.abs(record(start, 20.0, 0.0, "wake")[-200:]).max() for start in (0.01, 0.09))
+    assert below == pytest.approx(above, rel=0.02)
+    assert above == pytest.approx(0.05, rel=0.02)
+    gusty = (
+        np.abs(record(0.05, 20.0, 0.0, "constant", gusts(np.random.default_rng(1))))[-3000:].reshape(30, -1).max(axis=1)
+    )
+    assert 0.005 < np.std(gusty) / np.mean(gusty) < 0.03
 
 
 @pytest.mark.parametrize("n", EXPONENTS)
@@ -78,4 +88,4 @@ def test_whole_chains_keep_their_limits():
     """At most one of six, which five in a hundred would exceed twice in 3 % of such runs."""
     links = run(6)
     assert sum(link.violated for link in links) <= 1
-    assert {link.law for link in links} == {"van-der-pol", "constant"}
+    assert {(link.law, link.gusty) for link in links} == {(law, gusty) for law in LAWS for gusty in (False, True)}
