@@ -100,6 +100,13 @@ def test_a_hypothesis_is_not_told_from_itself(full: Diagnosis) -> None:
         assert same == pytest.approx(0.0, abs=1e-9)
 
 
+def test_a_record_that_nothing_can_be_foreseen_of_is_left_out(full: Diagnosis) -> None:
+    final = full.final
+    (extra, *_) = _records(full)
+    with pytest.raises(LookupError, match="no finite prediction"):
+        separation((final.hypothesis, np.full_like(final.mode, np.nan)), final, extra)
+
+
 def test_the_expected_record_is_what_the_filter_expects(full: Diagnosis) -> None:
     """Innovations of a noise-free run through the filter vanish, against its own standard deviations."""
     r = full.data.middle

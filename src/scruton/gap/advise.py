@@ -224,8 +224,7 @@ def _line(
     for record in records:
         with suppress(LookupError, np.linalg.LinAlgError):
             more = separation(truth, other, record)
-            if np.isfinite(more):
-                options.append((float(np.hypot(now, more)), record.cost, record.text))
+            options.append((float(np.hypot(now, more)), record.cost, record.text))
     largest = other.hypothesis.data.layout.largest
     tables = (hypothesis.table(u[None])[0] for hypothesis, u in (truth, (other.hypothesis, other.mode)))
     expected, predicted = (readings(table, largest) / largest for table in tables)

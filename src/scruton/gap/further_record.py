@@ -163,7 +163,7 @@ def separation(truth: tuple[Hypothesis, FloatArray], rival: FittedHypothesis, re
     """Standard deviations by which an extra record, as one hypothesis expects it, would miss a rival's prediction.
 
     The first comes with its coordinates; the rival may bend its own as far as the records that are there allow.
-    LookupError if one of them does not exist with that record.
+    LookupError if one of them does not exist with that record, or foresees none that could be measured.
     """
     hypothesis, at = truth
     data = with_record(hypothesis.data, record)
@@ -177,6 +177,8 @@ def separation(truth: tuple[Hypothesis, FloatArray], rival: FittedHypothesis, re
     residual = (v - predicted[0]) * np.exp(-0.5 * log_s)
     _, rows, where = informed.blocks[-1]
     j = jv[rows] * np.exp(-0.5 * log_s)
+    if not (np.isfinite(residual).all() and np.isfinite(j).all()):
+        raise LookupError(f"{record.text}: no finite prediction")
     inner = j @ j.T
     prior = covariance[np.ix_(where, where)]
     bend = prior @ np.linalg.solve(np.eye(len(where)) + inner @ prior, j @ residual)

@@ -38,7 +38,7 @@ def _incoherent(table: FloatArray, values: Values, layout: Layout) -> None:
     # Less of the drive is left, and the amplitude relaxes more slowly: gusts and set-points stay those of the stable
     # amplitude, or a drive that is lost throughout would let them grow to what comes and goes.
     x = layout.reference_amplitude / np.where(lost > 0.0, lost, np.inf)
-    left = np.where(x > 0.0, -np.expm1(-x) * (1.0 - x / np.expm1(np.maximum(x, 1e-9))), 1.0)
+    left = np.where(x > 0.0, -np.expm1(-x) * (1.0 - x / np.expm1(np.clip(x, 1e-9, 700.0))), 1.0)
     for term in (Term.GUST, Term.SET_POINT):
         table[:, :, term] *= left
 
