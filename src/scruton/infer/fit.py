@@ -310,7 +310,8 @@ def departing(tests: Sequence[TestResult]) -> list[str]:
         if result.posterior.data.size and float(np.quantile(scale, 0.05)) > DEPARTS:
             flags.append(
                 f"test {result.test.name}: the drift leaves the reference law by {np.median(scale):.0%} one e-fold "
-                "from the stable amplitude; Y1 and epsilon are that law's and describe these records badly"
+                "from the stable amplitude; Y1, epsilon and the relaxation rate under that law alone describe these "
+                "records badly"
             )
     return flags
 
