@@ -67,7 +67,7 @@ def test_a_limit_below_every_transient_is_beyond_the_records():
     assert (reach.covered_by, reach.tests, reach.trusted) == (0, 1, False)
     (sentence,) = remarks("V1", "0.95", found)
     assert "it is the law's alone" in sentence
-    assert f"law-free more than {100.0 * LARGEST_ADDED:.0f} %" in sentence
+    assert f"law-free: more than {100.0 * LARGEST_ADDED:.0f} %" in sentence
 
 
 def test_the_extrapolation_is_that_of_the_damping_that_is_required():
