@@ -87,5 +87,6 @@ def test_three_rigs_do_not_ask_for_too_much(n, tau, cell):
 def test_whole_chains_keep_their_limits():
     """At most one of six, which five in a hundred would exceed twice in 3 % of such runs."""
     links = run(6)
+    assert all(link.converged and link.required is not None for link in links)
     assert sum(link.violated for link in links) <= 1
     assert {(link.law, link.gusty) for link in links} == {(law, gusty) for law in LAWS for gusty in (False, True)}
