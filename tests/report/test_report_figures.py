@@ -28,9 +28,18 @@ from scruton.report.figures.damping import aerodynamic_damping_by_test
 from scruton.report.figures.griffin import griffin_plot, has_lock_in, law_comparison, reciprocal_plot
 from scruton.report.figures.griffin_axes import line_styles
 from scruton.report.figures.records import predicted, record_figures, ring_down_figures, trial_comparison
-from scruton.report.figures.registry import Registered, chapter_of, laid_out_once, registered, registered_name, rounded
+from scruton.report.figures.registry import (
+    Registered,
+    chapter_of,
+    contents,
+    laid_out_once,
+    registered,
+    registered_name,
+    rounded,
+)
 from scruton.report.figures.style import (
     WIDTH,
+    alone,
     decimate,
     extremes,
     house_style,
@@ -425,3 +434,13 @@ def test_long_names_are_cut_in_the_middle_and_dollars_kept_literal() -> None:
     assert shorten("short") == "short"
     assert shorten("a" * 30 + "b" * 30, 11) == "aaaaa…bbbbb"
     assert shorten("5 $ and 6 $") == r"5 \$ and 6 \$"
+
+
+def test_a_band_without_an_end_is_drawn_within_reach_of_a_rasteriser() -> None:
+    drawing, axes = alone(50.0)
+    axes.fill_between([0.0, 1.0, 2.0], [0.0, 0.1, 0.2], [1e12, 0.5, -1e9])
+    axes.set(xlim=(0.0, 2.0), ylim=(0.0, 1.0))
+    svg, png = contents(drawing, ("svg", "png"))
+    paths = re.findall(rb'\sd="([^"]*)"', svg)
+    assert max(abs(float(number)) for path in paths for number in re.findall(rb"-?\d+\.?\d*", path)) == 9999.0
+    assert png.startswith(b"\x89PNG")

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 UNLISTED = "convergence"  # chapter of a figure that nobody registered
 FORMATS = ("svg", "png", "pdf")
+_FAR = re.compile(rb"(?<![\d.])(-?)\d{5,}(?:\.\d+)?")
 # Dates and program versions would make every run's files differ.
 _METADATA: dict[str, dict[str, Any]] = {
     "svg": {"Date": None, "Creator": None},
@@ -260,5 +261,13 @@ def laid_out_once(figure: "Figure") -> Iterator[None]:
 
 
 def rounded(svg: bytes) -> bytes:
-    """Round the coordinates of paths and marks to a hundredth of a point: a third of the file is such digits."""
-    return re.sub(rb'\s(?:d|x|y)="[^"]*"', lambda attribute: re.sub(rb"(\.\d\d)\d+", rb"\1", attribute.group()), svg)
+    """Round the coordinates of paths and marks to a hundredth of a point: a third of the file is such digits.
+
+    What lies ten thousand points off, as a band does that has no upper end, is brought to there: it ends the process
+    of the rasteriser, which counts in 16 bits.
+    """
+
+    def near(attribute: re.Match[bytes]) -> bytes:
+        return _FAR.sub(rb"\g<1>9999", re.sub(rb"(\.\d\d)\d+", rb"\1", attribute.group()))
+
+    return re.sub(rb'\s(?:d|x|y)="[^"]*"', near, svg)
