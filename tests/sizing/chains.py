@@ -83,7 +83,8 @@ def gusts(rng):
 def record(start, sc, miss, law, blows=None):
     """Displacement y/D of a rig let go at an amplitude, (N,): Runge and Kutta, 8 steps a sample."""
     omega, substeps = 2.0 * math.pi * FREQUENCY, 8
-    step, scale = omega / (RATE * substeps), math.exp(miss)
+    step, calm = omega / (RATE * substeps), math.exp(miss)
+    scale = calm
 
     def slope(y, v, q, r):
         acceleration = -y + 2.0 / FACTOR * (scale * float(force(v / scale, y / scale, law, q)) - sc * v)
@@ -94,7 +95,7 @@ def record(start, sc, miss, law, blows=None):
         if k % substeps == 0:
             found.append(state[0])
             if blows:
-                scale = math.exp(miss) * (1.0 + GUSTS * blows(k / (RATE * substeps)))
+                scale = calm * (1.0 + GUSTS * blows(k / (RATE * substeps)))
         one = slope(*state)
         two = slope(*(x + 0.5 * step * d for x, d in zip(state, one, strict=True)))
         three = slope(*(x + 0.5 * step * d for x, d in zip(state, two, strict=True)))
@@ -111,13 +112,15 @@ def on_bridge(damping_ratio, miss, law, cycles=800):
     share = weights * phi / np.sum(weights * phi**2)
     scale, step, sc = math.exp(miss), 2.0 * math.pi / 60.0, damping_ratio * SPAN_FACTOR
 
+    stirred = phi if law == "wake" else phi[:0]  # each of these strips has a wake
+
     def slope(state):
-        y, v, (wake, rate) = state[0], state[1], state[2:].reshape(2, -1)  # a wake a strip
+        y, v, (wake, rate) = state[0], state[1], state[2:].reshape(2, -1)
         driven = scale * share @ force(phi * v / scale, phi * y / scale, law, wake)
         acceleration = -y + 2.0 / SPAN_FACTOR * (driven - sc * v)
-        return np.concatenate([[v, acceleration], rate, pull(wake, rate, phi * acceleration / scale)])
+        return np.concatenate([[v, acceleration], rate, pull(wake, rate, stirred * acceleration / scale)])
 
-    state, last = np.concatenate([[0.02, 0.0], np.zeros(nodes.size), np.full(nodes.size, -2.0)]), []
+    state, last = np.concatenate([[0.02, 0.0], 0.0 * stirred, np.full(stirred.size, -2.0)]), []
     for k in range(60 * cycles):
         first = slope(state)
         second = slope(state + 0.5 * step * first)

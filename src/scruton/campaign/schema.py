@@ -6,6 +6,7 @@ Nothing here reads a file or knows a unit; `scruton.campaign.load` does both and
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from enum import StrEnum
+from math import degrees
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,10 @@ class Motion(StrEnum):
 
     HEAVING = "heaving"
     TORSIONAL = "torsional"
+
+    def amplitude_text(self, amplitude: float) -> str:
+        """Write an amplitude, in A/D or [rad], as a reader meets it: in A/D, or in degrees."""
+        return f"{amplitude:.3g} A/D" if self is Motion.HEAVING else f"{degrees(amplitude):.3g} deg"
 
 
 class Kind(StrEnum):

@@ -21,7 +21,7 @@ class Relaxation:
     first_amplitude: float
     rate: float
     residual_sd: float
-    bends: bool = True
+    bends: bool
 
     @property
     def time(self) -> float:

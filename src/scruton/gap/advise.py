@@ -243,11 +243,7 @@ def _line(
 def _records(diagnosis: Diagnosis) -> Iterator[FurtherRecord]:
     """Records that could be taken in this campaign."""
     data, layout = diagnosis.data, diagnosis.data.layout
-    unit = data.campaign.section.amplitude_unit
-
-    def written(a: float) -> str:
-        return f"{np.degrees(a):.3g} deg" if unit == "rad" else f"{a:.3g} {unit}"
-
+    written = data.campaign.section.motion.amplitude_text
     for i in np.unique(layout.rig):
         records = np.flatnonzero(layout.rig == i)
         still = records[~layout.wind[records]]

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from scruton.campaign.schema import Motion
 from scruton.sizing.mode_shape import uniform
 from scruton.sizing.model import Draws, ModeModel, unit_cube
 from scruton.sizing.risk import Risk
@@ -43,8 +42,7 @@ def coherence_remarks(model: ModeModel, risk: Risk, seed: int) -> list[str]:
     needs = coherent.draws(unit_cube(_POINTS, seed)).needed(risk.limit)
     need = max(float(np.quantile(needs, 0.95, method="inverted_cdf")), 0.0)
     otherwise = f"{100.0 * need:.3f} %" if need <= LARGEST_ADDED else f"more than {100.0 * LARGEST_ADDED:g} %"
-    heaving = model.bridge.motion is Motion.HEAVING
-    below = f"{lost_at.mean:.3g} A/D" if heaving else f"{np.degrees(lost_at.mean):.3g} deg"
+    below = model.bridge.motion.amplitude_text(lost_at.mean)
     remarks = [
         f"mode {model.mode.name}: the force loses its coherence along the span below A_c = {below}, so that "
         f"{risk.rule} needs {risk.required_text['0.95']} of added damping with 95 % confidence, and "

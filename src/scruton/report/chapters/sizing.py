@@ -25,7 +25,7 @@ from scruton.report.conventions import (
     with_unit,
 )
 from scruton.report.document import CAUTION, Block, Callout, Heading, Listing, Picture, Table, paragraph
-from scruton.report.figures.sizing import Content, modes
+from scruton.report.figures.sizing import Content, limits, modes
 from scruton.report.wording import PAGE, TERMINAL, Notation, limit_text, money, percent, share, with_error
 from scruton.report.wording import number as written
 from scruton.sizing.checks import CONFIDENCES
@@ -57,20 +57,20 @@ def _sizing_blocks(content: Content, pictures: Mapping[str, Picture]) -> Iterato
         ("mode", "limit", "amplitude", "P without damper", *_SHARES),
         [
             (
-                mode["name"], limit_text(limit), amplitude(limit["limit"], unit),
-                _known_to(percent(limit["probability"]), limit["probability"], limit.get("probability_mcse"), 100.0),
+                mode, limit_text(limit), amplitude(limit["limit"], unit),
+                _known_to(percent(limit["probability"]), limit["probability"], limit.get("probability_mcse"),
+                          (100.0, "%")),
                 *(
                     _known_to(
                         required_damping(limit["required"][p], PAGE), limit["required"][p],
-                        limit.get("required_mcse", {}).get(p), shown_in(DAMPING)[0],
+                        limit.get("required_mcse", {}).get(p), shown_in(DAMPING),
                     )
                     for p in CONFIDENCES
                 ),
             )
-            for mode in content["modes"]
-            for limit in mode["limits"]
+            for mode, limit in limits(content)
         ],
-        "±: Monte Carlo standard error." if any("required_mcse" in limit for _, limit in _limits(content)) else "",
+        "±: Monte Carlo standard error." if any("required_mcse" in limit for _, limit in limits(content)) else "",
         numeric=(False, False, *[True] * 6),
     )  # fmt: skip
     if readings := [*_readings(content)]:
@@ -102,21 +102,15 @@ def _sizing_blocks(content: Content, pictures: Mapping[str, Picture]) -> Iterato
     yield from both_blocks(content, "mode ", percent, PAGE)
 
 
-def _limits(content: Content) -> Iterator[tuple[str, Content]]:
-    """Name of the mode and entry of every limit."""
-    return ((mode["name"], limit) for mode in content["modes"] for limit in mode["limits"])
-
-
-def _known_to(text: str, value: float | None, error: float | None, factor: float) -> str:
-    """What is written of a number, with its Monte Carlo standard error before the unit where it has one."""
-    if not (value and error):
-        return text
-    return " ".join([with_error(factor * value, factor * error), *text.split()[1:]])
+def _known_to(text: str, value: float | None, error: float | None, shown: tuple[float, str]) -> str:
+    """What is written of a number; with its Monte Carlo standard error, by a factor and in a unit, where it has one."""
+    factor, unit = shown
+    return with_unit(with_error(factor * value, factor * error), unit) if value and error else text
 
 
 def _monte_carlo(content: Content) -> Iterator[str]:
     """A sentence a limit: the Monte Carlo standard errors of its probability and of the damping required."""
-    for mode, limit in _limits(content):
+    for mode, limit in limits(content):
         if errors := limit.get("required_mcse"):
             factor, shown = shown_in(DAMPING)
             required = ", ".join("–" if errors[p] is None else f"{factor * errors[p]:.1g}" for p in CONFIDENCES)
@@ -128,17 +122,16 @@ def _monte_carlo(content: Content) -> Iterator[str]:
 
 def _readings(content: Content) -> Iterator[str]:
     """A sentence a limit: what its code says of the amplitude without added damping."""
-    for mode, limit in _limits(content):
+    for mode, limit in limits(content):
         if limit.get("reading"):
             yield f"Mode {mode}, {limit_text(limit)}, without added damping: {limit['reading']}."
 
 
 def sizing_assumptions(content: Content) -> list[str]:
     """What the sizing assumes, for the limits of validity."""
-    limits = [limit for mode in content["modes"] for limit in mode["limits"]]
     return [
         "The bridge vibrates in one mode at a time, with the section’s force correlated along the span as stated.",
-        *sorted({f"{limit['title']}. {limit['confirm']}" for limit in limits if limit["confirm"]}),
+        *sorted({f"{limit['title']}. {limit['confirm']}" for _, limit in limits(content) if limit["confirm"]}),
     ]
 
 
@@ -303,11 +296,10 @@ def sizing_summary(content: Content) -> Iterator[Block]:
     yield paragraph(f"{content['bridge']['title']}: damping that keeps the amplitude below the limit")
     required = [
         (
-            mode["name"], limit["rule"], TERMINAL.number(factor * limit["limit"]), f"{limit['probability']:.3f}",
+            mode, limit["rule"], TERMINAL.number(factor * limit["limit"]), f"{limit['probability']:.3f}",
             *(required_damping(limit["required"][p], TERMINAL) for p in CONFIDENCES),
         )
-        for mode in every
-        for limit in mode["limits"]
+        for mode, limit in limits(content)
     ]  # fmt: skip
     header = ("mode", "limit", f"[{unit}]", "P without", *_SHARES)
     note = "\n".join([*_monte_carlo(content), *_readings(content)])

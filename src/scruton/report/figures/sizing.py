@@ -1,6 +1,6 @@
 """Figures of the sizing: risk against added damping, damping by confidence, mass against risk, shares, cost."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -33,6 +33,11 @@ def modes(content: Content, having: Callable[[Content], Any] = bool) -> dict[str
     """Every mode that has what is drawn, by what the names of its figures end with."""
     several = len(content["modes"]) > 1
     return {f"_{k}" if several else "": mode for k, mode in enumerate(content["modes"], 1) if having(mode)}
+
+
+def limits(content: Content) -> Iterator[tuple[str, Content]]:
+    """Name of the mode and entry of every limit."""
+    return ((mode["name"], limit) for mode in content["modes"] for limit in mode["limits"])
 
 
 def governing(mode: Content) -> Content:
@@ -275,7 +280,7 @@ def worth_of_information(content: Content, mode: Content) -> FigureWithCaption:
 @figure("sizing", name="required_damping", source="sizing")
 def required_plot(content: Content) -> FigureWithCaption:
     """Added damping by confidence, every mode and limit."""
-    rows = [(mode["name"], entry) for mode in content["modes"] for entry in mode["limits"]]
+    rows = [*limits(content)]
     drawing, axes = style.alone(20.0 + 15.0 * len(rows))
     height = 0.8 / len(CONFIDENCES)
     top, per = (
