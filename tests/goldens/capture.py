@@ -126,7 +126,7 @@ def schema(path: Path) -> dict[str, Any]:
     import xarray as xr
 
     found: dict[str, Any] = {}
-    with xr.open_datatree(path, engine="h5netcdf") as tree:
+    with xr.open_datatree(path, engine="netcdf4") as tree:
         for group in tree.subtree:
             data = group.to_dataset(inherit=False)
             found[group.path] = {"attributes": sorted(data.attrs)} | {

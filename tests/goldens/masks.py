@@ -13,7 +13,7 @@ PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = (
     (re.compile(r"\b[0-9a-f]{64}\b"), "<sha256>"),
     (re.compile(r"\b\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d(\.\d+)?)?(Z|[+-]\d\d:?\d\d)?"), "<moment>"),
     (
-        re.compile(r"\b(Python|python|scruton|numpy|emcee|arviz|numba|scipy|xarray|h5netcdf) \d+(\.\w+)+"),
+        re.compile(r"\b(Python|python|scruton|numpy|emcee|arviz|numba|scipy|xarray|netCDF4) \d+(\.\w+)+"),
         r"\1 <version>",
     ),
     (re.compile(r"\b\d+(\.\d+)? ?(s|min|seconds|minutes) (of computing|of work|wall time)"), "<duration>"),

@@ -44,7 +44,7 @@ def put_innovations(folder: Path, *, bend: float = 0.0) -> None:
 
 def write_tree(tree: xr.DataTree, folder: Path) -> None:
     """Replace the posterior in a folder of results, as if the fit had given this one."""
-    tree.to_netcdf(folder / "posterior.nc", engine="h5netcdf")
+    tree.to_netcdf(folder / "posterior.nc", engine="netcdf4")
     summary = json.loads((folder / "fit.json").read_text(encoding="utf-8"))
     write_document(folder / "fit.json", summary | {"files": {"posterior.nc": digest(folder / "posterior.nc")}})
 

@@ -1,13 +1,15 @@
 """True bridges and campaigns, emulated: a law of the amplitude, its integration in time, and what a fit would say.
 
-Nothing of it is the model's.  The truth is an excitation written out here, strip by strip along the span and integrated
-in time; a fit is emulated from what its records would show of each rig (stable amplitude to 1 %, relaxation to 4 %, the
-exponent to 0.35), by the weights of draws from the priors of the default card.
+Nothing of it is the model's.  The truth is an excitation written out here (or in `wakes`), strip by strip along the
+span and integrated in time; a fit is emulated from what its records would show of each rig (stable amplitude to 1 %,
+relaxation to 4 %, the exponent to 0.35; in slow gusts to 3 %, 12 % and 0.8), by the weights of draws from the priors of
+the default card.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
+from wakes import FACCHINETTI, RAYLEIGH
 
 from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
@@ -24,37 +26,59 @@ DEPTH, FACTOR = 3.0, 6000.0  # of the bridge [m], and its Scruton number per uni
 DAMPING, DAMPING_COV = 0.003, 0.45
 RIGS = {1: (40.0,), 3: (10.0, 20.0, 40.0)}  # Scruton numbers tested
 EXPONENTS, PRIOR_WEIGHTS = (-1.0, 0.0, 1.0, 2.0), (0.7, 0.1, 0.1, 0.1)
-SEEN_AMPLITUDE, SEEN_RELAXATION, SEEN_EXPONENT, KAPPA = 0.01, 0.04, 0.35, 0.10
-CANDIDATES, DRAWS = 4000, 1024
+KAPPA, CANDIDATES, DRAWS = 0.10, 4000, 1024
 
 
-def excitation(amplitude, n):
-    """Scruton number that holds a section at an amplitude A/D under the true law."""
-    ratio = amplitude / AMPLITUDE
-    return REFERENCE - RELAXATION * (np.log(ratio) if n == 0.0 else (ratio**n - 1.0) / n)
+@dataclass(frozen=True)
+class Seen:
+    """How well records tell a rig's stable amplitude and relaxation (in logarithms) and its exponent: deviations."""
+
+    amplitude: float
+    relaxation: float
+    exponent: float
 
 
-def on_curve(sc, n):
-    """Amplitude A/D at a Scruton number on the true curve."""
-    x = (sc - REFERENCE) / RELAXATION
-    return AMPLITUDE * (np.exp(-x) if n == 0.0 else max(1.0 - n * x, 0.0) ** (1.0 / n))
+STILL, GUSTY = Seen(0.01, 0.04, 0.35), Seen(0.02, 0.08, 0.50)
 
+
+@dataclass(frozen=True)
+class PowerLaw:
+    """Excitation that falls with the amplitude to the power n; what transients show of it is what it is."""
+
+    n: float
+
+    def excitation(self, amplitude):
+        """Scruton number that holds a section at an amplitude A/D."""
+        ratio = amplitude / AMPLITUDE
+        return REFERENCE - RELAXATION * (np.log(ratio) if self.n == 0.0 else (ratio**self.n - 1.0) / self.n)
+
+    def on_curve(self, sc):
+        """Amplitude A/D at a Scruton number on the true curve."""
+        x = (sc - REFERENCE) / RELAXATION
+        return AMPLITUDE * (np.exp(-x) if self.n == 0.0 else max(1.0 - self.n * x, 0.0) ** (1.0 / self.n))
+
+    def shown(self, sc):
+        """What transients of a test show: its relaxation in Scruton numbers, and an exponent."""
+        return RELAXATION + self.n * (REFERENCE - sc), self.n
+
+
+TRUTHS = {f"n = {n:g}": PowerLaw(n) for n in EXPONENTS} | {"van der Pol wake": FACCHINETTI, "Rayleigh wake": RAYLEIGH}
 
 _AT, _OF = np.polynomial.legendre.leggauss(24)
 _PHI = np.sin(0.25 * np.pi * (_AT + 1.0))  # half a sine, from a node to where it is largest
 _SHARE = _OF * _PHI**2 / np.sum(_OF * _PHI**2)
 
 
-def held_at(amplitude, n, miss):
+def held_at(amplitude, truth, miss):
     """Scruton number that holds the mode at amplitudes (N,) [A/D] of bridges that miss the curve by exp(miss)."""
-    return excitation(amplitude[:, None] * _PHI / np.exp(miss)[:, None], n) @ _SHARE
+    return truth.excitation(amplitude[:, None] * _PHI / np.exp(miss)[:, None]) @ _SHARE
 
 
-def grown(sc, n, miss):
+def grown(sc, truth, miss):
     """Amplitude (N,) [A/D] that each bridge's vibration comes to, in time: Runge and Kutta's steps of ln A."""
 
     def rate(log):
-        return np.clip((held_at(np.exp(log), n, miss) - sc) / RELAXATION, -2.0, 2.0)
+        return np.clip((held_at(np.exp(log), truth, miss) - sc) / RELAXATION, -2.0, 2.0)
 
     log, step = np.full(sc.size, np.log(0.3 * AMPLITUDE)), 0.05
     for _ in range(1500):
@@ -66,14 +90,15 @@ def grown(sc, n, miss):
     return np.exp(log)
 
 
-def fitted(rng, tested, n, tau):
-    """What a fit of rigs at these Scruton numbers would say of the shared curve."""
+def fitted(rng, tested, truth, tau, seen=STILL):
+    """What a fit of rigs at these Scruton numbers would say of the shared curve, from what its records show."""
     tested = np.array(tested)
-    stable = np.array([on_curve(sc, n) for sc in tested]) * np.exp(tau * rng.standard_normal(tested.size))
-    strength = (RELAXATION + n * REFERENCE) * np.exp(KAPPA * rng.standard_normal(tested.size))
-    relaxation = (strength - n * tested) * np.exp(SEEN_RELAXATION * rng.standard_normal(tested.size))
-    seen = np.log(stable) + SEEN_AMPLITUDE * rng.standard_normal(tested.size)
-    exponent = n + SEEN_EXPONENT * rng.standard_normal()
+    stable = np.array([truth.on_curve(sc) for sc in tested]) * np.exp(tau * rng.standard_normal(tested.size))
+    relaxation, exponents = np.transpose([truth.shown(float(sc)) for sc in tested])
+    strength = (relaxation + exponents * tested) * np.exp(KAPPA * rng.standard_normal(tested.size))
+    relaxation = (strength - exponents * tested) * np.exp(seen.relaxation * rng.standard_normal(tested.size))
+    level = np.log(stable) + seen.amplitude * rng.standard_normal(tested.size)
+    exponent = exponents.mean() + seen.exponent * rng.standard_normal()
     columns, evidence = [], []
     reference = float(np.exp(np.log(tested).mean()))
     for law, weight in zip(EXPONENTS, PRIOR_WEIGHTS, strict=True):
@@ -83,16 +108,16 @@ def fitted(rng, tested, n, tau):
         taus, kappas = (median * np.exp(0.8 * rng.standard_normal(CANDIDATES)) for median in (0.07, 0.15))
         if tested.size == 1:
             taus = np.full(CANDIDATES, ONE_RIG)  # as the sizing takes it
-        log_weight, strengths = _about_mean(rng, np.log(at_zero)[None], np.hypot(kappas, SEEN_RELAXATION))
+        log_weight, strengths = _about_mean(rng, np.log(at_zero)[None], np.hypot(kappas, seen.relaxation))
         slope = np.exp(strengths) - law * reference
         x = (tested[None] - reference) / slope[:, None]
         usable = (slope > 0.0) & (law * x < 1.0).all(axis=1)
         with np.errstate(all="ignore"):
             log_ratio = -x if law == 0.0 else np.log1p(-law * x) / law
-        off = np.where(usable[:, None], seen - log_ratio, 0.0)
-        more, amplitude = _about_mean(rng, off, np.hypot(taus, SEEN_AMPLITUDE))
+        off = np.where(usable[:, None], level - log_ratio, 0.0)
+        more, amplitude = _about_mean(rng, off, np.hypot(taus, seen.amplitude))
         weights = np.where(usable, np.exp(log_weight + more), 0.0)
-        evidence.append(weight * weights.mean() * np.exp(-0.5 * ((law - exponent) / SEEN_EXPONENT) ** 2))
+        evidence.append(weight * weights.mean() * np.exp(-0.5 * ((law - exponent) / seen.exponent) ** 2))
         chosen = rng.choice(CANDIDATES, DRAWS, p=weights / weights.sum()) if weights.any() else np.arange(DRAWS)
         columns.append((np.exp(amplitude[chosen]), np.maximum(slope[chosen], 1e-3), taus[chosen]))
     amplitude, slope, taus = (np.array(rows) for rows in zip(*columns, strict=True))
@@ -121,9 +146,10 @@ class Cell:
     needed: np.ndarray
 
 
-def decided(rigs, n, tau, *, bridges, seed, cube):
+def decided(rigs, name, tau, *, bridges, seed, cube, seen=STILL):
     """Size so many bridges of their own from campaigns of their own, build what is required, and let the wind blow."""
-    rng = np.random.default_rng([seed, rigs, round(10 * n) + 100, round(1000 * tau)])
+    truth = TRUTHS[name]
+    rng = np.random.default_rng([seed, rigs, list(TRUTHS).index(name), round(1000 * tau), seen is GUSTY])
     log = np.sqrt(np.log1p(DAMPING_COV**2))
     own = DAMPING * np.exp(log * rng.standard_normal(bridges) - 0.5 * log**2)
     miss = tau * rng.standard_normal(bridges)
@@ -132,8 +158,8 @@ def decided(rigs, n, tau, *, bridges, seed, cube):
     bridge = Bridge("bridge", Motion.HEAVING, 12.0, DEPTH, 1.225, Quantity(1.0), (), (mode,))
     required = np.empty(bridges)
     for k, limit in enumerate(limits):
-        model = ModeModel(fitted(rng, RIGS[rigs], n, tau), np.full(1, FACTOR), bridge, mode)
+        model = ModeModel(fitted(rng, RIGS[rigs], truth, tau, seen), np.full(1, FACTOR), bridge, mode)
         asked = required_of(model.draws(cube).needed(limit * DEPTH))["0.95"]
         required[k] = 0.05 if asked is None else asked
-    needed = np.maximum(held_at(limits, n, miss) / FACTOR - own, 0.0)
-    return Cell(grown((own + required) * FACTOR, n, miss) > 1.002 * limits, required, needed)
+    needed = np.maximum(held_at(limits, truth, miss) / FACTOR - own, 0.0)
+    return Cell(grown((own + required) * FACTOR, truth, miss) > 1.002 * limits, required, needed)

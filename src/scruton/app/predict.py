@@ -78,7 +78,7 @@ def size(arguments: Namespace) -> Outcome:
 
     results = arguments.results
     folder, rules, asked = asked_of(arguments)
-    tree, summary = read_fit(results, arguments.effect, "a fit of at least one test")
+    tree, summary = read_fit(results, arguments.effect, "a fit of at least one test", read=read_draws)
     bridge = bridge_of(tree, arguments)
     settings = settings_of(arguments)
     inputs = provenance_of(results, summary) | dict(bridge.sha256)

@@ -86,18 +86,18 @@ def law_free(tree: "xr.DataTree") -> LawFree | None:
     """What the transients of the peak tests say by themselves; None where there are none, or an older fit."""
     if "law_free" not in tree:
         return None
-    group, kept = tree["law_free"].to_dataset(), []
+    group, kept = tree["law_free"], []
     for name in peak_names(tree):
-        if np.isfinite(group["level_amplitude"].sel(test=name)).all():
+        if np.isfinite(group["level_amplitude"].sel(test=name).to_numpy()).all():
             kept.append(name)
     if not kept:
         return None
-    of = group.sel(test=kept)
+    amplitude, number = (group[f"level_{of}"].sel(test=kept).to_numpy() for of in ("amplitude", "scruton_number"))
     tested, relaxation = (
         np.array([np.median(draws_of(tree, quantity, name)) for name in kept])
         for quantity in ("scruton_number", "relaxation_scruton_number")
     )
-    return LawFree(of["level_amplitude"].to_numpy(), of["level_scruton_number"].to_numpy(), tested, relaxation)
+    return LawFree(amplitude, number, tested, relaxation)
 
 
 @dataclass(frozen=True)

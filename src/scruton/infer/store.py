@@ -1,8 +1,6 @@
 """The results of a fit on disk, posterior.nc and fit.json, and back."""
 
-import gc
 import json
-import threading
 from collections.abc import Mapping
 from dataclasses import fields
 from functools import partial
@@ -32,7 +30,6 @@ FIELDS = (
     "format", "title", "converged", "flags", "laws", "campaign", "amplitude_unit", "tests", "rigs", "records",
     "provenance", "files",
 )  # fmt: skip
-_WRITING = threading.Lock()
 WANTED = "the folder of a complete fit, as `scruton fit` or `scruton report` wrote it"
 
 
@@ -46,17 +43,7 @@ def write_fit(fit: "Fit", folder: Path) -> tuple[Path, Path]:
     folder.mkdir(parents=True, exist_ok=True)
     posterior, summary = folder / POSTERIOR, folder / SUMMARY
     temporary = folder / f"{POSTERIOR}.tmp"
-    # HDF5 objects that the cyclic collector closes midway change where the next ones lie. One thread at a time: the
-    # collector is the process's, and the first that is through would let it loose on the rest.
-    with _WRITING:
-        was = gc.isenabled()
-        gc.collect()
-        gc.disable()
-        try:
-            fit.tree.to_netcdf(temporary, engine="h5netcdf")
-        finally:
-            if was:
-                gc.enable()
+    fit.tree.to_netcdf(temporary, engine="netcdf4")
     replace_file(temporary, posterior)
     write_document(summary, {**fit.summary, "files": {POSTERIOR: digest(posterior)}})
     return posterior, summary
@@ -74,7 +61,7 @@ def read_tree(folder: Path) -> tuple["xr.DataTree", dict[str, Any]]:
 
     posterior, content = _summary(folder)
     try:
-        tree = xr.load_datatree(posterior, engine="h5netcdf")
+        tree = xr.load_datatree(posterior, engine="netcdf4")
     except (OSError, ValueError, KeyError) as error:
         raise _unusable(posterior, f"a file that cannot be read ({error})") from error
     wrong = faults(tree)

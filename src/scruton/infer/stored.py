@@ -85,9 +85,8 @@ class Group:
 
     @cached_property
     def attrs(self) -> dict[str, Any]:
-        """Attributes; what is a single number is no array."""
-        found = dict(self._group.attrs)
-        return {key: one[0] if isinstance(one, np.ndarray) and one.size == 1 else one for key, one in found.items()}
+        """Attributes."""
+        return {key: _plain(value) for key, value in self._group.attrs.items()}
 
     @cached_property
     def sizes(self) -> dict[str, int]:
@@ -119,7 +118,7 @@ class Group:
 
     def _dtype(self, name: str) -> "np.dtype[Any]":
         stored = self._group[name]
-        return np.dtype(bool) if stored.attrs.get("dtype") == "bool" else stored.dtype
+        return np.dtype(bool) if _plain(stored.attrs.get("dtype")) == "bool" else stored.dtype
 
     def _dims(self, name: str) -> tuple[str, ...]:
         stored = self._group[name]
@@ -127,6 +126,13 @@ class Group:
             scales = (self._group[axis[0]] for axis in stored.attrs["DIMENSION_LIST"])
             return tuple(scale.name.rpartition("/")[2] for scale in scales)
         return (name,) if stored.shape else ()
+
+
+def _plain(value: Any) -> Any:
+    """An attribute as xarray gives it: text, for the file has it in bytes, and what is a single number is no array."""
+    if isinstance(value, bytes):
+        return value.decode("utf-8")
+    return value[0] if isinstance(value, np.ndarray) and value.size == 1 else value
 
 
 class Stored:

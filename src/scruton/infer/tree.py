@@ -74,7 +74,7 @@ def inputs_group(campaign: Campaign, card: ModelCard) -> xr.Dataset:
     document, numbers = pack(campaign.path.parent, campaign=campaign, card=card)
     group = dataset("inputs", {"document": document, "numbers": numbers})
     # Times of samples are mostly regular.
-    group["numbers"].encoding = {"compression": "gzip", "compression_opts": 4, "shuffle": True}
+    group["numbers"].encoding = {"zlib": True, "complevel": 4, "shuffle": True}
     return group
 
 

@@ -146,11 +146,11 @@ def _of_speeds(tree: "xr.DataTree", mode: Mode, scruton_number: float, seed: int
 def _peak(tree: "xr.DataTree", scruton_number: float) -> float:
     """Reduced velocity of the peak test whose Scruton number is nearest."""
     names = list(peak_names(tree))
-    data = tree["constant_data"].sel(test=names)
+    data = tree["constant_data"]
     numbers = np.array([np.median(draws_of(tree, "scruton_number", name)) for name in names])
     nearest = int(np.argmin(np.abs(numbers - scruton_number)))
-    speeds = (data["wind_speed"] / (data["frequency"] * float(tree["constant_data"]["depth"]))).to_numpy()
-    return float(speeds[nearest])
+    speed, frequency = (float(data[name].sel(test=names[nearest])) for name in ("wind_speed", "frequency"))
+    return speed / (frequency * float(data["depth"]))
 
 
 def _cells(low: float, high: float) -> tuple[FloatArray, FloatArray]:
