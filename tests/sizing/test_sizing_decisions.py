@@ -57,7 +57,8 @@ def test_half_of_what_is_required_would_not_do(name, cube):
 
 
 CELLS = [(name, tau, STILL) for name in TRUTHS for tau in (0.05, 0.10, 0.20)] + [(name, 0.10, GUSTY) for name in TRUTHS]
-DEAR = pytest.mark.xfail(strict=True, reason="2.11; who knew the curve exactly would need 1.73")
+DEAR = pytest.mark.xfail(strict=True, reason="2.06 to 2.21; who knew the curve of n = -1 exactly would need 1.73")
+STEEP = ("n = -1", "van der Pol wake", "Rayleigh wake")  # a small amplitude takes much damping
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +79,7 @@ def test_what_is_required_at_95_percent_is_enough(name, tau, seen, rigs, cell):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "tau", "seen"),
-    [pytest.param(*cell, marks=DEAR if cell[:2] == ("n = -1", 0.20) else ()) for cell in CELLS],
+    [pytest.param(*cell, marks=DEAR if cell[0] in STEEP and cell[1] == 0.20 else ()) for cell in CELLS],
 )
 def test_three_rigs_do_not_ask_for_too_much(name, tau, seen, cell):
     found = cell(3, name, tau, seen)

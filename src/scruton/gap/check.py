@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 from scipy.ndimage import median_filter
+from scipy.special import chdtrc, ndtr
 
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign, Record
@@ -73,13 +73,13 @@ def check(fit: FittedHypothesis) -> Check:
         if y.size >= FEWEST_CYCLES:
             sums["phase"] += _ljung_box(y)
     kurtosis = (fourth / max(count, 1) - 3.0) / np.sqrt(24.0 / max(count, 1))
-    p = {name: float(stats.chi2.sf(value, max(freedom, 1))) for name, (value, freedom) in sums.items()}
+    p = {name: float(chdtrc(max(freedom, 1), value)) for name, (value, freedom) in sums.items()}
     # nats beyond noise: half of what a sum exceeds its mean by, less some of its standard deviations
     excess = [
         max(0.0, 0.5 * (value - freedom) - EXCESS_SIGMAS * float(np.sqrt(0.5 * max(freedom, 1))))
         for value, freedom in (sums["colour"].tolist(), sums["level"].tolist())
     ]
-    return Check(**p, tails=float(stats.norm.sf(KURTOSIS_SHARE * kurtosis)), excess=excess[0] + excess[1])
+    return Check(**p, tails=float(ndtr(-KURTOSIS_SHARE * kurtosis)), excess=excess[0] + excess[1])
 
 
 def _ljung_box(x: FloatArray) -> tuple[float, int]:

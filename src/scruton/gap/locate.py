@@ -8,7 +8,7 @@ from operator import attrgetter, itemgetter
 from typing import Any
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE, Effect
@@ -146,7 +146,7 @@ def _by_rig(placed: _Placed) -> tuple[_Placed, np.ndarray]:
     if size.size > 1 and not size.log:
         # sizes of their own: those that chance would hardly give among so many
         value, sd = placed.value()
-        acts = np.abs(value) > norm.isf(0.05 / size.size) * sd
+        acts = np.abs(value) > -ndtri(0.05 / size.size) * sd
         return placed, inside & acts[size.members] & (size.members >= 0)
     if not placed.damps_a_rig or rigs.size < 2 or size.log:
         return placed, inside

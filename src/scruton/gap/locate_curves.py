@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import Extent, Parameter, Scope, Values, Variant, add
@@ -51,7 +51,7 @@ class Curve:
     def places(self) -> list[slice]:
         """Stretches of the grid where the 90 % band excludes zero and a point is beyond chance."""
         z = self.excess / self.sd
-        sign = np.where(np.abs(z) > norm.isf(0.05), np.sign(z), 0.0)
+        sign = np.where(np.abs(z) > -ndtri(0.05), np.sign(z), 0.0)
         for i in range(1, z.size):  # small holes between places of one sign belong to them
             back = max(0, i - _BRIDGE)
             same = np.flatnonzero(sign[back:i] == sign[i]) + back
@@ -90,7 +90,7 @@ def excess_curves(null: FittedHypothesis) -> Curves:
     knots, record = np.log(layout.knots), data.channels.record
     near = np.abs(np.log(np.maximum(data.channels.amplitude, 1e-300))[:, None] - knots) < knots[1] - knots[0]
     looks = sum(np.count_nonzero(near[members[record]].sum(axis=0) >= FEWEST_CYCLES_OF_A_KNOT) for members in groups)
-    critical = float(norm.isf(0.5 * CURVE_FALSE / max(looks, 1)))
+    critical = float(-ndtri(0.5 * CURVE_FALSE / max(looks, 1)))
     damping = []
     for members in groups:
         r = int(np.flatnonzero(members)[0])
@@ -98,7 +98,7 @@ def excess_curves(null: FittedHypothesis) -> Curves:
         excess, covariance = _excess(null, fit, {r: 1.0}, grid)
         direction = _DIRECTION[int(layout.direction[r])] if layout.wind[r] else STILL
         damping.append(Curve("damping", direction, r, members, grid, excess, covariance, critical))
-    bends = float(norm.isf(0.5 * CURVE_FALSE / (2.0 * len(settings))))
+    bends = float(-ndtri(0.5 * CURVE_FALSE / (2.0 * len(settings))))
     phased = [members for members in settings if data.channels.has_phase[members[record]].any()]
     frequency = [_frequency_curve(null, fit, members, bends) for members in phased]
     branch = [curve for test in data.first_in_wind if (curve := _branch(null, fit, damping, test))]

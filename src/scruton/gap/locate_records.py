@@ -8,8 +8,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import f as f_distribution
-from scipy.stats import norm
+from scipy.special import fdtr, fdtrc, ndtri
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import Extent, Parameter, Scope, Values, Variant, add, size_prior
@@ -44,7 +43,7 @@ def scatter_findings(fit: FittedHypothesis) -> list[Finding]:
     data = fit.hypothesis.data
     channels = data.channels
     v, s = (x[0, : channels.size] for x in fit.hypothesis.innovations(fit.mode[None]))
-    critical = float(norm.isf(thresholds.SCATTER_FALSE / max(int(np.count_nonzero(data.layout.wind)), 1)))
+    critical = float(-ndtri(thresholds.SCATTER_FALSE / max(int(np.count_nonzero(data.layout.wind)), 1)))
     findings: list[Finding] = []
     for r, name in enumerate(data.layout.records):
         cycles = np.flatnonzero(channels.record == r)[1:]
@@ -81,8 +80,8 @@ def _bursts(x: FloatArray) -> Mark:
         ratio = float(np.mean(inside**2) / np.mean(outside**2))
         # a curve of damping takes some of a quarter's freedom
         freedom = (worth * max(inside.size - _TAKEN, 2), worth * max(outside.size - _TAKEN, 2))
-        chance = 2.0 * _QUARTERS * min(f_distribution.sf(ratio, *freedom), f_distribution.cdf(ratio, *freedom))
-        significance = float(norm.isf(min(max(0.5 * chance, 1e-300), 0.5)))
+        chance = 2.0 * _QUARTERS * min(fdtrc(*freedom, ratio), fdtr(*freedom, ratio))
+        significance = float(-ndtri(min(max(0.5 * chance, 1e-300), 0.5)))
         if significance > best.significance:
             sd = ratio * float(np.sqrt(2.0 / freedom[0] + 2.0 / freedom[1]))
             detail = f"variance of the innovations in quarter {quarter} over the others', minus 1"
@@ -110,7 +109,7 @@ def _modulation(x: FloatArray, level: float, period: float) -> Mark:
     chance = min(1.0, float(use.size * np.exp(-power[peak])))
     size = 2.0 * float(np.sqrt(power[peak] / n)) * level
     detail = f"beating: innovations rise and fall at {peak / n / period:.4g} Hz"
-    significance = float(norm.isf(max(0.5 * chance, 1e-300)))
+    significance = float(-ndtri(max(0.5 * chance, 1e-300)))
     return Mark("beating", size, size / np.sqrt(2.0 * power[peak]), significance, detail)
 
 
@@ -128,7 +127,7 @@ def wave_findings(data: GapData) -> list[Finding]:
     """Third harmonics in phase at the largest amplitudes, beyond those at small ones: flat tops of a reading."""
     channels, findings = data.channels, []
     count = len(data.layout.records)
-    critical = float(norm.isf(0.5 * thresholds.SCATTER_FALSE / count))
+    critical = float(-ndtri(0.5 * thresholds.SCATTER_FALSE / count))
     for r in range(count):
         cycles = channels.record == r
         a, third, error = channels.amplitude[cycles], channels.third[cycles], channels.third_error[cycles]
@@ -245,7 +244,7 @@ def between_tests(null: FittedHypothesis) -> list[Finding]:
 
 
 def _beyond(z: float, count: int) -> bool:
-    return bool(abs(z) > norm.isf(0.5 * thresholds.CONTRAST_FALSE / count))
+    return bool(abs(z) > -ndtri(0.5 * thresholds.CONTRAST_FALSE / count))
 
 
 def _with_one_each(null: FittedHypothesis, term: Term, size: Parameter) -> FittedHypothesis:

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import chdtr, chdtrc, chdtri, fdtrc, fdtri, ndtr, stdtr
 
 from scruton.arrays import FloatArray
 from scruton.stats.thresholds import FEWEST_INNOVATIONS, MOST_LAGS
@@ -81,11 +82,9 @@ def ljung_box(x: FloatArray, lags: int) -> tuple[float, float]:
 
     The chi-square law is that of long records: of 70 cycles, one white record in forty has a p-value below 0.01.
     """
-    from scipy.stats import chi2
-
     r, n = autocorrelation(x, lags), x.size
     q = float(n * (n + 2) * np.sum(r**2 / (n - np.arange(1, lags + 1))))
-    return q, float(chi2.sf(q, lags))
+    return q, float(chdtrc(lags, q))
 
 
 def anderson_darling(x: FloatArray) -> tuple[float, float]:
@@ -122,14 +121,12 @@ def trend(x: FloatArray, before: FloatArray) -> tuple[float, float]:
         Innovations, and what they are regressed on: known before the innovation is, so that the test is exact but
         for the estimated parameters.
     """
-    from scipy.stats import f
-
     _, _, rest, freedom = _regression(x, before)
     if np.isnan(rest):
         return rest, rest
     total = float(np.sum((x - x.mean()) ** 2))
     value = (total - rest) / 2.0 / (rest / freedom)
-    return value, float(f.sf(value, 2, freedom))
+    return value, float(fdtrc(2, freedom, value))
 
 
 def curvature(x: FloatArray, before: FloatArray) -> tuple[float, float]:
@@ -137,14 +134,12 @@ def curvature(x: FloatArray, before: FloatArray) -> tuple[float, float]:
 
     Stable amplitude and relaxation rate are fitted, which leaves the laws of damping to differ in their curvature.
     """
-    from scipy.stats import t
-
     design, coefficients, rest, freedom = _regression(x, before)
     if np.isnan(rest):
         return rest, rest
     spread = rest / freedom * np.linalg.inv(design.T @ design)[2, 2]
     value = float(coefficients[2] / np.sqrt(spread))
-    return value, float(2.0 * t.sf(abs(value), freedom))
+    return value, float(2.0 * stdtr(freedom, -abs(value)))
 
 
 def _regression(x: FloatArray, amplitude: FloatArray) -> tuple[FloatArray, FloatArray, float, int]:
@@ -206,20 +201,18 @@ def adjust(checks: Sequence[Check], families: Sequence[Sequence[str]]) -> tuple[
 
 
 def _record(test: str, record: str, x: FloatArray, before: FloatArray) -> list[Check]:
-    from scipy.stats import chi2, f, norm
-
     n, lags = x.size, lags_of(x.size)
     q, p_memory = ljung_box(x, lags)
     slope, p_trend = trend(x, before)
     a2, p_normal = anderson_darling(x)
     mean, total = float(x.mean()), float(np.sum((x - x.mean()) ** 2))
-    p_mean = float(2.0 * norm.sf(abs(mean) * np.sqrt(n)))
-    p_variance = float(2.0 * min(chi2.cdf(total, n - 1), chi2.sf(total, n - 1)))
-    low, high = (float(chi2.ppf(q, n - 1)) / (n - 1) for q in (0.05, 0.95))
+    p_mean = float(2.0 * ndtr(-abs(mean) * np.sqrt(n)))
+    p_variance = float(2.0 * min(chdtr(n - 1, total), chdtrc(n - 1, total)))
+    low, high = (float(chdtri(n - 1, 1.0 - q)) / (n - 1) for q in (0.05, 0.95))
     reach = 1.645 / float(np.sqrt(n))
     return [
-        Check(test, record, MEMORY, q, 0.0, float(chi2.ppf(0.95, lags)), p_memory),
-        Check(test, record, TREND, slope, 0.0, float(f.ppf(0.95, 2, n - 3)), p_trend),
+        Check(test, record, MEMORY, q, 0.0, float(chdtri(lags, 0.05)), p_memory),
+        Check(test, record, TREND, slope, 0.0, float(fdtri(2, n - 3, 0.95)), p_trend),
         Check(test, record, MEAN, mean, -reach, reach, p_mean),
         Check(test, record, VARIANCE, total / (n - 1), low, high, min(p_variance, 1.0)),
         Check(test, record, NORMALITY, a2, 0.0, 0.752, p_normal),
