@@ -2,7 +2,7 @@
 
 Nothing of it is the model's.  The truth is an excitation written out here (or in `wakes`), strip by strip along the
 span and integrated in time; a fit is emulated from what its records would show of each rig (stable amplitude to 1 %,
-relaxation to 4 %, the exponent to 0.35; in slow gusts to 3 %, 12 % and 0.8), by the weights of draws from the priors of
+relaxation to 4 %, the exponent to 0.35; in slow gusts to 2 %, 8 % and 0.5), by the weights of draws from the priors of
 the default card.
 """
 

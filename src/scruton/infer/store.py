@@ -1,6 +1,7 @@
 """The results of a fit on disk, posterior.nc and fit.json, and back."""
 
 import json
+import threading
 from collections.abc import Mapping
 from dataclasses import fields
 from functools import partial
@@ -30,6 +31,7 @@ FIELDS = (
     "format", "title", "converged", "flags", "laws", "campaign", "amplitude_unit", "tests", "rigs", "records",
     "provenance", "files",
 )  # fmt: skip
+_NETCDF = threading.Lock()  # the library in C knows no threads
 WANTED = "the folder of a complete fit, as `scruton fit` or `scruton report` wrote it"
 
 
@@ -43,7 +45,8 @@ def write_fit(fit: "Fit", folder: Path) -> tuple[Path, Path]:
     folder.mkdir(parents=True, exist_ok=True)
     posterior, summary = folder / POSTERIOR, folder / SUMMARY
     temporary = folder / f"{POSTERIOR}.tmp"
-    fit.tree.to_netcdf(temporary, engine="netcdf4")
+    with _NETCDF:
+        fit.tree.to_netcdf(temporary, engine="netcdf4")
     replace_file(temporary, posterior)
     write_document(summary, {**fit.summary, "files": {POSTERIOR: digest(posterior)}})
     return posterior, summary
@@ -61,8 +64,9 @@ def read_tree(folder: Path) -> tuple["xr.DataTree", dict[str, Any]]:
 
     posterior, content = _summary(folder)
     try:
-        tree = xr.load_datatree(posterior, engine="netcdf4")
-    except (OSError, ValueError, KeyError) as error:
+        with _NETCDF:
+            tree = xr.load_datatree(posterior, engine="netcdf4")
+    except (OSError, ValueError, KeyError, RuntimeError) as error:
         raise _unusable(posterior, f"a file that cannot be read ({error})") from error
     wrong = faults(tree)
     if wrong:
