@@ -129,9 +129,11 @@ class Group:
 
 
 def _plain(value: Any) -> Any:
-    """An attribute as xarray gives it: text, for the file has it in bytes, and what is a single number is no array."""
+    """An attribute as xarray gives it: text, for the file has it in bytes, an empty list, a number that is no array."""
     if isinstance(value, bytes):
         return value.decode("utf-8")
+    if getattr(value, "shape", ()) is None:  # h5py's Empty
+        return np.empty(0, value.dtype)
     return value[0] if isinstance(value, np.ndarray) and value.size == 1 else value
 
 
