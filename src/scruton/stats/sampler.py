@@ -150,16 +150,15 @@ class Ensembles:
         burn = self.steps // 4
         return np.swapaxes(np.concatenate(self.chain)[burn:], 0, 1), np.concatenate(self.log_probs)[burn:].T
 
-    def adapt(self, *, together: bool) -> None:
+    def adapt(self) -> None:
         """Fit the proposals to the recent half of the draws, and forget them: they were for finding the posterior.
 
-        Ensembles that have met share what they have learnt.  Until then each has proposals of its own, so that each
-        finds its way by itself; those that have found theirs `together` propose what any of them found: between
-        modes there is no other way, and what no proposal joins goes on to differ.
+        Ensembles that have met share what they have learnt; until then each has proposals of its own, so that what
+        lies in modes of their own goes on to differ.
         """
         chain = np.concatenate(self.chain)
         recent = np.split(chain[len(chain) // 2 :], self.count, axis=1)
-        recent = [np.concatenate(recent)] if together or _met(recent) else recent
+        recent = [np.concatenate(recent)] if _met(recent) else recent
         blocks = [(own.members, own.given) for own in self.proposals[0]]
         # Where the walkers fill no volume the old proposals stay: DE and stretch must do.
         with contextlib.suppress(np.linalg.LinAlgError):
@@ -225,7 +224,7 @@ def sample(
                     break
             if rounds < EARLY or (rounds < ADAPTATIONS and 3 * ensembles.steps >= 2 * total):
                 rounds += 1
-                ensembles.adapt(together=rounds > EARLY)
+                ensembles.adapt()
         chunk = min(max(FIRST_CHUNK, ensembles.steps or total), LARGEST_CHUNK, settings.max_steps - total)
         posterior.forget()
         ensembles.advance(posterior.log_prob, chunk, settings)
