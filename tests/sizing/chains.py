@@ -80,6 +80,16 @@ def gusts(rng):
     return lambda time: math.sqrt(2.0 / 6.0) * float(np.sum(np.cos(rates * time + phases)))
 
 
+def stepped(slope, state, step):
+    """One of Runge and Kutta's steps of a state, a tuple of numbers or arrays."""
+    one = slope(*state)
+    two = slope(*(x + 0.5 * step * d for x, d in zip(state, one, strict=True)))
+    three = slope(*(x + 0.5 * step * d for x, d in zip(state, two, strict=True)))
+    four = slope(*(x + step * d for x, d in zip(state, three, strict=True)))
+    every = zip(state, one, two, three, four, strict=True)
+    return tuple(x + step / 6.0 * (a + 2.0 * b + 2.0 * c + d) for x, a, b, c, d in every)
+
+
 def record(start, sc, miss, law, blows=None):
     """Displacement y/D of a rig let go at an amplitude, (N,): Runge and Kutta, 8 steps a sample."""
     omega, substeps = 2.0 * math.pi * FREQUENCY, 8
@@ -96,12 +106,7 @@ def record(start, sc, miss, law, blows=None):
             found.append(state[0])
             if blows:
                 scale = calm * (1.0 + GUSTS * blows(k / (RATE * substeps)))
-        one = slope(*state)
-        two = slope(*(x + 0.5 * step * d for x, d in zip(state, one, strict=True)))
-        three = slope(*(x + 0.5 * step * d for x, d in zip(state, two, strict=True)))
-        four = slope(*(x + step * d for x, d in zip(state, three, strict=True)))
-        every = zip(state, one, two, three, four, strict=True)
-        state = tuple(x + step / 6.0 * (a + 2.0 * b + 2.0 * c + d) for x, a, b, c, d in every)
+        state = stepped(slope, state, step)
     return np.array(found)
 
 

@@ -6,28 +6,16 @@ wake lags behind the amplitude and growth and decay differ.  Rates are by the ph
 A/D = 0.05 at Sc = 20.
 """
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, cached_property
 
 import numpy as np
+from chains import FACTOR, LIFT, STALL, pull, stepped
 from scipy.optimize import least_squares
 
-SECTION_FACTOR = 4.0 * math.pi * 20.0 / (1.2 * 0.300 * 0.075)  # Scruton number per damping ratio of a section model
 STEPS = 48  # a cycle
 STEP = 2.0 * np.pi / STEPS
-
-
-def stepped(slope, state, k):
-    """One of Runge and Kutta's steps of a state (a tuple of arrays), from the k-th of them."""
-    phase = k * STEP
-    one = slope(phase, *state)
-    two = slope(phase + 0.5 * STEP, *(x + 0.5 * STEP * d for x, d in zip(state, one, strict=True)))
-    three = slope(phase + 0.5 * STEP, *(x + 0.5 * STEP * d for x, d in zip(state, two, strict=True)))
-    four = slope(phase + STEP, *(x + STEP * d for x, d in zip(state, three, strict=True)))
-    every = zip(state, one, two, three, four, strict=True)
-    return tuple(x + STEP / 6.0 * (a + 2.0 * b + 2.0 * c + d) for x, a, b, c, d in every)
 
 
 @dataclass(frozen=True)
@@ -42,11 +30,15 @@ class Wake:
     def _held(self):
         """Amplitudes, and the excitation of the wake under harmonic motion of each, (K,) and (K,)."""
         amplitudes = np.geomspace(2e-4, 0.4, 90)
-        state, work, cycles = (np.zeros(90), np.full(90, -2.0)), np.zeros(90), 80
+
+        def driven(phase, q, rate):
+            return 1.0, rate, self.pull(q, rate, -amplitudes * np.cos(phase))
+
+        state, work, cycles = (0.0, np.zeros(90), np.full(90, -2.0)), np.zeros(90), 80
         for k in range(3 * cycles * STEPS):
             if k >= 2 * cycles * STEPS:
-                work -= state[0] * amplitudes * np.sin(k * STEP)
-            state = stepped(lambda phase, q, rate: (rate, self.pull(q, rate, -amplitudes * np.cos(phase))), state, k)
+                work -= state[1] * amplitudes * np.sin(state[0])
+            state = stepped(driven, state, STEP)
         return amplitudes, self.lift * work / (cycles * STEPS) / (0.5 * amplitudes**2) - self.stall
 
     def excitation(self, amplitude):
@@ -63,8 +55,8 @@ class Wake:
     def shown(self, sc):
         """What transients of a test show: its relaxation in Scruton numbers, and an exponent, by least squares."""
 
-        def slope(_phase, y, v, q, rate):
-            acceleration = -y + 2.0 / SECTION_FACTOR * (self.lift * q - (self.stall + sc) * v)
+        def slope(y, v, q, rate):
+            acceleration = -y + 2.0 / FACTOR * (self.lift * q - (self.stall + sc) * v)
             return v, acceleration, rate, self.pull(q, rate, acceleration)
 
         stable, seen = self.on_curve(sc), []
@@ -72,9 +64,9 @@ class Wake:
         for k in range(360 * STEPS):
             if k % STEPS == 0:
                 seen.append(np.hypot(state[0], state[1]))
-            state = stepped(slope, state, k)
+            state = stepped(slope, state, STEP)
         ratio = np.array(seen)[10:] / stable  # the wake's own start is over
-        rates = SECTION_FACTOR * np.diff(np.log(ratio), axis=0) / (2.0 * np.pi)
+        rates = FACTOR * np.diff(np.log(ratio), axis=0) / (2.0 * np.pi)
         at = np.sqrt(ratio[1:] * ratio[:-1])
         on_the_way = np.abs(np.log(at)) > 0.02
         at, rates = at[on_the_way], rates[on_the_way]
@@ -87,5 +79,5 @@ class Wake:
         return float(strength), float(n)
 
 
-FACCHINETTI = Wake(lambda q, rate, motion: 0.3 * (1.0 - q * q) * rate - q + 12.0 * motion, 1.14, 40.0)
+FACCHINETTI = Wake(pull, LIFT, STALL)
 RAYLEIGH = Wake(lambda q, rate, motion: 0.3 * (1.0 - rate * rate) * rate - q + 12.0 * motion, 1.179, 20.0)

@@ -1,7 +1,6 @@
 """`scruton predict` and `scruton size`: what is asked of a folder of results."""
 
 from argparse import Namespace
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -9,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from scruton.app.options import check_writable, parse_damping
 from scruton.app.run import Outcome, Run, variant
 from scruton.errors import InputError
-from scruton.infer.store import read_draws, read_tree
+from scruton.infer.store import read_draws
 from scruton.report.render_text import render_text
 from scruton.terminal import DONE, NOT_TRUSTED, line_width
 
@@ -35,7 +34,7 @@ def predict(arguments: Namespace) -> Outcome:
     if not arguments.sc and not arguments.damping:
         raise InputError("command line", "--sc", "no design Scruton number", "--sc 30, or --damping 0.003")
     wanted = "a fit of at least one test: still air says nothing of it"
-    tree, summary = read_fit(results, arguments.effect, wanted, read=read_draws)
+    tree, summary = read_fit(results, arguments.effect, wanted)
     rigs = [entry["name"] for entry in summary["rigs"]]
     if rig is not None and rig not in rigs:
         raise InputError(results, "--rig", f"'{rig}'", f"one of: {', '.join(rigs)}")
@@ -47,14 +46,12 @@ def predict(arguments: Namespace) -> Outcome:
     return Outcome(text, code=DONE if summary["converged"] else NOT_TRUSTED, content=content)
 
 
-def read_fit(
-    results: Path, effect: str | None, wanted: str, *, read: "Callable[[Path], Fitted]" = read_tree
-) -> "Fitted":
+def read_fit(results: Path, effect: str | None, wanted: str) -> "Fitted":
     """Read a fit of tests in wind that carries the effect; "auto": any that was diagnosed, also one without a gap.
 
     What was found is put into the fit: nothing here can.
     """
-    tree, summary = read(results)
+    tree, summary = read_draws(results)
     if not summary["tests"]:
         raise InputError(results, "", "a campaign without tests in wind", wanted)
     carried = summary.get("effect", {}).get("used")
@@ -78,7 +75,7 @@ def size(arguments: Namespace) -> Outcome:
 
     results = arguments.results
     folder, rules, asked = asked_of(arguments)
-    tree, summary = read_fit(results, arguments.effect, "a fit of at least one test", read=read_draws)
+    tree, summary = read_fit(results, arguments.effect, "a fit of at least one test")
     bridge = bridge_of(tree, arguments)
     settings = settings_of(arguments)
     inputs = provenance_of(results, summary) | dict(bridge.sha256)
