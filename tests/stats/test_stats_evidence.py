@@ -24,7 +24,8 @@ from scruton.stats.evidence import (
 from scruton.stats.optimum import find_optimum
 from scruton.stats.posterior import Posterior
 from scruton.stats.priors import Prior
-from scruton.stats.sampler import Samples, sample
+from scruton.stats.sampler import sample
+from scruton.stats.samples import Samples
 from scruton.stats.stacking import posterior_weights, stacking_weights
 from scruton.stats.student_t import StudentT, fit_student_t
 

@@ -43,12 +43,13 @@ class Banana(Posterior):
 
 @dataclass(frozen=True, eq=False)
 class TwoModes(Posterior):
-    """Two far modes: no honest run converges."""
+    """Two far modes, the upper one of three quarters: no walker finds the way between them by steps."""
 
     priors: tuple[Prior, ...] = tuple(Prior(f"x{i}", "uniform", -60.0, 60.0) for i in range(2))
 
     def log_likelihood(self, u):
-        return np.logaddexp(-0.5 * ((u - 20) ** 2).sum(1) / 0.01, -0.5 * ((u + 20) ** 2).sum(1) / 0.01)
+        low, high = (-0.5 * ((u - centre) ** 2).sum(1) / 0.01 for centre in (-20, 20))
+        return np.logaddexp(low, high + np.log(3.0))
 
 
 def run_move(move, steps=3000, walkers=40, seed=3):
@@ -183,9 +184,16 @@ def test_a_poor_proposal_stalls_no_chain():
     assert x[:, 1].mean() == pytest.approx(1.0, abs=0.15)
 
 
+def test_modes_that_ensembles_share_have_their_weights():
+    """Each ensemble starts in one of them; what all have found is proposed to all."""
+    samples = sample(TwoModes(), SamplerSettings(), np.random.SeedSequence(10))
+    assert samples.convergence.converged
+    assert np.mean(samples.chain[..., 0] > 0.0) == pytest.approx(0.75, abs=0.03)
+
+
 def test_two_modes_are_not_called_converged():
-    settings = SamplerSettings(max_steps=200)
-    samples = sample(TwoModes(), settings, np.random.SeedSequence(11))
+    settings = SamplerSettings(max_steps=80)  # before anything is shared
+    samples = sample(TwoModes(), settings, np.random.SeedSequence(10))
     verdict = samples.convergence
     assert not verdict.converged
     assert "Raise sampler.max_steps" in verdict.explain(samples.names, settings)

@@ -18,7 +18,7 @@ from scruton.infer.thresholds import FAVOURED
 from scruton.shown import shown
 from scruton.stats.posterior import Posterior
 from scruton.stats.priors import Prior
-from scruton.stats.sampler import Samples
+from scruton.stats.samples import Samples
 
 if TYPE_CHECKING:
     import pandas as pd

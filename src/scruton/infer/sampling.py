@@ -14,7 +14,8 @@ from scruton.progress import Progress
 from scruton.stats.convergence import SamplerSettings
 from scruton.stats.optimum import ImpossibleError
 from scruton.stats.posterior import Posterior
-from scruton.stats.sampler import Checkpoint, Samples, sample
+from scruton.stats.sampler import Checkpoint, sample
+from scruton.stats.samples import Samples
 
 
 def fewer_walkers(settings: SamplerSettings, dimensions: int) -> SamplerSettings:

@@ -15,7 +15,7 @@ from scruton.infer.smooth import Observations, SpeedPoint, SpeedPosterior
 from scruton.infer.thresholds import DISTINCT_SPEEDS, FEW_DRAWS, FEWEST_SPEEDS, OUTSIDE_LOCK_IN, SWEEP_LOG_SD
 from scruton.stats.optimum import find_optimum
 from scruton.stats.priors import Prior
-from scruton.stats.sampler import Samples
+from scruton.stats.samples import Samples
 
 if TYPE_CHECKING:
     import xarray as xr

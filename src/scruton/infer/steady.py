@@ -38,7 +38,7 @@ from scruton.envelope.phase_diffusion import periodogram, phase_steps, step_spec
 from scruton.infer import thresholds as limits
 from scruton.infer.models import NOISE, WindPosterior
 from scruton.stats.priors import Prior
-from scruton.stats.sampler import Samples
+from scruton.stats.samples import Samples
 from scruton.stats.whiteness import lags_of, ljung_box
 
 _BAND = 1.645  # 90 % of a normal

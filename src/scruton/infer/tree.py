@@ -23,7 +23,7 @@ from scruton.infer.thresholds import SEEN
 from scruton.infer.tree_campaign import diagnostics, model_groups
 from scruton.infer.tree_prior import prior_groups
 from scruton.provenance import provenance
-from scruton.stats.sampler import Samples
+from scruton.stats.samples import Samples
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -21,7 +21,7 @@ from scruton.infer.result_schema import MODEL, dataset, joined
 from scruton.infer.results import Sampled
 from scruton.infer.sampling import Sampling
 from scruton.infer.tree_prior import by_record, replicates
-from scruton.stats.sampler import Samples
+from scruton.stats.samples import Samples
 
 DRAWS = 1024  # of all chains together: what is kept by cycle is large
 

@@ -38,6 +38,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import ArrayLike
 
 from scruton.arrays import FloatArray
@@ -123,20 +124,20 @@ def respond(mass_ratio: FloatArray, frequency_ratio: FloatArray, damping_ratio: 
     """
     mu, f, zeta = np.broadcast_arrays(mass_ratio, frequency_ratio, damping_ratio)
     if len(mu) == 1:
-        squares = _one_damper(mu[0], f[0] ** 2, zeta[0] ** 2)
+        added, frequency = np.empty(mu.shape[1]), np.empty(mu.shape[1])
+        _one_damper(*(np.ascontiguousarray(each[0]) for each in (mu, f, zeta)), added, frequency)
     else:
         # Eigenvalues of a real matrix are exactly real or come in exact pairs.  A pair that rounding takes off the axis
         # where two roots merge is no loss: a root of less damping stands elsewhere.
         values = np.linalg.eigvals(_balance_matrix(mu, f, zeta))  # (draws, 2 dampers + 1)
-        squares = np.where(values.imag == 0.0, values.real, np.nan)
-    real = squares > -1.0
-    g = np.sqrt(np.where(real, 1.0 + squares, 1.0))
-    shares = (mu * zeta * f)[:, :, None] * g**4 / resonance(f[:, :, None], zeta[:, :, None], g)
-    added = np.where(real, np.sum(shares, axis=0), np.inf)
-    least = np.argmin(added, axis=1)[:, None]
-    frequency = np.take_along_axis(g, least, axis=1)[:, 0]
+        real = (values.imag == 0.0) & (values.real > -1.0)
+        g = np.sqrt(np.where(real, 1.0 + values.real, 1.0))
+        shares = (mu * zeta * f)[:, :, None] * g**4 / resonance(f[:, :, None], zeta[:, :, None], g)
+        total = np.where(real, np.sum(shares, axis=0), np.inf)
+        least = np.argmin(total, axis=1)[:, None]
+        added, frequency = (np.take_along_axis(each, least, axis=1)[:, 0] for each in (total, g))
     stroke = frequency**2 / np.sqrt(resonance(f, zeta, frequency))
-    return Response(np.take_along_axis(added, least, axis=1)[:, 0], frequency, stroke)
+    return Response(added, frequency, stroke)
 
 
 def den_hartog(mass_ratio: float) -> TunedMass:
@@ -248,25 +249,34 @@ def resonance(f: FloatArray, zeta: FloatArray, g: FloatArray) -> FloatArray:
     return np.asarray((f**2 - g**2) ** 2 + (2.0 * zeta * f * g) ** 2)
 
 
-def _one_damper(mu: FloatArray, square: FloatArray, loss: FloatArray) -> FloatArray:
-    """g^2 - 1 at the roots for one damper, (draws, 3), NaN where there is none: a cubic, an eighth of the time."""
-    a, constant = square * (1.0 - 2.0 * loss), square * (4.0 * loss - 1.0)
-    c2, c1, c0 = mu * constant - 1.0 - 2.0 * a, (1.0 + mu) * square**2 + 2.0 * a, -(square**2)
-    third = -c2 / 3.0
-    p, q = c1 - 3.0 * third**2, c0 + c1 * third + (c2 + third) * third**2
-    depth = np.maximum(-p / 3.0, 0.0)
-    cosine = -0.5 * q / np.maximum(depth, 1e-100) ** 1.5
-    three = (depth > 0.0) & (np.abs(cosine) <= 1.0)
-    angle = np.arccos(np.clip(cosine, -1.0, 1.0)) / 3.0
-    roots = 2.0 * np.sqrt(depth) * np.cos(angle + np.array([0.0, 2.0, 4.0])[:, None] * np.pi / 3.0)
-    outer = np.cbrt(-0.5 * q - np.copysign(np.sqrt(np.maximum(0.25 * q**2 + p**3 / 27.0, 0.0)), q))
-    single = outer - np.divide(p, 3.0 * outer, out=np.zeros_like(p), where=outer != 0.0)
-    x = third + np.where(three, roots, single)
-    for _ in range(4):  # Newton's steps: cancellation takes digits off both forms
-        slope = (3.0 * x + 2.0 * c2) * x + c1
-        x -= np.divide(((x + c2) * x + c1) * x + c0, slope, out=np.zeros_like(x), where=np.abs(slope) > 1e-9)
-    x[1:, ~three] = np.nan
-    return np.asarray(x.T - 1.0)
+@njit(cache=True, error_model="numpy")
+def _one_damper(mu, f, zeta, added, frequency):  # type: ignore[no-untyped-def]
+    """Fill in what one damper adds, and where: the balance is a cubic in x = g^2.  All (S,)."""
+    for i in range(mu.size):
+        square, loss = f[i] * f[i], zeta[i] * zeta[i]
+        a, constant = square * (1.0 - 2.0 * loss), square * (4.0 * loss - 1.0)
+        c2, c1, c0 = mu[i] * constant - 1.0 - 2.0 * a, (1.0 + mu[i]) * square**2 + 2.0 * a, -(square**2)
+        third = -c2 / 3.0
+        p, q = c1 - 3.0 * third**2, c0 + c1 * third + (c2 + third) * third**2
+        depth = max(-p / 3.0, 0.0)
+        cosine = -0.5 * q / max(depth, 1e-100) ** 1.5
+        three = depth > 0.0 and abs(cosine) <= 1.0
+        angle = np.arccos(cosine) / 3.0 if three else 0.0
+        outer = np.cbrt(-0.5 * q - np.copysign(np.sqrt(max(0.25 * q**2 + p**3 / 27.0, 0.0)), q))
+        added[i], frequency[i] = np.inf, 1.0
+        for root in range(3 if three else 1):
+            if three:
+                x = third + 2.0 * np.sqrt(depth) * np.cos(angle + 2.0 * root * np.pi / 3.0)
+            else:
+                x = third + outer - (p / (3.0 * outer) if outer != 0.0 else 0.0)
+            for _ in range(4):  # Newton's steps: cancellation takes digits off both forms
+                slope = (3.0 * x + 2.0 * c2) * x + c1
+                if abs(slope) > 1e-9:
+                    x -= (((x + c2) * x + c1) * x + c0) / slope
+            if x > 0.0:
+                share = mu[i] * zeta[i] * f[i] * x * x / ((square - x) ** 2 + 4.0 * loss * square * x)
+                if share < added[i]:
+                    added[i], frequency[i] = share, np.sqrt(x)
 
 
 def _balance_matrix(mu: FloatArray, f: FloatArray, zeta: FloatArray) -> FloatArray:

@@ -24,8 +24,9 @@ from scipy.special import expit, logsumexp
 
 from scruton.arrays import FloatArray
 from scruton.stats.optimum import find_optimum
+from scruton.stats.pareto import tail_shape
 from scruton.stats.posterior import Posterior
-from scruton.stats.sampler import Samples
+from scruton.stats.samples import Samples
 from scruton.stats.student_t import StudentT, fit_student_t
 from scruton.stats.thresholds import (
     DRAWS_A_DIMENSION,
@@ -266,13 +267,10 @@ def _mean_weight(
     top = float(log_weight.max())
     if not np.isfinite(top):
         return Evidence(-inf, inf, log_mass, 0.0, 0.0, inf)
-    from arviz_stats.base import array_stats
-
-    weight, alive = np.exp(log_weight - top), log_weight[np.isfinite(log_weight)]
+    weight = np.exp(log_weight - top)
     mean, count = float(weight.mean()), weight.size
     size = float(weight.sum() ** 2 / np.square(weight).sum())
-    # Infinite where the draws are too few to say.
-    pareto_k = float(array_stats.psislw(-alive)[1]) if alive.size >= 25 else inf
+    pareto_k = tail_shape(log_weight[np.isfinite(log_weight)])
     # About the proposal's centre: a posterior that lies to one side is as bad as one too wide.
     z = np.linalg.solve(proposal.cholesky, (points - proposal.centre).T)
     largest = float(np.linalg.eigvalsh((z * (weight / weight.sum())) @ z.T)[-1])

@@ -7,7 +7,6 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.stats.convergence import SamplerSettings
 from scruton.stats.evidence import Evidence, _mean_weight, bridge_halves
-from scruton.stats.sampler import Ensembles
 from scruton.stats.student_t import StudentT, conditional
 
 LogProb = Callable[[FloatArray], FloatArray]
@@ -59,6 +58,8 @@ def bridge_evidence(
     Evidence
         Each ensemble is bridged to a Student-t that was fitted to the other.
     """
+    from scruton.stats.sampler import Ensembles  # emcee and, by it, scipy.stats: few diagnoses come here
+
     halves = []
     for k in range(ENSEMBLES):
         rng = np.random.default_rng([seed, k])
@@ -69,7 +70,7 @@ def bridge_evidence(
         state = np.random.RandomState(np.random.MT19937(rng.integers(2**31))).get_state()
         ensemble = Ensembles(1, [[whole]], start, log_prob(start), state)
         ensemble.advance(log_prob, SETTLE, _MOVES)
-        ensemble.adapt()
+        ensemble.adapt(together=False)
         ensemble.advance(log_prob, steps, _MOVES)
         halves.append((ensemble.chain[0].swapaxes(0, 1), ensemble.log_probs[0].T))
     bridging = np.random.RandomState(np.random.MT19937(np.random.SeedSequence([seed, ENSEMBLES])))

@@ -22,10 +22,11 @@ import numpy as np
 from scruton.arrays import FloatArray, thin
 from scruton.documents import replace_file
 from scruton.errors import InputError
-from scruton.stats.convergence import Convergence, SamplerSettings, effective_draws, judge, promising
+from scruton.stats.convergence import SamplerSettings, effective_draws, judge, promising
 from scruton.stats.moves import sweep
 from scruton.stats.optimum import find_optima
 from scruton.stats.posterior import Posterior
+from scruton.stats.samples import Samples
 from scruton.stats.student_t import Conditional, Mixture, StudentT, conditional, fit_mixture
 from scruton.stats.thresholds import ADAPTATIONS, EARLY, FAR_BELOW, MET, OVERDISPERSED
 
@@ -72,27 +73,6 @@ class Checkpoint:
             found = "a checkpoint of other data, another model card, seed or version"
             raise InputError(self.path, "", found, wanted)
         return arrays
-
-
-@dataclass(frozen=True, eq=False)
-class Samples:
-    """What sampling gives.
-
-    Attributes
-    ----------
-    chain : (chains, draws, d) array
-        Sampled coordinates, thinned to the card's number of draws.
-    log_prob : (chains, draws) array
-    ensemble : (chains,) array of int
-    convergence : Convergence
-        Judged on the unthinned run.
-    """
-
-    names: tuple[str, ...]
-    chain: FloatArray
-    log_prob: FloatArray
-    ensemble: np.ndarray
-    convergence: Convergence
 
 
 class _Vectorised(emcee.EnsembleSampler):
@@ -150,15 +130,16 @@ class Ensembles:
         burn = self.steps // 4
         return np.swapaxes(np.concatenate(self.chain)[burn:], 0, 1), np.concatenate(self.log_probs)[burn:].T
 
-    def adapt(self) -> None:
+    def adapt(self, *, together: bool) -> None:
         """Fit the proposals to the recent half of the draws, and forget them: they were for finding the posterior.
 
-        Ensembles that have met share what they have learnt; until then each has proposals of its own, so that what
-        lies in modes of their own goes on to differ.
+        Ensembles that have met share what they have learnt.  Until then each has proposals of its own, so that each
+        finds its way by itself; those that have found theirs `together` propose what any of them found: between
+        modes there is no other way, and what no proposal joins goes on to differ.
         """
         chain = np.concatenate(self.chain)
         recent = np.split(chain[len(chain) // 2 :], self.count, axis=1)
-        recent = [np.concatenate(recent)] if _met(recent) else recent
+        recent = [np.concatenate(recent)] if together or _met(recent) else recent
         blocks = [(own.members, own.given) for own in self.proposals[0]]
         # Where the walkers fill no volume the old proposals stay: DE and stretch must do.
         with contextlib.suppress(np.linalg.LinAlgError):
@@ -224,7 +205,7 @@ def sample(
                     break
             if rounds < EARLY or (rounds < ADAPTATIONS and 3 * ensembles.steps >= 2 * total):
                 rounds += 1
-                ensembles.adapt()
+                ensembles.adapt(together=rounds > EARLY)
         chunk = min(max(FIRST_CHUNK, ensembles.steps or total), LARGEST_CHUNK, settings.max_steps - total)
         posterior.forget()
         ensembles.advance(posterior.log_prob, chunk, settings)
