@@ -41,6 +41,8 @@ def meaning(diagnosis: Diagnosis) -> dict[str, Any]:
     else:
         percent = f"{100.0 * change:+.2g} %".replace("-", "−")
         parts.append(f"The bridge's stable amplitude at the middle Scruton number moves by {percent}.")
+    if "wind_speed_drift" in diagnosis.found:
+        parts.append("A step of the wind at one moment leaves much the same: look at the logged wind speed.")
     if Belongs.RIG in owners and change is not None:
         parts.append(
             "What belongs to the rig stays in the laboratory; the wind's part, freed of it, goes to the bridge."

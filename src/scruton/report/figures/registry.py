@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from scruton.documents import write_bytes
 from scruton.report.conventions import conventions
 from scruton.report.failures import Failures
-from scruton.report.figures.style import house_style
+from scruton.report.figures.style import house_style, plain_numbers
 from scruton.report.render_typst import rasterised
 from scruton.report.thresholds import DOTS_PER_INCH
 
@@ -251,7 +251,9 @@ def laid_out_once(figure: "Figure") -> Iterator[None]:
     """Lay out before the first file rather than before each: many panels take a second."""
     engine, dpi = figure.get_layout_engine(), figure.dpi
     figure.dpi = DOTS_PER_INCH
-    figure.draw_without_rendering()
+    plain_numbers(figure)
+    if engine is not None:
+        engine.execute(figure)
     figure.set_layout_engine(None)  # "none" leaves a placeholder, for which every file is drawn twice
     try:
         yield

@@ -134,6 +134,20 @@ def house_style() -> Iterator[None]:
         log.setLevel(level)
 
 
+def plain_numbers(figure: "Figure") -> None:
+    """Set the numbers of linear axes as text: only a power beside the axis needs the typesetter of formulas."""
+    from matplotlib.ticker import ScalarFormatter
+
+    class Numbers(ScalarFormatter):
+        def __call__(self, x: float, pos: int | None = None) -> str:
+            return super().__call__(x, pos).removeprefix(r"$\mathdefault{").removesuffix("}$")
+
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            if type(axis.get_major_formatter()) is ScalarFormatter:
+                axis.set_major_formatter(Numbers())
+
+
 @dataclass
 class _Place:
     """Axes of a user, and the page of a figure that goes there."""
