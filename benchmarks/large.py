@@ -68,11 +68,13 @@ def run(*arguments: object) -> Cost:
 
 
 def transient(rng, start: float, end: float, rate: float, seconds: float, samples: int):
-    """Time [s] and displacement [mm]: an exponential approach, slow scatter, white sensor noise."""
+    """Time [s] and displacement [mm]: an exponential approach, scatter that relaxes as fast, white sensor noise."""
+    from scipy.signal import lfilter
+
     time_ = np.arange(samples) * (seconds / samples)
-    knots = np.linspace(0.0, seconds, max(8, int(seconds * 4)))
-    scatter = np.interp(time_, knots, 1.0 + 0.005 * rng.standard_normal(len(knots)))
-    amplitude = 75.0 * (end + (start - end) * np.exp(-rate * time_)) * scatter
+    keep = np.exp(-rate * seconds / samples)
+    scatter = lfilter([1.0], [1.0, -keep], 0.005 * np.sqrt(1.0 - keep**2) * rng.standard_normal(samples))
+    amplitude = 75.0 * (end + (start - end) * np.exp(-rate * time_) + end * scatter)
     return time_, amplitude * np.cos(OMEGA * time_) + 0.01 * rng.standard_normal(samples)
 
 

@@ -60,6 +60,25 @@ def test_searches_side_by_side_are_those_of_each_alone():
         np.testing.assert_allclose(alone.cholesky, peak.cholesky, rtol=1e-4, atol=1e-6)
 
 
+class Peaks(Posterior):
+    """A peak, another that is lower by a nat, and a third that is too low to matter."""
+
+    priors = tuple(Prior(name, "uniform", -10.0, 10.0) for name in "xy")
+
+    def log_likelihood(self, u):
+        at = np.array([[5.0, 5.0], [-5.0, -5.0], [5.0, -5.0]])
+        return np.logaddexp.reduce(
+            [height - 2.0 * ((u - one) ** 2).sum(1) for one, height in zip(at, (0.0, -1.0, -12.0), strict=True)]
+        )
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_ensembles_start_from_every_optimum_that_was_found_and_matters(seed):
+    found = find_optima(Peaks(), [np.random.default_rng([seed, k]) for k in range(4)])
+    centres = {tuple(np.round(one.centre).tolist()) for one in found}
+    assert centres == {(5.0, 5.0), (-5.0, -5.0)}
+
+
 def test_rows_that_are_alike_are_asked_for_once():
     asked = []
 

@@ -7,7 +7,7 @@ import numpy as np
 from scruton.arrays import FloatArray, IntArray
 from scruton.stats.posterior import Posterior
 from scruton.stats.student_t import StudentT
-from scruton.stats.thresholds import WIDEN
+from scruton.stats.thresholds import SAME_OPTIMUM, WIDEN, WORTH_A_START
 
 
 class ImpossibleError(ValueError):
@@ -32,7 +32,9 @@ def find_optima(
 ) -> list[StudentT]:
     """Search for the optimum several times, each time from guesses of its own, and describe the posterior there.
 
-    The searches know nothing of each other, but their points are computed side by side.
+    The searches know nothing of each other, but their points are computed side by side.  Where one came upon another
+    optimum besides, not much lower than the best, that is its result: a mode that no ensemble starts from may be missed
+    by all of them.
 
     Parameters
     ----------
@@ -60,13 +62,21 @@ def find_optima(
         steps.append(np.minimum(u[np.isfinite(value)].std(axis=0) + 1e-3 * scale, scale))
     ends = climb_side_by_side(posterior, np.concatenate(points), np.repeat(steps, [len(p) for p in points], axis=0))
     height = posterior.log_prob(ends)
-    found, first = [], 0
+    found: list[StudentT] = []
+    first = 0
     for part in points:
-        best = first + int(np.argmax(height[first : first + len(part)]))
-        centre, cholesky = _laplace(posterior, ends[best], scale)
+        own = np.arange(first, first + len(part))
+        best = own[np.argmax(height[own])]
+        others = [i for i in own if height[i] > height.max() - WORTH_A_START and _elsewhere(ends[i], found)]
+        centre, cholesky = _laplace(posterior, ends[max(others, key=height.__getitem__, default=best)], scale)
         found.append(StudentT(centre, cholesky * WIDEN))
         first += len(part)
     return found
+
+
+def _elsewhere(u: FloatArray, found: Sequence[StudentT]) -> bool:
+    """Whether a point is at none of these optima."""
+    return all(one.distance(u[None])[0] > SAME_OPTIMUM**2 for one in found)
 
 
 def laplace_log_evidence(posterior: Posterior, rng: np.random.Generator) -> float:

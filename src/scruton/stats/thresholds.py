@@ -40,6 +40,12 @@ GOOD_WIDENING = 1.15  # -
 # The proposal is a little wider than the Laplace approximation, as independence moves want it.
 WIDEN = 1.05  # -
 
+# Searches that end nearer to each other have found one optimum: rounding leaves less than a hundredth between them.
+SAME_OPTIMUM = 5.0  # posterior sds
+
+# An optimum no lower than this is worth an ensemble's start: less weight than one in 20,000, unless it is far wider.
+WORTH_A_START = 10.0  # in log posterior
+
 # Scale of the walkers' start over that of the proposal, so that ensembles that agree have mixed.
 OVERDISPERSED = 1.5  # -
 
