@@ -15,10 +15,11 @@ from scruton.infer.peaks import (
     fit_peaks,
     settle,
     stack,
+    weighed_peaks,
 )
 from scruton.infer.results import LawWeights
 from scruton.infer.sampling import ExcludedByPriorsError, Sampling, fewer_walkers
-from scruton.infer.thresholds import FAVOURED, HOPELESS, LAWS_FLOOR
+from scruton.infer.thresholds import FAVOURED, HOPELESS, LAWS_FLOOR, ROUGH_PART
 from scruton.stats.convergence import SamplerSettings
 from scruton.stats.optimum import laplace_log_evidence
 from scruton.stats.stacking import posterior_weights, stacking_weights
@@ -207,6 +208,30 @@ def test_stacking_scores_whole_records_and_leaves_the_unsampled_out(tests_of, ca
     np.testing.assert_array_equal(stacked.weights.weight, result.weights.weight)
     by_stacking = settle(stacked, Sampling(replace(two, averaging="stacking"), 0), white=True)
     np.testing.assert_array_equal(by_stacking.weights.weight, stacked.weights.stacking)
+
+
+@pytest.mark.parametrize("carries", [False, True])
+def test_a_law_far_behind_is_sampled_roughly_until_it_carries_weight(tests_of, card, carries, monkeypatch):
+    asked, run = [], Sampling.run
+
+    def spy(self, name, *more, roughly=False):
+        asked.append((name.split()[-1], roughly))
+        return run(self, name, *more, roughly=roughly)
+
+    def stacked(result, sampling):
+        share = np.array([0.5, 0.5] if carries else [1.0, 0.0])
+        return replace(result, weights=replace(result.weights, stacking=share))
+
+    monkeypatch.setattr(Sampling, "run", spy)
+    monkeypatch.setattr("scruton.infer.peaks.stack", stacked)
+    sampling = Sampling(replace(card, laws=(-1.0, 2.0), law_weights=(0.8, 0.2)), 0)
+    found = weighed_peaks(*tests_of("paper"), sampling, white=False, stacked=True)
+    first = [("n=-1", False), ("n=2", True)]
+    assert asked == ([*first, ("n=-1", False), ("n=2", False)] if carries else first)
+    least = [min(one.samples.convergence.ess_bulk.min(), one.samples.convergence.ess_tail.min()) for one in found.laws]
+    assert least[0] >= card.sampler.min_ess
+    assert least[1] >= card.sampler.min_ess * (1.0 if carries else ROUGH_PART)
+    assert not sampling.flags
 
 
 def test_laws_that_were_not_sampled_get_nothing_from_stacking(peaks_of, card):

@@ -33,7 +33,7 @@ from scruton.infer.joint import (
     unconverged,
 )
 from scruton.infer.models import WIND, SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
-from scruton.infer.peaks import fit_peaks, settle, stack
+from scruton.infer.peaks import weighed_peaks
 from scruton.infer.results import TRIAL, Fit, RigResult, Sampled, TestResult, TrialResult
 from scruton.infer.sampling import Sampling, fewer_walkers
 from scruton.infer.speeds import NAME as SPEEDS
@@ -102,11 +102,8 @@ def fit_campaign(
     names = {test.name for test in peak_tests(campaign, levels)}
     peaks = [result for result in tests if result.test.name in names]
     misfits = misfit(tests)
-    joint = fit_peaks(campaign, peaks, sampling, white=not misfits) if peaks else None
-    if joint:
-        if thorough or misfits or card.averaging == "stacking":
-            joint = stack(joint, sampling)
-        joint = settle(joint, sampling, white=not misfits)
+    stacked = thorough or bool(misfits) or card.averaging == "stacking"
+    joint = weighed_peaks(campaign, peaks, sampling, white=not misfits, stacked=stacked) if peaks else None
     sampling.flags += [
         *sentences(review(weigh(campaign, cycles, ringdowns, card.damping_relative_sd)), Severity.DOUBT),
         *misfits,

@@ -1,7 +1,7 @@
 """The campaign model of the peak tests, under every law of the model card, and the weights of the laws."""
 
 import contextlib
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,18 +14,45 @@ from scruton.infer.joint import CAMPAIGN
 from scruton.infer.models import NOISE, WIND
 from scruton.infer.results import LawResult, LawWeights, PeakResult, TestResult
 from scruton.infer.sampling import ExcludedByPriorsError, Sampling
-from scruton.infer.thresholds import HOPELESS, LAWS_FLOOR
+from scruton.infer.thresholds import CARRIES, HOPELESS, LAWS_FLOOR
 from scruton.stats.evidence import evidence_by_importance, log_evidence
 from scruton.stats.optimum import laplace_log_evidence
 from scruton.stats.stacking import posterior_weights, stacking_weights
 from scruton.stats.student_t import fit_student_t
 
 
-def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Sampling, *, white: bool) -> PeakResult:
+def weighed_peaks(
+    campaign: Campaign, tests: Sequence[TestResult], sampling: Sampling, *, white: bool, stacked: bool
+) -> PeakResult:
+    """Sample the joint posterior of the peak tests under the laws of the card, and weigh the laws.
+
+    A law that Laplace's approximation puts beyond any doubt is sampled roughly, if at all, and in full once it turns
+    out to carry weight.
+
+    Parameters
+    ----------
+    stacked : bool
+        Whether to score the records and rigs that are left out.
+    """
+    in_full: set[str] = set()
+    while True:
+        result = fit_peaks(campaign, tests, sampling, white=white, in_full=in_full)
+        result = settle(stack(result, sampling) if stacked else result, sampling, white=white)
+        use = dict(zip(result.weights.labels, result.weights.weight.tolist(), strict=True))
+        carrying = {law.label for law in result.laws if use[law.label] >= CARRIES and law.roughly} - in_full
+        if not carrying:
+            return result
+        in_full |= carrying
+
+
+def fit_peaks(
+    campaign: Campaign, tests: Sequence[TestResult], sampling: Sampling, *, white: bool, in_full: Collection[str] = ()
+) -> PeakResult:
     """Sample the joint posterior of the peak tests under the laws of the card, and weigh the laws by their evidence.
 
     With several rigs and white innovations, a law other than the reference that Laplace's approximation puts beyond any
-    doubt has no weight and is not sampled; nor ever is one under which no point of the prior explains the records.
+    doubt has no weight and is not sampled, otherwise roughly; never is one under which no point of the prior explains
+    the records.
 
     Parameters
     ----------
@@ -35,6 +62,8 @@ def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Samplin
     sampling : Sampling
     white : bool
         Whether the innovations are: where no law explains the records the evidence between them decides nothing.
+    in_full : collection of str
+        Laws that are sampled in full whatever Laplace's approximation says.
     """
     card = sampling.card
     posteriors = [campaign_posterior(campaign, tests, sampling, n) for n in card.laws or (None,)]
@@ -45,14 +74,16 @@ def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Samplin
     for i, candidate in enumerate(posteriors if several else ()):
         log_z[i] = laplace_log_evidence(candidate, np.random.default_rng(sampling.seed_of(f"screening, {labels[i]}")))
     # Where no law is told for certain, by one setting's transients or where none explains the records, all are sampled.
-    sampled = (log_z > log_z.max() - HOPELESS) | (len(tests) == 1) | (not white)
-    sampled[0] = True
+    doubted = ~(log_z <= log_z.max() - HOPELESS)
+    sampled = doubted | (len(tests) == 1) | (not white)
+    doubted[0] = sampled[0] = True
     laws: list[LawResult] = []
     for k, posterior in enumerate(posteriors):
         if not sampled[k]:
             continue
         try:
-            samples = sampling.run(f"{CAMPAIGN} {labels[k]}", posterior, *data_of(posterior))
+            roughly = not doubted[k] and labels[k] not in in_full
+            samples = sampling.run(f"{CAMPAIGN} {labels[k]}", posterior, *data_of(posterior), roughly=roughly)
         except ExcludedByPriorsError:
             if not laws and k == len(labels) - 1:
                 raise
@@ -63,7 +94,8 @@ def fit_peaks(campaign: Campaign, tests: Sequence[TestResult], sampling: Samplin
             with contextlib.suppress(ValueError):
                 evidence = log_evidence(posterior, samples, sampling.seed_of(f"evidence, {labels[k]}"))
                 log_z[k], error[k] = evidence.log_z, evidence.error
-        laws.append(LawResult(labels[k], posterior, samples, derive(campaign, tests, posterior, samples.chain)))
+        derived = derive(campaign, tests, posterior, samples.chain)
+        laws.append(LawResult(labels[k], posterior, samples, derived, roughly))
     weight = posterior_weights(np.where(sampled, log_z, -np.inf), prior) if several else prior
     weights = LawWeights(labels, prior, weight, log_z, error, sampled, unknown)
     return PeakResult(tuple(test.test.name for test in tests), tuple(laws), weights)

@@ -80,12 +80,15 @@ class LawResult:
     posterior, samples
     derived : mapping
         (chains, draws) arrays of the shared curve, (chains, draws, tests) arrays of the tests; see `derive`.
+    roughly : bool
+        Whether a part of the card's effective draws was enough.
     """
 
     label: str
     posterior: CampaignPosterior
     samples: Samples
     derived: Mapping[str, FloatArray]
+    roughly: bool = False
 
 
 @dataclass(frozen=True, eq=False)

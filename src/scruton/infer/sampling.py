@@ -10,6 +10,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
+from scruton.infer.thresholds import ROUGH_PART
 from scruton.progress import Progress
 from scruton.stats.convergence import SamplerSettings
 from scruton.stats.optimum import ImpossibleError
@@ -44,8 +45,12 @@ class Sampling:
         """Seed of the posterior called `name`."""
         return np.random.SeedSequence([self.seed, zlib.crc32(name.encode())])
 
-    def run(self, name: str, posterior: Posterior, *arrays: FloatArray) -> Samples:
-        """Sample, with a checkpoint that knows the data by their digest."""
+    def run(self, name: str, posterior: Posterior, *arrays: FloatArray, roughly: bool = False) -> Samples:
+        """Sample, with a checkpoint that knows the data by their digest.
+
+        Where it is enough to know the posterior `roughly`, a part of the card's effective draws ends the run; asked for
+        again in full, it goes on from there.
+        """
         from scruton import __version__
 
         checkpoint = None
@@ -57,6 +62,8 @@ class Sampling:
                 digest.update(np.ascontiguousarray(array).tobytes())
             checkpoint = Checkpoint(self.checkpoints / f"{zlib.crc32(name.encode()):08x}.npz", digest.hexdigest())
         settings = fewer_walkers(self.card.sampler, max(block.members.size for block in posterior.blocks))
+        if roughly:
+            settings = replace(settings, min_ess=settings.min_ess * ROUGH_PART)
 
         def progress(_: int, done: float) -> None:
             if self.report:
@@ -70,6 +77,6 @@ class Sampling:
             kind = ExcludedByPriorsError if isinstance(error, ImpossibleError) else InputError
             raise kind(name, "", str(error), "a record and priors that agree") from error
         fault = samples.convergence.explain(posterior.names, settings)
-        if fault:
-            self.flags.append(f"{name}: {fault}")
+        if fault and (flag := f"{name}: {fault}") not in self.flags:
+            self.flags.append(flag)
         return samples

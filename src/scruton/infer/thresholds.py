@@ -26,6 +26,8 @@ DEPARTS = 0.1  # over the drift
 FAVOURED = log(20.0)  # in log evidence
 # A law this far below the best by Laplace's approximation, which is good to one or two, is not sampled.
 HOPELESS = 15.0  # in log evidence
+# Of the effective draws that the card asks for, such a law gets this part where it is sampled all the same.
+ROUGH_PART = 0.2  # -
 # Gusts of a tunnel are no larger, nor is its wind set worse: a larger one acts as this.
 MOST_GUSTS, MOST_SET_POINT = 0.06, 0.03  # sd over the stable amplitude
 
