@@ -255,14 +255,14 @@ def _one_damper(mu, f, zeta, added, frequency):  # type: ignore[no-untyped-def]
     for i in range(mu.size):
         square, loss = f[i] * f[i], zeta[i] * zeta[i]
         a, constant = square * (1.0 - 2.0 * loss), square * (4.0 * loss - 1.0)
-        c2, c1, c0 = mu[i] * constant - 1.0 - 2.0 * a, (1.0 + mu[i]) * square**2 + 2.0 * a, -(square**2)
+        c2, c1, c0 = mu[i] * constant - 1.0 - 2.0 * a, (1.0 + mu[i]) * square * square + 2.0 * a, -(square * square)
         third = -c2 / 3.0
-        p, q = c1 - 3.0 * third**2, c0 + c1 * third + (c2 + third) * third**2
+        p, q = c1 - 3.0 * third * third, c0 + c1 * third + (c2 + third) * third * third
         depth = max(-p / 3.0, 0.0)
-        cosine = -0.5 * q / max(depth, 1e-100) ** 1.5
+        cosine = -0.5 * q / (max(depth, 1e-100) * np.sqrt(max(depth, 1e-100)))
         three = depth > 0.0 and abs(cosine) <= 1.0
         angle = np.arccos(cosine) / 3.0 if three else 0.0
-        outer = np.cbrt(-0.5 * q - np.copysign(np.sqrt(max(0.25 * q**2 + p**3 / 27.0, 0.0)), q))
+        outer = np.cbrt(-0.5 * q - np.copysign(np.sqrt(max(0.25 * q * q + p * p * p / 27.0, 0.0)), q))
         added[i], frequency[i] = np.inf, 1.0
         for root in range(3 if three else 1):
             if three:
@@ -274,7 +274,7 @@ def _one_damper(mu, f, zeta, added, frequency):  # type: ignore[no-untyped-def]
                 if abs(slope) > 1e-9:
                     x -= (((x + c2) * x + c1) * x + c0) / slope
             if x > 0.0:
-                share = mu[i] * zeta[i] * f[i] * x * x / ((square - x) ** 2 + 4.0 * loss * square * x)
+                share = mu[i] * zeta[i] * f[i] * x * x / ((square - x) * (square - x) + 4.0 * loss * square * x)
                 if share < added[i]:
                     added[i], frequency[i] = share, np.sqrt(x)
 
