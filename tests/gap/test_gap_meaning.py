@@ -7,8 +7,12 @@ import pytest
 from scipy import stats
 
 from scruton.calibrate.challenge.case import simulate_case
-from scruton.dynamics.effects import Parameter
+from scruton.dynamics.effects import UNKNOWN, Parameter
+from scruton.dynamics.effects.effect import Extent
+from scruton.gap.attribute import Screen
+from scruton.gap.data import load_gap
 from scruton.gap.diagnose import _quantiles, examine
+from scruton.gap.diagnosis import fit_null
 from scruton.gap.shrink import _fraction
 from scruton.infer.cards import load_card
 from scruton.report.chapters.gap import contained_sentence, gap_sentence, shrink_sentence
@@ -38,6 +42,19 @@ def test_an_unknown_cause_is_described(jumped: dict[str, Any]) -> None:
     assert seen["largest"] > 0.1
     assert seen["records"]
     assert seen["form"] in seen["text"]
+
+
+def test_jumps_are_found_where_and_as_they_are() -> None:
+    campaign, answer = simulate_case(900, 5, "time_jump", 0.3)
+    data, null = fit_null(load_gap(campaign, load_card()))
+    each = [one for one in UNKNOWN.variants(data.layout) if one.scan and one.scope.extent is Extent.EACH_RECORD]
+    assert len(each) == 1
+    found = null.with_variants(each[0], start=Screen(null).scan(each[0]).start)
+    true = [record for rig in answer["rigs"] for record in rig["records"].values()]
+    assert len(true) == np.count_nonzero(data.layout.wind)
+    np.testing.assert_allclose(found.value("moment", 0)[0], [-one["jump_time"] for one in true], atol=0.05)
+    np.testing.assert_array_equal(np.sign(found.value("size", 0)[0]), np.sign([one["jump_drive"] for one in true]))
+    assert found.log_evidence > null.log_evidence + 100.0
 
 
 def test_an_unknown_cause_has_advice_that_can_be_followed(jumped: dict[str, Any]) -> None:

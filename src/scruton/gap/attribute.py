@@ -214,10 +214,12 @@ class Screen:
             best[g] = int(np.argmax(summed))
             total += float(summed.max()) - np.log(len(grid))
         start = first_starts(variant) | {scanned.name: grid[best]}
+        chosen = slopes[best[scanned.members], np.arange(gain.shape[1])]
+        begin = {"size": chosen[:, 0]}  # where it is nothing, nothing holds the place that was found
         if "phase" in named:
-            chosen = slopes[best[scanned.members], np.arange(gain.shape[1])]
-            for name, each in (("size", np.hypot(*chosen.T)), ("phase", np.arctan2(chosen[:, 1], chosen[:, 0]))):
-                start[name] = np.array([each[named[name].members == g].mean() for g in range(named[name].size)])
+            begin = {"size": np.hypot(*chosen.T), "phase": np.arctan2(chosen[:, 1], chosen[:, 0])}
+        for name, each in begin.items():
+            start[name] = np.array([each[named[name].members == g].mean() for g in range(named[name].size)])
         return ScoreTest(variant, total, start)
 
     def _scan_records(self, variant: Variant) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -94,7 +94,7 @@ def describe_unknown(diagnosis: Diagnosis, findings: Sequence[Finding]) -> dict[
         )
         acting = each.max(axis=1) > 0.5 * each.max()
     elif variant.scan == "moment":
-        jump = np.hypot(table[:, Term.JUMP], table[:, Term.JUMP_RATE] / layout.rate)
+        jump = np.abs(table[:, Term.JUMP])
         largest, what, acting = float(jump.max()), "of the drive", jump > 0.5 * jump.max()
     elif np.any(table[:, Term.GUST] > null[:, Term.GUST]):
         scatter = _over(table[:, Term.GUST], table[:, Term.DRIVE])

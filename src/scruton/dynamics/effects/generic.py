@@ -14,11 +14,17 @@ from scruton.dynamics.effects.effect import (
     Values,
     Variant,
     adding,
+    scopes,
     sized,
 )
 from scruton.dynamics.effects.terms import HATS, Belongs, Layout, Term
 
-_SIZES = adding(drive=Term.JUMP, rate=Term.JUMP_RATE)
+# From some moment of a record on; together of the weight of one form.
+_JUMPS = {
+    Extent.EACH_RECORD: (0.5, "in every record"),
+    Extent.EACH_RECORD_OF_ONE_TEST: (0.25, "in every record of one test"),
+    Extent.ONE_RECORD: (0.25, "in one record"),
+}
 _EXCESS = {f"hat{k}": Term.HAT + k for k in range(HATS)}
 
 
@@ -27,9 +33,23 @@ def discrepancy(form: str, scope: Scope) -> Variant:
     return sized(form, adding(**_EXCESS), scope, *_EXCESS)
 
 
+_DRIVE = adding(size=Term.JUMP)
+
+
 def _jump(table: FloatArray, values: Values, layout: Layout) -> None:
-    _SIZES(table, values, layout)
+    _DRIVE(table, values, layout)
     table[:, :, Term.JUMP_TIME] = values["moment"] * layout.duration
+
+
+def _jumps(layout: Layout) -> list[Variant]:
+    """Of the drive: that of the damping leaves all but the same."""
+    several = np.count_nonzero(layout.wind) > 1
+    found = []
+    for scope in scopes(layout, _JUMPS if several else {Extent.IN_WIND: (1.0, "in the record")}, wind=True):
+        moment = Parameter("moment", 0.5, 0.3, scope.members, unit="record", starts=(0.5,))
+        jump = sized("a jump {scope}", _jump, scope)
+        found.append(replace(jump, parameters=(*jump.parameters, moment), scan="moment"))
+    return found
 
 
 def _coming_and_going(table: FloatArray, values: Values, _layout: Layout) -> None:
@@ -50,14 +70,11 @@ def _forms(layout: Layout) -> list[Variant]:
     variants.append(
         sized(form, bend, wind, "linear", "square", scale=0.2, weight=0.003, unit="tenths of the frequency")
     )
-    each_record = Scope(Extent.EACH_RECORD, layout.each(layout.wind), "in every record")
-    jump = sized("a jump {scope}", _jump, each_record, "drive", "rate")
-    moment = Parameter("moment", 0.5, 0.3, each_record.members, unit="record", starts=(0.5,))
     # Of the drive, larger than any gusts of the null model.
     sizes = tuple(float(np.log(size)) for size in (0.1, 0.05, 0.2, 0.4))
     scatter = Parameter("scatter", sizes[0], 0.7, layout.by_test(), log=True, unit="of the drive", starts=sizes)
     slow = Variant("what comes and goes", (scatter,), _coming_and_going, wind)
-    return [*variants, replace(jump, parameters=(*jump.parameters, moment), scan="moment"), slow]
+    return [*variants, *_jumps(layout), slow]
 
 
 EFFECT = Effect(
@@ -65,7 +82,7 @@ EFFECT = Effect(
     "Something that is not in the catalogue",
     "amplitude",
     Belongs.WIND,
-    (Term.HAT, Term.JUMP, Term.JUMP_RATE, Term.JUMP_TIME, Term.STIFFNESS, Term.STIFFNESS_LINEAR, Term.GUST),
+    (Term.HAT, Term.JUMP, Term.JUMP_TIME, Term.STIFFNESS, Term.STIFFNESS_LINEAR, Term.GUST),
     DAMPING_RATIO,
     _forms,
 )

@@ -81,7 +81,7 @@ class Term(IntEnum):
     LINE_RATE = 32, _SENSOR  # [rad/s] against the demodulation
     LINE_DECAY = 33, _SENSOR  # [1/s]
     STIFFNESS_LINEAR = 34, _RIG  # relative change of frequency per amplitude
-    JUMP_RATE = 35, _RUN  # added damping rate from that moment on [1/s]
+    JUMP_RATE = 35, _RUN  # added damping rate from that moment on [1/s]: in results of earlier versions
     TREND_SINE = 36, _RUN  # the same, along half a sine
     TREND_DRIVE = 37, _RUN  # relative change of the drive alone over the record, linear
     GUST = 38, _RUN  # standard deviation of the drive's slow gusts [amplitude/s]
