@@ -35,7 +35,9 @@ def weighed_peaks(
         Whether to score the records and rigs that are left out.
     """
     in_full: set[str] = set()
+    before = len(sampling.flags)
     while True:
+        del sampling.flags[before:]  # of a sampling that counts no longer
         result = fit_peaks(campaign, tests, sampling, white=white, in_full=in_full)
         result = settle(stack(result, sampling) if stacked else result, sampling, white=white)
         use = dict(zip(result.weights.labels, result.weights.weight.tolist(), strict=True))

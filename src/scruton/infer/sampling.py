@@ -48,8 +48,8 @@ class Sampling:
     def run(self, name: str, posterior: Posterior, *arrays: FloatArray, roughly: bool = False) -> Samples:
         """Sample, with a checkpoint that knows the data by their digest.
 
-        Where it is enough to know the posterior `roughly`, a part of the card's effective draws ends the run; asked for
-        again in full, it goes on from there.
+        Where it is enough to know the posterior `roughly`, a part of the card's effective draws ends the run; the whole
+        is sampled anew, so that a run that was interrupted between the two finds each as it was.
         """
         from scruton import __version__
 
@@ -60,7 +60,8 @@ class Sampling:
             )
             for array in arrays:
                 digest.update(np.ascontiguousarray(array).tobytes())
-            checkpoint = Checkpoint(self.checkpoints / f"{zlib.crc32(name.encode()):08x}.npz", digest.hexdigest())
+            file = f"{name}, roughly" if roughly else name
+            checkpoint = Checkpoint(self.checkpoints / f"{zlib.crc32(file.encode()):08x}.npz", digest.hexdigest())
         settings = fewer_walkers(self.card.sampler, max(block.members.size for block in posterior.blocks))
         if roughly:
             settings = replace(settings, min_ess=settings.min_ess * ROUGH_PART)
@@ -77,6 +78,6 @@ class Sampling:
             kind = ExcludedByPriorsError if isinstance(error, ImpossibleError) else InputError
             raise kind(name, "", str(error), "a record and priors that agree") from error
         fault = samples.convergence.explain(posterior.names, settings)
-        if fault and (flag := f"{name}: {fault}") not in self.flags:
-            self.flags.append(flag)
+        if fault:
+            self.flags.append(f"{name}: {fault}")
         return samples
