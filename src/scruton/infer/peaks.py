@@ -41,7 +41,7 @@ def weighed_peaks(
         result = fit_peaks(campaign, tests, sampling, white=white, in_full=in_full)
         result = settle(stack(result, sampling) if stacked else result, sampling, white=white)
         use = dict(zip(result.weights.labels, result.weights.weight.tolist(), strict=True))
-        carrying = {law.label for law in result.laws if use[law.label] >= CARRIES and law.roughly} - in_full
+        carrying = {law.label for law in result.laws if law.roughly and use[law.label] >= CARRIES}
         if not carrying:
             return result
         in_full |= carrying
@@ -53,8 +53,8 @@ def fit_peaks(
     """Sample the joint posterior of the peak tests under the laws of the card, and weigh the laws by their evidence.
 
     With several rigs and white innovations, a law other than the reference that Laplace's approximation puts beyond any
-    doubt has no weight and is not sampled, otherwise roughly; never is one under which no point of the prior explains
-    the records.
+    doubt has no weight and is not sampled; in other cases it is sampled roughly.  One under which no point of the prior
+    explains the records never is.
 
     Parameters
     ----------

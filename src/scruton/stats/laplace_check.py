@@ -70,7 +70,7 @@ def bridge_evidence(
         state = np.random.RandomState(np.random.MT19937(rng.integers(2**31))).get_state()
         ensemble = Ensembles(1, [[whole]], start, log_prob(start), state)
         ensemble.advance(log_prob, SETTLE, _MOVES)
-        ensemble.adapt(together=False)
+        ensemble.adapt()
         ensemble.advance(log_prob, steps, _MOVES)
         halves.append((ensemble.chain[0].swapaxes(0, 1), ensemble.log_probs[0].T))
     bridging = np.random.RandomState(np.random.MT19937(np.random.SeedSequence([seed, ENSEMBLES])))

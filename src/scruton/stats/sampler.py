@@ -130,7 +130,7 @@ class Ensembles:
         burn = self.steps // 4
         return np.swapaxes(np.concatenate(self.chain)[burn:], 0, 1), np.concatenate(self.log_probs)[burn:].T
 
-    def adapt(self, *, together: bool) -> None:
+    def adapt(self, *, together: bool = False) -> None:
         """Fit the proposals to the recent half of the draws, and forget them: they were for finding the posterior.
 
         Ensembles that have met share what they have learnt.  Until then each has proposals of its own, so that each

@@ -19,6 +19,7 @@ from scruton.dynamics.effects.effect import (
 )
 from scruton.dynamics.effects.terms import HATS, Belongs, Layout, Term
 
+_DRIVE = adding(size=Term.JUMP)
 # From some moment of a record on; together of the weight of one form.
 _JUMPS = {
     Extent.EACH_RECORD: (0.5, "in every record"),
@@ -31,9 +32,6 @@ _EXCESS = {f"hat{k}": Term.HAT + k for k in range(HATS)}
 def discrepancy(form: str, scope: Scope) -> Variant:
     """Excess damping by hat functions in ln(amplitude), in units of the reference relaxation rate."""
     return sized(form, adding(**_EXCESS), scope, *_EXCESS)
-
-
-_DRIVE = adding(size=Term.JUMP)
 
 
 def _jump(table: FloatArray, values: Values, layout: Layout) -> None:
