@@ -10,8 +10,9 @@ from scruton.dynamics.cycles import EnvelopeData
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.griffin.prior import REFERENCES, prior_curves
 from scruton.infer.cards import load_card, shipped_cards
-from scruton.infer.hierarchy import CampaignPosterior, PeakTest
+from scruton.infer.hierarchy import CampaignPosterior
 from scruton.infer.models import WIND, WindPosterior
+from scruton.infer.peak_test import PeakTest
 from scruton.stats.priors import Prior
 
 HEAVING, TORSIONAL = REFERENCES[Motion.HEAVING], REFERENCES[Motion.TORSIONAL]

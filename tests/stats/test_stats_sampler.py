@@ -18,6 +18,9 @@ from scruton.stats.student_t import Conditional, Mixture, StudentT, conditional,
 
 COVARIANCE = np.array([[1.0, 0.6, 0.0, 0.1], [0.6, 1.5, 0.2, 0.0], [0.0, 0.2, 0.5, 0.3], [0.1, 0.0, 0.3, 2.0]])
 MEAN = np.array([1.0, -2.0, 0.5, 3.0])
+# Of the same correlations but for that of the first and last, which have nothing to do with each other given the rest.
+CHAIN = COVARIANCE.copy()
+CHAIN[0, 3] = CHAIN[3, 0] = CHAIN[0, 1:3] @ np.linalg.solve(CHAIN[1:3, 1:3], CHAIN[1:3, 3])
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +32,23 @@ class Normal(Posterior):
     def log_likelihood(self, u):
         d = u - MEAN
         return -0.5 * np.einsum("wi,ij,wj->w", d, np.linalg.inv(COVARIANCE), d)
+
+
+@dataclass(frozen=True, eq=False)
+class Apart(Normal):
+    """The same, of which x0 and x3 know nothing of each other given x1 and x2; nothing is possible where x0 > 40."""
+
+    apart = (np.array([0]), np.array([3]))
+
+    def log_parts(self, u):
+        precision, d = np.linalg.inv(CHAIN), u - MEAN
+        own = [-0.5 * precision[i, i] * d[:, i] ** 2 - d[:, i] * (d[:, [1, 2]] @ precision[i, [1, 2]]) for i in (0, 3)]
+        rest = -0.5 * np.einsum("wi,ij,wj->w", d[:, [1, 2]], precision[1:3, 1:3], d[:, [1, 2]])
+        own[0] = np.where(u[:, 0] > 40.0, -np.inf, own[0])
+        return np.stack([rest + own[0] + own[1], *own], axis=1)
+
+    def log_prob(self, u):
+        return self.log_parts(u)[:, 0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,14 +99,22 @@ def proposals(*blocks, shifts=(0.3,)):
 NONE = np.arange(0)
 ALL = Block(np.arange(4), NONE)
 BLOCKS = Block(np.array([0, 2]), np.array([3, 1])), Block(np.array([1, 2, 3]), NONE)
+LOCAL = only(differential_evolution=0.7, stretch=0.3)
+
+
+def made(*blocks, settings=None, ensembles=2, shifts=(0.3,), target=None):
+    parts = (target or Normal()).log_parts
+    return sweep(blocks, proposals(*blocks, shifts=shifts), settings or SamplerSettings(), ensembles, parts)
+
+
 IN_USE = {
-    "independence": lambda: sweep(proposals(ALL), only(independence=1.0), 2),
-    "proposals of their own": lambda: sweep(proposals(ALL, shifts=(0.3, -0.2)), only(independence=1.0), 2),
-    "differential evolution": lambda: sweep(proposals(ALL), only(differential_evolution=1.0), 2),
-    "stretch": lambda: sweep(proposals(ALL), only(stretch=1.0), 1),
-    "mixture": lambda: sweep(proposals(ALL), SamplerSettings(), 2),
-    "blocks": lambda: sweep(proposals(*BLOCKS), SamplerSettings(), 2),
-    "blocks, no proposals": lambda: sweep(proposals(*BLOCKS), only(differential_evolution=0.7, stretch=0.3), 2),
+    "independence": lambda: made(ALL, settings=only(independence=1.0)),
+    "proposals of their own": lambda: made(ALL, settings=only(independence=1.0), shifts=(0.3, -0.2)),
+    "differential evolution": lambda: made(ALL, settings=only(differential_evolution=1.0)),
+    "stretch": lambda: made(ALL, settings=only(stretch=1.0), ensembles=1),
+    "mixture": lambda: made(ALL),
+    "blocks": lambda: made(*BLOCKS),
+    "blocks, no proposals": lambda: made(*BLOCKS, settings=LOCAL),
 }
 
 
@@ -101,6 +129,31 @@ def test_every_move_in_use_samples_a_known_target(name):
     assert np.abs(z.std(axis=0) - 1).max() < 0.04
     for i in range(4):
         assert stats.kstest(z[:, i], "norm").statistic < 0.04
+
+
+@pytest.mark.parametrize("settings", [SamplerSettings(), only(independence=1.0), LOCAL])
+def test_blocks_that_are_apart_are_moved_at_once_and_accepted_one_by_one(settings):
+    """With the second part swapped for the first, or one acceptance for both, this comes out another target."""
+    shared = Block(np.array([1, 2]), np.array([0, 3]), times=2)
+    own = [Block(np.array([i]), np.array([1, 2]), part) for part, i in enumerate((0, 3), 1)]
+    move = made(shared, *own, settings=settings, target=Apart())
+    assert len(move.turns) == 3
+    rng = np.random.RandomState(3)
+    start = MEAN + rng.standard_normal((40, 4)) @ np.linalg.cholesky(CHAIN).T
+    sampler = emcee.EnsembleSampler(40, 4, Apart().log_prob, vectorize=True, moves=move)
+    last = sampler.run_mcmc(emcee.State(start, random_state=rng.get_state()), 4000)
+    np.testing.assert_allclose(last.log_prob, Apart().log_prob(last.coords), atol=1e-9)
+    u = sampler.get_chain(discard=200, thin=20, flat=True)
+    z = np.linalg.solve(np.linalg.cholesky(CHAIN), (u - MEAN).T).T
+    assert np.abs(z.mean(axis=0)).max() < 0.08
+    np.testing.assert_allclose(np.cov(z.T), np.eye(4), atol=0.08)
+
+
+def test_what_is_apart_is_searched_at_once():
+    """The same optimum and covariance by fewer points: those of two sets are asked for together."""
+    found = find_optimum(Apart(), np.random.default_rng(0))
+    np.testing.assert_allclose(found.centre, MEAN, atol=0.02)
+    np.testing.assert_allclose(found.cholesky @ found.cholesky.T / 1.05**2, CHAIN, rtol=0.02, atol=0.02)
 
 
 def test_this_test_of_moves_can_fail():
@@ -130,8 +183,8 @@ def test_a_block_is_drawn_given_the_others():
     """Of a normal-like Student-t the conditional is the normal one, and the ratio that comes with it its densities'."""
     t, block, given = StudentT(MEAN, np.linalg.cholesky(COVARIANCE), 1e6), np.array([3, 1]), np.array([2, 0])
     x = np.tile(MEAN + np.array([1.0, 0.0, -0.7, 0.0]), (100000, 1))
-    new, ratio = conditional(t, block, given).draw(x, np.random.RandomState(2))
-    np.testing.assert_array_equal(new[:, [0, 2]], x[:, [0, 2]])
+    new = x.copy()
+    new[:, block], ratio = conditional(t, block, given).draw(x, np.random.RandomState(2))
     inner = np.linalg.inv(COVARIANCE)[np.ix_(block, block)]
     across = np.linalg.inv(COVARIANCE)[np.ix_(block, [0, 2])]
     centre = MEAN[block] - np.linalg.solve(inner, across @ np.array([1.0, -0.7]))
@@ -147,8 +200,8 @@ def test_a_mixture_draws_a_part_as_often_as_what_is_given_says():
     x = np.tile([0.8, 0.0], (50000, 1))
     new, ratio = whole.draw(x, np.random.RandomState(3))
     odds = 0.6 * stats.norm.pdf(0.8, 2.0) / (0.4 * stats.norm.pdf(0.8))
-    assert (new[:, 1] > 5.0).mean() == pytest.approx(odds / (1.0 + odds), abs=0.01)
-    density = 1.0 / (1.0 + odds) * stats.norm.pdf(new[:, 1]) + odds / (1.0 + odds) * stats.norm.pdf(new[:, 1], 10.0)
+    assert (new[:, 0] > 5.0).mean() == pytest.approx(odds / (1.0 + odds), abs=0.01)
+    density = 1.0 / (1.0 + odds) * stats.norm.pdf(new[:, 0]) + odds / (1.0 + odds) * stats.norm.pdf(new[:, 0], 10.0)
     np.testing.assert_allclose(ratio, np.log(stats.norm.pdf(0.0) / (1.0 + odds) / density), rtol=1e-3, atol=1e-3)
 
 

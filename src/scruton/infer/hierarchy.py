@@ -29,60 +29,16 @@ import numpy as np
 
 from scruton.arrays import FloatArray, IntArray
 from scruton.dynamics.laws import amplitude_ratio
-from scruton.infer.models import NOISE, WIND, WindPosterior
+from scruton.infer.models import NOISE, WIND
+from scruton.infer.peak_test import PeakTest
 from scruton.infer.remembered import Remembered
+from scruton.infer.thresholds import TURNS_OF_THE_SCALES, TURNS_OF_THE_SHARED
 from scruton.stats.posterior import Block, Coordinates, Posterior, Values
 from scruton.stats.priors import Prior
 
 SHARED = ("reference_amplitude", "reference_relaxation_ratio", "discrepancy_amplitude", "discrepancy_relaxation")
 _BEYOND_RECORDS = ("damping_ratio", "mass_factor", "w")  # the likelihood of a test's transients does not know them
-_FAR_BETTER = 5.0  # a standard deviation so many times smaller
 _LOG_2PI = float(np.log(2.0 * np.pi))
-
-
-@dataclass(frozen=True, eq=False)
-class PeakTest:
-    """One peak test in the campaign model.
-
-    Attributes
-    ----------
-    name : str
-    wind : WindPosterior
-        Its likelihood and the priors of its scatter, noise factor and damping ratio.
-    mass_damping_factor : float
-        Scruton number per unit of damping ratio, at the stated mass and density.
-    draws : (S, d) array
-        Coordinates near the mode of `wind`, such as draws under any law: where the search for the optimum starts.
-    factor_log_sd : float
-        Standard deviation of the factor's logarithm, from mass and density.
-    """
-
-    name: str
-    wind: WindPosterior
-    mass_damping_factor: float
-    draws: FloatArray
-    factor_log_sd: float = 0.0
-
-    @property
-    def relaxes(self) -> bool:
-        """Whether the records inform the relaxation rate."""
-        return bool(self.wind.data.size)
-
-    @cached_property
-    def damping_gives_way(self) -> bool:
-        """Whether the distance from the law's bound stands for the structural damping.
-
-        Not where that is known far better than the rate: the posterior of the distance would be sharp and bent.
-        """
-        near = self.wind.named(self.draws)
-        rate, damping = (np.std(near[name]) for name in ("relaxation_ratio", "damping_ratio"))
-        return self.relaxes and bool(rate <= _FAR_BETTER * damping)
-
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        """Names of its coordinates: without records of the relaxation its deviation w stands for the rate."""
-        names = tuple("w" if name == "relaxation_ratio" and not self.relaxes else name for name in WIND)
-        return (*names, "mass_factor") if self.factor_log_sd else names
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,23 +112,52 @@ class CampaignPosterior(Posterior):
 
     @cached_property
     def blocks(self) -> tuple[Block, ...]:
-        """Each test's own parameters, and before each, since it costs little, what no record is read for.
+        """What no record is read for, the discrepancies by themselves, and each test's own parameters.
 
         Given the shared curve tests know nothing of each other, and given the amplitudes and rates of the tests the
-        curve knows nothing of their noise, unless the law is among what is sampled.
+        curve knows nothing of their noise, unless the law is among what is sampled.  What costs no likelihood is moved
+        several times to each move of the tests; the discrepancies follow the squares of the tests' deviations from the
+        curve, of which no regression on the amplitudes and rates knows.
         """
         shared = np.arange(self.own_coordinates[0].start)
-        own = [Block(members, shared) for members in self.apart]
+        own = (Block(members, shared, j) for j, members in enumerate(self.apart, 1))
         known = ("stable_amplitude", "relaxation_ratio", *(NOISE if self.exponent else ()))
         free, levels = (
             np.array([layout[name] for layout in self.own_coordinates for name in layout if name in names], dtype=int)
             for names in (_BEYOND_RECORDS, known)
         )
-        return tuple(block for one in own for block in (Block(np.r_[shared, free], levels), one))
+        scales = np.array([self.coordinates[name] for name in SHARED[2:]])
+        joint = Block(np.r_[shared, free], levels, times=TURNS_OF_THE_SHARED)
+        return joint, Block(scales, np.arange(0), times=TURNS_OF_THE_SCALES), *own
 
     def _each(self, u: FloatArray) -> Iterator[tuple[PeakTest, Values]]:
         """Every test with its coordinates by name."""
         return ((test, layout.of(u)) for test, layout in zip(self.tests, self.own_coordinates, strict=True))
+
+    @cached_property
+    def _columns(self) -> dict[str, tuple[IntArray, IntArray]]:
+        """By the name of a parameter the tests that have it and its columns."""
+        return {
+            name: (
+                np.array([j for j, layout in enumerate(self.own_coordinates) if name in layout], dtype=int),
+                np.array([layout[name] for layout in self.own_coordinates if name in layout], dtype=int),
+            )
+            for name in dict.fromkeys((*WIND, *_BEYOND_RECORDS))
+        }
+
+    def of_tests(self, u: FloatArray, name: str) -> FloatArray:
+        """One coordinate of every test, (W, J); zero where a test has none of that name."""
+        tests, columns = self._columns[name]
+        if tests.size == len(self.tests):
+            return np.asarray(u[:, columns])
+        found = np.zeros((len(u), len(self.tests)))
+        found[:, tests] = u[:, columns]
+        return found
+
+    @cached_property
+    def _relaxes(self) -> np.ndarray:
+        """`PeakTest.relaxes` of every test, (J,)."""
+        return np.array([test.relaxes for test in self.tests])
 
     @cached_property
     def apart(self) -> tuple[IntArray, ...]:
@@ -205,34 +190,24 @@ class CampaignPosterior(Posterior):
         Beside those of a test in wind its mass_damping_factor, scruton_number, relaxation, the Scruton number that
         belongs to the relaxation rate, strength, which is G_j, and share, the part of R_j that the bound leaves.
         """
-        _, _, n, at_zero = self.curve(u)
-        rows = []
-        kappa = self.named(u)["discrepancy_relaxation"]
-        for test, v in self._each(u):
-            damping = _exp(v["damping_ratio"])
-            factor = np.full(len(u), test.mass_damping_factor)
-            if test.factor_log_sd:
-                factor = factor * np.exp(test.factor_log_sd * v["mass_factor"])
-            if test.relaxes:
-                ratio = np.exp(v["relaxation_ratio"])
-                bound = _bound(n) * test.damping_gives_way
-                share = 1.0 / (1.0 + bound * damping / ratio)
-                damping = share * damping
-                strength = factor * (share * ratio + (n + bound) * damping)
-            else:
-                strength = at_zero * _exp(_exp(kappa) * v["w"])
-                relaxation = strength - n * factor * damping
-                ratio = np.where(relaxation > 0.0, relaxation, np.nan) / factor
-                share = np.ones(len(u))
-            noise = (np.exp(v[name]) for name in NOISE)
-            rows.append((np.exp(v["stable_amplitude"]), ratio, damping, factor, strength, share, *noise))
-        names = (
-            "a_star", "relaxation_ratio", "damping_ratio", "mass_damping_factor", "strength", "share", *NOISE,
-        )  # fmt: skip
-        s = {name: np.stack(columns, axis=1) for name, columns in zip(names, zip(*rows, strict=True), strict=True)}
-        s["scruton_number"] = s["mass_damping_factor"] * s["damping_ratio"]
-        s["relaxation"] = s["mass_damping_factor"] * s["relaxation_ratio"]
-        return s
+        _, _, n, at_zero = (value[:, None] for value in self.curve(u))
+        of = {name: self.of_tests(u, name) for name in self._columns}
+        each = [(test.mass_damping_factor, test.factor_log_sd, test.damping_gives_way) for test in self.tests]
+        factor, log_sd, gives_way = np.array(each).T
+        factor = factor * np.exp(log_sd * of["mass_factor"])
+        damping, ratio, bound = _exp(of["damping_ratio"]), np.exp(of["relaxation_ratio"]), _bound(n) * gives_way
+        share = 1.0 / (1.0 + bound * damping / ratio)
+        damping = share * damping
+        strength = factor * (share * ratio + (n + bound) * damping)
+        if not self._relaxes.all():
+            told = at_zero * _exp(_exp(self.named(u)["discrepancy_relaxation"])[:, None] * of["w"])
+            relaxation = told - n * factor * damping
+            strength = np.where(self._relaxes, strength, told)
+            ratio = np.where(self._relaxes, ratio, np.where(relaxation > 0.0, relaxation, np.nan) / factor)
+        s = {"a_star": np.exp(of["stable_amplitude"]), "relaxation_ratio": ratio, "damping_ratio": damping}
+        s |= {"mass_damping_factor": factor, "strength": strength, "share": share}
+        s |= {"scruton_number": factor * damping, "relaxation": factor * ratio}
+        return s | {name: np.exp(of[name]) for name in NOISE}
 
     def _deviations(self, u: FloatArray, s: dict[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
         """Deviations of ln a* and ln G from the shared curve, (W, J) each; NaN off the constraint."""
@@ -245,7 +220,7 @@ class CampaignPosterior(Posterior):
     def inside(self, u: FloatArray) -> np.ndarray:
         """A stable amplitude at every tested setting, and for n < 0 at zero damping (Y1 < 0), (W,) of bool."""
         s = self.settings(u)
-        return _stable(s, *self._deviations(u, s))
+        return np.asarray(_stable(s, *self._deviations(u, s)).all(axis=1))
 
     def log_prior(self, u: FloatArray) -> FloatArray:
         """Log prior density of the coordinates without the joint constraint, (W,); -inf where a parameter is none."""
@@ -253,10 +228,29 @@ class CampaignPosterior(Posterior):
 
     def prior_within(self, u: FloatArray) -> tuple[FloatArray, np.ndarray]:
         """`log_prior` and `inside`, from the same settings of the tests."""
+        parts, stable, _ = self._prior_parts(u)
+        return parts.sum(axis=1), stable.all(axis=1)
+
+    def _prior_parts(self, u: FloatArray) -> tuple[FloatArray, np.ndarray, dict[str, FloatArray]]:
+        """Log prior of what is shared and of every test, (W, 1 + J), which tests are stable, (W, J), their settings."""
         s = self.settings(u)
         deviations = self._deviations(u, s)
-        total = self._terms(u, s, *deviations).sum(axis=1) + self._log_jacobian(u, s)
-        return np.where(np.isnan(total), -np.inf, total), _stable(s, *deviations)
+        terms = self._terms(u, s, *deviations)
+        starts = [0, *(layout.start for layout in self.own_coordinates)]
+        parts = np.add.reduceat(terms, starts, axis=1) + self._log_jacobians(u, s)
+        return np.where(np.isnan(parts), -np.inf, parts), _stable(s, *deviations), s
+
+    def log_prob(self, u: FloatArray) -> FloatArray:
+        """Log posterior up to a constant, (W,); -inf outside the support, never NaN."""
+        return self.log_parts(u)[:, 0]
+
+    def log_parts(self, u: FloatArray) -> FloatArray:
+        """Log posterior and what of it each test has a say in, (W, 1 + J); see `Posterior.log_parts`."""
+        parts, stable, s = self._prior_parts(u)
+        alive = stable & np.isfinite(parts[:, 1:]) & np.isfinite(parts[:, :1])
+        parts[:, 1:] += np.where(alive, self._log_likelihoods(u, s, alive), -np.inf)
+        parts[:, 0] = parts.sum(axis=1)
+        return parts
 
     def log_prior_terms(self, u: FloatArray) -> FloatArray:
         """Log prior of every parameter given those before it, (W, d): of ln G_j where lambda is the coordinate.
@@ -275,30 +269,35 @@ class CampaignPosterior(Posterior):
             ratio = np.log(self.curve(u)[1] / self.reference[1])
             damping = np.log(s["damping_ratio"])
         self.named(terms)["reference_relaxation_ratio"] = self.shared[1].log_density(ratio)
-        for j, (test, term) in enumerate(self._each(terms)):
-            term["stable_amplitude"] = _normal(amplitude[:, j], log["discrepancy_amplitude"])
-            term["damping_ratio"] = test.wind.prior("damping_ratio").log_density(damping[:, j])
-            if test.relaxes:
-                term["relaxation_ratio"] = _normal(strength[:, j], log["discrepancy_relaxation"])
+        tau, kappa = (log[name][:, None] for name in SHARED[2:])
+        terms[:, self._columns["stable_amplitude"][1]] = _normal(amplitude, tau)
+        terms[:, self._columns["relaxation_ratio"][1]] = _normal(strength[:, self._relaxes], kappa)
+        for column, test, value in zip(self._columns["damping_ratio"][1], self.tests, damping.T, strict=True):
+            terms[:, column] = test.wind.prior("damping_ratio").log_density(value)
         return terms
 
-    def _log_jacobian(self, u: FloatArray, s: dict[str, FloatArray]) -> FloatArray:
-        """Log volume of ln R_ref and of every ln G_j and ln xi_j over that of their coordinates, (W,)."""
+    def _log_jacobians(self, u: FloatArray, s: dict[str, FloatArray]) -> FloatArray:
+        """Log volume of ln R_ref and of every ln G_j and ln xi_j over that of their coordinates, (W, 1 + J)."""
         _, relaxation, _, _ = self.curve(u)
-        relaxes = [j for j, test in enumerate(self.tests) if test.relaxes]
         with np.errstate(all="ignore"):
             shared = self.named(u)["reference_relaxation_ratio"] - np.log(relaxation / self.reference[1])
-            own = np.log(s["share"] * s["relaxation"] / s["strength"])[:, relaxes]
-        return np.asarray(shared + own.sum(axis=1))
+            own = np.where(self._relaxes, np.log(s["share"] * s["relaxation"] / s["strength"]), 0.0)
+        return np.column_stack([shared, own])
 
     def log_likelihood(self, u: FloatArray) -> FloatArray:
         """Sum of the tests' log likelihoods, (W,)."""
-        total = np.zeros(len(u))
-        s = {} if all(test.relaxes for test in self.tests) else self.settings(u)
-        s["damping_ratio"] = np.ones((len(u), len(self.tests)))  # no record is read for it
-        for (_, v), likelihood in zip(self._winds(u, s), self._remembered, strict=True):
-            total += likelihood(v)
-        return total
+        s = {} if self._relaxes.all() else self.settings(u)
+        return self._log_likelihoods(u, s, np.ones((len(u), len(self.tests)), dtype=bool)).sum(axis=1)
+
+    def _log_likelihoods(self, u: FloatArray, s: dict[str, FloatArray], asked: np.ndarray) -> FloatArray:
+        """Log likelihood of every test where it is asked for, (W, J), and -inf elsewhere."""
+        found = np.full(asked.shape, -np.inf)
+        s = s | {"damping_ratio": np.ones(asked.shape)}  # no record is read for it
+        with np.errstate(all="ignore"):
+            for j, ((_, v), likelihood) in enumerate(zip(self._winds(u, s), self._remembered, strict=True)):
+                rows = asked[:, j]
+                found[rows, j] = likelihood(v if rows.all() else v[rows])
+        return np.where(np.isfinite(found), found, -np.inf)
 
     def winds(self, u: FloatArray) -> Iterator[tuple[PeakTest, FloatArray]]:
         """Every test with the coordinates of its `wind`, (W, d)."""
@@ -306,12 +305,14 @@ class CampaignPosterior(Posterior):
 
     def _winds(self, u: FloatArray, s: dict[str, FloatArray]) -> Iterator[tuple[PeakTest, FloatArray]]:
         """`winds` from what the coordinates do not say as they are: damping ratios, and rates that no record tells."""
-        for j, (test, values) in enumerate(self._each(u)):
+        of = {name: self.of_tests(u, name) for name in WIND} | {"damping_ratio": np.log(s["damping_ratio"])}
+        if not self._relaxes.all():
+            of["relaxation_ratio"] = np.where(self._relaxes, of["relaxation_ratio"], np.log(s["relaxation_ratio"]))
+        for j, test in enumerate(self.tests):
             v = np.empty((len(u), test.wind.coordinates.size))
             log = test.wind.named(v)
             for name in WIND:
-                derived = name == "damping_ratio" or name not in test.parameters
-                log[name] = np.log(s[name][:, j]) if derived else values[name]
+                log[name] = of[name][:, j]
             if self.exponent:
                 log["law_exponent"] = self.exponents(u)
             yield test, v
@@ -381,9 +382,8 @@ class CampaignPosterior(Posterior):
 
 
 def _stable(s: dict[str, FloatArray], amplitude: FloatArray, strength: FloatArray) -> np.ndarray:
-    """Whether every test has a stable amplitude and a positive strength of the wind, (W,) of bool."""
-    good = np.isfinite(amplitude) & np.isfinite(strength) & (s["relaxation_ratio"] > 0.0)
-    return np.asarray(good.all(axis=1))
+    """Whether each test has a stable amplitude and a positive strength of the wind, (W, J) of bool."""
+    return np.asarray(np.isfinite(amplitude) & np.isfinite(strength) & (s["relaxation_ratio"] > 0.0))
 
 
 def _bound(n: FloatArray) -> FloatArray:

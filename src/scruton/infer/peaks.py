@@ -9,9 +9,10 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign
 from scruton.dynamics import Setting, force_parameters
-from scruton.infer.hierarchy import CampaignPosterior, PeakTest
+from scruton.infer.hierarchy import CampaignPosterior
 from scruton.infer.joint import CAMPAIGN
 from scruton.infer.models import NOISE, WIND
+from scruton.infer.peak_test import PeakTest
 from scruton.infer.results import LawResult, LawWeights, PeakResult, TestResult
 from scruton.infer.sampling import ExcludedByPriorsError, Sampling
 from scruton.infer.thresholds import CARRIES, HOPELESS, LAWS_FLOOR

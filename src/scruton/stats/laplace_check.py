@@ -7,6 +7,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.stats.convergence import SamplerSettings
 from scruton.stats.evidence import Evidence, _mean_weight, bridge_halves
+from scruton.stats.posterior import Block
 from scruton.stats.student_t import StudentT, conditional
 
 LogProb = Callable[[FloatArray], FloatArray]
@@ -60,18 +61,21 @@ def bridge_evidence(
     """
     from scruton.stats.sampler import Ensembles  # emcee and, by it, scipy.stats: few diagnoses come here
 
+    def one_part(u: FloatArray) -> FloatArray:
+        return log_prob(u)[:, None]
+
     halves = []
     for k in range(ENSEMBLES):
         rng = np.random.default_rng([seed, k])
         size = proposal.centre.size
-        whole = conditional(proposal, np.arange(size), np.arange(0))
+        whole = Block(np.arange(size), np.arange(0))
         normal = rng.standard_normal((max(WALKERS, 2 * size + 2), size))
         start = inside(proposal.centre + normal @ proposal.cholesky.T)
         state = np.random.RandomState(np.random.MT19937(rng.integers(2**31))).get_state()
-        ensemble = Ensembles(1, [[whole]], start, log_prob(start), state)
-        ensemble.advance(log_prob, SETTLE, _MOVES)
+        ensemble = Ensembles(1, [whole], [[conditional(proposal, *whole[:2])]], start, log_prob(start), state)
+        ensemble.advance(one_part, SETTLE, _MOVES)
         ensemble.adapt()
-        ensemble.advance(log_prob, steps, _MOVES)
+        ensemble.advance(one_part, steps, _MOVES)
         halves.append((ensemble.chain[0].swapaxes(0, 1), ensemble.log_probs[0].T))
     bridging = np.random.RandomState(np.random.MT19937(np.random.SeedSequence([seed, ENSEMBLES])))
     return bridge_halves(log_prob, (halves[0], halves[1]), bridging, WALKERS * steps // 4)

@@ -1,12 +1,13 @@
-"""The moves of the walkers: emcee's, for several ensembles side by side, on all coordinates or on a block of them.
+"""The moves of the walkers: Metropolis-Hastings on blocks of coordinates, for several ensembles side by side.
 
 The walkers of all ensembles stand in one array, those of one ensemble next to each other, so that the posterior is
 asked for all of them at once.  Ensembles know nothing of each other all the same: a proposal is an ensemble's own, and
-what moves a walker by others moves it by those of its ensemble.
+what moves a walker by others, emcee's differential evolution and stretch, moves it by those of its ensemble.
 """
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
+from itertools import groupby
+from typing import Any, Protocol
 
 import emcee
 import numpy as np
@@ -14,12 +15,27 @@ from emcee.moves import DEMove, StretchMove
 
 from scruton.arrays import FloatArray, IntArray
 from scruton.stats.convergence import SamplerSettings
+from scruton.stats.posterior import Block
 from scruton.stats.student_t import Conditional
 from scruton.stats.thresholds import MORE_LOCAL
 
+LogParts = Callable[[FloatArray], FloatArray]  # `Posterior.log_parts`
+Drawn = tuple[FloatArray, FloatArray]  # points, and the log ratios of the densities of the way back and there
 
-class IndependenceMove(emcee.moves.MHMove):
-    """Metropolis-Hastings with a block drawn from a fixed distribution given the others.
+
+class Proposal(Protocol):
+    """What proposes a block of coordinates anew."""
+
+    def draw(self, walkers: FloatArray, others: FloatArray, rng: np.random.RandomState) -> Drawn:
+        """Draw the block of walkers (N, d): (N, k), and the log ratios, (N,).
+
+        `others` are walkers of the same ensembles that stand still meanwhile.
+        """
+        ...
+
+
+class Independence:
+    """A block drawn from a fixed distribution given the other coordinates.
 
     Posteriors that look like their proposal accept almost all, so that successive draws are nearly independent.
 
@@ -31,65 +47,112 @@ class IndependenceMove(emcee.moves.MHMove):
 
     def __init__(self, proposals: Sequence[Conditional]) -> None:
         self.proposals = proposals
-        super().__init__(self._propose)
 
-    def _propose(self, coords: FloatArray, rng: np.random.RandomState) -> tuple[FloatArray, FloatArray]:
-        if len(self.proposals) == 1:
-            return self.proposals[0].draw(coords, rng)
-        parts = np.split(coords, len(self.proposals))
-        new = [proposal.draw(part, rng) for proposal, part in zip(self.proposals, parts, strict=True)]
-        return np.concatenate([points for points, _ in new]), np.concatenate([ratio for _, ratio in new])
+    def draw(self, walkers: FloatArray, others: FloatArray, rng: np.random.RandomState) -> Drawn:
+        """See `Proposal`; of the others nothing is asked."""
+        parts = np.split(walkers, len(self.proposals))
+        drawn = [proposal.draw(part, rng) for proposal, part in zip(self.proposals, parts, strict=True)]
+        members, ratio = zip(*drawn, strict=True)
+        return np.concatenate(members), np.concatenate(ratio)
 
 
-class WithinEnsembles(emcee.moves.RedBlueMove):
-    """A move of emcee by other walkers, DE or stretch, of a block and within each ensemble.
-
-    Walkers of even place move by those of odd place, and then the other way round: ensembles are of even size.
-    """
+class ByOthers:
+    """A block moved as a move of emcee by other walkers does it, within each ensemble."""
 
     def __init__(self, move: emcee.moves.RedBlueMove, ensembles: int, members: IntArray) -> None:
         self.move, self.ensembles, self.members = move, ensembles, members
-        super().__init__(randomize_split=False, live_dangerously=True)
 
-    def setup(self, coords: FloatArray) -> None:
-        """As emcee's move wants it."""
-        self.move.setup(coords[:, self.members])
-
-    def get_proposal(
-        self, s: FloatArray, c: list[FloatArray], random: np.random.RandomState
-    ) -> tuple[FloatArray, FloatArray]:
-        """Points with the block moved, and the log ratios of the densities of the way back and there."""
-        pairs = zip(np.split(s[:, self.members], self.ensembles), np.split(c[0], self.ensembles), strict=True)
-        moved = [self.move.get_proposal(own, [others[:, self.members]], random) for own, others in pairs]
-        new = s.copy()
-        new[:, self.members] = np.concatenate([points for points, _ in moved])
-        return new, np.concatenate([ratio for _, ratio in moved])
+    def draw(self, walkers: FloatArray, others: FloatArray, rng: np.random.RandomState) -> Drawn:
+        """See `Proposal`."""
+        own, rest = (np.split(u[:, self.members], self.ensembles) for u in (walkers, others))
+        self.move.setup(own[0])
+        moved = [self.move.get_proposal(one, [by], rng) for one, by in zip(own, rest, strict=True)]
+        members, ratio = zip(*moved, strict=True)
+        return np.concatenate(members), np.concatenate(ratio)
 
 
-class Sweep(emcee.moves.Move):
-    """Every block in turn, each by one of its moves, drawn by their weights.
+class AtOnce(emcee.moves.Move):
+    """Blocks that know nothing of each other are moved at once, and each is accepted by itself.
 
     Attributes
     ----------
-    blocks : sequence of (sequence of Move, sequence of float)
-        Moves of each block and their weights; one of weight zero is left out.
+    blocks : sequence of Block
+        One of the whole posterior, or some with parts of their own.
+    proposals : sequence of Proposal
+        One for each block.
+    by_halves : bool
+        Whether walkers of even place are moved by those of odd place, and then the other way round; ensembles are of
+        even size.
     """
 
-    def __init__(self, blocks: Sequence[tuple[Sequence[emcee.moves.Move], Sequence[float]]]) -> None:
-        self.blocks = [(moves, np.cumsum(weights) / np.sum(weights)) for moves, weights in blocks]
+    def __init__(
+        self, blocks: Sequence[Block], proposals: Sequence[Proposal], log_parts: LogParts, *, by_halves: bool
+    ) -> None:
+        self.blocks, self.proposals, self.log_parts, self.by_halves = blocks, proposals, log_parts, by_halves
+
+    def propose(self, model: Any, state: emcee.State) -> tuple[emcee.State, FloatArray]:
+        """Move every walker; and the fraction of the proposals that each accepted."""
+        parts = np.array([block.part for block in self.blocks])
+        accepted = np.zeros(len(state.coords))
+        for own, rest in self._turns():
+            walkers, others = state.coords[own], state.coords[rest]
+            new = walkers.copy()
+            ratio = np.empty((len(walkers), len(parts)))
+            for k, (block, proposal) in enumerate(zip(self.blocks, self.proposals, strict=True)):
+                new[:, block.members], ratio[:, k] = proposal.draw(walkers, others, model.random)
+            if parts.any():
+                before, after = np.split(self.log_parts(np.concatenate([walkers, new])), 2)
+            else:
+                before, after = state.log_prob[own, None], self.log_parts(new)
+            whole, before, after = before[:, 0], before[:, parts], after[:, parts]
+            good = np.log(model.random.random_sample(ratio.shape)) < after - before + ratio
+            for k, block in enumerate(self.blocks):
+                walkers[:, block.members] = np.where(good[:, k, None], new[:, block.members], walkers[:, block.members])
+            state.coords[own] = walkers
+            # what is in none of the blocks, which is nothing where one of them is all, stays as it is
+            state.log_prob[own] = whole - before.sum(axis=1) + np.where(good, after, before).sum(axis=1)
+            accepted[own] = good.mean(axis=1)
+        return state, accepted
+
+    def _turns(self) -> Iterator[tuple[slice, slice]]:
+        """Which walkers move, and which stand still, in turn."""
+        if self.by_halves:
+            yield slice(0, None, 2), slice(1, None, 2)
+            yield slice(1, None, 2), slice(0, None, 2)
+        else:
+            yield slice(None), slice(0)
+
+
+class Sweep(emcee.moves.Move):
+    """Moves in turn, each drawn by its weight from those that may be made there.
+
+    Attributes
+    ----------
+    turns : sequence of (sequence of Move, sequence of float)
+        Moves of each turn and their weights; one of weight zero is left out.
+    """
+
+    def __init__(self, turns: Sequence[tuple[Sequence[emcee.moves.Move], Sequence[float]]]) -> None:
+        self.turns = [(moves, np.cumsum(weights) / np.sum(weights)) for moves, weights in turns]
 
     def propose(self, model: Any, state: emcee.State) -> tuple[emcee.State, FloatArray]:
         """Move every walker; and the fraction of the proposals that each accepted."""
         accepted = np.zeros(len(state.coords))
-        for moves, share in self.blocks:
+        for moves, share in self.turns:
             move = moves[int(np.searchsorted(share, model.random.random_sample(), side="right"))]
             state, good = move.propose(model, state)
             accepted += good
-        return state, accepted / len(self.blocks)
+        return state, accepted / len(self.turns)
 
 
-def sweep(proposals: Sequence[Sequence[Conditional]], settings: SamplerSettings, ensembles: int) -> Sweep:
-    """Return the move of one step, each block's by the card's weights.
+def sweep(
+    blocks: Sequence[Block],
+    proposals: Sequence[Sequence[Conditional]],
+    settings: SamplerSettings,
+    ensembles: int,
+    log_parts: LogParts,
+) -> Sweep:
+    """Return the move of one step: each block's, or that of neighbours at once, by the card's weights.
 
     Where a proposal had to be fitted to draws it may lack what they have not reached yet: the local moves, which find
     it, get several times their weight.
@@ -99,10 +162,16 @@ def sweep(proposals: Sequence[Sequence[Conditional]], settings: SamplerSettings,
     proposals : sequence of sequence of Conditional
         By ensemble, or of all ensembles together, and by block.
     """
-    blocks = []
-    for own in zip(*proposals, strict=True):
-        more = MORE_LOCAL if len(own[0].whole.parts) > 1 else 1.0
-        local = (WithinEnsembles(move(), ensembles, own[0].members) for move in (DEMove, StretchMove))
+    turns = []
+    for _, group in groupby(range(len(blocks)), key=lambda i: -1 if blocks[i].part else i):
+        of_turn = [(blocks[i], [own[i] for own in proposals]) for i in group]
+        together = [block for block, _ in of_turn]
+        fixed = [Independence(proposal) for _, proposal in of_turn]
+        moves = [AtOnce(together, fixed, log_parts, by_halves=False)]
+        for move in (DEMove, StretchMove):
+            local = [ByOthers(move(), ensembles, block.members) for block in together]
+            moves.append(AtOnce(together, local, log_parts, by_halves=True))
+        more = MORE_LOCAL if len(of_turn[0][1][0].whole.parts) > 1 else 1.0
         weights = settings.independence, more * settings.differential_evolution, more * settings.stretch
-        blocks.append(((IndependenceMove(own), *local), weights))
-    return Sweep(blocks)
+        turns += [(moves, weights)] * together[0].times
+    return Sweep(turns)

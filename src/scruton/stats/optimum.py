@@ -107,7 +107,8 @@ def climb_side_by_side(posterior: Posterior, starts: FloatArray, scale: FloatArr
     """
     count, d = starts.shape
     z, inverse = starts / scale, np.zeros((count, d, d))
-    value, gradient, bend = _slopes(posterior, z, scale)
+    directions = _Directions(posterior)
+    value, gradient, bend = _slopes(posterior, directions, z, scale)
     way, anew = np.empty((count, d)), np.zeros(count, dtype=bool)
 
     def begin(at: IntArray) -> None:
@@ -126,7 +127,7 @@ def climb_side_by_side(posterior: Posterior, starts: FloatArray, scale: FloatArr
         length[at] = np.minimum(length[at], LONGEST / np.maximum(np.abs(way[at]).max(axis=1), 1e-300))
         step = length[at, None] * way[at]
         slope = np.einsum("ki,ki->k", gradient[at], step)
-        trial, there, bent_there = _slopes(posterior, z[at] + step, scale[at])
+        trial, there, bent_there = _slopes(posterior, directions, z[at] + step, scale[at])
         down = slope < 0.0  # not where differences across a wall have spoiled the curvature
         good = down & (trial <= value[at] + 1e-4 * slope)
         # where it failed, to the lowest point of the parabola through what is known
@@ -158,41 +159,62 @@ def _learn(inverse: FloatArray, at: IntArray, step: FloatArray, turned: FloatArr
     inverse[at] += stretch[:, None, None] * step[:, :, None] * step[:, None, :] - cross - cross.swapaxes(1, 2)
 
 
-def _slopes(posterior: Posterior, z: FloatArray, scale: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+class _Directions:
+    """Directions of differences: of sets that are apart one coordinate each moves at once, and each set says its part.
+
+    So the number of points does not grow with that of the sets.
+
+    Attributes
+    ----------
+    along : (C, d) array of bool
+        Coordinates that move in each direction: first those of no set, one by one.
+    of : (d,) array
+        The direction of each coordinate.
+    part : (d,) array
+        The column of `Posterior.log_parts` that knows it.
+    """
+
+    def __init__(self, posterior: Posterior) -> None:
+        d = len(posterior.priors)
+        self.part = np.zeros(d, dtype=int)
+        for k, members in enumerate(posterior.apart, 1):
+            self.part[members] = k
+        shared = np.flatnonzero(self.part == 0)
+        self.of = np.empty(d, dtype=int)
+        for first, members in ((0, shared), *((shared.size, members) for members in posterior.apart)):
+            self.of[members] = first + np.arange(members.size)
+        self.along = self.of == np.arange(self.of.max() + 1)[:, None]
+
+    def __len__(self) -> int:
+        return len(self.along)
+
+    def own(self, parts: FloatArray) -> FloatArray:
+        """Of parts (..., C, 1 + sets) of points along each direction, that which knows each coordinate, (..., d)."""
+        return np.asarray(parts[..., self.of, self.part])
+
+
+def _slopes(
+    posterior: Posterior, directions: _Directions, z: FloatArray, scale: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Minus the log posterior at points (K, d) in units of `scale`, (K,), its gradient and second derivatives, (K, d).
 
     By central differences.
     """
-    count, d = z.shape
-    offsets = STEP * np.concatenate([np.zeros((1, d)), np.eye(d), -np.eye(d)])
+    (count, d), c = z.shape, len(directions)
+    offsets = STEP * np.concatenate([np.zeros((1, d)), directions.along, -1.0 * directions.along])
     points = ((z[:, None, :] + offsets) * scale[:, None, :]).reshape(-1, d)
-    value = np.concatenate([posterior.log_prob(part) for part in _parts(points)])
-    value = np.nan_to_num(-value, nan=1e12, posinf=1e12).reshape(count, 2 * d + 1)
-    here, up, down = value[:, 0], value[:, 1 : d + 1], value[:, d + 1 :]
-    return here, (up - down) / (2.0 * STEP), (up + down - 2.0 * here[:, None]) / STEP**2
+    value = np.concatenate([posterior.log_parts(part) for part in _in_portions(points)])
+    value = np.nan_to_num(-value, nan=1e12, posinf=1e12).reshape(count, 2 * c + 1, -1)
+    here, up, down = value[:, 0], directions.own(value[:, 1 : c + 1]), directions.own(value[:, c + 1 :])
+    return here[:, 0], (up - down) / (2.0 * STEP), (up + down - 2.0 * here[:, directions.part]) / STEP**2
 
 
 def _laplace(posterior: Posterior, u: FloatArray, scale: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Refine the optimum by Newton steps; the Cholesky factor of the covariance is from the Hessian by differences."""
-    d = u.size
-    first, second = _pairs(posterior, d)
-    row = 1 + 4 * np.arange(first.size)
-    signs = np.array([(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)])
+    directions = _Directions(posterior)
     for _ in range(3):
-        step = _steps(posterior, u, scale)
-        offsets = np.zeros((1 + 4 * first.size, d))
-        for k, (of_first, of_second) in enumerate(signs):
-            offsets[row + k, first] += of_first * step[first]
-            offsets[row + k, second] += of_second * step[second]
-        value = np.concatenate([posterior.log_prob(u + 0.5 * part) for part in _parts(offsets)])
-        top = value[0]
-        value = np.where(np.isfinite(value), value, top - 50.0)
-        pp, pm, mp, mm = value[1:].reshape(-1, 4).T
-        # In units of the step: i == j moves by a whole one, i != j by half of each.
-        hessian, gradient = np.zeros((d, d)), np.empty(d)
-        hessian[first, second] = hessian[second, first] = pp - pm - mp + mm
-        same = first == second
-        gradient[first[same]] = 0.5 * (pp - mm)[same]
+        step = _steps(posterior, directions, u, scale)
+        top, gradient, hessian = _hessian(posterior, directions, u, step)
         curvature, axes = np.linalg.eigh(-hessian)
         # No direction is wider than the prior, none far steeper than the steps along the coordinates found.
         curvature = np.clip(curvature, np.square(axes.T * (step / scale)).sum(axis=1), STEEPEST)
@@ -206,30 +228,43 @@ def _laplace(posterior: Posterior, u: FloatArray, scale: FloatArray) -> tuple[Fl
     return u, step[:, None] * (triangle * np.sign(np.diag(triangle))[:, None]).T
 
 
-def _pairs(posterior: Posterior, d: int) -> tuple[IntArray, IntArray]:
-    """Pairs of coordinates, each and itself among them, whose mixed derivative need not be zero: linear in the sets."""
-    owner = np.full(d, -1)
-    for k, members in enumerate(posterior.apart):
-        owner[members] = k
-    first, second = np.triu_indices(d)
-    met = (owner[first] == owner[second]) | (owner[first] < 0) | (owner[second] < 0)
-    return first[met], second[met]
+def _hessian(
+    posterior: Posterior, directions: _Directions, u: FloatArray, step: FloatArray
+) -> tuple[float, FloatArray, FloatArray]:
+    """Log posterior at one point, its gradient (d,) and Hessian (d, d) in units of the step, by central differences."""
+    first, second = np.triu_indices(len(directions))
+    moves = 0.5 * step * directions.along
+    corners = [a * moves[first] + b * moves[second] for a, b in ((1, 1), (1, -1), (-1, 1), (-1, -1))]
+    points = u + np.concatenate([np.zeros((1, u.size)), *corners])
+    value = np.concatenate([posterior.log_parts(part) for part in _in_portions(points)])
+    top = value[0]
+    value = np.where(np.isfinite(value), value, top - 50.0)
+    pp, pm, mp, mm = value[1:].reshape(4, first.size, -1)
+    # A coordinate with itself moves by a whole step, with another each by half of one.
+    mixed = np.zeros((len(directions), len(directions), top.size))
+    mixed[first, second] = mixed[second, first] = pp - pm - mp + mm
+    slope = 0.5 * (pp - mm)[first == second]
+    # What two coordinates have to do with each other is known by the set of either, but not by two sets.
+    row, column = directions.part[:, None], directions.part
+    known = np.maximum(row, column)
+    met = (row == column) | (row == 0) | (column == 0)
+    hessian = np.where(met, mixed[directions.of[:, None], directions.of, known], 0.0)
+    return float(top[0]), directions.own(slope), hessian
 
 
-def _parts(rows: FloatArray) -> list[FloatArray]:
-    """Rows in parts of what is computed at once: a posterior keeps many numbers of each."""
+def _in_portions(rows: FloatArray) -> list[FloatArray]:
+    """Rows in portions of what is computed at once: a posterior keeps many numbers of each."""
     return np.array_split(rows, -(-len(rows) // AT_ONCE))
 
 
-def _steps(posterior: Posterior, u: FloatArray, scale: FloatArray) -> FloatArray:
+def _steps(posterior: Posterior, directions: _Directions, u: FloatArray, scale: FloatArray) -> FloatArray:
     """Find, for every coordinate by itself, the step that costs half a nat: the scale of the finite differences."""
-    d = u.size
-    top = posterior.log_prob(u[None])[0]
+    top = posterior.log_parts(u[None])[0, directions.part]
     step = 1e-2 * scale
     for _ in range(12):
-        points = np.concatenate([u + np.diag(step), u - np.diag(step)])
-        value = posterior.log_prob(points)
-        cost = top - 0.5 * (value[:d] + value[d:])
+        moves = step * directions.along
+        up, down = (directions.own(posterior.log_parts(u + sign * moves)) for sign in (1.0, -1.0))
+        cost = top - 0.5 * (up + down)
         # Half a nat at the step; a cost of zero or less asks for a longer step, an infinite one for a shorter.
         cost = np.clip(np.nan_to_num(cost, nan=1e3, posinf=1e3), 5e-3, 1e3)
         factor = np.clip(np.sqrt(0.5 / cost), 0.05, 10.0)

@@ -14,10 +14,16 @@ _LOG_2PI = float(np.log(2.0 * np.pi))
 
 
 class Block(NamedTuple):
-    """Coordinates that are sampled together, and those of the others on which they depend."""
+    """Coordinates that are sampled together, and those of the others on which they depend.
+
+    `part` is the column of `Posterior.log_parts` that knows them.  Blocks that follow each other, each with a part of
+    its own, are moved at once; the whole is that of a block that moves by itself, so many `times` in a row.
+    """
 
     members: IntArray
     given: IntArray
+    part: int = 0
+    times: int = 1
 
 
 class Values:
@@ -122,8 +128,19 @@ class Posterior(ABC):
 
     @property
     def apart(self) -> tuple[IntArray, ...]:
-        """Sets of coordinates that, given those in none of the sets, are independent of each other; none by default."""
+        """Sets of coordinates that, given those in none of the sets, are independent of each other; none by default.
+
+        A model that has them says what each is worth: `log_parts`.
+        """
         return ()
+
+    def log_parts(self, u: FloatArray) -> FloatArray:
+        """Log posterior, and what of it the coordinates of each set of `apart` have a say in, (W, 1 + sets).
+
+        What the first column is -inf for may lie in one set alone: the columns of the others then say what they are
+        worth, unless it is what they share that is impossible.
+        """
+        return self.log_prob(u)[:, None]
 
     @abstractmethod
     def log_likelihood(self, u: FloatArray) -> FloatArray:

@@ -23,9 +23,9 @@ from scruton.arrays import FloatArray, thin
 from scruton.documents import replace_file
 from scruton.errors import InputError
 from scruton.stats.convergence import SamplerSettings, effective_draws, judge, promising
-from scruton.stats.moves import sweep
+from scruton.stats.moves import LogParts, sweep
 from scruton.stats.optimum import find_optima
-from scruton.stats.posterior import Posterior
+from scruton.stats.posterior import Block, Posterior
 from scruton.stats.samples import Samples
 from scruton.stats.student_t import Conditional, Mixture, StudentT, conditional, fit_mixture
 from scruton.stats.thresholds import ADAPTATIONS, EARLY, FAR_BELOW, MET, OVERDISPERSED
@@ -75,13 +75,6 @@ class Checkpoint:
         return arrays
 
 
-class _Vectorised(emcee.EnsembleSampler):
-    """emcee's `vectorize=True` without its loop over the walkers: the posterior returns one array, never NaN."""
-
-    def compute_log_prob(self, coords: FloatArray) -> tuple[FloatArray, None]:
-        return self.log_prob_fn.f(coords), None
-
-
 @dataclass(eq=False)
 class Ensembles:
     """All ensembles between chunks: everything that the next chunk depends on, and the chunks so far.
@@ -89,6 +82,8 @@ class Ensembles:
     Attributes
     ----------
     count : int
+    blocks : sequence of Block
+        That are moved in turn.
     proposals : list of list of Conditional
         By ensemble, or one of all together, and by block.
     coords : (walkers, d) array
@@ -101,6 +96,7 @@ class Ensembles:
     """
 
     count: int
+    blocks: Sequence[Block]
     proposals: list[list[Conditional]]
     coords: FloatArray
     log_prob: FloatArray
@@ -114,10 +110,10 @@ class Ensembles:
         """Steps since the last adaptation."""
         return sum(len(part) for part in self.chain)
 
-    def advance(self, log_prob: Callable[[FloatArray], FloatArray], steps: int, settings: SamplerSettings) -> None:
+    def advance(self, log_parts: LogParts, steps: int, settings: SamplerSettings) -> None:
         """Go on."""
-        step = sweep(self.proposals, settings, self.count)
-        sampler = _Vectorised(*self.coords.shape, log_prob, vectorize=True, moves=step)
+        step = sweep(self.blocks, self.proposals, settings, self.count, log_parts)
+        sampler = emcee.EnsembleSampler(*self.coords.shape, log_parts, moves=step)  # which the moves alone ask
         state = emcee.State(self.coords, log_prob=self.log_prob, random_state=self.random_state)
         last = sampler.run_mcmc(state, steps, skip_initial_state_check=True)
         self.coords, self.log_prob, self.random_state = last.coords, last.log_prob, last.random_state
@@ -140,12 +136,11 @@ class Ensembles:
         chain = np.concatenate(self.chain)
         recent = np.split(chain[len(chain) // 2 :], self.count, axis=1)
         recent = [np.concatenate(recent)] if together or _met(recent) else recent
-        blocks = [(own.members, own.given) for own in self.proposals[0]]
         # Where the walkers fill no volume the old proposals stay: DE and stretch must do.
         with contextlib.suppress(np.linalg.LinAlgError):
             points = [draws.reshape(-1, draws.shape[-1]) for draws in recent]
             self.proposals = [
-                [Conditional(fit_mixture(u[:, np.r_[given, members]]), members, given) for members, given in blocks]
+                [Conditional(fit_mixture(u[:, np.r_[given, own]]), own, given) for own, given, *_ in self.blocks]
                 for u in points
             ]
         self.chain, self.log_probs, self.accepted = [], [], 0.0
@@ -189,7 +184,7 @@ def sample(
         ensembles = _start(posterior, settings, seed)
     else:
         total, rounds = (int(x) for x in stored["counts"])
-        ensembles = _restore(stored)
+        ensembles = _restore(stored, posterior.blocks)
     while True:
         if total:
             chain, log_prob = ensembles.kept()
@@ -208,7 +203,7 @@ def sample(
                 ensembles.adapt(together=rounds > EARLY)
         chunk = min(max(FIRST_CHUNK, ensembles.steps or total), LARGEST_CHUNK, settings.max_steps - total)
         posterior.forget()
-        ensembles.advance(posterior.log_prob, chunk, settings)
+        ensembles.advance(posterior.log_parts, chunk, settings)
         total += chunk
         if checkpoint:
             checkpoint.save({"counts": np.array([total, rounds]), **_pack(ensembles)})
@@ -237,16 +232,16 @@ def _start(posterior: Posterior, settings: SamplerSettings, seed: np.random.Seed
             coords, log_prob = np.concatenate([coords, new[good]]), np.concatenate([log_prob, value[good]])
             width *= 0.7
         coords, log_prob = coords[: i * count], log_prob[: i * count]
-        proposals.append([conditional(proposal, *block) for block in posterior.blocks])
+        proposals.append([conditional(proposal, *block[:2]) for block in posterior.blocks])
     state = np.random.RandomState(np.random.MT19937(sampling)).get_state()
-    return Ensembles(settings.ensembles, proposals, coords.copy(), log_prob.copy(), state)
+    return Ensembles(settings.ensembles, posterior.blocks, proposals, coords.copy(), log_prob.copy(), state)
 
 
 def _pack(ensembles: Ensembles) -> dict[str, Any]:
     """Arrays from which `_restore` makes the same ensembles; of a random state its keys, its counters, its cache."""
     state = ensembles.random_state
     packed = {
-        "shape": np.array([ensembles.count, len(ensembles.proposals), len(ensembles.proposals[0])]),
+        "shape": np.array([ensembles.count, len(ensembles.proposals)]),
         **{key: getattr(ensembles, key) for key in ("coords", "log_prob", "accepted")},
         **{key: np.concatenate(getattr(ensembles, key)) for key in ("chain", "log_probs")},
         "keys": state[1],
@@ -255,23 +250,24 @@ def _pack(ensembles: Ensembles) -> dict[str, Any]:
     }
     for i, own in enumerate(ensembles.proposals):
         for j, one in enumerate(own):
-            arrays = {"members": one.members, "given": one.given, "weight": one.whole.weight}
-            arrays |= {key: np.array([getattr(part, key) for part in one.whole.parts]) for key in _PART}
+            arrays = {"weight": one.whole.weight} | {
+                key: np.array([getattr(part, key) for part in one.whole.parts]) for key in _PART
+            }
             packed |= {f"{key} {i} {j}": value for key, value in arrays.items()}
     return packed
 
 
-def _restore(stored: dict[str, Any]) -> Ensembles:
-    count, owners, blocks = stored["shape"].tolist()
+def _restore(stored: dict[str, Any], blocks: Sequence[Block]) -> Ensembles:
+    count, owners = stored["shape"].tolist()
     state = ("MT19937", stored["keys"], *stored["counters"].tolist(), float(stored["cache"]))
 
     def proposal(i: int, j: int) -> Conditional:
-        members, given, weight, *parts = (stored[f"{key} {i} {j}"] for key in ("members", "given", "weight", *_PART))
+        weight, *parts = (stored[f"{key} {i} {j}"] for key in ("weight", *_PART))
         each = tuple(StudentT(centre, cholesky, float(nu)) for centre, cholesky, nu in zip(*parts, strict=True))
-        return Conditional(Mixture(weight, each), members, given)
+        return Conditional(Mixture(weight, each), blocks[j].members, blocks[j].given)
 
-    proposals = [[proposal(i, j) for j in range(blocks)] for i in range(owners)]
-    chain, log_probs = [stored["chain"]], [stored["log_probs"]]
-    return Ensembles(
-        count, proposals, stored["coords"], stored["log_prob"], state, chain, log_probs, float(stored["accepted"])
-    )
+    proposals = [[proposal(i, j) for j in range(len(blocks))] for i in range(owners)]
+    ensembles = Ensembles(count, blocks, proposals, stored["coords"], stored["log_prob"], state)
+    ensembles.chain, ensembles.log_probs = [stored["chain"]], [stored["log_probs"]]
+    ensembles.accepted = float(stored["accepted"])
+    return ensembles

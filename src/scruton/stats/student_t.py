@@ -108,7 +108,7 @@ class Conditional:
         return [StudentT(zero, p.cholesky[size:, size:], p.degrees_of_freedom) for p in self.whole.parts]
 
     def draw(self, x: FloatArray, rng: np.random.RandomState) -> tuple[FloatArray, FloatArray]:
-        """Points (N, d) with the members drawn anew, and the log ratio of the densities of the way back and there."""
+        """Draw the members anew at points (N, d): (N, k), and log ratios of the densities of the way back and there."""
         parts, size = self.whole.parts, self.given.size
         if size:
             others = x[:, self.given]
@@ -125,15 +125,13 @@ class Conditional:
         for k, (centre, residual) in enumerate(zip(centres, self._residuals, strict=True)):
             rows = np.flatnonzero(which == k)
             members[rows] = centre[rows] + residual.draw(rng, rows.size)
-        new = x.copy()
-        new[:, self.members] = members
 
         def density(points: FloatArray) -> FloatArray:
             pairs = zip(centres, self._residuals, strict=True)
             terms = share + np.stack([residual.log_density(points - centre) for centre, residual in pairs])
             return np.asarray(np.logaddexp.reduce(terms, axis=0))
 
-        return new, density(x[:, self.members]) - density(members)
+        return members, density(x[:, self.members]) - density(members)
 
 
 def conditional(whole: StudentT, members: IntArray, given: IntArray) -> Conditional:
