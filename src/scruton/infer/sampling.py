@@ -62,7 +62,8 @@ class Sampling:
                 digest.update(np.ascontiguousarray(array).tobytes())
             file = f"{name}, roughly" if roughly else name
             checkpoint = Checkpoint(self.checkpoints / f"{zlib.crc32(file.encode()):08x}.npz", digest.hexdigest())
-        settings = fewer_walkers(self.card.sampler, max(block.members.size for block in posterior.blocks))
+        paid = [block.members.size for block in posterior.blocks if block.times == 1]  # with a likelihood
+        settings = fewer_walkers(self.card.sampler, max(paid))
         if roughly:
             settings = replace(settings, min_ess=settings.min_ess * ROUGH_PART)
 
