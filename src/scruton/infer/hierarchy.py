@@ -185,13 +185,14 @@ class CampaignPosterior(Posterior):
         return np.exp(log["reference_amplitude"]), above + _bound(n) * sc, n, above + np.maximum(n, 0.0) * sc
 
     def settings(self, u: FloatArray) -> dict[str, FloatArray]:
-        """Every test's parameters in their own units, by name, (W, J) each; NaN where the coordinates mean none.
+        """Every test's parameters but its noise in their own units, by name, (W, J) each; NaN where there are none.
 
         Beside those of a test in wind its mass_damping_factor, scruton_number, relaxation, the Scruton number that
         belongs to the relaxation rate, strength, which is G_j, and share, the part of R_j that the bound leaves.
         """
         _, _, n, at_zero = (value[:, None] for value in self.curve(u))
-        of = {name: self.of_tests(u, name) for name in self._columns}
+        names = "stable_amplitude", "relaxation_ratio", *_BEYOND_RECORDS
+        of = {name: self.of_tests(u, name) for name in names}
         each = [(test.mass_damping_factor, test.factor_log_sd, test.damping_gives_way) for test in self.tests]
         factor, log_sd, gives_way = np.array(each).T
         factor = factor * np.exp(log_sd * of["mass_factor"])
@@ -206,8 +207,7 @@ class CampaignPosterior(Posterior):
             ratio = np.where(self._relaxes, ratio, np.where(relaxation > 0.0, relaxation, np.nan) / factor)
         s = {"a_star": np.exp(of["stable_amplitude"]), "relaxation_ratio": ratio, "damping_ratio": damping}
         s |= {"mass_damping_factor": factor, "strength": strength, "share": share}
-        s |= {"scruton_number": factor * damping, "relaxation": factor * ratio}
-        return s | {name: np.exp(of[name]) for name in NOISE}
+        return s | {"scruton_number": factor * damping, "relaxation": factor * ratio}
 
     def _deviations(self, u: FloatArray, s: dict[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
         """Deviations of ln a* and ln G from the shared curve, (W, J) each; NaN off the constraint."""
@@ -224,12 +224,7 @@ class CampaignPosterior(Posterior):
 
     def log_prior(self, u: FloatArray) -> FloatArray:
         """Log prior density of the coordinates without the joint constraint, (W,); -inf where a parameter is none."""
-        return self.prior_within(u)[0]
-
-    def prior_within(self, u: FloatArray) -> tuple[FloatArray, np.ndarray]:
-        """`log_prior` and `inside`, from the same settings of the tests."""
-        parts, stable, _ = self._prior_parts(u)
-        return parts.sum(axis=1), stable.all(axis=1)
+        return np.asarray(self._prior_parts(u)[0].sum(axis=1))
 
     def _prior_parts(self, u: FloatArray) -> tuple[FloatArray, np.ndarray, dict[str, FloatArray]]:
         """Log prior of what is shared and of every test, (W, 1 + J), which tests are stable, (W, J), their settings."""

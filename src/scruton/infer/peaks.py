@@ -197,6 +197,7 @@ def derive(
     u = chain.reshape(-1, chain.shape[-1])
     amplitude, relaxation, n, _ = posterior.curve(u)
     s, log = posterior.settings(u), posterior.named(u)
+    s |= {name: np.exp(posterior.of_tests(u, name)) for name in NOISE}
     s["relaxation_rate"] = s["relaxation_ratio"] * np.array([test.wind.omega0 for test in posterior.tests])
     forces = np.full((2, *s["a_star"].shape), np.nan)
     if posterior.exponent is None and posterior.n == -1.0:

@@ -69,10 +69,11 @@ def bridge_evidence(
         rng = np.random.default_rng([seed, k])
         size = proposal.centre.size
         whole = Block(np.arange(size), np.arange(0))
+        first = conditional(proposal, whole.members, whole.given)
         normal = rng.standard_normal((max(WALKERS, 2 * size + 2), size))
         start = inside(proposal.centre + normal @ proposal.cholesky.T)
         state = np.random.RandomState(np.random.MT19937(rng.integers(2**31))).get_state()
-        ensemble = Ensembles(1, [whole], [[conditional(proposal, *whole[:2])]], start, log_prob(start), state)
+        ensemble = Ensembles(1, [whole], [[first]], start, log_prob(start), state)
         ensemble.advance(one_part, SETTLE, _MOVES)
         ensemble.adapt()
         ensemble.advance(one_part, steps, _MOVES)

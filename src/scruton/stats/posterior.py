@@ -150,10 +150,6 @@ class Posterior(ABC):
         """Whether each walker satisfies the joint constraint of the model, (W,) of bool."""
         return np.ones(len(u), dtype=bool)
 
-    def prior_within(self, u: FloatArray) -> tuple[FloatArray, np.ndarray]:
-        """`log_prior` and `inside`: for models in which both follow from the same."""
-        return self.log_prior(u), self.inside(u)
-
     def log_prior_terms(self, u: FloatArray) -> FloatArray:
         """Log prior of every parameter, (W, d)."""
         if self._normal_priors is None:
@@ -164,8 +160,8 @@ class Posterior(ABC):
 
     def log_prob(self, u: FloatArray) -> FloatArray:
         """Log posterior up to a constant, (W,); -inf outside the support, never NaN."""
-        total, inside = self.prior_within(u)
-        alive = np.isfinite(total) & inside
+        total = self.log_prior(u)
+        alive = np.isfinite(total) & self.inside(u)
         if not alive.all():
             total[~alive] = -np.inf
             if not alive.any():

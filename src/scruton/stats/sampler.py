@@ -140,7 +140,10 @@ class Ensembles:
         with contextlib.suppress(np.linalg.LinAlgError):
             points = [draws.reshape(-1, draws.shape[-1]) for draws in recent]
             self.proposals = [
-                [Conditional(fit_mixture(u[:, np.r_[given, own]]), own, given) for own, given, *_ in self.blocks]
+                [
+                    Conditional(fit_mixture(u[:, np.r_[block.given, block.members]]), block.members, block.given)
+                    for block in self.blocks
+                ]
                 for u in points
             ]
         self.chain, self.log_probs, self.accepted = [], [], 0.0
@@ -232,7 +235,7 @@ def _start(posterior: Posterior, settings: SamplerSettings, seed: np.random.Seed
             coords, log_prob = np.concatenate([coords, new[good]]), np.concatenate([log_prob, value[good]])
             width *= 0.7
         coords, log_prob = coords[: i * count], log_prob[: i * count]
-        proposals.append([conditional(proposal, *block[:2]) for block in posterior.blocks])
+        proposals.append([conditional(proposal, block.members, block.given) for block in posterior.blocks])
     state = np.random.RandomState(np.random.MT19937(sampling)).get_state()
     return Ensembles(settings.ensembles, posterior.blocks, proposals, coords.copy(), log_prob.copy(), state)
 
@@ -267,7 +270,6 @@ def _restore(stored: dict[str, Any], blocks: Sequence[Block]) -> Ensembles:
         return Conditional(Mixture(weight, each), blocks[j].members, blocks[j].given)
 
     proposals = [[proposal(i, j) for j in range(len(blocks))] for i in range(owners)]
-    ensembles = Ensembles(count, blocks, proposals, stored["coords"], stored["log_prob"], state)
-    ensembles.chain, ensembles.log_probs = [stored["chain"]], [stored["log_probs"]]
-    ensembles.accepted = float(stored["accepted"])
-    return ensembles
+    chain, log_probs, accepted = [stored["chain"]], [stored["log_probs"]], float(stored["accepted"])
+    start = stored["coords"], stored["log_prob"], state
+    return Ensembles(count, blocks, proposals, *start, chain, log_probs, accepted)
