@@ -4,8 +4,12 @@ import multiprocessing
 import os
 import signal
 import threading
+from collections import deque
 from collections.abc import Callable
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import partial
 from multiprocessing.connection import wait
 from typing import Any
 
@@ -15,15 +19,24 @@ def pool(count: int) -> ProcessPoolExecutor:
     return ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"), initializer=serve)
 
 
+@dataclass(eq=False)
+class _Work:
+    do: Callable[[], Any]
+    begun: "Future[Any] | None" = None
+
+
 class SecondProcess:
     """A second process for what can be done meanwhile; where its block fails, it is ended, whatever it was doing.
 
-    With `beside` false there is none, and everything is done here when its result is asked for.
+    It does one thing at a time, in the order in which they were asked for.  What it has not begun when its result is
+    wanted is done here, as everything is where the process is dead, or where there is none (`beside` false).
     """
 
     def __init__(self, beside: bool = True) -> None:
         self.pool: ProcessPoolExecutor | None = None
+        self.waiting: deque[_Work] = deque()
         self.last: Future[Any] | None = None
+        self.lock = threading.Lock()
         if beside:
             others = multiprocessing.active_children()
             self.pool = pool(1)
@@ -34,23 +47,40 @@ class SecondProcess:
         return self
 
     def __exit__(self, failure: object, *_: object) -> None:
-        if self.pool is None:
+        with self.lock:
+            ended, self.pool = self.pool, None
+        if ended is None:
             return
         for process in self.workers if failure is not None else ():
             process.terminate()
-        self.pool.shutdown(cancel_futures=True)
+        ended.shutdown(cancel_futures=True)
 
     def begin[T](self, work: Callable[..., T], *arguments: object) -> Callable[[], T]:
         """Begin, and return what waits for the result (and raises what the work raised)."""
-        if self.pool is None:
-            return lambda: work(*arguments)
-        begun: Future[T] = self.pool.submit(work, *arguments)
-        self.last = begun
-        return begun.result
+        own = _Work(partial(work, *arguments))
+        self.waiting.append(own)
+        self._next()
+        return partial(self._result, own)
+
+    def _next(self, _: object = None) -> None:
+        """Begin what waits first, where there is a process that has nothing to do."""
+        begun = None
+        with self.lock, suppress(BrokenExecutor):
+            if self.pool is not None and self.idle and self.waiting:
+                self.last = begun = self.pool.submit(self.waiting[0].do)
+                self.waiting.popleft().begun = begun
+        if begun is not None:
+            begun.add_done_callback(self._next)
+
+    def _result(self, own: _Work) -> Any:
+        with self.lock:
+            if own.begun is None:
+                self.waiting.remove(own)
+        return own.do() if own.begun is None else own.begun.result()
 
     @property
     def idle(self) -> bool:
-        """Whether there is a second process, and nothing left for it to do."""
+        """Whether there is a second process, and nothing that it does."""
         return self.pool is not None and (self.last is None or self.last.done())
 
 

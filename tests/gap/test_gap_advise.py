@@ -82,6 +82,19 @@ def test_friction_hides_behind_none_in_wind_alone(nothing: Diagnosis) -> None:
     assert any("still air" in line and "coulomb_friction" in line for line in advise(nothing))
 
 
+def test_what_is_nearly_as_probable_is_not_told_apart(full: Diagnosis, nothing: Diagnosis) -> None:
+    """Odds of ten by convention; where nothing is found and that is in doubt, the doubt is what to settle first."""
+    odds = {"structural_damping_nonlinearity": 0.8, "fluid_memory": 0.11, "aerodynamic_damping_nonlinearity": 0.07}
+    doubted = replace(full, probability=odds | {NONE: 0.02})
+    assert confusions(doubted)[0] == ("structural_damping_nonlinearity", "fluid_memory")
+    likely = {NONE: 0.5, "coulomb_friction": 0.4, "structural_damping_error": 0.1, "fluid_memory": 0.04}
+    assert confusions(replace(nothing, probability=likely))[0][:2] == (NONE, "coulomb_friction")
+    lines = advise(replace(nothing, probability=likely))
+    assert "would tell coulomb_friction as fitted from none" in lines[0]
+    assert sum("coulomb_friction" in line for line in lines) == 1
+    assert not any("as fitted" in line for line in advise(replace(nothing, probability=likely | {NONE: 0.9})))
+
+
 def test_a_record_in_wind_tells_less_than_one_in_still_air(alone: Diagnosis) -> None:
     """Friction's twin: the separation is computed, so that it must be small where physics says so."""
     rival = alone.rivals["aerodynamic_damping_nonlinearity"].best

@@ -12,10 +12,12 @@ from test_griffin_predict import campaign_tree
 from scruton.campaign import load_campaign, tests_used
 from scruton.errors import InputError
 from scruton.griffin import Prediction, predict
-from scruton.griffin.validate import Validation, fits_needed, validate
+from scruton.griffin.validate import Validation, Whole, fits_needed, predict_left_out, validate
 from scruton.infer.cards import load_card
 from scruton.infer.fit import fit_campaign
+from scruton.infer.sampling import Known
 from scruton.stats.convergence import SamplerSettings
+from scruton.stats.sampler import sample
 
 
 def validation(draws, amplitude: float) -> Validation:
@@ -85,7 +87,7 @@ class Fits:
     calls: list
     unconverged: tuple = ()
 
-    def __call__(self, campaign, card, *, seed, thorough, checkpoints=None):
+    def __call__(self, campaign, card, *, seed, thorough, known, checkpoints=None):
         names = tuple(test.name for test in campaign.tests if test.records)
         self.calls.append((names, seed, thorough))
         rows = [TABLE_5[int(name.removeprefix("T"))] for name in names]
@@ -219,6 +221,25 @@ def test_records_of_one_law_predict_each_other(crossed) -> None:
         # one setting misses another by sqrt(2) times the median discrepancy of the card, 0.09, and by more in the tails
         assert np.exp(1.645 * 0.09) < one.factor < np.exp(1.645 * 0.25)
         assert one.log_score > stats.norm.logpdf(0.0, 0.0, 0.25)
+
+
+def test_what_a_part_shares_with_the_whole_is_drawn_once(two_rigs, quick, crossed, monkeypatch) -> None:
+    """Rigs and tests of the whole are not sampled again, and nothing changes by that."""
+    drawn = []
+    monkeypatch.setattr(
+        "scruton.infer.sampling.sample", lambda posterior, *rest: drawn.append(posterior) or sample(posterior, *rest)
+    )
+    known: Known = {}
+    campaign = load_campaign(two_rigs("paper"))
+    fit = fit_campaign(campaign, quick, seed=1, thorough=False, known=known)
+    first = len(drawn)
+    assert first == len(known) == 3
+    again = predict_left_out(Whole(campaign, quick, 1, fit.summary["tests"], fit.converged, known))
+    assert len(drawn) == first + 2, "the campaign model of each part alone"
+    for one, other in zip(again, crossed, strict=True):
+        np.testing.assert_array_equal(one.prediction.draws, other.prediction.draws)
+    fit_campaign(campaign, quick, seed=2, thorough=False, known=known)
+    assert len(drawn) == 2 * first + 2, "another seed draws anew"
 
 
 def test_no_prediction_sees_the_records_that_it_predicts(two_rigs, quick, crossed) -> None:

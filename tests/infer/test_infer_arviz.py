@@ -92,6 +92,18 @@ def test_the_sampler_speaks_of_itself(tree):
     assert float(stats["ess_bulk"].sel(parameter="gust_time")) == row.loc[("test Sc 21.7", "gust_time"), "ess_bulk"]
 
 
+def test_tests_by_themselves_are_power_scaled(tree):
+    """Of every test alone: its records move what they tell, its priors do not."""
+    table = az.psense_summary(tree, var_names=["a_star", "relaxation_rate", "gust_time"])
+    values = table[["prior", "likelihood"]].astype(float)
+    assert np.isfinite(values.to_numpy()).all()
+    told = values[~values.index.str.startswith("gust_time")]
+    assert (told["likelihood"] > told["prior"]).all()
+    likelihood = tree["log_likelihood"]["records"]
+    prior = sum(one for one in tree["log_prior"].data_vars.values())
+    np.testing.assert_allclose(likelihood + prior, tree["sample_stats"]["lp"])
+
+
 # --- the campaign model, as ArviZ reads a model -----------------------------------------------------------------------
 
 

@@ -51,7 +51,7 @@ def quick_card(tmp_path_factory):
 @pytest.fixture(scope="module")
 def quick(small_campaign, quick_card):
     """The small campaign fitted under the paper's law."""
-    return fit_campaign(load_campaign(small_campaign), load_card(quick_card()), seed=0, command="fit")
+    return fit_campaign(load_campaign(small_campaign), load_card(quick_card()), seed=0, asked={"command": "fit"})
 
 
 def test_truth_lies_in_the_bands(small_results):
@@ -69,15 +69,17 @@ def test_truth_lies_in_the_bands(small_results):
 def test_groups_of_the_tree(tree):
     assert set(tree.children) == {
         "posterior", "rig_posterior", "trial_function", "posterior_predictive", "prior", "log_likelihood",
-        "log_prior", "sample_stats", "examined", "observed_data", "constant_data", "campaign_posterior", "laws",
+        "log_prior", "sample_stats", "examined", "examined_log_likelihood", "observed_data", "constant_data",
+        "campaign_posterior", "laws",
         "innovations", "convergence", "inputs", "law_free", "prior_predictive", "campaign_model",
     }  # fmt: skip
     provenance = json.loads(tree.attrs["provenance"])
     assert set(provenance["sha256"]) == {"campaign.toml", "still.csv", "decay.csv", "growth.csv"}
     assert provenance["seed"] == 0
     assert provenance["card"]["name"] == "default"
-    assert tree["log_likelihood"]["amplitude"].sizes["cycle"] == tree["observed_data"]["amplitude"].size
-    assert np.isfinite(tree["log_likelihood"]["amplitude"]).all()
+    by_cycle = tree["examined_log_likelihood"]["amplitude"]
+    assert by_cycle.sizes["cycle"] == tree["observed_data"]["amplitude"].size
+    assert np.isfinite(by_cycle).all()
     for name in ("a_star", "relaxation_rate", "Y1", "epsilon", "scruton_number", "relaxation_scruton_number"):
         assert np.isfinite(tree["posterior"][name]).all()
     assert (tree["posterior"]["Y1"] < 0).all()
@@ -87,7 +89,7 @@ def test_groups_of_the_tree(tree):
 def test_arviz_reads_it(tree):
     table = az.summary(tree["posterior"].dataset, var_names=["Y1", "epsilon"], ci_prob=0.9, ci_kind="eti", round_to=4)
     assert len(table) == 2
-    loo = az.loo(tree.isel(test=0), var_name="amplitude", pointwise=True, reff=0.5)
+    loo = az.loo(tree["campaign_model"], var_name="amplitude", pointwise=True, reff=0.5)
     assert np.isfinite(loo.elpd)
     ids = tree["posterior"]["ensemble"].values
     assert float(az.rhat_nested(tree["posterior"].dataset, superchain_ids=ids)["Y1"].max()) < 1.01
@@ -197,7 +199,7 @@ def test_what_is_examined_is_the_joint_posterior_of_the_leading_law(quick):
     assert examined.attrs["law"] == "n=-1"
     for name in ("a_star", "relaxation_rate", "Y1", "damping_ratio"):
         np.testing.assert_allclose(np.sort(examined[name].values.ravel()), np.sort(joint[name].values.ravel()))
-    at = quick.tree["log_likelihood"]
+    at = quick.tree["examined_log_likelihood"]
     records = examined["lp_records"].sel(chain=at["chain"], draw=at["draw"]).values
     pointwise = at["amplitude"].sum("cycle").transpose("chain", "draw").values
     steady = at["steady"].isel(test=0).values
@@ -214,7 +216,7 @@ def test_innovations_are_kept_and_white(tree):
 
 def test_same_seed_same_bytes_other_seed_other(small_campaign, quick, quick_card, tmp_path):
     card = load_card(quick_card())
-    again = fit_campaign(load_campaign(small_campaign), card, seed=0, command="fit")
+    again = fit_campaign(load_campaign(small_campaign), card, seed=0, asked={"command": "fit"})
     for first, second in zip(write_fit(quick, tmp_path / "a"), write_fit(again, tmp_path / "b"), strict=True):
         assert first.read_bytes() == second.read_bytes()
     other = fit_campaign(load_campaign(small_campaign), card, seed=1, thorough=False)
@@ -226,8 +228,8 @@ def test_same_seed_same_bytes_other_seed_other(small_campaign, quick, quick_card
 def test_what_predictions_do_not_need_can_be_left_out_without_changing_the_rest(small_campaign, quick, quick_card):
     brief = fit_campaign(load_campaign(small_campaign), load_card(quick_card()), seed=0, thorough=False)
     left_out = {
-        "trial_function", "examined", "posterior_predictive", "log_likelihood", "innovations", "observed_data",
-        "prior_predictive", "campaign_model",
+        "trial_function", "examined", "posterior_predictive", "examined_log_likelihood", "innovations",
+        "observed_data", "prior_predictive", "campaign_model",
     }  # fmt: skip
     assert set(quick.tree.children) - set(brief.tree.children) == left_out
     for name in ("posterior", "campaign_posterior", "rig_posterior"):

@@ -54,7 +54,7 @@ def written(small_campaign, tmp_path_factory):
     """A fit as it was made, and its folder."""
     card = load_card()
     card = replace(card, sampler=replace(card.sampler, walkers=64, draws=16, min_ess=400, max_rhat=1.03))
-    fit = fit_campaign(load_campaign(small_campaign), card, seed=3, command="fit")
+    fit = fit_campaign(load_campaign(small_campaign), card, seed=3, asked={"command": "fit"})
     folder = tmp_path_factory.mktemp("written")
     write_fit(fit, folder)
     return fit, folder

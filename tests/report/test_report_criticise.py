@@ -16,6 +16,7 @@ from scruton.cli import main, parser
 from scruton.documents import write_document
 from scruton.errors import InputError
 from scruton.infer.criticism import Criticism, Flag, criticise_tree
+from scruton.infer.result_schema import EXAMINED_LIKELIHOOD
 from scruton.report.figures import figures_from
 from scruton.workspace import digest
 
@@ -153,9 +154,9 @@ def several(tree: xr.DataTree, count: int) -> xr.DataTree:
     for name in ("posterior", "prior", "examined"):
         group = tree[name].to_dataset()
         found[name] = xr.concat([group.assign_coords(test=[one]) for one in names], dim="test")
-    likelihood = tree["log_likelihood"].to_dataset()
+    likelihood = tree[EXAMINED_LIKELIHOOD].to_dataset()
     pointwise, steady = likelihood[["amplitude"]], likelihood[["steady"]]
-    found["log_likelihood"] = xr.merge(
+    found[EXAMINED_LIKELIHOOD] = xr.merge(
         [
             xr.concat([pointwise] * count, dim="cycle"),
             xr.concat([steady.assign_coords(test=[one]) for one in names], dim="test"),

@@ -56,7 +56,7 @@ def small(name: str) -> figures.FigureWithCaption:
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     """One small figure, and no fits for the crossed predictions."""
     monkeypatch.setattr(figures, "all_figures", lambda *_: [small("griffin")])
-    monkeypatch.setattr("scruton.report.parts.validate", lambda *_, **__: [])
+    monkeypatch.setattr("scruton.report.parts.predict_left_out", lambda *_, **__: [])
 
 
 def boxes(document: Document, key: str) -> list[Callout]:
@@ -119,7 +119,7 @@ def test_a_chapter_that_fails_costs_itself_alone(three, monkeypatch: pytest.Monk
 def quick_register(monkeypatch: pytest.MonkeyPatch) -> dict[str, Registered]:
     """The register with drawings that take no time: one page each."""
     monkeypatch.undo()
-    monkeypatch.setattr("scruton.report.parts.validate", lambda *_, **__: [])
+    monkeypatch.setattr("scruton.report.parts.predict_left_out", lambda *_, **__: [])
     found = {name: replace(entry, draw=lambda *_, name=name: small(name), when=None, each=None)
              for name, entry in registered().items() if entry.source == "fit"}  # fmt: skip
     monkeypatch.setattr("scruton.report.figures.registry.registered", lambda: found)

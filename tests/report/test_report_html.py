@@ -3,6 +3,7 @@
 import itertools
 import json
 import math
+import os
 import re
 import time
 from concurrent.futures import CancelledError
@@ -23,7 +24,7 @@ from scruton.campaign.schema import Kind, Motion
 from scruton.documents import read_document
 from scruton.errors import InputError
 from scruton.griffin import predict
-from scruton.griffin.validate import Validation
+from scruton.griffin.validate import Validation, Whole
 from scruton.processes import SecondProcess
 from scruton.report import build_report, figures
 from scruton.report.chapters import Material, compose
@@ -144,7 +145,7 @@ def validations(fit, level: float = 1.0) -> list[Validation]:
 @pytest.fixture
 def crossed(three, monkeypatch: pytest.MonkeyPatch) -> None:
     """No fits for the crossed predictions of the report of `three`: its records are made up."""
-    monkeypatch.setattr("scruton.report.parts.validate", lambda *_, **__: validations(three))
+    monkeypatch.setattr("scruton.report.parts.predict_left_out", lambda *_, **__: validations(three))
 
 
 @pytest.fixture
@@ -338,6 +339,17 @@ def test_a_second_process_does_the_same() -> None:
             failing()
 
 
+def test_what_a_second_process_has_not_begun_is_done_here() -> None:
+    with SecondProcess() as beside:
+        slow, next_one, last = beside.begin(time.sleep, 1.0), beside.begin(os.getpid), beside.begin(os.getpid)
+        assert last() == os.getpid()
+        assert not beside.idle
+        slow()
+        assert next_one() == beside.process.result() != os.getpid()
+        left = beside.begin(time.sleep, 0.1), beside.begin(os.getpid)
+    assert left[1]() in (os.getpid(), beside.process.result())
+
+
 def fail_with(beside: SecondProcess, sleeping: list) -> None:
     with beside:
         beside.begin(math.sqrt, 1.0)()
@@ -371,13 +383,13 @@ def test_a_report_of_several_rigs_validates_its_own_campaign(
 ) -> None:
     asked = []
 
-    def validate(*arguments: object, **keywords: object) -> list[Validation]:
-        asked.append((arguments, keywords))
+    def validate(whole: Whole, **keywords: object) -> list[Validation]:
+        asked.append((whole.campaign, whole.card, whole.seed, whole.tests, keywords))
         return validations(three, 0.6)
 
-    monkeypatch.setattr("scruton.report.parts.validate", validate)
+    monkeypatch.setattr("scruton.report.parts.predict_left_out", validate)
     paths = build_report(three, tmp_path, design_sc=[30.0])
-    assert asked == [((three.campaign, three.card), {"seed": 1, "singles": False})]
+    assert asked == [(three.campaign, three.card, 1, three.summary["tests"], {"singles": False})]
     assert "OUTSIDE" in Page(paths.report.read_text(encoding="utf-8")).text
 
 

@@ -88,7 +88,8 @@ def fit(
     loaded = _campaign(campaign)
     if tests:
         loaded = tests_used(loaded, list(tests))
-    found = fit_campaign(loaded, _card(card), seed=seed, report=_Told(), command="fit", only=tuple(tests))
+    asked = {"command": "fit", "tests": list(tests)}
+    found = fit_campaign(loaded, _card(card), seed=seed, report=_Told(), asked=asked)
     for flag in found.flags:
         _log.warning("%s", flag)
     if out is not None:

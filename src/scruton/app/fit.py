@@ -16,6 +16,7 @@ from scruton.terminal import DONE, NOT_TRUSTED, line_width
 if TYPE_CHECKING:
     from scruton.infer.cards import ModelCard
     from scruton.infer.results import Fit
+    from scruton.infer.sampling import Known
 
 # Files and folders that say that a fit or its report lies in a folder, whoever wrote them.
 RESULTS = ("posterior.nc", "fit.json", "report.html", "report.pdf", "report.json", "gap.json", "sizing.json")
@@ -54,16 +55,19 @@ class FitTask:
         all_settings = {"tests": list(self.names), "effect": self.effect, **settings}
         return Run(self.folder, "fit", arguments, sha256=files, card=self.card, settings=all_settings, results=RESULTS)
 
-    def fit(self, work: Run) -> "Fit":
-        """Fit, with checkpoints in the folder; an effect (or "auto": what diagnosis finds) goes into the tree."""
+    def fit(self, work: Run, known: "Known | None" = None) -> "Fit":
+        """Fit, with checkpoints in the folder; an effect (or "auto": what diagnosis finds) goes into the tree.
+
+        What is drawn is added to what is `known`.
+        """
         from scruton.infer.fit import fit_campaign
 
         card, effect = self.card, self.effect
         tests = "".join(f" --test {shlex.quote(name)}" for name in self.names)
         command = f"fit --seed {self.seed} --model {card.name}{tests}" + (f" --effect {effect}" if effect else "")
         fit = fit_campaign(
-            self.campaign, card, seed=self.seed, checkpoints=work.checkpoints, report=work.bar, command=command,
-            only=self.names,
+            self.campaign, card, seed=self.seed, checkpoints=work.checkpoints, report=work.bar, known=known,
+            asked={"command": command, "tests": list(self.names)},
         )  # fmt: skip
         if effect is not None:
             from scruton.gap.bands import attach

@@ -15,6 +15,7 @@ from scruton.terminal import DONE, NOT_TRUSTED, line_width
 
 if TYPE_CHECKING:
     from scruton.infer.results import Fit
+    from scruton.infer.sampling import Known
     from scruton.report.build import ReportPaths
 
 WRITTEN = ("report.html", "report.pdf", "report.json")
@@ -48,7 +49,7 @@ def of_campaign(arguments: Namespace) -> Outcome:
     from scruton.processes import SecondProcess
     from scruton.report.build import write_report
     from scruton.report.failures import begun
-    from scruton.report.parts import check_bridge, crossed_part, gap_part, scruton_numbers_of, sizing_part
+    from scruton.report.parts import check_bridge, crossed_part, gap_part, scruton_numbers_of, sizing_part, whole_of
 
     path, model, seed = arguments.campaign, arguments.model, arguments.seed
     bridge, limits, gap = arguments.bridge, arguments.limit, not arguments.no_gap
@@ -57,9 +58,10 @@ def of_campaign(arguments: Namespace) -> Outcome:
     task = FitTask.of(arguments)
     settings = {"sc": arguments.sc, "limits": limits, "gap": gap, "bridge": bridge is not None}
     with task.claim(arguments, sha256, settings) as work, SecondProcess(beside=arguments.jobs > 1) as second:
-        crossed = begun(second, crossed_part, task.campaign, task.card, seed)
         diagnosis = begun(second, gap_part, path, model) if gap else None
-        fit = task.fit(work)
+        known: Known = {}
+        fit = task.fit(work, known)
+        crossed = begun(second, crossed_part, whole_of(fit, known))
         write_fit(fit, work.new)
         sizing = None if bridge is None else begun(second, sizing_part, work.new, bridge, limits, seed)
         of_the_bridge = partial(scruton_numbers_of, fit.tree, bridge) if bridge and fit.summary["tests"] else ()

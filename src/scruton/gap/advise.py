@@ -1,6 +1,6 @@
 """What these data cannot tell, the cheapest record that would, and what no record in wind can show."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
@@ -16,7 +16,7 @@ from scruton.gap import thresholds
 from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis
 from scruton.gap.further_record import FurtherRecord, separation
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
-from scruton.gap.thresholds import BLIND, BOUND_SIGMAS, COSTS, WANTED
+from scruton.gap.thresholds import BLIND, BOUND_SIGMAS, COSTS, FAR_MORE_PROBABLE, WANTED
 
 _USUAL = "20 % of the relaxation damping"
 
@@ -26,8 +26,9 @@ def confusions(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
 
     An effect joins the verdict where the verdict's signature at its fitted size - what it moves in the innovations,
     whitened - has less than two standard deviations left after projection on the null model's parameters and the
-    effect's, or where its evidence is as good to within some nats.  Other pairs are looked at with 20 per cent of the
-    relaxation damping.  The group of `none` holds what could be there at that size without being seen.
+    effect's, where its evidence is as good to within some nats, or where the verdict is not ten times as probable.
+    Other pairs are looked at with 20 per cent of the relaxation damping.  The group of `none` holds what could be there
+    at that size without being seen, too.
     """
     verdict, weights = diagnosis.verdict, diagnosis.log_weights
     space = _Tangent(diagnosis.null.hypothesis, diagnosis.null.mode)
@@ -46,6 +47,8 @@ def confusions(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
             if name in CATALOGUE and name not in known and gain > weights[verdict] - thresholds.FAR_BEHIND
         ]
         first += _near_signature(diagnosis, near, typical) if near else []
+    if verdict != UNKNOWN:
+        first += _as_likely(diagnosis, {*first, *diagnosis.found})
     groups: list[set[str]] = []
     rest = [name for name in signatures if name not in first and seen[name] >= BLIND]
     for i, name in enumerate(rest):
@@ -55,6 +58,14 @@ def confusions(diagnosis: Diagnosis) -> tuple[tuple[str, ...], ...]:
                 joined = {name, other}.union(*(group for group in groups if group & {name, other}))
                 groups = [*(group for group in groups if not group & joined), joined]
     return (tuple(first), *(tuple(sorted(group)) for group in groups))
+
+
+def _as_likely(diagnosis: Diagnosis, known: Collection[str]) -> list[str]:
+    """Further effects of the catalogue that the verdict is not far more probable than, the most probable first."""
+    probability = diagnosis.probability
+    least = probability[diagnosis.verdict] / FAR_MORE_PROBABLE
+    likely = [name for name, one in probability.items() if name in CATALOGUE and name not in known and one > least]
+    return sorted(likely, key=lambda name: -probability[name])
 
 
 def _near_signature(diagnosis: Diagnosis, names: Sequence[str], typical: Mapping[str, Variant]) -> list[str]:
@@ -126,16 +137,20 @@ def advise(diagnosis: Diagnosis) -> list[str]:
     Every record that could be taken is imagined as the verdict expects it: still-air decays, growths and decays of the
     tests that are there, releases from farther out, other Scruton numbers.  How far it would lie from what a rival
     predicts, whose parameters may bend as far as all other records allow, adds to how far the rival lies behind
-    already; a static calibration settles gains and saturation.  Without a verdict, it is the least visible effects, at
-    20 per cent of the relaxation damping, that are to be told from none.
+    already; a static calibration settles gains and saturation.  Where nothing is found, it is the effects that are
+    nearly as probable, as they were fitted, and the least visible ones, at 20 per cent of the relaxation damping, that
+    are to be told from none.
     """
     records = list(_records(diagnosis))
-    verdict, null, lines = diagnosis.verdict, diagnosis.null, []
+    verdict, null = diagnosis.verdict, diagnosis.null
+    lines: list[str] = []
     if verdict == NONE:
+        doubts = _doubts(diagnosis, records)
+        lines += doubts.values()
         space, typical = _Tangent(null.hypothesis, null.mode), _typical(diagnosis)
         seen = {name: space.left(_signature(null, space, variant)) for name, variant in typical.items()}
         for name in sorted(seen, key=lambda name: seen[name])[: thresholds.MOST_RIVALS]:
-            if seen[name] < WANTED:
+            if seen[name] < WANTED and name not in doubts:
                 larger = null.hypothesis.extended(typical[name])
                 truth = larger, larger.start_from(null.mode, _usual(typical[name]))
                 lines.append(_line(f"{name} of {_USUAL}", NONE, seen[name], truth, null, records))
@@ -161,6 +176,19 @@ def advise(diagnosis: Diagnosis) -> list[str]:
         f"{verdict} is told from its nearest rival {near[0][0]} by {np.sqrt(2.0 * behind[0]):.0f} sigma: "
         "no further record is needed to name it"
     ]
+
+
+def _doubts(diagnosis: Diagnosis, records: list[FurtherRecord]) -> dict[str, str]:
+    """Where nothing is found and that is not settled: what tells the effects that are nearly as probable from none."""
+    if diagnosis.probability[NONE] >= thresholds.SETTLED:
+        return {}
+    lines = {}
+    for name in _as_likely(diagnosis, ())[: thresholds.MOST_RIVALS]:
+        if name in diagnosis.rivals and (fit := diagnosis.rivals[name].best) is not None:
+            now = float(np.sqrt(2.0 * max(diagnosis.log_weights[NONE] - diagnosis.log_weights[name], 0.0)))
+            truth = fit.hypothesis, fit.mode
+            lines[name] = _line(f"{name} as fitted", NONE, now, truth, diagnosis.null, records)
+    return lines
 
 
 def _speeds(diagnosis: Diagnosis) -> list[str]:

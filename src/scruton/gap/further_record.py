@@ -172,11 +172,12 @@ def separation(truth: tuple[Hypothesis, FloatArray], rival: FittedHypothesis, re
     w, covariance = transplanted(rival.hypothesis, other, rival.mode, rival.covariance)
     channels = expected(extended, u, record)
     informed = Hypothesis(replace(other.null, data=replace(data, channels=channels)), other.variants)
-    v, log_s, jv, _ = informed.derivatives(w)
-    predicted, _ = channel_innovations(channels, extended.table(u[None]))
-    residual = (v - predicted[0]) * np.exp(-0.5 * log_s)
-    _, rows, where = informed.blocks[-1]
-    j = jv[rows] * np.exp(-0.5 * log_s)
+    with np.errstate(invalid="ignore"):  # what grows without bound is found out below
+        v, log_s, jv, _ = informed.derivatives(w)
+        predicted, _ = channel_innovations(channels, extended.table(u[None]))
+        residual = (v - predicted[0]) * np.exp(-0.5 * log_s)
+        _, rows, where = informed.blocks[-1]
+        j = jv[rows] * np.exp(-0.5 * log_s)
     if not (np.isfinite(residual).all() and np.isfinite(j).all()):
         raise LookupError(f"{record.text}: no finite prediction")
     inner = j @ j.T

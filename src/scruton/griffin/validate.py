@@ -1,9 +1,9 @@
 """Leave a test out: every rig's stable amplitude predicted from the others, and from each single one."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from scruton.workers import HERE, Workers
 
 if TYPE_CHECKING:
     from scruton.infer.cards import ModelCard
+    from scruton.infer.sampling import Known
 
 
 def _facts(one: "Validation") -> Mapping[str, object]:
@@ -154,15 +155,44 @@ def validate(
     """
     from scruton.infer.fit import fit_campaign
 
-    def place(number: int) -> Path | None:
-        return None if checkpoints is None else checkpoints.absolute() / f"{number}"
+    if progress:
+        progress("fits", 0.0)
+    known: Known = {}
+    place = _place(checkpoints, 0)
+    fit = fit_campaign(campaign, card, seed=seed, thorough=False, checkpoints=place, known=known)
+    whole = Whole(campaign, card, seed, fit.summary["tests"], fit.converged, known)
+    return predict_left_out(
+        whole, tests=tests, progress=progress, singles=singles, checkpoints=checkpoints, workers=workers
+    )
 
+
+@dataclass(frozen=True, eq=False)
+class Whole:
+    """A fit of all tests, from which its parts start: what it found of each test, as fit.json has it, and its draws."""
+
+    campaign: Campaign
+    card: "ModelCard"
+    seed: int
+    tests: Sequence[Mapping[str, Any]]
+    converged: bool
+    known: "Known"
+
+
+def predict_left_out(
+    whole: Whole,
+    *,
+    tests: Sequence[str] = (),
+    progress: Progress | None = None,
+    singles: bool = True,
+    checkpoints: Path | None = None,
+    workers: Workers = HERE,
+) -> list[Validation]:
+    """As `validate`, of a campaign that is fitted already; what a part shares with it is not drawn again."""
+    campaign = whole.campaign
     tell: Progress = progress or (lambda _what, _done: None)
     total = fits_needed(campaign, tests, singles=singles)
-    tell("fits", 0.0)
-    whole = fit_campaign(campaign, card, seed=seed, thorough=False, checkpoints=place(0))
     # What a test says alone: its joint posterior knows of the others.
-    fitted = {test["name"]: test.get("alone", test["parameters"]) for test in whole.summary["tests"]}
+    fitted = {test["name"]: test.get("alone", test["parameters"]) for test in whole.tests}
     with_records = tests_used(campaign, tuple(fitted))
     peaks = [test.name for test in peak_tests(with_records, {k: v["a_star"]["median"] for k, v in fitted.items()})]
     if len(peaks) < 2:
@@ -180,7 +210,7 @@ def validate(
     sources = list(by_source)
     sc = {test: fitted[test]["scruton_number"]["median"] for test in peaks}
     tasks = [
-        (tests_used(campaign, source), card, seed, place(number), [sc[test] for test in by_source[source]])
+        (_part(whole, source), _place(checkpoints, number), [sc[test] for test in by_source[source]])
         for number, source in enumerate(sources, start=1)
     ]
     predicted: dict[tuple[str, Source], tuple[Prediction, bool]] = {}
@@ -198,12 +228,24 @@ def validate(
     return validations
 
 
-def _predicted(
-    task: "tuple[Campaign, ModelCard, int, Path | None, list[float]]",
-) -> tuple[list[Prediction], bool]:
+def _place(checkpoints: Path | None, number: int) -> Path | None:
+    return None if checkpoints is None else checkpoints.absolute() / f"{number}"
+
+
+def _part(whole: Whole, source: Source) -> Whole:
+    """The campaign of some tests, and what is known of them and of their rigs."""
+    from scruton.infer.fit import known_of
+
+    campaign = tests_used(whole.campaign, source)
+    return replace(whole, campaign=campaign, known=known_of(campaign, whole.known))
+
+
+def _predicted(task: tuple[Whole, Path | None, list[float]]) -> tuple[list[Prediction], bool]:
     """Fit some tests and predict at the Scruton numbers of others; whether the fit has converged."""
     from scruton.infer.fit import fit_campaign
 
-    part, card, seed, checkpoints, scruton_numbers = task
-    fit = fit_campaign(part, card, seed=seed, thorough=False, checkpoints=checkpoints)
-    return [predict(fit.tree, scruton_number=sc, seed=seed) for sc in scruton_numbers], fit.converged
+    part, checkpoints, scruton_numbers = task
+    fit = fit_campaign(
+        part.campaign, part.card, seed=part.seed, thorough=False, checkpoints=checkpoints, known=dict(part.known)
+    )
+    return [predict(fit.tree, scruton_number=sc, seed=part.seed) for sc in scruton_numbers], fit.converged

@@ -14,7 +14,7 @@ from scruton.arrays import FloatArray
 from scruton.infer.hierarchy import SHARED
 from scruton.infer.joint import SCALES, evenly
 from scruton.infer.models import NOISE, WindPosterior, free_runs
-from scruton.infer.result_schema import SCHEMA, dataset, joined
+from scruton.infer.result_schema import EXAMINED_LIKELIHOOD, SCHEMA, dataset, joined
 from scruton.infer.results import LawResult, PeakResult, TestResult
 from scruton.infer.sampling import Sampling
 
@@ -135,7 +135,7 @@ def _by_cycle(parts: Sequence[Examined], ensemble: np.ndarray, sampling: Samplin
     kept = np.arange(amplitude.shape[1]) * POINTWISE_THIN
     likelihood = {"amplitude": amplitude, "steady": steady}
     return {
-        "log_likelihood": dataset("log_likelihood", likelihood, draw=kept, test=names),
+        EXAMINED_LIKELIHOOD: dataset(EXAMINED_LIKELIHOOD, likelihood, draw=kept, test=names),
         "posterior_predictive": dataset("posterior_predictive", {"amplitude": replicate, "mean_amplitude": mean}),
         "innovations": dataset("innovations", {"amplitude": standardised}),
         "observed_data": dataset("observed_data", {"amplitude": observed}),

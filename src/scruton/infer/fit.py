@@ -35,7 +35,7 @@ from scruton.infer.joint import (
 from scruton.infer.models import WIND, SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
 from scruton.infer.peaks import weighed_peaks
 from scruton.infer.results import TRIAL, Fit, RigResult, Sampled, TestResult, TrialResult
-from scruton.infer.sampling import Sampling, fewer_walkers
+from scruton.infer.sampling import Known, Sampling, fewer_walkers
 from scruton.infer.speeds import NAME as SPEEDS
 from scruton.infer.speeds import fit_speeds
 from scruton.infer.steady import SteadyVerdict, judge_steady, steady_posterior
@@ -47,6 +47,7 @@ from scruton.stats import whiteness
 from scruton.stats.priors import Prior, check_support
 
 TRANSIENTS = (Kind.GROWTH, Kind.DECAY)
+RIG, LOCK_IN = "rig", "lock-in of"  # of which a posterior is, in its name
 # What is sampled of a trial function, and the priors of the card that it has.
 TRIAL_PRIORS = {"b": "trial_slow_rate", "rate_gap": "trial_rate_gap"}
 TRIAL_PRIORS |= {name: name for name in ("trial_residual", "trial_residual_rate", "noise_factor")}
@@ -60,8 +61,8 @@ def fit_campaign(
     seed: int = 0,
     checkpoints: Path | None = None,
     report: Progress | None = None,
-    command: str = "",
-    only: tuple[str, ...] = (),
+    known: Known | None = None,
+    asked: Mapping[str, Any] = {},
     thorough: bool = True,
 ) -> Fit:
     """Sample every posterior of a campaign.
@@ -77,10 +78,10 @@ def fit_campaign(
         Folder for checkpoints, to be removed by the caller once the results are written.
     report : callable, optional
         Told the name of the posterior being sampled and the fraction done.
-    command : str
-        What the user asked for, for the provenance.
-    only : tuple of str
-        Names of the tests that the campaign was restricted to, for the provenance.
+    known : dict, optional
+        What earlier fits drew, so that it is not drawn again; what is drawn here is added.
+    asked : mapping
+        For the provenance: the `command`, and the `tests` that the campaign was restricted to.
     thorough : bool
         False leaves out all that predictions of stable amplitudes do not need (trial functions, free runs, stacking,
         other wind speeds), for studies that fit many campaigns.
@@ -90,7 +91,7 @@ def fit_campaign(
     InputError
         If the campaign holds nothing to fit, or no record that can be used.
     """
-    sampling = Sampling(card, seed, checkpoints, report)
+    sampling = Sampling(card, seed, checkpoints, report, {} if known is None else known)
     campaign, cycles = usable(campaign, card.envelope_source)
     if not cycles:
         wanted = "at least one [[rigs.records]] or [[tests.records]]"
@@ -119,8 +120,15 @@ def fit_campaign(
         if record.kind in TRANSIENTS and thorough
     ]
     sampled = Sampled(campaign, card, cycles, ringdowns, tuple(rigs.values()), tuple(tests), joint, tuple(trials))
-    provenance = provenance_of_fit(campaign, card, seed=seed, command=command, only=only)
+    provenance = provenance_of_fit(campaign, card, seed=seed, asked=asked)
     return assemble(sampled, sampling, provenance, thorough=thorough, misfit=bool(misfits))
+
+
+def known_of(campaign: Campaign, known: Known) -> Known:
+    """What is known of the rigs and tests of a campaign, each by itself."""
+    names = [f"{RIG} {rig.name}" for rig in campaign.rigs] + [f"{TEST} {test.name}" for test in campaign.tests]
+    names += [f"{LOCK_IN} {record.name}" for test in campaign.tests for record in test.records]
+    return {name: known[name] for name in names if name in known}
 
 
 def assemble(
@@ -172,7 +180,7 @@ def fit_rig(
 ) -> RigResult:
     """Posterior of a rig's structural damping ratio, from its ring-downs and what the laboratory states."""
     card, motion = sampling.card, campaign.section.motion
-    prior, name = stated_damping(rig, card, campaign), f"rig {rig.name}"
+    prior, name = stated_damping(rig, card, campaign), f"{RIG} {rig.name}"
     priors = (prior, card.prior("still_air_scatter", motion), card.prior("noise_factor", motion))
     data = EnvelopeData.join({r.name: cycles[r.name] for r in rig.records})
     if not data.size or ringdown is None:
@@ -240,7 +248,7 @@ def judge_lock_in(
     """Whether the fluctuations of a lock-in record may tell the relaxation rate, judged by its own posterior."""
     posterior = steady_posterior(record.name, cycles, priors, omega0, sampling.card.initial_amplitude_sd)
     data = posterior.data
-    samples = sampling.run(f"lock-in of {record.name}", posterior, data.amplitude, data.standard_error, data.time)
+    samples = sampling.run(f"{LOCK_IN} {record.name}", posterior, data.amplitude, data.standard_error, data.time)
     return judge_steady(record.name, cycles, samples, posterior)
 
 

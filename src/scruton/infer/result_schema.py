@@ -125,6 +125,7 @@ def _campaign(curve: tuple[str, ...], tests: tuple[str, ...]) -> tuple[Variable,
 
 
 MODEL = "campaign_model"
+EXAMINED_LIKELIHOOD = "examined_log_likelihood"
 SCHEMA: Mapping[str, tuple[Variable, ...]] = {
     "rig_posterior": (Variable("damping_ratio", (*_DRAW, "rig"), "f", "-", "structural damping xi_s in still air"),),
     "posterior": _derived(_DRAWS_OF_TEST),
@@ -148,7 +149,8 @@ SCHEMA: Mapping[str, tuple[Variable, ...]] = {
         *(_optional(one) for one in _derived(_DRAWS_OF_TEST) if one.name not in _SHARED_NAMES),
     ),
     "prior_predictive": (Variable("amplitude", _DRAWS_OF_CYCLE, "f", EITHER, "records that the prior alone expects"),),
-    "log_likelihood": (
+    "log_likelihood": (Variable("records", _DRAWS_OF_TEST, "f", "-", "of all records of a test, up to a constant"),),
+    EXAMINED_LIKELIHOOD: (
         # Of the draws of `examined`, as all that follows by cycle.
         Variable("amplitude", _DRAWS_OF_CYCLE, "f", "-", "of every cycle given those before it, thinned"),
         Variable("steady", _DRAWS_OF_TEST, "f", "-", "of the steady amplitudes of a test"),

@@ -27,18 +27,27 @@ def fewer_walkers(settings: SamplerSettings, dimensions: int) -> SamplerSettings
     return settings
 
 
+# By what was sampled: the fingerprint of everything that determines the draws, and the draws.
+type Known = dict[str, tuple[str, Samples]]
+
+
 class ExcludedByPriorsError(InputError):
     """No point of the priors explains the records."""
 
 
 @dataclass(eq=False)
 class Sampling:
-    """How the posteriors of one run are sampled: card, seed, where checkpoints lie, whom to tell."""
+    """How the posteriors of one run are sampled: card, seed, where checkpoints lie, whom to tell.
+
+    What an earlier run drew of the very same posterior is `known`, and is not drawn again: what is left of a campaign
+    has most of its posteriors in common with the whole.
+    """
 
     card: ModelCard
     seed: int
     checkpoints: Path | None = None
     report: Progress | None = None
+    known: Known = field(default_factory=dict)
     flags: list[str] = field(default_factory=list)
 
     def seed_of(self, name: str) -> np.random.SeedSequence:
@@ -53,15 +62,13 @@ class Sampling:
         """
         from scruton import __version__
 
+        digest = hashlib.sha256(f"{__version__}|{self.seed}|{name}|{posterior.priors!r}|{self.card.sha256}".encode())
+        for array in arrays:
+            digest.update(np.ascontiguousarray(array).tobytes())
+        fingerprint, what = digest.hexdigest(), f"{name}, roughly" if roughly else name
         checkpoint = None
         if self.checkpoints is not None:
-            digest = hashlib.sha256(
-                f"{__version__}|{self.seed}|{name}|{posterior.priors!r}|{self.card.sha256}".encode()
-            )
-            for array in arrays:
-                digest.update(np.ascontiguousarray(array).tobytes())
-            file = f"{name}, roughly" if roughly else name
-            checkpoint = Checkpoint(self.checkpoints / f"{zlib.crc32(file.encode()):08x}.npz", digest.hexdigest())
+            checkpoint = Checkpoint(self.checkpoints / f"{zlib.crc32(what.encode()):08x}.npz", fingerprint)
         paid = [block.members.size for block in posterior.blocks if block.times == 1]  # with a likelihood
         settings = fewer_walkers(self.card.sampler, max(paid))
         if roughly:
@@ -71,13 +78,16 @@ class Sampling:
             if self.report:
                 self.report(name, done)
 
+        known, samples = self.known.get(what, ("", None))
         try:
-            samples = sample(posterior, settings, self.seed_of(name), checkpoint, progress)
+            if samples is None or known != fingerprint:
+                samples = sample(posterior, settings, self.seed_of(name), checkpoint, progress)
         except ValueError as error:
             if isinstance(error, InputError):
                 raise
             kind = ExcludedByPriorsError if isinstance(error, ImpossibleError) else InputError
             raise kind(name, "", str(error), "a record and priors that agree") from error
+        self.known[what] = fingerprint, samples
         fault = samples.convergence.explain(posterior.names, settings)
         if fault:
             self.flags.append(f"{name}: {fault}")

@@ -18,6 +18,7 @@ from scruton.campaign.schema import Motion
 from scruton.infer.cards import ModelCard
 from scruton.infer.joint import FORCES
 from scruton.infer.models import NOISE
+from scruton.infer.result_schema import EXAMINED_LIKELIHOOD
 from scruton.infer.thresholds import BARELY_MOVED, NOT_MOVED, SENSITIVE, TRUSTED_KHAT
 
 if TYPE_CHECKING:
@@ -293,9 +294,9 @@ def influences(tree: "xr.DataTree") -> tuple[Influence, ...]:
     Records of a test are independent given its parameters, so that the weight of a draw is one over the record's joint
     density, the product of the conditional densities of its cycles.  Steady records have one density together.
     """
-    if "log_likelihood" not in tree or "examined" not in tree:
+    if EXAMINED_LIKELIHOOD not in tree or "examined" not in tree:
         return ()
-    pointwise = tree["log_likelihood"]["amplitude"].transpose("chain", "draw", "cycle")
+    pointwise = tree[EXAMINED_LIKELIHOOD]["amplitude"].transpose("chain", "draw", "cycle")
     constant, posterior = tree["constant_data"], tree["examined"]
     of_test, of_record = (constant[key].to_numpy().astype(str) for key in ("record_test", "record"))
     at = {"chain": pointwise["chain"], "draw": pointwise["draw"]}
@@ -306,7 +307,7 @@ def influences(tree: "xr.DataTree") -> tuple[Influence, ...]:
             name: pointwise.to_numpy()[..., in_test & (of_record == name)].sum(axis=-1).reshape(-1)
             for name in dict.fromkeys(of_record[in_test].tolist())
         }
-        steady = _flat(tree["log_likelihood"]["steady"].sel(test=test))
+        steady = _flat(tree[EXAMINED_LIKELIHOOD]["steady"].sel(test=test))
         if densities and float(np.ptp(steady)) > 1e-6:
             densities[STEADY] = steady
         if len(densities) < 2:

@@ -140,11 +140,12 @@ def _test_groups(tests: Sequence[TestResult]) -> dict[str, xr.Dataset]:
         stacked = {key: np.stack([values[key] for values in of_tests], axis=-1) for key in of_tests[0]}
         return dataset(name, {**stacked, **more}, test=names, ensemble=ensemble)
 
-    log_prior = []
+    log_prior, likelihood = [], []
     for result in tests:
         chain = result.samples.chain
         terms = result.posterior.log_prior_terms(chain.reshape(-1, chain.shape[-1])).reshape(chain.shape)
         log_prior.append({name: result.posterior.named(terms)[name] for name in result.posterior.names})
+        likelihood.append({"records": result.samples.log_prob - terms.sum(axis=-1)})
     own = [diagnostics(result.samples) for result in tests]
     stats = group(
         "sample_stats", [{"lp": result.samples.log_prob} for result in tests],
@@ -154,6 +155,7 @@ def _test_groups(tests: Sequence[TestResult]) -> dict[str, xr.Dataset]:
         "posterior": group("posterior", [result.derived for result in tests]),
         "sample_stats": stats.assign_coords(parameter=list(tests[0].samples.names)),
         "log_prior": group("log_prior", log_prior),
+        "log_likelihood": group("log_likelihood", likelihood),
     }
 
 
@@ -191,19 +193,17 @@ def _trial_group(trials: Sequence[TrialResult]) -> xr.Dataset:
     )
 
 
-def provenance_of_fit(
-    campaign: Campaign, card: ModelCard, *, seed: int, command: str, only: Sequence[str]
-) -> dict[str, Any]:
+def provenance_of_fit(campaign: Campaign, card: ModelCard, *, seed: int, asked: Mapping[str, Any]) -> dict[str, Any]:
     """Where the numbers come from: versions, seed, digests, the model card."""
-    section = campaign.section
+    section, tests = campaign.section, list(asked.get("tests", ()))
     return provenance(
-        command,
+        asked.get("command", ""),
         seed=seed,
         sha256=campaign.sha256 or {},
-        settings={"tests": list(only), "envelope_source": card.envelope_source},
+        settings={"tests": tests, "envelope_source": card.envelope_source},
         card={"name": card.name, "sha256": card.sha256, "text": card.text, "resolved": card.resolved},
     ) | {
-        "tests": list(only),
+        "tests": tests,
         "campaign": {
             "title": campaign.title,
             "source": campaign.source,

@@ -139,13 +139,14 @@ def write_report(
     from scruton.report.chapters import Material, compose, with_failures
     from scruton.report.charts import decision_chart, griffin_chart
     from scruton.report.exports import numbers, write_tables
+    from scruton.report.parts import crossed_part, whole_of
     from scruton.report.render_html import render_html
     from scruton.report.render_typst import render_pdf
     from scruton.report.tables import tables
 
     failures = Failures()
     attempt = failures.attempt
-    design, at_tests, crossed_ones = _predictions(fit, design_sc, crossed, failures)
+    design, at_tests = _predictions(fit, design_sc, failures)
     frames = attempt("campaign", "The tables", lambda: tables(fit, [*design, *at_tests.values()]), {})
     pictures = _draw(fit, second or SecondProcess(beside=False), failures)
     parts: dict[str, Part] = {}
@@ -170,6 +171,10 @@ def write_report(
         charts = {"decision": chart, **charts} if chart else charts
     pictures = [replace(picture, chart=charts.get(picture.name)) for picture in pictures]
     contents = {name: dict(part.content) for name, part in parts.items()}
+    crossed_ones: Mapping[str, Any] = {}
+    if sum(test["peak"] for test in fit.summary["tests"]) > 1:
+        what = "The prediction of each peak test from the others"
+        crossed_ones = attempt("predictions", what, crossed or partial(crossed_part, whole_of(fit)), {})
     sensitivity = attempt("predictions", "The sensitivity of predictions", partial(_sensitivity, fit, design), ())
     material = Material(
         fit, frames, pictures, design, at_tests, crossed_ones, charts=charts, sensitivity=sensitivity, **contents
@@ -243,15 +248,12 @@ def _sensitivity(fit: "Fit", design: "Sequence[Prediction]") -> "tuple[Predictio
     return prediction_sensitivity(fit.tree, points, seed=int(fit.summary["provenance"]["seed"]))
 
 
-def _predictions(
-    fit: "Fit", design_sc: Design, crossed: Crossed | None, failures: Failures
-) -> "tuple[list[Prediction], dict[str, Prediction], Mapping[str, Any]]":
-    """At the design; by peak test, for another setting at its Scruton number, and of it from the other peak tests.
+def _predictions(fit: "Fit", design_sc: Design, failures: Failures) -> "tuple[list[Prediction], dict[str, Prediction]]":
+    """At the design; by peak test, for another setting at its Scruton number.
 
     Numbers that were asked for and cannot be are bad input.
     """
     from scruton.griffin import predict
-    from scruton.report.parts import crossed_part
 
     seed, attempt = int(fit.summary["provenance"]["seed"]), partial(failures.attempt, "predictions")
 
@@ -265,8 +267,4 @@ def _predictions(
     design = attempt("The prediction at the design", partial(predicted, design_sc), [], passing)
     peaks = {t["name"]: t["parameters"]["scruton_number"]["median"] for t in fit.summary["tests"] if t["peak"]}
     predictions = attempt("The prediction at the tests", partial(predicted, [*peaks.values()]), None)
-    tested = {} if predictions is None else dict(zip(peaks, predictions, strict=True))
-    if len(peaks) < 2:
-        return design, tested, {}
-    crossed = crossed or partial(crossed_part, fit.campaign, fit.card, seed)
-    return design, tested, attempt("The prediction of each peak test from the others", crossed, {})
+    return design, {} if predictions is None else dict(zip(peaks, predictions, strict=True))

@@ -3,7 +3,6 @@
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from scruton.errors import InputError
@@ -63,13 +62,8 @@ def guarded[T](
 
 
 def begun[T](second: "SecondProcess", work: Callable[..., T], *arguments: object) -> Callable[[], T | Failure]:
-    """Begin guarded work beside; where the second process is dead, it is done here when it is asked for."""
-    from concurrent.futures import BrokenExecutor
-
-    try:
-        return second.begin(guarded, work, *arguments)
-    except BrokenExecutor:
-        return partial(guarded, work, *arguments)
+    """Begin guarded work beside."""
+    return second.begin(guarded, work, *arguments)
 
 
 @dataclass

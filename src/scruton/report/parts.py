@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from scruton.campaign import Campaign, load_campaign
+from scruton.campaign import load_campaign
 from scruton.errors import InputError
 from scruton.griffin.curves import law_curves
 from scruton.griffin.posterior import chosen_rig, motion_of, rig_mass_damping_draws
-from scruton.griffin.validate import validate
-from scruton.infer.cards import ModelCard, load_card
+from scruton.griffin.validate import Whole, predict_left_out
+from scruton.infer.cards import load_card
 from scruton.infer.store import read_tree
 from scruton.report.chapters.gap import gap_sentence
 from scruton.report.charts import damper_chart, risk_chart
@@ -30,6 +30,9 @@ from scruton.sizing.study import sized
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from scruton.infer.results import Fit
+    from scruton.infer.sampling import Known
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,11 +70,19 @@ def gap_part(campaign: Path, model: str = "default") -> Part:
     return Part(json.loads(json.dumps(content)), shown, failures.found)
 
 
-def crossed_part(campaign: Campaign, card: ModelCard, seed: int) -> dict[str, Any]:
+def whole_of(fit: "Fit", known: "Known | None" = None) -> Whole:
+    """What the parts of a fitted campaign are fitted by; `known` is what the fit drew."""
+    from scruton.infer.fit import known_of
+
+    seed = int(fit.summary["provenance"]["seed"])
+    return Whole(fit.campaign, fit.card, seed, fit.summary["tests"], fit.converged, known_of(fit.campaign, known or {}))
+
+
+def crossed_part(whole: Whole) -> dict[str, Any]:
     """Each peak test of a campaign predicted from the others, as `Prediction.to_json` has it; empty with one rig."""
-    if len({test.rig for test in campaign.tests}) < 2:
+    if len({test.rig for test in whole.campaign.tests}) < 2:
         return {}
-    return {case.test: case.prediction.to_json() for case in validate(campaign, card, seed=seed, singles=False)}
+    return {case.test: case.prediction.to_json() for case in predict_left_out(whole, singles=False)}
 
 
 def check_bridge(campaign: Path, bridge: Path, limits: Sequence[str] = ()) -> Bridge:
