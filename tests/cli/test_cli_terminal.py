@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -235,9 +236,9 @@ def test_tests_are_named_whole_or_in_a_list(
     path.write_text(text + other, encoding="utf-8")
     seen: list[list[str]] = []
 
-    def fit(*_: object, only: tuple[str, ...], command: str, **__: object) -> None:
-        seen.append(list(only))
-        assert [one.replace("'", "") for one in command.split(" --test ")[1:]] == names
+    def fit(*_: object, asked: dict[str, Any], **__: object) -> None:
+        seen.append(asked["tests"])
+        assert [one.replace("'", "") for one in asked["command"].split(" --test ")[1:]] == names
         raise InputError("", "", "", "")
 
     monkeypatch.setattr("scruton.infer.fit.fit_campaign", fit)

@@ -116,6 +116,17 @@ def test_a_verdict_below_four_fifths_is_not_settled() -> None:
     )
 
 
+def test_that_nothing_was_found_may_be_unsettled_too() -> None:
+    likely = {"none": 0.27, "coulomb_friction": 0.16, "fluid_memory": 0.14, "unknown": 0.05}
+    nothing = {"verdict": "none", "also": [], "probability": likely}
+    assert gap_sentence(nothing) == (
+        "Nothing is found that must be there. Not settled: no gap (27 %), or dry friction (16 %) or the wake lags "
+        "(14 %)."
+    )
+    sure = {"none": 0.82, "coulomb_friction": 0.18}
+    assert gap_sentence(nothing | {"probability": sure}) == "The null model and the records agree within their noise."
+
+
 def test_the_report_says_whether_its_numbers_contain_what_was_found() -> None:
     gap = SURE | {"meaning": {"text": "`--effect auto` puts it in."}}
     assert contained_sentence(gap, {"effect": {"used": "coulomb_friction"}}) == "The numbers here contain it."

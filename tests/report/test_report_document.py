@@ -205,6 +205,7 @@ def test_the_gap_is_told_with_where_and_how_far_it_shrinks(three) -> None:
                   "a gain of all channels", "8 more are in gap.json", "probability above 0.99"):  # fmt: skip
         assert words in said, words
     nothing = {**GAP, "verdict": "none", "shrink": {}, "where": [], "effects": {}, "advice": [], "invisible": []}
+    nothing["probability"] = {"none": 0.9, "coulomb_friction": 0.1}
     assert "agree within their noise" in text_of(gap_chapter(material(three, gap=nothing)))
     assert list(gap_chapter(material(three))) == []
     for gap, words in ((GAP, "Diagnosis: The null model and the records part"), (nothing, "agree within their noise")):

@@ -14,6 +14,7 @@ from scruton.report.wording import PAGE, PARAMETERS, TERMINAL, Notation, number,
 _SIZE = ("parameter", "median", "90 % interval", "unit", "form")
 _WHERE = ("quantity", "rig", "test", "record", "amplitude", "time [s]", "excess")
 _INVISIBLE = "What these records cannot show, whatever it is"
+_NOTHING_SURE = "Nothing is found that must be there."
 _AGREE = "The null model and the records agree within their noise."
 _NULL_IN_WIND = (
     "The null model is the paper’s law with one pair of aerodynamic parameters for the peak tests and no discrepancy "
@@ -97,10 +98,11 @@ def _in_words(name: str) -> str:
 
 def gap_sentence(gap: Mapping[str, Any]) -> str:
     """The verdict in one sentence; below 0.8 with what else it may be."""
+    if not _settled(gap):
+        found = _NOTHING_SURE if gap["verdict"] == "none" else "The null model and the records part."
+        return f"{found} Not settled: {_candidates(gap, _in_words)}."
     if gap["verdict"] == "none":
         return _AGREE
-    if not _settled(gap):
-        return f"The null model and the records part. Not settled: {_candidates(gap, _in_words)}."
     names = [_in_words(gap["verdict"]), *(f"{_in_words(name)}{_chance(gap, name)}" for name in gap["also"])]
     sure = _odds(gap["probability"][gap["verdict"]])
     return f"The null model and the records part. What explains it: {names[0]} (probability {sure})" + (
@@ -122,11 +124,13 @@ def _chance(gap: Mapping[str, Any], name: str) -> str:
 
 
 def _candidates(gap: Mapping[str, Any], title: Callable[[str], str]) -> str:
-    """The likeliest causes with their shares, and that of no gap."""
+    """The likeliest causes with their shares, and that of no gap, which comes first where it leads."""
     likely = sorted(gap["probability"].items(), key=lambda pair: -pair[1])
     causes = [(name, p) for name, p in likely if name != "none"]
     named = [f"{title(name)} ({share(p)})" for i, (name, p) in enumerate(causes) if i < 2 or p >= NAMED_ABOVE]
     none = share(gap["probability"].get("none", 0.0))
+    if gap["verdict"] == "none":
+        return f"no gap ({none}), or {' or '.join(named)}"
     return f"{' or '.join(named)}; no gap {none}"
 
 
@@ -134,10 +138,12 @@ def gap_summary(gap: Mapping[str, Any], unit: str) -> list[Block]:
     """The diagnosis for the terminal, of amplitudes in this unit: every place, and effects by the names of files."""
     names = [gap["verdict"], *gap["also"]]
     alike = "; ".join(" / ".join(group) for group in gap["indistinguishable"] if len(group) > 1)
-    titles = _AGREE if names == ["none"] else " ".join(f"{effect_title(name)}." for name in names)
+    titles = " ".join(f"{effect_title(name)}." for name in names)
+    if names == ["none"]:
+        titles = _AGREE if _settled(gap) else _NOTHING_SURE
     probability = "Probability (calibrated on simulated campaigns)"
     verdict = f"Verdict: {' and '.join([names[0], *(f'{name}{_chance(gap, name)}' for name in names[1:])])}. {titles}"
-    if names != ["none"] and not _settled(gap):
+    if not _settled(gap):
         verdict = f"Not settled: {_candidates(gap, str)}. {titles}"
     return [
         paragraph(verdict),

@@ -64,13 +64,13 @@ def _laid_out(diagnosis: Diagnosis, findings: Sequence[Finding], curves: Curves,
     handles = style.legend_handles(upper)
     order = sorted(handles, key=lambda label: label.startswith("differs"))
     drawing.legend([handles[label] for label in order], order, loc="outside lower center", ncols=2)
-    headline = "No gap: the null model and the records agree within their noise"
-    if diagnosis.found:
-        names = " and ".join(map(_words, diagnosis.found))
-        if diagnosis.probability[diagnosis.verdict] < SETTLED:
-            likely = sorted(diagnosis.probability.items(), key=lambda pair: -pair[1])[:2]
-            names = f"not settled: {' or '.join(f'{_words(name)} ({100.0 * p:.0f} %)' for name, p in likely)}"
-        headline = textwrap.fill(names[0].upper() + names[1:], _HEADLINE)
+    headline = " and ".join(map(_words, diagnosis.found))
+    if diagnosis.probability[diagnosis.verdict] < SETTLED:
+        likely = sorted(diagnosis.probability.items(), key=lambda pair: -pair[1])[:2]
+        headline = f"not settled: {' or '.join(f'{_words(name)} ({100.0 * p:.0f} %)' for name, p in likely)}"
+    elif not diagnosis.found:
+        headline = "No gap: the null model and the records agree within their noise"
+    headline = textwrap.fill(headline[0].upper() + headline[1:], _HEADLINE)
     drawing.suptitle(headline, x=0.01, ha="left", weight="bold")
     return FigureWithCaption(
         drawing,
