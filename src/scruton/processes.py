@@ -74,7 +74,7 @@ class SecondProcess:
 
     def _result(self, own: _Work) -> Any:
         with self.lock:
-            if own.begun is None:
+            if own in self.waiting:
                 self.waiting.remove(own)
         return own.do() if own.begun is None else own.begun.result()
 

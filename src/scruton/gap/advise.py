@@ -159,9 +159,8 @@ def advise(diagnosis: Diagnosis) -> list[str]:
         ]
     near = _near(diagnosis)
     truth = diagnosis.final.hypothesis, diagnosis.final.mode
-    behind = [diagnosis.log_weights[verdict] - diagnosis.log_weights[name] for name, _ in near]
-    for (name, fit), nats in zip(near, behind, strict=True):
-        now = float(np.sqrt(2.0 * max(nats, 0.0)))
+    for name, fit in near:
+        now = _behind(diagnosis, name)
         if now < WANTED:
             lines.append(_line(verdict, name, now, truth, fit, records))
     lines = [*_speeds(diagnosis), *_again(diagnosis), *(line for line in lines if line)]
@@ -173,7 +172,7 @@ def advise(diagnosis: Diagnosis) -> list[str]:
     if not near:
         return [f"no rival of {verdict} is near: no further record is needed to name it"]
     return [
-        f"{verdict} is told from its nearest rival {near[0][0]} by {np.sqrt(2.0 * behind[0]):.0f} sigma: "
+        f"{verdict} is told from its nearest rival {near[0][0]} by {_behind(diagnosis, near[0][0]):.0f} sigma: "
         "no further record is needed to name it"
     ]
 
@@ -185,10 +184,15 @@ def _doubts(diagnosis: Diagnosis, records: list[FurtherRecord]) -> dict[str, str
     lines = {}
     for name in _as_likely(diagnosis, ())[: thresholds.MOST_RIVALS]:
         if name in diagnosis.rivals and (fit := diagnosis.rivals[name].best) is not None:
-            now = float(np.sqrt(2.0 * max(diagnosis.log_weights[NONE] - diagnosis.log_weights[name], 0.0)))
-            truth = fit.hypothesis, fit.mode
+            now, truth = _behind(diagnosis, name), (fit.hypothesis, fit.mode)
             lines[name] = _line(f"{name} as fitted", NONE, now, truth, diagnosis.null, records)
     return lines
+
+
+def _behind(diagnosis: Diagnosis, name: str) -> float:
+    """Standard deviations by which a rival's evidence lies behind the verdict's already."""
+    nats = diagnosis.log_weights[diagnosis.verdict] - diagnosis.log_weights[name]
+    return float(np.sqrt(2.0 * max(nats, 0.0)))
 
 
 def _speeds(diagnosis: Diagnosis) -> list[str]:

@@ -23,6 +23,7 @@ from scruton.infer.damping import damping_prior, draws_over_amplitudes, ends, st
 from scruton.infer.derived import derive
 from scruton.infer.front import damping_varies, front_ends_of, ringdowns_of
 from scruton.infer.joint import (
+    RIG,
     SCALES,
     TEST,
     Joint,
@@ -47,7 +48,7 @@ from scruton.stats import whiteness
 from scruton.stats.priors import Prior, check_support
 
 TRANSIENTS = (Kind.GROWTH, Kind.DECAY)
-RIG, LOCK_IN = "rig", "lock-in of"  # of which a posterior is, in its name
+LOCK_IN = "lock-in of"  # how the posterior of one lock-in record is named, before the record
 # What is sampled of a trial function, and the priors of the card that it has.
 TRIAL_PRIORS = {"b": "trial_slow_rate", "rate_gap": "trial_rate_gap"}
 TRIAL_PRIORS |= {name: name for name in ("trial_residual", "trial_residual_rate", "noise_factor")}

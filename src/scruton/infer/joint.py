@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from scruton.infer.results import LawWeights
 
 CAMPAIGN = "campaign,"  # how the posterior of the campaign model is named, before the law
-TEST = "test"  # and that of a test alone, before its name
+TEST, RIG = "test", "rig"  # and those of a test alone and of a rig in still air, before its name
 REFERENCE = -1.0  # the law that Y1 and epsilon belong to
 FORCES = ("Y1", "epsilon")
 # Scales of the discrepancy between settings, and how they are spoken of.

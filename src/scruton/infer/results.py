@@ -11,7 +11,7 @@ from scruton.campaign.schema import Campaign, Record, Rig, Test
 from scruton.envelope import Cycles, FrontEnd, RingDown
 from scruton.infer.cards import ModelCard
 from scruton.infer.hierarchy import CampaignPosterior
-from scruton.infer.joint import CAMPAIGN, TEST
+from scruton.infer.joint import CAMPAIGN, RIG, TEST
 from scruton.infer.models import TrialPosterior, WindPosterior
 from scruton.infer.steady import SteadyVerdict
 from scruton.infer.thresholds import FAVOURED
@@ -163,7 +163,7 @@ class Sampled:
     @property
     def samples(self) -> dict[str, Samples]:
         """Draws of every posterior that was sampled, by its name."""
-        named = {f"rig {result.rig.name}": result.samples for result in self.rigs if result.samples}
+        named = {f"{RIG} {result.rig.name}": result.samples for result in self.rigs if result.samples}
         named |= {f"{TEST} {result.test.name}": result.samples for result in self.tests}
         named |= {f"{CAMPAIGN} {law.label}": law.samples for law in (self.joint.laws if self.joint else ())}
         return named | {f"{TRIAL} {trial.record.name}": trial.samples for trial in self.trials}

@@ -13,7 +13,7 @@ from scruton.documents import as_json
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.infer.cards import ModelCard
 from scruton.infer.examined import examined_groups
-from scruton.infer.joint import TEST, Joint, reference_holds
+from scruton.infer.joint import RIG, TEST, Joint, reference_holds
 from scruton.infer.law_free import law_free_group
 from scruton.infer.result_schema import EITHER, SCHEMA, dataset
 from scruton.infer.results import TRIAL, PeakResult, Sampled, TestResult, TrialResult
@@ -271,7 +271,7 @@ def summarise(
         "rigs": [
             {
                 "name": rig.rig.name,
-                "parameters": parameters({"damping_ratio": rig.damping}, f"rig {rig.rig.name}", verdicts),
+                "parameters": parameters({"damping_ratio": rig.damping}, f"{RIG} {rig.rig.name}", verdicts),
                 "bands": [
                     {
                         "amplitude": [band.lower, band.upper],

@@ -14,8 +14,6 @@ from scruton.report.wording import PAGE, PARAMETERS, TERMINAL, Notation, number,
 _SIZE = ("parameter", "median", "90 % interval", "unit", "form")
 _WHERE = ("quantity", "rig", "test", "record", "amplitude", "time [s]", "excess")
 _INVISIBLE = "What these records cannot show, whatever it is"
-_NOTHING_SURE = "Nothing is found that must be there."
-_AGREE = "The null model and the records agree within their noise."
 _NULL_IN_WIND = (
     "The null model is the paper’s law with one pair of aerodynamic parameters for the peak tests and no discrepancy "
     "between them: the discrepancy and the average over laws, which the predictions carry, would swallow what this "
@@ -99,15 +97,23 @@ def _in_words(name: str) -> str:
 def gap_sentence(gap: Mapping[str, Any]) -> str:
     """The verdict in one sentence; below 0.8 with what else it may be."""
     if not _settled(gap):
-        found = _NOTHING_SURE if gap["verdict"] == "none" else "The null model and the records part."
-        return f"{found} Not settled: {_candidates(gap, _in_words)}."
+        return f"{_whether(gap)} Not settled: {_candidates(gap, _in_words)}."
     if gap["verdict"] == "none":
-        return _AGREE
+        return _whether(gap)
     names = [_in_words(gap["verdict"]), *(f"{_in_words(name)}{_chance(gap, name)}" for name in gap["also"])]
     sure = _odds(gap["probability"][gap["verdict"]])
-    return f"The null model and the records part. What explains it: {names[0]} (probability {sure})" + (
+    return f"{_whether(gap)} What explains it: {names[0]} (probability {sure})" + (
         f", and {' and '.join(names[1:])}." if names[1:] else "."
     )
+
+
+def _whether(gap: Mapping[str, Any]) -> str:
+    """Whether the null model and the records part, in a sentence."""
+    if gap["verdict"] != "none":
+        return "The null model and the records part."
+    if not _settled(gap):
+        return "Nothing is found that must be there."
+    return "The null model and the records agree within their noise."
 
 
 def _settled(gap: Mapping[str, Any]) -> bool:
@@ -138,9 +144,7 @@ def gap_summary(gap: Mapping[str, Any], unit: str) -> list[Block]:
     """The diagnosis for the terminal, of amplitudes in this unit: every place, and effects by the names of files."""
     names = [gap["verdict"], *gap["also"]]
     alike = "; ".join(" / ".join(group) for group in gap["indistinguishable"] if len(group) > 1)
-    titles = " ".join(f"{effect_title(name)}." for name in names)
-    if names == ["none"]:
-        titles = _AGREE if _settled(gap) else _NOTHING_SURE
+    titles = _whether(gap) if names == ["none"] else " ".join(f"{effect_title(name)}." for name in names)
     probability = "Probability (calibrated on simulated campaigns)"
     verdict = f"Verdict: {' and '.join([names[0], *(f'{name}{_chance(gap, name)}' for name in names[1:])])}. {titles}"
     if not _settled(gap):
