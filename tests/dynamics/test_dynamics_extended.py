@@ -8,9 +8,11 @@ from grid_filter import grid_log_likelihood, gusty_innovations, motion
 from numba import njit
 from scipy.linalg import expm
 
+from scruton.dynamics import drive_moments as lanes
 from scruton.dynamics.cycles import Channels, EnvelopeData
+from scruton.dynamics.effect_drift import effect_drift
 from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
-from scruton.dynamics.extended import channel_innovations, drive_moments, effect_drift
+from scruton.dynamics.extended import channel_innovations
 from scruton.dynamics.filter import innovations_of
 from scruton.dynamics.laws.law import Law
 from scruton.dynamics.likelihood import Wind, innovations, pointwise_log_likelihood
@@ -193,19 +195,59 @@ def test_gusts_with_an_effect_against_small_steps(rng, name, start):
     np.testing.assert_allclose(got_s[0, 50:100], s[50:], rtol=0.02)
 
 
-@pytest.mark.parametrize("rate", [-0.3, -1e-9, 0.0, 1e-9, 0.4])
-@pytest.mark.parametrize("fade", [0.05, 0.4, 1.5])
-def test_moments_of_a_drive_are_those_of_the_matrix_exponential(rate, fade):
-    """Of (amplitude, gust, offset, mean amplitude), as Van Loan has them: what forgets, what grows, what stays."""
-    dt = 0.5
-    along = np.array([[-rate, 1, 1, 0], [0, -fade, 0, 0], [0, 0, 0, 0], [1 / dt, 0, 0, 0]])
-    diffusion = np.diag([0.0, 2 * fade, 0.0, 0.0])
-    both = expm(np.block([[-along, diffusion], [np.zeros((4, 4)), along.T]]) * dt)
-    flow, gathered = both[4:, 4:].T, both[4:, 4:].T @ both[:4, 4:]
-    keep, push, push_mean, hold, hold_mean, *moments = drive_moments(rate, fade, dt)
-    assert (keep, push, push_mean) == pytest.approx((flow[1, 1], flow[0, 1], flow[3, 1]), rel=1e-6)
-    assert (hold, hold_mean) == pytest.approx((flow[0, 2], flow[3, 2]), rel=1e-6)
-    assert moments == pytest.approx([gathered[i] for i in ((0, 0), (0, 1), (1, 1), (0, 3), (1, 3), (3, 3))], rel=1e-5)
+@njit
+def _moments(x, dt):
+    lanes.gust_decay(x, dt)
+    lanes.moments_of_all(x, dt, True)
+
+
+FADES = [0.05, 0.4, 1.5]
+RATES = [-0.9, -0.3, -1e-9, 0.0, 1e-9, 0.4, 0.62]
+
+
+@pytest.mark.parametrize("fade", FADES)
+def test_moments_of_a_drive_are_those_of_the_matrix_exponential(fade):
+    """Of (amplitude, gust, offset, mean amplitude), as Van Loan has them: what forgets, what grows, what stays.
+
+    All rates side by side: some in reach of the series, some not.
+    """
+    dt, x = 0.5, np.zeros((lanes.ROWS, lanes.LANES))
+    x[lanes.FADE], x[lanes.RATE, : len(RATES)] = fade, RATES
+    x[lanes.HALF_LOSS] = 0.5 * dt * x[lanes.RATE]
+    _moments(x, dt)
+    for w, rate in enumerate(RATES):
+        along = np.array([[-rate, 1, 1, 0], [0, -fade, 0, 0], [0, 0, 0, 0], [1 / dt, 0, 0, 0]])
+        flow, gathered = van_loan(along, np.diag([0.0, 2 * fade, 0.0, 0.0]), dt)
+        wanted = {
+            "PHI": flow[0, 0], "HALF": np.exp(-0.5 * rate * dt), "KEEP": flow[1, 1], "PUSH": flow[0, 1],
+            "PUSH_MEAN": flow[3, 1], "HOLD": flow[0, 2], "HOLD_MEAN": flow[3, 2], "DD": gathered[0, 0],
+            "DH": gathered[0, 1], "HH": gathered[1, 1], "DM": gathered[0, 3], "HM": gathered[1, 3],
+            "MM": gathered[3, 3],
+        }  # fmt: skip
+        _, gathered = van_loan(along, np.diag([1.0, 0.0, 0.0, 0.0]), dt)
+        wanted |= {"Q_END": gathered[0, 0], "Q_CROSS": gathered[0, 3], "Q_MEAN": gathered[3, 3]}
+        got = {name: x[getattr(lanes, name), w] for name in wanted}
+        assert got == pytest.approx(wanted, rel=1e-6), rate
+
+
+def van_loan(along, diffusion, dt):
+    """What is left of the states of a linear equation after dt, and the covariance that unit noise has built up."""
+    size = len(along)
+    both = expm(np.block([[-along, diffusion], [np.zeros((size, size)), along.T]]) * dt)
+    return both[size:, size:].T, both[size:, size:].T @ both[:size, size:]
+
+
+def test_series_and_closed_forms_of_the_moments_meet():
+    """Where one takes over from the other the numbers do not jump: differences of the likelihood are taken there."""
+    dt, step = 0.5, 1e-9
+    x = np.zeros((lanes.ROWS, lanes.LANES))
+    x[lanes.FADE, :2] = x[lanes.FADE, 2:] = 0.2
+    x[lanes.RATE, :4] = np.array([lanes.NEAR - step, lanes.NEAR + step, step - lanes.NEAR, -step - lanes.NEAR]) / dt
+    x[lanes.RATE, 2:4] += 0.2
+    x[lanes.HALF_LOSS] = 0.5 * dt * x[lanes.RATE]
+    _moments(x, dt)
+    for row in range(lanes.PHI, lanes.Q_MEAN + 1):
+        np.testing.assert_allclose(x[row, 0:4:2], x[row, 1:4:2], rtol=2e-8)
 
 
 def test_rows_that_leave_a_channel_alone_are_copied_exactly(rng):
@@ -216,6 +258,9 @@ def test_rows_that_leave_a_channel_alone_are_copied_exactly(rng):
     data = channels(y, se, phase=wander, third=flat)
     rows = [bare_table(q), bare_table(q, STIFFNESS=3.0), bare_table(q, THIRD=0.01), bare_table(q, AERO=0.6)]
     rows += [bare_table(q, DETUNING=1e-3), bare_table(q)]
+    rows += [bare_table(q, **wind_terms(0.02, 0.01, 2.0)), bare_table(q, FRICTION=0.004, FRICTION_WIDTH=1e-4)]
+    rows += [bare_table(q, CLIP=0.08), bare_table(q, FORCE_COS=0.002, FORCE_RATE=1.0), bare_table(q, AERO=5.0)]
+    rows += [bare_table(q, DRIVE=(1.0 + 0.02 * k) * LAM * A_STAR) for k in range(12)]
     together = channel_innovations(data, np.concatenate(rows))
     for k, row in enumerate(rows):
         alone = channel_innovations(data, row)

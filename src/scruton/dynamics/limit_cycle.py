@@ -6,8 +6,8 @@ import numpy as np
 from numba import njit
 
 from scruton.arrays import FloatArray
+from scruton.dynamics.effect_drift import effect_drift
 from scruton.dynamics.effects.terms import BELONGS, HATS, Belongs, Term
-from scruton.dynamics.extended import effect_drift
 from scruton.dynamics.thresholds import RANGE
 
 _GRID = 280

@@ -1,0 +1,107 @@
+"""The drift of the amplitude with every term that an effect may add: da/dt in a given wind."""
+
+import numpy as np
+from numba import njit
+
+from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
+
+_S1, _S2, _S3 = int(Term.STRUCTURAL), int(Term.STRUCTURAL_LINEAR), int(Term.STRUCTURAL_SQUARE)
+_F, _FW = int(Term.FRICTION), int(Term.FRICTION_WIDTH)
+_L1, _C, _L2, _L3, _L5 = (
+    int(Term.AERO), int(Term.DRIVE), int(Term.AERO_LINEAR), int(Term.AERO_SQUARE), int(Term.AERO_FOURTH)
+)  # fmt: skip
+_COH, _LAG, _LAG_KIND = int(Term.COHERENCE), int(Term.LAG), int(Term.LAG_KIND)
+_TREND, _SINE, _TREND_DRIVE = int(Term.TREND), int(Term.TREND_SINE), int(Term.TREND_DRIVE)
+_JUMP, _JUMP_RATE = int(Term.JUMP), int(Term.JUMP_RATE)
+_HAT = int(Term.HAT)
+
+
+@njit(cache=True)
+def effect_drift(a, lagged, c, tau, late, force, hats, knots):  # type: ignore[no-untyped-def]
+    """da/dt and its derivative in a, for coefficients (COLUMNS,) at a place `tau` in the record."""
+    x = c.reshape((COLUMNS, 1))
+    wind, still, drive = weather(x, 0, tau, 0.5 * np.sin(np.pi * tau), late)
+    return drift_of(a, lagged, x, 0, wind, still, drive, force, hats, knots)
+
+
+@njit(cache=True, inline="always")
+def weather(x, w, tau, bow, late):  # type: ignore[no-untyped-def]
+    """Wind, still-air damping and drive at a place in a record, of column w: what no amplitude changes.
+
+    `bow` is sin(pi tau)/2, which does not depend on the column.
+    """
+    wind = 1.0 + x[_TREND, w] * tau + x[_SINE, w] * bow
+    still = x[_S1, w] + (x[_JUMP_RATE, w] if late else 0.0)
+    drive = x[_C, w] * (1.0 + x[_TREND_DRIVE, w] * tau) * (1.0 + (x[_JUMP, w] if late else 0.0))
+    return wind, still, drive
+
+
+@njit(cache=True, inline="always")
+def polynomial(x, w, wind, still, drive, force):  # type: ignore[no-untyped-def]
+    """Coefficients of 1, a, a^2, a^3, a^5 in da/dt: all of it where there is no `rough` term."""
+    return (
+        wind * wind * drive + force,
+        -still - wind * x[_L1, w],
+        -x[_S2, w] - wind * x[_L2, w],
+        -x[_S3, w] - wind * x[_L3, w],
+        -wind * x[_L5, w],
+    )
+
+
+@njit(cache=True, inline="always")
+def rough(c):  # type: ignore[no-untyped-def]
+    """Whether a row of coefficients has terms that are no polynomial of the amplitude: 0, 1, or 2 with hats."""
+    for j in range(HATS):
+        if c[_HAT + j] != 0.0:
+            return 2.0
+    return 1.0 if c[_F] != 0.0 or c[_LAG] > 0.0 or c[_COH] > 0.0 else 0.0
+
+
+@njit(cache=True, inline="always")
+def drift_of(a, lagged, x, w, wind, still, drive, force, hats, knots):  # type: ignore[no-untyped-def]
+    """`effect_drift` of column w of a table on end, (COLUMNS or more, W), in a given wind."""
+    f = -(still + a * (x[_S2, w] + a * x[_S3, w])) * a
+    d = -still - a * (2.0 * x[_S2, w] + 3.0 * a * x[_S3, w])
+    if x[_F, w] != 0.0:
+        w2 = x[_FW, w] * x[_FW, w]
+        root = np.sqrt(a * a + w2)
+        f -= x[_F, w] * a / root
+        d -= x[_F, w] * w2 / (root * root * root)
+    b = a if x[_LAG, w] <= 0.0 else lagged
+    slow = x[_L1, w] + b * (x[_L2, w] + b * (x[_L3, w] + b * b * x[_L5, w]))
+    slope_drive = 0.0
+    if x[_COH, w] > 0.0:
+        lost = np.exp(-max(b, 0.0) / x[_COH, w])
+        slope_drive = drive * lost / x[_COH, w]
+        drive *= 1.0 - lost
+    if x[_LAG, w] <= 0.0:
+        f += wind * (wind * drive - slow * a)
+        steep = x[_L1, w] + a * (2.0 * x[_L2, w] + a * (3.0 * x[_L3, w] + 5.0 * a * a * x[_L5, w]))
+        d += wind * (wind * slope_drive - steep)
+    elif x[_LAG_KIND, w] > 0.5:
+        b = max(b, 1e-3 * abs(a) + 1e-12)
+        damping = wind * (wind * drive / b - slow)
+        f += damping * a
+        d += damping
+    else:
+        f += wind * (wind * drive - slow * b)
+    if hats:
+        excess, slope = _hat(x, w, np.log(max(a, 1e-300)), knots)
+        f -= excess * a
+        d -= excess + slope
+    return f + force, d
+
+
+@njit(cache=True, inline="always")
+def _hat(x, w, log_a, knots):  # type: ignore[no-untyped-def]
+    """Excess damping rate at an amplitude, and its slope in ln(amplitude)."""
+    if log_a <= knots[0]:
+        return x[_HAT, w], 0.0
+    last = len(knots) - 1
+    if log_a >= knots[last]:
+        return x[_HAT + last, w], 0.0
+    step = knots[1] - knots[0]
+    i = min(int((log_a - knots[0]) / step), last - 1)
+    part = (log_a - knots[i]) / step
+    low, high = x[_HAT + i, w], x[_HAT + i + 1, w]
+    return low + part * (high - low), (high - low) / step
