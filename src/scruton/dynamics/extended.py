@@ -41,9 +41,9 @@ _DAMPING = np.setdiff1d(np.arange(COLUMNS), [_DET, _ST2, _ST1, _PQ, _H3, _H3R])
 (
     _Q2, _G2, _ROUGH,
     _WIND, _STILL, _DRIVE, _LINE, _FORCE, _SIDE, _K0, _K1, _K2, _K3, _K5,
-    _DRIFT, _END, _MIDDLE, _MEAN, _SHOWN, _STEEP, _THIRD, _LEVEL, _V, _S, _ANGLE, _ANGLE_P,
-) = range(rows.ROWS, rows.ROWS + 26)  # fmt: skip
-_ROWS = rows.ROWS + 26
+    _DRIFT, _END, _MIDDLE, _SHOWN, _STEEP, _THIRD, _LEVEL, _V, _S, _ANGLE, _ANGLE_P,
+) = range(rows.ROWS, rows.ROWS + 25)  # fmt: skip
+_ROWS = rows.ROWS + 25
 
 
 @njit(cache=True, error_model="numpy", nogil=True, fastmath={"contract"})
@@ -118,7 +118,7 @@ def _extended_filter(  # type: ignore[no-untyped-def]
                             moments_of_all(x, dt, gusty)
                             _mean(x, dt)
                             if clipped:
-                                _read(x, _MEAN)
+                                _read(x, here.size)
                             _observe(x, y[k], se[k])
                         for i in range(here.size):
                             v_out[here[i], k], s_out[here[i], k] = x[_V, i], x[_S, i]
@@ -126,6 +126,8 @@ def _extended_filter(  # type: ignore[no-untyped-def]
                         for i in range(here.size):
                             v_out[here[i], k], s_out[here[i], k] = v_out[0, k], s_out[0, k]
                         x[_LEVEL] = levels[k]
+                        if clipped:
+                            _read(x, here.size)
                     if kind == 2 and first == 0 and here[0] == 0:
                         levels[k] = x[_LEVEL, 0]
                     at = size + k
@@ -149,8 +151,6 @@ def _extended_filter(  # type: ignore[no-untyped-def]
                         for i in range(here.size):
                             v_out[here[i], at], s_out[here[i], at] = 0.0, 1.0
                         continue
-                    if clipped:
-                        _read(x, _LEVEL)
                     _wave(x, third[k], third_se[k])
                     for i in range(here.size):
                         v_out[here[i], at], s_out[here[i], at] = x[_V, i], x[_S, i]
@@ -208,7 +208,8 @@ def _first(x, y, se, dt, p0, knots):  # type: ignore[no-untyped-def]
     for w in range(LANES):
         gain, r2 = 1.0 + x[_GAIN, w], x[_R, w] * se * x[_R, w] * se
         start = inverse_reading(max((y - x[_LINE, w]) / gain, 1e-9), x[_CLIP, w], x[_SOFT, w])
-        steep = gain * saturated_reading(start, x[_CLIP, w], x[_SOFT, w])[1]
+        _, steep, x[_THIRD, w] = saturated_reading(start, x[_CLIP, w], x[_SOFT, w])
+        steep *= gain
         x[_V, w], x[_S, w], x[_LEVEL, w] = y, p0 + r2, start
         x[LAGGED, w] = x[_LAG_START, w] * start
         f, d = _drift(x, w, start, x[LAGGED, w], knots)
@@ -314,15 +315,16 @@ def _mean(x, dt):  # type: ignore[no-untyped-def]
         x[_DRIFT, w] = noise_drift(x[M, w], x[P, w], x[_Q2, w], dt)
         mean = (x[M, w] + 4.0 * x[_MIDDLE, w] + x[_END, w]) * (1.0 / 6.0) + 0.5 * x[_DRIFT, w]
         mean += x[PUSH_MEAN, w] * x[H, w] + x[HOLD_MEAN, w] * x[O, w]
-        x[_MEAN, w], x[_SHOWN, w], x[_STEEP, w], x[_LEVEL, w] = mean, mean, 1.0, mean
+        x[_LEVEL, w], x[_SHOWN, w], x[_STEEP, w] = mean, mean, 1.0
 
 
 @njit(cache=True)
-def _read(x, of):  # type: ignore[no-untyped-def]
-    """What saturated sensors show of a row of amplitudes: the fundamental, its slope, the third harmonic."""
-    for w in range(LANES):
-        a = x[of, w] if of == _MEAN else max(x[of, w], 1e-12)
-        x[_SHOWN, w], x[_STEEP, w], x[_THIRD, w] = saturated_reading(a, x[_CLIP, w], x[_SOFT, w])
+def _read(x, lanes):  # type: ignore[no-untyped-def]
+    """What saturated sensors show of the mean amplitudes: the fundamental, its slope, the third harmonic."""
+    for w in range(lanes):
+        level = x[_LEVEL, w]
+        shown, steep, third = saturated_reading(level, x[_CLIP, w], x[_SOFT, w])
+        x[_SHOWN, w], x[_STEEP, w], x[_THIRD, w] = shown, steep, third if level > 1e-12 else 0.0
 
 
 @njit(cache=True, inline="always")

@@ -7,7 +7,10 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.effects.terms import Term
 
 _GAIN, _CLIP, _SOFT = int(Term.GAIN), int(Term.CLIP), int(Term.CLIP_SOFT)
+# Gauss-Chebyshev quadrature over a quarter of a wave: exact for smooth waves.
 _ANGLES = 16
+_COSINE = np.cos((np.arange(_ANGLES) + 0.5) * 0.5 * np.pi / _ANGLES)
+_COSINE_THIRD = np.cos(3.0 * (np.arange(_ANGLES) + 0.5) * 0.5 * np.pi / _ANGLES)
 
 
 @njit(cache=True)
@@ -17,11 +20,9 @@ def saturated_reading(a, level, soft):  # type: ignore[no-untyped-def]
         return a, 1.0, 0.0
     x = a / level
     if soft > 0.5:
-        # by Gauss-Chebyshev quadrature, exact for smooth waves
         first, slope, third = 0.0, 0.0, 0.0
         for j in range(_ANGLES):
-            angle = (j + 0.5) * 0.5 * np.pi / _ANGLES
-            cosine = np.cos(angle)
+            cosine = _COSINE[j]
             z = x * cosine
             if soft > 1.5:
                 # z / (1 + z^8)^(1/8): rounded, but sharper than tanh
@@ -34,7 +35,7 @@ def saturated_reading(a, level, soft):  # type: ignore[no-untyped-def]
                 steep = 1.0 - t * t
             first += t * cosine
             slope += steep * cosine * cosine
-            third += t * np.cos(3.0 * angle)
+            third += t * _COSINE_THIRD[j]
         scale = 2.0 / _ANGLES
         return level * first * scale, slope * scale, third * scale / max(x, 1e-12)
     if x <= 1.0:
