@@ -8,8 +8,9 @@ from grid_filter import grid_log_likelihood, gusty_innovations, motion
 from numba import njit
 from scipy.linalg import expm
 
-from scruton.dynamics import drive_moments as lanes
+from scruton.dynamics import row
 from scruton.dynamics.cycles import Channels, EnvelopeData
+from scruton.dynamics.drive_moments import NEAR, gust_decay, moments_of_all
 from scruton.dynamics.effect_drift import effect_drift
 from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
 from scruton.dynamics.extended import channel_innovations
@@ -197,8 +198,8 @@ def test_gusts_with_an_effect_against_small_steps(rng, name, start):
 
 @njit
 def _moments(x, dt):
-    lanes.gust_decay(x, dt)
-    lanes.moments_of_all(x, dt, True)
+    gust_decay(x, dt)
+    moments_of_all(x, dt, True)
 
 
 FADES = [0.05, 0.4, 1.5]
@@ -211,9 +212,9 @@ def test_moments_of_a_drive_are_those_of_the_matrix_exponential(fade):
 
     All rates side by side: some in reach of the series, some not.
     """
-    dt, x = 0.5, np.zeros((lanes.ROWS, lanes.LANES))
-    x[lanes.FADE], x[lanes.RATE, : len(RATES)] = fade, RATES
-    x[lanes.HALF_LOSS] = 0.5 * dt * x[lanes.RATE]
+    dt, x = 0.5, np.zeros((row.ROWS, row.LANES))
+    x[row.FADE], x[row.RATE, : len(RATES)] = fade, RATES
+    x[row.HALF_LOSS] = 0.5 * dt * x[row.RATE]
     _moments(x, dt)
     for w, rate in enumerate(RATES):
         along = np.array([[-rate, 1, 1, 0], [0, -fade, 0, 0], [0, 0, 0, 0], [1 / dt, 0, 0, 0]])
@@ -226,7 +227,7 @@ def test_moments_of_a_drive_are_those_of_the_matrix_exponential(fade):
         }  # fmt: skip
         _, gathered = van_loan(along, np.diag([1.0, 0.0, 0.0, 0.0]), dt)
         wanted |= {"Q_END": gathered[0, 0], "Q_CROSS": gathered[0, 3], "Q_MEAN": gathered[3, 3]}
-        got = {name: x[getattr(lanes, name), w] for name in wanted}
+        got = {name: x[getattr(row, name), w] for name in wanted}
         assert got == pytest.approx(wanted, rel=1e-6), rate
 
 
@@ -240,14 +241,14 @@ def van_loan(along, diffusion, dt):
 def test_series_and_closed_forms_of_the_moments_meet():
     """Where one takes over from the other the numbers do not jump: differences of the likelihood are taken there."""
     dt, step = 0.5, 1e-9
-    x = np.zeros((lanes.ROWS, lanes.LANES))
-    x[lanes.FADE, :2] = x[lanes.FADE, 2:] = 0.2
-    x[lanes.RATE, :4] = np.array([lanes.NEAR - step, lanes.NEAR + step, step - lanes.NEAR, -step - lanes.NEAR]) / dt
-    x[lanes.RATE, 2:4] += 0.2
-    x[lanes.HALF_LOSS] = 0.5 * dt * x[lanes.RATE]
+    x = np.zeros((row.ROWS, row.LANES))
+    x[row.FADE, :2] = x[row.FADE, 2:] = 0.2
+    x[row.RATE, :4] = np.array([NEAR - step, NEAR + step, step - NEAR, -step - NEAR]) / dt
+    x[row.RATE, 2:4] += 0.2
+    x[row.HALF_LOSS] = 0.5 * dt * x[row.RATE]
     _moments(x, dt)
-    for row in range(lanes.PHI, lanes.Q_MEAN + 1):
-        np.testing.assert_allclose(x[row, 0:4:2], x[row, 1:4:2], rtol=2e-8)
+    for moment in x[row.PHI : row.FAR]:
+        np.testing.assert_allclose(moment[0:4:2], moment[1:4:2], rtol=2e-8)
 
 
 def test_rows_that_leave_a_channel_alone_are_copied_exactly(rng):
@@ -262,8 +263,8 @@ def test_rows_that_leave_a_channel_alone_are_copied_exactly(rng):
     rows += [bare_table(q, CLIP=0.08), bare_table(q, FORCE_COS=0.002, FORCE_RATE=1.0), bare_table(q, AERO=5.0)]
     rows += [bare_table(q, DRIVE=(1.0 + 0.02 * k) * LAM * A_STAR) for k in range(12)]
     together = channel_innovations(data, np.concatenate(rows))
-    for k, row in enumerate(rows):
-        alone = channel_innovations(data, row)
+    for k, alike in enumerate(rows):
+        alone = channel_innovations(data, alike)
         np.testing.assert_array_equal(together[0][k], alone[0][0])
         np.testing.assert_array_equal(together[1][k], alone[1][0])
 

@@ -10,23 +10,11 @@ from math import factorial
 import numpy as np
 from numba import njit
 
-from scruton.dynamics.effects.terms import COLUMNS
+from scruton.dynamics import row
 from scruton.dynamics.moments import gust_moments, mean_weight, moments_along
 
-LANES = 16  # walkers side by side
 NEAR = 0.3  # largest x of the series
-# Rows of the array that the filter with effects carries, after the coefficients: states (amplitude, the wake's, gust,
-# offset) and their covariances; what goes in here; what comes out.
-(
-    M, P, LAGGED, H, O, P_H, P_O, P_HH, P_HO, P_OO,
-    RATE, HALF_LOSS, FADE, NODE,
-) = range(COLUMNS, COLUMNS + 14)  # fmt: skip
-(
-    PHI, HALF, KEEP, PUSH, PUSH_MEAN, HOLD, HOLD_MEAN, DD, DH, HH, DM, HM, MM, Q_END, Q_CROSS, Q_MEAN,
-    _FAR,
-) = range(NODE + 5, NODE + 22)  # fmt: skip
-ROWS = NODE + 22
-
+# Gauss's rule on (0, 1).
 _NODES, _WEIGHTS = (0.5 * (1.0 + x) if i == 0 else 0.5 * x for i, x in enumerate(np.polynomial.legendre.leggauss(5)))
 _N0, _N1, _N2, _N3, _N4 = (float(x) for x in _NODES)
 _W0, _W1, _W2, _W3, _W4 = (float(x) for x in _WEIGHTS)
@@ -59,60 +47,60 @@ def drive_moments(rate, fade, dt):  # type: ignore[no-untyped-def]
 @njit(cache=True)
 def moments_of_lane(x, w, dt):  # type: ignore[no-untyped-def]
     """Fill the rows from `PHI` on for one walker of any rate."""
-    fade = x[FADE, w]
-    phi = np.exp(-x[RATE, w] * dt)
-    x[PHI, w], x[HALF, w] = phi, np.exp(-x[HALF_LOSS, w])
+    fade = x[row.FADE, w]
+    phi = np.exp(-x[row.RATE, w] * dt)
+    x[row.PHI, w], x[row.HALF, w] = phi, np.exp(-x[row.HALF_LOSS, w])
     (
-        x[KEEP, w], x[PUSH, w], x[PUSH_MEAN, w], x[HOLD, w], x[HOLD_MEAN, w],
-        x[DD, w], x[DH, w], x[HH, w], x[DM, w], x[HM, w], x[MM, w],
-    ) = drive_moments(x[RATE, w], fade, dt)  # fmt: skip
-    x[Q_END, w], x[Q_CROSS, w], x[Q_MEAN, w] = moments_along(phi, dt)
+        x[row.KEEP, w], x[row.PUSH, w], x[row.PUSH_MEAN, w], x[row.HOLD, w], x[row.HOLD_MEAN, w],
+        x[row.DD, w], x[row.DH, w], x[row.HH, w], x[row.DM, w], x[row.HM, w], x[row.MM, w],
+    ) = drive_moments(x[row.RATE, w], fade, dt)  # fmt: skip
+    x[row.Q_END, w], x[row.Q_CROSS, w], x[row.Q_MEAN, w] = moments_along(phi, dt)
 
 
 @njit(cache=True)
 def gust_decay(x, dt):  # type: ignore[no-untyped-def]
     """What is left of a gust after dt, and after each of Gauss's nodes: what does not change while the period stays."""
-    for w in range(LANES):
-        fade = x[FADE, w]
-        x[KEEP, w], x[HH, w] = np.exp(-fade * dt), -np.expm1(-2.0 * fade * dt)
+    for w in range(row.LANES):
+        fade = x[row.FADE, w]
+        x[row.KEEP, w], x[row.HH, w] = np.exp(-fade * dt), -np.expm1(-2.0 * fade * dt)
         for i in range(5):
-            x[NODE + i, w] = np.exp(-fade * dt * _NODES[i])
+            x[row.NODE + i, w] = np.exp(-fade * dt * _NODES[i])
 
 
 @njit(cache=True, inline="always")
 def moments_of_all(x, dt, gusty):  # type: ignore[no-untyped-def]
     """Fill the rows from `PHI` on for all walkers, after `gust_decay` where any of them has gusts."""
-    for w in range(LANES):
-        loss = x[RATE, w] * dt
-        fastest = max(abs(x[RATE, w]), abs(x[RATE, w] - x[FADE, w])) * dt
-        x[_FAR, w] = 0.0 if max(fastest, abs(x[HALF_LOSS, w])) < NEAR else 1.0  # also where it is no number
+    for w in range(row.LANES):
+        loss = x[row.RATE, w] * dt
+        fastest = max(abs(x[row.RATE, w]), abs(x[row.RATE, w] - x[row.FADE, w])) * dt
+        x[row.FAR, w] = 0.0 if max(fastest, abs(x[row.HALF_LOSS, w])) < NEAR else 1.0  # also where it is no number
         two = loss * loss
         third = (_F7 - loss * _F8) + two * (_F9 - loss * _F10)
         third = (_F3 - loss * _F4) + two * ((_F5 - loss * _F6) + two * third)
         second = 0.5 - loss * third
         first = 1.0 - loss * second
         fallen = 1.0 - loss * first
-        x[PHI, w], x[HOLD, w], x[HOLD_MEAN, w] = fallen, first * dt, second * dt
-        x[Q_END, w], x[Q_CROSS, w] = 0.5 * dt * first * (1.0 + fallen), 0.5 * dt * first * first
-        x[Q_MEAN, w] = dt * (second - third - 0.5 * loss * second * second)
-        x[HALF, w] = 1.0 - x[HALF_LOSS, w] * _phi_1(x[HALF_LOSS, w])
+        x[row.PHI, w], x[row.HOLD, w], x[row.HOLD_MEAN, w] = fallen, first * dt, second * dt
+        x[row.Q_END, w], x[row.Q_CROSS, w] = 0.5 * dt * first * (1.0 + fallen), 0.5 * dt * first * first
+        x[row.Q_MEAN, w] = dt * (second - third - 0.5 * loss * second * second)
+        x[row.HALF, w] = 1.0 - x[row.HALF_LOSS, w] * _phi_1(x[row.HALF_LOSS, w])
     if gusty:
-        for w in range(LANES):
-            x[DD, w] = x[DH, w] = x[DM, w] = x[HM, w] = x[MM, w] = 0.0
+        for w in range(row.LANES):
+            x[row.DD, w] = x[row.DH, w] = x[row.DM, w] = x[row.HM, w] = x[row.MM, w] = 0.0
         _node(x, dt, 0, _N0, _W0)
         _node(x, dt, 1, _N1, _W1)
         _node(x, dt, 2, _N2, _W2)
         _node(x, dt, 3, _N3, _W3)
         _node(x, dt, 4, _N4, _W4)
-        for w in range(LANES):
-            push = dt * x[KEEP, w] * _phi_1((x[RATE, w] - x[FADE, w]) * dt)
-            x[PUSH, w], x[PUSH_MEAN, w] = push, (x[HOLD, w] - push) / (x[FADE, w] * dt)
+        for w in range(row.LANES):
+            push = dt * x[row.KEEP, w] * _phi_1((x[row.RATE, w] - x[row.FADE, w]) * dt)
+            x[row.PUSH, w], x[row.PUSH_MEAN, w] = push, (x[row.HOLD, w] - push) / (x[row.FADE, w] * dt)
     far = 0.0
-    for w in range(LANES):
-        far += x[_FAR, w]
+    for w in range(row.LANES):
+        far += x[row.FAR, w]
     if far > 0.0:
-        for w in range(LANES):
-            if x[_FAR, w] > 0.0:
+        for w in range(row.LANES):
+            if x[row.FAR, w] > 0.0:
                 moments_of_lane(x, w, dt)
 
 
@@ -127,13 +115,13 @@ def _phi_1(x):  # type: ignore[no-untyped-def]
 def _node(x, dt, i, node, weight):  # type: ignore[no-untyped-def]
     """One node of Gauss's rule over the time since the gust's noise, as in `gust_moments`."""
     u = node * dt
-    for w in range(LANES):
-        rate, fade, left = x[RATE, w], x[FADE, w], x[NODE + i, w]
+    for w in range(row.LANES):
+        rate, fade, left = x[row.RATE, w], x[row.FADE, w], x[row.NODE + i, w]
         push = u * left * _phi_1((rate - fade) * u)
         mean = (u * _phi_1(rate * u) - push) / (fade * dt)
         part = 2.0 * fade * dt * weight
-        x[DD, w] += part * push * push
-        x[DH, w] += part * push * left
-        x[DM, w] += part * push * mean
-        x[HM, w] += part * left * mean
-        x[MM, w] += part * mean * mean
+        x[row.DD, w] += part * push * push
+        x[row.DH, w] += part * push * left
+        x[row.DM, w] += part * push * mean
+        x[row.HM, w] += part * left * mean
+        x[row.MM, w] += part * mean * mean

@@ -10,20 +10,20 @@ Walkers stand side by side, a row of one array for each thing that they carry, a
 (friction, memory, the first cycle, gaps, a sensor that saturates) goes through them one by one.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from scruton.arrays import FloatArray
-from scruton.dynamics import drive_moments as rows
+from scruton.dynamics import row
 from scruton.dynamics.cycles import ABSENT, Channels
-from scruton.dynamics.drive_moments import (
-    DD, DH, DM, FADE, H, HALF, HALF_LOSS, HH, HM, HOLD, HOLD_MEAN, KEEP, LAGGED, LANES, MM, M, O, P, P_H, P_HH, P_HO,
-    P_O, P_OO, PHI, PUSH, PUSH_MEAN, Q_CROSS, Q_END, Q_MEAN, RATE, gust_decay, moments_of_all, moments_of_lane,
-)  # fmt: skip
+from scruton.dynamics.drive_moments import gust_decay, moments_of_all, moments_of_lane
 from scruton.dynamics.effect_drift import drift_of, polynomial, rough, weather
 from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
 from scruton.dynamics.moments import noise_drift
+from scruton.dynamics.phase_and_wave import found, turn, wander, wave
 from scruton.dynamics.reading import inverse_reading, saturated_reading
 from scruton.dynamics.thresholds import FAINT
 
@@ -37,186 +37,173 @@ _LC, _LS, _LR, _LD = int(Term.LINE_COS), int(Term.LINE_SIN), int(Term.LINE_RATE)
 _GUST, _GUST_RATE, _SET_POINT = int(Term.GUST), int(Term.GUST_RATE), int(Term.SET_POINT)
 # Columns that the amplitude depends on; the others move the phase and the third harmonic alone.
 _DAMPING = np.setdiff1d(np.arange(COLUMNS), [_DET, _ST2, _ST1, _PQ, _H3, _H3R])
-# Rows after those of `drive_moments`: of a record, of the weather in a cycle, of the way through it, of what is seen.
-(
-    _Q2, _G2, _ROUGH,
-    _WIND, _STILL, _DRIVE, _LINE, _FORCE, _SIDE, _K0, _K1, _K2, _K3, _K5,
-    _DRIFT, _END, _MIDDLE, _SHOWN, _STEEP, _THIRD, _LEVEL, _V, _S, _ANGLE, _ANGLE_P,
-) = range(rows.ROWS, rows.ROWS + 25)  # fmt: skip
-_ROWS = rows.ROWS + 25
 
 
-@njit(cache=True, error_model="numpy", nogil=True, fastmath={"contract"})
-def _extended_filter(  # type: ignore[no-untyped-def]
-    y,
-    se,
-    phase,
-    third,
-    third_se,
-    gap,
-    period,
-    time,
-    place,
-    rec,
-    omega,
-    ln_knots,
-    table,
-    active,
-    usable,
-    p0,
-    v_out,
-    s_out,
-):
-    size, walkers = y.size, table.shape[0]
-    # A tuple, for every hand-over of an array counts its owners.
-    knots = to_fixed_tuple(ln_knots, HATS)
-    x = np.zeros((_ROWS, LANES))
+class _Cycles(NamedTuple):
+    """The arrays of `Channels`, (N,) each, as compiled code takes them."""
+
+    amplitude: FloatArray
+    standard_error: FloatArray
+    gap: FloatArray
+    period: FloatArray
+    time: FloatArray
+    place: FloatArray
+    record: np.ndarray
+    phase: FloatArray
+    omega: FloatArray
+    has_phase: np.ndarray
+    third: FloatArray
+    third_error: FloatArray
+
+
+@njit(cache=True, nogil=True)
+def _extended_filter(data, log_knots, table, active, p0, v_out, s_out):  # type: ignore[no-untyped-def]
+    """Record by record, block by block: rows that are `active` 2 anew, 1 but for the amplitude; 0 are copied."""
+    size = data.amplitude.size
+    knots = to_fixed_tuple(log_knots, HATS)  # for every hand-over of an array counts its owners
     levels = np.empty(size)  # filtered amplitudes of the first row
-    lanes = np.empty(walkers + LANES, dtype=np.intp)
     low = 0
     while low < size:
+        record = data.record[low]
         high = low + 1
-        while high < size and rec[high] == rec[low]:
+        while high < size and data.record[high] == record:
             high += 1
-        for kind in (2, 1):  # all of them anew; phase and waveform alone, the amplitudes being the first row's
-            count = 0
-            for w in range(walkers):
-                if active[w, rec[low]] == kind:
-                    lanes[count] = w
-                    count += 1
-            lanes[count : count + LANES] = lanes[max(count - 1, 0)]  # the last one fills its block
-            for first in range(0, count, LANES):
-                here = lanes[first : min(first + LANES, count)]
-                gusty, lined, forced, bent, clipped = _coefficients(x, table, lanes[first : first + LANES], rec[low])
-                dt, known = -1.0, False
-                for k in range(low, high):
-                    start = k == low or gap[k] < 0.0
-                    tau, now = place[k], time[k]
-                    bow = 0.5 * np.sin(np.pi * tau)
-                    if lined or forced:
-                        _oscillations(x, now, phase[k], lined, forced)
-                    if kind == 2:
-                        for w in range(LANES):
-                            wind, still, drive = weather(x, w, tau, bow, now > x[_JT, w])
-                            x[_WIND, w], x[_STILL, w], x[_DRIVE, w] = wind, still, drive
-                        if start or gap[k] > 0.0:
-                            dt = -1.0
-                            if start:
-                                _first(x, y[k], se[k], period[k], p0, knots)
-                            else:
-                                _unseen(x, gap[k], period[k], knots)
-                        if not start:
-                            if period[k] != dt:
-                                dt = period[k]
-                                if gusty:
-                                    gust_decay(x, dt)
-                            _flow(x, dt)
-                            if bent:
-                                for w in range(here.size):
-                                    if x[_ROUGH, w] > 0.0:
-                                        _rough_flow(x, w, dt, knots)
-                            moments_of_all(x, dt, gusty)
-                            _mean(x, dt)
-                            if clipped:
-                                _read(x, here.size)
-                            _observe(x, y[k], se[k])
-                        for i in range(here.size):
-                            v_out[here[i], k], s_out[here[i], k] = x[_V, i], x[_S, i]
-                    else:
-                        for i in range(here.size):
-                            v_out[here[i], k], s_out[here[i], k] = v_out[0, k], s_out[0, k]
-                        x[_LEVEL] = levels[k]
-                        if clipped:
-                            _read(x, here.size)
-                    if kind == 2 and first == 0 and here[0] == 0:
-                        levels[k] = x[_LEVEL, 0]
-                    at = size + k
-                    known = known and not start
-                    step = gap[k] + period[k] if known else 0.0
-                    faint = y[k] < FAINT * se[k] or not usable[k]
-                    if faint or not known:
-                        _wander(x, y[k], se[k], omega[k], step)
-                        if not faint:
-                            _found(x, y[k], se[k], phase[k])
-                            known = True
-                        for i in range(here.size):
-                            v_out[here[i], at], s_out[here[i], at] = 0.0, 1.0
-                    else:
-                        _wander(x, y[k], se[k], omega[k], step)
-                        _turn(x, y[k], se[k], phase[k])
-                        for i in range(here.size):
-                            v_out[here[i], at], s_out[here[i], at] = x[_V, i], x[_S, i]
-                    at += size
-                    if third_se[k] >= ABSENT:
-                        for i in range(here.size):
-                            v_out[here[i], at], s_out[here[i], at] = 0.0, 1.0
-                        continue
-                    _wave(x, third[k], third_se[k])
-                    for i in range(here.size):
-                        v_out[here[i], at], s_out[here[i], at] = x[_V, i], x[_S, i]
-        for w in range(1, walkers):
-            if active[w, rec[low]] == 0:
-                for at in (low, size + low, 2 * size + low):
-                    v_out[w, at : at + high - low] = v_out[0, at : at + high - low]
-                    s_out[w, at : at + high - low] = s_out[0, at : at + high - low]
+        for kind in (2, 1):
+            rows = np.flatnonzero(active[:, record] == kind)
+            for first in range(0, rows.size, row.LANES):
+                here = rows[first : first + row.LANES]
+                _block(data, table, here, low, high, kind == 2, p0, knots, levels, v_out, s_out)
+        for w in np.flatnonzero(active[:, record] == 0):
+            for at in (low, size + low, 2 * size + low):
+                v_out[w, at : at + high - low] = v_out[0, at : at + high - low]
+                s_out[w, at : at + high - low] = s_out[0, at : at + high - low]
         low = high
 
 
+@njit(cache=True, error_model="numpy", nogil=True, fastmath={"contract"})
+def _block(data, table, here, low, high, moved, p0, knots, levels, v_out, s_out):  # type: ignore[no-untyped-def]
+    """One record, rows `here` of the table; unless they are `moved`, with the amplitudes of the first row."""
+    x = np.zeros((row.ROWS, row.LANES))
+    gusty, lined, forced, bent, clipped = _coefficients(x, table, here, data.record[low])
+    size, dt, known = data.amplitude.size, -1.0, False
+    for k in range(low, high):
+        y, se, gap, period, now = data.amplitude[k], data.standard_error[k], data.gap[k], data.period[k], data.time[k]
+        start = k == low or gap < 0.0
+        if lined or forced:
+            _oscillations(x, now, data.phase[k], lined, forced)
+        if moved:
+            _weather(x, data.place[k], now)
+            if start:
+                _first(x, y, se, period, p0, knots)
+                dt = -1.0
+            else:
+                if gap > 0.0:
+                    _unseen(x, gap, period, knots)
+                if gusty and (gap > 0.0 or period != dt):
+                    gust_decay(x, period)
+                dt = period
+                _flow(x, dt)
+                if bent:
+                    _rough_flow(x, here.size, dt, knots)
+                moments_of_all(x, dt, gusty)
+                _mean(x, dt)
+                if clipped:
+                    _read(x, here.size)
+                _observe(x, y, se)
+            if here[0] == 0:
+                levels[k] = x[row.LEVEL, 0]
+        else:
+            x[row.LEVEL], x[row.V], x[row.S] = levels[k], v_out[0, k], s_out[0, k]
+            if clipped:
+                _read(x, here.size)
+        _put(x, here, k, v_out, s_out)
+        faint = y < FAINT * se or not data.has_phase[k]
+        known = known and not start
+        wander(x, y, data.omega[k], gap + period if known else 0.0)
+        if known and not faint:
+            turn(x, y, se, data.phase[k])
+        else:
+            x[row.V], x[row.S] = 0.0, 1.0
+            if not faint:
+                found(x, y, se, data.phase[k])
+                known = True
+        _put(x, here, size + k, v_out, s_out)
+        if data.third_error[k] < ABSENT:
+            wave(x, data.third[k], data.third_error[k])
+        else:
+            x[row.V], x[row.S] = 0.0, 1.0
+        _put(x, here, 2 * size + k, v_out, s_out)
+
+
+@njit(cache=True, inline="always")
+def _put(x, here, at, v_out, s_out):  # type: ignore[no-untyped-def]
+    for i in range(here.size):
+        v_out[here[i], at], s_out[here[i], at] = x[row.V, i], x[row.S, i]
+
+
 @njit(cache=True)
-def _coefficients(x, table, lanes, record):  # type: ignore[no-untyped-def]
-    """Put the rows of a block on end; whether any has gusts, a line, forcing, rough terms, a sensor that saturates."""
+def _coefficients(x, table, here, record):  # type: ignore[no-untyped-def]
+    """Put rows on end, the last one filling the block; whether any has gusts, a line, forcing, is rough, saturates."""
     gusty = lined = forced = bent = clipped = False
-    for w in range(LANES):
-        c = table[lanes[w], record]
+    for w in range(row.LANES):
+        c = table[here[min(w, here.size - 1)], record]
         for i in range(COLUMNS):
             x[i, w] = c[i]
-        x[_Q2, w], x[_G2, w], x[_ROUGH, w] = c[_Q] * c[_Q], c[_GUST] * c[_GUST], rough(c)
-        x[FADE, w] = c[_GUST_RATE] if c[_GUST] != 0.0 else 1e-3  # of no gust: any
+        x[row.Q2, w], x[row.G2, w], x[row.ROUGH, w] = c[_Q] * c[_Q], c[_GUST] * c[_GUST], rough(c)
+        x[row.FADE, w] = c[_GUST_RATE] if c[_GUST] != 0.0 else 1e-3  # of no gust: any
         gusty |= c[_GUST] != 0.0
         lined |= c[_LC] != 0.0 or c[_LS] != 0.0
         forced |= c[_FC] != 0.0 or c[_FS] != 0.0
-        bent |= x[_ROUGH, w] > 0.0
+        bent |= x[row.ROUGH, w] > 0.0
         clipped |= c[_CLIP] > 0.0
-    x[_LINE], x[_FORCE], x[_SIDE], x[_THIRD], x[KEEP] = 0.0, 0.0, 0.0, 0.0, 1.0
+    x[row.KEEP] = 1.0
     return gusty, lined, forced, bent, clipped
+
+
+@njit(cache=True, inline="always")
+def _weather(x, place, now):  # type: ignore[no-untyped-def]
+    bow = 0.5 * np.sin(np.pi * place)
+    for w in range(row.LANES):
+        wind, still, drive = weather(x, w, place, bow, now > x[_JT, w])
+        x[row.WIND, w], x[row.STILL, w], x[row.DRIVE, w] = wind, still, drive
 
 
 @njit(cache=True)
 def _oscillations(x, now, phase, lined, forced):  # type: ignore[no-untyped-def]
     """A second line in the reading, and shedding beside the response, in phase and out of it."""
-    for w in range(LANES):
+    for w in range(row.LANES):
         if lined and (x[_LC, w] != 0.0 or x[_LS, w] != 0.0):
             turn = x[_LR, w] * now - phase
-            x[_LINE, w] = (x[_LC, w] * np.cos(turn) + x[_LS, w] * np.sin(turn)) * np.exp(-x[_LD, w] * now)
+            x[row.LINE, w] = (x[_LC, w] * np.cos(turn) + x[_LS, w] * np.sin(turn)) * np.exp(-x[_LD, w] * now)
         if forced and (x[_FC, w] != 0.0 or x[_FS, w] != 0.0):
             chi = x[_FR, w] * now - phase
             cosine, sine = np.cos(chi), np.sin(chi)
-            x[_FORCE, w] = x[_FC, w] * cosine + x[_FS, w] * sine
-            x[_SIDE, w] = x[_FC, w] * sine - x[_FS, w] * cosine
+            x[row.FORCE, w] = x[_FC, w] * cosine + x[_FS, w] * sine
+            x[row.SIDE, w] = x[_FC, w] * sine - x[_FS, w] * cosine
 
 
 @njit(cache=True)
 def _drift(x, w, a, lagged, knots):  # type: ignore[no-untyped-def]
     return drift_of(
-        a, lagged, x, w, x[_WIND, w], x[_STILL, w], x[_DRIVE, w], x[_FORCE, w], x[_ROUGH, w] > 1.5, knots
+        a, lagged, x, w, x[row.WIND, w], x[row.STILL, w], x[row.DRIVE, w], x[row.FORCE, w], x[row.ROUGH, w] > 1.5, knots
     )
 
 
 @njit(cache=True, error_model="numpy")
 def _first(x, y, se, dt, p0, knots):  # type: ignore[no-untyped-def]
     """A diffuse state cannot be linearised: the first cycle fixes the state at its middle."""
-    for w in range(LANES):
+    for w in range(row.LANES):
         gain, r2 = 1.0 + x[_GAIN, w], x[_R, w] * se * x[_R, w] * se
-        start = inverse_reading(max((y - x[_LINE, w]) / gain, 1e-9), x[_CLIP, w], x[_SOFT, w])
-        _, steep, x[_THIRD, w] = saturated_reading(start, x[_CLIP, w], x[_SOFT, w])
+        start = inverse_reading(max((y - x[row.LINE, w]) / gain, 1e-9), x[_CLIP, w], x[_SOFT, w])
+        _, steep, x[row.THIRD, w] = saturated_reading(start, x[_CLIP, w], x[_SOFT, w])
         steep *= gain
-        x[_V, w], x[_S, w], x[_LEVEL, w] = y, p0 + r2, start
-        x[LAGGED, w] = x[_LAG_START, w] * start
-        f, d = _drift(x, w, start, x[LAGGED, w], knots)
-        x[RATE, w], x[_DRIFT, w] = -d, f * (1.0 + 0.25 * d * dt)
-        x[M, w], x[P, w] = start, r2 / (steep * steep)
-        x[H, w] = x[O, w] = x[P_H, w] = x[P_O, w] = x[P_HO, w] = 0.0
-        x[P_HH, w], x[P_OO, w] = x[_G2, w], x[_SET_POINT, w] * x[_SET_POINT, w]
+        x[row.V, w], x[row.S, w], x[row.LEVEL, w] = y, p0 + r2, start
+        x[row.LAGGED, w] = x[_LAG_START, w] * start
+        f, d = _drift(x, w, start, x[row.LAGGED, w], knots)
+        x[row.RATE, w], x[row.DRIFT, w] = -d, f * (1.0 + 0.25 * d * dt)
+        x[row.M, w], x[row.P, w] = start, r2 / (steep * steep)
+        x[row.H, w] = x[row.OFF, w] = x[row.P_H, w] = x[row.P_O, w] = x[row.P_HO, w] = 0.0
+        x[row.P_HH, w], x[row.P_OO, w] = x[row.G2, w], x[_SET_POINT, w] * x[_SET_POINT, w]
     _step(x, 0.5 * dt)
 
 
@@ -226,48 +213,48 @@ def _unseen(x, gap, dt, knots):  # type: ignore[no-untyped-def]
     steps = max(1, int(np.ceil(gap / dt)))
     h = gap / steps
     for _ in range(steps):
-        for w in range(LANES):
-            m, lagged = x[M, w], x[LAGGED, w]
+        for w in range(row.LANES):
+            m, lagged = x[row.M, w], x[row.LAGGED, w]
             f, _ = _drift(x, w, m, lagged, knots)
-            x[_DRIFT, w], d = _drift(x, w, m + 0.5 * h * f, lagged, knots)
-            x[RATE, w] = -d
+            x[row.DRIFT, w], d = _drift(x, w, m + 0.5 * h * f, lagged, knots)
+            x[row.RATE, w] = -d
             if x[_LAG, w] > 0.0:
-                x[LAGGED, w] += (m - lagged) * (1.0 - np.exp(-h / x[_LAG, w]))
+                x[row.LAGGED, w] += (m - lagged) * (1.0 - np.exp(-h / x[_LAG, w]))
         _step(x, h)
 
 
 @njit(cache=True, error_model="numpy")
 def _step(x, h):  # type: ignore[no-untyped-def]
     """Move everything on by h without observation; the broad-band noise to first order."""
-    for w in range(LANES):
+    for w in range(row.LANES):
         moments_of_lane(x, w, h)
-        x[M, w] += h * x[_DRIFT, w] + x[PUSH, w] * x[H, w] + x[HOLD, w] * x[O, w]
-        x[H, w] *= x[KEEP, w]
+        x[row.M, w] += h * x[row.DRIFT, w] + x[row.PUSH, w] * x[row.H, w] + x[row.HOLD, w] * x[row.OFF, w]
+        x[row.H, w] *= x[row.KEEP, w]
         _carry(x, w)
-        x[P, w] += x[_Q2, w] * h
+        x[row.P, w] += x[row.Q2, w] * h
 
 
 @njit(cache=True, inline="always")
 def _carry(x, w):  # type: ignore[no-untyped-def]
     """Covariances of (amplitude, gust, offset) after an interval, with what gusts but not what the noise adds in it."""
-    phi, keep, push, hold, g2 = x[PHI, w], x[KEEP, w], x[PUSH, w], x[HOLD, w], x[_G2, w]
-    a = phi * x[P, w] + push * x[P_H, w] + hold * x[P_O, w]
-    h = phi * x[P_H, w] + push * x[P_HH, w] + hold * x[P_HO, w]
-    o = phi * x[P_O, w] + push * x[P_HO, w] + hold * x[P_OO, w]
-    x[P, w] = phi * a + push * h + hold * o + g2 * x[DD, w]
-    x[P_H, w] = keep * h + g2 * x[DH, w]
-    x[P_O, w] = o
-    x[P_HH, w] = keep * keep * x[P_HH, w] + g2 * x[HH, w]
-    x[P_HO, w] *= keep
+    phi, keep, push, hold, g2 = x[row.PHI, w], x[row.KEEP, w], x[row.PUSH, w], x[row.HOLD, w], x[row.G2, w]
+    a = phi * x[row.P, w] + push * x[row.P_H, w] + hold * x[row.P_O, w]
+    h = phi * x[row.P_H, w] + push * x[row.P_HH, w] + hold * x[row.P_HO, w]
+    o = phi * x[row.P_O, w] + push * x[row.P_HO, w] + hold * x[row.P_OO, w]
+    x[row.P, w] = phi * a + push * h + hold * o + g2 * x[row.DD, w]
+    x[row.P_H, w] = keep * h + g2 * x[row.DH, w]
+    x[row.P_O, w] = o
+    x[row.P_HH, w] = keep * keep * x[row.P_HH, w] + g2 * x[row.HH, w]
+    x[row.P_HO, w] *= keep
 
 
 @njit(cache=True, inline="always")
 def _flow(x, dt):  # type: ignore[no-untyped-def]
     """End and middle of the cycle by Runge-Kutta, and how fast deviations fade on the way, where nothing is rough."""
     sixth = dt / 6.0
-    for w in range(LANES):
-        k0, k1, k2, k3, k5 = polynomial(x, w, x[_WIND, w], x[_STILL, w], x[_DRIVE, w], x[_FORCE, w])
-        m = x[M, w]
+    for w in range(row.LANES):
+        k0, k1, k2, k3, k5 = polynomial(x, w, x[row.WIND, w], x[row.STILL, w], x[row.DRIVE, w], x[row.FORCE, w])
+        m = x[row.M, w]
         f0 = k0 + m * (k1 + m * (k2 + m * (k3 + m * m * k5)))
         a = m + 0.5 * dt * f0
         f1 = k0 + a * (k1 + a * (k2 + a * (k3 + a * a * k5)))
@@ -282,122 +269,86 @@ def _flow(x, dt):  # type: ignore[no-untyped-def]
         d0 = k1 + m * (k2 + m * (k3 + m * m * k5))
         dm = k1 + middle * (k2 + middle * (k3 + middle * middle * k5))
         de = k1 + end * (k2 + end * (k3 + end * end * k5))
-        x[_END, w], x[_MIDDLE, w] = end, middle
-        x[HALF_LOSS, w], x[RATE, w] = -0.25 * dt * (d0 + dm), (d0 + 4.0 * dm + de) * (-1.0 / 6.0)
+        x[row.END, w], x[row.MIDDLE, w] = end, middle
+        x[row.HALF_LOSS, w], x[row.RATE, w] = -0.25 * dt * (d0 + dm), (d0 + 4.0 * dm + de) * (-1.0 / 6.0)
 
 
 @njit(cache=True, error_model="numpy")
-def _rough_flow(x, w, dt, knots):  # type: ignore[no-untyped-def]
-    """`_flow` of one walker with any drift, and with the wake that remembers."""
-    m, lagged = x[M, w], x[LAGGED, w]
-    lag_mid = lag_end = lagged
-    if x[_LAG, w] > 0.0:
-        lag_mid = lagged + (m - lagged) * (1.0 - np.exp(-0.5 * dt / x[_LAG, w]))
-    f0, d0 = _drift(x, w, m, lagged, knots)
-    f1, _ = _drift(x, w, m + 0.5 * dt * f0, lag_mid, knots)
-    f2, _ = _drift(x, w, m + 0.5 * dt * f1, lag_mid, knots)
-    if x[_LAG, w] > 0.0:
-        middle = m + 0.5 * dt * f2
-        lag_end = lagged + (middle - lagged) * (1.0 - np.exp(-dt / x[_LAG, w]))
-    f3, _ = _drift(x, w, m + dt * f2, lag_end, knots)
-    end = m + dt / 6.0 * (f0 + 2.0 * f1 + 2.0 * f2 + f3)
-    fe, de = _drift(x, w, end, lag_end, knots)
-    middle = 0.5 * (m + end) + 0.125 * dt * (f0 - fe)
-    _, dm = _drift(x, w, middle, lag_mid, knots)
-    x[_END, w], x[_MIDDLE, w], x[LAGGED, w] = end, middle, lag_end
-    x[HALF_LOSS, w], x[RATE, w] = -0.25 * dt * (d0 + dm), -(d0 + 4.0 * dm + de) / 6.0
+def _rough_flow(x, lanes, dt, knots):  # type: ignore[no-untyped-def]
+    """`_flow` of the walkers with rough terms, one by one, and of the wake that remembers."""
+    for w in range(lanes):
+        if x[row.ROUGH, w] == 0.0:
+            continue
+        m, lagged = x[row.M, w], x[row.LAGGED, w]
+        lag_mid = lag_end = lagged
+        if x[_LAG, w] > 0.0:
+            lag_mid = lagged + (m - lagged) * (1.0 - np.exp(-0.5 * dt / x[_LAG, w]))
+        f0, d0 = _drift(x, w, m, lagged, knots)
+        f1, _ = _drift(x, w, m + 0.5 * dt * f0, lag_mid, knots)
+        f2, _ = _drift(x, w, m + 0.5 * dt * f1, lag_mid, knots)
+        if x[_LAG, w] > 0.0:
+            middle = m + 0.5 * dt * f2
+            lag_end = lagged + (middle - lagged) * (1.0 - np.exp(-dt / x[_LAG, w]))
+        f3, _ = _drift(x, w, m + dt * f2, lag_end, knots)
+        end = m + dt / 6.0 * (f0 + 2.0 * f1 + 2.0 * f2 + f3)
+        fe, de = _drift(x, w, end, lag_end, knots)
+        middle = 0.5 * (m + end) + 0.125 * dt * (f0 - fe)
+        _, dm = _drift(x, w, middle, lag_mid, knots)
+        x[row.END, w], x[row.MIDDLE, w], x[row.LAGGED, w] = end, middle, lag_end
+        x[row.HALF_LOSS, w], x[row.RATE, w] = -0.25 * dt * (d0 + dm), -(d0 + 4.0 * dm + de) / 6.0
 
 
 @njit(cache=True, inline="always")
 def _mean(x, dt):  # type: ignore[no-untyped-def]
     """The mean over the cycle by Simpson's rule, and what a sensor that does not saturate shows of it."""
-    for w in range(LANES):
-        x[_DRIFT, w] = noise_drift(x[M, w], x[P, w], x[_Q2, w], dt)
-        mean = (x[M, w] + 4.0 * x[_MIDDLE, w] + x[_END, w]) * (1.0 / 6.0) + 0.5 * x[_DRIFT, w]
-        mean += x[PUSH_MEAN, w] * x[H, w] + x[HOLD_MEAN, w] * x[O, w]
-        x[_LEVEL, w], x[_SHOWN, w], x[_STEEP, w] = mean, mean, 1.0
+    for w in range(row.LANES):
+        x[row.DRIFT, w] = noise_drift(x[row.M, w], x[row.P, w], x[row.Q2, w], dt)
+        mean = (x[row.M, w] + 4.0 * x[row.MIDDLE, w] + x[row.END, w]) * (1.0 / 6.0) + 0.5 * x[row.DRIFT, w]
+        mean += x[row.PUSH_MEAN, w] * x[row.H, w] + x[row.HOLD_MEAN, w] * x[row.OFF, w]
+        x[row.LEVEL, w], x[row.SHOWN, w], x[row.STEEP, w] = mean, mean, 1.0
 
 
 @njit(cache=True)
 def _read(x, lanes):  # type: ignore[no-untyped-def]
     """What saturated sensors show of the mean amplitudes: the fundamental, its slope, the third harmonic."""
     for w in range(lanes):
-        level = x[_LEVEL, w]
+        level = x[row.LEVEL, w]
         shown, steep, third = saturated_reading(level, x[_CLIP, w], x[_SOFT, w])
-        x[_SHOWN, w], x[_STEEP, w], x[_THIRD, w] = shown, steep, third if level > 1e-12 else 0.0
+        x[row.SHOWN, w], x[row.STEEP, w], x[row.THIRD, w] = shown, steep, third if level > 1e-12 else 0.0
 
 
 @njit(cache=True, inline="always")
 def _observe(x, y, se):  # type: ignore[no-untyped-def]
     """One cycle: the innovation, what is learned from it, the states at its end."""
-    for w in range(LANES):
-        r, q2, g2, gain = x[_R, w] * se, x[_Q2, w], x[_G2, w], 1.0 + x[_GAIN, w]
-        h = gain * x[_STEEP, w]
-        weight = (1.0 + 4.0 * x[HALF, w] + x[PHI, w]) * (1.0 / 6.0)
-        push_mean, hold_mean = x[PUSH_MEAN, w], x[HOLD_MEAN, w]
+    for w in range(row.LANES):
+        r, q2, g2, gain = x[_R, w] * se, x[row.Q2, w], x[row.G2, w], 1.0 + x[_GAIN, w]
+        h = gain * x[row.STEEP, w]
+        weight = (1.0 + 4.0 * x[row.HALF, w] + x[row.PHI, w]) * (1.0 / 6.0)
+        push_mean, hold_mean = x[row.PUSH_MEAN, w], x[row.HOLD_MEAN, w]
         # covariances of the states at the start with the mean over the cycle
-        at_a = weight * x[P, w] + push_mean * x[P_H, w] + hold_mean * x[P_O, w]
-        at_h = weight * x[P_H, w] + push_mean * x[P_HH, w] + hold_mean * x[P_HO, w]
-        at_o = weight * x[P_O, w] + push_mean * x[P_HO, w] + hold_mean * x[P_OO, w]
-        s = weight * at_a + push_mean * at_h + hold_mean * at_o + q2 * x[Q_MEAN, w] + g2 * x[MM, w]
+        at_a = weight * x[row.P, w] + push_mean * x[row.P_H, w] + hold_mean * x[row.P_O, w]
+        at_h = weight * x[row.P_H, w] + push_mean * x[row.P_HH, w] + hold_mean * x[row.P_HO, w]
+        at_o = weight * x[row.P_O, w] + push_mean * x[row.P_HO, w] + hold_mean * x[row.P_OO, w]
+        s = weight * at_a + push_mean * at_h + hold_mean * at_o + q2 * x[row.Q_MEAN, w] + g2 * x[row.MM, w]
         s = h * h * s + r * r
-        cross = x[PHI, w] * at_a + x[PUSH, w] * at_h + x[HOLD, w] * at_o + q2 * x[Q_CROSS, w] + g2 * x[DM, w]
-        cross, cross_h, cross_o = h * cross, h * (x[KEEP, w] * at_h + g2 * x[HM, w]), h * at_o
-        v = y - gain * x[_SHOWN, w] - x[_LINE, w]
+        cross = x[row.PHI, w] * at_a + x[row.PUSH, w] * at_h + x[row.HOLD, w] * at_o
+        cross = h * (cross + q2 * x[row.Q_CROSS, w] + g2 * x[row.DM, w])
+        cross_h, cross_o = h * (x[row.KEEP, w] * at_h + g2 * x[row.HM, w]), h * at_o
+        v = y - gain * x[row.SHOWN, w] - x[row.LINE, w]
         part = 1.0 / s
         of_a, of_h, of_o = cross * part, cross_h * part, cross_o * part
-        m = x[_END, w] + x[_DRIFT, w] + x[PUSH, w] * x[H, w] + x[HOLD, w] * x[O, w] + of_a * v
-        x[M, w] = 1e-9 if m < 0.0 else m
-        x[H, w] = x[KEEP, w] * x[H, w] + of_h * v
-        x[O, w] += of_o * v
+        m = x[row.END, w] + x[row.DRIFT, w] + x[row.PUSH, w] * x[row.H, w] + x[row.HOLD, w] * x[row.OFF, w] + of_a * v
+        x[row.M, w] = 1e-9 if m < 0.0 else m
+        x[row.H, w] = x[row.KEEP, w] * x[row.H, w] + of_h * v
+        x[row.OFF, w] += of_o * v
         _carry(x, w)
-        x[P, w] += q2 * x[Q_END, w] - of_a * cross
-        x[P_H, w] -= of_a * cross_h
-        x[P_O, w] -= of_a * cross_o
-        x[P_HH, w] -= of_h * cross_h
-        x[P_HO, w] -= of_h * cross_o
-        x[P_OO, w] -= of_o * cross_o
-        x[_V, w], x[_S, w] = v, s
-
-
-@njit(cache=True, inline="always")
-def _wander(x, y, se, omega, step):  # type: ignore[no-untyped-def]
-    """Move the phase on: its pace follows stiffness and forcing."""
-    for w in range(LANES):
-        a = max((y - x[_LINE, w]) / (1.0 + x[_GAIN, w]), 1e-12)
-        pace = omega * ((1.0 + x[_DET, w]) * (1.0 + a * (x[_ST1, w] + a * x[_ST2, w])) - 1.0) + x[_SIDE, w] / a
-        x[_ANGLE, w] += pace * step
-        x[_ANGLE_P, w] += x[_PQ, w] * x[_PQ, w] / (a * a) * step
-
-
-@njit(cache=True, inline="always")
-def _found(x, y, se, phase):  # type: ignore[no-untyped-def]
-    """The first phase that is seen is where it starts."""
-    for w in range(LANES):
-        r2 = x[_R, w] * se * x[_R, w] * se
-        x[_ANGLE, w], x[_ANGLE_P, w] = phase, r2 / (y * y + r2)
-
-
-@njit(cache=True, inline="always")
-def _turn(x, y, se, phase):  # type: ignore[no-untyped-def]
-    """Innovation of the phase, and what is learned from it."""
-    for w in range(LANES):
-        r2 = x[_R, w] * se * x[_R, w] * se
-        v, s = phase - x[_ANGLE, w], x[_ANGLE_P, w] + r2 / (y * y + r2)
-        part = x[_ANGLE_P, w] / s
-        x[_ANGLE, w] += part * v
-        x[_ANGLE_P, w] -= part * x[_ANGLE_P, w]
-        x[_V, w], x[_S, w] = v, s
-
-
-@njit(cache=True, inline="always")
-def _wave(x, third, se):  # type: ignore[no-untyped-def]
-    """Innovation of the third harmonic, which nothing is learned from."""
-    for w in range(LANES):
-        level, blur = x[_LEVEL, w], x[_H3R, w] * se
-        bend = level * (x[_ST1, w] + level * x[_ST2, w])
-        x[_V, w] = third - (1.0 + x[_GAIN, w]) * level * (x[_THIRD, w] + x[_H3, w] + bend / 12.0)
-        x[_S, w] = blur * blur
+        x[row.P, w] += q2 * x[row.Q_END, w] - of_a * cross
+        x[row.P_H, w] -= of_a * cross_h
+        x[row.P_O, w] -= of_a * cross_o
+        x[row.P_HH, w] -= of_h * cross_h
+        x[row.P_HO, w] -= of_h * cross_o
+        x[row.P_OO, w] -= of_o * cross_o
+        x[row.V, w], x[row.S, w] = v, s
 
 
 def channel_innovations(data: Channels, table: FloatArray, *, initial_sd: float = 1.0) -> tuple[FloatArray, FloatArray]:
@@ -412,9 +363,6 @@ def channel_innovations(data: Channels, table: FloatArray, *, initial_sd: float 
     active = np.where(changed[:, :, _DAMPING].any(axis=2), 2, np.where(changed.any(axis=2), 1, 0)).astype(np.int8)
     active[0] = 2
     innovation, variance = np.empty(shape), np.empty(shape)
-    _extended_filter(
-        data.amplitude, data.standard_error, data.phase, data.third, data.third_error, data.gap, data.period,
-        data.time, data.place, data.record, data.omega, data.knots, np.ascontiguousarray(table), active, data.has_phase,
-        initial_sd**2, innovation, variance,
-    )  # fmt: skip
+    cycles = _Cycles(*(getattr(data, name) for name in _Cycles._fields))
+    _extended_filter(cycles, data.knots, np.ascontiguousarray(table), active, initial_sd**2, innovation, variance)
     return innovation, variance

@@ -8,8 +8,8 @@ from numba import njit
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.cycles import Channels
-from scruton.dynamics.effects import CATALOGUE, UNKNOWN
 from scruton.dynamics.effect_drift import effect_drift
+from scruton.dynamics.effects import CATALOGUE, UNKNOWN
 from scruton.dynamics.effects.terms import HATS, Term
 from scruton.dynamics.extended import channel_innovations
 from scruton.dynamics.reading import saturated_reading

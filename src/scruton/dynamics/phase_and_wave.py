@@ -1,0 +1,50 @@
+"""Phase and third harmonic of every cycle, for walkers side by side: where stiffness, forcing and saturation show."""
+
+from numba import njit
+
+from scruton.dynamics import row
+from scruton.dynamics.effects.terms import Term
+
+_GAIN, _R = int(Term.GAIN), int(Term.NOISE)
+_DET, _ST2, _ST1, _PQ = int(Term.DETUNING), int(Term.STIFFNESS), int(Term.STIFFNESS_LINEAR), int(Term.PHASE_SCATTER)
+_H3, _H3R = int(Term.THIRD), int(Term.THIRD_NOISE)
+
+
+@njit(cache=True, inline="always")
+def wander(x, y, omega, step):  # type: ignore[no-untyped-def]
+    """Move the phase on: its pace follows stiffness and forcing."""
+    for w in range(row.LANES):
+        a = max((y - x[row.LINE, w]) / (1.0 + x[_GAIN, w]), 1e-12)
+        pace = omega * ((1.0 + x[_DET, w]) * (1.0 + a * (x[_ST1, w] + a * x[_ST2, w])) - 1.0) + x[row.SIDE, w] / a
+        x[row.ANGLE, w] += pace * step
+        x[row.ANGLE_P, w] += x[_PQ, w] * x[_PQ, w] / (a * a) * step
+
+
+@njit(cache=True, inline="always")
+def found(x, y, se, phase):  # type: ignore[no-untyped-def]
+    """The first phase that is seen is where it starts."""
+    for w in range(row.LANES):
+        r2 = x[_R, w] * se * x[_R, w] * se
+        x[row.ANGLE, w], x[row.ANGLE_P, w] = phase, r2 / (y * y + r2)
+
+
+@njit(cache=True, inline="always")
+def turn(x, y, se, phase):  # type: ignore[no-untyped-def]
+    """Innovation of the phase, and what is learned from it."""
+    for w in range(row.LANES):
+        r2 = x[_R, w] * se * x[_R, w] * se
+        v, s = phase - x[row.ANGLE, w], x[row.ANGLE_P, w] + r2 / (y * y + r2)
+        part = x[row.ANGLE_P, w] / s
+        x[row.ANGLE, w] += part * v
+        x[row.ANGLE_P, w] -= part * x[row.ANGLE_P, w]
+        x[row.V, w], x[row.S, w] = v, s
+
+
+@njit(cache=True, inline="always")
+def wave(x, third, se):  # type: ignore[no-untyped-def]
+    """Innovation of the third harmonic, which nothing is learned from."""
+    for w in range(row.LANES):
+        level, blur = x[row.LEVEL, w], x[_H3R, w] * se
+        bend = level * (x[_ST1, w] + level * x[_ST2, w])
+        x[row.V, w] = third - (1.0 + x[_GAIN, w]) * level * (x[row.THIRD, w] + x[_H3, w] + bend / 12.0)
+        x[row.S, w] = blur * blur
