@@ -5,8 +5,8 @@ are constants: only so can the compiler see that no row is another one, and the 
 """
 
 import numpy as np
-from numba import njit
 
+from scruton.compiled import njit
 from scruton.dynamics.departure import COLUMNS, ROUGH, STATIC, factor, factor_at, faded, place_of, ramp
 from scruton.dynamics.equation import flow_above_floor
 from scruton.dynamics.moments import (

@@ -16,9 +16,9 @@ A wake that remembers is not that of the amplitude of the moment: at the start o
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from scruton.arrays import FloatArray
+from scruton.compiled import njit
 
 # Knots of the walk, as ratios of the amplitude to a*: below it, and above.
 GROWTH, DECAY = (1.0, 0.7, 0.35, 0.1), (1.0, 1.35, 2.3)

@@ -8,8 +8,8 @@ phi_0 = exp(-x) and phi_(k+1) = (1/k! - phi_k)/x: no branch, so that the process
 from math import factorial
 
 import numpy as np
-from numba import njit
 
+from scruton.compiled import njit
 from scruton.dynamics import row
 from scruton.dynamics.moments import gust_moments, mean_weight, moments_along
 

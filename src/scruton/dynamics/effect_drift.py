@@ -1,8 +1,8 @@
 """The drift of the amplitude with every term that an effect may add: da/dt in a given wind."""
 
 import numpy as np
-from numba import njit
 
+from scruton.compiled import njit
 from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
 
 _S1, _S2, _S3 = int(Term.STRUCTURAL), int(Term.STRUCTURAL_LINEAR), int(Term.STRUCTURAL_SQUARE)

@@ -5,8 +5,8 @@ r"""The amplitude equation, once: its drift and its closed form, compiled for on
 """
 
 import numpy as np
-from numba import njit
 
+from scruton.compiled import njit
 from scruton.dynamics.thresholds import FLOOR
 
 

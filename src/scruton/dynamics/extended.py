@@ -13,10 +13,10 @@ Walkers stand side by side, a row of one array for each thing that they carry, a
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from scruton.arrays import FloatArray
+from scruton.compiled import njit
 from scruton.dynamics import row
 from scruton.dynamics.cycles import ABSENT, Channels
 from scruton.dynamics.drive_moments import gust_decay, moments_of_all, moments_of_lane

@@ -3,9 +3,9 @@
 from collections.abc import Callable
 
 import numpy as np
-from numba import njit
 
 from scruton.arrays import FloatArray
+from scruton.compiled import njit
 from scruton.dynamics.effect_drift import effect_drift
 from scruton.dynamics.effects.terms import BELONGS, HATS, Belongs, Term
 from scruton.dynamics.thresholds import RANGE

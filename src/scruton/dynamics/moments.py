@@ -1,7 +1,8 @@
 """Moments of the state and of its mean over a cycle under white noise: what all filters have in common."""
 
 import numpy as np
-from numba import njit
+
+from scruton.compiled import njit
 
 # In kernels a square is written x * x: numba makes a product of x ** 2 or a call of pow, whichever function it happened
 # to compile first, and the last bit differs.

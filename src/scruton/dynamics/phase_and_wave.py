@@ -1,7 +1,6 @@
 """Phase and third harmonic of every cycle, for walkers side by side: where stiffness, forcing and saturation show."""
 
-from numba import njit
-
+from scruton.compiled import njit
 from scruton.dynamics import row
 from scruton.dynamics.effects.terms import Term
 

@@ -1,9 +1,9 @@
 """What a sensor that saturates shows of a harmonic motion, and what shows so."""
 
 import numpy as np
-from numba import njit
 
 from scruton.arrays import FloatArray
+from scruton.compiled import njit
 from scruton.dynamics.effects.terms import Term
 
 _GAIN, _CLIP, _SOFT = int(Term.GAIN), int(Term.CLIP), int(Term.CLIP_SOFT)

@@ -1,8 +1,8 @@
 """The filter of the family of laws, step by step: exact for n = -1, else linearised along the mean."""
 
 import numpy as np
-from numba import njit
 
+from scruton.compiled import njit
 from scruton.dynamics.departure import ROUGH, STATIC, factor_at, faded, place_of, ramp
 from scruton.dynamics.equation import flow_above_floor
 from scruton.dynamics.moments import (

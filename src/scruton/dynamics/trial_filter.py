@@ -1,9 +1,9 @@
 """The likelihood of the second-order exponential (Eq. 4) with a correlated residual about it."""
 
 import numpy as np
-from numba import njit
 
 from scruton.arrays import FloatArray
+from scruton.compiled import njit
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.dynamics.likelihood import contiguous
 from scruton.dynamics.moments import LOG_2PI

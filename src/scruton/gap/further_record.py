@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from scruton.arrays import FloatArray
+from scruton.compiled import njit
 from scruton.dynamics.cycles import Channels
 from scruton.dynamics.effect_drift import effect_drift
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 
 from scruton.arrays import FloatArray
+from scruton.compiled import njit
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.dynamics.departure import factor_at
 from scruton.dynamics.equation import flow_above_floor

@@ -18,9 +18,9 @@ hundred-and-twentieth of a cycle.
 from collections import namedtuple
 
 import numpy as np
-from numba import njit
 
 from scruton.arrays import FloatArray
+from scruton.compiled import njit
 from scruton.simulate.disturbances import COHERENCE_FORMS, FRICTION_FORMS, Disturbances
 from scruton.simulate.thresholds import LAGGED, LEAST_WIND
 from scruton.simulate.truth import FORCES, Truth

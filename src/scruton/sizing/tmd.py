@@ -38,10 +38,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
 from scruton.arrays import FloatArray
+from scruton.compiled import njit
 from scruton.errors import InputError
 
 

@@ -27,11 +27,11 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from scruton.arrays import FloatArray
 from scruton.calibrate.challenge.sections import Body
 from scruton.calibrate.thresholds import MOST_ORDER
+from scruton.compiled import njit
 from scruton.simulate import Disturbances
 from scruton.simulate.disturbances import COHERENCE_FORMS
 from scruton.simulate.equation import mean_rate
