@@ -4,6 +4,7 @@ import logging
 import os
 import queue
 import signal
+import sys
 import tempfile
 import time
 import warnings
@@ -270,10 +271,11 @@ def finished(client: Any, work: Callable[[Any], Any], tasks: Sequence[Any]) -> I
 
 def tell(topic: str, what: Any) -> None:
     """Tell whoever asked for the work, from within it; nobody listens outside a worker."""
-    from distributed import get_worker
-
+    dask = sys.modules.get("distributed")  # a worker has it, and elsewhere it takes its time to come
+    if dask is None:
+        return
     try:
-        get_worker().log_event(topic, what)
+        dask.get_worker().log_event(topic, what)
     except ValueError:
         return
 

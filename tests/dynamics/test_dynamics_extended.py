@@ -269,6 +269,21 @@ def test_rows_that_leave_a_channel_alone_are_copied_exactly(rng):
         np.testing.assert_array_equal(together[1][k], alone[1][0])
 
 
+def test_a_filter_that_loses_its_way_says_so_by_what_is_no_number(rng):
+    """Amplitudes that run away, with every kind of term beside: nothing is raised, and neighbours are as they were."""
+    y = motion(rng, lambda a: LAM * (A_STAR - a), 2e-4, 2e-4, 0.1, steps=20)
+    data = channels(y, 2e-4)
+    away = {"AERO_SQUARE": -1e6, "AERO_FOURTH": -1e9}
+    rows = [{}, away, away | {Term(Term.HAT).name: 0.05}, away | {"FRICTION": 0.004, "FRICTION_WIDTH": 1e-4}]
+    rows += [away | {"CLIP": 0.06, "CLIP_SOFT": 1.0}, away | {"COHERENCE": 0.02, "LAG": 0.4}, away | {"GUST": 0.01}]
+    table = np.concatenate([bare_table(2e-4, GUST_RATE=0.2, **terms) for terms in rows])
+    v, _ = channel_innovations(data, table)
+    alone, _ = channel_innovations(data, table[:1])
+    np.testing.assert_array_equal(v[0], alone[0])
+    assert np.isfinite(v[0]).all()
+    assert not np.isfinite(v[1:]).all(axis=1).any()
+
+
 def test_stiffness_shows_in_the_phase():
     """The phase's innovations vanish where the frequency follows the amplitude as stated, and not otherwise."""
     t = np.arange(120) * PERIOD

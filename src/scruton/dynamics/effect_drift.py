@@ -95,7 +95,7 @@ def drift_of(a, lagged, x, w, wind, still, drive, force, hats, knots):  # type: 
 @njit(cache=True, inline="always")
 def _hat(x, w, log_a, knots):  # type: ignore[no-untyped-def]
     """Excess damping rate at an amplitude, and its slope in ln(amplitude)."""
-    if log_a <= knots[0]:
+    if not log_a > knots[0]:  # also where the filter lost its way and it is no number
         return x[_HAT, w], 0.0
     last = len(knots) - 1
     if log_a >= knots[last]:

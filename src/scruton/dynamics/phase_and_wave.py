@@ -32,10 +32,11 @@ def turn(x, y, se, phase):  # type: ignore[no-untyped-def]
     """Innovation of the phase, and what is learned from it."""
     for w in range(row.LANES):
         r2 = x[_R, w] * se * x[_R, w] * se
-        v, s = phase - x[row.ANGLE, w], x[row.ANGLE_P, w] + r2 / (y * y + r2)
+        noise = r2 / (y * y + r2)
+        v, s = phase - x[row.ANGLE, w], x[row.ANGLE_P, w] + noise
         part = x[row.ANGLE_P, w] / s
         x[row.ANGLE, w] += part * v
-        x[row.ANGLE_P, w] -= part * x[row.ANGLE_P, w]
+        x[row.ANGLE_P, w] = part * noise
         x[row.V, w], x[row.S, w] = v, s
 
 
