@@ -11,49 +11,28 @@ import numpy as np
 
 from scruton.compiled import njit
 from scruton.dynamics import row
-from scruton.dynamics.moments import gust_moments, mean_weight, moments_along
+from scruton.dynamics.moments import NODES, WEIGHTS, gust_moments, mean_weight, moments_along
 
 NEAR = 0.3  # largest x of the series
-# Gauss's rule on (0, 1).
-_NODES, _WEIGHTS = (0.5 * (1.0 + x) if i == 0 else 0.5 * x for i, x in enumerate(np.polynomial.legendre.leggauss(5)))
-_N0, _N1, _N2, _N3, _N4 = (float(x) for x in _NODES)
-_W0, _W1, _W2, _W3, _W4 = (float(x) for x in _WEIGHTS)
+_N0, _N1, _N2, _N3, _N4 = (float(x) for x in NODES)
+_W0, _W1, _W2, _W3, _W4 = (float(x) for x in WEIGHTS)
 _F2, _F3, _F4, _F5, _F6, _F7, _F8, _F9, _F10 = (1.0 / factorial(i) for i in range(2, 11))
-
-
-@njit(cache=True)
-def drive_moments(rate, fade, dt):  # type: ignore[no-untyped-def]
-    """What the drive's gusts and offset do over one interval to an amplitude that forgets at a rate of either sign.
-
-    The gust's decay, its response (state, mean), that to the offset (state, mean), and the covariances that a gust of
-    unit standard deviation builds up: (state, state), (state, gust), (gust, gust), (state, mean), (gust, mean),
-    (mean, mean).  Without a `fade` there is no gust.
-    """
-    if abs(rate * dt) < 1e-8:
-        rate = 1e-8 / dt
-    part = mean_weight(rate, dt)
-    hold, hold_mean = part * dt, (1.0 - part) / rate
-    if fade <= 0.0:
-        return 1.0, 0.0, 0.0, hold, hold_mean, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    # those of a gust towards which the amplitude relaxes, which is a drive over the rate
-    keep, push, push_mean, dd, dh, hh, dm, hm, mm = gust_moments(rate, fade, dt)
-    each = 1.0 / rate
-    return (
-        keep, push * each, push_mean * each, hold, hold_mean,
-        each * each * dd, each * dh, hh, each * each * dm, each * hm, each * each * mm,
-    )  # fmt: skip
 
 
 @njit(cache=True)
 def moments_of_lane(x, w, dt):  # type: ignore[no-untyped-def]
     """Fill the rows from `PHI` on for one walker of any rate."""
-    fade = x[row.FADE, w]
-    phi = np.exp(-x[row.RATE, w] * dt)
+    rate = x[row.RATE, w]
+    if abs(rate * dt) < 1e-8:
+        rate = 1e-8 / dt
+    part, phi, each = mean_weight(rate, dt), np.exp(-x[row.RATE, w] * dt), 1.0 / rate
     x[row.PHI, w], x[row.HALF, w] = phi, np.exp(-x[row.HALF_LOSS, w])
-    (
-        x[row.KEEP, w], x[row.PUSH, w], x[row.PUSH_MEAN, w], x[row.HOLD, w], x[row.HOLD_MEAN, w],
-        x[row.DD, w], x[row.DH, w], x[row.HH, w], x[row.DM, w], x[row.HM, w], x[row.MM, w],
-    ) = drive_moments(x[row.RATE, w], fade, dt)  # fmt: skip
+    x[row.HOLD, w], x[row.HOLD_MEAN, w] = part * dt, (1.0 - part) * each
+    # those of a gust towards which the amplitude relaxes, which is a drive over the rate
+    keep, push, push_mean, dd, dh, hh, dm, hm, mm = gust_moments(rate, x[row.FADE, w], dt)
+    x[row.KEEP, w], x[row.PUSH, w], x[row.PUSH_MEAN, w] = keep, push * each, push_mean * each
+    x[row.DD, w], x[row.DH, w], x[row.HH, w] = each * each * dd, each * dh, hh
+    x[row.DM, w], x[row.HM, w], x[row.MM, w] = each * each * dm, each * hm, each * each * mm
     x[row.Q_END, w], x[row.Q_CROSS, w], x[row.Q_MEAN, w] = moments_along(phi, dt)
 
 
@@ -64,12 +43,15 @@ def gust_decay(x, dt):  # type: ignore[no-untyped-def]
         fade = x[row.FADE, w]
         x[row.KEEP, w], x[row.HH, w] = np.exp(-fade * dt), -np.expm1(-2.0 * fade * dt)
         for i in range(5):
-            x[row.NODE + i, w] = np.exp(-fade * dt * _NODES[i])
+            x[row.NODE + i, w] = np.exp(-fade * dt * NODES[i])
 
 
 @njit(cache=True, inline="always")
 def moments_of_all(x, dt, gusty):  # type: ignore[no-untyped-def]
-    """Fill the rows from `PHI` on for all walkers, after `gust_decay` where any of them has gusts."""
+    """Fill the rows from `PHI` on for all walkers, after `gust_decay` where any of them has gusts.
+
+    How much of the amplitude is left, what gust and offset do to (state, mean), and the covariances that build up.
+    """
     for w in range(row.LANES):
         loss = x[row.RATE, w] * dt
         fastest = max(abs(x[row.RATE, w]), abs(x[row.RATE, w] - x[row.FADE, w])) * dt

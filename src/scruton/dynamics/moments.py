@@ -9,7 +9,7 @@ from scruton.compiled import njit
 
 LOG_2PI = float(np.log(2.0 * np.pi))
 # Gauss's rule on (0, 1).
-_NODES, _WEIGHTS = (0.5 * (1.0 + x) if i == 0 else 0.5 * x for i, x in enumerate(np.polynomial.legendre.leggauss(5)))
+NODES, WEIGHTS = (0.5 * (1.0 + x) if i == 0 else 0.5 * x for i, x in enumerate(np.polynomial.legendre.leggauss(5)))
 
 
 @njit(cache=True, inline="always")
@@ -58,9 +58,9 @@ def gust_moments(lam, k, dt):  # type: ignore[no-untyped-def]
     response = gust_response(lam, k, dt)
     weight = (-np.expm1(-k * dt) / k - response / lam) / dt
     dd = dg = dm = gm = mm = 0.0
-    for j in range(_NODES.size):
-        u = dt * _NODES[j]
-        part = 2.0 * k * dt * _WEIGHTS[j]
+    for j in range(NODES.size):
+        u = dt * NODES[j]
+        part = 2.0 * k * dt * WEIGHTS[j]
         d, g = gust_response(lam, k, u), np.exp(-k * u)
         m = ((1.0 - g) / k - d / lam) / dt
         dd += part * d * d
