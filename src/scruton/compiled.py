@@ -21,7 +21,7 @@ def njit(function: Callable[..., Any] | None = None, **options: Any) -> Any:
     if function is None:
         return lambda function: njit(function, **options)
     kernel = numba.njit(**options)(function)
-    if options.get("cache"):
+    if options.get("cache") and kernel is not function:  # as it is with NUMBA_DISABLE_JIT
         _drop_stale(Path(kernel.stats.cache_path))
     return kernel
 
