@@ -129,12 +129,8 @@ def _joined(
     while len(chain) < thresholds.MOST_EFFECTS:
         best = best_of(candidates)
         gain = best.log_evidence - base.log_evidence
-        rival = candidates[_UNKNOWN].log_evidence if _UNKNOWN in candidates else base.log_evidence
-        # A first effect of not quite its form leaves what the generic term would mend: what a second gains beyond that
-        # is its own.  A third has the forms of two to mend.
-        misfit = thresholds.SECOND_NATS + thresholds.SECOND_SHARE * first
-        own = max(best.log_evidence - rival, 0.0) if len(chain) == 1 else 0.0
-        needed = min(misfit, max(misfit - own, thresholds.OWN_NATS)) if chain else 0.0
+        needed = thresholds.SECOND_NATS + thresholds.SECOND_SHARE * first if chain else 0.0
+        rival = candidates[_UNKNOWN].log_evidence if _UNKNOWN in candidates else -np.inf
         # A second effect has to beat the generic term: it would mend a first that is wrong, too.
         slack = thresholds.PREFERENCE_NATS + thresholds.FURTHER_SHARE * max(gain, 0.0)
         negligible = chain and best.best is not None and _largest_size(best.best) < thresholds.SMALLEST

@@ -16,11 +16,7 @@ MOST_SET_POINT = 0.02  # likewise, from record to record
 
 # ---- the verdict
 SECOND_NATS = 8.0  # that a further effect must gain beside those found
-# Of the first gain, that a further one must add on top, for forms differ, which is no second effect; of a second less
-# what it gains beyond the generic term, but no less in all than the second of these [nats].  By that two more of 40
-# pairs of seed 3301 are both named (31), and none of 66 single effects of 20 and 40 % (seed 3302) gets a second one;
-# without a least a pendulum that was measured did.
-SECOND_SHARE, OWN_NATS = 0.04, 15.0
+SECOND_SHARE = 0.04  # of the first gain, that a further one must add on top: forms differ, which is no second effect
 SMALLEST = 0.025  # size of a further effect over the relaxation damping, below which it is nobody's concern
 # Size of any effect over the relaxation damping, below which it is none: it moves the stable amplitude by one per cent,
 # which tests do not repeat to.
