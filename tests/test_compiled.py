@@ -17,21 +17,24 @@ def scaled(x):
 RUN = """
 from pathlib import Path
 import scruton.compiled
-scruton.compiled._SOURCES = Path("parts")
+scruton.compiled._SHARED = Path("shared")
 import kernel
 print(kernel.scaled(1.0), sum(kernel.scaled.stats.cache_hits.values()))
 """
 
 
-@pytest.fixture
-def run(tmp_path):
+@pytest.fixture(params=["shared", "."])
+def run(tmp_path, request):
     """Write the constant that the kernel takes from elsewhere, and run the kernel."""
-    (tmp_path / "parts").mkdir()
+    (tmp_path / "shared").mkdir()
     (tmp_path / "kernel.py").write_text(KERNEL)
 
     def run(factor):
-        (tmp_path / "parts" / "part.py").write_text(f"FACTOR = {factor}\n")
-        environment = os.environ | {"PYTHONPATH": os.pathsep.join(["parts", *sys.path]), "PYTHONDONTWRITEBYTECODE": "1"}
+        (tmp_path / request.param / "part.py").write_text(f"FACTOR = {factor}\n")
+        environment = os.environ | {
+            "PYTHONPATH": os.pathsep.join([request.param, *sys.path]),
+            "PYTHONDONTWRITEBYTECODE": "1",
+        }
         environment.pop("NUMBA_CACHE_DIR", None)
         done = subprocess.run(
             [sys.executable, "-c", RUN], cwd=tmp_path, env=environment, capture_output=True, text=True, check=True

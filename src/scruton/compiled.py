@@ -8,7 +8,7 @@ from typing import Any
 
 import numba
 
-_SOURCES = Path(__file__).parent / "dynamics"
+_SHARED = Path(__file__).parent / "dynamics"  # what kernels of all folders are made of
 _STAMP = "kernels.sha256"
 
 
@@ -22,24 +22,24 @@ def njit(function: Callable[..., Any] | None = None, **options: Any) -> Any:
         return lambda function: njit(function, **options)
     kernel = numba.njit(**options)(function)
     if options.get("cache") and kernel is not function:  # as it is with NUMBA_DISABLE_JIT
-        _drop_stale(Path(kernel.stats.cache_path))
+        _drop_stale(Path(kernel.stats.cache_path), Path(function.__code__.co_filename).parent)
     return kernel
 
 
 @cache
-def _drop_stale(folder: Path) -> None:
-    stamp = folder / _STAMP
-    if stamp.is_file() and stamp.read_text() == _digest():
+def _drop_stale(kept: Path, sources: Path) -> None:
+    """Empty the folder where what is compiled of a folder's sources is kept, if it is of others."""
+    stamp, digest = kept / _STAMP, _digest(sources)
+    if stamp.is_file() and stamp.read_text() == digest:
         return
-    for compiled in (*folder.glob("*.nbi"), *folder.glob("*.nbc")):
+    for compiled in (*kept.glob("*.nbi"), *kept.glob("*.nbc")):
         compiled.unlink(missing_ok=True)
-    stamp.write_text(_digest())
+    stamp.write_text(digest)
 
 
-@cache
-def _digest() -> str:
-    """One number of all that kernels are made of."""
+def _digest(folder: Path) -> str:
+    """One number of all that kernels of a folder are made of."""
     digest = sha256()
-    for source in sorted(_SOURCES.rglob("*.py")):
+    for source in sorted({*_SHARED.rglob("*.py"), *folder.glob("*.py")}):
         digest.update(source.read_bytes())
     return digest.hexdigest()

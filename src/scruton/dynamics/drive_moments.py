@@ -42,7 +42,7 @@ def gust_decay(x, dt):  # type: ignore[no-untyped-def]
     for w in range(row.LANES):
         fade = x[row.FADE, w]
         x[row.KEEP, w], x[row.HH, w] = np.exp(-fade * dt), -np.expm1(-2.0 * fade * dt)
-        for i in range(5):
+        for i in range(NODES.size):
             x[row.NODE + i, w] = np.exp(-fade * dt * NODES[i])
 
 
@@ -88,6 +88,7 @@ def moments_of_all(x, dt, gusty):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, inline="always")
 def _phi_1(x):  # type: ignore[no-untyped-def]
+    """(1 - exp(-x)) / x as a series."""
     two = x * x
     end = (_F7 - x * _F8) + two * (_F9 - x * _F10)
     return (1.0 - x * _F2) + two * ((_F3 - x * _F4) + two * ((_F5 - x * _F6) + two * end))

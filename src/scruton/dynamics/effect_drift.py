@@ -49,11 +49,16 @@ def polynomial(x, w, wind, still, drive, force):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, inline="always")
+def has_hats(c):  # type: ignore[no-untyped-def]
+    """Whether a row of coefficients has excess damping at any knot."""
+    return np.any(c[_HAT : _HAT + HATS] != 0.0)
+
+
+@njit(cache=True, inline="always")
 def rough(c):  # type: ignore[no-untyped-def]
     """Whether a row of coefficients has terms that are no polynomial of the amplitude: 0, 1, or 2 with hats."""
-    for j in range(HATS):
-        if c[_HAT + j] != 0.0:
-            return 2.0
+    if has_hats(c):
+        return 2.0
     return 1.0 if c[_F] != 0.0 or c[_LAG] > 0.0 or c[_COH] > 0.0 else 0.0
 
 

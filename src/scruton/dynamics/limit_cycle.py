@@ -6,13 +6,12 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.compiled import njit
-from scruton.dynamics.effect_drift import effect_drift
+from scruton.dynamics.effect_drift import effect_drift, has_hats
 from scruton.dynamics.effects.terms import BELONGS, HATS, Belongs, Term
 from scruton.dynamics.thresholds import RANGE
 
 _GRID = 280
 _HALVINGS = 40
-_HAT = int(Term.HAT)
 # What does not go to a bridge; the damping ratio itself is the bridge's own, by its Scruton number.
 _LEFT_BEHIND = [int(term) for term in Term if BELONGS[term] is not Belongs.WIND and term is not Term.STRUCTURAL]
 
@@ -22,10 +21,7 @@ def _rates(table, amplitude, knots):  # type: ignore[no-untyped-def]
     """da/dt of every row of coefficients at its own amplitudes, (W, A)."""
     rates = np.empty(amplitude.shape)
     for w in range(amplitude.shape[0]):
-        hats = False
-        for j in range(HATS):
-            if table[w, _HAT + j] != 0.0:
-                hats = True
+        hats = has_hats(table[w])
         for i in range(amplitude.shape[1]):
             a = amplitude[w, i]
             rates[w, i] = effect_drift(a, a, table[w], 0.0, False, 0.0, hats, knots)[0]

@@ -9,8 +9,8 @@ from scruton.dynamics.effects.terms import Term
 _GAIN, _CLIP, _SOFT = int(Term.GAIN), int(Term.CLIP), int(Term.CLIP_SOFT)
 # Gauss-Chebyshev quadrature over a quarter of a wave: exact for smooth waves.
 _ANGLES = 16
-_COSINE = np.cos((np.arange(_ANGLES) + 0.5) * 0.5 * np.pi / _ANGLES)
-_COSINE_THIRD = np.cos(3.0 * (np.arange(_ANGLES) + 0.5) * 0.5 * np.pi / _ANGLES)
+_ANGLE = (np.arange(_ANGLES) + 0.5) * 0.5 * np.pi / _ANGLES
+_COSINE, _COSINE_THIRD = np.cos(_ANGLE), np.cos(3.0 * _ANGLE)
 
 
 @njit(cache=True)

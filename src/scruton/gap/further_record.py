@@ -8,9 +8,9 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.compiled import njit
 from scruton.dynamics.cycles import Channels
-from scruton.dynamics.effect_drift import effect_drift
+from scruton.dynamics.effect_drift import effect_drift, has_hats
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
-from scruton.dynamics.effects.terms import HATS, Term
+from scruton.dynamics.effects.terms import Term
 from scruton.dynamics.extended import channel_innovations
 from scruton.dynamics.reading import saturated_reading
 from scruton.gap.data import FLOOR, GapData
@@ -95,10 +95,7 @@ def transplanted(
 def _run(c, start, cycles, period, omega, knots):  # type: ignore[no-untyped-def]
     """Reading, phase and third harmonic of a run without turbulence, cycle by cycle."""
     out = np.empty((3, cycles))
-    hats = False
-    for j in range(HATS):
-        if c[_HAT + j] != 0.0:
-            hats = True
+    hats = has_hats(c)
     m, lagged, phase = start, c[_LAG_START] * start, 0.0
     for k in range(cycles):
         tau = (k + 0.5) / cycles - 0.5
