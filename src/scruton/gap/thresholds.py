@@ -16,7 +16,9 @@ MOST_SET_POINT = 0.02  # likewise, from record to record
 
 # ---- the verdict
 SECOND_NATS = 8.0  # that a further effect must gain beside those found
-SECOND_SHARE = 0.04  # of the first gain, that a further one must add on top: forms differ, which is no second effect
+# Of the first gain, that a further one must add on top, but no more than the generic term would gain there: forms
+# differ, which is no second effect, and would show.
+SECOND_SHARE = 0.04
 SMALLEST = 0.025  # size of a further effect over the relaxation damping, below which it is nobody's concern
 # Size of any effect over the relaxation damping, below which it is none: it moves the stable amplitude by one per cent,
 # which tests do not repeat to.
@@ -26,6 +28,7 @@ OWN_SHARE = 0.05  # of the gain of a pair, that each of it gains alone
 ROUNDS = 2  # of swaps, at most: time
 UNKNOWN_NATS = 15.0  # that the generic term must gain beside what only the frequency shows, to be a verdict with it
 UNEARNED_NATS = 2.0  # that the unknown stays behind a catalogued effect with more evidence, or that predicts better
+HELD_OUT_RIVALS = 3  # catalogued effects with the most evidence, that are asked for the records held out: time
 LINE_NATS = 30.0  # over chance, of a line in the spectrum beside the response
 ALLOWED_EXCESS = 4.0  # nats of colour and level that noise and fitting leave in the innovations
 ALLOWED_SHARE = 0.12  # of the gain, that may be left, for the form of an effect is never quite its form
