@@ -192,7 +192,9 @@ def _judged(
         gains[UNKNOWN] = max(_preferred(gains)[UNKNOWN], max(gains[best.name], 0.0) + left)
         # Neither the catalogue nor the generic terms have a line beside the response: their evidence has no say there.
         ahead = gains[UNKNOWN] > max(gains[best.name], 0.0) and line < allowed
-        if ahead and leader is not base and not _earned(rivals, singles[UNKNOWN], workers):
+        # Nor has what explains less than it leaves.
+        ahead = ahead and left <= max(gains[best.name], 0.0)
+        if ahead and leader is not base and not _earned(leader, best, singles[UNKNOWN], rivals[UNKNOWN], workers):
             gains[UNKNOWN] = gains[best.name] - thresholds.UNEARNED_NATS
     gains[NONE] = 0.0
     return gains, probabilities(gains, prior, prior_none)
@@ -206,15 +208,12 @@ def _preferred(gains: Mapping[str, float]) -> dict[str, float]:
     return found
 
 
-def _earned(rivals: Mapping[str, Candidate], alone: Candidate, workers: int) -> bool:
-    """Whether the unknown may lead: with more evidence than the catalogue, and no worse than it on records held out."""
-    generic = max(alone, rivals[UNKNOWN], key=lambda candidate: candidate.log_evidence)
-    named = [rival for name, rival in rivals.items() if name in CATALOGUE and rival.best is not None]
-    named = sorted(named, key=lambda rival: -rival.log_evidence)[: thresholds.HELD_OUT_RIVALS]
-    if any(rival.log_evidence >= generic.log_evidence for rival in named):
+def _earned(leader: FittedHypothesis, best: Candidate, alone: Candidate, beside: Candidate, workers: int) -> bool:
+    """Whether the unknown may lead: with more evidence than the catalogue, and no worse on records held out."""
+    if best.log_evidence >= max(alone.log_evidence, beside.log_evidence):
         return False
-    bar = generic.best
-    return bar is None or not any(rival.best and predicts_better(rival.best, bar, workers=workers) for rival in named)
+    generic = max(alone, beside, key=lambda candidate: candidate.log_evidence).best
+    return generic is None or not predicts_better(leader, generic, workers=workers)
 
 
 def _explained(base: FittedHypothesis, leader: FittedHypothesis) -> float:

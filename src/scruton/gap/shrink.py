@@ -237,7 +237,7 @@ def _curve(hypothesis: Hypothesis, u: FloatArray, record: int) -> FloatArray:
     read = data.channels.amplitude[cycles]
     band = np.geomspace(max(np.quantile(read, 0.02), 0.03 * read.max()), read.max(), _BAND)
     table = hypothesis.table(u[None])[:, record]
-    table[:, [int(Term.TREND), int(Term.TREND_SINE), int(Term.TREND_DRIVE)]] = 0.0
+    table[:, [int(Term.TREND), int(Term.TREND_SINE), int(Term.TREND_ARCH), int(Term.TREND_DRIVE)]] = 0.0
     row = table[0]
     true = np.array([inverse_reading(y / (1.0 + row[Term.GAIN]), row[Term.CLIP], row[Term.CLIP_SOFT]) for y in band])
     return np.asarray(-amplitude_rates(table, true, data.channels.knots)[0] / true)

@@ -28,7 +28,6 @@ OWN_SHARE = 0.05  # of the gain of a pair, that each of it gains alone
 ROUNDS = 2  # of swaps, at most: time
 UNKNOWN_NATS = 15.0  # that the generic term must gain beside what only the frequency shows, to be a verdict with it
 UNEARNED_NATS = 2.0  # that the unknown stays behind a catalogued effect with more evidence, or that predicts better
-HELD_OUT_RIVALS = 3  # catalogued effects with the most evidence, that are asked for the records held out: time
 LINE_NATS = 30.0  # over chance, of a line in the spectrum beside the response
 ALLOWED_EXCESS = 4.0  # nats of colour and level that noise and fitting leave in the innovations
 ALLOWED_SHARE = 0.12  # of the gain, that may be left, for the form of an effect is never quite its form
