@@ -16,6 +16,7 @@ from scruton.gap import thresholds
 from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis
 from scruton.gap.further_record import FurtherRecord, separation
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
+from scruton.gap.meaning import known_by_lines, line_words
 from scruton.gap.thresholds import BLIND, BOUND_SIGMAS, COSTS, FAR_MORE_PROBABLE, WANTED
 
 _USUAL = "20 % of the relaxation damping"
@@ -163,6 +164,7 @@ def advise(diagnosis: Diagnosis) -> list[str]:
         now = _behind(diagnosis, name)
         if now < WANTED:
             lines.append(_line(verdict, name, now, truth, fit, records))
+    lines += _beside(diagnosis, records)
     lines = [*_speeds(diagnosis), *_again(diagnosis), *(line for line in lines if line)]
     if lines:
         return lines
@@ -189,6 +191,22 @@ def _doubts(diagnosis: Diagnosis, records: list[FurtherRecord]) -> dict[str, str
     return lines
 
 
+def _beside(diagnosis: Diagnosis, records: list[FurtherRecord]) -> list[str]:
+    """Of further effects that are not settled, what tells each from what else would stand in its place."""
+    truth, lines = (diagnosis.final.hypothesis, diagnosis.final.mode), []
+    for name, place in diagnosis.places.items():
+        if diagnosis.also[name] >= thresholds.SETTLED:
+            continue
+        others = {one: c.best for one, c in place.candidates.items() if one != name and c.best is not None}
+        # with none of them the place is empty
+        rival, fit = max({NONE: place.base, **others}.items(), key=lambda pair: pair[1].log_evidence)
+        own = place.candidates[name].log_evidence
+        now = float(np.sqrt(2.0 * max(own - fit.log_evidence, 0.0)))
+        line = _line(f"{name} beside {diagnosis.verdict}", rival, now, truth, fit, records) if now < WANTED else ""
+        lines.append(line or f"a repeat of {_strongest(diagnosis)} would tell whether {name} comes again")
+    return lines
+
+
 def _behind(diagnosis: Diagnosis, name: str) -> float:
     """Standard deviations by which a rival's evidence lies behind the verdict's already."""
     nats = diagnosis.log_weights[diagnosis.verdict] - diagnosis.log_weights[name]
@@ -207,15 +225,24 @@ def _speeds(diagnosis: Diagnosis) -> list[str]:
     low, high = min(float(others.min()), own - 0.5 * span), max(float(others.max()), own + 0.5 * span)
     return [
         f"{diagnosis.data.rigs[layout.rig[middle]]} at two more wind speeds, U/(f D) = {low:.3g} and {high:.3g} (now "
-        f"{own:.3g}), a growth and a decay at each: parameters that change there follow the reduced velocity; those "
-        "that do not differ from setting to setting"
+        f"{own:.3g}), a growth and a decay at each, as tests of their own: `scruton fit` gives each its own "
+        "relaxation and stable amplitude, while `scruton diagnose` reads one test a rig; where Y1 and epsilon change "
+        "with the speed they follow the reduced velocity, where they do not tests differ from setting to setting"
     ]
 
 
 def _again(diagnosis: Diagnosis) -> list[str]:
-    """Of an unknown cause, whether it is the section's or one run's."""
+    """Of an unknown cause, whether it is the section's or one run's; of a line, whether a mode's or hum."""
     if diagnosis.verdict != UNKNOWN:
         return []
+    if lines := known_by_lines(diagnosis):
+        return [
+            "a record with a second sensor elsewhere on the section, of what moves at "
+            f"{line_words(lines[0], diagnosis.data)}: another mode has a shape of its own there, hum has none and "
+            "stays when the section is held still",
+            "the same records with a `band` about the response in campaign.toml: without the line, the rest can be "
+            "diagnosed",
+        ]
     return [
         f"a repeat of {_strongest(diagnosis)}, over the same amplitudes: if the excess comes again it belongs to the "
         "section or the rig, if not to that run; a longer lock-in record, or a second one at another turbulence, would "
@@ -224,11 +251,13 @@ def _again(diagnosis: Diagnosis) -> list[str]:
 
 
 def _strongest(diagnosis: Diagnosis) -> str:
-    """The record in which the verdict's hypothesis and the null model differ most."""
+    """The record in which the verdict's hypothesis and the null model differ most, or the null model misses most."""
     layout = diagnosis.data.layout
     (v, s), (w, _) = (fit.hypothesis.innovations(fit.mode[None]) for fit in (diagnosis.null, diagnosis.final))
     size = diagnosis.data.channels.size
     away = ((v - w)[0, :size]) ** 2 / s[0, :size]
+    if not away.any():
+        away = v[0, :size] ** 2 / s[0, :size] - 1.0
     each = [float(away[diagnosis.data.channels.record == r].sum()) for r in range(len(layout.records))]
     return layout.records[int(np.argmax(each))]
 
@@ -302,7 +331,8 @@ def _records(diagnosis: Diagnosis) -> Iterator[FurtherRecord]:
         tested = np.unique(layout.scruton_number[layout.wind])
         a = stable.get(int(layout.test[r]), layout.reference_amplitude)
         cycles = int(np.clip(layout.duration[r] * layout.omega[r] / (2.0 * np.pi), 20, 400))
-        for sc in (0.6 * tested[0], *np.sqrt(tested[:-1] * tested[1:]), 1.6 * tested[-1]):
+        # less damping than the barest rig has cannot be made
+        for sc in (*np.sqrt(tested[:-1] * tested[1:]), 1.6 * tested[-1]):
             text = f"a growth at another Scruton number, {sc:.3g},"
             factor = float(sc / layout.scruton_number[r])
             yield FurtherRecord(text, COSTS["scruton"], r, False, 0.1 * a, cycles, factor)
