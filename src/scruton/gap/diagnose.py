@@ -11,11 +11,12 @@ from scruton.campaign.remarks import sentences
 from scruton.documents import as_json
 from scruton.dynamics.effects import Parameter
 from scruton.envelope.inspection import SET_ASIDE
-from scruton.gap.advise import advise, confusions, invisible
+from scruton.gap.advise import advise, confusions
 from scruton.gap.data import GapData, load_gap
 from scruton.gap.diagnosis import NONE, Diagnosis, diagnose_data
 from scruton.gap.finding import Finding
 from scruton.gap.hypothesis import FittedHypothesis
+from scruton.gap.invisible import invisible
 from scruton.gap.locate import locate
 from scruton.gap.locate_curves import Curves, excess_curves
 from scruton.gap.meaning import describe_unknown, meaning
