@@ -45,6 +45,9 @@ def test_an_unknown_cause_is_described(jumped: dict[str, Any]) -> None:
     assert seen["largest"] > 0.1
     assert seen["records"]
     assert seen["form"] in seen["text"]
+    low, high = seen["amplitude"]
+    assert 0.0 < low < high
+    assert f"{high:.3g} A/D" in seen["text"] or f"{np.degrees(high):.3g} deg" in seen["text"]
 
 
 def test_jumps_are_found_where_and_as_they_are() -> None:
