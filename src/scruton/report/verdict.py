@@ -47,9 +47,12 @@ def conclusion(gap: Mapping[str, Any], title: Title, first: str = "{}") -> str:
     return named + (f"; not settled: beside it {' and '.join(weak)}" if weak else "")
 
 
-def condition(gap: Mapping[str, Any], title: Title) -> str:
-    """What holds only if an unsettled verdict is true is said under this condition; empty where it is settled."""
-    return "" if settled(gap) else f"If it is {title(gap['verdict'])}: "
+def condition(gap: Mapping[str, Any], name: str) -> str:
+    """What holds only if an unsettled verdict is true is said under this condition; empty where it is settled.
+
+    `name` is what the verdict goes by.
+    """
+    return "" if settled(gap) else f"if it is {name}"
 
 
 def likeliest(gap: Mapping[str, Any]) -> list[tuple[str, float]]:

@@ -17,6 +17,7 @@ _SIZE = ("parameter", "median", "90 % interval", "unit", "form")
 _OF_DAMPING = ("damping", "branch", "test")  # quantities whose excess is a damping ratio
 _HELD_OUT = ("amplitude, before", "amplitude, after", "damping, before", "damping, after")
 _WHERE = ("quantity", "rig", "test", "record", "amplitude", "time [s]", "excess")
+_FIRST = "the first of these"  # what an unsettled verdict goes by, after a sentence that names what it may be
 _INVISIBLE = "What these records cannot show, whatever it is"
 _NULL_IN_WIND = (
     "The null model is the paper’s law with one pair of aerodynamic parameters for the peak tests and no discrepancy "
@@ -38,7 +39,7 @@ def gap_chapter(material: Material) -> Iterator[Block]:
         flags.append("The diagnosis reads the whole campaign, the tests that the fit was told to leave out among them.")
     if flags:
         yield Callout(CAUTION, "What was read", flags)
-    for words in _explained(gap, _in_words):
+    for words in _explained(gap, _FIRST):
         yield paragraph(words)
     yield _held_out_table(gap, PAGE, material.unit)
     if words := shrink_sentence(gap["shrink"]):
@@ -50,7 +51,7 @@ def gap_chapter(material: Material) -> Iterator[Block]:
     yield Table("gap_probability", "What explains the gap", ("cause", "probability"), likely)
     yield _where_table(gap, material.unit)
     numeric = (False, False, True, True, False, False)
-    sizes = _sizes(gap, PAGE, effect_title)
+    sizes = _sizes(gap, PAGE)
     caption = "How large the effect is"
     yield Table("gap_size", caption, ("effect", *_SIZE), sizes, _sizes_note(gap), numeric=numeric)
     if gap["advice"]:
@@ -116,18 +117,18 @@ def gap_summary(gap: Mapping[str, Any], unit: str) -> list[Block]:
     probability = "Probability (calibrated on simulated campaigns)"
     found = conclusion(gap, str)
     verdict = f"Verdict: {found}" if settled(gap) else _capital(found)
-    parameters, where = f"Parameters{_if(gap)}", f"Where{_if(gap)}"
-    sizes = _sizes(gap, TERMINAL, str, most=SIZES_SHOWN)
+    asked = f", {condition(gap, gap['verdict'])}".removesuffix(", ")
+    sizes = _sizes(gap, TERMINAL, SIZES_SHOWN)
     return [
         paragraph(f"{verdict}. {_in_titles(gap)}"),
         *([Callout(CAUTION, "", list(flags))] if (flags := gap.get("flags", ())) else []),
-        *(paragraph(words) for words in _explained(gap, str)),
+        *(paragraph(words) for words in _explained(gap, gap["verdict"])),
         _held_out_table(gap, TERMINAL, unit),
         paragraph(shrink_sentence(gap["shrink"])),
         Table("gap_probability", probability, ("cause", "probability"), _probabilities(gap, str)),
         *([paragraph(f"These data cannot tell apart: {alike}")] if alike else []),
-        Table("gap_size", parameters, ("effect", *_SIZE), sizes, _sizes_note(gap, SIZES_SHOWN)),
-        Table("gap_where", where, _where_header(TERMINAL, unit), [row[:-1] for row in _places(gap, TERMINAL, unit)]),
+        Table("gap_size", f"Parameters{asked}", ("effect", *_SIZE), sizes, _sizes_note(gap, SIZES_SHOWN)),
+        Table("gap_where", "Where", _where_header(TERMINAL, unit), [row[:-1] for row in _places(gap, TERMINAL, unit)]),
         Listing(gap["advice"]),
         *([paragraph(f"{_INVISIBLE}:")] if gap["invisible"] else []),
         Listing([entry["text"] for entry in gap["invisible"]]),
@@ -146,21 +147,14 @@ def _in_titles(gap: Mapping[str, Any]) -> str:
     return " ".join(f"{title}." for title in titles)
 
 
-def _if(gap: Mapping[str, Any]) -> str:
-    """What is added to the head of a table that holds for an unsettled verdict alone."""
-    return f", {condition(gap, str).removesuffix(': ').lower()}" if condition(gap, str) else ""
-
-
-def _explained(gap: Mapping[str, Any], title: Callable[[str], str]) -> list[str]:
+def _explained(gap: Mapping[str, Any], name: str) -> list[str]:
     """What the verdict means for the predictions, and what an unknown looks like: if it is true."""
-    return [
-        _conditional(gap, title, words) for key in ("unknown", "meaning") if (words := gap.get(key, {}).get("text"))
-    ]
+    return [_conditional(gap, name, words) for key in ("unknown", "meaning") if (words := gap.get(key, {}).get("text"))]
 
 
-def _conditional(gap: Mapping[str, Any], title: Callable[[str], str], words: str) -> str:
-    asked = condition(gap, title)
-    return f"{asked}{words[0].lower()}{words[1:]}" if asked else words
+def _conditional(gap: Mapping[str, Any], name: str, words: str) -> str:
+    asked = condition(gap, name)
+    return f"{_capital(asked)}: {words[0].lower()}{words[1:]}" if asked else words
 
 
 def contained_sentence(gap: Mapping[str, Any], fit: Mapping[str, Any]) -> str:
@@ -170,8 +164,9 @@ def contained_sentence(gap: Mapping[str, Any], fit: Mapping[str, Any]) -> str:
         return ""
     if fit.get("effect", {}).get("used") == gap["verdict"]:
         moves = f" {meaning['moves']}" if meaning.get("moves") else ""
-        return f"The numbers here contain it.{moves} The same command without `--effect` takes it out."
-    return f"The numbers here do not contain it. {_conditional(gap, _in_words, meaning['text'])}"
+        what = "it" if settled(gap) else _FIRST
+        return f"The numbers here contain {what}.{moves} The same command without `--effect` takes it out."
+    return f"The numbers here do not contain it. {_conditional(gap, _FIRST, meaning['text'])}"
 
 
 def _held_out_table(gap: Mapping[str, Any], of: Notation, unit: str) -> Table:
@@ -261,7 +256,8 @@ def _probabilities(gap: Mapping[str, Any], title: Callable[[str], str]) -> list[
     if others:
         rows.append((f"{len(others)} others together", f"{sum(others):.3f}"))
     beside = gap.get("probability_also", {})
-    return [*rows, *((f"beside it: {title(name)}", f"{beside[name]:.3f}") for name in gap["also"] if name in beside)]
+    within = str if title is str else _in_words
+    return [*rows, *((f"beside it: {within(name)}", f"{beside[name]:.3f}") for name in gap["also"] if name in beside)]
 
 
 def _where_header(of: Notation, unit: str) -> tuple[str, ...]:
@@ -299,12 +295,12 @@ def _excess(place: Mapping[str, Any], of: Notation, unit: str) -> str:
     return f"{of.number(factor * place['excess'], 3)} {of.unit(shown)}".rstrip()
 
 
-def _sizes(gap: Mapping[str, Any], of: Notation, title: Callable[[str], str], most: int | None = None) -> list[Any]:
+def _sizes(gap: Mapping[str, Any], of: Notation, most: int | None = None) -> list[Any]:
     """How large every effect is, a row each of its parameters, of at most so many."""
-    page = title is not str
+    page = of is PAGE
     return [
         (
-            "" if page and i else perhaps(gap, name, title),
+            _capital(perhaps(gap, name, _in_words)) * (not i) if page else perhaps(gap, name, str),
             _parameter(key) if page else key,
             *of.interval(size["median"], *(size["interval90"] or (None, None))),
             of.unit(size["unit"]),
