@@ -105,7 +105,7 @@ def sentences(one: Examined) -> Iterator[str]:
     elif one.known.truth == ("unknown",):
         yield "The verdict is unknown, as it has to be; a name from the catalogue would be wrong."
     else:
-        yield "The truth is in the verdict."
+        yield "The truth is named."
     named_wrong = [name for name in one.named if name not in (*one.known.truth, *one.known.besides)]
     if named_wrong:
         yield f"Named besides, though nothing independent shows it: {words(sorted(named_wrong))}."
