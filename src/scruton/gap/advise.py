@@ -10,10 +10,12 @@ from scruton.dynamics.effects import CATALOGUE
 from scruton.dynamics.effects.effect import Variant
 from scruton.dynamics.reading import readings
 from scruton.gap import thresholds
+from scruton.gap.check import SecondLine
+from scruton.gap.data import GapData
 from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis
 from scruton.gap.further_record import FurtherRecord, separation
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
-from scruton.gap.meaning import known_by_lines, line_words
+from scruton.gap.meaning import known_by_lines, line_words, strange_lines
 from scruton.gap.thresholds import BLIND, COSTS, FAR_MORE_PROBABLE, WANTED
 
 _USUAL = "20 % of the relaxation damping"
@@ -232,18 +234,21 @@ def _again(diagnosis: Diagnosis) -> list[str]:
     """Of an unknown cause, whether it is the section's or one run's; of a line, whether a mode's or hum."""
     if diagnosis.verdict != UNKNOWN:
         return []
-    if lines := known_by_lines(diagnosis):
-        return [
-            "a record with a second sensor elsewhere on the section, of what moves at "
-            f"{line_words(lines[0], diagnosis.data)}: another mode has a shape of its own there, hum has none and "
-            "stays when the section is held still",
-            "the same records with a `band` about the response in campaign.toml: without the line, the rest can be "
-            "diagnosed",
-        ]
-    return [
+    again = (
         f"a repeat of {_strongest(diagnosis)}, over the same amplitudes: if the excess comes again it belongs to the "
         "section or the rig, if not to that run; a longer lock-in record, or a second one at another turbulence, would "
         "tell what comes and goes from what depends on the amplitude"
+    )
+    lines = strange_lines(diagnosis)
+    return [*([] if known_by_lines(diagnosis) else [again]), *(_of_a_line(lines[0], diagnosis.data) if lines else ())]
+
+
+def _of_a_line(line: SecondLine, data: GapData) -> list[str]:
+    """Whether a line beside the response is a mode's or hum, and how to do without it."""
+    return [
+        f"a record with a second sensor elsewhere on the section, of what moves at {line_words(line, data)}: another "
+        "mode has a shape of its own there, hum has none and stays when the section is held still",
+        "the same records with a `band` about the response in campaign.toml: the rest can be diagnosed without it",
     ]
 
 

@@ -16,7 +16,7 @@ from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis, unexplained_lines
 from scruton.gap.finding import Finding, amplitudes_of
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.search import best_of
-from scruton.gap.thresholds import COLOURED, LINE_NATS, PLACES_DESCRIBED, UNMOVED
+from scruton.gap.thresholds import COLOURED, PLACES_DESCRIBED, UNKNOWN_NATS, UNMOVED
 
 _COLOUR = {
     True: "what the null model leaves is coloured: something that lasts",
@@ -99,11 +99,10 @@ def strange_lines(diagnosis: Diagnosis) -> list[SecondLine]:
 
 
 def known_by_lines(diagnosis: Diagnosis) -> list[SecondLine]:
-    """Those lines, where they say more of an unknown cause than any generic term does; else none."""
-    lines = strange_lines(diagnosis)
+    """Those lines, where no generic term says anything of an unknown cause; else none."""
     alone = diagnosis.singles.get(UNKNOWN)
     generic = alone.log_evidence - diagnosis.null.log_evidence if alone and alone.best else 0.0
-    return lines if sum(line.ratio - LINE_NATS for line in lines) > max(generic, 0.0) else []
+    return strange_lines(diagnosis) if generic < UNKNOWN_NATS else []
 
 
 def line_words(line: SecondLine, data: GapData) -> str:
