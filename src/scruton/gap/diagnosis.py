@@ -58,6 +58,8 @@ class Diagnosis:
     lines : tuple of SecondLine
     also : dict
         Probability of each effect found but the first, by name: judged in its place with the others in the model.
+    places : dict
+        The place that each of them was judged in.
     """
 
     data: GapData
@@ -72,6 +74,7 @@ class Diagnosis:
     checks: Mapping[str, Check]
     lines: tuple[SecondLine, ...]
     also: Mapping[str, float] = field(default_factory=dict)
+    places: Mapping[str, Place] = field(default_factory=dict)
 
     @property
     def verdict(self) -> str:
@@ -156,10 +159,13 @@ def diagnose_data(
     elif top != NONE:
         attributed, final = (top, *(name for name in others if name != top)), rivals[top].best or null
     also = {name: also[name] for name in attributed[1:]}
+    beside = {place.best.name: place for place in places[1:] if place.best.name in also}
     checks.setdefault(top, check(final))
     tell("done", 1.0)
     groups = _groups(gains, top)
-    return Diagnosis(data, null, attributed, final, singles, rivals, gains, probability, groups, checks, lines, also)
+    return Diagnosis(
+        data, null, attributed, final, singles, rivals, gains, probability, groups, checks, lines, also, beside
+    )
 
 
 def diagnose(campaign: Campaign, **options: object) -> Diagnosis:
@@ -231,12 +237,17 @@ def _explained(base: FittedHypothesis, leader: FittedHypothesis) -> float:
 
 def _in_lines(lines: Sequence[SecondLine], names: Sequence[str], data: GapData) -> float:
     """Nats in lines beside the response that none of the effects that are named brings."""
+    return sum(line.ratio - thresholds.LINE_NATS for line in unexplained_lines(lines, names, data))
+
+
+def unexplained_lines(lines: Sequence[SecondLine], names: Sequence[str], data: GapData) -> list[SecondLine]:
+    """Lines beside the response, beyond chance, that none of the effects that are named brings; strongest first."""
     still = {name for name, wind in zip(data.layout.records, data.layout.wind, strict=True) if not wind}
     # Of a force off the response such lines are the signature, as near as one is sought: what stands in still air or
     # further off is another mode, or hum.
     forced = any(CATALOGUE[name].channel == "spectrum" for name in names)
-    counted = [line.ratio for line in lines if not forced or line.record in still or _far_off(line, data)]
-    return sum(max(0.0, ratio - thresholds.LINE_NATS) for ratio in counted)
+    strong = sorted((one for one in lines if one.ratio > thresholds.LINE_NATS), key=lambda one: -one.ratio)
+    return [line for line in strong if not forced or line.record in still or _far_off(line, data)]
 
 
 def _far_off(line: SecondLine, data: GapData) -> bool:

@@ -110,7 +110,6 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2) -> dict[str, Any]:
     result: dict[str, Any] = as_json({
         "metric": METRIC, **_closed(used[0], used[1], rng if on_used else None), "held_out": held_out,
         "measurable": measurable, "headline": _headline(stable, curves),
-        "statement": _statement(measurable, held_out, diagnosis.verdict),
         "runner_up": {"effect": runner, **by_runner} if runner else None,
         "stable_amplitude": stable, "damping_discrepancy": curves,
     })  # fmt: skip
@@ -180,19 +179,6 @@ def _headline(stable: Sequence[dict[str, Any]], curves: dict[str, Any] | None) -
         **({f"damping_{end}": curves[f"held_out_{end}"] for end in ("before", "after")} if curves else {}),
         **({"damping_worse": sum(test["after"] > test["before"] for test in curves["tests"])} if curves else {}),
     }  # fmt: skip
-
-
-def _statement(measurable: bool, held: dict[str, Any] | None, verdict: str) -> str:
-    if held is None:
-        return "no record can be left out: the gap is not measured on held-out records"
-    if not measurable:
-        return "the gap is too small to measure on held-out records"
-    what = "a generic term, for the unknown," if verdict == UNKNOWN.name else verdict
-    closed = f"{what} closes {held['fraction']:.0%} of the gap on held-out records"
-    if held["interval90"] is None:
-        return f"{closed} (one record: no interval)"
-    low, high = held["interval90"]
-    return f"{closed} (90 % interval {low:.0%} to {high:.0%})"
 
 
 def damping_discrepancy(

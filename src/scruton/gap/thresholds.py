@@ -81,6 +81,7 @@ MOST_RECORDS_OF_AN_EFFECT = 6  # that are listed one by one
 SETTLED = 0.8  # probability below which no name is given without the next
 COLOURED = 0.01  # p-value of the Ljung-Box test
 PLACES_DESCRIBED = 3
+UNMOVED = 5e-4  # standard deviation of ln(amplitude), below which an unknown cause moves none
 
 # ---- what the data cannot tell, and advice
 BLIND = 2.0  # standard deviations below which a signature is not seen: convention

@@ -284,6 +284,7 @@ class Effect:
 
 
 DAMPING = "of the relaxation damping"
+REFERENCE = "of the reference amplitude"
 
 
 def size_prior(
