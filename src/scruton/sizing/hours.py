@@ -7,7 +7,7 @@ of the amplitude of a class of turbulence.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -81,6 +81,7 @@ class LockInHours:
         5 and 95 % points of the hours beyond the limit.
     exceeding_with : mapping
         Hours expected beyond the limit, by mode, "with_required_damping" at 95 % and "with_dampers", where there are.
+        None in a sizing of earlier versions.
     shape : tuple of str
         What the amplitude against the wind speed was taken from.
     curves : tuple of LockInCurve
@@ -94,7 +95,7 @@ class LockInHours:
     exceeding_high: tuple[float, ...] = ()
     shape: tuple[str, ...] = ()
     curves: tuple[LockInCurve, ...] = ()
-    exceeding_with: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+    exceeding_with: Mapping[str, tuple[float, ...]] | None = None
 
 
 def lock_in_shape(tree: "xr.DataTree", mode: Mode, scruton_number: float, seed: int) -> LockInShape:

@@ -88,7 +88,7 @@ class BothMotions:
     dampers : tuple of tuple of Placed
         Those that were found for each mode; none where none is needed, or keeps the risk.
     trusted : tuple of bool
-        Whether the fit that a mode rests on converged.
+        Whether the fit that a mode rests on converged. None, as what stands before it, in a sizing of earlier versions.
     required_for_any : RequiredForAny or None
     """
 
@@ -99,10 +99,10 @@ class BothMotions:
     with_required_damping: Exceedance | None = None
     with_dampers: Exceedance | None = None
     existing: tuple[Existing, ...] | None = None
-    required: tuple[float | None, ...] = ()
-    reach: tuple[Reach | None, ...] = ()
-    dampers: tuple[tuple[Placed, ...], ...] = ()
-    trusted: tuple[bool, ...] = ()
+    required: tuple[float | None, ...] | None = None
+    reach: tuple[Reach | None, ...] | None = None
+    dampers: tuple[tuple[Placed, ...], ...] | None = None
+    trusted: tuple[bool, ...] | None = None
     required_for_any: RequiredForAny | None = None
 
 
