@@ -143,15 +143,16 @@ def _tables(found: Check, notation: Notation, as_in_files: float | None) -> list
     )  # fmt: skip
     note = _note(tests, notation)
     return [
-        Table("rigs", "", _rig_header(), rigs),
+        Table("rigs", "", _rig_header(campaign.section.motion, notation), rigs),
         Table("tests", "", (*TEST_HEADER, f"stable [{unit}]", "lambda [1/s]", "records"), tests, note),
         Table("sweeps", "", ("sweep of rig", "points", "wind speed [m/s]", f"largest [{unit}]"), sweeps),
         Table("records", "", (*RECORD_HEADER[:7], f"amplitude [{unit}]", *RECORD_HEADER[7:]), rows),
     ]
 
 
-def _rig_header() -> tuple[str, ...]:
-    return "rig", "f0 [Hz]", "mass per length", "delta_s [-]" if decrements() else "xi_s [%]", "ring-downs"
+def _rig_header(motion: Motion, notation: Notation) -> tuple[str, ...]:
+    mass = "mass [kg/m]" if motion is Motion.HEAVING else f"inertia [{notation.unit('kg m^2/m')}]"
+    return "rig", "f0 [Hz]", mass, "delta_s [-]" if decrements() else "xi_s [%]", "ring-downs"
 
 
 def _note(tests: Sequence[tuple[str, ...]], notation: Notation) -> str:
