@@ -4,10 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from scruton.campaign.schema import Motion
 from scruton.dynamics.cycles import EnvelopeData
+from scruton.dynamics.likelihood import Wind
+from scruton.envelope import Cycles
 from scruton.infer.cards import load_card
+from scruton.infer.fit import steady_amplitude
 from scruton.infer.models import WIND, SteadyAmplitude, StillAirPosterior, WindPosterior, free_runs
 from scruton.stats.priors import Prior
 from scruton.stats.sampler import sample
@@ -87,13 +91,55 @@ def test_pointwise_terms_add_up():
 
 
 def test_steady_records_alone_give_the_amplitude_and_leave_the_rate_to_its_prior():
-    posterior = wind(EnvelopeData.join({}), steady=(SteadyAmplitude(0.08, 0.001), SteadyAmplitude(0.082, 0.001)))
+    posterior = wind(
+        EnvelopeData.join({}), steady=(SteadyAmplitude(0.08, 0.001, 20.0), SteadyAmplitude(0.082, 0.001, 20.0))
+    )
     samples = sample(posterior, CARD.sampler, np.random.SeedSequence(1))
     assert samples.convergence.converged
     natural = posterior.natural(samples.chain)
     assert np.median(natural["stable_amplitude"]) == pytest.approx(0.081, abs=2e-4)
     prior = posterior.prior_draws(np.random.default_rng(0), 20000)[:, 1]
     assert samples.chain[..., 1].std() == pytest.approx(prior.std(), rel=0.08)
+
+
+def lock_in_amplitudes(rng, cycles, gust, gust_rate, set_point, scatter, lam=0.7):
+    """Cycle by cycle about a stable amplitude of one: a gust that the amplitude follows, turbulence, a set-point."""
+
+    def noise(sd, rate):
+        keep = np.exp(-rate * PERIOD)
+        kicks = sd * np.sqrt(1 - keep**2) * rng.standard_normal(cycles + burn)
+        kicks[0] = sd * rng.standard_normal()
+        return lfilter([1.0], [1.0, -keep], kicks)
+
+    burn = int(10 / (lam * PERIOD))
+    forget = np.exp(-lam * PERIOD)
+    followed = lfilter([1 - forget], [1.0, -forget], noise(gust, gust_rate))
+    return (1.0 + followed + noise(scatter, lam))[burn:] + set_point * rng.standard_normal()
+
+
+@pytest.mark.parametrize(("length", "gust_time"), [(10, 10.0), (10, 1.0), (60, 10.0), (60, 1.0)])
+def test_a_lock_in_mean_strays_as_its_variance_says(length, gust_time):
+    """Lengths and times in relaxation times: gusts within a record count once, those that outlast it count whole."""
+    rng, lam, count = np.random.default_rng(9), 0.7, 300
+    wind_of = Wind(0.02, lam / gust_time, 0.01)
+    cycles, z = int(length / (lam * PERIOD)), np.empty(count)
+    for i in range(count):
+        a = lock_in_amplitudes(rng, cycles, 0.02, lam / gust_time, 0.01, 0.01)
+        nothing = np.zeros(cycles)
+        level = steady_amplitude(Cycles(PERIOD * np.arange(cycles), a, *[nothing] * 4, 1.0 / PERIOD, 0.0))
+        z[i] = (level.mean - 1.0) / np.sqrt(level.variance(wind_of))
+    assert np.sqrt(np.mean(z**2)) == pytest.approx(1.0, abs=0.2)
+
+
+def test_a_lock_in_mean_does_not_know_the_stable_amplitude_better_than_its_set_point():
+    posterior = wind(EnvelopeData.join({}), steady=(SteadyAmplitude(0.05, 0.0003, 60.0),))
+    u = posterior.prior_draws(np.random.default_rng(0), 1).repeat(3, axis=0)
+    log = posterior.named(u)
+    log["stable_amplitude"], log["gust_scatter"] = np.log(0.049), np.log(1e-4)
+    log["set_point_scatter"] = np.log([1e-4, 0.01, 0.02])
+    variance = (0.049 * np.array([1e-4, 0.01, 0.02])) ** 2 + 0.0003**2
+    want = -0.5 * (0.001**2 / variance + np.log(variance))
+    np.testing.assert_allclose(posterior.log_likelihood(u), want, rtol=1e-4)
 
 
 def test_still_air_recovers_the_damping_of_two_plucks():

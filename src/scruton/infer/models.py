@@ -38,10 +38,33 @@ WIND = ("stable_amplitude", "relaxation_ratio", *NOISE, "damping_ratio")
 
 @dataclass(frozen=True, eq=False)
 class SteadyAmplitude:
-    """What a lock-in record without release says by itself: its mean amplitude and the standard error of that."""
+    """What a lock-in record without release says by itself.
+
+    Attributes
+    ----------
+    mean, standard_error : float
+        Mean amplitude, A/D or rad, and its standard error by what fluctuates within the record.
+    length : float
+        Of the record [s].
+    """
 
     mean: float
     standard_error: float
+    length: float
+
+    def variance(self, wind: Wind) -> FloatArray:
+        r"""Variance of the mean about the stable amplitude, (W,).
+
+        The record has a set-point of its own.  A gust of scatter s_g moves its mean by a variance of s_g^2 v,
+
+        .. math:: v = \frac{2}{x} \left(1 - \frac{1 - e^{-x}}{x}\right), \quad x = T/T_g,
+
+        and fluctuates about that by s_g^2 (1 - v).  Its standard error knows of what fluctuates, and so of that share
+        of the gust already; the other share v is added, none of a record that is long and all of one that is short.
+        """
+        x = np.maximum(wind.gust_rate * self.length, 1e-4)  # below, all digits cancel, and v is one
+        v = 2.0 / x * (1.0 + np.expm1(-x) / x)
+        return np.asarray(self.standard_error**2 + np.square(wind.set_point) + np.square(wind.gust * v))
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +84,7 @@ class WindPosterior(Posterior):
     data : EnvelopeData
         Cycles of the transient records, end to end.
     steady : sequence of SteadyAmplitude
-        Lock-in records, each of which gives the stable amplitude alone.
+        Lock-in records, each of which gives the stable amplitude alone, at a set-point of its own.
     omega0 : float
         Natural circular frequency in still air [rad/s].
     n : float or None
@@ -128,9 +151,11 @@ class WindPosterior(Posterior):
 
     def log_steady(self, u: FloatArray) -> FloatArray:
         """Normal log likelihood of the steady amplitudes, (W,)."""
-        total, a_star = np.zeros(len(u)), np.exp(self.named(u)["stable_amplitude"])
+        total = np.zeros(len(u))
+        a_star, *_, wind = self.state_space(u)
         for level in self.steady:
-            total = total - 0.5 * ((level.mean - a_star) / level.standard_error) ** 2 - np.log(level.standard_error)
+            variance = level.variance(wind)
+            total -= 0.5 * ((level.mean - a_star) ** 2 / variance + np.log(variance))
         return total
 
     def pointwise(self, u: FloatArray) -> FloatArray:
