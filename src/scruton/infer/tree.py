@@ -12,6 +12,7 @@ from scruton.campaign.schema import Campaign
 from scruton.documents import as_json
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.infer.cards import ModelCard
+from scruton.infer.drift import departure_group
 from scruton.infer.examined import examined_groups
 from scruton.infer.joint import RIG, TEST, Joint, reference_holds
 from scruton.infer.law_free import law_free_group
@@ -51,6 +52,8 @@ def build_tree(sampled: Sampled, sampling: Sampling, provenance: Mapping[str, An
         groups |= prior_groups(sampled.campaign.section, sampled.tests, sampling, thorough=thorough)
         reach = [transient_range(result.posterior.data) for result in sampled.tests]
         groups["law_free"] = law_free_group(sampled.tests, reach, sampling)
+        if thorough:
+            groups["departure"] = departure_group(sampled, sampling)
     if sampled.joint:
         groups |= _campaign_groups(sampled.joint)
         if thorough:
