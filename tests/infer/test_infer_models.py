@@ -8,11 +8,12 @@ from scipy.signal import lfilter
 
 from scruton.campaign.schema import Motion
 from scruton.dynamics.cycles import EnvelopeData
-from scruton.dynamics.likelihood import Wind
+from scruton.dynamics.departure import COLUMNS, ROUGH
+from scruton.dynamics.likelihood import Wind, innovations
 from scruton.envelope import Cycles
 from scruton.infer.cards import load_card
 from scruton.infer.fit import steady_amplitude
-from scruton.infer.models import WIND, SteadyAmplitude, StillAirPosterior, WindPosterior, free_runs
+from scruton.infer.models import WIND, SteadyAmplitude, StillAirPosterior, WindPosterior, _run, free_runs
 from scruton.stats.priors import Prior
 from scruton.stats.sampler import sample
 
@@ -173,6 +174,53 @@ def test_free_runs_reproduce_the_data(n, start):
     assert np.median(mean[:, -1]) == pytest.approx(y[late].mean(), rel=0.01)
     inside = (np.quantile(replicate, 0.05, axis=0) <= y) & (y <= np.quantile(replicate, 0.95, axis=0))
     assert 0.75 < inside.mean() <= 1.0
+
+
+def replicated(rng, y, se, wind_of, theta, n=-1.0, a_star=0.05, lam=0.7, q=2e-4):
+    """Free runs of a record from its first amplitude on, one for each row of columns theta, (R, N)."""
+    runs, data = len(theta), envelope([y], se)
+    size = (runs, data.size)
+    walkers = (np.full(runs, value) for value in (a_star, lam, q, 1.0, *wind_of))
+    theta = np.concatenate([np.zeros((runs, 1)), theta], axis=1)
+    mean, replicate = np.empty(size), np.empty(size)
+    _run(
+        data.amplitude, data.standard_error, data.gap, data.period, *walkers, theta, np.full(runs, n), 1.0,
+        rng.standard_normal(size), rng.standard_normal((6, *size)), mean, replicate,
+    )  # fmt: skip
+    return replicate
+
+
+@pytest.mark.parametrize(("n", "start"), [(-1.0, 2.0), (-1.0, 1.0), (2.0, 0.4)])
+def test_replicates_scatter_as_the_filter_expects(n, start):
+    """Mean and covariance of the second and third cycle given the first, the departure integrated over its prior."""
+    rng, se, wind_of = np.random.default_rng(10), 1e-4, Wind(0.0005, 0.3, 0.0005, 0.3)
+    first = start * 0.05
+
+    def ahead(second):
+        plain = (np.array([value]) for value in (0.05, 0.7, 2e-4, 1.0))
+        y = np.array([first, second, 0.0])
+        innovation, variance = innovations(envelope([y], se), *plain, wind_of, n=n)
+        return (y - innovation[:, 0])[1:], variance[1:, 0]
+
+    (second, _), (variance, _) = ahead(first)
+    step = np.sqrt(variance)
+    (_, low), (_, high) = (ahead(second + by)[0] for by in (-step, step))
+    slope = (high - low) / (2.0 * step)
+    (_, third), (_, beyond) = ahead(second)
+    theta = 0.3 * rng.standard_normal((20_000, COLUMNS))
+    found = replicated(rng, np.full(3, first), se, wind_of, theta, n)[:, 1:]
+    np.testing.assert_allclose(found.mean(axis=0), [second, third], atol=0.1 * step)
+    want = [variance, slope * variance, beyond + slope**2 * variance]
+    np.testing.assert_allclose(np.cov(found.T)[np.triu_indices(2)], want, rtol=0.1)
+
+
+def test_replicates_bend_about_the_ramps_of_the_departure():
+    """Far from the stable amplitude: in the half cycle after the first amplitude, and in what is seen of the next."""
+    rng, far, scale = np.random.default_rng(11), 20.0, 0.5
+    y = np.full(2, far * 0.05)
+    found = replicated(rng, y, 1e-4, Wind(0.0, 1.0, 0.0, scale), np.zeros((20_000, COLUMNS)))
+    moved = (far - 1.0) * 0.05 * -np.expm1(-0.7 * PERIOD)
+    assert found[:, 1].std() == pytest.approx(ROUGH * scale * np.sqrt(2.0) * 0.5 * moved, rel=0.1)
 
 
 @pytest.mark.slow

@@ -13,7 +13,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.compiled import njit
 from scruton.dynamics.cycles import EnvelopeData
-from scruton.dynamics.departure import factor_at
+from scruton.dynamics.departure import ROUGH, factor_at
 from scruton.dynamics.equation import flow_above_floor
 from scruton.dynamics.filter import innovations_of
 from scruton.dynamics.laws.law import Law
@@ -330,8 +330,8 @@ def free_runs(posterior: WindPosterior, chain: FloatArray, rng: np.random.Genera
     a_star, lam, q, r, wind = posterior.state_space(u)
     theta = np.concatenate([np.zeros((RUNS, 1)), posterior.departures(u, rng)], axis=1)
     _run(
-        data.amplitude, data.standard_error, data.gap, data.period, a_star, lam, q, r, *wind[:3], theta,
-        posterior.exponents(u), posterior.initial_sd**2, first, rng.standard_normal((5, *size)), mean, replicate,
+        data.amplitude, data.standard_error, data.gap, data.period, a_star, lam, q, r, *wind, theta,
+        posterior.exponents(u), posterior.initial_sd**2, first, rng.standard_normal((6, *size)), mean, replicate,
     )  # fmt: skip
     return mean, replicate
 
@@ -348,11 +348,13 @@ def _free(state, h, level, lam, q2, g2, fade, theta, n, dt, one, two):  # type: 
 
 @njit(cache=True)
 def _run(  # type: ignore[no-untyped-def]
-    y, se, gap, period, a_star, lam, q, r, gust, fade, set_point, theta, n, p0, first, noise, mean, replicate
+    y, se, gap, period, a_star, lam, q, r, gust, fade, set_point, departure, theta, n, p0, first, noise, mean, replicate
 ):
     for w in range(a_star.size):
         curve, state, h, level = 0.0, 0.0, 0.0, a_star[w]
         q2, g2 = q[w] * q[w], gust[w] * gust[w]
+        # What a wake remembers, and what the departure does between its knots: as the filters have them.
+        at_start, rough = np.hypot(gust[w], departure[w] * departure[w] * a_star[w]), ROUGH * departure[w]
         for k in range(y.size):
             dt = period[k]
             blur = r[w] * se[k]
@@ -366,11 +368,12 @@ def _run(  # type: ignore[no-untyped-def]
                 replicate[w, k] = state + np.sqrt(r2) * noise[0, w, k]
                 here = lam[w] * factor_at(curve, a_star[w], theta[w])
                 curve, _ = flow_above_floor(curve, a_star[w], np.exp(-0.5 * here * dt), n[w])
-                h, level = gust[w] * noise[3, w, k], a_star[w] + set_point[w] * noise[4, w, k]
+                h, level = at_start * noise[3, w, k], a_star[w] + set_point[w] * noise[4, w, k]
+                bent = rough * noise[5, w, k] * (curve - state)
                 state, kick, h = _free(
                     state, h, level, lam[w], q2, g2, fade[w], theta[w], n[w], 0.5 * dt, noise[1, w, k], noise[2, w, k]
                 )
-                state += kick
+                state += kick + bent
                 continue
             if gap[k] > 0.0:
                 here = lam[w] * factor_at(curve, a_star[w], theta[w])
@@ -386,11 +389,16 @@ def _run(  # type: ignore[no-untyped-def]
             curve = end
             here = lam[w] * factor_at(state, level, theta[w])
             half, _ = flow_above_floor(state, level, np.exp(-0.5 * here * dt), n[w])
+            end, _ = flow_above_floor(state, level, np.exp(-here * dt), n[w])
+            bent = rough * noise[5, w, k] * (end - state)
             new, kick, h = _free(
                 state, h, level, lam[w], q2, g2, fade[w], theta[w], n[w], dt, noise[1, w, k], noise[2, w, k]
             )
             # The noise of the cycle enters its mean by its covariance with the state at the end, about one half.
             e, c, z = noise_moments(lam[w], dt)
             rest = max(z - c * c / e, 0.0) * q2
-            replicate[w, k] = (state + 4.0 * half + new) / 6.0 + c / e * kick + np.sqrt(rest + r2) * noise[0, w, k]
-            state = new + kick
+            # Half of what a gust has pushed and the departure has bent by the end is there at its middle.
+            half += 0.5 * (new - end + bent)
+            seen = (state + 4.0 * half + new + bent) / 6.0
+            replicate[w, k] = seen + c / e * kick + np.sqrt(rest + r2) * noise[0, w, k]
+            state = new + kick + bent
