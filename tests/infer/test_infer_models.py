@@ -13,7 +13,8 @@ from scruton.dynamics.likelihood import Wind, innovations
 from scruton.envelope import Cycles
 from scruton.infer.cards import load_card
 from scruton.infer.fit import steady_amplitude
-from scruton.infer.models import WIND, SteadyAmplitude, StillAirPosterior, WindPosterior, _run, free_runs
+from scruton.infer.free_runs import _run, free_runs
+from scruton.infer.models import WIND, SteadyAmplitude, StillAirPosterior, WindPosterior
 from scruton.stats.priors import Prior
 from scruton.stats.sampler import sample
 
