@@ -31,12 +31,13 @@ _LAG, _LAG_START = int(Term.LAG), int(Term.LAG_START)
 _FC, _FS, _FR = int(Term.FORCE_COS), int(Term.FORCE_SIN), int(Term.FORCE_RATE)
 _GAIN, _CLIP, _SOFT = int(Term.GAIN), int(Term.CLIP), int(Term.CLIP_SOFT)
 _Q, _R = int(Term.SCATTER), int(Term.NOISE)
-_DET, _ST2, _ST1, _PQ = int(Term.DETUNING), int(Term.STIFFNESS), int(Term.STIFFNESS_LINEAR), int(Term.PHASE_SCATTER)
+_DET, _PQ = int(Term.DETUNING), int(Term.PHASE_SCATTER)
+_BENDS = [int(term) for term in (Term.STIFFNESS_LINEAR, Term.STIFFNESS, Term.STIFFNESS_FOURTH)]
 _H3, _H3R, _JT = int(Term.THIRD), int(Term.THIRD_NOISE), int(Term.JUMP_TIME)
 _LC, _LS, _LR, _LD = int(Term.LINE_COS), int(Term.LINE_SIN), int(Term.LINE_RATE), int(Term.LINE_DECAY)
 _GUST, _GUST_RATE, _SET_POINT = int(Term.GUST), int(Term.GUST_RATE), int(Term.SET_POINT)
 # Columns that the amplitude depends on; the others move the phase and the third harmonic alone.
-_DAMPING = np.setdiff1d(np.arange(COLUMNS), [_DET, _ST2, _ST1, _PQ, _H3, _H3R])
+_DAMPING = np.setdiff1d(np.arange(COLUMNS), [_DET, *_BENDS, _PQ, _H3, _H3R])
 
 
 class _Cycles(NamedTuple):

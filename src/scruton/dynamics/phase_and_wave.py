@@ -5,7 +5,8 @@ from scruton.dynamics import row
 from scruton.dynamics.effects.terms import Term
 
 _GAIN, _R = int(Term.GAIN), int(Term.NOISE)
-_DET, _ST2, _ST1, _PQ = int(Term.DETUNING), int(Term.STIFFNESS), int(Term.STIFFNESS_LINEAR), int(Term.PHASE_SCATTER)
+_DET, _PQ = int(Term.DETUNING), int(Term.PHASE_SCATTER)
+_ST1, _ST2, _ST4 = int(Term.STIFFNESS_LINEAR), int(Term.STIFFNESS), int(Term.STIFFNESS_FOURTH)
 _H3, _H3R = int(Term.THIRD), int(Term.THIRD_NOISE)
 
 
@@ -14,7 +15,8 @@ def wander(x, y, omega, step):  # type: ignore[no-untyped-def]
     """Move the phase on: its pace follows stiffness and forcing."""
     for w in range(row.LANES):
         a = max((y - x[row.LINE, w]) / (1.0 + x[_GAIN, w]), 1e-12)
-        pace = omega * ((1.0 + x[_DET, w]) * (1.0 + a * (x[_ST1, w] + a * x[_ST2, w])) - 1.0) + x[row.SIDE, w] / a
+        bend = a * (x[_ST1, w] + a * (x[_ST2, w] + a * a * x[_ST4, w]))
+        pace = omega * ((1.0 + x[_DET, w]) * (1.0 + bend) - 1.0) + x[row.SIDE, w] / a
         x[row.ANGLE, w] += pace * step
         x[row.ANGLE_P, w] += x[_PQ, w] * x[_PQ, w] / (a * a) * step
 
@@ -45,6 +47,7 @@ def wave(x, third, se):  # type: ignore[no-untyped-def]
     """Innovation of the third harmonic, which nothing is learned from."""
     for w in range(row.LANES):
         level, blur = x[row.LEVEL, w], x[_H3R, w] * se
-        bend = level * (x[_ST1, w] + level * x[_ST2, w])
+        # A restoring force in x^3 makes a twelfth of its change of the frequency, one in x^5 an eighth.
+        bend = level * (x[_ST1, w] + level * (x[_ST2, w] + 1.5 * level * level * x[_ST4, w]))
         x[row.V, w] = third - (1.0 + x[_GAIN, w]) * level * (x[row.THIRD, w] + x[_H3, w] + bend / 12.0)
         x[row.S, w] = blur * blur

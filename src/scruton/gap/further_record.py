@@ -20,7 +20,9 @@ from scruton.gap.null_model import null_model
 _LAG, _LAG_START, _HAT = int(Term.LAG), int(Term.LAG_START), int(Term.HAT)
 _FC, _FS, _FR = int(Term.FORCE_COS), int(Term.FORCE_SIN), int(Term.FORCE_RATE)
 _GAIN, _CLIP, _SOFT, _THIRD = int(Term.GAIN), int(Term.CLIP), int(Term.CLIP_SOFT), int(Term.THIRD)
-_DET, _ST2, _ST1 = int(Term.DETUNING), int(Term.STIFFNESS), int(Term.STIFFNESS_LINEAR)
+_DET, _ST1, _ST2, _ST4 = (
+    int(Term.DETUNING), int(Term.STIFFNESS_LINEAR), int(Term.STIFFNESS), int(Term.STIFFNESS_FOURTH)
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -102,7 +104,7 @@ def _run(c, start, cycles, period, omega, knots):  # type: ignore[no-untyped-def
         dt = 0.5 * period if k == 0 else period
         mean, total = m, 0.0
         if k > 0:
-            phase += (omega * ((1.0 + c[_DET]) * (1.0 + m * (c[_ST1] + m * c[_ST2])) - 1.0)) * dt
+            phase += (omega * ((1.0 + c[_DET]) * (1.0 + m * (c[_ST1] + m * (c[_ST2] + m * m * c[_ST4]))) - 1.0)) * dt
         chi = c[_FR] * k * period - phase
         force = c[_FC] * np.cos(chi) + c[_FS] * np.sin(chi)
         if k > 0:
@@ -122,7 +124,8 @@ def _run(c, start, cycles, period, omega, knots):  # type: ignore[no-untyped-def
         value, _, h3 = saturated_reading(mean, c[_CLIP], c[_SOFT])
         gain = 1.0 + c[_GAIN]
         out[0, k], out[1, k] = gain * value, phase
-        out[2, k] = gain * mean * (h3 + c[_THIRD] + mean * (c[_ST1] + mean * c[_ST2]) / 12.0)
+        bend = mean * (c[_ST1] + mean * (c[_ST2] + 1.5 * mean * mean * c[_ST4]))
+        out[2, k] = gain * mean * (h3 + c[_THIRD] + bend / 12.0)
     return out
 
 

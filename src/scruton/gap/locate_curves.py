@@ -12,7 +12,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.effects.effect import Extent, Parameter, Scope, Values, Variant, add
+from scruton.dynamics.effects.effect import Extent, Parameter, Scope, Values, Variant, add, bend_at
 from scruton.dynamics.effects.terms import HATS, Layout, Term, compact
 from scruton.dynamics.limit_cycle import amplitude_rates
 from scruton.gap.data import GapData
@@ -131,8 +131,8 @@ def _frequency_curve(null: FittedHypothesis, fit: FittedHypothesis, members: np.
     grid = _grid(data, members, slow)
 
     def bend(table: FloatArray) -> FloatArray:
-        linear, square = table[:, r, Term.STIFFNESS_LINEAR, None], table[:, r, Term.STIFFNESS, None]
-        return np.asarray(linear * (grid - grid[0]) + square * (grid**2 - grid[0] ** 2))
+        change = bend_at(table[:, r, None], grid)
+        return change - change[:, :1]
 
     value, slopes = fit.slopes(bend, _STEP)
     # What is too small to count: a tolerated stiffness, and half the square of the growth ratio.

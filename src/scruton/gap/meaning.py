@@ -7,6 +7,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE
+from scruton.dynamics.effects.effect import BENDS
 from scruton.dynamics.effects.terms import Belongs, Term
 from scruton.dynamics.limit_cycle import limit_cycle_amplitude, transferred
 from scruton.gap.bands import discrepancy_of_the_unknown
@@ -174,7 +175,7 @@ def _of_generic(diagnosis: Diagnosis) -> tuple[float, str, np.ndarray]:
     elif np.any(table[:, Term.GUST] > null[:, Term.GUST]):
         each, what = _over(table[:, Term.GUST], table[:, Term.DRIVE]), "of the drive"
     else:
-        bent = np.abs(table - null)[:, [Term.STIFFNESS, Term.STIFFNESS_LINEAR]].max(axis=1)
+        bent = np.abs(table - null)[:, list(BENDS)].max(axis=1)
         return float(bent.max()), "of the frequency", np.abs(table - null).max(axis=1) > 0.0
     return float(each.max()), what, each > 0.5 * each.max()
 

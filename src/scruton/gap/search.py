@@ -78,9 +78,6 @@ def search(
         candidates = beside(base, {bend.name})
     generic = candidates[_UNKNOWN].log_evidence if _UNKNOWN in candidates else -np.inf
     chain = _joined(joined, base, candidates, beside)
-    for pair in _read_otherwise(singles, effects, workers) if joined else ():
-        if _evidence(pair, null) > _evidence(chain, null) and (best := pair[-1].best) is not None:
-            chain = _joined(pair, best, beside(best, {candidate.name for candidate in pair}), beside)
     if _evidence(chain, null) < generic:
         progress("pairs of effects", 0.5)
         pair = max(_pairs(base, candidates, effects, workers), key=lambda pair: _evidence(pair, null), default=[])
@@ -123,23 +120,6 @@ def _pairs(
         enough = second.log_evidence > first.log_evidence + thresholds.SECOND_NATS
         if second.best is not None and enough and own > thresholds.OWN_SHARE * gain:
             yield [first, second]
-
-
-def _read_otherwise(
-    singles: Mapping[str, Candidate], effects: Sequence[Effect], workers: int
-) -> Iterator[list[Candidate]]:
-    """What a sensor does to the reading, and then what the frequency shows.
-
-    A gain that is wrong scales the amplitude at which a spring bends: without it the spring of every rig seems its own,
-    and leaves nothing for the gain to explain.
-    """
-    bends = [effect for effect in effects if _of_frequency(effect.name)]
-    for effect in effects:
-        first = singles.get(effect.name)
-        if effect.channel == "signal" and first is not None and first.best is not None:
-            second = best_of(weigh(first.best, bends, workers=workers))
-            if second.best is not None and second.log_evidence > first.log_evidence + thresholds.SECOND_NATS:
-                yield [first, second]
 
 
 def _joined(

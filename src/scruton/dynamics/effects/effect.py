@@ -313,9 +313,14 @@ def add(table: FloatArray, term: int, value: FloatArray) -> None:
 _POWERS: dict[int, int] = {
     Term.STRUCTURAL_LINEAR: 1, Term.STRUCTURAL_SQUARE: 2, Term.AERO_LINEAR: 1, Term.AERO_SQUARE: 2, Term.AERO_FOURTH: 4,
 }  # fmt: skip
-_BENDS: dict[int, int] = {Term.STIFFNESS_LINEAR: 1, Term.STIFFNESS: 2}
+BENDS: dict[int, int] = {Term.STIFFNESS_LINEAR: 1, Term.STIFFNESS: 2, Term.STIFFNESS_FOURTH: 4}
 _SHARES = (Term.GAIN, Term.TREND, Term.TREND_ARCH, Term.TREND_DRIVE, Term.JUMP)
 _BEND = 0.1  # the prior of the relative change of frequency up to the largest amplitude is N(0, (0.3 times this)^2)
+
+
+def bend_at(rows: FloatArray, amplitude: FloatArray) -> FloatArray:
+    """Relative change of the frequency at amplitudes (A/D or rad), from rows of coefficients (..., COLUMNS)."""
+    return np.asarray(sum(rows[..., int(term)] * amplitude**power for term, power in BENDS.items()))
 
 
 def adding(**terms: int) -> Apply:
@@ -324,8 +329,8 @@ def adding(**terms: int) -> Apply:
     def apply(table: FloatArray, values: Values, layout: Layout) -> None:
         for name, term in terms.items():
             value = values[name]
-            if term in _BENDS:
-                value = _BEND * value / float(layout.largest.max()) ** _BENDS[term]
+            if term in BENDS:
+                value = _BEND * value / float(layout.largest.max()) ** BENDS[term]
             elif term not in _SHARES:
                 value = value * layout.rate / layout.reference_amplitude ** _POWERS.get(term, 0)
             add(table, term, value)

@@ -16,6 +16,7 @@ from scruton.dynamics.effects.effect import (
     Variant,
     add,
     adding,
+    bend_at,
     scopes,
     sized,
 )
@@ -75,8 +76,7 @@ def _drifting(layout: Layout) -> list[Variant]:
 
 
 def _bend(rows: FloatArray, without: FloatArray, station: Station) -> FloatArray:
-    added, top = rows - without, station.largest
-    return added[:, Term.STIFFNESS_LINEAR] * top + added[:, Term.STIFFNESS] * top**2
+    return bend_at(rows - without, np.asarray(station.largest))
 
 
 def _bending(term: Term, damping: Term, eases: float, name: str = "size") -> Apply:
@@ -98,17 +98,20 @@ def _stiffness(layout: Layout) -> list[Variant]:
         "A^2": (_bending(Term.STIFFNESS, Term.STRUCTURAL_SQUARE, 2.0 / 3.0), 1.0),
         "A": (_bending(Term.STIFFNESS_LINEAR, Term.STRUCTURAL_LINEAR, 0.75 * np.pi - 2.0), 0.5),
     }
-    linear = _bending(Term.STIFFNESS_LINEAR, Term.STRUCTURAL_LINEAR, 0.75 * np.pi - 2.0, "linear")
-    square = _bending(Term.STIFFNESS, Term.STRUCTURAL_SQUARE, 2.0 / 3.0, "square")
+    powers = {
+        "linear": _bending(Term.STIFFNESS_LINEAR, Term.STRUCTURAL_LINEAR, 0.75 * np.pi - 2.0, "linear"),
+        "square": _bending(Term.STIFFNESS, Term.STRUCTURAL_SQUARE, 2.0 / 3.0, "square"),
+        "fourth": adding(fourth=Term.STIFFNESS_FOURTH),
+    }
 
-    def both(table: FloatArray, values: Values, layout: Layout) -> None:
-        linear(table, values, layout)
-        square(table, values, layout)
+    def several(table: FloatArray, values: Values, layout: Layout) -> None:
+        for apply in powers.values():
+            apply(table, values, layout)
 
-    # Stops, gaps and springs that stiffen late follow no power, and nearly any two of them.
+    # Stops, gaps and springs that stiffen late follow no power of the amplitude.
     choices: list[tuple[str, Apply, tuple[str, ...], float]] = [
         *((power, apply, ("size",), share) for power, (apply, share) in forms.items()),
-        ("A and A^2", both, ("linear", "square"), 0.5),
+        ("A, A^2 and A^4", several, tuple(powers), 0.5),
     ]
     return [
         sized(
@@ -225,7 +228,13 @@ EFFECTS = (
         "Frequency varies with amplitude",
         "frequency",
         Belongs.RIG,
-        (Term.STIFFNESS, Term.STIFFNESS_LINEAR, Term.STRUCTURAL_LINEAR, Term.STRUCTURAL_SQUARE),
+        (
+            Term.STIFFNESS,
+            Term.STIFFNESS_LINEAR,
+            Term.STIFFNESS_FOURTH,
+            Term.STRUCTURAL_LINEAR,
+            Term.STRUCTURAL_SQUARE,
+        ),
         Size("frequency", "relative change of frequency up to the largest amplitude", _bend),
         _stiffness,
     ),
