@@ -199,8 +199,6 @@ def points(
 
 def _name_points(axes: "Axes", named: Sequence[tuple[str, float, float]], *, rising: bool) -> None:
     """Write the names beside the points, on the outer side of the curve; neighbours are stacked away from it."""
-    from matplotlib.patheffects import withStroke
-
     right = max(x for _, x, _ in named)
     top = max(y for _, _, y in named)
     away = -1.0 if rising else 1.0
@@ -214,7 +212,7 @@ def _name_points(axes: "Axes", named: Sequence[tuple[str, float, float]], *, ris
             style.shorten(name, 18), (x, y), textcoords="offset points", zorder=7, fontsize=7.5,
             xytext=(0.0 if edge else 5.0 + 7.0 * level, away * (9.0 if edge else 5.0 + 10.0 * level)),
             ha="center" if edge else "left", va="top" if rising else "bottom",
-            path_effects=[withStroke(linewidth=1.8, foreground="white", alpha=0.8)],
+            path_effects=style.halo(),
             arrowprops=leader if level else None,
         )  # fmt: skip
 
