@@ -104,13 +104,18 @@
       draw(svg, "text", { x: W - RIGHT - 4, y: py(limit.y) - 5, "text-anchor": "end", "font-size": 13, fill: "#8a3700", stroke: "#fff",
         "stroke-width": 5, "stroke-linejoin": "round", "paint-order": "stroke" }, limit.label);
     }
+    /* The highest that a curve rises between two places: a name stands above it. */
+    const curves = [[grid, read.median], ...data.lines.map((line) => [line.x, line.y])];
+    const over = (from, to) => Math.min(...curves.flatMap(([xs, ys]) => xs.map((x, i) =>
+      (px(x) < from || px(x) > to || ys[i] === null ? Infinity : py(far(ys[i]))))));
     for (const point of data.points) {
       draw(plot, "line", { x1: px(point.x), x2: px(point.x), y1: py(point.low), y2: py(point.high), stroke: "#1b1b1b" });
       const dot = draw(plot, "circle", { cx: px(point.x), cy: py(point.y), r: 5, fill: point.tone === "measured" ? "#1b1b1b" : "#fff",
         stroke: "#1b1b1b", "stroke-width": 1.5 });
       draw(dot, "title", {}, `${point.label}: ${axis.symbol} ${digits(point.x)}, ${show(point.y)}`);
-      const right = px(point.x) > W - (W < 500 ? 175 : 190);
-      draw(svg, "text", { x: px(point.x) + (right ? -8 : 8), y: py(point.y) - 9, "font-size": 13, fill: "#1b1b1b",
+      const right = px(point.x) > W - (W < 500 ? 175 : 190), wide = 7 * point.label.length + 8;
+      const low = py(point.y) - 9, clear = over(px(point.x) - (right ? wide : 0), px(point.x) + (right ? 0 : wide)) - 5;
+      draw(svg, "text", { x: px(point.x) + (right ? -8 : 8), y: low - clear > 40 ? low : Math.min(low, clear), "font-size": 13, fill: "#1b1b1b",
         "text-anchor": right ? "end" : "start", stroke: "#fff", "stroke-width": 5, "stroke-linejoin": "round", "paint-order": "stroke" }, point.label);
     }
 
