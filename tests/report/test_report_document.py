@@ -190,6 +190,14 @@ def test_the_first_page_without_a_bridge_has_the_plot_what_it_rests_on_and_what_
     assert "was not looked for" in text_of(compose(material(three)).chapters[0].blocks)
 
 
+def test_the_paper_is_cited_beside_the_program(three) -> None:
+    (code,) = [one.text for one in compose(material(three)).chapters[-1].blocks if isinstance(one, Code)]
+    assert "@article{gao-griffin-plots," in code
+    assert "Gao, Guangzhong and Li, Suhan and Hao, Jianming and Fu, Bo and Yang, Shucheng and Zhu, Ledong" in code
+    assert "@software{scruton," in code
+    assert not re.search(r"journal\s*=|doi\s*=", code), "what its text does not say is not made up"
+
+
 def test_a_risk_has_the_digits_that_its_draws_give(three) -> None:
     assert [counted(p) for p in (0.000824, 0.0, 0.05, 0.782)] == ["0.08 %", "0.000 %", "5.0 %", "78.2 %"]
     content = sizing()

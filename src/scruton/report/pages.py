@@ -38,6 +38,7 @@ Step = tuple[int, float, bool]  # block, scale, and whether a page begins with i
 class _Item(NamedTuple):
     chapter: int
     block: int
+    top: float  # pt, where it begins on the page without an end
     height: float  # pt, with the space below it
     kind: str  # "heading", "whole", "flowing" or "picture"
     drawing: float = 0.0  # pt of a picture that a scale makes smaller
@@ -75,7 +76,7 @@ def arranged(document: Document, marks: Sequence[Mark]) -> list[list[Step]]:
         Of every chapter its `HEADING` and its blocks in their order on paper.
     """
     items = list(_items(document, marks))
-    layer = [_State(y=_beginnings(marks)[0][2] - MARGIN)]
+    layer = [_State(y=items[0].top - MARGIN if items else 0.0)]
     for _ in items:
         best: dict[tuple[int, tuple[int, ...], bool, int], _State] = {}
         for state in layer:
@@ -110,14 +111,14 @@ def _items(document: Document, marks: Sequence[Mark]) -> Iterator[_Item]:
     for (chapter, index, y, drawing), (_, _, end, _) in pairwise(_beginnings(marks)):
         of = document.chapters[chapter]
         if index == HEADING:
-            yield _Item(chapter, index, end - y, "heading", part=bool(of.part) and chapter > 0)
+            yield _Item(chapter, index, y, end - y, "heading", part=bool(of.part) and chapter > 0)
         elif index != CONTENTS:
             block, header, torn = of.blocks[index], 0.0, 0.0
             if isinstance(block, Table):
                 header, torn = _HEADER, _BROKEN if len(block.rows) <= FEW_ROWS else 0.0
-            yield _Item(chapter, index, end - y, _kind(block), drawing, header, torn)
+            yield _Item(chapter, index, y, end - y, _kind(block), drawing, header, torn)
         elif end > y:
-            yield _Item(chapter, index, end - y, "whole")
+            yield _Item(chapter, index, y, end - y, "whole")
 
 
 def _kind(block: Block) -> str:
