@@ -2,8 +2,9 @@
 /* Charts that answer: the value under the pointer, and the value at the number that the slider chooses. */
 (() => {
   const SVG = "http://www.w3.org/2000/svg";
-  const W = Math.min(720, Math.max(300, document.querySelector("main").clientWidth - 36));  // letters of one size on any page
-  const H = W < 500 ? 330 : 430, LEFT = 66, RIGHT = 14, TOP = 14, BOTTOM = 46;
+  /* Of a chart, so that its letters have one size on any page. */
+  const width = () => Math.min(720, Math.max(300, document.querySelector("main").clientWidth - 36));
+  const LEFT = 66, RIGHT = 14, TOP = 14, BOTTOM = 46;
   const COLOURS = ["#0072b2", "#b34700", "#007a59", "#a4508a", "#8a5f00", "#1c6f9c", "#000000"];
   const DASHES = ["", "7 3", "9 3 2 3", "2 2.5", "12 3", "", "7 3"];
 
@@ -46,6 +47,7 @@
 
   const build = (figure, data) => {
     const { x: axis, y: rise, grid, read } = data;
+    const W = width(), H = W < 500 ? 330 : 430;
     const px = (x) => LEFT + (x - axis.min) / (axis.max - axis.min) * (W - LEFT - RIGHT);
     const py = (y) => TOP + (1 - y / rise.max) * (H - TOP - BOTTOM);
     const spaced = (text, unit) => (!unit ? text : unit === "°" ? text + unit : `${text} ${unit}`);
@@ -100,16 +102,21 @@
     for (const limit of data.limits ?? []) {
       draw(plot, "line", { x1: LEFT, x2: W - RIGHT, y1: py(limit.y), y2: py(limit.y), stroke: "#b34700", "stroke-width": 1.6, "stroke-dasharray": "7 4" });
       draw(svg, "text", { x: W - RIGHT - 4, y: py(limit.y) - 5, "text-anchor": "end", "font-size": 13, fill: "#8a3700", stroke: "#fff",
-        "stroke-width": 3, "paint-order": "stroke" }, limit.label);
+        "stroke-width": 5, "stroke-linejoin": "round", "paint-order": "stroke" }, limit.label);
     }
+    /* The highest that a curve rises between two places: a name stands above it. */
+    const curves = [[grid, read.median], ...data.lines.map((line) => [line.x, line.y])];
+    const over = (from, to) => Math.min(...curves.flatMap(([xs, ys]) => xs.map((x, i) =>
+      (px(x) < from || px(x) > to || ys[i] === null ? Infinity : py(far(ys[i]))))));
     for (const point of data.points) {
       draw(plot, "line", { x1: px(point.x), x2: px(point.x), y1: py(point.low), y2: py(point.high), stroke: "#1b1b1b" });
       const dot = draw(plot, "circle", { cx: px(point.x), cy: py(point.y), r: 5, fill: point.tone === "measured" ? "#1b1b1b" : "#fff",
         stroke: "#1b1b1b", "stroke-width": 1.5 });
       draw(dot, "title", {}, `${point.label}: ${axis.symbol} ${digits(point.x)}, ${show(point.y)}`);
-      const right = px(point.x) > W - (W < 500 ? 175 : 190);
-      draw(svg, "text", { x: px(point.x) + (right ? -8 : 8), y: py(point.y) - 9, "font-size": 13, fill: "#1b1b1b",
-        "text-anchor": right ? "end" : "start", stroke: "#fff", "stroke-width": 3, "paint-order": "stroke" }, point.label);
+      const right = px(point.x) > W - (W < 500 ? 175 : 190), wide = 7 * point.label.length + 8;
+      const low = py(point.y) - 9, clear = over(px(point.x) - (right ? wide : 0), px(point.x) + (right ? 0 : wide)) - 5;
+      draw(svg, "text", { x: px(point.x) + (right ? -8 : 8), y: low - clear > 40 ? low : Math.min(low, clear), "font-size": 13, fill: "#1b1b1b",
+        "text-anchor": right ? "end" : "start", stroke: "#fff", "stroke-width": 5, "stroke-linejoin": "round", "paint-order": "stroke" }, point.label);
     }
 
     const hair = draw(plot, "line", { y1: TOP, y2: H - BOTTOM, stroke: "#4d4d4d", "stroke-dasharray": "3 3", visibility: "hidden" });
@@ -157,6 +164,7 @@
     };
     const choose = (x, from) => {
       if (x < axis.min || x > axis.max) { refuse(x); return; }
+      axis.start = x;
       chosen.setAttribute("visibility", "visible");
       if (from !== range) range.value = x;
       if (from !== exact) exact.value = Number(x.toPrecision(5));
@@ -187,8 +195,6 @@
     });
     svg.addEventListener("pointerleave", () => hair.setAttribute("visibility", "hidden"));
     svg.addEventListener("click", (event) => { const x = where(event); if (x !== null) choose(x); });
-
-    make(tool, "p", { class: "key" }, data.key);
 
     choose(axis.start);
     figure.prepend(tool);
@@ -251,9 +257,19 @@
     figure.append(tool);
   };
 
+  const drawn = [];
   for (const figure of document.querySelectorAll("figure.chart")) {
     const data = JSON.parse(figure.querySelector("script").textContent);
     if (data.table) dampers(figure, data);
-    else build(figure, data);
+    else { build(figure, data); drawn.push([figure, data]); }
   }
+  let before = width();
+  window.addEventListener("resize", () => {
+    if (width() === before) return;
+    before = width();
+    for (const [figure, data] of drawn) {
+      figure.querySelector(".tool").remove();
+      build(figure, data);
+    }
+  });
 })();

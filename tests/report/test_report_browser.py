@@ -224,5 +224,31 @@ def test_nothing_sticks_out_of_a_narrow_page(page: Browser) -> None:
     page.send("Emulation.clearDeviceMetricsOverride")
 
 
+def test_letters_of_a_chart_keep_their_size_and_nothing_hides_text_where_the_page_grows_narrow(page: Browser) -> None:
+    chart = "document.querySelector('#figure-griffin .tool')"
+    size = f"Math.min(...[...{chart}.querySelectorAll('svg text')].map((one) => one.getBoundingClientRect().height))"
+    field = f"{chart}.querySelector('input[type=number]')"
+    page.value(f"{field}.value = '12.5'; {field}.dispatchEvent(new Event('input'))")
+    wide, before = page.value(f"{chart}.querySelector('svg').viewBox.baseVal.width"), answer(page)
+    page.send("Emulation.setDeviceMetricsOverride", width=390, height=800, deviceScaleFactor=1, mobile=False)
+    page.value("window.dispatchEvent(new Event('resize'))")
+    assert page.value(f"{chart}.querySelector('svg').viewBox.baseVal.width") < wide, "drawn anew"
+    assert page.value(size) > 11.0, "px"
+    assert answer(page) == before, "at the number that was chosen"
+    assert page.value("getComputedStyle(document.querySelector('.back')).position") == "sticky", "a line of its own"
+    page.send("Emulation.clearDeviceMetricsOverride")
+    page.value("window.dispatchEvent(new Event('resize'))")
+
+
+def test_a_chart_has_a_caption_of_its_own_and_a_picture_that_of_the_picture(page: Browser) -> None:
+    shown = "document.querySelector('#figure-{} figcaption').innerText"
+    assert "to be read off" in page.value(shown.format("griffin"))
+    assert "caption" not in page.value(shown.format("griffin"))
+    assert page.value(shown.format("damper")).endswith("caption"), "its picture stays"
+    page.send("Emulation.setEmulatedMedia", media="print")
+    assert page.value(shown.format("griffin")).endswith("caption")
+    page.send("Emulation.setEmulatedMedia", media="")
+
+
 def test_at_the_end_there_is_still_nothing_to_complain_of(page: Browser) -> None:
     assert page.complaints() == []

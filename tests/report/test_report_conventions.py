@@ -17,7 +17,7 @@ from scruton.infer.results import Fit
 from scruton.report.chapters import Material, compose
 from scruton.report.chapters.prose import in_words
 from scruton.report.charts import griffin_chart, risk_chart
-from scruton.report.conventions import conventions, damping, damping_label, scruton, shown_in
+from scruton.report.conventions import conventions, damping, damping_label, parameter_words, scruton, shown_in
 from scruton.report.document import Code, Document, Picture, Table
 from scruton.report.figures import all_figures
 from scruton.report.figures.griffin import griffin_plot
@@ -26,9 +26,10 @@ from scruton.report.maths import Maths
 from scruton.report.render_text import render_text
 from scruton.report.summaries import fit_summary, prediction_summary
 from scruton.report.tables import tables
+from scruton.sizing.transfer import Transfer, transfer_remarks
 
-# Two small letters or more, joined by a line to others; or a name with an index.
-IDENTIFIER = re.compile(r"\b[a-z]{2,}\d*_[a-z]\w*|\b[a-z]\w*\[\w[^]]*\]")
+# Letters joined by a line to others; a name with an index; a key in brackets, which hold units and numbers else.
+IDENTIFIER = re.compile(r"\b[A-Za-z]+\d*_[A-Za-z]\w*|\b[a-z]\w*\[\w[^]]*\]|\[(?!steps\])[a-z_]{4,}\]")
 OTHER = {"damping": "decrement", "scruton_number": "eurocode"}
 
 
@@ -178,13 +179,20 @@ def test_no_identifier_stands_in_prose(heaving):
     gap["advice"] = ["another growth would tell setting_dependence from reduced_velocity_drift by 5 sigma"]
     gap["effects"] = {"setting_dependence": {"parameters": {
         "size[Sc 1.9]": {"median": 0.1, "interval90": [0.05, 0.15], "unit": "-", "form": "by test"}}}}  # fmt: skip
-    content = sizing(flags=("the fit carries spanwise_coherence_loss; by law n=-1",))
-    content["modes"][0]["limits"][0]["title"] = "a code: gamma_v 0.04/f m"
+    told = Transfer(assumed=True)
+    flags = ("the fit carries spanwise_coherence_loss; by law n=-1", *transfer_remarks(told, 12.0, 3.0, Motion.HEAVING))
+    content = sizing(flags=flags)
+    content["modes"][0]["limits"][0] |= {
+        "title": "a code: gamma_v 0.04/f m",
+        "reading": "K_D = 11 where V_cr is 20 m/s",
+    }
     content["inputs"] = {"numbers": [
         {"name": "modes[0].damping_ratio.mean", "value": 0.003, "origin": "stated", "source": ""},
         {"name": "modes[0].damping_ratio.sd", "value": 0.001, "origin": "default", "source": "by judgement"},
-        {"name": "damper.number", "value": 1, "origin": "default", "source": "by judgement"},
-        {"name": "damper.largest_stroke", "value": 0.6, "origin": "default", "source": "room"}]}  # fmt: skip
+        {"name": "damper.largest_stroke", "value": 0.6, "origin": "default", "source": "room"},
+        {"name": "damper.number", "value": 1.0, "origin": "stated", "source": ""},
+        {"name": "damper.risk_of", "value": "mode", "origin": "default", "source": "room"},
+        {"name": "transfer.turbulence.mean", "value": 1.0111874, "origin": "default", "source": "room"}]}  # fmt: skip
     document = document_of(heaving, gap=gap, sizing=content)
     files = {record.name for test in heaving.campaign.tests for record in test.records}
     files |= {record.name for rig in heaving.campaign.rigs for record in rig.records}
@@ -194,10 +202,14 @@ def test_no_identifier_stands_in_prose(heaving):
             text = text.replace(name, "a file")
         said += [(found[0], text[:80]) for found in [IDENTIFIER.search(text)] if found]
     assert not said
+    assert [text for text in texts(document) if "state them with the bridge, or leave them out there" in text]
     rows = {row[0]: row for row in table_of(document, "inputs").rows}
-    assert rows["mode V1, damping ratio"][1:] == ("0.3000 ± 0.10 %", "stated; sd by default", "by judgement")
-    assert rows["bridge, damper, largest stroke"][1:3] == ("0.6000 m", "default")
-    assert rows["bridge, damper, number"][1] == "1"
+    assert rows["mode V1, damping ratio"][1:] == ("0.3 ± 0.10 %", "stated; sd by default", "by judgement")
+    assert rows["bridge, damper, largest stroke"][1:3] == ("0.6 m", "default")
+    assert rows["bridge, damper, number"][1] == "1", "as stated, without padding"
+    assert rows["bridge, damper, the risk is that of"][1] == "mode"
+    assert rows["bridge, transfer, turbulence"][1] == "1.011", "computed: four digits"
+    assert rows["section, depth"][1] == "0.075 m"
     assert all(row[2] and row[3] for row in rows.values())
 
 
@@ -205,6 +217,11 @@ def test_an_identifier_would_be_found():
     assert IDENTIFIER.search("it is reduced_velocity_drift")
     assert IDENTIFIER.search("gamma_v 0.04/f")
     assert IDENTIFIER.search("size[1]")
-    assert not IDENTIFIER.search("K_D = 30 mm/s^2 [mm] (n = 2)")
+    assert IDENTIFIER.search("K_D = 30 mm/s^2")
+    assert IDENTIFIER.search("state [transfer], or leave it")
+    assert not IDENTIFIER.search("a width [mm] of 3 [A/D] (n = 2)")
+    assert parameter_words("stable_amplitude of Sc 1.9") == "stable amplitude a* of Sc 1.9"
+    assert parameter_words("trial_residual") == "standard deviation of the residual"
+    assert parameter_words("never_heard_of") == "never heard of"
     assert in_words("gamma_v of none") == "γᵥ of none"
     assert in_words("wind_speed_drift.toml") == "wind_speed_drift.toml", "a name of a file stays"

@@ -44,6 +44,7 @@ from scruton.report.render_html import embedded, render_html
 from scruton.report.render_text import render_text
 from scruton.report.render_typst import render_pdf
 from scruton.report.tables import tables
+from scruton.report.wording import counted
 from scruton.sizing.bridge import Bridge, Cost, Mode
 from scruton.sizing.checks import CONFIDENCES
 from scruton.sizing.existing import offers
@@ -137,7 +138,8 @@ def test_a_torsional_sizing_is_printed_in_degrees_with_what_the_code_says(three)
     document = compose(material(three, sizing=content))
     table = next(one for one in document.every(Table) if one.name == "required_damping")
     assert table.rows[0][2] == "1.15°"
-    assert "median K_D = 6.2 mm/s², tolerable to unpleasant" in text_of(document.every(Listing))
+    said = "median dynamic sensitivity parameter = 6.2 mm/s², tolerable to unpleasant"
+    assert said in text_of(document.every(Listing))
 
 
 def test_a_sentence_is_set_in_type() -> None:
@@ -161,6 +163,48 @@ def test_a_damping_stands_with_its_monte_carlo_error_and_a_limit_by_its_code(thr
     assert table.rows[0][1] == "BD 49/01, acceptable"
     assert table.rows[0][3:] == ("41.9 ± 0.2 %", *["0.392 ± 0.002 %"] * 4)
     assert table.note == "±: Monte Carlo standard error."
+
+
+def test_a_design_is_predicted_with_a_bridge_and_without(three) -> None:
+    design = [predict(three.tree, scruton_number=30.0, seed=1)]
+    for content in (sizing(), None):
+        document = compose(material(three, design=design, sizing=content))
+        predictions = next(one for one in document.chapters if one.key == "predictions")
+        table = next(one for one in predictions.blocks if isinstance(one, Table) and one.name == "design")
+        assert table.rows[0][0] == "30"
+        assert "summary" not in text_of(predictions.blocks)
+
+
+def test_the_first_page_without_a_bridge_has_the_plot_what_it_rests_on_and_what_could_overturn_it(three) -> None:
+    picture = Picture("griffin", "c", "a", b"<svg/>", b"P")
+    design = [predict(three.tree, scruton_number=200.0, seed=1)]
+    missed = design[0].to_json() | {"amplitude": {"median": 1.0, "interval": {"0.90": [0.9, 1.1]}}}
+    content = material(three, pictures=[picture], design=design, crossed={"Sc 1.9": missed}, gap=GAP)
+    first, *others = compose(content).chapters
+    assert [one.name for one in first.blocks if isinstance(one, Picture)] == ["griffin"]
+    assert not [one for chapter in others for one in chapter.blocks if isinstance(one, Picture)]
+    said = text_of(first.blocks)
+    for words in (
+        "What it rests on", "Law of aerodynamic damping: n = −1", "model card “default”", "extrapolation index of",
+        "What could overturn it", "that the other tests give: Sc 1.9", "Diagnosis: The null model",
+    ):  # fmt: skip
+        assert words in said, words
+    assert "was not looked for" in text_of(compose(material(three)).chapters[0].blocks)
+
+
+def test_the_paper_is_cited_beside_the_program(three) -> None:
+    (code,) = [one.text for one in compose(material(three)).chapters[-1].blocks if isinstance(one, Code)]
+    assert "@article{gao-griffin-plots," in code
+    assert "Gao, Guangzhong and Li, Suhan and Hao, Jianming and Fu, Bo and Yang, Shucheng and Zhu, Ledong" in code
+    assert "@software{scruton," in code
+    assert not re.search(r"journal\s*=|doi\s*=", code), "what its text does not say is not made up"
+
+
+def test_a_risk_has_the_digits_that_its_draws_give(three) -> None:
+    assert [counted(p) for p in (0.000824, 0.0, 0.05, 0.782)] == ["0.08 %", "0.000 %", "5.0 %", "78.2 %"]
+    content = sizing()
+    content["modes"][0]["damper"]["probability"] = 27 / 2**15
+    assert "The risk left is 0.08 %; " in text_of(compose(material(three, sizing=content)).chapters[1].blocks)
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from fake_fit import fake_fit
+from fake_parts import sizing
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
@@ -25,6 +26,7 @@ from scruton.griffin.damping import aerodynamic_draws, amplitude_grid, total_dra
 from scruton.griffin.posterior import draws_of
 from scruton.infer.result_schema import dataset
 from scruton.infer.results import Fit
+from scruton.report.charts import griffin_chart
 from scruton.report.figures import FigureWithCaption, all_figures, figure, save
 from scruton.report.figures.criticism import corner_plot
 from scruton.report.figures.damping import aerodynamic_damping_by_test
@@ -40,6 +42,7 @@ from scruton.report.figures.registry import (
     registered_name,
     rounded,
 )
+from scruton.report.figures.sizing import risk_curves
 from scruton.report.figures.style import (
     WIDTH,
     alone,
@@ -464,3 +467,27 @@ def test_a_band_without_an_end_is_drawn_within_reach_of_a_rasteriser() -> None:
     paths = re.findall(rb'\sd="([^"]*)"', svg)
     assert max(abs(float(number)) for path in paths for number in re.findall(rb"-?\d+\.?\d*", path)) == 9999.0
     assert png.startswith(b"\x89PNG")
+
+
+def test_captions_speak_of_measured_points_where_there_are_any(fit: Fit) -> None:
+    nothing = fake_fit(measured=False, growth=False, sweeps=False)
+    assert all(point["tone"] == "posterior" for point in griffin_chart(nothing)["points"])
+    for draw in (griffin_plot, law_comparison):
+        assert "measured" not in draw(nothing).caption.replace("damping that the transients show", "")
+        assert "points are measured" in draw(fit).caption.lower()
+    assert "measured" in griffin_chart(fit)["key"]
+    assert "measured" not in griffin_chart(nothing)["key"]
+
+
+def test_a_colour_means_one_thing_in_the_figure_of_the_risk() -> None:
+    content = sizing()
+    curve = content["modes"][0]["limits"][0]["curve"]
+    curve |= {f"amplitude_{q}": [0.2, 0.1, 0.05] for q in ("05", "50", "95")}
+    curve["by_law"] = {"n=-1": [0.8, 0.3, 0.05], "n=2": [0.8, 0.2, 0.01]}
+    left, right = risk_curves(content, content["modes"][0]).figure.axes
+    limit = next(line.get_color() for line in right.lines if line.get_label() == "limit")
+    laws = [line for line in left.lines if str(line.get_label()).startswith("n = ")]
+    assert limit not in {line.get_color() for line in left.lines}
+    assert len({line.get_color() for line in laws}) == 1, "told apart by their dashes"
+    assert len({str(line.get_linestyle()) + str(line._dash_pattern) for line in laws}) == 2
+    assert all(text.get_path_effects() for text in left.texts if "%" in text.get_text()), "no line strikes a name"

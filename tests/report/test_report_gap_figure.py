@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from matplotlib.colors import to_hex
 
 from scruton.calibrate.challenge.case import simulate_case
 from scruton.gap.diagnosis import Diagnosis, diagnose
@@ -54,6 +55,21 @@ def test_curves_lie_in_their_panels_where_they_leave_zero(clipped: tuple[Diagnos
         for place in curve.places():
             assert low < 100.0 * curve.excess[place].min()
             assert 100.0 * curve.excess[place].max() < high
+
+
+def test_rigs_have_none_of_the_colours_of_growth_decay_and_still_air(
+    clipped: tuple[Diagnosis, tuple[Finding, ...]],
+) -> None:
+    diagnosis, findings = clipped
+    upper, lower = gap_figure(diagnosis, findings).figure.subfigs
+    above = {line.get_color() for axes in upper.axes for line in axes.lines if "band" in str(line.get_label())}
+    frequency, causes = lower.axes
+    rigs = [line for line in frequency.lines if len(line.get_xdata()) > 2]
+    assert above
+    assert rigs
+    assert not above & {line.get_color() for line in rigs}
+    assert len({line.get_marker() for line in rigs}) == len(diagnosis.data.rigs)
+    assert not above & {to_hex(bar.get_facecolor()).upper() for bar in causes.patches}
 
 
 def test_the_headline_says_the_verdict(clipped: tuple[Diagnosis, tuple[Finding, ...]]) -> None:

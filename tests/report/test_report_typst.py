@@ -4,11 +4,15 @@ import re
 import shutil
 import subprocess
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 
+import numpy as np
 import pytest
 from fake_fit import fake_fit
+from fake_parts import GAP, sizing
 from matplotlib.figure import Figure
+from matplotlib.image import imread
 
 from scruton.report.chapters import Material, compose
 from scruton.report.document import (
@@ -30,8 +34,9 @@ from scruton.report.document import (
 from scruton.report.equations import GRIFFIN, INDEX
 from scruton.report.figures import FigureWithCaption
 from scruton.report.figures.registry import contents
+from scruton.report.pages import HEADING, arranged
 from scruton.report.parts import drawn
-from scruton.report.render_typst import plain, render_pdf, typeset
+from scruton.report.render_typst import marks_of, plain, render_pdf, typeset
 from scruton.report.tables import tables
 
 EVIL = """<script>alert('1')</script> "B/D" & #x $y$ *z* _u_ `v` \\ @w = [4:1] // 矩形断面 ξ_s → λ 🌉"""
@@ -123,6 +128,55 @@ def test_long_tables_repeat_their_header_and_short_ones_and_figures_stay_whole(t
     assert sum("Figure 1" in page for page in pages) == 1
     for i, page in enumerate(pages[:-1]):
         assert f"{i + 1}/{len(pages) - 1}" in squeezed(page), "its number"
+
+
+def emptiest(png: bytes) -> float:
+    """The longest empty stretch of a page, over the height of its text."""
+    ink = (imread(BytesIO(png), format="png")[..., :3] < 0.97).any(axis=(1, 2))
+    first, last = (round(share * len(ink)) for share in (24.0 / 297.0, 277.0 / 297.0))
+    rows = np.flatnonzero(ink[first:last])
+    return float(np.diff([-1, *rows, last - first]).max()) / (last - first)
+
+
+def drawing(name: str, height_mm: float) -> Picture:
+    svg = f"""<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 160 {height_mm}"><rect width="160"
+    height="{height_mm}" fill="#888"/></svg>"""
+    return Picture(name, f"What {name} shows, in words that take more than a line of the page. " * 2, "", svg.encode())
+
+
+def test_no_page_is_left_more_than_a_quarter_empty_but_the_last_of_a_part() -> None:
+    fit = fake_fit(growth=False, sweeps=False)
+    heights = {
+        "griffin": 98, "griffin_by_test": 124, "laws": 86, "gap": 160, "decision": 74, "risk": 78, "shares": 78,
+        "damper": 66, "required_damping": 65, "ring_downs": 185, "records": 140, "trial_functions": 76,
+        "aerodynamic_damping": 95, "aerodynamic_damping_by_test": 102, "stability": 102, "griffin_reciprocal": 88,
+        "reciprocal_against_damping": 80, **{f"{of}_{k}": 118 for of in ("corner", "trace") for k in (1, 2, 3)},
+    }  # fmt: skip
+    pictures = [drawing(name, height) for name, height in heights.items()]
+    whole = compose(Material(fit, tables(fit), pictures, gap=GAP, sizing=sizing()))
+    pages = typeset(whole, format="png", ppi=30.0)
+    assert sum(emptiest(page) > 0.25 for page in pages) <= sum(bool(chapter.part) for chapter in whole.chapters)
+    for chapter, steps in zip(whole.chapters, arranged(whole, marks_of(whole)), strict=True):
+        assert [HEADING, *range(len(chapter.blocks))] == sorted(block for block, _, _ in steps), "all of it, in it"
+
+
+def test_pictures_wait_or_shrink_in_their_section_and_parts_begin_a_page() -> None:
+    text, tall, last = Paragraph(("words",)), drawing("tall", 180.0), drawing("last", 60.0)
+    blocks = (text, tall, text, text, Heading("h"), last)
+    chapters = (Chapter("a", "A", (text,), part="One"), Chapter("b", "B", blocks, part="Two"))
+    one = numbered(Document("t", "k", "s", chapters))
+    # the text of page 2 ends where the tall picture no longer fits
+    marks = [(0, -1, 200.0), (0, 0, 230.0), (0, -2, 260.0), (1, -1, 360.0), (1, 0, 400.0), (1, 1, 700.0), 510.0,
+             (1, 2, 1270.0), (1, 3, 1470.0), (1, 4, 1770.0), (1, 5, 1790.0), 170.0, (1, -2, 2000.0)]  # fmt: skip
+    first, second = arranged(one, marks)
+    assert first == [(HEADING, 1.0, False), (0, 1.0, False)]
+    assert second[0] == (HEADING, 1.0, True), "a part begins a page"
+    places = [block for block, _, _ in second]
+    assert places.index(0) < places.index(2) < places.index(1) < places.index(4), (
+        "it waits, no farther than its section"
+    )
+    assert places.index(4) < places.index(5)
+    assert all(0.8 <= scale <= 1.0 for _, scale, _ in second)
 
 
 def test_a_figure_that_is_too_tall_is_made_smaller() -> None:

@@ -35,6 +35,7 @@ GRID = 241
 _BRIDGE_GRID = 161
 _CURVES = 12  # deterministic curves, and points of each
 _POINTS = 60
+_POINTS_OF = {"measured": "Full points: measured amplitudes.", "posterior": "Open points: posteriors of tests."}
 _BEYOND = "It was not computed there: `scruton predict RESULTS --sc` answers."
 
 
@@ -88,8 +89,9 @@ def _griffin_chart(fit: "Fit", design: "Sequence[Prediction]") -> dict[str, Any]
     return {
         "name": "Griffin plot",
         "per": [times, scale],
-        "key": "Black line: predictive median of all peak tests, grey: its 50 and 90 % intervals. Coloured: each test "
-        "alone; dotted: Eqs. (2) to (8). Points: measured amplitudes (open: posterior). Red: the number chosen.",
+        "key": "The Griffin plot to be read off. Black line: predictive median of all peak tests; grey: its 50 and "
+        "90 % intervals; coloured: each test alone; dotted: Eqs. (2) to (8); red: the number chosen. "
+        + " ".join(words for tone, words in _POINTS_OF.items() if tone in {point["tone"] for point in points}),
         "x": {
             "label": "Scruton number Sc", "min": 0.0, "max": _round(times * upper), "start": _round(start),
             "step": _step(times * upper), "slider": "Design Scruton number", "symbol": "Sc", "beyond": _BEYOND,
@@ -164,8 +166,9 @@ def _decision_chart(fit: "Fit", content: Content, mode: Content, rule: Content) 
     return {
         "name": "Griffin plot of the bridge",
         "per": [times, factor],
-        "key": f"Black line: median amplitude of mode {mode['name']} of the bridge, grey: its 90 % interval with all "
-        "uncertainties. Dashed: the limit. Red: the number chosen.",
+        "key": f"The Griffin plot of the bridge to be read off. Black line: median amplitude of mode {mode['name']}; "
+        "grey: its 90 % interval with all uncertainties; dashed: the limit; red: the number chosen. Full point: as it "
+        "is; open: with the damping that is named there.",
         "x": {
             "label": "Scruton number Sc of the bridge", "min": _round(times * grid[0]), "max": _round(times * grid[-1]),
             "start": points[-1]["x"] if points else _round(times * grid[0]), "step": _step(times * float(np.ptp(grid))),
@@ -201,8 +204,8 @@ def risk_chart(mode: Mapping[str, Any], curve: Mapping[str, Any], what: str) -> 
     return {
         "name": f"Risk of mode {mode['name']}",
         "per": [shown_in(DAMPING)[0] / 100.0, 1.0],
-        "key": "Black line: probability, grey: the 90 % band that the section's posterior and the law leave. Red: the "
-        "damping chosen.",
+        "key": f"The {what} along the added damping, to be read off. Black line: probability; grey: the 90 % band that "
+        "the section's posterior and the law leave; red: the damping chosen.",
         "x": {"label": label, "min": grid[0], "max": grid[-1], "start": grid[0],
               "step": _step(grid[-1] - grid[0]), "slider": label,
               "symbol": damping_label("Added damping").removesuffix(" [-]"),

@@ -88,10 +88,12 @@ def parameter_unit(parameter: str, unit: str) -> str:
 
 
 def parameter_words(parameter: str) -> str:
-    """What a parameter of a posterior is called as it is shown."""
-    if parameter == "damping_ratio":
-        return f"structural {damping_words()} {damping_symbol()}"
-    return PARAMETERS.get(parameter, parameter)
+    """What a parameter of a posterior, or "PARAMETER of TEST", is called as it is shown."""
+    name, *test = parameter.split(" of ", 1)
+    words = PARAMETERS.get(name, name.replace("_", " "))
+    if name == "damping_ratio":
+        words = f"structural {damping_words()} {damping_symbol()}"
+    return " of ".join([words, *test])
 
 
 def damping_label(words: str = "damping ratio") -> str:

@@ -24,6 +24,7 @@ from scruton.report.figures import FigureWithCaption, figures_from
 from scruton.report.figures.registry import contents
 from scruton.report.figures.sizing import modes
 from scruton.report.needs import governing
+from scruton.report.wording import limit_text
 from scruton.sizing.bridge import Bridge, load_bridge
 from scruton.sizing.limits import limit
 from scruton.sizing.model import ModeModel, unit_cube
@@ -121,7 +122,7 @@ def part_of_sizing(content: Mapping[str, Any]) -> Part:
         found: dict[str, Mapping[str, Any]] = {}
         with conventions(content):
             for ending, mode in modes(content).items():
-                what = f"probability of exceeding {mode['governing']}"
+                what = f"probability of exceeding the limit of {limit_text(governing(mode))}"
                 found[f"risk{ending}"] = risk_chart(mode, governing(mode)["curve"], what)
                 if tool := damper_chart(mode):
                     found[f"damper{ending}"] = tool

@@ -14,6 +14,7 @@ from typing import Any
 
 from scruton.report.document import Document, Picture, Table
 from scruton.report.maths import Maths
+from scruton.report.pages import Mark, Step, arranged
 from scruton.report.thresholds import LARGEST_SVG_IN_PDF
 from scruton.report.typefaces import families, typefaces
 
@@ -35,15 +36,29 @@ def typeset(document: Document, **options: Any) -> Any:
 
     # its own annotations leave out that files may come as a dictionary
     compiler: Any = typst.compile
-    files = {
-        "main.typ": TEMPLATE.read_bytes(),
-        "document.json": json.dumps(plain(document), ensure_ascii=False).encode(),
-        "typefaces.json": json.dumps(families()).encode(),
-    }
-    files |= {name: content for name, content in map(picture_file, document.every(Picture)) if content}
+    plan = arranged(document, marks_of(document))
+    return compiler(_files(document, plan), ignore_system_fonts=True, font_paths=_fonts(), **options)
+
+
+def marks_of(document: Document) -> list[Mark]:
+    """Where each block of a document begins, as `scruton.report.pages.arranged` takes it."""
+    import typst
+
+    query: Any = typst.query
+    files = _files(document, None)
+    marks = query(files, "<mark>", field="value", ignore_system_fonts=True, font_paths=_fonts())
+    found: list[Mark] = json.loads(marks)
+    return found
+
+
+def _files(document: Document, plan: list[list[Step]] | None) -> dict[str, bytes]:
+    """What a document is typeset from; without a plan it is measured."""
+    content = {"document.json": plain(document), "typefaces.json": families(), "plan.json": plan}
+    files = {name: json.dumps(data, ensure_ascii=False).encode() for name, data in content.items()}
+    files |= {name: data for name, data in map(picture_file, document.every(Picture)) if data}
     if document.logo:
         files[logo_file(document.logo)] = base64.b64decode(document.logo.partition(",")[2])
-    return compiler(files, ignore_system_fonts=True, font_paths=_fonts(), **options)
+    return {"main.typ": TEMPLATE.read_bytes(), **files}
 
 
 def rasterised(svg: bytes, dots_per_inch: int) -> bytes:

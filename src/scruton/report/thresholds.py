@@ -16,6 +16,7 @@ NAMED_ABOVE = 0.15  # probability, of a cause that is named in the sentence wher
 PROBABILITY_SHOWN = 0.005  # of a cause of the gap: smaller ones are shown together
 SIZES_SHOWN = 6  # parameters of an effect that the terminal lists; all of them are on the page and in gap.json
 PLACES_SHOWN = 12  # places of the gap that the page lists; all of them are in gap.json
+RISK_DRAWS = 1 << 14  # draws that a risk left by dampers is counted on, at the least: what its digits follow
 TESTS_ABREAST = 6  # tests with a column of their own in the table of extrapolation; more would not fit the page
 
 # Panels, lines and points of the figures.
@@ -34,3 +35,14 @@ SCRUTON_NUMBERS_APART = 2.0  # ratio of tested Scruton numbers between which one
 GAP_ROWS = 6  # tests or rigs that are drawn; of more, those farthest from nothing
 GAP_BARS = (4, 7)  # probabilities shown: at least and at most
 SMALL_EXCESS = 0.03  # of the reference relaxation rate: excess damping below it does not fill a panel
+
+# Pages of the PDF: see scruton.report.pages.
+MARGIN = 68.0  # pt above the text of a page, as the template has it
+PAGE_HEIGHT = 704.0  # pt of text on a page of A4, less what rounding and the last space may take
+EMPTY_PAGE = 0.2  # of a page: with the space below its last block less than the quarter that no page is to leave empty
+PICTURE_SCALES = (1.0, 0.95, 0.9, 0.85, 0.8)  # of the width of the page: type of 7.5 pt stays 6 pt high
+BLOCKS_WAITING = 2  # pictures that wait for text to fill a page, or blocks of text for pictures
+PAGES_KEPT = 500  # of the best ways to break into pages, after every block; six times as many found none better
+SHORT_TABLE = 8  # rows: it stays on one page, as the template has it
+FEW_ROWS = 14  # rows: a table of no more breaks only where a page were left empty
+LONG_CALLOUT = 700  # letters: a longer one may break, as the template has it

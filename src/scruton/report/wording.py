@@ -4,6 +4,8 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+from scruton.report.thresholds import RISK_DRAWS
+
 PARAMETERS = {
     "a_star": "stable amplitude a*",
     "relaxation_rate": "relaxation rate λ",
@@ -23,6 +25,13 @@ PARAMETERS = {
     "relaxation_ratio": "relaxation ratio λ/ω₀",
     "still_air_scatter": "scatter of the amplitude in still air",
     "rate_gap": "b − d",
+    "trial_residual": "standard deviation of the residual",
+    "trial_residual_rate": "rate of the residual",
+    "mass_factor": "factor of the mass",
+    "reference_amplitude": "stable amplitude of the shared curve",
+    "reference_relaxation_ratio": "relaxation ratio of the shared curve",
+    "discrepancy_amplitude": "discrepancy of the amplitude τ",
+    "discrepancy_relaxation": "discrepancy of the relaxation κ",
     "residual_sd": "standard deviation of the residual",
     "residual_rate": "rate of the residual",
     "residual": "standard deviation of the residual",
@@ -126,6 +135,17 @@ def with_error(value: float, error: float) -> str:
 def percent(value: float, digits: int = 3) -> str:
     """Write a fraction in per cent."""
     return f"{number(100.0 * value, digits)} %"
+
+
+def counted(probability: float) -> str:
+    """Write a probability that was counted on draws, in per cent with the digits that its standard error leaves."""
+    error = 100.0 * math.sqrt(max(probability * (1.0 - probability), 1.0 / RISK_DRAWS) / RISK_DRAWS)
+    return f"{100.0 * probability:.{max(0, -math.floor(math.log10(error)))}f} %"
+
+
+def several(things: int, word: str) -> str:
+    """So many of what a word names: "1 rig", "3 rigs"."""
+    return f"{things} {word}{'' if things == 1 else 's'}"
 
 
 def share(value: float) -> str:

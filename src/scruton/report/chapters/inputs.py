@@ -8,7 +8,7 @@ from scruton.campaign.schema import Quantity
 from scruton.report.chapters.material import Material
 from scruton.report.conventions import DAMPING, damping_words, shown_in, with_unit
 from scruton.report.document import Table
-from scruton.report.wording import number
+from scruton.report.wording import number, stated
 
 _HEADER = ("input", "value", "stated or default", "source")
 # Units of numbers in SI, by the last of their names; none where it is not here.
@@ -16,6 +16,12 @@ _UNITS = {
     "frequency": "Hz", "mass": "kg/m", "inertia": "kg m²/m", "width": "m", "depth": "m", "air_density": "kg/m³",
     "largest_stroke": "m", "lever_arm": "m", "end_stop": "m", "start_acceleration": "m/s²", "length": "m",
     "weibull_scale": "m/s", "damping_ratio": DAMPING,
+}  # fmt: skip
+# Keys that say little without their table.
+_KEYS = {
+    "risk_of": "the risk is that of", "stop_stiffness": "stiffness of the end stops over that of the spring",
+    "per_kg": "cost per kg", "per_percent": "cost per % of damping", "beta": "correction βₜ of turbulence",
+    "kept_detuning": "detuning for which the risk is kept",
 }  # fmt: skip
 _PARTS = ("mean", "sd", "family", "minimum")
 Row = tuple[str, str, str, str]
@@ -57,12 +63,12 @@ def _value(value: Any, key: str, sd: float | None = None) -> str:
         return str(value)
     unit = _UNITS.get(key, "")
     factor, unit = shown_in(unit) if unit == DAMPING else (1.0, unit)
-    text = number(value if factor == 1.0 else factor * value) + (f" ± {number(factor * sd, 2)}" if sd else "")
+    text = stated(factor * value) + (f" ± {number(factor * sd, 2)}" if sd else "")
     return with_unit(text, unit)
 
 
 def _words(key: str) -> str:
-    return damping_words() if key == "damping_ratio" else key.replace("_", " ")
+    return damping_words() if key == "damping_ratio" else _KEYS.get(key, key.replace("_", " "))
 
 
 def _of_bridge(sizing: Mapping[str, Any]) -> Iterator[Row]:
@@ -76,7 +82,10 @@ def _of_bridge(sizing: Mapping[str, Any]) -> Iterator[Row]:
     for name, parts in found.items():
         main = parts.get("mean") or next(iter(parts.values()))
         key = name.rpartition(".")[2]
-        value = _value(main["value"], key, parts["sd"]["value"] if "sd" in parts else None)
+        number_of = main["value"]
+        if main["origin"] == "default" and isinstance(number_of, float):  # computed, as a mean of a median and a cov
+            number_of = float(f"{number_of:.4g}")
+        value = _value(number_of, key, parts["sd"]["value"] if "sd" in parts else None)
         if "family" in parts:
             value += f", {parts['family']['value']}"
         default = [part for part, one in parts.items() if one["origin"] == "default"]

@@ -18,13 +18,13 @@ _ENVELOPE = {
     "regression": (
         "Each cycle of a record is regressed on sine, cosine, offset and second harmonic: one amplitude with its "
         "standard error. These amplitudes feed the samplers, not Eqs. (2) to (8) of the method’s authors, which are "
-        "computed beside them, without any sampling; a model card with [envelope] source = “front-end” feeds the "
+        "computed beside them, without any sampling; a model card whose envelope has the source “front-end” feeds the "
         "samplers Eq. (3)."
     ),
     "front-end": (
         "The samplers are fed with the transient amplitude of the method’s authors, Eqs. (2) and (3): its mean square "
         "over each cycle, less what the noise of the sensor adds to it, with a standard error. The model card says so "
-        "by [envelope] source = “front-end”; the default is a regression of each cycle."
+        "by the source “front-end” of its envelope; the default is a regression of each cycle."
     ),
 }
 
@@ -171,9 +171,15 @@ def methods_chapter(material: Material) -> Iterator[Block]:
 
 
 def bibtex(version: str) -> str:
-    """The entry by which the program is cited, of the version that made the numbers."""
+    """The entries by which the paper is cited, and the program in the version that made the numbers."""
     return (
-        "% To cite the program, beside the paper\n"
+        "% The paper; its text at hand names neither journal nor year: complete them\n"
+        "@article{gao-griffin-plots,\n"
+        "  title   = {{Griffin} plots of vortex-induced vibrations: revealing self-similarity for quick\n"
+        "             estimation from transient displacement responses},\n"
+        "  author  = {Gao, Guangzhong and Li, Suhan and Hao, Jianming and Fu, Bo and Yang, Shucheng and Zhu, Ledong}\n"
+        "}\n"
+        "% The program\n"
         "@software{scruton,\n"
         "  title   = {scruton: {Bayesian} uncertainty quantification for vortex-induced vibration},\n"
         "  author  = {{The scruton authors}},\n"

@@ -21,6 +21,8 @@ _BY_TEST = (
     "One transient at one Scruton number holds a whole Griffin plot: each test’s own, without the records of the "
     "others, foretells where their stable amplitudes lie."
 )
+# What predictions may follow, in words.
+SOURCES = {"tau": "discrepancy of the amplitude τ", "kappa": "discrepancy of the relaxation κ"}
 _LOCK_IN = (
     "Records at further wind speeds of one rig tell how the stable amplitude rises and falls over the lock-in range; "
     "the Griffin plot is of its peak."
@@ -44,7 +46,9 @@ def griffin_chapter(material: Material) -> Iterator[Block]:
     if not material.tests:
         return
     laws, by_test, lock_in = (material.figure(name) for name in ("laws", "griffin_by_test", "lock_in"))
-    yield from (picture for picture in material.of("griffin-plot") if picture not in (*laws, *by_test, *lock_in))
+    first = material.figure("griffin") if material.sizing is None else []  # it stands on the first page then
+    apart = (*laws, *by_test, *lock_in, *first)
+    yield from (picture for picture in material.of("griffin-plot") if picture not in apart)
     weights = _law_table(material)
     below: dict[str, Sequence[Block]] = {
         "The law of aerodynamic damping": [*([weights] if weights.rows else []), *_exponent(material), *laws],
@@ -136,11 +140,8 @@ def posterior_chapter(material: Material) -> Iterator[Block]:
 def predictions_chapter(material: Material) -> Iterator[Block]:
     """Every prediction, with how each peak test would have been predicted from the others."""
     if material.design:
-        numbers = ", ".join(f"Sc = {scruton(point.scruton_number, stated)}" for point in material.design)
-        yield paragraph(
-            f"The predictions at the design ({numbers}) stand in the summary. They draw on every law of the model "
-            "card as often as its weight says."
-        )
+        yield paragraph("Predictions draw on every law of the model card as often as its weight says.")
+        yield design_table(material)
         if cautions := material.cautions():
             yield Callout(CAUTION, "With caution", cautions)
     yield stated_discrepancies([*material.design] or [*material.at_tests.values()], PAGE)
@@ -181,6 +182,7 @@ def within(interval: Sequence[float | None], truth: float) -> bool:
 def sensitivity_table(rows: "Sequence[PredictionSensitivity]", of: Notation, unit: str = "") -> Table:
     """How far predictions, of this unit, follow the priors of the discrepancy and the weights of the laws."""
     factor, unit = shown_in(unit)
+    sources = {} if of.plain else SOURCES
     what = f"stable amplitude [{of.unit(unit)}]" if unit else "stable amplitude"
 
     def band(values: tuple[float, float, float]) -> str:
@@ -192,13 +194,13 @@ def sensitivity_table(rows: "Sequence[PredictionSensitivity]", of: Notation, uni
         ("Sc", "where", "follows", "by", "as it is", "MC error", "halved", "doubled"),
         [
             (
-                scruton(row.scruton_number, of.number), row.where, row.source, of.number(row.distance, 2),
-                band((row.median, row.low, row.high)), of.number(factor * row.error, 2), band(row.halved),
-                band(row.doubled),
+                scruton(row.scruton_number, of.number), row.where, sources.get(row.source, row.source),
+                of.number(row.distance, 2), band((row.median, row.low, row.high)), of.number(factor * row.error, 2),
+                band(row.halved), band(row.doubled),
             )
             for row in rows
         ],
-        "Halved and doubled: the median of the card's prior of tau or kappa; the odds of the law with the most weight. "
+        "Halved and doubled: the median of the card's prior of a discrepancy; the odds of the law with most weight. "
         "By: cumulative Jensen-Shannon distance per doubling of the power of that prior; 0.05 and more matters. "
         "MC error: Monte Carlo standard error of the median as it is.",
         (True, False, False, True, True, True, True, True),

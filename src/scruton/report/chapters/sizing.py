@@ -34,7 +34,18 @@ from scruton.report.conventions import (
 from scruton.report.document import ALARM, CAUTION, Block, Callout, Heading, Listing, Picture, Table, paragraph
 from scruton.report.figures.sizing import limits, modes
 from scruton.report.needs import Content
-from scruton.report.wording import PAGE, TERMINAL, Notation, limit_text, money, percent, share, with_error
+from scruton.report.wording import (
+    PAGE,
+    TERMINAL,
+    Notation,
+    counted,
+    limit_text,
+    money,
+    percent,
+    share,
+    stated,
+    with_error,
+)
 from scruton.report.wording import number as written
 from scruton.sizing.checks import CONFIDENCES
 
@@ -91,11 +102,11 @@ def _sizing_blocks(content: Content, pictures: Mapping[str, Picture]) -> Iterato
         yield from (*_damper_blocks(mode, k), *shown(f"damper{ending}"))
         yield from (*_cost_blocks(mode), *shown(f"cost{ending}", f"information{ending}"))
     if not content.get("both"):
-        yield from existing_blocks(content, "mode ", percent)
+        yield from existing_blocks(content, "mode ", counted)
     names = content["all_modes"]["names"]
     together = Table(
         "all_modes", TOGETHER, ("", *modes_header(names, "mode ")),
-        exceedances(content, percent) if len(names) > 1 else (), for_any_note(content["all_modes"]),
+        exceedances(content, counted) if len(names) > 1 else (), for_any_note(content["all_modes"]),
     )  # fmt: skip
     hours = Table(
         "hours",
@@ -107,7 +118,7 @@ def _sizing_blocks(content: Content, pictures: Mapping[str, Picture]) -> Iterato
     if together.rows or hours.rows:
         yield Heading("All modes together")
         yield from (together, hours)
-    yield from both_blocks(content, "mode ", percent, PAGE)
+    yield from both_blocks(content, "mode ", counted, PAGE)
 
 
 def _known_to(text: str, value: float | None, error: float | None, shown: tuple[float, str]) -> str:
@@ -188,7 +199,8 @@ def _damper_blocks(mode: Content, place: int) -> Iterator[Block]:
     stroke = damper["stroke"]
     yield paragraph(
         f"Tuned mass damper, mode {name}: {'the least mass' if damper['achievable'] else 'NOT ACHIEVED'} for a risk of "
-        f"{percent(damper['asked']['risk'])} ({damper['reason']}). The risk left is {percent(damper['probability'])}; "
+        f"{stated(100.0 * damper['asked']['risk'])} % ({damper['reason']}). The risk left is "
+        f"{counted(damper['probability'])}; "
         f"the stroke is {number(stroke['median'], 3)} m, and below {number(stroke['high'], 3)} m with 95 % confidence."
         + _built(damper)
     )
@@ -200,7 +212,7 @@ def _damper_blocks(mode: Content, place: int) -> Iterator[Block]:
         f"Risk where the dampers are detuned, mode {name}",
         ("detuning", "P of exceeding the limit"),
         [
-            (f"{100.0 * entry['detuning']:+.0f} %".replace("-", "−"), percent(entry["probability"]))
+            (f"{100.0 * entry['detuning']:+.0f} %".replace("-", "−"), counted(entry["probability"]))
             for entry in damper["detuned"]
         ],
     )
@@ -216,7 +228,7 @@ def _built(damper: Content) -> str:
             text += f", and {100 * asked['temperature_detuning']:g} % of frequency with temperature"
         text += f"; the risk is kept where the bridge is {100 * asked['kept_detuning']:g} % off frequency, too."
     if "probability_worst" in damper:
-        worst = percent(damper["probability_worst"])
+        worst = counted(damper["probability_worst"])
         text += f" Counting vibrations that only a start from above leads to, the risk is {worst}."
     return text
 

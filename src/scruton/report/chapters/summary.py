@@ -3,11 +3,12 @@
 from collections.abc import Iterator
 
 from scruton.griffin.thresholds import X_TRUSTED
+from scruton.infer.thresholds import SENSITIVE
 from scruton.report.chapters.campaign import damping_table
 from scruton.report.chapters.decision import decision_page
 from scruton.report.chapters.gap import contained_sentence, gap_sentence
 from scruton.report.chapters.material import Material
-from scruton.report.chapters.results import design_table
+from scruton.report.chapters.results import SOURCES, within
 from scruton.report.chapters.sizing import sizing_assumptions
 from scruton.report.conventions import (
     DAMPING,
@@ -21,8 +22,8 @@ from scruton.report.conventions import (
 )
 from scruton.report.document import ALARM, CAUTION, Block, Callout, Heading, KeyFigures, Listing, Table, paragraph
 from scruton.report.needs import Content, needs
-from scruton.report.thresholds import TESTS_ABREAST
-from scruton.report.wording import estimate, number, stated
+from scruton.report.thresholds import SHARE_SHOWN, TESTS_ABREAST
+from scruton.report.wording import estimate, law_text, number, several, share, stated
 
 
 def summary_chapter(material: Material) -> Iterator[Block]:
@@ -42,17 +43,20 @@ def summary_chapter(material: Material) -> Iterator[Block]:
         yield from (paragraph(line, role="answer") for line in lines)
     if figures := [*_design_figures(material)]:
         yield KeyFigures(figures)
+    yield from material.figure("griffin")
     if cautions := material.cautions():
         yield Callout(CAUTION, "With caution", [*cautions, *warnings_note()])
-    yield _basis(material) if material.tests else damping_table(material)
+    if material.tests:
+        yield Heading("What it rests on")
+        yield Listing(list(_basis(material)))
+        if doubts := [*_doubts(material)]:
+            yield Heading("What could overturn it")
+            yield Listing(doubts)
+        return
+    yield damping_table(material)
     if material.gap is not None:
         yield paragraph(f"Diagnosis: {gap_sentence(material.gap)}")
-        if contained := contained_sentence(material.gap, fit.summary):
-            yield Callout(CAUTION, contained)
-    if not material.tests:
-        yield paragraph("The campaign holds no test in wind, so it says nothing of vortex-induced vibration.")
-    elif material.design:
-        yield design_table(material)
+    yield paragraph("The campaign holds no test in wind, so it says nothing of vortex-induced vibration.")
 
 
 def _design_figures(material: Material) -> Iterator[tuple[str, str, str]]:
@@ -101,25 +105,57 @@ def _answers(material: Material) -> list[str]:
     return answers
 
 
-def _basis(material: Material) -> Block:
-    """What the numbers rest on."""
-
-    def counted(things: int, word: str) -> str:
-        return f"{things} {word}{'' if things == 1 else 's'}"
-
+def _basis(material: Material) -> Iterator[str]:
+    """What the numbers rest on: records, law, prior, extrapolation."""
     campaign = material.fit.campaign
     sc = [test["parameters"]["scruton_number"]["median"] for test in material.tests if test["peak"]]
-    records = counted(sum(len(test.records) for test in campaign.tests), "record")
-    words = f"It rests on {records} in wind of {counted(len(campaign.tests), 'test')}"
+    records = several(sum(len(test.records) for test in campaign.tests), "record")
+    words = f"It rests on {records} in wind of {several(len(campaign.tests), 'test')}"
     if sc:
         between = " to ".join(scruton(one, digits=3) for one in sorted({min(sc), max(sc)}))
-        words += f", {counted(len(sc), 'peak test')} among them (Sc = {between}), and on "
-        words += counted(len(campaign.rigs), "rig")
-    return paragraph(
-        f"{words}.",
-        " Intervals carry the record, the structural damping, the law of aerodynamic damping and the discrepancy "
-        "between settings.",
+        words += f", {several(len(sc), 'peak test')} among them (Sc = {between}), and on "
+        words += several(len(campaign.rigs), "rig")
+    yield (
+        f"{words}. Intervals carry the record, the structural damping, the law of aerodynamic damping and the "
+        "discrepancy between settings."
     )
+    weights = material.fit.summary["laws"].get("weights", {})
+    laws = [f"{law_text(law)} ({share(w['weight'])})" for law, w in weights.items() if w["weight"] > SHARE_SHOWN]
+    if laws:
+        yield f"Law of aerodynamic damping: {', '.join(laws)}."
+    yield f"Priors: those of the model card “{material.fit.card.name}”."
+    for design in material.design:
+        yield (
+            f"Sc = {scruton(design.scruton_number, stated)} lies at an extrapolation index of "
+            f"{number(design.extrapolation_index, 2)} from the nearest test: laws part beyond {X_TRUSTED:g}."
+        )
+
+
+def _doubts(material: Material) -> Iterator[str]:
+    """What could overturn the numbers: one rig, priors that they follow, tests that others miss, the gap."""
+    if len({test["rig"] for test in material.tests}) == 1:
+        yield "One rig says nothing of how far rigs differ."
+    for sc in dict.fromkeys(row.scruton_number for row in material.sensitivity):
+        followed = [
+            SOURCES.get(row.source, row.source)
+            for row in material.sensitivity
+            if row.scruton_number == sc and row.distance >= SENSITIVE
+        ]
+        if followed:
+            said = " and of the ".join(followed)
+            yield f"The prediction at Sc = {scruton(sc)} follows what the model card says of the {said}."
+    missed = [
+        test for test, prediction in material.crossed.items()
+        if not within(prediction["amplitude"]["interval"]["0.90"], material.measured_or_found(test))
+    ]  # fmt: skip
+    if missed:
+        yield f"Outside the 90 % interval that the other tests give: {', '.join(missed)}."
+    if material.gap is None:
+        yield "The gap between model and records was not looked for."
+        return
+    yield f"Diagnosis: {gap_sentence(material.gap)}"
+    if contained := contained_sentence(material.gap, material.fit.summary):
+        yield contained
 
 
 def validity_chapter(material: Material) -> Iterator[Block]:

@@ -176,13 +176,14 @@ def _frequency(axes: "Axes", curves: Sequence[Curve], data: "GapData") -> None:
     reach = 0.15
     for curve in curves:
         rig = int(data.layout.rig[curve.record])
-        colour, line = style.line_style(rig).colour, (0, (4, 2)) if curve.direction == STILL else "-"
+        # rigs by line and marker: colours are those of growth, decay and still air
+        look, colour = style.line_style(rig), style.GREY if curve.direction == STILL else style.BLACK
         a, y, sd, width = _scale(data) * curve.amplitude, 100.0 * curve.excess, 100.0 * curve.sd, 0.9
         label = style.shorten(data.rigs[rig], 16) + (f", {STILL}" if curve.direction == STILL else "")
         if curve.places():
             width = 2.2
             axes.fill_between(a, y - style.Z90 * sd, y + style.Z90 * sd, color=colour, alpha=0.2, lw=0)
-        axes.plot(a, y, color=colour, ls=line, lw=width, label=label)
+        axes.plot(a, y, color=colour, ls=look.line, lw=width, marker=look.marker, ms=3.0, markevery=0.3, label=label)
         reach = max(reach, float(np.abs(y).max()))
     columns = 2 if len(curves) <= 6 else 3
     room = min(0.5, 0.11 * -(-len(curves) // columns))  # of the panel, for the names above the curves
@@ -203,9 +204,9 @@ def _probability(axes: "Axes", diagnosis: Diagnosis) -> None:
     ]
     ranked = [pair for pair in ranked if pair in shown or pair[0] == NONE]
     for i, (name, p) in enumerate(ranked):
-        colour, weight = style.ORANGE if name in diagnosis.found else style.LIGHT, "normal"
+        colour, weight = style.SKY if name in diagnosis.found else style.LIGHT, "normal"
         if name == diagnosis.verdict:
-            colour, weight = style.VERMILLION, "bold"
+            colour, weight = style.SKY, "bold"
         axes.barh(i, p, color=colour, height=0.72)
         axes.text(max(p, 0.0) + 0.015 if p < 0.8 else p - 0.015, i, f"{p:.3f}", va="center", fontsize=7.0,
                   ha="left" if p < 0.8 else "right", weight=weight)  # fmt: skip

@@ -79,8 +79,10 @@ def _plot(fit: Fit, *, reciprocal: bool) -> FigureWithCaption:
         caption=f"{what} against the Scruton number, {figures}. Coloured: what each peak test's records alone predict, "
         "median with 50 and 90 % credible bands, thin beyond an extrapolation index of 0.3. Grey: 90 % predictive band "
         f"of all peak tests together, laws weighed, for a setting that lies {discrepancy:.0%} off their curve. Dotted: "
-        "the deterministic procedure of Eqs. (2) to (8). Filled points are measured, open ones are the posterior of "
-        "each test's own stable amplitude with its 90 % interval. Negative Scruton numbers have no physical meaning."
+        "the deterministic procedure of Eqs. (2) to (8). "
+        + ("Filled points are measured, open" if _measured(fit) else "Open")
+        + " ones are the posterior of each test's own stable amplitude with its 90 % interval. Negative Scruton "
+        "numbers have no physical meaning."
         + codes
         + (f" {note}" if (note := scruton_note(heaving=unit == "A/D")) else ""),
         alt=_alt(fit, tests, what),
@@ -164,6 +166,11 @@ def reciprocal_against_damping(fit: Fit) -> FigureWithCaption:
     )
 
 
+def _measured(fit: Fit) -> bool:
+    """Whether a stable amplitude was measured."""
+    return any(point.measured for point in griffin_axes.test_points(fit))
+
+
 def _ceiling(fit: Fit, highest: float, *, reciprocal: bool = False) -> float:
     """Top of the axis: all points, and the largest median, up to some times the largest point; all as shown."""
     values = [value for point in griffin_axes.test_points(fit) for value in point.known if value > 0.0]
@@ -215,7 +222,8 @@ def law_comparison(fit: Fit) -> FigureWithCaption:
         caption="Griffin curves from the stable amplitude and the relaxation rate of one test at a time, (a) by the "
         "paper's law and (b) by Ehsan and Scanlan's, with 50 and 90 % credible bands; thin where the extrapolation "
         "index exceeds 0.3, beyond which laws part. Dashed: the damping that the transients show at an amplitude, "
-        "without a law, with its 90 % band, as far as any transient reached. Points are measured.",
+        "without a law, with its 90 % band, as far as any transient reached. "
+        + ("Points are measured." if _measured(fit) else "Points are posteriors of each test."),
         alt="Two panels: curves of the paper's law stay near the measured points at distant Scruton numbers, those of "
         "Ehsan and Scanlan's law fall to zero amplitude at a finite Scruton number.",
     )

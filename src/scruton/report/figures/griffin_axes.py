@@ -199,8 +199,6 @@ def points(
 
 def _name_points(axes: "Axes", named: Sequence[tuple[str, float, float]], *, rising: bool) -> None:
     """Write the names beside the points, on the outer side of the curve; neighbours are stacked away from it."""
-    from matplotlib.patheffects import withStroke
-
     right = max(x for _, x, _ in named)
     top = max(y for _, _, y in named)
     away = -1.0 if rising else 1.0
@@ -210,11 +208,13 @@ def _name_points(axes: "Axes", named: Sequence[tuple[str, float, float]], *, ris
         close = abs(x - before[0]) < 0.15 * right and abs(y - before[1]) < 0.12 * top
         level, before = (level + 1 if close else 0), (x, y)
         edge = x > 0.75 * right and len(named) > 1 and level == 0  # no room at the right edge
+        place, sides = (5.0 + 7.0 * level, away * (5.0 + 10.0 * level)), ("left", "top" if rising else "bottom")
+        if edge:  # curves of other tests run below a rising one
+            place, sides = ((-6.0, 5.0), ("right", "bottom")) if rising else ((0.0, 9.0), ("center", "bottom"))
         axes.annotate(
             style.shorten(name, 18), (x, y), textcoords="offset points", zorder=7, fontsize=7.5,
-            xytext=(0.0 if edge else 5.0 + 7.0 * level, away * (9.0 if edge else 5.0 + 10.0 * level)),
-            ha="center" if edge else "left", va="top" if rising else "bottom",
-            path_effects=[withStroke(linewidth=1.8, foreground="white", alpha=0.8)],
+            xytext=place, ha=sides[0], va=sides[1],
+            path_effects=style.halo(),
             arrowprops=leader if level else None,
         )  # fmt: skip
 

@@ -17,13 +17,13 @@ from scruton.report.conventions import (
 )
 from scruton.report.figures import FigureWithCaption, figure, style
 from scruton.report.needs import Content, governing, required_of, worst
-from scruton.report.wording import limit_text, unit_text
+from scruton.report.wording import law_text, limit_text, unit_text
 from scruton.sizing.checks import CONFIDENCES
 
 if TYPE_CHECKING:
     from matplotlib.axis import Axis
 
-_COLOURS = (style.GREEN, style.ORANGE, style.VERMILLION, style.PURPLE)  # of the confidences
+_SHADES = ("#E9C6DA", style.PURPLE, "#A14C7D", "#6B2A51")  # of the confidences: one colour, darker the surer
 _BAND: dict[str, Any] = {"color": style.SKY, "alpha": 0.4, "lw": 0}
 _ADDED = "Added damping ratio"
 _array = partial(np.array, dtype=float)  # None, of JSON, becomes NaN
@@ -104,15 +104,17 @@ def risk_curves(content: Content, mode: Content) -> FigureWithCaption:
     left.fill_between(x, low, high, **_BAND, label=label)
     left.plot(x, curve["probability"], color=style.BLUE, label="P(amplitude > limit)")
     for k, (label, values) in enumerate(laws.items() if len(laws) > 1 else (), 1):
-        left.plot(x, _array(values), **style.line_style(k).pen, lw=0.8, label=label.replace("n=", "n = "))
+        pen = {"color": style.BLACK, "ls": style.line_style(k).line, "lw": 0.8}
+        left.plot(x, _array(values), **pen, label=law_text(label))
     left.axhline(0.05, color=style.GREY, lw=0.6)
-    left.annotate("5 %", (x[-1], 0.05), ha="right", va="bottom", color=style.GREY, fontsize=7)
-    for p, colour in zip(CONFIDENCES, _COLOURS, strict=True):
+    left.annotate("5 %", (x[0], 0.05), xytext=(2, 1), textcoords="offset points", va="bottom", color=style.GREY,
+                  fontsize=7, path_effects=style.halo())  # fmt: skip
+    for p, shade in zip(CONFIDENCES, _SHADES, strict=True):
         value = rule["required"][p]
         if value is not None and value > 0.0:
-            left.plot(per * value, 1.0 - float(p), "o", color=colour, ms=5, zorder=5)
-            left.annotate(f"{100 * float(p):.0f} %", (per * value, 1.0 - float(p)), xytext=(4, 4),
-                          textcoords="offset points", fontsize=7)  # fmt: skip
+            left.plot(per * value, 1.0 - float(p), "o", color=shade, mec=style.BLACK, mew=0.5, ms=5, zorder=5)
+            left.annotate(f"{100 * float(p):.0f} %", (per * value, 1.0 - float(p)), xytext=(4, 5), zorder=6,
+                          textcoords="offset points", fontsize=7, path_effects=style.halo())  # fmt: skip
     left.set(xlabel=damping_label(_ADDED), ylabel="Probability", ylim=(0.0, 1.02))
     factor, shown = shown_in(content["amplitude_unit"])
     low, middle, high = (factor * curve[f"amplitude_{q}"] for q in ("05", "50", "95"))
@@ -273,7 +275,7 @@ def required_plot(content: Content) -> FigureWithCaption:
         for k, p in enumerate(CONFIDENCES):
             y = i - 0.4 + (k + 0.5) * height
             value = limit["required"][p]
-            axes.barh(y, per * (top * 1.15 if value is None else value), height=0.9 * height, color=_COLOURS[k],
+            axes.barh(y, per * (top * 1.15 if value is None else value), height=0.9 * height, color=_SHADES[k],
                       hatch="//" if value is None else None, alpha=0.35 if value is None else 1.0,
                       label=f"{100 * float(p):.0f} % confidence")  # fmt: skip
             place = (0.0 if value is None else per * value, y)

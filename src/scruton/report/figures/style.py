@@ -262,6 +262,13 @@ def legend_handles(axes: "Sequence[Axes]") -> dict[str, Any]:
     return handles
 
 
+def halo() -> list[Any]:
+    """What a name is drawn with, so that no line strikes it."""
+    from matplotlib.patheffects import withStroke
+
+    return [withStroke(linewidth=3.0, foreground="white")]
+
+
 def shorten(text: str, length: int = 34) -> str:
     """Cut a long name in its middle, where names differ least."""
     if len(text) <= length:
