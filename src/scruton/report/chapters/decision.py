@@ -118,8 +118,8 @@ def _basis(material: Material, sizing: Content) -> Iterator[str]:
     if reach := limit.get("reach", {}).get(ASKED):
         yield (
             f"The answer lies at Sc {scruton(reach['scruton_number'], digits=3)}, an extrapolation index of "
-            f"{number(reach['extrapolation_index'], 2)} from the nearest test (laws agree below 0.2); transients of "
-            f"{reach['covered_by']} of {reach['tests']} tests went through the amplitude of the limit."
+            f"{number(reach['extrapolation_index'], 2)} from the nearest test (laws agree to 8 % below 0.2); "
+            f"transients of {reach['covered_by']} of {reach['tests']} tests went through the amplitude of the limit."
         )
     if (free := limit.get("required_by_law", {}).get(LAW_FREE)) is not None:
         by_hand = limit.get("required_by_hand")
