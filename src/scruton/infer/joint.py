@@ -143,7 +143,7 @@ def reference_remark(weights: "LawWeights") -> str:
     if weights.flag or reference_holds(weights) or f"n={REFERENCE:g}" not in weights.labels:
         return ""
     return (
-        f"Y1 and epsilon are parameters of the law n={REFERENCE:g}, which carries no weight here and does not hold; "
+        f"Y1 and epsilon are parameters of the law n={REFERENCE:g}, to which the records give no weight and which does not hold; "
         "other numbers are those of the laws that do"
     )
 
