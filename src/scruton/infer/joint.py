@@ -143,8 +143,8 @@ def reference_remark(weights: "LawWeights") -> str:
     if weights.flag or reference_holds(weights) or f"n={REFERENCE:g}" not in weights.labels:
         return ""
     return (
-        f"Y1 and epsilon are parameters of the law n={REFERENCE:g}, to which the records give no weight and which does not hold; "
-        "other numbers are those of the laws that do"
+        f"Y1 and epsilon are parameters of the law n={REFERENCE:g}, to which the records give no weight and which does "
+        "not hold; other numbers are those of the laws that do"
     )
 
 
