@@ -219,6 +219,8 @@ def test_all_laws_are_sampled_where_the_one_that_leads_does_not_hold(tests_of, c
     monkeypatch.setattr("scruton.infer.peaks.stack", lambda result, _: stacked.append(1) or result)
     found = weighed_peaks(*tests_of("paper"), Sampling(card, 0), white=True, thorough=True)
     assert asked == [(False, set()), (True, set())]
+    weighed_peaks(*tests_of("paper"), Sampling(card, 0), white=False, thorough=True)
+    assert asked[2:] == [(True, set())]
     assert not stacked
     assert found.weights.sampled.all()
     assert found.weights.rule.doubted

@@ -190,6 +190,7 @@ def law_curves(tree: "xr.DataTree", *, law_n: float | None = None, near: float |
         if not kept:
             start = nearest_start(starts(tree), reference if near is None else near)
             return start.curves(law_n, mixed(weights, n.shape[1]), discrepancy, coverage)
+        weights = np.ones(len(weights))  # one law alone, whatever its weight is, perhaps none
     return LawCurves(
         reference, amplitude[kept], relaxation[kept], n[kept], discrepancy[kept], weights[kept] / weights[kept].sum(),
         tuple(labels), coverage=coverage,

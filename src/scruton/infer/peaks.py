@@ -47,8 +47,8 @@ def weighed_peaks(
         if leaves and not all(result.weights.sampled) and not every:
             every = True
             continue
-        # Where the laws are wrong alike it is a dozen evidences for each that decide nothing.
-        if not white or sampling.card.averaging == "stacking" or (thorough and not leaves):
+        # Where the laws are wrong alike these are dozens of evidences, hardly one of them reliable, that decide little.
+        if sampling.card.averaging == "stacking" or ((thorough or not white) and not leaves):
             result = stack(result, sampling)
         result = settle(result, sampling, white=white)
         told = dict(zip(result.weights.labels, result.weights.told.tolist(), strict=True))
