@@ -84,7 +84,7 @@ def test_predictions_say_how_the_laws_were_weighed(small_results, capsys):
     _, out, _ = run("predict", small_results, "--sc", 30, "--json", capsys=capsys)
     entry = json.loads(out)["predictions"][0]
     assert sum(entry["laws"].values()) == pytest.approx(1.0)
-    assert 0.9 < entry["laws"]["n=-1"] < 1.0, "one rig: what is sampled keeps a part"
+    assert 0.8 < entry["laws"]["n=-1"] < 0.9, "one rig: a fifth of the weight is shared out evenly"
     grown = 0.07 * (1.0 + abs(entry["extrapolation_index"])) ** 0.5
     assert entry["discrepancy_sd"] == pytest.approx(grown, rel=0.1), "one rig: the median of the prior, and distance"
 

@@ -122,9 +122,12 @@ def test_the_campaign_model_has_every_sampled_law(tree):
     np.testing.assert_allclose(laws["prior_weight"], [0.7, 0.1, 0.1, 0.1])
     assert float(laws["weight"].sum()) == pytest.approx(1.0)
     assert float(laws["stacking_weight"].sum()) == pytest.approx(1.0)
-    # one rig: every law is sampled and keeps a tenth of its prior weight
+    # one rig: every law is sampled, and the four share a fifth of the weight evenly
     assert (laws["sampled"] == 1.0).all()
-    assert float(laws["weight"].sel(law="n=-1")) > 0.969, "the records are the paper's law"
+    np.testing.assert_allclose(laws["common_weight"], 0.05)
+    assert (laws["weight"] >= 0.05).all()
+    assert float(laws["weight"].sel(law="n=-1")) > 0.849, "the records are the paper's law"
+    assert laws.attrs["rule"] == "evidence, equal shares"
     assert (laws["weight"].where(laws["sampled"] == 0.0, 0.0) == 0.0).all()
 
 
@@ -156,11 +159,15 @@ def test_the_summary_has_laws_and_the_shared_curve(small_results, tree):
     summary = json.loads((small_results / "fit.json").read_text(encoding="utf-8"))
     assert summary["law_n"] == -1
     assert not summary["laws"]["flag"]
+    assert summary["laws"]["rule"] == tree["laws"].attrs["rule"]
+    assert summary["laws"]["explained"] == tree["laws"].attrs["explained"]
+    assert "80% by prior times evidence, 20% in equal shares, since one setting" in summary["laws"]["explained"]
     weights = summary["laws"]["weights"]
     assert list(weights) == ["n=-1", "n=0", "n=1", "n=2"]
     for label, one in weights.items():
         row = tree["laws"].sel(law=label)
         assert one["weight"] == float(row["weight"])
+        assert one["common"] == float(row["common_weight"])
         assert one["sampled"] == (one["log_evidence_error"] is not None) == bool(row["sampled"])
     curve = summary["campaign"]
     assert curve["reference_scruton_number"] == tree["campaign_posterior"].attrs["reference_scruton_number"]
@@ -269,8 +276,8 @@ def test_one_law_is_not_weighed(quick):
         "forces_hold": True,
         "weights": {
             "n=-1": {
-                "prior": 1.0, "weight": 1.0, "stacking": 1.0, "log_evidence": None, "log_evidence_error": None,
-                "sampled": True,
+                "prior": 1.0, "weight": 1.0, "common": 0.0, "stacking": 1.0, "log_evidence": None,
+                "log_evidence_error": None, "sampled": True,
             }
         },
     }  # fmt: skip
@@ -295,8 +302,9 @@ def test_stacking_may_weigh_the_laws(small_campaign, quick_card):
     card = load_card(quick_card("default", n="[-1, 0]", prior_weights="[1, 1]", averaging='"stacking"'))
     fit = fit_campaign(load_campaign(small_campaign), card, thorough=False)
     laws = fit.tree["laws"]
-    np.testing.assert_allclose(laws["weight"], 0.9 * laws["stacking_weight"] + 0.1 * laws["prior_weight"])
-    assert float(laws["weight"].sel(law="n=-1")) > 0.9
+    np.testing.assert_allclose(laws["weight"], 0.8 * laws["stacking_weight"] + 0.1)
+    assert float(laws["weight"].sel(law="n=-1")) > 0.8
+    assert "80% by what each law says of records and rigs left out (stacking)" in laws.attrs["explained"]
 
 
 def test_deterministic_curve_lies_near_the_band(quick):

@@ -4,8 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from scruton.campaign import load_campaign
+from scruton.dynamics.laws import amplitude_ratio
 from scruton.infer.cards import load_card
 from scruton.infer.fit import envelope, fit_rig, fit_test
 from scruton.infer.models import WIND, SteadyAmplitude
@@ -13,14 +15,25 @@ from scruton.infer.peaks import (
     campaign_posterior,
     data_of,
     fit_peaks,
+    foretold,
+    leading_departure,
     settle,
     stack,
     weighed_peaks,
 )
-from scruton.infer.results import LawWeights
+from scruton.infer.results import LawWeights, Weighing
 from scruton.infer.sampling import ExcludedByPriorsError, Sampling, fewer_walkers
-from scruton.infer.thresholds import FAVOURED, HOPELESS, LAWS_FLOOR, ROUGH_PART
+from scruton.infer.thresholds import (
+    CARRIES,
+    DEPARTS,
+    FAVOURED,
+    HOPELESS,
+    LAWS_SHARE_ALONE,
+    LAWS_SHARE_DOUBTED,
+    ROUGH_PART,
+)
 from scruton.stats.convergence import SamplerSettings
+from scruton.stats.evidence import Evidence
 from scruton.stats.optimum import laplace_log_evidence
 from scruton.stats.stacking import posterior_weights, stacking_weights
 
@@ -56,7 +69,7 @@ def peaks_of(tests_of, card):
 
     def fit(force):
         if force not in made:
-            made[force] = fit_peaks(*tests_of(force), Sampling(card, 0), white=True)
+            made[force] = fit_peaks(*tests_of(force), Sampling(card, 0))
         return made[force]
 
     return fit
@@ -121,7 +134,7 @@ def test_a_law_that_reaches_no_data_has_no_weight_and_ends_no_run(tests_of, card
 
     monkeypatch.setattr(Sampling, "run", out_of_reach)
     sampling = Sampling(card, 0)
-    result = fit_peaks(*tests_of("paper"), sampling, white=True)
+    result = fit_peaks(*tests_of("paper"), sampling)
     assert not result.weights.sampled[2]
     assert result.weights.weight[2] == 0.0
     assert "n=2" not in [law.label for law in result.laws]
@@ -131,18 +144,86 @@ def test_a_law_that_reaches_no_data_has_no_weight_and_ends_no_run(tests_of, card
         assert settled.sum() == pytest.approx(1.0)
 
 
-def test_what_is_not_white_or_of_one_setting_leaves_every_law_a_part(peaks_of, card):
-    result = peaks_of("paper")
-    assert len(result.tests) > 1
+def test_one_setting_leaves_every_law_an_equal_share(every_law, card):
+    result = every_law
     kept = settle(result, Sampling(card, 0), white=True).weights
     np.testing.assert_array_equal(kept.weight, result.weights.weight)
-    doubted = settle(result, Sampling(card, 0), white=False).weights
-    part = np.where(result.weights.sampled, PRIOR, 0.0)
-    assert (doubted.weight >= LAWS_FLOOR * part / part.sum() * (1 - 1e-12)).all()
+    assert kept.rule.name == "evidence"
     alone = settle(replace(result, tests=result.tests[:1]), Sampling(card, 0), white=True).weights
     np.testing.assert_allclose(
-        alone.weight, (1 - LAWS_FLOOR) * result.weights.weight + LAWS_FLOOR * part / part.sum(), rtol=1e-12
+        alone.weight, (1 - LAWS_SHARE_ALONE) * result.weights.weight + LAWS_SHARE_ALONE / 3, rtol=1e-12
     )
+    np.testing.assert_allclose(alone.told, (1 - LAWS_SHARE_ALONE) * result.weights.weight, atol=1e-12)
+    assert alone.rule.name == "evidence, equal shares"
+    assert f"{LAWS_SHARE_ALONE:.0%} in equal shares, since one setting does not tell" in alone.rule.sentence
+
+
+@pytest.fixture(scope="module")
+def every_law(tests_of, card):
+    return fit_peaks(*tests_of("paper"), Sampling(card, 0), every=True)
+
+
+def leaving(result, scale):
+    """The same, but that the drift of the second test leaves every law by so much."""
+    laws = []
+    for law in result.laws:
+        departure = law.derived["departure_scale"].copy()
+        departure[..., 1] = scale
+        laws.append(replace(law, derived={**law.derived, "departure_scale": departure}))
+    return replace(result, laws=tuple(laws))
+
+
+def test_where_no_law_holds_rigs_that_are_left_out_have_a_say(every_law, card):
+    """And the fit says so."""
+    assert not leading_departure(every_law)
+    assert not leading_departure(leaving(every_law, 0.9 * DEPARTS))
+    for result, white in ((leaving(every_law, 0.3), True), (every_law, False)):
+        found = settle(result, Sampling(card, 0), white=white).weights
+        assert found.weight.sum() == pytest.approx(1.0)
+        score = np.array([foretold(law) for law in result.laws])
+        share = LAWS_SHARE_DOUBTED * np.exp(score - score.max()) / np.exp(score - score.max()).sum()
+        np.testing.assert_allclose(found.common, share, rtol=1e-9)
+        assert found.weight[0] < 1.0 - CARRIES, "no law is certain"
+        assert found.rule.name == "evidence, rigs left out"
+    assert (
+        "the drift leaves even n=-1, by 30% one e-fold"
+        in settle(leaving(every_law, 0.3), Sampling(card, 0), white=True).weights.rule.sentence
+    )
+    alone = settle(replace(leaving(every_law, 0.3), tests=every_law.tests[:1]), Sampling(card, 0), white=True)
+    np.testing.assert_allclose(alone.weights.common, LAWS_SHARE_DOUBTED / 3)
+
+
+def test_the_law_of_the_rigs_foretells_their_amplitudes_best(every_law):
+    """By densities about the curve at the rigs' own Scruton numbers, each draw in inverse proportion to its density."""
+    score = [foretold(law) for law in every_law.laws]
+    assert score[0] > max(score[1:])
+    law = every_law.laws[0]
+    s, by_hand = law.derived, 0.0
+    for j in range(2):
+        x = (s["scruton_number"][..., j] - law.posterior.reference[0]) / s["reference_relaxation"]
+        curve = s["reference_amplitude"] * amplitude_ratio(x, -1.0)
+        density = norm.pdf(np.log(s["a_star"][..., j] / curve), scale=s["discrepancy_amplitude"])
+        by_hand -= np.log(np.mean(1.0 / density))
+    assert score[0] == pytest.approx(by_hand, abs=0.1)
+
+
+def test_all_laws_are_sampled_where_the_one_that_leads_does_not_hold(tests_of, card, monkeypatch):
+    """And none of them in full, nor stacked: evidence decides little there, and stacking a dozen evidences for each."""
+    asked, stacked, fit = [], [], fit_peaks
+
+    def spy(*arguments, every=False, in_full=()):
+        asked.append((every, set(in_full)))
+        return leaving(fit(*arguments, every=every, in_full=in_full), 0.3)
+
+    monkeypatch.setattr("scruton.infer.peaks.fit_peaks", spy)
+    monkeypatch.setattr("scruton.infer.peaks.stack", lambda result, _: stacked.append(1) or result)
+    found = weighed_peaks(*tests_of("paper"), Sampling(card, 0), white=True, thorough=True)
+    assert asked == [(False, set()), (True, set())]
+    weighed_peaks(*tests_of("paper"), Sampling(card, 0), white=False, thorough=True)
+    assert asked[2:] == [(True, set())]
+    assert not stacked
+    assert found.weights.sampled.all()
+    assert found.weights.rule.doubted
 
 
 def test_quantities_of_the_tests_are_near_the_truth(peaks_of):
@@ -197,10 +278,11 @@ def test_stacking_scores_whole_records_and_leaves_the_unsampled_out(tests_of, ca
     monkeypatch.setattr("scruton.infer.peaks.stacking_weights", spy)
     two = replace(card, laws=(-1.0, 0.0), law_weights=(0.5, 0.5))
     sampling = Sampling(two, 0)
-    result = fit_peaks(*tests_of("paper"), sampling, white=False)
+    result = fit_peaks(*tests_of("paper"), sampling, every=True)
     assert all(result.weights.sampled), "evidence decides nothing where no law explains the records"
     stacked = stack(result, sampling)
-    assert [one.shape for one in seen] == [(2, 6)]
+    assert [one.shape for one in seen] == [(2, 6 - len(stacked.weights.unscored))]
+    assert len(stacked.weights.unscored) <= 2
     assert np.isfinite(seen[0]).all()
     assert seen[0][0].sum() > seen[0][1].sum() + FAVOURED, "the true law foretells the records left out"
     assert stacked.weights.stacking.sum() == pytest.approx(1.0)
@@ -227,13 +309,46 @@ def test_a_law_far_behind_is_sampled_roughly_until_it_carries_weight(tests_of, c
     monkeypatch.setattr(Sampling, "run", spy)
     monkeypatch.setattr("scruton.infer.peaks.stack", stacked)
     sampling = Sampling(replace(card, laws=(-1.0, 2.0), law_weights=(0.8, 0.2)), 0)
-    found = weighed_peaks(*tests_of("paper"), sampling, white=False, stacked=True)
+    found = weighed_peaks(*tests_of("paper"), sampling, white=False, thorough=True)
     first = [("n=-1", False), ("n=2", True)]
     assert asked == ([*first, ("n=-1", False), ("n=2", False)] if carries else first)
     least = [min(one.samples.convergence.ess_bulk.min(), one.samples.convergence.ess_tail.min()) for one in found.laws]
     assert least[0] >= card.sampler.min_ess
     assert least[1] >= card.sampler.min_ess * (1.0 if carries else ROUGH_PART)
     assert sampling.flags == ([] if carries else ["not converged"])
+
+
+def test_an_evidence_that_is_not_reliable_scores_no_law(tests_of, card, monkeypatch):
+    """Nor one that was not found; where none is left, all records together decide, and it is said."""
+    bad = {}
+
+    def evidence(posterior, seed, start=None):
+        tests, records = len(posterior.tests), sum(len(set(one.wind.data.record)) for one in posterior.tests)
+        kind = bad.get("rig" if tests == 1 else "record" if records < 4 else "")
+        if kind == "none":
+            raise ValueError("no draw of the proposal lies in the posterior's support")
+        good = 0.0 if kind == "poor" else 1000.0
+        return Evidence(1.0, 0.01, 0.0, good, 0.9)
+
+    monkeypatch.setattr("scruton.infer.peaks.evidence_by_importance", evidence)
+    two = replace(card, laws=(-1.0, 0.0), law_weights=(0.5, 0.5), averaging="stacking")
+    result = fit_peaks(*tests_of("paper"), Sampling(two, 0), every=True)
+    for of, unscored, by in (
+        ({}, (), "stacking"),
+        ({"rig": "poor"}, result.tests, "stacking"),
+        ({"rig": "none", "record": "poor"}, None, "evidence"),
+    ):
+        bad.clear()
+        bad.update(of)
+        sampling = Sampling(two, 0)
+        found = settle(stack(result, sampling), sampling, white=True).weights
+        assert unscored is None or found.unscored == unscored
+        assert found.rule.name == by
+        assert np.isfinite(found.stacking).all() == (by == "stacking")
+        assert len(sampling.flags) == bool(of)
+        assert all("no reliable evidence without" in flag for flag in sampling.flags)
+    np.testing.assert_allclose(found.weight, result.weights.weight)
+    assert "all records together" in sampling.flags[0]
 
 
 def test_laws_that_were_not_sampled_get_nothing_from_stacking(peaks_of, card):
@@ -265,6 +380,15 @@ def weights_of(log_evidence, error, sampled=(True, True, True)):
 def test_the_flag_wants_twenty_to_one_beyond_what_the_errors_allow(log_evidence, error, flag):
     found = weights_of(log_evidence, error).flag
     assert flag in found if flag else found == ""
+
+
+def test_where_no_law_holds_none_is_favoured():
+    weights = weights_of((0.0, 9.0, -9.0), (0.1, 0.1, 0.1))
+    found = replace(
+        weights, rule=Weighing(shared=0.4, by_rigs=True, why="the drift leaves even n=0", doubted=True)
+    ).flag
+    assert "favour" not in found
+    assert "no law of the card holds, since the drift leaves even n=0" in found
 
 
 def test_one_law_raises_no_flag():

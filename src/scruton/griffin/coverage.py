@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scruton.arrays import FloatArray, IntArray
+from scruton.arrays import FloatArray
 from scruton.griffin.posterior import amplitude_range, draws_of, peak_names
 from scruton.griffin.thresholds import FARTHEST, WALK
 
@@ -23,16 +23,19 @@ class Coverage:
     ----------
     scruton_number, low, high : (J,) arrays
         The amplitudes are in A/D or rad, the test's own stable amplitude among them.
+    start : float, optional
+        Scruton number of the one test that the curve starts from; None where all tests share it.
     """
 
     scruton_number: FloatArray
     low: FloatArray
     high: FloatArray
+    start: float | None = None
 
-    def nearest(self, scruton_numbers: FloatArray) -> IntArray:
-        """Which test lies nearest in Scruton number, shaped as the argument."""
-        between = 0.5 * (self.scruton_number[1:] + self.scruton_number[:-1])
-        return np.searchsorted(between, scruton_numbers)
+    @property
+    def passed(self) -> list[float]:
+        """Scruton numbers that distances are measured from."""
+        return self.scruton_number.tolist() if self.start is None else [self.start]
 
     def tests_at(self, amplitude: float) -> int:
         """Number of tests whose transients run through an amplitude."""
@@ -51,13 +54,15 @@ class Coverage:
         Notes
         -----
         The curve walks away from its law: the variance grows as :math:`1 + w (|x| + \delta)`, delta the distance in
-        ln(amplitude) from the nearest one that the transients of a test run through.
+        ln(amplitude) from the nearest one that the transients of a test run through.  A curve that starts from one
+        test alone has that test's discrepancy in it, too.
         """
         with np.errstate(divide="ignore"):
             log = np.log(amplitude)
         ranges = zip(np.log(self.low), np.log(self.high), strict=True)
         beyond = reduce(np.minimum, (np.maximum(np.maximum(low - log, log - high), 0.0) for low, high in ranges))
-        variance = 1.0 + WALK * np.minimum(np.abs(index) + beyond, FARTHEST)
+        settings = 1.0 if self.start is None else 2.0
+        variance = settings + WALK * np.minimum(np.abs(index) + beyond, FARTHEST)
         return np.asarray(np.sqrt(variance))
 
 

@@ -1,7 +1,7 @@
 """The Griffin curve that the peak tests share: its draws, law by law and laws mixed, and with an effect in it."""
 
 import zlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -13,7 +13,7 @@ from scruton.dynamics.effects.terms import COLUMNS
 from scruton.dynamics.laws import amplitude_ratio, extrapolation_index
 from scruton.errors import InputError
 from scruton.griffin.coverage import Coverage, coverage_of
-from scruton.infer.joint import law_weights
+from scruton.infer.joint import law_weights, mixed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,11 +47,11 @@ class SharedCurve:
     @cached_property
     def _relaxation_at_tests(self) -> "list[FloatArray]":
         assert self.coverage is not None
-        return [self._relaxation_at(tested) for tested in self.coverage.scruton_number.tolist()]
+        return [self._relaxation_at(tested) for tested in self.coverage.passed]
 
     def index_of_nearest(self, scruton_numbers: FloatArray) -> float:
         """Median extrapolation index from the test that is nearest by it; from the reference where none is known."""
-        tested = [self.reference] if self.coverage is None else self.coverage.scruton_number.tolist()
+        tested = [self.reference] if self.coverage is None else self.coverage.passed
         return min((float(np.median(self.index(scruton_numbers, sc))) for sc in tested), key=abs)
 
     def spread(self, scruton_numbers: FloatArray, amplitude: FloatArray) -> FloatArray:
@@ -60,7 +60,7 @@ class SharedCurve:
         if self.coverage is None:
             return np.broadcast_to(tau, amplitude.shape)
         away, sc = np.full(amplitude.shape, np.inf), np.atleast_1d(scruton_numbers)
-        for tested, relaxation in zip(self.coverage.scruton_number, self._relaxation_at_tests, strict=True):
+        for tested, relaxation in zip(self.coverage.passed, self._relaxation_at_tests, strict=True):
             away = np.minimum(away, np.abs(extrapolation_index(sc, tested, relaxation)))
         return np.asarray(tau * self.coverage.growth(away, amplitude))
 
@@ -151,8 +151,7 @@ class LawCurves:
 def law_curves(tree: "xr.DataTree", *, law_n: float | None = None, near: float | None = None) -> LawCurves:
     """Draws of the curve that the peak tests share, law by law; `law_n` as of `predict`.
 
-    A law that was not fitted starts from the test whose Scruton number is nearest to `near`, with the amplitude and
-    the relaxation that the reference law found there.
+    A law that was not fitted starts from one test, the nearest to the Scruton number `near`: see `Start`.
 
     Raises
     ------
@@ -189,15 +188,67 @@ def law_curves(tree: "xr.DataTree", *, law_n: float | None = None, near: float |
     if law_n is not None:
         kept, labels = [k for k in kept if np.all(n[k] == law_n)][:1], [f"n={law_n:g}"]
         if not kept:
-            kept, tested = [0], coverage.scruton_number
-            anchor = float(tested[coverage.nearest(np.array(reference if near is None else near))])
-            x = (anchor - reference) / relaxation
-            amplitude = amplitude * amplitude_ratio(x, n)
-            reference, relaxation, n = anchor, relaxation - n * (anchor - reference), np.full_like(n, law_n)
+            start = nearest_start(starts(tree), reference if near is None else near)
+            return start.curves(law_n, mixed(weights, n.shape[1]), discrepancy, coverage)
+        weights = np.ones(len(weights))  # one law alone, whatever its weight is, perhaps none
     return LawCurves(
         reference, amplitude[kept], relaxation[kept], n[kept], discrepancy[kept], weights[kept] / weights[kept].sum(),
         tuple(labels), coverage=coverage,
     )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """One peak test, which a law that was not fitted starts from: its draws in the model that predicts, (S,) each.
+
+    The laws that were fitted are mixed by their weights; `relaxation` is Sc_lambda there.
+    """
+
+    test: str
+    scruton_number: FloatArray
+    amplitude: FloatArray
+    relaxation: FloatArray
+
+    def index(self, scruton_numbers: FloatArray | float) -> FloatArray:
+        """Median extrapolation index from this test, shaped as the argument."""
+        sc = np.asarray(scruton_numbers, dtype=float)[..., None]
+        return np.asarray(np.median(extrapolation_index(sc, self.scruton_number, self.relaxation), axis=-1))
+
+    def curves(self, n: float, law: "np.ndarray[Any, Any]", discrepancy: FloatArray, coverage: Coverage) -> LawCurves:
+        """The curve of the exponent `n` through the stable amplitude here.
+
+        `law` (S,) says which of the laws' `discrepancy` (L, S) each draw has.
+        """
+        here = float(np.median(self.scruton_number))
+        away = here - self.scruton_number
+        amplitude = self.amplitude * amplitude_ratio(away / self.relaxation, n)
+        relaxation = np.maximum(self.relaxation - n * away, 1e-3 * self.relaxation)
+        return LawCurves(
+            here, amplitude[None], relaxation[None], np.full((1, law.size), n),
+            discrepancy[law, np.arange(law.size)][None], np.ones(1), (f"n={n:g}",),
+            coverage=replace(coverage, start=here),
+        )  # fmt: skip
+
+
+def starts(tree: "xr.DataTree") -> list[Start]:
+    """Every peak test as the start of a law that was not fitted."""
+    group, constant = tree["campaign_posterior"], tree["constant_data"]
+    _, weights = law_weights(tree)
+    found = []
+    for test in map(str, group["peak_test"].to_numpy()):
+        sc, amplitude, factor, rate = (
+            np.asarray(group[name].sel(peak_test=test).to_numpy(), dtype=float).reshape(len(weights), -1)
+            for name in ("scruton_number", "a_star", "mass_damping_factor", "relaxation_rate")
+        )
+        omega0 = 2.0 * np.pi * float(constant["frequency"].sel(test=test))
+        law, draw = mixed(weights, sc.shape[1]), np.arange(sc.shape[1])
+        found.append(Start(test, sc[law, draw], amplitude[law, draw], (factor * rate / omega0)[law, draw]))
+    return found
+
+
+def nearest_start(found: "Sequence[Start]", near: float) -> Start:
+    """The test that a Scruton number is nearest to, by the extrapolation index."""
+    return min(found, key=lambda start: abs(float(start.index(near))))
 
 
 def what_if(tree: "xr.DataTree", law_n: float | None) -> tuple[str, ...]:
@@ -208,8 +259,8 @@ def what_if(tree: "xr.DataTree", law_n: float | None) -> tuple[str, ...]:
     if any(np.all(n == law_n) for n in group["n"].to_numpy()):
         return ()
     return (
-        f"the law n = {law_n:g} was not fitted: its curve is a what-if, with the amplitude and relaxation that the "
-        "reference law found at the nearest test",
+        f"the law n = {law_n:g} was not fitted: its curve is a what-if, from the stable amplitude and the relaxation "
+        "that the fit found at the nearest test",
     )
 
 

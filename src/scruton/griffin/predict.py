@@ -14,7 +14,7 @@ from scruton.dynamics.laws import amplitude_ratio
 from scruton.errors import InputError
 from scruton.griffin.bands import INTERVALS, quantiles
 from scruton.griffin.coverage import coverage_of
-from scruton.griffin.curves import SharedCurve, shared_curve, stream, what_if
+from scruton.griffin.curves import SharedCurve, shared_curve, starts, stream, what_if
 from scruton.griffin.discrepancy import STATED, one_rig, with_discrepancy
 from scruton.griffin.posterior import (
     chosen_rig,
@@ -32,6 +32,8 @@ from scruton.stats.convergence import monte_carlo_error
 
 if TYPE_CHECKING:
     import xarray as xr
+
+_NONE = f"{0.0:.1%}"  # of the draws, as it is printed
 
 
 def _facts(one: "Prediction") -> Mapping[str, object]:
@@ -88,7 +90,7 @@ class Prediction:
 
     @property
     def extrapolation_index(self) -> float:
-        """Median x from the nearest test: laws agree for |x| < 0.2 and part beyond 0.3."""
+        """Median x from the nearest test: laws agree to 8 % for |x| < 0.2 and part beyond 0.3."""
         return min(self.extrapolation_indices.values(), key=abs)
 
     @property
@@ -179,7 +181,7 @@ def predict(
         Whose mass and air turn a damping ratio into Sc and back; the first rig in wind if left out.
     law_n : float, optional
         Predict under this law alone. One that was not fitted starts from the test nearest to the design, with the
-        amplitude and the relaxation that the reference law found there.
+        stable amplitude and the relaxation that the fit found there.
     seed : int
         Seed of the new setting's discrepancy, of the choice between laws and of an uncertain design damping ratio;
         predictions of one seed share them, so that differences between designs are not noise.
@@ -218,16 +220,18 @@ def predict(
         # a stream of its own: the discrepancy of a design is the same however its damping is stated
         xi_draws = design.draw(stream(seed, "design damping"), len(factor))
         sc, xi = xi_draws * factor, float(np.median(xi_draws))
-    curve = shared_curve(tree, law_n=law_n, near=float(np.median(sc)), seed=seed)
+    near, asked = float(np.median(sc)), what_if(tree, law_n)
+    curve = shared_curve(tree, law_n=law_n, near=near, seed=seed)
     # A short run may have kept another number of draws of the rig than of the curve.
     sc_of_all = np.resize(sc, curve.n.size)[:, None]
     draws = curve.predictive(sc_of_all, _deviates(curve, seed))[:, 0]
     on_curve = curve.at(sc_of_all)
     assert curve.coverage is not None
-    indices = {
-        test: float(np.median(curve.index(sc_of_all, np.median(draws_of(tree, "scruton_number", test)))))
-        for test in peak_names(tree)
-    }
+    if asked:
+        indices = {start.test: float(start.index(near)) for start in starts(tree)}
+    else:
+        tested = {test: np.median(draws_of(tree, "scruton_number", test)) for test in peak_names(tree)}
+        indices = {test: float(np.median(curve.index(sc_of_all, number))) for test, number in tested.items()}
     prediction = Prediction(
         float(np.median(sc)), xi, unit_of(tree), draws, curve.laws, name, indices,
         float(np.median(curve.spread(sc_of_all, on_curve))), (), int(tree["campaign_posterior"].sizes["chain"]),
@@ -237,7 +241,7 @@ def predict(
     for tau in STATED if one_rig(tree) else ():
         known = with_discrepancy(tree, tau)
         at_discrepancy[tau] = predictive_draws(known, sc_of_all, law_n=law_n, seed=seed)[:, 0]
-    remarks = (*what_if(tree, law_n), *_flags(prediction), *prior_speaks(tree))
+    remarks = (*asked, *_flags(prediction), *prior_speaks(tree))
     return replace(prediction, flags=remarks, at_discrepancy=at_discrepancy)
 
 
@@ -269,12 +273,12 @@ def predictive_draws(
     if not what_if(tree, law_n):
         return curve.predictive(sc, z)
     # A law that was not fitted starts from the nearest test.
-    assert curve.coverage is not None
-    nearest = curve.coverage.nearest(np.median(np.atleast_2d(sc), axis=0))
+    middle = np.median(np.atleast_2d(sc), axis=0)
+    nearest = np.argmin([np.abs(start.index(middle)) for start in starts(tree)], axis=0)
     draws = np.empty((z.size, nearest.size))
     for test in np.unique(nearest):
-        there, near = nearest == test, float(curve.coverage.scruton_number[test])
-        start = shared_curve(tree, law_n=law_n, near=near, seed=seed)
+        there = nearest == test
+        start = shared_curve(tree, law_n=law_n, near=float(middle[there][0]), seed=seed)
         draws[:, there] = start.predictive(sc[..., there], z)
     return draws
 
@@ -326,11 +330,8 @@ def _flags(prediction: Prediction) -> tuple[str, ...]:
         flags.append(f"{place}: {implausible}")
     if prediction.scruton_number < 0.0:
         flags.append(f"{place}: a negative Scruton number has no physical meaning; it shows the trend only")
-    if prediction.dies > 0.0:
-        flags.append(f"{place}: no vibration in {prediction.dies:.1%} of the draws; they are counted as zero amplitude")
-    if prediction.unbounded > 0.0:
-        flags.append(
-            f"{place}: no stable amplitude in {prediction.unbounded:.1%} of the draws; they are counted as infinitely "
-            "large"
-        )
+    if (dies := f"{prediction.dies:.1%}") != _NONE:
+        flags.append(f"{place}: no vibration in {dies} of the draws; they are counted as zero amplitude")
+    if (unbounded := f"{prediction.unbounded:.1%}") != _NONE:
+        flags.append(f"{place}: no stable amplitude in {unbounded} of the draws; they are counted as infinitely large")
     return tuple(flags)

@@ -104,8 +104,7 @@ def fit_campaign(
     names = {test.name for test in peak_tests(campaign, levels)}
     peaks = [result for result in tests if result.test.name in names]
     misfits = misfit(tests)
-    stacked = thorough or bool(misfits) or card.averaging == "stacking"
-    joint = weighed_peaks(campaign, peaks, sampling, white=not misfits, stacked=stacked) if peaks else None
+    joint = weighed_peaks(campaign, peaks, sampling, white=not misfits, thorough=thorough) if peaks else None
     sampling.flags += [
         *sentences(review(weigh(campaign, cycles, ringdowns, card.damping_relative_sd)), Severity.DOUBT),
         *misfits,

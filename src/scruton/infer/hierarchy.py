@@ -219,6 +219,11 @@ class CampaignPosterior(Posterior):
             amplitude = np.log(s["a_star"]) - np.log(a_ref * amplitude_ratio(x, n))
             return amplitude, np.log(s["strength"]) - np.log(at_zero)
 
+    def amplitude_density(self, u: FloatArray) -> FloatArray:
+        """Log density of the stable amplitude of every test about the shared curve, (W, J)."""
+        amplitude, _ = self._deviations(u, self.settings(u))
+        return _normal(amplitude, self.named(u)["discrepancy_amplitude"][:, None])
+
     def inside(self, u: FloatArray) -> np.ndarray:
         """A stable amplitude at every tested setting, and for n < 0 at zero damping (Y1 < 0), (W,) of bool."""
         s = self.settings(u)

@@ -50,6 +50,14 @@ def law_weights(tree: "xr.DataTree") -> tuple[list[str], FloatArray]:
     return labels, weights / weights.sum()
 
 
+def told_weights(tree: "xr.DataTree") -> dict[str, float]:
+    """What of its weight evidence or stacking gave each law that was sampled."""
+    labels, weights = law_weights(tree)
+    if "common_weight" in tree["laws"]:
+        weights = weights - tree["laws"]["common_weight"].sel(law=labels).to_numpy()
+    return dict(zip(labels, weights.tolist(), strict=True))
+
+
 @dataclass(frozen=True, eq=False)
 class Joint:
     """Draws of the model that predicts, (S,) each by name.
@@ -127,7 +135,7 @@ def reference_holds(weights: "LawWeights") -> bool:
     label = f"n={REFERENCE:g}"
     if label not in weights.labels or (weights.flag and weights.labels[0] == label):
         return False
-    return bool(weights.weight[weights.labels.index(label)] > CARRIES)
+    return bool(weights.told[weights.labels.index(label)] > CARRIES)
 
 
 def reference_remark(weights: "LawWeights") -> str:
@@ -135,8 +143,8 @@ def reference_remark(weights: "LawWeights") -> str:
     if weights.flag or reference_holds(weights) or f"n={REFERENCE:g}" not in weights.labels:
         return ""
     return (
-        f"Y1 and epsilon are parameters of the law n={REFERENCE:g}, which carries no weight here and does not hold; "
-        "other numbers are those of the laws that do"
+        f"Y1 and epsilon are parameters of the law n={REFERENCE:g}, to which the records give no weight and which does "
+        "not hold; other numbers are those of the laws that do"
     )
 
 
@@ -183,11 +191,11 @@ def names_at_prior(tree: "xr.DataTree") -> tuple[str, ...]:
 def unconverged(tree: "xr.DataTree") -> list[str]:
     """Names of the posteriors that did not converge though predictions or tables rest on them.
 
-    Nothing rests on the campaign model under a law that carries no weight, nor, where that is the reference law, on
-    what a peak test says alone under it; but the model over wind speeds takes every test's own.
+    Little rests on the campaign model under a law to which the records give no weight, and nothing, where that is the
+    reference law, on what a peak test says alone under it; but the model over wind speeds takes every test's own.
     """
     table = tree["convergence"]
-    laws = dict(zip(*law_weights(tree), strict=True)) if "laws" in tree else {}
+    laws = told_weights(tree) if "laws" in tree else {}
     idle = {f"{CAMPAIGN} {label}" for label, weight in laws.items() if weight <= CARRIES}
     if laws and "speeds" not in tree and not np.isnan(n := float(tree["constant_data"]["law_n"])):
         carried = laws.get(f"n={n:g}", 0.0) > CARRIES

@@ -2,9 +2,10 @@
 
 import contextlib
 from collections.abc import Collection, Sequence
-from dataclasses import replace
+from dataclasses import astuple, replace
 
 import numpy as np
+from scipy.special import logsumexp
 
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign
@@ -13,9 +14,9 @@ from scruton.infer.hierarchy import CampaignPosterior
 from scruton.infer.joint import CAMPAIGN
 from scruton.infer.models import NOISE, WIND
 from scruton.infer.peak_test import PeakTest
-from scruton.infer.results import LawResult, LawWeights, PeakResult, TestResult
+from scruton.infer.results import LawResult, LawWeights, PeakResult, TestResult, Weighing
 from scruton.infer.sampling import ExcludedByPriorsError, Sampling
-from scruton.infer.thresholds import CARRIES, HOPELESS, LAWS_FLOOR
+from scruton.infer.thresholds import CARRIES, DEPARTS, HOPELESS, LAWS_SHARE_ALONE, LAWS_SHARE_DOUBTED
 from scruton.stats.evidence import evidence_by_importance, log_evidence
 from scruton.stats.optimum import laplace_log_evidence
 from scruton.stats.stacking import posterior_weights, stacking_weights
@@ -23,39 +24,53 @@ from scruton.stats.student_t import fit_student_t
 
 
 def weighed_peaks(
-    campaign: Campaign, tests: Sequence[TestResult], sampling: Sampling, *, white: bool, stacked: bool
+    campaign: Campaign, tests: Sequence[TestResult], sampling: Sampling, *, white: bool, thorough: bool
 ) -> PeakResult:
     """Sample the joint posterior of the peak tests under the laws of the card, and weigh the laws.
 
-    A law that Laplace's approximation puts beyond any doubt is sampled roughly, if at all, and in full once it turns
-    out to carry weight.
+    A law that Laplace's approximation puts beyond any doubt is sampled roughly, if at all, and in full once the records
+    give it weight.
 
     Parameters
     ----------
-    stacked : bool
-        Whether to score the records and rigs that are left out.
+    white : bool
+        Whether the innovations are.
+    thorough : bool
+        Whether to score the records and rigs that are left out, too, where nothing rests on it.
     """
     in_full: set[str] = set()
-    before = len(sampling.flags)
+    before, every = len(sampling.flags), not white
     while True:
         del sampling.flags[before:]  # of a sampling that counts no longer
-        result = fit_peaks(campaign, tests, sampling, white=white, in_full=in_full)
-        result = settle(stack(result, sampling) if stacked else result, sampling, white=white)
-        use = dict(zip(result.weights.labels, result.weights.weight.tolist(), strict=True))
-        carrying = {law.label for law in result.laws if law.roughly and use[law.label] >= CARRIES}
+        result = fit_peaks(campaign, tests, sampling, every=every, in_full=in_full)
+        leaves = leading_departure(result)
+        if leaves and not all(result.weights.sampled) and not every:
+            every = True
+            continue
+        # Where the laws are wrong alike these are dozens of evidences, hardly one of them reliable, that decide little.
+        if sampling.card.averaging == "stacking" or ((thorough or not white) and not leaves):
+            result = stack(result, sampling)
+        result = settle(result, sampling, white=white)
+        told = dict(zip(result.weights.labels, result.weights.told.tolist(), strict=True))
+        carrying = {law.label for law in result.laws if law.roughly and told[law.label] >= CARRIES}
         if not carrying:
             return result
         in_full |= carrying
 
 
 def fit_peaks(
-    campaign: Campaign, tests: Sequence[TestResult], sampling: Sampling, *, white: bool, in_full: Collection[str] = ()
+    campaign: Campaign,
+    tests: Sequence[TestResult],
+    sampling: Sampling,
+    *,
+    every: bool = False,
+    in_full: Collection[str] = (),
 ) -> PeakResult:
     """Sample the joint posterior of the peak tests under the laws of the card, and weigh the laws by their evidence.
 
-    With several rigs and white innovations, a law other than the reference that Laplace's approximation puts beyond any
-    doubt has no weight and is not sampled; in other cases it is sampled roughly.  One under which no point of the prior
-    explains the records never is.
+    With several rigs, a law other than the reference that Laplace's approximation puts beyond any doubt has no weight
+    and is not sampled; with one, or where `every` law is asked for, it is sampled roughly.  One under which no point of
+    the prior explains the records never is.
 
     Parameters
     ----------
@@ -63,8 +78,8 @@ def fit_peaks(
     tests : sequence of TestResult
         The peak tests, one a rig.
     sampling : Sampling
-    white : bool
-        Whether the innovations are: where no law explains the records the evidence between them decides nothing.
+    every : bool
+        Whether to sample every law: where none explains the records the evidence between them decides nothing.
     in_full : collection of str
         Laws that are sampled in full whatever Laplace's approximation says.
     """
@@ -76,9 +91,8 @@ def fit_peaks(
     log_z, error, unknown = np.full((3, len(labels)), np.nan)
     for i, candidate in enumerate(posteriors if several else ()):
         log_z[i] = laplace_log_evidence(candidate, np.random.default_rng(sampling.seed_of(f"screening, {labels[i]}")))
-    # Where no law is told for certain, by one setting's transients or where none explains the records, all are sampled.
     doubted = ~(log_z <= log_z.max() - HOPELESS)
-    sampled = doubted | (len(tests) == 1) | (not white)
+    sampled = doubted | (len(tests) == 1) | every
     doubted[0] = sampled[0] = True
     laws: list[LawResult] = []
     for k, posterior in enumerate(posteriors):
@@ -104,53 +118,112 @@ def fit_peaks(
     return PeakResult(tuple(test.test.name for test in tests), tuple(laws), weights)
 
 
+def leading_departure(result: PeakResult) -> str:
+    """A clause where the drift leaves even the law that leads, so that no law of the card holds; empty otherwise.
+
+    It leaves it where, with 95 % certainty, that of one test at least does.
+    """
+    weights = result.weights
+    best = weights.labels[int(np.argmax(weights.weight))]
+    law = next((one for one in result.laws if one.label == best), None)
+    if law is None:
+        return ""
+    winds = [test.wind for test in law.posterior.tests]
+    of = [j for j, wind in enumerate(winds) if wind.data.size and "departure_scale" in wind.names]
+    scale = law.derived["departure_scale"][..., of]
+    if not of or not float(np.quantile(scale.max(axis=-1), 0.05)) > DEPARTS:
+        return ""
+    median = np.median(scale, axis=(0, 1))
+    far = int(np.argmax(median))
+    name = law.posterior.tests[of[far]].name
+    return f"the drift leaves even {best}, by {median[far]:.0%} one e-fold from the stable amplitude of test {name}"
+
+
 def settle(result: PeakResult, sampling: Sampling, *, white: bool) -> PeakResult:
     """The weights that predictions use: of the evidence, or of stacking where the card or the innovations ask for it.
 
-    Where no law explains what the records hold their evidence decides nothing, and what laws say of the records of one
-    setting does not tell what they say of another: then all that reach the data keep a part by their prior weights.
+    Where no law explains what the records hold, the evidence between them decides little, and what laws say of the
+    records of one setting does not tell what they say of another.  Then a part of the weight goes by what tells how a
+    curve moves with the Scruton number, see `foretold`; evenly, where there is one rig.
     """
     weights = result.weights
-    stacked = not white or sampling.card.averaging == "stacking"
-    use = weights.stacking if stacked and np.isfinite(weights.stacking).all() else weights.weight
-    if not white or len(result.tests) < 2:
-        prior = np.where(weights.sampled, weights.prior, 0.0)
-        use = (1.0 - LAWS_FLOOR) * use + LAWS_FLOOR * prior / prior.sum()
-    return replace(result, weights=replace(weights, weight=use))
+    asked = (not white or sampling.card.averaging == "stacking") and len(weights.labels) > 1
+    stacked = asked and bool(np.isfinite(weights.stacking).all())
+    use = weights.stacking if stacked else weights.weight
+    if asked and weights.unscored:
+        sampling.flags.append(
+            "weights of the laws: no reliable evidence without " + ", ".join(weights.unscored) + "; "
+            + ("the others that are left out decide" if stacked else "the laws are weighed by all records together")
+        )  # fmt: skip
+    alone = len(result.tests) == 1
+    rule = Weighing(stacked)
+    if weights.sampled.sum() > 1:
+        if leaves := leading_departure(result):
+            rule = Weighing(stacked, LAWS_SHARE_DOUBTED, not alone, leaves, doubted=True)
+        elif not white:
+            rule = Weighing(stacked, LAWS_SHARE_DOUBTED, not alone, "innovations are white under none", doubted=True)
+        elif alone:
+            rule = Weighing(stacked, LAWS_SHARE_ALONE, False, "one setting does not tell what the curve does elsewhere")
+    common = np.zeros(len(weights.labels))
+    if rule.shared:
+        score = np.array([foretold(law) if rule.by_rigs else 0.0 for law in result.laws])
+        common[weights.sampled] = rule.shared * posterior_weights(score, np.ones(score.size))
+    settled = replace(weights, weight=(1.0 - rule.shared) * use + common, common=common, rule=rule)
+    return replace(result, weights=settled)
+
+
+def foretold(law: LawResult) -> float:
+    """Log density of every rig's stable amplitude about the law's curve, given the other rigs, all rigs together.
+
+    Given the curve the amplitude of a rig is normal; the curve without that rig comes from the draws by importance, its
+    weights smoothed (Vehtari et al., JMLR 25, 2024).  The shapes of the transients, which a departure from the law can
+    mend, have no say.
+    """
+    from arviz_stats.base import array_stats
+
+    total = 0.0
+    for density in law.posterior.amplitude_density(law.samples.chain.reshape(-1, law.samples.chain.shape[-1])).T:
+        log_weights = -density
+        with contextlib.suppress(ValueError):  # a tail without any spread: unsmoothed weights are as good
+            log_weights, _ = array_stats.psislw(density, axis=-1)
+        total += float(logsumexp(log_weights + density) - logsumexp(log_weights))
+    return total
 
 
 def stack(result: PeakResult, sampling: Sampling) -> PeakResult:
     """Weigh the sampled laws by stacking too: each record, and each rig, scored by its density given all others.
 
     The density is the ratio of two evidences, with the record and without it, both integrals over all parameters; one
-    step ahead a filter would forgive a wrong law.
+    step ahead a filter would forgive a wrong law.  A record or rig without which the evidence of a law is not known
+    reliably scores none of them; where no other is left there are no weights.
     """
     weights = result.weights
     chosen = np.flatnonzero(weights.sampled)
     tests = result.laws[0].posterior.tests
     records = [name for test in tests for name in dict.fromkeys(test.wind.data.record.tolist())]
     rigs = [test.name for test in tests] if len(tests) > 1 else []
-    stacking = np.where(weights.sampled, 1.0, 0.0)
+    stacking, unscored = np.where(weights.sampled, 1.0, 0.0), []
     if len(chosen) > 1 and records:
-        scores = np.empty((len(chosen), len(records) + len(rigs)))
+        left_out = [*records, *rigs]
+        scores = np.full((len(chosen), len(left_out)), np.nan)
         for i, law in enumerate(result.laws):
             draws = law.samples.chain.reshape(-1, law.samples.chain.shape[-1])
             near = fit_student_t(draws, np.full(len(draws), 1.0 / len(draws)))
-            for j, record in enumerate(records):
-                what = f"stacking, {law.label}, without {record}"
+            for j, name in enumerate(left_out):
+                what = f"stacking, {law.label}, without {name}"
                 if sampling.report:
-                    sampling.report(what, (j + 1) / len(records))
-                rest = law.posterior.without(record)
-                # A test that keeps no transient has another coordinate: then the search starts anew.
+                    sampling.report(what, (j + 1) / len(left_out))
+                rest = law.posterior.without(name) if j < len(records) else law.posterior.without_test(name)
+                # A test that keeps no transient has another coordinate, or none: then the search starts anew.
                 start = near if rest.names == law.posterior.names else None
-                without = evidence_by_importance(rest, sampling.seed_of(what), start)
-                scores[i, j] = weights.log_evidence[chosen[i]] - without.log_z
-            for j, rig in enumerate(rigs, len(records)):
-                what = f"stacking, {law.label}, without {rig}"
-                without = evidence_by_importance(law.posterior.without_test(rig), sampling.seed_of(what), None)
-                scores[i, j] = weights.log_evidence[chosen[i]] - without.log_z
-        stacking[chosen] = stacking_weights(scores)
-    return replace(result, weights=replace(weights, stacking=stacking))
+                with contextlib.suppress(ValueError):  # as of one that is not reliable
+                    without = evidence_by_importance(rest, sampling.seed_of(what), start)
+                    if without.reliable:
+                        scores[i, j] = weights.log_evidence[chosen[i]] - without.log_z
+        known = np.isfinite(scores).all(axis=0)
+        unscored = [name for name, good in zip(left_out, known, strict=True) if not good]
+        stacking[chosen] = stacking_weights(scores[:, known]) if known.any() else np.nan
+    return replace(result, weights=replace(weights, stacking=stacking, unscored=tuple(unscored)))
 
 
 def campaign_posterior(
@@ -179,7 +252,7 @@ def data_of(posterior: CampaignPosterior) -> list[FloatArray]:
     for test in posterior.tests:
         data = test.wind.data
         arrays += [data.amplitude, data.standard_error, data.time]
-        arrays.append(np.array([[level.mean, level.standard_error] for level in test.wind.steady]))
+        arrays.append(np.array([astuple(level) for level in test.wind.steady]))
         arrays.append(np.array([[prior.location, prior.scale] for prior in test.wind.priors]))
         arrays.append(np.array([test.mass_damping_factor, test.factor_log_sd]))
     return arrays

@@ -224,6 +224,7 @@ SCHEMA: Mapping[str, tuple[Variable, ...]] = {
     "laws": (
         Variable("prior_weight", _LAW, "f", "-", "of the card"),
         Variable("weight", _LAW, "f", "-", "that predictions use"),
+        Variable("common_weight", _LAW, "f", "-", "of it, what neither evidence nor stacking gave", optional=True),
         Variable("stacking_weight", _LAW, "f", "-", "NaN where stacking was not asked for"),
         Variable("log_evidence", _LAW, "f", "-", "by bridge sampling; by Laplace's approximation where not sampled"),
         Variable("log_evidence_error", _LAW, "f", "-", "standard error; NaN where not sampled"),

@@ -1,7 +1,7 @@
 """What fitting gives: one result a rig, a test, a record and a law, and the `Fit` that holds all of a campaign."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -91,6 +91,49 @@ class LawResult:
     roughly: bool = False
 
 
+@dataclass(frozen=True)
+class Weighing:
+    """How the weights of the laws came about.
+
+    Attributes
+    ----------
+    stacked : bool
+        By stacking, not by evidence.
+    shared : float
+        Part of the weight that goes by neither.
+    by_rigs : bool
+        Whether that goes by what each law says of a rig from the others; in equal shares if not.
+    why : str
+        The reason for it, a clause.
+    doubted : bool
+        Whether no law of the card holds.
+    """
+
+    stacked: bool = False
+    shared: float = 0.0
+    by_rigs: bool = False
+    why: str = ""
+    doubted: bool = False
+
+    @property
+    def name(self) -> str:
+        """What it goes by: evidence or stacking, and beside it rigs left out or equal shares."""
+        shared = ", rigs left out" if self.by_rigs else ", equal shares"
+        return ("stacking" if self.stacked else "evidence") + (shared if self.shared else "")
+
+    @property
+    def sentence(self) -> str:
+        """What a reader of the weights has to know."""
+        by = "what each law says of records and rigs left out (stacking)" if self.stacked else "prior times evidence"
+        if not self.shared:
+            return f"Weights of the laws: by {by}."
+        other = "by the stable amplitude of each rig that the law foretells from the others"
+        return (
+            f"Weights of the laws: {1.0 - self.shared:.0%} by {by}, {self.shared:.0%} "
+            f"{other if self.by_rigs else 'in equal shares'}, since {self.why}."
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class LawWeights:
     """Every law of the card against the others, (K,) each; the reference law first.
@@ -104,8 +147,14 @@ class LawWeights:
         Of a law that was not sampled, by Laplace's approximation and without an error; NaN where there is one law.
     sampled : array of bool
     stacking : array
-        Weights by stacking whose units are a record and a rig left out; NaN where they were not asked for. A law that
-        was not sampled takes no part and has none.
+        Weights by stacking whose units are a record and a rig left out; NaN where they were not asked for, or no
+        evidence without one is reliable. A law that was not sampled takes no part and has none.
+    unscored : tuple of str
+        Records and rigs that take no part in stacking: the evidence without them is not reliable.
+    rule : Weighing
+        How `weight` came about.
+    common : array
+        What of `weight` neither evidence nor stacking gave.
     """
 
     labels: tuple[str, ...]
@@ -115,6 +164,14 @@ class LawWeights:
     error: FloatArray
     sampled: np.ndarray
     stacking: FloatArray
+    unscored: tuple[str, ...] = ()
+    rule: Weighing = field(default_factory=Weighing)
+    common: FloatArray | float = 0.0
+
+    @property
+    def told(self) -> FloatArray:
+        """The part of `weight` that evidence or stacking gave, (K,)."""
+        return np.asarray(self.weight - self.common)
 
     @property
     def flag(self) -> str:
@@ -123,9 +180,15 @@ class LawWeights:
         gap = float(self.log_evidence[best] - self.log_evidence[0])
         if best == 0 or gap - 2.0 * float(np.nansum(self.error[[0, best]])) < FAVOURED:
             return ""
+        first, other = self.labels[0], self.labels[best]
+        favoured = f"the records favour the law {other} over {first}: log evidence {gap:.1f} higher"
+        if self.rule.doubted:
+            favoured = (
+                f"no law of the card holds, since {self.rule.why}; the log evidence of {other}, {gap:.1f} higher than "
+                f"that of {first}, makes it the nearer, not the true one"
+            )
         return (
-            f"the records favour the law {self.labels[best]} over {self.labels[0]}: log evidence {gap:.1f} higher. "
-            f"What is inferred under {self.labels[0]}, Y1 and epsilon among it, describes these records badly; "
+            f"{favoured}. What is inferred under {first}, Y1 and epsilon among it, describes these records badly; "
             "predictions weigh the laws"
         )
 

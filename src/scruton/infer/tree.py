@@ -177,12 +177,15 @@ def _campaign_groups(joint: PeakResult) -> dict[str, xr.Dataset]:
     rows = {
         "prior_weight": weights.prior,
         "weight": weights.weight,
+        "common_weight": np.broadcast_to(weights.common, weights.weight.shape),
         "stacking_weight": weights.stacking,
         "log_evidence": weights.log_evidence,
         "log_evidence_error": weights.error,
         "sampled": weights.sampled.astype(float),
     }
-    return {"campaign_posterior": group, "laws": dataset("laws", rows, law=list(weights.labels))}
+    table = dataset("laws", rows, law=list(weights.labels))
+    table.attrs |= {"rule": weights.rule.name, "explained": weights.rule.sentence}
+    return {"campaign_posterior": group, "laws": table}
 
 
 def _trial_group(trials: Sequence[TrialResult]) -> xr.Dataset:
@@ -341,6 +344,7 @@ def _laws(joint: PeakResult, misfit: bool) -> dict[str, Any]:
     columns = {
         "prior": of.prior,
         "weight": of.weight,
+        "common": np.broadcast_to(of.common, of.weight.shape),
         "stacking": of.stacking,
         "log_evidence": of.log_evidence,
         "log_evidence_error": of.error,
@@ -348,7 +352,12 @@ def _laws(joint: PeakResult, misfit: bool) -> dict[str, Any]:
     }
     rows = {label: {name: column[k] for name, column in columns.items()} for k, label in enumerate(of.labels)}
     flag = bool(of.flag) or (len(of.labels) == 1 and misfit)
-    return {"flag": flag, "forces_hold": reference_holds(of), "weights": as_json(rows)}
+    return {
+        "flag": flag,
+        "forces_hold": reference_holds(of),
+        **({"rule": of.rule.name, "explained": of.rule.sentence} if len(of.labels) > 1 else {}),
+        "weights": as_json(rows),
+    }
 
 
 def _campaign(result: PeakResult, joint: Joint, peaks: Mapping[str, Any], chains: int) -> dict[str, Any]:

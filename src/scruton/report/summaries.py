@@ -69,7 +69,8 @@ def fit_summary(fit: "Fit") -> Iterator[Block]:
             for law, entry in weights.items()
         ]  # fmt: skip
         header = ("law", "prior", "log evidence", "weight", "stacking", "")
-        yield Table("laws", "Laws of aerodynamic damping; log evidence below the best", header, laws)
+        note = fit.summary["laws"].get("explained", "")
+        yield Table("laws", "Laws of aerodynamic damping; log evidence below the best", header, laws, note)
     shared = fit.summary["campaign"].get("parameters", {})
     if shared and fit.card.exponent is not None:
         yield Table("exponent", "Law of aerodynamic damping", ("", *_SPREAD), [("n", *TERMINAL.spread(shared["n"]))])
@@ -128,7 +129,7 @@ def _predicted(predictions: "Sequence[Prediction]", summary: dict[str, Any]) -> 
     header = ("Sc", damping_label(), f"amplitude [{unit}]", "90 % interval", "MC errors", "sd", "x", "covered")
     shares = [f"{law} {weight:.0%}" for law, weight in predictions[0].laws.items() if weight > SHARE_SHOWN]
     lines = [
-        "x: extrapolation index; laws agree for |x| < 0.2 and part beyond 0.3.",
+        "x: extrapolation index; laws agree to 8 % for |x| < 0.2 and part beyond 0.3.",
         "Covered: peak tests whose transients run through the amplitude.",
         "MC errors: Monte Carlo standard errors of the median and of the interval's ends.",
         *([note] if (note := scruton_note(heaving=summary["amplitude_unit"] == "A/D")) else []),

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.griffin.coverage import Coverage, coverage_of
-from scruton.griffin.curves import LawCurves, law_curves
+from scruton.griffin.curves import LawCurves, Start, law_curves, nearest_start, starts
 from scruton.griffin.discrepancy import STATED, one_rig, with_discrepancy
 from scruton.griffin.law_free import LawFree, StraightLine, law_free, straight_line
 from scruton.griffin.thresholds import X_TRUSTED
@@ -72,7 +71,7 @@ class Evidence:
     law_free: LawFree | None
     line: StraightLine | None
     at_discrepancy: Mapping[str, LawCurves]
-    _curves: dict[float, dict[str, LawCurves]] = field(default_factory=dict, repr=False)  # by the nearest test's Sc
+    _curves: dict[str, dict[str, LawCurves]] = field(default_factory=dict, repr=False)  # by the nearest test
 
     @classmethod
     def of(cls, tree: "xr.DataTree") -> "Evidence":
@@ -83,22 +82,20 @@ class Evidence:
 
     def each_law(self, near: float) -> dict[str, LawCurves]:
         """Each law of the card alone; one that was not sampled starts from the test nearest to a Scruton number."""
-        tested = self.coverage.scruton_number
-        anchor = float(tested[self.coverage.nearest(np.array(near))])
-        if anchor not in self._curves:
-            self._curves[anchor] = self._from_test(anchor)
-        return self._curves[anchor]
+        test = nearest_start(self._starts, near).test
+        if test not in self._curves:
+            self._curves[test] = self._each_law(near)
+        return self._curves[test]
 
     @cached_property
-    def coverage(self) -> Coverage:
-        """What the peak tests cover."""
-        return coverage_of(self.tree)
+    def _starts(self) -> list[Start]:
+        return starts(self.tree)
 
-    def _from_test(self, anchor: float) -> dict[str, LawCurves]:
+    def _each_law(self, near: float) -> dict[str, LawCurves]:
         curves = {}
         for label in map(str, self.tree["laws"]["law"].to_numpy()):
             exponent = label.removeprefix("n=")
-            alone = {"law_n": float(exponent), "near": anchor} if exponent != label else {}
+            alone = {"law_n": float(exponent), "near": near} if exponent != label else {}
             curves[label] = law_curves(self.tree, **alone)
         return curves
 

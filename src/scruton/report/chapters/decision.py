@@ -172,8 +172,8 @@ def _basis(material: Material, sizing: Content) -> Iterator[str]:
             answer = f"answer for {need.name}" if len(every) > 1 else "answer"
             yield (
                 f"The {answer} lies at Sc {scruton(reach['scruton_number'], digits=3)}, an extrapolation index of "
-                f"{number(reach['extrapolation_index'], 2)} from the nearest test (laws agree below 0.2); transients "
-                f"of {reach['covered_by']} of {reach['tests']} tests went through the amplitude of the limit."
+                f"{number(reach['extrapolation_index'], 2)} from the nearest test (laws agree to 8 % below 0.2); "
+                f"transients of {reach['covered_by']} of {reach['tests']} tests went through the limit's amplitude."
             )
     if (free := limit.get("required_by_law", {}).get(LAW_FREE)) is not None:
         by_hand, of = limit.get("required_by_hand"), f"Mode {mode['name']} without" if len(every) > 1 else "Without"

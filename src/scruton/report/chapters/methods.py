@@ -147,9 +147,9 @@ def methods_chapter(material: Material) -> Iterator[Block]:
             + (f" The standard deviations were found to be {discrepancy}." if discrepancy else "")
             + " A new setting carries the discrepancy of the amplitude, which grows with the distance from the Scruton "
             "numbers and the amplitudes that were tested. Laws are weighed by evidence (bridge sampling), or by what "
-            "they say of records and rigs left out where none explains the records; from one rig, none has less than a "
-            "tenth of its prior weight. The trial function is fitted as its authors have it, and turned into a Griffin "
-            "curve by",
+            "they say of records and rigs left out where innovations are not white. Where no law holds, a part of the "
+            "weight goes by the stable amplitudes of rigs left out; from one rig, a part is shared out evenly. The "
+            "trial function is fitted as its authors have it, and turned into a Griffin curve by",
         )  # fmt: skip
         yield from (Equation(eq.TRIAL), Equation(eq.AERODYNAMIC), Equation(eq.REQUIRED))
         yield paragraph(

@@ -88,8 +88,17 @@ def _law_table(material: Material) -> Table:
         "Laws of aerodynamic damping, weighed by the records of the peak tests",
         ("law", "prior", "log evidence below the best", "error", "weight in predictions", "stacking"),
         rows,
-        "Stacking scores each record, left out, by its joint density given all others. A law far below the best is not "
-        "sampled. Predictions draw on each law as often as its weight says.",
+        " ".join(
+            filter(
+                None,
+                (
+                    material.fit.summary["laws"].get("explained", ""),
+                    "Stacking scores each record, left out, by its joint density given all others. Where one law leads "
+                    "and holds, others far below it are not sampled. Predictions draw on each law as often as its "
+                    "weight says.",
+                ),
+            )
+        ),
         (False, True, True, False, True, True),
         data="laws",
     )
@@ -232,8 +241,8 @@ def design_table(material: Material) -> Table:
             *(["at the model's scale, 90 %"] if material.heaving else []), "x", "covered",
         ),
         rows,
-        "x is the extrapolation index from the nearest test: laws of aerodynamic damping agree for |x| < 0.2 and part "
-        "beyond 0.3. Covered: by the transients of so many peak tests. "
+        "x is the extrapolation index from the nearest test: laws of aerodynamic damping agree to 8 % for |x| < 0.2 "
+        "and part beyond 0.3. Covered: by the transients of so many peak tests. "
         "MC errors are the Monte Carlo standard errors of the median and of the ends of the 90 % interval.",
         data="predictions",
     )  # fmt: skip
