@@ -328,8 +328,8 @@ def test_a_bridge_off_frequency_is_read_off_at_dampers_tuned_otherwise(tight):
 def test_a_bridge_that_its_dampers_stop_has_a_table_too(tight, monkeypatch):
     """Its stroke is zero, of which there is no logarithm."""
     model, found = tight
-    outcome = DamperDraws.outcome
-    monkeypatch.setattr(DamperDraws, "outcome", lambda *of: replace(outcome(*of), stroke_high=0.0))
+    found_by = DamperDraws.risk_and_stroke
+    monkeypatch.setattr(DamperDraws, "risk_and_stroke", lambda *of: (found_by(*of)[0], 0.0))
     table = damper_table(model, LIMIT, found.dampers, 0)
     assert table is not None
     risk, stroke = table.at(1.0, 1.0, 1.0)
