@@ -108,7 +108,8 @@ def test_size_writes_what_an_engineer_asks_for(small_results, bridge, tmp_path, 
     assert max(every["without"]["each"]) <= every["without"]["any"] <= sum(every["without"]["each"]) + 1e-9
     assert every["hours"]["assumed"] == [True, False]
     assert all(0.0 < hours < 8766.0 for hours in every["hours"]["a_year"])
-    assert "sha256" in found["provenance"]
+    keys = {"card", "command", "seed", "settings", "sha256", "versions"}
+    assert set(found["provenance"]) == keys | {"fit_sha256", "bridge_sha256", "limits", "law", "effect"}
     for name in ("risk_1", "shares_2", "cost_1", "information_1", "required_damping"):
         assert (out / f"{name}.png").stat().st_size > 5_000
         assert (out / f"{name}.svg").is_file()
