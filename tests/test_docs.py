@@ -2,9 +2,12 @@
 
 import re
 import sys
+from collections.abc import Mapping
+from dataclasses import is_dataclass
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
+from typing import get_args, get_origin, get_type_hints
 
 import numpy as np
 import pytest
@@ -13,8 +16,11 @@ from scruton.calibrate import REGIMES
 from scruton.campaign import Motion, load_campaign
 from scruton.cli import parser
 from scruton.infer.cards import UNITS, load_card, shipped_cards
+from scruton.provenance import provenance
 from scruton.sizing.bridge import load_bridge
 from scruton.sizing.limits import RULES
+from scruton.sizing.results import Sizing
+from scruton.sizing.study import ASKED_FOR
 
 ROOT = Path(__file__).resolve().parents[1]
 ROOMS = ("campaign", "envelope", "stats", "dynamics", "infer", "griffin", "report", "calibrate")
@@ -108,6 +114,40 @@ def test_commands_that_are_shown_parse(page):
             if line.startswith("scruton "):
                 words = re.findall(r'"[^"]*"|\S+', line.split(" #")[0])[1:]
                 parser().parse_args([word.strip('"') for word in words])
+
+
+def documented_fields() -> dict[str, set[str]]:
+    """Fields of a sizing.json that the page names, by place."""
+    page = (ROOT / "docs" / "sizing.md").read_text(encoding="utf-8")
+    table = page.split("## What is in sizing.json")[1].split("\n## ")[0]
+    rows = [row.strip("|").split("|", 1) for row in table.splitlines() if row.startswith("| ")][1:]
+    return {place.strip(" `"): set(re.findall(r"`([^`]+)`", said)) for place, said in rows}
+
+
+def test_every_field_of_a_sizing_is_documented_at_its_place():
+    fields_at, seen = documented_fields(), set()
+
+    def walk(kind: object, place: str) -> None:
+        if is_dataclass(kind):
+            if kind in seen:  # as where it stands first
+                return
+            seen.add(kind)
+            said = fields_at[place or "the document"]
+            for field, its in get_type_hints(kind).items():
+                assert field in said, f"{place}.{field}"
+                walk(its, f"{place}.{field}".lstrip("."))
+        elif (origin := get_origin(kind)) is tuple:
+            walk(get_args(kind)[0], f"{place}[]")
+        elif origin is Mapping:
+            walk(get_args(kind)[1], f"{place}.*")
+        else:
+            for part in get_args(kind):
+                walk(part, place)
+
+    walk(Sizing, "")
+    assert len(seen) > 25
+    made = provenance("size", seed=0, sha256={}, settings=ASKED_FOR)
+    assert {"checksum", *made} <= fields_at["the document"] | fields_at["provenance"]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

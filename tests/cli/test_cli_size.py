@@ -5,12 +5,14 @@ import json
 import pytest
 
 from scruton import InputError, load_sizing
+from scruton.app.options import parse_damping
 from scruton.campaign.schema import Motion
 from scruton.cli import main
 from scruton.documents import write_document
 from scruton.infer.store import read_tree
 from scruton.report.parts import sizing_part
-from scruton.sizing.bridge import load_bridge
+from scruton.sizing.bridge import load_bridge, with_damping
+from scruton.sizing.existing import as_built, offers
 from scruton.sizing.limits import limit
 from scruton.sizing.study import size
 
@@ -111,7 +113,8 @@ def test_size_writes_what_an_engineer_asks_for(small_results, bridge, tmp_path, 
     assert max(every["without"]["each"]) <= every["without"]["any"] <= sum(every["without"]["each"]) + 1e-9
     assert every["hours"]["assumed"] == [True, False]
     assert all(0.0 < hours < 8766.0 for hours in every["hours"]["a_year"])
-    assert "sha256" in found["provenance"]
+    keys = {"card", "command", "seed", "settings", "sha256", "versions"}
+    assert set(found["provenance"]) == keys | {"fit_sha256", "bridge_sha256", "limits", "law", "effect"}
     for name in ("risk_1", "shares_2", "cost_1", "information_1", "required_damping"):
         assert (out / f"{name}.png").stat().st_size > 5_000
         assert (out / f"{name}.svg").is_file()
@@ -192,13 +195,42 @@ def test_the_decision_can_be_rebuilt_and_is_the_same_whichever_verb_wrote_it(sma
     for key in ("seed", "sha256", "settings", "versions", "fit_sha256", "bridge_sha256", "law", "effect"):
         assert by_report["provenance"][key] == found["provenance"][key], key
 
-    kept = found["inputs"]
-    again = tmp_path / "again"
-    again.mkdir()
+    assert found["inputs"]["limits"] == ["jtg", "kd", "0.05"]
+    assert rebuilt(small_results, found, tmp_path / "again")["modes"] == found["modes"]
+
+
+def rebuilt(results, found, folder):
+    """What follows again from a sizing.json and the fit, by nothing else."""
+    kept, settings = found["inputs"], found["provenance"]["settings"]
+    folder.mkdir()
     for name, text in kept["documents"].items():
-        (again / name).write_text(text, encoding="utf-8")
-    assert kept["limits"] == ["jtg", "kd", "0.05"]
-    tree, _ = read_tree(small_results)
-    bridge = load_bridge(again, Motion(found["bridge"]["motion"]))
-    rebuilt = size(tree, bridge, [limit(rule) for rule in kept["limits"]], seed=found["provenance"]["seed"]).to_json()
-    assert json.loads(json.dumps(rebuilt["modes"])) == found["modes"]
+        (folder / name).write_text(text, encoding="utf-8")
+    tree, _ = read_tree(results)
+    bridge = load_bridge(folder, Motion(found["bridge"]["motion"]))
+    if settings["damping"] is not None:
+        bridge = with_damping(bridge, parse_damping(settings["damping"]), f"--damping {settings['damping']}")
+    bridge = as_built(bridge, settings["identified"])
+    again = size(
+        tree,
+        bridge,
+        [limit(rule) for rule in kept["limits"]],
+        rig=settings["rig"],
+        law_n=settings["law"],
+        seed=found["provenance"]["seed"],
+        offers=[offer for stated in settings["dampers"] for offer in offers(stated)],
+    )
+    return json.loads(json.dumps(again.to_json()))
+
+
+def test_the_decision_can_be_rebuilt_with_what_the_command_line_said(small_results, tmp_path, capsys):
+    path = tmp_path / "bridge.toml"
+    path.write_text(BRIDGE[: BRIDGE.rindex("[[modes]]")], encoding="utf-8")
+    said = ("--damping", "0.004 +/- 0.001", "--identified", "V1: 0.29 Hz", "--damper", "12 t, 0.29 Hz, 0.08")
+    under = ("--rig", "6#", "--law", "-1", "--seed", "3")
+    run("size", small_results, "--bridge", path, *said, *under, "-o", tmp_path / "s", capsys=capsys)
+    found = json.loads((tmp_path / "s" / "sizing.json").read_text(encoding="utf-8"))
+    again = rebuilt(small_results, found, tmp_path / "again")
+    for key in ("bridge", "laws", "modes", "all_modes", "existing", "inputs"):
+        assert again[key] == found[key], key
+    mode = found["modes"][0]
+    assert (mode["frequency"]["mean"], mode["damping_ratio"]["mean"]) == (0.29, 0.004)

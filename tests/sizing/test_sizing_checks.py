@@ -53,6 +53,13 @@ def test_where_the_transients_follow_the_law_they_ask_for_the_same():
     assert not remarks("V1", "0.95", replace(found, reach={}))
 
 
+def test_one_quantity_has_one_number():
+    """The headline, the law that has all the weight, and one rig's row of the discrepancy that it is sized for."""
+    found = checked(stated={"0.10": model().laws, "0.20": model(discrepancy=0.2).laws})
+    assert found.required_by_law["n=-1"] == found.required == found.required_at_discrepancy["0.10"]
+    assert found.required_at_discrepancy["0.20"] != found.required
+
+
 def test_where_the_measured_damping_asks_for_more_it_is_said():
     found = checked(strength=2.0)
     assert found.required_by_law[LAW_FREE]["0.95"] > 1.3 * found.required["0.95"]

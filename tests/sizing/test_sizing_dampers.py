@@ -8,15 +8,16 @@ from sizing_room import LIMIT, mode_model
 
 from scruton.campaign.quantity import Quantity
 from scruton.errors import InputError
-from scruton.sizing.bridge import identified
+from scruton.sizing.bridge import Cost, identified
 from scruton.sizing.damper_request import DamperRequest, RiskOf, delivered
 from scruton.sizing.damper_table import damper_table
-from scruton.sizing.dampers import TUNING_DRAWS, damper, reality, shapes, struck_flag
+from scruton.sizing.dampers import TUNING_DRAWS, cheaper_between, damper, reality, shapes, struck_flag
 from scruton.sizing.existing import as_built, existing, hung, offers
 from scruton.sizing.mode_shape import sine
 from scruton.sizing.model import unit_cube
+from scruton.sizing.money import cost_by_mass
 from scruton.sizing.remarks import worst_remark
-from scruton.sizing.tmd import TunedMass
+from scruton.sizing.tmd import TunedMass, den_hartog, response
 from scruton.sizing.tmd_draws import DamperDraws
 from scruton.sizing.together import any_mode_flag, exceedance_of, placed, sized_for_any, with_dampers
 
@@ -77,6 +78,51 @@ def test_defaults_that_practice_accepts():
     )
     assert found.reason == "the smallest mass ratio, 0.5 %, decides on the mass"
     assert found.probability <= 0.05
+
+
+@pytest.mark.parametrize("stroke", [1.0, 0.5])
+def test_mass_to_spare_buys_robustness_not_a_short_stroke(stroke):
+    """Where the smallest mass decides, damping is somewhat above Den Hartog's, or as the stroke asks for."""
+    found = damper(bridge_mode(DamperRequest(largest_stroke=stroke)), LIMIT, 0)
+    assert found.reason.startswith("the smallest mass ratio")
+    assert found.stroke.high <= stroke
+    ends = np.array([-0.02, 0.02])
+
+    def added(dampers):
+        return float(response(dampers, ends).added_damping.min())
+
+    usual = den_hartog(found.mass_ratio)
+    assert usual.damping_ratio < found.dampers[0].damping_ratio < 1.5 * usual.damping_ratio
+    assert added(found.dampers) > 0.9 * added([usual])
+    others = [replace(usual, damping_ratio=k * usual.damping_ratio) for k in (0.5, 2.0, 4.0)]
+    assert all(added(found.dampers) > added([other]) for other in others)
+
+
+def test_the_chart_of_masses_holds_the_dampers_that_are_specified():
+    found = damper(bridge_mode(DamperRequest(smallest_mass_ratio=0.003)), LIMIT, 0)
+    (place,) = np.flatnonzero(np.isclose(found.map.mass_ratio, found.mass_ratio, rtol=1e-9))
+    row = (found.map.probability, found.map.stroke, found.map.stroke_high, found.map.added_damping)
+    want = found.probability, found.stroke.median, found.stroke.high, found.added_damping.median
+    assert tuple(column[place] for column in row) == want
+    assert found.map.mass[place] == found.mass
+
+
+def test_the_chart_is_fine_about_the_least_cost():
+    cost = Cost("EUR", fixed=1e5, per_kg=200.0, failure=2e8)
+    model = bridge_mode(DamperRequest(smallest_mass_ratio=1e-4))
+    model = replace(model, bridge=replace(model.bridge, cost=cost))
+    found = damper(model, LIMIT, 0)
+    least = cost_by_mass(cost, 0.4, found)
+    chart, total = found.map, least.total
+    best = int(np.argmin(np.where(least.allowed, total, np.inf)))
+    assert least.best_mass > 1.05 * found.mass
+    assert chart.mass_ratio.size > 9
+    step = chart.mass_ratio[best - 1 : best + 2]
+    assert step[2] / step[0] < 1.2
+    assert cheaper_between(cost, chart, found.asked, 0.4) is None
+    # No mass between costs noticeably less than what is told.
+    bought = cost.fixed + cost.per_kg * chart.mass[:-1] + cost.failure * chart.probability[1:]
+    assert bought[least.allowed[1:]].min() > 0.979 * least.best_total
 
 
 def test_every_tolerance_costs_risk(tight):
@@ -286,8 +332,8 @@ def test_a_bridge_off_frequency_is_read_off_at_dampers_tuned_otherwise(tight):
 def test_a_bridge_that_its_dampers_stop_has_a_table_too(tight, monkeypatch):
     """Its stroke is zero, of which there is no logarithm."""
     model, found = tight
-    outcome = DamperDraws.outcome
-    monkeypatch.setattr(DamperDraws, "outcome", lambda *of: replace(outcome(*of), stroke_high=0.0))
+    found_by = DamperDraws.risk_and_stroke
+    monkeypatch.setattr(DamperDraws, "risk_and_stroke", lambda *of: (found_by(*of)[0], 0.0))
     table = damper_table(model, LIMIT, found.dampers, 0)
     assert table is not None
     risk, stroke = table.at(1.0, 1.0, 1.0)

@@ -376,6 +376,20 @@ def test_several_dampers_spread_over_an_uncertain_frequency(single):
     assert pair.outcome.probability <= BRIDGE["risk"]
 
 
+def test_spare_mass_of_several_dampers_spreads_them_too(single):
+    """One pair has mass to spare and a long stroke to go: it is no stiffly damped single one."""
+    mass = 2.0 * single.dampers[0].mass_ratio
+    draws = tuning(number=2, kept=0.02, largest_stroke=2.0 * single.outcome.stroke_high)
+    pair = design(draws, **BRIDGE, mass_ratios=(mass, 0.05))
+    low, high = pair.dampers
+    assert pair.reason.startswith("the smallest mass ratio")
+    assert high.frequency_ratio - low.frequency_ratio > 0.02
+    assert low.damping_ratio < den_hartog(mass).damping_ratio
+    alike = [TunedMass(0.5 * mass, 0.99, 0.1)] * 2
+    ends = [-0.02, 0.02]
+    assert response(pair.dampers, ends).added_damping.min() > 1.2 * response(alike, ends).added_damping.min()
+
+
 def test_a_stroke_limit_costs_mass(single):
     largest = 0.4 * single.outcome.stroke_high
     held = design(tuning(largest_stroke=largest), **BRIDGE)
@@ -423,7 +437,7 @@ def test_same_draws_same_design(single):
 
 def test_risk_falls_with_mass_and_meets_the_design(single):
     mu, draws = single.dampers[0].mass_ratio, tuning()
-    tuned = [draws.least_risk(factor * mu) for factor in (0.5, 1.0, 1.5)]
+    tuned = [draws.best(factor * mu, BRIDGE["risk"]) for factor in (0.5, 1.0, 1.5)]
     found = [draws.outcome(dampers) for dampers in tuned]
     assert found[0].probability > found[1].probability > found[2].probability
     assert found[0].stroke > found[1].stroke > found[2].stroke
@@ -440,14 +454,15 @@ def test_risk_falls_with_mass_and_meets_the_design(single):
 def test_a_given_mass_keeps_the_largest_stroke_where_it_can(single):
     mu, limit = single.dampers[0].mass_ratio, 0.7 * single.outcome.stroke_high
     free, held = tuning(), tuning(largest_stroke=limit)
-    pairs = [(free.outcome(free.least_risk(k * mu)), held.outcome(held.least_risk(k * mu))) for k in (1.0, 2.0, 4.0)]
+    risk = BRIDGE["risk"]
+    pairs = [tuple(each.outcome(each.best(k * mu, risk)) for each in (free, held)) for k in (1.0, 2.0, 4.0)]
     assert pairs[0][0].stroke_high > 1.1 * limit
     assert all(found.stroke_high <= 1.01 * limit for _, found in pairs)
     assert all(found.probability >= one.probability - 0.005 for one, found in pairs)
     assert pairs[0][1].probability > pairs[0][0].probability + 0.02
     # the lightest damper that keeps both is the best of its mass
     lightest = design(held, **BRIDGE).dampers[0].mass_ratio
-    assert held.outcome(held.least_risk(lightest)).probability == pytest.approx(BRIDGE["risk"], abs=0.015)
+    assert held.outcome(held.best(lightest, risk)).probability == pytest.approx(risk, abs=0.015)
 
 
 @pytest.mark.parametrize(
@@ -474,7 +489,7 @@ def test_a_given_mass_keeps_the_largest_stroke_where_it_can(single):
         (lambda: tuning(shape=[0.5, -1.0], number=2), "damper: shape: found -1;"),
         (lambda: tuning(lambda a: a[:3]), r"amplitude: found an array of shape \(3,\)"),
         (lambda: tuning(lambda a: a * np.nan), "damper: amplitude: found not a number;"),
-        (lambda: tuning().least_risk(0.0), "mass_ratio: found 0;"),
+        (lambda: tuning().best(0.0, 0.05), "mass_ratio: found 0;"),
     ],
 )  # fmt: skip
 def test_bad_input_is_named(call, message):

@@ -142,3 +142,15 @@ def test_the_frequency_of_the_response_in_the_amplitude_of_a_law(n):
 
 def test_the_power_between_the_laws():
     np.testing.assert_array_equal(frequency_power([-2.0, -1.0, -0.25, 0.0, 1.0, 2.0]), [1.0, 1.0, 0.25, 0.0, 0.0, 0.0])
+
+
+def test_each_draw_is_solved_by_itself():
+    """What one draw comes to does not depend on how long another takes."""
+    rng = np.random.default_rng(3)
+    mu, f, zeta = np.full((2, 40), 0.003), rng.uniform(0.95, 1.03, (2, 40)), rng.uniform(0.02, 0.15, (2, 40))
+    movement, flaws = rng.uniform(0.02, 0.3, (2, 40)), Flaws(0.004, 0.4)
+    together = respond_at(mu, f, zeta, movement, flaws)
+    for k in range(40):
+        alone = respond_at(*(each[:, k : k + 1] for each in (mu, f, zeta, movement)), flaws)
+        assert alone.frequency[0] == together.frequency[k]
+        np.testing.assert_array_equal(alone.stroke[:, 0], together.stroke[:, k])

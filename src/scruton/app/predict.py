@@ -1,7 +1,6 @@
 """`scruton predict` and `scruton size`: what is asked of a folder of results."""
 
 from argparse import Namespace
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -130,18 +129,18 @@ def write_sizing(work: Run, content: dict[str, Any], part: str = "") -> list[Pat
 def bridge_of(tree: "xr.DataTree", arguments: Namespace) -> "Bridge":
     """Read the bridge of the command line, or take the section model itself where none is given."""
     from scruton.griffin.posterior import chosen_rig, motion_of
-    from scruton.sizing.bridge import DAMPING, load_bridge, stand_in
+    from scruton.sizing.bridge import load_bridge, stand_in, with_damping
     from scruton.sizing.existing import as_built
-    from scruton.sizing.thresholds import DAMPING_COV
 
     motion, stated = motion_of(tree), arguments.damping
-    design = None if stated is None else parse_damping(stated).or_relative_sd(DAMPING_COV)
     if arguments.bridge is None and arguments.identified:
         raise InputError("command line", "--identified", "no bridge", "--bridge FILE: its modes are what is identified")
+    design = None if stated is None else parse_damping(stated)
     if arguments.bridge is None:
-        return stand_in(tree, motion, chosen_rig(tree, arguments.rig), design or DAMPING)
-    bridge = load_bridge(arguments.bridge, motion)
+        bridge = stand_in(tree, motion, chosen_rig(tree, arguments.rig))
+    else:
+        bridge = load_bridge(arguments.bridge, motion)
     if design is not None:
-        bridge = replace(bridge, modes=tuple(replace(mode, damping_ratio=design) for mode in bridge.modes))
+        bridge = with_damping(bridge, design, f"--damping {stated}")
     its_own = [text for text in arguments.identified if text.partition(":")[0].strip() not in bridge.others]
     return as_built(bridge, its_own)

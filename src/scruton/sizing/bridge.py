@@ -37,6 +37,25 @@ _REACH = 18.0  # of -ln(1 - probability) of the wind speed: half a second a year
 _SHARE = Dimension("a bare number", "", 0.5)
 
 
+@dataclass(frozen=True)
+class Given:
+    """Where a quantity of a mode is from, if not from its own place in bridge.toml.
+
+    Attributes
+    ----------
+    origin : str
+        "command line" or "identified".
+    source : str
+        The option as it was written; or the field of the mode that says it.
+    spread : bool or None
+        Whether its standard deviation was stated with the option; None where it is for the field to say.
+    """
+
+    origin: str
+    source: str
+    spread: bool | None = None
+
+
 @dataclass(frozen=True, eq=False)
 class Mode:
     """One mode of the bridge: its name, shape and structural damping ratio, and what is not plain.
@@ -57,6 +76,12 @@ class Mode:
         Frequency and damping ratio that were assumed before either was identified on the bridge.
     lock_in_shape : (2, N) array or None
         Reduced velocities, rising, and amplitudes there, in any unit.
+    length : float or None
+        Of the span [m], where it is stated.
+    half_waves : int or None
+        Of a sine.
+    given : mapping
+        What is not from its own place in bridge.toml: "frequency", "damping_ratio", "designed[1]".
     """
 
     name: str
@@ -69,18 +94,26 @@ class Mode:
     modal_mass_cov: float | None = None
     designed: tuple[Quantity, Quantity] | None = None
     lock_in_shape: FloatArray | None = None
+    length: float | None = None
+    half_waves: int | None = None
+    given: Mapping[str, Given] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
 class Wind:
     """Hours a year of wind from directions that matter, by class of speed with the upper end [m/s]; (N,), rising.
 
-    `turbulence` has its classes of turbulence, at every speed alike; empty: as in the tunnel.
+    `turbulence` has its classes of turbulence, at every speed alike; empty: as in the tunnel.  The hours come from a
+    file, `rose`, or from a Weibull distribution (scale in m/s), and have the `share` of the time in them.
     """
 
     speed: FloatArray
     hours: FloatArray
     turbulence: tuple[TurbulenceClass, ...] = ()
+    share: float = 1.0
+    rose: str | None = None
+    weibull_scale: float | None = None
+    weibull_shape: float | None = None
 
     def between(self, low: float, high: float) -> float:
         """Hours a year with speeds from `low` to `high` [m/s]."""
@@ -224,11 +257,11 @@ def load_bridge(path: Path, motion: Motion) -> Bridge:
     return Bridge(**values, motion=motion, sha256=digests, documents=texts)
 
 
-def stand_in(tree: "xr.DataTree", motion: Motion, rig: str, damping_ratio: Quantity = DAMPING) -> Bridge:
+def stand_in(tree: "xr.DataTree", motion: Motion, rig: str) -> Bridge:
     """The section model itself as a bridge, for an answer before there is one: its depth, frequency and mass ratio."""
     data = tree["constant_data"]
     frequency = float(data["frequency"].to_numpy()[names_of(data["rig"]).index(rig)])
-    mode = Mode("section", Quantity(frequency), shape=uniform(), damping_ratio=damping_ratio)
+    mode = Mode("section", Quantity(frequency), shape=uniform())
     return Bridge(
         "the section model itself", motion, float(data["width"]), float(data["depth"]), AIR_DENSITY, Quantity(1.0), (),
         (mode,),
@@ -242,9 +275,10 @@ def _mode(table: Table, motion: Motion, digests: dict[str, str]) -> Mode:
     key, other, dimension = ("mass", "inertia", MASS) if motion is Motion.HEAVING else ("inertia", "mass", INERTIA)
     if other in table:
         raise table.error(other, f"{other}, for a {motion.value} mode", key)
-    name = text('a name: "sine", "uniform" or a CSV file', "sine").read(table, "shape")
+    name, half_waves = text('a name: "sine", "uniform" or a CSV file', "sine").read(table, "shape"), None
     if name == "sine":
-        shape = sine(whole(1, 100, 1).read(table, "half_waves"))
+        half_waves = whole(1, 100, 1).read(table, "half_waves")
+        shape = sine(half_waves)
     elif "half_waves" in table:
         raise table.refusal("half_waves", 'none: it belongs to shape = "sine"')
     elif name == "uniform":
@@ -254,28 +288,55 @@ def _mode(table: Table, motion: Motion, digests: dict[str, str]) -> Mode:
         digests[name] = sha256(read_bytes(table.file.parent / name, LARGEST_TABLE)).hexdigest()
     mass = _uncertain(table, key, dimension) if key in table else None
     values = {key: field.read(table, key) for key, field in _MODE.items()}
+    length = table.number("length", LENGTH) if "length" in table else None
     modal, spread = values["modal_mass"], None
     if modal is not None:
         modal, spread = modal.mean, modal.relative_sd if modal.sd is not None else None
-    elif "length" in table and mass is not None:
-        modal = mass.mean * table.number("length", LENGTH) * shape.integral(2.0)
+    elif length is not None and mass is not None:
+        modal = mass.mean * length * shape.integral(2.0)
     mode = Mode(
         values["name"], values["frequency"], mass, modal, shape, values["damping_ratio"], values["lock_in"], spread,
         lock_in_shape=_lock_in_shape(table, digests) if "lock_in_shape" in table else None,
+        length=length, half_waves=half_waves,
     )  # fmt: skip
     return identified(mode, values["identified_frequency"], values["identified_damping_ratio"])
 
 
-def identified(mode: Mode, frequency: Quantity | None, damping_ratio: Quantity | None) -> Mode:
-    """The mode as it was identified on the bridge, which takes the place of what was assumed of it."""
-    if frequency is None and damping_ratio is None:
+def identified(
+    mode: Mode, frequency: Quantity | None, damping_ratio: Quantity | None, option: str | None = None
+) -> Mode:
+    """The mode as it was identified on the bridge, which takes the place of what was assumed of it.
+
+    `option` says it on the command line; None: fields of bridge.toml do.
+    """
+    said = {"frequency": frequency, "damping_ratio": damping_ratio}
+    given = {
+        key: Given("identified", option or f"identified_{key}", quantity.sd is not None if option else None)
+        for key, quantity in said.items()
+        if quantity is not None
+    }
+    if not given:
         return mode
+    if mode.designed is None and "damping_ratio" in mode.given:
+        given = {"designed[1]": mode.given["damping_ratio"]} | given
     found, damping = frequency or mode.frequency, damping_ratio or mode.damping_ratio
     return replace(
         mode, frequency=found.or_relative_sd(MEASURED_FREQUENCY_COV),
         damping_ratio=damping.or_relative_sd(DAMPING_TEST_COV),
-        designed=mode.designed or (mode.frequency, mode.damping_ratio),
+        designed=mode.designed or (mode.frequency, mode.damping_ratio), given={**mode.given, **given},
     )  # fmt: skip
+
+
+def with_damping(bridge: "Bridge", damping_ratio: Quantity, option: str) -> "Bridge":
+    """The bridge with a damping ratio of the command line in every mode; 45 % where no uncertainty is stated."""
+    given = Given("command line", option, damping_ratio.sd is not None)
+    modes = tuple(
+        replace(
+            mode, damping_ratio=damping_ratio.or_relative_sd(DAMPING_COV), given={**mode.given, "damping_ratio": given}
+        )
+        for mode in bridge.modes
+    )
+    return replace(bridge, modes=modes)
 
 
 def _lock_in_shape(table: Table, digests: dict[str, str]) -> FloatArray:
@@ -321,14 +382,15 @@ def _wind(table: Table, digests: dict[str, str]) -> Wind:
         if not 0.0 < rows[:, 1].sum() <= 8790.0:
             raise InputError(path, "hours", f"{rows[:, 1].sum():g} hours in all", "up to the 8,766 of a year")
         digests[table.text("rose", "a CSV file")] = sha256(read_bytes(path, LARGEST_TABLE)).hexdigest()
-        return Wind(rows[:, 0], share * rows[:, 1])
+        return Wind(rows[:, 0], share * rows[:, 1], share=share, rose=table.text("rose", "a CSV file"))
     scale, shape = (_WIND[key].read(table, key) for key in ("weibull_scale", "weibull_shape"))
     # Fine where the hours are, and on to where no second of a year is left, which is far out for a small shape.
     ratio = np.linspace(0.0, 6.0, 601)
     last = _REACH ** (1.0 / shape)
     if last > 6.0:
         ratio = np.concatenate((ratio, np.geomspace(6.0, last, 600)[1:]))
-    return Wind(scale * ratio[1:], share * 8766.0 * np.diff(-np.exp(-(ratio**shape))))
+    hours = share * 8766.0 * np.diff(-np.exp(-(ratio**shape)))
+    return Wind(scale * ratio[1:], hours, share=share, weibull_scale=scale, weibull_shape=shape)
 
 
 _DAMPING_RATIO = Dimension("a damping ratio, a bare number", "", 0.003)

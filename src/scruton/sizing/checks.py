@@ -74,10 +74,10 @@ class Evidence:
     _curves: dict[str, dict[str, LawCurves]] = field(default_factory=dict, repr=False)  # by the nearest test
 
     @classmethod
-    def of(cls, tree: "xr.DataTree") -> "Evidence":
-        """Gather it from the tree of a fit."""
+    def of(cls, tree: "xr.DataTree", law_n: float | None = None) -> "Evidence":
+        """Gather it from the tree of a fit; `law_n` is the one law that is sized under, if it is one alone."""
         stated = STATED if one_rig(tree) else ()
-        known = {f"{tau:.2f}": law_curves(with_discrepancy(tree, tau)) for tau in stated}
+        known = {f"{tau:.2f}": law_curves(with_discrepancy(tree, tau), law_n=law_n) for tau in stated}
         return cls(tree, law_free(tree), straight_line(tree), known)
 
     def each_law(self, near: float) -> dict[str, LawCurves]:
@@ -99,11 +99,17 @@ class Evidence:
             curves[label] = law_curves(self.tree, **alone)
         return curves
 
-    def checks(self, model: ModeModel, limit: float, required: Required, u: FloatArray) -> Checks:
-        """Hold what a mode requires for a limit [m] or [rad] against all of it, at points of the unit cube."""
+    def checks(
+        self, model: ModeModel, limit: float, required: Required, u: FloatArray, needed: Mapping[str, FloatArray]
+    ) -> Checks:
+        """Hold what a mode requires for a limit [m] or [rad] against all of it, at points of the unit cube.
+
+        They are those that the requirement is from, and `needed` has what the draws need under each law that it rests
+        on: numbers that are the same by what they mean are the same.
+        """
         draws = model.draws(u)
         reach = {name: None if added is None else reach_of(draws, limit, added) for name, added in required.items()}
-        by_law = self._by_law(model, limit, reach, u)
+        by_law = self._by_law(model, limit, reach, u, needed)
         if self.law_free is not None:
             by_law[LAW_FREE] = required_of(replace(draws, law_free=self.law_free).needed(limit))
         stated = {
@@ -113,7 +119,12 @@ class Evidence:
         return Checks(reach, by_law, stated, None if self.line is None else _by_hand(draws, limit, self.line))
 
     def _by_law(
-        self, model: ModeModel, limit: float, reach: Mapping[str, Reach | None], u: FloatArray
+        self,
+        model: ModeModel,
+        limit: float,
+        reach: Mapping[str, Reach | None],
+        u: FloatArray,
+        needed: Mapping[str, FloatArray],
     ) -> dict[str, Required]:
         """Required damping by law and confidence, each from the test that is nearest to where it lies."""
         furthest = max((found.scruton_number for found in reach.values() if found), default=0.0)
@@ -123,7 +134,9 @@ class Evidence:
             for label, alone in self.each_law(found.scruton_number if found else furthest).items():
                 place = label, alone.reference
                 if place not in at_anchor:
-                    at_anchor[place] = required_of(replace(model, laws=alone).draws(u).needed(limit))
+                    known = needed.get(label)
+                    needs = replace(model, laws=alone).draws(u).needed(limit) if known is None else known
+                    at_anchor[place] = required_of(needs)
                 by_law.setdefault(label, {})[name] = at_anchor[place][name]
         return {**by_law}
 

@@ -86,8 +86,8 @@ def damper_table(model: ModeModel, limit: float, dampers: Sequence[TunedMass], s
             TunedMass(mass * one.mass_ratio, tuning * one.frequency_ratio, damping * one.damping_ratio)
             for one in dampers
         )
-        found = over.outcome(tuple(other))
-        return found.probability, max(found.stroke_high, _LEAST_STROKE)
+        risk, stroke = over.risk_and_stroke(tuple(other))
+        return risk, max(stroke, _LEAST_STROKE)
 
     grid = np.array([[[left(m, f, z) for z in DAMPING] for f in TUNING] for m in MASS])
     probability, stroke = (np.vectorize(_short)(values) for values in (grid[..., 0], grid[..., 1]))

@@ -5,10 +5,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scruton.arrays import FloatArray
-from scruton.sizing.damper_request import Delivered, delivered
+from scruton.arrays import BoolArray, FloatArray
+from scruton.sizing.bridge import Cost
+from scruton.sizing.damper_request import DamperRequest, Delivered, delivered
 from scruton.sizing.model import Draws, ModeModel, Spread, unit_cube
-from scruton.sizing.thresholds import MODAL_MASS_COV, RISK_MARGIN
+from scruton.sizing.thresholds import COST_RESOLVED, MODAL_MASS_COV, RISK_MARGIN, STROKE_TOLERANCE
 from scruton.sizing.tmd import TunedMass
 from scruton.sizing.tmd_design import BuiltDamper, Design, Detuned, design
 from scruton.sizing.tmd_draws import DamperDraws, Reality, frequency_power
@@ -16,7 +17,9 @@ from scruton.sizing.tmd_real import Flaws
 from scruton.sizing.tmd_tuning import TuningDraws
 
 TUNING_DRAWS, CHECK_DRAWS = 1 << 11, 1 << 15
-_CORRECTIONS, _MAP_POINTS = 4, 7
+_CORRECTIONS = 4
+_LIGHTER, _HEAVIER = 5, 3  # masses that are looked at, from a tenth of the dampers' to theirs and on to three times
+_COST_POINTS = 12  # more masses at the most, about that of least cost
 _STEP = 1.02  # of the mass, once it is a matter of little
 
 
@@ -49,7 +52,7 @@ class MassMap:
     mass_ratio, mass : (M,) array
         Of all dampers together, the second [kg], where the mode's is stated.
     probability : (M,) array
-        Of exceeding the limit, on draws that the dampers were not tuned with.
+        Of exceeding the limit, on draws that neither tuned nor checked.
     stroke, stroke_high, added_damping : (M,) array
         Median and 95 % quantile [m], and the median.
     """
@@ -60,6 +63,14 @@ class MassMap:
     stroke: FloatArray
     stroke_high: FloatArray
     added_damping: FloatArray
+
+    def allowed(self, asked: Asked) -> BoolArray:
+        """Whether dampers of each mass are within the mass ratios and the stroke that were asked for, (M,)."""
+        smallest, largest = _mass_ratios(asked)
+        within = (self.mass_ratio <= largest) & (self.mass_ratio >= (1.0 - 1e-9) * smallest)
+        if asked.largest_stroke is not None:
+            within &= self.stroke_high <= (1.0 + STROKE_TOLERANCE) * asked.largest_stroke
+        return np.asarray(within)
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +137,7 @@ def damper(model: ModeModel, limit: float, seed: int, *, risk: float | None = No
     def left_by(dampers: tuple[TunedMass, ...]) -> float:
         return max(check.probability(dampers, error) for error in (tuning.errors if dampers else (None,)))
 
-    ratios = (min(request.smallest_mass_ratio, request.largest_mass_ratio), request.largest_mass_ratio)
+    asked, ratios = _asked(model, asked_risk), _mass_ratios(request)
     aim, found = most, None
     for _ in range(_CORRECTIONS):
         found = design(
@@ -141,20 +152,31 @@ def damper(model: ModeModel, limit: float, seed: int, *, risk: float | None = No
     if found.achievable:
         found = _until_kept(found, lambda dampers: left_by(dampers) <= most, ratios[1])
     total = sum(each.mass_ratio for each in found.dampers)
-    mass = masses = None
-    chart_ratios = np.geomspace(max(0.1 * total, 2e-4), min(max(3.0 * total, 2e-3), 0.1), _MAP_POINTS)
-    if total > 0.0:
-        chart_ratios = np.unique(np.append(chart_ratios, total))
-    charted: list[tuple[TunedMass, ...]] = []
-    last: tuple[TunedMass, ...] = found.dampers
-    for ratio in chart_ratios:
-        last = tuning.least_risk(float(ratio), last)
-        charted.append(last)
-    outcomes = [tuning.outcome(dampers) for dampers in charted]
-    columns = np.array([(result.stroke, result.stroke_high, result.added_damping) for result in outcomes]).T
-    if mode.modal_mass is not None:
-        scale = mode.modal_mass / np.sum(shape**2) * shape.size
-        mass, masses = total * scale, chart_ratios * scale
+    scale = None if mode.modal_mass is None else mode.modal_mass / np.sum(shape**2) * shape.size
+    tuned_at: dict[float, tuple[TunedMass, ...]] = {total: found.dampers} if found.dampers else {}
+    told_of: dict[float, tuple[float, ...]] = {}
+
+    def chart(ratios: FloatArray) -> MassMap:
+        """What the best dampers of these masses leave, and those that were found, which are of the chart."""
+        for ratio in map(float, ratios):
+            if ratio not in tuned_at:
+                near = min(tuned_at, key=lambda other: abs(np.log(other / ratio)), default=None)
+                tuned_at[ratio] = tuning.best(ratio, aim, () if near is None else tuned_at[near])
+        for ratio in tuned_at.keys() - told_of.keys():
+            one = tuning.outcome(tuned_at[ratio])
+            left = fresh.probability(tuned_at[ratio])
+            told_of[ratio] = left, one.stroke, one.stroke_high, one.added_damping
+        columns = np.array([(ratio, *told_of[ratio]) for ratio in sorted(told_of)]).T
+        return MassMap(columns[0], None if scale is None else columns[0] * scale, *columns[1:])
+
+    ends = max(0.1 * total, 2e-4), min(max(3.0 * total, 2e-3), 0.1)
+    about = total if ends[0] < total < ends[1] else float(np.sqrt(ends[0] * ends[1]))
+    masses = chart(np.unique([*np.geomspace(ends[0], about, _LIGHTER), *np.geomspace(about, ends[1], _HEAVIER)]))
+    for _ in range(_COST_POINTS):
+        between = cheaper_between(model.bridge.cost, masses, asked, fresh.probability(()))
+        if between is None:
+            break
+        masses = chart(np.array([between]))
     outcome = tuning.outcome(found.dampers)
     detuned = tuple(
         Detuned(each.detuning, fresh.probability(found.dampers, each.detuning), each.stroke, each.stroke_high)
@@ -164,12 +186,37 @@ def damper(model: ModeModel, limit: float, seed: int, *, risk: float | None = No
     if found.dampers and not real.flaws.none:
         worst = tuning.probability_worst(found.dampers)
     return Damper(
-        _asked(model, asked_risk), positions[0], found.achievable, found.reason, found.dampers, total,
-        mass, fresh.probability(found.dampers), Spread(outcome.added_damping, low=outcome.added_damping_low),
-        Spread(outcome.stroke, high=outcome.stroke_high), detuned,
-        MassMap(chart_ratios, masses, np.array([check.probability(dampers) for dampers in charted]), *columns),
-        positions, worst, None if request.end_stop is None else outcome.struck,
+        asked, positions[0], found.achievable, found.reason, found.dampers, total,
+        None if scale is None else total * scale, fresh.probability(found.dampers),
+        Spread(outcome.added_damping, low=outcome.added_damping_low), Spread(outcome.stroke, high=outcome.stroke_high),
+        detuned, masses, positions, worst, None if request.end_stop is None else outcome.struck,
     )  # fmt: skip
+
+
+def cheaper_between(cost: Cost | None, chart: MassMap, asked: Asked, without: float) -> float | None:
+    """Mass ratio to look at next for the least expected cost; None where none can be noticeably less than the chart's.
+
+    Notes
+    -----
+    The risk falls with the mass, so between two masses nothing costs less than the lighter with the risk of the
+    heavier: the pair with the least of that is halved.
+    """
+    if cost is None or chart.mass is None or not (cost.per_kg > 0.0 and cost.failure > 0.0):
+        return None
+    per_ratio, allowed = cost.per_kg * chart.mass[-1] / chart.mass_ratio[-1], chart.allowed(asked)
+    total = cost.fixed + per_ratio * chart.mass_ratio + cost.failure * chart.probability
+    best = min([cost.failure * without, *total[allowed]])
+    smallest, largest = _mass_ratios(asked)
+    low, high = np.maximum(chart.mass_ratio[:-1], smallest), np.minimum(chart.mass_ratio[1:], largest)
+    least = cost.fixed + per_ratio * low + cost.failure * chart.probability[1:]
+    least = np.where((high > low) & allowed[1:], least, np.inf)
+    place = int(np.argmin(least))
+    return float(np.sqrt(low[place] * high[place])) if least[place] < (1.0 - COST_RESOLVED) * best else None
+
+
+def _mass_ratios(asked: Asked | DamperRequest) -> tuple[float, float]:
+    """The smallest and the largest that is allowed."""
+    return min(asked.smallest_mass_ratio, asked.largest_mass_ratio), asked.largest_mass_ratio
 
 
 def struck_flag(name: str, found: Damper) -> list[str]:

@@ -91,13 +91,13 @@ def as_built(bridge: Bridge, stated: Sequence[str]) -> Bridge:
         if name.strip() not in modes or not 1 <= len(values) <= 2 or not any(values):
             names = ", ".join((*modes, *bridge.others))
             raise InputError("command line", "--identified", f'"{text}"', f"{_AS_BUILT}; modes: {names}")
-        found = [
+        frequency, damping = (
             parse_quantity(_number(value), dimension, "command line", "--identified") if value else None
             for value, dimension in zip([*values, ""][:2], (FREQUENCY, _DAMPING), strict=True)
-        ]
-        if found[1] is not None and not found[1].mean < 1.0:
+        )
+        if damping is not None and not damping.mean < 1.0:
             raise InputError("command line", "--identified", f'"{text}"', "a damping ratio below 1")
-        modes[name.strip()] = identified(modes[name.strip()], *found)
+        modes[name.strip()] = identified(modes[name.strip()], frequency, damping, f"--identified {text}")
     return replace(bridge, modes=tuple(modes.values()))
 
 

@@ -11,7 +11,7 @@ from scruton.sizing.bridge import Cost
 from scruton.sizing.dampers import Damper
 from scruton.sizing.model import DAMPING, DISCREPANCY, LAW, SECTION, SOURCES, TRANSFER, Draws, ModeModel, unit_cube
 from scruton.sizing.risk import Risk
-from scruton.sizing.thresholds import DAMPING_TEST_COV, STEADY_COV, STROKE_TOLERANCE
+from scruton.sizing.thresholds import DAMPING_TEST_COV, STEADY_COV
 
 POINTS = 1 << 14
 _KNOTS, _DEGREE = 6, 3
@@ -131,11 +131,7 @@ def cost_by_mass(cost: Cost, probability: float, damper: Damper) -> CostByMass |
         return None
     bought, failure = cost.fixed + cost.per_kg * chart.mass, cost.failure * chart.probability
     total, without = bought + failure, cost.failure * probability
-    allowed = (chart.mass_ratio <= asked.largest_mass_ratio) & (
-        chart.mass_ratio >= (1 - 1e-9) * asked.smallest_mass_ratio
-    )
-    if asked.largest_stroke is not None:
-        allowed &= chart.stroke_high <= (1.0 + STROKE_TOLERANCE) * asked.largest_stroke
+    allowed = chart.allowed(asked)
     best = int(np.argmin(np.where(allowed, total, np.inf)))
     place = (float(chart.mass[best]), float(total[best]), best == total.size - 1)
     if not allowed[best] or without <= total[best]:

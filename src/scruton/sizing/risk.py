@@ -121,12 +121,13 @@ def risk(model: ModeModel, limit: Limit, *, seed: int = 0, evidence: Evidence | 
     with np.errstate(invalid="ignore"):
         excess = np.maximum(amplitude - largest, 0.0).mean(axis=0)
         low, middle, high = np.quantile(amplitude, [0.05, 0.5, 0.95], axis=0, method="inverted_cdf")
-    by_law = {}
+    under = {}
     for k, label in enumerate(model.laws.labels):
         if model.laws.weights[k] > 1e-6:
             v = u.copy()
             v[:, LAW] = model.laws.weights[:k].sum() + 0.5 * model.laws.weights[k]
-            by_law[label] = probability(model.draws(v).needed(largest), added)
+            under[label] = model.draws(v).needed(largest) if len(model.laws.labels) > 1 else needed
+    by_law = {label: probability(needs, added) for label, needs in under.items()}
     # The band: for every curve of the section, draws of all else.
     outer, both = unit_cube(_CURVES, seed + 1), np.tile(unit_cube(_INNER, seed + 2), (_CURVES, 1))
     for source in (SECTION, LAW):
@@ -142,7 +143,7 @@ def risk(model: ModeModel, limit: Limit, *, seed: int = 0, evidence: Evidence | 
         name: never if damping is None else f"{100 * damping:.3f} %" if damping else "none"
         for name, damping in wanted.items()
     }
-    checks = evidence.checks(model, largest, wanted, u[: POINTS // 4]) if evidence else Checks()
+    checks = evidence.checks(model, largest, wanted, u, under) if evidence else Checks()
     return Risk(
         limit.text, rule.title, rule.source, rule.confirm, largest, float(np.mean(needed > 0.0)),
         float(curve.expected_exceedance[0]), wanted, in_words, curve,

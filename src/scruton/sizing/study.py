@@ -177,6 +177,8 @@ class Part:
         Of every mode: in the light of the fit, and as it was sized, once it was.
     unconverged, said : tuple of str
         Posteriors that did not converge, as of `untrusted`, and what has to be said of the fit.
+    law_n : float or None
+        The one law that it is sized under, if it is one alone.
     """
 
     fit: "xr.DataTree"
@@ -186,6 +188,7 @@ class Part:
     unconverged: tuple[str, ...]
     said: tuple[str, ...]
     modes: tuple[ModeSizing, ...] = ()
+    law_n: float | None = None
 
     @property
     def limits_met(self) -> list[float]:
@@ -218,7 +221,7 @@ def part_of(
     remarks = [*aside(tree), *what_if(tree, law_n), *said]
     if law_n is not None and "effect" in tree:
         remarks.append(f"the fit carries {tree['effect'].attrs['effect']}; under one law alone it is left out")
-    return Part(tree, bridge, rules, models, tuple(untrusted(tree)), tuple(remarks))
+    return Part(tree, bridge, rules, models, tuple(untrusted(tree)), tuple(remarks), law_n=law_n)
 
 
 def modes_sized(parts: Sequence[Part], seed: int, progress: Progress | None = None) -> list[Part]:
@@ -231,7 +234,7 @@ def modes_sized(parts: Sequence[Part], seed: int, progress: Progress | None = No
             progress(what, (len(modes) + done) / (len(models) + 1))
 
     for part in parts:
-        evidence = Evidence.of(part.fit)
+        evidence = Evidence.of(part.fit, part.law_n)
         for model in part.models:
             modes.append(_mode(model, part.rules, evidence, part.unconverged, seed, tell))
     if models[0].bridge.damper.risk_of is RiskOf.ANY and len(modes) > 1 and not any(one.unconverged for one in parts):

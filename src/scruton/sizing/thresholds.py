@@ -53,6 +53,9 @@ RISK_MARGIN = 3.0
 # Of the largest stroke, by which a damper of given mass may miss it.
 STROKE_TOLERANCE = 0.01
 
+# Of the least expected cost by mass: what a mass between those looked at may save unnoticed. It is told to two digits.
+COST_RESOLVED = 0.02
+
 # Coefficient of variation of a structural damping ratio from free decays or ambient vibration of the finished bridge.
 DAMPING_TEST_COV = 0.15
 

@@ -133,11 +133,14 @@ def design(
             stroke, largest = draws.outcome(dampers).stroke_high, draws.largest_stroke
             by_stroke = largest is not None and stroke > 0.99 * largest
             reason = f"the {'stroke' if by_stroke else 'risk'} decides on the mass"
-            if sum(each.mass_ratio for each in dampers) < 1.01 * smallest:
+            if (total := sum(each.mass_ratio for each in dampers)) < 1.01 * smallest:
                 reason = f"the smallest mass ratio, {100.0 * smallest:g} %, decides on the mass"
+                # The search for the lightest lets spare mass shorten the stroke, which nobody asked for.
+                robust, _ = draws.tune(total, risk, spare=True)
+                dampers = robust if draws.keeps(robust, risk) else dampers
         else:
-            # The draw that decides at this risk may be out of reach for all: what is left to seek is the least risk.
-            dampers = dampers if draws.largest_stroke is not None else draws.least_risk(largest_mass_ratio)
+            # What is left to seek is the least risk.
+            dampers = dampers if draws.largest_stroke is not None else draws.best(largest_mass_ratio, risk)
             reason = _why_not(draws, dampers, risk, largest_mass_ratio)
     off = [draws.outcome(dampers, error) for error in DETUNINGS]
     detuned = [Detuned(e, o.probability, o.stroke, o.stroke_high) for e, o in zip(DETUNINGS, off, strict=True)]

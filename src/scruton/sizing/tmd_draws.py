@@ -154,7 +154,7 @@ class DamperDraws:
             amplitude, found = limit_cycle(
                 lambda size: self._respond(dampers, detuning, size), self.amplitude, self.limit, largest=False
             )
-        stroke = (self.shape[:, None] * found.stroke).max(axis=0) * amplitude
+        stroke = self._stroke(found, amplitude)
         return Outcome(
             left,
             float(np.median(stroke)),
@@ -163,6 +163,18 @@ class DamperDraws:
             float(np.quantile(found.added_damping, 0.05)),
             float(np.mean(stroke > self.reality.flaws.stop)),
         )
+
+    def risk_and_stroke(self, dampers: tuple[TunedMass, ...]) -> tuple[float, float]:
+        """Probability and 95 % quantile of the stroke, as of `outcome`, of dampers that move freely."""
+        amplitude, found = self.at_limit(dampers)
+        assert found is not None
+        assert self.reality.flaws.none
+        high = float(np.quantile(self._stroke(found, amplitude), STROKE_QUANTILE))
+        return float(np.mean(amplitude > self.limit)), high
+
+    def _stroke(self, found: Response, amplitude: FloatArray) -> FloatArray:
+        """Largest stroke among the dampers [m], (S,)."""
+        return np.asarray((self.shape[:, None] * found.stroke).max(axis=0) * amplitude)
 
     def _respond(self, dampers: tuple[TunedMass, ...], detuning: float | None, size: FloatArray | float) -> Response:
         """What the dampers do at an amplitude of the mode, (S,)."""

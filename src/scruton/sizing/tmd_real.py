@@ -69,17 +69,23 @@ def respond_at(
     found = respond(mu, f, zeta)
     if flaws.none:
         return found
+    added, frequency, relative = found.added_damping.copy(), found.frequency.copy(), found.stroke.copy()
+    friction, stop = (np.broadcast_to(each, frequency.shape) for each in (flaws.friction, flaws.stop))
+    rest = np.arange(frequency.size)  # draws whose frequency still moves
     for _ in range(_PASSES):
-        g = found.frequency
-        stroke = _stroke(f, zeta, g, movement, flaws)
-        share = np.where(stroke > flaws.stop, flaws.stop / np.maximum(stroke, 1e-300), 1.0)
-        stiff = f * np.sqrt(1.0 + flaws.stop_stiffness * _contact(share))
+        g, left = frequency[rest], Flaws(friction[rest], stop[rest], flaws.stop_stiffness)
+        of = mu[:, rest], f[:, rest], zeta[:, rest]
+        stroke = _stroke(of[1], of[2], g, movement[:, rest], left)
+        share = np.where(stroke > left.stop, left.stop / np.maximum(stroke, 1e-300), 1.0)
+        stiff = of[1] * np.sqrt(1.0 + flaws.stop_stiffness * _contact(share))
         with np.errstate(divide="ignore", invalid="ignore"):
-            dry = np.where(np.asarray(flaws.friction) > 0.0, 2.0 * flaws.friction / (np.pi * g * stroke), 0.0)
-        found = respond(mu, stiff, np.minimum((zeta * f + dry) / stiff, _HELD))
-        if np.max(np.abs(found.frequency - g)) < _CLOSE:
+            dry = np.where(np.asarray(left.friction) > 0.0, 2.0 * left.friction / (np.pi * g * stroke), 0.0)
+        found = respond(of[0], stiff, np.minimum((of[2] * of[1] + dry) / stiff, _HELD))
+        added[rest], frequency[rest], relative[:, rest] = found.added_damping, found.frequency, found.stroke
+        rest = rest[np.abs(found.frequency - g) >= _CLOSE]
+        if not rest.size:
             break
-    return found
+    return Response(added, frequency, relative)
 
 
 def limit_cycle(

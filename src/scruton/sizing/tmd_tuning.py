@@ -2,7 +2,8 @@
 
 A draw needs a certain added damping, found once; dampers add another, which is read off a table over the error of the
 frequency, with the slopes of its logarithm in mass and damping.  Tuning minimises the order statistic of their ratio
-that decides on the risk: the risk itself is a staircase, this is continuous.
+that decides on the risk: the risk itself is a staircase, this is continuous.  The lightest dampers are sought where
+that or the stroke is nearest to its limit; what mass there is to spare goes into the ratio, not into a short stroke.
 """
 
 from collections.abc import Callable
@@ -24,6 +25,7 @@ _BEND = 0.07  # of the logarithm of the frequency, for the change of what is nee
 _CLOSE, _CLOSE_ENOUGH = 3e-3, 1e-2  # of a tuning to the best: of what is built, and of a chart of many masses
 _LOWERINGS = 3  # of the risk that a tuning aims at
 _FAR = 1e3  # what lacks at a tuning that no one would build
+_STROKE_WEIGHT = 10.0  # a stroke beyond its limit, in logarithms, weighs more than any risk that it saves
 _OUT_OF_REACH = 1e6
 
 
@@ -118,7 +120,13 @@ class TuningDraws(DamperDraws):
         return self.largest_stroke is None or self.outcome(dampers).stroke_high <= self.largest_stroke
 
     def tune(
-        self, mass_ratio: float, risk: float | None, near: tuple[TunedMass, ...] = (), *, close: float = _CLOSE
+        self,
+        mass_ratio: float,
+        risk: float | None,
+        near: tuple[TunedMass, ...] = (),
+        *,
+        spare: bool = False,
+        close: float = _CLOSE,
     ) -> tuple[tuple[TunedMass, ...], float]:
         """Tune dampers of one total mass.
 
@@ -130,6 +138,9 @@ class TuningDraws(DamperDraws):
         near : tuple of TunedMass
             Dampers of another mass to start from; without them the search starts from Den Hartog's damping, from half
             and from twice of it.
+        spare : bool
+            Whether the mass may be more than enough: damping is added beyond what is needed, as far as the stroke
+            allows, at the worst of the frequency errors.  Else what lacks most is made least, risk or stroke.
         close : float
             How near to the best the logarithms of damping and frequency have to come.
 
@@ -159,7 +170,10 @@ class TuningDraws(DamperDraws):
                 outside = float(max(outside, -x[2], x[2] - 4.0))
             if outside > 1.0 or unit * np.max(np.abs(x[1:])) > 0.8:
                 return _FAR + outside
-            return self.lack(dampers(x), risk) + 10.0 * outside
+            lacking, stroke = self._lacks(dampers(x), risk)
+            if spare or risk is None:
+                return lacking + _STROKE_WEIGHT * max(stroke + _CLOSE, 0.0) + 10.0 * outside
+            return max(lacking, stroke) + 10.0 * outside
 
         if near:
             bottom, top = sorted((near[0].frequency_ratio, near[-1].frequency_ratio))
@@ -180,20 +194,28 @@ class TuningDraws(DamperDraws):
                 )
             )  # fmt: skip
         best = dampers(min(searches, key=lambda each: float(each.fun)).x)
-        return best, self.lack(best, risk)
+        return best, max(self._lacks(best, risk))
 
-    def least_risk(self, mass_ratio: float, near: tuple[TunedMass, ...] = ()) -> tuple[TunedMass, ...]:
-        """Tune dampers of one total mass for the least risk: each tuning aims below the risk of the last.
+    def best(
+        self, mass_ratio: float, risk: float, near: tuple[TunedMass, ...] = (), *, close: float = _CLOSE_ENOUGH
+    ) -> tuple[TunedMass, ...]:
+        """Tune dampers of one total mass for the most added damping over what is needed at a risk.
 
-        Within the largest stroke, where this mass can keep it; `near` as of `tune`.
+        Where the mass does not keep the risk, for the least risk: each tuning aims below the risk of the last.  Within
+        the largest stroke, where this mass can keep it; `near` and `close` as of `tune`.
         """
+        # The draw that decides at this risk may be out of reach for all.
+        known = risk if np.mean(np.isinf(self.needed)) <= risk else None
+        best, lack = self.tune(mass_ratio, known, near, spare=True, close=close)
+        if known is not None and lack <= 0.0:
+            return best
         largest = np.inf if self.largest_stroke is None else self.largest_stroke
-        best, _ = self.tune(mass_ratio, None, near, close=_CLOSE_ENOUGH)
         left = self.outcome(best)
         for _ in range(_LOWERINGS):
             if left.probability == 0.0:
                 break
-            other, _ = self.tune(mass_ratio, left.probability - 0.5 / self.detuning.size, best, close=_CLOSE_ENOUGH)
+            aim = left.probability - 0.5 / self.detuning.size
+            other, _ = self.tune(mass_ratio, aim, best, spare=True, close=close)
             lower = self.outcome(other)
             strokes = [outcome.stroke_high / largest - 1.0 for outcome in (left, lower)]
             if lower.probability >= left.probability or strokes[0] <= STROKE_TOLERANCE < strokes[1]:
@@ -201,11 +223,15 @@ class TuningDraws(DamperDraws):
             best, left = other, lower
         return best
 
-    def lack(self, dampers: tuple[TunedMass, ...], risk: float | None) -> float:
+    def lack(self, dampers: tuple[TunedMass, ...], risk: float) -> float:
         """Logarithm of needed over added damping at the draw that decides on a risk, or of the stroke over its limit.
 
         The greatest of them, at the errors of the frequency at which the risk is to be kept; 0 or less keeps all.
         """
+        return max(self._lacks(dampers, risk))
+
+    def _lacks(self, dampers: tuple[TunedMass, ...], risk: float | None) -> tuple[float, float]:
+        """Logarithms of needed over added damping, as of `tune`, and of the stroke over its limit."""
         table, lacking, stroke = self._table(dampers), -np.inf, 0.0
         for below, above, part in self._places if risk is not None else self._places[:1]:
             rows = table[:, below] * (1.0 - part) + table[:, above] * part
@@ -217,11 +243,12 @@ class TuningDraws(DamperDraws):
                 amplitude = self.amplitude(added, np.exp(rows[4]))
                 stroke = float(np.quantile(relative * amplitude, STROKE_QUANTILE)) / self.largest_stroke
             if risk is None:
-                # A stroke beyond its limit weighs more than any risk that it saves.
-                return float(np.mean(np.log(np.clip(ratio, 1e-2, 1e2)))) + 10.0 * float(np.log(max(stroke, 1.0)))
-            last = ratio.size - 1 - int(np.floor(risk * ratio.size + 1e-9))
-            lacking = max(lacking, float(np.partition(ratio, last)[last]))
-        return float(np.log(max(np.clip(lacking, 1.0 / _OUT_OF_REACH, _OUT_OF_REACH), stroke)))
+                lacking = float(np.exp(np.mean(np.log(np.clip(ratio, 1e-2, 1e2)))))
+            else:
+                last = ratio.size - 1 - int(np.floor(risk * ratio.size + 1e-9))
+                lacking = max(lacking, float(np.partition(ratio, last)[last]))
+        lacking, stroke = (float(np.clip(x, 1.0 / _OUT_OF_REACH, _OUT_OF_REACH)) for x in (lacking, stroke))
+        return float(np.log(lacking)), float(np.log(stroke))
 
     def _table(self, dampers: tuple[TunedMass, ...]) -> FloatArray:
         """Over the nodes: ln(added), slope in ln(mass), slope and bend in ln(damping), ln(g), ln(stroke), slope."""

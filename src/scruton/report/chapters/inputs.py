@@ -89,8 +89,9 @@ def _of_bridge(sizing: Mapping[str, Any]) -> Iterator[Row]:
         if "family" in parts:
             value += f", {parts['family']['value']}"
         default = [part for part, one in parts.items() if one["origin"] == "default"]
-        origin = "default" if len(default) == len(parts) else "stated"
-        if origin == "stated" and default:
+        others = [one["origin"] for one in parts.values() if one["origin"] != "default"]
+        origin = others[0] if others else "default"
+        if others and default:
             origin += f"; {' and '.join(default)} by default"
         sources = dict.fromkeys(one["source"] for one in parts.values() if one["source"])
         yield _name(name, modes), value, origin, "; ".join(sources) or "bridge.toml"
@@ -98,6 +99,8 @@ def _of_bridge(sizing: Mapping[str, Any]) -> Iterator[Row]:
 
 def _name(name: str, modes: list[str]) -> str:
     """A place in bridge.toml in words: "modes[0].mass" is "mode V1, mass"."""
+    if name.startswith("program."):
+        return name.replace(".", ", ").replace("_", " ")
     place = re.match(r"modes\[(\d+)\]\.", name)
     words = [_words(part) for part in name[place.end() if place else 0 :].split(".")]
     if place:

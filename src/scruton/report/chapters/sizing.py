@@ -261,16 +261,17 @@ def _currency(cost: Content) -> str:
 def _cheapest(mode: Content) -> Iterator[str]:
     """What the cheapest mass of damper comes to, and the cheapest damping, in a sentence each."""
     cost = mode.get("cost") or {}
-    least = f"Least expected cost, mode {mode['name']}"
+    least = f"Least expected cost, mode {mode['name']}, where"
     if by_mass := cost.get("by_mass"):
         best, without = by_mass["best_mass"], f"without a damper {money(by_mass['without'])} {_currency(cost)}"
         end = ", the heaviest looked at" if by_mass["at_the_end"] else ""
         choice = f"with a damper of {number(best / 1e3, 2)} t{end}; {without}." if best else "without a damper."
-        yield f"{least}: {money(by_mass['best_total'])} {_currency(cost)} {choice}"
+        yield f"{least} dampers are bought by their mass: {money(by_mass['best_total'])} {_currency(cost)} {choice}"
     if by_damping := cost.get("by_damping"):
         end = ", the most looked at" if by_damping["at_the_end"] else ""
         added = damping(by_damping["best_added_damping"], 2)
-        yield f"{least}: {money(by_damping['best_total'])} {_currency(cost)} with {added} added damping{end}."
+        total = f"{money(by_damping['best_total'])} {_currency(cost)}"
+        yield f"{least} damping is bought by the percentage point: {total} with {added} added damping{end}."
 
 
 def _hours(content: Content, between: str, velocity: Callable[..., str], hours: Callable[..., str]) -> list[Any]:

@@ -193,8 +193,8 @@ def damper_masses(content: Content, mode: Content) -> FigureWithCaption:
     left.set_title(f"Mode {style.shorten(mode['name'])}: {dampers}, tuned at every mass")
     return FigureWithCaption(
         drawing,
-        caption=f"Tuned mass damper of mode {mode['name']}: risk and stroke against its mass, tuned for the least risk "
-        "at every mass under the uncertainty of the frequency"
+        caption=f"Tuned mass damper of mode {mode['name']}: risk and stroke against its mass, tuned at every mass for "
+        "the risk asked for, or the least where the mass does not keep that, under the uncertainty of the frequency"
         + (", within the largest stroke where the mass allows it." if damper["asked"]["largest_stroke"] else "."),
         alt=f"Risk falls with mass; the {'lightest that is good enough' if damper['achievable'] else 'heaviest'} "
         f"leaves {damper['probability']:.3f}.",
