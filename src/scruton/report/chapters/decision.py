@@ -33,7 +33,7 @@ def decision_page(material: Material) -> Iterator[Block]:
 @by_conventions
 def _decision(sizing: Content, material: Material) -> Iterator[Block]:
     fit, failed = material.fit, _unconverged(sizing, converged=material.fit.converged)
-    flags = list(dict.fromkeys([*sizing["flags"], *(fit.flags if fit.converged else ())]))
+    flags = list(dict.fromkeys([*sizing["flags"], *(fit.flags if fit.converged else ()), *material.cautions()]))
     if failed:
         yield Callout(ALARM, "Not to be trusted: the sampling did not converge.", flags[:1])
         flags = flags[1:]
@@ -95,7 +95,7 @@ def decision_sentence(sizing: Content, failed: Sequence[str] = ()) -> str:
             if need.reach is not None
         ]
         sentences.append(
-            f"Test a rig at a Scruton number of about {_and(places)} before it is built: the answer lies far from "
+            f"Test a rig at a Scruton number of about {_and(places)} before it is built: the answer extrapolates from "
             "those tested."
         )
     elif wanting and any(governing(need.mode).get("required_at_discrepancy") for need in own if need.mode is not None):
