@@ -10,10 +10,11 @@ from sizing_room import LIMIT, mode_model
 from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
 from scruton.errors import InputError
-from scruton.sizing.bridge import Wind, load_bridge
+from scruton.sizing.bridge import load_bridge
 from scruton.sizing.hours import LockInShape, assumed_remarks, lock_in_hours, lock_in_shape
 from scruton.sizing.model import unit_cube
 from scruton.sizing.transfer import TurbulenceClass
+from scruton.sizing.wind import Wind
 
 EVEN = Wind(np.array([30.0]), np.array([3000.0]))  # 100 hours in every m/s
 

@@ -242,3 +242,17 @@ def test_what_is_needed_brings_the_amplitude_to_the_limit_where_the_discrepancy_
     np.testing.assert_allclose(draws.amplitude(needed), limit, rtol=1e-5)
     plain = replace(model, laws=replace(model.laws, coverage=None)).draws(unit_cube(1 << 10, 3)).needed(limit)
     assert np.quantile(needed, 0.95) > np.quantile(plain, 0.95)
+
+
+def test_draws_that_have_settled_are_left_alone_and_come_to_the_same():
+    """Against all repetitions for every draw, where the discrepancy grows with the distance."""
+    of = mode_model(0.2, 0.45)
+    covered = Coverage(np.array([0.00058]), np.array([0.05]), np.array([0.08]))
+    draws = replace(of, laws=replace(of.laws, coverage=covered)).draws(unit_cube(1 << 12, 0))
+    target = LIMIT / draws.scale
+    sc, on_curve = draws.scruton_number(0.0), target
+    for _ in range(25):
+        on_curve = target * np.exp(-draws.curve.spread(sc[:, None], on_curve[:, None])[:, 0] * draws.discrepancy)
+        sc = draws._inverse(on_curve)
+    assert np.std(draws.curve.spread(sc[:, None], on_curve[:, None])) > 0.0
+    np.testing.assert_allclose(draws.needed(LIMIT), sc / draws.factor - draws.damping_ratio, rtol=1e-7, atol=1e-12)

@@ -15,7 +15,7 @@ from scruton.campaign.schema import Motion
 from scruton.campaign.spelling import show
 from scruton.campaign.thresholds import LARGEST_TABLE, LARGEST_TOML
 from scruton.campaign.toml import Field, Table, anything, flag, is_number, number, parse_toml, text, whole
-from scruton.campaign.units import DENSITY, FREQUENCY, INERTIA, LENGTH, MASS, SPEED, Dimension
+from scruton.campaign.units import DENSITY, FREQUENCY, INERTIA, LENGTH, MASS, Dimension
 from scruton.errors import InputError
 from scruton.griffin.posterior import names_of
 from scruton.shown import shown
@@ -24,7 +24,8 @@ from scruton.sizing.limits import Limit, limit
 from scruton.sizing.mode_shape import ModeShape, read_shape, read_table, sine, uniform
 from scruton.sizing.stated import uncertain as _uncertain
 from scruton.sizing.thresholds import DAMPING_COV, DAMPING_TEST_COV, FREQUENCY_COV, MEASURED_FREQUENCY_COV
-from scruton.sizing.transfer import Transfer, TurbulenceClass, amplitude_of_coherence, read_transfer, read_turbulence
+from scruton.sizing.transfer import Transfer, amplitude_of_coherence, read_transfer
+from scruton.sizing.wind import Wind, read_wind
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,7 +34,6 @@ FORMAT = 1
 AIR_DENSITY = 1.225  # kg/m^3, sea level, 15 degrees
 # Steel box girders: median 0.3 %, as measured on one suspension bridge's modes and as designs assume.
 DAMPING = Quantity(0.003 * float(np.sqrt(1.0 + DAMPING_COV**2)), 0.003 * DAMPING_COV * 1.0966, minimum=0.001)
-_REACH = 18.0  # of -ln(1 - probability) of the wind speed: half a second a year lies beyond
 _SHARE = Dimension("a bare number", "", 0.5)
 
 
@@ -97,29 +97,6 @@ class Mode:
     length: float | None = None
     half_waves: int | None = None
     given: Mapping[str, Given] = field(default_factory=dict)
-
-
-@dataclass(frozen=True, eq=False)
-class Wind:
-    """Hours a year of wind from directions that matter, by class of speed with the upper end [m/s]; (N,), rising.
-
-    `turbulence` has its classes of turbulence, at every speed alike; empty: as in the tunnel.  The hours come from a
-    file, `rose`, or from a Weibull distribution (scale in m/s), and have the `share` of the time in them.
-    """
-
-    speed: FloatArray
-    hours: FloatArray
-    turbulence: tuple[TurbulenceClass, ...] = ()
-    share: float = 1.0
-    rose: str | None = None
-    weibull_scale: float | None = None
-    weibull_shape: float | None = None
-
-    def between(self, low: float, high: float) -> float:
-        """Hours a year with speeds from `low` to `high` [m/s]."""
-        edges = np.concatenate(([0.0], self.speed))
-        total = np.concatenate(([0.0], np.cumsum(self.hours)))
-        return float(np.interp(high, edges, total) - np.interp(low, edges, total))
 
 
 @dataclass(frozen=True)
@@ -226,10 +203,7 @@ def load_bridge(path: Path, motion: Motion) -> Bridge:
     if len(set(names)) < len(names):
         raise top.error("modes", f'the name "{max(names, key=names.count)}" twice', "a name of its own for each mode")
     values = {key: field.read(top, key) for key, field in _TOP.items()}
-    wind = None
-    if "wind" in top:
-        classes = read_turbulence(top.table("wind"), motion, values["width"], values["depth"])
-        wind = replace(_wind(top.table("wind"), digests), turbulence=classes)
+    wind = read_wind(top.table("wind"), motion, values["width"], values["depth"], digests) if "wind" in top else None
     damper = top.table("damper")
     request = read_damper(damper)
     if unknown := set(request.positions) - {"", *names}:
@@ -368,37 +342,9 @@ def _limits(table: Table, key: str) -> tuple[Limit, ...]:
     return tuple(limit(rule, str(table.file), f"limits[{i}]") for i, rule in enumerate(texts))
 
 
-def _wind(table: Table, digests: dict[str, str]) -> Wind:
-    """Read a rose from a file, or a Weibull distribution."""
-    table.check_keys(_WIND)
-    share = _WIND["share"].read(table, "share")
-    if "rose" in table:
-        path = table.file.parent / table.text("rose", "a CSV file")
-        wanted = "one header line, then upper speed [m/s] and hours a year of each class, speeds rising"
-        rows = read_table(path, wanted)
-        usable = rows.shape[1] == 2 and np.isfinite(rows).all() and (rows >= 0.0).all()
-        if not usable or not (np.diff(rows[:, 0], prepend=0.0) > 0.0).all():
-            raise InputError(path, "", "other rows", wanted)
-        if not 0.0 < rows[:, 1].sum() <= 8790.0:
-            raise InputError(path, "hours", f"{rows[:, 1].sum():g} hours in all", "up to the 8,766 of a year")
-        digests[table.text("rose", "a CSV file")] = sha256(read_bytes(path, LARGEST_TABLE)).hexdigest()
-        return Wind(rows[:, 0], share * rows[:, 1], share=share, rose=table.text("rose", "a CSV file"))
-    scale, shape = (_WIND[key].read(table, key) for key in ("weibull_scale", "weibull_shape"))
-    # Fine where the hours are, and on to where no second of a year is left, which is far out for a small shape.
-    ratio = np.linspace(0.0, 6.0, 601)
-    last = _REACH ** (1.0 / shape)
-    if last > 6.0:
-        ratio = np.concatenate((ratio, np.geomspace(6.0, last, 600)[1:]))
-    hours = share * 8766.0 * np.diff(-np.exp(-(ratio**shape)))
-    return Wind(scale * ratio[1:], hours, share=share, weibull_scale=scale, weibull_shape=shape)
-
-
 _DAMPING_RATIO = Dimension("a damping ratio, a bare number", "", 0.003)
 _MONEY = Dimension("an amount of money, a bare number", "", 1e6, positive=False, largest=1e15)
 _AMOUNT = number(_MONEY, 0.0, good=lambda amount: amount >= 0.0, wanted="an amount of zero or more")
-_SHAPE = Dimension("a shape parameter, a bare number", "", 2.0)
-_SHAPES = "a shape parameter between 0.5 and 20; winds have about 2"
-_SHARES = "the part of the time from directions that matter, up to 1"
 
 _TOP = {
     "format": anything(),
@@ -430,13 +376,6 @@ _MODE = {
     "damping_ratio": Field(lambda table, key: _uncertain(table, key, _DAMPING_RATIO, DAMPING_COV), DAMPING),
     "lock_in": Field(_pair, None),
     "lock_in_shape": anything(),
-}
-_WIND = {
-    "rose": anything(),
-    "turbulence": anything(),
-    "weibull_scale": number(SPEED),
-    "weibull_shape": number(_SHAPE, good=lambda shape: 0.5 <= shape <= 20.0, wanted=_SHAPES),
-    "share": number(_SHARE, 1.0, good=lambda share: share <= 1.0, wanted=_SHARES),
 }
 _COST = {
     "currency": text(default="", blank=True),

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ndtri
 
-from scruton.arrays import FloatArray
+from scruton.arrays import BoolArray, FloatArray
 from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
 from scruton.dynamics.laws import index_of
@@ -40,6 +40,8 @@ SOURCES = {
 }
 TRANSFER = (TURBULENCE, REYNOLDS, DETAILS)
 _REPETITIONS = 25  # most take five; one in a thousand meets a bend of the distance
+_SETTLED, _LOOKS = 1e-10, (7, 12)  # change that is none, and repetitions after which draws without one are left alone
+_OWN = ("scale", "damping_ratio", "factor", "detuning", "discrepancy", "row")  # arrays of the draws
 _BLOCKS = 64  # of the posterior's draws, between which Monte Carlo errors look for differences
 
 
@@ -273,12 +275,28 @@ class Draws:
         """
         with np.errstate(divide="ignore"):  # a coherence that comes out as zero keeps any limit
             target = limit / self.scale
-        sc, on_curve = self.scruton_number(0.0), target
-        for _ in range(_REPETITIONS):
-            spread = self.curve.spread(sc[:, None], on_curve[:, None])[:, 0]
-            on_curve = target * np.exp(-spread * self.discrepancy)
-            sc = self._inverse(on_curve)
+        sc, on_curve = self.scruton_number(0.0), np.array(target)
+        left, rest = self, np.arange(len(self))  # draws that still move
+        for k in range(_REPETITIONS):
+            spread = left.curve.spread(sc[rest, None], on_curve[rest, None])[:, 0]
+            on_curve[rest] = target[rest] * np.exp(-spread * left.discrepancy)
+            found = left._inverse(on_curve[rest])
+            before, sc[rest] = sc[rest], found
+            if k in _LOOKS and self.span is None:
+                with np.errstate(invalid="ignore"):  # infinite ones stay what they are
+                    moves = ~((found == before) | (np.abs(found - before) <= _SETTLED * np.abs(found)))
+                rest, left = rest[moves], left.only(moves)
         return np.asarray(sc / self.factor - self.damping_ratio)
+
+    def only(self, kept: BoolArray) -> "Draws":
+        """These draws alone, where the curve is that of the section."""
+        assert self.span is None
+        curve = replace(
+            self.curve, amplitude=self.curve.amplitude[kept], relaxation=self.curve.relaxation[kept],
+            n=self.curve.n[kept], discrepancy=self.curve.discrepancy[kept],
+        )  # fmt: skip
+        own = {key: getattr(self, key)[kept] for key in _OWN}
+        return replace(self, curve=curve, **own)
 
     def _inverse(self, on_curve: FloatArray) -> FloatArray:
         """Scruton numbers at which the curves have these amplitudes, (N,)."""
