@@ -154,3 +154,28 @@ def test_a_wide_table_loses_nothing():
     broken = columns(("name", "x"), [("n" * 70, "1")], [True, False], 40)
     assert broken.count("n") == 71
     assert max(map(len, broken.splitlines())) <= 40
+
+
+@pytest.mark.parametrize("words", [("check", "{example}"), ("compare", "{fit}", "{fit}")], ids=" ".join)
+def test_a_page_replaces_pages_alone(words, small_results, tmp_path, capsys):
+    asked = [word.format(example=EXAMPLE, fit=small_results) for word in words]
+    record, page = tmp_path / "sc1p9_decay.csv", tmp_path / "page.html"
+    record.write_text("time [s],displacement [mm]\n0,1\n", encoding="utf-8")
+    assert main([*asked, "--html", str(record)]) == 2
+    assert "sc1p9_decay.csv: --html: found a file that is there and no page of scruton's" in capsys.readouterr().err
+    assert record.read_text(encoding="utf-8") == "time [s],displacement [mm]\n0,1\n"
+    assert main([*asked, "--html", str(page)]) in (0, 1)
+    page.write_text(page.read_text(encoding="utf-8") + "<!-- old -->", encoding="utf-8")
+    assert main([*asked, "--html", str(page)]) in (0, 1)
+    assert "<!-- old -->" not in page.read_text(encoding="utf-8"), "its own page is made anew"
+
+
+@pytest.mark.parametrize(
+    "words", [("score", "x", "y", "--markdown"), ("tune", "x", "-o")], ids=lambda words: " ".join(words)
+)
+def test_a_named_file_of_challenge_is_kept(words, tmp_path, capsys):
+    notes = tmp_path / "notes.md"
+    notes.write_text("mine", encoding="utf-8")
+    assert main(["challenge", *words, str(notes)]) == 2
+    assert "--force to replace it" in capsys.readouterr().err
+    assert notes.read_text(encoding="utf-8") == "mine"

@@ -15,6 +15,7 @@ from scruton.dynamics.effects import CATALOGUE
 from scruton.errors import InputError
 
 AUTO = "auto"  # the effect that diagnosis finds
+_GENERATOR, _HEAD = b'<meta name="generator" content="scruton', 4096  # of a page of ours, and bytes that hold it
 
 
 def check_options(options: Mapping[str, Any]) -> None:
@@ -52,9 +53,24 @@ def check_writable(folder: Path, option: str = "-o") -> None:
 
 
 def check_page(page: Path, option: str = "--html") -> None:
-    """Refuse a file that cannot be written to."""
+    """Refuse a file that cannot be written to, or that is there and no page of ours: a measured record, perhaps."""
     if page.is_dir() or not page.absolute().parent.is_dir():
         raise InputError("command line", option, str(page), "a file in a folder that is there, such as page.html")
+    if page.exists() and not (page.is_file() and _is_ours(page)):
+        wanted = "the name of a new file, or of a page that scruton wrote"
+        raise InputError(page, option, "a file that is there and no page of scruton's", wanted)
+
+
+def _is_ours(page: Path) -> bool:
+    with page.open("rb") as stream:
+        return _GENERATOR in stream.read(_HEAD)
+
+
+def check_new(file: Path, option: str, *, force: bool) -> None:
+    """Refuse a file that cannot be written to, or that is there where nobody said to replace it."""
+    check_writable(file.parent, option)
+    if file.is_dir() or (file.exists() and not force):
+        raise InputError(file, option, "what is there already", "the name of a new file, or --force to replace it")
 
 
 def check_numbers(option: str, text: str, count: int | None = None) -> tuple[float, ...]:
