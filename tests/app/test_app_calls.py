@@ -4,6 +4,8 @@ import inspect
 import logging
 import subprocess
 import sys
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
 
 import matplotlib as mpl
 import numpy as np
@@ -12,6 +14,7 @@ from matplotlib.figure import Figure
 
 import scruton
 from scruton import plot
+from scruton.documents import write_document
 from scruton.errors import InputError
 from scruton.infer.store import write_fit
 from tests.report.fake_fit import fake_fit
@@ -112,6 +115,20 @@ def test_a_bridge_is_sized_by_its_path(fit, folder):
         plot.risk(sizing, mode="V9")
 
 
+def test_a_sizing_is_found_in_the_folder_of_its_fit(fit, folder, tmp_path):
+    write_fit(fit, tmp_path)
+    with pytest.raises(InputError, match="found nothing; wanted a folder that `scruton size` wrote"):
+        plot.risk(tmp_path)
+    for name in ("sizing", "sizing-2"):
+        (tmp_path / name).mkdir()
+        content = scruton.size(fit, folder, [f"0.00{len(name)} m"]).to_json()
+        write_document(tmp_path / name / "sizing.json", content)
+    assert plot.risk(tmp_path).axes[0].get_xlabel().startswith("Added damping")
+    last = scruton.load_sizing(tmp_path / "sizing-2").to_json()
+    assert scruton.load_sizing(str(tmp_path)).to_json() == last
+    assert scruton.load_sizing(tmp_path / "sizing").to_json() != last
+
+
 def test_results_show_themselves_in_brief(fit, folder, small_campaign):
     results = [
         fit,
@@ -127,6 +144,31 @@ def test_results_show_themselves_in_brief(fit, folder, small_campaign):
         assert len(repr(result)) < 400, type(result)
         assert result._repr_html_().startswith("<table>")
     assert "&lt;b&gt;with&lt;/b&gt;" in results[5]._repr_html_(), "what a laboratory writes is text"
+
+
+def within(value, depth=8):
+    """Everything that a user can reach from a result."""
+    parts = []
+    if is_dataclass(value) and not isinstance(value, type):
+        yield value
+        parts = [getattr(value, field.name) for field in fields(value)]
+    elif isinstance(value, Mapping):
+        parts = list(value.values())[:5]
+    elif isinstance(value, tuple | list):
+        parts = value[:5]
+    for one in parts if depth else ():
+        yield from within(one, depth - 1)
+
+
+def test_what_results_consist_of_is_brief_too(fit, folder, small_campaign):
+    checked = scruton.check(small_campaign)
+    results = (fit, scruton.size(fit, folder), scruton.load_bridge(folder), checked, checked.identified)
+    found = {type(one): repr(one) for one in within(results)}
+    assert len(found) > 30
+    assert {kind.__name__: len(line) for kind, line in found.items() if len(line) > 400} == {}
+    mode = scruton.load_bridge(folder).modes[0]
+    assert repr(mode).startswith("Mode(name=V1, frequency=")
+    assert "name=V1" in repr(scruton.size(fit, folder).modes[0])
 
 
 def test_flags_and_stages_are_logged(monkeypatch, caplog, fit, small_campaign):

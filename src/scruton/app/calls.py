@@ -187,16 +187,20 @@ def load_sizing(folder: Path | str) -> "Sizing":
     Parameters
     ----------
     folder : Path or str
-        That holds a sizing.json.
+        That holds a sizing.json, or the folder of a fit with sizings in it: the last one.
 
     Raises
     ------
     InputError
         If there is none, or it is not as it was written.
     """
+    from scruton.report.saved import sizings_beside
     from scruton.sizing.results import load_sizing
 
-    return load_sizing(folder)
+    there = sizings_beside(Path(folder))
+    if not there:
+        raise InputError(folder, "sizing.json", "nothing", "a folder that `scruton size` wrote, or that of its fit")
+    return load_sizing(there[0].parent)
 
 
 def size(

@@ -155,6 +155,10 @@ VERBS = (
             "--limit", action="append", default=[], metavar="RULE",
             help="limit beside the bridge's, as of size; may be repeated",
         ),
+        Argument(
+            "--sizing", type=Path, metavar="DIR",
+            help="of results with several sizings: the folder of the one to report (default: the last)",
+        ),
         flag("--no-gap", "leave out the diagnosis of the gap"),
         flag("--docx", "a Word file, too"),
         flag("--xlsx", "an Excel file with every table, too"),

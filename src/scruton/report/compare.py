@@ -17,11 +17,10 @@ from scruton.report.document import Block, Chapter, Document, Listing, Table, nu
 from scruton.report.figures.compare import compare_plot
 from scruton.report.figures.sizing import governing
 from scruton.report.parts import drawn
-from scruton.report.saved import found_beside
+from scruton.report.saved import chosen_sizing, found_beside, read_sizing
 from scruton.report.wording import Notation
 from scruton.shown import shown
 from scruton.sizing.checks import ASKED
-from scruton.sizing.results import RESULT as SIZING
 
 _NAMES = {  # letters that every terminal has
     "damping_ratio": "structural damping ratio", "scruton_number": "Scruton number", "a_star": "stable amplitude",
@@ -90,8 +89,8 @@ class Comparison:
 
 
 def compare(
-    first: Path | str,
-    second: Path | str,
+    first: Fit | Path | str,
+    second: Fit | Path | str,
     *,
     tests: Sequence[str] = (),
     scruton_numbers: Sequence[float] = (),
@@ -101,8 +100,8 @@ def compare(
 
     Parameters
     ----------
-    first, second : Path or str
-        Folders of fits; diagnoses and sizings that lie in them or beside are compared, too.
+    first, second : Fit, Path or str
+        Fits, or their folders; diagnoses and sizings that lie in those or beside are compared, too.
     tests, scruton_numbers, seed
         As of `scruton.griffin.compare.differences`.
 
@@ -111,26 +110,27 @@ def compare(
     InputError
         As `load_fit` and `differences`; where a diagnosis or a sizing is damaged.
     """
-    folders = Path(first), Path(second)
-    one, other = (load_fit(folder) for folder in folders)
-    sides = ((one.tree, one.summary), (other.tree, other.summary))
-    found = differences(*sides, tests=tests, scruton_numbers=scruton_numbers, seed=seed)
-    diagnoses = (_diagnosis(folders[0]), _diagnosis(folders[1]))
+    folders = [Path(side) if isinstance(side, Path | str) else None for side in (first, second)]
+    one, other = (load_fit(side) if isinstance(side, Path | str) else side for side in (first, second))
+    found = differences(
+        (one.tree, one.summary), (other.tree, other.summary), tests=tests, scruton_numbers=scruton_numbers, seed=seed
+    )
     return Comparison(
-        (one.campaign.title, other.campaign.title), (*found, *_required(*map(_sizing, folders))),
-        tuple(_inputs(one.summary["provenance"], other.summary["provenance"])), diagnoses,
-        (one.converged, other.converged), (one, other),
+        (one.campaign.title, other.campaign.title),
+        (*found, *_required(_sizing(folders[0], one), _sizing(folders[1], other))),
+        tuple(_inputs(one.summary["provenance"], other.summary["provenance"])),
+        (_diagnosis(folders[0]), _diagnosis(folders[1])), (one.converged, other.converged), (one, other),
     )  # fmt: skip
 
 
-def _diagnosis(folder: Path) -> str:
-    path = found_beside(folder, "gap", GAP)
+def _diagnosis(folder: Path | None) -> str:
+    path = None if folder is None else found_beside(folder, "gap", GAP)
     return "" if path is None else gap_sentence(read_document(path, "what `scruton diagnose` wrote", version=1))
 
 
-def _sizing(folder: Path) -> Mapping[str, Any]:
-    path = found_beside(folder, "sizing", SIZING)
-    return {"modes": []} if path is None else read_document(path, "what `scruton size` wrote", version=1)
+def _sizing(folder: Path | None, fit: Fit) -> Mapping[str, Any]:
+    path = None if folder is None else chosen_sizing(folder, fit.summary)
+    return {"modes": []} if path is None else read_sizing(path)
 
 
 def _required(first: Mapping[str, Any], second: Mapping[str, Any]) -> Iterator[Difference]:

@@ -18,7 +18,7 @@ from scruton.campaign.toml import Field, Table, anything, flag, is_number, numbe
 from scruton.campaign.units import DENSITY, FREQUENCY, INERTIA, LENGTH, MASS, SPEED, Dimension
 from scruton.errors import InputError
 from scruton.griffin.posterior import names_of
-from scruton.shown import shown
+from scruton.shown import fields_in_brief, shown
 from scruton.sizing.damper_request import DamperRequest, RiskOf, read_damper
 from scruton.sizing.limits import Limit, limit
 from scruton.sizing.mode_shape import ModeShape, read_shape, read_table, sine, uniform
@@ -37,6 +37,7 @@ _REACH = 18.0  # of -ln(1 - probability) of the wind speed: half a second a year
 _SHARE = Dimension("a bare number", "", 0.5)
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)
 class Mode:
     """One mode of the bridge: its name, shape and structural damping ratio, and what is not plain.

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.shown import fields_in_brief, shown
 from scruton.sizing.damper_request import Delivered, delivered
 from scruton.sizing.model import Draws, ModeModel, Spread, unit_cube
 from scruton.sizing.thresholds import MODAL_MASS_COV, RISK_MARGIN
@@ -40,6 +41,7 @@ class Asked:
     stop_stiffness: float | None = None
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)
 class MassMap:
     """Risk and stroke of the best tuned dampers against their mass, (M,) arrays.
@@ -62,6 +64,7 @@ class MassMap:
     added_damping: FloatArray
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)
 class Damper:
     """The lightest tuned mass dampers of one mode, and what they leave.

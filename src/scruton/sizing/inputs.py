@@ -11,6 +11,7 @@ import numpy as np
 
 from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
+from scruton.shown import fields_in_brief, shown
 from scruton.sizing.bridge import Bridge
 
 STATED, DEFAULT = "stated", "default"
@@ -51,6 +52,7 @@ class Input:
     source: str = ""
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True)
 class Inputs:
     """What a sizing was asked: every number of the bridge, and its files, from which `size` gives the same again.
