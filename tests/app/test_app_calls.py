@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 import scruton
 from scruton import plot
+from scruton.campaign.quantity import Quantity
 from scruton.documents import write_document
 from scruton.errors import InputError
 from scruton.infer.store import write_fit
@@ -29,6 +30,7 @@ VERBS = (
     "size",
     "criticise",
     "validate",
+    "identify",
     "load_bridge",
 )
 BRIDGE = """
@@ -101,6 +103,68 @@ def test_a_prediction_is_the_same_from_fit_tree_and_folder(fit, folder):
     assert scruton.predict(fit, damping_ratio=0.009).median > 0.0
     with pytest.raises(InputError, match="no design or two"):
         scruton.predict(fit)
+
+
+def test_a_design_is_one_number_or_a_text(fit):
+    spread = scruton.predict(fit, damping_ratio="0.009 +/- 0.003")
+    assert spread.median == scruton.predict(fit, damping_ratio=Quantity(0.009, 0.003)).median
+    for given in ({"scruton_number": [20, 30]}, {"scruton_number": np.array([20.0, 30.0])}, {"damping_ratio": [0.1]},
+                  {"damping_ratio": "much"}, {"scruton_number": "much"}):  # fmt: skip
+        with pytest.raises(InputError, match=f"prediction: {next(iter(given))}: found .*much|one call each"):
+            scruton.predict(fit, **given)
+
+
+def test_a_name_by_itself_is_one_name_everywhere(fit, folder, small_campaign, monkeypatch):
+    seen = []
+
+    def sampled(campaign, *_, **more):
+        seen.append(([test.name for test in campaign.tests], more.get("asked", {}).get("tests")))
+        return fit
+
+    monkeypatch.setattr("scruton.infer.fit.fit_campaign", sampled)
+    campaign = scruton.load_campaign(small_campaign)
+    scruton.fit(campaign, tests="Sc 21.7")
+    scruton.fit(campaign, tests=["Sc 21.7"])
+    assert seen == [(["Sc 21.7"], ["Sc 21.7"])] * 2
+    with pytest.raises(InputError, match='no test "Sc 2"'):
+        scruton.fit(campaign, tests="Sc 2")
+    with pytest.raises(InputError, match='no test "Sc 2"'):
+        scruton.validate(campaign, tests="Sc 2")
+    with pytest.raises(InputError, match='no test "Sc 2"'):
+        scruton.diagnose(campaign, tests="Sc 2")
+    assert len(scruton.check(campaign, tests="Sc 21.7").campaign.tests) == 1
+    names = [one.of for one in scruton.compare(fit, fit, tests="Sc 1.9").differences if one.name == "a_star"]
+    assert names == ["Sc 1.9"]
+    bridge = scruton.load_bridge(folder)
+    assert {one.rule for one in scruton.size(fit, bridge, "kd").modes[0].limits} == {"jtg", "kd"}
+
+
+def test_objects_do_where_paths_do(fit, folder, small_campaign):
+    by_path, in_hand = scruton.check(small_campaign), scruton.check(scruton.load_campaign(small_campaign))
+    assert in_hand.warnings == by_path.warnings
+    assert in_hand.records.equals(by_path.records)
+    found, same = scruton.compare(fit, str(folder / "fit")), scruton.compare(fit, fit, scruton_numbers=30.0)
+    assert {one.verdict for one in (*found.differences, *same.differences)} == {"alike"}
+    assert "amplitude" in {one.name for one in same.differences}
+
+
+def test_the_quick_estimation_has_a_function(small_campaign, caplog):
+    rows = scruton.identify(small_campaign)
+    assert [row.record for row in rows] == ["decay.csv", "growth.csv"]
+    assert rows[0].Y1 == scruton.check(small_campaign).identified[0].Y1
+    assert scruton.identify(small_campaign, "polynomial 8", tests="Sc 21.7")[0].Y1 != rows[0].Y1
+    with pytest.raises(InputError, match='found "spline"; wanted one of: "second-order exponential", "polynomial"'):
+        scruton.identify(small_campaign, "spline")
+
+
+def test_a_fit_carries_an_effect(fit, monkeypatch, small_campaign):
+    seen = []
+    monkeypatch.setattr("scruton.infer.fit.fit_campaign", lambda *_, **__: fit)
+    monkeypatch.setattr("scruton.app.fit.carry", lambda fit, effect, seed, _: seen.append((fit, effect, seed)))
+    scruton.fit(small_campaign, effect="auto", seed=3)
+    assert seen == [(fit, "auto", 3)]
+    with pytest.raises(InputError, match='fit: effect: found "friction"; wanted "coulomb_friction"'):
+        scruton.fit(small_campaign, effect="friction")
 
 
 def test_a_bridge_is_sized_by_its_path(fit, folder):

@@ -185,6 +185,7 @@ REPORT = ["report", "{campaign}", "-o", "{out}"]
         (["size", "{campaign}", "--limit", "1e300 m"], ["--limit", "which no measurement has"]),
         (["size", "{campaign}", "--damping", "2"], ["--damping"]),
         (["size", "{campaign}", "--law", "nan"], ["--law", "found nan"]),
+        (["identify", "{campaign}", "--trial", "spline"], ["--trial", 'found "spline"; wanted one of: "second-order']),
         (["predict", "{campaign}", "--sc", "3", "--law", "1e9"], ["--law", "-2 to 12"]),
         (["batch", "{campaign}", "-o", "{out}", "--jobs", "0"], ["--jobs", "found 0"]),
         (["batch", "{campaign}", "-o", "{out}", "--tls-ca", "x"], ["--tls-ca", "no --scheduler"]),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from scruton.app.run import Outcome, Run, default_folder
 from scruton.campaign import Campaign, load_campaign, tests_named, tests_used
+from scruton.progress import Progress
 from scruton.report.render_text import render_text
 from scruton.report.summaries import fit_summary
 from scruton.terminal import DONE, NOT_TRUSTED, line_width
@@ -70,21 +71,30 @@ class FitTask:
             asked={"command": command, "tests": list(self.names)},
         )  # fmt: skip
         if effect is not None:
-            from scruton.gap.bands import attach
-            from scruton.gap.data import load_gap
-            from scruton.gap.diagnosis import diagnose_data
-
-            diagnosis = diagnose_data(
-                load_gap(fit.campaign, card), fit.campaign, prior=card.effect_weights, prior_none=card.prior_none,
-                progress=work.bar,
-            )  # fmt: skip
-            name = attach(fit.tree, diagnosis, effect, self.seed)
-            fit.summary["effect"] = {
-                "asked": effect, "used": name, "also": list(diagnosis.found[1:]) if name == diagnosis.verdict else [],
-                "probability": diagnosis.probability.get(name, 0.0),
-            }  # fmt: skip
+            carry(fit, effect, self.seed, work.bar)
         work.bar.end()
         return fit
+
+
+def carry(fit: "Fit", effect: str, seed: int, progress: Progress) -> None:
+    """Put an effect, or with "auto" what diagnosis finds, into the tree and the summary of a fit: predictions carry it.
+
+    InputError for an effect that these records do not support.
+    """
+    from scruton.gap.bands import attach
+    from scruton.gap.data import load_gap
+    from scruton.gap.diagnosis import diagnose_data
+
+    card = fit.card
+    diagnosis = diagnose_data(
+        load_gap(fit.campaign, card), fit.campaign, prior=card.effect_weights, prior_none=card.prior_none,
+        progress=progress,
+    )  # fmt: skip
+    name = attach(fit.tree, diagnosis, effect, seed)
+    fit.summary["effect"] = {
+        "asked": effect, "used": name, "also": list(diagnosis.found[1:]) if name == diagnosis.verdict else [],
+        "probability": diagnosis.probability.get(name, 0.0),
+    }  # fmt: skip
 
 
 def run(arguments: Namespace) -> Outcome:

@@ -30,14 +30,14 @@ def check_options(options: Mapping[str, Any]) -> None:
                 check(argument, f"--{name.replace('_', '-')}" if name != "out" else "-o")
 
 
-def check_effect_name(effect: str, option: str) -> None:
+def check_effect_name(effect: str, option: str, place: str = "command line") -> None:
     """Refuse the name of an effect that is not in the catalogue."""
     if effect == AUTO or effect in CATALOGUE:
         return
     close = [name for name in CATALOGUE if effect.lower() in name] or get_close_matches(effect, CATALOGUE, n=1)
     near = f'"{close[0]}"; ' if close else ""
     wanted = f'{near}"{AUTO}", or one of: {", ".join(CATALOGUE)}'
-    raise InputError("command line", option, f'"{effect}"', wanted)
+    raise InputError(place, option, f'"{effect}"', wanted)
 
 
 def check_writable(folder: Path, option: str = "-o") -> None:
@@ -101,15 +101,15 @@ def _between(low: float, high: float, example: str) -> Callable[[float, str], No
     return check
 
 
-def parse_damping(text: str, option: str = "--damping") -> Quantity:
-    """Read a design damping ratio from the command line: "0.003", "0.003 +/- 0.001"."""
+def parse_damping(text: str, option: str = "--damping", place: str = "command line") -> Quantity:
+    """Read a design damping ratio: "0.003", "0.003 +/- 0.001"."""
     wanted = 'a damping ratio such as "0.003" or "0.003 +/- 0.001"'
     try:
         values = [float(part) for part in re.split(r"\s*(?:\+/-|±)\s*", text.strip())]
     except ValueError:
-        raise InputError("command line", option, f'"{text}"', wanted) from None
+        raise InputError(place, option, f'"{text}"', wanted) from None
     if len(values) > 2 or not 0 < values[0] < 1 or not all(math.isfinite(value) and value >= 0 for value in values):
-        raise InputError("command line", option, f'"{text}"', wanted + ", between 0 and 1")
+        raise InputError(place, option, f'"{text}"', wanted + ", between 0 and 1")
     return Quantity(values[0], values[1] if len(values) == 2 else None)
 
 

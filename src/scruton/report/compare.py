@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from scruton.campaign.spelling import several
 from scruton.documents import as_json, read_document
 from scruton.gap.results import RESULT as GAP
 from scruton.griffin.compare import APART, MOVED, Difference, Side, differences
@@ -92,8 +93,8 @@ def compare(
     first: Fit | Path | str,
     second: Fit | Path | str,
     *,
-    tests: Sequence[str] = (),
-    scruton_numbers: Sequence[float] = (),
+    tests: str | Sequence[str] = (),
+    scruton_numbers: float | Sequence[float] = (),
     seed: int = 0,
 ) -> Comparison:
     """Lay two results side by side: what differs beyond Monte Carlo error, and what does not.
@@ -113,8 +114,9 @@ def compare(
     folders = [Path(side) if isinstance(side, Path | str) else None for side in (first, second)]
     one, other = (load_fit(side) if isinstance(side, Path | str) else side for side in (first, second))
     found = differences(
-        (one.tree, one.summary), (other.tree, other.summary), tests=tests, scruton_numbers=scruton_numbers, seed=seed
-    )
+        (one.tree, one.summary), (other.tree, other.summary), tests=several(tests),
+        scruton_numbers=several(scruton_numbers), seed=seed,
+    )  # fmt: skip
     return Comparison(
         (one.campaign.title, other.campaign.title),
         (*found, *_required(_sizing(folders[0], one), _sizing(folders[1], other))),
