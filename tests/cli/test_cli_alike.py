@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from scruton.app.verbs import VERBS, Argument
+from scruton.app.verbs import TESTS, VERBS, WHOLE_FIT, Argument
 from scruton.cells import columns
 from scruton.cli import main, parser, say
 
@@ -70,7 +70,7 @@ def test_every_verb_takes_the_shared_options_and_its_help_fits(words, monkeypatc
         main([*words, "--help"])
     text = capsys.readouterr().out
     assert ended.value.code == 0
-    assert {"--seed", "--quiet", "--json"} <= set(text.replace("[", " ").replace("]", " ").split())
+    assert {"--seed", "--quiet", "--json", "--jobs"} <= set(text.replace("[", " ").replace("]", " ").split())
     assert max(map(len, text.splitlines())) <= 80
     assert "--workers" not in text
 
@@ -86,13 +86,20 @@ def flat(verb):
 def test_options_of_one_name_are_one_and_the_same():
     shared = {"--test", "--scheduler", "--model", "--sc", "--strict", "--tls-ca", "--tls-cert", "--tls-key"}
     for name in shared:
-        found = [one.settings for verb in leaves() for one in flat(verb) if name in one.names]
+        found = [one.settings for verb in leaves() for one in flat(verb) if name in one.names and one is not WHOLE_FIT]
         assert len(found) > 1
         assert all(one == found[0] for one in found), name
     spread = {verb.name for verb in leaves() if any("--scheduler" in one.names for one in flat(verb))}
     assert spread == {"validate", "batch", "calibrate", "make", "run", "score"}
-    campaigns = {verb.name for verb in leaves() if any("--test" in one.names for one in flat(verb))}
-    assert campaigns == {"check", "identify", "fit", "report", "compare", "validate", "diagnose"}
+    campaigns = {verb.name for verb in leaves() if TESTS in flat(verb)}
+    assert campaigns == {"check", "identify", "fit", "report", "compare", "validate", "batch", "diagnose"}
+    assert {verb.name for verb in leaves() if WHOLE_FIT in flat(verb)} == {"predict", "size", "criticise"}
+
+
+def test_jobs_are_taken_everywhere():
+    read = parser().parse_args
+    for words in (["fit", "x"], ["size", "x"], ["criticise", "x"], ["predict", "x"], ["init", "x"], ["check", "x"]):
+        assert read([*words, "--jobs", "3"]).jobs == 3
 
 
 def test_the_old_name_of_jobs_is_understood():

@@ -31,7 +31,7 @@ def run(arguments: Namespace) -> Outcome:
         raise InputError(path, "", "a campaign that is there already", "another folder, or --force to replace it")
     asking = sys.stdin is not None and sys.stdin.isatty() and not arguments.quiet and not arguments.json
     stated = arguments.sample_rate
-    rate = None if stated is None else _parsed(stated, units.FREQUENCY, "--sample-rate").mean
+    rate = None if stated is None else _parsed(stated, units.FREQUENCY, "--sample-rate", "command line").mean
     found, remarks = examine(folder, rate)
     if asking and rate is None and any(_timeless(one) for one in found):
         answer = _answered(Question("sample_rate", "sample rate of records without any time", units.FREQUENCY))
@@ -80,8 +80,8 @@ def _timeless(one: Found) -> bool:
     return one.time is None and one.response.clock is None and one.rate is None
 
 
-def _parsed(text: str, dimension: units.Dimension, where: str) -> Quantity:
-    return units.parse_quantity(text, dimension, "command line", where)
+def _parsed(text: str, dimension: units.Dimension, where: str, place: str = "answer") -> Quantity:
+    return units.parse_quantity(text, dimension, place, where)
 
 
 def _answered(question: Question) -> dict[str, str]:
