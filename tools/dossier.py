@@ -71,7 +71,8 @@ def row(one: Examined) -> str:
     before, after = median_error(one.withheld)
     group = [name for name in next(iter(content["indistinguishable"]), ()) if name != content["verdict"]]
     verdict = words([content["verdict"]])
-    verdict += f"; also {words(content['also'])}" if content["also"] else ""
+    also = content["probability_also"]
+    verdict += f"; also {words(f'{name} ({_probability(also[name])})' for name in content['also'])}" if also else ""
     verdict += f"; or {words(group)}" if group else ""
     held = (used.get("held_out") or {}).get("fraction")
     cells = (
@@ -104,12 +105,15 @@ def sentences(one: Examined) -> Iterator[str]:
     elif one.known.truth == ("unknown",):
         yield "The verdict is unknown, as it has to be; a name from the catalogue would be wrong."
     else:
-        yield "The truth is in the verdict."
+        yield "The truth is named."
     named_wrong = [name for name in one.named if name not in (*one.known.truth, *one.known.besides)]
     if named_wrong:
         yield f"Named besides, though nothing independent shows it: {words(sorted(named_wrong))}."
     if p < _SURE:
         yield f"It is not settled (p = {p:.2f})."
+    for name, chance in content["probability_also"].items():
+        if chance < _SURE:
+            yield f"Beside it {words([name])} is not settled (p = {chance:.2g})."
     for name, value in one.wrong.items():
         if value > _WRONG:
             yield f"**{words([name]).capitalize()} has a probability of {_probability(value)} and is wrong.**"

@@ -15,7 +15,7 @@ from scruton.calibrate.coverage import cells, covered, pooled, summarise, unifor
 from scruton.calibrate.execution import Execution
 from scruton.calibrate.identifiability import Identifiability, _gusts, identifiability, information
 from scruton.calibrate.quantities import inside, quantities, score
-from scruton.calibrate.regimes import LAW_REGIMES, OUTSIDE_REGIMES, TWELVE, chosen
+from scruton.calibrate.regimes import LAW_REGIMES, OUTSIDE_REGIMES, STEADY_REGIMES, TWELVE, chosen
 from scruton.calibrate.thresholds import LIMIT_P
 from scruton.calibrate.truths import OWN, SHARED, draw_normals, from_normals, omega0, scattered
 from scruton.campaign import Kind, Motion
@@ -121,7 +121,7 @@ def test_score_and_closed_intervals():
 
 def test_twelve_regimes_span_what_they_should():
     assert len(TWELVE) == 12
-    assert len(REGIMES) == 19 + len(OUTSIDE_REGIMES)
+    assert len(REGIMES) == 19 + len(OUTSIDE_REGIMES) + len(STEADY_REGIMES)
     assert list(REGIMES)[:14] == [one.name for one in (*TWELVE, *LAW_REGIMES)], "their places are part of the seeds"
     assert {one.turbulence for one in TWELVE} == {0.0, 0.01, 0.03}
     assert {one.kinds for one in TWELVE} == {(Kind.GROWTH,), (Kind.DECAY,), (Kind.GROWTH, Kind.DECAY)}
@@ -172,6 +172,7 @@ def test_quantities_at_the_tested_setting_are_the_stable_amplitude(card):
     found = {name: value[possible] for name, value in quantities(drawn, regime, np.zeros(len(z))).items()}
     np.testing.assert_allclose(found["A(1 Sc)"], drawn.a_star[possible, 0], rtol=1e-12)
     np.testing.assert_allclose(found["A_new(1 Sc)"], drawn.reference_amplitude[possible], rtol=1e-12)
+    np.testing.assert_array_equal(found["lambda"], drawn.relaxation_rate[possible, 0])
     assert (found["A(0.5 Sc)"] > found["A(1 Sc)"]).all()
     assert (found["A(3 Sc)"] < found["A(1 Sc)"]).all()
 
@@ -265,7 +266,7 @@ def test_whole_pipe(one_job):
     assert [one["regime"] for one in content["regimes"]] == list(TINY)
     assert all(len(one["z"]) == 3 for table in content["scores"].values() for one in table.values())
     lines = (one_job / "coverage.csv").read_text(encoding="utf-8").splitlines()
-    assert len(lines) == 1 + 2 * 8 * 3
+    assert len(lines) == 1 + 2 * 9 * 3
     text = (one_job / "calibration.txt").read_text(encoding="utf-8")
     assert "Coverage in percent (50/90/95 % intervals" in text
     assert (one_job / "figures" / "ranks-growth.png").is_file()
@@ -309,6 +310,31 @@ def test_resume_after_an_interruption_gives_the_same_bytes(one_job, tmp_path):
     tiny(out, resume=True, progress=lambda *what: told.append(what))
     assert told == [("turbulence-1", fraction) for fraction in (pytest.approx(2 / 3), 1.0)]
     assert same(one_job, out)
+
+
+def test_campaigns_of_another_definition_of_a_regime_are_no_part_of_its_sample(one_job, tmp_path, monkeypatch):
+    out = tmp_path / "earlier"
+    shutil.copytree(one_job, out)
+    assert sorted(load(out, "growth")) == [0, 1, 2]
+    monkeypatch.setitem(REGIMES, "growth", replace(REGIMES["growth"], turbulence=0.02))
+    with pytest.raises(InputError, match=r"growth\.jsonl: line 1: found a campaign of another definition.*--force"):
+        load(out, "growth")
+
+
+def test_a_lock_in_record_tells_the_amplitude_no_better_than_its_set_point(card):
+    """Two set-points of 1 %, and a mean: half of the variance at best, whatever the sensor and turbulence do."""
+    regime = REGIMES["steady-set-point-1"]
+    own = regime.card(card)
+    truth, places, _ = from_normals(np.zeros((1, SHARED.size + OWN.size)), regime, own)
+    (test,) = simulate_campaign(regime, truth, places, np.random.SeedSequence(1)).tests
+    decay, steady = test.records
+    assert (decay.kind, steady.kind) == (Kind.DECAY, Kind.STEADY)
+    assert np.ptp(steady.time) > np.ptp(decay.time)
+    mean = np.sqrt(2.0 * np.mean(steady.response**2))
+    assert mean == pytest.approx(truth.a_star[0, 0], rel=0.04)
+    (one,) = (row for row in identifiability(regime, own, truths=4) if row.quantity == "A(1 Sc)")
+    assert one.expected_sd > 0.01 * np.sqrt(0.5)
+    assert not one.left_out
 
 
 def test_bad_input_is_named(tmp_path):

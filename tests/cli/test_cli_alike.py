@@ -10,6 +10,7 @@ import pytest
 from scruton.app.verbs import TESTS, VERBS, WHOLE_FIT, Argument
 from scruton.cells import columns
 from scruton.cli import main, parser, say
+from scruton.sizing.limits import RULES
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "rectangle-4to1"
 LEAVES = [(verb.name,) for verb in VERBS if verb.work] + [(v.name, s.name) for v in VERBS for s in v.steps]
@@ -186,3 +187,17 @@ def test_a_named_file_of_challenge_is_kept(words, tmp_path, capsys):
     assert main(["challenge", *words, str(notes)]) == 2
     assert "--force to replace it" in capsys.readouterr().err
     assert notes.read_text(encoding="utf-8") == "mine"
+
+
+def test_the_inertia_of_a_torsional_rig_is_named_with_its_unit(capsys):
+    assert main(["check", str(EXAMPLE.parent / "closed-box-torsional")]) == 0
+    assert "inertia [kg m^2/m]" in capsys.readouterr().out
+    assert main(["check", str(EXAMPLE)]) == 0
+    assert "mass [kg/m]" in capsys.readouterr().out
+
+
+def test_the_help_of_limit_names_every_rule():
+    of_size = next(verb for verb in VERBS if verb.name == "size")
+    limit = next(one for one in of_size.arguments if isinstance(one, Argument) and "--limit" in one.names)
+    of_a_bare_value = {"amplitude", "angle", "amplitude-over-depth"}
+    assert [name for name in RULES if name not in of_a_bare_value and f'"{name}' not in limit.settings["help"]] == []

@@ -71,6 +71,11 @@ def test_size_writes_what_an_engineer_asks_for(small_results, bridge, tmp_path, 
     assert "Added damping ratio by confidence" in text
     found = json.loads((out / "sizing.json").read_text(encoding="utf-8"))
     assert load_sizing(out).to_json() == {key: value for key, value in found.items() if key != "checksum"}
+    earlier = {key: value for key, value in found.items() if key not in ("checksum", "unconverged")}
+    every = {key: value for key, value in found["all_modes"].items() if key != "required_for_any"}
+    every["hours"] = {key: value for key, value in every["hours"].items() if key != "exceeding_with"}
+    write_document(tmp_path / "earlier" / "sizing.json", earlier | {"all_modes": every})
+    assert load_sizing(tmp_path / "earlier").unconverged is None, "a sizing of an earlier version says less"
     assert found["bridge"]["title"] == "A <bridge> & 桥"
     assert [mode["name"] for mode in found["modes"]] == ["V1", "V2"]
     for mode in found["modes"]:

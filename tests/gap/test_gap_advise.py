@@ -7,14 +7,17 @@ import pytest
 
 from scruton.calibrate.challenge.case import simulate_case
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
-from scruton.gap.advise import _records, advise, confusions, invisible
-from scruton.gap.attribute import weigh
-from scruton.gap.check import check
+from scruton.gap.advise import _records, advise, confusions
+from scruton.gap.attribute import Candidate, weigh
+from scruton.gap.check import SecondLine, check
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import NONE, Diagnosis, _groups, fit_null
 from scruton.gap.further_record import FurtherRecord, expected, in_layout_of, separation, transplanted, with_record
 from scruton.gap.hypothesis import Hypothesis
+from scruton.gap.invisible import invisible
+from scruton.gap.meaning import describe_unknown, meaning
 from scruton.gap.probability import probabilities
+from scruton.gap.search import Place
 from scruton.gap.thresholds import WANTED
 
 
@@ -172,3 +175,72 @@ def test_still_air_alone_has_no_bridge_to_speak_of(full: Diagnosis) -> None:
     assert invisible(still) == []
     assert confusions(still)[0][0] == NONE
     assert advise(still)
+
+
+@pytest.fixture(scope="module")
+def lined(nothing: Diagnosis) -> Diagnosis:
+    """A cause that is unknown for a line beside the response alone: no generic term gains anything."""
+    record = nothing.data.layout.records[1]
+    frequency = nothing.data.cycles[record].reference_frequency
+    lines = (SecondLine(record, 1.5 * frequency, 0.002, 90.0), SecondLine(record, 2.0 * frequency, 0.001, 20.0))
+    probability = {NONE: 0.05, UNKNOWN.name: 0.95}
+    unfit = {UNKNOWN.name: Candidate(UNKNOWN.name, nothing.null.log_evidence - 1.0, None)}
+    return replace(
+        nothing, found=(UNKNOWN.name,), probability=probability, lines=lines, singles={**nothing.singles, **unfit},
+        log_weights={**nothing.log_weights, UNKNOWN.name: 60.0},
+    )  # fmt: skip
+
+
+def test_a_line_beside_the_response_is_what_an_unknown_cause_is_known_by(lined: Diagnosis) -> None:
+    record, data = lined.data.layout.records[1], lined.data
+    seen = describe_unknown(lined, ())
+    frequency = 1.5 * data.cycles[record].reference_frequency
+    relative = 100.0 * 0.002 / float(np.median(data.cycles[record].amplitude))
+    assert seen["records"] == [record]
+    assert seen["lines"] == [{"record": record, "frequency": frequency, "amplitude": 0.002}]
+    words = (
+        f"{frequency:.4g} Hz in {record} (1.5 times the frequency of the response, {relative:.2g} % of its amplitude)"
+    )
+    assert words in seen["text"]
+    assert meaning(lined)["text"].startswith("It has no equation, and moves no stable amplitude.")
+    lines = advise(lined)
+    assert words in lines[0]
+    assert "second sensor" in lines[0]
+    assert "`band`" in lines[1]
+    assert not any("a repeat of" in line for line in lines)
+
+
+def test_what_could_not_be_tested_is_not_called_white(lined: Diagnosis) -> None:
+    mark = lined.checks[NONE]
+    for colour, coloured, words in ((np.nan, None, "is not tested"), (0.5, False, "white"), (1e-9, True, "lasts")):
+        seen = describe_unknown(replace(lined, checks={NONE: replace(mark, colour=colour)}), ())
+        assert seen["coloured"] is coloured
+        assert words in seen["text"]
+
+
+def test_without_a_form_the_record_that_misses_most_is_to_be_repeated(lined: Diagnosis) -> None:
+    blank = replace(lined, lines=())
+    v, s = blank.null.hypothesis.innovations(blank.null.mode[None])
+    channels = blank.data.channels
+    excess = (v[0] ** 2 / s[0] - 1.0)[: channels.size]
+    worst = max(range(len(blank.data.layout.records)), key=lambda r: float(excess[channels.record == r].sum()))
+    assert advise(blank)[0].startswith(f"a repeat of {blank.data.layout.records[worst]},")
+    assert describe_unknown(blank, ())["form"] == "none of the generic terms"
+
+
+def test_a_further_effect_that_is_not_settled_has_advice_of_its_own(full: Diagnosis) -> None:
+    name = "fluid_memory"
+    doubted = replace(full, found=(full.verdict, name), also={name: 0.3}, places={name: Place(full.null, full.singles)})
+    (line,) = [one for one in advise(doubted) if f"{name} beside {full.verdict}" in one or f"whether {name}" in one]
+    assert "would tell" in line
+    assert not any(
+        f"{name} beside" in one or f"whether {name}" in one for one in advise(replace(doubted, also={name: 0.9}))
+    )
+
+
+def test_no_rig_with_less_damping_than_the_barest_is_asked_for(full: Diagnosis) -> None:
+    layout = full.data.layout
+    own = layout.scruton_number[full.data.middle]
+    asked = [one.damping * own for one in _records(full) if one.damping != 1.0]
+    assert asked
+    assert min(asked) > layout.scruton_number[layout.wind].min()

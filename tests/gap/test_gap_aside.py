@@ -8,6 +8,7 @@ from scruton.campaign import load_campaign
 from scruton.dynamics.cycles import ABSENT
 from scruton.envelope.inspection import SET_ASIDE
 from scruton.gap.data import load_gap
+from scruton.gap.diagnose import left_out_tests
 
 
 def test_a_weak_record_is_set_aside(small_campaign):
@@ -28,3 +29,19 @@ def test_a_band_leaves_no_third_harmonic_to_be_sure_of(small_campaign):
     in_wind = sum(data.cycles[record.name].time.size for record in banded)
     assert np.count_nonzero(data.channels.third_error == ABSENT) == in_wind
     assert not np.any(load_gap(campaign).channels.third_error == ABSENT)
+
+
+def test_a_test_at_another_wind_speed_is_left_out_and_said_to_be(small_campaign):
+    campaign = load_campaign(small_campaign)
+    (test,) = campaign.tests
+    assert left_out_tests(load_gap(campaign)) == []
+    records = tuple(
+        replace(record, name=f"slow-{record.name}", response=0.5 * record.response) for record in test.records
+    )
+    slow = replace(test, name="slow", records=records, stable_amplitude=None)
+    data = load_gap(replace(campaign, tests=(replace(test, stable_amplitude=None), slow)))
+    assert not any(name.startswith("slow") for name in data.layout.records)
+    (flag,) = left_out_tests(data)
+    assert flag.startswith("Left out of the diagnosis: slow. ")
+    assert f"the peak test alone is read ({test.name})" in flag
+    assert "`scruton fit` gives every test parameters of its own" in flag

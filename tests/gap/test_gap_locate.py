@@ -13,7 +13,7 @@ from scruton.gap.diagnosis import Diagnosis, _in_lines, diagnose, fit_null
 from scruton.gap.finding import Finding
 from scruton.gap.locate import locate, merged
 from scruton.gap.locate_curves import DECAY, GROWTH, STILL, Curve, curve_findings, excess_curves
-from scruton.gap.locate_records import _bursts, _colour, _tails, line_findings, wave_findings
+from scruton.gap.locate_records import CONTRASTS, _bursts, _colour, _tails, line_findings, wave_findings
 from scruton.gap.thresholds import LINE_NATS
 
 QUANTITIES = {"damping", "frequency", "scatter", "spectrum", "branch", "test", "signal"}
@@ -172,3 +172,14 @@ def test_of_several_records_of_one_test_the_strongest_stands_for_all() -> None:
 
     found = merged([one("a", 4.0), one("b", 6.0), one("c", 5.0, "u")])
     assert [f.record for f in found] == ["b", "c"]
+
+
+def test_a_look_that_two_effects_ask_for_is_made_once(
+    friction: tuple[Diagnosis, list[int]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one = Finding("test", "rig", "t", None, None, None, 0.5, (0.4, 0.6), 1e3, "a test of its own")
+    twins = ("reduced_velocity_drift", "setting_dependence")
+    assert twins in CONTRASTS.values()
+    monkeypatch.setattr("scruton.gap.locate_records.CONTRASTS", {lambda _null: [one]: twins})
+    found = locate(replace(friction[0], found=twins))
+    assert found.count(one) == 1

@@ -15,9 +15,12 @@ from scruton.gap.diagnose import _quantiles, examine
 from scruton.gap.diagnosis import fit_null
 from scruton.gap.shrink import _fraction
 from scruton.infer.cards import load_card
-from scruton.report.chapters.gap import contained_sentence, gap_sentence, shrink_sentence
+from scruton.report.chapters.gap import contained_sentence, gap_sentence, gap_summary, shrink_sentence
+from scruton.report.render_text import render_text
+from tests.report.fake_parts import GAP as MADE_UP
 
 SEED = 900
+GAP: dict[str, Any] = MADE_UP
 
 
 def examined(effect: str, index: int, severity: float = 0.3) -> dict[str, Any]:
@@ -42,6 +45,9 @@ def test_an_unknown_cause_is_described(jumped: dict[str, Any]) -> None:
     assert seen["largest"] > 0.1
     assert seen["records"]
     assert seen["form"] in seen["text"]
+    low, high = seen["amplitude"]
+    assert 0.0 < low < high
+    assert f"{high:.3g} A/D" in seen["text"] or f"{np.degrees(high):.3g} deg" in seen["text"]
 
 
 def test_jumps_are_found_where_and_as_they_are() -> None:
@@ -106,14 +112,97 @@ SURE = {
 
 def test_a_verdict_below_four_fifths_is_not_settled() -> None:
     assert gap_sentence(SURE) == (
-        "The null model and the records part. What explains it: dry friction (probability 0.93), and frequency varies "
+        "The null model and the records part. What explains it: dry friction (probability 0.93) and frequency varies "
         "with amplitude (0.85)."
     )
     unsure = SURE | {"probability": {"none": 0.13, "coulomb_friction": 0.38, "fluid_memory": 0.32, "unknown": 0.17}}
     assert gap_sentence(unsure) == (
         "The null model and the records part. Not settled: dry friction (38 %) or the wake lags (32 %) or something "
-        "that is not in the catalogue (17 %); no gap 13 %."
+        "that is not in the catalogue (17 %); no gap 13 %; beside it frequency varies with amplitude (0.85)."
     )
+
+
+def test_a_further_effect_below_four_fifths_is_not_settled_either() -> None:
+    weak = SURE | {
+        "also": ["stiffness_nonlinearity", "structural_damping_nonlinearity"],
+        "probability_also": {"stiffness_nonlinearity": 0.98, "structural_damping_nonlinearity": 0.071},
+    }
+    assert gap_sentence(weak) == (
+        "The null model and the records part. What explains it: dry friction (probability 0.93) and frequency varies "
+        "with amplitude (0.98); not settled: beside it perhaps structural damping that varies with amplitude (7 %)."
+    )
+    unsure = weak | {"probability": {"none": 0.13, "coulomb_friction": 0.45, "fluid_memory": 0.42}}
+    assert gap_sentence(unsure).endswith(
+        "no gap 13 %; beside it frequency varies with amplitude (0.98) and perhaps structural damping that varies with "
+        "amplitude (7 %)."
+    )
+    least = weak | {"probability_also": {"stiffness_nonlinearity": 0.98, "structural_damping_nonlinearity": 0.0014}}
+    assert gap_sentence(least).endswith("(below 1 %).")
+
+
+def printed(**changes: Any) -> str:
+    """The terminal's text of a diagnosis made up."""
+    return render_text(gap_summary(GAP | changes, "rad"))
+
+
+def test_the_terminal_says_of_every_further_effect_how_probable_it_is() -> None:
+    beside = {"also": ["stiffness_nonlinearity"], "probability_also": {"stiffness_nonlinearity": 0.4}}
+    text = printed(**beside)
+    assert text.startswith(
+        "Verdict: coulomb_friction; not settled: beside it perhaps stiffness_nonlinearity (40 %). Dry friction. "
+        "Perhaps frequency varies with amplitude."
+    )
+    assert "beside it: stiffness_nonlinearity" in text
+    assert printed().startswith("Verdict: coulomb_friction. Dry friction.")
+
+
+def test_what_an_unsettled_verdict_would_mean_is_said_under_a_condition() -> None:
+    likely = {"none": 0.1, "coulomb_friction": 0.5, "fluid_memory": 0.4}
+    text = printed(probability=likely, meaning={"text": "The amplitude moves."})
+    assert text.startswith(
+        "Not settled: coulomb_friction (50 %) or fluid_memory (40 %); no gap 10 %. If it is coulomb_friction: dry "
+        "friction. If it is fluid_memory: the wake lags."
+    )
+    assert "If it is coulomb_friction: the amplitude moves." in text
+    assert "Parameters, if it is coulomb_friction" in text
+
+
+def test_held_out_errors_stand_by_test_before_the_density() -> None:
+    shrink = GAP["shrink"] | {
+        "stable_amplitude": [{"test": "Sc 5", "measured": 0.1, "error_before": 0.05, "error_after": 0.01}],
+        "damping_discrepancy": {"tests": [{"test": "Sc 5", "before": 0.2, "after": 1.5}]},
+    }  # fmt: skip
+    text = printed(shrink=shrink)
+    (row,) = [line.split() for line in text.splitlines() if line.startswith("Sc 5")]
+    assert row == ["Sc", "5", "5.73", "5.0", "%", "1.0", "%", "20.0", "%", "150.0", "%"]
+    assert text.index("Sc 5") < text.index("Put into the model") < text.index("Probability")
+
+
+def test_a_runner_up_that_does_better_on_records_held_out_is_said() -> None:
+    shrink = GAP["shrink"] | {"runner_up": {"effect": "fluid_memory", "fraction": 0.99, "amplitude_error": 0.03}}
+    assert shrink_sentence(shrink).endswith(
+        "Of records held out the verdict is not the best account: the runner-up (the wake lags) would close 99 %, and "
+        "leave the amplitude off by 3.0 %."
+    )
+    worse = shrink | {"runner_up": shrink["runner_up"] | {"fraction": 0.5}}
+    assert "not the best account" not in shrink_sentence(worse)
+
+
+def test_places_have_their_units_and_lists_that_end_say_so() -> None:
+    place = GAP["where"][0] | {"rig": "r"}
+    where = [place | {"quantity": quantity, "excess": 0.01} for quantity in ("test", "branch", "spectrum", "scatter")]
+    size = {"median": 0.1, "interval90": [0.09, 0.11], "unit": "of the relaxation damping", "form": "friction"}
+    effects = {"coulomb_friction": {"parameters": {f"size[{i}]": size for i in range(9)}}}
+    text = printed(where=where, effects=effects, sizes_refer_to="the null model at Sc 5")
+    ends = {line.split()[0]: line.split()[-2:] for line in text.splitlines() if " r  still air" in line}
+    assert ends["test"] == ends["branch"] == ["1", "%"]
+    assert ends["spectrum"] == ["0.573", "deg"]
+    assert ends["scatter"][-1] == "0.01"
+    assert "reference amplitude are those of the null model at Sc 5. 3 more are in gap.json." in text
+
+
+def test_what_was_not_read_is_said() -> None:
+    assert "  ! Left out" in printed(flags=["Left out of the diagnosis: B."])
 
 
 def test_that_nothing_was_found_may_be_unsettled_too() -> None:
@@ -128,10 +217,18 @@ def test_that_nothing_was_found_may_be_unsettled_too() -> None:
 
 
 def test_the_report_says_whether_its_numbers_contain_what_was_found() -> None:
-    gap = SURE | {"meaning": {"text": "`--effect auto` puts it in."}}
-    assert contained_sentence(gap, {"effect": {"used": "coulomb_friction"}}) == "The numbers here contain it."
+    gap = SURE | {"meaning": {"text": "`--effect auto` puts it in.", "moves": "It moves by 5 %."}}
+    assert contained_sentence(gap, {"effect": {"used": "coulomb_friction"}}) == (
+        "The numbers here contain it. It moves by 5 %. The same command without `--effect` takes it out."
+    )
     assert contained_sentence(gap, {}) == "The numbers here do not contain it. `--effect auto` puts it in."
     assert contained_sentence(gap | {"verdict": "none"}, {}) == ""
+    unsure = gap | {"probability": {"none": 0.1, "coulomb_friction": 0.5, "fluid_memory": 0.4}}
+    assert contained_sentence(unsure, {}) == (
+        "The numbers here do not contain it. If it is the first of these: `--effect auto` puts it in."
+    )
+    used = {"effect": {"used": "coulomb_friction"}}
+    assert contained_sentence(unsure, used).startswith("The numbers here contain the first of these. ")
 
 
 @pytest.mark.parametrize(("centre", "sd"), [(1.0, 0.1), (0.0, 1.0), (-2.0, 1.0), (-40.0, 1.0)])

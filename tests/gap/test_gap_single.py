@@ -148,7 +148,9 @@ def test_the_sentence_says_what_is_not_known() -> None:
         "can be left out to test that on what the model has not seen."
     )
     small = alone | {"measurable": False, "fraction": None}
-    assert shrink_sentence(small) == "The gap is too small to measure how far it shrinks."
+    assert shrink_sentence(small) == (
+        "The gap in the amplitudes of the cycles is too small to measure how far it shrinks."
+    )
     one_out = alone | {"interval90": [0.8, 0.95], "held_out": {"fraction": 0.7, "interval90": None}}
     assert shrink_sentence(one_out) == (
         "Put into the model, it closes 90 % (90 % interval 80 % to 95 %) of the gap on the records used, and 70 % "

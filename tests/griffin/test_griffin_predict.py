@@ -11,6 +11,7 @@ from scruton.campaign.schema import Quantity
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.errors import InputError
 from scruton.griffin import griffin_draws, predict, predictive_draws, shared_curve, single_draws
+from scruton.griffin.coverage import Coverage
 from scruton.griffin.thresholds import FARTHEST, WALK
 
 MANY = (20, 2000)
@@ -120,6 +121,15 @@ def test_the_band_opens_with_the_distance_from_what_was_tested() -> None:
     spread = curve.spread(grid, curve.at(grid))[0]
     beyond = np.log(0.2 * (1.0 + x)).clip(0.0)  # in ln(amplitude), below a fifth of the stable one
     np.testing.assert_allclose(spread, 0.1 * np.sqrt(1.0 + WALK * np.minimum(x + beyond, FARTHEST)), rtol=1e-9)
+
+
+def test_the_band_opens_between_tests_whose_amplitudes_lie_far_apart() -> None:
+    covered = Coverage(np.array([5.0, 60.0]), np.array([0.03, 0.003]), np.array([0.14, 0.011]))
+    amplitude = np.array([0.001, 0.005, 0.011, 0.02, 0.05, 0.2])
+    beyond = np.log([3.0, 1.0, 1.0, 1.5, 1.0, 0.2 / 0.14])  # 0.02 is nearer to 0.03 than to 0.011
+    grown = np.sqrt(1.0 + WALK * (0.1 + beyond))
+    np.testing.assert_allclose(covered.growth(np.full(6, -0.1), amplitude), grown, rtol=1e-12)
+    assert covered.tests_at(0.02) == 0
 
 
 def test_how_many_tests_cover_an_amplitude_is_counted_and_none_is_flagged() -> None:

@@ -45,6 +45,7 @@ def test_halved_and_doubled_is_what_another_card_would_give(monkeypatch: pytest.
     rows = prediction_sensitivity(with_scales(tree, 0.1), [("design", 10.0)])
     tau, kappa = rows
     assert [row.source for row in rows] == ["tau", "kappa"]
+    assert 0.0 < tau.error < 0.1 * (tau.high - tau.low)
     for factor, found in ((0.5, tau.halved), (2.0, tau.doubled)):
         draws = predictive_draws(with_scales(tree, 0.1 * factor, seed=1), [10.0], seed=1)[:, 0]
         np.testing.assert_allclose(np.log(found), np.log(np.quantile(draws, [0.5, 0.05, 0.95])), atol=0.03 * 2 * factor)

@@ -190,24 +190,29 @@ def test_prior_replicates_have_the_moments_that_the_equation_gives(rng: np.rando
         "a_star": np.full(size, 0.05),
         "relaxation_rate": np.full(size, 0.8),
         "n": np.full(size, -1.0),
-        "amplitude_scatter": np.full(size, 0.1),
+        "amplitude_scatter": np.full(size, 0.05),
         "noise_factor": np.full(size, 2.0),
-        "gust_scatter": np.full(size, 0.12),
+        "gust_scatter": np.full(size, 0.12),  # no tunnel is worse than 6 %, and none is set worse than 3 %
         "gust_time": np.full(size, 2.0),
         "set_point_scatter": np.full(size, 0.08),
         "departure_scale": np.zeros(size),
     }
     assert {*NOISE} < {*prior}
     time = 3.0 + 0.1 * np.arange(60)
-    error = np.full(60, 1e-3)
+    error = np.full(60, 2.5e-4)
     found = replication.prior_replicates(time, error, 0.1, prior, rng)
     t = time - time[0]
     np.testing.assert_allclose(found.mean(axis=0), 0.05 + 0.05 * np.exp(-0.8 * t), atol=4 * 0.008 / np.sqrt(size))
     keep, push = np.exp(-0.8 * t), 0.8 * (np.exp(-0.4 * t) - np.exp(-0.8 * t)) / (0.8 - 0.4)
     gust = 0.8 / (0.8 + 0.4) * (1.0 - keep**2 - 2.0 * keep * push)  # of an amplitude that knows nothing of it at first
-    variance = 0.005**2 * (1.0 - keep**2) + 0.006**2 * gust + 0.004**2 * (1.0 - keep) ** 2
-    sd = np.sqrt(variance + 0.002**2)
+    variance = 0.0025**2 * (1.0 - keep**2) + 0.003**2 * gust + 0.0015**2 * (1.0 - keep) ** 2
+    sd = np.sqrt(variance + 0.0005**2)
     np.testing.assert_allclose(found.std(axis=0), sd, rtol=0.06)
+    # What a wake remembers pushes as a gust of its own, beside the departure, which the scale of 0.5 has.
+    departed = prior | {"departure_scale": np.full(size, 0.5)}
+    at_rest = replication.prior_replicates(time, error, 0.05, departed, rng)  # where the drift has nothing to depart
+    remembered = variance + (0.25 * 0.05 * push) ** 2
+    np.testing.assert_allclose(at_rest[:, :5].std(axis=0), np.sqrt(remembered[:5] + 0.0005**2), rtol=0.06)
 
 
 def test_an_absurd_prior_is_called_so(rng: np.random.Generator) -> None:

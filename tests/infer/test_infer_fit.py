@@ -71,7 +71,7 @@ def test_groups_of_the_tree(tree):
         "posterior", "rig_posterior", "trial_function", "posterior_predictive", "prior", "log_likelihood",
         "log_prior", "sample_stats", "examined", "examined_log_likelihood", "observed_data", "constant_data",
         "campaign_posterior", "laws",
-        "innovations", "convergence", "inputs", "law_free", "prior_predictive", "campaign_model",
+        "innovations", "convergence", "inputs", "law_free", "departure", "prior_predictive", "campaign_model",
     }  # fmt: skip
     provenance = json.loads(tree.attrs["provenance"])
     assert set(provenance["sha256"]) == {"campaign.toml", "still.csv", "decay.csv", "growth.csv"}
@@ -225,11 +225,23 @@ def test_same_seed_same_bytes_other_seed_other(small_campaign, quick, quick_card
     assert np.median(one) == pytest.approx(np.median(two), rel=0.02), "another seed, the same answer"
 
 
+def test_the_departure_is_that_of_the_draws_that_are_printed(quick):
+    """Each given the records under the coordinates of its draw: no farther off than the scale of that draw says."""
+    group, name = quick.tree["departure"], quick.tree["posterior"]["test"].values[0]
+    place, theta = (group[key].sel(test=name).to_numpy() for key in ("draw_number", "column"))
+    scale = joint_draws(quick.tree).tests[name]["departure_scale"]
+    assert np.all(np.diff(place) > 0)
+    assert place.max() < scale.size
+    away = np.abs(theta).max(axis=1)
+    assert np.all(away < 4.5 * scale[place])
+    assert np.corrcoef(np.log(away), np.log(scale[place]))[0, 1] > 0.8
+
+
 def test_what_predictions_do_not_need_can_be_left_out_without_changing_the_rest(small_campaign, quick, quick_card):
     brief = fit_campaign(load_campaign(small_campaign), load_card(quick_card()), seed=0, thorough=False)
     left_out = {
         "trial_function", "examined", "posterior_predictive", "examined_log_likelihood", "innovations",
-        "observed_data", "prior_predictive", "campaign_model",
+        "observed_data", "prior_predictive", "campaign_model", "departure",
     }  # fmt: skip
     assert set(quick.tree.children) - set(brief.tree.children) == left_out
     for name in ("posterior", "campaign_posterior", "rig_posterior"):

@@ -61,7 +61,7 @@ def campaign(n):
     tests = [
         peak_test("A", n, envelope(rng, ["a1", "a2"]), 0.003, 3000.0, 0.02),
         peak_test("B", n, envelope(rng, ["b1"]), 0.006, 2800.0, 0.0),
-        peak_test("C", n, EnvelopeData.join({}), 0.009, 3000.0, 0.03, (SteadyAmplitude(0.03, 0.002),)),
+        peak_test("C", n, EnvelopeData.join({}), 0.009, 3000.0, 0.03, (SteadyAmplitude(0.03, 0.002, 20.0),)),
     ]
     shared = (
         lognormal("", 0.04, 0.4), lognormal("", 0.03, 0.3), lognormal("", 0.09, 0.4), lognormal("", 0.20, 0.4),
@@ -208,15 +208,18 @@ def obvious(posterior, u):
         prior += normal(a_star, np.log(on_curve), values["tau"])
         a, lam = np.exp(a_star), OMEGA0 * relaxation / factor
         q = np.exp(scatter) * a * np.sqrt(2 * lam)
+        # no tunnel is worse than this
+        gust, set_point = min(np.exp(gust), 0.06), min(np.exp(set_point), 0.03)
         if one.wind.data.size:
-            # no tunnel is worse than this
-            gust, set_point = min(np.exp(gust), 0.06), min(np.exp(set_point), 0.03)
             wind = Wind(gust * a, lam / np.exp(gust_time), set_point * a, np.exp(departure))
             walker = (np.array([v]) for v in (a, lam, q, np.exp(noise)))
             likelihood += pointwise_log_likelihood(*innovations(one.wind.data, *walker, wind, n=n)).sum()
         for level in one.wind.steady:
             # up to the constant of the normal density, which no parameter touches
-            likelihood += normal(level.mean, a, level.standard_error) + 0.5 * np.log(2 * np.pi)
+            x = level.length * lam / np.exp(gust_time)
+            unseen = gust * a * 2 * (x - 1 + np.exp(-x)) / x**2
+            sd = np.sqrt(level.standard_error**2 + (set_point * a) ** 2 + unseen**2)
+            likelihood += normal(level.mean, a, sd) + 0.5 * np.log(2 * np.pi)
     assert not u, "every coordinate has been read"
     return prior, likelihood
 

@@ -4,11 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from scruton.campaign.schema import Motion
 from scruton.dynamics.cycles import EnvelopeData
+from scruton.dynamics.departure import COLUMNS, ROUGH
+from scruton.dynamics.likelihood import Wind, innovations
+from scruton.envelope import Cycles
 from scruton.infer.cards import load_card
-from scruton.infer.models import WIND, SteadyAmplitude, StillAirPosterior, WindPosterior, free_runs
+from scruton.infer.fit import steady_amplitude
+from scruton.infer.free_runs import _run, free_runs
+from scruton.infer.models import WIND, SteadyAmplitude, StillAirPosterior, WindPosterior
 from scruton.stats.priors import Prior
 from scruton.stats.sampler import sample
 
@@ -87,13 +93,55 @@ def test_pointwise_terms_add_up():
 
 
 def test_steady_records_alone_give_the_amplitude_and_leave_the_rate_to_its_prior():
-    posterior = wind(EnvelopeData.join({}), steady=(SteadyAmplitude(0.08, 0.001), SteadyAmplitude(0.082, 0.001)))
+    posterior = wind(
+        EnvelopeData.join({}), steady=(SteadyAmplitude(0.08, 0.001, 20.0), SteadyAmplitude(0.082, 0.001, 20.0))
+    )
     samples = sample(posterior, CARD.sampler, np.random.SeedSequence(1))
     assert samples.convergence.converged
     natural = posterior.natural(samples.chain)
     assert np.median(natural["stable_amplitude"]) == pytest.approx(0.081, abs=2e-4)
     prior = posterior.prior_draws(np.random.default_rng(0), 20000)[:, 1]
     assert samples.chain[..., 1].std() == pytest.approx(prior.std(), rel=0.08)
+
+
+def lock_in_amplitudes(rng, cycles, gust, gust_rate, set_point, scatter, lam=0.7):
+    """Cycle by cycle about a stable amplitude of one: a gust that the amplitude follows, turbulence, a set-point."""
+
+    def noise(sd, rate):
+        keep = np.exp(-rate * PERIOD)
+        kicks = sd * np.sqrt(1 - keep**2) * rng.standard_normal(cycles + burn)
+        kicks[0] = sd * rng.standard_normal()
+        return lfilter([1.0], [1.0, -keep], kicks)
+
+    burn = int(10 / (lam * PERIOD))
+    forget = np.exp(-lam * PERIOD)
+    followed = lfilter([1 - forget], [1.0, -forget], noise(gust, gust_rate))
+    return (1.0 + followed + noise(scatter, lam))[burn:] + set_point * rng.standard_normal()
+
+
+@pytest.mark.parametrize(("length", "gust_time"), [(10, 10.0), (10, 1.0), (60, 10.0), (60, 1.0)])
+def test_a_lock_in_mean_strays_as_its_variance_says(length, gust_time):
+    """Lengths and times in relaxation times: gusts within a record count once, those that outlast it count whole."""
+    rng, lam, count = np.random.default_rng(9), 0.7, 300
+    wind_of = Wind(0.02, lam / gust_time, 0.01)
+    cycles, z = int(length / (lam * PERIOD)), np.empty(count)
+    for i in range(count):
+        a = lock_in_amplitudes(rng, cycles, 0.02, lam / gust_time, 0.01, 0.01)
+        nothing = np.zeros(cycles)
+        level = steady_amplitude(Cycles(PERIOD * np.arange(cycles), a, *[nothing] * 4, 1.0 / PERIOD, 0.0))
+        z[i] = (level.mean - 1.0) / np.sqrt(level.variance(wind_of))
+    assert np.sqrt(np.mean(z**2)) == pytest.approx(1.0, abs=0.2)
+
+
+def test_a_lock_in_mean_does_not_know_the_stable_amplitude_better_than_its_set_point():
+    posterior = wind(EnvelopeData.join({}), steady=(SteadyAmplitude(0.05, 0.0003, 60.0),))
+    u = posterior.prior_draws(np.random.default_rng(0), 1).repeat(3, axis=0)
+    log = posterior.named(u)
+    log["stable_amplitude"], log["gust_scatter"] = np.log(0.049), np.log(1e-4)
+    log["set_point_scatter"] = np.log([1e-4, 0.01, 0.02])
+    variance = (0.049 * np.array([1e-4, 0.01, 0.02])) ** 2 + 0.0003**2
+    want = -0.5 * (0.001**2 / variance + np.log(variance))
+    np.testing.assert_allclose(posterior.log_likelihood(u), want, rtol=1e-4)
 
 
 def test_still_air_recovers_the_damping_of_two_plucks():
@@ -127,6 +175,53 @@ def test_free_runs_reproduce_the_data(n, start):
     assert np.median(mean[:, -1]) == pytest.approx(y[late].mean(), rel=0.01)
     inside = (np.quantile(replicate, 0.05, axis=0) <= y) & (y <= np.quantile(replicate, 0.95, axis=0))
     assert 0.75 < inside.mean() <= 1.0
+
+
+def replicated(rng, y, se, wind_of, theta, n=-1.0, a_star=0.05, lam=0.7, q=2e-4):
+    """Free runs of a record from its first amplitude on, one for each row of columns theta, (R, N)."""
+    runs, data = len(theta), envelope([y], se)
+    size = (runs, data.size)
+    walkers = (np.full(runs, value) for value in (a_star, lam, q, 1.0, *wind_of))
+    theta = np.concatenate([np.zeros((runs, 1)), theta], axis=1)
+    mean, replicate = np.empty(size), np.empty(size)
+    _run(
+        data.amplitude, data.standard_error, data.gap, data.period, *walkers, theta, np.full(runs, n), 1.0,
+        rng.standard_normal(size), rng.standard_normal((6, *size)), mean, replicate,
+    )  # fmt: skip
+    return replicate
+
+
+@pytest.mark.parametrize(("n", "start"), [(-1.0, 2.0), (-1.0, 1.0), (2.0, 0.4)])
+def test_replicates_scatter_as_the_filter_expects(n, start):
+    """Mean and covariance of the second and third cycle given the first, the departure integrated over its prior."""
+    rng, se, wind_of = np.random.default_rng(10), 1e-4, Wind(0.0005, 0.3, 0.0005, 0.3)
+    first = start * 0.05
+
+    def ahead(second):
+        plain = (np.array([value]) for value in (0.05, 0.7, 2e-4, 1.0))
+        y = np.array([first, second, 0.0])
+        innovation, variance = innovations(envelope([y], se), *plain, wind_of, n=n)
+        return (y - innovation[:, 0])[1:], variance[1:, 0]
+
+    (second, _), (variance, _) = ahead(first)
+    step = np.sqrt(variance)
+    (_, low), (_, high) = (ahead(second + by)[0] for by in (-step, step))
+    slope = (high - low) / (2.0 * step)
+    (_, third), (_, beyond) = ahead(second)
+    theta = 0.3 * rng.standard_normal((20_000, COLUMNS))
+    found = replicated(rng, np.full(3, first), se, wind_of, theta, n)[:, 1:]
+    np.testing.assert_allclose(found.mean(axis=0), [second, third], atol=0.1 * step)
+    want = [variance, slope * variance, beyond + slope**2 * variance]
+    np.testing.assert_allclose(np.cov(found.T)[np.triu_indices(2)], want, rtol=0.1)
+
+
+def test_replicates_bend_about_the_ramps_of_the_departure():
+    """Far from the stable amplitude: in the half cycle after the first amplitude, and in what is seen of the next."""
+    rng, far, scale = np.random.default_rng(11), 20.0, 0.5
+    y = np.full(2, far * 0.05)
+    found = replicated(rng, y, 1e-4, Wind(0.0, 1.0, 0.0, scale), np.zeros((20_000, COLUMNS)))
+    moved = (far - 1.0) * 0.05 * -np.expm1(-0.7 * PERIOD)
+    assert found[:, 1].std() == pytest.approx(ROUGH * scale * np.sqrt(2.0) * 0.5 * moved, rel=0.1)
 
 
 @pytest.mark.slow

@@ -295,7 +295,7 @@ def test_a_checkpoint_knows_all_that_the_likelihood_reads(tests_of, card):
     changes = [
         replace(one, mass_damping_factor=1.01 * one.mass_damping_factor),
         replace(one, factor_log_sd=0.3),
-        replace(one, wind=replace(one.wind, steady=[SteadyAmplitude(0.03, 0.001)])),
+        replace(one, wind=replace(one.wind, steady=[SteadyAmplitude(0.03, 0.001, 20.0)])),
         replace(one, wind=replace(one.wind, data=one.wind.data.without("heavy-growth.csv"))),
         replace(one, wind=replace(one.wind, priors=(*others, replace(damping, first=0.0066)))),
     ]

@@ -95,7 +95,7 @@ def table_of(document: Document, name: str) -> Table:
     [
         ("similitude", 3, 4.0), ("similitude", 6, 0.02 * np.pi),
         ("stable_amplitudes", 2, 4.0), ("damping", 4, 0.02 * np.pi), ("bridge_similitude", 4, 4.0),
-        ("required_damping", 6, 0.02 * np.pi), ("extrapolation", 0, 4.0), ("dampers_1", 4, 0.02 * np.pi),
+        ("required_damping", 6, 0.02 * np.pi), ("extrapolation", 1, 4.0), ("dampers_1", 4, 0.02 * np.pi),
         ("ring_downs", 2, 0.02 * np.pi),
     ],
 )  # fmt: skip
@@ -183,6 +183,7 @@ def test_no_identifier_stands_in_prose(heaving):
     content["inputs"] = {"numbers": [
         {"name": "modes[0].damping_ratio.mean", "value": 0.003, "origin": "stated", "source": ""},
         {"name": "modes[0].damping_ratio.sd", "value": 0.001, "origin": "default", "source": "by judgement"},
+        {"name": "damper.number", "value": 1, "origin": "default", "source": "by judgement"},
         {"name": "damper.largest_stroke", "value": 0.6, "origin": "default", "source": "room"}]}  # fmt: skip
     document = document_of(heaving, gap=gap, sizing=content)
     files = {record.name for test in heaving.campaign.tests for record in test.records}
@@ -196,6 +197,7 @@ def test_no_identifier_stands_in_prose(heaving):
     rows = {row[0]: row for row in table_of(document, "inputs").rows}
     assert rows["mode V1, damping ratio"][1:] == ("0.3000 ± 0.10 %", "stated; sd by default", "by judgement")
     assert rows["bridge, damper, largest stroke"][1:3] == ("0.6000 m", "default")
+    assert rows["bridge, damper, number"][1] == "1"
     assert all(row[2] and row[3] for row in rows.values())
 
 

@@ -44,8 +44,9 @@ from scruton.report.render_html import embedded, render_html
 from scruton.report.render_text import render_text
 from scruton.report.render_typst import render_pdf
 from scruton.report.tables import tables
-from scruton.sizing.bridge import Bridge, Mode
+from scruton.sizing.bridge import Bridge, Cost, Mode
 from scruton.sizing.checks import CONFIDENCES
+from scruton.sizing.existing import offers
 from scruton.sizing.limits import limit
 from scruton.sizing.study import size
 
@@ -107,10 +108,11 @@ def test_numbers_are_given_in_order_and_empty_things_are_left_out() -> None:
 def test_a_bridge_puts_limit_risk_damping_and_confidence_first(three) -> None:
     document = compose(material(three, sizing=sizing(modes=2, flags=("a mode beyond the tests",))))
     summary = document.chapters[0]
-    assert "Add a damping ratio of 0.400 % to mode V1" in text_of(summary.blocks[:1])
+    said = text_of(summary.blocks[:1])
+    assert "Add a damping ratio of 0.400 % to mode V1 and 0.400 % to mode V2." in said
     assert next(one for one in summary.blocks if isinstance(one, Callout)).lines == (("a mode beyond the tests",),)
     figures = next(one for one in summary.blocks if isinstance(one, KeyFigures)).items
-    assert [value for _, value, _ in figures] == ["120 mm", "80.0 %", "5.00 %"]
+    assert [value for _, value, _ in figures] == ["120 mm", "90.0 %", "5.00 %"]  # of any mode
     assert "limit 100 mm" in figures[0][2]
     names = {one.name for one in document.every(Table)}
     assert {"bridge_similitude", "required_damping", "dampers_1", "dampers_2", "all_modes", "digests"} <= names
@@ -191,12 +193,162 @@ def test_the_first_page_says_what_to_test_and_what_could_overturn_it(three) -> N
     assert "Where rigs miss the curve by 20 %: 0.900 %" in page
 
 
+def two_modes() -> dict:
+    """V2 needs most, V1 less, V3 nothing; all dampers leave less than the damping that each mode needs by itself."""
+    content = sizing(modes=3)
+    damper = content["modes"][0]["damper"]
+    for mode, required, mass in zip(content["modes"], (0.002, 0.006, 0.0), (2500.0, 4000.0, None), strict=True):
+        limit = mode["limits"][0] | {"required": dict.fromkeys(CONFIDENCES, required)}
+        one = damper["dampers"][0] | {"mass": mass}
+        mode |= {"limits": [limit], "damper": damper | {"mass": mass, "dampers": [one] if mass else []}}
+    content["all_modes"] |= {
+        "with_required_damping": {"each": [0.05, 0.05, 0.0], "any": 0.09},
+        "with_dampers": {"each": [0.01, 0.03, 0.0], "any": 0.035},
+        "required_for_any": {"risk": 0.05, "confidence": 0.975, "required": [0.003, 0.007, 0.0], "reach": [None] * 3,
+                             "left": {"each": [0.025, 0.026, 0.0], "any": 0.05}},
+    }  # fmt: skip
+    return content
+
+
+def first_page(three, content) -> tuple[str, list[tuple[str, str, str]]]:
+    blocks = compose(material(three, sizing=content)).chapters[0].blocks
+    figures = next(one for one in blocks if isinstance(one, KeyFigures)).items
+    return " ".join(str(run) for run in blocks[0].runs), list(figures)
+
+
+def test_the_first_page_names_every_mode_the_worst_first_and_the_risk_of_any(three) -> None:
+    said, figures = first_page(three, two_modes())
+    assert said == (
+        "Add a damping ratio of 0.600 % to mode V2, such as by one tuned mass damper of 4.00 t at 0.300 Hz and 0.200 % "
+        "to mode V1, such as by one tuned mass damper of 2.50 t at 0.300 Hz. Mode V3 stays below its limit as the "
+        "bridge is."
+    )
+    assert [value for _, value, _ in figures] == ["120 mm", "90.0 %", "3.50 %"]
+    assert "mode V2" in figures[1][2]
+    assert figures[2][0] == "Risk of any mode with all dampers"
+
+
+def test_the_first_page_asks_for_the_damping_of_any_mode_where_the_bridge_does(three) -> None:
+    content = two_modes()
+    for mode in content["modes"]:
+        mode["damper"] = mode["damper"] | {"asked": {"risk": 0.05, "risk_of": "any"}}
+    said, _ = first_page(three, content)
+    assert said.startswith("For a risk of 5.00 % of any mode, add a damping ratio of 0.700 % to mode V2,")
+    assert "0.300 % to mode V1" in said
+
+
+def test_the_first_page_has_the_modes_of_the_other_motion(three) -> None:
+    content = two_modes()
+    far = {"scruton_number": 6.2, "extrapolation_index": 2.8, "covered_by": 3, "tests": 3, "trusted": False}
+    content["both"] = {
+        "names": ["V1", "V2", "V3", "T1"], "motions": [*["heaving"] * 3, "torsional"],
+        "edge": [{"median": 0.1, "low": 0.05, "high": 0.2}] * 4, "required": [0.002, 0.006, 0.0, 0.009],
+        "reach": [None, None, None, far], "dampers": [[], [], [], [{"mass": 22e3, "frequency": 0.8}]],
+        "trusted": [True] * 4, "without": {"each": [0.8, 0.8, 0.8, 0.7], "any": 0.95},
+        "with_dampers": {"each": [0.01, 0.03, 0.0, 0.02], "any": 0.045},
+    }  # fmt: skip
+    said, figures = first_page(three, content)
+    assert said.startswith(
+        "Add a damping ratio of 0.900 % to mode T1 (torsional), such as by one tuned mass damper of 22.0 t at 0.800 Hz,"
+    )
+    assert "Test a rig at a Scruton number of about 6.2 (mode T1 (torsional))" in said
+    assert [value for _, value, _ in figures] == ["120 mm", "95.0 %", "4.50 %"]
+    content["both"]["trusted"] = [True, True, True, False]
+    said, _ = first_page(three, content)
+    assert "to mode T1" not in said
+    assert "Decide nothing on mode T1 (torsional): the fit did not converge." in said
+
+
+def test_the_limits_of_validity_hold_the_required_damping_and_what_the_sizing_applies(three) -> None:
+    content, fit = two_modes(), three
+    reach = {"scruton_number": 48.9, "extrapolation_index": 3.5, "covered_by": 3, "tests": 3, "trusted": False}
+    content["modes"][1]["limits"][0]["reach"] = {"0.95": reach}
+    design = [predict(fit.tree, scruton_number=15.0, seed=1)]
+    rows, said = validity(fit, design, content)
+    assert rows[0][0] == "design"
+    assert rows[-1] == ("mode V2 with 0.600 % added", "48.9", "–", "–", "–", "3.5", "NO")
+    assert "details of the section are those of the tunnel" in said
+    factor = {"mean": 1.0, "sd": 0.15}
+    content["bridge"]["transfer"] = dict.fromkeys(("turbulence", "reynolds_number", "details"), factor) | {
+        "assumed": True
+    }
+    _, said = validity(fit, design, content)
+    assert "a prediction at a Scruton number is that of the model" in said
+    assert "multiplies the amplitude, assumed" in said
+    assert "turbulence 1.00 ± 0.15" in said
+
+
+def validity(fit, design, content) -> tuple[list[tuple[str, ...]], str]:
+    document = compose(material(fit, design=design, sizing=content))
+    table = next(one for one in document.every(Table) if one.name == "extrapolation")
+    return list(table.rows), text_of(next(c for c in document.chapters if c.key == "validity").blocks)
+
+
+def test_one_mode_has_no_column_of_any_and_the_worst_stands_beside_the_risk_left() -> None:
+    content = sizing()
+    content["modes"][0] |= {"shares": {"needed": [{"source": "law", "first": 0.5, "total": 0.6}]}}
+    content["modes"][0]["damper"] |= {"probability_worst": 0.058}
+    hours = {"lock_in": [[8.0, 9.0]], "assumed": [True], "a_year": [100.0], "exceeding_a_year": [40.0],
+             "exceeding_with": {"with_required_damping": [2.0], "with_dampers": [1.5]}}  # fmt: skip
+    content["all_modes"] |= {"hours": hours}
+    text = render_text(sizing_summary(content))
+    assert re.search(r"\bany\b", text) is None
+    assert "risk left 0.050 (0.058 with vibrations that only a start from above leads to)" in text
+    assert re.search(r"V1 .* 40 +2 +1.5(\n|$)", text)
+
+
 def test_nothing_is_decided_on_a_fit_that_did_not_converge(three) -> None:
     untrusted = replace(three, converged=False)
-    blocks = compose(material(untrusted, sizing=sizing())).chapters[0].blocks
-    assert isinstance(blocks[0], Callout)
-    assert "Decide nothing on these numbers" in text_of(blocks)
-    assert "Add a damping" not in text_of(blocks)
+    content = sizing(flags=("not to be trusted: test 1 did not converge", "another"))
+    for of_the_fit, verdict in (({}, untrusted), ({"unconverged": ["test 1"]}, three)):
+        blocks = compose(material(verdict, sizing=content | of_the_fit)).chapters[0].blocks
+        assert isinstance(blocks[0], Callout)
+        assert blocks[0].lines == (("not to be trusted: test 1 did not converge",),)
+        assert "Decide nothing on these numbers" in text_of(blocks)
+        assert "Add a damping" not in text_of(blocks)
+    # the sampling of what no sizing rests on, such as trial functions, decides nothing either way
+    page = text_of(compose(material(untrusted, sizing=content | {"unconverged": []})).chapters[0].blocks)
+    assert "Add a damping" in page
+    assert "Decide nothing" not in page
+
+
+def with_failed(tree, *names: str):
+    """The tree of a fit of which these posteriors did not converge."""
+    failed = tree.copy(deep=True)
+    table = failed["convergence"]
+    posteriors = table["posterior"].to_numpy().astype(str)
+    assert all((posteriors == name).any() for name in names), sorted(set(posteriors))
+    table["converged"] = table["converged"].copy(data=~np.isin(posteriors, names))
+    return failed
+
+
+def test_nothing_is_priced_or_judged_on_posteriors_that_did_not_converge(three) -> None:
+    mode = Mode("V1", Quantity(0.3, 0.003), Quantity(2e4), 4e6, damping_ratio=Quantity(0.003, 0.001))
+    bridge = Bridge(
+        "b", Motion.HEAVING, 12.0, 3.0, 1.225, Quantity(1.0), (limit("0.05"),), (mode,),
+        cost=Cost(per_percent=1e6, per_kg=20.0, failure=1e7),
+    )  # fmt: skip
+    posteriors = dict.fromkeys(three.tree["convergence"]["posterior"].to_numpy().astype(str))
+    trial = next(name for name in posteriors if name.startswith("trial function of"))
+    rig = next(name for name in posteriors if name.startswith("rig "))
+    offer = offers("20 t, 0.3 Hz, 0.1")
+    found = size(with_failed(three.tree, rig, trial), bridge, offers=offer)
+    assert found.unconverged == (rig,)
+    assert "not to be trusted" in found.flags[0]
+    assert rig in found.flags[0]
+    assert sum("criticise" in flag for flag in found.flags) == 1
+    assert found.modes[0].cost is None
+    assert found.existing is None
+    assert found.all_modes.with_dampers is None
+    assert not found.modes[0].damper.dampers
+    text = render_text(sizing_summary(found.to_json()))
+    assert text.index("not to be trusted") < text.index("Added damping")
+    assert "Least expected cost" not in text
+    good = size(with_failed(three.tree, trial), bridge, offers=offer)
+    assert good.unconverged == ()
+    assert good.modes[0].cost is not None
+    assert good.existing is not None
+    assert any(trial in flag and "nothing of the sizing rests on that" in flag for flag in good.flags)
 
 
 def test_the_gap_is_told_with_where_and_how_far_it_shrinks(three) -> None:

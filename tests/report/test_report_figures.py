@@ -11,6 +11,7 @@ from pathlib import Path
 import matplotlib as mpl
 import numpy as np
 import pytest
+import xarray as xr
 from fake_fit import fake_fit
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
@@ -19,8 +20,10 @@ from matplotlib.text import Text
 from scruton.arrays import FloatArray, thin
 from scruton.campaign.schema import Motion
 from scruton.dynamics import closed_form
+from scruton.dynamics.departure import COLUMNS, relative_drift
 from scruton.griffin.damping import aerodynamic_draws, amplitude_grid, total_draws, trial_draws
 from scruton.griffin.posterior import draws_of
+from scruton.infer.result_schema import dataset
 from scruton.infer.results import Fit
 from scruton.report.figures import FigureWithCaption, all_figures, figure, save
 from scruton.report.figures.criticism import corner_plot
@@ -312,6 +315,23 @@ def test_total_damping_is_the_slope_of_the_closed_form(n: float) -> None:
     np.testing.assert_allclose(found, -slope / (2 * np.pi * 7.97), rtol=1e-3, atol=1e-7)
     xi = draws_of(fit.tree, "damping_ratio", "Sc 1.9")[:, None]
     np.testing.assert_allclose(aerodynamic_draws(fit.tree, "Sc 1.9", grid), found - xi, atol=1e-12)
+
+
+def test_damping_is_that_of_the_law_with_the_departure_of_the_same_draws() -> None:
+    fit = fake_fit(tests=1, growth=False, laws=False)
+    a_star = draws_of(fit.tree, "a_star", "Sc 1.9")
+    grid = np.array([0.4, 1.0, 1.7]) * float(np.median(a_star))
+    kept = np.array([3, 40, 77])
+    law = total_draws(fit.tree, "Sc 1.9", grid)[np.searchsorted(thin(a_star.size, 1000), kept)]
+    theta = np.zeros((3, 1, COLUMNS))
+    theta[:, 0, 0], theta[:, 0, 3] = (0.5, -0.3, 0.0), (0.4, 0.0, 0.0)
+    group = dataset("departure", {"draw_number": kept[:, None], "column": theta}, test=["Sc 1.9"])
+    fit.tree["departure"] = xr.DataTree(group)
+    want = law * relative_drift(grid / a_star[kept, None], theta)
+    np.testing.assert_allclose(total_draws(fit.tree, "Sc 1.9", grid), want, rtol=1e-12)
+    assert np.abs(want / law - 1.0)[0, [0, 2]].min() > 0.1
+    xi = draws_of(fit.tree, "damping_ratio", "Sc 1.9")[kept, None]
+    np.testing.assert_allclose(aerodynamic_draws(fit.tree, "Sc 1.9", grid), want - xi, atol=1e-12)
 
 
 def test_trial_band_is_eq_4_read_draw_by_draw(fit: Fit) -> None:

@@ -1,5 +1,6 @@
 """The picture of a gap: it shows every test and rig, and marks where the effect acts."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -59,3 +60,21 @@ def test_the_headline_says_the_verdict(clipped: tuple[Diagnosis, tuple[Finding, 
     diagnosis, findings = clipped
     figure = gap_figure(diagnosis, findings).figure
     assert figure.get_suptitle().startswith("Sensor clipping")
+
+
+def test_the_headline_says_what_is_not_settled_and_no_gap_has_its_bar(
+    clipped: tuple[Diagnosis, tuple[Finding, ...]],
+) -> None:
+    diagnosis, findings = clipped
+    names = [name for name in diagnosis.probability if name not in ("none", diagnosis.verdict)][:6]
+    likely = dict.fromkeys(names, 0.07) | {diagnosis.verdict: 0.577, "none": 0.003}
+    unsure = replace(
+        diagnosis, probability=likely, found=(diagnosis.verdict, "fluid_memory"), also={"fluid_memory": 0.07}
+    )
+    figure = gap_figure(unsure, findings).figure
+    headline = figure.get_suptitle().replace("\n", " ")
+    assert headline.startswith("Not settled: sensor clipping (58 %) or ")
+    assert headline.endswith("; no gap below 1 %; beside it perhaps fluid memory (7 %)")
+    bars = [label.get_text() for label in figure.subfigs[1].axes[-1].get_yticklabels()]
+    assert "no gap" in bars
+    assert bars[0] == "sensor clipping"

@@ -77,6 +77,18 @@ def test_predictions_are_those_of_the_json(fit, frames: dict[str, pd.DataFrame])
     assert row["unit"] == "A/D"
 
 
+def test_the_terminal_shows_gusts_and_the_monte_carlo_errors_of_medians(fit) -> None:
+    text = render_text(fit_summary(fit), 80)
+    assert max(map(len, text.splitlines())) <= 80
+    for key, title in (("gust_scatter", "slow gusts, scatter"), ("gust_time", "slow gusts, correlation time")):
+        row = text[text.index(title) :].splitlines()[3]
+        entry = fit.summary["tests"][0]["parameters"][key]
+        wanted = [*TERMINAL.spread(entry), TERMINAL.number(entry["monte_carlo_error"], 2)]
+        assert row.endswith(wanted[-1])
+        assert all(cell in row for cell in wanted), row
+        assert 0.0 < entry["monte_carlo_error"] < 0.1 * entry["sd"]
+
+
 @pytest.fixture(scope="module")
 def against() -> Fit:
     """A fit whose reference law has no weight: n = 0 has all."""

@@ -256,12 +256,16 @@ def test_two_fits_of_one_bridge_are_sized_with_their_union(small_results, tmp_pa
     sizings = size_both([(tree, heaving), (other, torsional)], [limit("kd")])
     alone = size(tree, heaving, [limit("kd")])
     assert [[mode.name for mode in one.modes] for one in sizings] == [["V1"], ["T1"]]
-    assert "T1" in next(flag for flag in alone.flags if "other motion" in flag)
+    said = next(flag for flag in alone.flags if "other motion" in flag)
+    assert "T1. `scruton size` takes their fit as --other" in said  # also where another verb tells it
     for one in sizings:
         assert not any("other motion" in flag for flag in one.flags)
         assert one.both is not None
         assert one.both.names == ("V1", "T1")
         assert one.both.motions == ("heaving", "torsional")
+        assert one.both.required == tuple(each.modes[0].governing_limit.required["0.95"] for each in sizings)
+        assert one.both.trusted == (True, True)
+        assert len(one.both.required_for_any.required) == 2
         assert max(one.both.without.each) <= one.both.without.any <= sum(one.both.without.each)
     first, second = sizings
     assert first.modes[0].governing_limit.required == alone.modes[0].governing_limit.required

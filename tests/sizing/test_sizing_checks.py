@@ -9,6 +9,7 @@ from sizing_room import LIMIT, at_most, mode_model
 from scruton.griffin.coverage import Coverage
 from scruton.griffin.law_free import LawFree, StraightLine
 from scruton.sizing.checks import LAW_FREE, Evidence
+from scruton.sizing.remarks import farther_limits
 from scruton.sizing.risk import remarks, risk
 from scruton.sizing.thresholds import LARGEST_ADDED
 
@@ -93,3 +94,19 @@ def test_one_rig_is_stated_at_two_discrepancies():
     assert stated["0.10"]["0.95"] < stated["0.20"]["0.95"]
     assert 100.0 * stated["0.20"]["0.95"] == pytest.approx(0.59, abs=0.01), "the worked case of a known discrepancy"
     assert any("rests on one rig" in sentence and "20 %" in sentence for sentence in remarks("V1", "0.95", found))
+
+
+def test_a_limit_that_does_not_govern_is_said_to_lie_far_from_the_tests():
+    governs, other = checked(), replace(checked(reach=(0.8, 2.0)), rule="other")
+    (said,) = farther_limits("V1", governs, [governs, other])
+    assert '"other", which does not govern, requires at 95 %' in said
+    assert "transients of 0 of 1 tests" in said
+    assert not list(farther_limits("V1", other, [other]))
+    none = replace(other, required=dict.fromkeys(other.required, 0.0))
+    assert not list(farther_limits("V1", governs, [governs, none]))
+
+
+def test_nothing_that_is_not_required_is_an_extrapolation():
+    found = checked(reach=(0.8, 2.0))
+    nothing = replace(found, required=dict.fromkeys(found.required, 0.0), required_by_law={})
+    assert remarks("V1", "0.95", nothing) == []

@@ -11,7 +11,7 @@ from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
 from scruton.errors import InputError
 from scruton.sizing.bridge import Wind, load_bridge
-from scruton.sizing.hours import LockInShape, lock_in_hours, lock_in_shape
+from scruton.sizing.hours import LockInShape, assumed_remarks, lock_in_hours, lock_in_shape
 from scruton.sizing.model import unit_cube
 from scruton.sizing.transfer import TurbulenceClass
 
@@ -60,6 +60,17 @@ def test_classes_of_turbulence_share_the_time():
     both = hours_of(model, triangle(), replace(EVEN, turbulence=classes))
     assert both.exceeding_a_year[0] == pytest.approx(0.25 * hours_of(model, triangle()).exceeding_a_year[0], rel=1e-9)
     assert both.a_year == hours_of(model, triangle()).a_year
+
+
+def test_hours_are_told_of_what_is_left_with_damping_added():
+    model = replace(mode_model(0.2), bridge=replace(mode_model(0.2).bridge, wind=EVEN))
+    draws = model.draws(unit_cube(1 << 12, 0))
+    left = {"with_dampers": [draws.amplitude(0.004)]}
+    found = lock_in_hours([model], [draws], [LIMIT], [triangle()], 0, left)
+    share = np.maximum(1.0 - LIMIT / draws.amplitude(0.004), 0.0).mean()
+    assert 0.0 < share < 0.1
+    assert found.exceeding_with["with_dampers"][0] == pytest.approx(found.a_year[0] * share, rel=0.02)
+    assert found.exceeding_a_year == hours_of(mode_model(0.2), triangle()).exceeding_a_year
 
 
 def test_without_a_wind_climate_there_are_no_hours():
@@ -123,6 +134,11 @@ def test_peaks_of_several_rigs_are_no_sweep():
     assert v[shape.ratio[0].argmax()] == pytest.approx(9.0, abs=0.03)
     other = lock_in_shape(tree_of(rigs=("A", "B", "C"), speeds=(8.1, 8.5, 9.6)), mode_model().mode, 39.0, 0)
     assert other.edges[0] == pytest.approx(0.9 * 8.0)
+    (said,) = assumed_remarks(["V1", "V2"], [shape, shape])
+    assert "hours of modes V1, V2" in said
+    assert "from 10 % below that speed to as much above it" in said
+    swept = lock_in_shape(tree_of(), mode_model().mode, 20.0, 0)
+    assert assumed_remarks(["V1"], [swept]) == []
 
 
 def test_a_file_of_the_mode_speaks_first(tmp_path):

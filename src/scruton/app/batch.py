@@ -297,7 +297,7 @@ def summarise(job: Job) -> Entry:
 
 def _required(folder: Path) -> list[dict[str, Any]]:
     """What the modes of the bridge need, at the confidence that is spoken of."""
-    from scruton.report.figures.sizing import governing
+    from scruton.report.needs import governing
     from scruton.sizing.checks import ASKED
     from scruton.sizing.results import RESULT
 

@@ -51,4 +51,5 @@ def size(arguments: Namespace) -> Outcome:
         paths = work.published(written)
     told = [*map(sizing_summary, contents), both_blocks(contents[0], "", "{:.3f}".format, TERMINAL)]
     text = "\n\n".join(render_text(blocks, line_width()) for blocks in told)
-    return Outcome(text, paths, code=DONE if all(summary["converged"] for _, summary in fits) else NOT_TRUSTED)
+    untrusted = any(content["unconverged"] for content in contents)
+    return Outcome(text, paths, code=NOT_TRUSTED if untrusted else DONE)

@@ -54,7 +54,9 @@ def validate(arguments: Namespace) -> Outcome:
             low, high = case.prediction.interval(0.90)
             rows.append(
                 {"test": case.test, "from": ", ".join(case.source), "Sc [-]": case.prediction.scruton_number,
-                 "unit": case.prediction.unit, "median": case.prediction.median, "q05": low, "q95": high, **known,
+                 "unit": case.prediction.unit, "median": case.prediction.median, "q05": low, "q95": high,
+                 "median MC error": case.prediction.error(0.5), "q05 MC error": case.prediction.error(0.05),
+                 "q95 MC error": case.prediction.error(0.95), **known,
                  "z": case.z, "log score": case.log_score, "inside 90 %": case.inside()}
             )  # fmt: skip
         content = {"format": 1, "title": campaign.title, "unit": unit}

@@ -86,7 +86,7 @@ def size(arguments: Namespace) -> Outcome:
         )  # fmt: skip
         paths = work.published(write_sizing(work, content))
     return Outcome(
-        render_text(sizing_summary(content), line_width()), paths, code=DONE if summary["converged"] else NOT_TRUSTED
+        render_text(sizing_summary(content), line_width()), paths, code=NOT_TRUSTED if content["unconverged"] else DONE
     )
 
 

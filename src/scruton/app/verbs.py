@@ -213,8 +213,8 @@ VERBS = (
         ),
         Argument(
             "--limit", action="append", default=[], metavar="RULE",
-            help='"jtg", "kd", "rms-acceleration", "peak-acceleration: 0.5 m/s^2", "0.13 m", "0.05" (A/D); '
-            "may be repeated",
+            help='"jtg", "kd", "iso2631", "rms-acceleration", "peak-acceleration: 0.5 m/s^2", "motion-sickness: 0.05", '
+            '"0.13 m", "0.4 deg", "0.05" (A/D); may be repeated',
         ),
         Argument(
             "--damping", metavar="XI[+/-SD]",

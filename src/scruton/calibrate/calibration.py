@@ -12,7 +12,7 @@ from scruton.calibrate.campaigns import run_campaign
 from scruton.calibrate.coverage import CalibrationResult, summarise
 from scruton.calibrate.execution import Execution, at_least
 from scruton.calibrate.identifiability import identifiability
-from scruton.calibrate.regimes import chosen
+from scruton.calibrate.regimes import REGIMES, chosen
 from scruton.calibrate.tables import write_tables
 from scruton.documents import write_bytes, write_text
 from scruton.errors import InputError
@@ -115,4 +115,9 @@ def load(folder: Path, regime: str) -> dict[int, dict[str, Any]]:
         fitted = belongs and isinstance(record.get("converged"), bool) and isinstance(record.get("scores"), dict)
         if not (fitted or (belongs and isinstance(record.get("failed"), str))):
             raise InputError(path, f"line {number}", "what is no campaign of this regime", wanted)
+        if record.get("definition") != REGIMES[regime].digest:
+            raise InputError(
+                path, f"line {number}", f"a campaign of another definition of the regime {regime}",
+                "campaigns of one definition: another folder, or --force to simulate and fit all of them anew",
+            )  # fmt: skip
     return {record["index"]: record for record in records}

@@ -27,11 +27,11 @@ from scruton.simulate import Noise
 Scored = tuple[float, FloatArray]  # a truth, and the draws (S,) that shall hold it
 
 SAMPLES_PER_CYCLE = 28
-RELAXATIONS = 5.5  # times that a transient is recorded for, within CYCLES
+# Times that a record lasts for, within CYCLES; of lock-in too few for its fluctuations to be used, the mean alone is.
+RELAXATIONS = {Kind.GROWTH: 5.5, Kind.DECAY: 5.5, Kind.STEADY: 20.0, Kind.FREE_DECAY: 3.0}
 CYCLES = (15.0, 250.0)
-START = {Kind.GROWTH: (0.1, 0.2), Kind.DECAY: (2.2, 2.5)}  # over the stable amplitude
+START = {Kind.GROWTH: (0.1, 0.2), Kind.DECAY: (2.2, 2.5), Kind.STEADY: (1.0, 1.0)}  # over the stable amplitude
 RING_DOWN_START = 2.0
-RING_DOWN_RELAXATIONS = 3.0
 
 
 def run_campaign(regime_name: str, index: int, seed: int, base: ModelCard) -> dict[str, Any]:
@@ -40,7 +40,7 @@ def run_campaign(regime_name: str, index: int, seed: int, base: ModelCard) -> di
     Returns
     -------
     dict
-        What one line of the regime's file holds: `regime`, `index`; `failed` with the reason, or
+        What one line of the regime's file holds: `regime`, its `definition`, `index`; `failed` with the reason, or
         `converged`, `law_flag`, `weights` and `scores`, by quantity `truth`, `rank`, `z`, `posterior_sd`, and where
         laws are weighed what `scruton.calibrate.quantities.held` says.
     """
@@ -49,7 +49,7 @@ def run_campaign(regime_name: str, index: int, seed: int, base: ModelCard) -> di
     # It depends on nothing but the run's seed, the regime's place and the campaign's number.
     root = np.random.SeedSequence(seed, spawn_key=(list(REGIMES).index(regime_name), index))
     draw, simulate, chains, fresh, beside = root.spawn(5)
-    record: dict[str, Any] = {"regime": regime_name, "index": index}
+    record: dict[str, Any] = {"regime": regime_name, "definition": regime.digest, "index": index}
     drawn, setup, body = draw_campaign(regime, card, draw, beside)
     rng = np.random.default_rng(fresh)
     scored: dict[str, Scored]
@@ -132,9 +132,9 @@ def _posterior(fit: Fit, choice: np.random.SeedSequence, averaged: bool) -> tupl
     return posterior, {"converged": fit.converged, "law_flag": flag, "weights": weights}
 
 
-def cycles_recorded(rate: float, natural: float, relaxations: float = RELAXATIONS) -> float:
+def cycles_recorded(rate: float, natural: float, kind: Kind) -> float:
     """Length in cycles of a record of something that relaxes at `rate` [1/s]."""
-    return float(np.clip(relaxations * natural / (2.0 * np.pi * rate), *CYCLES))
+    return float(np.clip(RELAXATIONS[kind] * natural / (2.0 * np.pi * rate), *CYCLES))
 
 
 def simulate_campaign(
@@ -154,16 +154,16 @@ def simulate_campaign(
         still = Simulated(still_rig(regime, mass, xi), (0.0, natural * xi))
         choices, *children = child.spawn(1 + len(kinds) + regime.ring_downs)
         rng = np.random.default_rng(choices)
-        plans: list[tuple[InWind, Kind, float, float, float]] = [
-            (wind, kind, rng.uniform(*START[kind]), wind.slowest, RELAXATIONS) for kind in kinds
+        plans: list[tuple[InWind, Kind, float, float]] = [
+            (wind, kind, rng.uniform(*START[kind]), wind.slowest) for kind in kinds
         ]
         noise = _noise(regime, wind, a_star, rate, rng)
-        ring_down = (still, Kind.FREE_DECAY, RING_DOWN_START, natural * xi, RING_DOWN_RELAXATIONS)
+        ring_down = (still, Kind.FREE_DECAY, RING_DOWN_START, natural * xi)
         records = []
-        for number, (rig, kind, start, relaxes, times) in enumerate([*plans, *[ring_down] * regime.ring_downs], 1):
+        for number, (rig, kind, start, relaxes) in enumerate([*plans, *[ring_down] * regime.ring_downs], 1):
             time, response = rig.record(
                 initial_amplitude=start * a_star,
-                duration=cycles_recorded(relaxes, natural, times) / frequency,
+                duration=cycles_recorded(relaxes, natural, kind) / frequency,
                 sample_rate=SAMPLES_PER_CYCLE * frequency, seed=children[number - 1],
                 noise=noise,
             )  # fmt: skip

@@ -24,6 +24,7 @@ from scruton.calibrate.quantities import quantities
 from scruton.calibrate.regimes import FREQUENCY, Regime
 from scruton.calibrate.thresholds import UNINFORMED
 from scruton.calibrate.truths import draw_normals, from_normals, omega0
+from scruton.campaign.schema import Kind
 from scruton.infer.cards import ModelCard
 from scruton.infer.models import NOISE
 
@@ -124,11 +125,10 @@ def _information(z: FloatArray, regime: Regime, card: ModelCard) -> FloatArray:
 
 
 def transient_information(regime: Regime, card: ModelCard, a_star: float, rate: float) -> FloatArray:
-    """Information of one test's transients about (ln a*, ln lambda), (2, 2), the nuisances integrated out.
+    """Information of one test's records about (ln a*, ln lambda), (2, 2), the nuisances integrated out.
 
     The nuisances are the scatter, the factor on the noise, gusts and set-points, and every record's initial amplitude.
     """
-    times, noise = _record(regime, a_star, rate, campaigns.RELAXATIONS)
 
     def moments(a_star: float, rate: float, start: float, **unknown: float) -> Moments:
         mean, covariance = _moments(
@@ -136,7 +136,10 @@ def transient_information(regime: Regime, card: ModelCard, a_star: float, rate: 
         )
         gust = unknown["gust_scatter"] ** 2 * _gusts(times, rate, rate / unknown["gust_time"])
         moved = unknown["set_point_scatter"] * -np.expm1(-rate * times)
-        return mean, covariance + a_star**2 * (gust + np.outer(moved, moved))
+        covariance += a_star**2 * (gust + np.outer(moved, moved))
+        if kind is Kind.STEADY:  # of lock-in so short the mean alone is used
+            return np.mean(mean, keepdims=True), np.mean(covariance, keepdims=True)
+        return mean, covariance
 
     priors = [card.prior(name, regime.motion) for name in NOISE]
     values = {prior.name: float(np.exp(prior.location)) for prior in priors}
@@ -144,6 +147,7 @@ def transient_information(regime: Regime, card: ModelCard, a_star: float, rate: 
     values = {"a_star": a_star, "rate": rate} | values
     total = np.diag([0.0, 0.0, *(prior.scale**-2.0 for prior in priors)])
     for kind in regime.kinds:
+        times, noise = _record(regime, a_star, rate, kind)
         start = float(np.mean(campaigns.START[kind])) * a_star
         total += _marginal(information(moments, values | {"start": start}), len(values))
     return _marginal(total, 2)
@@ -152,7 +156,7 @@ def transient_information(regime: Regime, card: ModelCard, a_star: float, rate: 
 def ring_down_information(regime: Regime, card: ModelCard, a_star: float, rate: float) -> float:
     """Information of one rig's ring-downs about ln xi, the nuisances integrated out."""
     scatter, factor = (card.prior(name, regime.motion) for name in ("still_air_scatter", "noise_factor"))
-    times, noise = _record(regime, a_star, rate, campaigns.RING_DOWN_RELAXATIONS)
+    times, noise = _record(regime, a_star, rate, Kind.FREE_DECAY)
     first = campaigns.RING_DOWN_START * a_star  # what the scatter is a share of
 
     def moments(rate: float, scatter: float, factor: float, start: float) -> Moments:
@@ -199,9 +203,9 @@ def _gusts(t: FloatArray, rate: float, fade: float) -> FloatArray:
     return np.asarray(rate / (rate + fade) * (np.exp(-rate * apart) + pushed(apart) - started))
 
 
-def _record(regime: Regime, a_star: float, rate: float, relaxations: float) -> tuple[FloatArray, float]:
+def _record(regime: Regime, a_star: float, rate: float, kind: Kind) -> tuple[FloatArray, float]:
     """Times of the cycles [s] of a record, and the standard error of one cycle's amplitude."""
-    cycles = int(campaigns.cycles_recorded(rate, omega0(regime.motion), relaxations))
+    cycles = int(campaigns.cycles_recorded(rate, omega0(regime.motion), kind))
     noise = regime.sensor_noise * a_star * float(np.sqrt(2.0 / campaigns.SAMPLES_PER_CYCLE))
     return np.asarray((np.arange(cycles) + 0.5) / FREQUENCY[regime.motion], dtype=np.float64), noise
 

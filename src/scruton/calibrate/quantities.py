@@ -1,4 +1,4 @@
-"""What is scored: Y1, epsilon and stable amplitudes at half, once and three times the tested Scruton number.
+"""What is scored: Y1, epsilon, lambda and stable amplitudes at half, once and three times the tested Scruton number.
 
 Outside the family it is the stable amplitude and the relaxation rate of the tested settings, and what `predict` says of
 new settings and of a rig left out.
@@ -54,10 +54,10 @@ def quantities(drawn: Drawn, regime: Regime, z_new: FloatArray) -> dict[str, Flo
     Returns
     -------
     dict
-        "Y1", "epsilon", "A(3 Sc)" by the test's own Griffin curve, "A_new(3 Sc)" for a new setting with its own
-        discrepancy. With several tests, the first three are "... of test 2", and new settings are at multiples of the
-        geometric mean of the tested Scruton numbers; regimes that weigh laws have new settings at multiples of every
-        one, and nothing else.
+        "Y1", "epsilon", "lambda", "A(3 Sc)" by the test's own Griffin curve, "A_new(3 Sc)" for a new setting with its
+        own discrepancy. With several tests, the first four are "... of test 2", and new settings are at multiples of
+        the geometric mean of the tested Scruton numbers; regimes that weigh laws have new settings at multiples of
+        every one, and nothing else.
     """
     tested = regime.scruton_numbers
     suffix = [f" of test {j + 1}" if len(tested) > 1 else "" for j in range(len(tested))]
@@ -67,7 +67,8 @@ def quantities(drawn: Drawn, regime: Regime, z_new: FloatArray) -> dict[str, Flo
             table |= {f"A_new({k:g} Sc){suffix[j]}": new_setting(drawn, k * sc, z_new) for k in MULTIPLES}
         return table
     for j, sc in enumerate(tested):
-        table |= {f"Y1{suffix[j]}": drawn.Y1[:, j], f"epsilon{suffix[j]}": drawn.epsilon[:, j]}
+        own = {"Y1": drawn.Y1, "epsilon": drawn.epsilon, "lambda": drawn.relaxation_rate}
+        table |= {f"{name}{suffix[j]}": values[:, j] for name, values in own.items()}
         for k in MULTIPLES:
             table[f"A({k:g} Sc){suffix[j]}"] = own_curve(drawn, j, k * sc, omega0(regime.motion))
     mean = float(np.exp(np.log(tested).mean()))

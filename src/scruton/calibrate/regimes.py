@@ -1,10 +1,11 @@
 """The regimes in which the bands are put to the test: what is measured, under which noise, and with which priors.
 
-Twelve span what laboratories do; two more ask whether the data betray another law than the paper's, and five whether
+Twelve span what laboratories do; two more ask whether the data betray another law than the paper's, and six whether
 the bands hold where the wind is not steady.  The others are outside the family, or off its curve: there the records are
 fitted with the card as it is, and what it says of tested settings, of new ones and of rigs left out is scored.
 """
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
@@ -46,7 +47,7 @@ class Regime:
     scruton_numbers : tuple of float
         As stated, one a rig; every rig has one test.
     kinds : tuple of Kind
-        Transients recorded in every test.
+        Records of every test in wind: transients, and lock-in without release.
     turbulence : float
         Scatter of the amplitude over the stable amplitude; the truth of `amplitude_scatter`.
     gust_scatter, set_point_scatter : float
@@ -100,6 +101,11 @@ class Regime:
     miss: float | None = None
     disturbances: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     wake: str = ""
+
+    @property
+    def digest(self) -> str:
+        """What tells this definition of the regime from another: campaigns of both are no sample of one."""
+        return hashlib.sha256(repr(self).encode()).hexdigest()[:16]
 
     @property
     def width(self) -> float:
@@ -226,7 +232,7 @@ def _outside() -> tuple[Regime, ...]:
             {"bump_amplitude": (0.3, 0.7), "bump_width": (0.1, 0.2), "bump_rate": (0.2, 0.5)},
         ),
         "coherence-loss": ("the second term lost at small amplitude", {"coherence_amplitude": (0.15, 0.5)}),
-        "memory": ("aerodynamic damping of an amplitude that is past", {"memory_time": (0.1, 1.0)}),
+        "memory": ("aerodynamic damping of an amplitude that is past", {"memory_time": (0.3, 3.0)}),
     }
     disturbed = [replace(first, name=name, title=title, disturbances=d) for name, (title, d) in added.items()]
     wakes = [
@@ -255,9 +261,14 @@ def _outside() -> tuple[Regime, ...]:
 
 OUTSIDE_REGIMES = _outside()
 
+STEADY_REGIMES = (
+    Regime("steady-set-point-1", "a decay and a lock-in record; 1 % scatter of the stable amplitude between them",
+           kinds=(Kind.DECAY, Kind.STEADY), set_point_scatter=0.01),
+)  # fmt: skip
+
 # Their order is part of every seed: more come at the end.
 REGIMES: Mapping[str, Regime] = {
-    regime.name: regime for regime in (*TWELVE, *LAW_REGIMES, *WIND_REGIMES, *OUTSIDE_REGIMES)
+    regime.name: regime for regime in (*TWELVE, *LAW_REGIMES, *WIND_REGIMES, *OUTSIDE_REGIMES, *STEADY_REGIMES)
 }
 
 

@@ -11,7 +11,9 @@ _L1, _C, _L2, _L3, _L5 = (
     int(Term.AERO), int(Term.DRIVE), int(Term.AERO_LINEAR), int(Term.AERO_SQUARE), int(Term.AERO_FOURTH)
 )  # fmt: skip
 _COH, _LAG, _LAG_KIND = int(Term.COHERENCE), int(Term.LAG), int(Term.LAG_KIND)
-_TREND, _SINE, _TREND_DRIVE = int(Term.TREND), int(Term.TREND_SINE), int(Term.TREND_DRIVE)
+_TREND, _SINE, _ARCH, _TREND_DRIVE = (
+    int(Term.TREND), int(Term.TREND_SINE), int(Term.TREND_ARCH), int(Term.TREND_DRIVE)
+)  # fmt: skip
 _JUMP, _JUMP_RATE = int(Term.JUMP), int(Term.JUMP_RATE)
 _HAT = int(Term.HAT)
 
@@ -20,17 +22,17 @@ _HAT = int(Term.HAT)
 def effect_drift(a, lagged, c, tau, late, force, hats, knots):  # type: ignore[no-untyped-def]
     """da/dt and its derivative in a, for coefficients (COLUMNS,) at a place `tau` in the record."""
     x = c.reshape((COLUMNS, 1))
-    wind, still, drive = weather(x, 0, tau, 0.5 * np.sin(np.pi * tau), late)
+    wind, still, drive = weather(x, 0, tau, 0.5 * np.sin(np.pi * tau), np.cos(np.pi * tau), late)
     return drift_of(a, lagged, x, 0, wind, still, drive, force, hats, knots)
 
 
 @njit(cache=True, inline="always")
-def weather(x, w, tau, bow, late):  # type: ignore[no-untyped-def]
+def weather(x, w, tau, bow, arch, late):  # type: ignore[no-untyped-def]
     """Wind, still-air damping and drive at a place in a record, of column w: what no amplitude changes.
 
-    `bow` is sin(pi tau)/2, which does not depend on the column.
+    `bow` is sin(pi tau)/2 and `arch` cos(pi tau), which do not depend on the column.
     """
-    wind = 1.0 + x[_TREND, w] * tau + x[_SINE, w] * bow
+    wind = 1.0 + x[_TREND, w] * tau + x[_SINE, w] * bow + x[_ARCH, w] * arch
     still = x[_S1, w] + (x[_JUMP_RATE, w] if late else 0.0)
     drive = x[_C, w] * (1.0 + x[_TREND_DRIVE, w] * tau) * (1.0 + (x[_JUMP, w] if late else 0.0))
     return wind, still, drive

@@ -162,9 +162,9 @@ def _coefficients(x, table, here, record):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, inline="always")
 def _weather(x, place, now):  # type: ignore[no-untyped-def]
-    bow = 0.5 * np.sin(np.pi * place)
+    bow, arch = 0.5 * np.sin(np.pi * place), np.cos(np.pi * place)
     for w in range(row.LANES):
-        wind, still, drive = weather(x, w, place, bow, now > x[_JT, w])
+        wind, still, drive = weather(x, w, place, bow, arch, now > x[_JT, w])
         x[row.WIND, w], x[row.STILL, w], x[row.DRIVE, w] = wind, still, drive
 
 

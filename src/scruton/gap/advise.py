@@ -1,22 +1,22 @@
-"""What these data cannot tell, the cheapest record that would, and what no record in wind can show."""
+"""What these data cannot tell, and the cheapest record that would."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
-from typing import Any
 
 import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE
-from scruton.dynamics.effects.effect import Extent, Parameter, Scope, Variant, add
-from scruton.dynamics.effects.terms import Term
-from scruton.dynamics.limit_cycle import limit_cycle_amplitude, transferred
+from scruton.dynamics.effects.effect import Variant
 from scruton.dynamics.reading import readings
 from scruton.gap import thresholds
+from scruton.gap.check import SecondLine
+from scruton.gap.data import GapData
 from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis
 from scruton.gap.further_record import FurtherRecord, separation
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
-from scruton.gap.thresholds import BLIND, BOUND_SIGMAS, COSTS, FAR_MORE_PROBABLE, WANTED
+from scruton.gap.meaning import known_by_lines, line_words, strange_lines
+from scruton.gap.thresholds import BLIND, COSTS, FAR_MORE_PROBABLE, WANTED
 
 _USUAL = "20 % of the relaxation damping"
 
@@ -163,6 +163,7 @@ def advise(diagnosis: Diagnosis) -> list[str]:
         now = _behind(diagnosis, name)
         if now < WANTED:
             lines.append(_line(verdict, name, now, truth, fit, records))
+    lines += _beside(diagnosis, records)
     lines = [*_speeds(diagnosis), *_again(diagnosis), *(line for line in lines if line)]
     if lines:
         return lines
@@ -189,6 +190,22 @@ def _doubts(diagnosis: Diagnosis, records: list[FurtherRecord]) -> dict[str, str
     return lines
 
 
+def _beside(diagnosis: Diagnosis, records: list[FurtherRecord]) -> list[str]:
+    """Of further effects that are not settled, what tells each from what else would stand in its place."""
+    truth, lines = (diagnosis.final.hypothesis, diagnosis.final.mode), []
+    for name, place in diagnosis.places.items():
+        if diagnosis.also[name] >= thresholds.SETTLED:
+            continue
+        others = {one: c.best for one, c in place.candidates.items() if one != name and c.best is not None}
+        # with none of them the place is empty
+        rival, fit = max({NONE: place.base, **others}.items(), key=lambda pair: pair[1].log_evidence)
+        own = place.candidates[name].log_evidence
+        now = float(np.sqrt(2.0 * max(own - fit.log_evidence, 0.0)))
+        line = _line(f"{name} beside {diagnosis.verdict}", rival, now, truth, fit, records) if now < WANTED else ""
+        lines.append(line or f"a repeat of {_strongest(diagnosis)} would tell whether {name} comes again")
+    return lines
+
+
 def _behind(diagnosis: Diagnosis, name: str) -> float:
     """Standard deviations by which a rival's evidence lies behind the verdict's already."""
     nats = diagnosis.log_weights[diagnosis.verdict] - diagnosis.log_weights[name]
@@ -207,28 +224,42 @@ def _speeds(diagnosis: Diagnosis) -> list[str]:
     low, high = min(float(others.min()), own - 0.5 * span), max(float(others.max()), own + 0.5 * span)
     return [
         f"{diagnosis.data.rigs[layout.rig[middle]]} at two more wind speeds, U/(f D) = {low:.3g} and {high:.3g} (now "
-        f"{own:.3g}), a growth and a decay at each: parameters that change there follow the reduced velocity; those "
-        "that do not differ from setting to setting"
+        f"{own:.3g}), a growth and a decay at each, as tests of their own: `scruton fit` gives each its own "
+        "relaxation and stable amplitude, while `scruton diagnose` reads one test a rig; where Y1 and epsilon change "
+        "with the speed they follow the reduced velocity, where they do not tests differ from setting to setting"
     ]
 
 
 def _again(diagnosis: Diagnosis) -> list[str]:
-    """Of an unknown cause, whether it is the section's or one run's."""
+    """Of an unknown cause, whether it is the section's or one run's; of a line, whether a mode's or hum."""
     if diagnosis.verdict != UNKNOWN:
         return []
-    return [
+    again = (
         f"a repeat of {_strongest(diagnosis)}, over the same amplitudes: if the excess comes again it belongs to the "
         "section or the rig, if not to that run; a longer lock-in record, or a second one at another turbulence, would "
         "tell what comes and goes from what depends on the amplitude"
+    )
+    lines = strange_lines(diagnosis)
+    return [*([] if known_by_lines(diagnosis) else [again]), *(_of_a_line(lines[0], diagnosis.data) if lines else ())]
+
+
+def _of_a_line(line: SecondLine, data: GapData) -> list[str]:
+    """Whether a line beside the response is a mode's or hum, and how to do without it."""
+    return [
+        f"a record with a second sensor elsewhere on the section, of what moves at {line_words(line, data)}: another "
+        "mode has a shape of its own there, hum has none and stays when the section is held still",
+        "the same records with a `band` about the response in campaign.toml: the rest can be diagnosed without it",
     ]
 
 
 def _strongest(diagnosis: Diagnosis) -> str:
-    """The record in which the verdict's hypothesis and the null model differ most."""
+    """The record in which the verdict's hypothesis and the null model differ most, or the null model misses most."""
     layout = diagnosis.data.layout
     (v, s), (w, _) = (fit.hypothesis.innovations(fit.mode[None]) for fit in (diagnosis.null, diagnosis.final))
     size = diagnosis.data.channels.size
     away = ((v - w)[0, :size]) ** 2 / s[0, :size]
+    if not away.any():
+        away = v[0, :size] ** 2 / s[0, :size] - 1.0
     each = [float(away[diagnosis.data.channels.record == r].sum()) for r in range(len(layout.records))]
     return layout.records[int(np.argmax(each))]
 
@@ -302,83 +333,8 @@ def _records(diagnosis: Diagnosis) -> Iterator[FurtherRecord]:
         tested = np.unique(layout.scruton_number[layout.wind])
         a = stable.get(int(layout.test[r]), layout.reference_amplitude)
         cycles = int(np.clip(layout.duration[r] * layout.omega[r] / (2.0 * np.pi), 20, 400))
-        for sc in (0.6 * tested[0], *np.sqrt(tested[:-1] * tested[1:]), 1.6 * tested[-1]):
+        # less damping than the barest rig has cannot be made
+        for sc in (*np.sqrt(tested[:-1] * tested[1:]), 1.6 * tested[-1]):
             text = f"a growth at another Scruton number, {sc:.3g},"
             factor = float(sc / layout.scruton_number[r])
             yield FurtherRecord(text, COSTS["scruton"], r, False, 0.1 * a, cycles, factor)
-
-
-def invisible(diagnosis: Diagnosis) -> list[dict[str, Any]]:
-    """List what records in wind cannot show, with a bound on the error of the bridge's stable amplitude.
-
-    The bridge is taken at the middle Scruton number of the campaign.  Friction alike in every rig has the form of a
-    smaller epsilon, and an error of damping common to all that of a smaller Y1: still-air decays show them; where
-    there are some, the bound is what those leave.  A gain of all channels alike and the mass are shown by no record.
-
-    Returns
-    -------
-    list of dict
-        `name`; `text`; `bound`: of the relative error of the bridge's stable amplitude, in per cent.
-    """
-    data, layout, r = diagnosis.data, diagnosis.data.layout, diagnosis.data.middle
-    if r < 0:
-        return []
-    row = transferred(diagnosis.final.table[r])
-    rate, level = layout.reference_rate, layout.reference_amplitude
-    mass = float(np.sqrt(np.mean(data.mass_sd[layout.wind] ** 2))) or thresholds.UNKNOWN_MASS
-    friction = _seen(diagnosis, Term.FRICTION, rate * level, thresholds.INVISIBLE_FRICTION)
-    sd = float(np.max(np.where(data.damping_sd < 1.0, data.damping_sd, 0.1)))
-    damping = _seen(diagnosis, Term.STRUCTURAL, rate, BOUND_SIGMAS * sd * row[Term.STRUCTURAL] / rate)
-    aerodynamic = [Term.AERO, Term.DRIVE, Term.AERO_LINEAR, Term.AERO_SQUARE, Term.AERO_FOURTH]
-
-    def settled(terms: Sequence[Term] = (), factor: float = 1.0, added: float = 0.0) -> float:
-        """Stable amplitude with some coefficients changed."""
-        moved = row[None].copy()
-        moved[:, list(terms)] = moved[:, list(terms)] * factor + added
-        return float(limit_cycle_amplitude(moved, data.channels.knots, level)[0])
-
-    a = settled()
-
-    def percent(moved: float) -> float:
-        return round(100.0 * abs(moved / a - 1.0), 2) if a > 0.0 and np.isfinite(moved) else float("inf")
-
-    def share(fraction: float) -> str:
-        return f"{100.0 * fraction:.2g} %"
-
-    gain = thresholds.INVISIBLE_GAIN
-    shown = "; a free decay in still air of every rig shows it"
-    if np.any(~layout.wind):
-        shown = "; bounded by the still-air decays here"
-    entries = [
-        ("friction_everywhere", percent(settled([Term.DRIVE], added=friction * rate * level)),
-         f"Dry friction alike in every rig looks like a smaller epsilon{shown}. Friction of {share(friction)} of "
-         "the relaxation damping would make a bridge without it move more by {}"),
-        ("damping_constant", percent(settled([Term.AERO], added=-damping * rate)),
-         f"An error of the structural damping common to all rigs looks like another Y1{shown}. One of {share(damping)} "
-         "of the relaxation damping would change the bridge's amplitude by {}"),
-        ("gain_common", round(100.0 * gain, 2),
-         f"A gain of all channels alike scales every amplitude: {share(gain)} would change the bridge's "
-         "amplitude by {}; a static calibration shows it"),
-        ("mass", percent(settled(aerodynamic, 1.0 + BOUND_SIGMAS * mass)),
-         f"The mass ratio stands beside Y1 in every equation: an error of {share(BOUND_SIGMAS * mass)} would change "
-         "the bridge's amplitude by {}; added mass of known size shows it"),
-    ]  # fmt: skip
-    return [{"name": n, "text": text.format(f"{bound:.2g} %"), "bound": bound} for n, bound, text in entries]
-
-
-def _seen(diagnosis: Diagnosis, term: Term, unit: float, prior: float) -> float:
-    """How large a coefficient common to all records may be, over its unit: as the prior says, or as records leave."""
-    scope = Scope(Extent.EVERYWHERE, diagnosis.data.layout.everywhere())
-
-    def apply(table: FloatArray, values: Any, _layout: Any) -> None:
-        add(table, term, values["size"] * unit)
-
-    probe = Variant("probe", (Parameter("size", 0.0, max(prior, 1e-9), scope.members),), apply, scope)
-    hypothesis = diagnosis.final.hypothesis.extended(probe)
-    at = np.append(diagnosis.final.mode, 0.0)
-    _, _, fisher = hypothesis.scores(at)
-    # Of the whole coefficient: an effect that was found shares it with the probe.
-    step = 1e-5 * hypothesis.prior[1]
-    whole = hypothesis.table(np.concatenate([at[None], at + np.diag(step)]))[:, :, term].mean(axis=1) / unit
-    slope = (whole[1:] - whole[0]) / step
-    return min(prior, BOUND_SIGMAS * float(np.sqrt(slope @ np.linalg.solve(fisher, slope))))

@@ -47,6 +47,14 @@ class Candidate:
         """The best variant."""
         return self.best.hypothesis.variants[-1] if self.best else None
 
+    @property
+    def optimum(self) -> dict[str, FloatArray]:
+        """Where the parameters of the best variant were found, in their sampled coordinates."""
+        if self.best is None:
+            return {}
+        variants = self.best.hypothesis.variants
+        return {p.name: self.best.value(p.name, len(variants) - 1)[0] for p in variants[-1].parameters}
+
 
 class ScoreTest(NamedTuple):
     """A variant, the gain in log evidence that its score at the optimum lets expect, and where to start its fit."""
@@ -62,9 +70,17 @@ def first_starts(variant: Variant) -> dict[str, FloatArray]:
 
 
 def weigh(
-    base: FittedHypothesis, effects: Sequence[Effect], *, workers: int = 2, quick: Collection[str] = ()
+    base: FittedHypothesis,
+    effects: Sequence[Effect],
+    *,
+    workers: int = 2,
+    quick: Collection[str] = (),
+    known: Candidate | None = None,
 ) -> dict[str, Candidate]:
-    """Evidence of every effect added to a hypothesis at its optimum; those that are `quick` by fewer variants."""
+    """Evidence of every effect added to a hypothesis at its optimum; those that are `quick` by fewer variants.
+
+    What is `known` of one of them, beside another base, is fitted from where it was found, too.
+    """
     screen = Screen(base)
     with ThreadPoolExecutor(workers) as pool:
         tested = list(pool.map(screen.tests, effects))
@@ -74,6 +90,8 @@ def weigh(
             ranked = ranked[: QUICK_FITS if effect.name in quick else MOST_FITS]
             bar = ranked[0].gain - FIT_WITHIN - FIT_SHARE * max(ranked[0].gain, 0.0) if ranked else 0.0
             chosen += [test for test in ranked if test.gain >= max(bar, HOPELESS)]
+        if known is not None and known.variant is not None:
+            chosen.append(ScoreTest(known.variant, 0.0, known.optimum))
         # the filter lets go of the interpreter
         found = list(pool.map(lambda test: base.with_variants(test.variant, start=test.start), chosen))
     candidates = {}
@@ -83,7 +101,11 @@ def weigh(
         # What was not fitted has its share of the prior all the same, so that many hopeless variants dilute.
         logs = [np.log(test.variant.weight / total) + fit.log_evidence + log_noticeable(fit) for test, fit in fitted]
         if fitted:
-            evidence, best = float(logsumexp(logs)), fitted[int(np.argmax(logs))][1]
+            best = fitted[int(np.argmax(logs))][1]
+            once: dict[object, float] = {}  # a variant may have been fitted twice
+            for (test, _), log in zip(fitted, logs, strict=True):
+                once[test.variant.identity] = max(log, once.get(test.variant.identity, -np.inf))
+            evidence = float(logsumexp(list(once.values())))
         else:
             evidence, best = base.log_evidence + min(max((t.gain for t in tests), default=-np.inf), -1.0), None
         candidates[effect.name] = Candidate(effect.name, evidence, best)

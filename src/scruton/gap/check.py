@@ -17,7 +17,7 @@ from scruton.stats.whiteness import ljung_box
 
 @dataclass(frozen=True, eq=False)
 class Check:
-    """p-values of tests on the innovations of one hypothesis.
+    """p-values of tests on the innovations of one hypothesis; NaN where no record is long enough for one.
 
     Attributes
     ----------
@@ -35,11 +35,6 @@ class Check:
     tails: float
     phase: float
     excess: float
-
-    @property
-    def worst(self) -> float:
-        """The smallest p-value, times the number of tests."""
-        return min(1.0, 5.0 * min(self.colour, self.level, self.spread, self.tails, self.phase))
 
 
 def check(fit: FittedHypothesis) -> Check:
@@ -72,8 +67,8 @@ def check(fit: FittedHypothesis) -> Check:
         y = y[y != 0.0]
         if y.size >= FEWEST_CYCLES:
             sums["phase"] += _ljung_box(y)
-    kurtosis = (fourth / max(count, 1) - 3.0) / np.sqrt(24.0 / max(count, 1))
-    p = {name: float(chdtrc(max(freedom, 1), value)) for name, (value, freedom) in sums.items()}
+    kurtosis = (fourth / count - 3.0) / np.sqrt(24.0 / count) if count else np.nan
+    p = {name: float(chdtrc(freedom, value)) if freedom else np.nan for name, (value, freedom) in sums.items()}
     # nats beyond noise: half of what a sum exceeds its mean by, less some of its standard deviations
     excess = [
         max(0.0, 0.5 * (value - freedom) - EXCESS_SIGMAS * float(np.sqrt(0.5 * max(freedom, 1))))

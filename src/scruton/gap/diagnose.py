@@ -8,13 +8,15 @@ from scipy.special import log_ndtr, ndtri, ndtri_exp
 
 from scruton.campaign import Campaign, load_campaign
 from scruton.campaign.remarks import sentences
+from scruton.documents import as_json
 from scruton.dynamics.effects import Parameter
 from scruton.envelope.inspection import SET_ASIDE
-from scruton.gap.advise import advise, confusions, invisible
-from scruton.gap.data import load_gap
+from scruton.gap.advise import advise, confusions
+from scruton.gap.data import GapData, load_gap
 from scruton.gap.diagnosis import NONE, Diagnosis, diagnose_data
 from scruton.gap.finding import Finding
 from scruton.gap.hypothesis import FittedHypothesis
+from scruton.gap.invisible import invisible
 from scruton.gap.locate import locate
 from scruton.gap.locate_curves import Curves, excess_curves
 from scruton.gap.meaning import describe_unknown, meaning
@@ -81,7 +83,7 @@ def examine(
     diagnosis = diagnose_data(
         data, campaign, prior=card.effect_weights, prior_none=card.prior_none, workers=workers, progress=progress
     )
-    gap, layout = diagnosis.verdict != NONE, diagnosis.data.layout
+    gap = diagnosis.verdict != NONE
     curves = excess_curves(diagnosis.null) if gap else None
     findings = locate(diagnosis, curves) if gap else ()
     content = {
@@ -104,12 +106,10 @@ def examine(
             f"simulated campaigns of three rigs from full equations of motion: {TUNED_ON}; evidences are divided by "
             f"{TEMPERATURE:g} between effects, by {ANY_TEMPERATURE:g} against none, {FLOOR:.0%} is dealt out evenly"
         ),
-        "sizes_refer_to": (
-            f"stable amplitude {layout.reference_amplitude:.4g}, relaxation rate {layout.reference_rate:.4g} 1/s "
-            f"({layout.reference_rate / layout.reference_omega:.3%} of omega)"
-        ),
+        "sizes_refer_to": _reference(diagnosis.data),
         "evidence": _evidence(diagnosis, thorough),
-        "checks": {name: vars(mark) for name, mark in diagnosis.checks.items()},
+        "checks": as_json({name: vars(mark) for name, mark in diagnosis.checks.items()}),
+        "flags": left_out_tests(diagnosis.data),
         "set_aside": sentences(remark for remark in campaign.remarks if remark.kind == SET_ASIDE),
         "card": card.name,
         "card_sha256": card.sha256,
@@ -120,6 +120,32 @@ def examine(
         ),
     }  # fmt: skip
     return diagnosis, content, findings, curves
+
+
+def left_out_tests(data: GapData) -> list[str]:
+    """What was not read, and what can be done with it: the tests of a rig beside its peak test, in a sentence."""
+    numbers = [(j, test.name) for j, test in enumerate(data.campaign.tests) if test.records]
+    read = [name for j, name in numbers if j in data.first_in_wind]
+    left_out = [name for j, name in numbers if j not in data.first_in_wind]
+    if not left_out:
+        return []
+    return [
+        f"Left out of the diagnosis: {', '.join(left_out)}. The null model has one pair of aerodynamic parameters, so "
+        f"that of every rig the peak test alone is read ({', '.join(read) or 'none with records'}). `scruton fit` "
+        "gives every test parameters of its own; `scruton diagnose --tests` with another of them in the place of a "
+        "peak test diagnoses that one."
+    ]
+
+
+def _reference(data: GapData) -> str:
+    """What sizes are relative to."""
+    layout, written = data.layout, data.campaign.section.motion.amplitude_text
+    amplitude, rate = written(layout.reference_amplitude), f"{layout.reference_rate:.4g} 1/s"
+    share = f"{layout.reference_rate / layout.reference_omega:.3%} of omega"
+    if data.middle < 0:
+        return f"the rigs in still air: damping rate {rate} ({share}), amplitude {amplitude}"
+    test = data.tests[layout.test[data.middle]]
+    return f"the null model at {test}: relaxation rate {rate} ({share}), stable amplitude {amplitude}"
 
 
 def _evidence(diagnosis: Diagnosis, thorough: bool) -> dict[str, Any]:

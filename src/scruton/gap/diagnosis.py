@@ -16,7 +16,7 @@ from scruton.gap.held_out import predicts_better
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.null_model import null_model
 from scruton.gap.probability import probabilities
-from scruton.gap.search import Place, search
+from scruton.gap.search import Place, search, slack_of_further
 from scruton.progress import Progress
 
 NONE, UNKNOWN = "none", catalogue.UNKNOWN.name
@@ -58,6 +58,8 @@ class Diagnosis:
     lines : tuple of SecondLine
     also : dict
         Probability of each effect found but the first, by name: judged in its place with the others in the model.
+    places : dict
+        The place that each of them was judged in.
     """
 
     data: GapData
@@ -72,6 +74,7 @@ class Diagnosis:
     checks: Mapping[str, Check]
     lines: tuple[SecondLine, ...]
     also: Mapping[str, float] = field(default_factory=dict)
+    places: Mapping[str, Place] = field(default_factory=dict)
 
     @property
     def verdict(self) -> str:
@@ -146,7 +149,9 @@ def diagnose_data(
     final = null
     also: dict[str, float] = {}
     for place in places[1:]:
-        weights = _preferred(place.gains) | {NONE: 0.0}
+        weights = dict(place.gains) | {NONE: 0.0}
+        if UNKNOWN in weights:  # it is judged by the rule that it joined by
+            weights[UNKNOWN] -= slack_of_further(weights[place.best.name])
         also[place.best.name] = probabilities(weights, prior, prior_none)[place.best.name]
     if top == UNKNOWN:  # beside it stays what only the frequency shows
         also = {name: p for name, p in also.items() if CATALOGUE[name].channel == "frequency"}
@@ -154,10 +159,13 @@ def diagnose_data(
     elif top != NONE:
         attributed, final = (top, *(name for name in others if name != top)), rivals[top].best or null
     also = {name: also[name] for name in attributed[1:]}
+    beside = {place.best.name: place for place in places[1:] if place.best.name in also}
     checks.setdefault(top, check(final))
     tell("done", 1.0)
     groups = _groups(gains, top)
-    return Diagnosis(data, null, attributed, final, singles, rivals, gains, probability, groups, checks, lines, also)
+    return Diagnosis(
+        data, null, attributed, final, singles, rivals, gains, probability, groups, checks, lines, also, beside
+    )
 
 
 def diagnose(campaign: Campaign, **options: object) -> Diagnosis:
@@ -190,6 +198,8 @@ def _judged(
         gains[UNKNOWN] = max(_preferred(gains)[UNKNOWN], max(gains[best.name], 0.0) + left)
         # Neither the catalogue nor the generic terms have a line beside the response: their evidence has no say there.
         ahead = gains[UNKNOWN] > max(gains[best.name], 0.0) and line < allowed
+        # Nor has what explains less than it leaves.
+        ahead = ahead and left <= max(gains[best.name], 0.0)
         if ahead and leader is not base and not _earned(leader, best, singles[UNKNOWN], rivals[UNKNOWN], workers):
             gains[UNKNOWN] = gains[best.name] - thresholds.UNEARNED_NATS
     gains[NONE] = 0.0
@@ -227,12 +237,17 @@ def _explained(base: FittedHypothesis, leader: FittedHypothesis) -> float:
 
 def _in_lines(lines: Sequence[SecondLine], names: Sequence[str], data: GapData) -> float:
     """Nats in lines beside the response that none of the effects that are named brings."""
+    return sum(line.ratio - thresholds.LINE_NATS for line in unexplained_lines(lines, names, data))
+
+
+def unexplained_lines(lines: Sequence[SecondLine], names: Sequence[str], data: GapData) -> list[SecondLine]:
+    """Lines beside the response, beyond chance, that none of the effects that are named brings; strongest first."""
     still = {name for name, wind in zip(data.layout.records, data.layout.wind, strict=True) if not wind}
     # Of a force off the response such lines are the signature, as near as one is sought: what stands in still air or
     # further off is another mode, or hum.
     forced = any(CATALOGUE[name].channel == "spectrum" for name in names)
-    counted = [line.ratio for line in lines if not forced or line.record in still or _far_off(line, data)]
-    return sum(max(0.0, ratio - thresholds.LINE_NATS) for ratio in counted)
+    strong = sorted((one for one in lines if one.ratio > thresholds.LINE_NATS), key=lambda one: -one.ratio)
+    return [line for line in strong if not forced or line.record in still or _far_off(line, data)]
 
 
 def _far_off(line: SecondLine, data: GapData) -> bool:

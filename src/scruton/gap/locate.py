@@ -52,7 +52,11 @@ def _places(diagnosis: Diagnosis, curves: Curves) -> list[Finding]:
         locate_records.scatter_findings(curves.fit),
         locate_records.line_findings(diagnosis.lines, diagnosis.data),
         locate_records.wave_findings(diagnosis.data),
-        *(look(diagnosis.null) for name, look in locate_records.CONTRASTS.items() if _credible(diagnosis, name)),
+        *(
+            look(diagnosis.null)
+            for look, names in locate_records.CONTRASTS.items()
+            if any(_credible(diagnosis, name) for name in names)
+        ),
     ]
     findings = [*curve_findings(curves, diagnosis.data), *(finding for look in looks for finding in merged(look))]
     findings.sort(key=lambda finding: -finding.significance)

@@ -10,10 +10,19 @@ from scruton.dynamics.effects import CATALOGUE
 from scruton.dynamics.effects.terms import Belongs, Term
 from scruton.dynamics.limit_cycle import limit_cycle_amplitude, transferred
 from scruton.gap.bands import discrepancy_of_the_unknown
-from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis
-from scruton.gap.finding import Finding
+from scruton.gap.check import SecondLine
+from scruton.gap.data import GapData
+from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis, unexplained_lines
+from scruton.gap.finding import Finding, amplitudes_of
 from scruton.gap.hypothesis import FittedHypothesis
-from scruton.gap.thresholds import COLOURED, PLACES_DESCRIBED
+from scruton.gap.search import best_of
+from scruton.gap.thresholds import COLOURED, PLACES_DESCRIBED, UNKNOWN_NATS, UNMOVED
+
+_COLOUR = {
+    True: "what the null model leaves is coloured: something that lasts",
+    False: "what the null model leaves is white",
+    None: "whether what the null model leaves is coloured is not tested, for its records are too short",
+}
 
 
 def meaning(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -25,7 +34,7 @@ def meaning(diagnosis: Diagnosis) -> dict[str, Any]:
         `amplitude_change`: relative, of the bridge's stable amplitude at the middle setting, once the effects found are
         in the model and what is the rig's own stays there; of an unknown cause the standard deviation of ln(amplitude)
         that it adds; None without a test in wind.  `command`: the option of `scruton fit`, `predict` and `size` that
-        puts it in.  `text`: the same for people.  Empty where there is no gap.
+        puts it in.  `moves`: the change for people.  `text`: all of it for people.  Empty where there is no gap.
     """
     if diagnosis.verdict == NONE:
         return {}
@@ -33,14 +42,16 @@ def meaning(diagnosis: Diagnosis) -> dict[str, Any]:
     # the verdict's own name follows what another run finds
     command = "--effect auto"
     owners = {CATALOGUE[name].belongs for name in diagnosis.found if name in CATALOGUE}
-    parts = [f"Predictions contain it only where they are told to: `scruton fit CAMPAIGN {command}` puts it in."]
+    moves = _moves(diagnosis, change)
+    parts = [
+        f"Predictions contain it only where they are told to: `{command}` of `scruton fit` or `scruton report` puts it "
+        "in.",
+        moves,
+    ]
     if change is None:
         parts = ["There is no test in wind: nothing is predicted from these records."]
-    elif diagnosis.verdict == UNKNOWN:
-        parts.append(f"It has no equation: the bands of ln(amplitude) widen by {change:.2g}.")
-    else:
-        percent = f"{100.0 * change:+.2g} %".replace("-", "−")
-        parts.append(f"The bridge's stable amplitude at the middle Scruton number moves by {percent}.")
+    elif diagnosis.verdict == UNKNOWN and change < UNMOVED:
+        parts = [f"{moves} Predictions stay as they are, with `{command}` or without."]
     if "wind_speed_drift" in diagnosis.found:
         parts.append("A step of the wind at one moment leaves much the same: look at the logged wind speed.")
     if Belongs.RIG in owners and change is not None:
@@ -49,7 +60,19 @@ def meaning(diagnosis: Diagnosis) -> dict[str, Any]:
         )
     if owners & {Belongs.SENSOR, Belongs.RUN}:
         parts.append("What belongs to a sensor or a run is better mended: take the records anew, or leave them out.")
-    return {"amplitude_change": change, "command": command, "text": " ".join(parts)}
+    return {"amplitude_change": change, "command": command, "moves": moves, "text": " ".join(filter(None, parts))}
+
+
+def _moves(diagnosis: Diagnosis, change: float | None) -> str:
+    """What the bridge's amplitude does, in a sentence."""
+    if change is None:
+        return ""
+    if diagnosis.verdict == UNKNOWN and change < UNMOVED:
+        return "It has no equation, and moves no stable amplitude."
+    if diagnosis.verdict == UNKNOWN:
+        return f"It has no equation: the bands of ln(amplitude) widen by {change:.2g}."
+    percent = f"{100.0 * change:+.2g} %".replace("-", "−")
+    return f"The bridge's stable amplitude at the middle Scruton number moves by {percent}."
 
 
 def _change(diagnosis: Diagnosis) -> float | None:
@@ -67,60 +90,102 @@ def _change(diagnosis: Diagnosis) -> float | None:
     return after / before - 1.0 if before > 0.0 and np.isfinite(after) else None
 
 
+def strange_lines(diagnosis: Diagnosis) -> list[SecondLine]:
+    """Lines beside the response that nothing in the catalogue brings here, strongest first."""
+    leader = best_of(diagnosis.rivals).name if set(diagnosis.rivals) & set(CATALOGUE) else NONE
+    leads = diagnosis.log_weights.get(leader, 0.0) > 0.0
+    names = [*([leader] if leads else []), *diagnosis.found[1:]]
+    return unexplained_lines(diagnosis.lines, names, diagnosis.data)
+
+
+def known_by_lines(diagnosis: Diagnosis) -> list[SecondLine]:
+    """Those lines, where no generic term says anything of an unknown cause; else none."""
+    alone = diagnosis.singles.get(UNKNOWN)
+    generic = alone.log_evidence - diagnosis.null.log_evidence if alone and alone.best else 0.0
+    return strange_lines(diagnosis) if generic < UNKNOWN_NATS else []
+
+
+def line_words(line: SecondLine, data: GapData) -> str:
+    """Where a line stands, and how large it is beside the response."""
+    cycles = data.cycles[line.record]
+    off, size = line.frequency / cycles.reference_frequency, line.amplitude / float(np.median(cycles.amplitude))
+    return (
+        f"{line.frequency:.4g} Hz in {line.record} ({off:.3g} times the frequency of the response, "
+        f"{100.0 * size:.2g} % of its amplitude)"
+    )
+
+
 def describe_unknown(diagnosis: Diagnosis, findings: Sequence[Finding]) -> dict[str, Any]:
     """What an unknown cause looks like: its form, where, at what amplitudes, how large, and whether it has colour.
 
     Returns
     -------
     dict
-        `form`; `amplitude`: range, A/D or rad, None where it is of no amplitude; `records`; `largest`: excess damping
-        over the relaxation damping, relative scatter of the drive, or a relative change of it; `coloured`: whether what
-        the null model leaves is predictable from cycle to cycle; `text`.  Empty where the verdict is another.
+        `form`; `amplitude`: range in the records in which it acts, A/D or rad; `records`: those; `largest`: excess
+        damping over the relaxation damping, relative scatter of the drive, a relative change of it or of the frequency,
+        or a line's amplitude over the response's median one; `coloured`: whether what the null model leaves is
+        predictable from cycle to cycle, None where no record is long enough to tell; `lines`: beside the response,
+        each with `record`, `frequency` (Hz), `amplitude` (A/D or rad); `text`.  Empty where the verdict is another.
     """
-    if diagnosis.verdict != UNKNOWN or not diagnosis.final.hypothesis.variants:
+    if diagnosis.verdict != UNKNOWN:
         return {}
-    layout, variant = diagnosis.data.layout, diagnosis.final.hypothesis.variants[-1]
-    table, null = diagnosis.final.table, diagnosis.null.table
-    hats = table[:, Term.HAT :] / layout.rate[:, None]
-    amplitude: tuple[float, float] | None = None
-    acting = np.abs(table - null).max(axis=1) > 0.0
-    if np.any(hats):
-        each = np.abs(hats)
-        knots = layout.knots[np.any(each > 0.5 * each.max(), axis=0)]
-        amplitude, largest, what = (
-            (float(knots.min()), float(knots.max())),
-            float(each.max()),
-            "of the relaxation damping",
-        )
-        acting = each.max(axis=1) > 0.5 * each.max()
-    elif variant.scan == "moment":
-        jump = np.abs(table[:, Term.JUMP])
-        largest, what, acting = float(jump.max()), "of the drive", jump > 0.5 * jump.max()
-    elif np.any(table[:, Term.GUST] > null[:, Term.GUST]):
-        scatter = _over(table[:, Term.GUST], table[:, Term.DRIVE])
-        largest, what, acting = float(scatter.max()), "of the drive", scatter > 0.5 * scatter.max()
+    data, layout = diagnosis.data, diagnosis.data.layout
+    lines, by_lines = strange_lines(diagnosis), known_by_lines(diagnosis)
+    p, unit = diagnosis.checks[NONE].colour, data.campaign.section.motion.amplitude_text
+    coloured = None if np.isnan(p) else bool(p < COLOURED)
+    if by_lines:
+        own = {line.record for line in lines}
+        acting = np.array([name in own for name in layout.records])
+        form, what = "a line beside the response", "of the response's amplitude"
+        largest = max(line.amplitude / float(np.median(data.cycles[line.record].amplitude)) for line in lines)
+    elif diagnosis.final.hypothesis.variants:
+        form = diagnosis.final.hypothesis.variants[-1].label
+        largest, what, acting = _of_generic(diagnosis)
     else:
-        largest, what = (
-            float(np.abs(table - null)[:, [Term.STIFFNESS, Term.STIFFNESS_LINEAR]].max()),
-            "of the frequency",
-        )
-    coloured = bool(diagnosis.checks[NONE].colour < COLOURED)
+        form, largest, what = "none of the generic terms", 0.0, ""
+        acting = layout.wind if layout.wind.any() else ~layout.wind
+    amplitude = _amplitudes(diagnosis, acting)
     records = [name for name, acts in zip(layout.records, acting, strict=True) if acts]
     where = (
         f"{len(records)} of {len(layout.records)} records" if len(records) > PLACES_DESCRIBED else ", ".join(records)
     )
-    unit = diagnosis.data.campaign.section.amplitude_unit
-    at = f" at {amplitude[0]:.3g} to {amplitude[1]:.3g} {unit}" if amplitude else ""
-    colour = "what the null model leaves is coloured: something that lasts" if coloured else "what is left is white"
+    size = f"up to {largest:.2g} {what} at" if what else "at"
     seen = [f"{finding.quantity} in {finding.record or finding.test or finding.rig}" for finding in findings]
     strongest = "; ".join(dict.fromkeys(seen[:PLACES_DESCRIBED]))
-    text = (
-        f"It looks like {variant.label}: up to {largest:.2g} {what}{at}, in {where}; {colour}. Strongest: {strongest}."
-    )
+    parts = [f"It looks like {form}: {size} {' to '.join(map(unit, amplitude))}, in {where}; {_COLOUR[coloured]}."]
+    if lines:
+        parts.append(f"Beside the response stands a line: {line_words(lines[0], data)}.")
+    if not by_lines:
+        parts.append(f"Strongest: {strongest}.")
     return {
-        "form": variant.label, "amplitude": amplitude, "records": records, "largest": largest, "coloured": coloured,
-        "text": text,
+        "form": form, "amplitude": amplitude, "records": records, "largest": largest, "coloured": coloured,
+        "lines": [{"record": one.record, "frequency": one.frequency, "amplitude": one.amplitude} for one in lines],
+        "text": " ".join(parts),
     }  # fmt: skip
+
+
+def _of_generic(diagnosis: Diagnosis) -> tuple[float, str, np.ndarray]:
+    """How large a generic term is, of what, and the records, (R,) of bool, in which it is more than half of that."""
+    layout, table, null = diagnosis.data.layout, diagnosis.final.table, diagnosis.null.table
+    if np.any(table[:, Term.HAT :]):
+        each, what = np.abs(table[:, Term.HAT :] / layout.rate[:, None]).max(axis=1), "of the relaxation damping"
+    elif diagnosis.final.hypothesis.variants[-1].scan == "moment":
+        each, what = np.abs(table[:, Term.JUMP]), "of the drive"
+    elif np.any(table[:, Term.GUST] > null[:, Term.GUST]):
+        each, what = _over(table[:, Term.GUST], table[:, Term.DRIVE]), "of the drive"
+    else:
+        bent = np.abs(table - null)[:, [Term.STIFFNESS, Term.STIFFNESS_LINEAR]].max(axis=1)
+        return float(bent.max()), "of the frequency", np.abs(table - null).max(axis=1) > 0.0
+    return float(each.max()), what, each > 0.5 * each.max()
+
+
+def _amplitudes(diagnosis: Diagnosis, acting: np.ndarray) -> tuple[float, float]:
+    """Range of the amplitudes at which an unknown cause acts, in these records: of hats, where they are large."""
+    hats = np.abs(diagnosis.final.table[:, Term.HAT :] / diagnosis.data.layout.rate[:, None])
+    if not np.any(hats) or known_by_lines(diagnosis):
+        return amplitudes_of(diagnosis.data, acting)
+    knots = diagnosis.data.layout.knots[np.any(hats > 0.5 * hats.max(), axis=0)]
+    return float(knots.min()), float(knots.max())
 
 
 def _over(part: FloatArray, whole: FloatArray) -> FloatArray:

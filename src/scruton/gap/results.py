@@ -1,7 +1,7 @@
 """What `scruton diagnose` found, read back from a folder."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
@@ -13,9 +13,10 @@ RESULT, FORMAT = "gap.json", 1
 
 
 def _facts(one: "SavedDiagnosis") -> Mapping[str, object]:
+    also = [f"{name} {one.probability_also[name]:.0%}" if name in one.probability_also else name for name in one.also]
     probable = sorted(one.probability.items(), key=lambda pair: -pair[1])[:3]
     return {
-        "verdict": one.verdict, "also": ", ".join(one.also) or "-",
+        "verdict": one.verdict, "also": ", ".join(also) or "-",
         "probability": ", ".join(f"{name} {p:.0%}" for name, p in probable), "advice": len(one.advice),
     }  # fmt: skip
 
@@ -47,6 +48,10 @@ class SavedDiagnosis:
         What these records cannot show.
     provenance : mapping
         As of `scruton.provenance.provenance`.
+    probability_also : mapping of str to float
+        Of each further effect, judged in its place with the others in the model.
+    flags : sequence of str
+        What was not read, and what to do about it.
     """
 
     verdict: str
@@ -59,6 +64,8 @@ class SavedDiagnosis:
     advice: Sequence[str]
     invisible: Sequence[Mapping[str, Any]]
     provenance: Mapping[str, Any]
+    probability_also: Mapping[str, float] = field(default_factory=dict)
+    flags: Sequence[str] = ()
 
     @property
     def found(self) -> tuple[str, ...]:
@@ -86,6 +93,7 @@ def load_diagnosis(folder: Path | str) -> SavedDiagnosis:
     path, wanted = Path(folder) / RESULT, "a diagnosis that this version wrote"
     if not path.is_file():
         raise InputError(path, "", "no such file", "the folder of `scruton diagnose` or `scruton report`")
-    names = [field.name for field in fields(SavedDiagnosis)]
-    content = read_document(path, wanted, names, version=FORMAT)
-    return SavedDiagnosis(**{name: content[name] for name in names})
+    every = [one.name for one in fields(SavedDiagnosis)]
+    later = ("probability_also", "flags")  # an earlier version wrote none
+    content = read_document(path, wanted, [name for name in every if name not in later], version=FORMAT)
+    return SavedDiagnosis(**{name: content[name] for name in every if name in content})

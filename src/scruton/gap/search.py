@@ -12,7 +12,7 @@ from scruton.gap.attribute import Candidate, weigh
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.progress import Progress
 
-Weigh = Callable[..., dict[str, Candidate]]  # a base, the effects in it, and what stood in the place that is judged
+Weigh = Callable[..., dict[str, Candidate]]  # a base, the effects in it, and what stands in the place that is judged
 _UNKNOWN = catalogue.UNKNOWN.name
 
 
@@ -62,10 +62,11 @@ def search(
     in its place takes it.
     """
 
-    def beside(base: FittedHypothesis, taken: Collection[str], own: str = "") -> dict[str, Candidate]:
+    def beside(base: FittedHypothesis, taken: Collection[str], own: Candidate | None = None) -> dict[str, Candidate]:
         progress(f"effects beside {' and '.join(sorted(taken))}", 0.4)
-        quick = set(CATALOGUE) - {own}
-        return weigh(base, [effect for effect in effects if effect.name not in taken], workers=workers, quick=quick)
+        quick = set(CATALOGUE) - {own.name if own else ""}
+        others = [effect for effect in effects if effect.name not in taken]
+        return weigh(base, others, workers=workers, quick=quick, known=own)
 
     # The generic term knows no frequency: what only the frequency shows joins first, and the rest competes beside it.
     bends = [single for single in singles.values() if _of_frequency(single.name) and single.best is not None]
@@ -77,6 +78,9 @@ def search(
         candidates = beside(base, {bend.name})
     generic = candidates[_UNKNOWN].log_evidence if _UNKNOWN in candidates else -np.inf
     chain = _joined(joined, base, candidates, beside)
+    for pair in _read_otherwise(singles, effects, workers) if joined else ():
+        if _evidence(pair, null) > _evidence(chain, null) and (best := pair[-1].best) is not None:
+            chain = _joined(pair, best, beside(best, {candidate.name for candidate in pair}), beside)
     if _evidence(chain, null) < generic:
         progress("pairs of effects", 0.5)
         pair = max(_pairs(base, candidates, effects, workers), key=lambda pair: _evidence(pair, null), default=[])
@@ -121,6 +125,23 @@ def _pairs(
             yield [first, second]
 
 
+def _read_otherwise(
+    singles: Mapping[str, Candidate], effects: Sequence[Effect], workers: int
+) -> Iterator[list[Candidate]]:
+    """What a sensor does to the reading, and then what the frequency shows.
+
+    A gain that is wrong scales the amplitude at which a spring bends: without it the spring of every rig seems its own,
+    and leaves nothing for the gain to explain.
+    """
+    bends = [effect for effect in effects if _of_frequency(effect.name)]
+    for effect in effects:
+        first = singles.get(effect.name)
+        if effect.channel == "signal" and first is not None and first.best is not None:
+            second = best_of(weigh(first.best, bends, workers=workers))
+            if second.best is not None and second.log_evidence > first.log_evidence + thresholds.SECOND_NATS:
+                yield [first, second]
+
+
 def _joined(
     chain: list[Candidate], base: FittedHypothesis, candidates: Mapping[str, Candidate], beside: Weigh
 ) -> list[Candidate]:
@@ -129,10 +150,10 @@ def _joined(
     while len(chain) < thresholds.MOST_EFFECTS:
         best = best_of(candidates)
         gain = best.log_evidence - base.log_evidence
-        needed = thresholds.SECOND_NATS + thresholds.SECOND_SHARE * first if chain else 0.0
         rival = candidates[_UNKNOWN].log_evidence if _UNKNOWN in candidates else -np.inf
+        needed = thresholds.SECOND_NATS + _misfit(first, rival - base.log_evidence) if chain else 0.0
         # A second effect has to beat the generic term: it would mend a first that is wrong, too.
-        slack = thresholds.PREFERENCE_NATS + thresholds.FURTHER_SHARE * max(gain, 0.0)
+        slack = slack_of_further(gain)
         negligible = chain and best.best is not None and _largest_size(best.best) < thresholds.SMALLEST
         if gain < needed or best.best is None or negligible or (chain and best.log_evidence < rival - slack):
             break
@@ -145,6 +166,17 @@ def _joined(
     return chain
 
 
+def _misfit(first: float, rival: float) -> float:
+    """Nats that the form of a first effect may be off by: a share of its gain, and what the generic term would mend."""
+    share = thresholds.SECOND_SHARE * first
+    return min(share, max(rival, 0.0)) if np.isfinite(rival) else share
+
+
+def slack_of_further(gain: float) -> float:
+    """Nats by which a further effect that gains so much may stay behind the generic term."""
+    return thresholds.PREFERENCE_NATS + thresholds.FURTHER_SHARE * max(gain, 0.0)
+
+
 def _settled(null: FittedHypothesis, chain: Sequence[Candidate], beside: Weigh) -> list[Place]:
     """Judge every effect with the others in the model, and let what does better there take its place."""
     # Those on damping come before those that only the frequency shows.
@@ -154,17 +186,31 @@ def _settled(null: FittedHypothesis, chain: Sequence[Candidate], beside: Weigh) 
         before, places = [candidate.name for candidate in chain], []
         for i in reversed(range(len(chain))):
             others = [candidate for k, candidate in enumerate(chain) if k != i]
-            hypothesis = Hypothesis(null.hypothesis.null, tuple(c.variant for c in others if c.variant))
-            start = hypothesis.start()
-            start[: null.mode.size] = null.mode
-            base = hypothesis.fit(start)
-            place = Place(base, beside(base, {candidate.name for candidate in others}, chain[i].name))
+            base = _together(null, others)
+            place = Place(base, beside(base, {candidate.name for candidate in others}, chain[i]))
             places.insert(0, place)
             if place.best.best is not None:
                 chain[i] = place.best
         if [candidate.name for candidate in chain] == before:
             break
     return places
+
+
+def _together(null: FittedHypothesis, effects: Sequence[Candidate]) -> FittedHypothesis:
+    """The null model with several effects, fitted from where searches begin and from where each effect was found.
+
+    A force off the response or a jump has one optimum among many: from where its search begins it is not found again.
+    """
+    fits = [effect.best for effect in effects if effect.best is not None]
+    hypothesis = Hypothesis(null.hypothesis.null, tuple(fit.hypothesis.variants[-1] for fit in fits))
+    start = hypothesis.start()
+    found = start.copy()
+    shared = slice(null.mode.size)  # what the null model has comes first
+    start[shared], found[shared] = null.mode, (fits[-1] if fits else null).mode[shared]
+    for i, effect in enumerate(effect for effect in effects if effect.best is not None):
+        for name, values in effect.optimum.items():
+            found[hypothesis.slices[i, name]] = values
+    return max((hypothesis.fit(point) for point in (start, found)), key=lambda fit: fit.log_evidence)
 
 
 def _largest_size(fit: FittedHypothesis) -> float:

@@ -110,7 +110,6 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2) -> dict[str, Any]:
     result: dict[str, Any] = as_json({
         "metric": METRIC, **_closed(used[0], used[1], rng if on_used else None), "held_out": held_out,
         "measurable": measurable, "headline": _headline(stable, curves),
-        "statement": _statement(measurable, held_out, diagnosis.verdict),
         "runner_up": {"effect": runner, **by_runner} if runner else None,
         "stable_amplitude": stable, "damping_discrepancy": curves,
     })  # fmt: skip
@@ -182,19 +181,6 @@ def _headline(stable: Sequence[dict[str, Any]], curves: dict[str, Any] | None) -
     }  # fmt: skip
 
 
-def _statement(measurable: bool, held: dict[str, Any] | None, verdict: str) -> str:
-    if held is None:
-        return "no record can be left out: the gap is not measured on held-out records"
-    if not measurable:
-        return "the gap is too small to measure on held-out records"
-    what = "a generic term, for the unknown," if verdict == UNKNOWN.name else verdict
-    closed = f"{what} closes {held['fraction']:.0%} of the gap on held-out records"
-    if held["interval90"] is None:
-        return f"{closed} (one record: no interval)"
-    low, high = held["interval90"]
-    return f"{closed} (90 % interval {low:.0%} to {high:.0%})"
-
-
 def damping_discrepancy(
     null: FittedHypothesis, final: FittedHypothesis, left_out: Sequence[tuple[FloatArray, FloatArray]]
 ) -> dict[str, Any]:
@@ -237,7 +223,7 @@ def _curve(hypothesis: Hypothesis, u: FloatArray, record: int) -> FloatArray:
     read = data.channels.amplitude[cycles]
     band = np.geomspace(max(np.quantile(read, 0.02), 0.03 * read.max()), read.max(), _BAND)
     table = hypothesis.table(u[None])[:, record]
-    table[:, [int(Term.TREND), int(Term.TREND_SINE), int(Term.TREND_DRIVE)]] = 0.0
+    table[:, [int(Term.TREND), int(Term.TREND_SINE), int(Term.TREND_ARCH), int(Term.TREND_DRIVE)]] = 0.0
     row = table[0]
     true = np.array([inverse_reading(y / (1.0 + row[Term.GAIN]), row[Term.CLIP], row[Term.CLIP_SOFT]) for y in band])
     return np.asarray(-amplitude_rates(table, true, data.channels.knots)[0] / true)

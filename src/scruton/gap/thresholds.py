@@ -16,7 +16,9 @@ MOST_SET_POINT = 0.02  # likewise, from record to record
 
 # ---- the verdict
 SECOND_NATS = 8.0  # that a further effect must gain beside those found
-SECOND_SHARE = 0.04  # of the first gain, that a further one must add on top: forms differ, which is no second effect
+# Of the first gain, that a further one must add on top, but no more than the generic term would gain there: forms
+# differ, which is no second effect, and would show.
+SECOND_SHARE = 0.04
 SMALLEST = 0.025  # size of a further effect over the relaxation damping, below which it is nobody's concern
 # Size of any effect over the relaxation damping, below which it is none: it moves the stable amplitude by one per cent,
 # which tests do not repeat to.
@@ -79,6 +81,7 @@ MOST_RECORDS_OF_AN_EFFECT = 6  # that are listed one by one
 SETTLED = 0.8  # probability below which no name is given without the next
 COLOURED = 0.01  # p-value of the Ljung-Box test
 PLACES_DESCRIBED = 3
+UNMOVED = 5e-4  # standard deviation of ln(amplitude), below which an unknown cause moves none
 
 # ---- what the data cannot tell, and advice
 BLIND = 2.0  # standard deviations below which a signature is not seen: convention

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -50,12 +51,13 @@ class Coverage:
         Notes
         -----
         The curve walks away from its law: the variance grows as :math:`1 + w (|x| + \delta)`, delta the distance in
-        ln(amplitude) from what the transients cover.
+        ln(amplitude) from the nearest one that the transients of a test run through.
         """
         with np.errstate(divide="ignore"):
             log = np.log(amplitude)
-        beyond = np.maximum(np.log(self.low.min()) - log, log - np.log(self.high.max()))
-        variance = 1.0 + WALK * np.minimum(np.abs(index) + np.maximum(beyond, 0.0), FARTHEST)
+        ranges = zip(np.log(self.low), np.log(self.high), strict=True)
+        beyond = reduce(np.minimum, (np.maximum(np.maximum(low - log, log - high), 0.0) for low, high in ranges))
+        variance = 1.0 + WALK * np.minimum(np.abs(index) + beyond, FARTHEST)
         return np.asarray(np.sqrt(variance))
 
 

@@ -1,4 +1,4 @@
-"""Damping ratio against amplitude, draw by draw: total and aerodynamic of the fitted law, and of the trial function."""
+"""Damping ratio against amplitude, draw by draw: of the law with its departure, and of the trial function."""
 
 from typing import TYPE_CHECKING
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray, thin
 from scruton.dynamics import rate as amplitude_rate
+from scruton.dynamics.departure import COLUMNS, relative_drift
 from scruton.envelope.damping import aerodynamic_damping, total_damping
 from scruton.griffin.bands import trial_griffin_draws
 from scruton.griffin.posterior import amplitude_range, draws_of, mass_damping_draws, printed_draws
@@ -28,25 +29,40 @@ def amplitude_grid(fit: "Fit", test: str) -> FloatArray:
     return np.geomspace(min(low, 0.9 * stable), max(high, 1.1 * stable), GRID)
 
 
-def _thin(draws: FloatArray) -> FloatArray:
-    """At most 1000 draws, evenly spread, (S, 1)."""
-    return draws[thin(draws.size, _DRAWS), None]
+def _printed(tree: "xr.DataTree", test: str) -> tuple[dict[str, FloatArray], FloatArray]:
+    """At most 1000 draws of what is printed of a test, (S, 1) each, and the columns of its departure, (S, 1, COLUMNS).
+
+    Of a fit that holds no departure, from a version that knew of none, the law alone.
+    """
+    printed = printed_draws(tree, test)
+    kept = thin(printed["a_star"].size, _DRAWS)
+    theta = np.zeros((kept.size, COLUMNS))
+    if "departure" in tree:
+        departure = tree["departure"].to_dataset().sel(test=test)
+        kept, theta = departure["draw_number"].to_numpy(), departure["column"].to_numpy()
+    return {name: draws[kept, None] for name, draws in printed.items()}, theta[:, None]
 
 
 def total_draws(tree: "xr.DataTree", test: str, amplitude: FloatArray) -> FloatArray:
-    """Draws of the total damping ratio at `amplitude` (n,), from Eq. (5) on the fitted law; (S, n), S <= 1000."""
-    printed = printed_draws(tree, test)
-    a_star, rate, n = (_thin(printed[key]) for key in ("a_star", "relaxation_rate", "n"))
+    """Draws of the total damping ratio at `amplitude` (n,): Eq. (5) on the law and the departure from it; (S, n)."""
+    return _total(tree, test, amplitude, *_printed(tree, test))
+
+
+def _total(
+    tree: "xr.DataTree", test: str, amplitude: FloatArray, printed: dict[str, FloatArray], theta: FloatArray
+) -> FloatArray:
+    a_star, rate, n = (printed[key] for key in ("a_star", "relaxation_rate", "n"))
     omega = 2 * np.pi * float(tree["constant_data"]["wind_frequency"].sel(test=test))
-    return total_damping(amplitude, amplitude_rate(amplitude, a_star, rate, n), omega)
+    drift = amplitude_rate(amplitude, a_star, rate, n) * relative_drift(amplitude / a_star, theta)
+    return total_damping(amplitude, drift, omega)
 
 
 def aerodynamic_draws(tree: "xr.DataTree", test: str, amplitude: FloatArray) -> FloatArray:
-    """Draws of the aerodynamic damping ratio at `amplitude` (n,), Eq. (6) on the fitted law; (S, n), S <= 1000."""
-    total = total_draws(tree, test, amplitude)
-    xi, constant = _thin(printed_draws(tree, test)["damping_ratio"]), tree["constant_data"]
+    """Draws of the aerodynamic damping ratio at `amplitude` (n,), Eq. (6) on the same; (S, n)."""
+    printed, theta = _printed(tree, test)
+    total, constant = _total(tree, test, amplitude, printed, theta), tree["constant_data"]
     omega, omega0 = (2 * np.pi * float(constant[key].sel(test=test)) for key in ("wind_frequency", "frequency"))
-    return aerodynamic_damping(total, amplitude, lambda _: xi, omega, omega0)
+    return aerodynamic_damping(total, amplitude, lambda _: printed["damping_ratio"], omega, omega0)
 
 
 def trial_draws(fit: "Fit", record: str, test: str) -> tuple[FloatArray, FloatArray]:

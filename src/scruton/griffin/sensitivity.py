@@ -13,6 +13,7 @@ from scruton.griffin.predict import predictive_draws
 from scruton.infer.joint import SCALES, law_weights, mixed
 from scruton.infer.sensitivity import PredictionSensitivity, beyond_chance, scaled_weights
 from scruton.infer.store import stored_inputs
+from scruton.stats.convergence import monte_carlo_error
 from scruton.stats.priors import Prior
 
 if TYPE_CHECKING:
@@ -90,10 +91,11 @@ def prediction_sensitivity(
         # no distance is measured to infinity
         bounded = np.minimum(own, 10.0 * np.nanmax(finite) if np.isfinite(finite).any() else 1.0)
         at = weighted_band(own, np.zeros(len(own)))
+        error = monte_carlo_error(own.reshape(group.sizes["chain"], -1), 0.5)
         for source, log_density, moved in sources:
             distance = beyond_chance(bounded, scaled_weights(log_density, tail=source != LAWS))
             halved, doubled = (weighted_band(own, log_weight) for log_weight in moved)
-            rows.append(PredictionSensitivity(where, number, source, distance, *at, halved, doubled))
+            rows.append(PredictionSensitivity(where, number, source, distance, *at, halved, doubled, error))
     return tuple(rows)
 
 

@@ -11,9 +11,10 @@ import numpy as np
 import xarray as xr
 
 from scruton.arrays import FloatArray
+from scruton.infer.free_runs import free_runs
 from scruton.infer.hierarchy import SHARED
 from scruton.infer.joint import SCALES, evenly
-from scruton.infer.models import NOISE, WindPosterior, free_runs
+from scruton.infer.models import NOISE, WindPosterior
 from scruton.infer.result_schema import EXAMINED_LIKELIHOOD, SCHEMA, dataset, joined
 from scruton.infer.results import LawResult, PeakResult, TestResult
 from scruton.infer.sampling import Sampling

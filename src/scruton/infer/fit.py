@@ -5,7 +5,7 @@ so that leaving one test out changes no number of another.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import astuple, replace
 from pathlib import Path
 from typing import Any
 
@@ -222,10 +222,10 @@ def fit_test(
     informative = {r.name: cycles[r.name] for r in test.records if r.kind in TRANSIENTS}
     informative |= {verdict.record: verdict.cycles for verdict in verdicts if verdict.usable}
     data = EnvelopeData.join(informative)
-    steady = [steady_amplitude(cycles[verdict.record]) for verdict in verdicts if not verdict.usable]
+    steady = [steady_amplitude(verdict.cycles) for verdict in verdicts if not verdict.usable]
     priors += (card.exponent,) if card.exponent else ()
     posterior = WindPosterior(priors, data, steady, omega0, card.law_n, card.initial_amplitude_sd)
-    levels = np.array([[amplitude.mean, amplitude.standard_error] for amplitude in steady])
+    levels = np.array([astuple(amplitude) for amplitude in steady])
     tails = ends(records)
     admit(card, name, [posterior.prior("stable_amplitude")] * len(tails), tails)
     samples = sampling.run(name, posterior, data.amplitude, data.standard_error, data.time, levels)
@@ -261,7 +261,8 @@ def steady_amplitude(cycles: Cycles) -> SteadyAmplitude:
     mean = float(a.mean())
     ess = float(array_stats.ess(a[None, :], method="mean", chain_axis=0, draw_axis=1)) if a.size >= 8 else 1.0
     ess = ess if np.isfinite(ess) and ess >= 1.0 else 1.0
-    return SteadyAmplitude(mean, float(np.hypot(a.std() / np.sqrt(ess), STEADY_FLOOR * mean)))
+    length = float(cycles.time[-1] - cycles.time[0]) + 1.0 / cycles.reference_frequency
+    return SteadyAmplitude(mean, float(np.hypot(a.std() / np.sqrt(ess), STEADY_FLOOR * mean)), length)
 
 
 def fit_trial(

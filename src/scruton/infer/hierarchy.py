@@ -38,6 +38,7 @@ from scruton.stats.priors import Prior
 
 SHARED = ("reference_amplitude", "reference_relaxation_ratio", "discrepancy_amplitude", "discrepancy_relaxation")
 _BEYOND_RECORDS = ("damping_ratio", "mass_factor", "w")  # the likelihood of a test's transients does not know them
+_OF_A_MEAN = ("gust_scatter", "gust_time", "set_point_scatter")  # by which the mean of a lock-in record strays
 _LOG_2PI = float(np.log(2.0 * np.pi))
 
 
@@ -115,19 +116,20 @@ class CampaignPosterior(Posterior):
         """What no record is read for, the discrepancies by themselves, and each test's own parameters.
 
         Given the shared curve tests know nothing of each other, and given the amplitudes and rates of the tests the
-        curve knows nothing of their noise, unless the law is among what is sampled.  What costs no likelihood is moved
-        several times to each move of the tests; the discrepancies follow the squares of the tests' deviations from the
-        curve, of which no regression on the amplitudes and rates knows.
+        curve knows nothing of their noise, unless the law is among what is sampled, or no record of a test tells the
+        rate, and with it how long gusts last.  What costs no likelihood is moved several times to each move of the
+        tests; the discrepancies follow the squares of the tests' deviations from the curve, of which no regression on
+        the amplitudes and rates knows.
         """
         shared = np.arange(self.own_coordinates[0].start)
         own = (Block(members, shared, j) for j, members in enumerate(self.apart, 1))
-        known = ("stable_amplitude", "relaxation_ratio", *(NOISE if self.exponent else ()))
-        free, levels = (
-            np.array([layout[name] for layout in self.own_coordinates for name in layout if name in names], dtype=int)
-            for names in (_BEYOND_RECORDS, known)
-        )
+        free, levels = [], []
+        for test, layout in zip(self.tests, self.own_coordinates, strict=True):
+            noise = NOISE if self.exponent else () if test.relaxes else _OF_A_MEAN
+            free += [layout[name] for name in _BEYOND_RECORDS if name in layout]
+            levels += [layout[name] for name in ("stable_amplitude", "relaxation_ratio", *noise) if name in layout]
         scales = np.array([self.coordinates[name] for name in SHARED[2:]])
-        joint = Block(np.r_[shared, free], levels, times=TURNS_OF_THE_SHARED)
+        joint = Block(np.r_[shared, np.array(free, dtype=int)], np.array(levels, dtype=int), times=TURNS_OF_THE_SHARED)
         return joint, Block(scales, np.arange(0), times=TURNS_OF_THE_SCALES), *own
 
     def _each(self, u: FloatArray) -> Iterator[tuple[PeakTest, Values]]:

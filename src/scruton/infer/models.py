@@ -11,21 +11,15 @@ from functools import cached_property
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.compiled import njit
 from scruton.dynamics.cycles import EnvelopeData
-from scruton.dynamics.departure import factor_at
-from scruton.dynamics.equation import flow_above_floor
 from scruton.dynamics.filter import innovations_of
 from scruton.dynamics.laws.law import Law
 from scruton.dynamics.likelihood import Wind, innovations, log_likelihood, pointwise_log_likelihood, statics
-from scruton.dynamics.moments import noise_moments
-from scruton.dynamics.step_filter import advance
 from scruton.dynamics.trial_filter import trial_amplitudes, trial_log_likelihood
 from scruton.infer.thresholds import MOST_GUSTS, MOST_SET_POINT
 from scruton.stats.posterior import Coordinates, Posterior
 from scruton.stats.priors import Prior
 
-RUNS = 250  # free runs of a test
 TRIAL_GUESSES = 64  # prior draws looked at for each guess: with 16, 3 searches of 176 ended in a lesser optimum
 # Parameters of a test in wind under a law that is given.
 NOISE = (
@@ -38,10 +32,33 @@ WIND = ("stable_amplitude", "relaxation_ratio", *NOISE, "damping_ratio")
 
 @dataclass(frozen=True, eq=False)
 class SteadyAmplitude:
-    """What a lock-in record without release says by itself: its mean amplitude and the standard error of that."""
+    """What a lock-in record without release says by itself.
+
+    Attributes
+    ----------
+    mean, standard_error : float
+        Mean amplitude, A/D or rad, and its standard error by what fluctuates within the record.
+    length : float
+        Of the record [s].
+    """
 
     mean: float
     standard_error: float
+    length: float
+
+    def variance(self, wind: Wind) -> FloatArray:
+        r"""Variance of the mean about the stable amplitude, (W,).
+
+        The record has a set-point of its own.  A gust of scatter s_g moves its mean by a variance of s_g^2 v,
+
+        .. math:: v = \frac{2}{x} \left(1 - \frac{1 - e^{-x}}{x}\right), \quad x = T/T_g,
+
+        and fluctuates about that by s_g^2 (1 - v).  Its standard error knows of what fluctuates, and so of that share
+        of the gust already; the other share v is added, none of a record that is long and all of one that is short.
+        """
+        x = np.maximum(wind.gust_rate * self.length, 1e-4)  # below, all digits cancel, and v is one
+        v = 2.0 / x * (1.0 + np.expm1(-x) / x)
+        return np.asarray(self.standard_error**2 + np.square(wind.set_point) + np.square(wind.gust * v))
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +78,7 @@ class WindPosterior(Posterior):
     data : EnvelopeData
         Cycles of the transient records, end to end.
     steady : sequence of SteadyAmplitude
-        Lock-in records, each of which gives the stable amplitude alone.
+        Lock-in records, each of which gives the stable amplitude alone, at a set-point of its own.
     omega0 : float
         Natural circular frequency in still air [rad/s].
     n : float or None
@@ -128,9 +145,11 @@ class WindPosterior(Posterior):
 
     def log_steady(self, u: FloatArray) -> FloatArray:
         """Normal log likelihood of the steady amplitudes, (W,)."""
-        total, a_star = np.zeros(len(u)), np.exp(self.named(u)["stable_amplitude"])
+        total = np.zeros(len(u))
+        a_star, *_, wind = self.state_space(u)
         for level in self.steady:
-            total = total - 0.5 * ((level.mean - a_star) / level.standard_error) ** 2 - np.log(level.standard_error)
+            variance = level.variance(wind)
+            total -= 0.5 * ((level.mean - a_star) ** 2 / variance + np.log(variance))
         return total
 
     def pointwise(self, u: FloatArray) -> FloatArray:
@@ -288,84 +307,3 @@ class LawPosterior(Posterior):
         )
         total[stable] = pointwise_log_likelihood(*terms).sum(axis=0)
         return total
-
-
-def free_runs(posterior: WindPosterior, chain: FloatArray, rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:
-    """Run the model under `RUNS` draws, spread evenly, from the start of every record, never corrected on the way.
-
-    Gives the amplitude without noise and a replicate of the data with turbulence and sensor noise, (RUNS, N) each.
-    The initial state of a record is drawn from its distribution after the record's first amplitude.
-    """
-    flat = chain.reshape(-1, chain.shape[-1])
-    u = flat[np.linspace(0, len(flat) - 1, RUNS).round().astype(int)]
-    data = posterior.data
-    size = (RUNS, data.size)
-    first = rng.standard_normal(size)  # used at the first cycle of a record only
-    mean, replicate = np.empty(size), np.empty(size)
-    a_star, lam, q, r, wind = posterior.state_space(u)
-    theta = np.concatenate([np.zeros((RUNS, 1)), posterior.departures(u, rng)], axis=1)
-    _run(
-        data.amplitude, data.standard_error, data.gap, data.period, a_star, lam, q, r, *wind[:3], theta,
-        posterior.exponents(u), posterior.initial_sd**2, first, rng.standard_normal((5, *size)), mean, replicate,
-    )  # fmt: skip
-    return mean, replicate
-
-
-@njit(cache=True)
-def _free(state, h, level, lam, q2, g2, fade, theta, n, dt, one, two):  # type: ignore[no-untyped-def]
-    """State and gust after dt, and what two standard normal numbers add to the state."""
-    here = lam * factor_at(state, level, theta)
-    new, p, kept, p_h, p_hh = advance(state, 0.0, h, 0.0, 0.0, level, lam, here, q2, g2, fade, n, dt)
-    turn = np.sqrt(p_hh) * two
-    along = p_h / p_hh if p_hh > 0.0 else 0.0
-    return new, along * turn + np.sqrt(max(p - along * p_h, 0.0)) * one, kept + turn
-
-
-@njit(cache=True)
-def _run(  # type: ignore[no-untyped-def]
-    y, se, gap, period, a_star, lam, q, r, gust, fade, set_point, theta, n, p0, first, noise, mean, replicate
-):
-    for w in range(a_star.size):
-        curve, state, h, level = 0.0, 0.0, 0.0, a_star[w]
-        q2, g2 = q[w] * q[w], gust[w] * gust[w]
-        for k in range(y.size):
-            dt = period[k]
-            blur = r[w] * se[k]
-            r2 = blur * blur
-            if gap[k] < 0.0:
-                # The first amplitude is that of mid-cycle: draw it, and carry it on for half a cycle.
-                gain = p0 / (p0 + r2)
-                curve = gain * y[k] + np.sqrt(gain * r2) * first[w, k]
-                state = curve
-                mean[w, k] = curve
-                replicate[w, k] = state + np.sqrt(r2) * noise[0, w, k]
-                here = lam[w] * factor_at(curve, a_star[w], theta[w])
-                curve, _ = flow_above_floor(curve, a_star[w], np.exp(-0.5 * here * dt), n[w])
-                h, level = gust[w] * noise[3, w, k], a_star[w] + set_point[w] * noise[4, w, k]
-                state, kick, h = _free(
-                    state, h, level, lam[w], q2, g2, fade[w], theta[w], n[w], 0.5 * dt, noise[1, w, k], noise[2, w, k]
-                )
-                state += kick
-                continue
-            if gap[k] > 0.0:
-                here = lam[w] * factor_at(curve, a_star[w], theta[w])
-                curve, _ = flow_above_floor(curve, a_star[w], np.exp(-here * gap[k]), n[w])
-                state, kick, h = _free(
-                    state, h, level, lam[w], q2, g2, fade[w], theta[w], n[w], gap[k], first[w, k], noise[3, w, k]
-                )
-                state += kick
-            here = lam[w] * factor_at(curve, a_star[w], theta[w])
-            middle, _ = flow_above_floor(curve, a_star[w], np.exp(-0.5 * here * dt), n[w])
-            end, _ = flow_above_floor(curve, a_star[w], np.exp(-here * dt), n[w])
-            mean[w, k] = (curve + 4.0 * middle + end) / 6.0
-            curve = end
-            here = lam[w] * factor_at(state, level, theta[w])
-            half, _ = flow_above_floor(state, level, np.exp(-0.5 * here * dt), n[w])
-            new, kick, h = _free(
-                state, h, level, lam[w], q2, g2, fade[w], theta[w], n[w], dt, noise[1, w, k], noise[2, w, k]
-            )
-            # The noise of the cycle enters its mean by its covariance with the state at the end, about one half.
-            e, c, z = noise_moments(lam[w], dt)
-            rest = max(z - c * c / e, 0.0) * q2
-            replicate[w, k] = (state + 4.0 * half + new) / 6.0 + c / e * kick + np.sqrt(rest + r2) * noise[0, w, k]
-            state = new + kick

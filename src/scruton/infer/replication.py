@@ -12,8 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.departure import COLUMNS, relative_drift
+from scruton.dynamics.departure import COLUMNS, ROUGH, relative_drift
 from scruton.dynamics.laws import closed_form
+from scruton.infer.thresholds import MOST_GUSTS, MOST_SET_POINT
 from scruton.stats.whiteness import Check
 
 HALF, FINAL, SCATTER = "time to half [s]", "final level", "scatter of increments"
@@ -202,12 +203,15 @@ def prior_replicates(
 
     Notes
     -----
-    The closed form from cycle to cycle, with a departure from the law, plus scatter that relaxes at the same rate and
-    is stationary in the end, plus sensor noise.
+    The closed form from cycle to cycle, with a departure from the law and what a wake remembers of the start, plus
+    scatter that relaxes at the same rate and is stationary in the end, plus sensor noise: what the filters have.
     """
     a_star, rate = prior["a_star"][:, None], prior["relaxation_rate"][:, None]
     start = np.full_like(a_star, max(first, 1e-12))
-    theta = prior["departure_scale"][:, None] * rng.standard_normal((len(rate), COLUMNS))
+    scale = prior["departure_scale"]
+    gust_scatter = np.minimum(prior["gust_scatter"], MOST_GUSTS)
+    set_point = np.minimum(prior["set_point_scatter"], MOST_SET_POINT)
+    theta = scale[:, None] * rng.standard_normal((len(rate), COLUMNS))
     curve = np.repeat(start, time.size, axis=1)
     for k, step in enumerate(np.diff(time)):
         a, here = curve[:, k], rate[:, 0] * relative_drift(curve[:, k] / a_star[:, 0], theta)
@@ -216,17 +220,14 @@ def prior_replicates(
     kick = np.sqrt(1.0 - forget**2) * rng.standard_normal(forget.shape)
     hold = np.exp(-rate * np.diff(time) / prior["gust_time"][:, None])
     turn = np.sqrt(1.0 - hold**2) * rng.standard_normal(forget.shape)
-    gust = prior["gust_scatter"] * rng.standard_normal(len(rate))
+    gust = np.hypot(gust_scatter, scale**2) * rng.standard_normal(len(rate))
+    rough = ROUGH * scale[:, None] * np.diff(curve) / a_star * rng.standard_normal(forget.shape)
     scatter = np.zeros_like(curve)
     for k in range(forget.shape[1]):
         scatter[:, k + 1] = forget[:, k] * scatter[:, k] + kick[:, k] * prior["amplitude_scatter"]
-        scatter[:, k + 1] += (1.0 - forget[:, k]) * gust
-        gust = hold[:, k] * gust + turn[:, k] * prior["gust_scatter"]
-    scatter += (
-        prior["set_point_scatter"][:, None]
-        * rng.standard_normal(len(rate))[:, None]
-        * (1.0 - np.exp(-rate * (time - time[0])))
-    )
+        scatter[:, k + 1] += (1.0 - forget[:, k]) * gust + rough[:, k]
+        gust = hold[:, k] * gust + turn[:, k] * gust_scatter
+    scatter += set_point[:, None] * rng.standard_normal(len(rate))[:, None] * (1.0 - np.exp(-rate * (time - time[0])))
     scatter *= a_star
     noise = prior["noise_factor"][:, None] * standard_error * rng.standard_normal(curve.shape)
     return np.asarray(curve + scatter + noise)

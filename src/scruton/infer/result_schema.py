@@ -216,6 +216,11 @@ SCHEMA: Mapping[str, tuple[Variable, ...]] = {
             "Sc at which it would be stable, by the damping measured there",
         ),
     ),
+    # The drift of the model that predicts over that of its law, for some of the draws that are printed.
+    "departure": (
+        Variable("draw_number", ("sample", "test"), "i", "-", "place among the draws of the test, chain after chain"),
+        Variable("column", ("sample", "test", "ramp"), "f", "-", "theta; zero for a test without transients"),
+    ),
     "laws": (
         Variable("prior_weight", _LAW, "f", "-", "of the card"),
         Variable("weight", _LAW, "f", "-", "that predictions use"),

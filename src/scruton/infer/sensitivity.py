@@ -140,6 +140,8 @@ class PredictionSensitivity:
         Its 90 % interval.
     halved, doubled : (float, float, float)
         The same where the prior's median (of the laws: the odds of the leading one) is halved and doubled.
+    error : float
+        Monte Carlo standard error of the median.
     """
 
     where: str
@@ -151,6 +153,7 @@ class PredictionSensitivity:
     high: float
     halved: tuple[float, float, float]
     doubled: tuple[float, float, float]
+    error: float
 
 
 def power_scaling(tree: "xr.DataTree") -> tuple[Scaling, ...]:

@@ -12,6 +12,7 @@ from scruton.campaign.schema import Campaign
 from scruton.documents import as_json
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.infer.cards import ModelCard
+from scruton.infer.drift import departure_group
 from scruton.infer.examined import examined_groups
 from scruton.infer.joint import RIG, TEST, Joint, reference_holds
 from scruton.infer.law_free import law_free_group
@@ -23,6 +24,7 @@ from scruton.infer.thresholds import SEEN
 from scruton.infer.tree_campaign import diagnostics, model_groups
 from scruton.infer.tree_prior import prior_groups
 from scruton.provenance import provenance
+from scruton.stats.convergence import monte_carlo_error
 from scruton.stats.samples import Samples
 
 if TYPE_CHECKING:
@@ -51,6 +53,8 @@ def build_tree(sampled: Sampled, sampling: Sampling, provenance: Mapping[str, An
         groups |= prior_groups(sampled.campaign.section, sampled.tests, sampling, thorough=thorough)
         reach = [transient_range(result.posterior.data) for result in sampled.tests]
         groups["law_free"] = law_free_group(sampled.tests, reach, sampling)
+        if thorough:
+            groups["departure"] = departure_group(sampled, sampling)
     if sampled.joint:
         groups |= _campaign_groups(sampled.joint)
         if thorough:
@@ -230,10 +234,13 @@ def summarise(
     test says alone under the reference law stands beside them.  Of other tests there is nothing else.
     """
     verdicts: dict[Any, Any] = convergence.to_dict(orient="index")
-    peaks = {name: parameters(draws) for name, draws in joint.tests.items()}
-    alone = {
-        result.test.name: parameters(result.derived, f"{TEST} {result.test.name}", verdicts) for result in sampled.tests
-    }
+    chains = sampled.card.sampler.ensembles
+
+    def sampled_alone(draws: Mapping[str, FloatArray], posterior: str) -> dict[str, Any]:
+        return parameters(draws, posterior, verdicts, chains=chains)
+
+    peaks = {name: parameters(draws, chains=chains) for name, draws in joint.tests.items()}
+    alone = {result.test.name: sampled_alone(result.derived, f"{TEST} {result.test.name}") for result in sampled.tests}
     bands = {rig: ringdown.bands for rig, ringdown in sampled.ringdowns.items()}
     return {
         "format": 1,
@@ -242,7 +249,7 @@ def summarise(
         "flags": list(flags),
         "law_n": np.nan if sampled.card.law_n is None else sampled.card.law_n,
         "laws": _laws(sampled.joint, misfit) if sampled.joint else {},
-        "campaign": _campaign(sampled.joint, joint, peaks) if sampled.joint else {},
+        "campaign": _campaign(sampled.joint, joint, peaks, chains) if sampled.joint else {},
         "amplitude_unit": sampled.campaign.section.amplitude_unit,
         **({"conventions": conventions} if (conventions := sampled.campaign.conventions) else {}),
         "envelope_source": sampled.card.envelope_source,
@@ -271,7 +278,7 @@ def summarise(
         "rigs": [
             {
                 "name": rig.rig.name,
-                "parameters": parameters({"damping_ratio": rig.damping}, f"{RIG} {rig.rig.name}", verdicts),
+                "parameters": sampled_alone({"damping_ratio": rig.damping}, f"{RIG} {rig.rig.name}"),
                 "bands": [
                     {
                         "amplitude": [band.lower, band.upper],
@@ -288,7 +295,7 @@ def summarise(
             {
                 "name": trial.record.name,
                 "test": trial.test.name,
-                "parameters": parameters(trial.derived, f"{TRIAL} {trial.record.name}", verdicts),
+                "parameters": sampled_alone(trial.derived, f"{TRIAL} {trial.record.name}"),
             }
             for trial in sampled.trials
         ],
@@ -297,15 +304,23 @@ def summarise(
 
 
 def parameters(
-    values: Mapping[str, FloatArray], posterior: str = "", convergence: Mapping[Any, Mapping[str, Any]] | None = None
+    values: Mapping[str, FloatArray],
+    posterior: str = "",
+    convergence: Mapping[Any, Mapping[str, Any]] | None = None,
+    *,
+    chains: int = 1,
 ) -> dict[str, Any]:
-    """Median, mean, sd and intervals of every parameter, with what sampling says of it where it was sampled."""
+    """Median, mean, sd and intervals of every parameter, with what sampling says of it where it was sampled.
+
+    The Monte Carlo error is that of the median; the draws are those of so many chains, one after the other.
+    """
     entries = {}
     for name, draws in values.items():
         entry: dict[str, Any] = {
             "median": float(np.median(draws)),
             "mean": float(draws.mean()),
             "sd": float(draws.std()),
+            "monte_carlo_error": as_json(monte_carlo_error(draws.reshape(chains, -1), 0.5)),
             "interval": {
                 f"{p:.2f}": [float(x) for x in np.quantile(draws, [0.5 - p / 2, 0.5 + p / 2])] for p in INTERVALS
             },
@@ -336,12 +351,12 @@ def _laws(joint: PeakResult, misfit: bool) -> dict[str, Any]:
     return {"flag": flag, "forces_hold": reference_holds(of), "weights": as_json(rows)}
 
 
-def _campaign(result: PeakResult, joint: Joint, peaks: Mapping[str, Any]) -> dict[str, Any]:
+def _campaign(result: PeakResult, joint: Joint, peaks: Mapping[str, Any], chains: int) -> dict[str, Any]:
     """The shared curve, the discrepancies and the peak tests in the model that predicts."""
     sc, _ = result.laws[0].posterior.reference
     return {
         "reference_scruton_number": sc,
-        "parameters": parameters(joint.shared),
+        "parameters": parameters(joint.shared, chains=chains),
         "left_at_prior": list(joint.at_prior),
         "tests": [{"name": name, "parameters": entries} for name, entries in peaks.items()],
     }

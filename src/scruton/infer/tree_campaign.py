@@ -13,9 +13,10 @@ import xarray as xr
 
 from scruton.arrays import FloatArray
 from scruton.infer.examined import leading
+from scruton.infer.free_runs import RUNS
 from scruton.infer.hierarchy import SHARED
 from scruton.infer.joint import SCALES
-from scruton.infer.models import NOISE, RUNS
+from scruton.infer.models import NOISE
 from scruton.infer.peak_test import PeakTest
 from scruton.infer.peaks import derive
 from scruton.infer.result_schema import MODEL, dataset, joined

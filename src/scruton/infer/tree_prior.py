@@ -9,7 +9,7 @@ from scruton.arrays import FloatArray
 from scruton.campaign.schema import Section
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.infer.derived import derive
-from scruton.infer.models import RUNS
+from scruton.infer.free_runs import RUNS
 from scruton.infer.replication import prior_replicates
 from scruton.infer.result_schema import dataset
 from scruton.infer.results import TestResult

@@ -23,10 +23,9 @@ from scruton.report.conventions import (
     with_unit,
 )
 from scruton.report.figures.griffin_axes import as_shown, factors, front_ends, sc_range, test_points, thinned_curve
-from scruton.report.figures.sizing import Content, governing, worst
+from scruton.report.needs import Content, governing, required_of, worst
 from scruton.report.thresholds import MOST_BANDS
 from scruton.report.wording import limit_text, number, unit_text
-from scruton.sizing.checks import ASKED
 
 if TYPE_CHECKING:
     from scruton.griffin import Prediction
@@ -147,7 +146,7 @@ def _decision_chart(fit: "Fit", content: Content, mode: Content, rule: Content) 
     )
     if not np.isfinite(middle).any():
         return None
-    limit, required = factor * rule["limit"], rule["required"][ASKED]
+    limit, required = factor * rule["limit"], required_of(content, mode)
     on_section = np.median(predictive_draws(fit.tree, grid, seed=int(fit.summary["provenance"]["seed"])), axis=0)
     places = [("without added damping", 0.0), *([(f"with {damping(required)} added", required)] if required else [])]
     points = [

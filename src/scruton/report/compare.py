@@ -16,7 +16,7 @@ from scruton.report.chapters.gap import gap_sentence
 from scruton.report.conventions import DAMPING, SCRUTON, by_conventions, damping_words, shown_in
 from scruton.report.document import Block, Chapter, Document, Listing, Table, numbered, paragraph
 from scruton.report.figures.compare import compare_plot
-from scruton.report.figures.sizing import governing
+from scruton.report.needs import governing
 from scruton.report.parts import drawn
 from scruton.report.saved import chosen_sizing, found_beside, read_sizing
 from scruton.report.wording import Notation

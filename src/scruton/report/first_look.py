@@ -152,16 +152,17 @@ def _tables(found: Check, notation: Notation, as_in_files: float | None) -> list
     )  # fmt: skip
     note = _note(tests, notation)
     return [
-        Table("rigs", "", _rig_header(), rigs),
+        Table("rigs", "", _rig_header(campaign.section.motion, notation), rigs),
         Table("tests", "", (*TEST_HEADER, f"stable [{unit}]", *BY_HAND, "records"), tests, note),
         Table("sweeps", "", ("sweep of rig", "points", "wind speed [m/s]", f"largest [{unit}]"), sweeps),
         Table("records", "", (*RECORD_HEADER[:7], f"amplitude [{unit}]", *RECORD_HEADER[7:]), rows),
     ]
 
 
-def _rig_header() -> tuple[str, ...]:
+def _rig_header(motion: Motion, notation: Notation) -> tuple[str, ...]:
+    mass = "mass [kg/m]" if motion is Motion.HEAVING else f"inertia [{notation.unit('kg m^2/m')}]"
     name, unit = ("delta_s", "-") if decrements() else ("xi_s", "%")
-    return "rig", "f0 [Hz]", "mass per length", f"{name} [{unit}]", f"{name} measured [{unit}]", "ring-downs"
+    return "rig", "f0 [Hz]", mass, f"{name} [{unit}]", f"{name} measured [{unit}]", "ring-downs"
 
 
 def _measured(found: Check, rig: Rig) -> Quantity | None:

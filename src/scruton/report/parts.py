@@ -22,7 +22,8 @@ from scruton.report.document import Picture
 from scruton.report.failures import Failure, Failures
 from scruton.report.figures import FigureWithCaption, figures_from
 from scruton.report.figures.registry import contents
-from scruton.report.figures.sizing import governing, modes
+from scruton.report.figures.sizing import modes
+from scruton.report.needs import governing
 from scruton.sizing.bridge import Bridge, load_bridge
 from scruton.sizing.limits import limit
 from scruton.sizing.model import ModeModel, unit_cube

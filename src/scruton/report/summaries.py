@@ -43,15 +43,18 @@ def fit_summary(fit: "Fit") -> Iterator[Block]:
         "scruton_number": "Sc",
         "a_star": f"stable amplitude [{unit}]",
         "relaxation_rate": "lambda [1/s]",
+        "gust_scatter": "slow gusts, scatter of the stable amplitude over it",
+        "gust_time": "slow gusts, correlation time [relaxation times]",
         "Y1": f"Y1{doubt}",
         "epsilon": f"epsilon{doubt}",
     }.items():
+        scale = scales.get(key, 1.0)
         tests = [
-            (test["name"], test["rig"], *TERMINAL.spread(test["parameters"][key], scales.get(key, 1.0)))
+            (test["name"], test["rig"], *TERMINAL.spread(entry, scale), _error(entry, scale))
             for test in fit.summary["tests"]
-            if key in test["parameters"]
+            if (entry := test["parameters"].get(key))
         ]
-        yield Table(key, title, ("test", "rig", *_SPREAD), tests, note if key == "scruton_number" else "")
+        yield Table(key, title, ("test", "rig", *_SPREAD, "MC error"), tests, note if key == "scruton_number" else "")
     weights = fit.summary["laws"].get("weights", {})
     if len(weights) > 1:
         # None of a law that does not reach the records.
@@ -79,7 +82,14 @@ def fit_summary(fit: "Fit") -> Iterator[Block]:
     yield Table("discrepancy", "Discrepancy between settings, standard deviation", ("of", *_SPREAD, ""), discrepancy)
     if shared:
         yield paragraph(model_printed(fit.summary))
+        yield paragraph("MC error: Monte Carlo standard error of the median.")
     yield paragraph(f"Sampling: {'converged' if fit.converged else 'NOT CONVERGED: not to be trusted'}")
+
+
+def _error(entry: Mapping[str, Any], scale: float) -> str:
+    """Monte Carlo error of a median; that of an earlier fit is not known."""
+    error = entry.get("monte_carlo_error")
+    return TERMINAL.number(None if error is None else scale * error, 2)
 
 
 def forces_hold(summary: Mapping[str, Any]) -> bool:
@@ -169,13 +179,25 @@ def validation_summary(title: str, unit: str, folds: "Sequence[Validation]", cov
         (
             fold.test, ", ".join(fold.source),
             *TERMINAL.interval(fold.prediction.median, *fold.prediction.interval(0.90), factor=factor),
-            TERMINAL.number(factor * fold.amplitude),
+            TERMINAL.number(factor * fold.prediction.error(0.5), 2), TERMINAL.number(factor * fold.amplitude),
             f"{100 * fold.error:+.0f} %", TERMINAL.number(fold.factor, 3), f"{fold.z:+.2f}", f"{fold.log_score:.2f}",
             "inside" if fold.inside() else "OUTSIDE",
         )
         for fold in folds
     ]  # fmt: skip
-    header = ("test", "from", f"predicted [{unit}]", "90 % interval", "found", "error", "factor", "z", "log score", "")
+    header = (
+        "test",
+        "from",
+        f"predicted [{unit}]",
+        "90 % interval",
+        "MC error",
+        "found",
+        "error",
+        "factor",
+        "z",
+        "log score",
+        "",
+    )
     inside = ", ".join(f"{float(p):.0%}: {share:.0%}" for p, share in coverage.items())
     laws = sorted({label for fold in folds for label, weight in fold.prediction.laws.items() if weight > SHARE_SHOWN})
     return [
@@ -183,7 +205,8 @@ def validation_summary(title: str, unit: str, folds: "Sequence[Validation]", cov
         Table("validation", "", header, rows),
         paragraph(
             f"{len(folds)} predictions. Inside their intervals of {inside}. Factor: how far the 90 % interval reaches "
-            "from its median. Log score: log density of ln(amplitude), larger is better."
+            "from its median. MC error: Monte Carlo standard error of the median. Log score: log density of "
+            "ln(amplitude), larger is better."
         ),
         paragraph(f"Laws used: {', '.join(laws)}."),
     ]

@@ -14,6 +14,7 @@ DOTS_PER_INCH = 200  # of PNG: print wants 150 to 300
 SHARE_SHOWN = 0.005  # weight of a law: a smaller one would be shown as 0 %
 NAMED_ABOVE = 0.15  # probability, of a cause that is named in the sentence where nothing is settled
 PROBABILITY_SHOWN = 0.005  # of a cause of the gap: smaller ones are shown together
+SIZES_SHOWN = 6  # parameters of an effect that the terminal lists; all of them are on the page and in gap.json
 PLACES_SHOWN = 12  # places of the gap that the page lists; all of them are in gap.json
 TESTS_ABREAST = 6  # tests with a column of their own in the table of extrapolation; more would not fit the page
 

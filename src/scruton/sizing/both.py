@@ -8,13 +8,14 @@ from scruton.campaign.schema import Motion
 from scruton.errors import InputError
 from scruton.progress import Progress
 from scruton.sizing.bridge import Bridge
+from scruton.sizing.checks import ASKED
 from scruton.sizing.existing import Offer, existing, hung
 from scruton.sizing.limits import Limit
 from scruton.sizing.model import ModeModel, Spread
-from scruton.sizing.modes import BothMotions, damped_modes, exceedance, with_required
+from scruton.sizing.modes import BothMotions, damped_modes, exceedance, required_for_any, with_required
 from scruton.sizing.results import ModeSizing, Sizing
-from scruton.sizing.study import modes_sized, part_of, sizing_of
-from scruton.sizing.together import Placed, any_mode_flag, joint_draws, placed
+from scruton.sizing.study import modes_sized, not_trusted, of_any_mode, part_of, sizing_of
+from scruton.sizing.together import Placed, joint_draws, placed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -77,34 +78,43 @@ def size_both(
     offers = hung(models, offers)
     parts = modes_sized(parts, seed, progress)
     modes = [mode for part in parts for mode in part.modes]
-    dampers = placed([mode.damper for mode in modes], models)
-    together = union(models, modes, dampers, offers, seed)
-    flag = any_mode_flag(together.with_dampers, first.damper)
-    sizings = [sizing_of(part, dampers, offers, seed) for part in parts]
-    one, other = (
-        replace(sizing, both=together, flags=(*sizing.flags, *([flag] if flag else []))) for sizing in sizings
-    )
+    trusted = [not part.unconverged for part in parts for _ in part.models]
+    dampers = placed([mode.damper for mode in modes], models) if all(trusted) else None
+    together = replace(union(models, modes, dampers, offers, seed), trusted=tuple(trusted))
+    said = of_any_mode(together, dampers, models)
+    sizings = []
+    for part, across in zip(parts, reversed(parts), strict=True):
+        sizing = sizing_of(part, dampers, offers, seed)
+        doubt = [f"{across.bridge.motion.value}: {not_trusted(across.unconverged)}"] if across.unconverged else []
+        sizings.append(replace(sizing, both=together, flags=(*doubt, *sizing.flags, *said)))
+    one, other = sizings
     return one, other
 
 
 def union(
     models: Sequence[ModeModel],
     modes: Sequence[ModeSizing],
-    dampers: Sequence[Placed],
+    dampers: Sequence[Placed] | None,
     offers: Sequence[Offer],
     seed: int,
 ) -> BothMotions:
     """Risk of any mode, each in its own lock-in: as it is, with the damping required at 95 %, with all dampers."""
-    limits = [mode.governing_limit.limit for mode in modes]
-    draws = joint_draws(models, seed)
+    limits, risks = [mode.governing_limit.limit for mode in modes], [mode.governing_limit for mode in modes]
+    draws, damped = joint_draws(models, seed), damped_modes(models, limits, dampers, seed)
     arms = [1.0 if model.bridge.motion is Motion.HEAVING else 0.5 * model.bridge.width for model in models]
     return BothMotions(
         tuple(mode.name for mode in modes), tuple(model.bridge.motion.value for model in models),
         tuple(_at(mode.amplitude, arm) for mode, arm in zip(modes, arms, strict=True)),
         exceedance(draws, limits, [0.0] * len(modes)),
-        with_required(draws, limits, [mode.governing_limit for mode in modes]),
-        damped_modes(models, limits, dampers, seed)[0],
-        existing(models, limits, offers, seed) or None,
+        with_required(draws, limits, risks), None if damped is None else damped.left,
+        None if dampers is None else existing(models, limits, offers, seed) or None,
+        required=tuple(risk.required[ASKED] for risk in risks),
+        reach=tuple(risk.reach.get(ASKED) for risk in risks),
+        dampers=tuple(
+            tuple(placed([mode.damper], [model])) if mode.damper.achievable else ()
+            for mode, model in zip(modes, models, strict=True)
+        ),
+        required_for_any=required_for_any(draws, limits, models[0].bridge.damper.risk),
     )  # fmt: skip
 
 

@@ -105,7 +105,7 @@ class Evidence:
     def checks(self, model: ModeModel, limit: float, required: Required, u: FloatArray) -> Checks:
         """Hold what a mode requires for a limit [m] or [rad] against all of it, at points of the unit cube."""
         draws = model.draws(u)
-        reach = {name: None if added is None else _reach(draws, limit, added) for name, added in required.items()}
+        reach = {name: None if added is None else reach_of(draws, limit, added) for name, added in required.items()}
         by_law = self._by_law(model, limit, reach, u)
         if self.law_free is not None:
             by_law[LAW_FREE] = required_of(replace(draws, law_free=self.law_free).needed(limit))
@@ -141,7 +141,8 @@ def required_of(needed: FloatArray) -> dict[str, float | None]:
     }
 
 
-def _reach(draws: Draws, limit: float, added: float) -> Reach | None:
+def reach_of(draws: Draws, limit: float, added: float) -> Reach | None:
+    """How far the setting with an added damping ratio lies from what was tested; None where that is not known."""
     coverage = draws.curve.coverage
     if coverage is None:
         return None

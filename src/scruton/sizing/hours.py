@@ -6,7 +6,7 @@ s is the stable amplitude over its largest, at the bridge's Scruton number; p_t 
 of the amplitude of a class of turbulence.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -43,12 +43,15 @@ class LockInShape:
         What it was taken from.
     assumed : bool
         Whether neither records nor the bridge say where lock-in lies.
+    triangle : bool
+        Whether neither records nor the bridge say how the amplitude depends on the speed, so that lines are assumed.
     """
 
     edges: FloatArray
     ratio: FloatArray
     source: str
     assumed: bool = False
+    triangle: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +79,9 @@ class LockInHours:
         Hours in lock-in, and those expected beyond the limit.
     exceeding_low, exceeding_high : tuple of float
         5 and 95 % points of the hours beyond the limit.
+    exceeding_with : mapping
+        Hours expected beyond the limit, by mode, "with_required_damping" at 95 % and "with_dampers", where there are.
+        None in a sizing of earlier versions.
     shape : tuple of str
         What the amplitude against the wind speed was taken from.
     curves : tuple of LockInCurve
@@ -89,6 +95,7 @@ class LockInHours:
     exceeding_high: tuple[float, ...] = ()
     shape: tuple[str, ...] = ()
     curves: tuple[LockInCurve, ...] = ()
+    exceeding_with: Mapping[str, tuple[float, ...]] | None = None
 
 
 def lock_in_shape(tree: "xr.DataTree", mode: Mode, scruton_number: float, seed: int) -> LockInShape:
@@ -112,7 +119,25 @@ def lock_in_shape(tree: "xr.DataTree", mode: Mode, scruton_number: float, seed: 
     v, edges = _cells(low, high)
     top = peak if low < peak < high else 0.5 * (low + high)
     source = f"assumed: linear to the largest at U/(fD) = {top:.3g} and linear from there"
-    return LockInShape(edges, np.interp(v, [low, top, high], [0.0, 1.0, 0.0])[None], source, mode.lock_in is None)
+    ratio = np.interp(v, [low, top, high], [0.0, 1.0, 0.0])[None]
+    return LockInShape(edges, ratio, source, mode.lock_in is None, triangle=True)
+
+
+def assumed_remarks(names: Sequence[str], shapes: Sequence[LockInShape]) -> list[str]:
+    """What has to be said of hours where nothing tells how the amplitude depends on the speed: one for each shape."""
+    of: dict[str, list[str]] = {}
+    for name, shape in zip(names, shapes, strict=False):  # no shape without a wind climate
+        if shape.triangle:
+            low, high = shape.edges[[0, -1]]
+            reach = f"between the stated ends of lock-in, {low:.3g} and {high:.3g}"
+            if shape.assumed:
+                reach = f"from {100.0 * LOCK_IN_MARGIN:g} % below that speed to as much above it"
+            of.setdefault(f"{shape.source}, {reach}", []).append(name)
+    return [
+        f"hours of mode{'s' * (len(modes) > 1)} {', '.join(modes)}: the amplitude against the wind speed is {words}. "
+        "Tests of one rig at three wind speeds, or a lock_in_shape of the mode, would tell it"
+        for words, modes in of.items()
+    ]
 
 
 def _swept(tree: "xr.DataTree") -> bool:
@@ -164,23 +189,34 @@ def lock_in_hours(
     limits: Sequence[float],
     shapes: Sequence[LockInShape],
     seed: int,
+    left: Mapping[str, Sequence[FloatArray]] | None = None,
 ) -> LockInHours | None:
-    """Hours of every mode in lock-in and beyond its limit, without added damping; None without a wind climate."""
+    """Hours of every mode in lock-in and beyond its limit, without added damping; None without a wind climate.
+
+    `left` has what is done about it, with draws of the peak amplitude by mode, (S,): the hours expected then are told,
+    too, with the amplitude over its largest as it is at the bridge's own Scruton number.
+    """
     wind = models[0].bridge.wind
     if wind is None:
         return None
     ranges, a_year, exceeding, curves = [], [], [], []
+    beyond: dict[str, list[float]] = {name: [] for name in left or ()}
     for k, (model, drawn, limit, shape) in enumerate(zip(models, draws, limits, shapes, strict=True)):
         speed = model.mode.frequency.mean * model.bridge.depth
         cells = np.diff([wind.between(0.0, edge * speed) for edge in shape.edges])
         rng = np.random.default_rng([seed, 0x40F5, k])
         ratio = shape.ratio[rng.integers(len(shape.ratio), size=len(drawn))]
-        with np.errstate(invalid="ignore"):
-            amplitude = np.nan_to_num(drawn.amplitude(0.0)[:, None] * ratio, nan=0.0, posinf=np.inf)
+        amplitude = _over_speeds(drawn.amplitude(0.0), ratio)
         hours = np.zeros(len(drawn))
+        after = {name: _over_speeds(peaks[k], ratio) for name, peaks in (left or {}).items()}
+        expected = dict.fromkeys(after, 0.0)
         for each in wind.turbulence or _STEADY_AIR:
             factor = each.factor.quantile(rng.random(len(drawn)))[:, None]
             hours += each.share * ((factor * amplitude > limit) @ cells)
+            for name, at in after.items():
+                expected[name] += each.share * float(((factor * at > limit) @ cells).mean())
+        for name, total in expected.items():
+            beyond[name].append(total)
         ranges.append((float(shape.edges[0]), float(shape.edges[-1])))
         a_year.append(float(cells.sum()))
         exceeding.append((float(hours.mean()), *np.quantile(hours, [0.05, 0.95]).tolist()))
@@ -190,5 +226,11 @@ def lock_in_hours(
     mean, low, high = zip(*exceeding, strict=True)
     return LockInHours(
         tuple(ranges), tuple(shape.assumed for shape in shapes), tuple(a_year), mean, low, high,
-        tuple(shape.source for shape in shapes), tuple(curves),
+        tuple(shape.source for shape in shapes), tuple(curves), {name: tuple(of) for name, of in beyond.items()},
     )  # fmt: skip
+
+
+def _over_speeds(peak: FloatArray, ratio: FloatArray) -> FloatArray:
+    """Amplitude (S, V) of draws (S,) of the largest; none where there is no lock-in, however large."""
+    with np.errstate(invalid="ignore"):
+        return np.nan_to_num(peak[:, None] * ratio, nan=0.0, posinf=np.inf)

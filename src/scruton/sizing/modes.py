@@ -6,12 +6,38 @@ from dataclasses import dataclass
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.sizing.checks import ASKED
+from scruton.sizing.checks import ASKED, Reach, reach_of
 from scruton.sizing.existing import Existing
 from scruton.sizing.hours import LockInHours, LockInShape, lock_in_hours
 from scruton.sizing.model import Draws, ModeModel, Spread, spread
 from scruton.sizing.risk import Risk
+from scruton.sizing.thresholds import LARGEST_ADDED
 from scruton.sizing.together import Exceedance, Placed, exceedance_of, joint_draws, with_dampers
+
+
+@dataclass(frozen=True)
+class RequiredForAny:
+    """Added damping of all modes that keeps the risk of any: each mode has it at one and the same confidence.
+
+    Attributes
+    ----------
+    risk : float
+        That any mode exceeds its limit, as the bridge asks it of its dampers.
+    confidence : float
+        Of every mode by itself, at which that is kept.
+    required : tuple of float or None
+        Damping ratio to add, by mode; None where more than `LARGEST_ADDED` would be needed.
+    reach : tuple of Reach or None
+        How far the setting with it lies from what was tested, by mode.
+    left : Exceedance or None
+        Probabilities with it, where all modes can have it.
+    """
+
+    risk: float
+    confidence: float
+    required: tuple[float | None, ...]
+    reach: tuple[Reach | None, ...]
+    left: Exceedance | None
 
 
 @dataclass(frozen=True)
@@ -30,6 +56,8 @@ class AllModes:
         Damping ratio that they add, by mode.
     hours : LockInHours or None
         Where the bridge has a wind climate.
+    required_for_any : RequiredForAny or None
+        Of several modes.
     """
 
     names: tuple[str, ...]
@@ -38,6 +66,7 @@ class AllModes:
     with_dampers: Exceedance | None = None
     added_by_dampers: tuple[Spread, ...] | None = None
     hours: LockInHours | None = None
+    required_for_any: RequiredForAny | None = None
 
 
 @dataclass(frozen=True)
@@ -54,6 +83,13 @@ class BothMotions:
         As of `AllModes`.
     existing : tuple of Existing or None
         Dampers that were asked about.
+    required, reach : tuple of float or None, of Reach or None
+        Damping ratio to add at 95 %, and how far the setting with it lies from what was tested, by mode.
+    dampers : tuple of tuple of Placed
+        Those that were found for each mode; none where none is needed, or keeps the risk.
+    trusted : tuple of bool
+        Whether the fit that a mode rests on converged. None, as what stands before it, in a sizing of earlier versions.
+    required_for_any : RequiredForAny or None
     """
 
     names: tuple[str, ...]
@@ -63,6 +99,11 @@ class BothMotions:
     with_required_damping: Exceedance | None = None
     with_dampers: Exceedance | None = None
     existing: tuple[Existing, ...] | None = None
+    required: tuple[float | None, ...] | None = None
+    reach: tuple[Reach | None, ...] | None = None
+    dampers: tuple[tuple[Placed, ...], ...] | None = None
+    trusted: tuple[bool, ...] | None = None
+    required_for_any: RequiredForAny | None = None
 
 
 def exceedance(draws: Sequence[Draws], limits: Sequence[float], added: Sequence[FloatArray | float]) -> Exceedance:
@@ -79,10 +120,38 @@ def with_required(draws: Sequence[Draws], limits: Sequence[float], risks: Sequen
     return exceedance(draws, limits, needs) if len(needs) == len(risks) else None
 
 
+def required_for_any(draws: Sequence[Draws], limits: Sequence[float], risk: float) -> RequiredForAny | None:
+    """The least confidence, alike in every mode, whose damping keeps the risk of any mode; None for one mode.
+
+    Notes
+    -----
+    A mode exceeds its limit where a draw's place among what its draws need, from the least up, lies above the place
+    that the damping is read off at.  So that place is a quantile of the draws' highest place among the modes.
+    """
+    if len(draws) < 2:
+        return None
+    needs = np.array([drawn.needed(limit) for drawn, limit in zip(draws, limits, strict=True)])
+    ordered, size = np.sort(needs, axis=1), needs.shape[1]
+    places = [np.searchsorted(row, need, side="right") for row, need in zip(ordered, needs, strict=True)]
+    highest = np.where(needs > 0.0, places, 0).max(axis=0)  # what needs nothing never exceeds
+    place = int(np.quantile(highest, 1.0 - risk, method="inverted_cdf"))
+    most = np.maximum(ordered[:, place - 1], 0.0) if place else np.zeros(len(needs))
+    added = [float(need) if need <= LARGEST_ADDED else None for need in most]
+    can = [need for need in added if need is not None]
+    return RequiredForAny(
+        risk, place / size, tuple(added),
+        tuple(
+            None if need is None else reach_of(drawn, limit, need)
+            for drawn, limit, need in zip(draws, limits, added, strict=True)
+        ),
+        exceedance(draws, limits, can) if len(can) == len(added) else None,
+    )  # fmt: skip
+
+
 def all_modes(
     models: Sequence[ModeModel],
     risks: Sequence[Risk],
-    dampers: Sequence[Placed],
+    dampers: Sequence[Placed] | None,
     shapes: Sequence[LockInShape],
     seed: int,
 ) -> AllModes:
@@ -92,26 +161,47 @@ def all_modes(
     ----------
     risks : sequence of Risk
         Of every mode against the limit that governs it.
-    dampers : sequence of Placed
-        Of all modes.
+    dampers : sequence of Placed or None
+        Of all modes; None where none may be specified.
     shapes : sequence of LockInShape
         Amplitude against the wind speed, of every mode; not used without a wind climate.
     """
     draws, limits = joint_draws(models, seed), [risk.limit for risk in risks]
     without = exceedance(draws, limits, [0.0] * len(models))
     required = with_required(draws, limits, risks)
-    damped, added_by_dampers = damped_modes(models, limits, dampers, seed)
-    hours = lock_in_hours(models, draws, limits, shapes, seed)
-    names = tuple(model.mode.name for model in models)
-    return AllModes(names, without, required, damped, added_by_dampers, hours)
+    damped = damped_modes(models, limits, dampers, seed)
+    left: dict[str, Sequence[FloatArray]] = {} if damped is None else {"with_dampers": damped.amplitude}
+    if required is not None:
+        added = [risk.required[ASKED] or 0.0 for risk in risks]
+        left["with_required_damping"] = [drawn.amplitude(more) for drawn, more in zip(draws, added, strict=True)]
+    return AllModes(
+        tuple(model.mode.name for model in models), without, required,
+        None if damped is None else damped.left, None if damped is None else damped.added,
+        lock_in_hours(models, draws, limits, shapes, seed, left),
+        required_for_any(draws, limits, models[0].bridge.damper.risk),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Damped:
+    """All modes with all dampers, by mode: the risk left, the damping ratio added, draws of the amplitude (S,)."""
+
+    left: Exceedance
+    added: tuple[Spread, ...]
+    amplitude: tuple[FloatArray, ...]
 
 
 def damped_modes(
-    models: Sequence[ModeModel], limits: Sequence[float], dampers: Sequence[Placed], seed: int
-) -> tuple[Exceedance | None, tuple[Spread, ...] | None]:
-    """What all dampers leave, and the damping ratio that they add by mode; None where a modal mass is not stated."""
-    if any(model.mode.modal_mass is None for model in models):
-        return None, None
+    models: Sequence[ModeModel], limits: Sequence[float], dampers: Sequence[Placed] | None, seed: int
+) -> Damped | None:
+    """What all dampers do; None where none may be specified, or a modal mass is not stated.
+
+    The amplitude is that with the damping that they add where the mode vibrates at its limit; draws as of
+    `joint_draws`.
+    """
+    if dampers is None or any(model.mode.modal_mass is None for model in models):
+        return None
     every = with_dampers(dampers, models, limits, seed)
-    found = [mode.draws.at_limit(mode.dampers)[1] for mode in every]
-    return exceedance_of(every), tuple(spread(np.zeros(1) if one is None else one.added_damping) for one in found)
+    found = [mode.draws.at_limit(mode.dampers) for mode in every]
+    added = tuple(spread(np.zeros(1) if one is None else one.added_damping) for _, one in found)
+    return Damped(exceedance_of(every), added, tuple(amplitude for amplitude, _ in found))

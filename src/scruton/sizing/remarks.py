@@ -1,14 +1,20 @@
-"""What the way from the section to the bridge rests on: remarks, and how much larger a mode's amplitude comes out."""
+"""What has to be said of a sizing beside its numbers, and how much larger than the section's a mode's amplitude is."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from scruton.sizing.checks import ASKED
+from scruton.sizing.damper_request import DamperRequest, RiskOf
+from scruton.sizing.dampers import Damper
 from scruton.sizing.mode_shape import uniform
 from scruton.sizing.model import Draws, ModeModel, unit_cube
-from scruton.sizing.risk import Risk
+from scruton.sizing.modes import AllModes, BothMotions
+from scruton.sizing.risk import Risk, percent
 from scruton.sizing.span import EffectOnSpan, effect_on_span
-from scruton.sizing.thresholds import LARGEST_ADDED
+from scruton.sizing.thresholds import LARGEST_ADDED, RISK_MARGIN
+from scruton.sizing.together import POINTS, any_mode_flag
 
 _POINTS = 1 << 12
 
@@ -53,3 +59,68 @@ def coherence_remarks(model: ModeModel, risk: Risk, seed: int) -> list[str]:
             f"mode {model.mode.name}: the bridge's coherence_amplitude replaces what the fit found of the coherence"
         )
     return remarks
+
+
+def farther_limits(name: str, deciding: Risk, risks: Sequence[Risk]) -> Iterator[str]:
+    """A remark on every limit that does not govern, and whose damping lies far from what was tested."""
+    for found in risks:
+        reach, added = found.reach.get(ASKED), found.required[ASKED]
+        if found is not deciding and found.outside is None and added and reach is not None and not reach.trusted:
+            yield (
+                f'mode {name}: what "{found.rule}", which does not govern, requires at {100.0 * float(ASKED):.0f} % '
+                f"({percent(added)}) lies at Sc {reach.scruton_number:.3g}, an extrapolation index of "
+                f"{reach.extrapolation_index:.2f} from the nearest test; transients of {reach.covered_by} of "
+                f"{reach.tests} tests went through its amplitude"
+            )
+
+
+def worst_remark(name: str, found: Damper) -> list[str]:
+    """What has to be said where vibrations that only a start from above leads to break the risk that is asked for."""
+    worst, asked = found.probability_worst, found.asked.risk
+    if worst is None or not worst > max(asked, found.probability):
+        return []
+    return [
+        f"mode {name}: the risk with the dampers is {found.probability:.1%} for a vibration that grows, but "
+        f"{worst:.1%} where those count that only a start from above leads to, and {asked:.1%} is asked: where "
+        "something else than lock-in may start one, ask for less risk"
+    ]
+
+
+def any_mode_remarks(
+    every: AllModes | BothMotions, request: DamperRequest, *, damped: bool, weighed: bool
+) -> Iterator[str]:
+    """What has to be said of the risk of any of several modes.
+
+    Parameters
+    ----------
+    damped : bool
+        Whether there are dampers to judge.
+    weighed : bool
+        Whether the modal mass of every mode is stated.
+    """
+    needed, confidence = every.required_for_any, float(ASKED)
+    if needed is None:
+        return
+    left, most = every.with_required_damping, 1.0 - confidence
+    keeping = ", ".join(f"{percent(added)} ({name})" for name, added in zip(every.names, needed.required, strict=True))
+    if request.risk_of is RiskOf.ANY:
+        for name, added, reach in zip(every.names, needed.required, needed.reach, strict=True):
+            if added and reach is not None and not reach.trusted:
+                yield (
+                    f"mode {name}: the damping that keeps the risk of any mode ({percent(added)}) lies at Sc "
+                    f"{reach.scruton_number:.3g}, an extrapolation index of {reach.extrapolation_index:.2f} from the "
+                    f"nearest test; transients of {reach.covered_by} of {reach.tests} tests went through the amplitude "
+                    "of the limit"
+                )
+    elif left is not None and left.any > most + RISK_MARGIN * float(np.sqrt(most * confidence / POINTS)):
+        yield (
+            f"with the damping that each mode requires at {100.0 * confidence:.0f} % the risk of any mode is "
+            f'{left.any:.1%}; one of {needed.risk:.1%} takes {keeping}: damper.risk_of = "any" asks for that'
+        )
+    if every.with_dampers is not None and damped and (said := any_mode_flag(every.names, every.with_dampers, request)):
+        yield said
+    if damped and not weighed:
+        yield (
+            "what the dampers of one mode do to another, and the risk of any mode with them, is not known: a modal "
+            "mass is not stated (modal_mass, or mass and length)"
+        )

@@ -152,6 +152,9 @@ class Sizing:
         Heaving and torsion together, where the bridge has modes of both and both were sized.
     conventions : mapping or None
         What a reader is shown otherwise than it stands here, as of `Campaign.conventions`, of the bridge.
+    unconverged : tuple of str
+        Posteriors that it rests on and that did not converge: while there is one, nothing is to be decided, and no
+        damper, cost or risk with a given damper is told. None in a sizing of earlier versions, which do not say.
     """
 
     format: int
@@ -166,6 +169,7 @@ class Sizing:
     inputs: Inputs = field(default_factory=Inputs)
     both: BothMotions | None = None
     conventions: Mapping[str, Any] | None = None
+    unconverged: tuple[str, ...] | None = None
 
     def to_json(self) -> dict[str, Any]:
         """The content of sizing.json; numbers that do not exist are None."""

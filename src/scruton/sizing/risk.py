@@ -169,10 +169,10 @@ def remarks(name: str, asked: str, found: Risk) -> list[str]:
     """What the reader must know of the damping that is required at a confidence ("0.95") before trusting it."""
     reach, added = found.reach.get(asked), found.required[asked]
     others = {label: row[asked] for label, row in found.required_by_law.items()}
-    by_law = ", ".join(f"{label}: {_percent(value)}" for label, value in others.items())
-    where = f"mode {name}: the damping required at {100.0 * float(asked):.0f} % ({_percent(added)})"
+    by_law = ", ".join(f"{label}: {percent(value)}" for label, value in others.items())
+    where = f"mode {name}: the damping required at {100.0 * float(asked):.0f} % ({percent(added)})"
     sentences = []
-    if reach is not None and not reach.trusted:
+    if added and reach is not None and not reach.trusted:
         told = "no transient went through the amplitude of the limit there, so it is the law's alone"
         if reach.covered_by:
             told = f"transients of {reach.covered_by} of {reach.tests} tests went through the amplitude of the limit"
@@ -183,11 +183,11 @@ def remarks(name: str, asked: str, found: Risk) -> list[str]:
     elif LAW_FREE in others and _parted(others[LAW_FREE], added):
         sentences.append(
             f"{where} is the law's: the damping measured at the amplitude of the limit asks for "
-            f"{_percent(others[LAW_FREE])}. By law: {by_law}"
+            f"{percent(others[LAW_FREE])}. By law: {by_law}"
         )
     if found.required_at_discrepancy:
         stated = " and ".join(
-            f"{_percent(row[asked])} where rigs miss the curve by {100.0 * float(tau):.0f} %"
+            f"{percent(row[asked])} where rigs miss the curve by {100.0 * float(tau):.0f} %"
             for tau, row in found.required_at_discrepancy.items()
         )
         sentences.append(
@@ -203,7 +203,8 @@ def _parted(value: float | None, other: float | None) -> bool:
     return high > LAWS_PART * low + LEAST_PARTED
 
 
-def _percent(value: float | None) -> str:
+def percent(value: float | None) -> str:
+    """A damping ratio as a remark has it; None is more than can be added."""
     return f"more than {100.0 * LARGEST_ADDED:.0f} %" if value is None else f"{100.0 * value:.3g} %"
 
 
@@ -219,7 +220,7 @@ def flags(model: ModeModel, draws: Draws) -> list[str]:
     x = draws.curve.index_of_nearest(draws.scruton_number(np.zeros((1, 1))))
     if abs(x) > X_TRUSTED:
         remarks.append(
-            f"mode {model.mode.name}: the bridge's own damping lies {x:.2f} from the tests (extrapolation index): "
+            f"mode {model.mode.name}: the bridge's own damping lies {x:.3g} from the tests (extrapolation index): "
             f"beyond {X_TRUSTED:g} the answer is the law's as much as the records'"
         )
     return remarks

@@ -27,18 +27,18 @@ from scruton.sizing.damper_table import damper_table
 from scruton.sizing.dampers import damper, struck_flag, withheld
 from scruton.sizing.existing import Offer, existing, hung
 from scruton.sizing.governing import governing, outside
-from scruton.sizing.hours import lock_in_shape
+from scruton.sizing.hours import assumed_remarks, lock_in_shape
 from scruton.sizing.inputs import inputs_of
 from scruton.sizing.limits import Limit
 from scruton.sizing.model import ModeModel, spread, unit_cube
-from scruton.sizing.modes import all_modes
+from scruton.sizing.modes import AllModes, BothMotions, all_modes
 from scruton.sizing.money import costs
 from scruton.sizing.plausibility import odd_input
-from scruton.sizing.remarks import coherence_remarks, mode_factors
+from scruton.sizing.remarks import any_mode_remarks, coherence_remarks, farther_limits, mode_factors, worst_remark
 from scruton.sizing.results import ModeSizing, SizedBridge, Sizing, Stated, StatedTransfer
 from scruton.sizing.risk import flags, remarks, risk, shares
 from scruton.sizing.thresholds import AT_NODE, LEAST_EXPONENT, NEAR_NODE, ONE_RIG
-from scruton.sizing.together import Placed, any_mode_flag, placed, sized_for_any
+from scruton.sizing.together import Placed, placed, sized_for_any
 from scruton.sizing.transfer import transfer_remarks
 
 if TYPE_CHECKING:
@@ -106,8 +106,6 @@ def described(
     content = sizing.to_json()
     if not bridge.documents:
         content["flags"].append("no bridge was given: the answer is for the section model itself, at its own size")
-    if not summary["converged"]:
-        content["flags"].insert(0, "the fit did not converge: " + "; ".join(summary["flags"]))
     settings = {**ASKED_FOR, **(asked or {})}
     origin = sizing_origin(folder, summary, bridge, seed=seed, settings=settings)
     if conventions := dict(summary.get("conventions", {})):
@@ -159,10 +157,10 @@ def size(
     part = part_of(tree, bridge, limits, rig=rig, law_n=law_n)
     offers = hung(part.models, offers)
     (part,) = modes_sized([part], seed, progress)
-    dampers = placed([mode.damper for mode in part.modes], part.models)
+    dampers = None if part.unconverged else placed([mode.damper for mode in part.modes], part.models)
     sizing = sizing_of(part, dampers, offers, seed)
-    flag = any_mode_flag(sizing.all_modes.with_dampers, bridge.damper)
-    return replace(sizing, flags=(*sizing.flags, *unsized(bridge), *([flag] if flag else [])))
+    said = of_any_mode(sizing.all_modes, dampers, part.models)
+    return replace(sizing, flags=(*sizing.flags, *unsized(bridge), *said))
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,15 +175,15 @@ class Part:
         Of the bridge, and beside it.
     models, modes : tuple
         Of every mode: in the light of the fit, and as it was sized, once it was.
-    doubts, said : tuple of str
-        Why the fit is not to be built on, as of `untrusted`, and what else has to be said of it.
+    unconverged, said : tuple of str
+        Posteriors that did not converge, as of `untrusted`, and what has to be said of the fit.
     """
 
     fit: "xr.DataTree"
     bridge: Bridge
     rules: tuple[Limit, ...]
     models: tuple[ModeModel, ...]
-    doubts: tuple[str, ...]
+    unconverged: tuple[str, ...]
     said: tuple[str, ...]
     modes: tuple[ModeSizing, ...] = ()
 
@@ -217,7 +215,7 @@ def part_of(
                 "bridge.toml", "damper.position", f"{nodes[0]:g}, a node of mode {model.mode.name}",
                 "a place where every mode moves; left out, each mode's dampers stand where it is largest",
             )  # fmt: skip
-    remarks = [*what_if(tree, law_n), *said]
+    remarks = [*aside(tree), *what_if(tree, law_n), *said]
     if law_n is not None and "effect" in tree:
         remarks.append(f"the fit carries {tree['effect'].attrs['effect']}; under one law alone it is left out")
     return Part(tree, bridge, rules, models, tuple(untrusted(tree)), tuple(remarks))
@@ -235,21 +233,25 @@ def modes_sized(parts: Sequence[Part], seed: int, progress: Progress | None = No
     for part in parts:
         evidence = Evidence.of(part.fit)
         for model in part.models:
-            modes.append(_mode(model, part.rules, evidence, part.doubts, seed, tell))
-    if models[0].bridge.damper.risk_of is RiskOf.ANY and len(modes) > 1 and not any(part.doubts for part in parts):
+            modes.append(_mode(model, part.rules, evidence, part.unconverged, seed, tell))
+    if models[0].bridge.damper.risk_of is RiskOf.ANY and len(modes) > 1 and not any(one.unconverged for one in parts):
         limits = [mode.governing_limit.limit for mode in modes]
         together = sized_for_any(models, limits, [mode.damper for mode in modes], seed, tell)
         modes = [replace(mode, damper=one) for mode, one in zip(modes, together, strict=True)]
-    tabled = iter([_with_table(model, mode, seed) for model, mode in zip(models, modes, strict=True)])
+    told = iter([_with_damper_told(model, mode, seed) for model, mode in zip(models, modes, strict=True)])
     if progress:
         progress("done", 1.0)
-    return [replace(part, modes=tuple(next(tabled) for _ in part.models)) for part in parts]
+    return [replace(part, modes=tuple(next(told) for _ in part.models)) for part in parts]
 
 
-def sizing_of(part: Part, dampers: Sequence[Placed], offers: Sequence[Offer], seed: int) -> Sizing:
-    """What was found of one part, with all dampers of the bridge, and with each of the offers, as of `hung`."""
+def sizing_of(part: Part, dampers: Sequence[Placed] | None, offers: Sequence[Offer], seed: int) -> Sizing:
+    """What was found of one part, with all dampers of the bridge, and with each of the offers, as of `hung`.
+
+    Without dampers, None, none may be specified: then none is judged either.
+    """
     bridge, models, modes = part.bridge, part.models, part.modes
-    remarks = [*part.doubts, *odd_input(bridge), *(flag for mode in modes for flag in mode.flags), *part.said]
+    doubt = [not_trusted(part.unconverged)] if part.unconverged else []
+    remarks = [*doubt, *odd_input(bridge), *(flag for mode in modes for flag in mode.flags), *part.said]
     remarks += transfer_remarks(bridge.transfer, bridge.width, bridge.depth, bridge.motion)
     if (cost := bridge.cost) is not None and not cost.failure > 0.0:
         remarks.append("cost.failure is not stated: there is no expected cost without it")
@@ -258,18 +260,12 @@ def sizing_of(part: Part, dampers: Sequence[Placed], offers: Sequence[Offer], se
             remarks.append("cost.per_percent is not stated: without it damping has no cost, and information no value")
         if cost.per_kg > 0.0 and any(mode.modal_mass is None for mode in bridge.modes):
             remarks.append("cost.per_kg has no meaning for a mode without a modal mass: state its mass and length")
-    together = all_modes(
-        models,
-        [mode.governing_limit for mode in modes],
-        dampers,
-        []
-        if bridge.wind is None
-        else [
-            lock_in_shape(part.fit, model.mode, mode.scruton_number.median, seed)
-            for model, mode in zip(models, modes, strict=True)
-        ],
-        seed,
-    )
+    shapes = [
+        lock_in_shape(part.fit, model.mode, mode.scruton_number.median, seed)
+        for model, mode in zip(models if bridge.wind else (), modes, strict=False)
+    ]
+    remarks += assumed_remarks([mode.name for mode in modes], shapes)
+    together = all_modes(models, [mode.governing_limit for mode in modes], dampers, shapes, seed)
     described = SizedBridge(
         bridge.title, bridge.motion.value, bridge.width, bridge.depth, bridge.air_density, _stated(bridge.coherence),
         None if bridge.coherence_amplitude is None else _stated(bridge.coherence_amplitude), _stated_transfer(bridge),
@@ -278,14 +274,30 @@ def sizing_of(part: Part, dampers: Sequence[Placed], offers: Sequence[Offer], se
     return Sizing(
         1, described, "m" if bridge.motion is Motion.HEAVING else "rad",
         dict(zip(laws.labels, laws.weights.tolist(), strict=True)), modes, together, tuple(remarks),
-        existing=existing(models, part.limits_met, offers, seed) or None,
-        inputs=inputs_of(bridge, tuple(rule.text for rule in part.rules)),
+        existing=None if dampers is None else existing(models, part.limits_met, offers, seed) or None,
+        inputs=inputs_of(bridge, tuple(rule.text for rule in part.rules)), unconverged=part.unconverged,
     )  # fmt: skip
 
 
-def _with_table(model: ModeModel, mode: ModeSizing, seed: int) -> ModeSizing:
-    """A mode with what its dampers leave about their design."""
-    return replace(mode, damper_table=damper_table(model, mode.governing_limit.limit, mode.damper.dampers, seed))
+def _with_damper_told(model: ModeModel, mode: ModeSizing, seed: int) -> ModeSizing:
+    """A mode with what its dampers leave about their design, and what has to be said of them."""
+    said, dampers = [*struck_flag(mode.name, mode.damper), *worst_remark(mode.name, mode.damper)], mode.damper.dampers
+    moves = min(abs(model.mode.shape.at(position)) for position in model.damper_positions)
+    if dampers and moves < NEAR_NODE:
+        said.append(
+            f"mode {mode.name}: where the damper stands the mode moves {moves:.1%} of its largest, and its mass grows "
+            "with the inverse square of that"
+        )
+    table = damper_table(model, mode.governing_limit.limit, dampers, seed)
+    return replace(mode, damper_table=table, flags=(*mode.flags, *said))
+
+
+def of_any_mode(
+    every: AllModes | BothMotions, dampers: Sequence[Placed] | None, models: Sequence[ModeModel]
+) -> list[str]:
+    """What has to be said of the risk of any of several modes, with these dampers."""
+    weighed = all(model.mode.modal_mass is not None for model in models)
+    return [*any_mode_remarks(every, models[0].bridge.damper, damped=bool(dampers), weighed=weighed)]
 
 
 def built_on(tree: "xr.DataTree") -> "xr.DataTree":
@@ -297,25 +309,41 @@ def unsized(bridge: Bridge) -> list[str]:
     """What has to be said of modes of the other motion."""
     if not bridge.others:
         return []
-    return [f"modes of the other motion are not among these: {', '.join(bridge.others)}; their fit is --other RESULTS"]
-
-
-def untrusted(tree: "xr.DataTree") -> list[str]:
-    """Why a fit is not to be built on, and what would mend it: posteriors of what is sized that did not converge."""
-    if "convergence" not in tree:
-        return []
-    names = [name for name in unconverged(tree) if not name.startswith(TRIAL)]
-    if not names:
-        return []
+    names = ", ".join(bridge.others)
     return [
-        f"no damper is specified, since the fit is not to be trusted: {', '.join(names)} did not converge. Look at "
-        "`scruton criticise`; mend or leave out the record that it names, or raise max_steps in the model card, and "
-        "fit again"
+        f"modes of the other motion are not among these: {names}. `scruton size` takes their fit as --other, and a "
+        "report of its results has the modes of both"
     ]
 
 
+def untrusted(tree: "xr.DataTree") -> list[str]:
+    """Posteriors that a sizing rests on and that did not converge: nothing rests on trial functions."""
+    return [name for name in _unconverged(tree) if not name.startswith(TRIAL)]
+
+
+def aside(tree: "xr.DataTree") -> list[str]:
+    """What has to be said of posteriors that did not converge, and that no sizing rests on."""
+    records = [name.removeprefix(TRIAL).strip() for name in _unconverged(tree) if name.startswith(TRIAL)]
+    if not records:
+        return []
+    return [f"{TRIAL} {', '.join(records)} did not converge; nothing of the sizing rests on that"]
+
+
+def _unconverged(tree: "xr.DataTree") -> list[str]:
+    return unconverged(tree) if "convergence" in tree else []
+
+
+def not_trusted(names: Sequence[str]) -> str:
+    """Why nothing is to be decided where these posteriors did not converge, and what would mend it."""
+    return (
+        f"the fit is not to be trusted, and nothing to be decided on these numbers: {', '.join(names)} did not "
+        "converge. No damper is specified, none is judged and nothing is priced. Look at `scruton criticise`; mend or "
+        "leave out the record that it names, or raise max_steps in the model card, and fit again"
+    )
+
+
 def _mode(
-    model: ModeModel, rules: Sequence[Limit], evidence: Evidence, doubts: Sequence[str], seed: int, tell: Progress
+    model: ModeModel, rules: Sequence[Limit], evidence: Evidence, failed: Sequence[str], seed: int, tell: Progress
 ) -> ModeSizing:
     mode, bridge, risks = model.mode, model.bridge, []
     for i, rule in enumerate(rules):
@@ -327,20 +355,17 @@ def _mode(
     u = unit_cube(SPREAD_DRAWS, seed + 4)
     draws = model.draws(u)
     said = [*flags(model, draws), *outside(mode.name, risks), *remarks(mode.name, ASKED, deciding)]
+    said += farther_limits(mode.name, deciding, risks)
     said += coherence_remarks(model, deciding, seed)
     if flag := damping_flag(mode.damping_ratio.mean):
         said.append(f"mode {mode.name}: {flag}")
     tell(f"mode {mode.name}: tuned mass damper", 0.4)
-    dampers = withheld(model, doubts[0]) if doubts else damper(model, deciding.limit, seed)
-    said += struck_flag(mode.name, dampers)
-    moves = min(abs(mode.shape.at(position)) for position in model.damper_positions)
-    if dampers.dampers and moves < NEAR_NODE:
-        said.append(
-            f"mode {mode.name}: where the damper stands the mode moves {moves:.1%} of its largest, and its mass grows "
-            "with the inverse square of that"
-        )
+    if failed:
+        dampers = withheld(model, f"none is specified, since {', '.join(failed)} did not converge")
+    else:
+        dampers = damper(model, deciding.limit, seed)
     cost = None
-    if bridge.cost is not None and bridge.cost.failure > 0.0:
+    if bridge.cost is not None and bridge.cost.failure > 0.0 and not failed:
         tell(f"mode {mode.name}: costs and value of information", 0.85)
         cost = costs(model, deciding, dampers, seed)
     return ModeSizing(

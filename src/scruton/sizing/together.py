@@ -156,10 +156,25 @@ def sized_for_any(
     return best
 
 
-def any_mode_flag(left: Exceedance | None, request: DamperRequest) -> str | None:
-    """What has to be said where every mode keeps the risk, and any mode does not; None where that is not so."""
-    if left is None or left.any <= request.risk or max(left.each) > request.risk or request.risk_of is RiskOf.ANY:
+def any_mode_flag(names: Sequence[str], left: Exceedance, request: DamperRequest) -> str | None:
+    """What has to be said where the risk of a mode, or of any, is above the one asked for; None where that is not so.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of several modes.
+    left : Exceedance
+        With all dampers.
+    """
+    if left.any <= request.risk:
         return None
+    over = [f"{risk:.1%} of mode {name}" for name, risk in zip(names, left.each, strict=True) if risk > request.risk]
+    if over or request.risk_of is RiskOf.ANY:
+        asked = "any mode" if request.risk_of is RiskOf.ANY else "each mode"
+        found = ", ".join([*over, f"{left.any:.1%} of any mode"])
+        return (
+            f"with all dampers, each acting on every mode, the risk is {found}; {request.risk:.1%} of {asked} is asked"
+        )
     return (
         f"every mode keeps a risk of {request.risk:.1%} with all dampers, but that of any mode is {left.any:.1%}: "
         'damper.risk_of = "any" sizes them for that'

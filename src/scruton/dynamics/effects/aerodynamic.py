@@ -7,6 +7,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import (
     DAMPING_RATIO,
+    REFERENCE,
     Apply,
     Effect,
     Extent,
@@ -46,7 +47,7 @@ def _incoherent(table: FloatArray, values: Values, layout: Layout) -> None:
 def _saturating(layout: Layout, form: str, weight: float = 1.0) -> Variant:
     scope = _in_wind(layout)
     amplitude = Parameter(
-        "amplitude", float(np.log(0.2)), 1.0, scope.members, log=True, unit="reference amplitude",
+        "amplitude", float(np.log(0.2)), 1.0, scope.members, log=True, unit=REFERENCE,
         starts=tuple(float(np.log(x)) for x in (0.04, 0.12, 0.4)),
     )  # fmt: skip
     return Variant(form, (amplitude,), _incoherent, scope, weight)
@@ -202,7 +203,7 @@ def _forced(layout: Layout) -> list[Variant]:
             size_prior("size", scope.members, positive=True),
             # A uniform phase: a normal prior whose density at its centre is 1/(2 pi).
             Parameter("phase", 0.0, np.sqrt(2.0 * np.pi), layout.each(scope.records), unit="rad"),
-            Parameter("detuning", 0.0, 0.05, scope.members, starts=(0.03,)),
+            Parameter("detuning", 0.0, 0.05, scope.members, unit="of the frequency", starts=(0.03,)),
         )
         variants.append(Variant("{scope}", parameters, _shedding, scope, scope.weight, scan="detuning"))
     return variants

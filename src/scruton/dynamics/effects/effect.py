@@ -284,6 +284,7 @@ class Effect:
 
 
 DAMPING = "of the relaxation damping"
+REFERENCE = "of the reference amplitude"
 
 
 def size_prior(
@@ -313,7 +314,7 @@ _POWERS: dict[int, int] = {
     Term.STRUCTURAL_LINEAR: 1, Term.STRUCTURAL_SQUARE: 2, Term.AERO_LINEAR: 1, Term.AERO_SQUARE: 2, Term.AERO_FOURTH: 4,
 }  # fmt: skip
 _BENDS: dict[int, int] = {Term.STIFFNESS_LINEAR: 1, Term.STIFFNESS: 2}
-_SHARES = (Term.GAIN, Term.TREND, Term.TREND_DRIVE, Term.JUMP)
+_SHARES = (Term.GAIN, Term.TREND, Term.TREND_ARCH, Term.TREND_DRIVE, Term.JUMP)
 _BEND = 0.1  # the prior of the relative change of frequency up to the largest amplitude is N(0, (0.3 times this)^2)
 
 

@@ -42,7 +42,7 @@ def _drift(term: Term, *, from_start: bool) -> Apply:
 
 
 def _rise(rows: FloatArray, _without: FloatArray, station: Station) -> FloatArray:
-    rise = rows[:, Term.TREND] + rows[:, Term.TREND_SINE]
+    rise = rows[:, Term.TREND] + rows[:, Term.TREND_SINE] + rows[:, Term.TREND_ARCH]
     return np.asarray(-rise * (2.0 * rows[:, Term.DRIVE] / station.amplitude - rows[:, Term.AERO]) / station.omega)
 
 
@@ -69,7 +69,9 @@ def _drifting(layout: Layout) -> list[Variant]:
         )
         for scope in allowed
     ]
-    return both + alike
+    arch = adding(size=Term.TREND_ARCH)
+    arches = [sized("rise and return, {scope}", arch, scope, unit="of the wind") for scope in shared]
+    return both + alike + arches
 
 
 def _bend(rows: FloatArray, without: FloatArray, station: Station) -> FloatArray:
@@ -77,9 +79,9 @@ def _bend(rows: FloatArray, without: FloatArray, station: Station) -> FloatArray
     return added[:, Term.STIFFNESS_LINEAR] * top + added[:, Term.STIFFNESS] * top**2
 
 
-def _bending(term: Term, damping: Term, eases: float) -> Apply:
+def _bending(term: Term, damping: Term, eases: float, name: str = "size") -> Apply:
     """A spring that stiffens holds more energy at an amplitude, and viscous damping takes a smaller part of it."""
-    bend = adding(size=term)
+    bend = adding(**{name: term})
 
     def apply(table: FloatArray, values: Values, layout: Layout) -> None:
         before = table[:, :, term].copy()
@@ -96,12 +98,24 @@ def _stiffness(layout: Layout) -> list[Variant]:
         "A^2": (_bending(Term.STIFFNESS, Term.STRUCTURAL_SQUARE, 2.0 / 3.0), 1.0),
         "A": (_bending(Term.STIFFNESS_LINEAR, Term.STRUCTURAL_LINEAR, 0.75 * np.pi - 2.0), 0.5),
     }
+    linear = _bending(Term.STIFFNESS_LINEAR, Term.STRUCTURAL_LINEAR, 0.75 * np.pi - 2.0, "linear")
+    square = _bending(Term.STIFFNESS, Term.STRUCTURAL_SQUARE, 2.0 / 3.0, "square")
+
+    def both(table: FloatArray, values: Values, layout: Layout) -> None:
+        linear(table, values, layout)
+        square(table, values, layout)
+
+    # Stops, gaps and springs that stiffen late follow no power, and nearly any two of them.
+    choices: list[tuple[str, Apply, tuple[str, ...], float]] = [
+        *((power, apply, ("size",), share) for power, (apply, share) in forms.items()),
+        ("A and A^2", both, ("linear", "square"), 0.5),
+    ]
     return [
         sized(
-            f"frequency changes as {power}, {{scope}}", apply, scope, weight=share * scope.weight,
+            f"frequency changes as {power}, {{scope}}", apply, scope, *names, weight=share * scope.weight,
             unit="tenths of the frequency",
         )
-        for power, (apply, share) in forms.items()
+        for power, apply, names, share in choices
         for scope in scopes(layout, shares)
     ]  # fmt: skip
 
@@ -111,8 +125,17 @@ def _gain(rows: FloatArray, without: FloatArray, _station: Station) -> FloatArra
 
 
 def _gains(layout: Layout) -> list[Variant]:
-    shares = {Extent.ONE_RIG: (2.0, "of one rig"), Extent.ONE_RECORD: (2.0, "of one record")}
-    chosen = scopes(layout, shares, wind=True)
+    shares = {
+        Extent.ONE_RIG: (2.0, "of one rig"),
+        Extent.ONE_TEST: (1.0, "of one test"),
+        Extent.ONE_RECORD: (2.0, "of one record"),
+    }
+    whole = {tuple(layout.only(layout.rig == rig).tolist()) for rig in np.unique(layout.rig)}
+    chosen = [
+        scope
+        for scope in scopes(layout, shares, wind=True)
+        if scope.extent is not Extent.ONE_TEST or tuple(scope.members.tolist()) not in whole
+    ]
     return [sized("{scope}", adding(size=Term.GAIN), scope, scale=0.2, unit="of the reading") for scope in chosen]
 
 
@@ -193,8 +216,8 @@ EFFECTS = (
         "The wind changes during the record",
         "amplitude",
         Belongs.RUN,
-        (Term.TREND, Term.TREND_SINE, Term.TREND_DRIVE, Term.AERO, Term.DRIVE),
-        Size("damping", "damping ratio at amplitude {at:.3g}, end of the record over its start", _rise),
+        (Term.TREND, Term.TREND_SINE, Term.TREND_ARCH, Term.TREND_DRIVE, Term.AERO, Term.DRIVE),
+        Size("damping", "damping ratio at amplitude {at:.3g}, end of the record, or its middle, over its start", _rise),
         _drifting,
     ),
     Effect(

@@ -7,6 +7,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import (
     DAMPING_RATIO,
+    REFERENCE,
     Effect,
     Extent,
     Parameter,
@@ -41,7 +42,7 @@ def _friction(layout: Layout) -> list[Variant]:
     presliding = {Extent.EVERYWHERE: (1.0, "in every rig"), Extent.ONE_RIG: (1.0, "in one rig")}
     centre = float(np.log(0.05))
     for scope in scopes(layout, presliding):
-        width = Parameter("width", centre, 1.0, scope.members, log=True, starts=(centre,))
+        width = Parameter("width", centre, 1.0, scope.members, log=True, unit=REFERENCE, starts=(centre,))
         friction = sized("with presliding, {scope}", _rub, scope, positive=True)
         variants.append(replace(friction, parameters=(*friction.parameters, width)))
     return variants

@@ -87,7 +87,8 @@ class Term(IntEnum):
     GUST = 38, _RUN  # standard deviation of the drive's slow gusts [amplitude/s]
     GUST_RATE = 39, _RUN  # at which they forget themselves [1/s]
     SET_POINT = 40, _RUN  # standard deviation of the drive from record to record [amplitude/s]
-    HAT = 41, _WIND  # first of HATS excess damping rates [1/s]; what nobody has named goes to the bridge, too
+    TREND_ARCH = 41, _RUN  # relative change of the wind speed in the middle of the record, along half a sine
+    HAT = 42, _WIND  # first of HATS excess damping rates [1/s]; what nobody has named goes to the bridge, too
 
 
 COLUMNS = int(Term.HAT) + HATS

@@ -1,6 +1,6 @@
 """The first page where there is a bridge: what to do, the risk before and after, and what that rests on."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 from scruton.report.chapters.gap import contained_sentence, gap_sentence
 from scruton.report.chapters.material import Material
@@ -16,11 +16,12 @@ from scruton.report.conventions import (
     with_unit,
 )
 from scruton.report.document import ALARM, Block, Callout, Heading, KeyFigures, Listing, paragraph
-from scruton.report.figures.sizing import Content, governing, worst
+from scruton.report.needs import Content, Need, for_any, governing, needs, required_of, worst
 from scruton.report.wording import PAGE, law_text, limit_text, number, percent, share
 from scruton.sizing.checks import ASKED, LAW_FREE
 
 _SHARES_NAMED = 2  # sources of variance that the first page names
+_LEAST_TOLD = 0.001  # of a probability: a dozen or two draws of those it is counted with
 
 
 def decision_page(material: Material) -> Iterator[Block]:
@@ -31,13 +32,15 @@ def decision_page(material: Material) -> Iterator[Block]:
 
 @by_conventions
 def _decision(sizing: Content, material: Material) -> Iterator[Block]:
-    fit = material.fit
-    if not fit.converged:
-        yield Callout(ALARM, "Not to be trusted: the sampling did not converge.", fit.flags)
-    yield paragraph(decision_sentence(sizing, trusted=fit.converged), role="answer")
+    fit, failed = material.fit, _unconverged(sizing, converged=material.fit.converged)
+    flags = list(dict.fromkeys([*sizing["flags"], *(fit.flags if fit.converged else ())]))
+    if failed:
+        yield Callout(ALARM, "Not to be trusted: the sampling did not converge.", flags[:1])
+        flags = flags[1:]
+    yield paragraph(decision_sentence(sizing, failed), role="answer")
     yield KeyFigures(list(_figures(sizing)))
     yield from material.figure("decision")
-    if flags := list(dict.fromkeys([*sizing["flags"], *(fit.flags if fit.converged else ())])):
+    if flags:
         yield Callout(ALARM, "Read this before using a number.", [*flags, *warnings_note()])
     yield Heading("What it rests on")
     yield Listing(list(_basis(material, sizing)))
@@ -45,65 +48,114 @@ def _decision(sizing: Content, material: Material) -> Iterator[Block]:
     yield Listing(list(_doubts(material, sizing)))
 
 
-def decision_sentence(sizing: Content, *, trusted: bool = True) -> str:
-    """Keep the bridge as it is, add damping, or test more: in words that can be acted upon."""
-    mode = worst(sizing)
-    limit, name = governing(mode), f"mode {mode['name']}"
-    required, reach = limit["required"][ASKED], limit.get("reach", {}).get(ASKED)
-    if not trusted:
-        return f"Decide nothing on these numbers: the fit of {name} did not converge."
-    if required is None:
-        return (
-            f"No added damping that can be built keeps {name} below its limit with {share(float(ASKED))} confidence: "
-            "change the section, or its limit."
-        )
-    if required == 0.0:
-        return f"Keep the bridge as it is: {name} stays below its limit with {share(float(ASKED))} confidence."
-    demand = f"Add a {damping_words()} of {damping(required)} to {name}{_damper_words(mode)}."
-    if reach is not None and not reach["trusted"]:
-        demand += (
-            f" Test a rig at a Scruton number of about {scruton(reach['scruton_number'], digits=2)} before it is "
-            "built: the answer lies far from those tested."
-        )
-    elif limit.get("required_at_discrepancy"):
-        demand += " Test a second rig before it is built: one says nothing of how far rigs differ."
-    return demand
+def _unconverged(sizing: Content, *, converged: bool) -> Sequence[str]:
+    """Posteriors that the sizing rests on and that did not converge; an earlier sizing says of the whole fit alone."""
+    failed: Sequence[str] = sizing.get("unconverged", () if converged else ("the fit",))
+    return failed
 
 
-def _damper_words(mode: Content) -> str:
-    damper = mode["damper"]
-    count = len(damper["dampers"])
-    if not (count and damper["achievable"] and damper.get("mass")):
+def decision_sentence(sizing: Content, failed: Sequence[str] = ()) -> str:
+    """Keep the bridge as it is, add damping, or test more: in words that can be acted upon, for every mode."""
+    every = needs(sizing)
+    own = [need for need in every if need.mode is not None]
+    if failed:
+        return f"Decide nothing on these numbers: the fit of {_and(need.name for need in own)} did not converge."
+    asked, confidence, together = for_any(sizing), f"{share(float(ASKED))} confidence", "Add"
+    if asked is not None:
+        confidence = f"{share(1.0 - asked['risk'])} confidence, all modes together"
+        together = f"For a risk of {percent(asked['risk'])} of any mode, add"
+    trusted = [need for need in every if need.trusted]
+    beyond = [need for need in trusted if need.required is None]
+    wanting = [need for need in trusted if need.required]
+    kept = [need for need in trusted if need.required == 0.0]
+    sentences = []
+    if beyond:
+        sentences.append(
+            f"No added damping that can be built keeps {_and(need.name for need in beyond)} below "
+            f"{'its limit' if len(beyond) == 1 else 'their limits'} with {confidence}: change the section, or "
+            f"{'its limit' if len(beyond) == 1 else 'their limits'}."
+        )
+    if wanting:
+        parts = [f"{damping(need.required)} to {need.name}{_damper_words(need)}" for need in wanting]
+        sentences.append(f"{together} a {damping_words()} of {_and(parts)}.")
+    if kept:
+        below = "stays below its limit" if len(kept) == 1 else "stay below their limits"
+        names = _and(need.name for need in kept)
+        if len(kept) == len(every):
+            sentences.append(f"Keep the bridge as it is: {names} {below} with {confidence}.")
+        else:
+            sentences.append(f"{names[0].upper()}{names[1:]} {below} as the bridge is.")
+    if doubted := [need.name for need in every if not need.trusted]:
+        sentences.append(f"Decide nothing on {_and(doubted)}: the fit did not converge.")
+    far = [need for need in wanting if need.reach is not None and not need.reach["trusted"]]
+    if far:
+        places = [
+            scruton(need.reach["scruton_number"], digits=2) + (f" ({need.name})" if len(every) > 1 else "")
+            for need in far
+            if need.reach is not None
+        ]
+        sentences.append(
+            f"Test a rig at a Scruton number of about {_and(places)} before it is built: the answer lies far from "
+            "those tested."
+        )
+    elif wanting and any(governing(need.mode).get("required_at_discrepancy") for need in own if need.mode is not None):
+        sentences.append("Test a second rig before it is built: one says nothing of how far rigs differ.")
+    return " ".join(sentences)
+
+
+def _and(parts: Iterable[str]) -> str:
+    *most, last = parts
+    return f"{', '.join(most)} and {last}" if most else last
+
+
+def _damper_words(need: Need) -> str:
+    if not need.dampers:
         return ""
+    count, mass = len(need.dampers), sum(mass for mass, _ in need.dampers)
     kind = "one tuned mass damper" if count == 1 else f"{count} tuned mass dampers"
-    frequency = number(damper["dampers"][0]["frequency"], 3)
-    return f", such as by {kind} of {number(damper['mass'] / 1e3, 3)} t in all at {frequency} Hz"
+    total = f"{number(mass / 1e3, 3)} t" + (" in all" if count > 1 else "")
+    return f", such as by {kind} of {total} at {number(need.dampers[0][1], 3)} Hz"
 
 
 def _figures(sizing: Content) -> Iterator[tuple[str, str, str]]:
-    mode = worst(sizing)
+    mode, together = worst(sizing), sizing.get("both") or sizing["all_modes"]
     limit, damper, files = governing(mode), mode["damper"], sizing["amplitude_unit"]
     factor, unit = shown_in(files)
     ends = PAGE.interval(*(mode["amplitude"][key] for key in ("median", "low", "high")), factor=factor)
-    required = limit["required"][ASKED]
     yield (
         f"Amplitude, mode {mode['name']}", with_unit(ends[0], unit),
         f"90 %: {with_unit(ends[1], unit)}; limit {amplitude(limit['limit'], files)}",
     )  # fmt: skip
-    yield "Risk as it is", percent(limit["probability"]), f"of exceeding the limit of {limit_text(limit)} in lock-in"
-    if damper["dampers"]:
-        yield (
-            "Risk with the damper",
-            percent(damper["probability"]),
-            f"{percent(damper['asked']['risk'])} was asked for",
-        )
+    alone, required = f"of exceeding the limit of {limit_text(limit)} in lock-in", required_of(sizing, mode)
+    if len(together["names"]) == 1:
+        yield "Risk as it is", _risk(limit["probability"]), alone
+    else:
+        detail = f"mode {mode['name']} {percent(limit['probability'])}: {alone}"
+        yield "Risk of any mode as it is", _risk(together["without"]["any"]), detail
+    asked = f"{percent(damper['asked']['risk'])} was asked for"
+    needed = for_any(sizing)
+    with_damping = together.get("with_required_damping") if needed is None else needed["left"]
+    if len(together["names"]) > 1 and damper["dampers"] and together.get("with_dampers"):
+        every = "any mode" if for_any(sizing) is not None else "each mode"
+        yield "Risk of any mode with all dampers", _risk(together["with_dampers"]["any"]), f"{asked} of {every}"
+    elif damper["dampers"]:
+        yield "Risk with the damper", _risk(damper["probability"]), asked
+    elif len(together["names"]) > 1 and required and with_damping:
+        detail = f"mode {mode['name']} has {damping(required)} of it"
+        yield "Risk of any mode with the damping added", _risk(with_damping["any"]), detail
     else:
         text = "–" if required is None else damping(required)
         yield "Damping to add", text, f"at {share(float(ASKED))} confidence"
 
 
+def _risk(probability: float) -> str:
+    """A risk; the smallest is not told to the draw that it was counted with."""
+    return "below 0.1 %" if probability < _LEAST_TOLD else percent(probability)
+
+
 def _basis(material: Material, sizing: Content) -> Iterator[str]:
-    fit, limit = material.fit, governing(worst(sizing))
+    fit, mode = material.fit, worst(sizing)
+    limit, every = governing(mode), needs(sizing)
     peaks = [test for test in material.tests if test["peak"]]
     numbers = [test["parameters"]["scruton_number"]["median"] for test in peaks]
     between = " to ".join(scruton(one, digits=3) for one in sorted({min(numbers), max(numbers)}))
@@ -115,16 +167,18 @@ def _basis(material: Material, sizing: Content) -> Iterator[str]:
         f"{law_text(label)} ({share(weight)})" for label, weight in sizing["laws"].items() if weight > 0.005
     )
     yield f"Law of aerodynamic damping: {laws}."
-    if reach := limit.get("reach", {}).get(ASKED):
-        yield (
-            f"The answer lies at Sc {scruton(reach['scruton_number'], digits=3)}, an extrapolation index of "
-            f"{number(reach['extrapolation_index'], 2)} from the nearest test (laws agree below 0.2); transients of "
-            f"{reach['covered_by']} of {reach['tests']} tests went through the amplitude of the limit."
-        )
+    for need in every:
+        if (need.required or need is every[0]) and (reach := need.reach):
+            answer = f"answer for {need.name}" if len(every) > 1 else "answer"
+            yield (
+                f"The {answer} lies at Sc {scruton(reach['scruton_number'], digits=3)}, an extrapolation index of "
+                f"{number(reach['extrapolation_index'], 2)} from the nearest test (laws agree below 0.2); transients "
+                f"of {reach['covered_by']} of {reach['tests']} tests went through the amplitude of the limit."
+            )
     if (free := limit.get("required_by_law", {}).get(LAW_FREE)) is not None:
-        by_hand = limit.get("required_by_hand")
+        by_hand, of = limit.get("required_by_hand"), f"Mode {mode['name']} without" if len(every) > 1 else "Without"
         yield (
-            f"Without a law, by the damping that the transients show there: {_added(free[ASKED])}"
+            f"{of} a law, by the damping that the transients show there: {_added(free[ASKED])}"
             + ("." if by_hand is None else f"; by a straight line of 1/A, at the medians: {_added(by_hand)}.")
         )
     if note := scruton_note(heaving=sizing["amplitude_unit"] == "m"):
@@ -137,18 +191,18 @@ def _added(value: float | None) -> str:
 
 def _doubts(material: Material, sizing: Content) -> Iterator[str]:
     mode = worst(sizing)
-    limit = governing(mode)
+    limit, of = governing(mode), f" (mode {mode['name']})" if len(needs(sizing)) > 1 else ""
     if by_law := {law: row[ASKED] for law, row in limit.get("required_by_law", {}).items() if law != LAW_FREE}:
         yield (
-            "Another law: "
+            f"Another law{of}: "
             + ", ".join(f"{law_text(law)} asks for {_added(value)}" for law, value in by_law.items())
             + "."
         )
     if shares := [s for s in mode.get("shares", {}).get("needed", ()) if s["total"]][:_SHARES_NAMED]:
         named = " and ".join(f"{row['source']} ({share(max(row['first'], 0.0))})" for row in shares)
-        yield f"What the uncertainty of the damping needed comes from most: {named}."
+        yield f"What the uncertainty of the damping needed{of} comes from most: {named}."
     for tau, row in limit.get("required_at_discrepancy", {}).items():
-        yield f"Where rigs miss the curve by {share(float(tau))}: {_added(row[ASKED])}."
+        yield f"Where rigs miss the curve by {share(float(tau))}{of}: {_added(row[ASKED])}."
     if (gap := material.gap) is None:
         yield "The gap between model and records was not looked for."
         return

@@ -4,15 +4,20 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
-from scruton.gap.thresholds import SETTLED
+from scruton.dynamics.effects.effect import DAMPING as RELAXATION
+from scruton.dynamics.effects.effect import REFERENCE
 from scruton.report.chapters.material import Material
 from scruton.report.conventions import DAMPING, shown_in
 from scruton.report.document import CAUTION, Block, Callout, Heading, Listing, Table, paragraph
-from scruton.report.thresholds import NAMED_ABOVE, PLACES_SHOWN, PROBABILITY_SHOWN
-from scruton.report.wording import PAGE, PARAMETERS, TERMINAL, Notation, number, percent, share
+from scruton.report.thresholds import PLACES_SHOWN, PROBABILITY_SHOWN, SIZES_SHOWN
+from scruton.report.verdict import conclusion, condition, likeliest, odds, perhaps, settled
+from scruton.report.wording import PAGE, PARAMETERS, TERMINAL, Notation, percent, share
 
 _SIZE = ("parameter", "median", "90 % interval", "unit", "form")
+_OF_DAMPING = ("damping", "branch", "test")  # quantities whose excess is a damping ratio
+_HELD_OUT = ("amplitude, before", "amplitude, after", "damping, before", "damping, after")
 _WHERE = ("quantity", "rig", "test", "record", "amplitude", "time [s]", "excess")
+_FIRST = "the first of these"  # what an unsettled verdict goes by, after a sentence that names what it may be
 _INVISIBLE = "What these records cannot show, whatever it is"
 _NULL_IN_WIND = (
     "The null model is the paper’s law with one pair of aerodynamic parameters for the peak tests and no discrepancy "
@@ -29,12 +34,16 @@ def gap_chapter(material: Material) -> Iterator[Block]:
         return
     yield paragraph(gap_sentence(gap), role="answer")
     yield paragraph(_NULL_IN_WIND if material.tests else _NULL_IN_STILL_AIR)
+    flags = list(gap.get("flags", ()))
     if material.fit.summary["provenance"]["tests"]:
-        words = "The diagnosis uses every test of the campaign, those that the fit left out among them."
-        yield Callout(CAUTION, words)
-    for words in (*_explained(gap), shrink_sentence(gap["shrink"])):
-        if words:
-            yield paragraph(words)
+        flags.append("The diagnosis reads the whole campaign, the tests that the fit was told to leave out among them.")
+    if flags:
+        yield Callout(CAUTION, "What was read", flags)
+    for words in _explained(gap, _FIRST):
+        yield paragraph(words)
+    yield _held_out_table(gap, PAGE, material.unit)
+    if words := shrink_sentence(gap["shrink"]):
+        yield paragraph(words)
     if alike := [" or ".join(map(_in_words, group)) for group in gap["indistinguishable"] if len(group) > 1]:
         yield Callout(CAUTION, "These data cannot tell apart", alike)
     yield from material.of("gap")
@@ -42,22 +51,9 @@ def gap_chapter(material: Material) -> Iterator[Block]:
     yield Table("gap_probability", "What explains the gap", ("cause", "probability"), likely)
     yield _where_table(gap, material.unit)
     numeric = (False, False, True, True, False, False)
-    factor, unit = material.shown
-    sizes = _sizes(gap, PAGE, effect_title)
-    yield Table("gap_size", "How large the effect is", ("effect", *_SIZE), sizes, numeric=numeric)
-    rows = [
-        (
-            test["test"], *(number(factor * test[key]) for key in ("measured", "before", "after")),
-            *(f"{100.0 * test[key]:.1f} %" for key in ("error_before", "error_after")),
-        )
-        for test in gap["shrink"].get("stable_amplitude", ())
-    ]  # fmt: skip
-    yield Table(
-        "gap_amplitudes",
-        f"Stable amplitude of every test before and after the effect is put in [{unit}]",
-        ("test", "measured", "null model", "with the effect", "off before", "off after"),
-        rows,
-    )
+    sizes = _sizes(gap, PAGE)
+    caption = "How large the effect is"
+    yield Table("gap_size", caption, ("effect", *_SIZE), sizes, _sizes_note(gap), numeric=numeric)
     if gap["advice"]:
         yield Heading("What data would settle it")
         yield Listing(gap["advice"])
@@ -95,86 +91,103 @@ def _in_words(name: str) -> str:
 
 
 def gap_sentence(gap: Mapping[str, Any]) -> str:
-    """The verdict in one sentence; below 0.8 with what else it may be."""
-    if not _settled(gap):
-        return f"{_whether(gap)} Not settled: {_candidates(gap, _in_words)}."
-    if gap["verdict"] == "none":
-        return _whether(gap)
-    names = [_in_words(gap["verdict"]), *(f"{_in_words(name)}{_chance(gap, name)}" for name in gap["also"])]
-    sure = _odds(gap["probability"][gap["verdict"]])
-    return f"{_whether(gap)} What explains it: {names[0]} (probability {sure})" + (
-        f", and {' and '.join(names[1:])}." if names[1:] else "."
-    )
+    """The verdict in one sentence; what is below 0.8, with what else it may be."""
+    found = conclusion(gap, _in_words, f"{{}} (probability {odds(gap['probability'][gap['verdict']])})")
+    if not settled(gap):
+        return f"{_whether(gap)} {_capital(found)}."
+    return _whether(gap) if gap["verdict"] == "none" else f"{_whether(gap)} What explains it: {found}."
+
+
+def _capital(words: str) -> str:
+    return words[0].upper() + words[1:]
 
 
 def _whether(gap: Mapping[str, Any]) -> str:
     """Whether the null model and the records part, in a sentence."""
     if gap["verdict"] != "none":
         return "The null model and the records part."
-    if not _settled(gap):
+    if not settled(gap):
         return "Nothing is found that must be there."
     return "The null model and the records agree within their noise."
 
 
-def _settled(gap: Mapping[str, Any]) -> bool:
-    return bool(gap["probability"][gap["verdict"]] >= SETTLED)
-
-
-def _odds(p: float) -> str:
-    return "above 0.99" if p > 0.99 else number(p, 2)
-
-
-def _chance(gap: Mapping[str, Any], name: str) -> str:
-    p = gap.get("probability_also", {}).get(name)
-    return "" if p is None else f" ({_odds(p)})"
-
-
-def _candidates(gap: Mapping[str, Any], title: Callable[[str], str]) -> str:
-    """The likeliest causes with their shares, and that of no gap, which comes first where it leads."""
-    likely = sorted(gap["probability"].items(), key=lambda pair: -pair[1])
-    causes = [(name, p) for name, p in likely if name != "none"]
-    named = [f"{title(name)} ({share(p)})" for i, (name, p) in enumerate(causes) if i < 2 or p >= NAMED_ABOVE]
-    none = share(gap["probability"].get("none", 0.0))
-    if gap["verdict"] == "none":
-        return f"no gap ({none}), or {' or '.join(named)}"
-    return f"{' or '.join(named)}; no gap {none}"
-
-
 def gap_summary(gap: Mapping[str, Any], unit: str) -> list[Block]:
     """The diagnosis for the terminal, of amplitudes in this unit: every place, and effects by the names of files."""
-    names = [gap["verdict"], *gap["also"]]
     alike = "; ".join(" / ".join(group) for group in gap["indistinguishable"] if len(group) > 1)
-    titles = _whether(gap) if names == ["none"] else " ".join(f"{effect_title(name)}." for name in names)
     probability = "Probability (calibrated on simulated campaigns)"
-    verdict = f"Verdict: {' and '.join([names[0], *(f'{name}{_chance(gap, name)}' for name in names[1:])])}. {titles}"
-    if not _settled(gap):
-        verdict = f"Not settled: {_candidates(gap, str)}. {titles}"
+    found = conclusion(gap, str)
+    verdict = f"Verdict: {found}" if settled(gap) else _capital(found)
+    asked = f", {condition(gap, gap['verdict'])}".removesuffix(", ")
+    sizes = _sizes(gap, TERMINAL, SIZES_SHOWN)
     return [
-        paragraph(verdict),
-        *(paragraph(words) for words in _explained(gap)),
+        paragraph(f"{verdict}. {_in_titles(gap)}"),
+        *([Callout(CAUTION, "", list(flags))] if (flags := gap.get("flags", ())) else []),
+        *(paragraph(words) for words in _explained(gap, gap["verdict"])),
+        _held_out_table(gap, TERMINAL, unit),
+        paragraph(shrink_sentence(gap["shrink"])),
         Table("gap_probability", probability, ("cause", "probability"), _probabilities(gap, str)),
         *([paragraph(f"These data cannot tell apart: {alike}")] if alike else []),
-        Table("gap_size", "Parameters", ("effect", *_SIZE), _sizes(gap, TERMINAL, str, most=6)),
+        Table("gap_size", f"Parameters{asked}", ("effect", *_SIZE), sizes, _sizes_note(gap, SIZES_SHOWN)),
         Table("gap_where", "Where", _where_header(TERMINAL, unit), [row[:-1] for row in _places(gap, TERMINAL, unit)]),
-        paragraph(shrink_sentence(gap["shrink"])),
         Listing(gap["advice"]),
         *([paragraph(f"{_INVISIBLE}:")] if gap["invisible"] else []),
         Listing([entry["text"] for entry in gap["invisible"]]),
     ]
 
 
-def _explained(gap: Mapping[str, Any]) -> list[str]:
-    """What the verdict means for the predictions, and what an unknown looks like."""
-    return [words for key in ("unknown", "meaning") if (words := gap.get(key, {}).get("text"))]
+def _in_titles(gap: Mapping[str, Any]) -> str:
+    """What the names of a verdict stand for: of one that is not settled, of all that it may be."""
+    beside = [_capital(perhaps(gap, name, _in_words)) for name in gap["also"]]
+    if not settled(gap):
+        titles = [*(f"If it is {name}: {_in_words(name)}" for name, _ in likeliest(gap)), *beside]
+    elif gap["verdict"] == "none":
+        return _whether(gap)
+    else:
+        titles = [effect_title(gap["verdict"]), *beside]
+    return " ".join(f"{title}." for title in titles)
+
+
+def _explained(gap: Mapping[str, Any], name: str) -> list[str]:
+    """What the verdict means for the predictions, and what an unknown looks like: if it is true."""
+    return [_conditional(gap, name, words) for key in ("unknown", "meaning") if (words := gap.get(key, {}).get("text"))]
+
+
+def _conditional(gap: Mapping[str, Any], name: str, words: str) -> str:
+    asked = condition(gap, name)
+    return f"{_capital(asked)}: {words[0].lower()}{words[1:]}" if asked else words
 
 
 def contained_sentence(gap: Mapping[str, Any], fit: Mapping[str, Any]) -> str:
-    """Whether the numbers of a fit, by its fit.json, contain what was found, and what that would move."""
-    if gap["verdict"] == "none" or not gap.get("meaning"):
+    """Whether the numbers of a fit, by its fit.json, contain what was found, and what that moves."""
+    meaning = gap.get("meaning")
+    if gap["verdict"] == "none" or not meaning:
         return ""
     if fit.get("effect", {}).get("used") == gap["verdict"]:
-        return "The numbers here contain it."
-    return f"The numbers here do not contain it. {gap['meaning']['text']}"
+        moves = f" {meaning['moves']}" if meaning.get("moves") else ""
+        what = "it" if settled(gap) else _FIRST
+        return f"The numbers here contain {what}.{moves} The same command without `--effect` takes it out."
+    return f"The numbers here do not contain it. {_conditional(gap, _FIRST, meaning['text'])}"
+
+
+def _held_out_table(gap: Mapping[str, Any], of: Notation, unit: str) -> Table:
+    """What a user predicts of a test from the others: how far that is off before and after."""
+    shrink = gap["shrink"]
+    tests = shrink.get("stable_amplitude", ()) if shrink.get("measurable", True) else ()
+    damping = {test["test"]: test for test in (shrink.get("damping_discrepancy") or {}).get("tests", ())}
+    factor, shown = shown_in(unit)
+    rows = []
+    for test in tests:
+        curve = damping.get(test["test"], {})
+        errors = [test["error_before"], test["error_after"], curve.get("before"), curve.get("after")]
+        off = (of.missing if error is None else f"{100.0 * error:.1f} %" for error in errors)
+        rows.append((test["test"], of.number(factor * test["measured"]), *off))
+    return Table(
+        "gap_amplitudes",
+        "Errors of what the other tests foretell of each, before and after the effect is put in",
+        ("test", f"measured [{of.unit(shown)}]", *_HELD_OUT),
+        rows,
+        "Amplitude: stable, over the measured one; damping: the curve, in the mean, over the relaxation damping.",
+    )
 
 
 def shrink_sentence(entry: Mapping[str, Any]) -> str:
@@ -182,7 +195,7 @@ def shrink_sentence(entry: Mapping[str, Any]) -> str:
     if not entry:
         return ""
     if not entry.get("measurable", True):
-        return "The gap is too small to measure how far it shrinks."
+        return "The gap in the amplitudes of the cycles is too small to measure how far it shrinks."
     return " ".join(words for words in (_headline(entry.get("headline")), _density(entry)) if words)
 
 
@@ -214,12 +227,16 @@ def _density(entry: Mapping[str, Any]) -> str:
     if not entry.get("held_out"):
         return f"{words}; no record can be left out to test that on what the model has not seen."
     words += f", and {_share(entry['held_out'])} on records held out"
-    runner = entry.get("runner_up")
-    if runner and runner["fraction"] is not None:
-        words += f"; the runner-up ({_in_words(runner['effect'])}) would close {share(runner['fraction'])}"
-        if runner.get("amplitude_error") is not None:
-            words += f", and leave the amplitude off by {percent(runner['amplitude_error'], 2)}"
-    return words + "."
+    runner, closed = entry.get("runner_up"), entry["held_out"].get("fraction")
+    if not runner or runner["fraction"] is None:
+        return f"{words}."
+    leaves = ""
+    if runner.get("amplitude_error") is not None:
+        leaves = f", and leave the amplitude off by {percent(runner['amplitude_error'], 2)}"
+    rival = f"the runner-up ({_in_words(runner['effect'])}) would close {share(runner['fraction'])}{leaves}"
+    if closed is not None and round(runner["fraction"], 2) > round(closed, 2):
+        return f"{words}. Of records held out the verdict is not the best account: {rival}."
+    return f"{words}; {rival}."
 
 
 def _share(entry: Mapping[str, Any]) -> str:
@@ -236,7 +253,11 @@ def _probabilities(gap: Mapping[str, Any], title: Callable[[str], str]) -> list[
     named = [(name, p) for name, p in likely if p >= PROBABILITY_SHOWN or name == "none"]
     others = [p for name, p in likely if (name, p) not in named]
     rows = [(title(name), f"{p:.3f}") for name, p in named]
-    return [*rows, (f"{len(others)} others together", f"{sum(others):.3f}")] if others else rows
+    if others:
+        rows.append((f"{len(others)} others together", f"{sum(others):.3f}"))
+    beside = gap.get("probability_also", {})
+    within = str if title is str else _in_words
+    return [*rows, *((f"beside it: {within(name)}", f"{beside[name]:.3f}") for name in gap["also"] if name in beside)]
 
 
 def _where_header(of: Notation, unit: str) -> tuple[str, ...]:
@@ -251,7 +272,7 @@ def _places(gap: Mapping[str, Any], of: Notation, unit: str) -> list[tuple[str, 
         (
             place["quantity"], place["rig"] or of.missing, place["test"] or "still air", place["record"] or of.missing,
             of.range(None if place["amplitude"] is None else [factor * end for end in place["amplitude"]], 3),
-            of.range(place["time_s"], 3), _excess(place, of),
+            of.range(place["time_s"], 3), _excess(place, of, unit),
             of.number(place["significance"], 2),
         )
         for place in gap["where"]
@@ -265,21 +286,21 @@ def _parameter(key: str) -> str:
     return f"{words}, {of}" if of else words
 
 
-def _excess(place: Mapping[str, Any], of: Notation) -> str:
-    """An excess: of damping as it is shown, else relative."""
-    value = place["excess"]
-    if value is None or place["quantity"] != "damping":
-        return of.number(value, 3)
-    factor, unit = shown_in(DAMPING)
-    return f"{of.number(factor * value, 3)} {unit}".rstrip()
+def _excess(place: Mapping[str, Any], of: Notation, unit: str) -> str:
+    """An excess: of damping and of an amplitude, given in this unit, as they are shown; else relative."""
+    kind = DAMPING if place["quantity"] in _OF_DAMPING else unit if place["quantity"] == "spectrum" else ""
+    if place["excess"] is None or not kind:
+        return of.number(place["excess"], 3)
+    factor, shown = shown_in(kind)
+    return f"{of.number(factor * place['excess'], 3)} {of.unit(shown)}".rstrip()
 
 
-def _sizes(gap: Mapping[str, Any], of: Notation, title: Callable[[str], str], most: int | None = None) -> list[Any]:
+def _sizes(gap: Mapping[str, Any], of: Notation, most: int | None = None) -> list[Any]:
     """How large every effect is, a row each of its parameters, of at most so many."""
-    page = title is not str
+    page = of is PAGE
     return [
         (
-            "" if page and i else title(name),
+            _capital(perhaps(gap, name, _in_words)) * (not i) if page else perhaps(gap, name, str),
             _parameter(key) if page else key,
             *of.interval(size["median"], *(size["interval90"] or (None, None))),
             of.unit(size["unit"]),
@@ -288,3 +309,15 @@ def _sizes(gap: Mapping[str, Any], of: Notation, title: Callable[[str], str], mo
         for name, effect in gap["effects"].items()
         for i, (key, size) in enumerate(list(effect["parameters"].items())[:most])
     ]
+
+
+def _sizes_note(gap: Mapping[str, Any], most: int | None = None) -> str:
+    """What sizes are of, and how many parameters are not listed, where at most so many of an effect are."""
+    parameters = [effect["parameters"] for effect in gap["effects"].values()]
+    relative = any(size["unit"] in (RELAXATION, REFERENCE) for sizes in parameters for size in sizes.values())
+    left = sum(max(0, len(sizes) - most) for sizes in parameters) if most else 0
+    notes = [
+        f"Relaxation damping and reference amplitude are those of {gap.get('sizes_refer_to')}." if relative else "",
+        f"{left} more are in gap.json." if left else "",
+    ]
+    return " ".join(filter(None, notes))

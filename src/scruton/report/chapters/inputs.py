@@ -57,7 +57,7 @@ def _value(value: Any, key: str, sd: float | None = None) -> str:
         return str(value)
     unit = _UNITS.get(key, "")
     factor, unit = shown_in(unit) if unit == DAMPING else (1.0, unit)
-    text = number(factor * value) + (f" ± {number(factor * sd, 2)}" if sd else "")
+    text = number(value if factor == 1.0 else factor * value) + (f" ± {number(factor * sd, 2)}" if sd else "")
     return with_unit(text, unit)
 
 

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from scruton.griffin.thresholds import X_TRUSTED
 from scruton.report.conventions import DAMPING, damping_words, scruton, shown_in
 from scruton.report.document import Table
-from scruton.report.figures.sizing import Content
+from scruton.report.needs import Content
 from scruton.report.wording import Notation, law_text, limit_text, share
 from scruton.sizing.checks import CONFIDENCES, LAW_FREE
 from scruton.sizing.thresholds import LARGEST_ADDED

@@ -189,17 +189,19 @@ def sensitivity_table(rows: "Sequence[PredictionSensitivity]", of: Notation, uni
     return Table(
         "prediction_sensitivity",
         f"Sensitivity of predictions: {what} with its 90 % interval, as it is, and with the prior halved and doubled",
-        ("Sc", "where", "follows", "by", "as it is", "halved", "doubled"),
+        ("Sc", "where", "follows", "by", "as it is", "MC error", "halved", "doubled"),
         [
             (
                 scruton(row.scruton_number, of.number), row.where, row.source, of.number(row.distance, 2),
-                band((row.median, row.low, row.high)), band(row.halved), band(row.doubled),
+                band((row.median, row.low, row.high)), of.number(factor * row.error, 2), band(row.halved),
+                band(row.doubled),
             )
             for row in rows
         ],
         "Halved and doubled: the median of the card's prior of tau or kappa; the odds of the law with the most weight. "
-        "By: cumulative Jensen-Shannon distance per doubling of the power of that prior; 0.05 and more matters.",
-        (True, False, False, True, True, True, True),
+        "By: cumulative Jensen-Shannon distance per doubling of the power of that prior; 0.05 and more matters. "
+        "MC error: Monte Carlo standard error of the median as it is.",
+        (True, False, False, True, True, True, True, True),
     )  # fmt: skip
 
 

@@ -8,7 +8,14 @@ import numpy as np
 
 from scruton.report.chapters.material import Material
 from scruton.report.chapters.required import required_damping, required_tables
-from scruton.report.chapters.together import TOGETHER, both_blocks, exceedances, existing_blocks
+from scruton.report.chapters.together import (
+    TOGETHER,
+    both_blocks,
+    exceedances,
+    existing_blocks,
+    for_any_note,
+    modes_header,
+)
 from scruton.report.conventions import (
     DAMPING,
     SCRUTON,
@@ -24,8 +31,9 @@ from scruton.report.conventions import (
     warnings_note,
     with_unit,
 )
-from scruton.report.document import CAUTION, Block, Callout, Heading, Listing, Picture, Table, paragraph
-from scruton.report.figures.sizing import Content, limits, modes
+from scruton.report.document import ALARM, CAUTION, Block, Callout, Heading, Listing, Picture, Table, paragraph
+from scruton.report.figures.sizing import limits, modes
+from scruton.report.needs import Content
 from scruton.report.wording import PAGE, TERMINAL, Notation, limit_text, money, percent, share, with_error
 from scruton.report.wording import number as written
 from scruton.sizing.checks import CONFIDENCES
@@ -86,13 +94,13 @@ def _sizing_blocks(content: Content, pictures: Mapping[str, Picture]) -> Iterato
         yield from existing_blocks(content, "mode ", percent)
     names = content["all_modes"]["names"]
     together = Table(
-        "all_modes", TOGETHER, ("", *(f"mode {name}" for name in names), "any mode"),
-        exceedances(content, percent) if len(names) > 1 else (),
+        "all_modes", TOGETHER, ("", *modes_header(names, "mode ")),
+        exceedances(content, percent) if len(names) > 1 else (), for_any_note(content["all_modes"]),
     )  # fmt: skip
     hours = Table(
         "hours",
         "Hours a year in lock-in, and expected beyond the limit",
-        ("mode", "lock-in U/(fD)", "hours a year", "beyond the limit (90 %)"),
+        ("mode", "lock-in U/(fD)", "hours a year", "beyond the limit (90 %)", *_hours_left(content)),
         _hours(content, " to ", partial(number, digits=3), partial(number, digits=3)),
         _hours_note(content),
     )
@@ -267,7 +275,15 @@ def _hours(content: Content, between: str, velocity: Callable[..., str], hours: 
     ]
     for row, ends_of in zip(rows, interval, strict=False):  # an earlier sizing has none
         row[-1] += ends_of
-    return [tuple(row) for row in rows]
+    left = [yearly["exceeding_with"][key] for key in _hours_left(content).values()]
+    return [(*row, *(hours(of[k]) for of in left)) for k, row in enumerate(rows)]
+
+
+def _hours_left(content: Content) -> dict[str, str]:
+    """Headings of the hours that are left with what is done about it, and where they stand."""
+    found = (content["all_modes"].get("hours") or {}).get("exceeding_with", {})
+    headings = {"with the required damping": "with_required_damping", "with all dampers": "with_dampers"}
+    return {heading: key for heading, key in headings.items() if key in found}
 
 
 def _hours_note(content: Content) -> str:
@@ -294,6 +310,10 @@ def sizing_summary(content: Content) -> Iterator[Block]:
         return "{} ({})".format(*TERMINAL.interval(*(entry[key] for key in ("median", "low", "high")), factor=factor))
 
     yield paragraph(f"{content['bridge']['title']}: damping that keeps the amplitude below the limit")
+    flags = [*content["flags"]]
+    if content.get("unconverged"):  # the reason not to trust them before the numbers
+        yield Callout(ALARM, "", flags[:1])
+        flags = flags[1:]
     required = [
         (
             mode, limit["rule"], TERMINAL.number(factor * limit["limit"]), f"{limit['probability']:.3f}",
@@ -320,20 +340,28 @@ def sizing_summary(content: Content) -> Iterator[Block]:
     for mode in every:
         yield from _cost_summary(mode)
     if len(together["names"]) > 1 or "hours" in together:
-        yield Table("all_modes", TOGETHER, ("", *together["names"], "any"), exceedances(content, "{:.3f}".format))
+        yield Table(
+            "all_modes", TOGETHER, ("", *modes_header(together["names"], "")),
+            exceedances(content, "{:.3f}".format), for_any_note(together),
+        )  # fmt: skip
         hours = _hours(content, " .. ", "{:.2f}".format, TERMINAL.number)
-        header = ("mode", "lock-in U/(fD)", "hours a year in lock-in", "expected hours beyond the limit (90 %)")
+        header = (
+            "mode", "lock-in U/(fD)", "hours a year in lock-in", "expected hours beyond the limit (90 %)",
+            *_hours_left(content),
+        )  # fmt: skip
         yield Table("hours", "", header, hours, _hours_note(content))
     if not content.get("both"):
         yield from existing_blocks(content, "mode ", "{:.3f}".format)
-    yield Callout(CAUTION, "", [*content["flags"], *(warnings_note() if content["flags"] else ())])
+    yield Callout(CAUTION, "", [*flags, *(warnings_note() if flags else ())])
 
 
 def _damper_summary(mode: Content) -> Block:
     damper, name = mode["damper"], f"Tuned mass damper, mode {mode['name']}"
     if not damper["dampers"]:
         return paragraph(f"{name}: {damper['reason']}")
-    reached = "least mass" if damper["achievable"] else "NOT ACHIEVED"
+    reached, worst = "least mass" if damper["achievable"] else "NOT ACHIEVED", ""
+    if "probability_worst" in damper:
+        worst = f" ({damper['probability_worst']:.3f} with vibrations that only a start from above leads to)"
     return Table(
         "dampers",
         f"{name}: {reached} for a risk of {damper['asked']['risk']:.1%}; {damper['reason']}",
@@ -349,7 +377,7 @@ def _damper_summary(mode: Content) -> Block:
         _damper_rows(
             damper, TERMINAL, lambda ratio: f"{100 * ratio:.3f}", lambda ratio: f"{shown_in(DAMPING)[0] * ratio:.3g}"
         ),
-        f"risk left {damper['probability']:.3f}; stroke {TERMINAL.number(damper['stroke']['median'], 3)} m "
+        f"risk left {damper['probability']:.3f}{worst}; stroke {TERMINAL.number(damper['stroke']['median'], 3)} m "
         f"(95 %: {TERMINAL.number(damper['stroke']['high'], 3)} m); risk where detuned: "
         + ", ".join(f"{each['detuning']:+.0%} {each['probability']:.3f}" for each in damper["detuned"]),
     )

@@ -20,6 +20,7 @@ from scruton.report.conventions import (
     with_unit,
 )
 from scruton.report.document import ALARM, CAUTION, Block, Callout, Heading, KeyFigures, Listing, Table, paragraph
+from scruton.report.needs import Content, needs
 from scruton.report.thresholds import TESTS_ABREAST
 from scruton.report.wording import estimate, number, stated
 
@@ -147,8 +148,7 @@ def validity_chapter(material: Material) -> Iterator[Block]:
         "The section vibrates in one degree of freedom, and its amplitude changes little within one cycle.",
         "The peak tests share one Griffin curve up to a discrepancy that is inferred"
         + (f": {discrepancy}." if discrepancy else "."),
-        "The aerodynamic force is that of the model: Reynolds number, turbulence and details of the section are those "
-        "of the tunnel.",
+        *_force_assumed(material.sizing),
         "A new setting is at the wind speed of the largest amplitude, and exchangeable with the settings tested.",
     ]  # fmt: skip
     if len(material.fit.ringdowns) < len(material.fit.campaign.rigs):
@@ -159,15 +159,46 @@ def validity_chapter(material: Material) -> Iterator[Block]:
         yield paragraph(f"Of what is not modelled: {sentence[0].lower()}{sentence[1:]}")
 
 
+def _force_assumed(sizing: Content | None) -> Iterator[str]:
+    """What the force is taken to share with the tunnel: of a bridge with a transfer the predictions alone do."""
+    tunnel = "Reynolds number, turbulence and details of the section are those of the tunnel"
+    transfer = None if sizing is None else sizing["bridge"].get("transfer")
+    if transfer is None:
+        yield f"The aerodynamic force is that of the model: {tunnel}."
+        return
+    factors = ", ".join(
+        f"{words} {number(transfer[key]['mean'], 3)} ± {number(transfer[key]['sd'], 2)}"
+        for key, words in (("turbulence", "turbulence"), ("reynolds_number", "Reynolds number"), ("details", "details"))
+    )
+    yield f"The aerodynamic force of a prediction at a Scruton number is that of the model: {tunnel}."
+    yield (
+        "What changes from the tunnel to the bridge is in the factors by which the sizing multiplies the amplitude"
+        f"{', assumed' * transfer['assumed']} (mean ± standard deviation): {factors}."
+    )
+
+
 def _extrapolation(material: Material) -> Table:
+    """How far every design lies from each test, or the nearest, and what every mode of the bridge needs from that."""
     tests = list(material.design[0].extrapolation_indices) if material.design else []
-    header = [f"from {test}" for test in tests]
     if len(tests) > TESTS_ABREAST:  # more columns would not fit the page
-        tests, header = [], ["from nearest test"]
+        tests = []
     rows = []
     for design in material.design:
-        indices = [design.extrapolation_indices[test] for test in tests] or [design.extrapolation_index]
+        indices = [design.extrapolation_indices[test] for test in tests]
         reached = "yes" if abs(design.extrapolation_index) <= X_TRUSTED else "NO"
-        rows.append((scruton(design.scruton_number, stated), *(number(index, 2) for index in indices), reached))
-    header = ["design Sc", *header, "within reach"]
-    return Table("extrapolation", "Extrapolation index x of every design", header, rows)
+        rows.append((
+            "design", scruton(design.scruton_number, stated), *(number(index, 2) for index in indices),
+            number(design.extrapolation_index, 2), reached,
+        ))  # fmt: skip
+    for need in needs(material.sizing) if material.sizing else ():
+        if need.required and (reach := need.reach):
+            rows.append((
+                f"{need.name} with {damping(need.required)} added", scruton(reach["scruton_number"], digits=3),
+                *("–" for _ in tests), number(reach["extrapolation_index"], 2), "yes" if reach["trusted"] else "NO",
+            ))  # fmt: skip
+    header = ["", "Sc", *(f"from {test}" for test in tests), "from nearest test", "within reach"]
+    note = "A mode with its required damping is within reach where a transient went through that amplitude, too."
+    return Table(
+        "extrapolation", "Extrapolation index x of every design", header, rows,
+        note if len(rows) > len(material.design) else "",
+    )  # fmt: skip

@@ -1,11 +1,11 @@
 """Several modes of a bridge together, of one motion or of both, from the content of sizing.json."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-from scruton.report.conventions import amplitude
+from scruton.report.conventions import amplitude, damping
 from scruton.report.document import Block, Heading, Table, paragraph
-from scruton.report.wording import Notation, number, share
+from scruton.report.wording import Notation, number, percent, share
 from scruton.sizing.checks import ASKED
 
 Content = Mapping[str, Any]
@@ -14,18 +14,37 @@ TOGETHER = "Probability of exceeding the limit in lock-in"
 
 
 def exceedances(content: Content, write: Callable[[float], str]) -> list[tuple[str, ...]]:
-    """Probability of exceeding the limit in every mode and in any, by what is done about it."""
+    """Probability of exceeding the limit in every mode, and in any of several, by what is done about it."""
     every = content["all_modes"]
-    labels = {
-        "without": "as it is",
-        "with_required_damping": f"with the damping required at {share(float(ASKED))}",
-        "with_dampers": "with all dampers, each acting on every mode",
+    left = {
+        "as it is": every["without"],
+        f"with the damping required at {share(float(ASKED))}": every.get("with_required_damping"),
+        "with the damping required for any mode": (every.get("required_for_any") or {}).get("left"),
+        "with all dampers, each acting on every mode": every.get("with_dampers"),
     }
-    return [
-        (label, *map(write, every[key]["each"]), write(every[key]["any"]))
-        for key, label in labels.items()
-        if key in every
-    ]
+    return [(label, *_risks(found, write)) for label, found in left.items() if found is not None]
+
+
+def _risks(found: Content, write: Callable[[float], str]) -> list[str]:
+    """Of each mode, and of any where there are several."""
+    return [write(risk) for risk in (*found["each"], *([found["any"]] if len(found["each"]) > 1 else []))]
+
+
+def modes_header(names: Sequence[str], mode: str) -> list[str]:
+    """Headings of such a table, with what stands before the name of a mode."""
+    return [f"{mode}{name}" for name in names] + ([f"any{mode and ' mode'}"] if len(names) > 1 else [])
+
+
+def for_any_note(every: Content) -> str:
+    """The damping that keeps the risk of any of several modes, in a sentence; empty for one mode."""
+    found = every.get("required_for_any")
+    if not found:
+        return ""
+    added = ", ".join(
+        f"{name} {'more than can be added' if need is None else damping(need) if need else 'none'}"
+        for name, need in zip(every["names"], found["required"], strict=True)
+    )
+    return f"Required for a risk of {percent(found['risk'])} of any mode: {added}."
 
 
 def existing_blocks(content: Content, mode: str, write: Callable[[float], str]) -> Iterator[Block]:
@@ -40,15 +59,15 @@ def existing_blocks(content: Content, mode: str, write: Callable[[float], str]) 
     for one in found:
         strokes = [stroke for stroke in one["stroke_high"] if stroke is not None]
         rows.append((
-            one["name"], *map(write, one["left"]["each"]), write(one["left"]["any"]),
+            one["name"], *_risks(one["left"], write),
             number(max(strokes), 3) if strokes else "no bound",
             *([write(one["as_designed"]["any"])] if designed else []),
         ))  # fmt: skip
-    header = ("damper", *(f"{mode}{name}" for name in names), f"any{mode and ' mode'}", "stroke (95 %) [m]")
+    header = ("damper", *modes_header(names, mode), "stroke (95 %) [m]")
     yield Table(
         "existing",
         "Probability of exceeding the limit with a given damper" + (", the bridge as identified" if designed else ""),
-        (*header, "any, as designed") if designed else header,
+        (*header, "any, as designed" if len(names) > 1 else "as designed") if designed else header,
         rows,
     )
 
@@ -82,8 +101,8 @@ def both_blocks(content: Content, mode: str, write: Callable[[float], str], of: 
     )
     yield Table(
         "both", f"Heaving and torsion together: {TOGETHER[0].lower()}{TOGETHER[1:]}",
-        ("", *(f"{mode}{name}" for name in both["names"]), f"any{mode and ' mode'}"),
+        ("", *modes_header(both["names"], mode)),
         exceedances({"all_modes": both}, write),
-        f"Amplitude at the edge of the deck without added damping (90 %): {edge}",
+        f"{for_any_note(both)} Amplitude at the edge of the deck without added damping (90 %): {edge}.".strip(),
     )  # fmt: skip
     yield from existing_blocks(content, mode, write)

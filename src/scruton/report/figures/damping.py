@@ -56,8 +56,9 @@ def aerodynamic_damping_plot(fit: Fit) -> FigureWithCaption:
     return FigureWithCaption(
         drawing,
         caption=f"Aerodynamic {damping_words()} against amplitude over the range of each test's records: median and "
-        "90 % credible band of the fitted law, and the deterministic procedure of Eqs. (2) to (6) (dotted). Negative "
-        "damping drives. Curves of tests with like mass that fall together show that it depends on amplitude alone.",
+        "90 % credible band of the fitted law with the departure from it, and the deterministic procedure of Eqs. (2) "
+        "to (6) (dotted). Negative damping drives. Curves of tests with like mass that fall together show that it "
+        "depends on amplitude alone.",
         alt=f"Aerodynamic damping ratio, negative and largest at small amplitude, for {', '.join(tests)}.",
     )
 
@@ -74,8 +75,8 @@ def aerodynamic_damping_by_test(fit: Fit) -> Iterable[FigureWithCaption]:
         yield FigureWithCaption(
             drawing,
             caption=f"Aerodynamic {damping_words()} against amplitude, test by test: median and 90 % credible band of "
-            "the fitted law (filled), 90 % band of the trial function of each record, Eq. (4) (hatched), and the "
-            "deterministic procedure (dotted). The vertical line is the stable amplitude.",
+            "the fitted law with the departure from it (filled), 90 % band of the trial function of each record, "
+            "Eq. (4) (hatched), and the deterministic procedure (dotted). The vertical line is the stable amplitude.",
             alt=f"Aerodynamic damping ratio against amplitude for {page}: law and trial function compared.",
         )
 
@@ -104,9 +105,10 @@ def stability_figures(fit: Fit) -> Iterable[FigureWithCaption]:
     for drawing, page in _by_test(fit, _stability_panel, damping_label("Total damping"), columns=3):
         yield FigureWithCaption(
             drawing,
-            caption=f"Total {damping_words()} against amplitude: median and 90 % credible band of the fitted law, and "
-            "the deterministic procedure of Eqs. (2) to (5) (dotted). Below zero vibration grows, above zero it "
-            "decays, as the arrows say: the crossing is the stable amplitude, here with its 90 % interval.",
+            caption=f"Total {damping_words()} against amplitude: median and 90 % credible band of the fitted law "
+            "with the departure from it, and the deterministic procedure of Eqs. (2) to (5) (dotted). Below zero "
+            "vibration grows, above zero it decays, as the arrows say: the crossing is the stable amplitude, here with "
+            "its 90 % interval.",
             alt=f"Total damping ratio rising through zero at the stable amplitude, for {page}.",
         )
 
@@ -147,7 +149,7 @@ def _by_test(
 
 
 def _law(axes: "Axes", fit: Fit, name: str, *, total: bool, zorder: int) -> None:
-    """Median and 90 % band of the fitted law, which the axis holds, and the paper's own procedure."""
+    """Median and 90 % band of the fitted law and its departure, which the axis holds, and the paper's own procedure."""
     colour, grid = line_styles(fit.tree)[name].colour, amplitude_grid(fit, name)
     draws = (total_draws if total else aerodynamic_draws)(fit.tree, name, grid)
     per, scale = _factors(fit)

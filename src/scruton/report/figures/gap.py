@@ -9,10 +9,10 @@ import numpy as np
 from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis
 from scruton.gap.finding import Finding
 from scruton.gap.locate_curves import DECAY, GROWTH, STEADY, STILL, Curve, Curves, excess_curves
-from scruton.gap.thresholds import SETTLED
 from scruton.report.conventions import DAMPING, conventions, damping_label, shown_in
 from scruton.report.figures import FigureWithCaption, figure, style
 from scruton.report.thresholds import GAP_BARS, GAP_ROWS, PROBABILITY_SHOWN, SMALL_EXCESS
+from scruton.report.verdict import conclusion, perhaps
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,7 +26,7 @@ _HEADLINE = 72  # letters of the headline that fit on a line
 CAPTION = (
     "Where the null model and the records part. Above: damping ratio, measured minus null model, against amplitude for "
     "every test and, beside it, its rig in still air, with 90 % bands; shaded where it differs. Below: change of "
-    "frequency with amplitude, and the probability of each cause."
+    "frequency with amplitude, and the probability of each cause; that of no gap is always among them."
 )
 Row = tuple[int, int, list[Curve], list[Curve]]
 _PENS: dict[str, dict[str, Any]] = {
@@ -57,18 +57,16 @@ def _laid_out(diagnosis: Diagnosis, findings: Sequence[Finding], curves: Curves,
     high = 8.0 + (_ROW_HEIGHT * len(rows) if len(rows) > 1 else _ONE_ROW_HEIGHT)
     drawing = style.new_figure(12.0 + high + 52.0)
     (top,), (bottom,) = drawing.subfigures(2, 1, squeeze=False, height_ratios=[high, 52.0])
-    upper = _upper(top, data, rows, findings)
+    said = _said(diagnosis)
+    upper = _upper(top, data, rows, findings, said)
     left, right = bottom.subplots(1, 2)
     _frequency(left, curves.frequency, data)
     _probability(right, diagnosis)
     handles = style.legend_handles(upper)
     order = sorted(handles, key=lambda label: label.startswith("differs"))
     drawing.legend([handles[label] for label in order], order, loc="outside lower center", ncols=2)
-    headline = " and ".join(map(_words, diagnosis.found))
-    if diagnosis.probability[diagnosis.verdict] < SETTLED:
-        likely = sorted(diagnosis.probability.items(), key=lambda pair: -pair[1])[:2]
-        headline = f"not settled: {' or '.join(f'{_words(name)} ({100.0 * p:.0f} %)' for name, p in likely)}"
-    elif not diagnosis.found:
+    headline = conclusion(said, _words)
+    if headline == _words(NONE):
         headline = "No gap: the null model and the records agree within their noise"
     headline = textwrap.fill(headline[0].upper() + headline[1:], _HEADLINE)
     drawing.suptitle(headline, x=0.01, ha="left", weight="bold")
@@ -77,6 +75,14 @@ def _laid_out(diagnosis: Diagnosis, findings: Sequence[Finding], curves: Curves,
         caption=CAPTION,
         alt=alt,
     )
+
+
+def _said(diagnosis: Diagnosis) -> dict[str, Any]:
+    """What gap.json says of a verdict."""
+    return {
+        "verdict": diagnosis.verdict, "also": diagnosis.found[1:], "probability": diagnosis.probability,
+        "probability_also": diagnosis.also,
+    }  # fmt: skip
 
 
 def _words(name: str) -> str:
@@ -108,7 +114,9 @@ def _rows(data: "GapData", curves: Curves) -> list[Row]:
     return [(rig, test, wind.get((rig, test), []), still.pop(rig, [])) for rig, test in known]
 
 
-def _upper(part: "SubFigure", data: "GapData", rows: Sequence[Row], findings: Sequence[Finding]) -> "list[Axes]":
+def _upper(
+    part: "SubFigure", data: "GapData", rows: Sequence[Row], findings: Sequence[Finding], said: dict[str, Any]
+) -> "list[Axes]":
     """Rows of excess damping, in wind on the left and in still air on the right."""
     columns = [c for c in (0, 1) if any(row[2 + c] for row in rows)]
     axes = part.subplots(len(rows), len(columns), sharex=True, squeeze=False)
@@ -123,11 +131,14 @@ def _upper(part: "SubFigure", data: "GapData", rows: Sequence[Row], findings: Se
             name, of = data.rigs[rig], None if column else data.tests[test]
             where = "still air" if of is None else style.shorten(of, 20)
             title = f"{style.shorten(name, 26 if of is None else 20)}, {where}"
-            acting = [_words(f.effect) for f in findings if f.effect and f.rig == name and f.test in (of, None)]
+            acting = [
+                perhaps(said, f.effect, _words) for f in findings if f.effect and f.rig == name and f.test in (of, None)
+            ]
             if acting:
                 title += f": {', '.join(dict.fromkeys(acting))}"
-            narrow = len(columns) > 1 and len(title) > _NARROW_TITLE
-            panel.set_title(":\n".join(title.rsplit(": ", 1)) if narrow else title)
+            room = _HEADLINE if len(columns) == 1 else _NARROW_TITLE
+            head, _, names = title.rpartition(": ")
+            panel.set_title(f"{head}:\n{textwrap.fill(names, room)}" if head and len(title) > room else title)
             drawn.append(panel)
     drawn[0].set_xscale("log")
     for panel in axes[-1]:
@@ -185,8 +196,12 @@ def _frequency(axes: "Axes", curves: Sequence[Curve], data: "GapData") -> None:
 
 
 def _probability(axes: "Axes", diagnosis: Diagnosis) -> None:
-    ranked = sorted(diagnosis.probability.items(), key=lambda pair: -pair[1])[: GAP_BARS[1]]
-    ranked = [pair for i, pair in enumerate(ranked) if i < GAP_BARS[0] or pair[1] >= PROBABILITY_SHOWN]
+    ranked = sorted(diagnosis.probability.items(), key=lambda pair: -pair[1])
+    shown = [
+        *ranked[: GAP_BARS[0]],
+        *(pair for pair in ranked[GAP_BARS[0] : GAP_BARS[1]] if pair[1] >= PROBABILITY_SHOWN),
+    ]
+    ranked = [pair for pair in ranked if pair in shown or pair[0] == NONE]
     for i, (name, p) in enumerate(ranked):
         colour, weight = style.ORANGE if name in diagnosis.found else style.LIGHT, "normal"
         if name == diagnosis.verdict:

@@ -1,6 +1,6 @@
 """Figures of the sizing: risk against added damping, damping by confidence, mass against risk, shares, cost."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -16,13 +16,13 @@ from scruton.report.conventions import (
     shown_in,
 )
 from scruton.report.figures import FigureWithCaption, figure, style
+from scruton.report.needs import Content, governing, required_of, worst
 from scruton.report.wording import limit_text, unit_text
-from scruton.sizing.checks import ASKED, CONFIDENCES
+from scruton.sizing.checks import CONFIDENCES
 
 if TYPE_CHECKING:
     from matplotlib.axis import Axis
 
-Content = Mapping[str, Any]
 _COLOURS = (style.GREEN, style.ORANGE, style.VERMILLION, style.PURPLE)  # of the confidences
 _BAND: dict[str, Any] = {"color": style.SKY, "alpha": 0.4, "lw": 0}
 _ADDED = "Added damping ratio"
@@ -38,24 +38,6 @@ def modes(content: Content, having: Callable[[Content], Any] = bool) -> dict[str
 def limits(content: Content) -> Iterator[tuple[str, Content]]:
     """Name of the mode and entry of every limit."""
     return ((mode["name"], limit) for mode in content["modes"] for limit in mode["limits"])
-
-
-def governing(mode: Content) -> Content:
-    """The limit that decides: the smallest."""
-    decisive: Content = next(limit for limit in mode["limits"] if limit["rule"] == mode["governing"])
-    return decisive
-
-
-def worst(content: Content) -> Content:
-    """The mode that needs most damping at 95 %; among those that need as much, the one likeliest above its limit."""
-
-    def need(mode: Content) -> tuple[float, float]:
-        limit = governing(mode)
-        required = limit["required"][ASKED]
-        return (np.inf if required is None else required, limit["probability"])
-
-    mode: Content = max(content["modes"], key=need)
-    return mode
 
 
 def _drawable(content: Content) -> dict[str, Content]:
@@ -82,7 +64,7 @@ def decision_plot(content: Content, mode: Content) -> FigureWithCaption:
         [now[0]], [now[2]], [[now[2] - now[1]], [min(now[3], 2.0 * top) - now[2]]], fmt="o", color=style.BLACK, ms=6,
         capsize=3, zorder=5, label="without added damping",
     )  # fmt: skip
-    required = rule["required"][ASKED]
+    required = required_of(content, mode)
     ends_now = f"90 % {amplitude(now[1] / factor, files)} to {amplitude(now[3] / factor, files)}"
     alt = f"Without added damping the amplitude is {amplitude(now[2] / factor, files)} ({ends_now}), the limit "
     alt += f"{amplitude(rule['limit'], files)}."
@@ -105,7 +87,7 @@ def decision_plot(content: Content, mode: Content) -> FigureWithCaption:
     return FigureWithCaption(
         drawing,
         caption=f"The Griffin plot of the bridge, mode {mode['name']}: stable amplitude in lock-in against its Scruton "
-        "number, with all uncertainties, as it is and with the damping that 95 % confidence asks for. " + note,
+        "number, with all uncertainties, as it is and with the damping that it needs. " + note,
         alt=alt,
     )
 

@@ -1,0 +1,79 @@
+"""What a diagnosis concludes, in words: what is named, what is not settled, how probable each is.
+
+Everywhere the same: on the terminal by the names of files, in the report and its pictures by titles.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from scruton.gap.thresholds import SETTLED
+from scruton.report.thresholds import NAMED_ABOVE
+from scruton.report.wording import number, share
+
+Title = Callable[[str], str]
+
+
+def settled(gap: Mapping[str, Any]) -> bool:
+    """Whether the verdict of a gap.json is probable enough to be named without the next."""
+    return bool(gap["probability"][gap["verdict"]] >= SETTLED)
+
+
+def odds(p: float) -> str:
+    """The probability of what is settled."""
+    return "above 0.99" if p > 0.99 else number(p, 2)
+
+
+def doubted(gap: Mapping[str, Any], name: str) -> bool:
+    """Whether a further effect is not settled; one whose probability is not on record is not."""
+    return bool(gap.get("probability_also", {}).get(name, 1.0) < SETTLED)
+
+
+def perhaps(gap: Mapping[str, Any], name: str, title: Title) -> str:
+    """An effect that was found, with "perhaps" before one that stands beside the verdict and is not settled."""
+    return f"perhaps {title(name)}" if doubted(gap, name) else title(name)
+
+
+def conclusion(gap: Mapping[str, Any], title: Title, first: str = "{}") -> str:
+    """What was found, or between what it is not settled, in a clause.
+
+    `first` is how the verdict itself is written where it is settled.
+    """
+    sure = [_beside(gap, name, title) for name in gap["also"] if not doubted(gap, name)]
+    weak = [_beside(gap, name, title) for name in gap["also"] if doubted(gap, name)]
+    if not settled(gap):
+        beside = f"; beside it {' and '.join([*sure, *weak])}" if sure or weak else ""
+        return f"not settled: {_candidates(gap, title)}{beside}"
+    named = " and ".join([first.format(title(gap["verdict"])), *sure])
+    return named + (f"; not settled: beside it {' and '.join(weak)}" if weak else "")
+
+
+def condition(gap: Mapping[str, Any], name: str) -> str:
+    """What holds only if an unsettled verdict is true is said under this condition; empty where it is settled.
+
+    `name` is what the verdict goes by.
+    """
+    return "" if settled(gap) else f"if it is {name}"
+
+
+def likeliest(gap: Mapping[str, Any]) -> list[tuple[str, float]]:
+    """The causes that are named where nothing is settled, with their probabilities: two, and others of some weight."""
+    causes = sorted(((name, p) for name, p in gap["probability"].items() if name != "none"), key=lambda pair: -pair[1])
+    return [(name, p) for i, (name, p) in enumerate(causes) if i < 2 or p >= NAMED_ABOVE]
+
+
+def _beside(gap: Mapping[str, Any], name: str, title: Title) -> str:
+    p = gap.get("probability_also", {}).get(name)
+    chance = "" if p is None else f" ({_share(p) if doubted(gap, name) else odds(p)})"
+    return f"{perhaps(gap, name, title)}{chance}"
+
+
+def _candidates(gap: Mapping[str, Any], title: Title) -> str:
+    """The likeliest causes with their shares, and that of no gap, which comes first where it leads."""
+    named = " or ".join(f"{title(name)} ({_share(p)})" for name, p in likeliest(gap))
+    none = _share(gap["probability"].get("none", 0.0))
+    return f"no gap ({none}), or {named}" if gap["verdict"] == "none" else f"{named}; no gap {none}"
+
+
+def _share(p: float) -> str:
+    """A probability in whole per cent: nothing has none."""
+    return share(p) if p >= 0.005 else "below 1 %"
