@@ -242,7 +242,7 @@ def test_records_in_folders_below_are_named(tmp_path: Path) -> None:
     (tmp_path / "rigA").mkdir()
     decaying(tmp_path / "rigA" / "still.csv", "time [s],y [mm]", lambda t: [ring(t)])
     with pytest.raises(
-        InputError, match="found no record; wanted .*in the folder itself: `scruton init` of one of rigA"
+        InputError, match=r"found no record; wanted .*in the folder itself: `scruton init` of one of rigA"
     ):
         run(tmp_path)
     decaying(tmp_path / "still.csv", "time [s],y [mm]", lambda t: [ring(t)])
@@ -267,3 +267,33 @@ def test_the_damping_of_a_rig_without_ring_downs_is_asked_for(tmp_path: Path) ->
     campaign = load_campaign(tmp_path)
     assert campaign.rigs[0].damping_ratio is not None
     assert (campaign.rigs[0].damping_ratio.mean, campaign.rigs[0].damping_ratio.sd) == (0.005, 0.001)
+
+
+def held(t: np.ndarray, until: float, decay: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    rng = np.random.default_rng(1)
+    amplitude = np.where(t < until, 1.0, decay(np.maximum(t - until, 0.0)))
+    return np.asarray(5.0 * amplitude * np.cos(8.0 * np.pi * t) + rng.normal(0.0, 0.02, len(t)))
+
+
+@pytest.mark.parametrize(
+    ("name", "decay", "kind"),
+    [
+        ("still", lambda t: np.exp(-0.05 * t), "free-decay"),
+        ("wind_decay", lambda t: 0.4 + 0.6 * np.exp(-0.1 * t), "decay"),
+    ],
+)
+def test_a_body_that_is_held_and_then_released_begins_at_its_release(tmp_path: Path, name: str, decay, kind) -> None:
+    decaying(tmp_path / f"{name}.csv", "time [s],y [mm]", lambda t: [held(t, 60.0, decay)], 120)
+    made = tomllib.loads(run(tmp_path))
+    (record,) = [one for owner in (*made["rigs"], *made.get("tests", [])) for one in owner.get("records", [])]
+    assert record["kind"] == kind
+    assert float(record["start"].split()[0]) == pytest.approx(60.0, abs=3.0)
+
+
+@pytest.mark.parametrize("level", [0.0, 0.3, 0.6, 0.66, 0.68])
+def test_a_decay_that_was_never_held_is_not_shortened(tmp_path: Path, level: float) -> None:
+    decay = lambda t: level + (1.0 - level) * np.exp(-0.1 * t)  # noqa: E731
+    decaying(tmp_path / "wind_decay.csv", "time [s],y [mm]", lambda t: [held(t, 0.0, decay)], 100)
+    made = tomllib.loads(run(tmp_path))
+    (record,) = [one for owner in (*made["rigs"], *made.get("tests", [])) for one in owner.get("records", [])]
+    assert "start" not in record
