@@ -290,6 +290,18 @@ def test_a_body_that_is_held_and_then_released_begins_at_its_release(tmp_path: P
     assert float(record["start"].split()[0]) == pytest.approx(60.0, abs=3.0)
 
 
+def test_clean_plucks_are_followed_down_to_their_rest(tmp_path: Path) -> None:
+    """Their noise is 0.1 % of the first amplitude: at 9 % of it, where noisy ones end, 25 of their 60 dB are left."""
+    pluck = lambda t: np.where(t < 5.0, 0.0, ring(np.maximum((t - 5.0) % 60.0, 0.0), rate=0.25))  # noqa: E731
+    noise = np.random.default_rng(2).normal(0.0, 0.001, 18500)
+    decaying(tmp_path / "still.csv", "time [s],y [mm]", lambda t: [5.0 * (pluck(t) + noise[: len(t)])], 185)
+    records = tomllib.loads(run(tmp_path))["rigs"][0]["records"]
+    assert len(records) == 3
+    for record, released in zip(records, (5.0, 65.0, 125.0), strict=True):
+        assert float(record["start"].split()[0]) == pytest.approx(released + 1.0, abs=1.0)
+        assert 18.0 < float(record["stop"].split()[0]) - released < 30.0, "9 % are left after 10 s"
+
+
 @pytest.mark.parametrize("level", [0.0, 0.3, 0.6, 0.66, 0.68])
 def test_a_decay_that_was_never_held_is_not_shortened(tmp_path: Path, level: float) -> None:
     decay = lambda t: level + (1.0 - level) * np.exp(-0.1 * t)  # noqa: E731

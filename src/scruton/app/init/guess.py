@@ -14,6 +14,7 @@ _REST = 0.2  # of the largest amplitude: the middle one of a record of plucks wi
 _SUDDEN = 4  # cycles
 _LARGE = 0.25  # of the largest amplitude: a smaller release is a knock
 _ONE_OF_MANY = 0.09  # of their middle first amplitude: where all plucks of a channel are let go, at one level
+_ABOVE_REST = 3.0  # times the rest between plucks: where they are let go if all come to it, and that is later
 _LAST = 0.01  # of its first amplitude: where a lone decay is let go
 _SETTLED = 3  # cycles after the peak of a pluck: other modes have died away
 _FALLEN, _GROWN = 0.7, 1.5  # of the end over the beginning
@@ -79,6 +80,8 @@ def stretches(motion: Motion, start: float, step: float, *, wind: bool | None) -
     many = len(peaks) > 1
     settled = [min(peak + _SETTLED * many, len(a) - 1) for peak in peaks]
     common = _ONE_OF_MANY * float(np.median(a[settled]))
+    rests = [_rest(a[peak : end - _SUDDEN]) for peak, end in zip(peaks, ends, strict=True)]
+    common = min(common, _ABOVE_REST * max(rests)) if all(rests) else common
     found = []
     for peak, end in zip(peaks, ends, strict=True):
         first = peak + (_SETTLED if many else 0)
@@ -90,6 +93,16 @@ def stretches(motion: Motion, start: float, step: float, *, wind: bool | None) -
             begin, level = start + first * cycle * step, float(a[peak])
             found.append(Stretch(still, begin, stop, level, motion.frequency, _damping(a[first:last])))
     return found
+
+
+def _rest(a: FloatArray) -> float:
+    """Amplitude to which a pluck has come at its end; zero where it still falls there."""
+    tail = a[-(len(a) // 4) :]
+    half = len(tail) // 2
+    if half < _FEWEST:
+        return 0.0
+    first, last = float(np.median(tail[:half])), float(np.median(tail[half:]))
+    return last if first < _GROWN * last else 0.0  # noise in a narrow band wanders
 
 
 def _damping(a: FloatArray) -> float:
