@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from scruton.progress import Bar
+from scruton.progress import Bar, Stages
 
 
 class Terminal(io.StringIO):
@@ -34,3 +34,35 @@ def test_the_bar_is_one_line_with_the_time_left_and_goes_when_it_ends(monkeypatc
         assert max(map(len, lines)) < 80
         assert not lines[-1], "it takes itself away"
         assert not set(shown) & {"\x1b"}
+
+
+def test_stages_are_one_total_that_never_goes_back() -> None:
+    told: list[tuple[str, float]] = []
+    stages = Stages(lambda stage, done: told.append((stage, done)), {"a": 1.0, "b": 1.0, "c": 6.0, "d": 2.0}, len)
+    stages("a", 0.5)
+    stages("a", 1.0)
+    stages("c", 0.5)  # b is passed over
+    stages("xx", 0.0)  # nobody expected it, and it costs 2
+    stages("xx", 1.0)
+    stages.within("d")("a part of d", 0.5)
+    stages("d", 1.0)
+    done = [fraction for _, fraction in told]
+    assert told[:3] == [("a", 0.05), ("a", 0.1), ("c", 0.5)]
+    assert done == sorted(done)
+    assert told[4:] == [("xx", 10 / 12), ("a part of d", 11 / 12), ("d", 1.0)]
+
+
+def test_the_time_left_is_that_of_all_stages(monkeypatch) -> None:
+    now = [1.0]
+    monkeypatch.setattr("tqdm.std.time", lambda: now[0])
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    with Bar(quiet=False) as bar:
+        bar("a", 0.0)
+        for stage, done in (("a", 0.1), ("b", 0.2), ("c", 0.5)):
+            now[0] = 1.0 + 100.0 * done
+            bar(stage, done)
+        bar("anew", 0.0)
+    shown = sys.stderr.getvalue()
+    assert "b, 01:20 left" in shown
+    assert "c, 00:50 left" in shown
+    assert "anew, ? left" in shown

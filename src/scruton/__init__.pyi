@@ -2,6 +2,7 @@ from scruton import plot as plot
 from scruton.app.calls import criticise as criticise
 from scruton.app.calls import diagnose as diagnose
 from scruton.app.calls import fit as fit
+from scruton.app.calls import identify as identify
 from scruton.app.calls import load_bridge as load_bridge
 from scruton.app.calls import load_campaign as load_campaign
 from scruton.app.calls import load_sizing as load_sizing
@@ -12,6 +13,7 @@ from scruton.campaign import Campaign as Campaign
 from scruton.campaign import tests_used as tests_used
 from scruton.dynamics.first_look import Check as Check
 from scruton.dynamics.first_look import check as check
+from scruton.dynamics.identify import Identified as Identified
 from scruton.errors import InputError as InputError
 from scruton.gap.results import load_diagnosis as load_diagnosis
 from scruton.griffin import Prediction as Prediction

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from scruton.app.verbs import ALIKE, VERBS, Argument, Verb
+from scruton.app.verbs import ALIKE, ONE_PROCESS, VERBS, Argument, Verb
 from scruton.terminal import Parser, guarded, harmless_streams
 
 if TYPE_CHECKING:
@@ -65,8 +65,10 @@ def parser() -> argparse.ArgumentParser:
 
 
 def _declare(parser: argparse.ArgumentParser, verb: Verb) -> None:
-    for entry in (*ALIKE, *verb.arguments):
-        together = (entry,) if isinstance(entry, Argument) else entry
+    groups = [(entry,) if isinstance(entry, Argument) else entry for entry in (*ALIKE, *verb.arguments)]
+    if not any("--jobs" in argument.names for together in groups for argument in together):
+        groups.append((ONE_PROCESS,))
+    for together in groups:
         place = parser.add_mutually_exclusive_group() if len(together) > 1 else parser
         for argument in together:
             place.add_argument(*argument.names, **argument.settings)

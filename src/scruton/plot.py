@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from scruton.sizing.results import Sizing
 
     Fitted = Fit | Path | str  # a fit, or the folder of one
-    Sized = Sizing | Path | str  # a sizing, or the folder of one
+    Sized = Sizing | Path | str  # a sizing, the folder of one, or that of a fit that was sized
 
 __all__ = [
     "aerodynamic_damping", "aerodynamic_damping_by_test", "compare", "corner", "cost", "damper", "decision",
@@ -205,7 +205,7 @@ def _of_fit(name: str, fit: "Fitted", ax: "Axes | None", *, page: int = 1, which
 
 
 def _of_sizing(name: str, sizing: "Sized", ax: "Axes | None", mode: str) -> "Figure":
-    from scruton.sizing.results import load_sizing
+    from scruton.app.calls import load_sizing
 
     loaded = load_sizing(sizing) if isinstance(sizing, Path | str) else sizing
     return _drawn(name, (loaded.to_json(),), ax, which=mode)

@@ -163,19 +163,22 @@ def _silence() -> None:
 class Parser(argparse.ArgumentParser):
     """A parser that knows what a misspelt word was meant to be."""
 
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Refuse what is left over here, where the options are known, and not above."""
+        found, left = super().parse_known_args(args, namespace)
+        if left:
+            self.error(f"unrecognized arguments: {' '.join(left)}")
+        return found, left
+
     def error(self, message: str) -> NoReturn:
         """Say what is wrong and end with exit code 2."""
         wrong = re.search(r"invalid choice: '([^']*)'|unrecognized arguments: ([^\s=]+)", message)
         word = (wrong[1] or wrong[2]) if wrong else ""
-        known = [one for one in self._words() if one.startswith("-") == word.startswith("-")]
-        near = [] if word in known else get_close_matches(word, known, n=1)  # another command knows it
+        bare = {one.lstrip("-"): one for one in self._words() if one.startswith("-") == word.startswith("-")}
+        near = [bare[one] for one in get_close_matches(word.lstrip("-"), bare, n=1)]
         super().error(f'{message}; did you mean "{near[0]}"?' if near else message)
 
     def _words(self) -> set[str]:
-        """Every verb, choice and option of this parser and of those below."""
-        words: set[str] = set()
-        for action in self._actions:
-            words |= {*action.option_strings, *map(str, action.choices or ())}
-            if isinstance(action.choices, dict):
-                words |= {word for below in action.choices.values() for word in below._words()}
-        return words
+        """Every verb, choice and option of this parser that its help shows."""
+        shown = [action for action in self._actions if action.help != argparse.SUPPRESS]
+        return {word for action in shown for word in (*action.option_strings, *map(str, action.choices or ()))}

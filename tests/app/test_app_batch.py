@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from scruton.app.batch import Batch, Job, names, run_one, summarise
+from scruton.app.batch import Batch, Job, _planned, names, run_one, summarise
 from scruton.app.batch_tables import batch_csv, batch_page, batch_text
 from scruton.app.fit import FitTask
-from scruton.cli import main
+from scruton.cli import main, parser
 from scruton.documents import write_document
 from scruton.infer.fit import fit_campaign
 from scruton.simulate import write_campaign
@@ -85,6 +85,15 @@ def test_the_files_are_those_of_fit(room, whole, monkeypatch):
     assert main(["fit", "still", "-o", "alone", "--model", "card.toml", "--quiet"]) == 0
     for name in ("posterior.nc", "fit.json"):
         assert (room / "alone" / name).read_bytes() == (whole / "still" / name).read_bytes()
+
+
+def test_tests_are_those_of_every_campaign(room, monkeypatch):
+    monkeypatch.chdir(room)
+    asked = parser().parse_args(["batch", "wind", "-o", "none", "--model", "card.toml", "--test", "none"])
+    ((job,), _) = _planned(asked)
+    entry = run_one(job)
+    assert (entry["state"], entry["bad_input"]) == ("failed", True)
+    assert 'no test "none"' in entry["reason"]
 
 
 class StoppedError(Exception):

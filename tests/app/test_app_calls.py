@@ -4,6 +4,8 @@ import inspect
 import logging
 import subprocess
 import sys
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
 
 import matplotlib as mpl
 import numpy as np
@@ -12,6 +14,8 @@ from matplotlib.figure import Figure
 
 import scruton
 from scruton import plot
+from scruton.campaign.quantity import Quantity
+from scruton.documents import write_document
 from scruton.errors import InputError
 from scruton.infer.store import write_fit
 from tests.report.fake_fit import fake_fit
@@ -26,6 +30,7 @@ VERBS = (
     "size",
     "criticise",
     "validate",
+    "identify",
     "load_bridge",
 )
 BRIDGE = """
@@ -100,6 +105,68 @@ def test_a_prediction_is_the_same_from_fit_tree_and_folder(fit, folder):
         scruton.predict(fit)
 
 
+def test_a_design_is_one_number_or_a_text(fit):
+    spread = scruton.predict(fit, damping_ratio="0.009 +/- 0.003")
+    assert spread.median == scruton.predict(fit, damping_ratio=Quantity(0.009, 0.003)).median
+    for given in ({"scruton_number": [20, 30]}, {"scruton_number": np.array([20.0, 30.0])}, {"damping_ratio": [0.1]},
+                  {"damping_ratio": "much"}, {"scruton_number": "much"}):  # fmt: skip
+        with pytest.raises(InputError, match=f"prediction: {next(iter(given))}: found .*much|one call each"):
+            scruton.predict(fit, **given)
+
+
+def test_a_name_by_itself_is_one_name_everywhere(fit, folder, small_campaign, monkeypatch):
+    seen = []
+
+    def sampled(campaign, *_, **more):
+        seen.append(([test.name for test in campaign.tests], more.get("asked", {}).get("tests")))
+        return fit
+
+    monkeypatch.setattr("scruton.infer.fit.fit_campaign", sampled)
+    campaign = scruton.load_campaign(small_campaign)
+    scruton.fit(campaign, tests="Sc 21.7")
+    scruton.fit(campaign, tests=["Sc 21.7"])
+    assert seen == [(["Sc 21.7"], ["Sc 21.7"])] * 2
+    with pytest.raises(InputError, match='no test "Sc 2"'):
+        scruton.fit(campaign, tests="Sc 2")
+    with pytest.raises(InputError, match='no test "Sc 2"'):
+        scruton.validate(campaign, tests="Sc 2")
+    with pytest.raises(InputError, match='no test "Sc 2"'):
+        scruton.diagnose(campaign, tests="Sc 2")
+    assert len(scruton.check(campaign, tests="Sc 21.7").campaign.tests) == 1
+    names = [one.of for one in scruton.compare(fit, fit, tests="Sc 1.9").differences if one.name == "a_star"]
+    assert names == ["Sc 1.9"]
+    bridge = scruton.load_bridge(folder)
+    assert {one.rule for one in scruton.size(fit, bridge, "kd").modes[0].limits} == {"jtg", "kd"}
+
+
+def test_objects_do_where_paths_do(fit, folder, small_campaign):
+    by_path, in_hand = scruton.check(small_campaign), scruton.check(scruton.load_campaign(small_campaign))
+    assert in_hand.warnings == by_path.warnings
+    assert in_hand.records.equals(by_path.records)
+    found, same = scruton.compare(fit, str(folder / "fit")), scruton.compare(fit, fit, scruton_numbers=30.0)
+    assert {one.verdict for one in (*found.differences, *same.differences)} == {"alike"}
+    assert "amplitude" in {one.name for one in same.differences}
+
+
+def test_the_quick_estimation_has_a_function(small_campaign, caplog):
+    rows = scruton.identify(small_campaign)
+    assert [row.record for row in rows] == ["decay.csv", "growth.csv"]
+    assert rows[0].Y1 == scruton.check(small_campaign).identified[0].Y1
+    assert scruton.identify(small_campaign, "polynomial 8", tests="Sc 21.7")[0].Y1 != rows[0].Y1
+    with pytest.raises(InputError, match='found "spline"; wanted one of: "second-order exponential", "polynomial"'):
+        scruton.identify(small_campaign, "spline")
+
+
+def test_a_fit_carries_an_effect(fit, monkeypatch, small_campaign):
+    seen = []
+    monkeypatch.setattr("scruton.infer.fit.fit_campaign", lambda *_, **__: fit)
+    monkeypatch.setattr("scruton.app.fit.carry", lambda fit, effect, seed, _: seen.append((fit, effect, seed)))
+    scruton.fit(small_campaign, effect="auto", seed=3)
+    assert seen == [(fit, "auto", 3)]
+    with pytest.raises(InputError, match='fit: effect: found "friction"; wanted "coulomb_friction"'):
+        scruton.fit(small_campaign, effect="friction")
+
+
 def test_a_bridge_is_sized_by_its_path(fit, folder):
     bridge = scruton.load_bridge(str(folder / "bridge.toml"))
     sizing = scruton.size(str(folder / "fit"), str(folder))
@@ -110,6 +177,20 @@ def test_a_bridge_is_sized_by_its_path(fit, folder):
     assert drawn.axes[0].get_xlabel().startswith("Added damping")
     with pytest.raises(InputError, match="V9"):
         plot.risk(sizing, mode="V9")
+
+
+def test_a_sizing_is_found_in_the_folder_of_its_fit(fit, folder, tmp_path):
+    write_fit(fit, tmp_path)
+    with pytest.raises(InputError, match="found nothing; wanted a folder that `scruton size` wrote"):
+        plot.risk(tmp_path)
+    for name in ("sizing", "sizing-2"):
+        (tmp_path / name).mkdir()
+        content = scruton.size(fit, folder, [f"0.00{len(name)} m"]).to_json()
+        write_document(tmp_path / name / "sizing.json", content)
+    assert plot.risk(tmp_path).axes[0].get_xlabel().startswith("Added damping")
+    last = scruton.load_sizing(tmp_path / "sizing-2").to_json()
+    assert scruton.load_sizing(str(tmp_path)).to_json() == last
+    assert scruton.load_sizing(tmp_path / "sizing").to_json() != last
 
 
 def test_results_show_themselves_in_brief(fit, folder, small_campaign):
@@ -127,6 +208,31 @@ def test_results_show_themselves_in_brief(fit, folder, small_campaign):
         assert len(repr(result)) < 400, type(result)
         assert result._repr_html_().startswith("<table>")
     assert "&lt;b&gt;with&lt;/b&gt;" in results[5]._repr_html_(), "what a laboratory writes is text"
+
+
+def within(value, depth=8):
+    """Everything that a user can reach from a result."""
+    parts = []
+    if is_dataclass(value) and not isinstance(value, type):
+        yield value
+        parts = [getattr(value, field.name) for field in fields(value)]
+    elif isinstance(value, Mapping):
+        parts = list(value.values())[:5]
+    elif isinstance(value, tuple | list):
+        parts = value[:5]
+    for one in parts if depth else ():
+        yield from within(one, depth - 1)
+
+
+def test_what_results_consist_of_is_brief_too(fit, folder, small_campaign):
+    checked = scruton.check(small_campaign)
+    results = (fit, scruton.size(fit, folder), scruton.load_bridge(folder), checked, checked.identified)
+    found = {type(one): repr(one) for one in within(results)}
+    assert len(found) > 30
+    assert {kind.__name__: len(line) for kind, line in found.items() if len(line) > 400} == {}
+    mode = scruton.load_bridge(folder).modes[0]
+    assert repr(mode).startswith("Mode(name=V1, frequency=")
+    assert "name=V1" in repr(scruton.size(fit, folder).modes[0])
 
 
 def test_flags_and_stages_are_logged(monkeypatch, caplog, fit, small_campaign):

@@ -12,7 +12,8 @@ import pytest
 from benchmarks.first_look import EXAMPLES, marks, score
 from benchmarks.foreign import FOLDERS
 from scruton.app import init
-from scruton.campaign import load_campaign
+from scruton.app.init.write import of_quantity
+from scruton.campaign import load_campaign, units
 from scruton.errors import InputError
 from tests.terminals import at_a_terminal
 
@@ -154,14 +155,18 @@ def test_at_a_terminal_it_asks_again_and_leaves_what_is_not_answered(tmp_path: P
         shutil.copyfile(path, folder / path.name)
     masses = "0.18 kg*m^2/m, 0.19 kg*m^2/m, 0.20 kg*m^2/m"
     answers = ["0,3 m", "0.3 m", "", "0.18 kg*m^2/m, 0.19 kg*m^2/m", masses, "1.2 m", "1.2 kg/m^3", "5 m/s"]
+    answers += ["rig9", "rig1,rig2,rig3"]
     code, seen = at_a_terminal(["init", "deck"], answers, tmp_path)
     assert code == 0
     assert "a decimal comma" in seen
     assert "2 values; wanted one, or 3" in seen
+    assert "answer: width of the section along the wind, B: found" in seen
+    assert 'found no rig "rig9"; wanted "rig' in seen
     made = tomllib.loads((folder / "campaign.toml").read_text(encoding="utf-8"))
     assert made["section"] == {"motion": "torsional", "width": "0.3 m"}
     assert [one["inertia"] for one in made["rigs"]] == masses.split(", ")
     assert {one["wind_speed"] for one in made["tests"]} == {"5 m/s"}
+    assert [one["rig"] for one in made["tests"]] == ["rig1", "rig2", "rig3"]
     assert "FILL IN: depth" in (folder / "campaign.toml").read_text(encoding="utf-8")
     code, seen = at_a_terminal(["init", "deck", "--force", "--quiet"], [], tmp_path)
     assert (code, seen) == (0, "deck/campaign.toml\n"), "nobody is asked who wants quiet"
@@ -177,3 +182,130 @@ def test_at_a_terminal_it_asks_for_a_rate_that_no_file_tells(tmp_path: Path) -> 
     made = tomllib.loads((tmp_path / "campaign.toml").read_text(encoding="utf-8"))
     assert made["rigs"][0]["records"][0]["sample_rate"] == "100 Hz"
     assert made["rigs"][0]["frequency"].startswith("4")
+
+
+def decaying(
+    path: Path, heading: str, columns: Callable[[np.ndarray], list[np.ndarray]], seconds: float = 60.0
+) -> None:
+    """Write a text of columns against time at 100 Hz."""
+    t = np.arange(int(100.0 * seconds)) / 100.0
+    rows = [",".join(f"{value:.6g}" for value in row) for row in zip(t, *columns(t), strict=True)]
+    path.write_text("\n".join([heading, *rows]) + "\n", encoding="utf-8")
+
+
+def ring(t: np.ndarray, frequency: float = 4.0, rate: float = 0.1) -> np.ndarray:
+    return np.asarray(np.exp(-rate * t) * np.cos(2.0 * np.pi * frequency * t))
+
+
+@pytest.mark.parametrize(
+    ("said", "meant"),
+    [
+        ("7.1 kg/m,7.2 kg/m", ["7.1 kg/m", "7.2 kg/m"]),
+        ("7.1 kg/m, 7.2 kg/m", ["7.1 kg/m", "7.2 kg/m"]),
+        ("7.1 kg/m;7.2 kg/m", ["7.1 kg/m", "7.2 kg/m"]),
+        ("7.1 +/- 0.1 kg/m", ["7.1 +/- 0.1 kg/m"]),
+        ("7,1 kg/m", None),
+        ("7,1 kg/m; 7,2 kg/m", None),
+    ],
+)
+def test_commas_need_no_blank_behind(said: str, meant: list[str] | None) -> None:
+    question = of_quantity("mass", "mass per unit length", units.MASS, ("a", "b"))
+    if meant is None:
+        with pytest.raises(InputError, match=r"answer: mass per unit length: found .*decimal comma"):
+            init._values(said, question)
+    else:
+        assert init._values(said, question) == meant
+
+
+def test_a_channel_in_volts_is_marked_and_asked_for(tmp_path: Path) -> None:
+    decaying(tmp_path / "still.csv", "time [s],laser [V]", lambda t: [ring(t)])
+    text = run(tmp_path)
+    assert '# scale = "0.18 m/V"  # FILL IN: calibration or sensitivity' in text
+    (tmp_path / "campaign.toml").write_text(filled(text), encoding="utf-8")
+    (record,) = load_campaign(tmp_path).rigs[0].records
+    assert record.response.max() * 0.075 == pytest.approx(0.18, rel=0.02)
+    answers = ["0.3 m", "0.075 m", "3 kg/m", "0.5 m/V"]
+    code, seen = at_a_terminal(["init", ".", "--force"], answers, tmp_path)
+    assert code == 0
+    assert 'answer: calibration or sensitivity: found "3 kg/m" for V' in seen
+    assert tomllib.loads((tmp_path / "campaign.toml").read_text())["rigs"][0]["records"][0]["scale"] == "0.5 m/V"
+
+
+def test_an_accelerometer_in_volts_is_one(tmp_path: Path) -> None:
+    decaying(tmp_path / "still.csv", "time [s],acc 3 [V]", lambda t: [ring(t)])
+    text = run(tmp_path)
+    assert '# scale = "100 mV/g"' in text
+    assert 'acceleration = "acc 3"' in text
+
+
+def test_records_in_folders_below_are_named(tmp_path: Path) -> None:
+    (tmp_path / "rigA").mkdir()
+    decaying(tmp_path / "rigA" / "still.csv", "time [s],y [mm]", lambda t: [ring(t)])
+    with pytest.raises(
+        InputError, match=r"found no record; wanted .*in the folder itself: `scruton init` of one of rigA"
+    ):
+        run(tmp_path)
+    decaying(tmp_path / "still.csv", "time [s],y [mm]", lambda t: [ring(t)])
+    assert "# what lies in rigA: only the folder itself was looked through" in run(tmp_path)
+
+
+def test_a_channel_with_a_second_motion_is_not_preferred(tmp_path: Path) -> None:
+    decaying(
+        tmp_path / "still.csv", "time [s],laser 1 [mm],laser 2 [mm]",
+        lambda t: [ring(t) + 0.8 * ring(t, 7.0), 0.9 * ring(t)],
+    )  # fmt: skip
+    text = run(tmp_path)
+    (record,) = tomllib.loads(text)["rigs"][0]["records"]
+    assert record["columns"]["displacement"] == "laser 2"
+    assert "# other channels that move: laser 1" in text
+
+
+def test_the_damping_of_a_rig_without_ring_downs_is_asked_for(tmp_path: Path) -> None:
+    decaying(tmp_path / "growth.csv", "time [s],y [mm]", lambda t: [np.tanh(0.1 * t) * ring(t, rate=0.0)])
+    answers = ["0.3 m", "0.1 m", "7 kg/m", "1.2 kg/m^3", "5 m/s", "0.005 +/- 0.001"]
+    assert at_a_terminal(["init", "."], answers, tmp_path)[0] == 0
+    campaign = load_campaign(tmp_path)
+    assert campaign.rigs[0].damping_ratio is not None
+    assert (campaign.rigs[0].damping_ratio.mean, campaign.rigs[0].damping_ratio.sd) == (0.005, 0.001)
+
+
+def held(t: np.ndarray, until: float, decay: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+    rng = np.random.default_rng(1)
+    amplitude = np.where(t < until, 1.0, decay(np.maximum(t - until, 0.0)))
+    return np.asarray(5.0 * amplitude * np.cos(8.0 * np.pi * t) + rng.normal(0.0, 0.02, len(t)))
+
+
+@pytest.mark.parametrize(
+    ("name", "decay", "kind"),
+    [
+        ("still", lambda t: np.exp(-0.05 * t), "free-decay"),
+        ("wind_decay", lambda t: 0.4 + 0.6 * np.exp(-0.1 * t), "decay"),
+    ],
+)
+def test_a_body_that_is_held_and_then_released_begins_at_its_release(tmp_path: Path, name: str, decay, kind) -> None:
+    decaying(tmp_path / f"{name}.csv", "time [s],y [mm]", lambda t: [held(t, 60.0, decay)], 120)
+    made = tomllib.loads(run(tmp_path))
+    (record,) = [one for owner in (*made["rigs"], *made.get("tests", [])) for one in owner.get("records", [])]
+    assert record["kind"] == kind
+    assert float(record["start"].split()[0]) == pytest.approx(60.0, abs=3.0)
+
+
+def test_clean_plucks_are_followed_down_to_their_rest(tmp_path: Path) -> None:
+    """Their noise is 0.1 % of the first amplitude: at 9 % of it, where noisy ones end, 25 of their 60 dB are left."""
+    pluck = lambda t: np.where(t < 5.0, 0.0, ring(np.maximum((t - 5.0) % 60.0, 0.0), rate=0.25))  # noqa: E731
+    noise = np.random.default_rng(2).normal(0.0, 0.001, 18500)
+    decaying(tmp_path / "still.csv", "time [s],y [mm]", lambda t: [5.0 * (pluck(t) + noise[: len(t)])], 185)
+    records = tomllib.loads(run(tmp_path))["rigs"][0]["records"]
+    assert len(records) == 3
+    for record, released in zip(records, (5.0, 65.0, 125.0), strict=True):
+        assert float(record["start"].split()[0]) == pytest.approx(released + 1.0, abs=1.0)
+        assert 18.0 < float(record["stop"].split()[0]) - released < 30.0, "9 % are left after 10 s"
+
+
+@pytest.mark.parametrize("level", [0.0, 0.3, 0.6, 0.66, 0.68])
+def test_a_decay_that_was_never_held_is_not_shortened(tmp_path: Path, level: float) -> None:
+    decay = lambda t: level + (1.0 - level) * np.exp(-0.1 * t)  # noqa: E731
+    decaying(tmp_path / "wind_decay.csv", "time [s],y [mm]", lambda t: [held(t, 0.0, decay)], 100)
+    made = tomllib.loads(run(tmp_path))
+    (record,) = [one for owner in (*made["rigs"], *made.get("tests", [])) for one in owner.get("records", [])]
+    assert "start" not in record

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from scruton.app.verbs import VERBS, Argument
+from scruton.app.verbs import TESTS, VERBS, WHOLE_FIT, Argument
 from scruton.cells import columns
 from scruton.cli import main, parser, say
 from scruton.sizing.limits import RULES
@@ -71,7 +71,7 @@ def test_every_verb_takes_the_shared_options_and_its_help_fits(words, monkeypatc
         main([*words, "--help"])
     text = capsys.readouterr().out
     assert ended.value.code == 0
-    assert {"--seed", "--quiet", "--json"} <= set(text.replace("[", " ").replace("]", " ").split())
+    assert {"--seed", "--quiet", "--json", "--jobs"} <= set(text.replace("[", " ").replace("]", " ").split())
     assert max(map(len, text.splitlines())) <= 80
     assert "--workers" not in text
 
@@ -87,13 +87,20 @@ def flat(verb):
 def test_options_of_one_name_are_one_and_the_same():
     shared = {"--test", "--scheduler", "--model", "--sc", "--strict", "--tls-ca", "--tls-cert", "--tls-key"}
     for name in shared:
-        found = [one.settings for verb in leaves() for one in flat(verb) if name in one.names]
+        found = [one.settings for verb in leaves() for one in flat(verb) if name in one.names and one is not WHOLE_FIT]
         assert len(found) > 1
         assert all(one == found[0] for one in found), name
     spread = {verb.name for verb in leaves() if any("--scheduler" in one.names for one in flat(verb))}
     assert spread == {"validate", "batch", "calibrate", "make", "run", "score"}
-    campaigns = {verb.name for verb in leaves() if any("--test" in one.names for one in flat(verb))}
-    assert campaigns == {"check", "identify", "fit", "report", "compare", "validate", "diagnose"}
+    campaigns = {verb.name for verb in leaves() if TESTS in flat(verb)}
+    assert campaigns == {"check", "identify", "fit", "report", "compare", "validate", "batch", "diagnose"}
+    assert {verb.name for verb in leaves() if WHOLE_FIT in flat(verb)} == {"predict", "size", "criticise"}
+
+
+def test_jobs_are_taken_everywhere():
+    read = parser().parse_args
+    for words in (["fit", "x"], ["size", "x"], ["criticise", "x"], ["predict", "x"], ["init", "x"], ["check", "x"]):
+        assert read([*words, "--jobs", "3"]).jobs == 3
 
 
 def test_the_old_name_of_jobs_is_understood():
@@ -155,6 +162,31 @@ def test_a_wide_table_loses_nothing():
     broken = columns(("name", "x"), [("n" * 70, "1")], [True, False], 40)
     assert broken.count("n") == 71
     assert max(map(len, broken.splitlines())) <= 40
+
+
+@pytest.mark.parametrize("words", [("check", "{example}"), ("compare", "{fit}", "{fit}")], ids=" ".join)
+def test_a_page_replaces_pages_alone(words, small_results, tmp_path, capsys):
+    asked = [word.format(example=EXAMPLE, fit=small_results) for word in words]
+    record, page = tmp_path / "sc1p9_decay.csv", tmp_path / "page.html"
+    record.write_text("time [s],displacement [mm]\n0,1\n", encoding="utf-8")
+    assert main([*asked, "--html", str(record)]) == 2
+    assert "sc1p9_decay.csv: --html: found a file that is there and no page of scruton's" in capsys.readouterr().err
+    assert record.read_text(encoding="utf-8") == "time [s],displacement [mm]\n0,1\n"
+    assert main([*asked, "--html", str(page)]) in (0, 1)
+    page.write_text(page.read_text(encoding="utf-8") + "<!-- old -->", encoding="utf-8")
+    assert main([*asked, "--html", str(page)]) in (0, 1)
+    assert "<!-- old -->" not in page.read_text(encoding="utf-8"), "its own page is made anew"
+
+
+@pytest.mark.parametrize(
+    "words", [("score", "x", "y", "--markdown"), ("tune", "x", "-o")], ids=lambda words: " ".join(words)
+)
+def test_a_named_file_of_challenge_is_kept(words, tmp_path, capsys):
+    notes = tmp_path / "notes.md"
+    notes.write_text("mine", encoding="utf-8")
+    assert main(["challenge", *words, str(notes)]) == 2
+    assert "--force to replace it" in capsys.readouterr().err
+    assert notes.read_text(encoding="utf-8") == "mine"
 
 
 def test_the_inertia_of_a_torsional_rig_is_named_with_its_unit(capsys):

@@ -153,10 +153,23 @@ def test_a_misspelt_word_gets_the_nearest(capsys, arguments: list[str], meant: s
     assert f'did you mean "{meant}"?' in capsys.readouterr().err
 
 
-def test_a_word_like_no_other_gets_none(capsys) -> None:
+@pytest.mark.parametrize("words", [["xyzzy"], ["fit", "x", "--wrkers", "3"], ["diagnose", "x", "--wrkers", "3"]])
+def test_a_word_like_no_other_of_its_verb_gets_none(capsys, words: list[str]) -> None:
     with pytest.raises(SystemExit):
-        main(["xyzzy"])
+        main(words)
     assert "did you mean" not in capsys.readouterr().err
+
+
+def test_an_unknown_option_shows_the_options_of_its_verb(capsys) -> None:
+    with pytest.raises(SystemExit):
+        main(["predict", "x", "--scr", "3", "--bogus"])
+    assert capsys.readouterr().err.startswith("usage: scruton predict ")
+
+
+@pytest.mark.parametrize("verb", ["predict", "size", "criticise"])
+def test_a_fit_as_a_whole_says_why_it_takes_no_test(capsys, verb: str) -> None:
+    assert main([verb, "x", "--test", "a"]) == 2
+    assert 'command line: --test: found "a"; wanted a fit of these tests alone' in capsys.readouterr().err
 
 
 NOW = ["fit", "{campaign}", "-o", "{out}"]
@@ -185,6 +198,7 @@ REPORT = ["report", "{campaign}", "-o", "{out}"]
         (["size", "{campaign}", "--limit", "1e300 m"], ["--limit", "which no measurement has"]),
         (["size", "{campaign}", "--damping", "2"], ["--damping"]),
         (["size", "{campaign}", "--law", "nan"], ["--law", "found nan"]),
+        (["identify", "{campaign}", "--trial", "spline"], ["--trial", 'found "spline"; wanted one of: "second-order']),
         (["predict", "{campaign}", "--sc", "3", "--law", "1e9"], ["--law", "-2 to 12"]),
         (["batch", "{campaign}", "-o", "{out}", "--jobs", "0"], ["--jobs", "found 0"]),
         (["batch", "{campaign}", "-o", "{out}", "--tls-ca", "x"], ["--tls-ca", "no --scheduler"]),

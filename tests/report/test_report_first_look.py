@@ -50,6 +50,30 @@ def test_the_quick_estimation_is_what_identify_finds(page):
     assert [one["label"] for one in curves[:-1]] == [row.record for row in found.identified]
 
 
+def test_the_terminal_has_the_quick_estimation_and_measured_damping(small_campaign, tmp_path, capsys, monkeypatch):
+    """Also of a rig that states no damping, within 80 letters."""
+    folder = shutil.copytree(small_campaign, tmp_path / "campaign")
+    text = (folder / "campaign.toml").read_text(encoding="utf-8")
+    silent, count = re.subn(r"\[rigs.damping_ratio\]\n.*\n.*\n", "", text)
+    assert count == 1
+    (folder / "campaign.toml").write_text(silent, encoding="utf-8")
+    monkeypatch.setenv("COLUMNS", "80")
+    found = scruton.check(folder)
+    assert main(["check", str(folder), "--json"]) == 0
+    content = json.loads(capsys.readouterr().out)
+    (rig,), (test,) = content["rigs"], content["tests"]
+    assert rig["xi_s [%]"] == "-"
+    measured = 100.0 * found.inspection.ringdowns["6#"].damping_ratio
+    assert float(rig["xi_s measured [%]"].split(" +/- ")[0]) == pytest.approx(measured, rel=1e-3)
+    for key, of in (("Y1", "Y1"), ("epsilon", "epsilon"), ("lambda [1/s]", "relaxation_rate")):
+        values = sorted(getattr(row, of) for row in found.identified)
+        assert [float(one) for one in test[key].split(" .. ")] == pytest.approx([values[0], values[-1]], rel=5e-3)
+    assert main(["check", str(folder)]) == 0
+    text = capsys.readouterr().out
+    assert "epsilon" in text
+    assert max(map(len, text.splitlines())) <= 80
+
+
 def test_the_page_loads_nothing_and_leaves_no_file_behind(page):
     text = html.unescape(page.read_text(encoding="utf-8"))
     assert "default-src 'none'" in text

@@ -72,11 +72,11 @@ def test_a_fit_alone_has_a_report_without_them(results):
     assert report["predictions"][0]["sc"] == 30.0
 
 
-@pytest.mark.parametrize("options", [["--effect", "auto"], ["--model", "x.toml"], ["--tests", "Sc 1.9"], ["--resume"]])
+@pytest.mark.parametrize("options", [["--effect", "auto"], ["--model", "x.toml"], ["--test", "Sc 1.9"], ["--resume"]])
 def test_options_of_a_campaign_are_refused(results, capsys, options):
     folder, _ = results
     assert main(["report", str(folder), *options]) == 2
-    assert options[0] in capsys.readouterr().err
+    assert f"{options[0]}: " in capsys.readouterr().err
     assert not (folder / "report").exists()
 
 
@@ -93,3 +93,39 @@ def test_a_sizing_from_another_fit_is_refused(results, capsys):
     write_document(folder / "sizing.json", sizing() | {"format": 1, "provenance": {"fit_sha256": {}}})
     assert main(["report", str(folder)]) == 2
     assert "a sizing from another fit" in capsys.readouterr().err
+
+
+def sized(folder, summary, required):
+    """Leave a sizing of this fit there."""
+    folder.mkdir(exist_ok=True)
+    fit = folder if (folder / "fit.json").exists() else folder.parent
+    made_from = {"fit_sha256": provenance_of(fit, summary), "bridge_sha256": {}}
+    write_document(folder / "sizing.json", sizing(required) | {"format": 1, "provenance": made_from})
+
+
+def reported(folder):
+    return read_json(folder / "report" / "report.json")["sizing"]["modes"][0]["limits"][0]["required"]["0.95"]
+
+
+def test_of_several_sizings_the_last_is_reported_and_named(results, capsys):
+    folder, summary = results
+    for name, required in (("", 0.001), ("sizing", 0.002), ("sizing-2", 0.003), ("sizing-10", 0.004)):
+        sized(folder / name, summary, required)
+    write_document(folder / "sizing-10" / "sizing.json", sizing() | {"format": 1, "provenance": {"fit_sha256": {}}})
+    main(["report", str(folder), "--quiet"])
+    assert reported(folder) == 0.003, "that of sizing-10 is of another fit"
+    said = capsys.readouterr().err
+    assert f"the sizing is that of {folder / 'sizing-2'}; {folder / 'sizing-10'} and " in said
+    assert "--sizing DIR takes it" in said
+    main(["report", str(folder), "--quiet", "--force", "--sizing", str(folder / "sizing")])
+    assert reported(folder) == 0.002
+    assert main(["report", str(folder), "--force", "--sizing", str(folder / "none")]) == 2
+    assert "no sizing.json" in capsys.readouterr().err
+
+
+def test_one_sizing_needs_no_word(results, capsys):
+    folder, summary = results
+    sized(folder / "sizing", summary, 0.002)
+    main(["report", str(folder), "--quiet"])
+    assert reported(folder) == 0.002
+    assert "the sizing is that of" not in capsys.readouterr().err

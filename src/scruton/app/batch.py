@@ -43,6 +43,7 @@ class Job:
     force: bool = False  # replace results that lie in the folder
     bridge: str | None = None  # to size the damping of
     effect: str | None = None  # that the fit has to carry
+    tests: tuple[str, ...] | None = None  # these alone, of every campaign
 
     @property
     def steps(self) -> int:
@@ -155,6 +156,7 @@ def _planned(arguments: Namespace) -> tuple[list[Job], Run]:
         "model": str(path.absolute()) if path.is_file() else arguments.model, "seed": arguments.seed, "design": design,
         "report": arguments.report, "quiet": arguments.quiet, "version": __version__, "force": arguments.force,
         "bridge": None if bridge is None else str(bridge.absolute()), "effect": arguments.effect,
+        "tests": None if arguments.tests is None else tuple(arguments.tests),
     }  # fmt: skip
     todo = [
         Job(name, str(campaign.absolute()), str(arguments.out.absolute() / name), **common)
@@ -169,6 +171,7 @@ def _planned(arguments: Namespace) -> tuple[list[Job], Run]:
     settings = {"report": arguments.report, **({"sc": list(design)} if arguments.report else {})}
     if bridge is not None or arguments.effect is not None:
         settings |= {"effect": arguments.effect, "bridge": bridge is not None}
+    settings |= {} if arguments.tests is None else {"tests": arguments.tests}
     files = {} if bridge is None else {bridge.name: digest(bridge)}
     claim = Run(
         arguments.out, "batch", arguments, sha256=files, card=card, settings=settings, results=(JSON,), grows=True
@@ -233,7 +236,7 @@ def _do(job: Job) -> None:
     bridge = None if job.bridge is None else Path(job.bridge)
     checked = None if bridge is None else check_bridge(Path(job.campaign), bridge)
     asked = Namespace(
-        campaign=Path(job.campaign), out=Path(job.folder), model=job.model, tests=None, seed=job.seed,
+        campaign=Path(job.campaign), out=Path(job.folder), model=job.model, tests=job.tests, seed=job.seed,
         effect=job.effect, quiet=True, force=job.force, resume=True,
     )  # fmt: skip
     task = FitTask.of(asked)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from scruton.app.options import check_numbers, check_writable
+from scruton.app.options import check_new, check_numbers
 from scruton.app.run import Outcome, workers_of
 from scruton.errors import InputError
 from scruton.progress import Bar
@@ -61,8 +61,11 @@ def challenge_score(arguments: Namespace) -> Outcome:
     from scruton.calibrate.challenge.baselines import BASELINES
     from scruton.calibrate.challenge.score import score_challenge, score_markdown, score_text
     from scruton.calibrate.execution import Execution
+    from scruton.documents import write_text
 
-    folder, results = arguments.folder, arguments.results
+    folder, results, markdown = arguments.folder, arguments.results, arguments.markdown
+    if markdown is not None:
+        check_new(markdown, "--markdown", force=arguments.force)
     out = arguments.out if arguments.out is not None else results / "score"
     others = {name: results / "baselines" / name for name in BASELINES} if arguments.baselines else {}
     workers = workers_of(arguments)
@@ -70,8 +73,8 @@ def challenge_score(arguments: Namespace) -> Outcome:
         for name, place in others.items():
             run_challenge(folder, Execution(place, workers, resume=True, progress=bar), BASELINES[name])
     score = score_challenge(folder, results, None, out, baselines=others, force=arguments.force)
-    if arguments.markdown is not None:
-        arguments.markdown.write_text(score_markdown(score, arguments.pictures), encoding="utf-8")
+    if markdown is not None:
+        write_text(markdown, score_markdown(score, arguments.pictures))
     return Outcome(score_text(score, line_width()), [out / "challenge-score.json"])
 
 
@@ -82,9 +85,7 @@ def challenge_tune(arguments: Namespace) -> Outcome:
 
     file = arguments.file
     if file is not None:
-        check_writable(file.parent)
-        if file.exists() and not arguments.force:
-            raise InputError(file, "-o", "an earlier file", "the name of a new one, or --force to replace it")
+        check_new(file, "-o", force=arguments.force)
     low, high = check_numbers("--least", arguments.least, 2)
     content = tune_challenges(arguments.folders, arguments.results, (low, high))
     if file is not None:

@@ -1,6 +1,7 @@
 """The verbs from Python: what the command line does, on results in hand or in a folder, without a file being written.
 
-Where a campaign, a fit, a card or a bridge is asked for, its path does, too.  Progress and warnings go to the logger
+Where a campaign, a fit, a card or a bridge is asked for, its path does, too; where several names, limits or numbers
+are, one by itself.  Progress and warnings go to the logger
 "scruton", by the standard `logging`: progress as INFO, what must be known before trusting a number as WARNING.
 """
 
@@ -10,15 +11,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scruton.campaign import Campaign, tests_used
+from scruton.campaign import Campaign, tests_named, tests_used
 from scruton.campaign import load_campaign as _load_campaign
 from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
+from scruton.campaign.spelling import several
 from scruton.errors import InputError
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from scruton.dynamics.identify import Identified
     from scruton.gap.results import SavedDiagnosis
     from scruton.griffin import Prediction
     from scruton.griffin.validate import Validation
@@ -54,7 +57,8 @@ def fit(
     campaign: Campaign | Path | str,
     card: "ModelCard | Path | str" = "default",
     *,
-    tests: Sequence[str] = (),
+    tests: str | Sequence[str] = (),
+    effect: str | None = None,
     seed: int = 0,
     out: Path | str | None = None,
 ) -> "Fit":
@@ -65,8 +69,10 @@ def fit(
     campaign : Campaign, Path or str
     card : ModelCard, Path or str
         A model card, the name of a shipped one, or its file.
-    tests : sequence of str
+    tests : str or sequence of str
         Use these tests alone; all if left out.
+    effect : str, optional
+        An unmodelled effect that predictions carry, or "auto": what diagnosis finds.
     seed : int
         Of all randomness.
     out : Path or str, optional
@@ -80,16 +86,20 @@ def fit(
     Raises
     ------
     InputError
-        If the campaign holds nothing to fit, or a record cannot be used.
+        If the campaign holds nothing to fit, a record cannot be used, or the records do not support the effect.
     """
+    from scruton.app.fit import carry
+    from scruton.app.options import check_effect_name
     from scruton.infer.fit import fit_campaign
     from scruton.infer.store import write_fit
 
-    loaded = _campaign(campaign)
-    if tests:
-        loaded = tests_used(loaded, list(tests))
-    asked = {"command": "fit", "tests": list(tests)}
-    found = fit_campaign(loaded, _card(card), seed=seed, report=_Told(), asked=asked)
+    if effect is not None:
+        check_effect_name(effect, "effect", "fit")
+    loaded, told = _campaign(campaign, tests), _Told()
+    asked = {"command": "fit", "tests": [test.name for test in loaded.tests] if several(tests) else []}
+    found = fit_campaign(loaded, _card(card), seed=seed, report=told, asked=asked)
+    if effect is not None:
+        carry(found, effect, seed, told)
     for flag in found.flags:
         _log.warning("%s", flag)
     if out is not None:
@@ -101,7 +111,7 @@ def predict(
     fit: "Fitted",
     scruton_number: float | None = None,
     *,
-    damping_ratio: float | Quantity | None = None,
+    damping_ratio: float | str | Quantity | None = None,
     rig: str | None = None,
     law_n: float | None = None,
     seed: int = 0,
@@ -114,7 +124,9 @@ def predict(
         A fit with at least one test in wind, its tree, or its folder.
     scruton_number : float, optional
         Design Sc; either this or `damping_ratio`.
-    damping_ratio, rig, law_n, seed
+    damping_ratio : float, str or Quantity, optional
+        Design structural damping ratio, such as "0.003 +/- 0.001".
+    rig, law_n, seed
         As of `scruton.griffin.predict`.
 
     Raises
@@ -122,15 +134,22 @@ def predict(
     InputError
         As `scruton.griffin.predict`.
     """
+    from scruton.app.options import parse_damping
     from scruton.griffin import predict
 
+    if isinstance(damping_ratio, str):
+        damping_ratio = parse_damping(damping_ratio, "damping_ratio", "prediction")
     return predict(
         _tree(fit), scruton_number=scruton_number, damping_ratio=damping_ratio, rig=rig, law_n=law_n, seed=seed
     )
 
 
 def diagnose(
-    campaign: Campaign | Path | str, card: "ModelCard | Path | str" = "default", *, thorough: bool = False
+    campaign: Campaign | Path | str,
+    card: "ModelCard | Path | str" = "default",
+    *,
+    tests: str | Sequence[str] = (),
+    thorough: bool = False,
 ) -> "SavedDiagnosis":
     """Ask where the null model and the records part, which effect explains it, and how far the gap shrinks with it.
 
@@ -139,6 +158,8 @@ def diagnose(
     campaign : Campaign, Path or str
     card : ModelCard, Path or str
         As of `fit`.
+    tests : str or sequence of str
+        These alone; all if left out.
     thorough : bool
         The evidence of the leaders by bridge sampling, too.
 
@@ -157,7 +178,7 @@ def diagnose(
     from scruton.gap.diagnose import examine
     from scruton.gap.results import SavedDiagnosis
 
-    _, content, _, _ = examine(_campaign(campaign), _card(card), thorough=thorough, progress=_Told())
+    _, content, _, _ = examine(_campaign(campaign, tests), _card(card), thorough=thorough, progress=_Told())
     return SavedDiagnosis(**{field.name: content[field.name] for field in fields(SavedDiagnosis)})
 
 
@@ -187,22 +208,26 @@ def load_sizing(folder: Path | str) -> "Sizing":
     Parameters
     ----------
     folder : Path or str
-        That holds a sizing.json.
+        That holds a sizing.json, or the folder of a fit with sizings in it: the last one.
 
     Raises
     ------
     InputError
         If there is none, or it is not as it was written.
     """
+    from scruton.report.saved import sizings_beside
     from scruton.sizing.results import load_sizing
 
-    return load_sizing(folder)
+    there = sizings_beside(Path(folder))
+    if not there:
+        raise InputError(folder, "sizing.json", "nothing", "a folder that `scruton size` wrote, or that of its fit")
+    return load_sizing(there[0].parent)
 
 
 def size(
     fit: "Fitted",
     bridge: "Bridge | Path | str",
-    limits: "Sequence[Limit | str]" = (),
+    limits: "Limit | str | Sequence[Limit | str]" = (),
     *,
     rig: str | None = None,
     law_n: float | None = None,
@@ -215,7 +240,7 @@ def size(
     fit : Fit, DataTree, Path or str
         As of `predict`.
     bridge : Bridge, Path or str
-    limits : sequence of Limit or str
+    limits : Limit, str or sequence of them
         Beside those that the bridge names, such as "jtg" or "0.13 m".
     rig, law_n, seed
         As of `scruton.sizing.study.size`.
@@ -234,18 +259,18 @@ def size(
     if not test_names(tree):
         raise InputError("posterior", "", "no test in wind", "a fit of at least one test: still air says nothing of it")
     structure = load_bridge(Path(bridge), motion_of(tree)) if isinstance(bridge, Path | str) else bridge
-    rules = [limit(rule) if isinstance(rule, str) else rule for rule in limits]
+    rules = [limit(rule) if isinstance(rule, str) else rule for rule in several(limits)]
     return size(tree, structure, rules, rig=rig, law_n=law_n, seed=seed, progress=_Told())
 
 
-def criticise(fit: "Fit | Path | str", scruton_numbers: Sequence[float] = (), *, seed: int = 0) -> "Criticism":
+def criticise(fit: "Fit | Path | str", scruton_numbers: float | Sequence[float] = (), *, seed: int = 0) -> "Criticism":
     """Ask of a fit what a statistician asks: predictive checks, innovations, priors, identifiability, influence.
 
     Parameters
     ----------
     fit : Fit, Path or str
         Of at least one test in wind.
-    scruton_numbers : sequence of float
+    scruton_numbers : float or sequence of float
         At which the dependence of predictions on the card is told, beside those of the tests.
     seed : int
         Of replicates and predictions.
@@ -265,7 +290,7 @@ def criticise(fit: "Fit | Path | str", scruton_numbers: Sequence[float] = (), *,
     found = criticise_tree(tree, summary, seed=seed)
     if "campaign_posterior" not in tree:
         return found
-    points = points_of(tree, list(scruton_numbers))
+    points = points_of(tree, list(several(scruton_numbers)))
     return replace(found, predictions=prediction_sensitivity(tree, points, seed=seed))
 
 
@@ -273,7 +298,7 @@ def validate(
     campaign: Campaign | Path | str,
     card: "ModelCard | Path | str" = "default",
     *,
-    tests: Sequence[str] = (),
+    tests: str | Sequence[str] = (),
     singles: bool = True,
     seed: int = 0,
 ) -> "list[Validation]":
@@ -295,7 +320,40 @@ def validate(
     """
     from scruton.griffin.validate import validate
 
-    return validate(_campaign(campaign), _card(card), tests=tests, seed=seed, singles=singles, progress=_Told())
+    loaded = _campaign(campaign)
+    return validate(loaded, _card(card), tests=tests_named(loaded, tests), seed=seed, singles=singles, progress=_Told())
+
+
+def identify(
+    campaign: Campaign | Path | str, trial: str = "second-order exponential", *, tests: str | Sequence[str] = ()
+) -> "list[Identified]":
+    """Estimate as the paper does, without any sampling: a row of its Table 5 for every growth or decay in wind.
+
+    Parameters
+    ----------
+    campaign : Campaign, Path or str
+    trial : str
+        Trial function: "second-order exponential", "polynomial 8", "cubic spline 12" (knots).
+    tests : str or sequence of str
+        These alone; all if left out.
+
+    Returns
+    -------
+    list of Identified
+        Why a record gives no row is logged.
+
+    Raises
+    ------
+    InputError
+        Where no record gives a row, or there is no such trial function.
+    """
+    from scruton.app.identify import check_trial, rows_of
+
+    check_trial(trial, "identify", "trial")
+    rows, left = rows_of(_campaign(campaign, tests), trial)
+    for reason in left:
+        _log.warning("%s", reason)
+    return rows
 
 
 class _Told:
@@ -310,8 +368,10 @@ class _Told:
             _log.info("%s", stage)
 
 
-def _campaign(campaign: Campaign | Path | str) -> Campaign:
-    return load_campaign(campaign) if isinstance(campaign, Path | str) else campaign
+def _campaign(campaign: Campaign | Path | str, tests: str | Sequence[str] = ()) -> Campaign:
+    """The campaign, with these tests alone if there are any."""
+    loaded = load_campaign(campaign) if isinstance(campaign, Path | str) else campaign
+    return tests_used(loaded, tests) if several(tests) else loaded
 
 
 def _card(card: "ModelCard | Path | str") -> "ModelCard":

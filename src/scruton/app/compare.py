@@ -7,6 +7,7 @@ from scruton.app.run import Outcome
 from scruton.documents import write_text
 from scruton.report.compare import compare, compared_blocks, compared_document
 from scruton.report.render_text import render_text
+from scruton.report.saved import chosen_sizing, sizing_remark
 from scruton.report.wording import PAGE, TERMINAL
 from scruton.terminal import DONE, NOT_TRUSTED, line_width
 
@@ -27,6 +28,8 @@ def run(arguments: Namespace) -> Outcome:
         from scruton.report.render_html import render_html
 
         write_text(page, render_html(compared_document(found, PAGE)))
+    beside = zip((arguments.results, arguments.other), found.fits, strict=True)
+    remarks = [sizing_remark(folder, chosen_sizing(folder, fit.summary)) for folder, fit in beside]
     text = render_text(compared_blocks(found, TERMINAL), line_width())
     code = DONE if all(found.converged) else NOT_TRUSTED
-    return Outcome(text, [] if page is None else [page], code=code, content=found.to_json())
+    return Outcome(text, [] if page is None else [page], list(filter(None, remarks)), code, found.to_json())

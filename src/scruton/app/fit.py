@@ -8,7 +8,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from scruton.app.run import Outcome, Run, default_folder
+from scruton.app.thresholds import (
+    COST_EFFECT,
+    COST_LAW,
+    COST_LAW_LEAST,
+    COST_OTHER,
+    COST_RIG,
+    COST_SPEEDS,
+    COST_TEST,
+    COST_TRIAL,
+)
 from scruton.campaign import Campaign, load_campaign, tests_named, tests_used
+from scruton.campaign.schema import Kind
+from scruton.progress import Progress, Stages
 from scruton.report.render_text import render_text
 from scruton.report.summaries import fit_summary
 from scruton.terminal import DONE, NOT_TRUSTED, line_width
@@ -18,6 +30,7 @@ if TYPE_CHECKING:
     from scruton.infer.results import Fit
     from scruton.infer.sampling import Known
 
+EFFECT = "effect"  # the stage of progress in which a fit is given one
 # Files and folders that say that a fit or its report lies in a folder, whoever wrote them.
 RESULTS = ("posterior.nc", "fit.json", "report.html", "report.pdf", "report.json", "gap.json", "sizing.json")
 
@@ -65,26 +78,70 @@ class FitTask:
         card, effect = self.card, self.effect
         tests = "".join(f" --test {shlex.quote(name)}" for name in self.names)
         command = f"fit --seed {self.seed} --model {card.name}{tests}" + (f" --effect {effect}" if effect else "")
+        stages = Stages(work.bar, self.costs(), self._unforeseen)
         fit = fit_campaign(
-            self.campaign, card, seed=self.seed, checkpoints=work.checkpoints, report=work.bar, known=known,
+            self.campaign, card, seed=self.seed, checkpoints=work.checkpoints, report=stages, known=known,
             asked={"command": command, "tests": list(self.names)},
         )  # fmt: skip
         if effect is not None:
-            from scruton.gap.bands import attach
-            from scruton.gap.data import load_gap
-            from scruton.gap.diagnosis import diagnose_data
-
-            diagnosis = diagnose_data(
-                load_gap(fit.campaign, card), fit.campaign, prior=card.effect_weights, prior_none=card.prior_none,
-                progress=work.bar,
-            )  # fmt: skip
-            name = attach(fit.tree, diagnosis, effect, self.seed)
-            fit.summary["effect"] = {
-                "asked": effect, "used": name, "also": list(diagnosis.found[1:]) if name == diagnosis.verdict else [],
-                "probability": diagnosis.probability.get(name, 0.0),
-            }  # fmt: skip
+            carry(fit, effect, self.seed, stages.within(EFFECT))
         work.bar.end()
         return fit
+
+    def costs(self) -> dict[str, float]:
+        """What the stages of the fit are expected to cost, by the names that it tells, in their order."""
+        from scruton.infer.fit import LOCK_IN
+        from scruton.infer.joint import CAMPAIGN, RIG, TEST
+        from scruton.infer.results import TRIAL
+        from scruton.infer.speeds import NAME as SPEEDS
+        from scruton.infer.thresholds import FEWEST_SPEEDS
+
+        campaign, tests = self.campaign, [test for test in self.campaign.tests if test.records]
+        found = {f"{RIG} {rig.name}": COST_RIG for rig in campaign.rigs if rig.records}
+        for test in tests:
+            found |= {f"{LOCK_IN} {one.name}": COST_TEST for one in test.records if one.kind is Kind.STEADY}
+            found[f"{TEST} {test.name}"] = COST_TEST
+        # with several settings mostly one law is left, of one setting all are sampled
+        laws = [f"n={n:g}" for n in self.card.laws] or ["n free"]
+        of_the_laws = laws[:1] if self._settings > 1 else laws
+        found |= {f"{CAMPAIGN} {law}": self._unforeseen(CAMPAIGN) for law in of_the_laws if tests}
+        transients = (one for test in tests for one in test.records if one.kind is not Kind.STEADY)
+        found |= {f"{TRIAL} {one.name}": COST_TRIAL for one in transients}
+        speeds = {round(test.wind_speed.mean / campaign.rig(test.rig).frequency.mean, 3) for test in tests}
+        if campaign.sweeps or len(speeds) >= FEWEST_SPEEDS:
+            found[SPEEDS] = COST_SPEEDS
+        return found | ({} if self.effect is None else {EFFECT: COST_EFFECT})
+
+    @property
+    def _settings(self) -> int:
+        return len({test.rig for test in self.campaign.tests if test.records})
+
+    def _unforeseen(self, stage: str) -> float:
+        from scruton.infer.joint import CAMPAIGN
+
+        law = max(COST_LAW * self._settings, COST_LAW_LEAST)
+        return law if stage.startswith(CAMPAIGN) else COST_OTHER
+
+
+def carry(fit: "Fit", effect: str, seed: int, progress: Progress) -> None:
+    """Put an effect, or with "auto" what diagnosis finds, into the tree and the summary of a fit: predictions carry it.
+
+    InputError for an effect that these records do not support.
+    """
+    from scruton.gap.bands import attach
+    from scruton.gap.data import load_gap
+    from scruton.gap.diagnosis import diagnose_data
+
+    card = fit.card
+    diagnosis = diagnose_data(
+        load_gap(fit.campaign, card), fit.campaign, prior=card.effect_weights, prior_none=card.prior_none,
+        progress=progress,
+    )  # fmt: skip
+    name = attach(fit.tree, diagnosis, effect, seed)
+    fit.summary["effect"] = {
+        "asked": effect, "used": name, "also": list(diagnosis.found[1:]) if name == diagnosis.verdict else [],
+        "probability": diagnosis.probability.get(name, 0.0),
+    }  # fmt: skip
 
 
 def run(arguments: Namespace) -> Outcome:

@@ -8,7 +8,7 @@ from scruton.campaign import Campaign, load_campaign, tests_used
 from scruton.campaign.schema import Motion
 from scruton.dynamics.identify import Identified, identify
 from scruton.envelope import gather
-from scruton.envelope.trial import trial_function
+from scruton.envelope.trial import TRIAL_FUNCTIONS, trial_function
 from scruton.errors import InputError
 from scruton.report.conventions import SCRUTON, conventions, scruton_note, shown_in
 from scruton.report.document import Block, Table, paragraph
@@ -21,22 +21,11 @@ HEADER = ("record", "Sc", "U/(f0 D)", "m_r", "slope", "K", "A", "lambda [1/s]", 
 
 def run(arguments: Namespace) -> Outcome:
     """Print a row for every growth or decay; InputError for bad input, or where no record gives a row."""
-    try:
-        trial_function(arguments.trial)
-    except ValueError as error:
-        raise InputError("command line", "--trial", f'"{arguments.trial}"', str(error)) from error
+    check_trial(arguments.trial, "command line", "--trial")
     campaign = load_campaign(arguments.campaign)
     if arguments.tests is not None:
         campaign = tests_used(campaign, arguments.tests)
-    rows: list[Identified] = []
-    left: list[InputError] = []
-    for found in identify(gather(campaign), arguments.trial):
-        if isinstance(found, InputError):
-            left.append(found)
-        else:
-            rows.append(found)
-    if not rows:
-        raise left[0] if left else InputError(campaign.path, "tests", "no transient", "a growth or a decay in wind")
+    rows, left = rows_of(campaign, arguments.trial)
     content = [
         {field.name: getattr(row, field.name) for field in fields(row) if field.name != "front"}
         | {"trial": {"name": arguments.trial, "constants": dict(row.front.trial.constants)}}
@@ -46,6 +35,26 @@ def run(arguments: Namespace) -> Outcome:
         return Outcome(
             _text(campaign, rows, arguments.trial), remarks=list(map(str, left)), content={"identified": content}
         )
+
+
+def check_trial(name: str, place: str, field: str) -> None:
+    """Refuse a trial function that there is none of."""
+    try:
+        trial_function(name)
+    except ValueError:
+        known = ", ".join(f'"{one}"' for one in TRIAL_FUNCTIONS)
+        wanted = f'one of: {known}; an order or knots may follow, "polynomial 8"'
+        raise InputError(place, field, f'"{name}"', wanted) from None
+
+
+def rows_of(campaign: Campaign, trial: str) -> tuple[list[Identified], list[InputError]]:
+    """What the paper's procedure finds, and why it finds nothing in other records; InputError where in none of them."""
+    found = list(identify(gather(campaign), trial))
+    rows = [one for one in found if isinstance(one, Identified)]
+    left = [one for one in found if isinstance(one, InputError)]
+    if not rows:
+        raise left[0] if left else InputError(campaign.path, "tests", "no transient", "a growth or a decay in wind")
+    return rows, left
 
 
 def _text(campaign: Campaign, rows: list[Identified], trial: str) -> str:

@@ -15,6 +15,7 @@ from scruton.dynamics.effects import CATALOGUE
 from scruton.errors import InputError
 
 AUTO = "auto"  # the effect that diagnosis finds
+_GENERATOR, _HEAD = b'<meta name="generator" content="scruton', 4096  # of a page of ours, and bytes that hold it
 
 
 def check_options(options: Mapping[str, Any]) -> None:
@@ -29,14 +30,14 @@ def check_options(options: Mapping[str, Any]) -> None:
                 check(argument, f"--{name.replace('_', '-')}" if name != "out" else "-o")
 
 
-def check_effect_name(effect: str, option: str) -> None:
+def check_effect_name(effect: str, option: str, place: str = "command line") -> None:
     """Refuse the name of an effect that is not in the catalogue."""
     if effect == AUTO or effect in CATALOGUE:
         return
     close = [name for name in CATALOGUE if effect.lower() in name] or get_close_matches(effect, CATALOGUE, n=1)
     near = f'"{close[0]}"; ' if close else ""
     wanted = f'{near}"{AUTO}", or one of: {", ".join(CATALOGUE)}'
-    raise InputError("command line", option, f'"{effect}"', wanted)
+    raise InputError(place, option, f'"{effect}"', wanted)
 
 
 def check_writable(folder: Path, option: str = "-o") -> None:
@@ -52,9 +53,24 @@ def check_writable(folder: Path, option: str = "-o") -> None:
 
 
 def check_page(page: Path, option: str = "--html") -> None:
-    """Refuse a file that cannot be written to."""
+    """Refuse a file that cannot be written to, or that is there and no page of ours: a measured record, perhaps."""
     if page.is_dir() or not page.absolute().parent.is_dir():
         raise InputError("command line", option, str(page), "a file in a folder that is there, such as page.html")
+    if page.exists() and not (page.is_file() and _is_ours(page)):
+        wanted = "the name of a new file, or of a page that scruton wrote"
+        raise InputError(page, option, "a file that is there and no page of scruton's", wanted)
+
+
+def _is_ours(page: Path) -> bool:
+    with page.open("rb") as stream:
+        return _GENERATOR in stream.read(_HEAD)
+
+
+def check_new(file: Path, option: str, *, force: bool) -> None:
+    """Refuse a file that cannot be written to, or that is there where nobody said to replace it."""
+    check_writable(file.parent, option)
+    if file.is_dir() or (file.exists() and not force):
+        raise InputError(file, option, "what is there already", "the name of a new file, or --force to replace it")
 
 
 def check_numbers(option: str, text: str, count: int | None = None) -> tuple[float, ...]:
@@ -85,15 +101,15 @@ def _between(low: float, high: float, example: str) -> Callable[[float, str], No
     return check
 
 
-def parse_damping(text: str, option: str = "--damping") -> Quantity:
-    """Read a design damping ratio from the command line: "0.003", "0.003 +/- 0.001"."""
+def parse_damping(text: str, option: str = "--damping", place: str = "command line") -> Quantity:
+    """Read a design damping ratio: "0.003", "0.003 +/- 0.001"."""
     wanted = 'a damping ratio such as "0.003" or "0.003 +/- 0.001"'
     try:
         values = [float(part) for part in re.split(r"\s*(?:\+/-|±)\s*", text.strip())]
     except ValueError:
-        raise InputError("command line", option, f'"{text}"', wanted) from None
+        raise InputError(place, option, f'"{text}"', wanted) from None
     if len(values) > 2 or not 0 < values[0] < 1 or not all(math.isfinite(value) and value >= 0 for value in values):
-        raise InputError("command line", option, f'"{text}"', wanted + ", between 0 and 1")
+        raise InputError(place, option, f'"{text}"', wanted + ", between 0 and 1")
     return Quantity(values[0], values[1] if len(values) == 2 else None)
 
 

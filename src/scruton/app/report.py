@@ -1,6 +1,7 @@
 """`scruton report`: of a campaign, with all that is computed for it; or of what earlier runs left in a folder."""
 
 from argparse import Namespace
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 WRITTEN = ("report.html", "report.pdf", "report.json")
 # Options that have a meaning for a campaign alone, and what they are where they are left out.
 _OF_A_CAMPAIGN = {"model": "default", "tests": None, "effect": None, "resume": False}
+_SPELT = {"tests": "test"}  # where an option is not called as the argument that it becomes
 
 
 def run(arguments: Namespace) -> Outcome:
@@ -35,7 +37,14 @@ def run(arguments: Namespace) -> Outcome:
         raise InputError("command line", "--limit", f'"{limits[0]}" without a bridge', "--bridge FILE beside it")
     for form in _office(arguments):
         check_office(form, f"--{form}")
-    return of_results(arguments) if (arguments.campaign / SUMMARY).is_file() else of_campaign(arguments)
+    if (arguments.campaign / SUMMARY).is_file():
+        return of_results(arguments)
+    if arguments.sizing is not None:
+        wanted = "a folder of results; a report of a campaign takes --bridge FILE"
+        raise InputError(
+            "command line", "--sizing", f"an option of a report of results, with {arguments.campaign}", wanted
+        )
+    return of_campaign(arguments)
 
 
 def _office(arguments: Namespace) -> list[str]:
@@ -80,18 +89,26 @@ def of_results(arguments: Namespace) -> Outcome:
     """
     from scruton.infer.store import load_fit, provenance_of
     from scruton.report.build import write_report
-    from scruton.report.saved import beside
+    from scruton.report.saved import beside, chosen_sizing, sizing_remark
 
     results: Path = arguments.campaign
     for option, otherwise in _OF_A_CAMPAIGN.items():
         if getattr(arguments, option) != otherwise:
             raise InputError(
-                "command line", f"--{option}", f"an option of a fit, with {results} that holds one",
+                "command line", f"--{_SPELT.get(option, option)}", f"an option of a fit, with {results} that holds one",
                 "the campaign itself; a report of results takes what is there",
             )  # fmt: skip
     fit = load_fit(results)
     bridge, limits = arguments.bridge, arguments.limit
-    content = beside(results, fit, bridge=bridge, limits=limits, design_sc=arguments.sc, gap=not arguments.no_gap)
+    if bridge is not None and arguments.sizing is not None:
+        raise InputError("command line", "--sizing", "a sizing and a bridge to be sized", "one of them")
+    sizing = None if bridge is not None else chosen_sizing(results, fit.summary, arguments.sizing)
+    said = sizing_remark(results, sizing)
+    remarks = [f"{said}: --sizing DIR takes it"] if said else []
+    content = beside(
+        results, fit, bridge=bridge, limits=limits, design_sc=arguments.sc, gap=not arguments.no_gap,
+        sizing=arguments.sizing,
+    )  # fmt: skip
     inputs = provenance_of(results, fit.summary)
     if bridge is not None:
         inputs |= content["sizing"].content["provenance"]["bridge_sha256"]
@@ -101,12 +118,14 @@ def of_results(arguments: Namespace) -> Outcome:
     with claim as work:
         paths = write_report(fit, work.new, office=_office(arguments), **content)
         work.publish()
-    return _outcome(fit, paths.moved(folder))
+    return _outcome(fit, paths.moved(folder), remarks, sizing)
 
 
-def _outcome(fit: "Fit", paths: "ReportPaths") -> Outcome:
+def _outcome(fit: "Fit", paths: "ReportPaths", remarks: Sequence[str] = (), sizing: Path | None = None) -> Outcome:
     written = [place for place in (paths.pdf, paths.report, *paths.office, paths.griffin) if place is not None]
     failures = [failure.sentence for failure in paths.failures]
     code = DONE if fit.converged and not failures else NOT_TRUSTED
     content = {"paths": list(map(str, written)), "converged": fit.converged, "failures": failures, "flags": fit.flags}
-    return Outcome(render_text(fit_summary(fit), line_width()), written, [*failures, *fit.flags], code, content)
+    content |= {} if sizing is None else {"sizing": str(sizing)}
+    said = [*failures, *fit.flags, *remarks]
+    return Outcome(render_text(fit_summary(fit), line_width()), written, said, code, content)

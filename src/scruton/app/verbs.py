@@ -1,8 +1,10 @@
 """The verbs of the command line as data: name, help, arguments, and the function that does it."""
 
-from argparse import SUPPRESS
+from argparse import SUPPRESS, Action
 from pathlib import Path
 from typing import Any, NamedTuple  # dataclasses would take as long to import as all the rest
+
+from scruton.errors import InputError
 
 
 class Argument:
@@ -20,6 +22,14 @@ class Verb(NamedTuple):
     work: str  # its function, "module:name" below `scruton.app`, which takes the arguments and gives an `Outcome`
     arguments: tuple[Argument | tuple[Argument, ...], ...] = ()  # those of a tuple within exclude each other
     steps: "tuple[Verb, ...]" = ()
+
+
+class Refused(Action):
+    """An option that other verbs have; whoever gives it to this one is told why it has none."""
+
+    def __call__(self, _parser: object, _namespace: object, values: object, option: str | None = None) -> None:
+        """Refuse it: InputError, with the constant of the argument as what is wanted."""
+        raise InputError("command line", option or self.dest, f'"{values}"', str(self.const))
 
 
 def flag(name: str, text: str) -> Argument:
@@ -47,6 +57,10 @@ RESUME = flag("--resume", "go on with an interrupted run")
 TESTS = Argument(
     "--test", "--tests", dest="tests", action="append", metavar="NAME,...", help="only these tests; may be repeated"
 )
+WHOLE_FIT = Argument(
+    "--test", "--tests", dest="tests", action=Refused, help=SUPPRESS,
+    const="a fit of these tests alone, by `scruton fit CAMPAIGN --test NAME`: this is of all that the fit rests on",
+)  # fmt: skip
 FIT_EFFECT = Argument(
     "--effect", metavar="NAME", help='carry an unmodelled effect into the predictions; "auto": what is found'
 )
@@ -63,6 +77,11 @@ def jobs(what: str, default: int | None = 1) -> Argument:
     usual = "one a core" if default is None else default
     text = f"{what} (default: {usual}; results do not depend on it)"
     return Argument("--jobs", type=int, default=default, metavar="N", help=text)
+
+
+ONE_PROCESS = Argument(  # of every verb that has no --jobs of its own
+    "--jobs", type=int, default=1, metavar="N", help="taken as everywhere; this works in one process"
+)
 
 
 def spread(default: int | None = 1) -> tuple[Argument | tuple[Argument, ...], ...]:
@@ -155,6 +174,10 @@ VERBS = (
             "--limit", action="append", default=[], metavar="RULE",
             help="limit beside the bridge's, as of size; may be repeated",
         ),
+        Argument(
+            "--sizing", type=Path, metavar="DIR",
+            help="of results with several sizings: the folder of the one to report (default: the last)",
+        ),
         flag("--no-gap", "leave out the diagnosis of the gap"),
         flag("--docx", "a Word file, too"),
         flag("--xlsx", "an Excel file with every table, too"),
@@ -162,6 +185,7 @@ VERBS = (
     )),
     Verb("predict", "predictive stable amplitude at a design Scruton number", "predict:predict", (
         RESULTS,
+        WHOLE_FIT,
         SC,
         Argument(
             "--damping", action="append", default=[], metavar="XI[+/-SD]",
@@ -180,6 +204,7 @@ VERBS = (
     )),
     Verb("size", "damper sizing: required damping with its risk, dampers, what more testing is worth", "both:size", (
         RESULTS,
+        WHOLE_FIT,
         out("folder for the sizing (default: RESULTS/sizing, or sizing-2 and so on where one lies there)"),
         Argument("--bridge", type=Path, metavar="FILE", help="bridge.toml (default: the section model itself)"),
         Argument(
@@ -211,7 +236,7 @@ VERBS = (
     )),
     Verb(
         "criticise", "checks of a fit: predictive, innovations, priors, identifiability, influence", "criticise:run",
-        (RESULTS, out("folder for the criticism (default: RESULTS/criticism)"), SC,
+        (RESULTS, WHOLE_FIT, out("folder for the criticism (default: RESULTS/criticism)"), SC,
          Argument("--bridge", type=Path, metavar="FILE", help="bridge.toml: how its predictions follow the card"),
          force("the criticism that lies")),
     ),
@@ -228,6 +253,7 @@ VERBS = (
         out("folder for all results", required=True, metavar="DIR"),
         *spread(None),
         MODEL,
+        TESTS,
         flag("--report", "write the report of each campaign, too"),
         Argument("--bridge", type=Path, metavar="FILE", help="bridge.toml: damper sizing with each campaign, too"),
         FIT_EFFECT,

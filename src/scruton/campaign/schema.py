@@ -13,7 +13,7 @@ from typing import Any
 from scruton.arrays import FloatArray
 from scruton.campaign.quantity import Quantity as Quantity
 from scruton.campaign.remarks import Remark
-from scruton.shown import shown
+from scruton.shown import fields_in_brief, shown
 
 
 class Motion(StrEnum):
@@ -58,6 +58,7 @@ class Section:
         return "A/D" if self.motion is Motion.HEAVING else "rad"
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)
 class Record:
     """One time history.
@@ -92,6 +93,7 @@ class Record:
     band: tuple[float, float] | None = None
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)
 class Rig:
     """One mass-damping setting of the suspension.
@@ -107,6 +109,7 @@ class Rig:
     records: tuple[Record, ...] = ()
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)
 class Test:
     """One rig in one wind.
@@ -126,6 +129,7 @@ class Test:
     records: tuple[Record, ...] = ()
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)
 class Sweep:
     """Steady amplitudes against wind speed for one rig: `wind_speed` [m/s] and `amplitude` (A/D or rad), (M,)."""

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from scruton.campaign.schema import Campaign, Test
-from scruton.campaign.spelling import nearest
+from scruton.campaign.spelling import nearest, several
 from scruton.errors import InputError
 
 
@@ -24,17 +24,16 @@ def tests_named(campaign: Campaign, wanted: str | Sequence[str] | None) -> tuple
     InputError
         A name that no test has.
     """
-    texts = (wanted,) if isinstance(wanted, str) else wanted or ()
-    return names_meant(texts, [test.name for test in campaign.tests], campaign.path, "tests")
+    return names_meant(several(wanted), [test.name for test in campaign.tests], campaign.path, "tests")
 
 
-def names_meant(texts: Sequence[str], names: Sequence[str], where: Path | str, field: str) -> tuple[str, ...]:
+def names_meant(texts: str | Sequence[str], names: Sequence[str], where: Path | str, field: str) -> tuple[str, ...]:
     """Those of the names of tests that texts mean, each once and in their order, as of `tests_named`.
 
     InputError at this place for a name that is none of them.
     """
     known = {_spaced(name): name for name in names}
-    chosen = {name for text in texts for name in _split(text, known, where, field)}
+    chosen = {name for text in several(texts) for name in _split(text, known, where, field)}
     return tuple(name for name in names if name in chosen)
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
+from typing import Any
 
 
 def show(value: object) -> str:
@@ -16,6 +17,13 @@ def show(value: object) -> str:
         return "a list"
     text = str(value)
     return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def several(given: Any) -> tuple[Any, ...]:
+    """What was given, by itself or in a sequence, as a tuple: a text is one name, not its letters; None is nothing."""
+    if given is None:
+        return ()
+    return tuple(given) if isinstance(given, Iterable) and not isinstance(given, str) else (given,)
 
 
 def figure(value: float) -> str:

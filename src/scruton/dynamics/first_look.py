@@ -1,6 +1,6 @@
 """A first look at a campaign, before any sampling: what its records show, and the paper's own quick estimation."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -63,14 +63,14 @@ class Check:
         return pd.DataFrame.from_dict(rows, orient="index", columns=list(fields))
 
 
-def check(campaign: Path | str, tests: tuple[str, ...] | None = None) -> Check:
+def check(campaign: Campaign | Path | str, tests: str | Sequence[str] | None = None) -> Check:
     """Read a campaign and look at every record; one that cannot be used stops nothing.
 
     Parameters
     ----------
-    campaign : Path or str
-        The folder with a campaign.toml, or the file itself.
-    tests : tuple of str, optional
+    campaign : Campaign, Path or str
+        One that was read, its folder, or the campaign.toml itself.
+    tests : str or sequence of str, optional
         These alone.
 
     Raises
@@ -79,7 +79,7 @@ def check(campaign: Path | str, tests: tuple[str, ...] | None = None) -> Check:
         If campaign.toml itself cannot be used, or has no such test.
     """
     problems: list[InputError] = []
-    loaded = load_campaign(Path(campaign), problems)
+    loaded = campaign if isinstance(campaign, Campaign) else load_campaign(Path(campaign), problems)
     if tests is not None:
         loaded = tests_used(loaded, tests)
     inspection = gather(loaded, problems)

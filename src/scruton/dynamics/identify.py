@@ -11,10 +11,12 @@ from scruton.dynamics.force_model import Y1_epsilon_from_griffin, Y1_from_amplit
 from scruton.dynamics.setting import Setting
 from scruton.envelope import FrontEnd, Inspection, front_end
 from scruton.errors import InputError
+from scruton.shown import fields_in_brief, shown
 
 _LOW, _HIGH, _POINTS = 1.0 / 3.0, 2.0, 60  # of the stable amplitude: where the line of 1/A is fitted, and points
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)
 class Identified:
     """What one transient record says by Eqs. (2) to (8) and (17) to (19).

@@ -6,11 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.shown import fields_in_brief, shown
 
 StructuralDamping = float | Callable[[FloatArray], FloatArray]
 """A structural damping ratio xi_s: one number, or a function of the amplitude (A/D or rad)."""
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)
 class GriffinCurve:
     """Stable amplitude against Scruton number, as step (8) constructs it from one transient.

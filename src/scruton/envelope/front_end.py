@@ -13,10 +13,12 @@ from scruton.envelope.damping import GriffinCurve, StructuralDamping, aerodynami
 from scruton.envelope.sampling import equal_steps, sampling
 from scruton.envelope.trial import TrialFit, TrialFunction, trial_function
 from scruton.errors import InputError
+from scruton.shown import fields_in_brief, shown
 
 _STORED = 20_000  # points that a FrontEnd keeps of a long record
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)
 class FrontEnd:
     """What Eqs. (2) to (8) make of one record; amplitudes in A/D or rad.

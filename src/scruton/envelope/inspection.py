@@ -13,6 +13,7 @@ from scruton.envelope.thresholds import STATED_SD
 from scruton.envelope.transient import front_end_cycles
 from scruton.envelope.types import Cycles
 from scruton.errors import InputError
+from scruton.shown import fields_in_brief, shown
 
 SET_ASIDE = "set aside"  # kind of the remarks on records that are left out
 REGRESSION, FRONT_END = "regression", "front-end"
@@ -20,6 +21,7 @@ REGRESSION, FRONT_END = "regression", "front-end"
 SOURCES = {REGRESSION: demodulate, FRONT_END: front_end_cycles}
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)
 class Inspection:
     """A campaign with what its records show; records that cannot be used are in none of the mappings.

@@ -17,8 +17,10 @@ from scruton.envelope.sampling import Sampling, quantum_of, run_lengths, samplin
 from scruton.envelope.types import Cycles
 from scruton.envelope.windows import cut
 from scruton.errors import InputError
+from scruton.shown import fields_in_brief, shown
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)
 class RecordQuality:
     """What `assess` finds; amplitudes in A/D or rad.

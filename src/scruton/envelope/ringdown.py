@@ -9,6 +9,7 @@ from scruton.arrays import FloatArray
 from scruton.envelope.thresholds import FEWEST_CYCLES, VISIBLE
 from scruton.envelope.types import Cycles
 from scruton.errors import InputError
+from scruton.shown import fields_in_brief, shown
 
 _BANDWIDTH = 0.35  # of the smooth damping curve, in ln A: an octave is 0.69
 _CURVE = 40  # points of the smooth damping curve
@@ -38,6 +39,7 @@ class LinearDamping:
     slope_sd: float
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)
 class RingDown:
     """What still-air plucks of one rig say; amplitudes in A/D or rad.

@@ -8,12 +8,14 @@ from typing import Protocol
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.shown import fields_in_brief, shown
 
 _POINTS = 2000  # least squares runs on at most so many block means
 _SHORTEST, _FASTEST = 12.0, 300.0  # growth and decay over the record, as exponents, that the search covers
 _CLOSEST = 0.02  # smallest (b - d) times the record's length: below it a and c grow without bound
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)
 class TrialFit:
     """A trial function with its constants found.

@@ -3,8 +3,10 @@
 from dataclasses import dataclass
 
 from scruton.arrays import FloatArray
+from scruton.shown import fields_in_brief, shown
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)
 class Cycles:
     """The envelope that feeds inference: one least-squares demodulation per cycle.

@@ -205,18 +205,19 @@ def predict(
     name = chosen_rig(tree, rig)
     factor = rig_mass_damping_draws(tree, name)
     if scruton_number is not None:
-        if not np.isfinite(scruton_number):
-            raise InputError("prediction", "scruton_number", repr(scruton_number), "a finite number such as 30")
-        sc = np.full(len(factor), float(scruton_number))
-        xi = float(scruton_number / np.median(factor))
+        stated = _one_number(scruton_number, "scruton_number", "a finite number such as 30")
+        sc = np.full(len(factor), stated)
+        xi = float(stated / np.median(factor))
     else:
         assert damping_ratio is not None
-        design = damping_ratio if isinstance(damping_ratio, Quantity) else Quantity(float(damping_ratio))
+        wanted = 'a ratio between 0 and 1, "0.003 +/- 0.001"'
+        design = (
+            damping_ratio
+            if isinstance(damping_ratio, Quantity)
+            else Quantity(_one_number(damping_ratio, "damping_ratio", wanted))
+        )
         if not 0.0 < design.mean < 1.0 or (design.sd is not None and not design.sd >= 0.0):
-            raise InputError(
-                "prediction", "damping_ratio", f"{design.mean} +/- {design.sd}",
-                'a ratio between 0 and 1, "0.003 +/- 0.001"',
-            )  # fmt: skip
+            raise InputError("prediction", "damping_ratio", f"{design.mean} +/- {design.sd}", wanted)
         # a stream of its own: the discrepancy of a design is the same however its damping is stated
         xi_draws = design.draw(stream(seed, "design damping"), len(factor))
         sc, xi = xi_draws * factor, float(np.median(xi_draws))
@@ -243,6 +244,17 @@ def predict(
         at_discrepancy[tau] = predictive_draws(known, sc_of_all, law_n=law_n, seed=seed)[:, 0]
     remarks = (*asked, *_flags(prediction), *prior_speaks(tree))
     return replace(prediction, flags=remarks, at_discrepancy=at_discrepancy)
+
+
+def _one_number(value: object, field: str, wanted: str) -> float:
+    """A design as one finite number; InputError for what is none, or several."""
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        number = np.nan
+    if not np.isfinite(number):
+        raise InputError("prediction", field, repr(value), f"{wanted}; of several, one call each")
+    return number
 
 
 def prior_speaks(tree: "xr.DataTree") -> tuple[str, ...]:

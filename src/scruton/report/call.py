@@ -1,9 +1,11 @@
 """`scruton.report(...)`: the report of a fit, from Python."""
 
+import logging
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scruton.campaign.spelling import several
 from scruton.errors import InputError
 
 if TYPE_CHECKING:
@@ -15,10 +17,11 @@ def report(
     fit: "Fit | Path | str",
     out: Path | str | None = None,
     *,
-    scruton_numbers: Sequence[float] = (),
+    scruton_numbers: float | Sequence[float] = (),
     bridge: Path | str | None = None,
-    limits: Sequence[str] = (),
-    office: Sequence[str] = (),
+    limits: str | Sequence[str] = (),
+    office: str | Sequence[str] = (),
+    sizing: Path | str | None = None,
 ) -> "ReportPaths":
     """Write the report of a fit: report.html, report.pdf, figures, tables and numbers.
 
@@ -30,14 +33,16 @@ def report(
         Of a folder the diagnosis and the sizing that lie in it, or beside it, go into the report.
     out : Path or str, optional
         Folder for the report; "report" in the fit's own where that is a folder.
-    scruton_numbers : sequence of float
+    scruton_numbers : float or sequence of float
         Design Scruton numbers to predict the stable amplitude at.
     bridge : Path or str, optional
         The bridge.toml, or its folder; its damping is sized anew. The fit has to be a folder.
-    limits : sequence of str
+    limits : str or sequence of str
         Rules beside those of the bridge.
-    office : sequence of {"docx", "xlsx"}
+    office : {"docx", "xlsx"} or a sequence of them
         Write a Word and an Excel file, too.
+    sizing : Path or str, optional
+        Folder of the sizing to report; if left out, the last one that lies in the fit's folder or beside.
 
     Returns
     -------
@@ -51,17 +56,20 @@ def report(
     from scruton.infer.store import load_fit
     from scruton.report.build import build_report
     from scruton.report.office import check_office
-    from scruton.report.saved import beside
+    from scruton.report.saved import beside, chosen_sizing, sizing_remark
 
+    numbers, rules, office = several(scruton_numbers), several(limits), several(office)
     for form in office:
         check_office(form, "office")
     if not isinstance(fit, Path | str):
-        for name, value in (("out", out or ""), ("bridge", None if bridge is None else "")):
-            if value == "":
+        for name, missing in (("out", not out), ("bridge", bridge is not None), ("sizing", sizing is not None)):
+            if missing:
                 wanted = "a folder" if name == "out" else "the folder of a fit, as `write_fit` makes it"
                 raise InputError("report", name, "a fit that is in no folder", wanted)
-        return build_report(fit, Path(str(out)), design_sc=scruton_numbers, office=office)
+        return build_report(fit, Path(str(out)), design_sc=numbers, office=office)
     folder, loaded = Path(fit), load_fit(fit)
-    named = None if bridge is None else Path(bridge)
-    content = beside(folder, loaded, bridge=named, limits=limits, design_sc=scruton_numbers)
+    named, chosen = (None if one is None else Path(one) for one in (bridge, sizing))
+    if named is None and (said := sizing_remark(folder, chosen_sizing(folder, loaded.summary, chosen))):
+        logging.getLogger("scruton").warning("%s", said)
+    content = beside(folder, loaded, bridge=named, limits=rules, design_sc=numbers, sizing=chosen)
     return build_report(loaded, folder / "report" if out is None else Path(out), office=office, **content)

@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from scruton.campaign.spelling import several
 from scruton.documents import as_json, read_document
 from scruton.gap.results import RESULT as GAP
 from scruton.griffin.compare import APART, MOVED, Difference, Side, differences
@@ -17,11 +18,10 @@ from scruton.report.document import Block, Chapter, Document, Listing, Table, nu
 from scruton.report.figures.compare import compare_plot
 from scruton.report.needs import governing
 from scruton.report.parts import drawn
-from scruton.report.saved import found_beside
+from scruton.report.saved import chosen_sizing, found_beside, read_sizing
 from scruton.report.wording import Notation
 from scruton.shown import shown
 from scruton.sizing.checks import ASKED
-from scruton.sizing.results import RESULT as SIZING
 
 _NAMES = {  # letters that every terminal has
     "damping_ratio": "structural damping ratio", "scruton_number": "Scruton number", "a_star": "stable amplitude",
@@ -90,19 +90,19 @@ class Comparison:
 
 
 def compare(
-    first: Path | str,
-    second: Path | str,
+    first: Fit | Path | str,
+    second: Fit | Path | str,
     *,
-    tests: Sequence[str] = (),
-    scruton_numbers: Sequence[float] = (),
+    tests: str | Sequence[str] = (),
+    scruton_numbers: float | Sequence[float] = (),
     seed: int = 0,
 ) -> Comparison:
     """Lay two results side by side: what differs beyond Monte Carlo error, and what does not.
 
     Parameters
     ----------
-    first, second : Path or str
-        Folders of fits; diagnoses and sizings that lie in them or beside are compared, too.
+    first, second : Fit, Path or str
+        Fits, or their folders; diagnoses and sizings that lie in those or beside are compared, too.
     tests, scruton_numbers, seed
         As of `scruton.griffin.compare.differences`.
 
@@ -111,26 +111,28 @@ def compare(
     InputError
         As `load_fit` and `differences`; where a diagnosis or a sizing is damaged.
     """
-    folders = Path(first), Path(second)
-    one, other = (load_fit(folder) for folder in folders)
-    sides = ((one.tree, one.summary), (other.tree, other.summary))
-    found = differences(*sides, tests=tests, scruton_numbers=scruton_numbers, seed=seed)
-    diagnoses = (_diagnosis(folders[0]), _diagnosis(folders[1]))
+    folders = [Path(side) if isinstance(side, Path | str) else None for side in (first, second)]
+    one, other = (load_fit(side) if isinstance(side, Path | str) else side for side in (first, second))
+    found = differences(
+        (one.tree, one.summary), (other.tree, other.summary), tests=several(tests),
+        scruton_numbers=several(scruton_numbers), seed=seed,
+    )  # fmt: skip
     return Comparison(
-        (one.campaign.title, other.campaign.title), (*found, *_required(*map(_sizing, folders))),
-        tuple(_inputs(one.summary["provenance"], other.summary["provenance"])), diagnoses,
-        (one.converged, other.converged), (one, other),
+        (one.campaign.title, other.campaign.title),
+        (*found, *_required(_sizing(folders[0], one), _sizing(folders[1], other))),
+        tuple(_inputs(one.summary["provenance"], other.summary["provenance"])),
+        (_diagnosis(folders[0]), _diagnosis(folders[1])), (one.converged, other.converged), (one, other),
     )  # fmt: skip
 
 
-def _diagnosis(folder: Path) -> str:
-    path = found_beside(folder, "gap", GAP)
+def _diagnosis(folder: Path | None) -> str:
+    path = None if folder is None else found_beside(folder, "gap", GAP)
     return "" if path is None else gap_sentence(read_document(path, "what `scruton diagnose` wrote", version=1))
 
 
-def _sizing(folder: Path) -> Mapping[str, Any]:
-    path = found_beside(folder, "sizing", SIZING)
-    return {"modes": []} if path is None else read_document(path, "what `scruton size` wrote", version=1)
+def _sizing(folder: Path | None, fit: Fit) -> Mapping[str, Any]:
+    path = None if folder is None else chosen_sizing(folder, fit.summary)
+    return {"modes": []} if path is None else read_sizing(path)
 
 
 def _required(first: Mapping[str, Any], second: Mapping[str, Any]) -> Iterator[Difference]:

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from statistics import fmean
 
-from scruton.campaign import Campaign, Fluid, Quantity, Record, Test
+from scruton.campaign import Campaign, Fluid, Quantity, Record, Rig, Test
 from scruton.campaign.schema import Motion
 from scruton.dynamics import Setting
 from scruton.dynamics.first_look import Check
@@ -25,9 +25,11 @@ from scruton.report.wording import PAGE, Notation, several, unit_text
 from scruton.report.wording import plain_number as number
 
 TEST_HEADER = ("test", "rig", "U [m/s]", "U/(f0 D)", "Sc", "peak")
+BY_HAND = ("lambda [1/s]", "Y1", "epsilon")  # of the quick estimation, the range over the records of a test
 RECORD_HEADER = ("record", "of", "kind", "length [s]", "rate [Hz]", "cycles", "f [Hz]", "S/N", "second line")
 _CAPTIONS = {
-    "rigs": "Rigs, as stated", "tests": "Tests in wind", "sweeps": "Sweeps of the wind speed", "records": "Records",
+    "rigs": "Rigs, as stated, and damping by their ring-downs", "tests": "Tests in wind",
+    "sweeps": "Sweeps of the wind speed", "records": "Records",
 }  # fmt: skip
 
 
@@ -128,7 +130,14 @@ def _tables(found: Check, notation: Notation, as_in_files: float | None) -> list
     for row in found.identified:
         quick.setdefault(row.test, []).append(row)
     rigs = tuple(
-        (rig.name, _stated(rig.frequency), _stated(rig.mass), _stated(rig.damping_ratio, per), str(len(rig.records)))
+        (
+            rig.name,
+            _stated(rig.frequency),
+            _stated(rig.mass),
+            _stated(rig.damping_ratio, per),
+            _stated(_measured(found, rig), per),
+            str(len(rig.records)),
+        )
         for rig in campaign.rigs
     )
     tests = tuple(_test_row(campaign, test, quick.get(test.name, []), notation, factor) for test in campaign.tests)
@@ -144,7 +153,7 @@ def _tables(found: Check, notation: Notation, as_in_files: float | None) -> list
     note = _note(tests, notation)
     return [
         Table("rigs", "", _rig_header(campaign.section.motion, notation), rigs),
-        Table("tests", "", (*TEST_HEADER, f"stable [{unit}]", "lambda [1/s]", "records"), tests, note),
+        Table("tests", "", (*TEST_HEADER, f"stable [{unit}]", *BY_HAND, "records"), tests, note),
         Table("sweeps", "", ("sweep of rig", "points", "wind speed [m/s]", f"largest [{unit}]"), sweeps),
         Table("records", "", (*RECORD_HEADER[:7], f"amplitude [{unit}]", *RECORD_HEADER[7:]), rows),
     ]
@@ -152,14 +161,22 @@ def _tables(found: Check, notation: Notation, as_in_files: float | None) -> list
 
 def _rig_header(motion: Motion, notation: Notation) -> tuple[str, ...]:
     mass = "mass [kg/m]" if motion is Motion.HEAVING else f"inertia [{notation.unit('kg m^2/m')}]"
-    return "rig", "f0 [Hz]", mass, "delta_s [-]" if decrements() else "xi_s [%]", "ring-downs"
+    name, unit = ("delta_s", "-") if decrements() else ("xi_s", "%")
+    return "rig", "f0 [Hz]", mass, f"{name} [{unit}]", f"{name} measured [{unit}]", "ring-downs"
+
+
+def _measured(found: Check, rig: Rig) -> Quantity | None:
+    """Structural damping that the ring-downs of a rig show, with its standard error."""
+    ringdown = found.inspection.ringdowns.get(rig.name)
+    return None if ringdown is None else Quantity(ringdown.damping_ratio, ringdown.damping_ratio_sd)
 
 
 def _note(tests: Sequence[tuple[str, ...]], notation: Notation) -> str:
     """What is no word of the laboratory's."""
-    by_hand = "lambda, and what has a *, are by Eqs. (2) to (8) of each record; `scruton identify` has all of it"
+    where = "Eqs. (2) to (8) and (17) to (19) of each record"
+    by_hand = f"lambda, Y1, epsilon, and what has a *, are by {where}; `scruton identify` has all of it"
     if not notation.plain:
-        by_hand = "λ, and what has a *, are by Eqs. (2) to (8) of each record, as in the quick estimation."
+        by_hand = f"λ, Y₁, ε, and what has a *, are by {where}, as in the quick estimation."
     return by_hand if any(row[-2] not in "-–" for row in tests) else ""
 
 
@@ -188,12 +205,12 @@ def _test_row(
                 wind_frequency=rig.frequency.mean, damping_ratio=rig.damping_ratio.mean,
             ).scruton_number
         )  # fmt: skip
-    rates = [row.relaxation_rate for row in quick]
+    by_hand = ([getattr(row, name) for row in quick] for name in ("relaxation_rate", "Y1", "epsilon"))
     reduced = test.wind_speed.mean / (rig.frequency.mean * section.depth)
     peak = {True: "yes", False: "no", None: "-"}[test.peak]
     return (
         test.name, test.rig, _stated(test.wind_speed), number(reduced), number(shown_in(SCRUTON)[0] * sc), peak,
-        stable, notation.range([min(rates), max(rates)], 3) if rates else "-", str(len(test.records)),
+        stable, *(notation.range([min(of), max(of)], 3) if of else "-" for of in by_hand), str(len(test.records)),
     )  # fmt: skip
 
 

@@ -29,22 +29,25 @@ def beside(
     limits: Sequence[str],
     design_sc: Sequence[float],
     gap: bool = True,
+    sizing: Path | None = None,
 ) -> dict[str, Any]:
     """What `write_report` takes beside a fit that lies in a folder; a bridge that is named is sized anew.
 
-    Without `gap` the diagnosis is left out, and not looked at.
+    Without `gap` the diagnosis is left out, and not looked at.  `sizing` is as of `chosen_sizing`.
 
     Raises
     ------
     InputError
         As `saved_gap`, `saved_sizing` and `sizing_part`.
     """
-    sizing, design = saved_sizing(folder, fit.summary) if bridge is None else None, design_sc
-    if bridge is not None:
-        sizing = sizing_part(folder, bridge, limits, int(fit.summary["provenance"]["seed"]))
+    design = design_sc
+    if bridge is None:
+        sized = saved_sizing(chosen_sizing(folder, fit.summary, sizing))
+    else:
+        sized = sizing_part(folder, bridge, limits, int(fit.summary["provenance"]["seed"]))
         design = design_sc or scruton_numbers_of(fit.tree, bridge)
     return {
-        "gap": saved_gap(folder, fit.summary) if gap else None, "sizing": sizing, "design_sc": design,
+        "gap": saved_gap(folder, fit.summary) if gap else None, "sizing": sized, "design_sc": design,
         "crossed": partial(saved_crossed, folder),
     }  # fmt: skip
 
@@ -72,21 +75,62 @@ def saved_gap(folder: Path, summary: Mapping[str, Any]) -> Part | None:
     return Part(content)
 
 
-def saved_sizing(folder: Path, summary: Mapping[str, Any]) -> Part | None:
-    """The sizing that `size` or `report` left in the folder of a fit; None where there is none.
+def saved_sizing(path: Path | None) -> Part | None:
+    """The sizing of a file that `size` or `report` wrote; None where there is none.
 
     Raises
     ------
     InputError
-        If it is damaged, or made from another fit.
+        If it is damaged.
     """
-    path = found_beside(folder, "sizing", SIZING)
-    if path is None:
-        return None
-    content = read_document(path, "what `scruton size` wrote", version=1)
-    if content["provenance"].get("fit_sha256") != provenance_of(folder, summary):
-        raise InputError(path, "provenance", "a sizing from another fit", "that of `scruton size` on this folder")
-    return part_of_sizing(content)
+    return None if path is None else part_of_sizing(read_sizing(path))
+
+
+def chosen_sizing(folder: Path, summary: Mapping[str, Any], named: Path | None = None) -> Path | None:
+    """The sizing.json that lies last beside a fit and was made from it, or the one of a folder that is named.
+
+    None where there is none beside.
+
+    Raises
+    ------
+    InputError
+        If it is damaged, made from another fit as all others are, or not in the folder that is named.
+    """
+    there = sizings_beside(folder) if named is None else [named / SIZING]
+    if named is not None and not there[0].is_file():
+        raise InputError(named, "sizing", f"no {SIZING}", "a folder that `scruton size` wrote")
+    made_from = provenance_of(folder, summary) if there else None
+    for path in there:
+        if read_sizing(path)["provenance"].get("fit_sha256") == made_from:
+            return path
+    if there:
+        raise InputError(there[0], "provenance", "a sizing from another fit", "that of `scruton size` on this folder")
+    return None
+
+
+def sizings_beside(folder: Path) -> list[Path]:
+    """Every sizing.json in the folder of a fit and in those that `size` makes in it, the last one first.
+
+    The numbers of the folders give the order; one in the folder itself is the report's and stands behind them.
+    """
+    numbers = ((path.name.removeprefix("sizing-"), path) for path in folder.glob("sizing-*"))
+    numbered = sorted(((int(number), path) for number, path in numbers if number.isdecimal()), reverse=True)
+    places = [*(path for _, path in numbered), folder / "sizing", folder]
+    return [place / SIZING for place in places if (place / SIZING).is_file()]
+
+
+def sizing_remark(folder: Path, used: Path | None) -> str:
+    """Which of several sizings beside a fit is used; empty where there is no other."""
+    others = [path.parent for path in sizings_beside(folder) if path != used]
+    if used is None or not others:
+        return ""
+    beside = f"{' and '.join(map(str, others))} {'holds another' if len(others) == 1 else 'hold others'}"
+    return f"the sizing is that of {used.parent}; {beside}"
+
+
+def read_sizing(path: Path) -> dict[str, Any]:
+    """Read the content of a sizing.json (InputError where it is damaged)."""
+    return read_document(path, "what `scruton size` wrote", ("provenance",), version=1)
 
 
 def saved_crossed(folder: Path) -> dict[str, Any]:

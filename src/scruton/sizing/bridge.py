@@ -18,7 +18,7 @@ from scruton.campaign.toml import Field, Table, anything, flag, is_number, numbe
 from scruton.campaign.units import DENSITY, FREQUENCY, INERTIA, LENGTH, MASS, Dimension
 from scruton.errors import InputError
 from scruton.griffin.posterior import names_of
-from scruton.shown import shown
+from scruton.shown import fields_in_brief, shown
 from scruton.sizing.damper_request import DamperRequest, RiskOf, read_damper
 from scruton.sizing.limits import Limit, limit
 from scruton.sizing.mode_shape import ModeShape, read_shape, read_table, sine, uniform
@@ -56,6 +56,7 @@ class Given:
     spread: bool | None = None
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)
 class Mode:
     """One mode of the bridge: its name, shape and structural damping ratio, and what is not plain.

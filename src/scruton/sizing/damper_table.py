@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from scruton.arrays import FloatArray
+from scruton.shown import fields_in_brief, shown
 from scruton.sizing.damper_request import delivered
 from scruton.sizing.dampers import TUNING_DRAWS, reality, shapes
 from scruton.sizing.model import ModeModel, unit_cube
@@ -27,6 +28,7 @@ _LEAST = 1e-4  # a risk below this is read as this: a sixth of what a draw is wo
 _LEAST_STROKE = 1e-4  # [m] that of a bridge that does not vibrate: a shorter one is read as this
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)
 class DamperTable:
     """What the dampers of a design leave with other factors of their mass, frequency and damping ratio.

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from scruton.arrays import BoolArray, FloatArray
+from scruton.shown import fields_in_brief, shown
 from scruton.sizing.bridge import Cost
 from scruton.sizing.damper_request import DamperRequest, Delivered, delivered
 from scruton.sizing.model import Draws, ModeModel, Spread, unit_cube
@@ -43,6 +44,7 @@ class Asked:
     stop_stiffness: float | None = None
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)
 class MassMap:
     """Risk and stroke of the best tuned dampers against their mass, (M,) arrays.
@@ -73,6 +75,7 @@ class MassMap:
         return np.asarray(within)
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)
 class Damper:
     """The lightest tuned mass dampers of one mode, and what they leave.

@@ -12,6 +12,7 @@ import numpy as np
 
 from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
+from scruton.shown import fields_in_brief, shown
 from scruton.sizing.bridge import Bridge, Mode
 from scruton.sizing.mode_shape import ModeShape
 from scruton.sizing.thresholds import (
@@ -85,6 +86,7 @@ class Input:
     source: str = ""
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True)
 class Inputs:
     """What a sizing was asked: every number of the bridge, and its files, from which `size` gives the same again.

@@ -20,6 +20,7 @@ from scruton.arrays import FloatArray
 from scruton.campaign.bounded import read_bytes
 from scruton.campaign.thresholds import LARGEST_NUMBER, LARGEST_TABLE
 from scruton.errors import InputError
+from scruton.shown import fields_in_brief, shown
 from scruton.sizing.thresholds import CLOSEST_POINTS
 
 _PANELS = 64  # of a half wave, and of a shape that is read from a file at least so many times two
@@ -29,6 +30,7 @@ _NODES = np.array([0.0, 0.5 - np.sqrt(3.0 / 28.0), 0.5, 0.5 + np.sqrt(3.0 / 28.0
 _WEIGHTS = np.array([9.0, 49.0, 64.0, 49.0, 9.0]) / 180.0
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)
 class ModeShape:
     """A mode shape along the span.

@@ -9,7 +9,7 @@ import numpy as np
 
 from scruton.documents import as_json, from_json, read_document
 from scruton.errors import InputError
-from scruton.shown import shown
+from scruton.shown import fields_in_brief, shown
 from scruton.sizing.checks import Required
 from scruton.sizing.damper_table import DamperTable
 from scruton.sizing.dampers import Damper
@@ -44,6 +44,7 @@ class StatedTransfer:
     handbook_factor: float | None = None
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True)
 class SizedBridge:
     """The bridge that the answer is for: title, motion, width and depth [m], air density [kg/m^3], coherence.
@@ -61,6 +62,7 @@ class SizedBridge:
     transfer: StatedTransfer | None = None
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)
 class ModeSizing:
     """One mode of the bridge.

@@ -8,6 +8,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.griffin.thresholds import X_TRUSTED
+from scruton.shown import fields_in_brief, shown
 from scruton.sizing.checks import LAW_FREE, Checks, Evidence, Reach, Required, required_of
 from scruton.sizing.limits import Limit
 from scruton.sizing.model import LAW, SECTION, SOURCES, Draws, ModeModel, sampling_error, unit_cube
@@ -18,6 +19,7 @@ _CURVES, _INNER = 256, 1024  # of the band: curves of the section, and draws of 
 _GRID = 81
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)
 class RiskCurve:
     """P(amplitude > limit) and more of one mode against one limit, along the damping ratio that is added.
@@ -48,6 +50,7 @@ class RiskCurve:
     expected_exceedance: FloatArray
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True, eq=False)
 class Risk:
     """One mode against one limit.

@@ -8,12 +8,11 @@ from textwrap import fill
 
 from scruton.app.init.channels import Found, records
 from scruton.app.init.look import is_record, look
-from scruton.app.init.write import Question, campaign_text, grouped
+from scruton.app.init.write import ANSWER, Question, campaign_text, grouped, of_quantity
 from scruton.app.run import Outcome
 from scruton.campaign import units
 from scruton.campaign.files import Files
 from scruton.campaign.load import FILE_NAME, UNFILLED
-from scruton.campaign.quantity import Quantity
 from scruton.documents import write_text
 from scruton.errors import InputError
 from scruton.report.wording import several
@@ -32,15 +31,23 @@ def run(arguments: Namespace) -> Outcome:
         raise InputError(path, "", "a campaign that is there already", "another folder, or --force to replace it")
     asking = sys.stdin is not None and sys.stdin.isatty() and not arguments.quiet and not arguments.json
     stated = arguments.sample_rate
-    rate = None if stated is None else _parsed(stated, units.FREQUENCY, "--sample-rate").mean
+    rate = None
+    if stated is not None:
+        rate = units.parse_quantity(stated, units.FREQUENCY, "command line", "--sample-rate").mean
     found, remarks = examine(folder, rate)
     if asking and rate is None and any(_timeless(one) for one in found):
-        answer = _answered(Question("sample_rate", "sample rate of records without any time", units.FREQUENCY))
+        what = "sample rate of records without any time"
+        answer = _answered(of_quantity("sample_rate", what, units.FREQUENCY))
         if answer:
-            found, remarks = examine(folder, _parsed(answer[""], units.FREQUENCY, "sample rate").mean)
+            found, remarks = examine(folder, units.parse_quantity(answer[""], units.FREQUENCY, ANSWER, what).mean)
+    nested = [path.name for path in sorted(folder.iterdir()) if path.is_dir() and any(map(is_record, path.rglob("*")))]
     if not found:
         reason = "; ".join(remarks[:3])
-        raise InputError(folder, "", f"no record{f' ({reason})' if reason else ''}", "files of motion against time")
+        below = f": `scruton init` of one of {', '.join(nested)}, or all of them in one folder" if nested else ""
+        wanted = f"files of motion against time in the folder itself{below}"
+        raise InputError(folder, "", f"no record{f' ({reason})' if reason else ''}", wanted)
+    if nested:
+        remarks.append(f"what lies in {', '.join(nested)}: only the folder itself was looked through")
     groups = grouped(found)
     answers = {one.key: _answered(one) for one in groups.questions()} if asking else {}
     text = campaign_text(folder, groups, answers, remarks)
@@ -81,10 +88,6 @@ def _timeless(one: Found) -> bool:
     return one.time is None and one.response.clock is None and one.rate is None
 
 
-def _parsed(text: str, dimension: units.Dimension, where: str) -> Quantity:
-    return units.parse_quantity(text, dimension, "command line", where)
-
-
 def _answered(question: Question) -> dict[str, str]:
     """Ask once, and again after what is no quantity, or not as many as are asked for; one may stand for all.
 
@@ -95,7 +98,7 @@ def _answered(question: Question) -> dict[str, str]:
     several = f" of {', '.join(question.of)}" if question.of else ""
     hint = "; one for all, or one each, with commas between\n " if len(question.of) > 1 else ""
     print(fill(f"{question.what[0].upper()}{question.what[1:]}{several},", line_width() or 80))
-    prompt = f"  such as {question.dimension.spelling.strip(chr(34))}{hint} (empty: later): "
+    prompt = f"  such as {question.example}{hint} (empty: later): "
     while True:
         try:
             answer = input(prompt).strip()
@@ -103,13 +106,28 @@ def _answered(question: Question) -> dict[str, str]:
             return {}
         if not answer:
             return {}
-        said = [one.strip() for one in re.split(r"[,;]\s+", answer)] if question.of else [answer]
         try:
-            for one in said:
-                _parsed(one, question.dimension, question.what)
+            said = _values(answer, question)
         except InputError as error:
             print(error)
+            continue
+        if len(said) in (1, len(names)):
+            return dict(zip(names, said * len(names) if len(said) == 1 else said, strict=True))
+        print(f"{len(said)} values; wanted one, or {len(names)}")
+
+
+def _values(answer: str, question: Question) -> list[str]:
+    """What an answer gives, one or several with commas between; InputError where one of them is no answer.
+
+    "0,3 m" is one that has a decimal comma, unless it makes sense as two.
+    """
+    ways = [re.split(r"\s*[,;]\s*", answer), re.split(r"[,;]\s+", answer)] if question.of else [[answer]]
+    for said in ways:
+        try:
+            for one in said:
+                question.read(one, question.what)
+        except InputError as error:
+            wrong = error
         else:
-            if len(said) in (1, len(names)):
-                return dict(zip(names, said * len(names) if len(said) == 1 else said, strict=True))
-            print(f"{len(said)} values; wanted one, or {len(names)}")
+            return said
+    raise wrong

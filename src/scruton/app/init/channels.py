@@ -22,6 +22,9 @@ _WIND_CHANNEL = re.compile(r"u$|u_?inf|(?:mean|free)?[ _]?(?:wind|flow)|anemomet
 _CALM = 0.1  # m/s: the mean of an anemometer that stands still
 _LENGTHS = re.compile(r"displ|heav|weg|auslenk|d[ée]plac|laser|lvdt|y|z|x", re.IGNORECASE)
 _ANGLES = re.compile(r"rot|theta|phi|pitch|roll|torsi|twist|alpha|angle|winkel|psi", re.IGNORECASE)
+_ACCELERATIONS = re.compile(r"acc|beschl|accél", re.IGNORECASE)
+_VOLTS = ("v", "mv", "volt", "volts")
+_ALIKE = 0.1  # of the variance: channels whose shares of the dominant line differ by less are alike
 _PURE = 0.3  # of the variance, the least share of the dominant line in what is called motion
 _STILL = re.compile(r"still|free|ring|calm|no_?wind|u0(?!\d)|ausschwing", re.IGNORECASE)
 _SAID = re.compile(r"growth|gtr|decay|dtr", re.IGNORECASE)
@@ -40,11 +43,17 @@ class Found:
     stretch: Stretch
     wind_speed: float | None = None  # m/s, where the file says it
     wind_measured: bool = False  # by a channel, whose mean it is
+    others: tuple[str, ...] = ()  # names of channels that say as plainly that they are motions
 
     @property
     def path(self) -> Path:
         """The file."""
         return self.source.path
+
+    @property
+    def uncalibrated(self) -> bool:
+        """Whether the file holds what a sensor gave, in volts."""
+        return _electrical(self.response)
 
     @property
     def angular(self) -> bool:
@@ -71,7 +80,7 @@ def _record(source: Source, members: Sequence[Channel], rate: float | None) -> I
     time = next((c for says in _TIMES for c in rising if says(c)), None)
     wind = next((float(c.values[0]) for c in members if c.values.size == 1 and _WIND.fullmatch(c.name)), None)
     blowing = None if wind is not None else _measured_wind(longest)
-    best: tuple[tuple[int, float], Channel, Motion, float, float] | None = None
+    candidates: list[tuple[tuple[int, float, float], Channel, Motion, float, float]] = []
     for channel in plain or longest:
         if channel is time or (time is not None and channel.values.size != time.values.size):
             continue
@@ -79,12 +88,14 @@ def _record(source: Source, members: Sequence[Channel], rate: float | None) -> I
         motion = oscillation(channel.values, step)
         if motion is None or motion.share < _PURE * (not (_named(channel) and channel.unit)):
             continue
-        rank = _named(channel), float(np.std(channel.values - np.median(channel.values)))
-        if best is None or rank > best[0]:
-            best = rank, channel, motion, start, step
-    if best is None:
+        # a second motion on a channel counts against it, the noise of the better of two does not
+        pure = round(motion.share / _ALIKE)
+        rank = _named(channel), pure, float(np.std(channel.values - np.median(channel.values)))
+        candidates.append((rank, channel, motion, start, step))
+    if not candidates:
         return
-    _, channel, motion, start, step = best
+    (named, *_), channel, motion, start, step = max(candidates, key=lambda one: one[0])
+    others = tuple(one.name for rank, one, *_ in candidates if rank[0] == named and one is not channel)
     speed = wind if wind is not None else blowing
     blows = _blows(source.path.stem) if speed is None else speed > 0.0
     for stretch in stretches(motion, start, step, wind=blows):
@@ -93,14 +104,18 @@ def _record(source: Source, members: Sequence[Channel], rate: float | None) -> I
         ):  # too little to see: it is called so
             stretch = replace(stretch, kind=Kind.DECAY if said[0].lower() in ("decay", "dtr") else Kind.GROWTH)
         known = rate if time is None and channel.clock is None else None
-        yield Found(source, channel, time, known, quantity_of(channel), stretch, speed or None, blowing is not None)
+        yield Found(
+            source, channel, time, known, quantity_of(channel), stretch, speed or None, blowing is not None, others
+        )
 
 
 def quantity_of(channel: Channel) -> str:
     """What a channel holds, as a record's table calls it: by its unit, or its name."""
-    if channel.unit is None:
+    if _electrical(channel) and _ACCELERATIONS.match(channel.name):
+        return "acceleration"
+    if channel.unit is None or _electrical(channel):
         return "rotation" if _ANGLES.match(channel.name) else "displacement"
-    return next((name for name, one in _QUANTITIES.items() if _fits(channel.unit, one)), "displacement")
+    return next((name for name, one in QUANTITIES.items() if _fits(channel.unit, one)), "displacement")
 
 
 def _measured_wind(channels: Iterable[Channel]) -> float | None:
@@ -140,9 +155,14 @@ def _axis(channel: Channel, time: Channel | None, rate: float | None) -> tuple[f
 
 def _named(channel: Channel) -> int:
     """How plainly a channel says that it is a motion: by its unit, by a word, as what is integrated; 0 where not."""
-    if channel.unit:
+    if channel.unit and not _electrical(channel):
         return next((rank for one, rank in _RANKS if _fits(channel.unit, one)), -1)
-    return 2 * bool(_LENGTHS.match(channel.name) or _ANGLES.match(channel.name))
+    accelerations = _electrical(channel) and _ACCELERATIONS.match(channel.name)
+    return 2 * bool(_LENGTHS.match(channel.name) or _ANGLES.match(channel.name)) or bool(accelerations)
+
+
+def _electrical(channel: Channel) -> bool:
+    return channel.unit is not None and channel.unit.lower() in _VOLTS
 
 
 def _fits(unit: str, dimension: units.Dimension) -> bool:
@@ -159,9 +179,13 @@ _TIMES: tuple[Callable[[Channel], bool], ...] = (
     lambda one: one.unit is not None and _fits(one.unit, units.TIME),
     lambda one: one.name.startswith("column ") or str(one.key).endswith("]"),
 )
-_QUANTITIES = {
+QUANTITIES = {
     "displacement": units.LENGTH, "rotation": units.ANGLE, "acceleration": units.ACCELERATION,
     "angular_acceleration": units.ANGULAR_ACCELERATION,
 }  # fmt: skip
+SCALES = {  # how a calibration of a sensor that gives volts is spelt
+    "displacement": "0.18 m/V", "rotation": "2 deg/V", "acceleration": "100 mV/g",
+    "angular_acceleration": "2 rad/s^2/V",
+}  # fmt: skip
 _ANGULAR = ("rotation", "angular_acceleration")
-_RANKS = [(one, 3 if name in ("displacement", "rotation") else 1) for name, one in _QUANTITIES.items()]
+_RANKS = [(one, 3 if name in ("displacement", "rotation") else 1) for name, one in QUANTITIES.items()]

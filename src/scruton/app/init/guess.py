@@ -14,10 +14,12 @@ _REST = 0.2  # of the largest amplitude: the middle one of a record of plucks wi
 _SUDDEN = 4  # cycles
 _LARGE = 0.25  # of the largest amplitude: a smaller release is a knock
 _ONE_OF_MANY = 0.09  # of their middle first amplitude: where all plucks of a channel are let go, at one level
+_ABOVE_REST = 3.0  # times the rest between plucks: where they are let go if all come to it, and that is later
 _LAST = 0.01  # of its first amplitude: where a lone decay is let go
 _SETTLED = 3  # cycles after the peak of a pluck: other modes have died away
 _FALLEN, _GROWN = 0.7, 1.5  # of the end over the beginning
 _EVEN = 1.15  # of its first half over its second: where a body is held that grows thereafter
+_RELEASED = 1.05  # of the amplitude at which it was held: the last cycle before a decay
 _BEYOND = 3.0  # times the scatter of its last half: how far a record has to fall or grow
 _FLAT = 0.25  # of the mean slope: that of the last quarter, where a decay has come to a steady amplitude
 _FEWEST = 6  # cycles of a window
@@ -78,6 +80,8 @@ def stretches(motion: Motion, start: float, step: float, *, wind: bool | None) -
     many = len(peaks) > 1
     settled = [min(peak + _SETTLED * many, len(a) - 1) for peak in peaks]
     common = _ONE_OF_MANY * float(np.median(a[settled]))
+    rests = [_rest(a[peak : end - _SUDDEN]) for peak, end in zip(peaks, ends, strict=True)]
+    common = min(common, _ABOVE_REST * max(rests)) if all(rests) else common
     found = []
     for peak, end in zip(peaks, ends, strict=True):
         first = peak + (_SETTLED if many else 0)
@@ -89,6 +93,16 @@ def stretches(motion: Motion, start: float, step: float, *, wind: bool | None) -
             begin, level = start + first * cycle * step, float(a[peak])
             found.append(Stretch(still, begin, stop, level, motion.frequency, _damping(a[first:last])))
     return found
+
+
+def _rest(a: FloatArray) -> float:
+    """Amplitude to which a pluck has come at its end; zero where it still falls there."""
+    tail = a[-(len(a) // 4) :]
+    half = len(tail) // 2
+    if half < _FEWEST:
+        return 0.0
+    first, last = float(np.median(tail[:half])), float(np.median(tail[half:]))
+    return last if first < _GROWN * last else 0.0  # noise in a narrow band wanders
 
 
 def _damping(a: FloatArray) -> float:
@@ -122,6 +136,16 @@ def _held(a: FloatArray, head: float) -> int:
     return rest if flat else 0
 
 
+def _held_above(a: FloatArray, head: float) -> int:
+    """Cycles at the beginning of a decay in which the body is still held; `head` is the amplitude there."""
+    low = np.flatnonzero(a < head / _GROWN)
+    until = int(low[0]) if len(low) else 0
+    half = until // 2
+    if half < _FEWEST or not head / _EVEN < float(np.median(a[half:until])) < _EVEN * head:
+        return 0
+    return 1 + int(np.flatnonzero(a[:until] >= float(np.median(a[:until])) / _RELEASED)[-1])
+
+
 def _whole(a: FloatArray, frequency: float, start: float, cycle: float, wind: bool | None) -> Stretch:
     """Take a channel whole: what its envelope does from the first tenth to the last, beyond its own scatter.
 
@@ -140,8 +164,12 @@ def _whole(a: FloatArray, frequency: float, start: float, cycle: float, wind: bo
     half = len(quarter) // 2
     fall = float(np.log(np.median(quarter[:half]) / np.median(quarter[half:])))
     settled = fall < _FLAT * -change / 8.0  # the middles of the halves lie an eighth of the record apart
+    held = _held_above(a, head)
+    begin = start + held * cycle if held else None
     if settled and tail < _LAST * float(a.max()) and not wind:  # it has come to rest: noise alone is left
         rest = int(np.argmax(a < _LAST * a.max()))
-        return Stretch(Kind.FREE_DECAY, None, start + rest * cycle, float(a.max()), frequency, _damping(a))
+        stop = start + rest * cycle
+        return Stretch(Kind.FREE_DECAY, begin, stop, float(a[held:].max()), frequency, _damping(a[held:rest]))
     in_wind = settled if wind is None else wind
-    return Stretch(Kind.DECAY if in_wind else Kind.FREE_DECAY, None, None, float(a.max()), frequency, _damping(a))
+    kind = Kind.DECAY if in_wind else Kind.FREE_DECAY
+    return Stretch(kind, begin, None, float(a[held:].max()), frequency, _damping(a[held:]))

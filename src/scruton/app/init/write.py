@@ -3,18 +3,20 @@
 import json
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from scruton.app.init.channels import Found, unit_of
+from scruton.app.init.channels import QUANTITIES, SCALES, Found, unit_of
 from scruton.campaign import units
 from scruton.campaign.load import UNFILLED
 from scruton.campaign.readers import is_delimited
 from scruton.campaign.schema import Kind
+from scruton.campaign.spelling import nearest
+from scruton.errors import InputError
 
 _KINDS = re.compile(
     r"(still[ _-]*air|free[ _-]*decay|ring[ _-]*down|still|free|growth|decay|steady|lock[ _-]*in|gtr|dtr)(?![a-z])",
@@ -24,16 +26,26 @@ _DIGITS = re.compile(r"(?<=\d)p(?=\d)")
 _DAMPED = re.compile(r"(?:sc|xi|zeta|damp\w*)[ _=-]*(\d+(?:\.\d+)?)$", re.IGNORECASE)  # a test called by its damping
 _APART, _ALIKE = 1.4, 1.25  # least factor between neighbours, largest one between numbers that are proportional
 
+ANSWER = "answer"  # where an error of one stands
 Answers = Mapping[str, Mapping[str, str]]
 
 
 class Question(NamedTuple):
-    """What no file of records tells: its key, words and dimension, and of which rigs or tests it is asked, if any."""
+    """What no file of records tells, and of which rigs, tests or channels it is asked, if of any."""
 
     key: str
     what: str
-    dimension: units.Dimension
+    example: str  # as an answer
+    read: Callable[[str, str], object]  # of an answer and `what`; InputError for what is none
     of: tuple[str, ...] = ()
+
+
+def of_quantity(key: str, what: str, dimension: units.Dimension, of: tuple[str, ...] = ()) -> Question:
+    """Ask for a quantity."""
+    return Question(
+        key, what, dimension.spelling.strip('"'),
+        lambda text, what: units.parse_quantity(text, dimension, ANSWER, what), of,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,18 +71,39 @@ class Groups:
     def questions(self) -> list[Question]:
         """What is to be asked."""
         asked = [
-            Question("width", "width of the section along the wind, B", units.LENGTH),
-            Question("depth", "depth of the section across the wind, D", units.LENGTH),
+            of_quantity("width", "width of the section along the wind, B", units.LENGTH),
+            of_quantity("depth", "depth of the section across the wind, D", units.LENGTH),
         ]
         if self.tests:
             dimension = units.INERTIA if self.angular else units.MASS
             silent = tuple(name for (name, _), records in self.tests.items() if records[0].wind_speed is None)
             asked += [
-                Question(self.mass, f"{self.mass} per unit length", dimension, tuple(self.rigs)),
-                Question("air_density", "air density", units.DENSITY),
-                *([Question("wind_speed", "wind speed", units.SPEED, silent)] if silent else []),
+                of_quantity(self.mass, f"{self.mass} per unit length", dimension, tuple(self.rigs)),
+                of_quantity("air_density", "air density", units.DENSITY),
+                *([of_quantity("wind_speed", "wind speed", units.SPEED, silent)] if silent else []),
             ]
+        if homeless := tuple(name for name, rig in self.tests if not rig):
+            asked.append(Question("rig", "the rig", next(iter(self.rigs)), self._rig_named, homeless))
+        if undamped := tuple(name for name, records in self.rigs.items() if not records):
+            what = "structural damping ratio (no ring-down in still air was found)"
+            asked.append(of_quantity("damping_ratio", what, units.DAMPING_RATIO, undamped))
+        if uncalibrated := tuple(dict.fromkeys(one.response.name for one in self.found if one.uncalibrated)):
+            example = next(SCALES[one.quantity] for one in self.found if one.uncalibrated)
+            asked.append(Question("scale", "calibration or sensitivity", example, self._scale, uncalibrated))
         return asked
+
+    def _rig_named(self, text: str, what: str) -> str:
+        if text not in self.rigs:
+            raise InputError(ANSWER, what, f'no rig "{text}"', nearest(text, self.rigs))
+        return text
+
+    def _scale(self, text: str, what: str) -> None:
+        one = next(one for one in self.found if one.uncalibrated)
+        try:
+            units.scaled_factor(text, one.response.unit, lambda unit: units.unit_factor(unit, QUANTITIES[one.quantity]))
+        except ValueError as error:
+            wanted = f'a factor such as "{SCALES[one.quantity]}", or a sensitivity, "100 mV/g"'
+            raise InputError(ANSWER, what, f'"{text}" for {one.response.unit} ({error})', wanted) from None
 
 
 def campaign_text(
@@ -85,7 +118,9 @@ def campaign_text(
     def asked(key: str, of: str = "") -> str:
         if (answer := answers.get(key, {}).get(of)) is not None:
             return f"{key} = {_text(answer)}"
-        return f"# {key} = {wanted[key].dimension.spelling}  # {UNFILLED}: {wanted[key].what}"
+        bare = key == "damping_ratio"
+        example = wanted[key].example if bare else _text(wanted[key].example)
+        return f"# {key} = {example}  # {UNFILLED}: {wanted[key].what}"
 
     angular, found, rigs, tests = groups.angular, groups.found, groups.rigs, groups.tests
     lines = [
@@ -106,14 +141,13 @@ def campaign_text(
         lines += [asked(groups.mass, name)] if tests else []
         lines += [f'frequency = "{frequency:.4g} Hz"  # the dominant line of its records']
         if not records:
-            lines += [f"# damping_ratio = 0.005  # {UNFILLED}: no ring-down in still air was found"]
+            lines += [asked("damping_ratio", name)]
         for one in records:
-            lines += _record(one, found, "rigs")
+            lines += _record(one, found, "rigs", asked)
     for (name, rig), records in tests.items():
         lines += ["", "[[tests]]", f"name = {_text(name)}"]
         guess = "  # a guess: names of tests and damping of rigs go together" if groups.by_damping else ""
-        unknown = f"# rig = {_text(next(iter(rigs)))}  # {UNFILLED}: the rig it is of"
-        lines += [f"rig = {_text(rig)}{guess}" if rig else unknown]
+        lines += [f"rig = {_text(rig)}{guess}" if rig else asked("rig", name)]
         stated = records[0].wind_speed
         if stated is not None:
             how = "the mean of a channel of its file" if records[0].wind_measured else "as its file says"
@@ -121,7 +155,7 @@ def campaign_text(
         else:
             lines += [asked("wind_speed", name)]
         for one in records:
-            lines += _record(one, found, "tests")
+            lines += _record(one, found, "tests", asked)
     if remarks:
         lines += ["", "# Left out:", *(f"# {' '.join(text.split())}" for text in remarks)]
     return "\n".join(lines) + "\n"
@@ -180,8 +214,8 @@ def _short(stem: str) -> str:
     return _DIGITS.sub(".", _KINDS.sub("", stem)).strip(" _-").replace("_", " ")
 
 
-def _record(one: Found, found: Sequence[Found], owner: str) -> list[str]:
-    """Spell the table of one record."""
+def _record(one: Found, found: Sequence[Found], owner: str, asked: Callable[[str, str], str]) -> list[str]:
+    """Spell the table of one record; `asked` spells what somebody may have been asked."""
     quantity = one.quantity
     key = "columns" if is_delimited(one.path) else "variables"
     names: dict[str, Any] = {quantity: one.response.key}
@@ -199,6 +233,10 @@ def _record(one: Found, found: Sequence[Found], owner: str) -> list[str]:
     if stated:
         guess = "" if one.response.unit is not None else "  # a guess: the file does not say"
         lines.append(f"units = {_table(stated)}{guess}")
+    if one.uncalibrated:
+        lines.append(asked("scale", one.response.name))
+    if one.others:
+        lines.append(f"# other channels that move: {', '.join(one.others)}")
     timed = one.time is not None or one.response.clock is not None or one.rate is not None
     if one.rate is not None:
         lines.append(f'sample_rate = "{one.rate:.10g} Hz"')

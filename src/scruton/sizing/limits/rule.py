@@ -7,11 +7,13 @@ from math import isfinite, pi, sqrt
 from scruton.campaign.schema import Motion
 from scruton.campaign.units import Dimension
 from scruton.errors import InputError
+from scruton.shown import fields_in_brief, shown
 
 ACCELERATION = Dimension("an acceleration", "m/s^2", 0.5)
 RMS = 1.0 / sqrt(2.0)  # root mean square of a harmonic, over its amplitude
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True)
 class Rule:
     """One acceptance rule.
@@ -49,6 +51,7 @@ class Rule:
     reading: Callable[[float], str] = lambda _value: ""
 
 
+@shown(fields_in_brief)
 @dataclass(frozen=True)
 class Limit:
     """A rule with its parameter."""
