@@ -10,7 +10,6 @@ from pathlib import Path
 
 import pytest
 
-from tests.conftest import CARD
 from tests.terminals import at_a_terminal
 from tests.test_docs import ROOT, blocks
 
@@ -70,10 +69,9 @@ def test_what_is_asked_is_what_the_page_shows_and_the_campaign_is_the_example(fo
     assert [one["mass"] for one in made["rigs"]] == [one["mass"]["mean"] for one in example["rigs"]]
 
 
-def test_the_four_commands_with_a_quick_card_leave_a_report(folder: Path) -> None:
-    (folder / "card.toml").write_text(CARD, encoding="utf-8")
+def test_the_four_commands_as_they_are_written_leave_a_report(folder: Path) -> None:
     for words in commands("3. "):
-        do(words, folder, *(["--model", "card.toml", "--test", "sc21.7"] if words[1:2] == ["fit"] else []))
+        do(words, folder)
     assert (folder / "out/deck/report/report.html").is_file()
     assert (folder / "out/deck/report/report.pdf").is_file()
 

@@ -174,7 +174,7 @@ def test_a_folder_that_holds_no_fit_is_refused(tmp_path, capsys):
 
 
 def test_a_sizing_that_is_not_one_is_refused(tmp_path):
-    with pytest.raises(InputError, match="no valid JSON"):
+    with pytest.raises(InputError, match="found nothing; wanted a folder that `scruton size` wrote"):
         load_sizing(tmp_path)
     write_document(tmp_path / "sizing.json", {"format": 1, "modes": []})
     with pytest.raises(InputError, match="a sizing that this version wrote"):
