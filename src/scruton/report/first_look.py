@@ -21,7 +21,7 @@ from scruton.report.conventions import (
 )
 from scruton.report.document import ALARM, CAUTION, Block, Callout, Chapter, Document, Table, numbered, paragraph
 from scruton.report.first_look_charts import griffin_pictures, record_pictures, ring_down_pictures
-from scruton.report.wording import PAGE, Notation, several, unit_text
+from scruton.report.wording import PAGE, Notation, how_many, unit_text
 from scruton.report.wording import plain_number as number
 
 TEST_HEADER = ("test", "rig", "U [m/s]", "U/(f0 D)", "Sc", "peak")
@@ -39,7 +39,7 @@ def overview(found: Check, notation: Notation, *, in_files: bool = False) -> lis
     heading = (
         f"{campaign.title}\n{section.motion.value}, B = {number(section.width)} m, D = {number(section.depth)} m"
         f"{'' if section.fluid is Fluid.AIR else f', in {section.fluid.value}'}; "
-        f"{several(len(campaign.rigs), 'rig')}, {several(len(campaign.tests), 'test')}"
+        f"{how_many(len(campaign.rigs), 'rig')}, {how_many(len(campaign.tests), 'test')}"
     )
     shown = {} if in_files else {"conventions": campaign.conventions}
     with conventions(shown):

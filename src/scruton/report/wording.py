@@ -143,7 +143,7 @@ def counted(probability: float) -> str:
     return f"{100.0 * probability:.{max(0, -math.floor(math.log10(error)))}f} %"
 
 
-def several(things: int, word: str) -> str:
+def how_many(things: int, word: str) -> str:
     """So many of what a word names: "1 rig", "3 rigs"."""
     return f"{things} {word}{'' if things == 1 else 's'}"
 

@@ -15,7 +15,7 @@ from scruton.campaign.files import Files
 from scruton.campaign.load import FILE_NAME, UNFILLED
 from scruton.documents import write_text
 from scruton.errors import InputError
-from scruton.report.wording import several
+from scruton.report.wording import how_many
 from scruton.terminal import line_width
 
 SMALL = 0.05  # of the largest steady amplitude of the same file: less is no lock-in
@@ -53,7 +53,7 @@ def run(arguments: Namespace) -> Outcome:
     text = campaign_text(folder, groups, answers, remarks)
     write_text(path, text)
     lines = [i for i, line in enumerate(text.splitlines(), start=1) if line.startswith("#") and UNFILLED in line]
-    said = f"{several(len(found), 'record')} in {several(len({one.path for one in found}), 'file')}.\n"
+    said = f"{how_many(len(found), 'record')} in {how_many(len({one.path for one in found}), 'file')}.\n"
     said += f"To be filled in: line{'s' * (len(lines) > 1)} {', '.join(map(str, lines))}.\n" if lines else ""
     return Outcome(said + f"Look it over, then: scruton check {folder}", [path], remarks)
 

@@ -23,7 +23,7 @@ from scruton.report.conventions import (
 from scruton.report.document import ALARM, CAUTION, Block, Callout, Heading, KeyFigures, Listing, Table, paragraph
 from scruton.report.needs import Content, needs
 from scruton.report.thresholds import SHARE_SHOWN, TESTS_ABREAST
-from scruton.report.wording import estimate, law_text, number, several, share, stated
+from scruton.report.wording import estimate, how_many, law_text, number, share, stated
 
 
 def summary_chapter(material: Material) -> Iterator[Block]:
@@ -109,12 +109,12 @@ def _basis(material: Material) -> Iterator[str]:
     """What the numbers rest on: records, law, prior, extrapolation."""
     campaign = material.fit.campaign
     sc = [test["parameters"]["scruton_number"]["median"] for test in material.tests if test["peak"]]
-    records = several(sum(len(test.records) for test in campaign.tests), "record")
-    words = f"It rests on {records} in wind of {several(len(campaign.tests), 'test')}"
+    records = how_many(sum(len(test.records) for test in campaign.tests), "record")
+    words = f"It rests on {records} in wind of {how_many(len(campaign.tests), 'test')}"
     if sc:
         between = " to ".join(scruton(one, digits=3) for one in sorted({min(sc), max(sc)}))
-        words += f", {several(len(sc), 'peak test')} among them (Sc = {between}), and on "
-        words += several(len(campaign.rigs), "rig")
+        words += f", {how_many(len(sc), 'peak test')} among them (Sc = {between}), and on "
+        words += how_many(len(campaign.rigs), "rig")
     yield (
         f"{words}. Intervals carry the record, the structural damping, the law of aerodynamic damping and the "
         "discrepancy between settings."
