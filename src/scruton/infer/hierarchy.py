@@ -116,10 +116,9 @@ class CampaignPosterior(Posterior):
         """What no record is read for, the discrepancies by themselves, and each test's own parameters.
 
         Given the shared curve tests know nothing of each other, and given the amplitudes and rates of the tests the
-        curve knows nothing of their noise, unless the law is among what is sampled, or no record of a test tells the
-        rate, and with it how long gusts last.  What costs no likelihood is moved several times to each move of the
-        tests; the discrepancies follow the squares of the tests' deviations from the curve, of which no regression on
-        the amplitudes and rates knows.
+        curve knows nothing of their noise, unless the law is sampled, too, or no record of a test tells the rate and so
+        how long gusts last.  What costs no likelihood is moved several times to each move of the tests; discrepancies
+        follow the squares of the tests' deviations, of which no regression knows.
         """
         shared = np.arange(self.own_coordinates[0].start)
         own = (Block(members, shared, j) for j, members in enumerate(self.apart, 1))
@@ -129,7 +128,7 @@ class CampaignPosterior(Posterior):
             free += [layout[name] for name in _BEYOND_RECORDS if name in layout]
             levels += [layout[name] for name in ("stable_amplitude", "relaxation_ratio", *noise) if name in layout]
         scales = np.array([self.coordinates[name] for name in SHARED[2:]])
-        joint = Block(np.r_[shared, np.array(free, dtype=int)], np.array(levels, dtype=int), times=TURNS_OF_THE_SHARED)
+        joint = Block(np.array([*shared, *free]), np.array(levels, dtype=int), times=TURNS_OF_THE_SHARED)
         return joint, Block(scales, np.arange(0), times=TURNS_OF_THE_SCALES), *own
 
     def _each(self, u: FloatArray) -> Iterator[tuple[PeakTest, Values]]:

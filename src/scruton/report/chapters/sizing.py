@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from scruton.report.chapters.hours import hours_left, hours_note, hours_rows
 from scruton.report.chapters.material import Material
 from scruton.report.chapters.required import required_damping, required_tables
 from scruton.report.chapters.together import (
@@ -111,9 +112,9 @@ def _sizing_blocks(content: Content, pictures: Mapping[str, Picture]) -> Iterato
     hours = Table(
         "hours",
         "Hours a year in lock-in, and expected beyond the limit",
-        ("mode", "lock-in U/(fD)", "hours a year", "beyond the limit (90 %)", *_hours_left(content)),
-        _hours(content, " to ", partial(number, digits=3), partial(number, digits=3)),
-        _hours_note(content),
+        ("mode", "lock-in U/(fD)", "hours a year", "beyond the limit (90 %)", *hours_left(content)),
+        hours_rows(content, " to ", partial(number, digits=3), partial(number, digits=3)),
+        hours_note(content),
     )
     if together.rows or hours.rows:
         yield Heading("All modes together")
@@ -274,40 +275,6 @@ def _cheapest(mode: Content) -> Iterator[str]:
         yield f"{least} damping is bought by the percentage point: {total} with {added} added damping{end}."
 
 
-def _hours(content: Content, between: str, velocity: Callable[..., str], hours: Callable[..., str]) -> list[Any]:
-    """One row a mode: reduced velocities of lock-in and whether they are assumed, hours in it and beyond the limit."""
-    yearly = content["all_modes"].get("hours")
-    if not yearly:
-        return []
-    columns = (yearly[key] for key in ("lock_in", "assumed", "a_year", "exceeding_a_year"))
-    ends = zip(yearly.get("exceeding_low", ()), yearly.get("exceeding_high", ()), strict=True)
-    interval = [f" ({hours(low)}{between}{hours(high)})" for low, high in ends]
-    rows = [
-        [name, between.join(map(velocity, bounds)) + (" (assumed)" if assumed else ""), hours(a_year), hours(beyond)]
-        for name, bounds, assumed, a_year, beyond in zip(content["all_modes"]["names"], *columns, strict=True)
-    ]
-    for row, ends_of in zip(rows, interval, strict=False):  # an earlier sizing has none
-        row[-1] += ends_of
-    left = [yearly["exceeding_with"][key] for key in _hours_left(content).values()]
-    return [(*row, *(hours(of[k]) for of in left)) for k, row in enumerate(rows)]
-
-
-def _hours_left(content: Content) -> dict[str, str]:
-    """Headings of the hours that are left with what is done about it, and where they stand."""
-    found = (content["all_modes"].get("hours") or {}).get("exceeding_with", {})
-    headings = {"with the required damping": "with_required_damping", "with all dampers": "with_dampers"}
-    return {heading: key for heading, key in headings.items() if key in found}
-
-
-def _hours_note(content: Content) -> str:
-    """What the amplitude against the wind speed was taken from, in a sentence a source."""
-    every = content["all_modes"]
-    of: dict[str, list[str]] = {}
-    for name, shape in zip(every["names"], (every.get("hours") or {}).get("shape", ()), strict=False):
-        of.setdefault(shape, []).append(name)
-    return " ".join(f"Amplitude over the lock-in range, {', '.join(names)}: {shape}." for shape, names in of.items())
-
-
 def number(value: float | None, digits: int = 4) -> str:
     """A number; where none exists (no amplitude is stable, no choice is allowed) in words."""
     return "no bound" if value is None else written(value, digits)
@@ -357,12 +324,12 @@ def sizing_summary(content: Content) -> Iterator[Block]:
             "all_modes", TOGETHER, ("", *modes_header(together["names"], "")),
             exceedances(content, "{:.3f}".format), for_any_note(together),
         )  # fmt: skip
-        hours = _hours(content, " .. ", "{:.2f}".format, TERMINAL.number)
+        hours = hours_rows(content, " .. ", "{:.2f}".format, TERMINAL.number)
         header = (
             "mode", "lock-in U/(fD)", "hours a year in lock-in", "expected hours beyond the limit (90 %)",
-            *_hours_left(content),
+            *hours_left(content),
         )  # fmt: skip
-        yield Table("hours", "", header, hours, _hours_note(content))
+        yield Table("hours", "", header, hours, hours_note(content))
     if not content.get("both"):
         yield from existing_blocks(content, "mode ", "{:.3f}".format)
     yield Callout(CAUTION, "", [*flags, *(warnings_note() if flags else ())])
