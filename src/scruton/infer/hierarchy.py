@@ -115,10 +115,9 @@ class CampaignPosterior(Posterior):
     def blocks(self) -> tuple[Block, ...]:
         """What no record is read for, the discrepancies by themselves, and each test's own parameters.
 
-        Given the shared curve tests know nothing of each other, and given the amplitudes and rates of the tests the
-        curve knows nothing of their noise, unless the law is sampled, too, or no record of a test tells the rate and so
-        how long gusts last.  What costs no likelihood is moved several times to each move of the tests; discrepancies
-        follow the squares of the tests' deviations, of which no regression knows.
+        Given the shared curve tests know nothing of each other, and given their amplitudes and rates it knows nothing
+        of their noise, unless the law is sampled, too, or no record tells the rate and so how long gusts last.  What
+        costs no likelihood is moved several times as often; discrepancies follow squares, of which no regression knows.
         """
         shared = np.arange(self.own_coordinates[0].start)
         own = (Block(members, shared, j) for j, members in enumerate(self.apart, 1))
