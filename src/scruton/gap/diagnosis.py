@@ -149,7 +149,7 @@ def diagnose_data(
     final = null
     also: dict[str, float] = {}
     for place in places[1:]:
-        weights = dict(place.gains) | {NONE: 0.0}
+        weights = place.gains | {NONE: 0.0}
         if UNKNOWN in weights:  # it is judged by the rule that it joined by
             weights[UNKNOWN] -= slack_of_further(weights[place.best.name])
         also[place.best.name] = probabilities(weights, prior, prior_none)[place.best.name]

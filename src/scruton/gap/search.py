@@ -181,13 +181,14 @@ def _together(null: FittedHypothesis, effects: Sequence[Candidate]) -> FittedHyp
 
     A force off the response or a jump has one optimum among many: from where its search begins it is not found again.
     """
-    fits = [effect.best for effect in effects if effect.best is not None]
-    hypothesis = Hypothesis(null.hypothesis.null, tuple(fit.hypothesis.variants[-1] for fit in fits))
+    acting = [effect for effect in effects if effect.best is not None]
+    hypothesis = Hypothesis(null.hypothesis.null, tuple(effect.variant for effect in acting if effect.variant))
     start = hypothesis.start()
     found = start.copy()
     shared = slice(null.mode.size)  # what the null model has comes first
-    start[shared], found[shared] = null.mode, (fits[-1] if fits else null).mode[shared]
-    for i, effect in enumerate(effect for effect in effects if effect.best is not None):
+    last = acting[-1].best if acting else None
+    start[shared], found[shared] = null.mode, (last or null).mode[shared]
+    for i, effect in enumerate(acting):
         for name, values in effect.optimum.items():
             found[hypothesis.slices[i, name]] = values
     return max((hypothesis.fit(point) for point in (start, found)), key=lambda fit: fit.log_evidence)

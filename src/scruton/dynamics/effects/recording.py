@@ -94,13 +94,11 @@ def _bending(term: Term, damping: Term, eases: float, name: str = "size") -> App
 def _stiffness(layout: Layout) -> list[Variant]:
     shares = {Extent.EVERYWHERE: (2.0, "in every record"), Extent.EACH_RIG: (1.0, "of every rig by its own")}
     # Change of the decay rate over that of the frequency: dE/dt = -2 xi omega0 <v^2> with the energy E of the spring.
-    forms = {
-        "A^2": (_bending(Term.STIFFNESS, Term.STRUCTURAL_SQUARE, 2.0 / 3.0), 1.0),
-        "A": (_bending(Term.STIFFNESS_LINEAR, Term.STRUCTURAL_LINEAR, 0.75 * np.pi - 2.0), 0.5),
-    }
+    square = (Term.STIFFNESS, Term.STRUCTURAL_SQUARE, 2.0 / 3.0)
+    linear = (Term.STIFFNESS_LINEAR, Term.STRUCTURAL_LINEAR, 0.75 * np.pi - 2.0)
     powers = {
-        "linear": _bending(Term.STIFFNESS_LINEAR, Term.STRUCTURAL_LINEAR, 0.75 * np.pi - 2.0, "linear"),
-        "square": _bending(Term.STIFFNESS, Term.STRUCTURAL_SQUARE, 2.0 / 3.0, "square"),
+        "linear": _bending(*linear, "linear"),
+        "square": _bending(*square, "square"),
         "fourth": adding(fourth=Term.STIFFNESS_FOURTH),
     }
 
@@ -110,7 +108,8 @@ def _stiffness(layout: Layout) -> list[Variant]:
 
     # Stops, gaps and springs that stiffen late follow no power of the amplitude.
     choices: list[tuple[str, Apply, tuple[str, ...], float]] = [
-        *((power, apply, ("size",), share) for power, (apply, share) in forms.items()),
+        ("A^2", _bending(*square), ("size",), 1.0),
+        ("A", _bending(*linear), ("size",), 0.5),
         ("A, A^2 and A^4", several, tuple(powers), 0.5),
     ]
     return [
