@@ -7,13 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from scruton.calibrate.bodies import draw_campaign
+from scruton.calibrate.campaigns import simulate_campaign
+from scruton.calibrate.regimes import REGIMES
 from scruton.campaign import load_campaign
 from scruton.campaign.schema import Kind, Motion
 from scruton.dynamics import Setting, force_parameters
 from scruton.envelope import Cycles, cycles_from_envelope, demodulate, ring_down
 from scruton.envelope.phase_diffusion import periodogram, phase_steps, step_spectrum, unbroken
 from scruton.infer.cards import ModelCard, load_card
-from scruton.infer.fit import envelope
+from scruton.infer.fit import envelope, fit_campaign
 from scruton.infer.models import WIND
 from scruton.infer.sampling import Sampling
 from scruton.infer.steady import (
@@ -278,3 +281,19 @@ def test_the_measured_lock_in_records_are_not_used(shared_data: Callable[[str], 
         assert not found.usable, found.explain()
         assert {"white innovations", "no slow gusts", "amplitude against phase"} <= failed(found)
         assert found.explain().endswith(": the frequency drifts")
+
+
+def test_of_records_that_swing_past_their_stable_amplitude_only_where_they_stand_counts():
+    regime, base = REGIMES["memory-one-rig"], quick_card()
+    drawn, setup, body = draw_campaign(regime, regime.card(base), *np.random.SeedSequence(5).spawn(2))
+    campaign = simulate_campaign(regime, drawn, setup, np.random.SeedSequence(6), body.rigs)
+    fit = fit_campaign(campaign, base, seed=1, thorough=False)
+    [test] = fit.summary["tests"]
+    assert [(one["used"], one["conditions"][0]["name"]) for one in test["lock_in"]] == [
+        (False, "comes to stand from one side")
+    ] * len(campaign.tests[0].records)
+    low, high = test["parameters"]["a_star"]["interval"]["0.90"]
+    assert low < drawn.a_star[0, 0] < high < 1.1 * low
+    assert sum("passes the one where it comes to stand" in flag for flag in fit.flags) == 1, "alike, in one sentence"
+    assert not any("filed as" in flag for flag in fit.flags)
+    assert any("no growth or decay record" in flag for flag in fit.flags), "nothing tells the rate"

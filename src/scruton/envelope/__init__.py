@@ -10,6 +10,7 @@ from scruton.envelope.lines import Line
 from scruton.envelope.quality import RecordQuality, assess
 from scruton.envelope.relaxation import Relaxation, relaxation
 from scruton.envelope.ringdown import DampingBand, LinearDamping, RingDown, ring_down
+from scruton.envelope.standing import Swing, swing
 from scruton.envelope.trial import (
     TRIAL_FUNCTIONS,
     CubicSpline,
@@ -36,6 +37,7 @@ __all__ = [
     "Relaxation",
     "RingDown",
     "SecondOrderExponential",
+    "Swing",
     "TrialFit",
     "TrialFunction",
     "aerodynamic_damping",
@@ -50,6 +52,7 @@ __all__ = [
     "relaxation",
     "review",
     "ring_down",
+    "swing",
     "total_damping",
     "trial_function",
     "usable",

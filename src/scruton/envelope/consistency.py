@@ -92,8 +92,9 @@ def _sampling(inspection: Inspection) -> Iterator[Remark]:
 def _kind(inspection: Inspection) -> Iterator[Remark]:
     """A growth that was filed as a decay, or the reverse, by the exponential fitted to the envelope."""
     for record, _, _ in inspection.records():
-        fitted = inspection.qualities[record.name].relaxation
-        if fitted is None:
+        quality = inspection.qualities[record.name]
+        fitted = quality.relaxation
+        if fitted is None or quality.swing:
             continue
         duration = float(record.time[-1] - record.time[0])
         first = fitted.first_amplitude

@@ -14,6 +14,7 @@ from scruton.envelope.lines import Line, second_line
 from scruton.envelope.relaxation import Relaxation, relaxation
 from scruton.envelope.ringdown import weighted_line
 from scruton.envelope.sampling import Sampling, quantum_of, run_lengths, sampling
+from scruton.envelope.standing import Swing, swing
 from scruton.envelope.types import Cycles
 from scruton.envelope.windows import cut
 from scruton.errors import InputError
@@ -51,6 +52,8 @@ class RecordQuality:
         What is to be said of the record by itself.
     relaxation : Relaxation or None
         The exponential fitted to the envelope; None for steady records.
+    swing : Swing or None
+        How a growth or decay passes the amplitude where it comes to stand, and returns; None where it does not.
     """
 
     name: str
@@ -65,6 +68,7 @@ class RecordQuality:
     relaxation_time: float
     remarks: tuple[Remark, ...]
     relaxation: Relaxation | None
+    swing: Swing | None = None
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -109,10 +113,14 @@ def assess(
     smooth = np.convolve(cycles.amplitude, np.ones(5) / 5.0, mode="valid")
     transient = record.kind in (Kind.GROWTH, Kind.DECAY)
     relaxed = relaxation(cycles) if record.kind is not Kind.STEADY else None
+    swung = swing(cycles) if transient else None
     stable = _stable(stable_amplitude, relaxed if transient else None, record, smooth)
+    if swung and stable_amplitude is None:
+        stable = float(swung.standing.amplitude.mean())
     line = None if record.is_envelope else second_line(record.time, record.response, cycles)
     remarks = [
-        *(_transient_remarks(record, stable, relaxed) if transient and relaxed else ()),
+        *(_transient_remarks(record, stable, relaxed) if transient and relaxed and not swung else ()),
+        *(_swing_remarks(record, swung) if swung else ()),
         *_sampling_remarks(record, steps),
         *([] if record.is_envelope else _signal_remarks(record, cycles, line)),
     ]
@@ -129,6 +137,7 @@ def assess(
         relaxation_time=relaxed.time if relaxed else float("nan"),
         remarks=tuple(remarks),
         relaxation=relaxed,
+        swing=swung,
     )
 
 
@@ -170,6 +179,18 @@ def _transient_remarks(record: Record, stable: float, relaxed: Relaxation) -> It
             f"the record lasts {{}} relaxation times, below the {least:g} that show the stable amplitude,",
             duration / relaxed.time, least * relaxed.time / duration,
         )  # fmt: skip
+
+
+def _swing_remarks(record: Record, swung: Swing) -> Iterator[Remark]:
+    past = "the amplitude passes the one where it comes to stand by {} and returns"
+    why = (
+        "as no damping makes it that depends on the amplitude alone (an air that remembers does, or a wind that "
+        "changes); only where it stands is it used, like lock-in, and no rate of relaxation"
+    )
+    yield Remark(
+        Severity.DOUBT, "swing", "record", record.name, f"{past.format(f'{swung.beyond:.0%}')}, {why}.",
+        f"{past.format('{} %')}, {why},", 100.0 * swung.beyond, swung.beyond / thresholds.SWING,
+    )  # fmt: skip
 
 
 def _sampling_remarks(record: Record, steps: Sampling) -> Iterator[Remark]:

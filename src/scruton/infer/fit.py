@@ -39,7 +39,7 @@ from scruton.infer.results import TRIAL, Fit, RigResult, Sampled, TestResult, Tr
 from scruton.infer.sampling import Known, Sampling, fewer_walkers
 from scruton.infer.speeds import NAME as SPEEDS
 from scruton.infer.speeds import fit_speeds
-from scruton.infer.steady import SteadyVerdict, judge_steady, steady_posterior
+from scruton.infer.steady import SteadyVerdict, judge_steady, judge_swing, steady_posterior
 from scruton.infer.store import convergence_frame
 from scruton.infer.thresholds import BARELY_MOVED, DEPARTS, NOT_WHITE, STEADY_FLOOR
 from scruton.infer.tree import build_tree, convergence_group, provenance_of_fit, summarise
@@ -110,7 +110,7 @@ def fit_campaign(
         *misfits,
         *varying_damping(campaign, rigs, tests),
         *departing(tests),
-        *(verdict.explain() for test in tests for verdict in test.steady if not verdict.usable),
+        *lock_in_not_used(tests),
         *([remark] if joint and (remark := joint.weights.flag or reference_remark(joint.weights)) else []),
     ]
     trials = [
@@ -217,8 +217,11 @@ def fit_test(
     verdicts = [
         judge_lock_in(r, cycles[r.name], priors, omega0, sampling) for r in test.records if r.kind is Kind.STEADY
     ]
+    swings = (judge_swing(r.name, cycles[r.name]) for r in test.records if r.kind in TRANSIENTS)
+    verdicts += [verdict for verdict in swings if verdict]
     # Lock-in that fluctuates as broad-band turbulence makes it counts like a transient; of other lock-in, the mean.
-    informative = {r.name: cycles[r.name] for r in test.records if r.kind in TRANSIENTS}
+    judged = {verdict.record for verdict in verdicts}
+    informative = {r.name: cycles[r.name] for r in test.records if r.name not in judged}
     informative |= {verdict.record: verdict.cycles for verdict in verdicts if verdict.usable}
     data = EnvelopeData.join(informative)
     steady = [steady_amplitude(verdict.cycles) for verdict in verdicts if not verdict.usable]
@@ -308,6 +311,13 @@ def misfit(tests: Sequence[TestResult]) -> list[str]:
     ]
 
 
+def lock_in_not_used(tests: Sequence[TestResult]) -> list[str]:
+    """Why of lock-in records the mean alone is used; what transients are used for a review of the records says."""
+    kinds = {record.name: record.kind for result in tests for record in result.test.records}
+    verdicts = (verdict for result in tests for verdict in result.steady)
+    return [v.explain() for v in verdicts if kinds[v.record] is Kind.STEADY and not v.usable]
+
+
 def departing(tests: Sequence[TestResult]) -> list[str]:
     """Tests whose drift is not that of the reference law."""
     flags = []
@@ -333,7 +343,7 @@ def unconstrained(sampled: Sampled, joint: Joint) -> list[str]:
     if not names:
         return []
     return [
-        f"{'tests' if len(names) > 1 else 'test'} {', '.join(names)}: no growth or decay record. Lock-in records give "
-        "the stable amplitude alone; the relaxation rate, and with it Y1, epsilon and amplitudes at other Scruton "
-        "numbers, rest on the prior"
+        f"{'tests' if len(names) > 1 else 'test'} {', '.join(names)}: no growth or decay record that tells of "
+        "damping. The others give the stable amplitude alone; the relaxation rate, and with it Y1, epsilon and "
+        "amplitudes at other Scruton numbers, rest on the prior"
     ]

@@ -33,8 +33,9 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.cycles import EnvelopeData
-from scruton.envelope import Cycles
+from scruton.envelope import Cycles, swing
 from scruton.envelope.phase_diffusion import periodogram, phase_steps, step_spectrum, unbroken
+from scruton.envelope.thresholds import SWING
 from scruton.infer import thresholds as limits
 from scruton.infer.models import NOISE, WindPosterior
 from scruton.stats.priors import Prior
@@ -181,6 +182,20 @@ def judge_steady(name: str, cycles: Cycles, samples: Samples, posterior: WindPos
         _phase(run, float(np.median(rate)), np.log(q), error),
     )
     return SteadyVerdict(name, conditions, kept, left_out)
+
+
+def judge_swing(name: str, cycles: Cycles) -> SteadyVerdict | None:
+    """What a transient that swings past its stable amplitude may be used for; None where it does not.
+
+    No damping that depends on the amplitude alone does that: it says nothing of the law, and only where it stands,
+    like lock-in, of the stable amplitude.
+    """
+    found = swing(cycles)
+    if found is None:
+        return None
+    text = f"the amplitude passes the one where it comes to stand by {found.beyond:.0%} (at most {SWING:.0%})"
+    condition = Condition("comes to stand from one side", False, found.beyond, 0.0, SWING, text)
+    return SteadyVerdict(name, (condition,), found.standing, cycles.time.size - found.standing.time.size)
 
 
 def gust_log_odds(
