@@ -15,6 +15,7 @@ from scruton.infer.cards import load_card
 from scruton.infer.fit import steady_amplitude
 from scruton.infer.free_runs import _run, free_runs
 from scruton.infer.models import WIND, SteadyAmplitude, StillAirPosterior, WindPosterior
+from scruton.infer.steady import SteadyVerdict
 from scruton.stats.priors import Prior
 from scruton.stats.sampler import sample
 
@@ -128,7 +129,8 @@ def test_a_lock_in_mean_strays_as_its_variance_says(length, gust_time):
     for i in range(count):
         a = lock_in_amplitudes(rng, cycles, 0.02, lam / gust_time, 0.01, 0.01)
         nothing = np.zeros(cycles)
-        level = steady_amplitude(Cycles(PERIOD * np.arange(cycles), a, *[nothing] * 4, 1.0 / PERIOD, 0.0))
+        record = Cycles(PERIOD * np.arange(cycles), a, *[nothing] * 4, 1.0 / PERIOD, 0.0)
+        level = steady_amplitude(SteadyVerdict("r", (), record))
         z[i] = (level.mean - 1.0) / np.sqrt(level.variance(wind_of))
     assert np.sqrt(np.mean(z**2)) == pytest.approx(1.0, abs=0.2)
 

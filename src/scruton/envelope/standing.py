@@ -4,8 +4,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from scruton.arrays import FloatArray
 from scruton.envelope.sampling import run_lengths
-from scruton.envelope.thresholds import FEWEST_STANDING, STANDING, SWING, SWING_SIGMAS, UNSETTLED_SWING
+from scruton.envelope.thresholds import (
+    FEWEST_STANDING,
+    STANDING,
+    SWING,
+    SWING_SIGMAS,
+    UNSETTLED,
+    UNSETTLED_SIGMAS,
+    UNSETTLED_SWING,
+)
 from scruton.envelope.types import Cycles
 
 
@@ -18,41 +27,59 @@ class Swing:
     beyond : float
         By how much it passes the amplitude where it comes to stand, over that.
     standing : Cycles
-        From where it stands.
+        From where it stands, or its second half where it swings to the end.
+    settled : bool
+        Whether it stands; the mean is else known to no better than what it swings by.
     """
 
     beyond: float
     standing: Cycles
+    settled: bool
 
 
-def swing(cycles: Cycles) -> Swing | None:
-    """How a transient swings past the amplitude where it comes to stand; None where it does not, or never stands.
+def swing(cycles: Cycles, *, anyway: bool = False) -> Swing | None:
+    """How a transient swings past the amplitude where it comes to stand; None where it does not.
+
+    `anyway` asks where it stands though it may not swing; None then where it is too short to say.
 
     Notes
     -----
     Where the damping depends on the amplitude alone, dA/dt = -omega xi(A) A, the amplitude comes to its stable value
     from one side and stays, but for what the wind's fluctuations do.  One that goes on by far more than it scatters
-    once it stands, and returns, has a second state behind it, an air that remembers: no such xi(A) describes it.
+    in the end, and returns, has a second state behind it, an air that remembers: no such xi(A) describes it.
     It stands if it does so for longer than it was away: where a swing turns round it rests, too.
     """
-    smooth = np.convolve(cycles.amplitude, np.ones(5) / 5.0, mode="valid")
-    late = smooth[3 * smooth.size // 4 :]
-    if late.size < FEWEST_STANDING:
+    whole = np.convolve(cycles.amplitude, np.ones(5) / 5.0, mode="valid")
+    quarter, half = 3 * whole.size // 4, whole.size // 2
+    if whole.size - quarter < FEWEST_STANDING:
         return None
+    smooth = np.log(np.maximum(whole, 1e-3 * whole.max()))
+    late = smooth[quarter:]
     level, scatter = float(np.median(late)), float(late.std())
-    halves = [float(half.mean()) for half in np.array_split(late, 2)]
-    if abs(halves[1] - halves[0]) > UNSETTLED_SWING * level:
-        return None
-    side = 1.0 if smooth[0] > level else -1.0
-    past = side * (level - smooth) / level  # positive on the side that it did not come from
+    crossed, beyond = _beyond(smooth, level, quarter)
+    moved = abs(float(smooth[half:quarter].mean()) - level)
+    if (anyway or abs(beyond) > max(SWING, SWING_SIGMAS * scatter)) and moved <= UNSETTLED:
+        far = np.abs(smooth - level) > max(STANDING, SWING_SIGMAS * scatter)
+        start = min(int(far.size - np.argmax(far[::-1])), quarter)
+        away = (smooth[crossed:start] > level) != (smooth[0] > level)
+        if smooth.size - start >= int(np.max(run_lengths(away), initial=0)):
+            return Swing(abs(float(np.expm1(beyond))), _from(cycles, start + 2), settled=True)  # the middle of five
+    level, scatter = float(smooth[half:].mean()), float(smooth[half:].std())
+    crossed, beyond = _beyond(smooth, level, half)
+    returned = bool(np.any((smooth[crossed:half] > level) == (smooth[0] > level)))
+    if anyway or (returned and abs(beyond) > max(UNSETTLED_SWING, UNSETTLED_SIGMAS * scatter)):
+        return Swing(abs(float(np.expm1(beyond))), _from(cycles, half + 2), settled=False)
+    return None
+
+
+def _beyond(log_amplitude: FloatArray, level: float, until: int) -> tuple[int, float]:
+    """Where a transient first crosses a level, and how far it goes beyond it before `until`, with its sign."""
+    side = 1.0 if log_amplitude[0] > level else -1.0
+    past = side * (level - log_amplitude)
     crossed = int(np.argmax(past > 0.0))
-    beyond = float(past[crossed : smooth.size - late.size].max(initial=0.0))
-    if not beyond > max(SWING, SWING_SIGMAS * scatter / level):
-        return None
-    far = np.abs(smooth - level) > max(STANDING * level, SWING_SIGMAS * scatter)
-    start = min(int(far.size - np.argmax(far[::-1])), smooth.size - late.size)
-    if smooth.size - start < int(np.max(run_lengths(past[crossed:start] > 0.0), initial=0)):
-        return None
-    start += 2  # the middle of five cycles
+    return crossed, -side * float(past[crossed:until].max(initial=0.0))
+
+
+def _from(cycles: Cycles, start: int) -> Cycles:
     names = ("time", "amplitude", "standard_error", "phase", "frequency", "frequency_error")
-    return Swing(beyond, replace(cycles, **{name: getattr(cycles, name)[start:] for name in names}))
+    return replace(cycles, **{name: getattr(cycles, name)[start:] for name in names})

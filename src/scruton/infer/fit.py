@@ -39,7 +39,7 @@ from scruton.infer.results import TRIAL, Fit, RigResult, Sampled, TestResult, Tr
 from scruton.infer.sampling import Known, Sampling, fewer_walkers
 from scruton.infer.speeds import NAME as SPEEDS
 from scruton.infer.speeds import fit_speeds
-from scruton.infer.steady import SteadyVerdict, judge_steady, judge_swing, steady_posterior
+from scruton.infer.steady import SteadyVerdict, judge_steady, judge_swings, steady_posterior
 from scruton.infer.store import convergence_frame
 from scruton.infer.thresholds import BARELY_MOVED, DEPARTS, NOT_WHITE, STEADY_FLOOR
 from scruton.infer.tree import build_tree, convergence_group, provenance_of_fit, summarise
@@ -217,14 +217,13 @@ def fit_test(
     verdicts = [
         judge_lock_in(r, cycles[r.name], priors, omega0, sampling) for r in test.records if r.kind is Kind.STEADY
     ]
-    swings = (judge_swing(r.name, cycles[r.name]) for r in test.records if r.kind in TRANSIENTS)
-    verdicts += [verdict for verdict in swings if verdict]
+    verdicts += judge_swings({r.name: cycles[r.name] for r in test.records if r.kind in TRANSIENTS})
     # Lock-in that fluctuates as broad-band turbulence makes it counts like a transient; of other lock-in, the mean.
     judged = {verdict.record for verdict in verdicts}
     informative = {r.name: cycles[r.name] for r in test.records if r.name not in judged}
     informative |= {verdict.record: verdict.cycles for verdict in verdicts if verdict.usable}
     data = EnvelopeData.join(informative)
-    steady = [steady_amplitude(verdict.cycles) for verdict in verdicts if not verdict.usable]
+    steady = [steady_amplitude(verdict) for verdict in verdicts if not verdict.usable]
     priors += (card.exponent,) if card.exponent else ()
     posterior = WindPosterior(priors, data, steady, omega0, card.law_n, card.initial_amplitude_sd)
     levels = np.array([astuple(amplitude) for amplitude in steady])
@@ -255,14 +254,15 @@ def judge_lock_in(
     return judge_steady(record.name, cycles, samples, posterior)
 
 
-def steady_amplitude(cycles: Cycles) -> SteadyAmplitude:
+def steady_amplitude(verdict: SteadyVerdict) -> SteadyAmplitude:
     """Mean amplitude of a lock-in record and its standard error, autocorrelation allowed for."""
     from arviz_stats.base import array_stats
 
+    cycles = verdict.cycles
     a = cycles.amplitude
     mean = float(a.mean())
     ess = float(array_stats.ess(a[None, :], method="mean", chain_axis=0, draw_axis=1)) if a.size >= 8 else 1.0
-    ess = ess if np.isfinite(ess) and ess >= 1.0 else 1.0
+    ess = ess if np.isfinite(ess) and ess >= 1.0 and verdict.settled else 1.0
     length = float(cycles.time[-1] - cycles.time[0]) + 1.0 / cycles.reference_frequency
     return SteadyAmplitude(mean, float(np.hypot(a.std() / np.sqrt(ess), STEADY_FLOOR * mean)), length)
 
