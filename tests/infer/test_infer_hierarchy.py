@@ -11,6 +11,7 @@ from scruton.dynamics.likelihood import Wind, innovations, pointwise_log_likelih
 from scruton.infer.hierarchy import SHARED, CampaignPosterior
 from scruton.infer.models import NOISE, WIND, SteadyAmplitude, WindPosterior
 from scruton.infer.peak_test import PeakTest
+from scruton.infer.thresholds import SET_POINT_IN_COMMON
 from scruton.stats.convergence import SamplerSettings
 from scruton.stats.optimum import _Directions, _laplace, climb_side_by_side
 from scruton.stats.priors import Prior
@@ -155,6 +156,9 @@ def obvious(posterior, u):
     if posterior.exponent:
         n = u.pop(0)
         prior += normal(n, posterior.exponent.first, posterior.exponent.second)
+    own_sd, common_sd = 0.3 * np.sqrt(0.14), 0.3 * np.sqrt(0.86)  # of the logarithms of set-point scatters, which share
+    common = u.pop(0)
+    prior += normal(common, np.log(0.008), common_sd)
     least = max(0.0, -n)  # of R/Sc, below which nothing vibrates
 
     def ratio_of(coordinate):
@@ -180,7 +184,8 @@ def obvious(posterior, u):
         xi = mine[-1] = damping_of(margin)
         prior += np.log(derivative(damping_of, margin))
         for coordinate, own in zip(mine[2:], one.wind.priors[2:], strict=True):
-            prior += normal(coordinate, np.log(own.first), own.second)
+            about = (common, own_sd) if own.name == "set_point_scatter" else (np.log(own.first), own.second)
+            prior += normal(coordinate, *about)
         factor = one.mass_damping_factor
         if one.factor_log_sd:
             z = u.pop(0)
@@ -325,16 +330,16 @@ def test_scatter_about_the_curve_is_the_discrepancy(n):
 
 def test_coordinates_are_named_and_those_of_a_test_stand_together():
     posterior = campaign(None)
-    assert posterior.names[:5] == (*SHARED, "law_exponent")
+    assert posterior.names[:6] == (*SHARED, "law_exponent", "common_set_point_scatter")
     own = [
         "stable_amplitude", "relaxation_ratio", "amplitude_scatter", "noise_factor", "gust_scatter", "gust_time",
         "set_point_scatter", "departure_scale", "damping_ratio",
     ]  # fmt: skip
-    assert [name.split(" of ")[0] for name in posterior.names[5:]] == [
+    assert [name.split(" of ")[0] for name in posterior.names[6:]] == [
         *own, "mass_factor", *own, own[0], "w", *own[2:], "mass_factor",
     ]  # fmt: skip
     assert [one.size for one in posterior.own_coordinates] == [10, 9, 10]
-    assert posterior.own_coordinates[0].start == 5
+    assert posterior.own_coordinates[0].start == 6
     assert posterior.own_coordinates[-1].stop == posterior.coordinates.size == len(posterior.priors)
 
 
@@ -502,3 +507,16 @@ def test_near_the_laws_bound_ensembles_meet_in_the_posterior():
             level = values[order][np.searchsorted(share, probability)]
             error = np.sqrt(probability * (1.0 - probability) * (1.0 / size + 1.0 / 600))
             assert (here < level).mean() == pytest.approx(probability, abs=4.0 * error)
+
+
+def test_the_set_point_scatters_of_tests_have_the_priors_of_the_card_and_go_together():
+    three = campaign(-1.0)
+    u = three.prior_sample(np.random.default_rng(4), 20000)[0]  # what the constraint cuts has no say in them
+    scatter = three.of_tests(u, "set_point_scatter")
+    own = three.tests[0].wind.prior("set_point_scatter")
+    np.testing.assert_allclose(scatter.mean(axis=0), own.location, atol=0.01)
+    np.testing.assert_allclose(scatter.std(axis=0), own.scale, rtol=0.02)
+    correlation = np.corrcoef(scatter.T)[np.triu_indices(3, 1)]
+    np.testing.assert_allclose(correlation, SET_POINT_IN_COMMON, atol=0.02)
+    alone = three.without_test("A").without_test("B")
+    assert not any("common" in name for name in alone.names)

@@ -12,8 +12,7 @@ lies off the shared curve by
 .. math:: \ln a^*_j = \ln A(Sc_j) + \tau z_j, \qquad \ln G_j = \ln G + \kappa w_j
 
 with z, w standard normal, and so will the next setting.  Amplitudes of different settings lie on one curve more closely
-than the slopes of their transients say, hence two scales; both have a prior in the model card, and two rigs or more
-inform them.
+than the slopes of their transients say, hence two scales; the card has their priors, two rigs or more inform them.
 
 For n < 0 the law has a bound, Sc < R/(-n): beyond it no wind makes the section vibrate.  What is sampled is the
 distance from it, :math:`\ln G` of the curve and :math:`\ln Sc_j - \ln(1 + n\,Sc_j/R_j)` of a test whose damping is not
@@ -28,18 +27,19 @@ from functools import cached_property
 import numpy as np
 
 from scruton.arrays import FloatArray, IntArray
-from scruton.dynamics.laws import amplitude_ratio
+from scruton.dynamics.laws import amplitude_ratio, bound
+from scruton.infer.in_common import InCommon
 from scruton.infer.models import NOISE, WIND
 from scruton.infer.peak_test import PeakTest
 from scruton.infer.remembered import Remembered
 from scruton.infer.thresholds import TURNS_OF_THE_SCALES, TURNS_OF_THE_SHARED
 from scruton.stats.posterior import Block, Coordinates, Posterior, Values
-from scruton.stats.priors import Prior
+from scruton.stats.priors import Prior, finite_exp, normal_log_density
 
+SET_POINT = "set_point_scatter"
 SHARED = ("reference_amplitude", "reference_relaxation_ratio", "discrepancy_amplitude", "discrepancy_relaxation")
 _BEYOND_RECORDS = ("damping_ratio", "mass_factor", "w")  # the likelihood of a test's transients does not know them
-_OF_A_MEAN = ("gust_scatter", "gust_time", "set_point_scatter")  # by which the mean of a lock-in record strays
-_LOG_2PI = float(np.log(2.0 * np.pi))
+_OF_A_MEAN = ("gust_scatter", "gust_time", SET_POINT)  # by which the mean of a lock-in record strays
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,10 +47,11 @@ class CampaignPosterior(Posterior):
     """Joint posterior of the peak tests.
 
     Sampled: the logarithms of A_ref, R_ref over the reference mass-damping factor, tau and kappa; n where it is free;
-    and for every test those of a*, lambda/omega0, scatter, noise factor, xi_s, and the standardised deviation of the
-    mass-damping factor.  Where n < 0, what R_ref exceeds its bound by stands for it, and xi_s over the share that is
-    left to its bound for xi_s (`PeakTest.damping_gives_way`); both are unbounded, and called by what they stand for.
-    Where a test's records say nothing of lambda its coordinate is w_j instead: no discrepancy squeezes it.
+    with several tests the set-point scatter that theirs lie about (`InCommon`); and for every test those of a*,
+    lambda/omega0, scatter, noise factor, xi_s, and the standardised deviation of the mass-damping factor.  Where n < 0,
+    what R_ref exceeds its bound by stands for it, and xi_s over the share that is left to its bound for xi_s
+    (`PeakTest.damping_gives_way`); both are unbounded, and called by what they stand for.  Where a test's records say
+    nothing of lambda its coordinate is w_j instead: no discrepancy squeezes it.
 
     Attributes
     ----------
@@ -80,6 +81,7 @@ class CampaignPosterior(Posterior):
         """Of the parameters that the coordinates stand for, one a coordinate; a* and lambda follow the curve."""
         priors = [replace(prior, name=name) for name, prior in zip(SHARED, self.shared, strict=True)]
         priors += [self.exponent] if self.exponent else []
+        priors += [self.in_common.prior] if self.in_common else []
         for test in self.tests:
             for name in test.parameters:
                 prior = test.wind.prior(name) if name in WIND else Prior(name, "normal", 0.0, 1.0)
@@ -105,25 +107,31 @@ class CampaignPosterior(Posterior):
     def own_coordinates(self) -> tuple[Coordinates, ...]:
         """Where the parameters of every test stand, by the names of `PeakTest.parameters`."""
         layouts: list[Coordinates] = []
-        start = len(SHARED) + (self.exponent is not None)
+        start = len(SHARED) + (self.exponent is not None) + (len(self.tests) > 1)
         for test in self.tests:
             layouts.append(Coordinates(dict.fromkeys(test.parameters), start))
             start = layouts[-1].stop
         return tuple(layouts)
 
     @cached_property
+    def in_common(self) -> InCommon | None:
+        """What the set-point scatters of several tests have in common."""
+        one, columns = self.tests[0], self._columns[SET_POINT][1]
+        return InCommon(one.wind.prior(SET_POINT), columns) if columns.size > 1 else None
+
+    @cached_property
     def blocks(self) -> tuple[Block, ...]:
         """What no record is read for, the discrepancies by themselves, and each test's own parameters.
 
         Given the shared curve tests know nothing of each other, and given their amplitudes and rates it knows nothing
-        of their noise, unless the law is sampled, too, or no record tells the rate and so how long gusts last.  What
+        of their noise but set-points, unless the law is sampled, too, or no record tells the rate, and so gusts.  What
         costs no likelihood is moved several times as often; discrepancies follow squares, of which no regression knows.
         """
         shared = np.arange(self.own_coordinates[0].start)
         own = (Block(members, shared, j) for j, members in enumerate(self.apart, 1))
         free, levels = [], []
         for test, layout in zip(self.tests, self.own_coordinates, strict=True):
-            noise = NOISE if self.exponent else () if test.relaxes else _OF_A_MEAN
+            noise = NOISE if self.exponent else (SET_POINT,) if test.relaxes else _OF_A_MEAN
             free += [layout[name] for name in _BEYOND_RECORDS if name in layout]
             levels += [layout[name] for name in ("stable_amplitude", "relaxation_ratio", *noise) if name in layout]
         scales = np.array([self.coordinates[name] for name in SHARED[2:]])
@@ -181,8 +189,8 @@ class CampaignPosterior(Posterior):
         """A_ref, R_ref, n and G of the shared curve, (W,) each."""
         sc, factor = self.reference
         log, n = self.named(u), self.exponents(u)
-        above = factor * _exp(log["reference_relaxation_ratio"])
-        return np.exp(log["reference_amplitude"]), above + _bound(n) * sc, n, above + np.maximum(n, 0.0) * sc
+        above = factor * finite_exp(log["reference_relaxation_ratio"])
+        return np.exp(log["reference_amplitude"]), above + bound(n) * sc, n, above + np.maximum(n, 0.0) * sc
 
     def settings(self, u: FloatArray) -> dict[str, FloatArray]:
         """Every test's parameters but its noise in their own units, by name, (W, J) each; NaN where there are none.
@@ -196,12 +204,12 @@ class CampaignPosterior(Posterior):
         each = [(test.mass_damping_factor, test.factor_log_sd, test.damping_gives_way) for test in self.tests]
         factor, log_sd, gives_way = np.array(each).T
         factor = factor * np.exp(log_sd * of["mass_factor"])
-        damping, ratio, bound = _exp(of["damping_ratio"]), np.exp(of["relaxation_ratio"]), _bound(n) * gives_way
-        share = 1.0 / (1.0 + bound * damping / ratio)
+        damping, ratio, least = finite_exp(of["damping_ratio"]), np.exp(of["relaxation_ratio"]), bound(n) * gives_way
+        share = 1.0 / (1.0 + least * damping / ratio)
         damping = share * damping
-        strength = factor * (share * ratio + (n + bound) * damping)
+        strength = factor * (share * ratio + (n + least) * damping)
         if not self._relaxes.all():
-            told = at_zero * _exp(_exp(self.named(u)["discrepancy_relaxation"])[:, None] * of["w"])
+            told = at_zero * finite_exp(finite_exp(self.named(u)["discrepancy_relaxation"])[:, None] * of["w"])
             relaxation = told - n * factor * damping
             strength = np.where(self._relaxes, strength, told)
             ratio = np.where(self._relaxes, ratio, np.where(relaxation > 0.0, relaxation, np.nan) / factor)
@@ -220,7 +228,7 @@ class CampaignPosterior(Posterior):
     def amplitude_density(self, u: FloatArray) -> FloatArray:
         """Log density of the stable amplitude of every test about the shared curve, (W, J)."""
         amplitude, _ = self._deviations(u, self.settings(u))
-        return _normal(amplitude, self.named(u)["discrepancy_amplitude"][:, None])
+        return normal_log_density(amplitude, self.named(u)["discrepancy_amplitude"][:, None])
 
     def inside(self, u: FloatArray) -> np.ndarray:
         """A stable amplitude at every tested setting, and for n < 0 at zero damping (Y1 < 0), (W,) of bool."""
@@ -270,8 +278,10 @@ class CampaignPosterior(Posterior):
             damping = np.log(s["damping_ratio"])
         self.named(terms)["reference_relaxation_ratio"] = self.shared[1].log_density(ratio)
         tau, kappa = (log[name][:, None] for name in SHARED[2:])
-        terms[:, self._columns["stable_amplitude"][1]] = _normal(amplitude, tau)
-        terms[:, self._columns["relaxation_ratio"][1]] = _normal(strength[:, self._relaxes], kappa)
+        terms[:, self._columns["stable_amplitude"][1]] = normal_log_density(amplitude, tau)
+        terms[:, self._columns["relaxation_ratio"][1]] = normal_log_density(strength[:, self._relaxes], kappa)
+        if self.in_common:
+            terms[:, self.in_common.columns] = self.in_common.log_density(u, log[self.in_common.prior.name])
         for column, test, value in zip(self._columns["damping_ratio"][1], self.tests, damping.T, strict=True):
             terms[:, column] = test.wind.prior("damping_ratio").log_density(value)
         return terms
@@ -330,10 +340,12 @@ class CampaignPosterior(Posterior):
         u = np.stack([prior.draw(rng, size) for prior in self.stated], axis=1)
         z = rng.standard_normal((2, size, len(self.tests)))
         n, log = self.exponents(u), self.named(u)
+        if self.in_common:
+            self.in_common.spread_about(u, log[self.in_common.prior.name])
         sc_ref, factor_ref = self.reference
         with np.errstate(all="ignore"):
             ratio = np.exp(log["reference_relaxation_ratio"])
-            log["reference_relaxation_ratio"] = np.log(ratio - _bound(n) * sc_ref / factor_ref)
+            log["reference_relaxation_ratio"] = np.log(ratio - bound(n) * sc_ref / factor_ref)
             good = np.isfinite(log["reference_relaxation_ratio"])
             a_ref, relaxation, _, at_zero = self.curve(u)
             for j, (test, values) in enumerate(self._each(u)):
@@ -362,9 +374,11 @@ class CampaignPosterior(Posterior):
                 if name in test.parameters:
                     values[name] = near[name]
             if test.damping_gives_way:
-                share = 1.0 - _bound(n[:, 0]) * np.exp(near["damping_ratio"] - near["relaxation_ratio"])
+                share = 1.0 - bound(n[:, 0]) * np.exp(near["damping_ratio"] - near["relaxation_ratio"])
                 values["damping_ratio"] -= np.log(np.maximum(share, 0.01))  # the draws may be of another law
         s, log = self.settings(u), self.named(u)
+        if self.in_common:
+            log[self.in_common.prior.name] = self.in_common.guess(u, rng)
         sc, factor = self.reference
         known = [j for j, test in enumerate(self.tests) if test.relaxes]
         if known:
@@ -384,17 +398,3 @@ class CampaignPosterior(Posterior):
 def _stable(s: dict[str, FloatArray], amplitude: FloatArray, strength: FloatArray) -> np.ndarray:
     """Whether each test has a stable amplitude and a positive strength of the wind, (W, J) of bool."""
     return np.asarray(np.isfinite(amplitude) & np.isfinite(strength) & (s["relaxation_ratio"] > 0.0))
-
-
-def _bound(n: FloatArray) -> FloatArray:
-    """Relaxation over Scruton number below which the law of exponent n allows no vibration."""
-    return np.maximum(-n, 0.0)
-
-
-def _exp(x: FloatArray) -> FloatArray:
-    """Exponential of coordinates that a search may take far out: beyond, where no posterior lives, it stays finite."""
-    return np.asarray(np.exp(np.clip(x, -300.0, 300.0)))
-
-
-def _normal(deviation: FloatArray, log_sd: FloatArray) -> FloatArray:
-    return np.asarray(-0.5 * (np.square(deviation * _exp(-log_sd)) + _LOG_2PI) - log_sd)

@@ -137,3 +137,13 @@ def check_support(priors: Sequence[Prior], values: Sequence[float]) -> None:
             )
     if faults:
         raise ValueError("; ".join(faults))
+
+
+def finite_exp(x: FloatArray) -> FloatArray:
+    """Exponential of coordinates that a search may take far out: beyond, where no posterior lives, it stays finite."""
+    return np.asarray(np.exp(np.clip(x, -300.0, 300.0)))
+
+
+def normal_log_density(deviation: FloatArray, log_sd: FloatArray) -> FloatArray:
+    """Log density of a deviation from the mean of a normal whose standard deviation is known by its logarithm."""
+    return np.asarray(-0.5 * (np.square(deviation * finite_exp(-log_sd)) + _LOG_2PI) - log_sd)

@@ -1,0 +1,52 @@
+"""What the tests of a campaign have in common beside the curve: how nearly one tunnel sets its wind again."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from scruton.arrays import FloatArray, IntArray
+from scruton.infer.thresholds import SET_POINT_IN_COMMON
+from scruton.stats.priors import Prior, normal_log_density
+
+
+@dataclass(frozen=True, eq=False)
+class InCommon:
+    """The set-point scatters of several tests, which lie about one that they share.
+
+    Every test keeps the prior of the card, ln s_j ~ N(m, s^2); two of them are correlated by `SET_POINT_IN_COMMON`,
+    rho: ln s_j = m + (c - m) + e_j, with c - m ~ N(0, rho s^2) and e_j ~ N(0, (1 - rho) s^2).  Two records that agree
+    by chance tell little of a scatter, and those of one test are no more.
+
+    Attributes
+    ----------
+    own : Prior
+        Of the scatter of each test, lognormal.
+    columns : (J,) array of int
+        Where it stands among the coordinates, by test.
+    """
+
+    own: Prior
+    columns: IntArray
+
+    @property
+    def prior(self) -> Prior:
+        """Of the scatter that they lie about."""
+        spread = float(np.sqrt(SET_POINT_IN_COMMON)) * self.own.scale
+        return Prior("common_set_point_scatter", "lognormal", float(np.exp(self.own.location)), spread, self.own.unit)
+
+    @property
+    def _spread(self) -> float:
+        return float(np.sqrt(1.0 - SET_POINT_IN_COMMON)) * self.own.scale
+
+    def log_density(self, u: FloatArray, common: FloatArray) -> FloatArray:
+        """Log prior of every test's coordinate given the common one (W,), (W, J)."""
+        return normal_log_density(u[:, self.columns] - common[:, None], np.log(self._spread))
+
+    def spread_about(self, u: FloatArray, common: FloatArray) -> None:
+        """Turn draws of the tests' own priors, in place, into draws about the common one."""
+        deviates = (u[:, self.columns] - self.own.location) / self.own.scale
+        u[:, self.columns] = common[:, None] + self._spread * deviates
+
+    def guess(self, u: FloatArray, rng: np.random.Generator) -> FloatArray:
+        """A common scatter near those of the tests, (W,)."""
+        return np.asarray(u[:, self.columns].mean(axis=1) + self._spread * rng.standard_normal(len(u)))
