@@ -17,6 +17,7 @@ from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.null_model import null_model
 from scruton.gap.probability import probabilities
 from scruton.gap.search import Place, search, slack_of_further
+from scruton.gap.speeds import DRIFT, SETTING, weighed_at_other_speeds
 from scruton.progress import Progress
 
 NONE, UNKNOWN = "none", catalogue.UNKNOWN.name
@@ -25,7 +26,7 @@ _NOISE = ("scatter", "noise", "gust_scatter", "gust_time", "set_point_scatter")
 # Names of one thing where few records are: a smooth change through two or three tests is nearly any change; a wake that
 # lags bends the damping, too.
 ALIKE = (
-    {"reduced_velocity_drift", "setting_dependence"},
+    {DRIFT, SETTING},
     {"fluid_memory", "aerodynamic_damping_nonlinearity"},
 )
 _STARTS = (0.0, -1.5, 1.2)  # of ln(aerodynamic rate), about the prior's centre
@@ -60,6 +61,9 @@ class Diagnosis:
         Probability of each effect found but the first, by name: judged in its place with the others in the model.
     places : dict
         The place that each of them was judged in.
+    at_other_speeds : dict
+        Log evidence over none of a drift with the reduced velocity and of settings that differ, in place of the first
+        effect found, tests at other speeds of the rigs read, too; empty where there are none.
     """
 
     data: GapData
@@ -75,6 +79,7 @@ class Diagnosis:
     lines: tuple[SecondLine, ...]
     also: Mapping[str, float] = field(default_factory=dict)
     places: Mapping[str, Place] = field(default_factory=dict)
+    at_other_speeds: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def verdict(self) -> str:
@@ -139,7 +144,8 @@ def diagnose_data(
     checks = {NONE: check(null)}
     # What stands beside an effect that is none after all is a verdict of its own.
     for places in (found, [Place(null, singles)]):
-        gains, probability = _judged(null, places, singles, lines, checks, prior, prior_none, workers)
+        told = weighed_at_other_speeds(places[0], effects, workers=workers)
+        gains, probability = _judged(places, singles, told, lines, checks, prior, prior_none, workers)
         top = max(probability, key=lambda name: probability[name])
         if top != NONE or len(places) == 1:
             break
@@ -149,7 +155,7 @@ def diagnose_data(
     final = null
     also: dict[str, float] = {}
     for place in places[1:]:
-        weights = place.gains | {NONE: 0.0}
+        weights = place.gains | weighed_at_other_speeds(place, effects, workers=workers) | {NONE: 0.0}
         if UNKNOWN in weights:  # it is judged by the rule that it joined by
             weights[UNKNOWN] -= slack_of_further(weights[place.best.name])
         also[place.best.name] = probabilities(weights, prior, prior_none)[place.best.name]
@@ -164,7 +170,7 @@ def diagnose_data(
     tell("done", 1.0)
     groups = _groups(gains, top)
     return Diagnosis(
-        data, null, attributed, final, singles, rivals, gains, probability, groups, checks, lines, also, beside
+        data, null, attributed, final, singles, rivals, gains, probability, groups, checks, lines, also, beside, told
     )
 
 
@@ -175,9 +181,9 @@ def diagnose(campaign: Campaign, **options: object) -> Diagnosis:
 
 
 def _judged(
-    null: FittedHypothesis,
     places: Sequence[Place],
     singles: Mapping[str, Candidate],
+    told: Mapping[str, float],
     lines: Sequence[SecondLine],
     checks: dict[str, Check],
     prior: Mapping[str, float],
@@ -185,13 +191,14 @@ def _judged(
     workers: int,
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Log weights and probabilities in the first place; the check of what leads there joins `checks`."""
-    base, rivals, gains, best = places[0].base, places[0].candidates, places[0].gains, places[0].best
+    base, rivals, gains = places[0].base, places[0].candidates, {**places[0].gains, **told}
+    best = rivals[max((name for name in gains if name in CATALOGUE), key=lambda name: gains[name])]
     leader = best.best if best.best and gains[best.name] > 0.0 else base
     checks[best.name if leader is not base else NONE] = mark = check(leader)
     # Forms differ a little: what is left is measured by what was explained, at the noise that is left.
     explained = max(gains[best.name], 0.0, _explained(null, leader)) if leader is not base else 0.0
     names = tuple(place.best.name for place in places if place.best.log_evidence > place.base.log_evidence)
-    line = _in_lines(lines, names, null.hypothesis.data)
+    line = _in_lines(lines, names, base.hypothesis.data)
     allowed = thresholds.ALLOWED_EXCESS + thresholds.ALLOWED_SHARE * explained
     left = max(mark.excess, line) - allowed
     if UNKNOWN in gains:  # a card may leave it out
