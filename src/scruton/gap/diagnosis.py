@@ -1,7 +1,7 @@
 """The verdict: the null model, one effect, two, or something that is in no catalogue."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -144,8 +144,8 @@ def diagnose_data(
     checks = {NONE: check(null)}
     # What stands beside an effect that is none after all is a verdict of its own.
     for places in (found, [Place(null, singles)]):
-        told = weighed_at_other_speeds(places[0], effects, workers=workers)
-        gains, probability = _judged(places, singles, told, lines, checks, prior, prior_none, workers)
+        places = [replace(one, told=weighed_at_other_speeds(one, effects, workers=workers)) for one in places]
+        gains, probability = _judged(null, places, singles, lines, checks, prior, prior_none, workers)
         top = max(probability, key=lambda name: probability[name])
         if top != NONE or len(places) == 1:
             break
@@ -155,13 +155,16 @@ def diagnose_data(
     final = null
     also: dict[str, float] = {}
     for place in places[1:]:
-        weights = place.gains | weighed_at_other_speeds(place, effects, workers=workers) | {NONE: 0.0}
+        weights = place.gains | {NONE: 0.0}
         if UNKNOWN in weights:  # it is judged by the rule that it joined by
             weights[UNKNOWN] -= slack_of_further(weights[place.best.name])
         also[place.best.name] = probabilities(weights, prior, prior_none)[place.best.name]
     if top == UNKNOWN:  # beside it stays what only the frequency shows
         also = {name: p for name, p in also.items() if CATALOGUE[name].channel == "frequency"}
-        attributed, final = (top, *also), (rivals[top].best if also else generic) or null
+        # a generic term that gains nothing says nothing of it
+        best, base = (rivals[top].best, places[0].base) if also else (generic, null)
+        final = best if best is not None and best.log_evidence > base.log_evidence else base
+        attributed = (top, *also)
     elif top != NONE:
         attributed, final = (top, *(name for name in others if name != top)), rivals[top].best or null
     also = {name: also[name] for name in attributed[1:]}
@@ -170,7 +173,20 @@ def diagnose_data(
     tell("done", 1.0)
     groups = _groups(gains, top)
     return Diagnosis(
-        data, null, attributed, final, singles, rivals, gains, probability, groups, checks, lines, also, beside, told
+        data,
+        null,
+        attributed,
+        final,
+        singles,
+        rivals,
+        gains,
+        probability,
+        groups,
+        checks,
+        lines,
+        also,
+        beside,
+        places[0].told,
     )
 
 
@@ -181,9 +197,9 @@ def diagnose(campaign: Campaign, **options: object) -> Diagnosis:
 
 
 def _judged(
+    null: FittedHypothesis,
     places: Sequence[Place],
     singles: Mapping[str, Candidate],
-    told: Mapping[str, float],
     lines: Sequence[SecondLine],
     checks: dict[str, Check],
     prior: Mapping[str, float],
@@ -191,16 +207,16 @@ def _judged(
     workers: int,
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Log weights and probabilities in the first place; the check of what leads there joins `checks`."""
-    base, rivals, gains = places[0].base, places[0].candidates, {**places[0].gains, **told}
+    base, rivals, gains = places[0].base, places[0].candidates, places[0].gains
     best = rivals[max((name for name in gains if name in CATALOGUE), key=lambda name: gains[name])]
     leader = best.best if best.best and gains[best.name] > 0.0 else base
     checks[best.name if leader is not base else NONE] = mark = check(leader)
     # Forms differ a little: what is left is measured by what was explained, at the noise that is left.
     explained = max(gains[best.name], 0.0, _explained(null, leader)) if leader is not base else 0.0
     names = tuple(place.best.name for place in places if place.best.log_evidence > place.base.log_evidence)
-    line = _in_lines(lines, names, base.hypothesis.data)
+    line = _in_lines(lines, names, null.hypothesis.data)
     allowed = thresholds.ALLOWED_EXCESS + thresholds.ALLOWED_SHARE * explained
-    left = max(mark.excess, line) - allowed
+    left = max(mark.excess, line, mark.knocks) - allowed
     if UNKNOWN in gains:  # a card may leave it out
         gains[UNKNOWN] = max(_preferred(gains)[UNKNOWN], max(gains[best.name], 0.0) + left)
         # Neither the catalogue nor the generic terms have a line beside the response: their evidence has no say there.

@@ -11,7 +11,7 @@ from scruton.dynamics.effects.effect import BENDS
 from scruton.dynamics.effects.terms import Belongs, Term
 from scruton.dynamics.limit_cycle import limit_cycle_amplitude, transferred
 from scruton.gap.bands import discrepancy_of_the_unknown
-from scruton.gap.check import SecondLine
+from scruton.gap.check import SecondLine, knocked
 from scruton.gap.data import GapData
 from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis, unexplained_lines
 from scruton.gap.finding import Finding, amplitudes_of
@@ -145,6 +145,9 @@ def describe_unknown(diagnosis: Diagnosis, findings: Sequence[Finding]) -> dict[
     else:
         form, largest, what = "none of the generic terms", 0.0, ""
         acting = layout.wind if layout.wind.any() else ~layout.wind
+        struck = {name for name, nats in knocked(diagnosis.final).items() if nats > 0.0}
+        if diagnosis.checks[NONE].knocks > UNKNOWN_NATS:
+            form, acting = "sudden knocks", np.array([name in struck for name in layout.records])
     amplitude = _amplitudes(diagnosis, acting)
     records = [name for name, acts in zip(layout.records, acting, strict=True) if acts]
     where = (

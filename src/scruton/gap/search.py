@@ -1,7 +1,7 @@
 """Which effects act together: one after another, in pairs where the generic term leads, and in place of each other."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -28,10 +28,13 @@ class Place:
         The null model with the other effects.
     candidates : mapping
         Every effect that is not among the others, and the unknown, added to `base`.
+    told : mapping
+        Gains of those of which further records tell, those read, too: in place of the gain by those in `base`.
     """
 
     base: FittedHypothesis
     candidates: Mapping[str, Candidate]
+    told: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def best(self) -> Candidate:
@@ -41,7 +44,8 @@ class Place:
     @property
     def gains(self) -> dict[str, float]:
         """Log evidence over that of the base, by name."""
-        return {name: candidate.log_evidence - self.base.log_evidence for name, candidate in self.candidates.items()}
+        base = self.base.log_evidence
+        return {name: self.told.get(name, one.log_evidence - base) for name, one in self.candidates.items()}
 
 
 def best_of(candidates: Mapping[str, Candidate]) -> Candidate:

@@ -63,6 +63,8 @@ LAGS = 6  # of the Ljung-Box test
 BLOCKS = 4  # parts of a record whose means and variances are compared
 FEWEST_CYCLES = 16  # of a record
 EXCESS_SIGMAS = 2.5  # standard deviations of chi-square that count as noise
+KNOCKS = 0.01  # of the cycles, in which something strikes the model or its sensor: one or two a record
+KNOCK_SIZE = 10.0  # of such an innovation over the others
 KURTOSIS_SHARE = 0.6  # of a kurtosis' standard errors, that counts: its distribution has a heavy right tail
 
 # ---- where
