@@ -230,9 +230,8 @@ def _speeds(diagnosis: Diagnosis) -> list[str]:
         return []  # nothing can follow a speed that does not change
     # between the peak tests, where what follows the speed is known; of one at an end, the other end and half way
     first, second = (0.5 * (low + high) if abs(own - end) < 0.25 * (high - low) else end for end in (low, high))
-    more = "more " if told else ""
     return [
-        f"{diagnosis.data.rigs[layout.rig[middle]]} at two {more}wind speeds, U/(f D) = {first:.3g} and {second:.3g} "
+        f"{diagnosis.data.rigs[layout.rig[middle]]} at two more wind speeds, U/(f D) = {first:.3g} and {second:.3g} "
         f"(now {own:.3g}), a growth and a decay at each, as tests of their own: where Y1 and epsilon are there what "
         "the peak tests of the other rigs let expect they follow the reduced velocity, where they stay those of this "
         "rig tests differ from setting to setting"

@@ -1,5 +1,6 @@
 """A campaign's gap.json: where the null model and the measurement part, which effect, how far the gap shrinks."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -69,13 +70,15 @@ def examine(
     *,
     workers: int = 2,
     thorough: bool = False,
+    design_sc: Sequence[float] = (),
     progress: Progress | None = None,
 ) -> tuple[Diagnosis, dict[str, Any], tuple[Finding, ...], Curves | None]:
     """Diagnose a campaign, or the one in a folder, and keep what the picture needs.
 
     That is the diagnosis, the content of gap.json, the findings, and the curves where they were made.
 
-    `thorough` adds the evidence of the leaders by bridge sampling, which takes half a minute or more.
+    `thorough` adds the evidence of the leaders by bridge sampling, which takes half a minute or more.  What the verdict
+    moves is said at `design_sc`, the bridge's Scruton numbers, where there are some.
     """
     campaign = source if isinstance(source, Campaign) else load_campaign(source)
     data = load_gap(campaign, card)
@@ -95,7 +98,7 @@ def examine(
         # before the temperatures: what `challenge tune` sets them by
         "log_weights": {name: w if np.isfinite(w) else None for name, w in diagnosis.log_weights.items()},
         "indistinguishable": [list(group) for group in confusions(diagnosis)],
-        "meaning": meaning(diagnosis),
+        "meaning": meaning(diagnosis, design_sc),
         "unknown": describe_unknown(diagnosis, findings),
         "where": [finding.to_json() for finding in findings],
         "shrink": shrink(diagnosis, workers=workers) if gap else {},
