@@ -313,6 +313,21 @@ def test_saturated_reading_is_the_describing_function(level, soft):
     assert slope == pytest.approx((up - down) / 2e-5, abs=2e-3)
 
 
+@pytest.mark.parametrize(("term", "power"), [("STIFFNESS_LINEAR", 1), ("STIFFNESS", 2), ("STIFFNESS_FOURTH", 4)])
+def test_a_spring_that_bends_has_the_third_harmonic_of_its_force(term, power):
+    """Of x'' + x + b|x|^p x = 0 to first order in b: its third harmonic, and its change of the frequency."""
+    theta = 2 * np.pi * (np.arange(4096) + 0.5) / 4096
+    force = np.abs(np.cos(theta)) ** power * np.cos(theta)
+    first, third = (2 * np.mean(force * np.cos(k * theta)) for k in (1, 3))
+    bend, ratio = 0.5 * first, third / 8.0  # k x - 9 k x_3 = -F_3
+    size, n = 0.01, 40
+    y = np.full(n, A_STAR)
+    data = channels(y, 1e-5, third=ratio * size / bend * y)
+    table = bare_table(1e-6, **{term: size / A_STAR**power})
+    v, _ = channel_innovations(data, table)
+    assert np.abs(v[0, -n:]).max() < 1e-3 * ratio * size / bend * A_STAR
+
+
 def test_kept_cycles_come_with_all_knots():
     """Also where there are as many cycles as knots."""
     data = channels(np.full(HATS, A_STAR), 1e-4)

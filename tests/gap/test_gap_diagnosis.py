@@ -8,7 +8,8 @@ import pytest
 from scruton.calibrate.challenge import case
 from scruton.calibrate.challenge.case import simulate_case
 from scruton.dynamics.effects import CATALOGUE
-from scruton.gap.attribute import Screen
+from scruton.gap import diagnosis
+from scruton.gap.attribute import Candidate, Screen
 from scruton.gap.check import check, second_lines
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import diagnose, fit_null
@@ -201,3 +202,14 @@ def test_a_wind_that_leaves_its_stated_speed_is_found():
         if answer["parameters"]["wind_speed_drift"]["from_start"]:
             break
     assert diagnose(campaign, workers=1).verdict == "wind_speed_drift"
+
+
+def test_records_held_out_lift_nothing_that_failed_the_absolute_check(monkeypatch, clean):
+    _, _, null = clean
+    best, generic = Candidate("structural_damping_error", 100.0, null), Candidate("unknown", 500.0, null)
+    for better in (True, False):
+        monkeypatch.setattr(diagnosis, "predicts_better", lambda *_, better=better, **__: better)
+        assert diagnosis._earned(null, best, generic, generic, False, 1) is not better
+        assert diagnosis._earned(null, best, generic, generic, True, 1)
+    stronger = replace(best, log_evidence=600.0)
+    assert not diagnosis._earned(null, stronger, generic, generic, True, 1)

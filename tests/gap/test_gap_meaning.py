@@ -1,5 +1,7 @@
 """What a verdict means, in numbers and in words."""
 
+from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -7,12 +9,14 @@ import pytest
 from scipy import stats
 
 from scruton.calibrate.challenge.case import simulate_case
-from scruton.dynamics.effects import UNKNOWN, Parameter
+from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Parameter
 from scruton.dynamics.effects.effect import Extent
-from scruton.gap.attribute import Screen
+from scruton.gap.attribute import Screen, weigh
+from scruton.gap.check import check, knocked
 from scruton.gap.data import load_gap
 from scruton.gap.diagnose import _quantiles, examine
 from scruton.gap.diagnosis import fit_null
+from scruton.gap.meaning import meaning
 from scruton.gap.shrink import _fraction
 from scruton.infer.cards import load_card
 from scruton.report.chapters.gap import contained_sentence, gap_sentence, gap_summary, shrink_sentence
@@ -61,6 +65,40 @@ def test_jumps_are_found_where_and_as_they_are() -> None:
     np.testing.assert_allclose(found.value("moment", 0)[0], [-one["jump_time"] for one in true], atol=0.05)
     np.testing.assert_array_equal(np.sign(found.value("size", 0)[0]), np.sign([one["jump_drive"] for one in true]))
     assert found.log_evidence > null.log_evidence + 100.0
+
+
+def test_what_moves_is_said_at_the_bridges_own_scruton_numbers() -> None:
+    campaign, _ = simulate_case(SEED, 7, "aerodynamic_damping_nonlinearity", 0.3)
+    data, null = fit_null(load_gap(campaign))
+    name = "aerodynamic_damping_nonlinearity"
+    final = weigh(null, [CATALOGUE[name]])[name].best
+    found: Any = SimpleNamespace(verdict=name, found=(name,), data=data, null=null, final=final)
+    middle = data.layout.scruton_number[data.middle]
+    (alone,) = (here := meaning(found))["at"]
+    assert alone == {"scruton_number": middle, "amplitude_change": here["amplitude_change"]}
+    assert "at the middle Scruton number moves by" in here["moves"]
+    there = meaning(found, [middle, 2.0 * middle])
+    same, other = (one["amplitude_change"] for one in there["at"])
+    assert there["amplitude_change"] == same
+    assert abs(same - other) > 1e-3
+    assert f"at Sc {middle:.4g} moves by" in there["moves"]
+    assert f", at Sc {2.0 * middle:.4g} moves by" in there["moves"]
+
+
+def test_knocks_are_told_from_noise_and_named() -> None:
+    campaign, _ = simulate_case(SEED, 1, None, 0.0)
+    tests = list(campaign.tests)
+    record = tests[1].records[0]
+    _, quiet = fit_null(load_gap(campaign))
+    assert check(quiet).knocks < 0.0
+    omega, rate = 2.0 * np.pi * campaign.rigs[1].frequency.mean, 0.01
+    since = record.time - 0.6 * record.time[-1]
+    blow = 0.6 * np.abs(record.response).max() * np.exp(-rate * omega * np.maximum(since, 0.0)) * np.sin(omega * since)
+    struck = replace(record, response=record.response + np.where(since > 0.0, blow, 0.0))
+    tests[1] = replace(tests[1], records=(struck, *tests[1].records[1:]))
+    _, null = fit_null(load_gap(replace(campaign, tests=tuple(tests))))
+    assert check(null).knocks > 15.0
+    assert [name for name, nats in knocked(null).items() if nats > 0.0] == [record.name]
 
 
 def test_an_unknown_cause_has_advice_that_can_be_followed(jumped: dict[str, Any]) -> None:

@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN, Effect
+from scruton.dynamics.effects.effect import Extent
+from scruton.dynamics.effects.terms import Term
 from scruton.gap import search as module
 from scruton.gap.attribute import Candidate
 from scruton.gap.search import Place
 
 A, B, C, BEND = "coulomb_friction", "structural_damping_nonlinearity", "fluid_memory", "stiffness_nonlinearity"
 EFFECTS = (*(CATALOGUE[name] for name in (A, B, C, BEND)), UNKNOWN)
+DATA = SimpleNamespace(layout=SimpleNamespace(records=("r",)))
 World = dict[tuple[str, ...], float]
 Search = Callable[..., list[Place]]
 
@@ -22,21 +25,34 @@ Search = Callable[..., list[Place]]
 def found(monkeypatch: pytest.MonkeyPatch) -> Search:
     """Search a world: log evidence by the effects in the model; sets that are not written down have that of none."""
 
-    def search(world: World, seen: Sequence[str] = ()) -> list[Place]:
+    def search(
+        world: World, seen: Sequence[str] = (), bending: Sequence[str] = (), own: Sequence[str] = ()
+    ) -> list[Place]:
+        def bend(table: Any, *_: object) -> None:
+            table[..., Term.STIFFNESS] += 1.0
+
         evidence = {frozenset(names): value for names, value in world.items()}
 
         def fit(names: Sequence[str]) -> Any:
             variants = tuple(
-                SimpleNamespace(name=name, parameters=(), scan="", seen=float(name in seen)) for name in names
-            )
+                SimpleNamespace(
+                    name=name, parameters=(), scan="", seen=float(name in seen),
+                    scope=SimpleNamespace(extent=Extent.EACH_RIG if name in own else Extent.EVERYWHERE),
+                    apply=bend if name in bending else lambda *_: None,
+                )
+                for name in names
+            )  # fmt: skip
             value = evidence.get(frozenset(names), 0.0)
             return SimpleNamespace(
                 log_evidence=value, mode=np.empty(0), names=tuple(names),
-                hypothesis=SimpleNamespace(null=None, variants=variants),
+                hypothesis=SimpleNamespace(null=None, variants=variants, data=DATA),
             )  # fmt: skip
 
         def weigh(base: Any, effects: Sequence[Effect], **_: object) -> dict[str, Candidate]:
-            fits = {effect.name: fit((*base.names, effect.name)) for effect in effects}
+            fits = {}
+            for effect in effects:  # of its forms the best, but where one alone is asked for
+                forms = [*([effect.name] if effect in EFFECTS else []), f"{effect.name} alike"]
+                fits[effect.name] = max((fit((*base.names, form)) for form in forms), key=lambda one: one.log_evidence)
             return {name: Candidate(name, one.log_evidence, one) for name, one in fits.items()}
 
         def hypothesis(_null: object, variants: Sequence[Any]) -> Any:
@@ -109,3 +125,22 @@ def test_what_the_frequency_shows_does_not_pay_for_the_damping(found: Search) ->
 def test_what_only_the_frequency_shows_stands_alone(found: Search) -> None:
     (place,) = found({(BEND,): 500.0, (BEND, A): 501.0, (BEND, "unknown"): 503.0})
     assert place.best.name == BEND
+
+
+def test_a_bend_that_is_not_quite_of_its_form_is_no_unknown_beside_itself(found: Search) -> None:
+    world: World = {(BEND,): 2000.0, ("unknown",): 700.0, (BEND, "unknown"): 2040.0}
+    assert found(world)[0].candidates["unknown"].log_evidence == 2040.0, "of the damping it may be"
+    (place,) = found(world, bending=("unknown",))
+    assert place.best.name == BEND, "40 nats are 2 % of what the bend explains"
+    assert len(found(world | {(BEND, "unknown"): 2120.0}, bending=("unknown",))) == 2
+
+
+def test_one_bend_read_with_a_wrong_gain_is_not_a_bend_of_every_rig(found: Search) -> None:
+    alike = f"{BEND} alike"
+    world: World = {
+        (BEND,): 2560.0, (alike,): 2100.0, (A,): 300.0, (B,): 80.0,
+        (BEND, A): 2560.0, (BEND, B): 2650.0, (alike, A): 2630.0, (alike, B): 2190.0,
+    }  # fmt: skip
+    assert names(found(world)) == [B, BEND], "alike in all of itself"
+    assert names(found(world, own=(BEND,))) == [A, BEND]
+    assert names(found(world | {(alike, A): 2500.0}, own=(BEND,))) == [B, BEND], "a form is off by no more than 4 %"

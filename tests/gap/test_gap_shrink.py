@@ -18,6 +18,7 @@ from scruton.gap.density import density, posterior_at_mode, posterior_without, r
 from scruton.gap.diagnosis import NONE, Diagnosis, fit_null
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.shrink import shrink
+from scruton.report.chapters.gap import shrink_sentence
 
 
 def diagnosed(campaign: Campaign, effect: str | None, label: str = "", rival: str = "") -> Diagnosis:
@@ -223,12 +224,33 @@ def test_one_rig_leaves_single_records_out() -> None:
     assert found["held_out"]["fraction"] > 0.5
 
 
-def test_still_air_alone_has_no_stable_amplitude() -> None:
+def test_still_air_alone_has_no_stable_amplitude_but_a_damping_curve() -> None:
     campaign, _ = simulate_case(900, 1, "structural_damping_nonlinearity", 0.4)
     still = replace(campaign, tests=())
     found = shrink(diagnosed(still, "structural_damping_nonlinearity", "as A^2, in every rig alike"))
     assert found["stable_amplitude"] == []
-    assert found["damping_discrepancy"] is None
+    curves, head = found["damping_discrepancy"], found["headline"]
+    assert curves["tests"] == []
+    assert [one["record"] for one in curves["records"]] == found["held_out"]["records"]
+    assert head == {
+        "records": 6, "damping_before": curves["held_out_before"], "damping_after": curves["held_out_after"],
+        "damping_worse": sum(one["after"] > one["before"] for one in curves["records"]),
+    }  # fmt: skip
+    assert head["damping_after"] < 0.5 * head["damping_before"]
+    said = shrink_sentence(found)
+    assert said.startswith("Of records left out in turn, the damping curve is off by ")
+    assert " of the structural damping after" in said
     assert len(found["held_out"]["records"]) == 6
     assert found["held_out"]["fraction"] is not None
     assert found["held_out"]["fraction"] > 0.8
+
+
+def test_one_record_in_still_air_leaves_none_to_foretell_it() -> None:
+    campaign, _ = simulate_case(900, 1, "structural_damping_nonlinearity", 0.4)
+    rig = replace(campaign.rigs[0], records=campaign.rigs[0].records[:1])
+    alone = replace(campaign, rigs=(rig,), tests=())
+    found = shrink(diagnosed(alone, "structural_damping_nonlinearity", "as A^2, in every rig alike"))
+    curves = found["damping_discrepancy"]
+    assert found["headline"] is None
+    assert (curves["records"], curves["held_out_before"]) == ([], None)
+    assert curves["after"] < curves["before"]

@@ -150,6 +150,7 @@ def diagnose(
     *,
     tests: str | Sequence[str] = (),
     thorough: bool = False,
+    scruton_numbers: float | Sequence[float] = (),
 ) -> "SavedDiagnosis":
     """Ask where the null model and the records part, which effect explains it, and how far the gap shrinks with it.
 
@@ -162,6 +163,8 @@ def diagnose(
         These alone; all if left out.
     thorough : bool
         The evidence of the leaders by bridge sampling, too.
+    scruton_numbers : float or sequence of float
+        Of the bridge: where it is said what the verdict moves.  The middle one of the tests if left out.
 
     Returns
     -------
@@ -178,7 +181,10 @@ def diagnose(
     from scruton.gap.diagnose import examine
     from scruton.gap.results import SavedDiagnosis
 
-    _, content, _, _ = examine(_campaign(campaign, tests), _card(card), thorough=thorough, progress=_Told())
+    _, content, _, _ = examine(
+        _campaign(campaign, tests), _card(card),
+        thorough=thorough, design_sc=list(several(scruton_numbers)), progress=_Told(),
+    )  # fmt: skip
     return SavedDiagnosis(**{field.name: content[field.name] for field in fields(SavedDiagnosis)})
 
 

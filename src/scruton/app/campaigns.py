@@ -87,7 +87,7 @@ def diagnose(arguments: Namespace) -> Outcome:
 
         usable(campaign, strict=True)
     folder, names = arguments.out or default_folder(arguments.campaign) / "gap", tests_named(campaign, arguments.tests)
-    settings = {"thorough": thorough, "tests": list(names)}
+    settings = {"thorough": thorough, "tests": list(names), **({"sc": arguments.sc} if arguments.sc else {})}
     if names:
         campaign = tests_used(campaign, names)
     claim = Run(
@@ -95,7 +95,7 @@ def diagnose(arguments: Namespace) -> Outcome:
     )
     with claim as work:
         diagnosis, content, findings, curves = examine(
-            campaign, card, workers=arguments.jobs, thorough=thorough, progress=work.bar
+            campaign, card, workers=arguments.jobs, thorough=thorough, design_sc=arguments.sc, progress=work.bar
         )
         pictures = save(gap_figure(diagnosis, findings, curves).figure, work.new, "gap", formats=("svg", "png"))
         work.write(RESULT, content)

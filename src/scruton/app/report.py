@@ -67,7 +67,7 @@ def of_campaign(arguments: Namespace) -> Outcome:
     task = FitTask.of(arguments)
     settings = {"sc": arguments.sc, "limits": limits, "gap": gap, "bridge": bridge is not None}
     with task.claim(arguments, sha256, settings) as work, SecondProcess(beside=arguments.jobs > 1) as second:
-        diagnosis = begun(second, gap_part, path, model) if gap else None
+        diagnosis = begun(second, gap_part, path, model, arguments.sc, checked) if gap else None
         known: Known = {}
         fit = task.fit(work, known)
         crossed = begun(second, crossed_part, whole_of(fit, known))

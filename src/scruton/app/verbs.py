@@ -280,6 +280,7 @@ VERBS = (
         jobs("threads", 2),
         Argument("--workers", dest="jobs", type=int, default=2, help=SUPPRESS),  # its name until version 1
         flag("--thorough", "evidence of the leaders by bridge sampling, too"),
+        SC,
         STRICT,
         force("the diagnosis that lies"),
         flag("--resume", "go on with an interrupted run: it begins again"),

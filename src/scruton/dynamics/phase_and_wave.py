@@ -47,7 +47,7 @@ def wave(x, third, se):  # type: ignore[no-untyped-def]
     """Innovation of the third harmonic, which nothing is learned from."""
     for w in range(row.LANES):
         level, blur = x[row.LEVEL, w], x[_H3R, w] * se
-        # A restoring force in x^3 makes a twelfth of its change of the frequency, one in x^5 an eighth.
-        bend = level * (x[_ST1, w] + level * (x[_ST2, w] + 1.5 * level * level * x[_ST4, w]))
+        # Of its change of the frequency a restoring force in x^3 makes a twelfth, x^5 an eighth, |x| x a twentieth.
+        bend = level * (0.6 * x[_ST1, w] + level * (x[_ST2, w] + 1.5 * level * level * x[_ST4, w]))
         x[row.V, w] = third - (1.0 + x[_GAIN, w]) * level * (x[row.THIRD, w] + x[_H3, w] + bend / 12.0)
         x[row.S, w] = blur * blur

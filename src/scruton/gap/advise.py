@@ -7,6 +7,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE
+from scruton.dynamics.effects.aerodynamic import SAME_SPEED
 from scruton.dynamics.effects.effect import Variant
 from scruton.dynamics.reading import readings
 from scruton.gap import thresholds
@@ -16,6 +17,7 @@ from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis
 from scruton.gap.further_record import FurtherRecord, separation
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.meaning import known_by_lines, line_words, strange_lines
+from scruton.gap.speeds import DRIFT, SETTING
 from scruton.gap.thresholds import BLIND, COSTS, FAR_MORE_PROBABLE, WANTED
 
 _USUAL = "20 % of the relaxation damping"
@@ -215,18 +217,24 @@ def _behind(diagnosis: Diagnosis, name: str) -> float:
 def _speeds(diagnosis: Diagnosis) -> list[str]:
     """Of tests that differ, whether it is the reduced velocity or the setting: one rig at the others' speeds tells."""
     layout, tests = diagnosis.data.layout, diagnosis.data.first_in_wind
-    if not {"reduced_velocity_drift", "setting_dependence"} & set(diagnosis.found) or len(tests) < 2:
+    if not {DRIFT, SETTING} & set(diagnosis.found) or len(tests) < 2:
+        return []
+    told = diagnosis.at_other_speeds
+    if len(told) == 2 and abs(told[DRIFT] - told[SETTING]) > thresholds.ALIKE_NATS:
         return []
     middle = diagnosis.data.middle
-    own = layout.reduced_velocity[middle]
-    others = layout.reduced_velocity[[r for r in tests.values() if r != middle]]
-    span = max(float(np.ptp(layout.reduced_velocity[layout.wind])), 0.05 * own)
-    low, high = min(float(others.min()), own - 0.5 * span), max(float(others.max()), own + 0.5 * span)
+    own = float(layout.reduced_velocity[middle])
+    speeds = layout.reduced_velocity[layout.wind]
+    low, high = float(speeds.min()), float(speeds.max())
+    if high - low <= SAME_SPEED * high:
+        return []  # nothing can follow a speed that does not change
+    # between the peak tests, where what follows the speed is known; of one at an end, the other end and half way
+    first, second = (0.5 * (low + high) if abs(own - end) < 0.25 * (high - low) else end for end in (low, high))
     return [
-        f"{diagnosis.data.rigs[layout.rig[middle]]} at two more wind speeds, U/(f D) = {low:.3g} and {high:.3g} (now "
-        f"{own:.3g}), a growth and a decay at each, as tests of their own: `scruton fit` gives each its own "
-        "relaxation and stable amplitude, while `scruton diagnose` reads one test a rig; where Y1 and epsilon change "
-        "with the speed they follow the reduced velocity, where they do not tests differ from setting to setting"
+        f"{diagnosis.data.rigs[layout.rig[middle]]} at two more wind speeds, U/(f D) = {first:.3g} and {second:.3g} "
+        f"(now {own:.3g}), a growth and a decay at each, as tests of their own: where Y1 and epsilon are there what "
+        "the peak tests of the other rigs let expect they follow the reduced velocity, where they stay those of this "
+        "rig tests differ from setting to setting"
     ]
 
 

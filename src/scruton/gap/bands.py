@@ -58,7 +58,7 @@ def discrepancy_of_the_unknown(diagnosis: Diagnosis) -> float:
     over the tests.
     """
     best = diagnosis.singles[UNKNOWN].best
-    if best is None:
+    if best is None or best.log_evidence <= diagnosis.null.log_evidence:
         return 0.0
     differences = []
     for r in diagnosis.data.first_in_wind.values():

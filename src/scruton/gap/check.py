@@ -1,6 +1,6 @@
 """The absolute check: whether a hypothesis leaves what noise would leave, or is the best of a bad lot."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,7 @@ from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign, Record
 from scruton.envelope import Cycles
 from scruton.gap.hypothesis import FittedHypothesis
-from scruton.gap.thresholds import BLOCKS, EXCESS_SIGMAS, FEWEST_CYCLES, KURTOSIS_SHARE, LAGS
+from scruton.gap.thresholds import BLOCKS, EXCESS_SIGMAS, FEWEST_CYCLES, KNOCK_SIZE, KNOCKS, KURTOSIS_SHARE, LAGS
 from scruton.stats.whiteness import ljung_box
 
 
@@ -27,6 +27,9 @@ class Check:
         Ljung-Box of the phase.
     excess : float
         What colour and level leave beyond noise, in nats.
+    knocks : float
+        Log likelihood of sudden, rare jumps of the amplitude over none, in nats: of innovations of which one in a
+        hundred is ten times as large as the others.
     """
 
     colour: float
@@ -35,25 +38,20 @@ class Check:
     tails: float
     phase: float
     excess: float
+    knocks: float
 
 
 def check(fit: FittedHypothesis) -> Check:
     """Test the innovations of a hypothesis at its optimum, in wind where there are such records."""
-    data, layout = fit.hypothesis.data.channels, fit.hypothesis.data.layout
+    data = fit.hypothesis.data.channels
     v, s = fit.hypothesis.innovations(fit.mode[None])
     z = (v / np.sqrt(s))[0]
     amplitude, phase = z[: data.size], z[data.size : 2 * data.size]
     # sums of squares that noise would make, and their degrees of freedom
     sums = {name: np.zeros(2) for name in ("colour", "level", "spread", "phase")}
     fourth, count = 0.0, 0
-    for r in range(len(layout.records)):
-        # In still air what is left is the demodulation's own: it counts only where there is nothing else.
-        if layout.wind.any() and not layout.wind[r]:
-            continue
-        cycles = data.record == r
+    for cycles in _checked(fit):
         x = amplitude[cycles][1:]
-        if x.size < FEWEST_CYCLES:
-            continue
         sums["colour"] += _ljung_box(x)
         for block in np.array_split(x, BLOCKS):
             n = block.size
@@ -74,7 +72,28 @@ def check(fit: FittedHypothesis) -> Check:
         max(0.0, 0.5 * (value - freedom) - EXCESS_SIGMAS * float(np.sqrt(0.5 * max(freedom, 1))))
         for value, freedom in (sums["colour"].tolist(), sums["level"].tolist())
     ]
-    return Check(**p, tails=float(ndtr(-KURTOSIS_SHARE * kurtosis)), excess=excess[0] + excess[1])
+    tails, knocks = float(ndtr(-KURTOSIS_SHARE * kurtosis)), sum(knocked(fit).values())
+    return Check(**p, tails=tails, excess=excess[0] + excess[1], knocks=knocks)
+
+
+def _checked(fit: FittedHypothesis) -> Iterator[np.ndarray]:
+    """Cycles of every record that is checked, (N,) of bool: of those in wind, where there are some."""
+    data, layout = fit.hypothesis.data.channels, fit.hypothesis.data.layout
+    for r in range(len(layout.records)):
+        # In still air what is left is the demodulation's own: it counts only where there is nothing else.
+        cycles = data.record == r
+        if (layout.wind[r] or not layout.wind.any()) and np.count_nonzero(cycles) > FEWEST_CYCLES:
+            yield cycles
+
+
+def knocked(fit: FittedHypothesis) -> dict[str, float]:
+    """Log likelihood of sudden, rare jumps of the amplitude over none, by record [nats]."""
+    data, layout = fit.hypothesis.data.channels, fit.hypothesis.data.layout
+    v, s = fit.hypothesis.innovations(fit.mode[None])
+    x = (v / np.sqrt(s))[0, : data.size]
+    rare = np.log(KNOCKS / KNOCK_SIZE) + 0.5 * x * x * (1.0 - KNOCK_SIZE**-2.0)
+    ratio = np.logaddexp(np.log1p(-KNOCKS), rare)
+    return {layout.records[data.record[cycles][0]]: float(ratio[cycles][1:].sum()) for cycles in _checked(fit)}
 
 
 def _ljung_box(x: FloatArray) -> tuple[float, int]:

@@ -1,6 +1,6 @@
 """A campaign as diagnosis reads it: still air and the peak tests, the cycles of every record, what belongs to each."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,11 +12,13 @@ from scruton.campaign.schema import Campaign, Kind, Record
 from scruton.dynamics import Setting
 from scruton.dynamics.cycles import ABSENT, Channels, gaps
 from scruton.dynamics.effects import Layout
+from scruton.dynamics.effects.aerodynamic import SAME_SPEED
 from scruton.dynamics.effects.terms import HATS
 from scruton.envelope import Cycles, usable
 from scruton.envelope.flat_tops import flat_top
 from scruton.envelope.harmonics import third_harmonic
 from scruton.errors import InputError
+from scruton.gap.thresholds import BEYOND_PEAKS
 from scruton.infer.cards import ModelCard, load_card
 from scruton.stats.priors import Prior
 
@@ -53,6 +55,9 @@ class GapData:
         By name of record.
     priors : dict
         Of the null model, by parameter.
+    at_other_speeds : GapData or None
+        The same with more records at the end: of tests at other speeds of its rigs, where the reduced velocity lies
+        between those of the peak tests, or a tenth of their span beyond.  None where there are none.
     """
 
     campaign: Campaign
@@ -69,6 +74,7 @@ class GapData:
     nominal_damping: FloatArray
     cycles: Mapping[str, Cycles]
     priors: Mapping[str, Prior]
+    at_other_speeds: "GapData | None" = None
 
     @property
     def first_in_wind(self) -> dict[int, int]:
@@ -77,7 +83,12 @@ class GapData:
 
     def referred_to(self, amplitude: float, rate: float) -> "GapData":
         """The same data with other reference amplitude and rate."""
-        return replace(self, layout=replace(self.layout, reference_amplitude=amplitude, reference_rate=rate))
+        more = self.at_other_speeds
+        return replace(
+            self,
+            layout=replace(self.layout, reference_amplitude=amplitude, reference_rate=rate),
+            at_other_speeds=None if more is None else more.referred_to(amplitude, rate),
+        )
 
 
 def load_gap(campaign: Campaign, card: ModelCard | None = None) -> GapData:
@@ -96,18 +107,46 @@ def load_gap(campaign: Campaign, card: ModelCard | None = None) -> GapData:
     """
     card = card or load_card()
     campaign, cycles = usable(campaign)
-    rigs, tests = (tuple(owner.name for owner in owners) for owners in (campaign.rigs, campaign.tests))
     stable = {
         test.name: float(np.median([settled_end(cycles[record.name]) for record in test.records]))
         for test in campaign.tests
         if test.records
     }
     peaks = {test.name for test in peak_tests(campaign, stable)} if stable else set()
+    data = _assembled(campaign, card, cycles, stable, peaks)
+    others = _between_peaks(data, cycles)
+    if not others:
+        return data
+    return replace(data, at_other_speeds=_assembled(campaign, card, cycles, stable, peaks, others))
+
+
+def _between_peaks(data: GapData, cycles: Mapping[str, Cycles]) -> set[int]:
+    """Tests beside the peak tests whose reduced velocity lies between those, by number; none where those are one."""
+    speeds = data.layout.reduced_velocity[data.layout.wind]
+    if not speeds.size or not np.ptp(speeds) > SAME_SPEED * speeds.max():
+        return set()
+    reach = SAME_SPEED * float(speeds.max()) + BEYOND_PEAKS * float(np.ptp(speeds))
+    low, high = float(speeds.min()) - reach, float(speeds.max()) + reach
+    rest = [j for j, test in enumerate(data.campaign.tests) if test.records and j not in data.first_in_wind]
+    return {j for j in rest if low <= _in_wind(data.campaign, j, cycles)[1] <= high}
+
+
+def _assembled(
+    campaign: Campaign,
+    card: ModelCard,
+    cycles: Mapping[str, Cycles],
+    stable: Mapping[str, float],
+    peaks: Collection[str],
+    others: Collection[int] = (),
+) -> GapData:
+    """Still air and the peak tests, then those tests that are named by their numbers."""
+    rigs, tests = (tuple(owner.name for owner in owners) for owners in (campaign.rigs, campaign.tests))
     entries = [(record, i, -1) for i, rig in enumerate(campaign.rigs) for record in rig.records]
+    numbers = [j for j, name in enumerate(tests) if name in peaks]
     entries += [
-        (record, rigs.index(test.rig), j)
-        for j, test in enumerate(campaign.tests)
-        for record in (test.records if test.name in peaks else ())
+        (record, rigs.index(campaign.tests[j].rig), j)
+        for j in (*numbers, *sorted(others))
+        for record in campaign.tests[j].records
     ]
     if not entries:
         raise InputError(campaign.path, "", "no record in any rig or peak test", "records to diagnose")
@@ -119,7 +158,7 @@ def load_gap(campaign: Campaign, card: ModelCard | None = None) -> GapData:
     sc, speed, aero, drive, mass_sd = (column.copy() for column in in_wind.T)
     stated = [rig.damping_ratio for rig in campaign.rigs]
     damping = np.array([ratio.mean if ratio else np.nan for ratio in stated])
-    by_sc = sorted(_first_in_wind(of_test).values(), key=lambda r: sc[r])
+    by_sc = sorted((r for j, r in _first_in_wind(of_test).items() if tests[j] in peaks), key=lambda r: sc[r])
     middle = by_sc[(len(by_sc) - 1) // 2] if by_sc else -1
     demodulated = [cycles[record.name] for record in records]
     largest = np.array([float(np.max(track.amplitude)) for track in demodulated])

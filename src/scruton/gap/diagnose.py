@@ -1,5 +1,6 @@
 """A campaign's gap.json: where the null model and the measurement part, which effect, how far the gap shrinks."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -69,13 +70,15 @@ def examine(
     *,
     workers: int = 2,
     thorough: bool = False,
+    design_sc: Sequence[float] = (),
     progress: Progress | None = None,
 ) -> tuple[Diagnosis, dict[str, Any], tuple[Finding, ...], Curves | None]:
     """Diagnose a campaign, or the one in a folder, and keep what the picture needs.
 
     That is the diagnosis, the content of gap.json, the findings, and the curves where they were made.
 
-    `thorough` adds the evidence of the leaders by bridge sampling, which takes half a minute or more.
+    `thorough` adds the evidence of the leaders by bridge sampling, which takes half a minute or more.  What the verdict
+    moves is said at `design_sc`, the bridge's Scruton numbers, where there are some.
     """
     campaign = source if isinstance(source, Campaign) else load_campaign(source)
     data = load_gap(campaign, card)
@@ -95,7 +98,7 @@ def examine(
         # before the temperatures: what `challenge tune` sets them by
         "log_weights": {name: w if np.isfinite(w) else None for name, w in diagnosis.log_weights.items()},
         "indistinguishable": [list(group) for group in confusions(diagnosis)],
-        "meaning": meaning(diagnosis),
+        "meaning": meaning(diagnosis, design_sc),
         "unknown": describe_unknown(diagnosis, findings),
         "where": [finding.to_json() for finding in findings],
         "shrink": shrink(diagnosis, workers=workers) if gap else {},
@@ -123,18 +126,27 @@ def examine(
 
 
 def left_out_tests(data: GapData) -> list[str]:
-    """What was not read, and what can be done with it: the tests of a rig beside its peak test, in a sentence."""
+    """What was not read, or of one thing alone, and what can be done with it: tests of a rig beside its peak test."""
     numbers = [(j, test.name) for j, test in enumerate(data.campaign.tests) if test.records]
+    asked = data.first_in_wind if data.at_other_speeds is None else data.at_other_speeds.first_in_wind
     read = [name for j, name in numbers if j in data.first_in_wind]
-    left_out = [name for j, name in numbers if j not in data.first_in_wind]
-    if not left_out:
-        return []
-    return [
-        f"Left out of the diagnosis: {', '.join(left_out)}. The null model has one pair of aerodynamic parameters, so "
-        f"that of every rig the peak test alone is read ({', '.join(read) or 'none with records'}). `scruton fit` "
-        "gives every test parameters of its own; `scruton diagnose --tests` with another of them in the place of a "
-        "peak test diagnoses that one."
-    ]
+    speeds = [name for j, name in numbers if j in asked and j not in data.first_in_wind]
+    left_out = [name for j, name in numbers if j not in asked]
+    said = []
+    if speeds:
+        said.append(
+            f"Tests at other speeds of a rig: {', '.join(speeds)}. They are asked one thing alone, whether what "
+            "differs between the peak tests follows the reduced velocity or belongs to the rig; a Y1 and an epsilon of "
+            "their own are no gap, for within lock-in they change with the speed."
+        )
+    if left_out:
+        said.append(
+            f"Left out of the diagnosis: {', '.join(left_out)}. The null model has one pair of aerodynamic parameters, "
+            f"so that of every rig the peak test alone is read ({', '.join(read) or 'none with records'}). "
+            "`scruton fit` gives every test parameters of its own; `scruton diagnose --tests` with another of them in "
+            "the place of a peak test diagnoses that one."
+        )
+    return said
 
 
 def _reference(data: GapData) -> str:
@@ -170,7 +182,10 @@ def _evidence(diagnosis: Diagnosis, thorough: bool) -> dict[str, Any]:
                     draws: over.effective_size,
                 }  # fmt: skip
     gains = {candidate.name: candidate.log_evidence - null.log_evidence for candidate in ranked}
-    return {"gain": {k: v if np.isfinite(v) else None for k, v in gains.items()}, "leaders": checked}
+    return {
+        "gain": {k: v if np.isfinite(v) else None for k, v in gains.items()}, "leaders": checked,
+        "at_other_speeds": dict(diagnosis.at_other_speeds),
+    }  # fmt: skip
 
 
 def found_parameters(diagnosis: Diagnosis, name: str) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """The verdict: the null model, one effect, two, or something that is in no catalogue."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.null_model import null_model
 from scruton.gap.probability import probabilities
 from scruton.gap.search import Place, search, slack_of_further
+from scruton.gap.speeds import DRIFT, SETTING, weighed_at_other_speeds
 from scruton.progress import Progress
 
 NONE, UNKNOWN = "none", catalogue.UNKNOWN.name
@@ -25,7 +26,7 @@ _NOISE = ("scatter", "noise", "gust_scatter", "gust_time", "set_point_scatter")
 # Names of one thing where few records are: a smooth change through two or three tests is nearly any change; a wake that
 # lags bends the damping, too.
 ALIKE = (
-    {"reduced_velocity_drift", "setting_dependence"},
+    {DRIFT, SETTING},
     {"fluid_memory", "aerodynamic_damping_nonlinearity"},
 )
 _STARTS = (0.0, -1.5, 1.2)  # of ln(aerodynamic rate), about the prior's centre
@@ -60,6 +61,9 @@ class Diagnosis:
         Probability of each effect found but the first, by name: judged in its place with the others in the model.
     places : dict
         The place that each of them was judged in.
+    at_other_speeds : dict
+        Log evidence over none of a drift with the reduced velocity and of settings that differ, in place of the first
+        effect found, tests at other speeds of the rigs read, too; empty where there are none.
     """
 
     data: GapData
@@ -75,6 +79,7 @@ class Diagnosis:
     lines: tuple[SecondLine, ...]
     also: Mapping[str, float] = field(default_factory=dict)
     places: Mapping[str, Place] = field(default_factory=dict)
+    at_other_speeds: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def verdict(self) -> str:
@@ -139,6 +144,7 @@ def diagnose_data(
     checks = {NONE: check(null)}
     # What stands beside an effect that is none after all is a verdict of its own.
     for places in (found, [Place(null, singles)]):
+        places = [replace(one, told=weighed_at_other_speeds(one, effects, workers=workers)) for one in places]
         gains, probability = _judged(null, places, singles, lines, checks, prior, prior_none, workers)
         top = max(probability, key=lambda name: probability[name])
         if top != NONE or len(places) == 1:
@@ -155,7 +161,10 @@ def diagnose_data(
         also[place.best.name] = probabilities(weights, prior, prior_none)[place.best.name]
     if top == UNKNOWN:  # beside it stays what only the frequency shows
         also = {name: p for name, p in also.items() if CATALOGUE[name].channel == "frequency"}
-        attributed, final = (top, *also), (rivals[top].best if also else generic) or null
+        # a generic term that gains nothing says nothing of it
+        best, base = (rivals[top].best, places[0].base) if also else (generic, null)
+        final = best if best is not None and best.log_evidence > base.log_evidence else base
+        attributed = (top, *also)
     elif top != NONE:
         attributed, final = (top, *(name for name in others if name != top)), rivals[top].best or null
     also = {name: also[name] for name in attributed[1:]}
@@ -164,7 +173,20 @@ def diagnose_data(
     tell("done", 1.0)
     groups = _groups(gains, top)
     return Diagnosis(
-        data, null, attributed, final, singles, rivals, gains, probability, groups, checks, lines, also, beside
+        data,
+        null,
+        attributed,
+        final,
+        singles,
+        rivals,
+        gains,
+        probability,
+        groups,
+        checks,
+        lines,
+        also,
+        beside,
+        places[0].told,
     )
 
 
@@ -185,7 +207,8 @@ def _judged(
     workers: int,
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Log weights and probabilities in the first place; the check of what leads there joins `checks`."""
-    base, rivals, gains, best = places[0].base, places[0].candidates, places[0].gains, places[0].best
+    base, rivals, gains = places[0].base, places[0].candidates, places[0].gains
+    best = rivals[max((name for name in gains if name in CATALOGUE), key=lambda name: gains[name])]
     leader = best.best if best.best and gains[best.name] > 0.0 else base
     checks[best.name if leader is not base else NONE] = mark = check(leader)
     # Forms differ a little: what is left is measured by what was explained, at the noise that is left.
@@ -193,14 +216,14 @@ def _judged(
     names = tuple(place.best.name for place in places if place.best.log_evidence > place.base.log_evidence)
     line = _in_lines(lines, names, null.hypothesis.data)
     allowed = thresholds.ALLOWED_EXCESS + thresholds.ALLOWED_SHARE * explained
-    left = max(mark.excess, line) - allowed
+    left = max(mark.excess, line, mark.knocks) - allowed
     if UNKNOWN in gains:  # a card may leave it out
         gains[UNKNOWN] = max(_preferred(gains)[UNKNOWN], max(gains[best.name], 0.0) + left)
         # Neither the catalogue nor the generic terms have a line beside the response: their evidence has no say there.
         ahead = gains[UNKNOWN] > max(gains[best.name], 0.0) and line < allowed
         # Nor has what explains less than it leaves.
-        ahead = ahead and left <= max(gains[best.name], 0.0)
-        if ahead and leader is not base and not _earned(leader, best, singles[UNKNOWN], rivals[UNKNOWN], workers):
+        ahead = ahead and left <= max(gains[best.name], 0.0) and leader is not base
+        if ahead and not _earned(leader, best, singles[UNKNOWN], rivals[UNKNOWN], left > 0.0, workers):
             gains[UNKNOWN] = gains[best.name] - thresholds.UNEARNED_NATS
     gains[NONE] = 0.0
     return gains, probabilities(gains, prior, prior_none)
@@ -214,10 +237,17 @@ def _preferred(gains: Mapping[str, float]) -> dict[str, float]:
     return found
 
 
-def _earned(leader: FittedHypothesis, best: Candidate, alone: Candidate, beside: Candidate, workers: int) -> bool:
-    """Whether the unknown may lead: with more evidence than the catalogue, and no worse on records held out."""
+def _earned(
+    leader: FittedHypothesis, best: Candidate, alone: Candidate, beside: Candidate, failed: bool, workers: int
+) -> bool:
+    """Whether the unknown may lead: with more evidence than the catalogue, and no worse on records held out.
+
+    What has less evidence and failed the absolute check, too, may foretell records held out by chance: it is not asked.
+    """
     if best.log_evidence >= max(alone.log_evidence, beside.log_evidence):
         return False
+    if failed:
+        return True
     generic = max(alone, beside, key=lambda candidate: candidate.log_evidence).best
     return generic is None or not predicts_better(leader, generic, workers=workers)
 

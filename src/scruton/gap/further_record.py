@@ -124,7 +124,7 @@ def _run(c, start, cycles, period, omega, knots):  # type: ignore[no-untyped-def
         value, _, h3 = saturated_reading(mean, c[_CLIP], c[_SOFT])
         gain = 1.0 + c[_GAIN]
         out[0, k], out[1, k] = gain * value, phase
-        bend = mean * (c[_ST1] + mean * (c[_ST2] + 1.5 * mean * mean * c[_ST4]))
+        bend = mean * (0.6 * c[_ST1] + mean * (c[_ST2] + 1.5 * mean * mean * c[_ST4]))
         out[2, k] = gain * mean * (h3 + c[_THIRD] + bend / 12.0)
     return out
 

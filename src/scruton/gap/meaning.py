@@ -9,9 +9,8 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE
 from scruton.dynamics.effects.effect import BENDS
 from scruton.dynamics.effects.terms import Belongs, Term
-from scruton.dynamics.limit_cycle import limit_cycle_amplitude, transferred
 from scruton.gap.bands import discrepancy_of_the_unknown
-from scruton.gap.check import SecondLine
+from scruton.gap.check import SecondLine, knocked
 from scruton.gap.data import GapData
 from scruton.gap.diagnosis import NONE, UNKNOWN, Diagnosis, unexplained_lines
 from scruton.gap.finding import Finding, amplitudes_of
@@ -26,24 +25,33 @@ _COLOUR = {
 }
 
 
-def meaning(diagnosis: Diagnosis) -> dict[str, Any]:
+def meaning(diagnosis: Diagnosis, design_sc: Sequence[float] = ()) -> dict[str, Any]:
     """What the verdict does to the bridge, and the command that puts it into the predictions.
+
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    design_sc : sequence of float
+        Scruton numbers of the bridge; the middle one of the tests where none is known.
 
     Returns
     -------
     dict
-        `amplitude_change`: relative, of the bridge's stable amplitude at the middle setting, once the effects found are
-        in the model and what is the rig's own stays there; of an unknown cause the standard deviation of ln(amplitude)
-        that it adds; None without a test in wind.  `command`: the option of `scruton fit`, `predict` and `size` that
-        puts it in.  `moves`: the change for people.  `text`: all of it for people.  Empty where there is no gap.
+        `amplitude_change`: relative, of the bridge's stable amplitude at its first Scruton number, once the effects
+        found are in the model and what is the rig's own stays there; of an unknown cause the standard deviation of
+        ln(amplitude) that it adds; None without a test in wind.  `at`: `scruton_number` and `amplitude_change` of each
+        (not of an unknown cause, which adds the same at all).  `command`: the option of `scruton fit`, `predict` and
+        `size` that puts it in.  `moves`: the change for people.  `text`: all of it for people.  Empty where there is
+        no gap.
     """
     if diagnosis.verdict == NONE:
         return {}
-    change = _change(diagnosis)
+    at = _changes(diagnosis, design_sc)
+    change = discrepancy_of_the_unknown(diagnosis) if _adds_spread(diagnosis) else at[0][1] if at else None
     # the verdict's own name follows what another run finds
     command = "--effect auto"
     owners = {CATALOGUE[name].belongs for name in diagnosis.found if name in CATALOGUE}
-    moves = _moves(diagnosis, change)
+    moves = _moves(diagnosis, change, at if design_sc else [])
     parts = [
         f"Predictions contain it only where they are told to: `{command}` of `scruton fit` or `scruton report` puts it "
         "in.",
@@ -61,10 +69,16 @@ def meaning(diagnosis: Diagnosis) -> dict[str, Any]:
         )
     if owners & {Belongs.SENSOR, Belongs.RUN}:
         parts.append("What belongs to a sensor or a run is better mended: take the records anew, or leave them out.")
-    return {"amplitude_change": change, "command": command, "moves": moves, "text": " ".join(filter(None, parts))}
+    each = [{"scruton_number": number, "amplitude_change": moved} for number, moved in at]
+    text = " ".join(filter(None, parts))
+    return {"amplitude_change": change, "at": each, "command": command, "moves": moves, "text": text}
 
 
-def _moves(diagnosis: Diagnosis, change: float | None) -> str:
+def _adds_spread(diagnosis: Diagnosis) -> bool:
+    return diagnosis.verdict == UNKNOWN and diagnosis.data.middle >= 0
+
+
+def _moves(diagnosis: Diagnosis, change: float | None, design: Sequence[tuple[float, float | None]]) -> str:
     """What the bridge's amplitude does, in a sentence."""
     if change is None:
         return ""
@@ -72,23 +86,27 @@ def _moves(diagnosis: Diagnosis, change: float | None) -> str:
         return "It has no equation, and moves no stable amplitude."
     if diagnosis.verdict == UNKNOWN:
         return f"It has no equation: the bands of ln(amplitude) widen by {change:.2g}."
-    percent = f"{100.0 * change:+.2g} %".replace("-", "−")
-    return f"The bridge's stable amplitude at the middle Scruton number moves by {percent}."
+    known = [(f"at Sc {number:.4g}", moved) for number, moved in design if moved is not None]
+    each = known or [("at the middle Scruton number", change)]
+    moves = [f"{where} moves by {100.0 * moved:+.2g} %".replace("-", "−") for where, moved in each]
+    return f"The bridge's stable amplitude {', '.join(moves)}."
 
 
-def _change(diagnosis: Diagnosis) -> float | None:
-    data, r = diagnosis.data, diagnosis.data.middle
-    if r < 0:
-        return None
-    if diagnosis.verdict == UNKNOWN:
-        return discrepancy_of_the_unknown(diagnosis)
+def _changes(diagnosis: Diagnosis, design_sc: Sequence[float]) -> list[tuple[float, float | None]]:
+    """Scruton numbers with the relative change of the bridge's stable amplitude there; None where there is none."""
+    r = diagnosis.data.middle
+    if r < 0 or diagnosis.verdict == UNKNOWN:
+        return []
 
-    def settled(fit: FittedHypothesis) -> float:
-        row = transferred(fit.table[r])[None]
-        return float(limit_cycle_amplitude(row, data.channels.knots, data.layout.reference_amplitude)[0])
+    def settled(fit: FittedHypothesis, number: float | None) -> float:
+        return float(fit.hypothesis.stable_amplitude(fit.mode[None], r, scruton_number=number, bridge=True)[0])
 
-    before, after = settled(diagnosis.null), settled(diagnosis.final)
-    return after / before - 1.0 if before > 0.0 and np.isfinite(after) else None
+    changes: list[tuple[float, float | None]] = []
+    for number in design_sc or (None,):
+        before, after = (settled(fit, number) for fit in (diagnosis.null, diagnosis.final))
+        moved = after / before - 1.0 if before > 0.0 and np.isfinite(after) else None
+        changes.append((float(diagnosis.data.layout.scruton_number[r]) if number is None else number, moved))
+    return changes
 
 
 def strange_lines(diagnosis: Diagnosis) -> list[SecondLine]:
@@ -145,6 +163,9 @@ def describe_unknown(diagnosis: Diagnosis, findings: Sequence[Finding]) -> dict[
     else:
         form, largest, what = "none of the generic terms", 0.0, ""
         acting = layout.wind if layout.wind.any() else ~layout.wind
+        struck = {name for name, nats in knocked(diagnosis.final).items() if nats > 0.0}
+        if diagnosis.checks[NONE].knocks > UNKNOWN_NATS:
+            form, acting = "sudden knocks", np.array([name in struck for name in layout.records])
     amplitude = _amplitudes(diagnosis, acting)
     records = [name for name, acts in zip(layout.records, acting, strict=True) if acts]
     where = (

@@ -1,12 +1,14 @@
 """Which effects act together: one after another, in pairs where the generic term leads, and in place of each other."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from scruton.dynamics import effects as catalogue
-from scruton.dynamics.effects import CATALOGUE, Effect
+from scruton.dynamics.effects import CATALOGUE, Effect, Layout, Variant
+from scruton.dynamics.effects.effect import BENDS, Extent
+from scruton.dynamics.effects.terms import COLUMNS
 from scruton.gap import thresholds
 from scruton.gap.attribute import Candidate, weigh
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
@@ -26,10 +28,13 @@ class Place:
         The null model with the other effects.
     candidates : mapping
         Every effect that is not among the others, and the unknown, added to `base`.
+    told : mapping
+        Gains of those of which further records tell, those read, too: in place of the gain by those in `base`.
     """
 
     base: FittedHypothesis
     candidates: Mapping[str, Candidate]
+    told: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def best(self) -> Candidate:
@@ -39,7 +44,8 @@ class Place:
     @property
     def gains(self) -> dict[str, float]:
         """Log evidence over that of the base, by name."""
-        return {name: candidate.log_evidence - self.base.log_evidence for name, candidate in self.candidates.items()}
+        base = self.base.log_evidence
+        return {name: self.told.get(name, one.log_evidence - base) for name, one in self.candidates.items()}
 
 
 def best_of(candidates: Mapping[str, Candidate]) -> Candidate:
@@ -78,6 +84,12 @@ def search(
         candidates = beside(base, {bend.name})
     generic = candidates[_UNKNOWN].log_evidence if _UNKNOWN in candidates else -np.inf
     chain = _joined(joined, base, candidates, beside)
+    if bend is not None and joined and (variant := bend.variant) and variant.scope.extent is Extent.EACH_RIG:
+        shared = _alike(null, bend.name, effects, workers)
+        if shared.best is not None:
+            other = _joined([shared], shared.best, beside(shared.best, {shared.name}), beside)
+            slack = thresholds.SECOND_SHARE * (bend.log_evidence - null.log_evidence)  # as its form may be off by
+            chain = other if _evidence(other, null) > _evidence(chain, null) - slack else chain
     if _evidence(chain, null) < generic:
         progress("pairs of effects", 0.5)
         pair = max(_pairs(base, candidates, effects, workers), key=lambda pair: _evidence(pair, null), default=[])
@@ -86,7 +98,7 @@ def search(
             chain = _joined(chain, best, beside(best, {candidate.name for candidate in chain}), beside)
     if _evidence(chain, null) < generic:
         chain = joined
-        if joined and generic > base.log_evidence + thresholds.UNKNOWN_NATS:
+        if joined and generic > base.log_evidence + _needed_beside(base, null, candidates):
             return [Place(base, candidates), Place(null, {one.name: one for one in joined})]
     if len(chain) < 2:
         return [Place(null, singles)]
@@ -95,6 +107,21 @@ def search(
 
 def _of_frequency(name: str) -> bool:
     return name in CATALOGUE and CATALOGUE[name].channel == "frequency"
+
+
+def _needed_beside(base: FittedHypothesis, null: FittedHypothesis, candidates: Mapping[str, Candidate]) -> float:
+    """Nats that the generic term must gain beside a bend of the frequency, to be a verdict with it.
+
+    What bends the frequency further mends the form of that bend: below what a form may be off by, it is none.
+    """
+    needed = thresholds.UNKNOWN_NATS
+    if (variant := candidates[_UNKNOWN].variant) is None:
+        return needed
+    layout = base.hypothesis.data.layout
+    table = np.zeros((1, len(layout.records), COLUMNS))
+    variant.apply(table, {p.name: np.ones(table.shape[:2]) for p in variant.parameters}, layout)
+    further = bool(np.any(table[:, :, list(BENDS)]))
+    return needed + thresholds.SECOND_SHARE * (base.log_evidence - null.log_evidence) * further
 
 
 def _evidence(chain: Sequence[Candidate], null: FittedHypothesis) -> float:
@@ -120,6 +147,19 @@ def _pairs(
         enough = second.log_evidence > first.log_evidence + thresholds.SECOND_NATS
         if second.best is not None and enough and own > thresholds.OWN_SHARE * gain:
             yield [first, second]
+
+
+def _alike(null: FittedHypothesis, name: str, effects: Sequence[Effect], workers: int) -> Candidate:
+    """A bend alike in every rig, where it was found of each by its own.
+
+    Bends that differ may be one, read with gains that differ: each by its own leaves a gain nothing to show.
+    """
+    own = next(effect for effect in effects if effect.name == name)
+
+    def alike(layout: Layout) -> list[Variant]:
+        return [variant for variant in own.forms(layout) if variant.scope.extent is Extent.EVERYWHERE]
+
+    return weigh(null, [replace(own, forms=alike)], workers=workers, quick=CATALOGUE)[name]
 
 
 def _joined(

@@ -50,13 +50,14 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2) -> dict[str, Any]:
     -------
     dict
         `shrink` of gap.json: `headline`, median errors of the stable amplitude and mean ones of the damping curves of
-        tests left out, before and after, and in how many tests they grew; nats that the null model (`before`) and the
+        tests left out, before and after, and in how many tests they grew, without wind of the damping curves of
+        records; nats that the null model (`before`) and the
         verdict's (`after`) fall short of the ceiling on all records; `fraction`, (before - after)/before, cut off at
         -1 and 1, None where the gap is too small to measure, and its `interval90` by bootstrap over records, None for
         a single one, which says nothing of its like; the same of the records `held_out`, None where none can be;
         `measurable`, on those held out or, without any, on those used; `runner_up`, the next best effect, the part of
         the held-out gap that it closes, and its median error of the stable amplitude; `stable_amplitude` of every test
-        left out in turn, as predicted by both, with relative errors; `damping_discrepancy`, None without wind.
+        left out in turn, as predicted by both, with relative errors; `damping_discrepancy`, as of that function.
     """
     data = diagnosis.data
     parts = folds(data)
@@ -107,6 +108,11 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2) -> dict[str, Any]:
             ]
             errors = [one["error_after"] for one in others]
             by_runner["amplitude_error"] = float(np.median(errors)) if errors else None
+    else:
+        curves = damping_discrepancy(
+            diagnosis.null, diagnosis.final,
+            [(null.optimum, final.optimum) for (null, *_), (final, *_) in zip(*predictions[:2], strict=True)],
+        )  # fmt: skip
     result: dict[str, Any] = as_json({
         "metric": METRIC, **_closed(used[0], used[1], rng if on_used else None), "held_out": held_out,
         "measurable": measurable, "headline": _headline(stable, curves),
@@ -169,16 +175,21 @@ def _stable_amplitude(
 
 
 def _headline(stable: Sequence[dict[str, Any]], curves: dict[str, Any] | None) -> dict[str, Any] | None:
-    """What is left out in turn, before and after: median errors over the tests, and in how many they grew."""
-    if not stable:
-        return None
-    before, after = (np.array([test[key] for test in stable]) for key in ("error_before", "error_after"))
-    return {
-        "tests": len(stable), "amplitude_before": np.median(before), "amplitude_after": np.median(after),
-        "amplitude_worse": int(np.sum(after > before)),
-        **({f"damping_{end}": curves[f"held_out_{end}"] for end in ("before", "after")} if curves else {}),
-        **({"damping_worse": sum(test["after"] > test["before"] for test in curves["tests"])} if curves else {}),
-    }  # fmt: skip
+    """What is left out in turn, before and after: errors over the tests or records, and in how many they grew."""
+    head: dict[str, Any] = {}
+    if stable:
+        before, after = (np.array([test[key] for test in stable]) for key in ("error_before", "error_after"))
+        head = {
+            "tests": len(stable), "amplitude_before": np.median(before), "amplitude_after": np.median(after),
+            "amplitude_worse": int(np.sum(after > before)),
+        }  # fmt: skip
+    elif curves and curves.get("records"):
+        head = {"records": len(curves["records"])}
+    if head and curves:
+        each = curves.get("records") or curves["tests"]
+        head |= {f"damping_{end}": curves[f"held_out_{end}"] for end in ("before", "after")}
+        head["damping_worse"] = sum(one["after"] > one["before"] for one in each)
+    return head or None
 
 
 def damping_discrepancy(
@@ -187,16 +198,18 @@ def damping_discrepancy(
     """Mean distance of damping curves from the measured ones over ln(amplitude) and tests, over the relaxation rate.
 
     The measured curve of a test is that of the verdict's hypothesis with a generic discrepancy of every test by its
-    own, fitted in the likelihood of all records; its noise keeps the distance of a right model above zero.
+    own, fitted in the likelihood of all records; its noise keeps the distance of a right model above zero.  Without
+    wind every record stands for a test, and the rate is that of the structural damping.
 
     `left_out` holds coordinates of the null model and the verdict's, one pair a test in order, from the records of the
-    others; where no test can be left out, the distances held out are those of the fits to all records.  `tests` of the
-    result has the distances held out of each.
+    others; where no test can be left out, the distances held out are those of the fits to all records, and None
+    without wind.  `tests` of the result has the distances held out of each, without wind `records`.
     """
     data, layout = final.hypothesis.data, final.hypothesis.data.layout
-    scope = Scope(Extent.EACH_TEST, layout.by_test())
+    still = not layout.wind.any()
+    scope = Scope(Extent.EACH_RECORD, layout.each(~layout.wind)) if still else Scope(Extent.EACH_TEST, layout.by_test())
     fitted = final.with_variants(discrepancy("measured", scope), iterations=_ITERATIONS)
-    tests = list(data.first_in_wind.values())
+    tests = list(range(len(layout.records)) if still else data.first_in_wind.values())
     measured = [_curve(fitted.hypothesis, fitted.mode, r) for r in tests]
 
     def distances(hypothesis: Hypothesis, each: Sequence[FloatArray]) -> list[float]:
@@ -208,18 +221,24 @@ def damping_discrepancy(
     full = out = [distances(fit.hypothesis, [fit.mode] * len(tests)) for fit in (null, final)]
     if len(left_out) == len(tests):
         out = [distances(fit.hypothesis, [pair[i] for pair in left_out]) for i, fit in enumerate((null, final))]
-    means = [float(np.mean(each)) for each in (*full, *out)]
-    by_test = [
-        {"test": data.tests[layout.test[r]], "before": before, "after": after}
-        for r, before, after in zip(tests, *out, strict=True)
+    told = len(left_out) == len(tests) or not still
+    before, after, *held_out = (float(np.mean(each)) for each in (*full, *out))
+    result: dict[str, Any] = {"before": before, "after": after}
+    result |= dict(zip(("held_out_before", "held_out_after"), held_out if told else (None, None), strict=True))
+    names = layout.records if still else [data.tests[layout.test[r]] for r in tests]
+    kind, each = ("record", "records") if still else ("test", "tests")
+    result[each] = [
+        {kind: name, "before": before, "after": after} for name, before, after in zip(names, *out, strict=True) if told
     ]
-    return dict(zip(("before", "after", "held_out_before", "held_out_after"), means, strict=True)) | {"tests": by_test}
+    return {"tests": []} | result
 
 
 def _curve(hypothesis: Hypothesis, u: FloatArray, record: int) -> FloatArray:
-    """Damping rate -da/dt/a of a test over the amplitudes that its records read [1/s]; a steady wind."""
+    """Damping rate -da/dt/a of a test, or of a record in still air, over the amplitudes read [1/s]; a steady wind."""
     data, layout = hypothesis.data, hypothesis.data.layout
-    cycles = np.isin(data.channels.record, np.flatnonzero(layout.test == layout.test[record]))
+    cycles = data.channels.record == record
+    if layout.wind[record]:
+        cycles = np.isin(data.channels.record, np.flatnonzero(layout.test == layout.test[record]))
     read = data.channels.amplitude[cycles]
     band = np.geomspace(max(np.quantile(read, 0.02), 0.03 * read.max()), read.max(), _BAND)
     table = hypothesis.table(u[None])[:, record]

@@ -36,6 +36,10 @@ PREFERENCE_SHARE = 0.04  # of the generic term's gain, that it must lead by on t
 FURTHER_SHARE = 0.15  # of a further effect's gain, by which it may stay behind the generic term
 GROUP_NATS = 4.0  # effects that close are one group
 ALIKE_NATS = 10.0  # likewise, of those that are nearly one thing where records are few
+BEYOND_PEAKS = 0.1  # of the peak tests' span of reduced velocities, to which what follows it is foretold beyond them
+# Of ln(Y1) and ln(epsilon), by which a test at another speed may miss what the peak tests let expect there and still
+# follow it: forms differ, and stated speeds and frequencies are off.
+SPEED_TOLERANCE = 0.03
 # What turns evidences into probabilities (`scruton.gap.probability`), set by `scruton challenge tune`.  Evidence of
 # some effect against none is divided by the first, of one effect against another by the second; the third is the share
 # of the probability that is dealt out evenly.
@@ -59,6 +63,8 @@ LAGS = 6  # of the Ljung-Box test
 BLOCKS = 4  # parts of a record whose means and variances are compared
 FEWEST_CYCLES = 16  # of a record
 EXCESS_SIGMAS = 2.5  # standard deviations of chi-square that count as noise
+KNOCKS = 0.01  # of the cycles, in which something strikes the model or its sensor: one or two a record
+KNOCK_SIZE = 10.0  # of such an innovation over the others
 KURTOSIS_SHARE = 0.6  # of a kurtosis' standard errors, that counts: its distribution has a heavy right tail
 
 # ---- where

@@ -27,7 +27,7 @@ from scruton.report.needs import governing
 from scruton.report.wording import limit_text
 from scruton.sizing.bridge import Bridge, load_bridge
 from scruton.sizing.limits import limit
-from scruton.sizing.model import ModeModel, unit_cube
+from scruton.sizing.model import ModeModel, stated_scruton_number, unit_cube
 from scruton.sizing.study import sized
 
 if TYPE_CHECKING:
@@ -56,13 +56,17 @@ def drawn(figure: FigureWithCaption) -> Picture:
     return Picture(figure.name, figure.caption, figure.alt, svg, png)
 
 
-def gap_part(campaign: Path, model: str = "default") -> Part:
-    """Diagnose a campaign on disk (InputError where it cannot be read or holds no record)."""
+def gap_part(
+    campaign: Path, model: str = "default", design_sc: Sequence[float] = (), bridge: Bridge | None = None
+) -> Part:
+    """Diagnose a campaign on disk, for a bridge (InputError where it cannot be read or holds no record)."""
     # heavy, and mostly for another process: what is refused at once does not wait for it
     from scruton.gap.diagnose import examine
     from scruton.report.figures.gap import gap_figure
 
-    diagnosis, content, findings, curves = examine(campaign, load_card(model), workers=1)
+    diagnosis, content, findings, curves = examine(
+        campaign, load_card(model), workers=1, design_sc=design_sc or _stated_scruton_numbers(bridge)
+    )
     failures = Failures()
 
     def pictures() -> list[Picture]:
@@ -70,6 +74,14 @@ def gap_part(campaign: Path, model: str = "default") -> Part:
 
     shown = failures.attempt("gap", "The figure of the gap", pictures, [])
     return Part(json.loads(json.dumps(content)), shown, failures.found)
+
+
+def _stated_scruton_numbers(bridge: Bridge | None) -> list[float]:
+    """Scruton numbers of a bridge's modes that state a mass, each once: those of others need the fit."""
+    if bridge is None:
+        return []
+    stated = (stated_scruton_number(bridge, mode) for mode in bridge.modes)
+    return sorted({number for number in stated if number is not None})
 
 
 def whole_of(fit: "Fit", known: "Known | None" = None) -> Whole:

@@ -95,6 +95,17 @@ def sampling_error(draws: FloatArray, u: FloatArray, probability: float | None =
     return monte_carlo_error(ordered.reshape(_BLOCKS, -1), probability)
 
 
+def stated_scruton_number(bridge: Bridge, mode: Mode) -> float | None:
+    """Scruton number of a mode at its mean mass and mean damping; None where it states no mass."""
+    if mode.mass is None:
+        return None
+    factor = scruton_number_factor(
+        "paper", mass=mode.mass.mean, air_density=bridge.air_density, width=bridge.width, depth=bridge.depth,
+        torsional=bridge.motion is Motion.TORSIONAL,
+    )  # fmt: skip
+    return float(factor * mode.damping_ratio.mean)
+
+
 @dataclass(frozen=True, eq=False)
 class ModeModel:
     """One mode in the light of the section's posterior.
@@ -162,14 +173,8 @@ class ModeModel:
     @property
     def scruton_number_at_means(self) -> float:
         """4 pi m xi/(rho B D), for torsion 4 pi J xi/(rho B^3 D), of the mean mass and the mean damping."""
-        bridge, mode = self.bridge, self.mode
-        if mode.mass is None:
-            return float(np.median(self.section_factor)) * mode.damping_ratio.mean
-        factor = scruton_number_factor(
-            "paper", mass=mode.mass.mean, air_density=bridge.air_density, width=bridge.width, depth=bridge.depth,
-            torsional=bridge.motion is Motion.TORSIONAL,
-        )  # fmt: skip
-        return float(factor * mode.damping_ratio.mean)
+        stated = stated_scruton_number(self.bridge, self.mode)
+        return float(np.median(self.section_factor)) * self.mode.damping_ratio.mean if stated is None else stated
 
     @property
     def lever_arm(self) -> float:

@@ -1,6 +1,7 @@
 """What the section and the wind do beyond the law: parts of higher order, coherence, K, a wake that lags, shedding."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,9 +25,9 @@ from scruton.dynamics.effects.effect import (
     size_prior,
     sized,
 )
-from scruton.dynamics.effects.terms import Belongs, Layout, Term
+from scruton.dynamics.effects.terms import Belongs, Layout, Term, compact
 
-_SAME_SPEED = 5e-3  # relative: wind speeds are known no better, and reduced velocities that differ by less are one
+SAME_SPEED = 5e-3  # relative: wind speeds are known no better, and reduced velocities that differ by less are one
 
 
 def _in_wind(layout: Layout) -> Scope:
@@ -110,7 +111,7 @@ def _scaled(form: str, scope: Scope, weight: float, *, place: Place | None = Non
 def _along_speed(layout: Layout) -> list[Variant]:
     wind, speed = _in_wind(layout), layout.reduced_velocity[layout.wind]
     tests = np.unique(layout.test[layout.wind]).size
-    if tests < 2 or not np.ptp(speed) > _SAME_SPEED * np.max(speed):  # nor where it is not known
+    if tests < 2 or not np.ptp(speed) > SAME_SPEED * np.max(speed):  # nor where it is not known
         return []
     forms: dict[str, dict[str, Terms]] = {
         "Y1": {"size": _BOTH},
@@ -129,16 +130,30 @@ def _along_speed(layout: Layout) -> list[Variant]:
 
 
 def _between_tests(layout: Layout) -> list[Variant]:
-    by_test = Scope(Extent.EACH_TEST, layout.by_test())
-    if np.unique(layout.test[layout.wind]).size < 2:
+    # A setting is that of a rig: tests at other speeds of the same rig share it.
+    settings = compact(np.where(layout.wind, layout.rig, -1))
+    by_test = Scope(Extent.EACH_TEST, settings)
+    if settings.max(initial=-1) < 1:
         return []
-    one = scopes(layout, {Extent.ONE_TEST: (1.0, "of one test")})
+    whose = {int(j): int(settings[np.argmax(layout.test == j)]) for j in np.unique(layout.test[layout.wind])}
+    one = [
+        replace(scope, members=layout.only(settings == whose[scope.number]))
+        for scope in scopes(layout, {Extent.ONE_TEST: (1.0, "of one test")})
+    ]
     return [
         _scaled("Y1 of every test by its own", by_test, 1.0, size=_BOTH),
         _scaled("epsilon of every test by its own", by_test, 0.5, size=_DRIVE),
         _scaled("Y1 and epsilon of every test by its own", by_test, 1.0, size=_BOTH, epsilon=_DRIVE),
         *(_scaled("Y1 {scope}", scope, scope.weight, size=_BOTH) for scope in one),
     ]
+
+
+def each_its_own(layout: Layout, tests: Collection[int], tolerance: float | None) -> Variant:
+    """Y1 and epsilon of some tests, by number, by their own: to within a tolerance of ln(factor), or anyhow."""
+    by_test = Scope(Extent.GROUPS, compact(np.where(np.isin(layout.test, list(tests)), layout.test, -1)))
+    own = _scaled("tests by their own", by_test, 1.0, size=_BOTH, epsilon=_DRIVE)
+    scaled = (replace(p, scale=_ALONG[p.name] if tolerance is None else tolerance) for p in own.parameters)
+    return replace(own, parameters=tuple(scaled))
 
 
 def _lagging(kind: float, start: float) -> Apply:

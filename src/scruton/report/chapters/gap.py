@@ -200,9 +200,15 @@ def shrink_sentence(entry: Mapping[str, Any]) -> str:
 
 
 def _headline(head: Mapping[str, Any] | None) -> str:
-    """Errors of what is predicted of a test from the others."""
+    """Errors of what is predicted of a test from the others, or of a record in still air."""
     if not head:
         return ""
+    if "records" in head:  # still air: nothing is stable
+        return (
+            f"Of records left out in turn, the damping curve is off by {percent(head['damping_before'], 2)} before and "
+            f"{percent(head['damping_after'], 2)} of the structural damping after"
+            f"{_worse(head['damping_worse'], head['records'])}."
+        )
     tests = head["tests"]
     words = (
         "Of tests left out in turn, the stable amplitude is off by "
