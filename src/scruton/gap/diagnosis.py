@@ -222,8 +222,8 @@ def _judged(
         # Neither the catalogue nor the generic terms have a line beside the response: their evidence has no say there.
         ahead = gains[UNKNOWN] > max(gains[best.name], 0.0) and line < allowed
         # Nor has what explains less than it leaves.
-        ahead = ahead and left <= max(gains[best.name], 0.0) and leader is not base
-        if ahead and not _earned(leader, best, singles[UNKNOWN], rivals[UNKNOWN], left > 0.0, workers):
+        ahead = ahead and left <= max(gains[best.name], 0.0)
+        if ahead and leader is not base and not _earned(leader, best, singles[UNKNOWN], rivals[UNKNOWN], workers):
             gains[UNKNOWN] = gains[best.name] - thresholds.UNEARNED_NATS
     gains[NONE] = 0.0
     return gains, probabilities(gains, prior, prior_none)
@@ -237,17 +237,10 @@ def _preferred(gains: Mapping[str, float]) -> dict[str, float]:
     return found
 
 
-def _earned(
-    leader: FittedHypothesis, best: Candidate, alone: Candidate, beside: Candidate, failed: bool, workers: int
-) -> bool:
-    """Whether the unknown may lead: with more evidence than the catalogue, and no worse on records held out.
-
-    What has less evidence and failed the absolute check, too, may foretell records held out by chance: it is not asked.
-    """
+def _earned(leader: FittedHypothesis, best: Candidate, alone: Candidate, beside: Candidate, workers: int) -> bool:
+    """Whether the unknown may lead: with more evidence than the catalogue, and no worse on records held out."""
     if best.log_evidence >= max(alone.log_evidence, beside.log_evidence):
         return False
-    if failed:
-        return True
     generic = max(alone, beside, key=lambda candidate: candidate.log_evidence).best
     return generic is None or not predicts_better(leader, generic, workers=workers)
 
