@@ -204,12 +204,11 @@ def test_a_wind_that_leaves_its_stated_speed_is_found():
     assert diagnose(campaign, workers=1).verdict == "wind_speed_drift"
 
 
-def test_records_held_out_lift_nothing_that_failed_the_absolute_check(monkeypatch, clean):
+def test_the_unknown_does_not_lead_what_closes_more_on_records_held_out(monkeypatch, clean):
     _, _, null = clean
     best, generic = Candidate("structural_damping_error", 100.0, null), Candidate("unknown", 500.0, null)
     for better in (True, False):
         monkeypatch.setattr(diagnosis, "predicts_better", lambda *_, better=better, **__: better)
-        assert diagnosis._earned(null, best, generic, generic, False, 1) is not better
-        assert diagnosis._earned(null, best, generic, generic, True, 1)
+        assert diagnosis._earned(null, best, generic, generic, 1) is not better
     stronger = replace(best, log_evidence=600.0)
-    assert not diagnosis._earned(null, stronger, generic, generic, True, 1)
+    assert not diagnosis._earned(null, stronger, generic, generic, 1)
