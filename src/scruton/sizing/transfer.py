@@ -17,6 +17,7 @@ from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
 from scruton.campaign.toml import Field, Table, number
 from scruton.campaign.units import ANGLE, HEAVING_AMPLITUDE, LENGTH, TORSIONAL_AMPLITUDE, Dimension
+from scruton.said import key, said
 from scruton.sizing.stated import uncertain
 from scruton.sizing.thresholds import DETAILS_COV, REYNOLDS_COV, TURBULENCE_COV
 
@@ -118,16 +119,19 @@ def transfer_remarks(transfer: Transfer | None, width: float, depth: float, moti
     """What the reader must know of the way from the tunnel to the site."""
     if transfer is None:
         return []
-    remarks = []
+    remarks: list[str] = []
     if transfer.assumed:
         z = np.sqrt(sum(factor.log_sd**2 for factor in transfer.factors)) * 1.645
-        remarks.append(
+        remarks.append(said(
             "nothing is stated of the way from the tunnel to the site: by judgement the amplitude has factors for "
             "turbulence, Reynolds number and details, each with median 1 and coefficients of variation of "
             f"{100 * TURBULENCE_COV:g}, {100 * REYNOLDS_COV:g} and "
-            f"{100 * DETAILS_COV:g} % (with 90 %: {np.exp(-z):.2f} to "
-            f'{np.exp(z):.2f} together); state [transfer], or transfer = "none" to leave them out'
-        )
+            f"{100 * DETAILS_COV:g} % (with 90 %: {np.exp(-z):.2f} to {np.exp(z):.2f} together); ",
+            key(
+                'state [transfer], or transfer = "none" to leave them out',
+                "state them with the bridge, or leave them out there",
+            ),
+        ))  # fmt: skip
     factor = transfer.handbook(width, depth)
     if factor is not None and motion is Motion.HEAVING:
         remarks.append(
