@@ -259,7 +259,7 @@ def _mode(table: Table, motion: Motion, digests: dict[str, str]) -> Mode:
     elif name == "uniform":
         shape = uniform()
     else:
-        shape = read_shape(table.file.parent / name)
+        shape = replace(read_shape(table.file.parent / name), name=name)
         digests[name] = sha256(read_bytes(table.file.parent / name, LARGEST_TABLE)).hexdigest()
     mass = _uncertain(table, key, dimension) if key in table else None
     values = {key: field.read(table, key) for key, field in _MODE.items()}
