@@ -14,7 +14,7 @@ from scruton.sizing.model import Draws, ModeModel, unit_cube
 from scruton.sizing.modes import AllModes, BothMotions
 from scruton.sizing.risk import Risk, percent
 from scruton.sizing.span import EffectOnSpan, effect_on_span
-from scruton.sizing.thresholds import LARGEST_ADDED, RISK_MARGIN
+from scruton.sizing.thresholds import LARGEST_ADDED, RISK_MARGIN, STROKE_TOLERANCE
 from scruton.sizing.together import FOR_ANY, POINTS, any_mode_flag
 
 _POINTS = 1 << 12
@@ -84,6 +84,20 @@ def farther_limits(name: str, deciding: Risk, risks: Sequence[Risk]) -> Iterator
                 f"{reach.extrapolation_index:.2f} from the nearest test; transients of {reach.covered_by} of "
                 f"{reach.tests} tests went through its amplitude",
             )  # fmt: skip
+
+
+def stroke_remark(name: str, found: Damper) -> list[str]:
+    """What has to be said where a detuning at which the risk is kept takes the stroke beyond what is asked for."""
+    largest, kept = found.asked.largest_stroke, found.asked.kept_detuning or 0.0
+    reached = max((each.stroke_high for each in found.detuned if abs(each.detuning) <= kept), default=0.0)
+    if largest is None or not found.dampers or not found.achievable or reached <= (1.0 + STROKE_TOLERANCE) * largest:
+        return []
+    return [
+        f"mode {name}: the stroke of the dampers is below {largest:.3g} m with 95 % confidence at the stated "
+        f"frequency, and reaches {reached:.3g} m where that is off by {100.0 * kept:g} %, at which only the risk is "
+        f"kept: either leave room for that, or ask for a largest stroke of {0.99 * largest**2 / reached:.2g} m, which "
+        "takes heavier dampers"
+    ]
 
 
 def worst_remark(name: str, found: Damper) -> list[str]:

@@ -236,7 +236,7 @@ def flags(model: ModeModel, draws: Draws) -> list[str]:
     """What the reader must know of a mode before trusting its numbers."""
     remarks = []
     # at the structural damping of the bridge itself: what is added goes further still
-    x = draws.curve.index_of_nearest(draws.scruton_number(np.zeros((1, 1))))
+    x = draws.curve.index_of_nearest(float(np.median(draws.scruton_number(0.0))))
     if abs(x) > X_TRUSTED:
         remarks.append(
             f"mode {model.mode.name}: the bridge's own damping lies {x:.3g} from the tests (extrapolation index): "

@@ -35,7 +35,14 @@ from scruton.sizing.model import ModeModel, spread, unit_cube
 from scruton.sizing.modes import AllModes, BothMotions, all_modes
 from scruton.sizing.money import costs
 from scruton.sizing.plausibility import odd_input
-from scruton.sizing.remarks import any_mode_remarks, coherence_remarks, farther_limits, mode_factors, worst_remark
+from scruton.sizing.remarks import (
+    any_mode_remarks,
+    coherence_remarks,
+    farther_limits,
+    mode_factors,
+    stroke_remark,
+    worst_remark,
+)
 from scruton.sizing.results import ModeSizing, SizedBridge, Sizing, Stated, StatedTransfer
 from scruton.sizing.risk import flags, remarks, risk, shares
 from scruton.sizing.thresholds import AT_NODE, LEAST_EXPONENT, NEAR_NODE, ONE_RIG
@@ -293,6 +300,7 @@ def sizing_of(part: Part, dampers: Sequence[Placed] | None, offers: Sequence[Off
 def _with_damper_told(model: ModeModel, mode: ModeSizing, seed: int) -> ModeSizing:
     """A mode with what its dampers leave about their design, and what has to be said of them."""
     said, dampers = [*struck_flag(mode.name, mode.damper), *worst_remark(mode.name, mode.damper)], mode.damper.dampers
+    said += stroke_remark(mode.name, mode.damper)
     moves = min(abs(model.mode.shape.at(position)) for position in model.damper_positions)
     if dampers and moves < NEAR_NODE:
         said.append(

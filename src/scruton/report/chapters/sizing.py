@@ -210,10 +210,14 @@ def _damper_blocks(mode: Content, place: int) -> Iterator[Block]:
     yield Table(f"dampers_{place}", f"Tuned mass dampers, mode {name}", header, rows)
     yield Table(
         f"detuned_{place}",
-        f"Risk where the dampers are detuned, mode {name}",
-        ("detuning", "P of exceeding the limit"),
+        f"Risk and stroke where the dampers are detuned, mode {name}",
+        ("detuning", "P of exceeding the limit", "stroke, 95 % [m]"),
         [
-            (f"{100.0 * entry['detuning']:+.0f} %".replace("-", "−"), counted(entry["probability"]))
+            (
+                f"{100.0 * entry['detuning']:+.0f} %".replace("-", "−"),
+                counted(entry["probability"]),
+                number(entry.get("stroke_high"), 3),
+            )
             for entry in damper["detuned"]
         ],
     )
