@@ -93,15 +93,23 @@ def read_transfer(top: Table) -> Transfer | None:
     return Transfer(**top.table("transfer").read(_TRANSFER))
 
 
-def amplitude_of_coherence(top: Table, motion: Motion, depth: float) -> Quantity | None:
+def amplitude_of_coherence(top: Table, motion: Motion, depth: float, *, both: bool = False) -> Quantity | None:
     """Read `coherence_amplitude`, A_c, as A/D or rad; None where it is left out.
+
+    Of a bridge with modes of both motions it is a table of one for each, or for one of them.
 
     Raises
     ------
     InputError
-        For what is no amplitude.
+        For what is no amplitude, or one for both motions.
     """
     key = "coherence_amplitude"
+    if both and key in top:
+        stated = top.values[key]
+        if not isinstance(stated, Mapping) or not {*stated} <= {*map(str, Motion)}:
+            wanted = 'one for each motion where modes are of both, as { heaving = "30 mm", torsional = "0.1 deg" }'
+            raise top.refusal(key, wanted)
+        top, key = top.table(key), motion.value
     if key not in top:
         return None
     stated = top.values[key]
