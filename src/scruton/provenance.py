@@ -2,7 +2,10 @@
 
 import platform
 from collections.abc import Mapping
+from functools import cache
+from hashlib import sha256 as _sha256
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 PACKAGES = ("scruton", "numpy", "scipy", "emcee", "arviz", "numba")
@@ -11,6 +14,15 @@ PACKAGES = ("scruton", "numpy", "scipy", "emcee", "arviz", "numba")
 def versions() -> dict[str, str]:
     """Versions of all that decides what numbers come out."""
     return {"python": platform.python_version()} | {name: version(name) for name in PACKAGES}
+
+
+@cache
+def code_sha256() -> str:
+    """SHA-256 of all modules of this package: its version stays the same while somebody works on it."""
+    root = Path(__file__).parent
+    modules = sorted(root.rglob("*.py"))
+    parts = (part for path in modules for part in (path.relative_to(root).as_posix().encode(), path.read_bytes()))
+    return _sha256(b"\0".join(parts)).hexdigest()
 
 
 def provenance(

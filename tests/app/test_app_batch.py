@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from scruton.app.batch import Batch, Job, _planned, names, run_one, summarise
+from scruton.app.batch import Batch, Job, _planned, _required, names, run_one, summarise
 from scruton.app.batch_tables import batch_csv, batch_page, batch_text
 from scruton.app.fit import FitTask
 from scruton.cli import main, parser
@@ -154,6 +154,15 @@ frequency = "0.3 Hz"
 mass = "20000 kg/m"
 damping_ratio = 0.003
 """
+
+
+def test_what_a_batch_says_a_bridge_needs_is_for_any_mode_where_it_asks_that(tmp_path):
+    mode = {"governing": "jtg", "limits": [{"rule": "jtg", "required": {"0.95": 0.004}, "probability": 0.5}]}
+    mode["damper"] = {"asked": {"risk_of": "any"}, "achievable": False}
+    together = {"names": ["V1", "V2"], "required_for_any": {"required": [0.005, 0.006], "reach": [None, None]}}
+    content = {"modes": [mode | {"name": "V1"}, mode | {"name": "V2"}], "all_modes": together}
+    write_document(tmp_path / "sizing.json", content)
+    assert [one["damping_ratio"] for one in _required(tmp_path)] == [0.005, 0.006]
 
 
 def test_a_batch_sizes_a_bridge_and_counts_steps(room, monkeypatch, capsys):

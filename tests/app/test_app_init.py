@@ -238,15 +238,31 @@ def test_an_accelerometer_in_volts_is_one(tmp_path: Path) -> None:
     assert 'acceleration = "acc 3"' in text
 
 
-def test_records_in_folders_below_are_named(tmp_path: Path) -> None:
-    (tmp_path / "rigA").mkdir()
-    decaying(tmp_path / "rigA" / "still.csv", "time [s],y [mm]", lambda t: [ring(t)])
-    with pytest.raises(
-        InputError, match=r"found no record; wanted .*in the folder itself: `scruton init` of one of rigA"
-    ):
-        run(tmp_path)
-    decaying(tmp_path / "still.csv", "time [s],y [mm]", lambda t: [ring(t)])
-    assert "# what lies in rigA: only the folder itself was looked through" in run(tmp_path)
+def test_a_folder_of_its_own_is_a_rig(tmp_path: Path) -> None:
+    for rig in ("rig_A", "rig_B"):
+        (tmp_path / rig / "raw").mkdir(parents=True)
+        decaying(tmp_path / rig / "still.csv", "time [s],y [mm]", lambda t: [ring(t)])
+        decaying(tmp_path / rig / "raw" / "growth U5.csv", "time [s],y [mm]", lambda t: [ring(t)[::-1]])
+    shutil.copytree(tmp_path / "rig_B", tmp_path / "out")
+    (tmp_path / "out" / ".scruton").mkdir()
+    text = run(tmp_path)
+    campaign = tomllib.loads(text)
+    assert [rig["name"] for rig in campaign["rigs"]] == ["rig A", "rig B"]
+    files = [[one["file"] for one in rig["records"]] for rig in campaign["rigs"]]
+    assert files == [["rig_A/still.csv"], ["rig_B/still.csv"]]
+    assert [(test["name"], test["rig"]) for test in campaign["tests"]] == [("rig A U5", "rig A"), ("rig B U5", "rig B")]
+    assert campaign["tests"][1]["records"][0]["file"] == "rig_B/raw/growth U5.csv"
+    assert "# out: results of scruton" in text
+
+
+def test_folders_for_still_air_and_wind_tell_no_rig(tmp_path: Path) -> None:
+    for name in ("still", "wind"):
+        (tmp_path / name).mkdir()
+    decaying(tmp_path / "still" / "1_free.csv", "time [s],y [mm]", lambda t: [ring(t)])
+    decaying(tmp_path / "wind" / "1_growth.csv", "time [s],y [mm]", lambda t: [ring(t)[::-1]])
+    campaign = tomllib.loads(run(tmp_path))
+    assert [rig["name"] for rig in campaign["rigs"]] == ["1"]
+    assert [(test["name"], test["rig"]) for test in campaign["tests"]] == [("1", "1")]
 
 
 def test_a_channel_with_a_second_motion_is_not_preferred(tmp_path: Path) -> None:

@@ -148,6 +148,9 @@ def test_records_can_be_told_apart(model):
     assert set(observed["record"].values) == {"decay.csv", "growth.csv"}
     growth = replicate.isel(cycle=np.flatnonzero(replicate["record"] == "growth.csv"))
     assert growth.sizes["cycle"] < observed.sizes["cycle"]
+    by_cycle = model["log_likelihood"]["amplitude"]
+    by_record = by_cycle.groupby(observed["record"]).sum()
+    np.testing.assert_allclose(by_record.sum("record"), by_cycle.sum("cycle"), rtol=1e-3)
     by_record = model["log_likelihood"]["amplitude"].groupby(observed["record"]).sum()
     assert by_record.sizes["record"] == 2
 

@@ -6,12 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fake_parts import sizing
 
 import scruton
 from scruton.cli import main
 from scruton.errors import InputError
 from scruton.griffin.compare import ALIKE, APART, MOVED, Difference, Side
 from scruton.infer.store import read_tree
+from scruton.report.compare import _required
 
 
 def side(median: float, width: float, error: float) -> Side:
@@ -31,6 +33,20 @@ def side(median: float, width: float, error: float) -> Side:
 )
 def test_verdicts(second: Side | None, verdict: str) -> None:
     assert Difference("a_star", "t", "A/D", side(1.0, 0.1, 0.01), second).verdict == verdict
+
+
+def test_required_damping_is_that_of_any_mode_where_the_bridge_asks_for_it() -> None:
+    each = sizing(modes=2)
+    for mode in each["modes"]:
+        mode["limits"][0]["required_mcse"] = {"0.95": 1e-4}
+    asked = each["modes"][0]["damper"] | {"asked": {"risk": 0.05, "risk_of": "any"}}
+    together = {"risk": 0.05, "required": [0.005, 0.006], "reach": [None, None]}
+    anyone = each | {
+        "modes": [mode | {"damper": asked} for mode in each["modes"]],
+        "all_modes": each["all_modes"] | {"required_for_any": together},
+    }
+    found = [(one.of, one.first.median, one.second.median) for one in _required(each, anyone)]
+    assert found == [("V1", 0.004, 0.005), ("V2", 0.004, 0.006)]
 
 
 @pytest.fixture(scope="module")

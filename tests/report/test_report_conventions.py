@@ -1,6 +1,7 @@
 """How quantities are shown: degrees, decrements, the Eurocode's Scruton number; and no identifier in prose."""
 
 import json
+import pickle
 import re
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass, replace
@@ -11,13 +12,22 @@ import pytest
 from fake_fit import fake_fit
 from fake_parts import GAP, sizing
 
+from scruton import said
 from scruton.campaign.schema import Motion
 from scruton.griffin import predict
 from scruton.infer.results import Fit
 from scruton.report.chapters import Material, compose
 from scruton.report.chapters.prose import in_words
 from scruton.report.charts import griffin_chart, risk_chart
-from scruton.report.conventions import conventions, damping, damping_label, parameter_words, scruton, shown_in
+from scruton.report.conventions import (
+    conventions,
+    damping,
+    damping_label,
+    flag_texts,
+    parameter_words,
+    scruton,
+    shown_in,
+)
 from scruton.report.document import Code, Document, Picture, Table
 from scruton.report.figures import all_figures
 from scruton.report.figures.griffin import griffin_plot
@@ -115,7 +125,32 @@ def test_sentences_speak_of_decrements_and_say_which_scruton_number(other):
     assert "Add a logarithmic decrement of 0.0251 to mode V1" in said  # 2 pi times 0.004
     assert "Scruton numbers are those of EN 1991-1-4" in said
     assert "B/D = 4 times" in said
-    assert "Warnings are as files have them: in damping ratios" in said
+
+
+def test_flags_follow(other):
+    flags = [
+        said.said("mode V1: it takes ", said.damping(0.004), " at Sc ", said.scruton_number(20.0)),
+        said.said("mode Sc 20: ", said.key('damper.risk_of = "any"', "a sizing for any mode"), " asks for 5.0%"),
+        "a sentence without a value, at Sc 20",
+    ]
+    content = json.loads(json.dumps({"flags": flags, "flag_parts": said.parts_of(flags)}))
+    assert content["flags"][:2] == [
+        "mode V1: it takes 0.4 % at Sc 20",
+        'mode Sc 20: damper.risk_of = "any" asks for 5.0%',
+    ]
+    shown = ["mode Sc 20: a sizing for any mode asks for 5.0%", "a sentence without a value, at Sc 20"]
+    with conventions({}):
+        assert flag_texts(content["flags"], content) == ["mode V1: it takes 0.4 % at Sc 20", *shown]
+        assert flag_texts(content["flags"], content, keys=True) == content["flags"]
+    with conventions({"conventions": {**OTHER, "scruton_factor": 4.0}}):
+        assert flag_texts(content["flags"], content) == ["mode V1: it takes δ = 0.0251 at Sc 80", *shown]
+
+
+def test_a_sentence_keeps_its_values_in_another_and_in_another_process():
+    inner = said.said("it takes ", said.damping(0.004))
+    outer = pickle.loads(pickle.dumps(said.said("V1: ", inner, said.listed([[" a"], [" b"]], " and"))))
+    assert outer == "V1: it takes 0.4 % a and b"
+    assert [part for part in outer.parts if not isinstance(part, str)] == [said.damping(0.004)]
 
 
 def test_figures_and_charts_follow(heaving):
@@ -181,7 +216,7 @@ def test_no_identifier_stands_in_prose(heaving):
         "size[Sc 1.9]": {"median": 0.1, "interval90": [0.05, 0.15], "unit": "-", "form": "by test"}}}}  # fmt: skip
     told = Transfer(assumed=True)
     flags = ("the fit carries spanwise_coherence_loss; by law n=-1", *transfer_remarks(told, 12.0, 3.0, Motion.HEAVING))
-    content = sizing(flags=flags)
+    content = sizing(flags=flags) | {"flag_parts": said.parts_of(flags)}
     content["modes"][0]["limits"][0] |= {
         "title": "a code: gamma_v 0.04/f m",
         "reading": "K_D = 11 where V_cr is 20 m/s",
@@ -196,12 +231,12 @@ def test_no_identifier_stands_in_prose(heaving):
     document = document_of(heaving, gap=gap, sizing=content)
     files = {record.name for test in heaving.campaign.tests for record in test.records}
     files |= {record.name for rig in heaving.campaign.rigs for record in rig.records}
-    said = []
+    named = []
     for text in texts(document.chapters):
         for name in files:
             text = text.replace(name, "a file")
-        said += [(found[0], text[:80]) for found in [IDENTIFIER.search(text)] if found]
-    assert not said
+        named += [(found[0], text[:80]) for found in [IDENTIFIER.search(text)] if found]
+    assert not named
     assert [text for text in texts(document) if "state them with the bridge, or leave them out there" in text]
     rows = {row[0]: row for row in table_of(document, "inputs").rows}
     assert rows["mode V1, damping ratio"][1:] == ("0.3 ± 0.10 %", "stated; sd by default", "by judgement")
@@ -224,4 +259,5 @@ def test_an_identifier_would_be_found():
     assert parameter_words("trial_residual") == "standard deviation of the residual"
     assert parameter_words("never_heard_of") == "never heard of"
     assert in_words("gamma_v of none") == "γᵥ of none"
+    assert in_words("the risk is 7.8%; of 5 %") == "the risk is 7.8 %; of 5 %"
     assert in_words("wind_speed_drift.toml") == "wind_speed_drift.toml", "a name of a file stays"

@@ -123,6 +123,57 @@ def test_of_several_sizings_the_last_is_reported_and_named(results, capsys):
     assert "no sizing.json" in capsys.readouterr().err
 
 
+@pytest.fixture
+def drawings(monkeypatch):
+    """How often the figures of the fit, of which there is one, were drawn."""
+    from matplotlib.figure import Figure
+
+    calls = []
+
+    def drawn(*_):
+        calls.append("drawn")
+        return [FigureWithCaption(Figure((1.0, 1.0)), "records", "a caption", "an alternative")]
+
+    monkeypatch.setattr("scruton.report.figures.all_figures", drawn)
+    return calls
+
+
+def pictures(folder):
+    return {path.name: path.read_bytes() for path in (folder / "figures").iterdir()}
+
+
+def test_figures_of_the_same_fit_are_drawn_once(results, drawings, tmp_path):
+    folder, _ = results
+    main(["report", str(folder), "--quiet"])
+    main(["report", str(folder), "--quiet", "--sc", "30", "-o", str(tmp_path / "again")])
+    assert len(drawings) == 1
+    assert pictures(tmp_path / "again") == pictures(folder / "report")
+    page = (tmp_path / "again" / "report.html").read_text(encoding="utf-8")
+    assert "a caption" in page
+    assert "an alternative" in page
+    assert (
+        read_json(tmp_path / "again" / "report.json")["drawn"] == read_json(folder / "report" / "report.json")["drawn"]
+    )
+
+
+@pytest.mark.parametrize("spoilt", ["picture", "note", "fit", "code"])
+def test_figures_are_drawn_anew_where_anything_they_are_made_of_changed(results, drawings, spoilt, monkeypatch):
+    folder, summary = results
+    main(["report", str(folder), "--quiet"])
+    before = pictures(folder / "report")
+    if spoilt == "picture":
+        (folder / "report" / "figures" / "records.svg").write_bytes(b"<svg/>")
+    elif spoilt == "note":
+        (folder / "report" / "report.json").write_text("{}")
+    elif spoilt == "fit":
+        write_document(folder / "fit.json", summary | {"flags": ["another"]})
+    else:
+        monkeypatch.setattr("scruton.report.kept.code_sha256", lambda: "of other code")
+    main(["report", str(folder), "--quiet", "--force", "-o", str(folder / "new")])
+    assert len(drawings) == 2
+    assert pictures(folder / "new") == before
+
+
 def test_one_sizing_needs_no_word(results, capsys):
     folder, summary = results
     sized(folder / "sizing", summary, 0.002)

@@ -15,6 +15,7 @@ from scruton.sizing.bridge import Bridge, Mode, load_bridge
 from scruton.sizing.damper_request import DamperRequest, RiskOf
 from scruton.sizing.dampers import damper
 from scruton.sizing.existing import existing, hung, offers
+from scruton.sizing.inputs import inputs_of
 from scruton.sizing.limits import limit
 from scruton.sizing.mode_shape import sine
 from scruton.sizing.model import ModeModel
@@ -244,6 +245,18 @@ def test_a_file_that_leaves_open_which_motion_is_refused(tmp_path):
         load_bridge(path, Motion.HEAVING)
     with pytest.raises(InputError, match=r"coherence_amplitude.*both"):
         load_bridge(written(tmp_path, top="coherence_amplitude = { mean = 0.01, cov = 0.5 }"), Motion.HEAVING)
+
+
+def test_each_motion_has_an_amplitude_at_which_coherence_is_lost(tmp_path):
+    both = 'coherence_amplitude = { heaving = "30 mm", torsional = { mean = 0.002, cov = 0.5 } }'
+    path = written(tmp_path, top=both)
+    heaving, torsional = (load_bridge(path, motion) for motion in Motion)
+    assert heaving.coherence_amplitude.mean == pytest.approx(0.03 / heaving.depth)
+    assert torsional.coherence_amplitude.mean == 0.002
+    rows = {row.name: row.origin for row in inputs_of(torsional, ("kd",)).numbers}
+    assert rows["coherence_amplitude.mean"] == "stated"
+    one = load_bridge(written(tmp_path, top='coherence_amplitude = { heaving = "30 mm" }'), Motion.TORSIONAL)
+    assert one.coherence_amplitude is None
 
 
 def test_two_fits_of_one_bridge_are_sized_with_their_union(small_results, tmp_path):

@@ -8,7 +8,8 @@ from sizing_room import LIMIT, at_most, mode_model
 
 from scruton.griffin.coverage import Coverage
 from scruton.griffin.law_free import LawFree, StraightLine
-from scruton.sizing.checks import LAW_FREE, Evidence
+from scruton.sizing.checks import LAW_FREE, Evidence, reach_of
+from scruton.sizing.model import unit_cube
 from scruton.sizing.remarks import farther_limits
 from scruton.sizing.risk import remarks, risk
 from scruton.sizing.thresholds import LARGEST_ADDED
@@ -86,6 +87,18 @@ def test_the_extrapolation_is_that_of_the_damping_that_is_required():
         x = (0.003 + added - SC) / RELAXATION
         assert reach.extrapolation_index == pytest.approx(x, rel=0.01)
         assert reach.trusted == (x <= 0.3)
+
+
+def test_the_extrapolation_is_that_of_the_median_scruton_number():
+    """Where Scruton number and relaxation go together, the median of x is another number."""
+    draws = model().draws(unit_cube(1 << 10, 0))
+    rising = np.linspace(0.5, 2.0, len(draws))
+    relaxation = RELAXATION * (0.5 + np.abs(rising - 1.25))
+    draws = replace(draws, damping_ratio=0.003 * rising, curve=replace(draws.curve, relaxation=relaxation))
+    reach = reach_of(draws, LIMIT, 0.001)
+    x = np.median((reach.scruton_number - SC) / draws.curve.relaxation)
+    assert reach.extrapolation_index == pytest.approx(x)
+    assert x != pytest.approx(np.median((draws.scruton_number(0.001) - SC) / draws.curve.relaxation), rel=0.02)
 
 
 def test_the_straight_line_is_inverted_at_the_medians():

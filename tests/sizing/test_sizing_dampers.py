@@ -16,7 +16,7 @@ from scruton.sizing.existing import as_built, existing, hung, offers
 from scruton.sizing.mode_shape import sine
 from scruton.sizing.model import unit_cube
 from scruton.sizing.money import cost_by_mass
-from scruton.sizing.remarks import worst_remark
+from scruton.sizing.remarks import stroke_remark, worst_remark
 from scruton.sizing.tmd import TunedMass, den_hartog, response
 from scruton.sizing.tmd_draws import DamperDraws
 from scruton.sizing.together import any_mode_flag, exceedance_of, placed, sized_for_any, with_dampers
@@ -182,6 +182,17 @@ def test_end_stops_and_friction_are_designed_for():
     # with friction alone there are no stops to strike: what a start from above leaves is said all the same
     assert "but 5.8% where those count" in worst_remark("V1", replace(found, struck=None, probability_worst=0.058))[0]
     assert worst_remark("V1", replace(found, probability_worst=0.05)) == []
+
+
+def test_a_stroke_that_a_detuning_makes_too_large_is_remarked_on():
+    found = damper(bridge_mode(DamperRequest(**FREE)), LIMIT, 0)
+    assert stroke_remark("V1", found) == [], "at 2 % it is within the tolerance of the stroke"
+    far = replace(found, detuned=tuple(replace(one, stroke_high=1.1 * one.stroke_high) for one in found.detuned))
+    (said,) = stroke_remark("V1", far)
+    assert "below 0.4 m with 95 % confidence" in said
+    assert "reaches 0.442 m where that is off by 2 %" in said
+    assert "a largest stroke of 0.36 m" in said
+    assert stroke_remark("V1", replace(far, asked=replace(far.asked, kept_detuning=0.0))) == []
 
 
 def test_dampers_at_several_places_have_one_mass():

@@ -1,5 +1,6 @@
 """A decision can be rebuilt: every number of the bridge stands in sizing.json, stated or default, and its files do."""
 
+from hashlib import sha256
 from pathlib import Path
 
 import pytest
@@ -37,6 +38,11 @@ def bridge(tmp_path: Path):
     (tmp_path / "shape.csv").write_text(SHAPE)
     (tmp_path / "rose.csv").write_text("speed,hours\n5,100\n10,50\n")
     return load_bridge(tmp_path, Motion.HEAVING)
+
+
+def test_a_shape_goes_by_the_name_that_is_stated(bridge):
+    assert bridge.modes[0].shape.name == "shape.csv"
+    assert bridge.sha256["shape.csv"] == sha256(SHAPE.encode()).hexdigest()
 
 
 def test_every_number_says_where_it_comes_from(bridge):

@@ -296,15 +296,14 @@ def summarise(job: Job) -> Entry:
 
 
 def _required(folder: Path) -> list[dict[str, Any]]:
-    """What the modes of the bridge need, at the confidence that is spoken of."""
-    from scruton.report.needs import governing
-    from scruton.sizing.checks import ASKED
+    """What the modes of the bridge need, at the confidence that is spoken of, or for any of them where it asks that."""
+    from scruton.report.needs import required_of
     from scruton.sizing.results import RESULT
 
-    modes = read_document(folder / RESULT, "what the batch wrote")["modes"]
+    content = read_document(folder / RESULT, "what the batch wrote")
     return [
-        {"mode": mode["name"], "rule": mode["governing"], "damping_ratio": governing(mode)["required"][ASKED]}
-        for mode in modes
+        {"mode": mode["name"], "rule": mode["governing"], "damping_ratio": required_of(content, mode)}
+        for mode in content["modes"]
     ]
 
 

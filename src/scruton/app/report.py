@@ -107,7 +107,7 @@ def of_results(arguments: Namespace) -> Outcome:
     remarks = [f"{said}: --sizing DIR takes it"] if said else []
     content = beside(
         results, fit, bridge=bridge, limits=limits, design_sc=arguments.sc, gap=not arguments.no_gap,
-        sizing=arguments.sizing,
+        sizing=arguments.sizing, out=arguments.out,
     )  # fmt: skip
     inputs = provenance_of(results, fit.summary)
     if bridge is not None:

@@ -49,10 +49,14 @@ class SharedCurve:
         assert self.coverage is not None
         return [self._relaxation_at(tested) for tested in self.coverage.passed]
 
-    def index_of_nearest(self, scruton_numbers: FloatArray) -> float:
-        """Median extrapolation index from the test that is nearest by it; from the reference where none is known."""
+    def index_of_nearest(self, scruton_number: float) -> float:
+        """Median extrapolation index from the test that is nearest by it; from the reference where none is known.
+
+        The one definition of x: of an uncertain Scruton number it is that of the median, as of a prediction there.
+        """
         tested = [self.reference] if self.coverage is None else self.coverage.passed
-        return min((float(np.median(self.index(scruton_numbers, sc))) for sc in tested), key=abs)
+        at = np.full((1, 1), scruton_number)
+        return min((float(np.median(self.index(at, sc))) for sc in tested), key=abs)
 
     def spread(self, scruton_numbers: FloatArray, amplitude: FloatArray) -> FloatArray:
         """Sd of ln(amplitude) of a new setting about the curve, (S, n_sc), whose amplitude there is given."""

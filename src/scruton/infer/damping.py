@@ -13,6 +13,7 @@ from scruton.infer.cards import ModelCard
 from scruton.infer.front import damping_varies
 from scruton.infer.results import RigResult, TestResult
 from scruton.infer.thresholds import BAND_FLOOR
+from scruton.said import damping, listed, said
 from scruton.stats.priors import Prior
 
 _GRID = 200  # amplitudes, evenly spaced in ln A, over which the variation is averaged
@@ -91,21 +92,32 @@ def _lognormal(log_mean: float, log_sd: float, reason: str) -> Prior:
 
 def varying_damping(campaign: Campaign, rigs: Mapping[str, RigResult], tests: Sequence[TestResult]) -> list[str]:
     """Rigs whose still-air damping depends on the amplitude, and what was made of it: one sentence each."""
-    unit, lines = campaign.section.amplitude_unit, []
+    unit = campaign.section.amplitude_unit
+    lines: list[str] = []
     for name, rig in rigs.items():
         if rig.varying is None:
             continue
         bands = [rig.varying.bands[i] for i in damping_varies(rig.varying) or ()]
-        texts = [f"{100 * band.damping_ratio:.3g} % at {band.lower:.3g} to {band.upper:.3g} {unit}" for band in bands]
-        low, high = 100 * np.quantile(rig.damping, [0.05, 0.95])
+        texts = listed(
+            [damping(band.damping_ratio), f" at {band.lower:.3g} to {band.upper:.3g} {unit}"] for band in bands
+        )
+        low, high = np.quantile(rig.damping, [0.05, 0.95]).tolist()
         priors = {one.test.name: one.posterior.prior("damping_ratio") for one in tests if one.rig.name == name}
         used = [
-            f"; test {test} takes {100 * prior.first:.3g} % ± {100 * prior.second:.2g} % of that, {prior.reason}"
+            (f"; test {test} takes ", damping(prior.first), f" ± {100 * prior.second:.2g} % of that, {prior.reason}")
             for test, prior in priors.items()
         ]
         lines.append(
-            f"rig {name}: structural damping varies with amplitude ({', '.join(texts)}). No constant stands for it: "
-            f"its posterior, {low:.3g} to {high:.3g} %, is over all amplitudes of the ring-downs{''.join(used)}. "
-            "Eq. (6) takes the measured xi_s(A)"
+            said(
+                f"rig {name}: structural damping varies with amplitude (",
+                texts,
+                "). No constant stands for it: its posterior, ",
+                damping(low),
+                " to ",
+                damping(high),
+                ", is over all amplitudes of the ring-downs",
+                *used,
+                ". Eq. (6) takes the measured xi_s(A)",
+            )
         )
     return lines

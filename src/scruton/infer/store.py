@@ -196,6 +196,12 @@ def convergence_frame(tree: "xr.DataTree") -> "pd.DataFrame":
     return pd.DataFrame(columns).set_index(["posterior", "parameter"])
 
 
+def sha256_in(folder: Path) -> dict[str, str]:
+    """SHA-256 of the two files of a fit, by name, as `provenance_of` has them of one that was read; {} without one."""
+    paths = [folder / SUMMARY, folder / POSTERIOR]
+    return {path.name: digest(path) for path in paths} if all(path.is_file() for path in paths) else {}
+
+
 def provenance_of(folder: Path, summary: Mapping[str, Any]) -> dict[str, str]:
     """SHA-256 of the two files of a fit that was read, by name: what is computed from them carries these."""
     return {SUMMARY: digest(folder / SUMMARY), POSTERIOR: summary["files"][POSTERIOR]}

@@ -24,6 +24,7 @@ from scruton.infer.thresholds import SEEN
 from scruton.infer.tree_campaign import diagnostics, model_groups
 from scruton.infer.tree_prior import prior_groups
 from scruton.provenance import provenance
+from scruton.said import parts_of
 from scruton.stats.convergence import monte_carlo_error
 from scruton.stats.samples import Samples
 
@@ -249,7 +250,8 @@ def summarise(
         "format": 1,
         "title": sampled.campaign.title,
         "converged": converged,
-        "flags": list(flags),
+        "flags": list(map(str, flags)),
+        **({"flag_parts": parts} if (parts := parts_of(flags)) else {}),
         "law_n": np.nan if sampled.card.law_n is None else sampled.card.law_n,
         "laws": _laws(sampled.joint, misfit) if sampled.joint else {},
         "campaign": _campaign(sampled.joint, joint, peaks, chains) if sampled.joint else {},

@@ -105,6 +105,8 @@ def write_report(
     crossed: Crossed | None = None,
     second: SecondProcess | None = None,
     office: Sequence[str] = (),
+    fit_sha256: Mapping[str, str] | None = None,
+    pictures: "Sequence[Picture]" = (),
 ) -> ReportPaths:
     """Write the files of a report.
 
@@ -126,6 +128,10 @@ def write_report(
         Takes a share of the figures; the files do not depend on it.
     office : sequence of {"docx", "xlsx"}
         Write report.docx and report.xlsx, too; they want the extra `office`.
+    fit_sha256 : mapping, optional
+        SHA-256 of the files of the fit, where they lie elsewhere than in `out`: a later report takes these figures.
+    pictures : sequence of Picture
+        The figures of the fit, where an earlier report drew them from the same; drawn here if left out.
 
     Returns
     -------
@@ -136,9 +142,11 @@ def write_report(
     InputError
         If a design Scruton number is given for a campaign without tests in wind, or is not a finite number.
     """
+    from scruton.infer.store import sha256_in
     from scruton.report.chapters import Material, compose, with_failures
     from scruton.report.charts import decision_chart, griffin_chart
     from scruton.report.exports import numbers, write_tables
+    from scruton.report.kept import drawn_from, noted
     from scruton.report.parts import crossed_part, whole_of
     from scruton.report.render_html import render_html
     from scruton.report.render_typst import render_pdf
@@ -148,7 +156,12 @@ def write_report(
     attempt = failures.attempt
     design, at_tests = _predictions(fit, design_sc, failures)
     frames = attempt("campaign", "The tables", lambda: tables(fit, [*design, *at_tests.values()]), {})
-    pictures = _draw(fit, second or SecondProcess(beside=False), failures)
+    before = len(failures.found)
+    pictures = list(pictures) or _draw(fit, second or SecondProcess(beside=False), failures)
+    drawn: dict[str, Any] = {}
+    fit_sha256 = fit_sha256 or sha256_in(out)
+    if fit_sha256 and len(failures.found) == before:  # one that lacks a figure is none to take them from
+        drawn["drawn"] = noted(pictures, drawn_from(fit_sha256))
     parts: dict[str, Part] = {}
     charts: dict[str, Mapping[str, Any]] = {}
     for name, what, part in (("gap", "The diagnosis of the gap", gap), ("sizing", "The sizing", sizing)):
@@ -184,7 +197,7 @@ def write_report(
     values = attempt("", "Writing the numbers", lambda: numbers(material, document), {"format": 1})
     pdf = attempt("", "The PDF", lambda: render_pdf(with_failures(document, failures)), b"")
     others = {form: attempt("", OFFICE[form], partial(_office, form, document, frames), b"") for form in office}
-    values |= contents | {"failures": [failure.to_json() for failure in failures.found]}
+    values |= contents | drawn | {"failures": [failure.to_json() for failure in failures.found]}
     write_text(out / HTML, render_html(with_failures(document, failures)))
     if pdf:
         write_bytes(out / PDF, pdf)

@@ -71,5 +71,6 @@ def report(
     named, chosen = (None if one is None else Path(one) for one in (bridge, sizing))
     if named is None and (said := sizing_remark(folder, chosen_sizing(folder, loaded.summary, chosen))):
         logging.getLogger("scruton").warning("%s", said)
-    content = beside(folder, loaded, bridge=named, limits=rules, design_sc=numbers, sizing=chosen)
-    return build_report(loaded, folder / "report" if out is None else Path(out), office=office, **content)
+    place = folder / "report" if out is None else Path(out)
+    content = beside(folder, loaded, bridge=named, limits=rules, design_sc=numbers, sizing=chosen, out=place)
+    return build_report(loaded, place, office=office, **content)

@@ -1,5 +1,6 @@
 """Two results side by side: as tables for the terminal, as numbers, and as a page with both Griffin plots in one."""
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -16,7 +17,7 @@ from scruton.report.chapters.gap import gap_sentence
 from scruton.report.conventions import DAMPING, SCRUTON, by_conventions, damping_words, shown_in
 from scruton.report.document import Block, Chapter, Document, Listing, Table, numbered, paragraph
 from scruton.report.figures.compare import compare_plot
-from scruton.report.needs import governing
+from scruton.report.needs import for_any, governing, required_of
 from scruton.report.parts import drawn
 from scruton.report.saved import chosen_sizing, found_beside, read_sizing
 from scruton.report.wording import Notation
@@ -137,17 +138,24 @@ def _sizing(folder: Path | None, fit: Fit) -> Mapping[str, Any]:
 
 def _required(first: Mapping[str, Any], second: Mapping[str, Any]) -> Iterator[Difference]:
     """The damping that each mode of a name needs, where one of the two was sized."""
-    modes = [{mode["name"]: governing(mode) for mode in content["modes"]} for content in (first, second)]
-    for name in dict.fromkeys(name for of in modes for name in of):
-        sides = [_needed(of[name]) if name in of else None for of in modes]
-        if any(sides):
-            yield Difference("required_damping", name, "-", sides[0], sides[1])
+    sides = [{mode["name"]: _needed(content, mode) for mode in content["modes"]} for content in (first, second)]
+    for name in dict.fromkeys(name for of in sides for name in of):
+        one, other = (of.get(name) for of in sides)
+        if one or other:
+            yield Difference("required_damping", name, "-", one, other)
 
 
-def _needed(limit: Mapping[str, Any]) -> Side | None:
-    """The required damping as a quantity: its ends are those of the least and the greatest confidence."""
-    value, ends = limit["required"][ASKED], [one for one in limit["required"].values() if one is not None]
-    return None if value is None else Side(value, min(ends), max(ends), limit["required_mcse"][ASKED] or 0.0)
+def _needed(content: Mapping[str, Any], mode: Mapping[str, Any]) -> Side | None:
+    """The required damping as a quantity: its ends are those of the least and the greatest confidence.
+
+    What keeps the risk of any mode, where the bridge asks for that, comes from half the draws.
+    """
+    limit, value = governing(mode), required_of(content, mode)
+    if value is None:
+        return None
+    ends = [value, *(one for one in limit["required"].values() if one is not None)]
+    error = (limit["required_mcse"][ASKED] or 0.0) * (math.sqrt(2.0) if for_any(content) else 1.0)
+    return Side(value, min(ends), max(ends), error)
 
 
 def _inputs(first: Mapping[str, Any], second: Mapping[str, Any]) -> Iterator[str]:

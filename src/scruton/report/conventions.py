@@ -12,6 +12,7 @@ from functools import wraps
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Concatenate
 
+from scruton import said
 from scruton.report.wording import PARAMETERS, number, stated, unit_text
 
 if TYPE_CHECKING:
@@ -141,8 +142,24 @@ def scruton_note(*, heaving: bool = True) -> str:
     )
 
 
-def warnings_note() -> tuple[str, ...]:
-    """What has to be said below warnings, which are sentences of files, where numbers are shown otherwise."""
-    if not _IN_FORCE.get():
-        return ()
-    return ("Warnings are as files have them: in damping ratios and the paper’s Scruton number.",)
+def flag_texts(flags: Iterable[str], content: Mapping[str, Any], *, keys: bool = False) -> list[str]:
+    """Flags of fit.json or sizing.json, its content, as they are shown; with `keys` those of input files stay as typed.
+
+    A sentence of an earlier version, or without a number that is shown otherwise, stands as the file has it.
+    """
+    parts = content.get("flag_parts", {})
+    return ["".join(_part(part, keys) for part in parts.get(flag, [flag])) for flag in flags]
+
+
+def _part(part: str | Mapping[str, Any], keys: bool) -> str:
+    if isinstance(part, str):
+        return part
+    text: str = part["text"]
+    match part["kind"]:
+        case said.DAMPING if decrements():
+            return f"δ = {shown_in(DAMPING)[0] * part['value']:.3g}"
+        case said.SCRUTON if shown_in(SCRUTON)[0] != 1.0:
+            return f"{shown_in(SCRUTON)[0] * part['value']:.3g}"
+        case said.KEY if not keys:
+            text = part["words"]
+    return text

@@ -12,6 +12,7 @@ from scruton.infer.store import provenance_of
 from scruton.report.chapters.gap import gap_sentence
 from scruton.report.document import Picture
 from scruton.report.figures.gap import CAPTION
+from scruton.report.kept import drawn_from, kept
 from scruton.report.parts import Part, part_of_sizing, scruton_numbers_of, sizing_part
 from scruton.sizing.results import RESULT as SIZING
 
@@ -30,17 +31,19 @@ def beside(
     design_sc: Sequence[float],
     gap: bool = True,
     sizing: Path | None = None,
+    out: Path | None = None,
 ) -> dict[str, Any]:
     """What `write_report` takes beside a fit that lies in a folder; a bridge that is named is sized anew.
 
-    Without `gap` the diagnosis is left out, and not looked at.  `sizing` is as of `chosen_sizing`.
+    Without `gap` the diagnosis is left out, and not looked at.  `sizing` is as of `chosen_sizing`; in `out` an earlier
+    report may lie, as in the folder of the fit and beside it, whose figures of the same fit are taken as they are.
 
     Raises
     ------
     InputError
         As `saved_gap`, `saved_sizing` and `sizing_part`.
     """
-    design = design_sc
+    design, fit_sha256 = design_sc, provenance_of(folder, fit.summary)
     if bridge is None:
         sized = saved_sizing(chosen_sizing(folder, fit.summary, sizing))
     else:
@@ -48,8 +51,15 @@ def beside(
         design = design_sc or scruton_numbers_of(fit.tree, bridge)
     return {
         "gap": saved_gap(folder, fit.summary) if gap else None, "sizing": sized, "design_sc": design,
-        "crossed": partial(saved_crossed, folder),
+        "crossed": partial(saved_crossed, folder), "fit_sha256": fit_sha256,
+        "pictures": kept(reports_beside(folder, out), drawn_from(fit_sha256)),
     }  # fmt: skip
+
+
+def reports_beside(folder: Path, out: Path | None = None) -> list[tuple[Path, Path]]:
+    """Where a report of a fit may lie: report.json and the folder of its figures of each place."""
+    places = [*([] if out is None else [out]), folder, *sorted(folder.glob("report*"))]
+    return [(place / REPORT, place / FIGURES) for place in places]
 
 
 def saved_gap(folder: Path, summary: Mapping[str, Any]) -> Part | None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from scruton.campaign.schema import Motion
 from scruton.errors import InputError
 from scruton.progress import Progress
+from scruton.said import said as sentence
 from scruton.sizing.bridge import Bridge
 from scruton.sizing.checks import ASKED
 from scruton.sizing.existing import Offer, existing, hung
@@ -85,7 +86,9 @@ def size_both(
     sizings = []
     for part, across in zip(parts, reversed(parts), strict=True):
         sizing = sizing_of(part, dampers, offers, seed)
-        doubt = [f"{across.bridge.motion.value}: {not_trusted(across.unconverged)}"] if across.unconverged else []
+        doubt = (
+            [sentence(f"{across.bridge.motion.value}: ", not_trusted(across.unconverged))] if across.unconverged else []
+        )
         sizings.append(replace(sizing, both=together, flags=(*doubt, *sizing.flags, *said)))
     one, other = sizings
     return one, other

@@ -219,11 +219,8 @@ def load_bridge(path: Path, motion: Motion) -> Bridge:
     if both:
         values["limits"] = tuple(rule for rule in values["limits"] if motion in rule.rule.functions)
         values["others"] = others
-        if "coherence_amplitude" in top:
-            wanted = "none for a bridge with modes of both motions: it is A/D of the one and rad of the other"
-            raise top.refusal("coherence_amplitude", wanted)
     values["transfer"] = read_transfer(top)
-    values["coherence_amplitude"] = amplitude_of_coherence(top, motion, values["depth"])
+    values["coherence_amplitude"] = amplitude_of_coherence(top, motion, values["depth"], both=both)
     values["cost"] = Cost(**top.table("cost").read(_COST)) if "cost" in top else None
     del values["format"]
     texts = {
@@ -259,7 +256,7 @@ def _mode(table: Table, motion: Motion, digests: dict[str, str]) -> Mode:
     elif name == "uniform":
         shape = uniform()
     else:
-        shape = read_shape(table.file.parent / name)
+        shape = replace(read_shape(table.file.parent / name), name=name)
         digests[name] = sha256(read_bytes(table.file.parent / name, LARGEST_TABLE)).hexdigest()
     mass = _uncertain(table, key, dimension) if key in table else None
     values = {key: field.read(table, key) for key, field in _MODE.items()}

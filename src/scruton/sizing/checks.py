@@ -31,7 +31,7 @@ class Reach:
     Attributes
     ----------
     scruton_number, extrapolation_index : float
-        Median, and median x from the nearest test.
+        Median, and the median x of that from the nearest test.
     covered_by, tests : int
         Peak tests whose transients run through the section's amplitude at the limit, and how many there are.
     trusted : bool
@@ -156,12 +156,10 @@ def reach_of(draws: Draws, limit: float, added: float) -> Reach | None:
     coverage = draws.curve.coverage
     if coverage is None:
         return None
-    sc = draws.scruton_number(np.full((1, 1), added))
+    sc = float(np.median(draws.scruton_number(np.full((1, 1), added))))
     index = draws.curve.index_of_nearest(sc)
     covered = coverage.tests_at(limit / float(np.median(draws.scale)))
-    return Reach(
-        float(np.median(sc)), index, covered, coverage.scruton_number.size, abs(index) <= X_TRUSTED and covered > 0
-    )
+    return Reach(sc, index, covered, coverage.scruton_number.size, abs(index) <= X_TRUSTED and covered > 0)
 
 
 def _by_hand(draws: Draws, limit: float, line: StraightLine) -> float:

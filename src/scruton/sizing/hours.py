@@ -17,6 +17,7 @@ from scruton.campaign.quantity import Quantity
 from scruton.griffin.lock_in import has_speeds, lock_in_draws, lock_in_velocities
 from scruton.griffin.posterior import draws_of, peak_names
 from scruton.infer.thresholds import DISTINCT_SPEEDS, FEWEST_SPEEDS
+from scruton.said import key, said
 from scruton.sizing.bridge import Mode
 from scruton.sizing.model import Draws, ModeModel
 from scruton.sizing.thresholds import LOCK_IN_MARGIN
@@ -134,8 +135,12 @@ def assumed_remarks(names: Sequence[str], shapes: Sequence[LockInShape]) -> list
                 reach = f"from {100.0 * LOCK_IN_MARGIN:g} % below that speed to as much above it"
             of.setdefault(f"{shape.source}, {reach}", []).append(name)
     return [
-        f"hours of mode{'s' * (len(modes) > 1)} {', '.join(modes)}: the amplitude against the wind speed is {words}. "
-        "Tests of one rig at three wind speeds, or a lock_in_shape of the mode, would tell it"
+        said(
+            f"hours of mode{'s' * (len(modes) > 1)} {', '.join(modes)}: the amplitude against the wind speed is "
+            f"{words}. Tests of one rig at three wind speeds, or a ",
+            key("lock_in_shape of the mode", "curve of the mode's amplitude against the wind speed"),
+            ", would tell it",
+        )
         for words, modes in of.items()
     ]
 

@@ -5,7 +5,6 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from enum import Enum
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -111,6 +110,8 @@ def inputs_of(bridge: Bridge, limits: tuple[str, ...]) -> Inputs:
     said = tomllib.loads(document) if document else {}
     if bridge.others:  # those that are left to the other motion's fit
         said["modes"] = [mode for mode in said["modes"] if mode["motion"] == bridge.motion.value]
+        if (lost_at := said.pop("coherence_amplitude", {}).get(bridge.motion.value)) is not None:
+            said["coherence_amplitude"] = lost_at
     rows = [_row(said, bridge, name, value) for name, value in _leaves(bridge, "")]
     rows += _unsaid(bridge)
     if bridge.motion is Motion.TORSIONAL:
@@ -163,7 +164,7 @@ def _spread_of_modal_mass(mode: Mode) -> tuple[float, str, str]:
 
 def _leaves(value: Any, name: str) -> Iterator[tuple[str, Any]]:
     if isinstance(value, ModeShape):
-        yield name, Path(value.name).name
+        yield name, value.name
     elif isinstance(value, Quantity):
         family = "known" if value.certain else value.family
         known = {"mean": value.mean, "sd": value.sd, "family": family, "minimum": value.minimum or None}

@@ -44,7 +44,7 @@ class ModeShape:
     weight : (N,) array
         Part of the span that each point stands for.
     name : str
-        "sine", or the file it was read from.
+        "sine", "uniform", or the file it was read from, as it is stated in bridge.toml.
     curve : callable
         The shape itself, at any positions.
     """

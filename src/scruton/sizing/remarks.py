@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from scruton.said import damping, key, listed, said, scruton_number
 from scruton.sizing.checks import ASKED
 from scruton.sizing.damper_request import DamperRequest, RiskOf
 from scruton.sizing.dampers import Damper
@@ -13,8 +14,8 @@ from scruton.sizing.model import Draws, ModeModel, unit_cube
 from scruton.sizing.modes import AllModes, BothMotions
 from scruton.sizing.risk import Risk, percent
 from scruton.sizing.span import EffectOnSpan, effect_on_span
-from scruton.sizing.thresholds import LARGEST_ADDED, RISK_MARGIN
-from scruton.sizing.together import POINTS, any_mode_flag
+from scruton.sizing.thresholds import LARGEST_ADDED, RISK_MARGIN, STROKE_TOLERANCE
+from scruton.sizing.together import FOR_ANY, POINTS, any_mode_flag
 
 _POINTS = 1 << 12
 
@@ -47,16 +48,27 @@ def coherence_remarks(model: ModeModel, risk: Risk, seed: int) -> list[str]:
     coherent = replace(model, bridge=replace(model.bridge, coherence_amplitude=None))
     needs = coherent.draws(unit_cube(_POINTS, seed)).needed(risk.limit)
     need = max(float(np.quantile(needs, 0.95, method="inverted_cdf")), 0.0)
-    otherwise = f"{100.0 * need:.3f} %" if need <= LARGEST_ADDED else f"more than {100.0 * LARGEST_ADDED:g} %"
+    otherwise = [damping(need, ".3f")] if need <= LARGEST_ADDED else percent(None)
+    required = risk.required[ASKED]
+    asked = [damping(required, ".3f")] if required else [risk.required_text[ASKED]]
     below = model.bridge.motion.amplitude_text(lost_at.mean)
-    remarks = [
-        f"mode {model.mode.name}: the force loses its coherence along the span below A_c = {below}, so that "
-        f"{risk.rule} needs {risk.required_text['0.95']} of added damping with 95 % confidence, and "
-        f"{otherwise} were it coherent at every amplitude: the difference rests on A_c, which no section model tells"
+    remarks: list[str] = [
+        said(
+            f"mode {model.mode.name}: the force loses its coherence along the span below A_c = {below}, so that "
+            f"{risk.rule} needs ",
+            asked,
+            f" of added damping with {100.0 * float(ASKED):.0f} % confidence, and ",
+            otherwise,
+            " were it coherent at every amplitude: the difference rests on A_c, which no section model tells",
+        )
     ]
     if model.laws.effect is not None:
         remarks.append(
-            f"mode {model.mode.name}: the bridge's coherence_amplitude replaces what the fit found of the coherence"
+            said(
+                f"mode {model.mode.name}: the bridge's ",
+                key("coherence_amplitude", "amplitude at which coherence is lost"),
+                " replaces what the fit found of the coherence",
+            )
         )
     return remarks
 
@@ -66,12 +78,26 @@ def farther_limits(name: str, deciding: Risk, risks: Sequence[Risk]) -> Iterator
     for found in risks:
         reach, added = found.reach.get(ASKED), found.required[ASKED]
         if found is not deciding and found.outside is None and added and reach is not None and not reach.trusted:
-            yield (
-                f'mode {name}: what "{found.rule}", which does not govern, requires at {100.0 * float(ASKED):.0f} % '
-                f"({percent(added)}) lies at Sc {reach.scruton_number:.3g}, an extrapolation index of "
+            yield said(
+                f'mode {name}: what "{found.rule}", which does not govern, requires at {100.0 * float(ASKED):.0f} % (',
+                percent(added), ") lies at Sc ", scruton_number(reach.scruton_number), ", an extrapolation index of "
                 f"{reach.extrapolation_index:.2f} from the nearest test; transients of {reach.covered_by} of "
-                f"{reach.tests} tests went through its amplitude"
-            )
+                f"{reach.tests} tests went through its amplitude",
+            )  # fmt: skip
+
+
+def stroke_remark(name: str, found: Damper) -> list[str]:
+    """What has to be said where a detuning at which the risk is kept takes the stroke beyond what is asked for."""
+    largest, kept = found.asked.largest_stroke, found.asked.kept_detuning or 0.0
+    reached = max((each.stroke_high for each in found.detuned if abs(each.detuning) <= kept), default=0.0)
+    if largest is None or not found.dampers or not found.achievable or reached <= (1.0 + STROKE_TOLERANCE) * largest:
+        return []
+    return [
+        f"mode {name}: the stroke of the dampers is below {largest:.3g} m with 95 % confidence at the stated "
+        f"frequency, and reaches {reached:.3g} m where that is off by {100.0 * kept:g} %, at which only the risk is "
+        f"kept: either leave room for that, or ask for a largest stroke of {0.99 * largest**2 / reached:.2g} m, which "
+        "takes heavier dampers"
+    ]
 
 
 def worst_remark(name: str, found: Damper) -> list[str]:
@@ -102,25 +128,25 @@ def any_mode_remarks(
     if needed is None:
         return
     left, most = every.with_required_damping, 1.0 - confidence
-    keeping = ", ".join(f"{percent(added)} ({name})" for name, added in zip(every.names, needed.required, strict=True))
+    keeping = listed([*percent(added), f" ({name})"] for name, added in zip(every.names, needed.required, strict=True))
     if request.risk_of is RiskOf.ANY:
         for name, added, reach in zip(every.names, needed.required, needed.reach, strict=True):
             if added and reach is not None and not reach.trusted:
-                yield (
-                    f"mode {name}: the damping that keeps the risk of any mode ({percent(added)}) lies at Sc "
-                    f"{reach.scruton_number:.3g}, an extrapolation index of {reach.extrapolation_index:.2f} from the "
-                    f"nearest test; transients of {reach.covered_by} of {reach.tests} tests went through the amplitude "
-                    "of the limit"
-                )
+                yield said(
+                    f"mode {name}: the damping that keeps the risk of any mode (", percent(added), ") lies at Sc ",
+                    scruton_number(reach.scruton_number), ", an extrapolation index of "
+                    f"{reach.extrapolation_index:.2f} from the nearest test; transients of {reach.covered_by} of "
+                    f"{reach.tests} tests went through the amplitude of the limit",
+                )  # fmt: skip
     elif left is not None and left.any > most + RISK_MARGIN * float(np.sqrt(most * confidence / POINTS)):
-        yield (
+        yield said(
             f"with the damping that each mode requires at {100.0 * confidence:.0f} % the risk of any mode is "
-            f'{left.any:.1%}; one of {needed.risk:.1%} takes {keeping}: damper.risk_of = "any" asks for that'
-        )
-    if every.with_dampers is not None and damped and (said := any_mode_flag(every.names, every.with_dampers, request)):
-        yield said
+            f"{left.any:.1%}; one of {needed.risk:.1%} takes ", keeping, ": ", FOR_ANY, " asks for that",
+        )  # fmt: skip
+    if every.with_dampers is not None and damped and (flag := any_mode_flag(every.names, every.with_dampers, request)):
+        yield flag
     if damped and not weighed:
-        yield (
+        yield said(
             "what the dampers of one mode do to another, and the risk of any mode with them, is not known: a modal "
-            "mass is not stated (modal_mass, or mass and length)"
-        )
+            "mass is not stated", key(" (modal_mass, or mass and length)", ""),
+        )  # fmt: skip

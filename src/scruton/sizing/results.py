@@ -76,7 +76,8 @@ class ModeSizing:
     modal_mass : float or None
         [kg] or [kg m^2].
     shape : str
-        "sine", "uniform" or the file it was read from.
+        "sine", "uniform" or the file it was read from as bridge.toml states it; by that name its SHA-256 stands in
+        `provenance["bridge_sha256"]`.
     mode_factor : mapping
         Amplitude of the mode over that of the section, by law, with full coherence.
     scruton_number, amplitude : Spread

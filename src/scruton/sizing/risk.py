@@ -8,6 +8,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.griffin.thresholds import X_TRUSTED
+from scruton.said import Value, damping, listed, said, scruton_number
 from scruton.shown import fields_in_brief, shown
 from scruton.sizing.checks import LAW_FREE, Checks, Evidence, Reach, Required, required_of
 from scruton.sizing.limits import Limit
@@ -170,30 +171,47 @@ def remarks(name: str, asked: str, found: Risk) -> list[str]:
     """What the reader must know of the damping that is required at a confidence ("0.95") before trusting it."""
     reach, added = found.reach.get(asked), found.required[asked]
     others = {label: row[asked] for label, row in found.required_by_law.items()}
-    by_law = ", ".join(f"{label}: {percent(value)}" for label, value in others.items())
-    where = f"mode {name}: the damping required at {100.0 * float(asked):.0f} % ({percent(added)})"
-    sentences = []
+    by_law = listed([f"{label}: ", *percent(value)] for label, value in others.items())
+    where = said(f"mode {name}: the damping required at {100.0 * float(asked):.0f} % (", percent(added), ")")
+    sentences: list[str] = []
     if added and reach is not None and not reach.trusted:
         told = "no transient went through the amplitude of the limit there, so it is the law's alone"
         if reach.covered_by:
             told = f"transients of {reach.covered_by} of {reach.tests} tests went through the amplitude of the limit"
         sentences.append(
-            f"{where} lies at Sc {reach.scruton_number:.3g}, an extrapolation index of "
-            f"{reach.extrapolation_index:.2f} from the nearest test; {told}. By law: {by_law}"
+            said(
+                where,
+                " lies at Sc ",
+                scruton_number(reach.scruton_number),
+                f", an extrapolation index of {reach.extrapolation_index:.2f} from the nearest test; {told}. By law: ",
+                by_law,
+            )
         )
     elif LAW_FREE in others and _parted(others[LAW_FREE], added):
         sentences.append(
-            f"{where} is the law's: the damping measured at the amplitude of the limit asks for "
-            f"{percent(others[LAW_FREE])}. By law: {by_law}"
+            said(
+                where,
+                " is the law's: the damping measured at the amplitude of the limit asks for ",
+                percent(others[LAW_FREE]),
+                ". By law: ",
+                by_law,
+            )
         )
     if found.required_at_discrepancy:
-        stated = " and ".join(
-            f"{percent(row[asked])} where rigs miss the curve by {100.0 * float(tau):.0f} %"
-            for tau, row in found.required_at_discrepancy.items()
+        stated = listed(
+            (
+                [*percent(row[asked]), f" where rigs miss the curve by {100.0 * float(tau):.0f} %"]
+                for tau, row in found.required_at_discrepancy.items()
+            ),
+            " and ",
         )
         sentences.append(
-            f"{where} rests on one rig, which says nothing of how far rigs miss the curve: {stated}. It is sized for "
-            f"{100.0 * ONE_RIG:.0f} %; a second rig would tell"
+            said(
+                where,
+                " rests on one rig, which says nothing of how far rigs miss the curve: ",
+                stated,
+                f". It is sized for {100.0 * ONE_RIG:.0f} %; a second rig would tell",
+            )
         )
     return sentences
 
@@ -204,9 +222,9 @@ def _parted(value: float | None, other: float | None) -> bool:
     return high > LAWS_PART * low + LEAST_PARTED
 
 
-def percent(value: float | None) -> str:
+def percent(value: float | None) -> list[str | Value]:
     """A damping ratio as a remark has it; None is more than can be added."""
-    return f"more than {100.0 * LARGEST_ADDED:.0f} %" if value is None else f"{100.0 * value:.3g} %"
+    return ["more than ", damping(LARGEST_ADDED)] if value is None else [damping(value)]
 
 
 def probability(needed: FloatArray, added: FloatArray) -> FloatArray:
@@ -218,7 +236,7 @@ def flags(model: ModeModel, draws: Draws) -> list[str]:
     """What the reader must know of a mode before trusting its numbers."""
     remarks = []
     # at the structural damping of the bridge itself: what is added goes further still
-    x = draws.curve.index_of_nearest(draws.scruton_number(np.zeros((1, 1))))
+    x = draws.curve.index_of_nearest(float(np.median(draws.scruton_number(0.0))))
     if abs(x) > X_TRUSTED:
         remarks.append(
             f"mode {model.mode.name}: the bridge's own damping lies {x:.3g} from the tests (extrapolation index): "

@@ -20,6 +20,7 @@ from scruton.infer.results import TRIAL
 from scruton.infer.store import provenance_of
 from scruton.progress import Progress
 from scruton.provenance import provenance
+from scruton.said import key, parts_of, said
 from scruton.sizing.bridge import Bridge
 from scruton.sizing.checks import ASKED, Evidence
 from scruton.sizing.damper_request import RiskOf
@@ -34,7 +35,14 @@ from scruton.sizing.model import ModeModel, spread, unit_cube
 from scruton.sizing.modes import AllModes, BothMotions, all_modes
 from scruton.sizing.money import costs
 from scruton.sizing.plausibility import odd_input
-from scruton.sizing.remarks import any_mode_remarks, coherence_remarks, farther_limits, mode_factors, worst_remark
+from scruton.sizing.remarks import (
+    any_mode_remarks,
+    coherence_remarks,
+    farther_limits,
+    mode_factors,
+    stroke_remark,
+    worst_remark,
+)
 from scruton.sizing.results import ModeSizing, SizedBridge, Sizing, Stated, StatedTransfer
 from scruton.sizing.risk import flags, remarks, risk, shares
 from scruton.sizing.thresholds import AT_NODE, LEAST_EXPONENT, NEAR_NODE, ONE_RIG
@@ -106,6 +114,8 @@ def described(
     content = sizing.to_json()
     if not bridge.documents:
         content["flags"].append("no bridge was given: the answer is for the section model itself, at its own size")
+    if parts := parts_of(sizing.flags):
+        content["flag_parts"] = parts
     settings = {**ASKED_FOR, **(asked or {})}
     origin = sizing_origin(folder, summary, bridge, seed=seed, settings=settings)
     if conventions := dict(summary.get("conventions", {})):
@@ -257,12 +267,17 @@ def sizing_of(part: Part, dampers: Sequence[Placed] | None, offers: Sequence[Off
     remarks = [*doubt, *odd_input(bridge), *(flag for mode in modes for flag in mode.flags), *part.said]
     remarks += transfer_remarks(bridge.transfer, bridge.width, bridge.depth, bridge.motion)
     if (cost := bridge.cost) is not None and not cost.failure > 0.0:
-        remarks.append("cost.failure is not stated: there is no expected cost without it")
+        failure = key("cost.failure", "what exceeding the limit costs")
+        remarks.append(said(failure, " is not stated: there is no expected cost without it"))
     elif cost is not None:
         if not cost.per_percent > 0.0:
-            remarks.append("cost.per_percent is not stated: without it damping has no cost, and information no value")
+            per_percent = key("cost.per_percent", "what a percentage point of damping costs")
+            remarks.append(
+                said(per_percent, " is not stated: without it damping has no cost, and information no value")
+            )
         if cost.per_kg > 0.0 and any(mode.modal_mass is None for mode in bridge.modes):
-            remarks.append("cost.per_kg has no meaning for a mode without a modal mass: state its mass and length")
+            per_kg = key("cost.per_kg", "what a kilogram of damper costs")
+            remarks.append(said(per_kg, " has no meaning for a mode without a modal mass: state its mass and length"))
     shapes = [
         lock_in_shape(part.fit, model.mode, mode.scruton_number.median, seed)
         for model, mode in zip(models if bridge.wind else (), modes, strict=False)
@@ -285,6 +300,7 @@ def sizing_of(part: Part, dampers: Sequence[Placed] | None, offers: Sequence[Off
 def _with_damper_told(model: ModeModel, mode: ModeSizing, seed: int) -> ModeSizing:
     """A mode with what its dampers leave about their design, and what has to be said of them."""
     said, dampers = [*struck_flag(mode.name, mode.damper), *worst_remark(mode.name, mode.damper)], mode.damper.dampers
+    said += stroke_remark(mode.name, mode.damper)
     moves = min(abs(model.mode.shape.at(position)) for position in model.damper_positions)
     if dampers and moves < NEAR_NODE:
         said.append(
@@ -314,8 +330,11 @@ def unsized(bridge: Bridge) -> list[str]:
         return []
     names = ", ".join(bridge.others)
     return [
-        f"modes of the other motion are not among these: {names}. `scruton size` takes their fit as --other, and a "
-        "report of its results has the modes of both"
+        said(
+            f"modes of the other motion are not among these: {names}. ",
+            key("`scruton size` takes their fit as --other, and a", "A sizing of both fits together, and the"),
+            " report of its results has the modes of both",
+        )
     ]
 
 
@@ -338,11 +357,12 @@ def _unconverged(tree: "xr.DataTree") -> list[str]:
 
 def not_trusted(names: Sequence[str]) -> str:
     """Why nothing is to be decided where these posteriors did not converge, and what would mend it."""
-    return (
+    return said(
         f"the fit is not to be trusted, and nothing to be decided on these numbers: {', '.join(names)} did not "
         "converge. No damper is specified, none is judged and nothing is priced. Look at `scruton criticise`; mend or "
-        "leave out the record that it names, or raise max_steps in the model card, and fit again"
-    )
+        "leave out the record that it names, or ", key("raise max_steps in the model card", "let it sample for longer"),
+        ", and fit again",
+    )  # fmt: skip
 
 
 def _mode(

@@ -8,6 +8,7 @@ import numpy as np
 from scruton.arrays import BoolArray
 from scruton.campaign.schema import Motion
 from scruton.progress import Progress
+from scruton.said import key, said
 from scruton.sizing.damper_request import DamperRequest, Delivered, RiskOf, delivered
 from scruton.sizing.dampers import Damper, damper, reality, shapes
 from scruton.sizing.model import (
@@ -26,6 +27,7 @@ from scruton.sizing.tmd import TunedMass
 from scruton.sizing.tmd_draws import DamperDraws
 
 POINTS = 1 << 14
+FOR_ANY = key('damper.risk_of = "any"', "a sizing for the risk of any mode")
 _ROUNDS = 6
 _NEAR = 0.93  # of the risk asked for: what is below it is worth another round
 
@@ -175,10 +177,10 @@ def any_mode_flag(names: Sequence[str], left: Exceedance, request: DamperRequest
         return (
             f"with all dampers, each acting on every mode, the risk is {found}; {request.risk:.1%} of {asked} is asked"
         )
-    return (
-        f"every mode keeps a risk of {request.risk:.1%} with all dampers, but that of any mode is {left.any:.1%}: "
-        'damper.risk_of = "any" sizes them for that'
-    )
+    return said(
+        f"every mode keeps a risk of {request.risk:.1%} with all dampers, but that of any mode is {left.any:.1%}: ",
+        FOR_ANY, " sizes them for that",
+    )  # fmt: skip
 
 
 def _in_mode(

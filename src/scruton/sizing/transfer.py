@@ -17,6 +17,7 @@ from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
 from scruton.campaign.toml import Field, Table, number
 from scruton.campaign.units import ANGLE, HEAVING_AMPLITUDE, LENGTH, TORSIONAL_AMPLITUDE, Dimension
+from scruton.said import key, said
 from scruton.sizing.stated import uncertain
 from scruton.sizing.thresholds import DETAILS_COV, REYNOLDS_COV, TURBULENCE_COV
 
@@ -92,15 +93,23 @@ def read_transfer(top: Table) -> Transfer | None:
     return Transfer(**top.table("transfer").read(_TRANSFER))
 
 
-def amplitude_of_coherence(top: Table, motion: Motion, depth: float) -> Quantity | None:
+def amplitude_of_coherence(top: Table, motion: Motion, depth: float, *, both: bool = False) -> Quantity | None:
     """Read `coherence_amplitude`, A_c, as A/D or rad; None where it is left out.
+
+    Of a bridge with modes of both motions it is a table of one for each, or for one of them.
 
     Raises
     ------
     InputError
-        For what is no amplitude.
+        For what is no amplitude, or one for both motions.
     """
     key = "coherence_amplitude"
+    if both and key in top:
+        stated = top.values[key]
+        if not isinstance(stated, Mapping) or not {*stated} <= {*map(str, Motion)}:
+            wanted = 'one for each motion where modes are of both, as { heaving = "30 mm", torsional = "0.1 deg" }'
+            raise top.refusal(key, wanted)
+        top, key = top.table(key), motion.value
     if key not in top:
         return None
     stated = top.values[key]
@@ -118,16 +127,19 @@ def transfer_remarks(transfer: Transfer | None, width: float, depth: float, moti
     """What the reader must know of the way from the tunnel to the site."""
     if transfer is None:
         return []
-    remarks = []
+    remarks: list[str] = []
     if transfer.assumed:
         z = np.sqrt(sum(factor.log_sd**2 for factor in transfer.factors)) * 1.645
-        remarks.append(
+        remarks.append(said(
             "nothing is stated of the way from the tunnel to the site: by judgement the amplitude has factors for "
             "turbulence, Reynolds number and details, each with median 1 and coefficients of variation of "
             f"{100 * TURBULENCE_COV:g}, {100 * REYNOLDS_COV:g} and "
-            f"{100 * DETAILS_COV:g} % (with 90 %: {np.exp(-z):.2f} to "
-            f'{np.exp(z):.2f} together); state [transfer], or transfer = "none" to leave them out'
-        )
+            f"{100 * DETAILS_COV:g} % (with 90 %: {np.exp(-z):.2f} to {np.exp(z):.2f} together); ",
+            key(
+                'state [transfer], or transfer = "none" to leave them out',
+                "state them with the bridge, or leave them out there",
+            ),
+        ))  # fmt: skip
     factor = transfer.handbook(width, depth)
     if factor is not None and motion is Motion.HEAVING:
         remarks.append(

@@ -17,6 +17,7 @@ from scruton.documents import write_text
 from scruton.errors import InputError
 from scruton.report.wording import how_many
 from scruton.terminal import line_width
+from scruton.workspace import STATE
 
 SMALL = 0.05  # of the largest steady amplitude of the same file: less is no lock-in
 
@@ -40,15 +41,11 @@ def run(arguments: Namespace) -> Outcome:
         answer = _answered(of_quantity("sample_rate", what, units.FREQUENCY))
         if answer:
             found, remarks = examine(folder, units.parse_quantity(answer[""], units.FREQUENCY, ANSWER, what).mean)
-    nested = [path.name for path in sorted(folder.iterdir()) if path.is_dir() and any(map(is_record, path.rglob("*")))]
     if not found:
         reason = "; ".join(remarks[:3])
-        below = f": `scruton init` of one of {', '.join(nested)}, or all of them in one folder" if nested else ""
-        wanted = f"files of motion against time in the folder itself{below}"
+        wanted = "files of motion against time, in the folder or in those below it"
         raise InputError(folder, "", f"no record{f' ({reason})' if reason else ''}", wanted)
-    if nested:
-        remarks.append(f"what lies in {', '.join(nested)}: only the folder itself was looked through")
-    groups = grouped(found)
+    groups = grouped(found, folder)
     answers = {one.key: _answered(one) for one in groups.questions()} if asking else {}
     text = campaign_text(folder, groups, answers, remarks)
     write_text(path, text)
@@ -59,16 +56,17 @@ def run(arguments: Namespace) -> Outcome:
 
 
 def examine(folder: Path, rate: float | None) -> tuple[list[Found], list[str]]:
-    """Find the records of a folder, in the order of the names, and what is to be said of the other files."""
-    files, found, remarks = Files(folder), [], []
-    for path in sorted(path for path in folder.iterdir() if path.is_file() and is_record(path)):
+    """Find the records of a folder and of those below it, in the order of the names, and what to say of other files."""
+    files, found = Files(folder), []
+    paths, remarks = _files(folder)
+    for path in paths:
         try:
             there = list(records(look(path, files), rate))
         except InputError as error:
             remarks.append(str(error))
             continue
         if not there:
-            remarks.append(f"{path.name}: nothing in it that oscillates with time")
+            remarks.append(f"{files.key(path)}: nothing in it that oscillates with time")
         found += there
     largest: dict[Path, float] = {}
     for one in found:
@@ -80,8 +78,25 @@ def examine(folder: Path, rate: float | None) -> tuple[list[Found], list[str]]:
             kept.append(one)
         else:
             share = f"steady at less than {SMALL:.0%} of the largest of its file"
-            remarks.append(f"{one.path.name} {one.response.key}: left out, {share}")
+            remarks.append(f"{files.key(one.path)} {one.response.key}: left out, {share}")
     return kept, remarks
+
+
+def _files(folder: Path) -> tuple[list[Path], list[str]]:
+    """Files that may hold records, here and below, and what is to be said of the folders that are passed over.
+
+    A folder below with a campaign of its own, or with results of this program, is no laboratory's.
+    """
+    found, remarks = [path for path in sorted(folder.iterdir()) if path.is_file() and is_record(path)], []
+    for below in sorted(path for path in folder.iterdir() if path.is_dir() and not path.name.startswith(".")):
+        if (below / FILE_NAME).exists() or (below / STATE).exists():
+            what = "a campaign of its own" if (below / FILE_NAME).exists() else "results of scruton"
+            remarks.append(f"{below.name}: {what}")
+            continue
+        files, said = _files(below)
+        found += files
+        remarks += [f"{below.name}/{text}" for text in said]
+    return found, remarks
 
 
 def _timeless(one: Found) -> bool:

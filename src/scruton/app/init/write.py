@@ -12,6 +12,7 @@ import numpy as np
 
 from scruton.app.init.channels import QUANTITIES, SCALES, Found, unit_of
 from scruton.campaign import units
+from scruton.campaign.bounded import relative_to
 from scruton.campaign.load import UNFILLED
 from scruton.campaign.readers import is_delimited
 from scruton.campaign.schema import Kind
@@ -143,7 +144,7 @@ def campaign_text(
         if not records:
             lines += [asked("damping_ratio", name)]
         for one in records:
-            lines += _record(one, found, "rigs", asked)
+            lines += _record(one, found, "rigs", asked, folder)
     for (name, rig), records in tests.items():
         lines += ["", "[[tests]]", f"name = {_text(name)}"]
         guess = "  # a guess: names of tests and damping of rigs go together" if groups.by_damping else ""
@@ -155,19 +156,22 @@ def campaign_text(
         else:
             lines += [asked("wind_speed", name)]
         for one in records:
-            lines += _record(one, found, "tests", asked)
+            lines += _record(one, found, "tests", asked, folder)
     if remarks:
         lines += ["", "# Left out:", *(f"# {' '.join(text.split())}" for text in remarks)]
     return "\n".join(lines) + "\n"
 
 
-def grouped(found: Sequence[Found]) -> Groups:
-    """Group the records of the motion that most of them are of into rigs and tests, by their names."""
+def grouped(found: Sequence[Found], folder: Path) -> Groups:
+    """Group the records of the motion that most of them are of into rigs and tests, by their folders and names."""
     angular = Counter(one.angular for one in found).most_common(1)[0][0]
     found = [one for one in found if one.angular == angular]
     rigs: dict[str, list[Found]] = {}
+    homes = _rig_folders(found, folder)
     for one in found:
-        if one.stretch.kind is Kind.FREE_DECAY:
+        if home := homes.get(one.path):
+            rigs.setdefault(home, []).extend([one] * (one.stretch.kind is Kind.FREE_DECAY))
+        elif one.stretch.kind is Kind.FREE_DECAY:
             stem = re.sub(r"[ _-]+\d{1,2}$", "", one.path.stem) if _KINDS.search(one.path.stem) else one.path.stem
             rigs.setdefault(_short(stem) or "rig", []).append(one)
     tests: dict[tuple[str, str], list[Found]] = {}
@@ -175,9 +179,9 @@ def grouped(found: Sequence[Found]) -> Groups:
     if waiting and not rigs:
         rigs["rig"] = []
     for one in waiting:
-        name = _short(one.path.stem) or "test"
+        name = f"{homes.get(one.path, '')} {_short(one.path.stem)}".strip() or "test"
         alike = [rig for rig in rigs if rig == name or re.match(rf"{re.escape(rig)}(?![0-9a-z])", name, re.IGNORECASE)]
-        rig = next(iter(rigs)) if len(rigs) == 1 else max(alike, key=len, default="")
+        rig = homes.get(one.path) or (next(iter(rigs)) if len(rigs) == 1 else max(alike, key=len, default=""))
         if one.wind_speed is not None and not one.wind_measured:
             name += f" U {one.wind_speed:g}"
         elif one.response.group:
@@ -187,6 +191,20 @@ def grouped(found: Sequence[Found]) -> Groups:
     if matched:
         tests = {(name, matched[name]): records for (name, _), records in tests.items()}
     return Groups(angular, list(found), rigs, tests, bool(matched))
+
+
+def _rig_folders(found: Sequence[Found], folder: Path) -> dict[Path, str]:
+    """The rig of every file in a folder below, where there is one folder a rig; else empty.
+
+    So it is where one of them has ring-downs and tests in wind, or several have ring-downs; one folder for still air
+    and one for the wind tell no rig.
+    """
+    below = [one for one in found if one.path.parent != folder]
+    kinds: dict[str, set[bool]] = {}
+    for one in below:
+        kinds.setdefault(one.path.relative_to(folder).parts[0], set()).add(one.stretch.kind is Kind.FREE_DECAY)
+    told = any(len(of) == 2 for of in kinds.values()) or sum(True in of for of in kinds.values()) > 1
+    return {one.path: _short(one.path.relative_to(folder).parts[0]) or "rig" for one in below} if told else {}
 
 
 def _by_damping(rigs: Mapping[str, Sequence[Found]], tests: Sequence[str]) -> dict[str, str]:
@@ -214,8 +232,10 @@ def _short(stem: str) -> str:
     return _DIGITS.sub(".", _KINDS.sub("", stem)).strip(" _-").replace("_", " ")
 
 
-def _record(one: Found, found: Sequence[Found], owner: str, asked: Callable[[str, str], str]) -> list[str]:
-    """Spell the table of one record; `asked` spells what somebody may have been asked."""
+def _record(
+    one: Found, found: Sequence[Found], owner: str, asked: Callable[[str, str], str], folder: Path
+) -> list[str]:
+    """Spell the table of one record of a folder; `asked` spells what somebody may have been asked."""
     quantity = one.quantity
     key = "columns" if is_delimited(one.path) else "variables"
     names: dict[str, Any] = {quantity: one.response.key}
@@ -226,7 +246,8 @@ def _record(one: Found, found: Sequence[Found], owner: str, asked: Callable[[str
     if one.time is not None:
         names["time"] = one.time.key
         stated |= {} if one.time.told else {"time": one.time.unit or "s"}
-    lines = ["", f"[[{owner}.records]]", f"file = {_text(one.path.name)}", f'kind = "{one.stretch.kind.value}"']
+    file, kind = relative_to(one.path, folder), one.stretch.kind.value
+    lines = ["", f"[[{owner}.records]]", f"file = {_text(file)}", f'kind = "{kind}"']
     lines += [f"{name} = {_text(value)}" for name, value in one.source.layout.items()]
     if any(isinstance(value, int) or value.lower() != name for name, value in names.items()):
         lines.append(f"{key} = {_table(names)}")

@@ -9,10 +9,10 @@ from scruton.report.conventions import (
     by_conventions,
     damping,
     damping_words,
+    flag_texts,
     scruton,
     scruton_note,
     shown_in,
-    warnings_note,
     with_unit,
 )
 from scruton.report.document import ALARM, Block, Callout, Heading, KeyFigures, Listing, paragraph
@@ -33,7 +33,8 @@ def decision_page(material: Material) -> Iterator[Block]:
 @by_conventions
 def _decision(sizing: Content, material: Material) -> Iterator[Block]:
     fit, failed = material.fit, _unconverged(sizing, converged=material.fit.converged)
-    flags = list(dict.fromkeys([*sizing["flags"], *(fit.flags if fit.converged else ()), *material.cautions()]))
+    of_fit = flag_texts(fit.flags, fit.summary) if fit.converged else ()
+    flags = list(dict.fromkeys([*flag_texts(sizing["flags"], sizing), *of_fit, *material.cautions()]))
     if failed:
         yield Callout(ALARM, "Not to be trusted: the sampling did not converge.", flags[:1])
         flags = flags[1:]
@@ -41,7 +42,7 @@ def _decision(sizing: Content, material: Material) -> Iterator[Block]:
     yield KeyFigures(list(_figures(sizing)))
     yield from material.figure("decision")
     if flags:
-        yield Callout(ALARM, "Read this before using a number.", [*flags, *warnings_note()])
+        yield Callout(ALARM, "Read this before using a number.", flags)
     yield Heading("What it rests on")
     yield Listing(list(_basis(material, sizing)))
     yield Heading("What could overturn it")

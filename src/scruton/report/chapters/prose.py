@@ -16,19 +16,18 @@ _WORDS |= {
     "gamma_v": "γᵥ", "beta_t": "βₜ", "alpha": "α", "I_u": "Iᵤ", "K_D": "dynamic sensitivity parameter",
     "K_w": "correlation length factor", "V_cr": "critical wind speed",
 }  # fmt: skip
-# What a sentence of a file tells its user to write there.
-_TO_WRITE = re.compile(r'state \[\w+\], or \w+ = "none" to leave them out')
+_PERCENT = re.compile(r"(?<=\d)%")  # the terminal's; a page puts a space before it
 _LAW = re.compile(r"\bn=-?\d[\d.]*")
 _IDENTIFIER = re.compile(rf"(?<![\w/.])({'|'.join(sorted(_WORDS, key=len, reverse=True))})(?![\w/.]\w)")
 
 
 def in_words(text: str) -> str:
-    """A text with every effect of the catalogue by its title, and signs as a page has them.
+    """A text with every effect of the catalogue by its title, and signs and per cent as a page has them.
 
     >>> in_words("it would tell setting_dependence from the rest")
     'it would tell tests that differ among themselves from the rest'
     """
-    text = _TO_WRITE.sub("state them with the bridge, or leave them out there", text)
+    text = _PERCENT.sub(" %", text)
     return _LAW.sub(lambda found: law_text(found[0]), _IDENTIFIER.sub(lambda found: _WORDS[found[1]], text))
 
 

@@ -26,10 +26,10 @@ from scruton.report.conventions import (
     damping_label,
     damping_symbol,
     damping_words,
+    flag_texts,
     scruton,
     scruton_note,
     shown_in,
-    warnings_note,
     with_unit,
 )
 from scruton.report.document import ALARM, CAUTION, Block, Callout, Heading, Listing, Picture, Table, paragraph
@@ -210,10 +210,14 @@ def _damper_blocks(mode: Content, place: int) -> Iterator[Block]:
     yield Table(f"dampers_{place}", f"Tuned mass dampers, mode {name}", header, rows)
     yield Table(
         f"detuned_{place}",
-        f"Risk where the dampers are detuned, mode {name}",
-        ("detuning", "P of exceeding the limit"),
+        f"Risk and stroke where the dampers are detuned, mode {name}",
+        ("detuning", "P of exceeding the limit", "stroke, 95 % [m]"),
         [
-            (f"{100.0 * entry['detuning']:+.0f} %".replace("-", "−"), counted(entry["probability"]))
+            (
+                f"{100.0 * entry['detuning']:+.0f} %".replace("-", "−"),
+                counted(entry["probability"]),
+                number(entry.get("stroke_high"), 3),
+            )
             for entry in damper["detuned"]
         ],
     )
@@ -290,7 +294,7 @@ def sizing_summary(content: Content) -> Iterator[Block]:
         return "{} ({})".format(*TERMINAL.interval(*(entry[key] for key in ("median", "low", "high")), factor=factor))
 
     yield paragraph(f"{content['bridge']['title']}: damping that keeps the amplitude below the limit")
-    flags = [*content["flags"]]
+    flags = flag_texts(content["flags"], content, keys=True)
     if content.get("unconverged"):  # the reason not to trust them before the numbers
         yield Callout(ALARM, "", flags[:1])
         flags = flags[1:]
@@ -332,7 +336,7 @@ def sizing_summary(content: Content) -> Iterator[Block]:
         yield Table("hours", "", header, hours, hours_note(content))
     if not content.get("both"):
         yield from existing_blocks(content, "mode ", "{:.3f}".format)
-    yield Callout(CAUTION, "", [*flags, *(warnings_note() if flags else ())])
+    yield Callout(CAUTION, "", flags)
 
 
 def _damper_summary(mode: Content) -> Block:

@@ -14,10 +14,10 @@ from scruton.report.conventions import (
     DAMPING,
     damping,
     damping_words,
+    flag_texts,
     scruton,
     scruton_note,
     shown_in,
-    warnings_note,
     with_unit,
 )
 from scruton.report.document import ALARM, CAUTION, Block, Callout, Heading, KeyFigures, Listing, Table, paragraph
@@ -31,11 +31,11 @@ def summary_chapter(material: Material) -> Iterator[Block]:
     if material.sizing is not None:
         yield from decision_page(material)
         return
-    fit, warnings = material.fit, material.fit.flags
+    fit, warnings = material.fit, flag_texts(material.fit.flags, material.fit.summary)
     if not fit.converged:
         yield Callout(ALARM, "Not to be trusted: the sampling did not converge.", warnings)
     elif warnings:
-        yield Callout(ALARM, "Read this before using a number.", [*warnings, *warnings_note()])
+        yield Callout(ALARM, "Read this before using a number.", warnings)
     lines = _answers(material)
     if len(lines) > 3:
         yield Listing(lines, role="answer")
@@ -45,7 +45,7 @@ def summary_chapter(material: Material) -> Iterator[Block]:
         yield KeyFigures(figures)
     yield from material.figure("griffin")
     if cautions := material.cautions():
-        yield Callout(CAUTION, "With caution", [*cautions, *warnings_note()])
+        yield Callout(CAUTION, "With caution", cautions)
     if material.tests:
         yield Heading("What it rests on")
         yield Listing(list(_basis(material)))
@@ -162,13 +162,14 @@ def validity_chapter(material: Material) -> Iterator[Block]:
     """Extrapolation, flags and assumptions."""
     if not material.tests:
         return
-    flags, cautions = material.fit.flags, material.cautions()
+    flags, cautions = flag_texts(material.fit.flags, material.fit.summary), material.cautions()
     if flags:
-        yield Callout(ALARM, "Flags of the fit", [*flags, *warnings_note()])
+        yield Callout(ALARM, "Flags of the fit", flags)
     if cautions:
-        yield Callout(CAUTION, "Flags of the predictions", [*cautions, *warnings_note()])
-    if sized := list((material.sizing or {}).get("flags", ())):
-        yield Callout(CAUTION, "Flags of the sizing", [*sized, *warnings_note()])
+        yield Callout(CAUTION, "Flags of the predictions", cautions)
+    sized = flag_texts(material.sizing["flags"], material.sizing) if material.sizing else []
+    if sized:
+        yield Callout(CAUTION, "Flags of the sizing", sized)
     if not (flags or cautions or sized):
         yield paragraph("Neither the fit nor the predictions nor the sizing raised a flag.")
     yield Heading("How far the design lies from the tests")
