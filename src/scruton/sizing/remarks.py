@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from scruton.said import damping, key, listed, said, scruton_number
+from scruton.sizing.bridge import Bridge
 from scruton.sizing.checks import ASKED
 from scruton.sizing.damper_request import DamperRequest, RiskOf
 from scruton.sizing.dampers import Damper
@@ -150,3 +151,34 @@ def any_mode_remarks(
             "what the dampers of one mode do to another, and the risk of any mode with them, is not known: a modal "
             "mass is not stated", key(" (modal_mass, or mass and length)", ""),
         )  # fmt: skip
+
+
+def cost_remarks(bridge: Bridge) -> list[str]:
+    """What is missing from the costs that were stated, or has no meaning among them."""
+    if (cost := bridge.cost) is None:
+        return []
+    if not cost.failure > 0.0:
+        failure = key("cost.failure", "what exceeding the limit costs")
+        return [said(failure, " is not stated: there is no expected cost without it")]
+    remarks: list[str] = []
+    if not cost.per_percent > 0.0:
+        per_percent = key("cost.per_percent", "what a percentage point of damping costs")
+        remarks.append(said(per_percent, " is not stated: without it damping has no cost, and information no value"))
+    if cost.per_kg > 0.0 and any(mode.modal_mass is None for mode in bridge.modes):
+        per_kg = key("cost.per_kg", "what a kilogram of damper costs")
+        remarks.append(said(per_kg, " has no meaning for a mode without a modal mass: state its mass and length"))
+    return remarks
+
+
+def unsized(bridge: Bridge) -> list[str]:
+    """What has to be said of modes of the other motion."""
+    if not bridge.others:
+        return []
+    names = ", ".join(bridge.others)
+    return [
+        said(
+            f"modes of the other motion are not among these: {names}. ",
+            key("`scruton size` takes their fit as --other, and a", "A sizing of both fits together, and the"),
+            " report of its results has the modes of both",
+        )
+    ]

@@ -38,9 +38,11 @@ from scruton.sizing.plausibility import odd_input
 from scruton.sizing.remarks import (
     any_mode_remarks,
     coherence_remarks,
+    cost_remarks,
     farther_limits,
     mode_factors,
     stroke_remark,
+    unsized,
     worst_remark,
 )
 from scruton.sizing.results import ModeSizing, SizedBridge, Sizing, Stated, StatedTransfer
@@ -266,18 +268,7 @@ def sizing_of(part: Part, dampers: Sequence[Placed] | None, offers: Sequence[Off
     doubt = [not_trusted(part.unconverged)] if part.unconverged else []
     remarks = [*doubt, *odd_input(bridge), *(flag for mode in modes for flag in mode.flags), *part.said]
     remarks += transfer_remarks(bridge.transfer, bridge.width, bridge.depth, bridge.motion)
-    if (cost := bridge.cost) is not None and not cost.failure > 0.0:
-        failure = key("cost.failure", "what exceeding the limit costs")
-        remarks.append(said(failure, " is not stated: there is no expected cost without it"))
-    elif cost is not None:
-        if not cost.per_percent > 0.0:
-            per_percent = key("cost.per_percent", "what a percentage point of damping costs")
-            remarks.append(
-                said(per_percent, " is not stated: without it damping has no cost, and information no value")
-            )
-        if cost.per_kg > 0.0 and any(mode.modal_mass is None for mode in bridge.modes):
-            per_kg = key("cost.per_kg", "what a kilogram of damper costs")
-            remarks.append(said(per_kg, " has no meaning for a mode without a modal mass: state its mass and length"))
+    remarks += cost_remarks(bridge)
     shapes = [
         lock_in_shape(part.fit, model.mode, mode.scruton_number.median, seed)
         for model, mode in zip(models if bridge.wind else (), modes, strict=False)
@@ -322,20 +313,6 @@ def of_any_mode(
 def built_on(tree: "xr.DataTree") -> "xr.DataTree":
     """The fit that a decision is built on: from one rig, which says nothing of how far rigs miss, with `ONE_RIG`."""
     return with_discrepancy(tree, ONE_RIG) if one_rig(tree) else tree
-
-
-def unsized(bridge: Bridge) -> list[str]:
-    """What has to be said of modes of the other motion."""
-    if not bridge.others:
-        return []
-    names = ", ".join(bridge.others)
-    return [
-        said(
-            f"modes of the other motion are not among these: {names}. ",
-            key("`scruton size` takes their fit as --other, and a", "A sizing of both fits together, and the"),
-            " report of its results has the modes of both",
-        )
-    ]
 
 
 def untrusted(tree: "xr.DataTree") -> list[str]:
