@@ -156,6 +156,8 @@ class Sizing:
     unconverged : tuple of str
         Posteriors that it rests on and that did not converge: while there is one, nothing is to be decided, and no
         damper, cost or risk with a given damper is told. None in a sizing of earlier versions, which do not say.
+    flag_parts : mapping or None
+        Of flags with values in them, where it was written: the parts of each by its text, as of `scruton.said`.
     """
 
     format: int
@@ -171,6 +173,7 @@ class Sizing:
     both: BothMotions | None = None
     conventions: Mapping[str, Any] | None = None
     unconverged: tuple[str, ...] | None = None
+    flag_parts: Mapping[str, Any] | None = None
 
     def to_json(self) -> dict[str, Any]:
         """The content of sizing.json; numbers that do not exist are None."""
