@@ -58,6 +58,7 @@ def of_campaign(arguments: Namespace) -> Outcome:
     from scruton.processes import SecondProcess
     from scruton.report.build import write_report
     from scruton.report.failures import begun
+    from scruton.report.kept import Beside
     from scruton.report.parts import check_bridge, crossed_part, gap_part, scruton_numbers_of, sizing_part, whole_of
 
     path, model, seed = arguments.campaign, arguments.model, arguments.seed
@@ -76,7 +77,7 @@ def of_campaign(arguments: Namespace) -> Outcome:
         of_the_bridge = partial(scruton_numbers_of, fit.tree, bridge) if bridge and fit.summary["tests"] else ()
         paths = write_report(
             fit, work.new, design_sc=arguments.sc or of_the_bridge, gap=diagnosis, sizing=sizing,
-            crossed=crossed, second=second, office=_office(arguments),
+            known=Beside(crossed), second=second, office=_office(arguments),
         )  # fmt: skip
         work.publish()
     return _outcome(fit, paths.moved(task.folder))

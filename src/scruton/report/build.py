@@ -20,13 +20,13 @@ if TYPE_CHECKING:
     from scruton.infer.results import Fit
     from scruton.infer.sensitivity import PredictionSensitivity
     from scruton.report.document import Document, Picture
+    from scruton.report.kept import Beside
     from scruton.report.parts import Part
 
 HTML, PDF, JSON, FIGURES, TABLES = "report.html", "report.pdf", "report.json", "figures", "tables"
 OFFICE = {"docx": "The Word file", "xlsx": "The Excel file"}
 GRIFFIN = "griffin"  # name of the figure that the command line points to
 
-Crossed = Callable[[], "Mapping[str, Any] | Failure"]
 Waiting = Callable[[], "Part | Failure"]
 Design = Sequence[float] | Callable[[], Sequence[float]]
 
@@ -102,11 +102,9 @@ def write_report(
     design_sc: Design = (),
     gap: "Part | Waiting | None" = None,
     sizing: "Part | Waiting | None" = None,
-    crossed: Crossed | None = None,
+    known: "Beside | None" = None,
     second: SecondProcess | None = None,
     office: Sequence[str] = (),
-    fit_sha256: Mapping[str, str] | None = None,
-    pictures: "Sequence[Picture]" = (),
 ) -> ReportPaths:
     """Write the files of a report.
 
@@ -121,17 +119,12 @@ def write_report(
         Design Scruton numbers to predict the stable amplitude at.
     gap, sizing : Part, or callable that gives it, optional
         The diagnosis and the sizing; their content is also written as gap.json and sizing.json.
-    crossed : callable, optional
-        Gives the prediction of each peak test from the others as JSON has it, where there are two or more; computed
-        here if left out.
+    known : Beside, optional
+        What is known of the fit beside itself.
     second : SecondProcess, optional
         Takes a share of the figures; the files do not depend on it.
     office : sequence of {"docx", "xlsx"}
         Write report.docx and report.xlsx, too; they want the extra `office`.
-    fit_sha256 : mapping, optional
-        SHA-256 of the files of the fit, where they lie elsewhere than in `out`: a later report takes these figures.
-    pictures : sequence of Picture
-        The figures of the fit, where an earlier report drew them from the same; drawn here if left out.
 
     Returns
     -------
@@ -146,7 +139,7 @@ def write_report(
     from scruton.report.chapters import Material, compose, with_failures
     from scruton.report.charts import decision_chart, griffin_chart
     from scruton.report.exports import numbers, write_tables
-    from scruton.report.kept import drawn_from, noted
+    from scruton.report.kept import Beside
     from scruton.report.parts import crossed_part, whole_of
     from scruton.report.render_html import render_html
     from scruton.report.render_typst import render_pdf
@@ -156,12 +149,8 @@ def write_report(
     attempt = failures.attempt
     design, at_tests = _predictions(fit, design_sc, failures)
     frames = attempt("campaign", "The tables", lambda: tables(fit, [*design, *at_tests.values()]), {})
-    before = len(failures.found)
-    pictures = list(pictures) or _draw(fit, second or SecondProcess(beside=False), failures)
-    drawn: dict[str, Any] = {}
-    fit_sha256 = fit_sha256 or sha256_in(out)
-    if fit_sha256 and len(failures.found) == before:  # one that lacks a figure is none to take them from
-        drawn["drawn"] = noted(pictures, drawn_from(fit_sha256))
+    known = known or Beside()
+    pictures, drawn = _figures(fit, known.pictures, second, known.fit_sha256 or sha256_in(out), failures)
     parts: dict[str, Part] = {}
     charts: dict[str, Mapping[str, Any]] = {}
     for name, what, part in (("gap", "The diagnosis of the gap", gap), ("sizing", "The sizing", sizing)):
@@ -187,7 +176,7 @@ def write_report(
     crossed_ones: Mapping[str, Any] = {}
     if sum(test["peak"] for test in fit.summary["tests"]) > 1:
         what = "The prediction of each peak test from the others"
-        crossed_ones = attempt("predictions", what, crossed or partial(crossed_part, whole_of(fit)), {})
+        crossed_ones = attempt("predictions", what, known.crossed or partial(crossed_part, whole_of(fit)), {})
     sensitivity = attempt("predictions", "The sensitivity of predictions", partial(_sensitivity, fit, design), ())
     material = Material(
         fit, frames, pictures, design, at_tests, crossed_ones, charts=charts, sensitivity=sensitivity, **contents
@@ -228,6 +217,23 @@ def _office(form: str, document: "Document", frames: "Mapping[str, pd.DataFrame]
     from scruton.report.render_docx import render_docx
 
     return render_docx(document)
+
+
+def _figures(
+    fit: "Fit",
+    known: "Sequence[Picture]",
+    second: SecondProcess | None,
+    fit_sha256: Mapping[str, str] | None,
+    failures: Failures,
+) -> tuple["list[Picture]", dict[str, Any]]:
+    """The figures of the fit, drawn where they are not known, and what a later report has to know to take them."""
+    from scruton.report.kept import drawn_from, noted
+
+    before = len(failures.found)
+    pictures = list(known) or _draw(fit, second or SecondProcess(beside=False), failures)
+    if not fit_sha256 or len(failures.found) > before:  # one that lacks a figure is none to take them from
+        return pictures, {}
+    return pictures, {"drawn": noted(pictures, drawn_from(fit_sha256))}
 
 
 def _draw(fit: "Fit", second: SecondProcess, failures: Failures) -> "list[Picture]":

@@ -1,7 +1,8 @@
 """The figures of a fit as an earlier report left them: they are drawn anew only where what they are made of changed."""
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from hashlib import sha256
 from importlib.metadata import version
 from pathlib import Path
@@ -11,9 +12,30 @@ from scruton.documents import read_json
 from scruton.errors import InputError
 from scruton.provenance import code_sha256, versions
 from scruton.report.document import Picture
+from scruton.report.failures import Failure
 
 FILES = ("svg", "png")
+Crossed = Callable[[], Mapping[str, Any] | Failure]
 _DRAWN_BY = ("matplotlib", "typst", "noto-cjk-sans-otc", "manimgx-fonts")  # beside what gives the numbers
+
+
+@dataclass(frozen=True, eq=False)
+class Beside:
+    """What a report need not make of its fit, since it is known.
+
+    Attributes
+    ----------
+    crossed : callable, optional
+        Gives the prediction of each peak test from the others as JSON has it, where there are two or more.
+    fit_sha256 : mapping, optional
+        SHA-256 of the files of the fit, where they lie elsewhere than the report: a later one takes its figures.
+    pictures : sequence of Picture
+        The figures of the fit, where an earlier report drew them from the same.
+    """
+
+    crossed: Crossed | None = None
+    fit_sha256: Mapping[str, str] | None = None
+    pictures: Sequence[Picture] = ()
 
 
 def drawn_from(fit_sha256: Mapping[str, str]) -> str:

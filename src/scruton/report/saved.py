@@ -12,7 +12,7 @@ from scruton.infer.store import provenance_of
 from scruton.report.chapters.gap import gap_sentence
 from scruton.report.document import Picture
 from scruton.report.figures.gap import CAPTION
-from scruton.report.kept import drawn_from, kept
+from scruton.report.kept import Beside, drawn_from, kept
 from scruton.report.parts import Part, part_of_sizing, scruton_numbers_of, sizing_part
 from scruton.sizing.results import RESULT as SIZING
 
@@ -49,10 +49,10 @@ def beside(
     else:
         sized = sizing_part(folder, bridge, limits, int(fit.summary["provenance"]["seed"]))
         design = design_sc or scruton_numbers_of(fit.tree, bridge)
+    figures = kept(reports_beside(folder, out), drawn_from(fit_sha256))
     return {
         "gap": saved_gap(folder, fit.summary) if gap else None, "sizing": sized, "design_sc": design,
-        "crossed": partial(saved_crossed, folder), "fit_sha256": fit_sha256,
-        "pictures": kept(reports_beside(folder, out), drawn_from(fit_sha256)),
+        "known": Beside(partial(saved_crossed, folder), fit_sha256, figures),
     }  # fmt: skip
 
 
