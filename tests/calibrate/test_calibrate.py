@@ -37,7 +37,15 @@ def card():
 
 
 # Short runs: these tests ask whether the pipe holds, not whether the bands do.
-CARD = 'format = 1\nname = "short"\nextends = "default"\n[sampler]\nmin_ess = 100\nmax_rhat = 1.1\n'
+CARD = """format = 1
+name = "short"
+extends = "default"
+[sampler]
+walkers = 64
+draws = 16
+min_ess = 100
+max_rhat = 1.1
+"""
 
 
 def tiny(out: Path, campaigns=3, seed=3, **how):

@@ -6,6 +6,7 @@ from grid_filter import grid_log_likelihood, motion
 from scipy.interpolate import RectBivariateSpline
 from scipy.stats import multivariate_normal
 
+from scruton.dynamics.block_filter import block_filter
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.dynamics.departure import COLUMNS, factor_at, relative_drift
 from scruton.dynamics.likelihood import (
@@ -17,6 +18,7 @@ from scruton.dynamics.likelihood import (
     pointwise_log_likelihood,
     statics,
 )
+from scruton.dynamics.step_filter import step_filter
 from scruton.dynamics.trial_filter import trial_amplitudes, trial_log_likelihood
 
 
@@ -130,6 +132,16 @@ def test_fast_filter_is_the_plain_filter(rng):
     theta = [np.exp(rng.normal(m, 0.5, walkers)) for m in np.log([0.05, 0.4, 0.002, 1.0])]
     plain = pointwise_log_likelihood(*step_by_step(data, *theta, initial_sd=0.2)).sum(axis=0)
     np.testing.assert_allclose(log_likelihood(data, *theta, initial_sd=0.2), plain, rtol=1e-11)
+
+
+def test_the_filters_are_compiled_for_one_type_of_arguments(rng):
+    data = make_data(0.05 + 0.002 * rng.standard_normal(20), 0.001, 0.1)
+    for walkers in (1, 7):
+        theta = [np.full(walkers, value) for value in (0.05, 0.4, 0.002, 1.0)]
+        for wind in (None, Wind(gust=np.full(walkers, 0.001)), Wind(departure=0.1)):
+            log_likelihood(data, *theta, wind)
+            innovations(data, *theta, wind, n=np.linspace(-1.0, 1.0, walkers) if walkers > 1 else -1.0)
+    assert len(block_filter.signatures) == len(step_filter.signatures) == 1
 
 
 def test_records_are_independent(rng):

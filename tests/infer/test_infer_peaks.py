@@ -64,15 +64,26 @@ def tests_of(two_rigs, card):
 
 
 @pytest.fixture(scope="module")
-def peaks_of(tests_of, card):
+def peaks_of(tests_of, sampling):
     made = {}
 
     def fit(force):
         if force not in made:
-            made[force] = fit_peaks(*tests_of(force), Sampling(card, 0))
+            made[force] = fit_peaks(*tests_of(force), sampling(force))
         return made[force]
 
     return fit
+
+
+@pytest.fixture(scope="module")
+def sampling(card):
+    """One run's sampling, which takes draws of a campaign model that another test has sampled already."""
+    known = {}
+
+    def make(force="paper", card=card):
+        return Sampling(card, 0, known=known.setdefault(force, {}))
+
+    return make
 
 
 @pytest.mark.parametrize("force", ["paper", "ehsan-scanlan"])
@@ -124,7 +135,7 @@ def test_laplace_is_near_the_evidence(peaks_of, tests_of, card):
     assert laplace_log_evidence(posterior, np.random.default_rng(3)) == pytest.approx(weights.log_evidence[0], abs=2.0)
 
 
-def test_a_law_that_reaches_no_data_has_no_weight_and_ends_no_run(tests_of, card, monkeypatch):
+def test_a_law_that_reaches_no_data_has_no_weight_and_ends_no_run(tests_of, sampling, monkeypatch):
     run = Sampling.run
 
     def out_of_reach(self, name, *more, **options):
@@ -133,7 +144,7 @@ def test_a_law_that_reaches_no_data_has_no_weight_and_ends_no_run(tests_of, card
         return run(self, name, *more, **options)
 
     monkeypatch.setattr(Sampling, "run", out_of_reach)
-    sampling = Sampling(card, 0)
+    sampling = sampling()
     result = fit_peaks(*tests_of("paper"), sampling)
     assert not result.weights.sampled[2]
     assert result.weights.weight[2] == 0.0
@@ -159,8 +170,8 @@ def test_one_setting_leaves_every_law_an_equal_share(every_law, card):
 
 
 @pytest.fixture(scope="module")
-def every_law(tests_of, card):
-    return fit_peaks(*tests_of("paper"), Sampling(card, 0), every=True)
+def every_law(tests_of, sampling):
+    return fit_peaks(*tests_of("paper"), sampling(), every=True)
 
 
 def leaving(result, scale):
@@ -207,7 +218,7 @@ def test_the_law_of_the_rigs_foretells_their_amplitudes_best(every_law):
     assert score[0] == pytest.approx(by_hand, abs=0.1)
 
 
-def test_all_laws_are_sampled_where_the_one_that_leads_does_not_hold(tests_of, card, monkeypatch):
+def test_all_laws_are_sampled_where_the_one_that_leads_does_not_hold(tests_of, sampling, monkeypatch):
     """And none of them in full, nor stacked: evidence decides little there, and stacking a dozen evidences for each."""
     asked, stacked, fit = [], [], fit_peaks
 
@@ -217,9 +228,9 @@ def test_all_laws_are_sampled_where_the_one_that_leads_does_not_hold(tests_of, c
 
     monkeypatch.setattr("scruton.infer.peaks.fit_peaks", spy)
     monkeypatch.setattr("scruton.infer.peaks.stack", lambda result, _: stacked.append(1) or result)
-    found = weighed_peaks(*tests_of("paper"), Sampling(card, 0), white=True, thorough=True)
+    found = weighed_peaks(*tests_of("paper"), sampling(), white=True, thorough=True)
     assert asked == [(False, set()), (True, set())]
-    weighed_peaks(*tests_of("paper"), Sampling(card, 0), white=False, thorough=True)
+    weighed_peaks(*tests_of("paper"), sampling(), white=False, thorough=True)
     assert asked[2:] == [(True, set())]
     assert not stacked
     assert found.weights.sampled.all()
@@ -267,7 +278,7 @@ def test_a_free_exponent_is_one_law(tests_of, card):
 # ------------------------------------------------------------------------------------------------ stacking
 
 
-def test_stacking_scores_whole_records_and_leaves_the_unsampled_out(tests_of, card, monkeypatch):
+def test_stacking_scores_whole_records_and_leaves_the_unsampled_out(tests_of, card, sampling, monkeypatch):
     """One column of scores a record and a rig, not a cycle, and the law of the records foretells them better."""
     seen = []
 
@@ -277,7 +288,7 @@ def test_stacking_scores_whole_records_and_leaves_the_unsampled_out(tests_of, ca
 
     monkeypatch.setattr("scruton.infer.peaks.stacking_weights", spy)
     two = replace(card, laws=(-1.0, 0.0), law_weights=(0.5, 0.5))
-    sampling = Sampling(two, 0)
+    sampling = sampling(card=two)
     result = fit_peaks(*tests_of("paper"), sampling, every=True)
     assert all(result.weights.sampled), "evidence decides nothing where no law explains the records"
     stacked = stack(result, sampling)
@@ -293,7 +304,7 @@ def test_stacking_scores_whole_records_and_leaves_the_unsampled_out(tests_of, ca
 
 
 @pytest.mark.parametrize("carries", [False, True])
-def test_a_law_far_behind_is_sampled_roughly_until_it_carries_weight(tests_of, card, carries, monkeypatch):
+def test_a_law_far_behind_is_sampled_roughly_until_it_carries_weight(tests_of, card, sampling, carries, monkeypatch):
     asked, run = [], Sampling.run
 
     def spy(self, name, *more, roughly=False):
@@ -308,7 +319,7 @@ def test_a_law_far_behind_is_sampled_roughly_until_it_carries_weight(tests_of, c
 
     monkeypatch.setattr(Sampling, "run", spy)
     monkeypatch.setattr("scruton.infer.peaks.stack", stacked)
-    sampling = Sampling(replace(card, laws=(-1.0, 2.0), law_weights=(0.8, 0.2)), 0)
+    sampling = sampling(card=replace(card, laws=(-1.0, 2.0), law_weights=(0.8, 0.2)))
     found = weighed_peaks(*tests_of("paper"), sampling, white=False, thorough=True)
     first = [("n=-1", False), ("n=2", True)]
     assert asked == ([*first, ("n=-1", False), ("n=2", False)] if carries else first)
@@ -318,7 +329,7 @@ def test_a_law_far_behind_is_sampled_roughly_until_it_carries_weight(tests_of, c
     assert sampling.flags == ([] if carries else ["not converged"])
 
 
-def test_an_evidence_that_is_not_reliable_scores_no_law(tests_of, card, monkeypatch):
+def test_an_evidence_that_is_not_reliable_scores_no_law(tests_of, card, sampling, monkeypatch):
     """Nor one that was not found; where none is left, all records together decide, and it is said."""
     bad = {}
 
@@ -332,7 +343,7 @@ def test_an_evidence_that_is_not_reliable_scores_no_law(tests_of, card, monkeypa
 
     monkeypatch.setattr("scruton.infer.peaks.evidence_by_importance", evidence)
     two = replace(card, laws=(-1.0, 0.0), law_weights=(0.5, 0.5), averaging="stacking")
-    result = fit_peaks(*tests_of("paper"), Sampling(two, 0), every=True)
+    result = fit_peaks(*tests_of("paper"), sampling(card=two), every=True)
     for of, unscored, by in (
         ({}, (), "stacking"),
         ({"rig": "poor"}, result.tests, "stacking"),

@@ -63,7 +63,7 @@ def _extended_filter(data, log_knots, table, active, p0, v_out, s_out):  # type:
     size = data.amplitude.size
     knots = to_fixed_tuple(log_knots, HATS)  # for every hand-over of an array counts its owners
     levels = np.empty(size)  # filtered amplitudes of the first row
-    low = 0
+    low = np.int64(0)  # a literal is to numba another type, for which it compiles `_block` once more
     while low < size:
         record = data.record[low]
         high = low + 1

@@ -157,6 +157,12 @@ def _in_blocks(
 
 
 def contiguous(first: FloatArray, *others: FloatArray | float) -> list[FloatArray]:
-    """Parameters as the compiled filters take them, (W,) each, W the size of the first."""
-    size = np.size(first)
-    return [np.ascontiguousarray(np.broadcast_to(values, size), dtype=np.float64) for values in (first, *others)]
+    """Parameters as the compiled filters take them, (W,) each, W the size of the first.
+
+    They are copied into rows of one array: a view that numpy made read-only is to numba another type, for which it
+    compiles the filter anew.
+    """
+    rows = np.empty((1 + len(others), np.size(first)))
+    for row, values in zip(rows, (first, *others), strict=True):
+        row[:] = values
+    return list(rows)

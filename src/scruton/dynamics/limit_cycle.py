@@ -33,8 +33,9 @@ def amplitude_rates(table: FloatArray, amplitude: FloatArray, knots: FloatArray)
 
     Rows of coefficients, (W, COLUMNS), at amplitudes (A,) or (W, A); ln(amplitude) of the discrepancy's knots, (HATS,).
     """
-    grid = np.broadcast_to(amplitude, (len(table), amplitude.shape[-1]))
-    return np.asarray(_rates(np.ascontiguousarray(table), np.ascontiguousarray(grid), knots))
+    grid = np.empty((len(table), amplitude.shape[-1]))  # a read-only view is another type, compiled for once more
+    grid[:] = amplitude
+    return np.asarray(_rates(np.ascontiguousarray(table), grid, knots))
 
 
 def limit_cycle_amplitude(table: FloatArray, knots: FloatArray | None, scale: float) -> FloatArray:

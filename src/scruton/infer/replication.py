@@ -164,7 +164,7 @@ def discrepancy_p(observed: FloatArray, replicate: FloatArray, *, positive: bool
     The rank decides.  R draws cannot tell p-values below 2/(R + 1) apart; where every draw falls on one side, the
     normal distribution with the differences' mean and standard deviation is carried on into the tail.
     """
-    from scipy.stats import norm
+    from scipy.special import ndtr
 
     if positive:
         tiny = np.finfo(float).tiny
@@ -177,7 +177,7 @@ def discrepancy_p(observed: FloatArray, replicate: FloatArray, *, positive: bool
     p = min(1.0, 2.0 * (1 + min(above, below)) / (difference.size + 1))
     if min(above, below) == 0:
         spread = float(difference.std(ddof=1))
-        tail = float(2.0 * norm.sf(abs(float(difference.mean())) / spread)) if spread > 0.0 else 0.0
+        tail = float(2.0 * ndtr(-abs(float(difference.mean())) / spread)) if spread > 0.0 else 0.0
         return min(p, tail)
     return p
 

@@ -70,7 +70,7 @@ def subsets(text: str) -> Iterator[tuple[str, bytes]]:
     With each a small OpenType file of these letters alone: the same text gives the same bytes. Letters that no typeface
     holds are left to the reader's machine.
     """
-    missing = {letter for letter in text if letter.isprintable()}
+    missing = {letter for letter in set(text) if letter.isprintable()}
     # one face of every family that has pictures of letters
     for face in typefaces():
         if not missing:

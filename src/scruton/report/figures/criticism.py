@@ -208,7 +208,7 @@ def innovation_figures(tree: "xr.DataTree", criticism: Criticism) -> Iterable[Fi
 
 
 def _innovation_row(row: "Sequence[Axes]", record: RecordOf, values: np.ndarray, scale: float) -> None:
-    from scipy.stats import norm
+    from scipy.special import ndtri
 
     x, before, time = values[1:], scale * record.amplitude[:-1], record.time[1:] - record.time[0]
     pick = thin(x.size, _POINTS)
@@ -226,7 +226,7 @@ def _innovation_row(row: "Sequence[Axes]", record: RecordOf, values: np.ndarray,
     row[2].axhline(0.0, color=style.GREY, lw=0.6)
     row[2].vlines(np.arange(1, lags + 1), 0.0, whiteness.autocorrelation(x, lags), color=style.BLUE, lw=1.6)
     row[2].set_ylabel("Autocorrelation", fontsize=7.5)
-    theory = norm.ppf((np.arange(1, x.size + 1) - 0.5) / x.size)
+    theory = ndtri((np.arange(1, x.size + 1) - 0.5) / x.size)
     reach = np.array([theory[0], theory[-1]])
     row[3].plot(reach, reach, color=style.GREY, lw=0.8)
     row[3].plot(theory[pick], np.sort(x)[pick], ".", color=style.BLUE, ms=2.2)
