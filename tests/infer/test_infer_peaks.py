@@ -128,11 +128,14 @@ def test_a_law_beyond_doubt_is_not_sampled_and_a_near_one_is(peaks_of, card):
 
 
 def test_laplace_is_near_the_evidence(peaks_of, tests_of, card):
-    """The screening may err by one or two; the prior mass of the constraint, which it leaves out, is of order one."""
+    """The screening, by 15, may err by two: the prior mass of the constraint, which it leaves out, is of order one.
+
+    So is what scatters that two records hardly tell make of it: 1.7 with those of each test alone, 2.1 with one in common.
+    """
     weights = peaks_of("paper").weights
     campaign, tests = tests_of("paper")
     posterior = campaign_posterior(campaign, tests, Sampling(card, 0), -1.0)
-    assert laplace_log_evidence(posterior, np.random.default_rng(3)) == pytest.approx(weights.log_evidence[0], abs=2.0)
+    assert laplace_log_evidence(posterior, np.random.default_rng(3)) == pytest.approx(weights.log_evidence[0], abs=2.5)
 
 
 def test_a_law_that_reaches_no_data_has_no_weight_and_ends_no_run(tests_of, sampling, monkeypatch):
@@ -410,7 +413,7 @@ def test_one_law_raises_no_flag():
 def test_walkers_become_draws_as_far_as_the_dimensions_allow(tests_of, card):
     campaign, tests = tests_of("paper")
     posterior = campaign_posterior(campaign, tests, Sampling(card, 0), -1.0)
-    assert len(posterior.priors) == 4 + 2 * len(WIND)
+    assert len(posterior.priors) == 5 + 2 * len(WIND), "the curve, and the set-point scatter that both lie about"
     size = max(block.members.size for block in posterior.blocks)
     assert size == len(WIND)
     least = 4 * size  # walkers that the largest block needs
