@@ -73,4 +73,4 @@ SWING_SIGMAS = 4.0  # scatter of the amplitude where it stands
 UNSETTLED = 0.1  # of the standing amplitude
 UNSETTLED_SWING, UNSETTLED_SIGMAS = 0.24, 3.0  # as SWING and SWING_SIGMAS
 STANDING = 0.05  # of the standing amplitude: as near it stands
-FEWEST_STANDING = 8  # cycles
+FEWEST_STANDING = 5  # cycles of the last quarter
