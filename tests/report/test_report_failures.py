@@ -1,7 +1,9 @@
 """A report never loses its document because a part, a figure or a chapter failed: its place says what failed."""
 
+import contextlib
 import json
 import os
+import pickle
 import shutil
 import signal
 from collections.abc import Callable, Iterator
@@ -309,3 +311,22 @@ def test_a_batch_counts_a_report_that_lacks_a_part_as_failed(
     assert [one["state"] == FAILED for one in entries] == [False, True]
     assert entries[1]["reason"] == f"The diagnosis failed. {FAULT}: ZeroDivisionError: no ink left"
     assert complete == [True, False], "--resume makes the report again"
+
+
+def test_what_a_second_process_is_given_can_be_sent_to_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """With a bridge, too, whose limits are functions."""
+    sent = []
+
+    def begin(_: SecondProcess, work: Callable[..., object], *given: object) -> None:
+        pickle.dumps((work, *given))
+        sent.append(given)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("scruton.report.failures.begun", begin)
+    example = Path(__file__).parents[2] / "examples" / "rectangle-4to1"
+    with contextlib.suppress(KeyboardInterrupt):
+        main(["report", str(example), "--bridge", str(example / "bridge.toml"), "-o", str(tmp_path / "new"), "--quiet"])
+    [(_, model, numbers)] = sent
+    assert model == "default"
+    assert numbers
+    assert all(number > 0.0 for number in numbers), "Scruton numbers of modes that state a mass"

@@ -59,7 +59,15 @@ def of_campaign(arguments: Namespace) -> Outcome:
     from scruton.report.build import write_report
     from scruton.report.failures import begun
     from scruton.report.kept import Beside
-    from scruton.report.parts import check_bridge, crossed_part, gap_part, scruton_numbers_of, sizing_part, whole_of
+    from scruton.report.parts import (
+        check_bridge,
+        crossed_part,
+        gap_part,
+        scruton_numbers_of,
+        sizing_part,
+        stated_scruton_numbers,
+        whole_of,
+    )
 
     path, model, seed = arguments.campaign, arguments.model, arguments.seed
     bridge, limits, gap = arguments.bridge, arguments.limit, not arguments.no_gap
@@ -68,7 +76,8 @@ def of_campaign(arguments: Namespace) -> Outcome:
     task = FitTask.of(arguments)
     settings = {"sc": arguments.sc, "limits": limits, "gap": gap, "bridge": bridge is not None}
     with task.claim(arguments, sha256, settings) as work, SecondProcess(beside=arguments.jobs > 1) as second:
-        diagnosis = begun(second, gap_part, path, model, arguments.sc, checked) if gap else None
+        stated = arguments.sc or ([] if checked is None else stated_scruton_numbers(checked))
+        diagnosis = begun(second, gap_part, path, model, stated) if gap else None
         known: Known = {}
         fit = task.fit(work, known)
         crossed = begun(second, crossed_part, whole_of(fit, known))

@@ -56,17 +56,13 @@ def drawn(figure: FigureWithCaption) -> Picture:
     return Picture(figure.name, figure.caption, figure.alt, svg, png)
 
 
-def gap_part(
-    campaign: Path, model: str = "default", design_sc: Sequence[float] = (), bridge: Bridge | None = None
-) -> Part:
-    """Diagnose a campaign on disk, for a bridge (InputError where it cannot be read or holds no record)."""
+def gap_part(campaign: Path, model: str = "default", design_sc: Sequence[float] = ()) -> Part:
+    """Diagnose a campaign on disk, for Scruton numbers of a bridge (InputError where it cannot be read or is empty)."""
     # heavy, and mostly for another process: what is refused at once does not wait for it
     from scruton.gap.diagnose import examine
     from scruton.report.figures.gap import gap_figure
 
-    diagnosis, content, findings, curves = examine(
-        campaign, load_card(model), workers=1, design_sc=design_sc or _stated_scruton_numbers(bridge)
-    )
+    diagnosis, content, findings, curves = examine(campaign, load_card(model), workers=1, design_sc=design_sc)
     failures = Failures()
 
     def pictures() -> list[Picture]:
@@ -76,10 +72,8 @@ def gap_part(
     return Part(json.loads(json.dumps(content)), shown, failures.found)
 
 
-def _stated_scruton_numbers(bridge: Bridge | None) -> list[float]:
+def stated_scruton_numbers(bridge: Bridge) -> list[float]:
     """Scruton numbers of a bridge's modes that state a mass, each once: those of others need the fit."""
-    if bridge is None:
-        return []
     stated = (stated_scruton_number(bridge, mode) for mode in bridge.modes)
     return sorted({number for number in stated if number is not None})
 
