@@ -32,9 +32,8 @@ from scruton.infer.fit import fit_campaign
 if TYPE_CHECKING:
     import xarray as xr
 
-Errors = (
-    tuple[float, float, bool, bool] | None
-)  # ln(median/truth) and whether the truth is held: laws, measured damping
+# ln(median/truth) and whether the truth is held, by the laws and by the measured damping
+Errors = tuple[float, float, bool, bool] | None
 WALKS = (0.0, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 
 

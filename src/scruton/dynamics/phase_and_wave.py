@@ -3,6 +3,7 @@
 from scruton.compiled import njit
 from scruton.dynamics import row
 from scruton.dynamics.effects.terms import Term
+from scruton.dynamics.reading import third_of_bend
 
 _GAIN, _R = int(Term.GAIN), int(Term.NOISE)
 _DET, _PQ = int(Term.DETUNING), int(Term.PHASE_SCATTER)
@@ -47,7 +48,6 @@ def wave(x, third, se):  # type: ignore[no-untyped-def]
     """Innovation of the third harmonic, which nothing is learned from."""
     for w in range(row.LANES):
         level, blur = x[row.LEVEL, w], x[_H3R, w] * se
-        # Of its change of the frequency a restoring force in x^3 makes a twelfth, x^5 an eighth, |x| x a twentieth.
-        bend = level * (0.6 * x[_ST1, w] + level * (x[_ST2, w] + 1.5 * level * level * x[_ST4, w]))
-        x[row.V, w] = third - (1.0 + x[_GAIN, w]) * level * (x[row.THIRD, w] + x[_H3, w] + bend / 12.0)
+        bend = third_of_bend(level, x[_ST1, w], x[_ST2, w], x[_ST4, w])
+        x[row.V, w] = third - (1.0 + x[_GAIN, w]) * level * (x[row.THIRD, w] + x[_H3, w] + bend)
         x[row.S, w] = blur * blur

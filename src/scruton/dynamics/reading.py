@@ -13,6 +13,15 @@ _ANGLE = (np.arange(_ANGLES) + 0.5) * 0.5 * np.pi / _ANGLES
 _COSINE, _COSINE_THIRD = np.cos(_ANGLE), np.cos(3.0 * _ANGLE)
 
 
+@njit(cache=True, inline="always")
+def third_of_bend(level, linear, square, fourth):  # type: ignore[no-untyped-def]
+    """Third harmonic of the motion over the first, where the spring bends with A, A^2 and A^4, at an amplitude.
+
+    Of its change of the frequency a restoring force in x^3 makes a twelfth, x^5 an eighth, |x| x a twentieth.
+    """
+    return level * (0.6 * linear + level * (square + 1.5 * level * level * fourth)) / 12.0
+
+
 @njit(cache=True)
 def saturated_reading(a, level, soft):  # type: ignore[no-untyped-def]
     """Amplitude of the fundamental of a saturated sine, its slope, and the third harmonic over the amplitude."""

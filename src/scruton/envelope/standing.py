@@ -1,6 +1,6 @@
 """Transients that pass the amplitude where they come to stand, and return to it."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -63,12 +63,14 @@ def swing(cycles: Cycles, *, anyway: bool = False) -> Swing | None:
         start = min(int(far.size - np.argmax(far[::-1])), quarter)
         away = (smooth[crossed:start] > level) != (smooth[0] > level)
         if smooth.size - start >= int(np.max(run_lengths(away), initial=0)):
-            return Swing(abs(float(np.expm1(beyond))), _from(cycles, start + 2), settled=True)  # the middle of five
+            return Swing(
+                abs(float(np.expm1(beyond))), cycles.part(slice(start + 2, None)), settled=True
+            )  # the middle of five
     level, scatter = float(smooth[half:].mean()), float(smooth[half:].std())
     crossed, beyond = _beyond(smooth, level, half)
     returned = bool(np.any((smooth[crossed:half] > level) == (smooth[0] > level)))
     if anyway or (returned and abs(beyond) > max(UNSETTLED_SWING, UNSETTLED_SIGMAS * scatter)):
-        return Swing(abs(float(np.expm1(beyond))), _from(cycles, half + 2), settled=False)
+        return Swing(abs(float(np.expm1(beyond))), cycles.part(slice(half + 2, None)), settled=False)
     return None
 
 
@@ -78,8 +80,3 @@ def _beyond(log_amplitude: FloatArray, level: float, until: int) -> tuple[int, f
     past = side * (level - log_amplitude)
     crossed = int(np.argmax(past > 0.0))
     return crossed, -side * float(past[crossed:until].max(initial=0.0))
-
-
-def _from(cycles: Cycles, start: int) -> Cycles:
-    names = ("time", "amplitude", "standard_error", "phase", "frequency", "frequency_error")
-    return replace(cycles, **{name: getattr(cycles, name)[start:] for name in names})

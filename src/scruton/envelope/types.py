@@ -1,6 +1,6 @@
 """What the envelope room hands on: arrays with their meaning, frozen."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from scruton.arrays import FloatArray
 from scruton.shown import fields_in_brief, shown
@@ -40,3 +40,8 @@ class Cycles:
     frequency_error: FloatArray
     reference_frequency: float
     noise_sd: float
+
+    def part(self, keep: slice) -> "Cycles":
+        """These cycles alone."""
+        names = ("time", "amplitude", "standard_error", "phase", "frequency", "frequency_error")
+        return replace(self, **{name: getattr(self, name)[keep] for name in names})

@@ -12,7 +12,7 @@ from scruton.dynamics.effect_drift import effect_drift, has_hats
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
 from scruton.dynamics.effects.terms import Term
 from scruton.dynamics.extended import channel_innovations
-from scruton.dynamics.reading import saturated_reading
+from scruton.dynamics.reading import saturated_reading, third_of_bend
 from scruton.gap.data import FLOOR, GapData
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
 from scruton.gap.null_model import null_model
@@ -124,8 +124,8 @@ def _run(c, start, cycles, period, omega, knots):  # type: ignore[no-untyped-def
         value, _, h3 = saturated_reading(mean, c[_CLIP], c[_SOFT])
         gain = 1.0 + c[_GAIN]
         out[0, k], out[1, k] = gain * value, phase
-        bend = mean * (0.6 * c[_ST1] + mean * (c[_ST2] + 1.5 * mean * mean * c[_ST4]))
-        out[2, k] = gain * mean * (h3 + c[_THIRD] + bend / 12.0)
+        bend = third_of_bend(mean, c[_ST1], c[_ST2], c[_ST4])
+        out[2, k] = gain * mean * (h3 + c[_THIRD] + bend)
     return out
 
 

@@ -27,7 +27,7 @@ Gusts of 0.2 to 1 relaxation times spoil the rate in 7 records of 10, and only 5
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -116,7 +116,7 @@ def stationary_part(cycles: Cycles) -> Cycles:
     off = np.abs(a - np.median(late)) / max(float(late.std()), 1e-300)
     if not np.median(off[:3]) > limits.NOT_SETTLED:
         return cycles
-    return _take(cycles, slice(int(np.argmax(off <= limits.SETTLED)), None))
+    return cycles.part(slice(int(np.argmax(off <= limits.SETTLED)), None))
 
 
 def steady_posterior(
@@ -169,7 +169,7 @@ def judge_steady(name: str, cycles: Cycles, samples: Samples, posterior: WindPos
         )
     draws = samples.chain.reshape(-1, samples.chain.shape[-1])
     _, rate, q, r, *_ = posterior.state_space(draws)
-    run = _take(kept, unbroken(kept))
+    run = kept.part(unbroken(kept))
     left_out = cycles.time.size - kept.time.size
     if run.time.size < limits.FEWEST_ADJACENT:
         text = f"it holds only {run.time.size} adjacent cycles (at least {limits.FEWEST_ADJACENT})"
@@ -289,11 +289,6 @@ def phase_noise(cycles: Cycles, highest: float, error: float) -> tuple[float, fl
     weight /= weight.sum()
     mean = float(weight @ log_q)
     return mean, float(np.sqrt(weight @ (log_q - mean) ** 2)), lines
-
-
-def _take(cycles: Cycles, keep: slice) -> Cycles:
-    names = ("time", "amplitude", "standard_error", "phase", "frequency", "frequency_error")
-    return replace(cycles, **{name: getattr(cycles, name)[keep] for name in names})
 
 
 def _relaxing(rate: FloatArray, period: float, cosine: FloatArray) -> FloatArray:
