@@ -14,6 +14,7 @@ from scruton.infer.models import WIND, SteadyAmplitude
 from scruton.infer.peaks import (
     campaign_posterior,
     data_of,
+    displaced_damping,
     fit_peaks,
     foretold,
     leading_departure,
@@ -185,6 +186,29 @@ def leaving(result, scale):
         departure[..., 1] = scale
         laws.append(replace(law, derived={**law.derived, "departure_scale": departure}))
     return replace(result, laws=tuple(laws))
+
+
+def displaced(result, sds):
+    """The same, but that every law wants the second test's damping so many of its prior's sds off."""
+    laws = []
+    for law in result.laws:
+        prior, damping = law.posterior.tests[1].wind.prior("damping_ratio"), law.derived["damping_ratio"].copy()
+        damping[..., 1] = np.exp(prior.location + sds * prior.scale)
+        laws.append(replace(law, derived={**law.derived, "damping_ratio": damping}))
+    return replace(result, laws=tuple(laws))
+
+
+def test_a_law_that_contradicts_what_is_known_of_the_damping_does_not_hold(every_law, card):
+    """Only by more than chance would, and then the fit says so, though no other law is favoured."""
+    assert not displaced_damping(every_law)
+    assert not displaced_damping(displaced(every_law, 1.5))
+    result = displaced(every_law, -6.0)
+    found = settle(result, Sampling(card, 0), white=True).weights
+    assert found.rule.doubted
+    assert found.rule.by_rigs
+    assert "6.0 standard deviations from what is known of it" in found.rule.sentence
+    assert found.flag.startswith("no law of the card holds, since n=")
+    assert not settle(every_law, Sampling(card, 0), white=True).weights.flag
 
 
 def test_where_no_law_holds_rigs_that_are_left_out_have_a_say(every_law, card):

@@ -5,7 +5,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import astuple, replace
 
 import numpy as np
-from scipy.special import logsumexp
+from scipy.special import chdtrc, logsumexp
 
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign
@@ -16,7 +16,7 @@ from scruton.infer.models import NOISE, WIND
 from scruton.infer.peak_test import PeakTest
 from scruton.infer.results import LawResult, LawWeights, PeakResult, TestResult, Weighing
 from scruton.infer.sampling import ExcludedByPriorsError, Sampling
-from scruton.infer.thresholds import CARRIES, DEPARTS, HOPELESS, LAWS_SHARE_ALONE, LAWS_SHARE_DOUBTED
+from scruton.infer.thresholds import CARRIES, DEPARTS, DISPLACED, HOPELESS, LAWS_SHARE_ALONE, LAWS_SHARE_DOUBTED
 from scruton.stats.evidence import evidence_by_importance, log_evidence
 from scruton.stats.optimum import laplace_log_evidence
 from scruton.stats.stacking import posterior_weights, stacking_weights
@@ -43,7 +43,7 @@ def weighed_peaks(
     while True:
         del sampling.flags[before:]  # of a sampling that counts no longer
         result = fit_peaks(campaign, tests, sampling, every=every, in_full=in_full)
-        leaves = leading_departure(result)
+        leaves = leading_departure(result) or displaced_damping(result)
         if leaves and not all(result.weights.sampled) and not every:
             every = True
             continue
@@ -118,14 +118,15 @@ def fit_peaks(
     return PeakResult(tuple(test.test.name for test in tests), tuple(laws), weights)
 
 
-def leading_departure(result: PeakResult) -> str:
-    """A clause where the drift leaves even the law that leads, so that no law of the card holds; empty otherwise.
-
-    It leaves it where, with 95 % certainty, that of one test at least does.
-    """
+def _leading(result: PeakResult) -> LawResult | None:
     weights = result.weights
     best = weights.labels[int(np.argmax(weights.weight))]
-    law = next((one for one in result.laws if one.label == best), None)
+    return next((one for one in result.laws if one.label == best), None)
+
+
+def leading_departure(result: PeakResult) -> str:
+    """A clause where, with 95 % certainty, the drift of one test at least leaves even the law that leads."""
+    law = _leading(result)
     if law is None:
         return ""
     winds = [test.wind for test in law.posterior.tests]
@@ -136,7 +137,30 @@ def leading_departure(result: PeakResult) -> str:
     median = np.median(scale, axis=(0, 1))
     far = int(np.argmax(median))
     name = law.posterior.tests[of[far]].name
-    return f"the drift leaves even {best}, by {median[far]:.0%} one e-fold from the stable amplitude of test {name}"
+    return (
+        f"the drift leaves even {law.label}, by {median[far]:.0%} one e-fold from the stable amplitude of test {name}"
+    )
+
+
+def displaced_damping(result: PeakResult) -> str:
+    """A clause where the law that leads can be had only by structural damping that is not what is known of it.
+
+    No record in wind is read for xi_s: it moves by what the law makes of the rate alone.  Under a law that holds the
+    squares of its moves, over the standard deviations of what is known, add up to less than those of as many normals.
+    """
+    law = _leading(result)
+    if law is None:
+        return ""
+    priors = [test.wind.prior("damping_ratio") for test in law.posterior.tests]
+    found = np.log(law.derived["damping_ratio"]).mean(axis=(0, 1))
+    moved = (found - [prior.location for prior in priors]) / [prior.scale for prior in priors]
+    if chdtrc(moved.size, np.sum(np.square(moved))) >= DISPLACED:
+        return ""
+    far = int(np.argmax(np.abs(moved)))
+    return (
+        f"{law.label}, which leads, asks for structural damping of {100.0 * np.exp(found[far]):.3g} % in test "
+        f"{law.posterior.tests[far].name}, {abs(moved[far]):.1f} standard deviations from what is known of it"
+    )
 
 
 def settle(result: PeakResult, sampling: Sampling, *, white: bool) -> PeakResult:
@@ -160,6 +184,8 @@ def settle(result: PeakResult, sampling: Sampling, *, white: bool) -> PeakResult
     if weights.sampled.sum() > 1:
         if leaves := leading_departure(result):
             rule = Weighing(stacked, LAWS_SHARE_DOUBTED, not alone, leaves, doubted=True)
+        elif moved := displaced_damping(result):
+            rule = Weighing(stacked, LAWS_SHARE_DOUBTED, not alone, moved, doubted=True, displaced=True)
         elif not white:
             rule = Weighing(stacked, LAWS_SHARE_DOUBTED, not alone, "innovations are white under none", doubted=True)
         elif alone:

@@ -107,6 +107,8 @@ class Weighing:
         The reason for it, a clause.
     doubted : bool
         Whether no law of the card holds.
+    displaced : bool
+        Whether that is for the structural damping, of which no test's own flag knows.
     """
 
     stacked: bool = False
@@ -114,6 +116,7 @@ class Weighing:
     by_rigs: bool = False
     why: str = ""
     doubted: bool = False
+    displaced: bool = False
 
     @property
     def name(self) -> str:
@@ -178,6 +181,11 @@ class LawWeights:
         """A sentence where the data favour another law than the first: by evidence, not by the laws' prior weights."""
         best = int(np.argmax(self.log_evidence)) if len(self.labels) > 1 else 0
         gap = float(self.log_evidence[best] - self.log_evidence[0])
+        if best == 0 and self.rule.displaced:
+            return (
+                f"no law of the card holds, since {self.rule.why}; Y1, epsilon, that damping and amplitudes beyond the "
+                "tested Scruton numbers rest on a law that contradicts it"
+            )
         if best == 0 or gap - 2.0 * float(np.nansum(self.error[[0, best]])) < FAVOURED:
             return ""
         first, other = self.labels[0], self.labels[best]

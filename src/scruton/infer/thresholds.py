@@ -22,6 +22,8 @@ SEEN = 3.0  # standard errors
 # The reference law does not hold where the drift departs from it by this, one e-fold from the stable amplitude, with
 # 95 % certainty.
 DEPARTS = 0.1  # over the drift
+# A law that holds displaces what is known of the structural damping less than chance does in one campaign of a hundred.
+DISPLACED = 0.01  # p-value
 # Odds at which the data speak against the reference law: 20 to 1, which a true law meets once in twenty at most.
 FAVOURED = log(20.0)  # in log evidence
 # A law this far below the best by Laplace's approximation, which is good to one or two, is not sampled.
