@@ -19,7 +19,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.dynamics.block_filter import block_filter
 from scruton.dynamics.cycles import EnvelopeData
-from scruton.dynamics.departure import STATIC
+from scruton.dynamics.departure import COLUMNS, STATIC
 from scruton.dynamics.moments import LOG_2PI
 from scruton.dynamics.step_filter import step_filter
 
@@ -56,6 +56,7 @@ def innovations(
     *,
     n: float | FloatArray = -1.0,
     initial_sd: float = 1.0,
+    known: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """One-step prediction errors of the filter and their variances.
 
@@ -71,6 +72,8 @@ def innovations(
         The law: -1 is the paper's.
     initial_sd : float
         Standard deviation of the normal prior, mean 0, of each record's initial amplitude.
+    known : (W, COLUMNS) array, optional
+        Prior means of the columns of the departure; zero where it is left out.
 
     Returns
     -------
@@ -80,9 +83,9 @@ def innovations(
     if _one_law(walkers[-1]):
         shape = (data.size, walkers[0].size)
         innovation, variance = np.empty(shape), np.empty(shape)
-        _in_blocks(data, walkers, initial_sd, innovation, variance)
+        _in_blocks(data, walkers, initial_sd, innovation, variance, known)
         return innovation, variance
-    innovation, variance, _, _ = _filtered(data, walkers, initial_sd)
+    innovation, variance, _, _ = _filtered(data, walkers, initial_sd, known)
     return innovation, variance
 
 
@@ -96,22 +99,32 @@ def statics(
     *,
     n: float | FloatArray = -1.0,
     initial_sd: float = 1.0,
+    known: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Mean (W, COLUMNS) and covariance (W, COLUMNS, COLUMNS) of the columns of the departure, given all records.
 
     Arguments as of `innovations`.
     """
-    _, _, mean, cov = _filtered(data, contiguous(a_star, lam, q, r, *wind, n), initial_sd)
+    _, _, mean, cov = _filtered(data, contiguous(a_star, lam, q, r, *wind, n), initial_sd, known)
     return mean[:, 1:], cov[:, 1:, 1:]
 
 
-def _filtered(data: EnvelopeData, walkers: list[FloatArray], initial_sd: float) -> tuple[FloatArray, ...]:
+def _filtered(
+    data: EnvelopeData, walkers: list[FloatArray], initial_sd: float, known: FloatArray | None = None
+) -> tuple[FloatArray, ...]:
     size = walkers[0].size
     innovation, variance = np.empty((data.size, size)), np.empty((data.size, size))
     mean, cov = np.empty((size, STATIC)), np.empty((size, STATIC, STATIC))
     arrays = (data.amplitude, data.standard_error, data.gap, data.period)
-    step_filter(*arrays, *walkers, 0.0, initial_sd**2, innovation, variance, mean, cov)
+    *parameters, exponents = walkers
+    means = _means(known, size)
+    step_filter(*arrays, *parameters, means, exponents, 0.0, initial_sd**2, innovation, variance, mean, cov)
     return innovation, variance, mean, cov
+
+
+def _means(known: FloatArray | None, size: int) -> FloatArray:
+    """Prior means of the columns of the departure as the compiled filters take them, (W, COLUMNS)."""
+    return np.zeros((size, COLUMNS)) if known is None else np.array(known, dtype=np.float64, order="C")
 
 
 def pointwise_log_likelihood(innovation: FloatArray, variance: FloatArray) -> FloatArray:
@@ -129,14 +142,15 @@ def log_likelihood(
     *,
     n: float | FloatArray = -1.0,
     initial_sd: float = 1.0,
+    known: FloatArray | None = None,
 ) -> FloatArray:
     """Joint log density of all cycles of all records, (W,); see `innovations` for the arguments."""
     walkers = contiguous(a_star, lam, q, r, *(wind or Wind()), n)
     if not _one_law(walkers[-1]):
-        terms = pointwise_log_likelihood(*_filtered(data, walkers, initial_sd)[:2])
+        terms = pointwise_log_likelihood(*_filtered(data, walkers, initial_sd, known)[:2])
         return np.asarray(terms.sum(axis=0))
     nothing = np.empty((0, 0))
-    out = _in_blocks(data, walkers, initial_sd, nothing, nothing)
+    out = _in_blocks(data, walkers, initial_sd, nothing, nothing, known)
     return np.where(out > _LOST, out, -np.inf)
 
 
@@ -146,13 +160,19 @@ def _one_law(exponents: FloatArray) -> bool:
 
 
 def _in_blocks(
-    data: EnvelopeData, walkers: list[FloatArray], initial_sd: float, innovation: FloatArray, variance: FloatArray
+    data: EnvelopeData,
+    walkers: list[FloatArray],
+    initial_sd: float,
+    innovation: FloatArray,
+    variance: FloatArray,
+    known: FloatArray | None,
 ) -> FloatArray:
     """Log likelihoods, (W,), of walkers of one law; innovations and variances where these arrays are not empty."""
     out = np.empty(walkers[0].size)
     arrays = (data.amplitude, data.standard_error, data.gap, data.period)
     *parameters, exponents = walkers
-    block_filter(*arrays, *parameters, float(exponents[0]), 0.0, initial_sd**2, out, innovation, variance)
+    means = _means(known, out.size)
+    block_filter(*arrays, *parameters, means, float(exponents[0]), 0.0, initial_sd**2, out, innovation, variance)
     return out
 
 

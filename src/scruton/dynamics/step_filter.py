@@ -71,8 +71,9 @@ def carried(c_d, c_h, m, a_star, lam, here, fade, n, dt, theta):  # type: ignore
 
 @njit(cache=True, error_model="numpy")
 def step_filter(  # type: ignore[no-untyped-def]
-    y, se, gap, period, a_star, lam, q, r, gust, fade, offset, departure, n, m0, p0, innovation, variance, mean, cov
-):
+    y, se, gap, period, a_star, lam, q, r, gust, fade, offset, departure, known, n, m0, p0, innovation, variance,
+    mean, cov,
+):  # fmt: skip
     """Innovations and their variances, (N, W), for any law: the plain form, one walker after another.
 
     What the records say of the statics at their end - set-point of the last record, columns of the departure - goes to
@@ -82,7 +83,7 @@ def step_filter(  # type: ignore[no-untyped-def]
     for w in range(a_star.size):
         q2, g2 = q[w] * q[w], gust[w] * gust[w]
         theta, p_c = mean[w], cov[w]
-        theta[:], p_c[:] = 0.0, 0.0
+        theta[0], theta[1:], p_c[:] = 0.0, known[w], 0.0
         for i in range(1, STATIC):
             p_c[i, i] = departure[w] * departure[w]
         m, p, h, p_h, p_hh = m0, p0, 0.0, 0.0, g2

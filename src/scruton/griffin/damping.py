@@ -1,5 +1,6 @@
 """Damping ratio against amplitude, draw by draw: of the law with its departure, and of the trial function."""
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -40,6 +41,9 @@ def _printed(tree: "xr.DataTree", test: str) -> tuple[dict[str, FloatArray], Flo
     if "departure" in tree:
         departure = tree["departure"].to_dataset().sel(test=test)
         kept, theta = departure["draw_number"].to_numpy(), departure["column"].to_numpy()
+        if "rate_ratio" in departure:
+            printed["relaxation_rate"] = printed["relaxation_rate"].copy()
+            printed["relaxation_rate"][kept] *= departure["rate_ratio"].to_numpy()
     return {name: draws[kept, None] for name, draws in printed.items()}, theta[:, None]
 
 
@@ -62,7 +66,19 @@ def aerodynamic_draws(tree: "xr.DataTree", test: str, amplitude: FloatArray) -> 
     printed, theta = _printed(tree, test)
     total, constant = _total(tree, test, amplitude, printed, theta), tree["constant_data"]
     omega, omega0 = (2 * np.pi * float(constant[key].sel(test=test)) for key in ("wind_frequency", "frequency"))
-    return aerodynamic_damping(total, amplitude, lambda _: printed["damping_ratio"], omega, omega0)
+    return aerodynamic_damping(total, amplitude, partial(_structural, tree, test, printed), omega, omega0)
+
+
+def _structural(tree: "xr.DataTree", test: str, printed: dict[str, FloatArray], amplitude: FloatArray) -> FloatArray:
+    """Draws of xi_s(A), (S, n): one constant a draw, but where ring-downs show that it varies."""
+    damping = printed["damping_ratio"]
+    if "departure" not in tree or "structural_damping" not in tree["departure"]:
+        return damping
+    known = tree["departure"].to_dataset().sel(test=test)
+    at, curve = known["structural_amplitude"].to_numpy(), known["structural_damping"].to_numpy()
+    if np.isnan(at).any():
+        return damping
+    return np.asarray(damping * np.interp(amplitude, at, curve) / np.interp(printed["a_star"], at, curve))
 
 
 def trial_draws(fit: "Fit", record: str, test: str) -> tuple[FloatArray, FloatArray]:

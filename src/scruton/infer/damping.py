@@ -8,11 +8,11 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign, Rig
 from scruton.envelope import Cycles, RingDown
-from scruton.envelope.thresholds import VISIBLE
 from scruton.infer.cards import ModelCard
 from scruton.infer.front import damping_varies
 from scruton.infer.results import RigResult, TestResult
 from scruton.infer.thresholds import BAND_FLOOR
+from scruton.infer.varying import VaryingDamping
 from scruton.said import damping, listed, said
 from scruton.stats.priors import Prior
 
@@ -49,6 +49,14 @@ def ends(records: Sequence[Cycles]) -> list[float]:
     return [max(float(cycles.amplitude[-_LAST:].mean()), 1e-9) for cycles in records]
 
 
+def varying_of(rig: RigResult) -> VaryingDamping | None:
+    """xi_s(A) of a rig for the drift of its tests; None where one constant will do."""
+    if rig.varying is None:
+        return None
+    amplitude, damping, _ = _curve(rig.varying)
+    return VaryingDamping(amplitude, np.exp(damping))
+
+
 def damping_prior(rig: RigResult, records: Sequence[Cycles], unit: str) -> Prior:
     """Prior of xi_s in a test: the posterior of its rig, or xi_s(A) where it varies.
 
@@ -63,27 +71,26 @@ def damping_prior(rig: RigResult, records: Sequence[Cycles], unit: str) -> Prior
     Returns
     -------
     Prior
-        Lognormal.  Where damping varies, about xi_s at the amplitude where the records end; its logarithmic standard
-        deviation is the root of the squares of the curve's error there and of the root mean square of
-        ln xi_s(A) - ln xi_s(A*), evenly in ln A over the amplitudes that the records cover.  Beyond the ring-downs
-        xi_s is held constant, and is as uncertain as if it varied there as it does on the near side of their end.
+        Lognormal.  Where damping varies, about xi_s at the amplitude where the records end, which is the stable one;
+        its logarithmic standard deviation is the root of the squares of the curve's error there and of the root mean
+        square of ln xi_s(A) - ln xi_s(A*), evenly in ln A over the amplitudes where the records end.  Beyond the
+        ring-downs xi_s is held constant, and is as uncertain as if it varied there as on the near side of their end.
     """
     if rig.varying is None:
         log = np.log(rig.damping)
         return _lognormal(float(log.mean()), float(log.std()), f"posterior of rig {rig.rig.name}")
     amplitude, damping, error = _curve(rig.varying)
     bottom, top = amplitude[0], amplitude[-1]
-    at = float(np.log(np.median(ends(records))))
-    clear = [c.amplitude[c.amplitude > VISIBLE * c.standard_error] for c in records]
-    seen = np.append(np.log(np.concatenate(clear)), at)
-    covered = np.linspace(seen.min(), seen.max(), _GRID)
+    last = np.log(ends(records))
+    at = float(np.median(last))
+    covered = np.linspace(last.min(), last.max(), _GRID)
     covered = np.where(covered > top, 2.0 * top - covered, np.where(covered < bottom, 2.0 * bottom - covered, covered))
     middle = float(np.interp(at, amplitude, damping))
     departure = np.interp(covered, amplitude, damping) - middle
     spread = float(np.hypot(np.interp(at, amplitude, error), np.sqrt(np.mean(departure**2))))
     beyond = not bottom <= at <= top
     where = f"at {np.exp(at):.3g} {unit}{', beyond its ring-downs' if beyond else ''}"
-    return _lognormal(middle, spread, f"xi_s(A) of rig {rig.rig.name} {where}, and its variation over the records")
+    return _lognormal(middle, spread, f"xi_s(A) of rig {rig.rig.name} {where}")
 
 
 def _lognormal(log_mean: float, log_sd: float, reason: str) -> Prior:
@@ -117,6 +124,7 @@ def varying_damping(campaign: Campaign, rigs: Mapping[str, RigResult], tests: Se
                 damping(high),
                 ", is over all amplitudes of the ring-downs",
                 *used,
+                "; the drift of its transients has xi_s(A) in it",
                 ". Eq. (6) takes the measured xi_s(A)",
             )
         )

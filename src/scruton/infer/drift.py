@@ -15,6 +15,7 @@ from scruton.infer.sampling import Sampling
 from scruton.stats.samples import Samples
 
 SAMPLES = 400
+POINTS = 40  # of xi_s(A), evenly in ln A
 
 
 def departure_group(sampled: Sampled, sampling: Sampling) -> xr.Dataset:
@@ -25,18 +26,25 @@ def departure_group(sampled: Sampled, sampling: Sampling) -> xr.Dataset:
     """
     names = [result.test.name for result in sampled.tests]
     draw = np.zeros((SAMPLES, len(names)), dtype=int)
-    columns = np.zeros((SAMPLES, len(names), COLUMNS))
+    columns, ratio = np.zeros((SAMPLES, len(names), COLUMNS)), np.ones((SAMPLES, len(names)))
     rngs = [np.random.default_rng(sampling.seed_of(f"printed departure of {name}")) for name in names]
     for k, result in enumerate(sampled.tests):
         draw[:, k] = evenly(result.samples.log_prob.size, SAMPLES)
         if result.test.name not in sampled.peaks and result.posterior.data.size:
-            columns[:, k] = result.posterior.departures(_coordinates(result.samples, draw[:, k]), rngs[k])
+            v = _coordinates(result.samples, draw[:, k])
+            columns[:, k], ratio[:, k] = result.posterior.departures(v, rngs[k]), result.posterior.rate_ratio(v)
     for name, rows, places, wind, v in _of_peaks(sampled.joint) if sampled.joint else ():
         k = names.index(name)
         draw[rows, k] = places
         if wind.data.size:
-            columns[rows, k] = wind.departures(v, rngs[k])
-    return dataset("departure", {"draw_number": draw, "column": columns}, test=names)
+            columns[rows, k], ratio[rows, k] = wind.departures(v, rngs[k]), wind.rate_ratio(v)
+    values = {"draw_number": draw, "column": columns}
+    varying = [result.posterior.varying for result in sampled.tests]
+    if any(varying):
+        none = np.full((2, POINTS), np.nan)
+        curves = np.stack([curve.sampled(POINTS) if curve else none for curve in varying], axis=1)
+        values |= {"rate_ratio": ratio, "structural_amplitude": curves[0], "structural_damping": curves[1]}
+    return dataset("departure", values, test=names)
 
 
 def _of_peaks(joint: PeakResult) -> Iterator[tuple[str, IntArray, IntArray, WindPosterior, FloatArray]]:

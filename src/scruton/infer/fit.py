@@ -19,7 +19,14 @@ from scruton.dynamics.cycles import EnvelopeData
 from scruton.envelope import Cycles, RingDown, record_cycles, review, usable, weigh
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
-from scruton.infer.damping import damping_prior, draws_over_amplitudes, ends, stated_damping, varying_damping
+from scruton.infer.damping import (
+    damping_prior,
+    draws_over_amplitudes,
+    ends,
+    stated_damping,
+    varying_damping,
+    varying_of,
+)
 from scruton.infer.derived import derive
 from scruton.infer.front import damping_varies, front_ends_of, ringdowns_of
 from scruton.infer.joint import (
@@ -225,11 +232,14 @@ def fit_test(
     data = EnvelopeData.join(informative)
     steady = [steady_amplitude(verdict) for verdict in verdicts if not verdict.usable]
     priors += (card.exponent,) if card.exponent else ()
-    posterior = WindPosterior(priors, data, steady, omega0, card.law_n, card.initial_amplitude_sd)
+    varying = varying_of(rig)
+    posterior = WindPosterior(priors, data, steady, omega0, card.law_n, card.initial_amplitude_sd, varying)
     levels = np.array([astuple(amplitude) for amplitude in steady])
     tails = ends(records)
     admit(card, name, [posterior.prior("stable_amplitude")] * len(tails), tails)
-    samples = sampling.run(name, posterior, data.amplitude, data.standard_error, data.time, levels)
+    read = [data.amplitude, data.standard_error, data.time, levels]
+    read += [varying.log_amplitude, varying.damping_ratio] if varying else []
+    samples = sampling.run(name, posterior, *read)
     frequency = float(np.median([cycles[r.name].reference_frequency for r in test.records]))
     # Mass and frequency belong to the rig and are the same draws in all its tests.
     assert rig.rig.mass is not None, "the loader refuses a test whose rig has no mass"

@@ -38,7 +38,9 @@ def law_free_group(
 
     .. math:: Sc(A) = Sc + Sc_\lambda\, x(A/a^*)\, (1 + g(A))
 
-    with the departure g from the law as the records tell it (`scruton.dynamics.departure`).
+    with the departure g from the law as the records tell it (`scruton.dynamics.departure`).  Where xi_s varies with
+    amplitude Sc_lambda is that of the whole drift, and what xi_s(A) exceeds xi_s(a*) by is added: the damping of a
+    setting elsewhere on the curve is a constant.
     """
     amplitude = np.full((len(tests), LEVELS), np.nan)
     numbers = np.full((SAMPLES, len(tests), LEVELS), np.nan)
@@ -66,4 +68,9 @@ def _numbers(result: TestResult, amplitude: FloatArray, rng: np.random.Generator
     )
     ratio = amplitude / a_star
     index = index_of(np.log(ratio), result.posterior.exponents(chain[kept])[:, None])
-    return np.asarray(sc + relaxation * index * relative_drift(ratio, theta[:, None, :]))
+    number = relaxation * index * relative_drift(ratio, theta[:, None, :])
+    if varying := result.posterior.varying:
+        factor = result.derived["mass_damping_factor"].reshape(-1)[kept, None]
+        number *= result.posterior.rate_ratio(chain[kept])[:, None]
+        number += factor * (varying.at(np.log(amplitude)) - varying.at(np.log(a_star)))
+    return np.asarray(sc + number)

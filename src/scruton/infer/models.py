@@ -7,6 +7,7 @@ campaign is unpacked in `scruton.infer.fit`.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from scruton.dynamics.laws.law import Law
 from scruton.dynamics.likelihood import Wind, innovations, log_likelihood, pointwise_log_likelihood, statics
 from scruton.dynamics.trial_filter import trial_amplitudes, trial_log_likelihood
 from scruton.infer.thresholds import MOST_GUSTS, MOST_SET_POINT
+from scruton.infer.varying import VaryingDamping
 from scruton.stats.posterior import Coordinates, Posterior
 from scruton.stats.priors import Prior
 
@@ -85,6 +87,8 @@ class WindPosterior(Posterior):
         The law; None where n is free, which makes it a parameter.
     initial_sd : float
         Prior of the initial amplitude.
+    varying : VaryingDamping, optional
+        xi_s(A) where it varies: then lambda and the law are those of the wind alone, and the drift has this in it.
 
     Notes
     -----
@@ -98,6 +102,7 @@ class WindPosterior(Posterior):
     omega0: float
     n: float | None = -1.0
     initial_sd: float = 1.0
+    varying: VaryingDamping | None = None
 
     @cached_property
     def coordinates(self) -> Coordinates:
@@ -109,9 +114,10 @@ class WindPosterior(Posterior):
         return self.named(u)["law_exponent"] if self.n is None else np.full(u.shape[:-1], self.n)
 
     def state_space(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, Wind]:
-        """(a_star, lambda [1/s], q, r, the rest) of the filter from coordinates, each (W,)."""
+        """(a_star, lambda [1/s] of the whole drift, q, r, the rest) of the filter from coordinates, each (W,)."""
         log, none = self.named(u), np.full(len(u), -np.inf)
         a_star, lam = np.exp(log["stable_amplitude"]), np.exp(log["relaxation_ratio"]) * self.omega0
+        lam = lam * self.rate_ratio(u)
         # Stationary sd of an Ornstein-Uhlenbeck process: q / sqrt(2 lambda).
         q = np.exp(log["amplitude_scatter"]) * a_star * np.sqrt(2.0 * lam)
         gust, set_point, departure = (
@@ -120,9 +126,28 @@ class WindPosterior(Posterior):
         rate = lam * np.exp(-log["gust_time"]) if "gust_time" in self.names else lam
         return a_star, lam, q, np.exp(log["noise_factor"]), Wind(gust * a_star, rate, set_point * a_star, departure)
 
+    def rate_ratio(self, u: FloatArray) -> FloatArray:
+        """Relaxation rate of the whole drift over that of the law, (W,): one where structural damping is constant."""
+        if self.varying is None:
+            return np.ones(len(u))
+        log = self.named(u)
+        rate = np.exp(log["relaxation_ratio"]) * self.omega0
+        return self.varying.total_rate(log["stable_amplitude"], rate, self.omega0) / rate
+
+    def known(self, u: FloatArray) -> FloatArray | None:
+        """What is known of the columns of the departure before any record, (W, COLUMNS); None where that is nothing."""
+        if self.varying is None:
+            return None
+        log = self.named(u)
+        rate = np.exp(log["relaxation_ratio"]) * self.omega0
+        return self.varying.departure(log["stable_amplitude"], rate, self.exponents(u), self.omega0)
+
+    def _given(self, u: FloatArray) -> dict[str, Any]:
+        return {"n": self.exponents(u), "initial_sd": self.initial_sd, "known": self.known(u)}
+
     def departures(self, u: FloatArray, rng: np.random.Generator) -> FloatArray:
         """Draw the columns of the departure from the law given the records, one draw a walker, (W, COLUMNS)."""
-        mean, cov = statics(self.data, *self.state_space(u), n=self.exponents(u), initial_sd=self.initial_sd)
+        mean, cov = statics(self.data, *self.state_space(u), **self._given(u))
         root = np.linalg.cholesky(cov + 1e-12 * np.eye(cov.shape[-1]))
         return np.asarray(mean + np.einsum("wij,wj->wi", root, rng.standard_normal(mean.shape)))
 
@@ -139,8 +164,7 @@ class WindPosterior(Posterior):
         space = self.state_space(u)
         total = np.zeros(len(u))
         if self.data.size:
-            n = self.exponents(u) if self.n is None else self.n
-            total = log_likelihood(self.data, *space, n=n, initial_sd=self.initial_sd)
+            total = log_likelihood(self.data, *space, **self._given(u))
         return np.asarray(total + self.log_steady(u))
 
     def log_steady(self, u: FloatArray) -> FloatArray:
@@ -158,7 +182,7 @@ class WindPosterior(Posterior):
 
     def innovations(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Innovations and their variances, (N, W)."""
-        return innovations(self.data, *self.state_space(u), n=self.exponents(u), initial_sd=self.initial_sd)
+        return innovations(self.data, *self.state_space(u), **self._given(u))
 
     def standardised(self, chain: FloatArray) -> FloatArray:
         """Innovations over their standard deviations at the median of draws (..., d), (N,)."""

@@ -220,6 +220,10 @@ SCHEMA: Mapping[str, tuple[Variable, ...]] = {
     "departure": (
         Variable("draw_number", ("sample", "test"), "i", "-", "place among the draws of the test, chain after chain"),
         Variable("column", ("sample", "test", "ramp"), "f", "-", "theta; zero for a test without transients"),
+        # Where structural damping varies with amplitude in some rig.
+        Variable("rate_ratio", ("sample", "test"), "f", "-", "lambda of the whole drift over the law's", optional=True),
+        Variable("structural_amplitude", ("test", "point"), "f", EITHER, "NaN where xi_s is constant", optional=True),
+        Variable("structural_damping", ("test", "point"), "f", "-", "xi_s(A) there", optional=True),
     ),
     "laws": (
         Variable("prior_weight", _LAW, "f", "-", "of the card"),

@@ -42,6 +42,9 @@ LAWS_SHARE_DOUBTED, LAWS_SHARE_ALONE = 0.4, 0.2  # of the weight
 # A law to which evidence and stacking give less carries no weight: what is inferred under it alone predicts little.
 CARRIES = 0.05  # of the weight
 
+# Where structural damping falls so fast with amplitude that nothing is stable, the rate is this part of the law's.
+LEAST_RATE = 0.02  # of lambda
+
 # An adjusted p-value below this is worth a look.
 WORTH_A_LOOK = 0.01  # p-value
 # Below this, predictable innovations make a fit one not to be trusted; below that, a statistic of the replicates does.
