@@ -38,7 +38,7 @@ def make_data(amplitudes, se, period, gaps=None, records=None):
 
 def step_by_step(data, a_star, lam, q, r, wind=None, *, n=-1.0, initial_sd=1.0):
     """`innovations` by the plain filter, one walker after another."""
-    return _filtered(data, contiguous(a_star, lam, q, r, *(wind or Wind()), n), initial_sd)[:2]
+    return _filtered(data, contiguous(a_star, lam, q, r, *(wind or Wind()).sizes, n), initial_sd)[:2]
 
 
 def dense_log_likelihood(data, a_star, lam, q, r, sd0, gust=0.0, gust_rate=1.0, set_point=0.0, per_cycle=120):
@@ -380,6 +380,6 @@ def test_no_parameter_however_absurd_explains_the_records_better_than_the_noise_
     assert np.nanmax(found) < most
     few = np.flatnonzero(~(found > -1e9))[:200]
     plain = pointwise_log_likelihood(
-        *step_by_step(data, *(x[few] for x in (a_star, lam, q, r)), Wind(*(x[few] for x in wind)), n=n)
+        *step_by_step(data, *(x[few] for x in (a_star, lam, q, r)), Wind(*(x[few] for x in wind.sizes)), n=n)
     ).sum(axis=0)
     assert np.nanmax(plain, initial=-np.inf) < most

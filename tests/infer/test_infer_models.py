@@ -65,15 +65,14 @@ def wind(data, damping=0.004, n=-1.0, steady=()):
     )
 
 
-def test_prior_keeps_y1_negative_under_the_papers_law():
+def test_a_section_may_build_up_by_itself_under_the_papers_law():
+    """Y1 of either sign: what relaxes more slowly than omega0 xi_s does not get another damping than its own."""
     posterior = wind(envelope([np.full(20, 0.05)], 1e-3))
     u = posterior.prior_draws(np.random.default_rng(0), 4000)
     log = posterior.named(u)
-    assert (log["relaxation_ratio"] > log["damping_ratio"]).all()
-    bad = u[:1].copy()
-    posterior.named(bad)["relaxation_ratio"] = np.log(0.002)
-    assert posterior.log_prob(bad)[0] == -np.inf
-    assert np.isfinite(wind(posterior.data, n=2.0).log_prob(bad)[0]), "the other laws have no such bound"
+    below = log["relaxation_ratio"] < log["damping_ratio"]
+    assert 0.02 < below.mean() < 0.6
+    assert np.isfinite(posterior.log_prob(u[below])).all()
 
 
 def test_log_prob_is_prior_plus_likelihood_and_never_nan():

@@ -18,6 +18,7 @@ from scruton.infer.cards import ModelCard
 from scruton.stats.priors import Prior
 
 GROWTH, DECAY, BOTH = (Kind.GROWTH,), (Kind.DECAY,), (Kind.GROWTH, Kind.DECAY)
+_MODEL = 2  # of the truths that a regime means: with another, campaigns of both are no sample of one
 ALL_LAWS = (-1.0, 0.0, 1.0, 2.0)
 ALL_LAW_WEIGHTS = (0.7, 0.1, 0.1, 0.1)
 
@@ -105,7 +106,7 @@ class Regime:
     @property
     def digest(self) -> str:
         """What tells this definition of the regime from another: campaigns of both are no sample of one."""
-        return hashlib.sha256(repr(self).encode()).hexdigest()[:16]
+        return hashlib.sha256(f"{self!r} {_MODEL}".encode()).hexdigest()[:16]
 
     @property
     def width(self) -> float:

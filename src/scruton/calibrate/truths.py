@@ -104,7 +104,6 @@ def from_normals(z: FloatArray, regime: Regime, card: ModelCard) -> tuple[Drawn,
     factor = setting(regime, *nominal).mass_damping_factor
     reference = float(np.exp(np.log(regime.scruton_numbers).mean()))
     relaxation = ratio * float(np.exp(np.log(factor).mean()))
-    at_zero = relaxation + n * reference
     errors = (("mass", regime.mass_sd), ("density", regime.density_sd), ("damping", regime.damping_sd))
     mass, density, xi = (mean * scattered(sd, deviates[name]) for mean, (name, sd) in zip(nominal, errors, strict=True))
     setup = setting(regime, mass, density, xi)
@@ -112,11 +111,13 @@ def from_normals(z: FloatArray, regime: Regime, card: ModelCard) -> tuple[Drawn,
     with np.errstate(all="ignore"):
         curve = amplitude[:, None] * amplitude_ratio((sc - reference) / relaxation[:, None], n)
         a_star = curve * np.exp(tau[:, None] * deviates["amplitude"])
-        shifted = at_zero[:, None] * np.exp(kappa[:, None] * deviates["relaxation"]) - n * sc
+        at_zero = max(n, 0.0) * sc
+        strength = relaxation[:, None] - n * (sc - reference) + at_zero
+        shifted = strength * np.exp(kappa[:, None] * deviates["relaxation"]) - at_zero
         rate = shifted / setup.mass_damping_factor * omega0(regime.motion)
         possible = np.isfinite(a_star) & (a_star > 0.0) & (rate > 0.0)
-        if n < 0.0:
-            possible &= at_zero[:, None] > 0.0
+        if n < 0.0:  # as the paper has it, Y1 < 0; the prior of a fit admits either sign
+            possible &= (shifted + n * sc > 0.0) & (relaxation + n * reference > 0.0)[:, None]
         forces = (ehsan_scanlan_parameters if n == 2.0 else force_parameters)(a_star, rate, setup)
     drawn = Drawn(
         np.full(len(z), n), reference, amplitude, relaxation, tau, a_star, rate, xi, setup.mass_damping_factor, *forces

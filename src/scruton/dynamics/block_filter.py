@@ -69,8 +69,7 @@ def block_filter(  # type: ignore[no-untyped-def]
             x[A, w], x[LAM, w], x[Q2, w], x[R2, w] = a_star[at], lam[at], q[at] * q[at], r[at] * r[at]
             x[G2, w], x[FADE, w] = gust[at] * gust[at], fade[at]
             x[OFFSET2, w], x[DEPARTURE2, w] = offset[at] * offset[at], departure[at] * departure[at]
-            for i in range(COLUMNS):
-                x[THETA + 1 + i, w] = known[at, i]
+            x[THETA + 1 : C_D, w] = known[at]
         _block(x, y, se, gap, period, n, m0, p0, innovation[:, first:], variance[:, first:])
         for w in range(min(BLOCK, a_star.size - first)):
             log_like[first + w] = x[QUAD, w]  # about -1e300 where the filter lost its way
@@ -80,8 +79,7 @@ def block_filter(  # type: ignore[no-untyped-def]
 def _block(x, y, se, gap, period, n, m0, p0, innovation, variance):  # type: ignore[no-untyped-def]
     """Fill the row `QUAD` with the log likelihoods, and columns of the innovations where they are wanted."""
     wanted = min(innovation.shape[1], BLOCK)
-    x[QUAD], x[PROD] = 0.0, 1.0
-    x[THETA], x[C_D:] = 0.0, 0.0
+    x[QUAD], x[PROD], x[THETA], x[C_D:] = 0.0, 1.0, 0.0, 0.0
     for i in range(1, STATIC):
         x[COV + i * (i + 1) // 2 + i] = x[DEPARTURE2]
     total = np.zeros(BLOCK)

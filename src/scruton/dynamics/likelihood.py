@@ -38,12 +38,20 @@ class Wind(NamedTuple):
     departure
         Standard deviation of the drift about the law, over it, one e-fold from the stable amplitude: s of
         `scruton.dynamics.departure`.
+    known : (W, COLUMNS) array or None
+        Prior means of the columns of the departure; None where they are zero.
     """
 
     gust: FloatArray | float = 0.0
     gust_rate: FloatArray | float = 1.0
     set_point: FloatArray | float = 0.0
     departure: FloatArray | float = 0.0
+    known: FloatArray | None = None
+
+    @property
+    def sizes(self) -> tuple[FloatArray | float, ...]:
+        """All that is one number a walker."""
+        return self.gust, self.gust_rate, self.set_point, self.departure
 
 
 def innovations(
@@ -56,7 +64,6 @@ def innovations(
     *,
     n: float | FloatArray = -1.0,
     initial_sd: float = 1.0,
-    known: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """One-step prediction errors of the filter and their variances.
 
@@ -72,20 +79,19 @@ def innovations(
         The law: -1 is the paper's.
     initial_sd : float
         Standard deviation of the normal prior, mean 0, of each record's initial amplitude.
-    known : (W, COLUMNS) array, optional
-        Prior means of the columns of the departure; zero where it is left out.
 
     Returns
     -------
     innovation, variance : (N, W) arrays
     """
-    walkers = contiguous(a_star, lam, q, r, *(wind or Wind()), n)
+    wind = wind or Wind()
+    walkers = contiguous(a_star, lam, q, r, *wind.sizes, n)
     if _one_law(walkers[-1]):
         shape = (data.size, walkers[0].size)
         innovation, variance = np.empty(shape), np.empty(shape)
-        _in_blocks(data, walkers, initial_sd, innovation, variance, known)
+        _in_blocks(data, walkers, initial_sd, innovation, variance, wind.known)
         return innovation, variance
-    innovation, variance, _, _ = _filtered(data, walkers, initial_sd, known)
+    innovation, variance, _, _ = _filtered(data, walkers, initial_sd, wind.known)
     return innovation, variance
 
 
@@ -99,13 +105,12 @@ def statics(
     *,
     n: float | FloatArray = -1.0,
     initial_sd: float = 1.0,
-    known: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Mean (W, COLUMNS) and covariance (W, COLUMNS, COLUMNS) of the columns of the departure, given all records.
 
     Arguments as of `innovations`.
     """
-    _, _, mean, cov = _filtered(data, contiguous(a_star, lam, q, r, *wind, n), initial_sd, known)
+    _, _, mean, cov = _filtered(data, contiguous(a_star, lam, q, r, *wind.sizes, n), initial_sd, wind.known)
     return mean[:, 1:], cov[:, 1:, 1:]
 
 
@@ -142,15 +147,15 @@ def log_likelihood(
     *,
     n: float | FloatArray = -1.0,
     initial_sd: float = 1.0,
-    known: FloatArray | None = None,
 ) -> FloatArray:
     """Joint log density of all cycles of all records, (W,); see `innovations` for the arguments."""
-    walkers = contiguous(a_star, lam, q, r, *(wind or Wind()), n)
+    wind = wind or Wind()
+    walkers = contiguous(a_star, lam, q, r, *wind.sizes, n)
     if not _one_law(walkers[-1]):
-        terms = pointwise_log_likelihood(*_filtered(data, walkers, initial_sd, known)[:2])
+        terms = pointwise_log_likelihood(*_filtered(data, walkers, initial_sd, wind.known)[:2])
         return np.asarray(terms.sum(axis=0))
     nothing = np.empty((0, 0))
-    out = _in_blocks(data, walkers, initial_sd, nothing, nothing, known)
+    out = _in_blocks(data, walkers, initial_sd, nothing, nothing, wind.known)
     return np.where(out > _LOST, out, -np.inf)
 
 

@@ -305,9 +305,9 @@ def single_draws(
 ) -> FloatArray:
     """Predictive stable amplitudes of a new setting from one test's own posterior under the reference law.
 
-    The campaign model with that test alone: its amplitude and its strength of the wind G = Sc_lambda + n Sc each lie
-    off the shared curve by their discrepancy, and the new setting's amplitude again.  Arguments and result as of
-    `predictive_draws`.
+    The campaign model with that test alone: its amplitude and its strength of the wind, G = Sc_lambda + max(n, 0) Sc,
+    each lie off the shared curve by their discrepancy, and the new setting's amplitude again.  Arguments and result as
+    of `predictive_draws`.
     """
     group = tree["campaign_posterior"]
     n = exponent_draws(tree, test)
@@ -317,8 +317,8 @@ def single_draws(
         for name in ("discrepancy_amplitude", "discrepancy_relaxation")
     )
     z = stream(seed, "single test").standard_normal((3, len(tested)))
-    strength = (relaxation + n * tested) * np.exp(-kappa * z[0])
-    shared = strength - n * tested
+    at_zero = np.maximum(n, 0.0) * tested
+    shared = (relaxation + at_zero) * np.exp(-kappa * z[0]) - at_zero
     x = (np.atleast_1d(np.asarray(scruton_numbers, dtype=float)) - tested[:, None]) / shared[:, None]
     # For n > 0 the wind may be too weak for a vibration at the tested setting: such a draw says that it dies beyond.
     ratio = np.where(shared[:, None] > 0.0, amplitude_ratio(x, n[:, None]), np.where(x < 0.0, 0.0, np.inf))

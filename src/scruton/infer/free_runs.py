@@ -28,7 +28,7 @@ def free_runs(posterior: WindPosterior, chain: FloatArray, rng: np.random.Genera
     a_star, lam, q, r, wind = posterior.state_space(u)
     theta = np.concatenate([np.zeros((RUNS, 1)), posterior.departures(u, rng)], axis=1)
     _run(
-        data.amplitude, data.standard_error, data.gap, data.period, a_star, lam, q, r, *wind, theta,
+        data.amplitude, data.standard_error, data.gap, data.period, a_star, lam, q, r, *wind.sizes, theta,
         posterior.exponents(u), posterior.initial_sd**2, first, rng.standard_normal((6, *size)), mean, replicate,
     )  # fmt: skip
     return mean, replicate

@@ -5,19 +5,16 @@ The tests share the curve of law n through a reference Scruton number,
 .. math:: A(Sc) = A_{ref}\,(1 - n x)^{1/n}, \quad x = (Sc - Sc_{ref})/R_{ref}, \quad
    Sc_\lambda(Sc) = R_{ref} - n\,(Sc - Sc_{ref})
 
-with Sc_lambda the Scruton number that belongs to the relaxation rate.  Its value at zero damping,
-:math:`G = R_{ref} + n\,Sc_{ref}`, stands for the strength of the wind: for n = -1 it is proportional to -Y1.  Test j
-lies off the shared curve by
+with Sc_lambda the Scruton number that belongs to the relaxation rate.  Test j lies off the shared curve by
 
-.. math:: \ln a^*_j = \ln A(Sc_j) + \tau z_j, \qquad \ln G_j = \ln G + \kappa w_j
+.. math:: \ln a^*_j = \ln A(Sc_j) + \tau z_j, \qquad \ln G_j = \ln G(Sc_j) + \kappa w_j, \quad
+   G = Sc_\lambda + \max(n, 0)\, Sc
 
-with z, w standard normal, and so will the next setting.  Amplitudes of different settings lie on one curve more closely
-than the slopes of their transients say, hence two scales; the card has their priors, two rigs or more inform them.
-
-For n < 0 the law has a bound, Sc < R/(-n): beyond it no wind makes the section vibrate.  What is sampled is the
-distance from it, :math:`\ln G` of the curve and :math:`\ln Sc_j - \ln(1 + n\,Sc_j/R_j)` of a test whose damping is not
-known far better than its rate: in the logarithms of R_ref and Sc_j the prior's density has no end where G and G_j
-vanish together, and no sampler follows it there.
+with z, w standard normal, and so will the next setting.  G stands for the strength of the wind: for n > 0 it is the
+relaxation at zero damping, the same along the curve; for n <= 0 the relaxation itself, since a law n < 0 need have no
+stable amplitude there, as a section that builds up by itself has none.  Amplitudes of different settings lie on one
+curve more closely than the slopes of their transients say, hence two scales; the card has their priors, two rigs or
+more inform them.
 """
 
 from collections.abc import Iterator, Sequence
@@ -27,7 +24,7 @@ from functools import cached_property
 import numpy as np
 
 from scruton.arrays import FloatArray, IntArray
-from scruton.dynamics.laws import amplitude_ratio, bound
+from scruton.dynamics.laws import amplitude_ratio
 from scruton.infer.in_common import InCommon
 from scruton.infer.models import NOISE, WIND
 from scruton.infer.peak_test import PeakTest
@@ -48,10 +45,8 @@ class CampaignPosterior(Posterior):
 
     Sampled: the logarithms of A_ref, R_ref over the reference mass-damping factor, tau and kappa; n where it is free;
     with several tests the set-point scatter that theirs lie about (`InCommon`); and for every test those of a*,
-    lambda/omega0, scatter, noise factor, xi_s, and the standardised deviation of the mass-damping factor.  Where n < 0,
-    what R_ref exceeds its bound by stands for it, and xi_s over the share that is left to its bound for xi_s
-    (`PeakTest.damping_gives_way`); both are unbounded, and called by what they stand for.  Where a test's records say
-    nothing of lambda its coordinate is w_j instead: no discrepancy squeezes it.
+    lambda/omega0, scatter, noise factor, xi_s, and the standardised deviation of the mass-damping factor.  Where a
+    test's records say nothing of lambda its coordinate is w_j instead: no discrepancy squeezes it.
 
     Attributes
     ----------
@@ -77,8 +72,8 @@ class CampaignPosterior(Posterior):
         return float(np.exp(np.mean(np.log(factor) + damping))), float(np.exp(np.log(factor).mean()))
 
     @cached_property
-    def stated(self) -> tuple[Prior, ...]:
-        """Of the parameters that the coordinates stand for, one a coordinate; a* and lambda follow the curve."""
+    def priors(self) -> tuple[Prior, ...]:  # type: ignore[override]
+        """One a coordinate; a* and lambda follow the curve."""
         priors = [replace(prior, name=name) for name, prior in zip(SHARED, self.shared, strict=True)]
         priors += [self.exponent] if self.exponent else []
         priors += [self.in_common.prior] if self.in_common else []
@@ -87,21 +82,6 @@ class CampaignPosterior(Posterior):
                 prior = test.wind.prior(name) if name in WIND else Prior(name, "normal", 0.0, 1.0)
                 priors.append(replace(prior, name=f"{name} of {test.name}"))
         return tuple(priors)
-
-    @cached_property
-    def priors(self) -> tuple[Prior, ...]:  # type: ignore[override]
-        """As `stated`, but of distances from the law's bound, of which it says how wide they may be.
-
-        The logarithm of what is anything up to a bound has a standard deviation of one.
-        """
-        if self.exponent is None and self.n >= 0.0:
-            return self.stated
-        distances = {SHARED[1], *(f"damping_ratio of {test.name}" for test in self.tests if test.damping_gives_way)}
-        wide = ((p, float(np.hypot(p.scale, 1.0))) for p in self.stated)
-        return tuple(
-            Prior(p.name, "lognormal", float(np.exp(p.location)), spread, p.unit) if p.name in distances else p
-            for p, spread in wide
-        )
 
     @cached_property
     def own_coordinates(self) -> tuple[Coordinates, ...]:
@@ -185,45 +165,43 @@ class CampaignPosterior(Posterior):
         """N of every walker, (W,)."""
         return self.named(u)["law_exponent"] if self.exponent else np.full(len(u), self.n)
 
-    def curve(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """A_ref, R_ref, n and G of the shared curve, (W,) each."""
-        sc, factor = self.reference
-        log, n = self.named(u), self.exponents(u)
-        above = factor * finite_exp(log["reference_relaxation_ratio"])
-        return np.exp(log["reference_amplitude"]), above + bound(n) * sc, n, above + np.maximum(n, 0.0) * sc
+    def curve(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """A_ref, R_ref and n of the shared curve, (W,) each."""
+        log = self.named(u)
+        relaxation = self.reference[1] * finite_exp(log["reference_relaxation_ratio"])
+        return np.exp(log["reference_amplitude"]), relaxation, self.exponents(u)
 
     def settings(self, u: FloatArray) -> dict[str, FloatArray]:
         """Every test's parameters but its noise in their own units, by name, (W, J) each; NaN where there are none.
 
         Beside those of a test in wind its mass_damping_factor, scruton_number, relaxation, the Scruton number that
-        belongs to the relaxation rate, strength, which is G_j, and share, the part of R_j that the bound leaves.
+        belongs to the relaxation rate, strength, which is G_j, and on_curve, that of the shared curve there.
         """
-        _, _, n, at_zero = (value[:, None] for value in self.curve(u))
+        _, reference, n = (value[:, None] for value in self.curve(u))
         names = "stable_amplitude", "relaxation_ratio", *_BEYOND_RECORDS
         of = {name: self.of_tests(u, name) for name in names}
-        each = [(test.mass_damping_factor, test.factor_log_sd, test.damping_gives_way) for test in self.tests]
-        factor, log_sd, gives_way = np.array(each).T
+        factor, log_sd = np.array([(test.mass_damping_factor, test.factor_log_sd) for test in self.tests]).T
         factor = factor * np.exp(log_sd * of["mass_factor"])
-        damping, ratio, least = finite_exp(of["damping_ratio"]), np.exp(of["relaxation_ratio"]), bound(n) * gives_way
-        share = 1.0 / (1.0 + least * damping / ratio)
-        damping = share * damping
-        strength = factor * (share * ratio + (n + least) * damping)
+        damping, ratio = finite_exp(of["damping_ratio"]), np.exp(of["relaxation_ratio"])
+        sc, at_zero = factor * damping, np.maximum(n, 0.0)
+        strength = factor * ratio + at_zero * sc
+        on_curve = reference - n * (sc - self.reference[0]) + at_zero * sc
         if not self._relaxes.all():
-            told = at_zero * finite_exp(finite_exp(self.named(u)["discrepancy_relaxation"])[:, None] * of["w"])
-            relaxation = told - n * factor * damping
+            told = on_curve * finite_exp(finite_exp(self.named(u)["discrepancy_relaxation"])[:, None] * of["w"])
+            relaxation = told - at_zero * sc
             strength = np.where(self._relaxes, strength, told)
             ratio = np.where(self._relaxes, ratio, np.where(relaxation > 0.0, relaxation, np.nan) / factor)
         s = {"a_star": np.exp(of["stable_amplitude"]), "relaxation_ratio": ratio, "damping_ratio": damping}
-        s |= {"mass_damping_factor": factor, "strength": strength, "share": share}
-        return s | {"scruton_number": factor * damping, "relaxation": factor * ratio}
+        s |= {"mass_damping_factor": factor, "strength": strength, "on_curve": on_curve}
+        return s | {"scruton_number": sc, "relaxation": factor * ratio}
 
     def _deviations(self, u: FloatArray, s: dict[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
         """Deviations of ln a* and ln G from the shared curve, (W, J) each; NaN off the constraint."""
-        a_ref, relaxation, n, at_zero = (value[:, None] for value in self.curve(u))
+        a_ref, relaxation, n = (value[:, None] for value in self.curve(u))
         x = (s["scruton_number"] - self.reference[0]) / relaxation
         with np.errstate(all="ignore"):
             amplitude = np.log(s["a_star"]) - np.log(a_ref * amplitude_ratio(x, n))
-            return amplitude, np.log(s["strength"]) - np.log(at_zero)
+            return amplitude, np.log(s["strength"]) - np.log(s["on_curve"])
 
     def amplitude_density(self, u: FloatArray) -> FloatArray:
         """Log density of the stable amplitude of every test about the shared curve, (W, J)."""
@@ -231,7 +209,7 @@ class CampaignPosterior(Posterior):
         return normal_log_density(amplitude, self.named(u)["discrepancy_amplitude"][:, None])
 
     def inside(self, u: FloatArray) -> np.ndarray:
-        """A stable amplitude at every tested setting, and for n < 0 at zero damping (Y1 < 0), (W,) of bool."""
+        """A stable amplitude at every tested setting, (W,) of bool."""
         s = self.settings(u)
         return np.asarray(_stable(s, *self._deviations(u, s)).all(axis=1))
 
@@ -274,9 +252,7 @@ class CampaignPosterior(Posterior):
         """`log_prior_terms` from the settings of the tests and their deviations."""
         terms, log = super().log_prior_terms(u), self.named(u)
         with np.errstate(all="ignore"):
-            ratio = np.log(self.curve(u)[1] / self.reference[1])
             damping = np.log(s["damping_ratio"])
-        self.named(terms)["reference_relaxation_ratio"] = self.shared[1].log_density(ratio)
         tau, kappa = (log[name][:, None] for name in SHARED[2:])
         terms[:, self._columns["stable_amplitude"][1]] = normal_log_density(amplitude, tau)
         terms[:, self._columns["relaxation_ratio"][1]] = normal_log_density(strength[:, self._relaxes], kappa)
@@ -287,12 +263,10 @@ class CampaignPosterior(Posterior):
         return terms
 
     def _log_jacobians(self, u: FloatArray, s: dict[str, FloatArray]) -> FloatArray:
-        """Log volume of ln R_ref and of every ln G_j and ln xi_j over that of their coordinates, (W, 1 + J)."""
-        _, relaxation, _, _ = self.curve(u)
+        """Log volume of every ln G_j over that of its coordinate, behind a zero for what is shared, (W, 1 + J)."""
         with np.errstate(all="ignore"):
-            shared = self.named(u)["reference_relaxation_ratio"] - np.log(relaxation / self.reference[1])
-            own = np.where(self._relaxes, np.log(s["share"] * s["relaxation"] / s["strength"]), 0.0)
-        return np.column_stack([shared, own])
+            own = np.where(self._relaxes, np.log(s["relaxation"] / s["strength"]), 0.0)
+        return np.column_stack([np.zeros(len(u)), own])
 
     def log_likelihood(self, u: FloatArray) -> FloatArray:
         """Sum of the tests' log likelihoods, (W,)."""
@@ -337,17 +311,14 @@ class CampaignPosterior(Posterior):
 
     def prior_sample(self, rng: np.random.Generator, size: int) -> tuple[FloatArray, np.ndarray]:
         """Draws of the generative prior and whether each satisfies the constraint; see `Posterior.prior_sample`."""
-        u = np.stack([prior.draw(rng, size) for prior in self.stated], axis=1)
+        u = np.stack([prior.draw(rng, size) for prior in self.priors], axis=1)
         z = rng.standard_normal((2, size, len(self.tests)))
         n, log = self.exponents(u), self.named(u)
         if self.in_common:
             self.in_common.spread_about(u, log[self.in_common.prior.name])
-        sc_ref, factor_ref = self.reference
+        good, sc_ref = np.ones(size, dtype=bool), self.reference[0]
         with np.errstate(all="ignore"):
-            ratio = np.exp(log["reference_relaxation_ratio"])
-            log["reference_relaxation_ratio"] = np.log(ratio - bound(n) * sc_ref / factor_ref)
-            good = np.isfinite(log["reference_relaxation_ratio"])
-            a_ref, relaxation, _, at_zero = self.curve(u)
+            a_ref, relaxation, _ = self.curve(u)
             for j, (test, values) in enumerate(self._each(u)):
                 off = test.factor_log_sd * values["mass_factor"] if test.factor_log_sd else np.zeros(size)
                 factor = test.mass_damping_factor * np.exp(off)
@@ -356,10 +327,10 @@ class CampaignPosterior(Posterior):
                 values["stable_amplitude"] = np.log(a_ref * amplitude_ratio((sc - sc_ref) / relaxation, n)) + deviation
                 good &= np.isfinite(values["stable_amplitude"])
                 if test.relaxes:
-                    strength = at_zero * np.exp(np.exp(log["discrepancy_relaxation"]) * z[1, :, j])
-                    own = strength - n * sc
-                    values["relaxation_ratio"] = np.log(own / factor)
-                    values["damping_ratio"] -= np.where(n < 0.0, np.log(strength / own), 0.0) * test.damping_gives_way
+                    at_zero = np.maximum(n, 0.0) * sc
+                    strength = relaxation - n * (sc - sc_ref) + at_zero
+                    strength = strength * np.exp(np.exp(log["discrepancy_relaxation"]) * z[1, :, j])
+                    values["relaxation_ratio"] = np.log((strength - at_zero) / factor)
                     good &= np.isfinite(values["relaxation_ratio"])
         good[good] = self.inside(u[good])
         return u, good
@@ -373,18 +344,17 @@ class CampaignPosterior(Posterior):
             for name in WIND:
                 if name in test.parameters:
                     values[name] = near[name]
-            if test.damping_gives_way:
-                share = 1.0 - bound(n[:, 0]) * np.exp(near["damping_ratio"] - near["relaxation_ratio"])
-                values["damping_ratio"] -= np.log(np.maximum(share, 0.01))  # the draws may be of another law
         s, log = self.settings(u), self.named(u)
         if self.in_common:
             log[self.in_common.prior.name] = self.in_common.guess(u, rng)
         sc, factor = self.reference
         known = [j for j, test in enumerate(self.tests) if test.relaxes]
         if known:
-            # The tests' own strengths of the wind, where they agree with a positive one.
-            strength = np.log(np.maximum(s["strength"][:, known], 1e-3)).mean(axis=1)
-            above = np.exp(strength + 0.3 * rng.standard_normal(size)) - np.maximum(n[:, 0], 0.0) * sc
+            # The curve through each test's own relaxation, where they agree with a positive one.
+            at_zero = np.maximum(n, 0.0) * sc
+            strength = (s["relaxation"] + n * (s["scruton_number"] - sc))[:, known] + at_zero
+            strength = np.log(np.maximum(strength, 1e-3)).mean(axis=1)
+            above = np.exp(strength + 0.3 * rng.standard_normal(size)) - at_zero[:, 0]
             ratio = np.log(np.maximum(above, 1e-12) / factor)
             log["reference_relaxation_ratio"] = np.where(above > 0.0, ratio, log["reference_relaxation_ratio"])
         x = (s["scruton_number"] - sc) / self.curve(u)[1][:, None]

@@ -7,7 +7,6 @@ campaign is unpacked in `scruton.infer.fit`.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -89,11 +88,6 @@ class WindPosterior(Posterior):
         Prior of the initial amplitude.
     varying : VaryingDamping, optional
         xi_s(A) where it varies: then lambda and the law are those of the wind alone, and the drift has this in it.
-
-    Notes
-    -----
-    For n < 0 the stable amplitude at zero damping is finite only if lambda + n omega0 xi_s > 0, under the paper's law
-    lambda > omega0 xi_s, that is Y1 < 0 (Eq. 11): the joint prior is cut there.
     """
 
     priors: tuple[Prior, ...]
@@ -124,7 +118,13 @@ class WindPosterior(Posterior):
             np.minimum(np.exp(log[name] if name in self.names else none), most) for name, most in _MOST.items()
         )
         rate = lam * np.exp(-log["gust_time"]) if "gust_time" in self.names else lam
-        return a_star, lam, q, np.exp(log["noise_factor"]), Wind(gust * a_star, rate, set_point * a_star, departure)
+        return (
+            a_star,
+            lam,
+            q,
+            np.exp(log["noise_factor"]),
+            Wind(gust * a_star, rate, set_point * a_star, departure, self._known(u)),
+        )
 
     def rate_ratio(self, u: FloatArray) -> FloatArray:
         """Relaxation rate of the whole drift over that of the law, (W,): one where structural damping is constant."""
@@ -134,7 +134,7 @@ class WindPosterior(Posterior):
         rate = np.exp(log["relaxation_ratio"]) * self.omega0
         return self.varying.total_rate(log["stable_amplitude"], rate, self.omega0) / rate
 
-    def known(self, u: FloatArray) -> FloatArray | None:
+    def _known(self, u: FloatArray) -> FloatArray | None:
         """What is known of the columns of the departure before any record, (W, COLUMNS); None where that is nothing."""
         if self.varying is None:
             return None
@@ -142,29 +142,18 @@ class WindPosterior(Posterior):
         rate = np.exp(log["relaxation_ratio"]) * self.omega0
         return self.varying.departure(log["stable_amplitude"], rate, self.exponents(u), self.omega0)
 
-    def _given(self, u: FloatArray) -> dict[str, Any]:
-        return {"n": self.exponents(u), "initial_sd": self.initial_sd, "known": self.known(u)}
-
     def departures(self, u: FloatArray, rng: np.random.Generator) -> FloatArray:
         """Draw the columns of the departure from the law given the records, one draw a walker, (W, COLUMNS)."""
-        mean, cov = statics(self.data, *self.state_space(u), **self._given(u))
+        mean, cov = statics(self.data, *self.state_space(u), n=self.exponents(u), initial_sd=self.initial_sd)
         root = np.linalg.cholesky(cov + 1e-12 * np.eye(cov.shape[-1]))
         return np.asarray(mean + np.einsum("wij,wj->wi", root, rng.standard_normal(mean.shape)))
-
-    def inside(self, u: FloatArray) -> np.ndarray:
-        """Y1 < 0 for laws in which the amplitude would otherwise diverge as damping falls."""
-        log = self.named(u)
-        ratio, damping = log["relaxation_ratio"], log["damping_ratio"]
-        if self.n is not None:
-            return ratio > damping + np.log(-self.n) if self.n < 0 else np.ones(len(u), dtype=bool)
-        return np.asarray(np.exp(ratio - damping) + self.exponents(u) > 0.0)
 
     def log_likelihood(self, u: FloatArray) -> FloatArray:
         """State-space likelihood of the transients, normal likelihood of the steady amplitudes, (W,)."""
         space = self.state_space(u)
         total = np.zeros(len(u))
         if self.data.size:
-            total = log_likelihood(self.data, *space, **self._given(u))
+            total = log_likelihood(self.data, *space, n=self.exponents(u), initial_sd=self.initial_sd)
         return np.asarray(total + self.log_steady(u))
 
     def log_steady(self, u: FloatArray) -> FloatArray:
@@ -182,7 +171,7 @@ class WindPosterior(Posterior):
 
     def innovations(self, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Innovations and their variances, (N, W)."""
-        return innovations(self.data, *self.state_space(u), **self._given(u))
+        return innovations(self.data, *self.state_space(u), n=self.exponents(u), initial_sd=self.initial_sd)
 
     def standardised(self, chain: FloatArray) -> FloatArray:
         """Innovations over their standard deviations at the median of draws (..., d), (N,)."""

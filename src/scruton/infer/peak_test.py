@@ -3,12 +3,8 @@
 from dataclasses import dataclass
 from functools import cached_property
 
-import numpy as np
-
 from scruton.arrays import FloatArray
 from scruton.infer.models import WIND, WindPosterior
-
-_FAR_BETTER = 5.0  # a standard deviation so many times smaller
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,16 +34,6 @@ class PeakTest:
     def relaxes(self) -> bool:
         """Whether the records inform the relaxation rate."""
         return bool(self.wind.data.size)
-
-    @cached_property
-    def damping_gives_way(self) -> bool:
-        """Whether the distance from the law's bound stands for the structural damping.
-
-        Not where that is known far better than the rate: the posterior of the distance would be sharp and bent.
-        """
-        near = self.wind.named(self.draws)
-        rate, damping = (np.std(near[name]) for name in ("relaxation_ratio", "damping_ratio"))
-        return self.relaxes and bool(rate <= _FAR_BETTER * damping)
 
     @cached_property
     def parameters(self) -> tuple[str, ...]:

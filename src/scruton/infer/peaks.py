@@ -296,7 +296,7 @@ def derive(
     """
     shape = chain.shape[:-1]
     u = chain.reshape(-1, chain.shape[-1])
-    amplitude, relaxation, n, _ = posterior.curve(u)
+    amplitude, relaxation, n = posterior.curve(u)
     s, log = posterior.settings(u), posterior.named(u)
     s |= {name: np.exp(posterior.of_tests(u, name)) for name in NOISE}
     s["relaxation_rate"] = s["relaxation_ratio"] * np.array([test.wind.omega0 for test in posterior.tests])

@@ -2,7 +2,6 @@
 
 from scruton.dynamics.laws.family import LAWS as LAWS
 from scruton.dynamics.laws.family import amplitude_ratio as amplitude_ratio
-from scruton.dynamics.laws.family import bound as bound
 from scruton.dynamics.laws.family import closed_form as closed_form
 from scruton.dynamics.laws.family import extrapolation_index as extrapolation_index
 from scruton.dynamics.laws.family import flow_derivative as flow_derivative

@@ -96,8 +96,3 @@ def index_of(log_ratio: ArrayLike, n: ArrayLike) -> FloatArray:
     """
     n, log_ratio = floats(n), floats(log_ratio)
     return -np.where(n == 0.0, log_ratio, np.expm1(n * log_ratio) / np.where(n == 0.0, 1.0, n))
-
-
-def bound(n: FloatArray) -> FloatArray:
-    """Relaxation over Scruton number below which the law of exponent n allows no vibration."""
-    return np.maximum(-n, 0.0)
