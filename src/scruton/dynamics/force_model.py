@@ -9,7 +9,8 @@ and its torsional twin (Eq. 12).  Averaged over a cycle, with s = Ut/D and beta 
 .. math:: \frac{1}{a}\frac{da}{ds} = -K_0\xi_s + \frac{m_r \beta Y_1}{2} - \frac{2 m_r Y_1 \varepsilon}{\pi K a}
 
 (Eq. 10, whose dot is d/ds and not d/dt as the text has it).  So :math:`\lambda_s = K_0\xi_s - m_r\beta Y_1/2` and
-:math:`a^* = -2 m_r Y_1\varepsilon/(\pi K \lambda_s)`.  A stable amplitude needs Y1 < 0 and epsilon > 0.
+:math:`a^* = -2 m_r Y_1\varepsilon/(\pi K \lambda_s)`.  A stable amplitude at every damping needs Y1 < 0
+and epsilon > 0; with both of the other sign there is one above a least damping.
 """
 
 import numpy as np

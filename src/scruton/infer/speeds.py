@@ -12,7 +12,7 @@ from scruton.dynamics.scruton_number import factor
 from scruton.infer.result_schema import dataset
 from scruton.infer.sampling import Sampling
 from scruton.infer.smooth import Observations, SpeedPoint, SpeedPosterior
-from scruton.infer.thresholds import DISTINCT_SPEEDS, FEW_DRAWS, FEWEST_SPEEDS, OUTSIDE_LOCK_IN, SWEEP_LOG_SD
+from scruton.infer.thresholds import DISTINCT_SPEEDS, FEW_DRAWS, FEWEST_SPEEDS, OUTSIDE_LOCK_IN, STRONG, SWEEP_LOG_SD
 from scruton.stats.optimum import find_optimum
 from scruton.stats.priors import Prior
 from scruton.stats.samples import Samples
@@ -99,7 +99,8 @@ def speed_points(tree: "xr.DataTree", campaign: Campaign, n: float) -> tuple[Spe
         rows = [np.log(a_star)]
         if name in transient:
             wind_strength = relaxation + n * sc
-            rows.append(np.log(np.where(wind_strength > 0.0, wind_strength, np.nan)))
+            if np.mean(wind_strength > 0.0) > STRONG:  # else it builds up by itself, and its amplitude has to do
+                rows.append(np.log(np.where(wind_strength > 0.0, wind_strength, np.nan)))
         values = np.stack(rows)
         values = values[:, np.isfinite(values).all(axis=0)]
         at = {key: constant[key].sel(test=name).item() for key in ("wind_speed", "frequency", "rig")}

@@ -72,6 +72,8 @@ TRUSTED_KHAT = 0.7  # -
 # Below it there is no lock-in, and a logarithm would be one of noise. Records beyond the edge of lock-in buffet at
 # some 5 % of the peak.
 OUTSIDE_LOCK_IN = 0.1  # of a rig's largest amplitude
+# With fewer draws in which the relaxation at zero damping is positive a test at another speed says nothing of it.
+STRONG = 0.1  # share of the draws
 # Reduced velocities that differ by less are one, and with fewer there is no curve against the wind speed.
 DISTINCT_SPEEDS = 1.005  # ratio
 FEWEST_SPEEDS = 3  # distinct reduced velocities

@@ -16,7 +16,7 @@ GRIFFIN = row("A", paren(SC_NEW), "=", A_STAR, power(paren("1", "-", "n", "x"), 
 INDEX = row("x", "=", frac(row(SC_NEW, "-", "Sc"), SC_LAMBDA))
 RELAXATION = row(SC_LAMBDA, "=", frac(row("Sc", "lambda"), row(OMEGA_0, XI_S)))
 RECIPROCAL = row(frac("1", row("A", paren(SC_NEW))), "=", frac("1", A_STAR), paren("1", "+", "x"))
-STRENGTH = row("G", "=", SC_LAMBDA, "+", "n", "Sc")
+STRENGTH = row("G", "=", SC_LAMBDA, "+", "max", paren(row("n", ",", "0")), "Sc")
 TRIAL = row("A", paren("t"), "=", "a", power("e", row("b", "t")), "+", "c", power("e", row("d", "t")))
 AERODYNAMIC = row(
     XI_AERO, "=", "-", frac("1", "omega"), bracket(frac(dot("A"), "A"), "+", XI_S, OMEGA_0)

@@ -142,8 +142,8 @@ def methods_chapter(material: Material) -> Iterator[Block]:
         discrepancy = material.discrepancy()
         yield paragraph(
             "The peak tests of all rigs are one model. They share this curve; each test’s amplitude lies off it by a "
-            "factor whose logarithm is normal, and so does the relaxation Scruton number at zero damping, ",
-            eq.STRENGTH, ", which stands for the strength of the wind."
+            "factor whose logarithm is normal, and so does the strength of the wind, ", eq.STRENGTH,
+            ", which is the relaxation Scruton number, for ", row("n", ">", "0"), " that at zero damping."
             + (f" The standard deviations were found to be {discrepancy}." if discrepancy else "")
             + " A new setting carries the discrepancy of the amplitude, which grows with the distance from the Scruton "
             "numbers and the amplitudes that were tested. Laws are weighed by evidence (bridge sampling), or by what "
