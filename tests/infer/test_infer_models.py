@@ -182,7 +182,7 @@ def replicated(rng, y, se, wind_of, theta, n=-1.0, a_star=0.05, lam=0.7, q=2e-4)
     """Free runs of a record from its first amplitude on, one for each row of columns theta, (R, N)."""
     runs, data = len(theta), envelope([y], se)
     size = (runs, data.size)
-    walkers = (np.full(runs, value) for value in (a_star, lam, q, 1.0, *wind_of))
+    walkers = (np.full(runs, value) for value in (a_star, lam, q, 1.0, *wind_of.sizes))
     theta = np.concatenate([np.zeros((runs, 1)), theta], axis=1)
     mean, replicate = np.empty(size), np.empty(size)
     _run(
