@@ -54,17 +54,19 @@ def test_every_curve_is_the_law_point_by_point(name):
                 (curves.scruton_number[j] - curves.scruton_number[where]) / sc_lambda[i],
             )
             assert curves.amplitude[i, j] == pytest.approx(level * amplitude_ratio(x, n), rel=1e-9)
-    assert np.isfinite(curves.amplitude).all()
-    assert (np.diff(curves.amplitude, axis=1) <= 0.0).all()
+    # a section that builds up by itself has no stable amplitude where its damping is less than that takes
+    unbounded = ~np.isfinite(curves.amplitude)
+    assert (curves.exponent[unbounded.any(axis=1)] < 0.0).all()
+    assert not unbounded[:, where:].any()
+    assert (curves.amplitude[:, 1:] <= curves.amplitude[:, :-1]).all()
 
 
-def test_the_constraint_of_the_papers_law_binds():
-    """Without it one draw in three would have no finite amplitude at zero damping."""
-    card = load_card("paper")
-    curves = prior_curves(card, HEAVING, seed=4)
-    assert (curves.relaxation_ratio > HEAVING.damping_ratio).all()
-    free = card.prior("relaxation_ratio", Motion.HEAVING)
-    assert np.mean(free.from_sampled(free.draw(np.random.default_rng(4), 4000)) < HEAVING.damping_ratio) > 0.3
+def test_a_section_may_build_up_by_itself():
+    """Under the paper's law with Y1 > 0, where it relaxes more slowly than by its structural damping alone."""
+    curves = prior_curves(load_card("paper"), HEAVING, seed=4)
+    by_itself = curves.relaxation_ratio < HEAVING.damping_ratio
+    np.testing.assert_array_equal(np.isinf(curves.amplitude[:, 0]), by_itself)
+    assert 0.2 < by_itself.mean() < 0.5
 
 
 @pytest.mark.parametrize("name", ["paper", "ehsan-scanlan", "free-exponent"])
@@ -78,7 +80,7 @@ def test_the_draws_are_those_of_the_campaign_model(name):
     none = Prior("discrepancy", "lognormal", 1e-6, 0.1, "-", "the curve is the shared one")
     model = CampaignPosterior(tests=[test], shared=(*own[:2], none, none), n=card.law_n or -1.0, exponent=card.exponent)
     u = model.prior_draws(np.random.default_rng(5), 20000)
-    a_ref, relaxation, n, _ = model.curve(u)
+    a_ref, relaxation, n = model.curve(u)
     for sc in (0.0, 43.4, 86.8):
         with np.errstate(all="ignore"):
             slow = a_ref * amplitude_ratio((sc - HEAVING.scruton_number) / relaxation, n)

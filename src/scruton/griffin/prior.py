@@ -1,8 +1,7 @@
 r"""What a model card says before any record: Griffin curves drawn from its priors alone.
 
 The curve is the one that the tests of a campaign share, :math:`A = A_{ref}(1 - n x)^{1/n}`, with A_ref and
-lambda/omega0 drawn from the priors at a reference setting, and n from the weights of the laws or from its prior.  What
-is drawn satisfies the constraint of the campaign model: for n < 0 the amplitude at zero damping is finite.
+lambda/omega0 drawn from the priors at a reference setting, and n from the weights of the laws or from its prior.
 """
 
 from dataclasses import dataclass
@@ -55,7 +54,7 @@ class PriorCurves:
     scruton_number : (n,) array
         From zero to some times the reference.
     amplitude : (S, n) array
-        A/D or rad, one curve a draw; zero where vibration dies.
+        A/D or rad, one curve a draw; zero where vibration dies, inf where no amplitude is stable.
     exponent : (S,) array
         The law of every draw.
     relaxation_ratio : (S,) array
@@ -81,20 +80,12 @@ def prior_curves(card: ModelCard, reference: Reference, *, seed: int = 0, draws:
         Curves.
     """
     rng = np.random.default_rng(seed)
-
-    def exponents(size: int) -> FloatArray:
-        if card.exponent:
-            return card.exponent.from_sampled(card.exponent.draw(rng, size))
-        return np.asarray(rng.choice(card.laws, size, p=card.law_weights), dtype=np.float64)
-
-    exponent, ratio = exponents(draws), np.empty(draws)
+    if card.exponent:
+        exponent = card.exponent.from_sampled(card.exponent.draw(rng, draws))
+    else:
+        exponent = np.asarray(rng.choice(card.laws, draws, p=card.law_weights), dtype=np.float64)
     relaxation = card.prior("relaxation_ratio", reference.motion)
-    left = np.arange(draws)
-    while left.size:
-        ratio[left] = relaxation.from_sampled(relaxation.draw(rng, left.size))
-        left = left[(exponent[left] < 0.0) & (ratio[left] + exponent[left] * reference.damping_ratio <= 0.0)]
-        if card.exponent:  # the constraint is on n and lambda together: both are drawn anew
-            exponent[left] = exponents(left.size)
+    ratio = relaxation.from_sampled(relaxation.draw(rng, draws))
     stable = card.prior("stable_amplitude", reference.motion)
     level = stable.from_sampled(stable.draw(rng, draws))
     sc = np.linspace(0.0, REACH * reference.scruton_number, _POINTS)

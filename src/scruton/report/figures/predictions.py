@@ -47,7 +47,7 @@ def _draw(axes: "Axes", curves: PriorCurves, card: "ModelCard") -> None:
     sc, bands = curves.scruton_number, curves.band
     axes.plot(sc, _until_death(bands.median), color=style.BLACK, lw=1.8, zorder=3, label="median")
     for probability, alpha in ((0.50, 0.9), (0.90, 0.45)):
-        low, high = (np.maximum(bound, 0.1 * _LOWEST) for bound in bands.intervals[probability])
+        low, high = (np.maximum(bound, 0.1 * _LOWEST) for bound in style.bounded(bands.intervals[probability]))
         label = f"{100 * probability:.0f} % of the curves"
         axes.fill_between(sc, low, high, color=style.LIGHT, alpha=alpha, lw=0, zorder=1, label=label)
     styles = {n: style.line_style(i) for i, n in enumerate(card.laws)}
