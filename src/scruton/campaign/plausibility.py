@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from itertools import combinations
 
@@ -28,7 +28,7 @@ class Range:
     high: float
     unit: str
     why: str
-    write: Callable[[float], str | Value] | None = None
+    write: Callable[[float], Value] | None = None
 
     @property
     def bounds(self) -> Said:
@@ -86,10 +86,11 @@ def outside(value: float, wanted: Range, kind: str, of: str, name: str, what: st
     if wanted.low <= value <= wanted.high or math.isnan(value):
         return
     excess = wanted.low / max(value, 1e-300) if value < wanted.low else value / wanted.high
-    alike = said(f"{what} is {{}}{wanted.in_unit}, outside ", wanted.bounds, f" ({wanted.why}),")
+    number = "{}" if wanted.write is None else replace(wanted.write(value), text="{}", value=None)
+    alike = said(f"{what} is ", number, f"{wanted.in_unit}, outside ", wanted.bounds, f" ({wanted.why}),")
     yield Remark(
         Severity.SERIOUS if excess >= FAR else Severity.DOUBT, kind, of, name,
-        said(_outside(value, wanted, what), "."), alike, value, excess, wanted.write or figure,
+        said(_outside(value, wanted, what), "."), alike, value, excess,
     )  # fmt: skip
 
 

@@ -1,13 +1,15 @@
 """What is remarked about a campaign: who makes a slip finds it here, worst first, and alike slips in one line."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
 from scruton.campaign.spelling import figure
 from scruton.campaign.thresholds import LISTED
-from scruton.said import Said, Value, said
+from scruton.said import DAMPING, Said, Value, damping, said
+
+WRITTEN: Mapping[str, Callable[[float], str | Value]] = {DAMPING: damping}  # by kind; others with two digits
 
 
 class Severity(IntEnum):
@@ -34,13 +36,12 @@ class Remark:
     text : str
         The sentence, without its subject, with a full stop.
     alike : str
-        The same of several subjects at once, without a full stop; `{}` stands for the range of their values.
+        The same of several subjects at once, without a full stop; `{}` stands for the range of their values, as
+        part of the text or as a value of its kind.
     value : float
         The number in question, NaN where there is none.
     excess : float
         How many times its limit the number is, 1 or more: the worse of two remarks has the larger one.
-    write : callable
-        How the number is written where alike remarks are said at once.
     """
 
     severity: Severity
@@ -51,7 +52,6 @@ class Remark:
     alike: str
     value: float = math.nan
     excess: float = 1.0
-    write: Callable[[float], str | Value] = figure
 
     @property
     def sentence(self) -> Said:
@@ -97,11 +97,12 @@ def _said(group: Sequence[Remark]) -> Said:
 
 def _with_range(group: Sequence[Remark]) -> Iterator[str | Value]:
     """What alike remarks say, with the range of their numbers in its place."""
-    numbers, write = [remark.value for remark in group], group[0].write
-    low, high = write(min(numbers)), write(max(numbers))
+    numbers = [remark.value for remark in group]
     for part in said(group[0].alike).parts:
-        if not isinstance(part, str) or "{}" not in part:
+        text, write = (part, figure) if isinstance(part, str) else (part.text, WRITTEN.get(part.kind, figure))
+        if "{}" not in text:
             yield part
             continue
-        before, after = part.split("{}")
+        before, after = text.split("{}")
+        low, high = write(min(numbers)), write(max(numbers))
         yield from (before, low, *([] if low == high else [" to ", high]), after)
