@@ -121,4 +121,4 @@ def test_windows_that_follow_each_other_share_nothing(with_slip):
 
 def test_a_design_damping_that_no_structure_has():
     assert damping_flag(0.003) == damping_flag(1e-5) == ""
-    assert damping_flag(0.3).startswith("the design damping ratio is 0.3, outside 0.0001 to 0.1")
+    assert damping_flag(0.3).startswith("the design damping is 30 %, outside 0.01 % to 10 %")

@@ -1,8 +1,11 @@
 """Remarks are ranked, worst first, and alike ones are one line."""
 
+from scruton.campaign.plausibility import DAMPING, outside
 from scruton.campaign.remarks import Remark, Severity, sentences
 from scruton.campaign.spelling import figure
 from scruton.campaign.thresholds import LISTED
+from scruton.report.conventions import conventions, flag_texts
+from scruton.said import Value, parts_of
 
 
 def drift(name, value, severity=Severity.NOTE):
@@ -47,6 +50,21 @@ def test_remarks_of_other_subjects_do_not_fold():
     one = Remark(Severity.DOUBT, "amplitude", "record", "a", "large.", "large", 1.0)
     other = Remark(Severity.DOUBT, "amplitude", "test", "a", "large.", "large", 1.0)
     assert len(sentences([one, other])) == 2
+
+
+def test_a_remark_keeps_the_damping_that_it_is_about_alone_and_with_others():
+    """So that a report shows it as its reader was promised: per cent, or the logarithmic decrement."""
+    one, other = (
+        next(outside(xi, DAMPING, "damping", "rig", rig, "the damping")) for xi, rig in ((0.12, "a"), (9e-5, "b"))
+    )
+    (alone,), (both,) = sentences([one]), sentences([one, other])
+    assert alone == f"rig a: the damping is 12 %, outside 0.01 % to 10 % ({DAMPING.why})."
+    assert both == f"the damping is 0.009 % to 12 %, outside 0.01 % to 10 % ({DAMPING.why}), in 2 rigs: a, b."
+    for sentence, ratios in ((alone, [0.12, 1e-4, 0.1]), (both, [9e-5, 0.12, 1e-4, 0.1])):
+        assert [part.value for part in sentence.parts if isinstance(part, Value)] == ratios
+    with conventions({"conventions": {"damping": "decrement"}}):
+        (shown,) = flag_texts([alone], {"flag_parts": parts_of([alone])})
+    assert shown.startswith("rig a: the damping is δ = 0.754, outside δ = 0.000628 to δ = 0.628")
 
 
 def test_figures_are_short_and_without_exponents_where_a_reader_would_stumble():

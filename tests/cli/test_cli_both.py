@@ -133,6 +133,41 @@ def test_the_report_of_results_shows_both(deck, sized, tmp_path):
     text = next(folder.rglob("report.html")).read_text(encoding="utf-8")
     assert "Heaving and torsion together" in text
     assert "mode T1" in text
+    assert "Torsional modes" in text
+
+
+def test_a_report_sizes_both_motions_as_size_does(deck, sized, tmp_path):
+    heaving, torsion, bridge = deck
+    out = tmp_path / "report"
+    arguments = ["report", heaving, "--other", torsion, "--bridge", bridge, "-o", out, "--no-gap", "--quiet"]
+    assert main([str(one) for one in arguments]) in (0, 1)
+    for part in ("", "torsional"):
+        made, by_size = (json.loads((folder / part / "sizing.json").read_text()) for folder in (out, sized))
+        assert made["both"] == by_size["both"]
+        assert made["modes"] == by_size["modes"]
+        assert made["provenance"]["bridge_sha256"] == by_size["provenance"]["bridge_sha256"]
+    numbers = json.loads((out / "report.json").read_text())
+    assert not numbers["failures"]
+    assert {"decision", "risk", "risk_torsional", "decision_torsional", "required_damping_torsional"} <= {
+        *numbers["figures"]
+    }
+    assert {"required_damping", "required_damping_torsional", "both"} <= {*numbers["tables"]}
+    text = (out / "report.html").read_text(encoding="utf-8")
+    first, later = text.split('id="sizing"', 1)
+    for said in ("mode V1", "mode T1 (torsional)", "Risk of any mode"):
+        assert said in first.split('id="summary"', 1)[1]
+    assert later.index("Heaving modes") < later.index("Torsional modes") < later.index("Heaving and torsion together")
+
+
+def test_a_report_of_both_motions_wants_the_bridge_and_a_fit_of_the_other(deck, tmp_path, capsys):
+    heaving, torsion, bridge = deck
+    out = ["-o", str(tmp_path / "report")]
+    assert main(["report", str(heaving), "--other", str(torsion), *out]) == 2
+    assert "--bridge FILE: its modes of both motions" in capsys.readouterr().err
+    assert main(["report", str(heaving), "--other", str(heaving), "--bridge", str(bridge), *out]) == 2
+    assert "another fit of a heaving section" in capsys.readouterr().err
+    assert main(["report", str(heaving), "--other", str(tmp_path), "--bridge", str(bridge), *out]) == 2
+    assert not (tmp_path / "report").exists()
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from scruton.campaign.schema import Motion
 from scruton.cli import main
 from scruton.documents import write_document
 from scruton.infer.store import read_tree
-from scruton.report.parts import sizing_part
+from scruton.report.parts import Asked, sizing_part
 from scruton.sizing.bridge import load_bridge, with_damping
 from scruton.sizing.existing import as_built, offers
 from scruton.sizing.limits import limit
@@ -189,7 +189,7 @@ def test_the_decision_can_be_rebuilt_and_is_the_same_whichever_verb_wrote_it(sma
     run("size", small_results, "--bridge", path, "--limit", "0.05", "-o", out, capsys=capsys)
     found = json.loads((out / "sizing.json").read_text(encoding="utf-8"))
 
-    by_report = json.loads(json.dumps(sizing_part(small_results, path, ["0.05"]).content))
+    by_report = json.loads(json.dumps(sizing_part(small_results, Asked(path, ["0.05"])).content))
     different = {key for key in by_report if key != "provenance" and by_report[key] != found[key]}
     assert not different
     for key in ("seed", "sha256", "settings", "versions", "fit_sha256", "bridge_sha256", "law", "effect"):

@@ -44,7 +44,7 @@ LINE = (
         (
             ("mean = 0.0065", "mean = 0.65"),
             {},
-            "the ring-downs show a damping ratio of 0.0065, 0.01 times the 0.65 stated",
+            "the ring-downs show a damping of 0.65 %, 0.01 times the 65 % stated",
         ),
         (
             (),
@@ -87,18 +87,18 @@ def test_check_puts_the_worst_first_and_folds_what_is_alike(with_slip, capsys):
 def test_predict_flags_a_damping_that_no_structure_has(small_results, capsys):
     code, out, _ = run("predict", small_results, "--damping", 0.3, capsys=capsys)
     assert code == 0
-    assert "the design damping ratio is 0.3, outside 0.0001 to 0.1" in out
+    assert "the design damping is 30 %, outside 0.01 % to 10 %" in out
     _, out, _ = run("predict", small_results, "--damping", 0.3, "--damping", 0.01, "--json", capsys=capsys)
     high, usual = json.loads(out)["predictions"]
-    assert any("design damping ratio" in flag for flag in high["flags"])
-    assert not any("design damping ratio" in flag for flag in usual["flags"])
+    assert any("design damping is 30 %" in flag for flag in high["flags"])
+    assert not any("design damping is 30 %" in flag for flag in usual["flags"])
 
 
 def test_size_flags_a_damping_that_no_structure_has(small_results, tmp_path, capsys):
     arguments = ("size", small_results, "--limit", "0.02", "--damping", "0.3", "-o", tmp_path / "sizing", "--quiet")
     assert run(*arguments, capsys=capsys)[0] == 0
     flags = json.loads((tmp_path / "sizing" / "sizing.json").read_text(encoding="utf-8"))["flags"]
-    assert any("mode section: the design damping ratio is 0.3" in one for one in flags)
+    assert any("mode section: the design damping is 30 %" in one for one in flags)
 
 
 @pytest.mark.parametrize(

@@ -508,7 +508,7 @@ def test_a_sizing_flags_what_a_bridge_can_hardly_be(three) -> None:
         "of the frequency is 100 % of its mean",
         "mass over that of the air displaced",
         "lies above 1",
-        "is 0.3,",
+        "is 30 %,",
     ):
         assert words in said
 

@@ -9,6 +9,7 @@ the default card.
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import ndtri
 from wakes import FACCHINETTI, RAYLEIGH
 
 from scruton.campaign.quantity import Quantity
@@ -145,15 +146,15 @@ class Cell:
     required: np.ndarray
     needed: np.ndarray
 
+    @property
+    def dearer(self):
+        """Required over truly needed damping, medians."""
+        return np.median(self.required) / np.median(self.needed)
+
 
 def decided(rigs, name, tau, *, bridges, seed, cube, seen=STILL):
     """Size so many bridges of their own from campaigns of their own, build what is required, and let the wind blow."""
-    truth = TRUTHS[name]
-    rng = np.random.default_rng([seed, rigs, list(TRUTHS).index(name), round(1000 * tau), seen is GUSTY])
-    log = np.sqrt(np.log1p(DAMPING_COV**2))
-    own = DAMPING * np.exp(log * rng.standard_normal(bridges) - 0.5 * log**2)
-    miss = tau * rng.standard_normal(bridges)
-    limits = AMPLITUDE * rng.uniform(0.45, 0.7, bridges)
+    truth, (rng, own, miss, limits) = TRUTHS[name], _bridges(rigs, name, tau, bridges, seed, seen)
     mode = Mode("V1", Quantity(0.3), shape=sine(), damping_ratio=Quantity(DAMPING, DAMPING_COV * DAMPING))
     bridge = Bridge("bridge", Motion.HEAVING, 12.0, DEPTH, 1.225, Quantity(1.0), (), (mode,))
     required = np.empty(bridges)
@@ -161,5 +162,37 @@ def decided(rigs, name, tau, *, bridges, seed, cube, seen=STILL):
         model = ModeModel(fitted(rng, RIGS[rigs], truth, tau, seen), np.full(1, FACTOR), bridge, mode)
         asked = required_of(model.draws(cube).needed(limit * DEPTH))["0.95"]
         required[k] = 0.05 if asked is None else asked
+    return _built(truth, required, own, miss, limits)
+
+
+def knowing(rigs, name, tau, *, bridges, seed, cube, curve=False):
+    """Size the same bridges by the law and the discrepancy that are true; what rigs miss hides the level of the curve.
+
+    With `curve` that is known, too: what is left is how far the bridge misses it, and its own damping.
+    """
+    truth, (rng, own, miss, limits) = TRUTHS[name], _bridges(rigs, name, tau, bridges, seed, STILL)
+    level = 0.0 if curve else tau / np.sqrt(len(RIGS[rigs]))
+    damping, off, here = _own_damping(ndtri(cube[:, 0])), level * ndtri(cube[:, 1]), tau * ndtri(cube[:, 2])
+    required = np.empty(bridges)
+    for k, limit in enumerate(limits):
+        found = held_at(np.full(len(cube), limit), truth, level * rng.standard_normal() + off + here) / FACTOR
+        required[k] = max(float(np.quantile(found - damping, 0.95)), 0.0)
+    return _built(truth, required, own, miss, limits)
+
+
+def _own_damping(deviate):
+    log = np.sqrt(np.log1p(DAMPING_COV**2))
+    return DAMPING * np.exp(log * deviate - 0.5 * log**2)
+
+
+def _bridges(rigs, name, tau, count, seed, seen):
+    """What draws their campaigns; damping ratios, deviations from the curve [ln A] and limits [A/D] of true bridges."""
+    rng = np.random.default_rng([seed, rigs, list(TRUTHS).index(name), round(1000 * tau), seen is GUSTY])
+    own = _own_damping(rng.standard_normal(count))
+    miss = tau * rng.standard_normal(count)
+    return rng, own, miss, AMPLITUDE * rng.uniform(0.45, 0.7, count)
+
+
+def _built(truth, required, own, miss, limits):
     needed = np.maximum(held_at(limits, truth, miss) / FACTOR - own, 0.0)
     return Cell(grown((own + required) * FACTOR, truth, miss) > 1.002 * limits, required, needed)

@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 from chains import LAWS, gusts, on_bridge, record, run, stable
-from emulated import AMPLITUDE, GUSTY, STILL, TRUTHS, PowerLaw, decided, grown, held_at
+from emulated import AMPLITUDE, GUSTY, STILL, TRUTHS, PowerLaw, decided, grown, held_at, knowing
 
 from scruton.sizing.model import unit_cube
 
@@ -57,7 +57,7 @@ def test_half_of_what_is_required_would_not_do(name, cube):
 
 
 CELLS = [(name, tau, STILL) for name in TRUTHS for tau in (0.05, 0.10, 0.20)] + [(name, 0.10, GUSTY) for name in TRUTHS]
-DEAR = pytest.mark.xfail(strict=True, reason="2.06 to 2.21; who knew the curve of n = -1 exactly would need 1.73")
+DEAR = pytest.mark.xfail(strict=True, reason="2.06 to 2.21; who knew law and discrepancy would ask for 1.8")
 STEEP = ("n = -1", "van der Pol wake", "Rayleigh wake")  # a small amplitude takes much damping
 
 
@@ -83,7 +83,27 @@ def test_what_is_required_at_95_percent_is_enough(name, tau, seen, rigs, cell):
 )
 def test_three_rigs_do_not_ask_for_too_much(name, tau, seen, cell):
     found = cell(3, name, tau, seen)
-    assert np.median(found.required) <= DEAREST * np.median(found.needed)
+    assert found.dearer <= DEAREST
+
+
+@pytest.mark.parametrize(
+    ("name", "curve", "level"), [(STEEP[0], 1.71, 1.85), (STEEP[1], 1.68, 1.80), (STEEP[2], 1.66, 1.77)]
+)
+def test_who_knew_law_and_discrepancy_would_ask_for_nearly_as_much(name, curve, level, cube):
+    """Where rigs miss by 20 %: with the curve known, and with its level from three rigs; the promise is kept."""
+    for known, dearer in ((True, curve), (False, level)):
+        found = knowing(3, name, 0.20, bridges=BRIDGES, seed=0, cube=cube, curve=known)
+        assert found.dearer == pytest.approx(dearer, abs=0.06)
+        assert found.violated.mean() <= PROMISED
+
+
+@pytest.mark.slow
+def test_without_the_growth_with_distance_more_would_exceed_than_is_promised(cube, monkeypatch):
+    """Three rigs tell a discrepancy of 20 % as 14 %, by its prior; that it grows beyond the tests makes up for it."""
+    monkeypatch.setattr("scruton.griffin.coverage.WALK", 0.0)
+    found = decided(3, "n = -1", 0.20, bridges=BRIDGES, seed=0, cube=cube)
+    assert found.dearer < DEAREST
+    assert found.violated.mean() > PROMISED
 
 
 @pytest.mark.slow

@@ -62,6 +62,13 @@ def test_classes_of_table_1_of_bd49(kd, name):
     assert bd49.motion_class(kd) == name
 
 
+def test_jtg_by_hand():
+    """0.04/f is 0.1333 m at 0.3 Hz; 4.56/(B f) is 1.2667 deg, 22.11 mrad, there for B = 12 m; gamma_v = 0.8 of both."""
+    assert of("jtg", 0.3) == pytest.approx(0.1333, rel=TO_CODE)
+    assert of("jtg", 0.3, Motion.TORSIONAL) == pytest.approx(0.02211, rel=TO_CODE)
+    assert of("jtg: 0.8", 0.3, Motion.TORSIONAL) == pytest.approx(0.8 * 0.02211, rel=TO_CODE)
+
+
 def test_thirty_is_named_for_what_it_is():
     assert "top of" in RULES["kd"].title
     assert "unpleasant" in RULES["kd"].title
@@ -90,6 +97,12 @@ def test_the_critical_speed_of_bd49_by_hand():
     assert bd49.critical_speed(0.5, 60.0, 3.0) == pytest.approx(15.0)
     assert not limit("kd").rule.outside(0.3, *DECK)
     assert "V_cr" in limit("kd").rule.outside(2.0, *DECK)
+
+
+@pytest.mark.parametrize(("frequency", "printed"), [(1.17, 28.899), (1.3, 32.11)])
+def test_the_critical_speed_of_bd49_as_a_published_calculation_prints_it(frequency, printed):
+    """A deck of b = 12.6 m, d = 3.8 m of type 1A: github.com/CFCSL/AERODYNAMIC-EFFECTS-ON-BRIDGES, its notebook."""
+    assert bd49.critical_speed(frequency, 12.6, 3.8) == pytest.approx(printed, rel=TO_CODE)
 
 
 @pytest.mark.parametrize(

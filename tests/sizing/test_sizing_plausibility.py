@@ -26,7 +26,7 @@ def test_an_ordinary_bridge_is_not_remarked_on():
         ({"frequency": Quantity(300.0)}, "the frequency is 300 Hz"),
         ({"mass": Quantity(1e12)}, "the mass over that of the air displaced"),
         ({"mass": Quantity(20_000.0, 10_000.0)}, "standard deviation of the mass is 50 %"),
-        ({"damping_ratio": Quantity(3e-6)}, "the damping ratio is 3e-06"),
+        ({"damping_ratio": Quantity(3e-6)}, "the damping is 0.0003 %"),
         ({"damping_ratio": Quantity(0.003, 0.006)}, "standard deviation of the damping ratio is 200 %"),
     ],
 )

@@ -229,7 +229,7 @@ def _do(job: Job) -> None:
     """Fit, size and write the report where they are wanted, unless the whole results of this very job lie there."""
     from scruton.infer.store import POSTERIOR, SUMMARY, write_fit
     from scruton.report.build import HTML, write_report
-    from scruton.report.parts import check_bridge, scruton_numbers_of, sizing_part
+    from scruton.report.parts import Asked, check_bridge, scruton_numbers_of, sizing_part
     from scruton.sizing.results import RESULT
     from scruton.workers import tell
 
@@ -252,7 +252,7 @@ def _do(job: Job) -> None:
         tell(TOPIC, job.folder)
         sizing, in_wind = None, bool(fit.summary["tests"])
         if bridge is not None:
-            sizing = sizing_part(work.new, bridge, (), job.seed)
+            sizing = sizing_part(work.new, Asked(bridge), job.seed)
             write_document(work.new / RESULT, sizing.content)
             tell(TOPIC, job.folder)
         if job.report:

@@ -2,7 +2,6 @@
 
 from argparse import Namespace
 from pathlib import Path
-from typing import Any
 
 from scruton.app import predict
 from scruton.app.run import Outcome, Run
@@ -22,9 +21,8 @@ def size(arguments: Namespace) -> Outcome:
     from scruton.infer.store import provenance_of
     from scruton.report.chapters.sizing import sizing_summary
     from scruton.report.chapters.together import both_blocks
-    from scruton.sizing.both import size_both
+    from scruton.sizing.both import sized_both
     from scruton.sizing.results import RESULT
-    from scruton.sizing.study import described
 
     if arguments.bridge is None:
         raise InputError("command line", "--other", "no bridge", "--bridge FILE: its modes of both motions")
@@ -38,16 +36,13 @@ def size(arguments: Namespace) -> Outcome:
         made = provenance_of(results, summary)
         inputs |= {f"{bridge.motion.value}: {name}": digest for name, digest in made.items()}
     with Run(folder, "size", arguments, sha256=inputs, settings=settings, results=(RESULT,)) as work:
-        sizings = size_both(
-            [(tree, bridge) for (tree, _), bridge in zip(fits, bridges, strict=True)], rules,
+        contents = sized_both(
+            folders, fits, bridges, rules, asked=settings,
             rig=arguments.rig, law_n=arguments.law, seed=arguments.seed, progress=work.bar, offers=asked,
         )  # fmt: skip
-        contents: list[dict[str, Any]] = []
         written: list[Path] = []
-        for results, (_, summary), bridge, sizing in zip(folders, fits, bridges, sizings, strict=True):
-            content = described(results, summary, bridge, sizing, settings, seed=arguments.seed)
-            written += predict.write_sizing(work, content, bridge.motion.value if contents else "")
-            contents.append(content)
+        for content, part in zip(contents, ("", bridges[1].motion.value), strict=True):
+            written += predict.write_sizing(work, content, part)
         paths = work.published(written)
     told = [*map(sizing_summary, contents), both_blocks(contents[0], "", "{:.3f}".format, TERMINAL)]
     text = "\n\n".join(render_text(blocks, line_width()) for blocks in told)

@@ -35,6 +35,8 @@ def run(arguments: Namespace) -> Outcome:
     bridge, limits = arguments.bridge, arguments.limit
     if limits and bridge is None:
         raise InputError("command line", "--limit", f'"{limits[0]}" without a bridge', "--bridge FILE beside it")
+    if arguments.other is not None and bridge is None:
+        raise InputError("command line", "--other", "no bridge", "--bridge FILE: its modes of both motions")
     for form in _office(arguments):
         check_office(form, f"--{form}")
     if (arguments.campaign / SUMMARY).is_file():
@@ -60,6 +62,7 @@ def of_campaign(arguments: Namespace) -> Outcome:
     from scruton.report.failures import begun
     from scruton.report.kept import Beside
     from scruton.report.parts import (
+        Asked,
         check_bridge,
         crossed_part,
         gap_part,
@@ -72,17 +75,19 @@ def of_campaign(arguments: Namespace) -> Outcome:
     path, model, seed = arguments.campaign, arguments.model, arguments.seed
     bridge, limits, gap = arguments.bridge, arguments.limit, not arguments.no_gap
     checked = None if bridge is None else check_bridge(path, bridge, limits)
-    sha256 = {} if checked is None else checked.sha256
+    sha256 = {} if checked is None else dict(checked.sha256)
+    across = _of_other(arguments)
     task = FitTask.of(arguments)
     settings = {"sc": arguments.sc, "limits": limits, "gap": gap, "bridge": bridge is not None}
-    with task.claim(arguments, sha256, settings) as work, SecondProcess(beside=arguments.jobs > 1) as second:
+    with task.claim(arguments, sha256 | across, settings) as work, SecondProcess(beside=arguments.jobs > 1) as second:
         stated = arguments.sc or ([] if checked is None else stated_scruton_numbers(checked))
         diagnosis = begun(second, gap_part, path, model, stated) if gap else None
         known: Known = {}
         fit = task.fit(work, known)
         crossed = begun(second, crossed_part, whole_of(fit, known))
         write_fit(fit, work.new)
-        sizing = None if bridge is None else begun(second, sizing_part, work.new, bridge, limits, seed)
+        asked = None if bridge is None else Asked(bridge, limits, arguments.other)
+        sizing = None if asked is None else begun(second, sizing_part, work.new, asked, seed)
         of_the_bridge = partial(scruton_numbers_of, fit.tree, bridge) if bridge and fit.summary["tests"] else ()
         paths = write_report(
             fit, work.new, design_sc=arguments.sc or of_the_bridge, gap=diagnosis, sizing=sizing,
@@ -99,6 +104,7 @@ def of_results(arguments: Namespace) -> Outcome:
     """
     from scruton.infer.store import load_fit, provenance_of
     from scruton.report.build import write_report
+    from scruton.report.parts import Asked
     from scruton.report.saved import beside, chosen_sizing, sizing_remark
 
     results: Path = arguments.campaign
@@ -116,10 +122,10 @@ def of_results(arguments: Namespace) -> Outcome:
     said = sizing_remark(results, sizing)
     remarks = [f"{said}: --sizing DIR takes it"] if said else []
     content = beside(
-        results, fit, bridge=bridge, limits=limits, design_sc=arguments.sc, gap=not arguments.no_gap,
-        sizing=arguments.sizing, out=arguments.out,
+        results, fit, asked=None if bridge is None else Asked(bridge, limits, arguments.other),
+        design_sc=arguments.sc, gap=not arguments.no_gap, sizing=arguments.sizing, out=arguments.out,
     )  # fmt: skip
-    inputs = provenance_of(results, fit.summary)
+    inputs = provenance_of(results, fit.summary) | _of_other(arguments)
     if bridge is not None:
         inputs |= content["sizing"].content["provenance"]["bridge_sha256"]
     settings = {"sc": arguments.sc, "limits": limits, "gap": content["gap"] is not None, "bridge": bridge is not None}
@@ -129,6 +135,19 @@ def of_results(arguments: Namespace) -> Outcome:
         paths = write_report(fit, work.new, office=_office(arguments), **content)
         work.publish()
     return _outcome(fit, paths.moved(folder), remarks, sizing)
+
+
+def _of_other(arguments: Namespace) -> dict[str, str]:
+    """SHA-256 of the fit of the other motion, by its motion and file; InputError where it is none of tests in wind."""
+    if arguments.other is None:
+        return {}
+    from scruton.app.predict import read_fit
+    from scruton.griffin.posterior import motion_of
+    from scruton.infer.store import provenance_of
+
+    tree, summary = read_fit(arguments.other, None, "a fit of at least one test")
+    made = provenance_of(arguments.other, summary)
+    return {f"{motion_of(tree).value}: {name}": digest for name, digest in made.items()}
 
 
 def _outcome(fit: "Fit", paths: "ReportPaths", remarks: Sequence[str] = (), sizing: Path | None = None) -> Outcome:

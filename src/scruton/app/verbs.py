@@ -65,6 +65,10 @@ FIT_EFFECT = Argument(
     "--effect", metavar="NAME", help='carry an unmodelled effect into the predictions; "auto": what is found'
 )
 EFFECT = Argument("--effect", metavar="NAME", help='the effect that the fit has to carry; "auto": whichever it does')
+OTHER = Argument(
+    "--other", type=Path, metavar="RESULTS",
+    help="fit of the other motion, torsion beside heaving: its modes of the bridge, too, and the union",
+)  # fmt: skip
 
 
 def out(text: str, **settings: Any) -> Argument:
@@ -170,6 +174,7 @@ VERBS = (
         *FIT[1:],
         SC,
         Argument("--bridge", type=Path, metavar="FILE", help="bridge.toml: damper sizing and risk, too"),
+        OTHER,
         Argument(
             "--limit", action="append", default=[], metavar="RULE",
             help="limit beside the bridge's, as of size; may be repeated",
@@ -207,10 +212,7 @@ VERBS = (
         WHOLE_FIT,
         out("folder for the sizing (default: RESULTS/sizing, or sizing-2 and so on where one lies there)"),
         Argument("--bridge", type=Path, metavar="FILE", help="bridge.toml (default: the section model itself)"),
-        Argument(
-            "--other", type=Path, metavar="RESULTS",
-            help="fit of the other motion, torsion beside heaving: its modes of the bridge, too, and the union",
-        ),
+        OTHER,
         Argument(
             "--limit", action="append", default=[], metavar="RULE",
             help='"jtg", "kd", "iso2631", "rms-acceleration", "peak-acceleration: 0.5 m/s^2", "motion-sickness: 0.05", '

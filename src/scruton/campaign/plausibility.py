@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from itertools import combinations
 
@@ -14,16 +14,33 @@ from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Campaign, Fluid, Motion, Record, Rig, Test
 from scruton.campaign.spelling import figure
 from scruton.campaign.thresholds import FAR, LARGEST_SD, OVERLAP
+from scruton.said import Said, Value, damping, said
 
 
 @dataclass(frozen=True)
 class Range:
-    """Numbers that somebody may have measured, both bounds included; `why` says what lies outside."""
+    """Numbers that somebody may have measured, both bounds included; `why` says what lies outside.
+
+    `write` is how such a number is written, where it has no unit of its own.
+    """
 
     low: float
     high: float
     unit: str
     why: str
+    write: Callable[[float], Value] | None = None
+
+    @property
+    def bounds(self) -> Said:
+        """From where to where, in words."""
+        if self.write is not None:
+            return said(self.write(self.low), " to ", self.write(self.high))
+        return said(f"{self.low:g} to {self.high:g}{self.in_unit}")
+
+    @property
+    def in_unit(self) -> str:
+        """The unit as it stands behind a number."""
+        return f" {self.unit}" if self.unit else ""
 
 
 # What was ever tested, with room to spare.  The paper's sections have B/D of 4 to 12, U/(f0 D) of 8 to 13 and 100 to
@@ -40,7 +57,9 @@ HEAVINESS = {
     Fluid.AIR: Range(5.0, 3e4, "", "lighter than foam or heavier than lead with its frame"),
     Fluid.WATER: Range(0.1, 100.0, "", "lighter than any float or heavier than lead with its frame"),
 }
-DAMPING = Range(1e-4, 0.1, "", "no structure has so little or so much; a percentage is a hundred times its ratio")
+DAMPING = Range(
+    1e-4, 0.1, "", "no structure has so little or so much; a percentage is a hundred times its ratio", write=damping
+)
 AMPLITUDE = {
     Motion.HEAVING: Range(0.0, 0.5, "A/D", "vortices drive no deck so far; a length in another unit looks so"),
     Motion.TORSIONAL: Range(0.0, 0.35, "rad", "vortices turn no deck so far (20 deg); degrees read as radians look so"),
@@ -57,8 +76,9 @@ def implausible(campaign: Campaign) -> list[Remark]:
 
 def damping_flag(damping_ratio: float) -> str:
     """Say of a design damping ratio that no structure has it; empty of one that some structure may have."""
-    remarks = [remark.text for remark in outside(damping_ratio, DAMPING, "damping", "", "", "the design damping ratio")]
-    return remarks[0].rstrip(".") if remarks and damping_ratio > DAMPING.high else ""
+    if damping_ratio <= DAMPING.high:
+        return ""
+    return _outside(damping_ratio, DAMPING, "the design damping")
 
 
 def outside(value: float, wanted: Range, kind: str, of: str, name: str, what: str) -> Iterator[Remark]:
@@ -66,13 +86,18 @@ def outside(value: float, wanted: Range, kind: str, of: str, name: str, what: st
     if wanted.low <= value <= wanted.high or math.isnan(value):
         return
     excess = wanted.low / max(value, 1e-300) if value < wanted.low else value / wanted.high
-    unit = f" {wanted.unit}" if wanted.unit else ""
-    number = figure(value) if value >= 100.0 else f"{value:.3g}"
-    bounds = f"outside {wanted.low:g} to {wanted.high:g}{unit} ({wanted.why})"
+    number = "{}" if wanted.write is None else replace(wanted.write(value), text="{}", value=None)
+    alike = said(f"{what} is ", number, f"{wanted.in_unit}, outside ", wanted.bounds, f" ({wanted.why}),")
     yield Remark(
         Severity.SERIOUS if excess >= FAR else Severity.DOUBT, kind, of, name,
-        f"{what} is {number}{unit}, {bounds}.", f"{what} is {{}}{unit}, {bounds},", value, excess,
+        said(_outside(value, wanted, what), "."), alike, value, excess,
     )  # fmt: skip
+
+
+def _outside(value: float, wanted: Range, what: str) -> Said:
+    number = f"{figure(value) if value >= 100.0 else f'{value:.3g}'}{wanted.in_unit}"
+    written = number if wanted.write is None else wanted.write(value)
+    return said(f"{what} is ", written, ", outside ", wanted.bounds, f" ({wanted.why})")
 
 
 def _out_of_range(campaign: Campaign) -> Iterator[Remark]:
@@ -104,7 +129,7 @@ def _out_of_range(campaign: Campaign) -> Iterator[Remark]:
             yield from outside(heaviness(campaign, rig, air), HEAVINESS[section.fluid], "mass", "rig", rig.name, what)
         if rig.damping_ratio is not None:
             ratio = rig.damping_ratio.mean
-            yield from outside(ratio, DAMPING, "damping stated", "rig", rig.name, "the damping ratio stated")
+            yield from outside(ratio, DAMPING, "damping stated", "rig", rig.name, "the damping stated")
 
 
 def heaviness(campaign: Campaign, rig: Rig, density: float) -> float:

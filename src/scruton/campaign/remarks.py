@@ -1,12 +1,15 @@
 """What is remarked about a campaign: who makes a slip finds it here, worst first, and alike slips in one line."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
 from scruton.campaign.spelling import figure
 from scruton.campaign.thresholds import LISTED
+from scruton.said import DAMPING, Said, Value, damping, said
+
+WRITTEN: Mapping[str, Callable[[float], str | Value]] = {DAMPING: damping}  # by kind; others with two digits
 
 
 class Severity(IntEnum):
@@ -33,7 +36,8 @@ class Remark:
     text : str
         The sentence, without its subject, with a full stop.
     alike : str
-        The same of several subjects at once, without a full stop; `{}` stands for the range of their values.
+        The same of several subjects at once, without a full stop; `{}` stands for the range of their values, as
+        part of the text or as a value of its kind.
     value : float
         The number in question, NaN where there is none.
     excess : float
@@ -50,12 +54,12 @@ class Remark:
     excess: float = 1.0
 
     @property
-    def sentence(self) -> str:
+    def sentence(self) -> Said:
         """The remark with its subject: a record goes by its name alone."""
-        return f"{self.name if self.of in ('record', '') else f'{self.of} {self.name}'}: {self.text}"
+        return said(f"{self.name if self.of in ('record', '') else f'{self.of} {self.name}'}: ", self.text)
 
 
-def sentences(remarks: Iterable[Remark], least: Severity = Severity.NOTE) -> list[str]:
+def sentences(remarks: Iterable[Remark], least: Severity = Severity.NOTE) -> list[Said]:
     """Rank remarks, fold those that are alike, and say each in one sentence.
 
     Parameters
@@ -66,7 +70,7 @@ def sentences(remarks: Iterable[Remark], least: Severity = Severity.NOTE) -> lis
 
     Returns
     -------
-    list of str
+    list of Said
         Worst first: by severity, then by the largest excess.
     """
     groups: dict[tuple[str, str, str], list[Remark]] = {}
@@ -81,16 +85,24 @@ def _badness(remark: Remark) -> tuple[int, float]:
     return remark.severity, remark.excess
 
 
-def _said(group: Sequence[Remark]) -> str:
+def _said(group: Sequence[Remark]) -> Said:
     mark = "serious: " if group[0].severity is Severity.SERIOUS else ""
     if len(group) == 1:
-        return mark + group[0].sentence
+        return said(mark, group[0].sentence)
     names = list(dict.fromkeys(remark.name for remark in group))
     listed = ", ".join(names[:LISTED]) + (f" and {len(names) - LISTED} more" if len(names) > LISTED else "")
-    what = group[0].alike.replace("{}", _range([remark.value for remark in group]))
-    return f"{mark}{what} in {len(names)} {group[0].of}{'' if len(names) == 1 else 's'}: {listed}."
+    what = f"{group[0].of}{'' if len(names) == 1 else 's'}"
+    return said(mark, _with_range(group), f" in {len(names)} {what}: {listed}.")
 
 
-def _range(values: Sequence[float]) -> str:
-    low, high = figure(min(values)), figure(max(values))
-    return low if low == high else f"{low} to {high}"
+def _with_range(group: Sequence[Remark]) -> Iterator[str | Value]:
+    """What alike remarks say, with the range of their numbers in its place."""
+    numbers = [remark.value for remark in group]
+    for part in said(group[0].alike).parts:
+        text, write = (part, figure) if isinstance(part, str) else (part.text, WRITTEN.get(part.kind, figure))
+        if "{}" not in text:
+            yield part
+            continue
+        before, after = text.split("{}")
+        low, high = write(min(numbers)), write(max(numbers))
+        yield from (before, low, *([] if low == high else [" to ", high]), after)

@@ -19,6 +19,7 @@ from scruton.envelope import thresholds
 from scruton.envelope.inspection import Inspection
 from scruton.envelope.ringdown import DampingBand, RingDown
 from scruton.envelope.sampling import run_lengths
+from scruton.said import damping, said
 
 # What a record of another kind, level or length than it is filed as would also be noted for.
 CAUSES = ("kind", "stated level", "dead")
@@ -198,19 +199,22 @@ def _damping(inspection: Inspection) -> Iterator[Remark]:
         xi = ringdown.damping_ratio
         stated = rig.damping_ratio
         if stated is None:
-            yield from outside(xi, DAMPING, "damping measured", "rig", rig.name, "the damping ratio of the ring-downs")
+            yield from outside(xi, DAMPING, "damping measured", "rig", rig.name, "the damping of the ring-downs")
             continue
         sd = stated.or_relative_sd(inspection.stated_sd).sd or 0.0
         ratio = xi / stated.mean
         sigmas = _sigmas(stated.mean, sd, ringdown)
         factor = thresholds.DAMPING_FACTOR
         twice = not 1.0 / factor < ratio < factor
+        far = f" and {figure(sigmas)} standard deviations from it" if sigmas > thresholds.SIGMAS else ""
         if sigmas > thresholds.SIGMAS or (twice and sigmas > 0.0):
             yield Remark(
                 Severity.SERIOUS if twice else Severity.DOUBT, "damping", "rig", rig.name,
-                f"the ring-downs show a damping ratio of {xi:.3g}, {ratio:.3g} times the {stated.mean:.3g} stated"
-                f"{f' and {figure(sigmas)} standard deviations from it' if sigmas > thresholds.SIGMAS else ''}.",
-                "the ring-downs show {} times the damping ratio stated", ratio,
+                said(
+                    "the ring-downs show a damping of ", damping(xi), f", {ratio:.3g} times the ", damping(stated.mean),
+                    f" stated{far}.",
+                ),
+                "the ring-downs show {} times the damping stated", ratio,
                 max(sigmas / thresholds.SIGMAS, ratio / factor, 1.0 / max(factor * ratio, 1e-9)),
             )  # fmt: skip
 

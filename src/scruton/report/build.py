@@ -118,7 +118,8 @@ def write_report(
     design_sc : sequence of float, or callable that gives it
         Design Scruton numbers to predict the stable amplitude at.
     gap, sizing : Part, or callable that gives it, optional
-        The diagnosis and the sizing; their content is also written as gap.json and sizing.json.
+        The diagnosis and the sizing; their content is also written as gap.json and sizing.json, that of the other
+        motion where both were sized in a folder of its name.
     known : Beside, optional
         What is known of the fit beside itself.
     second : SecondProcess, optional
@@ -144,6 +145,7 @@ def write_report(
     from scruton.report.render_html import render_html
     from scruton.report.render_typst import render_pdf
     from scruton.report.tables import tables
+    from scruton.sizing.results import RESULT
 
     failures = Failures()
     attempt = failures.attempt
@@ -173,14 +175,16 @@ def write_report(
         charts = {"decision": chart, **charts} if chart else charts
     pictures = [replace(picture, chart=charts.get(picture.name)) for picture in pictures]
     contents = {name: dict(part.content) for name, part in parts.items()}
+    other = parts["sizing"].other if "sizing" in parts else None
     crossed_ones: Mapping[str, Any] = {}
     if sum(test["peak"] for test in fit.summary["tests"]) > 1:
         what = "The prediction of each peak test from the others"
         crossed_ones = attempt("predictions", what, known.crossed or partial(crossed_part, whole_of(fit)), {})
     sensitivity = attempt("predictions", "The sensitivity of predictions", partial(_sensitivity, fit, design), ())
     material = Material(
-        fit, frames, pictures, design, at_tests, crossed_ones, charts=charts, sensitivity=sensitivity, **contents
-    )
+        fit, frames, pictures, design, at_tests, crossed_ones, charts=charts, other=other, sensitivity=sensitivity,
+        **contents,
+    )  # fmt: skip
     document = compose(material, failures)
     written = attempt("", "Writing the tables", lambda: write_tables(document, frames, out / TABLES), [])
     values = attempt("", "Writing the numbers", lambda: numbers(material, document), {"format": 1})
@@ -196,6 +200,10 @@ def write_report(
     write_text(out / JSON, json.dumps(values, indent=1, ensure_ascii=False) + "\n")
     for name, part_content in contents.items():
         write_document(out / f"{name}.json", part_content)
+    if other is not None:
+        place = out / str(other["bridge"]["motion"])
+        place.mkdir()
+        write_document(place / RESULT, dict(other))
     return ReportPaths(
         report=out / HTML,
         pdf=out / PDF if pdf else None,

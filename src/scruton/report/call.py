@@ -22,6 +22,7 @@ def report(
     limits: str | Sequence[str] = (),
     office: str | Sequence[str] = (),
     sizing: Path | str | None = None,
+    other: Path | str | None = None,
 ) -> "ReportPaths":
     """Write the report of a fit: report.html, report.pdf, figures, tables and numbers.
 
@@ -43,6 +44,8 @@ def report(
         Write a Word and an Excel file, too.
     sizing : Path or str, optional
         Folder of the sizing to report; if left out, the last one that lies in the fit's folder or beside.
+    other : Path or str, optional
+        Folder of the fit of the other motion, torsion beside heaving: its modes of the bridge, too, and the union.
 
     Returns
     -------
@@ -56,21 +59,30 @@ def report(
     from scruton.infer.store import load_fit
     from scruton.report.build import build_report
     from scruton.report.office import check_office
+    from scruton.report.parts import Asked
     from scruton.report.saved import beside, chosen_sizing, sizing_remark
 
     numbers, rules, office = several(scruton_numbers), several(limits), several(office)
     for form in office:
         check_office(form, "office")
     if not isinstance(fit, Path | str):
-        for name, missing in (("out", not out), ("bridge", bridge is not None), ("sizing", sizing is not None)):
+        for name, missing in (
+            ("out", not out),
+            ("bridge", bridge is not None),
+            ("sizing", sizing is not None),
+            ("other", other is not None),
+        ):
             if missing:
                 wanted = "a folder" if name == "out" else "the folder of a fit, as `write_fit` makes it"
                 raise InputError("report", name, "a fit that is in no folder", wanted)
         return build_report(fit, Path(str(out)), design_sc=numbers, office=office)
     folder, loaded = Path(fit), load_fit(fit)
-    named, chosen = (None if one is None else Path(one) for one in (bridge, sizing))
+    named, chosen, across = (None if one is None else Path(one) for one in (bridge, sizing, other))
+    if across is not None and named is None:
+        raise InputError("report", "other", "no bridge", "the bridge.toml with modes of both motions")
     if named is None and (said := sizing_remark(folder, chosen_sizing(folder, loaded.summary, chosen))):
         logging.getLogger("scruton").warning("%s", said)
     place = folder / "report" if out is None else Path(out)
-    content = beside(folder, loaded, bridge=named, limits=rules, design_sc=numbers, sizing=chosen, out=place)
+    asked = None if named is None else Asked(named, rules, across)
+    content = beside(folder, loaded, asked=asked, design_sc=numbers, sizing=chosen, out=place)
     return build_report(loaded, place, office=office, **content)

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +25,7 @@ from scruton.report.figures.registry import contents
 from scruton.report.figures.sizing import modes
 from scruton.report.needs import governing
 from scruton.report.wording import limit_text
+from scruton.sizing.both import sized_both
 from scruton.sizing.bridge import Bridge, load_bridge
 from scruton.sizing.limits import limit
 from scruton.sizing.model import ModeModel, stated_scruton_number, unit_cube
@@ -41,13 +42,16 @@ if TYPE_CHECKING:
 class Part:
     """An analysis in the report: content of its JSON file, its pictures, and what of those is missing.
 
-    `charts` holds what interactive pictures are drawn from, by the name of the picture, be that there or not.
+    `charts` holds what interactive pictures are drawn from, by the name of the picture, be that there or not.  Of a
+    bridge that was sized in both motions, `other` is the content of the other one's sizing.json; names of its pictures
+    end with its motion.
     """
 
     content: Mapping[str, Any]
     pictures: Sequence[Picture] = ()
     failures: Sequence[Failure] = ()
     charts: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    other: Mapping[str, Any] | None = None
 
 
 def drawn(figure: FigureWithCaption) -> Picture:
@@ -110,18 +114,45 @@ def scruton_numbers_of(tree: "xr.DataTree", bridge: Path) -> list[float]:
     return sorted({float(f"{np.median(draw.scruton_number(0.0)):.4g}") for draw in draws})
 
 
-def sizing_part(folder: Path, bridge: Path, limits: Sequence[str] = (), seed: int = 0) -> Part:
+@dataclass(frozen=True)
+class Asked:
+    """The file of a bridge that is to be sized, limits beside its own, and the folder of the other motion's fit."""
+
+    bridge: Path
+    limits: Sequence[str] = ()
+    other: Path | None = None
+
+
+def sizing_part(folder: Path, asked: Asked, seed: int = 0) -> Part:
     """Size a bridge's damping from the fit in a folder (InputError without a test in wind, or if they do not suit)."""
-    tree, summary = read_tree(folder)
-    if not summary["tests"]:
-        raise InputError(bridge, "", "a campaign without tests in wind", "a campaign with at least one test")
-    structure = load_bridge(bridge, motion_of(tree))
-    asked = {"limits": list(limits)}
-    return part_of_sizing(sized(folder, (tree, summary), structure, [*map(limit, limits)], asked=asked, seed=seed))
+    folders = [folder, *([] if asked.other is None else [asked.other])]
+    fits = [read_tree(results) for results in folders]
+    for place, (_, summary) in zip((asked.bridge, asked.other), fits, strict=False):
+        if not summary["tests"]:
+            raise InputError(str(place), "", "a campaign without tests in wind", "a campaign with at least one test")
+    bridges = [load_bridge(asked.bridge, motion_of(tree)) for tree, _ in fits]
+    rules, settings = [*map(limit, asked.limits)], {"limits": list(asked.limits)}
+    if asked.other is None:
+        return part_of_sizing(sized(folder, fits[0], bridges[0], rules, asked=settings, seed=seed))
+    return part_of_sizing(*sized_both(folders, fits, bridges, rules, asked=settings, seed=seed))
 
 
-def part_of_sizing(content: Mapping[str, Any]) -> Part:
-    """The content of a sizing.json with its pictures."""
+def part_of_sizing(content: Mapping[str, Any], other: Mapping[str, Any] | None = None) -> Part:
+    """The content of a sizing.json with its pictures, and that of the other motion where both were sized."""
+    part = _part_of(content)
+    if other is None:
+        return part
+    second, ending = _part_of(other), f"_{other['bridge']['motion']}"
+    return Part(
+        content,
+        [*part.pictures, *(replace(picture, name=f"{picture.name}{ending}") for picture in second.pictures)],
+        [*part.failures, *second.failures],
+        {**part.charts, **{f"{name}{ending}": chart for name, chart in second.charts.items()}},
+        other,
+    )
+
+
+def _part_of(content: Mapping[str, Any]) -> Part:
     failures = Failures()
 
     def charts() -> dict[str, Mapping[str, Any]]:

@@ -13,7 +13,7 @@ from scruton.report.chapters.gap import gap_sentence
 from scruton.report.document import Picture
 from scruton.report.figures.gap import CAPTION
 from scruton.report.kept import Beside, drawn_from, kept
-from scruton.report.parts import Part, part_of_sizing, scruton_numbers_of, sizing_part
+from scruton.report.parts import Asked, Part, part_of_sizing, scruton_numbers_of, sizing_part
 from scruton.sizing.results import RESULT as SIZING
 
 if TYPE_CHECKING:
@@ -26,14 +26,13 @@ def beside(
     folder: Path,
     fit: "Fit",
     *,
-    bridge: Path | None,
-    limits: Sequence[str],
+    asked: Asked | None = None,
     design_sc: Sequence[float],
     gap: bool = True,
     sizing: Path | None = None,
     out: Path | None = None,
 ) -> dict[str, Any]:
-    """What `write_report` takes beside a fit that lies in a folder; a bridge that is named is sized anew.
+    """What `write_report` takes beside a fit that lies in a folder; a bridge that is `asked` for is sized anew.
 
     Without `gap` the diagnosis is left out, and not looked at.  `sizing` is as of `chosen_sizing`; in `out` an earlier
     report may lie, as in the folder of the fit and beside it, whose figures of the same fit are taken as they are.
@@ -44,11 +43,11 @@ def beside(
         As `saved_gap`, `saved_sizing` and `sizing_part`.
     """
     design, fit_sha256 = design_sc, provenance_of(folder, fit.summary)
-    if bridge is None:
+    if asked is None:
         sized = saved_sizing(chosen_sizing(folder, fit.summary, sizing))
     else:
-        sized = sizing_part(folder, bridge, limits, int(fit.summary["provenance"]["seed"]))
-        design = design_sc or scruton_numbers_of(fit.tree, bridge)
+        sized = sizing_part(folder, asked, int(fit.summary["provenance"]["seed"]))
+        design = design_sc or scruton_numbers_of(fit.tree, asked.bridge)
     figures = kept(reports_beside(folder, out), drawn_from(fit_sha256))
     return {
         "gap": saved_gap(folder, fit.summary) if gap else None, "sizing": sized, "design_sc": design,
@@ -93,7 +92,23 @@ def saved_sizing(path: Path | None) -> Part | None:
     InputError
         If it is damaged.
     """
-    return None if path is None else part_of_sizing(read_sizing(path))
+    if path is None:
+        return None
+    content = read_sizing(path)
+    return part_of_sizing(content, _other_motion(path, content))
+
+
+def _other_motion(path: Path, content: Mapping[str, Any]) -> dict[str, Any] | None:
+    """What `size --other` wrote of the other motion: below the first one, or above the second."""
+    both = content.get("both")
+    if not both:
+        return None
+    for folder in (*(path.parent / motion for motion in sorted({*both["motions"]})), path.parent.parent):
+        if (folder / SIZING).is_file():
+            found = read_sizing(folder / SIZING)
+            if found.get("both") == both and found["bridge"]["motion"] != content["bridge"]["motion"]:
+                return found
+    return None
 
 
 def chosen_sizing(folder: Path, summary: Mapping[str, Any], named: Path | None = None) -> Path | None:

@@ -1,8 +1,9 @@
 """Heaving and torsion of one bridge: a fit of each motion, and the risk that any of all its modes is too large."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from scruton.campaign.schema import Motion
 from scruton.errors import InputError
@@ -15,11 +16,39 @@ from scruton.sizing.limits import Limit
 from scruton.sizing.model import ModeModel, Spread
 from scruton.sizing.modes import BothMotions, damped_modes, exceedance, required_for_any, with_required
 from scruton.sizing.results import ModeSizing, Sizing
-from scruton.sizing.study import modes_sized, not_trusted, of_any_mode, part_of, sizing_of
+from scruton.sizing.study import described, modes_sized, not_trusted, of_any_mode, part_of, sizing_of
 from scruton.sizing.together import Placed, joint_draws, placed
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+def sized_both(
+    folders: Sequence[Path],
+    fits: "Sequence[tuple[xr.DataTree, Mapping[str, Any]]]",
+    bridges: Sequence[Bridge],
+    limits: Sequence[Limit],
+    *,
+    asked: Mapping[str, Any] | None = None,
+    **options: Any,
+) -> list[dict[str, Any]]:
+    """The contents of both sizing.json, the same whichever verb writes them.
+
+    Parameters
+    ----------
+    folders, fits, bridges
+        Of each motion, as of `scruton.sizing.study.sized`.
+    limits, **options
+        As of `size_both`.
+    asked : mapping, optional
+        As of `scruton.sizing.study.sized`.
+    """
+    trees = [(tree, bridge) for (tree, _), bridge in zip(fits, bridges, strict=True)]
+    sizings, seed = size_both(trees, limits, **options), int(options.get("seed", 0))
+    return [
+        described(folder, summary, bridge, sizing, asked, seed=seed)
+        for folder, (_, summary), bridge, sizing in zip(folders, fits, bridges, sizings, strict=True)
+    ]
 
 
 def size_both(

@@ -9,6 +9,7 @@ from scruton.campaign.plausibility import DAMPING, DENSITY, SLENDERNESS, Range, 
 from scruton.campaign.quantity import Quantity
 from scruton.campaign.remarks import Remark, Severity, sentences
 from scruton.campaign.schema import Fluid, Motion
+from scruton.said import Said
 from scruton.sizing.bridge import Bridge, Mode
 from scruton.sizing.thresholds import ODD_COV, ODD_SHARE
 
@@ -18,7 +19,7 @@ DEPTH = Range(0.01, 30.0, "m", "no deck is so deep or so thin")
 _GRID: FloatArray = np.asarray((np.arange(1000) + 0.5) / 1000.0, dtype=np.float64)
 
 
-def odd_input(bridge: Bridge) -> list[str]:
+def odd_input(bridge: Bridge) -> list[Said]:
     """Remark on everything that a bridge states and that can hardly be, worst first."""
     return sentences(
         remark for part in (_bridge(bridge), *(_mode(bridge, mode) for mode in bridge.modes)) for remark in part
@@ -45,7 +46,7 @@ def _mode(bridge: Bridge, mode: Mode) -> Iterator[Remark]:
     yield from outside(mode.frequency.mean, FREQUENCY, "frequency", *about, "the frequency")
     yield from _spread(mode.frequency, "frequency", *about)
     if mode.damping_ratio.mean < DAMPING.low:  # too much of it is remarked on as a design damping ratio
-        yield from outside(mode.damping_ratio.mean, DAMPING, "damping", *about, "the damping ratio")
+        yield from outside(mode.damping_ratio.mean, DAMPING, "damping", *about, "the damping")
     yield from _spread(mode.damping_ratio, "damping_ratio", *about)
     if mode.mass is not None:
         what, displaced = "mass", bridge.air_density * bridge.width * bridge.depth

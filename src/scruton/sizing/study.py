@@ -354,11 +354,11 @@ def _mode(
     parts = shares(model, deciding.limit, added=deciding.required[ASKED] or 0.0, seed=seed)
     u = unit_cube(SPREAD_DRAWS, seed + 4)
     draws = model.draws(u)
-    said = [*flags(model, draws), *outside(mode.name, risks), *remarks(mode.name, ASKED, deciding)]
-    said += farther_limits(mode.name, deciding, risks)
-    said += coherence_remarks(model, deciding, seed)
+    remarked = [*flags(model, draws), *outside(mode.name, risks), *remarks(mode.name, ASKED, deciding)]
+    remarked += farther_limits(mode.name, deciding, risks)
+    remarked += coherence_remarks(model, deciding, seed)
     if flag := damping_flag(mode.damping_ratio.mean):
-        said.append(f"mode {mode.name}: {flag}")
+        remarked.append(said(f"mode {mode.name}: ", flag))
     tell(f"mode {mode.name}: tuned mass damper", 0.4)
     if failed:
         dampers = withheld(model, f"none is specified, since {', '.join(failed)} did not converge")
@@ -372,7 +372,7 @@ def _mode(
         mode.name, _stated(mode.frequency), _stated(mode.damping_ratio),
         None if mode.mass is None else _stated(mode.mass), mode.modal_mass, mode.shape.name,
         mode_factors(model, draws), spread(draws.scruton_number(0.0), u),
-        spread(draws.amplitude(0.0), u), tuple(risks), deciding.rule, parts, tuple(said), dampers, cost,
+        spread(draws.amplitude(0.0), u), tuple(risks), deciding.rule, parts, tuple(remarked), dampers, cost,
         deciding.required_by_law, model.scruton_number_at_means,
     )  # fmt: skip
 

@@ -34,13 +34,13 @@ def decision_page(material: Material) -> Iterator[Block]:
 def _decision(sizing: Content, material: Material) -> Iterator[Block]:
     fit, failed = material.fit, _unconverged(sizing, converged=material.fit.converged)
     of_fit = flag_texts(fit.flags, fit.summary) if fit.converged else ()
-    flags = list(dict.fromkeys([*flag_texts(sizing["flags"], sizing), *of_fit, *material.cautions()]))
+    flags = list(dict.fromkeys([*material.sizing_flags, *of_fit, *material.cautions()]))
     if failed:
         yield Callout(ALARM, "Not to be trusted: the sampling did not converge.", flags[:1])
         flags = flags[1:]
     yield paragraph(decision_sentence(sizing, failed), role="answer")
     yield KeyFigures(list(_figures(sizing)))
-    yield from material.figure("decision")
+    yield from material.figure("decision")[:1]  # that of the other motion stands with its modes
     if flags:
         yield Callout(ALARM, "Read this before using a number.", flags)
     yield Heading("What it rests on")

@@ -29,7 +29,8 @@ Row = tuple[str, str, str, str]
 
 def inputs_table(material: Material) -> Table:
     """One table of them all."""
-    rows = [*_of_campaign(material), *_of_bridge(material.sizing or {})]
+    of_bridge = dict.fromkeys(row for content in material.sizings for row in _of_bridge(content))
+    rows = [*_of_campaign(material), *of_bridge]
     note = "Numbers of the model card, each with its reason, are those of the card below."
     return Table("inputs", "Inputs, stated or by default", _HEADER, rows, note, (False, False, False, False))
 

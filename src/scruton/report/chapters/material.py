@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from scruton.campaign.schema import Motion
-from scruton.report.conventions import shown_in
+from scruton.report.conventions import flag_texts, shown_in
 from scruton.report.document import Picture
 from scruton.report.figures.registry import chapter_of, registered_name
 from scruton.report.wording import estimate, unit_text
@@ -31,6 +31,7 @@ class Material:
     gap: Mapping[str, Any] | None = None  # content of gap.json, where a diagnosis was made
     charts: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # of interactive pictures, drawn or not
     sizing: Mapping[str, Any] | None = None  # content of sizing.json, where there is a bridge
+    other: Mapping[str, Any] | None = None  # that of the other motion, where both were sized
     sensitivity: "Sequence[PredictionSensitivity]" = ()  # of predictions to what the card says
 
     @property
@@ -54,6 +55,16 @@ class Material:
     def heaving(self) -> bool:
         """Whether the section heaves: else it twists."""
         return self.fit.campaign.section.motion is Motion.HEAVING
+
+    @property
+    def sizings(self) -> "list[Mapping[str, Any]]":
+        """What was sized: nothing, the motion of the fit, or both."""
+        return [content for content in (self.sizing, self.other) if content is not None]
+
+    @property
+    def sizing_flags(self) -> list[str]:
+        """Flags of the sizing, as they are shown, each once."""
+        return list(dict.fromkeys(flag for one in self.sizings for flag in flag_texts(one["flags"], one)))
 
     @property
     def bridge_sha256(self) -> dict[str, str]:

@@ -1,6 +1,7 @@
 """Damper sizing and risk, from the content of sizing.json: its chapter, and what the terminal is told of it."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -55,17 +56,27 @@ _SHARES = [share(float(p)) for p in CONFIDENCES]
 
 def sizing_chapter(material: Material) -> Iterator[Block]:
     """What keeps the bridge below its limits, the damper that gives it, and the risk that is left."""
+    pictures = {picture.name: picture for picture in material.of("sizing")}
+    for content in material.sizings:
+        ending = "" if content is material.sizing else f"_{content['bridge']['motion']}"
+        if material.other is not None:
+            yield Heading(f"{content['bridge']['motion'].capitalize()} modes")
+        for block in _sizing_blocks(content, pictures, ending):
+            yield replace(block, name=f"{block.name}{ending}") if isinstance(block, Table) else block
     if material.sizing is not None:
-        yield from _sizing_blocks(material.sizing, {picture.name: picture for picture in material.of("sizing")})
+        yield from by_conventions(both_blocks)(material.sizing, "mode ", counted, PAGE)
 
 
 @by_conventions
-def _sizing_blocks(content: Content, pictures: Mapping[str, Picture]) -> Iterator[Block]:
+def _sizing_blocks(content: Content, pictures: Mapping[str, Picture], of_motion: str) -> Iterator[Block]:
+    """What was sized of one motion; names of its pictures end so."""
     unit = content["amplitude_unit"]
 
     def shown(*names: str) -> Iterator[Picture]:
-        yield from (pictures[name] for name in names if name in pictures)
+        yield from (pictures[f"{name}{of_motion}"] for name in names if f"{name}{of_motion}" in pictures)
 
+    if of_motion:  # that of the fit's own motion stands on the first page
+        yield from shown("decision")
     yield paragraph(
         f"Bridge: {content['bridge']['title']}. The added {damping_words()} is what the bridge needs beyond its own "
         "so that the stable amplitude in lock-in stays below the limit; its confidence is the probability that it "
@@ -119,7 +130,6 @@ def _sizing_blocks(content: Content, pictures: Mapping[str, Picture]) -> Iterato
     if together.rows or hours.rows:
         yield Heading("All modes together")
         yield from (together, hours)
-    yield from both_blocks(content, "mode ", counted, PAGE)
 
 
 def _known_to(text: str, value: float | None, error: float | None, shown: tuple[float, str]) -> str:

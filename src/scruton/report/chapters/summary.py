@@ -167,8 +167,7 @@ def validity_chapter(material: Material) -> Iterator[Block]:
         yield Callout(ALARM, "Flags of the fit", flags)
     if cautions:
         yield Callout(CAUTION, "Flags of the predictions", cautions)
-    sized = flag_texts(material.sizing["flags"], material.sizing) if material.sizing else []
-    if sized:
+    if sized := material.sizing_flags:
         yield Callout(CAUTION, "Flags of the sizing", sized)
     if not (flags or cautions or sized):
         yield paragraph("Neither the fit nor the predictions nor the sizing raised a flag.")
@@ -191,7 +190,8 @@ def validity_chapter(material: Material) -> Iterator[Block]:
     ]  # fmt: skip
     if len(material.fit.ringdowns) < len(material.fit.campaign.rigs):
         assumed.append("Structural damping is as stated, with the uncertainty that the model card gives it.")
-    yield Listing([*assumed, *(sizing_assumptions(material.sizing) if material.sizing else ())])
+    sized_by = dict.fromkeys(text for content in material.sizings for text in sizing_assumptions(content))
+    yield Listing([*assumed, *sized_by])
     if material.gap is not None:
         sentence = gap_sentence(material.gap)
         yield paragraph(f"Of what is not modelled: {sentence[0].lower()}{sentence[1:]}")

@@ -145,8 +145,8 @@ def registered() -> dict[str, Registered]:
 
 
 def registered_name(name: str) -> str:
-    """Name of the figure whose page (of a name such as "records_2") this is."""
-    return name if name in registered() else re.sub(r"_\d+$", "", name)
+    """Name of the figure whose page (of a name such as "records_2", or "risk_1_torsional") this is."""
+    return name if name in registered() else re.sub(r"(_\d+)?(_heaving|_torsional)?$", "", name)
 
 
 def chapter_of(name: str) -> str:
