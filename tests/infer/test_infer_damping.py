@@ -11,6 +11,7 @@ from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Campaign, Kind, Motion, Record, Rig, Section, Test
 from scruton.dynamics.departure import DECAY, GROWTH, relative_drift
 from scruton.dynamics.laws import index_of
+from scruton.griffin import predict
 from scruton.griffin.damping import aerodynamic_draws
 from scruton.infer.cards import load_card
 from scruton.infer.damping import damping_prior, draws_over_amplitudes
@@ -30,11 +31,11 @@ def xi_of(amplitude, drag):
     return XI + 4.0 * drag * amplitude / (3.0 * np.pi)
 
 
-def campaign(drag, stated=None, ring_downs=2):
+def campaign(drag, stated=None, ring_downs=2, wind=WIND):
     """A rig with quadratic drag beside its viscous damping, plucked in still air and tested in wind."""
     off = Disturbances(quadratic_drag=drag)
-    a_star, rate = WIND.balance()
-    still = replace(WIND, air_density=0.0, wind_speed=0.0, Y1=0.0, epsilon=0.0)
+    a_star, rate = wind.balance()
+    still = replace(wind, air_density=0.0, wind_speed=0.0, Y1=0.0, epsilon=0.0)
 
     def record(number, truth, kind, start, duration):
         time, response = simulate_record(
@@ -44,8 +45,8 @@ def campaign(drag, stated=None, ring_downs=2):
         return Record(f"{kind.value} {number}", Path(f"{number}.csv"), kind, time, response)
 
     plucks = tuple(record(number, still, Kind.FREE_DECAY, 0.2, 12.0) for number in range(ring_downs))
-    wind = [(Kind.DECAY, 2.2 * a_star), (Kind.GROWTH, 0.15 * a_star)]
-    records = tuple(record(10 + i, WIND, kind, start, 6.0 / rate) for i, (kind, start) in enumerate(wind))
+    releases = [(Kind.DECAY, 2.2 * a_star), (Kind.GROWTH, 0.15 * a_star)]
+    records = tuple(record(10 + i, wind, kind, start, 6.0 / rate) for i, (kind, start) in enumerate(releases))
     rig = Rig("rig", Quantity(F0), Quantity(WIND.mass), stated, plucks)
     test = Test("test", "rig", Quantity(WIND.air_density), Quantity(WIND.wind_speed), peak=True, records=records)
     section = Section(Motion.HEAVING, WIND.width, WIND.depth)
@@ -182,3 +183,21 @@ def test_beyond_the_ring_downs_it_is_as_uncertain_as_on_their_near_side(varying)
     assert spreads == sorted(spreads)
     ends = ring.structural_damping(ring.curve_amplitude[[0, -1]])
     assert spreads[-1] == pytest.approx(abs(np.log(ends[0] / ends[1])), rel=0.1)
+
+
+def test_a_section_that_builds_up_by_itself_keeps_its_damping():
+    """Y1 > 0: it relaxes at 0.8 omega0 xi_s, which no structural damping that is known makes the paper's Y1 < 0."""
+    linear = 2.0 * np.pi * F0 * XI
+    y1 = 0.4 * linear / (WIND.pressure * WIND.passage)
+    wind = replace(WIND, Y1=y1)
+    wind = replace(wind, epsilon=-0.05 * np.pi * wind.omega * 0.8 * linear / (2.0 * wind.pressure * y1))
+    assert wind.balance() == pytest.approx((0.05, 0.8 * linear), rel=1e-6)
+    fit = fit_campaign(campaign(0.0, Quantity(XI, 0.04 * XI), 0, wind), CARD, thorough=False)
+    entry = fit.summary["tests"][0]["parameters"]
+    assert entry["damping_ratio"]["median"] == pytest.approx(XI, rel=0.012)
+    for name, true in (("a_star", 0.05), ("relaxation_rate", 0.8 * linear), ("Y1", y1), ("epsilon", wind.epsilon)):
+        low, high = entry[name]["interval"]["0.95"]
+        assert low < true < high, name
+    half = predict(fit.tree, scruton_number=0.5 * entry["scruton_number"]["median"], seed=1)
+    low, high = half.interval(0.90)
+    assert low < 0.05 * 0.8 / 0.3 < high
