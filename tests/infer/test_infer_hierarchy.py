@@ -387,9 +387,19 @@ def test_a_move_of_one_test_asks_the_records_of_no_other(monkeypatch):
     u = posterior.prior_draws(np.random.default_rng(8), 5)
     posterior.log_likelihood(u)
     assert asked == [5, 5, 5]
-    u[:3, posterior.blocks[3].members] += 0.01
+    u[:3, posterior.blocks[-2].members] += 0.01
     posterior.log_likelihood(u)
     assert asked == [5, 5, 5, 3]
+
+
+def test_the_common_set_point_scatter_carries_those_of_the_tests_with_it():
+    """Between what it lies near and what lies near it a walker would creep: they move together, and apart."""
+    posterior = campaign(-1.0)
+    common = posterior.coordinates["common_set_point_scatter"]
+    carried = [block.carried.tolist() for block in posterior.blocks if block.members.tolist() == [common]]
+    assert carried == [[], [layout["set_point_scatter"] for layout in posterior.own_coordinates]]
+    alone = posterior.without_test("A").without_test("B")
+    assert not any(block.carried.size or not block.members.size for block in alone.blocks)
 
 
 def test_a_record_that_is_not_there_changes_nothing():

@@ -149,6 +149,45 @@ def test_blocks_that_are_apart_are_moved_at_once_and_accepted_one_by_one(setting
     np.testing.assert_allclose(np.cov(z.T), np.eye(4), atol=0.08)
 
 
+@dataclass(frozen=True, eq=False)
+class About(Normal):
+    """Three that lie within 0.1 of one that they share, standard normal, and have each a datum with an error of 2."""
+
+    creeps = Block(np.array([0]), np.array([1, 2, 3]))
+    carries = Block(np.array([0]), np.arange(0), carried=np.array([1, 2, 3]))
+    together: bool = True
+
+    @property
+    def blocks(self):
+        own = (Block(np.array([1, 2, 3]), np.array([0])),)
+        return (self.creeps, self.carries, *own) if self.together else (self.creeps, *own)
+
+    def log_likelihood(self, u):
+        own = ((u[:, 1:] - u[:, :1]) / 0.1) ** 2 + (u[:, 1:] / 2.0) ** 2
+        return -0.5 * (u[:, 0] ** 2 + own.sum(axis=1))
+
+
+def test_what_lies_about_a_coordinate_is_carried_with_it():
+    """The exact posterior, and an autocorrelation time as of independent draws where blocks alone creep."""
+    moved = sample(About(), SamplerSettings(), np.random.SeedSequence(2))
+    precision = np.diag([1.0 + 300.0, *[100.25] * 3])
+    precision[0, 1:] = precision[1:, 0] = -100.0
+    u = moved.chain.reshape(-1, 4)
+    np.testing.assert_allclose(np.cov(u.T), np.linalg.inv(precision), rtol=0.1)
+    np.testing.assert_allclose(u.mean(axis=0), 0.0, atol=0.05)
+    assert moved.convergence.converged
+    assert moved.convergence.tau.max() < 6.0
+    creeping = sample(About(together=False), SamplerSettings(max_steps=500), np.random.SeedSequence(2))
+    assert creeping.convergence.tau.max() > 20.0
+
+
+def test_the_fit_to_draws_of_one_coordinate():
+    x = np.random.default_rng(5).normal(3.0, 0.2, (2000, 1))
+    wide = fit_mixture(x).parts[0]
+    assert wide.centre == pytest.approx(3.0, abs=0.02)
+    assert wide.cholesky.shape == (1, 1)
+
+
 def test_what_is_apart_is_searched_at_once():
     """The same optimum and covariance by fewer points: those of two sets are asked for together."""
     found = find_optimum(Apart(), np.random.default_rng(0))

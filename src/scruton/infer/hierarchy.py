@@ -104,19 +104,19 @@ class CampaignPosterior(Posterior):
         """What no record is read for, the discrepancies by themselves, and each test's own parameters.
 
         Given the shared curve tests know nothing of each other, and given their amplitudes and rates it knows nothing
-        of their noise but set-points, unless the law is sampled, too, or no record tells the rate, and so gusts.  What
+        of their noise, unless the law is sampled, too, or no record tells the rate and so how long gusts last.  What
         costs no likelihood is moved several times as often; discrepancies follow squares, of which no regression knows.
         """
         shared = np.arange(self.own_coordinates[0].start)
         own = (Block(members, shared, j) for j, members in enumerate(self.apart, 1))
         free, levels = [], []
         for test, layout in zip(self.tests, self.own_coordinates, strict=True):
-            noise = NOISE if self.exponent else (SET_POINT,) if test.relaxes else _OF_A_MEAN
+            noise = NOISE if self.exponent else () if test.relaxes else _OF_A_MEAN
             free += [layout[name] for name in _BEYOND_RECORDS if name in layout]
             levels += [layout[name] for name in ("stable_amplitude", "relaxation_ratio", *noise) if name in layout]
-        scales = np.array([self.coordinates[name] for name in SHARED[2:]])
-        joint = Block(np.array([*shared, *free]), np.array(levels, dtype=int), times=TURNS_OF_THE_SHARED)
-        return joint, Block(scales, np.arange(0), times=TURNS_OF_THE_SCALES), *own
+        curve, common = (shared[:-1], self.in_common.blocks(shared[-1:])) if self.in_common else (shared, ())
+        joint = Block(np.array([*curve, *free]), np.array(levels, dtype=int), times=TURNS_OF_THE_SHARED)
+        return joint, Block(shared[2:4], np.arange(0), times=TURNS_OF_THE_SCALES), *common, *own
 
     def _each(self, u: FloatArray) -> Iterator[tuple[PeakTest, Values]]:
         """Every test with its coordinates by name."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray, IntArray
 from scruton.infer.thresholds import SET_POINT_IN_COMMON
+from scruton.stats.posterior import Block
 from scruton.stats.priors import Prior, normal_log_density
 
 
@@ -37,6 +38,13 @@ class InCommon:
     @property
     def _spread(self) -> float:
         return float(np.sqrt(1.0 - SET_POINT_IN_COMMON)) * self.own.scale
+
+    def blocks(self, common: IntArray) -> tuple[Block, Block]:
+        """How the coordinate that they lie about is moved: given them, and with all of them.
+
+        They lie closer about it than the records tell any of them: turn by turn neither would get far.
+        """
+        return Block(common, self.columns), Block(common, np.arange(0), carried=self.columns)
 
     def log_density(self, u: FloatArray, common: FloatArray) -> FloatArray:
         """Log prior of every test's coordinate given the common one (W,), (W, J)."""

@@ -100,6 +100,8 @@ class AtOnce(emcee.moves.Move):
             ratio = np.empty((len(walkers), len(parts)))
             for k, (block, proposal) in enumerate(zip(self.blocks, self.proposals, strict=True)):
                 new[:, block.members], ratio[:, k] = proposal.draw(walkers, others, model.random)
+                if block.carried.size:
+                    new[:, block.carried] += new[:, block.members] - walkers[:, block.members]
             if parts.any():
                 before, after = np.split(self.log_parts(np.concatenate([walkers, new])), 2)
             else:
@@ -107,7 +109,8 @@ class AtOnce(emcee.moves.Move):
             whole, before, after = before[:, 0], before[:, parts], after[:, parts]
             good = np.log(model.random.random_sample(ratio.shape)) < after - before + ratio
             for k, block in enumerate(self.blocks):
-                walkers[:, block.members] = np.where(good[:, k, None], new[:, block.members], walkers[:, block.members])
+                moved = np.r_[block.members, block.carried]
+                walkers[:, moved] = np.where(good[:, k, None], new[:, moved], walkers[:, moved])
             state.coords[own] = walkers
             # what is in none of the blocks, which is nothing where one of them is all, stays as it is
             state.log_prob[own] = whole - before.sum(axis=1) + np.where(good, after, before).sum(axis=1)

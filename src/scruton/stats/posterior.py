@@ -17,13 +17,15 @@ class Block(NamedTuple):
     """Coordinates that are sampled together, and those of the others on which they depend.
 
     `part` is the column of `Posterior.log_parts` that knows them.  Blocks that follow each other, each with a part of
-    its own, are moved at once; the whole is that of a block that moves by itself, so many `times` in a row.
+    its own, are moved at once; the whole is that of a block that moves by itself, so many `times` in a row.  Where it
+    has one member, coordinates that lie about that may be `carried`: they move by as much, and keep their distances.
     """
 
     members: IntArray
     given: IntArray
     part: int = 0
     times: int = 1
+    carried: IntArray = np.arange(0)
 
 
 class Values:

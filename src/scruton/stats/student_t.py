@@ -189,7 +189,7 @@ def maximum_likelihood(points: FloatArray, degrees_of_freedom: float) -> Student
     Expectation-maximisation, w_i = (nu + d)/(nu + z_i^2) (Liu & Rubin, Statistica Sinica 5, 1995).
     """
     d = points.shape[1]
-    centre, scale = np.median(points, axis=0), np.cov(points.T)
+    centre, scale = np.median(points, axis=0), np.atleast_2d(np.cov(points.T))
     for _ in range(_ROUNDS):
         z = np.linalg.solve(np.linalg.cholesky(scale), (points - centre).T)
         weight = (degrees_of_freedom + d) / (degrees_of_freedom + np.einsum("ij,ij->j", z, z))
