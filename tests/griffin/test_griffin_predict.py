@@ -140,6 +140,19 @@ def test_the_band_opens_between_tests_whose_amplitudes_lie_far_apart() -> None:
     assert covered.tests_at(0.02) == 0
 
 
+def test_ranges_of_tests_that_overlap_count_as_one() -> None:
+    low, high = np.array([0.01, 0.2, 0.02, 0.03]), np.array([0.05, 0.3, 0.04, 0.08])
+    amplitude = np.geomspace(1e-3, 1.0, 200)
+    away = [
+        np.maximum(np.maximum(np.log(a / amplitude), np.log(amplitude / b)), 0.0)
+        for a, b in zip(low, high, strict=True)
+    ]
+    grown = np.sqrt(1.0 + WALK * np.minimum(0.1 + np.min(away, axis=0), FARTHEST))
+    covered = Coverage(np.arange(4.0), low, high)
+    np.testing.assert_allclose(covered.growth(np.full(200, 0.1), amplitude), grown, rtol=1e-12)
+    assert len(covered._covered) == 2
+
+
 def test_how_many_tests_cover_an_amplitude_is_counted_and_none_is_flagged() -> None:
     tree = campaign_tree(tau=0.1, transients=(0.9, 1.1))
     at_test, between, far = (predict(tree, scruton_number=sc) for sc in (TABLE_5[0][0], 9.0, 300.0))

@@ -256,3 +256,11 @@ def test_draws_that_have_settled_are_left_alone_and_come_to_the_same():
         sc = draws._inverse(on_curve)
     assert np.std(draws.curve.spread(sc[:, None], on_curve[:, None])) > 0.0
     np.testing.assert_allclose(draws.needed(LIMIT), sc / draws.factor - draws.damping_ratio, rtol=1e-7, atol=1e-12)
+
+
+def test_points_of_the_unit_cube_are_made_once_and_nobody_changes_them():
+    """Every limit and mode of a sizing asks for the same ones."""
+    u = unit_cube(1 << 8, 7)
+    assert unit_cube(1 << 8, 7) is u
+    with pytest.raises(ValueError, match="read-only"):
+        u[0, 0] = 0.5

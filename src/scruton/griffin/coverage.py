@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import reduce
+from functools import cached_property, reduce
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -37,6 +37,16 @@ class Coverage:
         """Scruton numbers that distances are measured from."""
         return self.scruton_number.tolist() if self.start is None else [self.start]
 
+    @cached_property
+    def _covered(self) -> list[tuple[float, float]]:
+        """Logarithms of the amplitudes that transients run through, ranges that overlap as one."""
+        joined: list[tuple[float, float]] = []
+        for low, high in sorted(zip(np.log(self.low).tolist(), np.log(self.high).tolist(), strict=True)):
+            if joined and low <= joined[-1][1]:
+                low, high = joined[-1][0], max(joined.pop()[1], high)
+            joined.append((low, high))
+        return joined
+
     def tests_at(self, amplitude: float) -> int:
         """Number of tests whose transients run through an amplitude."""
         return int(np.sum((self.low <= amplitude) & (amplitude <= self.high)))
@@ -59,8 +69,8 @@ class Coverage:
         """
         with np.errstate(divide="ignore"):
             log = np.log(amplitude)
-        ranges = zip(np.log(self.low), np.log(self.high), strict=True)
-        beyond = reduce(np.minimum, (np.maximum(np.maximum(low - log, log - high), 0.0) for low, high in ranges))
+        outside = (np.maximum(np.maximum(low - log, log - high), 0.0) for low, high in self._covered)
+        beyond = reduce(np.minimum, outside)
         settings = 1.0 if self.start is None else 2.0
         variance = settings + WALK * np.minimum(np.abs(index) + beyond, FARTHEST)
         return np.asarray(np.sqrt(variance))

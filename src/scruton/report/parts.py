@@ -123,10 +123,14 @@ class Asked:
     other: Path | None = None
 
 
-def sizing_part(folder: Path, asked: Asked, seed: int = 0) -> Part:
-    """Size a bridge's damping from the fit in a folder (InputError without a test in wind, or if they do not suit)."""
+def sizing_part(folder: Path, asked: Asked, seed: int = 0, fit: "Fit | None" = None) -> Part:
+    """Size a bridge's damping from the fit in a folder (InputError without a test in wind, or if they do not suit).
+
+    The `fit` is what lies in the folder, where it was read.
+    """
+    own = read_tree(folder) if fit is None else (fit.tree, fit.summary)
     folders = [folder, *([] if asked.other is None else [asked.other])]
-    fits = [read_tree(results) for results in folders]
+    fits = [own, *map(read_tree, folders[1:])]
     for place, (_, summary) in zip((asked.bridge, asked.other), fits, strict=False):
         if not summary["tests"]:
             raise InputError(str(place), "", "a campaign without tests in wind", "a campaign with at least one test")

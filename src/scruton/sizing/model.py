@@ -5,7 +5,7 @@ information all start from the same function of it, so they cannot disagree abou
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -42,18 +42,22 @@ TRANSFER = (TURBULENCE, REYNOLDS, DETAILS)
 _REPETITIONS = 25  # most take five; one in a thousand meets a bend of the distance
 _SETTLED, _LOOKS = 1e-10, (7, 12)  # change that is none, and repetitions after which draws without one are left alone
 _OWN = ("scale", "damping_ratio", "factor", "detuning", "discrepancy", "row")  # arrays of the draws
+_CUBES = 16  # kept, of 3 MB at most: every limit and mode asks for the same ones
 _BLOCKS = 64  # of the posterior's draws, between which Monte Carlo errors look for differences
 
 
+@lru_cache(_CUBES)
 def unit_cube(count: int, seed: int, sources: int = len(SOURCES)) -> FloatArray:
-    """Scrambled Sobol' points, (count, sources); `count` is a power of two.
+    """Scrambled Sobol' points, (count, sources), which nobody may change; `count` is a power of two.
 
     Rows of two cubes must not be paired: whatever their seeds, points of the same index share leading digits.
     """
     from scipy.stats import qmc
 
     points = qmc.Sobol(sources, scramble=True, rng=np.random.default_rng([seed, 0x512E])).random(count)
-    return np.clip(points, 1e-9, 1.0 - 1e-9)
+    cube = np.clip(points, 1e-9, 1.0 - 1e-9)
+    cube.flags.writeable = False
+    return cube
 
 
 @dataclass(frozen=True)
