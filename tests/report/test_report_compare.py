@@ -14,6 +14,7 @@ from scruton.errors import InputError
 from scruton.griffin.compare import ALIKE, APART, MOVED, Difference, Side
 from scruton.infer.store import read_tree
 from scruton.report.compare import _required
+from tests.conftest import CARD
 
 
 def side(median: float, width: float, error: float) -> Side:
@@ -85,18 +86,21 @@ def test_another_seed_is_alike_and_said(small_results: Path, other_seed: Path) -
 
 
 def test_another_campaign_is_apart_in_what_differs(
-    small_results: Path, small_campaign: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    small_campaign: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Twice the displacement: the stable amplitude doubles, Sc stays."""
+    (tmp_path / "card.toml").write_text(CARD, encoding="utf-8")
     copy = shutil.copytree(small_campaign, tmp_path / "twice")
     for name in ("decay.csv", "growth.csv"):
         head, *lines = (copy / name).read_text(encoding="utf-8").splitlines()
         rows = [f"{t},{2.0 * float(y):.9g}" for t, y in (line.split(",") for line in lines)]
         (copy / name).write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
-    assert main(["fit", str(copy), "-o", str(tmp_path / "fit"), "--quiet"]) in (0, 1)
+    results = [str(tmp_path / "as it was"), str(tmp_path / "fit")]
+    for folder, out in zip((small_campaign, copy), results, strict=True):
+        assert main(["fit", str(folder), "-o", out, "--model", str(tmp_path / "card.toml"), "--quiet"]) in (0, 1)
     capsys.readouterr()
     page = tmp_path / "page.html"
-    assert main(["compare", str(small_results), str(tmp_path / "fit"), "--json", "--html", str(page)]) in (0, 1)
+    assert main(["compare", *results, "--json", "--html", str(page)]) in (0, 1)
     content = json.loads(capsys.readouterr().out)
     verdicts = {one["name"]: one["verdict"] for one in content["differences"]}
     assert (verdicts["a_star"], verdicts["scruton_number"]) == (APART, ALIKE)
