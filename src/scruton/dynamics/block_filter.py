@@ -38,26 +38,9 @@ ROWS = COV + STATIC * (STATIC + 1) // 2
 
 @njit(cache=True, fastmath=True, error_model="numpy")
 def block_filter(  # type: ignore[no-untyped-def]
-    y,
-    se,
-    gap,
-    period,
-    a_star,
-    lam,
-    q,
-    r,
-    gust,
-    fade,
-    offset,
-    departure,
-    known,
-    n,
-    m0,
-    p0,
-    log_like,
-    innovation,
+    y, se, gap, period, a_star, lam, q, r, gust, fade, offset, departure, known, n, m0, p0, log_like, innovation,
     variance,
-):
+):  # fmt: skip
     """Log likelihood, (W,), of walkers of one law: `step_filter` with vectors.
 
     Innovations and their variances go to (N, W) arrays, where these are not empty.

@@ -238,7 +238,7 @@ def fit_test(
     tails = ends(records)
     admit(card, name, [posterior.prior("stable_amplitude")] * len(tails), tails)
     read = [data.amplitude, data.standard_error, data.time, levels]
-    read += [varying.log_amplitude, varying.damping_ratio] if varying else []
+    read += varying.arrays if varying else []
     samples = sampling.run(name, posterior, *read)
     frequency = float(np.median([cycles[r.name].reference_frequency for r in test.records]))
     # Mass and frequency belong to the rig and are the same draws in all its tests.

@@ -171,6 +171,10 @@ class CampaignPosterior(Posterior):
         relaxation = self.reference[1] * finite_exp(log["reference_relaxation_ratio"])
         return np.exp(log["reference_amplitude"]), relaxation, self.exponents(u)
 
+    def _strength(self, relaxation: FloatArray, n: FloatArray, sc: FloatArray) -> FloatArray:
+        """G at Scruton numbers on the curve whose relaxation at the reference is given."""
+        return np.asarray(relaxation - n * (sc - self.reference[0]) + np.maximum(n, 0.0) * sc)
+
     def settings(self, u: FloatArray) -> dict[str, FloatArray]:
         """Every test's parameters but its noise in their own units, by name, (W, J) each; NaN where there are none.
 
@@ -184,8 +188,7 @@ class CampaignPosterior(Posterior):
         factor = factor * np.exp(log_sd * of["mass_factor"])
         damping, ratio = finite_exp(of["damping_ratio"]), np.exp(of["relaxation_ratio"])
         sc, at_zero = factor * damping, np.maximum(n, 0.0)
-        strength = factor * ratio + at_zero * sc
-        on_curve = reference - n * (sc - self.reference[0]) + at_zero * sc
+        strength, on_curve = factor * ratio + at_zero * sc, self._strength(reference, n, sc)
         if not self._relaxes.all():
             told = on_curve * finite_exp(finite_exp(self.named(u)["discrepancy_relaxation"])[:, None] * of["w"])
             relaxation = told - at_zero * sc
@@ -221,9 +224,10 @@ class CampaignPosterior(Posterior):
         """Log prior of what is shared and of every test, (W, 1 + J), which tests are stable, (W, J), their settings."""
         s = self.settings(u)
         deviations = self._deviations(u, s)
-        terms = self._terms(u, s, *deviations)
+        terms = self._terms(u, *deviations)
         starts = [0, *(layout.start for layout in self.own_coordinates)]
-        parts = np.add.reduceat(terms, starts, axis=1) + self._log_jacobians(u, s)
+        parts = np.add.reduceat(terms, starts, axis=1)
+        parts[:, 1:] += self._log_jacobians(s)
         return np.where(np.isnan(parts), -np.inf, parts), _stable(s, *deviations), s
 
     def log_prob(self, u: FloatArray) -> FloatArray:
@@ -244,29 +248,22 @@ class CampaignPosterior(Posterior):
         `log_prior` is their sum and what the coordinates stretch them by, which is no part of any prior.
         """
         s = self.settings(u)
-        return self._terms(u, s, *self._deviations(u, s))
+        return self._terms(u, *self._deviations(u, s))
 
-    def _terms(
-        self, u: FloatArray, s: dict[str, FloatArray], amplitude: FloatArray, strength: FloatArray
-    ) -> FloatArray:
-        """`log_prior_terms` from the settings of the tests and their deviations."""
+    def _terms(self, u: FloatArray, amplitude: FloatArray, strength: FloatArray) -> FloatArray:
+        """`log_prior_terms` from the deviations of the tests."""
         terms, log = super().log_prior_terms(u), self.named(u)
-        with np.errstate(all="ignore"):
-            damping = np.log(s["damping_ratio"])
         tau, kappa = (log[name][:, None] for name in SHARED[2:])
         terms[:, self._columns["stable_amplitude"][1]] = normal_log_density(amplitude, tau)
         terms[:, self._columns["relaxation_ratio"][1]] = normal_log_density(strength[:, self._relaxes], kappa)
         if self.in_common:
             terms[:, self.in_common.columns] = self.in_common.log_density(u, log[self.in_common.prior.name])
-        for column, test, value in zip(self._columns["damping_ratio"][1], self.tests, damping.T, strict=True):
-            terms[:, column] = test.wind.prior("damping_ratio").log_density(value)
         return terms
 
-    def _log_jacobians(self, u: FloatArray, s: dict[str, FloatArray]) -> FloatArray:
-        """Log volume of every ln G_j over that of its coordinate, behind a zero for what is shared, (W, 1 + J)."""
+    def _log_jacobians(self, s: dict[str, FloatArray]) -> FloatArray:
+        """Log volume of every ln G_j over that of its coordinate, (W, J)."""
         with np.errstate(all="ignore"):
-            own = np.where(self._relaxes, np.log(s["relaxation"] / s["strength"]), 0.0)
-        return np.column_stack([np.zeros(len(u)), own])
+            return np.asarray(np.where(self._relaxes, np.log(s["relaxation"] / s["strength"]), 0.0))
 
     def log_likelihood(self, u: FloatArray) -> FloatArray:
         """Sum of the tests' log likelihoods, (W,)."""
@@ -327,10 +324,9 @@ class CampaignPosterior(Posterior):
                 values["stable_amplitude"] = np.log(a_ref * amplitude_ratio((sc - sc_ref) / relaxation, n)) + deviation
                 good &= np.isfinite(values["stable_amplitude"])
                 if test.relaxes:
-                    at_zero = np.maximum(n, 0.0) * sc
-                    strength = relaxation - n * (sc - sc_ref) + at_zero
-                    strength = strength * np.exp(np.exp(log["discrepancy_relaxation"]) * z[1, :, j])
-                    values["relaxation_ratio"] = np.log((strength - at_zero) / factor)
+                    off_curve = np.exp(np.exp(log["discrepancy_relaxation"]) * z[1, :, j])
+                    own = self._strength(relaxation, n, sc) * off_curve - np.maximum(n, 0.0) * sc
+                    values["relaxation_ratio"] = np.log(own / factor)
                     good &= np.isfinite(values["relaxation_ratio"])
         good[good] = self.inside(u[good])
         return u, good

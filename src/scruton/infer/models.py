@@ -110,21 +110,18 @@ class WindPosterior(Posterior):
     def state_space(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, Wind]:
         """(a_star, lambda [1/s] of the whole drift, q, r, the rest) of the filter from coordinates, each (W,)."""
         log, none = self.named(u), np.full(len(u), -np.inf)
-        a_star, lam = np.exp(log["stable_amplitude"]), np.exp(log["relaxation_ratio"]) * self.omega0
-        lam = lam * self.rate_ratio(u)
+        a_star, lam, known = np.exp(log["stable_amplitude"]), np.exp(log["relaxation_ratio"]) * self.omega0, None
+        if self.varying:
+            known = self.varying.departure(log["stable_amplitude"], lam, self.exponents(u), self.omega0)
+            lam = lam * self.rate_ratio(u)
         # Stationary sd of an Ornstein-Uhlenbeck process: q / sqrt(2 lambda).
         q = np.exp(log["amplitude_scatter"]) * a_star * np.sqrt(2.0 * lam)
         gust, set_point, departure = (
             np.minimum(np.exp(log[name] if name in self.names else none), most) for name, most in _MOST.items()
         )
         rate = lam * np.exp(-log["gust_time"]) if "gust_time" in self.names else lam
-        return (
-            a_star,
-            lam,
-            q,
-            np.exp(log["noise_factor"]),
-            Wind(gust * a_star, rate, set_point * a_star, departure, self._known(u)),
-        )
+        wind = Wind(gust * a_star, rate, set_point * a_star, departure, known)
+        return a_star, lam, q, np.exp(log["noise_factor"]), wind
 
     def rate_ratio(self, u: FloatArray) -> FloatArray:
         """Relaxation rate of the whole drift over that of the law, (W,): one where structural damping is constant."""
@@ -133,14 +130,6 @@ class WindPosterior(Posterior):
         log = self.named(u)
         rate = np.exp(log["relaxation_ratio"]) * self.omega0
         return self.varying.total_rate(log["stable_amplitude"], rate, self.omega0) / rate
-
-    def _known(self, u: FloatArray) -> FloatArray | None:
-        """What is known of the columns of the departure before any record, (W, COLUMNS); None where that is nothing."""
-        if self.varying is None:
-            return None
-        log = self.named(u)
-        rate = np.exp(log["relaxation_ratio"]) * self.omega0
-        return self.varying.departure(log["stable_amplitude"], rate, self.exponents(u), self.omega0)
 
     def departures(self, u: FloatArray, rng: np.random.Generator) -> FloatArray:
         """Draw the columns of the departure from the law given the records, one draw a walker, (W, COLUMNS)."""

@@ -281,8 +281,7 @@ def data_of(posterior: CampaignPosterior) -> list[FloatArray]:
         arrays.append(np.array([astuple(level) for level in test.wind.steady]))
         arrays.append(np.array([[prior.location, prior.scale] for prior in test.wind.priors]))
         arrays.append(np.array([test.mass_damping_factor, test.factor_log_sd]))
-        if varying := test.wind.varying:
-            arrays += [varying.log_amplitude, varying.damping_ratio]
+        arrays += test.wind.varying.arrays if test.wind.varying else []
     return arrays
 
 

@@ -35,6 +35,11 @@ class VaryingDamping:
     log_amplitude: FloatArray
     damping_ratio: FloatArray
 
+    @property
+    def arrays(self) -> list[FloatArray]:
+        """What a checkpoint of draws under it is told apart by."""
+        return [self.log_amplitude, self.damping_ratio]
+
     def at(self, log_amplitude: FloatArray) -> FloatArray:
         """xi_s, shaped as the argument."""
         return np.asarray(np.interp(log_amplitude, self.log_amplitude, self.damping_ratio))
