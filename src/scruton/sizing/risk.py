@@ -10,7 +10,7 @@ from scruton.arrays import FloatArray
 from scruton.griffin.thresholds import X_TRUSTED
 from scruton.said import Value, damping, listed, said, scruton_number
 from scruton.shown import fields_in_brief, shown
-from scruton.sizing.checks import LAW_FREE, Checks, Evidence, Reach, Required, required_of
+from scruton.sizing.checks import LAW_FREE, ByHand, Checks, Evidence, Reach, Required, required_of
 from scruton.sizing.limits import Limit
 from scruton.sizing.model import LAW, SECTION, SOURCES, Draws, ModeModel, sampling_error, unit_cube
 from scruton.sizing.thresholds import LARGEST_ADDED, LAWS_PART, LEAST_PARTED, ONE_RIG
@@ -82,6 +82,8 @@ class Risk:
     required_by_hand : float or None
         The added damping where the straight line of 1/A through the measured stable amplitudes meets the limit, with
         the median of all else; None with one setting.
+    by_hand : ByHand or None
+        The line, and what of it leads there.
     """
 
     rule: str
@@ -102,6 +104,7 @@ class Risk:
     required_by_law: Mapping[str, Required] = field(default_factory=dict)
     required_at_discrepancy: Mapping[str, Required] = field(default_factory=dict)
     required_by_hand: float | None = None
+    by_hand: ByHand | None = None
 
 
 def risk(model: ModeModel, limit: Limit, *, seed: int = 0, evidence: Evidence | None = None) -> Risk:
