@@ -67,6 +67,7 @@ def test_where_the_measured_damping_asks_for_more_it_is_said():
     (sentence,) = remarks("V1", "0.95", replace(found, reach={}))
     assert "is the law's" in sentence
     assert "n=2" in sentence
+    assert not remarks("V1", "0.95", replace(found, reach={}), coherent=False), "transients know nothing of A_c"
 
 
 def test_a_limit_below_every_transient_is_beyond_the_records():

@@ -170,8 +170,11 @@ def risk(model: ModeModel, limit: Limit, *, seed: int = 0, evidence: Evidence | 
     )  # fmt: skip
 
 
-def remarks(name: str, asked: str, found: Risk) -> list[str]:
-    """What the reader must know of the damping that is required at a confidence ("0.95") before trusting it."""
+def remarks(name: str, asked: str, found: Risk, *, coherent: bool = True) -> list[str]:
+    """What the reader must know of the damping that is required at a confidence ("0.95") before trusting it.
+
+    What transients ask for is that of a force `coherent` at every amplitude: else the two are not to be compared.
+    """
     reach, added = found.reach.get(asked), found.required[asked]
     others = {label: row[asked] for label, row in found.required_by_law.items()}
     by_law = listed([f"{label}: ", *percent(value)] for label, value in others.items())
@@ -190,7 +193,7 @@ def remarks(name: str, asked: str, found: Risk) -> list[str]:
                 by_law,
             )
         )
-    elif LAW_FREE in others and _parted(others[LAW_FREE], added):
+    elif coherent and LAW_FREE in others and _parted(others[LAW_FREE], added):
         sentences.append(
             said(
                 where,
