@@ -272,6 +272,19 @@ def test_the_first_page_names_every_mode_the_worst_first_and_the_risk_of_any(thr
     assert figures[2][0] == "Risk of any mode with all dampers"
 
 
+def test_the_first_page_says_what_the_draws_know_its_numbers_to(three) -> None:
+    content = two_modes()
+    assert "Monte Carlo standard errors" not in text_of(compose(material(three, sizing=content)).chapters[0].blocks)
+    mode = content["modes"][1]
+    mode["amplitude"] = mode["amplitude"] | {"mcse": [0.0012, 0.001, 0.002]}
+    mode["limits"][0] |= {"probability_mcse": 0.002, "required_mcse": dict.fromkeys(CONFIDENCES, 3e-5)}
+    said = text_of(compose(material(three, sizing=content)).chapters[0].blocks)
+    assert (
+        "Monte Carlo standard errors (mode V2): median amplitude 120 ± 1 mm, risk as it is 80.0 ± 0.2 %, damping to "
+        "add with 95 % confidence 0.600 ± 0.003 %."
+    ) in said
+
+
 def test_the_first_page_asks_for_the_damping_of_any_mode_where_the_bridge_does(three) -> None:
     content = two_modes()
     for mode in content["modes"]:

@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Concatenate
 
 from scruton import said
-from scruton.report.wording import PARAMETERS, number, stated, unit_text
+from scruton.report.wording import PARAMETERS, number, stated, unit_text, with_error
 
 if TYPE_CHECKING:
     from scruton.report.document import Block
@@ -122,6 +122,12 @@ def with_unit(text: str, unit: str) -> str:
     """A number with its unit: degrees stand without a gap."""
     sign = unit_text(unit)
     return text if not sign else f"{text}{sign}" if sign == "°" else f"{text} {sign}"
+
+
+def known_to(text: str, value: float | None, error: float | None, shown: tuple[float, str]) -> str:
+    """What is written of a number; with its Monte Carlo standard error, by a factor and in a unit, where it has one."""
+    factor, unit = shown
+    return with_unit(with_error(factor * value, factor * error), unit) if value and error else text
 
 
 def scruton(value: float | None, write: Callable[[float | None, int], str] = number, digits: int = 4) -> str:

@@ -5,11 +5,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from scruton.report.chapters.gap import contained_sentence, gap_sentence
 from scruton.report.chapters.material import Material
 from scruton.report.conventions import (
+    DAMPING,
     amplitude,
     by_conventions,
     damping,
     damping_words,
     flag_texts,
+    known_to,
     scruton,
     scruton_note,
     shown_in,
@@ -182,8 +184,25 @@ def _basis(material: Material, sizing: Content) -> Iterator[str]:
             f"{of} a law, by the damping that the transients show there: {_added(free[ASKED])}"
             + ("." if by_hand is None else f"; by a straight line of 1/A, at the medians: {_added(by_hand)}.")
         )
+    if known := ", ".join(_known(sizing, mode)):
+        yield f"Monte Carlo standard errors{f' (mode {mode["name"]})' if len(every) > 1 else ''}: {known}."
     if note := scruton_note(heaving=sizing["amplitude_unit"] == "m"):
         yield note
+
+
+def _known(sizing: Content, mode: Content) -> Iterator[str]:
+    """The numbers that the decision is taken by, each with what the draws know it to."""
+    limit, (factor, unit) = governing(mode), shown_in(sizing["amplitude_unit"])
+    for what, value, error, shown in (
+        ("median amplitude", mode["amplitude"]["median"], (mode["amplitude"].get("mcse") or [None])[0], (factor, unit)),
+        ("risk as it is", limit["probability"], limit.get("probability_mcse"), (100.0, "%")),
+        (
+            f"damping to add with {share(float(ASKED))} confidence", limit["required"][ASKED],
+            limit.get("required_mcse", {}).get(ASKED), shown_in(DAMPING),
+        ),
+    ):  # fmt: skip
+        if text := known_to("", value, error, shown):
+            yield f"{what} {text}"
 
 
 def _added(value: float | None) -> str:
