@@ -54,7 +54,7 @@ def decision_plot(content: Content, mode: Content) -> FigureWithCaption:
     sc = shown_in(SCRUTON)[0] * curve["scruton_number"]
     low, middle, high = (factor * curve[f"amplitude_{q}"] for q in ("05", "50", "95"))
     limit = factor * rule["limit"]
-    drawing, axes = style.alone(74.0)
+    drawing, axes = style.alone(52.0)  # mm: the first page holds it with all else that decides
     top = 1.15 * max(min(float(np.nanmax(high, initial=0.0)), max(4.0 * limit, 1.3 * float(middle[0]))), limit)
     axes.fill_between(sc, low, np.minimum(high, 2.0 * top), **_BAND, label="bridge, 90 % interval")
     axes.plot(sc, middle, color=style.BLUE, label="median")
@@ -79,15 +79,13 @@ def decision_plot(content: Content, mode: Content) -> FigureWithCaption:
         alt += (
             f" With {damping(required)} added damping, at Sc {there:.3g}, it is {amplitude(ends[1] / factor, files)}."
         )
-    axes.set(
-        xlabel="Scruton number Sc of the bridge [-]", ylabel=f"Stable amplitude [{unit_text(shown)}]", ylim=(0.0, top)
-    )
+    axes.set(xlabel="Scruton number Sc of the bridge [-]", ylabel=f"Amplitude [{unit_text(shown)}]", ylim=(0.0, top))
     axes.set_xlim(left=min(0.0, float(sc[0])) if sc[0] < 0.3 * sc[-1] else 0.9 * float(sc[0]))
     style.below(drawing, [axes], columns=3)
     return FigureWithCaption(
         drawing,
-        caption=f"The Griffin plot of the bridge, mode {mode['name']}: stable amplitude in lock-in against its Scruton "
-        "number, with all uncertainties, as it is and with the damping that it needs. " + note,
+        caption=f"The Griffin plot of the bridge, mode {mode['name']}: its stable amplitude in lock-in, as it is and "
+        "with the damping that it needs. " + note,
         alt=alt,
     )
 
