@@ -305,7 +305,10 @@ def sizing_summary(content: Content) -> Iterator[Block]:
     required = [
         (
             mode, limit["rule"], TERMINAL.number(factor * limit["limit"]), f"{limit['probability']:.3f}",
-            *(required_damping(limit["required"][p], TERMINAL) for p in CONFIDENCES),
+            *(
+                required_damping(limit["required"][p], TERMINAL, limit.get("required_mcse", {}).get(p))
+                for p in CONFIDENCES
+            ),
         )
         for mode, limit in limits(content)
     ]  # fmt: skip

@@ -111,7 +111,8 @@ def risk_curves(content: Content, mode: Content) -> FigureWithCaption:
         value = rule["required"][p]
         if value is not None and value > 0.0:
             left.plot(per * value, 1.0 - float(p), "o", color=shade, mec=style.BLACK, mew=0.5, ms=5, zorder=5)
-            left.annotate(f"{100 * float(p):.0f} %", (per * value, 1.0 - float(p)), xytext=(4, 5), zorder=6,
+            clear = 5 if float(p) <= 0.95 else 8  # pt, of the line of 5 %
+            left.annotate(f"{100 * float(p):.0f} %", (per * value, 1.0 - float(p)), xytext=(4, clear), zorder=6,
                           textcoords="offset points", fontsize=7, path_effects=style.halo())  # fmt: skip
     left.set(xlabel=damping_label(_ADDED), ylabel="Probability", ylim=(0.0, 1.02))
     factor, shown = shown_in(content["amplitude_unit"])
@@ -134,8 +135,8 @@ def risk_curves(content: Content, mode: Content) -> FigureWithCaption:
     )  # fmt: skip
 
 
-def _added(required: float | None) -> str:
-    return "not achievable" if required is None else damping(required) if required else "none"
+def _added(required: float | None, error: float | None = None) -> str:
+    return "not achievable" if required is None else damping(required, error=error) if required else "none"
 
 
 @figure("sizing", name="shares", source="sizing", each=modes)
@@ -277,8 +278,8 @@ def required_plot(content: Content) -> FigureWithCaption:
                       hatch="//" if value is None else None, alpha=0.35 if value is None else 1.0,
                       label=f"{100 * float(p):.0f} % confidence")  # fmt: skip
             place = (0.0 if value is None else per * value, y)
-            axes.annotate(_added(value), place, xytext=(3, 0), textcoords="offset points",
-                          va="center", fontsize=7)  # fmt: skip
+            said = _added(value, limit.get("required_mcse", {}).get(p))
+            axes.annotate(said, place, xytext=(3, 0), textcoords="offset points", va="center", fontsize=7)
     labels = [f"{style.shorten(name, 16)}\n{style.shorten(limit_text(entry), 20)}" for name, entry in rows]
     axes.set_yticks(range(len(rows)), labels)
     axes.set(xlabel=damping_label(_ADDED), xlim=(0.0, per * top * 1.25))
