@@ -147,6 +147,13 @@ def test_one_step_predictives_are_uniform_where_the_model_holds(model):
     assert abs(np.corrcoef(pit[1:], pit[:-1])[0, 1]) < 0.2
 
 
+def test_predictives_lie_along_the_cycles_alone(tree, model):
+    """Another dimension in their group, even without a variable, and ArviZ's predictive plots refuse it."""
+    for of in (tree, model):
+        for group in ("posterior_predictive", "prior_predictive"):
+            assert set(of[group].sizes) <= {"chain", "draw", "cycle"}
+
+
 def test_records_can_be_told_apart(model):
     observed, replicate = (model[name]["amplitude"] for name in ("observed_data", "posterior_predictive"))
     assert set(observed["record"].values) == {"decay.csv", "growth.csv"}
