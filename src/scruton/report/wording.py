@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from scruton.report.thresholds import RISK_DRAWS
+from scruton.sizing.limits.rule import limit_words
 
 PARAMETERS = {
     "a_star": "stable amplitude a*",
@@ -119,11 +120,8 @@ def law_text(label: str) -> str:
 
 
 def limit_text(entry: Mapping[str, Any]) -> str:
-    """A limit of sizing.json as a reader meets it: by its code, with what is asked of it; or as it was stated."""
-    name, _, asked = (part.strip() for part in entry["rule"].partition(":"))
-    code, clause, _ = entry["title"].partition(":")
-    words = code if clause else name.replace("-", " ")
-    return f"{words}, {asked}" if asked else words
+    """A limit of sizing.json as a reader meets it."""
+    return limit_words(entry["rule"], entry["title"])
 
 
 def with_error(value: float, error: float) -> str:
