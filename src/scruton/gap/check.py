@@ -11,7 +11,16 @@ from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign, Record
 from scruton.envelope import Cycles
 from scruton.gap.hypothesis import FittedHypothesis
-from scruton.gap.thresholds import BLOCKS, EXCESS_SIGMAS, FEWEST_CYCLES, KNOCK_SIZE, KNOCKS, KURTOSIS_SHARE, LAGS
+from scruton.gap.thresholds import (
+    BLOCKS,
+    EXCESS_SIGMAS,
+    FEWEST_CYCLES,
+    KNOCK_SIZE,
+    KNOCKS,
+    KURTOSIS_SHARE,
+    LAGS,
+    LINE_SIZE,
+)
 from scruton.stats.whiteness import ljung_box
 
 
@@ -123,7 +132,7 @@ class SecondLine:
 
 
 def second_lines(campaign: Campaign, cycles: Mapping[str, Cycles]) -> tuple[SecondLine, ...]:
-    """Look for a line beside the response in every record, the fundamental and its harmonics taken off."""
+    """Look for a line that matters beside the response in every record, the fundamental and its harmonics taken off."""
     every = [r for rig in campaign.rigs for r in rig.records] + [r for test in campaign.tests for r in test.records]
     used = [record for record in every if not record.is_envelope and record.name in cycles]
     return tuple(line for record in used if (line := _line(record, cycles[record.name])))
@@ -165,4 +174,6 @@ def _line(record: Record, cycles: Cycles) -> SecondLine | None:
     peak = int(np.argmax(above))
     ratio = float(above[peak] - np.log(np.count_nonzero(use)))
     amplitude = float(2.0 * np.sqrt(power[peak]) / window.sum())
+    if amplitude < LINE_SIZE * float(np.median(cycles.amplitude)):
+        return None
     return SecondLine(record.name, float(frequency[peak]), amplitude, ratio)

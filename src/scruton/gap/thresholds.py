@@ -29,6 +29,9 @@ ROUNDS = 2  # of swaps, at most: time
 UNKNOWN_NATS = 15.0  # that the generic term must gain beside what only the frequency shows, to be a verdict with it
 UNEARNED_NATS = 2.0  # that the unknown stays behind a catalogued effect with more evidence, or that predicts better
 LINE_NATS = 30.0  # over chance, of a line in the spectrum beside the response
+# Of the response's amplitude, below which a line is nobody's concern, as is a third harmonic: a clock that is written
+# to five digits makes lines of 0.04 %.
+LINE_SIZE = 0.0015
 ALLOWED_EXCESS = 4.0  # nats of colour and level that noise and fitting leave in the innovations
 ALLOWED_SHARE = 0.12  # of the gain, that may be left, for the form of an effect is never quite its form
 PREFERENCE_NATS = 5.0  # by which the generic term must lead a catalogued effect
