@@ -8,7 +8,9 @@ import pytest
 from scruton.campaign import load_campaign
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import fit_null
+from scruton.gap.thresholds import LAGS, OF_MEANS
 from scruton.simulate import write_campaign
+from scruton.stats.whiteness import autocorrelation, ljung_box
 
 XI, OMEGA = 0.0065, 2.0 * np.pi * 7.87
 # (2 xi omega - rho U D Y1/m)/2 = 0.8 xi omega, at an amplitude of 0.03
@@ -59,3 +61,12 @@ def test_a_section_that_builds_up_by_itself_keeps_its_damping(tmp_path: Path) ->
     assert np.exp(null.value("relaxation_rate")[0]) == pytest.approx(0.8 * XI * OMEGA, rel=0.05)
     assert np.exp(null.value("stable_amplitude")[0]) == pytest.approx(0.03, rel=0.02)
     assert abs(null.value("damping")[0]) < 0.02
+
+
+def test_turbulence_that_is_read_by_cycles_is_no_colour() -> None:
+    """Means of a random walk over cycles: their steps share a quarter with their neighbours, and nothing further."""
+    walk = np.cumsum(np.random.default_rng(2).standard_normal((4000, 50)).ravel()).reshape(4000, 50).mean(axis=1)
+    steps = np.diff(walk)
+    assert autocorrelation(steps, 2) == pytest.approx([OF_MEANS, 0.0], abs=0.04)
+    assert ljung_box(steps, LAGS)[1] < 1e-9
+    assert ljung_box(steps, LAGS, OF_MEANS)[1] > 0.05

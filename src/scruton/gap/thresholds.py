@@ -63,6 +63,7 @@ FEWEST_BEATS = 1.5  # in a record, for a force off the response: slower ones are
 
 # ---- the absolute check
 LAGS = 6  # of the Ljung-Box test
+OF_MEANS = 0.25  # correlation of neighbouring steps of a random walk that is read by its mean over every cycle: exact
 BLOCKS = 4  # parts of a record whose means and variances are compared
 FEWEST_CYCLES = 16  # of a record
 EXCESS_SIGMAS = 2.5  # standard deviations of chi-square that count as noise
