@@ -21,6 +21,7 @@ from scruton.griffin import predict
 from scruton.report import equations
 from scruton.report.chapters import Material, compose
 from scruton.report.chapters.gap import gap_chapter
+from scruton.report.chapters.required import required_tables
 from scruton.report.chapters.sizing import sizing_summary
 from scruton.report.charts import griffin_chart, risk_chart
 from scruton.report.document import (
@@ -44,7 +45,7 @@ from scruton.report.render_html import embedded, render_html
 from scruton.report.render_text import render_text
 from scruton.report.render_typst import render_pdf
 from scruton.report.tables import tables
-from scruton.report.wording import counted, plain_number
+from scruton.report.wording import PAGE, TERMINAL, counted, plain_number
 from scruton.sizing.bridge import Bridge, Cost, Mode
 from scruton.sizing.checks import CONFIDENCES
 from scruton.sizing.existing import offers
@@ -250,6 +251,24 @@ def test_the_first_page_says_what_to_test_and_what_could_overturn_it(three) -> N
     page = text_of(compose(material(three, sizing=content)).chapters[0].blocks)
     assert "Test a second rig" in page
     assert "Where rigs miss the curve by 20 %: 0.900 %" in page
+
+
+@pytest.mark.parametrize(("unit", "line"), [("m", "1/A = 13.1"), ("rad", "1/A = 0.2287 + 0.01730 Sc, A in °,")])
+def test_the_line_by_hand_is_written_out(unit: str, line: str) -> None:
+    content = sizing() | {"amplitude_unit": unit}
+    at = {
+        "intercept": 13.1039,
+        "slope": 0.9911,
+        "amplitude": 0.02624,
+        "scruton_number": 25.23,
+        "damping_ratio": 0.00274,
+    }
+    content["modes"][0]["limits"][0] |= {"required_by_hand": 0.00167, "by_hand": at}
+    (note,) = (table.note for table in required_tables(content, PAGE))
+    for part in (line, "A = 1.503 °" if unit == "rad" else "A = 0.02624 D", "Sc = 25.23", "0.274 %"):
+        assert part in note, (part, note)
+    (plain,) = (table.note for table in required_tables(content, TERMINAL))
+    assert plain.isascii()
 
 
 def two_modes() -> dict:

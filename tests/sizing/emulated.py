@@ -96,27 +96,27 @@ def fitted(rng, tested, truth, tau, seen=STILL):
     tested = np.array(tested)
     stable = np.array([truth.on_curve(sc) for sc in tested]) * np.exp(tau * rng.standard_normal(tested.size))
     relaxation, exponents = np.transpose([truth.shown(float(sc)) for sc in tested])
-    strength = (relaxation + exponents * tested) * np.exp(KAPPA * rng.standard_normal(tested.size))
-    relaxation = (strength - exponents * tested) * np.exp(seen.relaxation * rng.standard_normal(tested.size))
+    at_zero = np.maximum(exponents, 0.0) * tested
+    strength = (relaxation + at_zero) * np.exp(KAPPA * rng.standard_normal(tested.size))
+    relaxation = (strength - at_zero) * np.exp(seen.relaxation * rng.standard_normal(tested.size))
     level = np.log(stable) + seen.amplitude * rng.standard_normal(tested.size)
     exponent = exponents.mean() + seen.exponent * rng.standard_normal()
     columns, evidence = [], []
     reference = float(np.exp(np.log(tested).mean()))
     for law, weight in zip(EXPONENTS, PRIOR_WEIGHTS, strict=True):
-        at_zero = relaxation + law * tested
-        if (at_zero <= 0.0).any():
-            at_zero = np.maximum(at_zero, 1e-3)
+        strength = np.maximum(relaxation + max(law, 0.0) * tested, 1e-3)
         taus, kappas = (median * np.exp(0.8 * rng.standard_normal(CANDIDATES)) for median in (0.07, 0.15))
         if tested.size == 1:
             taus = np.full(CANDIDATES, ONE_RIG)  # as the sizing takes it
-        log_weight, strengths = _about_mean(rng, np.log(at_zero)[None], np.hypot(kappas, seen.relaxation))
-        slope = np.exp(strengths) - law * reference
+        along = max(-law, 0.0) * (tested - reference)  # for n < 0 the strength changes along the curve
+        log_weight, strengths = _about(rng, np.log(strength)[None], np.hypot(kappas, seen.relaxation), along)
+        slope = np.exp(strengths) - max(law, 0.0) * reference
         x = (tested[None] - reference) / slope[:, None]
         usable = (slope > 0.0) & (law * x < 1.0).all(axis=1)
         with np.errstate(all="ignore"):
             log_ratio = -x if law == 0.0 else np.log1p(-law * x) / law
         off = np.where(usable[:, None], level - log_ratio, 0.0)
-        more, amplitude = _about_mean(rng, off, np.hypot(taus, seen.amplitude))
+        more, amplitude = _about(rng, off, np.hypot(taus, seen.amplitude))
         weights = np.where(usable, np.exp(log_weight + more), 0.0)
         evidence.append(weight * weights.mean() * np.exp(-0.5 * ((law - exponent) / seen.exponent) ** 2))
         chosen = rng.choice(CANDIDATES, DRAWS, p=weights / weights.sum()) if weights.any() else np.arange(DRAWS)
@@ -131,11 +131,20 @@ def fitted(rng, tested, truth, tau, seen=STILL):
     )
 
 
-def _about_mean(rng, values, sd):
-    """Log likelihood (N,) of values (N or 1, J) about a mean that nothing is known of, and draws of that mean."""
+def _about(rng, values, sd, along=0.0):
+    """Weigh draws of a level that nothing is known of: values (N or 1, J) lie about ln(exp(level) + along), by sd (N,).
+
+    Log weights and levels, (N,) each, drawn about the mean, with what the values are more or less likely by than there.
+    """
     count, mean = values.shape[1], values.mean(axis=1)
-    left = ((values - mean[:, None]) ** 2).sum(axis=1)
-    return -0.5 * left / sd**2 - (count - 1) * np.log(sd), mean + sd / np.sqrt(count) * rng.standard_normal(sd.size)
+    for _ in range(20 if np.any(along) else 0):
+        mean = (values - np.log(np.maximum(1.0 + along * np.exp(-mean)[:, None], 1e-3))).mean(axis=1)
+    deviates = rng.standard_normal(sd.size)
+    level = mean + sd / np.sqrt(count) * deviates
+    with np.errstate(invalid="ignore"):
+        off = values - level[:, None] - np.log1p(along * np.exp(-level)[:, None])
+    log_weight = 0.5 * deviates**2 - 0.5 * (off**2).sum(axis=1) / sd**2 - (count - 1) * np.log(sd)
+    return np.where(np.isfinite(log_weight), log_weight, -np.inf), level
 
 
 @dataclass(frozen=True)

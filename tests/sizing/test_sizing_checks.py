@@ -68,6 +68,7 @@ def test_where_the_measured_damping_asks_for_more_it_is_said():
     (sentence,) = remarks("V1", "0.95", replace(found, reach={}))
     assert "is the law's" in sentence
     assert "n=2" in sentence
+    assert not remarks("V1", "0.95", replace(found, reach={}), coherent=False), "transients know nothing of A_c"
 
 
 def test_a_limit_below_every_transient_is_beyond_the_records():
@@ -107,6 +108,9 @@ def test_the_straight_line_is_inverted_at_the_medians():
     found = checked(line=line)
     amplitude = LIMIT / (3.0 * 4.0 / np.pi)
     assert found.required_by_hand == pytest.approx((1.0 / amplitude - 10.0) / 4000.0 - 0.003, rel=1e-3)
+    at = found.by_hand
+    assert 1.0 / at.amplitude == pytest.approx(at.intercept + at.slope * at.scruton_number)
+    assert found.required_by_hand == pytest.approx(at.scruton_number - at.damping_ratio)  # a factor of 1
 
 
 def test_one_rig_is_stated_at_two_discrepancies():
@@ -133,3 +137,19 @@ def test_nothing_that_is_not_required_is_an_extrapolation():
     found = checked(reach=(0.8, 2.0))
     nothing = replace(found, required=dict.fromkeys(found.required, 0.0), required_by_law={})
     assert remarks("V1", "0.95", nothing) == []
+
+
+def test_a_law_that_was_not_fitted_starts_where_it_has_its_own_answer():
+    """From the far test a flat law needs nothing, which lies at the near one, and from there it does need something."""
+
+    class Far(Card):
+        def each_law(self, near):
+            flat = mode_model(0.1, exponents=(0.0,)).laws
+            far = replace(flat, reference=0.012, amplitude=0.05 * flat.amplitude)
+            return {"n=0": flat if near < 0.006 else far}
+
+    found = risk(model(), at_most(LIMIT), evidence=Far(None, None, None, {}))
+    assert found.reach["0.50"].scruton_number < 0.006 < found.reach["0.95"].scruton_number
+    row = list(found.required_by_law["n=0"].values())
+    assert row == sorted(row)
+    assert row[2] > 0.001

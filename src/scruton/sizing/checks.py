@@ -46,6 +46,27 @@ class Reach:
 
 
 @dataclass(frozen=True)
+class ByHand:
+    """What leads to `required_by_hand`, for who checks it: Sc of the line at the limit, less what the bridge has.
+
+    Attributes
+    ----------
+    intercept, slope : float
+        Of 1/A = intercept + slope Sc through the stable amplitudes, A/D or rad.
+    amplitude, scruton_number : float
+        Of the section at the limit, the median, and where the line has it.
+    damping_ratio : float
+        Of the bridge, the median.
+    """
+
+    intercept: float
+    slope: float
+    amplitude: float
+    scruton_number: float
+    damping_ratio: float
+
+
+@dataclass(frozen=True)
 class Checks:
     """What stands beside the required damping ratios of one limit; see `Risk`."""
 
@@ -53,6 +74,7 @@ class Checks:
     required_by_law: Mapping[str, Required] = field(default_factory=dict)
     required_at_discrepancy: Mapping[str, Required] = field(default_factory=dict)
     required_by_hand: float | None = None
+    by_hand: ByHand | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +138,7 @@ class Evidence:
             tau: required_of(replace(model, laws=known).draws(u).needed(limit))
             for tau, known in self.at_discrepancy.items()
         }
-        return Checks(reach, by_law, stated, None if self.line is None else _by_hand(draws, limit, self.line))
+        return Checks(reach, by_law, stated, *(() if self.line is None else _by_hand(draws, limit, self.line)))
 
     def _by_law(
         self,
@@ -126,19 +148,42 @@ class Evidence:
         u: FloatArray,
         needed: Mapping[str, FloatArray],
     ) -> dict[str, Required]:
-        """Required damping by law and confidence, each from the test that is nearest to where it lies."""
+        """Required damping by law and confidence, each from the test that is nearest to where this law itself has it.
+
+        It is looked for from where the laws as weighed have it.  Where tests send to one another the largest of their
+        answers counts, and more confidence takes no less damping than less does.
+        """
+        draws = model.draws(u)
         furthest = max((found.scruton_number for found in reach.values() if found), default=0.0)
-        at_anchor: dict[tuple[str, float], dict[str, float | None]] = {}
-        by_law: dict[str, dict[str, float | None]] = {}
-        for name, found in reach.items():
-            for label, alone in self.each_law(found.scruton_number if found else furthest).items():
-                place = label, alone.reference
-                if place not in at_anchor:
-                    known = needed.get(label)
-                    needs = replace(model, laws=alone).draws(u).needed(limit) if known is None else known
-                    at_anchor[place] = required_of(needs)
-                by_law.setdefault(label, {})[name] = at_anchor[place][name]
-        return {**by_law}
+        by_start: dict[tuple[str, float], Required] = {}
+
+        def asked(label: str, near: float) -> tuple[float, Required]:
+            """Scruton number that a law starts from, the nearest to one, and what it requires from there."""
+            alone = self.each_law(near)[label]
+            place = label, alone.reference
+            if place not in by_start:
+                known = needed.get(label)
+                needs = replace(model, laws=alone).draws(u).needed(limit) if known is None else known
+                by_start[place] = required_of(needs)
+            return alone.reference, by_start[place]
+
+        by_law: dict[str, Required] = {}
+        for label in self.each_law(furthest):
+            row: dict[str, float | None] = {}
+            least = 0.0
+            for name, found in reach.items():
+                answers: dict[float, float] = {}
+                start, required = asked(label, found.scruton_number if found else furthest)
+                while start not in answers:
+                    added = required[name]
+                    answers[start] = np.inf if added is None else added
+                    there = draws.scruton_number(min(answers[start], LARGEST_ADDED))
+                    start, required = asked(label, float(np.median(there)))
+                order = list(answers)
+                least = max([least, *(answers[one] for one in order[order.index(start) :])])
+                row[name] = least if np.isfinite(least) else None
+            by_law[label] = row
+        return by_law
 
 
 def required_of(needed: FloatArray) -> dict[str, float | None]:
@@ -162,7 +207,9 @@ def reach_of(draws: Draws, limit: float, added: float) -> Reach | None:
     return Reach(sc, index, covered, coverage.scruton_number.size, abs(index) <= X_TRUSTED and covered > 0)
 
 
-def _by_hand(draws: Draws, limit: float, line: StraightLine) -> float:
+def _by_hand(draws: Draws, limit: float, line: StraightLine) -> tuple[float, ByHand]:
     """Added damping ratio where the line through 1/A reaches the limit, with the median of all else."""
-    sc = line.scruton_number(limit / float(np.median(draws.scale)))
-    return max(sc / float(np.median(draws.factor)) - float(np.median(draws.damping_ratio)), 0.0)
+    amplitude, own = limit / float(np.median(draws.scale)), float(np.median(draws.damping_ratio))
+    sc = line.scruton_number(amplitude)
+    added = max(sc / float(np.median(draws.factor)) - own, 0.0)
+    return added, ByHand(line.intercept, line.slope, amplitude, sc, own)

@@ -185,12 +185,13 @@ def damper(model: ModeModel, limit: float, seed: int, *, risk: float | None = No
         Detuned(each.detuning, fresh.probability(found.dampers, each.detuning), each.stroke, each.stroke_high)
         for each in found.detuned
     )
-    worst = None
+    left, worst = fresh.probability(found.dampers), None
     if found.dampers and not real.flaws.none:
-        worst = tuning.probability_worst(found.dampers)
+        # what counts beside the growing ones, draw by draw: over draws of their own the two could not be compared
+        worst = left + max(tuning.probability_worst(found.dampers) - tuning.probability(found.dampers), 0.0)
     return Damper(
         asked, positions[0], found.achievable, found.reason, found.dampers, total,
-        None if scale is None else total * scale, fresh.probability(found.dampers),
+        None if scale is None else total * scale, left,
         Spread(outcome.added_damping, low=outcome.added_damping_low), Spread(outcome.stroke, high=outcome.stroke_high),
         detuned, masses, positions, worst, None if request.end_stop is None else outcome.struck,
     )  # fmt: skip

@@ -61,7 +61,8 @@ def coherence_remarks(model: ModeModel, risk: Risk, seed: int) -> list[str]:
             asked,
             f" of added damping with {100.0 * float(ASKED):.0f} % confidence, and ",
             otherwise,
-            " were it coherent at every amplitude: the difference rests on A_c, which no section model tells",
+            " were it coherent at every amplitude, as what is asked for without a law and by hand takes it to be: the "
+            "difference rests on A_c, which no section model tells",
         )
     ]
     if model.laws.effect is not None:

@@ -10,7 +10,7 @@ from scruton.arrays import FloatArray
 from scruton.griffin.thresholds import X_TRUSTED
 from scruton.said import Value, damping, listed, said, scruton_number
 from scruton.shown import fields_in_brief, shown
-from scruton.sizing.checks import LAW_FREE, Checks, Evidence, Reach, Required, required_of
+from scruton.sizing.checks import LAW_FREE, ByHand, Checks, Evidence, Reach, Required, required_of
 from scruton.sizing.limits import Limit
 from scruton.sizing.model import LAW, SECTION, SOURCES, Draws, ModeModel, sampling_error, unit_cube
 from scruton.sizing.thresholds import LARGEST_ADDED, LAWS_PART, LEAST_PARTED, ONE_RIG
@@ -82,6 +82,8 @@ class Risk:
     required_by_hand : float or None
         The added damping where the straight line of 1/A through the measured stable amplitudes meets the limit, with
         the median of all else; None with one setting.
+    by_hand : ByHand or None
+        The line, and what of it leads there.
     """
 
     rule: str
@@ -102,6 +104,7 @@ class Risk:
     required_by_law: Mapping[str, Required] = field(default_factory=dict)
     required_at_discrepancy: Mapping[str, Required] = field(default_factory=dict)
     required_by_hand: float | None = None
+    by_hand: ByHand | None = None
 
 
 def risk(model: ModeModel, limit: Limit, *, seed: int = 0, evidence: Evidence | None = None) -> Risk:
@@ -167,8 +170,11 @@ def risk(model: ModeModel, limit: Limit, *, seed: int = 0, evidence: Evidence | 
     )  # fmt: skip
 
 
-def remarks(name: str, asked: str, found: Risk) -> list[str]:
-    """What the reader must know of the damping that is required at a confidence ("0.95") before trusting it."""
+def remarks(name: str, asked: str, found: Risk, *, coherent: bool = True) -> list[str]:
+    """What the reader must know of the damping that is required at a confidence ("0.95") before trusting it.
+
+    What transients ask for is that of a force `coherent` at every amplitude: else the two are not to be compared.
+    """
     reach, added = found.reach.get(asked), found.required[asked]
     others = {label: row[asked] for label, row in found.required_by_law.items()}
     by_law = listed([f"{label}: ", *percent(value)] for label, value in others.items())
@@ -187,7 +193,7 @@ def remarks(name: str, asked: str, found: Risk) -> list[str]:
                 by_law,
             )
         )
-    elif LAW_FREE in others and _parted(others[LAW_FREE], added):
+    elif coherent and LAW_FREE in others and _parted(others[LAW_FREE], added):
         sentences.append(
             said(
                 where,

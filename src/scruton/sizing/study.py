@@ -354,7 +354,8 @@ def _mode(
     parts = shares(model, deciding.limit, added=deciding.required[ASKED] or 0.0, seed=seed)
     u = unit_cube(SPREAD_DRAWS, seed + 4)
     draws = model.draws(u)
-    remarked = [*flags(model, draws), *outside(mode.name, risks), *remarks(mode.name, ASKED, deciding)]
+    remarked = [*flags(model, draws), *outside(mode.name, risks)]
+    remarked += remarks(mode.name, ASKED, deciding, coherent=bridge.coherence_amplitude is None)
     remarked += farther_limits(mode.name, deciding, risks)
     remarked += coherence_remarks(model, deciding, seed)
     if flag := damping_flag(mode.damping_ratio.mean):

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 
 from scruton.griffin.thresholds import X_TRUSTED
-from scruton.report.conventions import DAMPING, damping, damping_words, scruton, shown_in
+from scruton.report.conventions import DAMPING, SCRUTON, damping, damping_words, scruton, shown_in
 from scruton.report.document import Table
 from scruton.report.needs import Content
 from scruton.report.wording import Notation, law_text, limit_text, share
@@ -25,7 +25,8 @@ def required_tables(content: Content, of: Notation) -> Iterator[Table]:
                     ("", *_SHARES),
                     [*rows, *_reach_rows(limit, of)],
                     f"x is the extrapolation index from the nearest test: laws part beyond {X_TRUSTED:g} (!). Without "
-                    "a law the damping is that which the transients show at the amplitude of the limit.",
+                    "a law the damping is that which the transients show at the amplitude of the limit."
+                    + _by_hand(limit, content["amplitude_unit"], of),
                     numeric=(False, *[True] * len(_SHARES)),
                 )
 
@@ -51,6 +52,24 @@ def _required_rows(limit: Content, of: Notation) -> list[tuple[str, ...]]:
             )
         )
     return rows
+
+
+def _by_hand(limit: Content, unit: str, of: Notation) -> str:
+    """How the damping by the straight line of 1/A is reckoned, in a sentence that begins with a gap."""
+    if not (at := limit.get("by_hand")):
+        return ""
+    angle = unit if unit == "rad" else ""
+    (factor, shown), inverse = shown_in(angle), shown_in("1/rad")[0] if angle else 1.0
+    intercept, slope = (
+        of.number(inverse * value, 4) for value in (at["intercept"], at["slope"] / shown_in(SCRUTON)[0])
+    )
+    line = f"1/A = {intercept} + {slope} Sc" + (f", A in {of.unit(shown)}," if shown else "")
+    largest = f"{of.number(factor * at['amplitude'], 4)} {of.unit(shown) if shown else 'D'}"
+    return (
+        f" By hand: the stable amplitudes of the section lie along {line} and the limit is A = {largest} with all "
+        f"else at its median, so Sc = {scruton(at['scruton_number'], of.number)}; the bridge has a {damping_words()} "
+        f"of {damping(at['damping_ratio'])} already."
+    )
 
 
 def required_damping(value: float | None, of: Notation, error: float | None = None) -> str:
