@@ -1,6 +1,7 @@
 """Two results side by side: what is alike, what moved and what is apart, by hand and of real fits."""
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -76,6 +77,13 @@ def test_numbers_are_those_of_the_results(small_results: Path) -> None:
         assert first is not None
         assert first.median == pytest.approx(entry["median"], rel=1e-12)
         assert (first.low, first.high) == pytest.approx(tuple(entry["interval"]["0.90"]), rel=1e-9)
+
+
+def test_intervals_have_the_digits_of_their_width(small_results: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["compare", str(small_results), str(small_results)]) == 0
+    ends = re.findall(r"(-?[\d.]+) \.\. (-?[\d.]+)", capsys.readouterr().out)
+    assert len(ends) > 8
+    assert all(low != high for low, high in ends)
 
 
 def test_another_seed_is_alike_and_said(small_results: Path, other_seed: Path) -> None:
