@@ -265,7 +265,7 @@ def test_the_line_by_hand_is_written_out(unit: str, line: str) -> None:
     }
     content["modes"][0]["limits"][0] |= {"required_by_hand": 0.00167, "by_hand": at}
     (note,) = (table.note for table in required_tables(content, PAGE))
-    for part in (line, "A = 1.503 °" if unit == "rad" else "A = 0.02624 D", "Sc = 25.23", "0.274 %"):
+    for part in (line, "A = 1.503° " if unit == "rad" else "A = 0.02624 D", "Sc = 25.23", "0.274 %"):
         assert part in note, (part, note)
     (plain,) = (table.note for table in required_tables(content, TERMINAL))
     assert plain.isascii()

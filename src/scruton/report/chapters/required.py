@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 
 from scruton.griffin.thresholds import X_TRUSTED
-from scruton.report.conventions import DAMPING, SCRUTON, damping, damping_words, scruton, shown_in
+from scruton.report.conventions import DAMPING, SCRUTON, damping, damping_words, scruton, shown_in, with_unit
 from scruton.report.document import Table
 from scruton.report.needs import Content
 from scruton.report.wording import Notation, law_text, limit_text, share
@@ -64,7 +64,8 @@ def _by_hand(limit: Content, unit: str, of: Notation) -> str:
         of.number(inverse * value, 4) for value in (at["intercept"], at["slope"] / shown_in(SCRUTON)[0])
     )
     line = f"1/A = {intercept} + {slope} Sc" + (f", A in {of.unit(shown)}," if shown else "")
-    largest = f"{of.number(factor * at['amplitude'], 4)} {of.unit(shown) if shown else 'D'}"
+    size = of.number(factor * at["amplitude"], 4)
+    largest = f"{size} {shown or 'D'}" if of.plain else with_unit(size, shown or "D")
     return (
         f" By hand: the stable amplitudes of the section lie along {line} and the limit is A = {largest} with all "
         f"else at its median, so Sc = {scruton(at['scruton_number'], of.number)}; the bridge has a {damping_words()} "
