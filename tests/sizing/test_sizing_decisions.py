@@ -57,7 +57,7 @@ def test_half_of_what_is_required_would_not_do(name, cube):
 
 
 CELLS = [(name, tau, STILL) for name in TRUTHS for tau in (0.05, 0.10, 0.20)] + [(name, 0.10, GUSTY) for name in TRUTHS]
-DEAR = pytest.mark.xfail(strict=True, reason="2.06 to 2.21; who knew law and discrepancy would ask for 1.8")
+DEAR = pytest.mark.xfail(strict=True, reason="2.09 to 2.25; who knew law and discrepancy would ask for 1.8")
 STEEP = ("n = -1", "van der Pol wake", "Rayleigh wake")  # a small amplitude takes much damping
 
 
