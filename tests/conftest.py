@@ -131,6 +131,19 @@ def small_results(small_campaign: Path, once: Callable[[str, Callable[[Path], ob
     return once("results", make) / "fit"
 
 
+@pytest.fixture(scope="session")
+def quick_results(small_campaign: Path, once: Callable[[str, Callable[[Path], object]], Path]) -> Path:
+    """Fit the small campaign once under the paper's law, quickly: for what asks little of the draws; read only."""
+    from scruton.cli import main
+
+    def make(folder: Path) -> None:
+        (folder / "card.toml").write_text(CARD, encoding="utf-8")
+        card = str(folder / "card.toml")
+        assert main(["fit", str(small_campaign), "-o", str(folder / "fit"), "--model", card, "--quiet"]) == 0
+
+    return once("quick", make) / "fit"
+
+
 # Two rigs in one wind under one law: what the campaign model, predictions and validation need at least.
 TWO_RIGS = """
 format = 1

@@ -12,10 +12,15 @@ PROMPT = ": "  # what a question ends in
 PATIENCE = 60.0  # s without a letter
 
 
-def at_a_terminal(words: Sequence[str], answers: Sequence[str], folder: Path) -> tuple[int, str]:
-    """Run `scruton WORDS` at a terminal of 80 columns, and answer in turn; the exit code, and all that is seen."""
+def at_a_terminal(
+    words: Sequence[str], answers: Sequence[str], folder: Path, program: Sequence[str] = ("-m", "scruton.cli")
+) -> tuple[int, str]:
+    """Run `scruton WORDS`, or another program of Python, at a terminal of 80 columns, and answer in turn.
+
+    Returned are the exit code, and all that is seen.
+    """
     ours, theirs = pty.openpty()
-    command = [sys.executable, "-m", "scruton.cli", *words]
+    command = [sys.executable, *program, *words]
     environment = os.environ | {"COLUMNS": "80", "TERM": "dumb"}
     running = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, cwd=folder, env=environment)
     os.close(theirs)

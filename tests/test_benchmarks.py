@@ -35,12 +35,13 @@ def test_the_gradient_of_the_peers_is_exact():
 
 def test_one_fit_reaches_convergence(monkeypatch):
     monkeypatch.setattr(fit, "REPEATS", 1)
+    monkeypatch.setattr(fit, "fit_campaign", lambda *_, **__: None)  # of which it tells the time alone
     figures = {figure.name: figure for figure in fit.run()}
     assert all(figure.met for name, figure in figures.items() if "ESS" in name or "R-hat" in name)
 
 
 def test_the_likelihood_is_timed():
-    assert 0.0 < likelihood.cost(12, 2) < 1.0
+    assert 0.0 < likelihood.cost(1200, 16) < 1.0
 
 
 def test_the_long_record_is_what_it_says():

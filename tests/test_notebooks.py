@@ -2,10 +2,14 @@
 
 import json
 import shutil
+from functools import partial
 from pathlib import Path
 
 import matplotlib.pyplot as plt
 import pytest
+
+import scruton
+from tests.conftest import CARD
 
 ROOT = Path(__file__).resolve().parents[1]
 BOOKS = ROOT / "docs/notebooks"
@@ -30,15 +34,18 @@ def test_every_notebook_is_run():
     assert {path.stem for path in BOOKS.glob("*.ipynb")} == set(ORDER)
 
 
-@pytest.fixture(scope="module")
-def left(tmp_path_factory):
-    """What the notebooks leave in their names, run beside a copy of the example."""
+@pytest.fixture(scope="module", params=["quick", pytest.param("default", marks=pytest.mark.slow)])
+def left(request, tmp_path_factory):
+    """What the notebooks leave in their names, run beside a copy of the example; under a quick card, or as they are."""
     place = tmp_path_factory.mktemp("notebooks")
+    (place / "quick.toml").write_text(CARD, encoding="utf-8")
+    card = "default" if request.param == "default" else place / "quick.toml"
     shutil.copytree(ROOT / "examples/rectangle-4to1", place / "examples/rectangle-4to1")
     (place / "docs/notebooks").mkdir(parents=True)
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(place / "docs/notebooks")
         patch.setattr(plt, "show", lambda *_: None)
+        patch.setattr(scruton, "fit", partial(scruton.fit, card=card))
         plt.switch_backend("agg")
         spaces = {name: run(name) for name in ORDER}
         plt.close("all")

@@ -2,10 +2,12 @@
 
 import io
 import sys
+from pathlib import Path
 
 import pytest
 
 from scruton.progress import Bar, Stages
+from tests.terminals import at_a_terminal
 
 
 class Terminal(io.StringIO):
@@ -66,3 +68,12 @@ def test_the_time_left_is_that_of_all_stages(monkeypatch) -> None:
     assert "b, 01:20 left" in shown
     assert "c, 00:50 left" in shown
     assert "anew, ? left" in shown
+
+
+def test_a_terminal_that_tells_no_size_sees_the_line(tmp_path: Path) -> None:
+    """As that of a container, or of a serial line: zero columns by zero lines."""
+    code, seen = at_a_terminal(
+        ["-c", "from scruton.progress import Bar\nwith Bar(False) as bar: bar('a stage', 0.0); bar('a stage', 0.5)"],
+        [], tmp_path, program=(),
+    )  # fmt: skip
+    assert (code, "a stage" in seen) == (0, True)

@@ -43,8 +43,12 @@ class Bar:
 
             tqdm.set_lock(RLock())  # the default one is a semaphore of the system, and for many processes
             tqdm.monitor_interval = 0  # no thread beside
+            size = shutil.get_terminal_size()  # 80 x 24 of a terminal that says 0 x 0, on which tqdm would show nothing
             form = "  [{bar:24}] {desc}, {remaining} left"
-            self._line = tqdm(total=1.0, smoothing=0, ascii=".#", bar_format=form, file=sys.stderr, leave=False)
+            self._line = tqdm(
+                total=1.0, smoothing=0, ascii=".#", bar_format=form, file=sys.stderr, leave=False,
+                ncols=size.columns, nrows=size.lines,
+            )  # fmt: skip
         elif fraction < self._line.n:  # a count of its own begins
             self._line.reset()
         self._line.n = fraction

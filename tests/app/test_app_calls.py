@@ -167,33 +167,39 @@ def test_a_fit_carries_an_effect(fit, monkeypatch, small_campaign):
         scruton.fit(small_campaign, effect="friction")
 
 
-def test_a_bridge_is_sized_by_its_path(fit, folder):
-    bridge = scruton.load_bridge(str(folder / "bridge.toml"))
-    sizing = scruton.size(str(folder / "fit"), str(folder))
-    again = scruton.size(fit, bridge)
-    assert sizing.to_json() == again.to_json()
-    assert scruton.size(fit, bridge, ["0.001 m"]).modes[0].governing != sizing.modes[0].governing
+@pytest.fixture(scope="module")
+def sizing(fit, folder):
+    return scruton.size(fit, folder)
+
+
+@pytest.fixture(scope="module")
+def strict_sizing(fit, folder):
+    return scruton.size(fit, scruton.load_bridge(str(folder / "bridge.toml")), ["0.001 m"])
+
+
+def test_a_bridge_is_sized_by_its_path(folder, sizing, strict_sizing):
+    assert sizing.to_json() == scruton.size(str(folder / "fit"), str(folder / "bridge.toml")).to_json()
+    assert strict_sizing.modes[0].governing != sizing.modes[0].governing
     drawn = plot.risk(sizing)
     assert drawn.axes[0].get_xlabel().startswith("Added damping")
     with pytest.raises(InputError, match="V9"):
         plot.risk(sizing, mode="V9")
 
 
-def test_a_sizing_is_found_in_the_folder_of_its_fit(fit, folder, tmp_path):
+def test_a_sizing_is_found_in_the_folder_of_its_fit(fit, sizing, strict_sizing, tmp_path):
     write_fit(fit, tmp_path)
     with pytest.raises(InputError, match="found nothing; wanted a folder that `scruton size` wrote"):
         plot.risk(tmp_path)
-    for name in ("sizing", "sizing-2"):
+    for name, one in (("sizing", sizing), ("sizing-2", strict_sizing)):
         (tmp_path / name).mkdir()
-        content = scruton.size(fit, folder, [f"0.00{len(name)} m"]).to_json()
-        write_document(tmp_path / name / "sizing.json", content)
+        write_document(tmp_path / name / "sizing.json", one.to_json())
     assert plot.risk(tmp_path).axes[0].get_xlabel().startswith("Added damping")
     last = scruton.load_sizing(tmp_path / "sizing-2").to_json()
     assert scruton.load_sizing(str(tmp_path)).to_json() == last
     assert scruton.load_sizing(tmp_path / "sizing").to_json() != last
 
 
-def test_results_show_themselves_in_brief(fit, folder, small_campaign):
+def test_results_show_themselves_in_brief(fit, folder, sizing, small_campaign):
     results = [
         fit,
         fit.campaign,
@@ -202,7 +208,7 @@ def test_results_show_themselves_in_brief(fit, folder, small_campaign):
         scruton.load_bridge(folder),
         scruton.check(small_campaign),
     ]
-    results.append(scruton.size(fit, folder))
+    results.append(sizing)
     for result in results:
         assert repr(result).startswith(f"{type(result).__name__}(")
         assert len(repr(result)) < 400, type(result)
@@ -224,15 +230,15 @@ def within(value, depth=8):
         yield from within(one, depth - 1)
 
 
-def test_what_results_consist_of_is_brief_too(fit, folder, small_campaign):
+def test_what_results_consist_of_is_brief_too(fit, folder, sizing, small_campaign):
     checked = scruton.check(small_campaign)
-    results = (fit, scruton.size(fit, folder), scruton.load_bridge(folder), checked, checked.identified)
+    results = (fit, sizing, scruton.load_bridge(folder), checked, checked.identified)
     found = {type(one): repr(one) for one in within(results)}
     assert len(found) > 30
     assert {kind.__name__: len(line) for kind, line in found.items() if len(line) > 400} == {}
     mode = scruton.load_bridge(folder).modes[0]
     assert repr(mode).startswith("Mode(name=V1, frequency=")
-    assert "name=V1" in repr(scruton.size(fit, folder).modes[0])
+    assert "name=V1" in repr(sizing.modes[0])
 
 
 def test_flags_and_stages_are_logged(monkeypatch, caplog, fit, small_campaign):

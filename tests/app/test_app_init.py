@@ -184,6 +184,20 @@ def test_at_a_terminal_it_asks_for_a_rate_that_no_file_tells(tmp_path: Path) -> 
     assert made["rigs"][0]["frequency"].startswith("4")
 
 
+def test_without_a_rate_no_frequency_is_made_up(tmp_path: Path) -> None:
+    t = np.arange(3000) / 100.0
+    rows = "\n".join(f"{y:.6f}" for y in 5.0 * np.exp(-0.1 * t) * np.cos(8.0 * np.pi * t))
+    (tmp_path / "still.csv").write_text(f"displacement [mm]\n{rows}", "utf-8")
+    text = run(tmp_path)
+    assert "frequency" not in tomllib.loads(text)["rigs"][0]
+    assert '# frequency = "40 Hz"  # FILL IN: the dominant line of its records is at 0.04 of the sample rate' in text
+    assert '--force and --sample-rate "1000 Hz"' in text
+    (tmp_path / "campaign.toml").write_text(filled(text), encoding="utf-8")
+    (record,) = load_campaign(tmp_path).rigs[0].records
+    assert record.time[1] == pytest.approx(0.001), "what both lines suggest goes together"
+    assert tomllib.loads(run(tmp_path, force=True, rate="100 Hz"))["rigs"][0]["frequency"] == "4 Hz"
+
+
 def decaying(
     path: Path, heading: str, columns: Callable[[np.ndarray], list[np.ndarray]], seconds: float = 60.0
 ) -> None:

@@ -41,6 +41,7 @@ CARD = """format = 1
 name = "short"
 extends = "default"
 [sampler]
+ensembles = 2
 walkers = 64
 draws = 16
 min_ess = 100
@@ -48,7 +49,7 @@ max_rhat = 1.1
 """
 
 
-def tiny(out: Path, campaigns=3, seed=3, **how):
+def tiny(out: Path, campaigns=2, seed=3, **how):
     short = out.parent / "short.toml"
     short.write_text(CARD, encoding="utf-8")
     return run_calibration(Execution(out, **how), regimes=TINY, campaigns=campaigns, seed=seed, model=str(short))
@@ -272,7 +273,7 @@ def test_whole_pipe(one_job):
     content = json.loads((one_job / "calibration.json").read_text(encoding="utf-8"))
     assert content["settings"]["seed"] == 3
     assert [one["regime"] for one in content["regimes"]] == list(TINY)
-    assert all(len(one["z"]) == 3 for table in content["scores"].values() for one in table.values())
+    assert all(len(one["z"]) == 2 for table in content["scores"].values() for one in table.values())
     lines = (one_job / "coverage.csv").read_text(encoding="utf-8").splitlines()
     assert len(lines) == 1 + 2 * 9 * 3
     text = (one_job / "calibration.txt").read_text(encoding="utf-8")
@@ -285,7 +286,7 @@ def test_whole_pipe(one_job):
 
 def test_processes_do_not_change_a_digit(one_job):
     """Tables are made from the records in the order of their index, so equal records are equal tables."""
-    tasks = [("growth", 1), ("turbulence-1", 2)]
+    tasks = [("growth", 0), ("turbulence-1", 1)]
     alone = [load(one_job, name)[index] for name, index in tasks]
     card = load_card(one_job.parent / "short.toml")
     found = [one for _, one in Workers(2).values(_fitted, [(*task, 3, card) for task in tasks])]
@@ -316,14 +317,14 @@ def test_resume_after_an_interruption_gives_the_same_bytes(one_job, tmp_path):
         tiny(out, resume=True, seed=4)
     told = []
     tiny(out, resume=True, progress=lambda *what: told.append(what))
-    assert told == [("turbulence-1", fraction) for fraction in (pytest.approx(2 / 3), 1.0)]
+    assert told == [("turbulence-1", 1.0)], "the first of the two was kept"
     assert same(one_job, out)
 
 
 def test_campaigns_of_another_definition_of_a_regime_are_no_part_of_its_sample(one_job, tmp_path, monkeypatch):
     out = tmp_path / "earlier"
     shutil.copytree(one_job, out)
-    assert sorted(load(out, "growth")) == [0, 1, 2]
+    assert sorted(load(out, "growth")) == [0, 1]
     monkeypatch.setitem(REGIMES, "growth", replace(REGIMES["growth"], turbulence=0.02))
     with pytest.raises(InputError, match=r"growth\.jsonl: line 1: found a campaign of another definition.*--force"):
         load(out, "growth")

@@ -123,7 +123,7 @@ def test_check_does_not_praise_what_it_cannot_use(tmp_path, capsys):
 
 
 def test_a_second_sizing_stands_beside_the_first(small_results, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("scruton.report.figures.save", lambda *_, **__: [])
+    monkeypatch.setattr("scruton.report.figures.figures_from", lambda *_: [])
     shutil.copytree(small_results, tmp_path / "fit")
     for limit, place in (("0.02", "sizing"), ("0.01", "sizing-2"), ("0.01", "sizing-3")):
         assert main(["size", str(tmp_path / "fit"), "--limit", limit, "--quiet"]) == 0

@@ -16,7 +16,8 @@ from tests.app.test_app_run import BLOCK
 CARD = """extends = "paper"
 name = "quick"
 [sampler]
-walkers = 64
+ensembles = 2
+walkers = 48
 draws = 16
 min_ess = 200
 max_steps = 400

@@ -1,12 +1,15 @@
 """The verdict on simulated campaigns, and the pieces that it rests on."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from scruton.calibrate.challenge import case
 from scruton.calibrate.challenge.case import simulate_case
+from scruton.campaign.quantity import Quantity
+from scruton.campaign.schema import Campaign, Kind, Motion, Record, Rig, Section
 from scruton.dynamics.effects import CATALOGUE
 from scruton.gap import diagnosis
 from scruton.gap.attribute import Candidate, Screen
@@ -15,6 +18,7 @@ from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import diagnose, fit_null
 from scruton.gap.hypothesis import Hypothesis
 from scruton.gap.null_model import null_model
+from scruton.gap.thresholds import LINE_NATS
 from scruton.infer.fit import envelope
 from scruton.simulate.motion import Noise
 from scruton.stats.laplace_check import importance_evidence
@@ -69,7 +73,20 @@ def test_a_clean_campaign_passes_the_absolute_check(clean):
     mark = check(null)
     assert min(mark.colour, mark.level, mark.spread, mark.tails) > 1e-4
     assert mark.excess < 4
-    assert max(line.ratio for line in second_lines(campaign, data.cycles)) < 25
+    assert max((line.ratio for line in second_lines(campaign, data.cycles)), default=0.0) < 25
+
+
+@pytest.mark.parametrize(("size", "found"), [(0.0, 0), (0.01, 1)])
+def test_a_line_that_does_not_matter_is_none(size, found):
+    """A clock written to four decimals puts lines beside the response, of 0.05 % of it."""
+    time = np.arange(0.0, 60.0, 1.0 / 256.0)
+    swing = 0.05 * (np.sin(2.0 * np.pi * 4.79 * time) + size * np.sin(2.0 * np.pi * 7.3 * time))
+    response = swing + 5e-6 * np.random.default_rng(1).standard_normal(time.size)
+    record = Record("still.csv", Path("still.csv"), Kind.FREE_DECAY, np.round(time, 4), response)
+    rig = Rig("rig", Quantity(4.79), None, Quantity(0.001), (record,))
+    campaign = Campaign(Path(), "", "", Section(Motion.HEAVING, 0.3, 0.05), (rig,))
+    lines = second_lines(campaign, {record.name: envelope(record, 4.79)})
+    assert sum(line.ratio > LINE_NATS for line in lines) == found
 
 
 def test_a_promise_is_the_gain_of_a_small_effect(clean):

@@ -259,11 +259,13 @@ def test_the_report_says_whether_its_numbers_contain_what_was_found() -> None:
     assert contained_sentence(gap, {"effect": {"used": "coulomb_friction"}}) == (
         "The numbers here contain it. It moves by 5 %. The same command without `--effect` takes it out."
     )
-    assert contained_sentence(gap, {}) == "The numbers here do not contain it. `--effect auto` puts it in."
+    assert contained_sentence(gap, {}) == "The numbers here do not contain it. It moves by 5 %."
+    still = SURE | {"meaning": gap["meaning"] | {"moves": ""}}
+    assert contained_sentence(still, {}) == "The numbers here do not contain it. `--effect auto` puts it in."
     assert contained_sentence(gap | {"verdict": "none"}, {}) == ""
     unsure = gap | {"probability": {"none": 0.1, "coulomb_friction": 0.5, "fluid_memory": 0.4}}
     assert contained_sentence(unsure, {}) == (
-        "The numbers here do not contain it. If it is the first of these: `--effect auto` puts it in."
+        "The numbers here do not contain it. If it is the first of these: it moves by 5 %."
     )
     used = {"effect": {"used": "coulomb_friction"}}
     assert contained_sentence(unsure, used).startswith("The numbers here contain the first of these. ")

@@ -245,6 +245,15 @@ def test_still_air_alone_has_no_stable_amplitude_but_a_damping_curve() -> None:
     assert found["held_out"]["fraction"] > 0.8
 
 
+def test_what_cannot_be_told_from_the_verdict_runs_up_to_nothing() -> None:
+    campaign, _ = simulate_case(900, 1, "structural_damping_nonlinearity", 0.4)
+    still = replace(campaign, tests=())
+    verdict, rival = "structural_damping_nonlinearity", "coulomb_friction"
+    diagnosis = diagnosed(still, verdict, "as A^2, in every rig alike", rival)
+    assert shrink(diagnosis)["runner_up"]["effect"] == rival
+    assert shrink(diagnosis, alike=(verdict, rival))["runner_up"] is None
+
+
 def test_one_record_in_still_air_leaves_none_to_foretell_it() -> None:
     campaign, _ = simulate_case(900, 1, "structural_damping_nonlinearity", 0.4)
     rig = replace(campaign.rigs[0], records=campaign.rigs[0].records[:1])

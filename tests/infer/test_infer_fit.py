@@ -283,8 +283,10 @@ def test_one_law_is_not_weighed(quick):
     }  # fmt: skip
 
 
-def test_a_free_exponent_is_found(small_campaign, quick_card):
-    fit = fit_campaign(load_campaign(small_campaign), load_card(quick_card("free-exponent")), thorough=False)
+def test_a_free_exponent_is_found(small_campaign, quick_card, tmp_path):
+    card = quick_card("free-exponent", more="ensembles = 2").read_text(encoding="utf-8")
+    (tmp_path / "card.toml").write_text(card.replace("walkers = 64", "walkers = 48"), encoding="utf-8")
+    fit = fit_campaign(load_campaign(small_campaign), load_card(tmp_path / "card.toml"), thorough=False)
     assert fit.converged
     assert np.isnan(fit.summary["law_n"])
     assert list(fit.tree["campaign_posterior"]["law"].values) == ["n free"]

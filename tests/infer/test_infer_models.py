@@ -178,6 +178,14 @@ def test_free_runs_reproduce_the_data(n, start):
     assert 0.75 < inside.mean() <= 1.0
 
 
+def test_kernels_are_compiled_for_rows_alone_whether_the_exponent_is_free_or_not():
+    u = np.random.default_rng(0).standard_normal((5, len(WIND) + 1))
+    for n in (-1.0, None):
+        found = replace(wind(envelope([np.full(20, 0.05)], 1e-3)), n=n).exponents(u[:, : len(WIND) + (n is None)])
+        assert found.shape == (5,)
+        assert found.flags.c_contiguous
+
+
 def replicated(rng, y, se, wind_of, theta, n=-1.0, a_star=0.05, lam=0.7, q=2e-4):
     """Free runs of a record from its first amplitude on, one for each row of columns theta, (R, N)."""
     runs, data = len(theta), envelope([y], se)

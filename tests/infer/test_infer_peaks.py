@@ -44,7 +44,7 @@ PRIOR = (0.5, 0.3, 0.2)
 
 @pytest.fixture(scope="module")
 def card():
-    small = SamplerSettings(ensembles=2, walkers=64, draws=16, min_ess=300, max_rhat=1.05)
+    small = SamplerSettings(ensembles=2, walkers=64, draws=16, min_ess=200, max_rhat=1.05)
     return replace(load_card("paper"), laws=LAWS, law_weights=PRIOR, sampler=small)
 
 

@@ -13,8 +13,8 @@ from scruton.cli import main
 from scruton.errors import InputError
 from scruton.griffin.compare import ALIKE, APART, MOVED, Difference, Side
 from scruton.infer.store import read_tree
-from scruton.report.compare import _required
-from tests.conftest import CARD
+from scruton.report.compare import _required, _side
+from scruton.report.wording import TERMINAL
 
 
 def side(median: float, width: float, error: float) -> Side:
@@ -50,13 +50,6 @@ def test_required_damping_is_that_of_any_mode_where_the_bridge_asks_for_it() -> 
     assert found == [("V1", 0.004, 0.005), ("V2", 0.004, 0.006)]
 
 
-@pytest.fixture(scope="module")
-def other_seed(small_campaign: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    out = tmp_path_factory.mktemp("other") / "fit"
-    assert main(["fit", str(small_campaign), "-o", str(out), "--seed", "5", "--quiet"]) == 0
-    return out
-
-
 def test_a_result_beside_itself_is_alike_throughout(small_results: Path) -> None:
     found = scruton.compare(small_results, str(small_results), scruton_numbers=[30.0])
     assert {one.verdict for one in found.differences} == {ALIKE}
@@ -78,26 +71,32 @@ def test_numbers_are_those_of_the_results(small_results: Path) -> None:
         assert (first.low, first.high) == pytest.approx(tuple(entry["interval"]["0.90"]), rel=1e-9)
 
 
-def test_another_seed_is_alike_and_said(small_results: Path, other_seed: Path) -> None:
-    found = scruton.compare(small_results, other_seed, scruton_numbers=[30.0])
+def test_intervals_have_the_digits_of_their_width() -> None:
+    narrow = Side(0.006500, 0.006498, 0.006503, 1e-7)
+    assert _side(narrow, 100.0, TERMINAL, ends=True) == ("0.6500", "0.6498 .. 0.6503"), "and not 0.65 .. 0.65"
+    assert _side(None, 100.0, TERMINAL, ends=True) == ("-", "-")
+
+
+def test_another_seed_is_alike_and_said(small_campaign: Path, quick_results: Path, tmp_path: Path) -> None:
+    out, card = tmp_path / "fit", quick_results.parent / "card.toml"
+    assert main(["fit", str(small_campaign), "-o", str(out), "--model", str(card), "--seed", "5", "--quiet"]) == 0
+    found = scruton.compare(quick_results, out, scruton_numbers=[30.0])
     assert [one for one in found.differences if one.verdict in (MOVED, APART)] == []
     assert any(np.isfinite(one.change) and one.change for one in found.differences), "the draws are others"
     assert found.inputs == ("The seed: 0, and 5.",)
 
 
 def test_another_campaign_is_apart_in_what_differs(
-    small_campaign: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    small_campaign: Path, quick_results: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Twice the displacement: the stable amplitude doubles, Sc stays."""
-    (tmp_path / "card.toml").write_text(CARD, encoding="utf-8")
     copy = shutil.copytree(small_campaign, tmp_path / "twice")
     for name in ("decay.csv", "growth.csv"):
         head, *lines = (copy / name).read_text(encoding="utf-8").splitlines()
         rows = [f"{t},{2.0 * float(y):.9g}" for t, y in (line.split(",") for line in lines)]
         (copy / name).write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
-    results = [str(tmp_path / "as it was"), str(tmp_path / "fit")]
-    for folder, out in zip((small_campaign, copy), results, strict=True):
-        assert main(["fit", str(folder), "-o", out, "--model", str(tmp_path / "card.toml"), "--quiet"]) in (0, 1)
+    results, card = [str(quick_results), str(tmp_path / "fit")], quick_results.parent / "card.toml"
+    assert main(["fit", str(copy), "-o", results[1], "--model", str(card), "--quiet"]) in (0, 1)
     capsys.readouterr()
     page = tmp_path / "page.html"
     assert main(["compare", *results, "--json", "--html", str(page)]) in (0, 1)

@@ -259,5 +259,6 @@ def test_an_identifier_would_be_found():
     assert parameter_words("trial_residual") == "standard deviation of the residual"
     assert parameter_words("never_heard_of") == "never heard of"
     assert in_words("gamma_v of none") == "γᵥ of none"
+    assert in_words("takes xi_s(A) of rig 4#") == "takes ξₛ(A) of rig 4#"
     assert in_words("the risk is 7.8%; of 5 %") == "the risk is 7.8 %; of 5 %"
     assert in_words("wind_speed_drift.toml") == "wind_speed_drift.toml", "a name of a file stays"

@@ -45,7 +45,7 @@ from scruton.report.render_html import embedded, render_html
 from scruton.report.render_text import render_text
 from scruton.report.render_typst import render_pdf
 from scruton.report.tables import tables
-from scruton.report.wording import PAGE, TERMINAL, counted
+from scruton.report.wording import PAGE, TERMINAL, counted, plain_number
 from scruton.sizing.bridge import Bridge, Cost, Mode
 from scruton.sizing.checks import CONFIDENCES
 from scruton.sizing.existing import offers
@@ -164,6 +164,21 @@ def test_a_damping_stands_with_its_monte_carlo_error_and_a_limit_by_its_code(thr
     assert table.rows[0][1] == "BD 49/01, acceptable"
     assert table.rows[0][3:] == ("41.9 ± 0.2 %", *["0.392 ± 0.002 %"] * 4)
     assert table.note == "±: Monte Carlo standard error."
+    content["modes"][0]["limits"][0] |= {
+        "required_by_law": {"n=0": dict.fromkeys(CONFIDENCES, 0.0000614)},
+        "required_mcse": dict.fromkeys(CONFIDENCES, 0.00001),
+    }
+    document = compose(material(three, sizing=content))
+    by_law = next(t for t in document.every(Table) if t.name == "required_by_law_1_1")
+    rows = {label: cells for label, *cells in by_law.rows}
+    assert rows["laws as weighed"] == ["0.392 %"] * 4
+    assert rows["under n = 0 alone"] == ["0.006 %"] * 4, "and not 0.00614 %"
+
+
+def test_numbers_of_the_terminal_have_no_exponent_that_a_reader_would_stumble_over() -> None:
+    assert [plain_number(value) for value in (20000.0, 137654.3, 8.24e-5, 1.5e9, 3665.0)] == [
+        "20000", "137654", "8.24e-05", "1.5e+09", "3665"
+    ]  # fmt: skip
 
 
 def test_a_design_is_predicted_with_a_bridge_and_without(three) -> None:
@@ -289,6 +304,19 @@ def test_the_first_page_names_every_mode_the_worst_first_and_the_risk_of_any(thr
     assert [value for _, value, _ in figures] == ["120 mm", "90.0 %", "3.50 %"]
     assert "mode V2" in figures[1][2]
     assert figures[2][0] == "Risk of any mode with all dampers"
+
+
+def test_the_first_page_says_what_the_draws_know_its_numbers_to(three) -> None:
+    content = two_modes()
+    assert "Monte Carlo standard errors" not in text_of(compose(material(three, sizing=content)).chapters[0].blocks)
+    mode = content["modes"][1]
+    mode["amplitude"] = mode["amplitude"] | {"mcse": [0.0012, 0.001, 0.002]}
+    mode["limits"][0] |= {"probability_mcse": 0.002, "required_mcse": dict.fromkeys(CONFIDENCES, 3e-5)}
+    said = text_of(compose(material(three, sizing=content)).chapters[0].blocks)
+    assert (
+        "Monte Carlo standard errors (mode V2): median amplitude 120 ± 1 mm, risk as it is 80.0 ± 0.2 %, damping to "
+        "add with 95 % confidence 0.600 ± 0.003 %."
+    ) in said
 
 
 def test_the_first_page_asks_for_the_damping_of_any_mode_where_the_bridge_does(three) -> None:

@@ -5,6 +5,7 @@ import json
 import re
 import shutil
 
+import numpy as np
 import pytest
 from browser import chromium, opened
 
@@ -72,6 +73,30 @@ def test_the_terminal_has_the_quick_estimation_and_measured_damping(small_campai
     text = capsys.readouterr().out
     assert "epsilon" in text
     assert max(map(len, text.splitlines())) <= 80
+
+
+def test_measured_damping_has_the_digits_of_its_error_and_a_record_set_aside_does_not_count(
+    small_campaign, tmp_path, capsys
+):
+    folder = shutil.copytree(small_campaign, tmp_path / "campaign")
+    text = (folder / "campaign.toml").read_text(encoding="utf-8")
+    noise = np.random.default_rng(1).normal(0.0, 1e-6, 2000)
+    rows = "\n".join(f"{k / 100:.2f},{y:.9f}" for k, y in enumerate(noise))
+    (folder / "weak.csv").write_text(f"time [s],displacement [m]\n{rows}", encoding="utf-8")
+    name = re.search(r'file = "([^"]*)",[^}]*free-decay', text).group(1)
+    weak = f'{{ file = "{name}", kind = "free-decay" }}, {{ file = "weak.csv", kind = "free-decay" }}'
+    text, count = re.subn(rf'\{{ file = "{re.escape(name)}", kind = "free-decay" \}}', weak, text)
+    assert count == 1
+    (folder / "campaign.toml").write_text(text, encoding="utf-8")
+    page = tmp_path / "check.html"
+    assert main(["check", str(folder), "--html", str(page)]) == 0
+    shown = re.search(r"^6#.*$", capsys.readouterr().out, re.MULTILINE).group(0).split()
+    ringdown = scruton.check(folder).inspection.ringdowns["6#"]
+    assert shown[-1] == "1", "that which is set aside is no ring-down"
+    value, error = shown[-4], shown[-2]
+    assert float(error) == pytest.approx(100.0 * ringdown.damping_ratio_sd, rel=0.5)
+    assert len(value.partition(".")[2]) == len(error.partition(".")[2])
+    assert "xi_s" not in page.read_text(encoding="utf-8")
 
 
 def test_the_page_loads_nothing_and_leaves_no_file_behind(page):

@@ -9,6 +9,7 @@ from sizing_room import LIMIT, at_most, mode_model
 from scruton.griffin.coverage import Coverage
 from scruton.griffin.law_free import LawFree, StraightLine
 from scruton.sizing.checks import LAW_FREE, Evidence, reach_of
+from scruton.sizing.limits.rule import limit_words
 from scruton.sizing.model import unit_cube
 from scruton.sizing.remarks import farther_limits
 from scruton.sizing.risk import remarks, risk
@@ -124,6 +125,8 @@ def test_a_limit_that_does_not_govern_is_said_to_lie_far_from_the_tests():
     governs, other = checked(), replace(checked(reach=(0.8, 2.0)), rule="other")
     (said,) = farther_limits("V1", governs, [governs, other])
     assert '"other", which does not govern, requires at 95 %' in said
+    shown = "".join(part if isinstance(part, str) else part.words or part.text for part in said.parts)
+    assert f"what {limit_words('other', other.title)}, which does not govern" in shown, "by its code in a report"
     assert "transients of 0 of 1 tests" in said
     assert not list(farther_limits("V1", other, [other]))
     none = replace(other, required=dict.fromkeys(other.required, 0.0))

@@ -9,9 +9,20 @@ from scipy.special import chdtrc, ndtr
 
 from scruton.arrays import FloatArray
 from scruton.campaign.schema import Campaign, Record
+from scruton.dynamics.effects import Term
 from scruton.envelope import Cycles
 from scruton.gap.hypothesis import FittedHypothesis
-from scruton.gap.thresholds import BLOCKS, EXCESS_SIGMAS, FEWEST_CYCLES, KNOCK_SIZE, KNOCKS, KURTOSIS_SHARE, LAGS
+from scruton.gap.thresholds import (
+    BLOCKS,
+    EXCESS_SIGMAS,
+    FEWEST_CYCLES,
+    KNOCK_SIZE,
+    KNOCKS,
+    KURTOSIS_SHARE,
+    LAGS,
+    LINE_SIZE,
+    OF_MEANS,
+)
 from scruton.stats.whiteness import ljung_box
 
 
@@ -22,7 +33,8 @@ class Check:
     Attributes
     ----------
     colour, level, spread, tails : float
-        Ljung-Box (six lags), means of the quarters of every record, variances of the quarters, kurtosis: of amplitude.
+        Ljung-Box (six lags, without what turbulence shares between neighbours), means of the quarters of every record,
+        variances of the quarters, kurtosis: of amplitude.
     phase : float
         Ljung-Box of the phase.
     excess : float
@@ -44,15 +56,16 @@ class Check:
 def check(fit: FittedHypothesis) -> Check:
     """Test the innovations of a hypothesis at its optimum, in wind where there are such records."""
     data = fit.hypothesis.data.channels
-    v, s = fit.hypothesis.innovations(fit.mode[None])
-    z = (v / np.sqrt(s))[0]
+    v, s = (x[0] for x in fit.hypothesis.innovations(fit.mode[None]))
+    z = v / np.sqrt(s)
     amplitude, phase = z[: data.size], z[data.size : 2 * data.size]
+    shared = shared_by_neighbours(fit, s[: data.size])
     # sums of squares that noise would make, and their degrees of freedom
     sums = {name: np.zeros(2) for name in ("colour", "level", "spread", "phase")}
     fourth, count = 0.0, 0
     for cycles in _checked(fit):
         x = amplitude[cycles][1:]
-        sums["colour"] += _ljung_box(x)
+        sums["colour"] += _ljung_box(x, float(shared[cycles].mean()))
         for block in np.array_split(x, BLOCKS):
             n = block.size
             sums["level"] += block.mean() ** 2 * n, 1
@@ -76,6 +89,17 @@ def check(fit: FittedHypothesis) -> Check:
     return Check(**p, tails=tails, excess=excess[0] + excess[1], knocks=knocks)
 
 
+def shared_by_neighbours(fit: FittedHypothesis, variance: FloatArray) -> FloatArray:
+    """Correlation of neighbouring innovations of the amplitude that turbulence makes, at most, (N,).
+
+    An amplitude is a mean over its cycle: the steps of a random walk that is read so share a quarter with their
+    neighbours; the noise of the sensor, which is the rest of the variances (N,), shares nothing.
+    """
+    data = fit.hypothesis.data.channels
+    noise = fit.table[data.record, Term.NOISE] * data.standard_error
+    return np.asarray(OF_MEANS * np.maximum(1.0 - noise**2 / variance, 0.0))
+
+
 def _checked(fit: FittedHypothesis) -> Iterator[np.ndarray]:
     """Cycles of every record that is checked, (N,) of bool: of those in wind, where there are some."""
     data, layout = fit.hypothesis.data.channels, fit.hypothesis.data.layout
@@ -96,9 +120,9 @@ def knocked(fit: FittedHypothesis) -> dict[str, float]:
     return {layout.records[data.record[cycles][0]]: float(ratio[cycles][1:].sum()) for cycles in _checked(fit)}
 
 
-def _ljung_box(x: FloatArray) -> tuple[float, int]:
+def _ljung_box(x: FloatArray, neighbours: float = 0.0) -> tuple[float, int]:
     lags = min(LAGS, x.size // 4)
-    return ljung_box(x, lags)[0], lags
+    return ljung_box(x, lags, neighbours)[0], lags
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +147,7 @@ class SecondLine:
 
 
 def second_lines(campaign: Campaign, cycles: Mapping[str, Cycles]) -> tuple[SecondLine, ...]:
-    """Look for a line beside the response in every record, the fundamental and its harmonics taken off."""
+    """Look for a line that matters beside the response in every record, the fundamental and its harmonics taken off."""
     every = [r for rig in campaign.rigs for r in rig.records] + [r for test in campaign.tests for r in test.records]
     used = [record for record in every if not record.is_envelope and record.name in cycles]
     return tuple(line for record in used if (line := _line(record, cycles[record.name])))
@@ -165,4 +189,6 @@ def _line(record: Record, cycles: Cycles) -> SecondLine | None:
     peak = int(np.argmax(above))
     ratio = float(above[peak] - np.log(np.count_nonzero(use)))
     amplitude = float(2.0 * np.sqrt(power[peak]) / window.sum())
+    if amplitude < LINE_SIZE * float(np.median(cycles.amplitude)):
+        return None
     return SecondLine(record.name, float(frequency[peak]), amplitude, ratio)

@@ -89,6 +89,7 @@ def examine(
     gap = diagnosis.verdict != NONE
     curves = excess_curves(diagnosis.null) if gap else None
     findings = locate(diagnosis, curves) if gap else ()
+    groups = confusions(diagnosis)
     content = {
         "format": FORMAT,
         "verdict": diagnosis.verdict,
@@ -97,11 +98,11 @@ def examine(
         "probability_also": {name: round(p, 6) for name, p in diagnosis.also.items()},
         # before the temperatures: what `challenge tune` sets them by
         "log_weights": {name: w if np.isfinite(w) else None for name, w in diagnosis.log_weights.items()},
-        "indistinguishable": [list(group) for group in confusions(diagnosis)],
+        "indistinguishable": [list(group) for group in groups],
         "meaning": meaning(diagnosis, design_sc),
         "unknown": describe_unknown(diagnosis, findings),
         "where": [finding.to_json() for finding in findings],
-        "shrink": shrink(diagnosis, workers=workers) if gap else {},
+        "shrink": shrink(diagnosis, alike=groups[0], workers=workers) if gap else {},
         "effects": {name: {"parameters": found_parameters(diagnosis, name)} for name in diagnosis.found},
         "advice": advise(diagnosis),
         "invisible": invisible(diagnosis),

@@ -29,7 +29,7 @@ ALIKE = (
     {DRIFT, SETTING},
     {"fluid_memory", "aerodynamic_damping_nonlinearity"},
 )
-_STARTS = (0.0, -1.5, 1.2)  # of ln(aerodynamic rate), about the prior's centre
+_STARTS = (0.0, -1.5, 1.2)  # of ln(relaxation rate), about the prior's centre
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,14 +93,13 @@ def fit_null(data: GapData) -> tuple[GapData, FittedHypothesis]:
     # The best of several climbs: one start alone may end where turbulence explains what the wind does.
     for shift in _STARTS:
         starts.append(null.start())
-        if (where := null.slices.get((None, "aerodynamic_rate"))) is not None:
+        if (where := null.slices.get((None, "relaxation_rate"))) is not None:
             starts[-1][where] += shift
     fit = max((null.fit(start) for start in starts), key=lambda fit: fit.log_evidence)
     damping = data.layout.omega * data.nominal_damping
     amplitude, rate = data.layout.reference_amplitude, float(np.median(damping))
     if data.middle >= 0:
-        amplitude, aero = (float(np.exp(fit.value(name)[0][0])) for name in ("stable_amplitude", "aerodynamic_rate"))
-        rate = aero + damping[data.middle]
+        amplitude, rate = (float(np.exp(fit.value(name)[0][0])) for name in ("stable_amplitude", "relaxation_rate"))
     data = data.referred_to(amplitude, rate)
     return data, Hypothesis(null_model(data)).fit(fit.mode)
 

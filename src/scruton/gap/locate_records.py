@@ -14,7 +14,7 @@ from scruton.arrays import FloatArray
 from scruton.dynamics.effects.effect import Extent, Parameter, Scope, Values, Variant, add, size_prior
 from scruton.dynamics.effects.terms import Layout, Term
 from scruton.gap import thresholds
-from scruton.gap.check import SecondLine
+from scruton.gap.check import SecondLine, shared_by_neighbours
 from scruton.gap.data import GapData
 from scruton.gap.finding import Finding, amplitudes_of, place, time_of
 from scruton.gap.hypothesis import FittedHypothesis
@@ -44,6 +44,7 @@ def scatter_findings(fit: FittedHypothesis) -> list[Finding]:
     channels = data.channels
     v, s = (x[0, : channels.size] for x in fit.hypothesis.innovations(fit.mode[None]))
     critical = float(-ndtri(thresholds.SCATTER_FALSE / max(int(np.count_nonzero(data.layout.wind)), 1)))
+    shared = shared_by_neighbours(fit, s)
     findings: list[Finding] = []
     for r, name in enumerate(data.layout.records):
         cycles = np.flatnonzero(channels.record == r)[1:]
@@ -54,7 +55,8 @@ def scatter_findings(fit: FittedHypothesis) -> list[Finding]:
         amplitude = channels.amplitude[cycles]
         level = float(np.median(np.sqrt(s)[cycles] / np.maximum(amplitude, 1e-12))) * float(np.median(amplitude))
         time = data.cycles[name].time[1:]
-        for mark in (_colour(x), _bursts(x), _tails(x), _modulation(x, level, float(channels.period[cycles[0]]))):
+        colour = _colour(x, float(shared[cycles].mean()))
+        for mark in (colour, _bursts(x), _tails(x), _modulation(x, level, float(channels.period[cycles[0]]))):
             if mark.significance > critical:
                 fields = {"kind": mark.kind, "significance": mark.significance}
                 if mark.cycles is not None:
@@ -64,9 +66,11 @@ def scatter_findings(fit: FittedHypothesis) -> list[Finding]:
     return findings
 
 
-def _colour(x: FloatArray) -> Mark:
+def _colour(x: FloatArray, shared: float = 0.0) -> Mark:
+    """Correlation of neighbours, beyond what turbulence gives them."""
     rho, sd = float(autocorrelation(x, 1)[0]), float(1.0 / np.sqrt(x.size))
-    return Mark("colour", rho, sd, abs(rho) / sd, "correlation of innovations one cycle apart")
+    beyond = rho - float(np.clip(rho, 0.0, shared))
+    return Mark("colour", rho, sd, abs(beyond) / sd, "correlation of innovations one cycle apart")
 
 
 def _bursts(x: FloatArray) -> Mark:

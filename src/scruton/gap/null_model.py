@@ -32,10 +32,10 @@ class NullModel:
         table[:, :, Term.STRUCTURAL] = damping
         level, rate = np.broadcast_to(layout.largest, damping.shape), damping
         if wind.any():
-            aero = values["aerodynamic_rate"] * self.data.aero_ratio
-            # The drive, given as the stable amplitude of the middle setting with its damping as stated.
-            drive = values["stable_amplitude"] * (values["aerodynamic_rate"] + still[self.data.middle])
-            drive *= self.data.drive_ratio
+            # Of the middle setting with its damping as stated; what of the rate is the wind's may have either sign.
+            relaxation = values["relaxation_rate"]
+            aero = (relaxation - still[self.data.middle]) * self.data.aero_ratio
+            drive = values["stable_amplitude"] * relaxation * self.data.drive_ratio
             mass = np.exp(values["mass"]) if "mass" in values else 1.0
             table[:, :, Term.AERO] = np.where(wind, aero * mass, 0.0)
             table[:, :, Term.DRIVE] = np.where(wind, drive * mass, 0.0)
@@ -64,15 +64,16 @@ def null_model(data: GapData) -> NullModel:
     layout, wind = data.layout, data.layout.wind
     parameters = []
 
-    def add(name: str, members: IntArray, *, times: float = 1.0, unit: str = "-") -> None:
-        """A parameter whose prior's median is `times` that of the card."""
-        prior = data.priors[name]
+    def add(name: str, members: IntArray, *, times: float = 1.0, unit: str = "-", on_card: str = "") -> None:
+        """A parameter whose prior's median is `times` that of the card, where another name may stand for it."""
+        prior = data.priors[on_card or name]
         centre = float(np.log(prior.first * times)) if prior.logarithmic else prior.first
         parameters.append(Parameter(name, centre, prior.scale, members, prior.logarithmic, unit=unit, starts=(centre,)))
 
     if wind.any():
         add("stable_amplitude", layout.in_wind(), times=layout.reference_amplitude, unit="A/D or rad")
-        add("aerodynamic_rate", layout.in_wind(), times=layout.reference_omega, unit="1/s")
+        omega = layout.reference_omega
+        add("relaxation_rate", layout.in_wind(), times=omega, unit="1/s", on_card="aerodynamic_rate")
         if np.any(data.mass_sd[wind] > 0.0):
             mass_sd = np.maximum(data.mass_sd[list(data.first_in_wind.values())], 1e-6)
             parameters.append(Parameter("mass", 0.0, mass_sd, layout.by_test()))

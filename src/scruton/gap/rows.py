@@ -130,7 +130,7 @@ def _layout(rows: Rows) -> Layout:
 
 @dataclass(frozen=True, eq=False)
 class _Problem:
-    """Least squares of the rows in ln(stable amplitude), ln(aerodynamic rate) and an effect's own coordinates."""
+    """Least squares of the rows in ln(stable amplitude), ln(relaxation rate) and an effect's own coordinates."""
 
     rows: Rows
     layout: Layout
@@ -146,10 +146,10 @@ class _Problem:
         """Stable amplitudes as read, and relaxation rates, (T,) each."""
         rows, layout = self.rows, self.layout
         table = np.zeros((1, len(rows.amplitude), COLUMNS))
-        still, aero = rows.omega * rows.damping_ratio, np.exp(x[1])
+        still, rate = rows.omega * rows.damping_ratio, np.exp(x[1])
         table[0, :, Term.STRUCTURAL] = still
-        table[0, :, Term.AERO] = aero * rows.aero_ratio
-        table[0, :, Term.DRIVE] = np.exp(x[0]) * (aero + still[rows.middle]) * rows.drive_ratio
+        table[0, :, Term.AERO] = (rate - still[rows.middle]) * rows.aero_ratio
+        table[0, :, Term.DRIVE] = np.exp(x[0]) * rate * rows.drive_ratio
         if self.variant:
             padded = {p.name: (np.r_[np.exp(part) if p.log else part, 0.0], p.members) for p, part in self.parts(x)}
             self.variant.apply(table, {name: part[members][None] for name, (part, members) in padded.items()}, layout)
@@ -174,8 +174,11 @@ class _Problem:
     def fit(self) -> FloatArray:
         """Coordinates at the optimum, with the priors of the effect."""
         rows, m, parameters = self.rows, self.rows.middle, self.variant.parameters if self.variant else ()
-        aero = max(float(rows.rate[m] - rows.omega[m] * rows.damping_ratio[m]), 0.05 * float(rows.rate[m]))
-        first = [np.log(rows.amplitude[m]), np.log(aero), *(p.starts[0] for p in parameters for _ in range(p.size))]
+        first = [
+            np.log(rows.amplitude[m]),
+            np.log(rows.rate[m]),
+            *(p.starts[0] for p in parameters for _ in range(p.size)),
+        ]
         shift = np.arange(len(first)) > 1
 
         def residuals(x: FloatArray) -> FloatArray:

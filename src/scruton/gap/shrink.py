@@ -1,6 +1,6 @@
 """How far the gap shrinks once the effect is in the model: on the records used, and on Scruton numbers left out."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -29,7 +29,7 @@ _BAND = 40  # points of a damping curve
 _ITERATIONS = 8  # of the fit of the measured curves
 
 
-def shrink(diagnosis: Diagnosis, *, workers: int = 2) -> dict[str, Any]:
+def shrink(diagnosis: Diagnosis, *, alike: Collection[str] = (), workers: int = 2) -> dict[str, Any]:
     """Measure the gap before and after the effects found, on the records used and on records held out.
 
     Every Scruton number is left out in turn (all records in wind of its test; every record in turn where there is one
@@ -46,6 +46,14 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2) -> dict[str, Any]:
     a model counts by what it would score on a replicate of them: as the ceiling, but less the whole effective number
     of parameters.
 
+    Parameters
+    ----------
+    diagnosis : Diagnosis
+    alike : collection of str
+        What the records cannot tell from the verdict: it closes as much by being nearly the same, and is no rival.
+    workers : int
+        Threads.
+
     Returns
     -------
     dict
@@ -55,9 +63,10 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2) -> dict[str, Any]:
         verdict's (`after`) fall short of the ceiling on all records; `fraction`, (before - after)/before, cut off at
         -1 and 1, None where the gap is too small to measure, and its `interval90` by bootstrap over records, None for
         a single one, which says nothing of its like; the same of the records `held_out`, None where none can be;
-        `measurable`, on those held out or, without any, on those used; `runner_up`, the next best effect, the part of
-        the held-out gap that it closes, and its median error of the stable amplitude; `stable_amplitude` of every test
-        left out in turn, as predicted by both, with relative errors; `damping_discrepancy`, as of that function.
+        `measurable`, on those held out or, without any, on those used; `runner_up`, the best effect that is not
+        `alike`, the part of the held-out gap that it closes, and its median error of the stable amplitude;
+        `stable_amplitude` of every test left out in turn, as predicted by both, with relative errors;
+        `damping_discrepancy`, as of that function.
     """
     data = diagnosis.data
     parts = folds(data)
@@ -66,7 +75,7 @@ def shrink(diagnosis: Diagnosis, *, workers: int = 2) -> dict[str, Any]:
     rivals = {
         name: rival.best
         for name, rival in diagnosis.rivals.items()
-        if name in CATALOGUE and name not in diagnosis.found and rival.best is not None
+        if name in CATALOGUE and name not in {*alike, *diagnosis.found} and rival.best is not None
     }
     runner = max(rivals, key=lambda name: rivals[name].log_evidence, default=None)
     references = [*models, *([generic] if generic is not None and generic is not diagnosis.final else [])]

@@ -29,6 +29,9 @@ ROUNDS = 2  # of swaps, at most: time
 UNKNOWN_NATS = 15.0  # that the generic term must gain beside what only the frequency shows, to be a verdict with it
 UNEARNED_NATS = 2.0  # that the unknown stays behind a catalogued effect with more evidence, or that predicts better
 LINE_NATS = 30.0  # over chance, of a line in the spectrum beside the response
+# Of the response's amplitude, below which a line is nobody's concern, as is a third harmonic: a clock that is written
+# to five digits makes lines of 0.04 %.
+LINE_SIZE = 0.0015
 ALLOWED_EXCESS = 4.0  # nats of colour and level that noise and fitting leave in the innovations
 ALLOWED_SHARE = 0.12  # of the gain, that may be left, for the form of an effect is never quite its form
 PREFERENCE_NATS = 5.0  # by which the generic term must lead a catalogued effect
@@ -60,6 +63,7 @@ FEWEST_BEATS = 1.5  # in a record, for a force off the response: slower ones are
 
 # ---- the absolute check
 LAGS = 6  # of the Ljung-Box test
+OF_MEANS = 0.25  # correlation of neighbouring steps of a random walk that is read by its mean over every cycle: exact
 BLOCKS = 4  # parts of a record whose means and variances are compared
 FEWEST_CYCLES = 16  # of a record
 EXCESS_SIGMAS = 2.5  # standard deviations of chi-square that count as noise

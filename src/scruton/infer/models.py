@@ -105,7 +105,8 @@ class WindPosterior(Posterior):
 
     def exponents(self, u: FloatArray) -> FloatArray:
         """N of every walker, (W,)."""
-        return self.named(u)["law_exponent"] if self.n is None else np.full(u.shape[:-1], self.n)
+        # A column of u is another type than a row of numbers, for which kernels are compiled once more.
+        return np.array(self.named(u)["law_exponent"]) if self.n is None else np.full(u.shape[:-1], self.n)
 
     def state_space(self, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, Wind]:
         """(a_star, lambda [1/s] of the whole drift, q, r, the rest) of the filter from coordinates, each (W,)."""

@@ -278,6 +278,23 @@ SCHEMA: Mapping[str, tuple[Variable, ...]] = {
     ),
 }
 
+# What the labels along the dimensions are: unit and long name.
+COORDINATES = {
+    "chain": ("1", "chain: an ensemble, its walkers end to end"),
+    "draw": ("1", "draw of a chain"),
+    "ensemble": ("1", "ensemble that started by itself"),
+    "walker": ("1", "walker of the ensemble"),
+    "test": ("1", "name of the test"),
+    "peak_test": ("1", "name of the peak test"),
+    "rig": ("1", "name of the rig"),
+    "record": ("1", "name of the record"),
+    "cycle": ("1", "cycle of the records, end to end"),
+    "law": ("1", "law of aerodynamic damping"),
+    "parameter": ("1", "name of the parameter"),
+    "point": ("1", "test, or point of a sweep"),
+    "velocity": ("U/(f0 D)", "reduced velocity"),
+}
+
 
 def joined(draws: FloatArray, ensemble: np.ndarray) -> FloatArray:
     """Draws of walkers, (walkers, draws, ...), as one chain an ensemble, its walkers end to end, (ensembles, S, ...).
@@ -325,7 +342,10 @@ def dataset(group: str, values: Mapping[str, Any], **coordinates: Any) -> "xr.Da
         variable = known[str(name)]
         column.attrs["units"] = "1" if variable.unit in ("", "-") else variable.unit
         column.attrs["long_name"] = variable.meaning or str(name).replace("_", " ")
-    return laid_out.assign_coords({**counted, **labels})
+    labelled = laid_out.assign_coords({**counted, **labels})
+    for label, column in labelled.coords.items():
+        column.attrs["units"], column.attrs["long_name"] = COORDINATES[str(label)]
+    return labelled
 
 
 def _joined(column: "xr.DataArray", ensemble: np.ndarray) -> tuple[Any, FloatArray]:

@@ -141,9 +141,11 @@ def transient_range(data: EnvelopeData) -> tuple[float, float]:
 def _test_groups(tests: Sequence[TestResult]) -> dict[str, xr.Dataset]:
     names, ensemble = [result.test.name for result in tests], tests[0].samples.ensemble
 
-    def group(name: str, of_tests: Sequence[Mapping[str, FloatArray]], **more: Any) -> xr.Dataset:
+    def group(
+        name: str, of_tests: Sequence[Mapping[str, FloatArray]], more: Mapping[str, Any] | None = None, **labels: Any
+    ) -> xr.Dataset:
         stacked = {key: np.stack([values[key] for values in of_tests], axis=-1) for key in of_tests[0]}
-        return dataset(name, {**stacked, **more}, test=names, ensemble=ensemble)
+        return dataset(name, {**stacked, **(more or {})}, test=names, ensemble=ensemble, **labels)
 
     log_prior, likelihood = [], []
     for result in tests:
@@ -154,11 +156,11 @@ def _test_groups(tests: Sequence[TestResult]) -> dict[str, xr.Dataset]:
     own = [diagnostics(result.samples) for result in tests]
     stats = group(
         "sample_stats", [{"lp": result.samples.log_prob} for result in tests],
-        **{name: np.stack([one[name] for one in own]) for name in own[0]},
+        {name: np.stack([one[name] for one in own]) for name in own[0]}, parameter=list(tests[0].samples.names),
     )  # fmt: skip
     return {
         "posterior": group("posterior", [result.derived for result in tests]),
-        "sample_stats": stats.assign_coords(parameter=list(tests[0].samples.names)),
+        "sample_stats": stats,
         "log_prior": group("log_prior", log_prior),
         "log_likelihood": group("log_likelihood", likelihood),
     }

@@ -19,13 +19,13 @@ from scruton.infer.joint import SCALES
 from scruton.infer.models import NOISE
 from scruton.infer.peak_test import PeakTest
 from scruton.infer.peaks import derive
-from scruton.infer.result_schema import MODEL, dataset, joined
+from scruton.infer.result_schema import MODEL, SCHEMA, dataset, joined
 from scruton.infer.results import Sampled
 from scruton.infer.sampling import Sampling
 from scruton.infer.tree_prior import by_record, replicates
 from scruton.stats.samples import Samples
 
-DRAWS = 1024  # of all chains together: what is kept by cycle is large
+DRAWS = 2048  # of all chains together: what is kept by cycle is large; of half of them R-hat may be 1.01 by chance
 
 
 def model_groups(sampled: Sampled, sampling: Sampling) -> dict[str, xr.Dataset]:
@@ -40,7 +40,8 @@ def model_groups(sampled: Sampled, sampling: Sampling) -> dict[str, xr.Dataset]:
     shape, flat = log_prob.shape, chain.reshape(-1, chain.shape[-1])
 
     def group(name: str, values: dict[str, Any], **labels: Any) -> xr.Dataset:
-        by_test = {"test": list(names)} if any(np.ndim(value) == 3 for value in values.values()) else {}
+        of_tests = any("test" in one.dims for one in SCHEMA[f"{MODEL}/{name}"] if one.name in values)
+        by_test = {"test": list(names)} if of_tests else {}
         return dataset(f"{MODEL}/{name}", values, **({"draw": kept} | by_test | labels))
 
     def known(values: dict[str, FloatArray]) -> dict[str, FloatArray]:

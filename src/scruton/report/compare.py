@@ -239,8 +239,9 @@ def _shown(one: Difference) -> tuple[float, str]:
 def _side(side: Side | None, factor: float, notation: Notation, *, ends: bool) -> tuple[str, ...]:
     if side is None:
         return (notation.missing,) * (1 + ends)
-    span = (notation.range((factor * side.low, factor * side.high), 3),) if ends else ()
-    return (notation.number(factor * side.median), *span)
+    if not ends:
+        return (notation.number(factor * side.median),)
+    return notation.interval(side.median, side.low, side.high, factor=factor)
 
 
 def _change(one: Difference, notation: Notation) -> str:

@@ -13,7 +13,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Concatenate
 
 from scruton import said
-from scruton.report.wording import PARAMETERS, number, stated, unit_text
+from scruton.report.wording import PARAMETERS, number, stated, to_error, unit_text, with_error
 
 if TYPE_CHECKING:
     from scruton.report.document import Block
@@ -104,9 +104,11 @@ def damping_label(words: str = "damping ratio") -> str:
     return re.sub("(d)amping( ratio)?", lambda found: f"{found[1]}ecrement", words, flags=re.IGNORECASE) + " [-]"
 
 
-def damping(value: float | None, digits: int = 3) -> str:
-    """Write a damping ratio as it is shown, with its unit."""
+def damping(value: float | None, digits: int = 3, error: float | None = None) -> str:
+    """Write a damping ratio as it is shown, with its unit; to the digits that a standard error leaves it."""
     factor, unit = shown_in(DAMPING)
+    if value and error:
+        return to_error(factor * value, factor * error) + (f" {unit}" if unit else "")
     return number(None if value is None else factor * value, digits) + (f" {unit}" if unit else "")
 
 
@@ -122,6 +124,12 @@ def with_unit(text: str, unit: str) -> str:
     """A number with its unit: degrees stand without a gap."""
     sign = unit_text(unit)
     return text if not sign else f"{text}{sign}" if sign == "°" else f"{text} {sign}"
+
+
+def known_to(text: str, value: float | None, error: float | None, shown: tuple[float, str]) -> str:
+    """What is written of a number; with its Monte Carlo standard error, by a factor and in a unit, where it has one."""
+    factor, unit = shown
+    return with_unit(with_error(factor * value, factor * error), unit) if value and error else text
 
 
 def scruton(value: float | None, write: Callable[[float | None, int], str] = number, digits: int = 4) -> str:

@@ -50,6 +50,13 @@ class Listing:
 
 
 @dataclass(frozen=True)
+class Abreast:
+    """Two lists side by side, each below its heading, in small type: what one page has to hold."""
+
+    lists: Sequence[tuple[str, Sequence[Line]]]
+
+
+@dataclass(frozen=True)
 class Equation:
     """A displayed equation; `number` is given by `numbered`."""
 
@@ -116,7 +123,7 @@ class Definitions:
     pairs: Sequence[tuple[str, str]]
 
 
-Block = Paragraph | Heading | Listing | Equation | Table | Picture | Callout | KeyFigures | Definitions | Code
+Block = Paragraph | Heading | Listing | Abreast | Equation | Table | Picture | Callout | KeyFigures | Definitions | Code
 
 
 @dataclass(frozen=True)
@@ -176,6 +183,8 @@ def _typeset(block: Block) -> Block:
             return replace(block, runs=tuple(run for some in each for run in some))
         case Listing(items):
             return replace(block, items=tuple(map(set_in_type, items)))
+        case Abreast(lists):
+            return replace(block, lists=tuple((head, tuple(map(set_in_type, lines))) for head, lines in lists))
         case Callout(_, _, lines):
             return replace(block, lines=tuple(map(set_in_type, lines)))
     return block

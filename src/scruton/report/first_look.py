@@ -1,10 +1,11 @@
 """The first look at a campaign, before any sampling: tables for the terminal, and a page with the records, too."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from statistics import fmean
 
-from scruton.campaign import Campaign, Fluid, Quantity, Record, Rig, Test
+from scruton.campaign import Fluid, Quantity, Record, Rig, Test
 from scruton.campaign.schema import Motion
 from scruton.dynamics import Setting
 from scruton.dynamics.first_look import Check
@@ -21,11 +22,12 @@ from scruton.report.conventions import (
 )
 from scruton.report.document import ALARM, CAUTION, Block, Callout, Chapter, Document, Table, numbered, paragraph
 from scruton.report.first_look_charts import griffin_pictures, record_pictures, ring_down_pictures
-from scruton.report.wording import PAGE, Notation, how_many, unit_text
+from scruton.report.wording import PAGE, Notation, how_many, unit_text, with_error
 from scruton.report.wording import plain_number as number
 
 TEST_HEADER = ("test", "rig", "U [m/s]", "U/(f0 D)", "Sc", "peak")
 BY_HAND = ("lambda [1/s]", "Y1", "epsilon")  # of the quick estimation, the range over the records of a test
+_ON_A_PAGE = ("test", "rig", "U [m/s]", "U/(f₀ D)", "Sc", "peak", "λ [1/s]", "Y₁", "ε")  # the same in type
 RECORD_HEADER = ("record", "of", "kind", "length [s]", "rate [Hz]", "cycles", "f [Hz]", "S/N", "second line")
 _CAPTIONS = {
     "rigs": "Rigs, as stated, and damping by their ring-downs", "tests": "Tests in wind",
@@ -132,15 +134,18 @@ def _tables(found: Check, notation: Notation, as_in_files: float | None) -> list
     rigs = tuple(
         (
             rig.name,
-            _stated(rig.frequency),
-            _stated(rig.mass),
-            _stated(rig.damping_ratio, per),
-            _stated(_measured(found, rig), per),
-            str(len(rig.records)),
+            _stated(rig.frequency, notation),
+            _stated(rig.mass, notation),
+            _stated(rig.damping_ratio, notation, per),
+            _measured(found, rig, notation, per, exact=bool(as_in_files)),
+            str(_used(found, rig.records)),
         )
         for rig in campaign.rigs
     )
-    tests = tuple(_test_row(campaign, test, quick.get(test.name, []), notation, factor) for test in campaign.tests)
+    tests = tuple(
+        _test_row(found, test, quick.get(test.name, []), notation, factor, exact=bool(as_in_files))
+        for test in campaign.tests
+    )
     rows = tuple(
         _row(record, rig.name if test is None else test.name, found.qualities[record.name], notation, factor)
         for record, rig, test in found.inspection.records()
@@ -151,9 +156,10 @@ def _tables(found: Check, notation: Notation, as_in_files: float | None) -> list
         for sweep in campaign.sweeps
     )  # fmt: skip
     note = _note(tests, notation)
+    test_header, by_hand = (TEST_HEADER, BY_HAND) if notation.plain else (_ON_A_PAGE[:6], _ON_A_PAGE[6:])
     return [
         Table("rigs", "", _rig_header(campaign.section.motion, notation), rigs),
-        Table("tests", "", (*TEST_HEADER, f"stable [{unit}]", *BY_HAND, "records"), tests, note),
+        Table("tests", "", (*test_header, f"stable [{unit}]", *by_hand, "records"), tests, note),
         Table("sweeps", "", ("sweep of rig", "points", "wind speed [m/s]", f"largest [{unit}]"), sweeps),
         Table("records", "", (*RECORD_HEADER[:7], f"amplitude [{unit}]", *RECORD_HEADER[7:]), rows),
     ]
@@ -162,13 +168,27 @@ def _tables(found: Check, notation: Notation, as_in_files: float | None) -> list
 def _rig_header(motion: Motion, notation: Notation) -> tuple[str, ...]:
     mass = "mass [kg/m]" if motion is Motion.HEAVING else f"inertia [{notation.unit('kg m^2/m')}]"
     name, unit = ("delta_s", "-") if decrements() else ("xi_s", "%")
-    return "rig", "f0 [Hz]", mass, f"{name} [{unit}]", f"{name} measured [{unit}]", "ring-downs"
+    name, f0 = (name, "f0") if notation.plain else (damping_symbol(), "f₀")
+    return "rig", f"{f0} [Hz]", mass, f"{name} [{unit}]", f"{name} measured [{unit}]", "ring-downs"
 
 
-def _measured(found: Check, rig: Rig) -> Quantity | None:
-    """Structural damping that the ring-downs of a rig show, with its standard error."""
+def _measured(found: Check, rig: Rig, notation: Notation, per: float, *, exact: bool) -> str:
+    """Structural damping that the ring-downs of a rig show, to the first digit of its standard error for people."""
     ringdown = found.inspection.ringdowns.get(rig.name)
-    return None if ringdown is None else Quantity(ringdown.damping_ratio, ringdown.damping_ratio_sd)
+    if ringdown is None:
+        return "-"
+    value, error = per * ringdown.damping_ratio, per * ringdown.damping_ratio_sd
+    if exact:
+        return _stated(Quantity(value, error), notation)
+    if not error > 10.0 ** (math.floor(math.log10(abs(value))) - 3):  # less than a digit of those that are shown
+        return f"{value:#.4g}"
+    text = with_error(value, error)
+    return text.replace("±", "+/-") if notation.plain else text
+
+
+def _used(found: Check, records: Sequence[Record]) -> int:
+    """How many records are not set aside."""
+    return sum(record.name in found.qualities for record in records)
 
 
 def _note(tests: Sequence[tuple[str, ...]], notation: Notation) -> str:
@@ -180,19 +200,19 @@ def _note(tests: Sequence[tuple[str, ...]], notation: Notation) -> str:
     return by_hand if any(row[-2] not in "-–" for row in tests) else ""
 
 
-def _stated(quantity: Quantity | None, factor: float = 1.0) -> str:
+def _stated(quantity: Quantity | None, notation: Notation, factor: float = 1.0) -> str:
     if quantity is None:
         return "-"
-    text = number(quantity.mean * factor)
-    return text if not quantity.sd else f"{text} +/- {number(quantity.sd * factor, 2)}"
+    text, sign = number(quantity.mean * factor), "+/-" if notation.plain else "±"
+    return text if not quantity.sd else f"{text} {sign} {number(quantity.sd * factor, 2)}"
 
 
 def _test_row(
-    campaign: Campaign, test: Test, quick: Sequence[Identified], notation: Notation, factor: float
+    found: Check, test: Test, quick: Sequence[Identified], notation: Notation, factor: float, *, exact: bool
 ) -> tuple[str, ...]:
     """What is stated of a test; what is not, its Scruton number and stable amplitude, by the paper's own procedure."""
-    rig, section = campaign.rig(test.rig), campaign.section
-    sc, stable = float("nan"), _stated(test.stable_amplitude, factor)
+    rig, section = found.campaign.rig(test.rig), found.campaign.section
+    sc, stable = float("nan"), _stated(test.stable_amplitude, notation, factor)
     if quick:
         sc = quick[0].scruton_number
         if test.stable_amplitude is None:
@@ -209,9 +229,17 @@ def _test_row(
     reduced = test.wind_speed.mean / (rig.frequency.mean * section.depth)
     peak = {True: "yes", False: "no", None: "-"}[test.peak]
     return (
-        test.name, test.rig, _stated(test.wind_speed), number(reduced), number(shown_in(SCRUTON)[0] * sc), peak,
-        stable, *(notation.range([min(of), max(of)], 3) if of else "-" for of in by_hand), str(len(test.records)),
+        test.name, test.rig, _stated(test.wind_speed, notation), number(reduced), number(shown_in(SCRUTON)[0] * sc),
+        peak, stable, *(_span(of, notation, exact=exact) for of in by_hand), str(_used(found, test.records)),
     )  # fmt: skip
+
+
+def _span(values: Sequence[float], notation: Notation, *, exact: bool) -> str:
+    """From the least to the largest; for people one number where they are shown alike."""
+    if not values:
+        return "-"
+    low, high = (notation.number(value, 3) for value in (min(values), max(values)))
+    return low if low == high and not exact else f"{low}{notation.between}{high}"
 
 
 def _row(record: Record, owner: str, quality: RecordQuality, notation: Notation, factor: float) -> tuple[str, ...]:

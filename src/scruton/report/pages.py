@@ -30,6 +30,8 @@ _HEADER = 26.0  # pt of a table's header
 # What is paid for a page; for what of it is empty, and a picture that is smaller, by their squares; for each block that
 # comes after a picture, or before, out of its order; for a table of few rows that breaks; for what must not be.
 _PAGE, _EMPTY, _SMALLER, _AFTER, _BEFORE, _BROKEN, _NEVER = 1.0, 30.0, 40.0, 2.0, 0.3, 3.0, 1e3
+# For a part that does not begin a page, and a first chapter, which is the decision, that takes more than one.
+_PART, _FIRST = 20.0, 20.0
 
 Mark = Sequence[float] | float  # chapter, block and pt from the top, all below one another; pt of a drawing behind it
 Step = tuple[int, float, bool]  # block, scale, and whether a page begins with it
@@ -44,7 +46,7 @@ class _Item(NamedTuple):
     drawing: float = 0.0  # pt of a picture that a scale makes smaller
     header: float = 0.0  # pt of a table that every page repeats
     torn: float = 0.0  # what it costs to break it
-    part: bool = False  # whether it begins a part, and so a page
+    part: bool = False  # whether it begins a part, and a page where that leaves none too empty
 
 
 @dataclass(frozen=True)
@@ -116,6 +118,7 @@ def _items(document: Document, marks: Sequence[Mark]) -> Iterator[_Item]:
             block, header, torn = of.blocks[index], 0.0, 0.0
             if isinstance(block, Table):
                 header, torn = _HEADER, _BROKEN if len(block.rows) <= FEW_ROWS else 0.0
+            torn = max(torn, _FIRST * (chapter == 0))
             yield _Item(chapter, index, y, end - y, _kind(block), drawing, header, torn)
         elif end > y:
             yield _Item(chapter, index, y, end - y, "whole")
@@ -172,9 +175,10 @@ def _placed(
         cost = state.cost + turned + _SMALLER * (1.0 - scale) ** 2
         for fresh in (False, True):
             y = (0.0 if fresh else state.y) + height
-            if not fresh and (item.part or not _goes_on(item, y, height)):
+            if not fresh and not _goes_on(item, y, height):
                 continue
-            paid = cost + (_PAGE + (0.0 if item.part else _ended(state)) if fresh else 0.0)
+            paid = cost + (_PAGE + _ended(state) if fresh else _PART * item.part)
+            paid += _FIRST * (fresh and item.chapter == 0 and item.block != CONTENTS)
             while y > PAGE_HEIGHT:
                 y -= PAGE_HEIGHT - item.header
                 paid += _PAGE + item.torn

@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 
 from scruton.report.document import (
     ALARM,
+    Abreast,
     Block,
     Callout,
     Code,
@@ -90,6 +91,10 @@ class _Writer:
             case Listing(items):
                 for item in items:
                     self._runs(self.file.add_paragraph(style="List Bullet"), set_in_type(item))
+            case Abreast(lists):
+                for head, lines in lists:
+                    self._block(Heading(head))
+                    self._block(Listing(lines))
             case Equation(maths, number):
                 place = self.file.add_paragraph()
                 place._p.append(_omml(maths))

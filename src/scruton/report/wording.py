@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from scruton.report.thresholds import RISK_DRAWS
+from scruton.sizing.limits.rule import limit_words
 
 PARAMETERS = {
     "a_star": "stable amplitude a*",
@@ -119,17 +120,28 @@ def law_text(label: str) -> str:
 
 
 def limit_text(entry: Mapping[str, Any]) -> str:
-    """A limit of sizing.json as a reader meets it: by its code, with what is asked of it; or as it was stated."""
-    name, _, asked = (part.strip() for part in entry["rule"].partition(":"))
-    code, clause, _ = entry["title"].partition(":")
-    words = code if clause else name.replace("-", " ")
-    return f"{words}, {asked}" if asked else words
+    """A limit of sizing.json as a reader meets it."""
+    return limit_words(entry["rule"], entry["title"])
 
 
 def with_error(value: float, error: float) -> str:
     """A number with its standard error: both to the error's first digit, which is where the number is known to."""
-    decimals = max(0, -math.floor(math.log10(float(f"{error:.1g}"))))
+    decimals = _decimals_of(error)
     return f"{value:.{decimals}f} ± {error:.{decimals}f}".replace("-", "−")
+
+
+def to_error(value: float, error: float) -> str:
+    """A number to the first digit of its standard error, which stands elsewhere; at least one that is not nought.
+
+    >>> to_error(0.00614, 0.001), to_error(0.00014, 0.001)
+    ('0.006', '0.0001')
+    """
+    text = f"{value:.{_decimals_of(error)}f}"
+    return text.replace("-", "−") if float(text) else number(value, 1)
+
+
+def _decimals_of(error: float) -> int:
+    return max(0, -math.floor(math.log10(float(f"{error:.1g}"))))
 
 
 def percent(value: float, digits: int = 3) -> str:
@@ -157,7 +169,8 @@ def plain_number(value: float | None, digits: int = 4) -> str:
     """Write a number for the terminal: significant digits, a dash for one that is missing."""
     if value is None or not math.isfinite(value):
         return "-"
-    return f"{value:.{digits}g}"
+    text = f"{value:.{digits}g}"
+    return f"{value:.0f}" if "e+" in text and abs(value) < 1e6 else text
 
 
 class Notation(NamedTuple):

@@ -2,12 +2,19 @@
 
 from collections.abc import Iterator, Sequence
 
+from scruton.said import Value, key, said
+from scruton.sizing.limits.rule import limit_words
 from scruton.sizing.risk import Risk
 
 
 def governing(risks: Sequence[Risk]) -> Risk:
     """The limit that governs: the smallest of those that hold for the mode, of all where none does."""
     return min(risks, key=lambda against: (against.outside is not None, against.limit))
+
+
+def named(against: Risk) -> Value:
+    """A limit as the user wrote it, and by its code where a report speaks of it."""
+    return key(f'"{against.rule}"', limit_words(against.rule, against.title))
 
 
 def outside(mode: str, risks: Sequence[Risk]) -> Iterator[str]:
@@ -17,7 +24,7 @@ def outside(mode: str, risks: Sequence[Risk]) -> Iterator[str]:
         if against.outside is None:
             continue
         if against is deciding:
-            yield f'mode {mode}: the limit "{against.rule}" governs, yet {against.outside}'
+            yield said(f"mode {mode}: the limit ", named(against), f" governs, yet {against.outside}")
         else:
             smaller = ", though it is the smallest" if against.limit < deciding.limit else ""
-            yield f'mode {mode}: the limit "{against.rule}" does not govern{smaller}: {against.outside}'
+            yield said(f"mode {mode}: the limit ", named(against), f" does not govern{smaller}: {against.outside}")

@@ -10,6 +10,7 @@ from scruton.sizing.bridge import Bridge
 from scruton.sizing.checks import ASKED
 from scruton.sizing.damper_request import DamperRequest, RiskOf
 from scruton.sizing.dampers import Damper
+from scruton.sizing.governing import named
 from scruton.sizing.mode_shape import uniform
 from scruton.sizing.model import Draws, ModeModel, unit_cube
 from scruton.sizing.modes import AllModes, BothMotions
@@ -81,7 +82,8 @@ def farther_limits(name: str, deciding: Risk, risks: Sequence[Risk]) -> Iterator
         reach, added = found.reach.get(ASKED), found.required[ASKED]
         if found is not deciding and found.outside is None and added and reach is not None and not reach.trusted:
             yield said(
-                f'mode {name}: what "{found.rule}", which does not govern, requires at {100.0 * float(ASKED):.0f} % (',
+                f"mode {name}: what ", named(found),
+                f", which does not govern, requires at {100.0 * float(ASKED):.0f} % (",
                 percent(added), ") lies at Sc ", scruton_number(reach.scruton_number), ", an extrapolation index of "
                 f"{reach.extrapolation_index:.2f} from the nearest test; transients of {reach.covered_by} of "
                 f"{reach.tests} tests went through its amplitude",
@@ -135,7 +137,8 @@ def any_mode_remarks(
         for name, added, reach in zip(every.names, needed.required, needed.reach, strict=True):
             if added and reach is not None and not reach.trusted:
                 yield said(
-                    f"mode {name}: the damping that keeps the risk of any mode (", percent(added), ") lies at Sc ",
+                    f"mode {name}: the damping that keeps the risk of any mode (",
+                percent(added), ") lies at Sc ",
                     scruton_number(reach.scruton_number), ", an extrapolation index of "
                     f"{reach.extrapolation_index:.2f} from the nearest test; transients of {reach.covered_by} of "
                     f"{reach.tests} tests went through the amplitude of the limit",

@@ -36,7 +36,7 @@ def run(arguments: Namespace) -> Outcome:
     if stated is not None:
         rate = units.parse_quantity(stated, units.FREQUENCY, "command line", "--sample-rate").mean
     found, remarks = examine(folder, rate)
-    if asking and rate is None and any(_timeless(one) for one in found):
+    if asking and rate is None and any(one.timeless for one in found):
         what = "sample rate of records without any time"
         answer = _answered(of_quantity("sample_rate", what, units.FREQUENCY))
         if answer:
@@ -97,10 +97,6 @@ def _files(folder: Path) -> tuple[list[Path], list[str]]:
         found += files
         remarks += [f"{below.name}/{text}" for text in said]
     return found, remarks
-
-
-def _timeless(one: Found) -> bool:
-    return one.time is None and one.response.clock is None and one.rate is None
 
 
 def _answered(question: Question) -> dict[str, str]:

@@ -51,6 +51,11 @@ class Found:
         return self.source.path
 
     @property
+    def timeless(self) -> bool:
+        """Whether nothing tells its time: what stands for seconds are samples."""
+        return self.time is None and self.response.clock is None and self.rate is None
+
+    @property
     def uncalibrated(self) -> bool:
         """Whether the file holds what a sensor gave, in volts."""
         return _electrical(self.response)

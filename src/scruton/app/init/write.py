@@ -25,6 +25,7 @@ _KINDS = re.compile(
 )
 _DIGITS = re.compile(r"(?<=\d)p(?=\d)")
 _DAMPED = re.compile(r"(?:sc|xi|zeta|damp\w*)[ _=-]*(\d+(?:\.\d+)?)$", re.IGNORECASE)  # a test called by its damping
+_RATE = 1000.0  # Hz, an example of a sample rate
 _APART, _ALIKE = 1.4, 1.25  # least factor between neighbours, largest one between numbers that are proportional
 
 ANSWER = "answer"  # where an error of one stands
@@ -132,15 +133,22 @@ def campaign_text(
     ]  # fmt: skip
     if tests:
         lines += ["", "[defaults.tests]  # of every test that does not say otherwise", asked("air_density")]
-    timeless = [one for one in found if one.time is None and one.response.clock is None]
-    if any(one.rate is None for one in timeless):
+    if any(one.timeless for one in found):
         lines += ["", "[defaults.records]  # of every record that does not say otherwise"]
-        lines += [f'# sample_rate = "1000 Hz"  # {UNFILLED}: no time in the files; then `scruton init --sample-rate`']
+        lines += [
+            f'# sample_rate = "{_RATE:g} Hz"  # {UNFILLED}: no time in the files. Windows need it: run `scruton init`'
+        ]
+        lines += [f'# again, with --force and --sample-rate "{_RATE:g} Hz"']
     for name, records in rigs.items():
-        frequency = float(np.median([one.stretch.frequency for one in groups.of(name)]))
+        of = groups.of(name)
+        frequency = float(np.median([one.stretch.frequency for one in of]))
         lines += ["", "[[rigs]]", f"name = {_text(name)}"]
         lines += [asked(groups.mass, name)] if tests else []
-        lines += [f'frequency = "{frequency:.4g} Hz"  # the dominant line of its records']
+        if all(one.timeless for one in of):
+            line = f"the dominant line of its records is at {frequency:.4g} of the sample rate"
+            lines += [f'# frequency = "{_RATE * frequency:.4g} Hz"  # {UNFILLED}: {line}']
+        else:
+            lines += [f'frequency = "{frequency:.4g} Hz"  # the dominant line of its records']
         if not records:
             lines += [asked("damping_ratio", name)]
         for one in records:
@@ -258,11 +266,10 @@ def _record(
         lines.append(asked("scale", one.response.name))
     if one.others:
         lines.append(f"# other channels that move: {', '.join(one.others)}")
-    timed = one.time is not None or one.response.clock is not None or one.rate is not None
     if one.rate is not None:
         lines.append(f'sample_rate = "{one.rate:.10g} Hz"')
     for name, value in (("start", one.stretch.start), ("stop", one.stretch.stop)):
-        if value is not None and timed:
+        if value is not None and not one.timeless:
             lines.append(f'{name} = "{value:.6g} s"')
     return lines
 

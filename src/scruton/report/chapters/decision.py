@@ -5,21 +5,24 @@ from collections.abc import Iterable, Iterator, Sequence
 from scruton.report.chapters.gap import contained_sentence, gap_sentence
 from scruton.report.chapters.material import Material
 from scruton.report.conventions import (
+    DAMPING,
     amplitude,
     by_conventions,
     damping,
     damping_words,
     flag_texts,
+    known_to,
     scruton,
     scruton_note,
     shown_in,
     with_unit,
 )
-from scruton.report.document import ALARM, Block, Callout, Heading, KeyFigures, Listing, paragraph
+from scruton.report.document import ALARM, Abreast, Block, Callout, KeyFigures, paragraph
 from scruton.report.needs import Content, Need, for_any, governing, needs, required_of, worst
 from scruton.report.wording import PAGE, law_text, limit_text, number, percent, share
 from scruton.sizing.checks import ASKED, LAW_FREE
 
+RESTS_ON, OVERTURNS = "What it rests on", "What could overturn it"
 _SHARES_NAMED = 2  # sources of variance that the first page names
 _LEAST_TOLD = 0.001  # of a probability: a dozen or two draws of those it is counted with
 
@@ -43,10 +46,7 @@ def _decision(sizing: Content, material: Material) -> Iterator[Block]:
     yield from material.figure("decision")[:1]  # that of the other motion stands with its modes
     if flags:
         yield Callout(ALARM, "Read this before using a number.", flags)
-    yield Heading("What it rests on")
-    yield Listing(list(_basis(material, sizing)))
-    yield Heading("What could overturn it")
-    yield Listing(list(_doubts(material, sizing)))
+    yield Abreast([(RESTS_ON, list(_basis(material, sizing))), (OVERTURNS, list(_doubts(material, sizing)))])
 
 
 def _unconverged(sizing: Content, *, converged: bool) -> Sequence[str]:
@@ -167,23 +167,41 @@ def _basis(material: Material, sizing: Content) -> Iterator[str]:
     laws = ", ".join(
         f"{law_text(label)} ({share(weight)})" for label, weight in sizing["laws"].items() if weight > 0.005
     )
-    yield f"Law of aerodynamic damping: {laws}."
-    for need in every:
-        if (need.required or need is every[0]) and (reach := need.reach):
-            answer = f"answer for {need.name}" if len(every) > 1 else "answer"
-            yield (
-                f"The {answer} lies at Sc {scruton(reach['scruton_number'], digits=3)}, an extrapolation index of "
-                f"{number(reach['extrapolation_index'], 2)} from the nearest test (laws agree to 8 % below 0.2); "
-                f"transients of {reach['covered_by']} of {reach['tests']} tests went through the limit's amplitude."
-            )
+    yield f"Law of aerodynamic damping: {laws}. Laws agree to 8 % for an extrapolation index below 0.2."
+    if reached := [(need, need.reach) for need in every if (need.required or need is every[0]) and need.reach]:
+        several = len(every) > 1
+        places = [scruton(reach["scruton_number"], digits=3) + f" ({need.name})" * several for need, reach in reached]
+        indices = [number(reach["extrapolation_index"], 2) for _, reach in reached]
+        covered = [f"{reach['covered_by']} of {reach['tests']}" for _, reach in reached]
+        yield (
+            f"The answer lies at Sc {_and(places)}, an extrapolation index of {_and(indices)} from the nearest test; "
+            f"transients of {_and(covered)} tests went through the limit's amplitude."
+        )
     if (free := limit.get("required_by_law", {}).get(LAW_FREE)) is not None:
         by_hand, of = limit.get("required_by_hand"), f"Mode {mode['name']} without" if len(every) > 1 else "Without"
         yield (
             f"{of} a law, by the damping that the transients show there: {_added(free[ASKED])}"
             + ("." if by_hand is None else f"; by a straight line of 1/A, at the medians: {_added(by_hand)}.")
         )
+    if known := ", ".join(_known(sizing, mode)):
+        yield f"Monte Carlo standard errors{f' (mode {mode["name"]})' if len(every) > 1 else ''}: {known}."
     if note := scruton_note(heaving=sizing["amplitude_unit"] == "m"):
         yield note
+
+
+def _known(sizing: Content, mode: Content) -> Iterator[str]:
+    """The numbers that the decision is taken by, each with what the draws know it to."""
+    limit, (factor, unit) = governing(mode), shown_in(sizing["amplitude_unit"])
+    for what, value, error, shown in (
+        ("median amplitude", mode["amplitude"]["median"], (mode["amplitude"].get("mcse") or [None])[0], (factor, unit)),
+        ("risk as it is", limit["probability"], limit.get("probability_mcse"), (100.0, "%")),
+        (
+            f"damping to add with {share(float(ASKED))} confidence", limit["required"][ASKED],
+            limit.get("required_mcse", {}).get(ASKED), shown_in(DAMPING),
+        ),
+    ):  # fmt: skip
+        if text := known_to("", value, error, shown):
+            yield f"{what} {text}"
 
 
 def _added(value: float | None) -> str:

@@ -166,7 +166,8 @@ def contained_sentence(gap: Mapping[str, Any], fit: Mapping[str, Any]) -> str:
         moves = f" {meaning['moves']}" if meaning.get("moves") else ""
         what = "it" if settled(gap) else _FIRST
         return f"The numbers here contain {what}.{moves} The same command without `--effect` takes it out."
-    return f"The numbers here do not contain it. {_conditional(gap, _FIRST, meaning['text'])}"
+    words = meaning.get("moves") or meaning["text"]  # how it is put in stands in its chapter
+    return f"The numbers here do not contain it. {_conditional(gap, _FIRST, words)}"
 
 
 def _held_out_table(gap: Mapping[str, Any], of: Notation, unit: str) -> Table:

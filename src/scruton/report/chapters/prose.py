@@ -14,7 +14,7 @@ _KEPT = {"key", "name", "data", "svg", "png", "chart", "role", "number", "numeri
 _WORDS = {name: _title[0].lower() + _title[1:] for name, effect in CATALOGUE.items() for _title in [effect.title]}
 _WORDS |= {
     "gamma_v": "γᵥ", "beta_t": "βₜ", "alpha": "α", "I_u": "Iᵤ", "K_D": "dynamic sensitivity parameter",
-    "K_w": "correlation length factor", "V_cr": "critical wind speed",
+    "K_w": "correlation length factor", "V_cr": "critical wind speed", "xi_s": "ξₛ",
 }  # fmt: skip
 _PERCENT = re.compile(r"(?<=\d)%")  # the terminal's; a page puts a space before it
 _LAW = re.compile(r"\bn=-?\d[\d.]*")

@@ -33,9 +33,10 @@ def required_tables(content: Content, of: Notation) -> Iterator[Table]:
 
 def _required_rows(limit: Content, of: Notation) -> list[tuple[str, ...]]:
     """Label, and the required damping by confidence: as weighed, under each law, without a law, by hand, one rig."""
+    errors = limit.get("required_mcse", {})  # under one law the draws are as many, and the error is about as large
 
     def row(label: str, required: Content) -> tuple[str, ...]:
-        return label, *(required_damping(required[p], of) for p in CONFIDENCES)
+        return label, *(required_damping(required[p], of, errors.get(p)) for p in CONFIDENCES)
 
     rows = [row("laws as weighed", limit["required"])]
     for law, required in limit.get("required_by_law", {}).items():
@@ -43,7 +44,13 @@ def _required_rows(limit: Content, of: Notation) -> list[tuple[str, ...]]:
     for tau, required in limit.get("required_at_discrepancy", {}).items():
         rows.append(row(f"where rigs miss the curve by {share(float(tau))}", required))
     if (by_hand := limit.get("required_by_hand")) is not None:
-        rows.append(("straight line of 1/A, by hand", required_damping(by_hand, of), *[""] * (len(CONFIDENCES) - 1)))
+        rows.append(
+            (
+                "straight line of 1/A, by hand",
+                required_damping(by_hand, of, errors.get(CONFIDENCES[0])),
+                *[""] * (len(CONFIDENCES) - 1),
+            )
+        )
     return rows
 
 
@@ -66,9 +73,11 @@ def _by_hand(limit: Content, unit: str, of: Notation) -> str:
     )
 
 
-def required_damping(value: float | None, of: Notation) -> str:
-    """A damping that is required, as it is shown; None is more than can be added."""
+def required_damping(value: float | None, of: Notation, error: float | None = None) -> str:
+    """A damping that is required, as it is shown, to its standard error's digit; None is more than can be added."""
     factor, unit = shown_in(DAMPING)
+    if value and error:
+        return damping(value, error=error)
     text = of.number(factor * (LARGEST_ADDED if value is None else value), 3) + f" {unit}".rstrip()
     return f"> {text}" if value is None else text if value else "none"
 

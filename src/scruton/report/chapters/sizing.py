@@ -28,6 +28,7 @@ from scruton.report.conventions import (
     damping_symbol,
     damping_words,
     flag_texts,
+    known_to,
     scruton,
     scruton_note,
     shown_in,
@@ -46,7 +47,6 @@ from scruton.report.wording import (
     percent,
     share,
     stated,
-    with_error,
 )
 from scruton.report.wording import number as written
 from scruton.sizing.checks import CONFIDENCES
@@ -89,10 +89,10 @@ def _sizing_blocks(content: Content, pictures: Mapping[str, Picture], of_motion:
         [
             (
                 mode, limit_text(limit), amplitude(limit["limit"], unit),
-                _known_to(percent(limit["probability"]), limit["probability"], limit.get("probability_mcse"),
+                known_to(percent(limit["probability"]), limit["probability"], limit.get("probability_mcse"),
                           (100.0, "%")),
                 *(
-                    _known_to(
+                    known_to(
                         required_damping(limit["required"][p], PAGE), limit["required"][p],
                         limit.get("required_mcse", {}).get(p), shown_in(DAMPING),
                     )
@@ -130,12 +130,6 @@ def _sizing_blocks(content: Content, pictures: Mapping[str, Picture], of_motion:
     if together.rows or hours.rows:
         yield Heading("All modes together")
         yield from (together, hours)
-
-
-def _known_to(text: str, value: float | None, error: float | None, shown: tuple[float, str]) -> str:
-    """What is written of a number; with its Monte Carlo standard error, by a factor and in a unit, where it has one."""
-    factor, unit = shown
-    return with_unit(with_error(factor * value, factor * error), unit) if value and error else text
 
 
 def _monte_carlo(content: Content) -> Iterator[str]:
@@ -311,7 +305,10 @@ def sizing_summary(content: Content) -> Iterator[Block]:
     required = [
         (
             mode, limit["rule"], TERMINAL.number(factor * limit["limit"]), f"{limit['probability']:.3f}",
-            *(required_damping(limit["required"][p], TERMINAL) for p in CONFIDENCES),
+            *(
+                required_damping(limit["required"][p], TERMINAL, limit.get("required_mcse", {}).get(p))
+                for p in CONFIDENCES
+            ),
         )
         for mode, limit in limits(content)
     ]  # fmt: skip

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from scruton.griffin.thresholds import X_TRUSTED
 from scruton.infer.thresholds import SENSITIVE
 from scruton.report.chapters.campaign import damping_table
-from scruton.report.chapters.decision import decision_page
+from scruton.report.chapters.decision import OVERTURNS, RESTS_ON, decision_page
 from scruton.report.chapters.gap import contained_sentence, gap_sentence
 from scruton.report.chapters.material import Material
 from scruton.report.chapters.results import SOURCES, within
@@ -20,7 +20,18 @@ from scruton.report.conventions import (
     shown_in,
     with_unit,
 )
-from scruton.report.document import ALARM, CAUTION, Block, Callout, Heading, KeyFigures, Listing, Table, paragraph
+from scruton.report.document import (
+    ALARM,
+    CAUTION,
+    Abreast,
+    Block,
+    Callout,
+    Heading,
+    KeyFigures,
+    Listing,
+    Table,
+    paragraph,
+)
 from scruton.report.needs import Content, needs
 from scruton.report.thresholds import SHARE_SHOWN, TESTS_ABREAST
 from scruton.report.wording import estimate, how_many, law_text, number, share, stated
@@ -47,11 +58,8 @@ def summary_chapter(material: Material) -> Iterator[Block]:
     if cautions := material.cautions():
         yield Callout(CAUTION, "With caution", cautions)
     if material.tests:
-        yield Heading("What it rests on")
-        yield Listing(list(_basis(material)))
-        if doubts := [*_doubts(material)]:
-            yield Heading("What could overturn it")
-            yield Listing(doubts)
+        both = ((RESTS_ON, list(_basis(material))), (OVERTURNS, list(_doubts(material))))
+        yield Abreast([(head, lines) for head, lines in both if lines])
         return
     yield damping_table(material)
     if material.gap is not None:

@@ -54,7 +54,7 @@ def decision_plot(content: Content, mode: Content) -> FigureWithCaption:
     sc = shown_in(SCRUTON)[0] * curve["scruton_number"]
     low, middle, high = (factor * curve[f"amplitude_{q}"] for q in ("05", "50", "95"))
     limit = factor * rule["limit"]
-    drawing, axes = style.alone(74.0)
+    drawing, axes = style.alone(52.0)  # mm: the first page holds it with all else that decides
     top = 1.15 * max(min(float(np.nanmax(high, initial=0.0)), max(4.0 * limit, 1.3 * float(middle[0]))), limit)
     axes.fill_between(sc, low, np.minimum(high, 2.0 * top), **_BAND, label="bridge, 90 % interval")
     axes.plot(sc, middle, color=style.BLUE, label="median")
@@ -79,15 +79,13 @@ def decision_plot(content: Content, mode: Content) -> FigureWithCaption:
         alt += (
             f" With {damping(required)} added damping, at Sc {there:.3g}, it is {amplitude(ends[1] / factor, files)}."
         )
-    axes.set(
-        xlabel="Scruton number Sc of the bridge [-]", ylabel=f"Stable amplitude [{unit_text(shown)}]", ylim=(0.0, top)
-    )
+    axes.set(xlabel="Scruton number Sc of the bridge [-]", ylabel=f"Amplitude [{unit_text(shown)}]", ylim=(0.0, top))
     axes.set_xlim(left=min(0.0, float(sc[0])) if sc[0] < 0.3 * sc[-1] else 0.9 * float(sc[0]))
     style.below(drawing, [axes], columns=3)
     return FigureWithCaption(
         drawing,
-        caption=f"The Griffin plot of the bridge, mode {mode['name']}: stable amplitude in lock-in against its Scruton "
-        "number, with all uncertainties, as it is and with the damping that it needs. " + note,
+        caption=f"The Griffin plot of the bridge, mode {mode['name']}: its stable amplitude in lock-in, as it is and "
+        "with the damping that it needs. " + note,
         alt=alt,
     )
 
@@ -113,7 +111,8 @@ def risk_curves(content: Content, mode: Content) -> FigureWithCaption:
         value = rule["required"][p]
         if value is not None and value > 0.0:
             left.plot(per * value, 1.0 - float(p), "o", color=shade, mec=style.BLACK, mew=0.5, ms=5, zorder=5)
-            left.annotate(f"{100 * float(p):.0f} %", (per * value, 1.0 - float(p)), xytext=(4, 5), zorder=6,
+            clear = 5 if float(p) <= 0.95 else 8  # pt, of the line of 5 %
+            left.annotate(f"{100 * float(p):.0f} %", (per * value, 1.0 - float(p)), xytext=(4, clear), zorder=6,
                           textcoords="offset points", fontsize=7, path_effects=style.halo())  # fmt: skip
     left.set(xlabel=damping_label(_ADDED), ylabel="Probability", ylim=(0.0, 1.02))
     factor, shown = shown_in(content["amplitude_unit"])
@@ -136,8 +135,8 @@ def risk_curves(content: Content, mode: Content) -> FigureWithCaption:
     )  # fmt: skip
 
 
-def _added(required: float | None) -> str:
-    return "not achievable" if required is None else damping(required) if required else "none"
+def _added(required: float | None, error: float | None = None) -> str:
+    return "not achievable" if required is None else damping(required, error=error) if required else "none"
 
 
 @figure("sizing", name="shares", source="sizing", each=modes)
@@ -279,8 +278,8 @@ def required_plot(content: Content) -> FigureWithCaption:
                       hatch="//" if value is None else None, alpha=0.35 if value is None else 1.0,
                       label=f"{100 * float(p):.0f} % confidence")  # fmt: skip
             place = (0.0 if value is None else per * value, y)
-            axes.annotate(_added(value), place, xytext=(3, 0), textcoords="offset points",
-                          va="center", fontsize=7)  # fmt: skip
+            said = _added(value, limit.get("required_mcse", {}).get(p))
+            axes.annotate(said, place, xytext=(3, 0), textcoords="offset points", va="center", fontsize=7)
     labels = [f"{style.shorten(name, 16)}\n{style.shorten(limit_text(entry), 20)}" for name, entry in rows]
     axes.set_yticks(range(len(rows)), labels)
     axes.set(xlabel=damping_label(_ADDED), xlim=(0.0, per * top * 1.25))

@@ -1,5 +1,6 @@
 """What an acceptance rule is: a function (f, B, D, value) -> amplitude, with where it holds and what it says."""
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from math import isfinite, pi, sqrt
@@ -10,6 +11,7 @@ from scruton.errors import InputError
 from scruton.shown import fields_in_brief, shown
 
 ACCELERATION = Dimension("an acceleration", "m/s^2", 0.5)
+_ASIDE = re.compile(r"\s*\([^)]*:[^)]*\)")  # of a title: "(torsion: at the edge)"
 RMS = 1.0 / sqrt(2.0)  # root mean square of a harmonic, over its amplitude
 
 
@@ -81,6 +83,26 @@ class Limit:
         if not isfinite(amplitude):
             return ""
         return self.rule.reading(self.value * amplitude / self.amplitude(motion, frequency, width, depth))
+
+
+def limit_words(rule: str, title: str) -> str:
+    """A limit as a reader meets it: by its code, with what is asked of it; or as it was stated.
+
+    >>> limit_words("kd: acceptable", "BD 49/01: K_D = f^2 y")
+    'BD 49/01, acceptable'
+    >>> limit_words("0.03", "A fixed amplitude A/D (torsion: in rad)")
+    'a fixed amplitude A/D, 0.03'
+    """
+    name, _, asked = (part.strip() for part in rule.partition(":"))
+    plain = _ASIDE.sub("", title)
+    code, clause, _ = plain.partition(":")
+    if clause:
+        words = code
+    elif name[:1].isdigit():
+        words, asked = plain[0].lower() + plain[1:], name
+    else:
+        words = name.replace("-", " ")
+    return f"{words}, {asked}" if asked else words
 
 
 def of_edge(heaving: Callable[[float, float], float]) -> dict[Motion, Callable[[float, float, float, float], float]]:
