@@ -3,6 +3,7 @@
 import fcntl
 import os
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -48,6 +49,14 @@ def once(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Callable[[P
         return folder
 
     return made
+
+
+@pytest.fixture
+def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Draw none, of a sizing or a report: that takes half as long as a sizing."""
+    for place in ("figures", "parts"):
+        # by its module: `scruton.report` by itself is the function
+        monkeypatch.setattr(import_module(f"scruton.report.{place}"), "figures_from", lambda *_: [])
 
 
 SPEC = """

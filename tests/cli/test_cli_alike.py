@@ -122,8 +122,8 @@ def test_check_does_not_praise_what_it_cannot_use(tmp_path, capsys):
     assert (captured.out, captured.err.count("scruton: ")) == ("", 12)
 
 
-def test_a_second_sizing_stands_beside_the_first(small_results, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("scruton.report.figures.figures_from", lambda *_: [])
+@pytest.mark.usefixtures("no_figures")
+def test_a_second_sizing_stands_beside_the_first(small_results, tmp_path, capsys):
     shutil.copytree(small_results, tmp_path / "fit")
     for limit, place in (("0.02", "sizing"), ("0.01", "sizing-2"), ("0.01", "sizing-3")):
         assert main(["size", str(tmp_path / "fit"), "--limit", limit, "--quiet"]) == 0

@@ -111,9 +111,9 @@ def test_each_motion_has_its_file_and_both_the_union(sized):
         assert path.stat().st_size > 5_000
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_the_terminal_shows_both_in_eighty_columns_and_a_second_run_gets_a_number(deck, sized, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
-    monkeypatch.setattr("scruton.report.figures.figures_from", lambda *_: [])
     heaving, torsion, bridge = deck
     assert main([str(one) for one in ("size", heaving, "--other", torsion, "--bridge", bridge)]) in (0, 1)
     text = capsys.readouterr().out
@@ -188,9 +188,9 @@ def test_what_cannot_be_done_with_both_is_refused(deck, tmp_path, capsys, more, 
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.usefixtures("no_figures")
 def test_given_dampers_and_what_was_identified_are_judged_with_both(deck, tmp_path, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
-    monkeypatch.setattr("scruton.report.figures.figures_from", lambda *_: [])
     heaving, torsion, bridge = deck
     listed = tmp_path / "offers.csv"
     listed.write_text("mass,frequency,damping\n30000,0.3,0.1\n10000,0.8,0.1\n", encoding="utf-8")

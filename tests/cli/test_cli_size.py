@@ -58,13 +58,6 @@ def bridge(tmp_path_factory):
     return path
 
 
-@pytest.fixture
-def no_figures(monkeypatch):
-    """Drawing them takes half as long as the sizing."""
-    for place in ("figures", "parts"):
-        monkeypatch.setattr(f"scruton.report.{place}.figures_from", lambda *_: [])
-
-
 def run(*arguments, capsys):
     code = main([str(one) for one in arguments])
     captured = capsys.readouterr()

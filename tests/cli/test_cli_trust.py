@@ -171,8 +171,8 @@ def test_files_of_two_fits_do_not_go_together(results, small_results, tmp_path, 
     refused("predict", results, "--sc", 30, capsys=capsys, words=["posterior.nc", "of another fit"])
 
 
-def test_what_is_computed_from_a_fit_names_it(results, capsys, monkeypatch):
-    monkeypatch.setattr("scruton.report.figures.figures_from", lambda *_: [])
+@pytest.mark.usefixtures("no_figures")
+def test_what_is_computed_from_a_fit_names_it(results, capsys):
     assert main(["size", str(results), "--limit", "0.05", "--quiet"]) == 0
     sizing = json.loads((results / "sizing" / "sizing.json").read_text(encoding="utf-8"))
     assert sizing["provenance"]["fit_sha256"] == {name: digest(results / name) for name in ("fit.json", "posterior.nc")}

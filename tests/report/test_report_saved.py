@@ -13,7 +13,7 @@ from scruton.report.figures.registry import FigureWithCaption
 
 
 @pytest.fixture
-def results(tmp_path, monkeypatch):
+def results(tmp_path, monkeypatch, no_figures):
     """A fit in a folder, and no sampling anywhere."""
     fit = fake_fit(growth=False, sweeps=False)
     fit.summary["provenance"]["sha256"] = {"record.csv": "11" * 32}
@@ -24,7 +24,6 @@ def results(tmp_path, monkeypatch):
         raise AssertionError("sampled")
 
     monkeypatch.setattr("scruton.stats.sampler.sample", sampled)
-    monkeypatch.setattr("scruton.report.parts.figures_from", lambda *_: [])
     monkeypatch.setattr("scruton.report.figures.all_figures", lambda *_: list[FigureWithCaption]())
     return tmp_path / "fit", summary
 

@@ -5,7 +5,6 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from scruton.report.thresholds import RISK_DRAWS
-from scruton.sizing.limits.rule import limit_words
 
 PARAMETERS = {
     "a_star": "stable amplitude a*",
@@ -121,6 +120,8 @@ def law_text(label: str) -> str:
 
 def limit_text(entry: Mapping[str, Any]) -> str:
     """A limit of sizing.json as a reader meets it."""
+    from scruton.sizing.limits.rule import limit_words
+
     return limit_words(entry["rule"], entry["title"])
 
 

@@ -131,7 +131,7 @@ class Evidence:
         """
         draws = model.draws(u)
         reach = {name: None if added is None else reach_of(draws, limit, added) for name, added in required.items()}
-        by_law = self._by_law(model, limit, reach, u, needed)
+        by_law = self._by_law(model, draws, limit, reach, u, needed)
         if self.law_free is not None:
             by_law[LAW_FREE] = required_of(replace(draws, law_free=self.law_free).needed(limit))
         stated = {
@@ -143,6 +143,7 @@ class Evidence:
     def _by_law(
         self,
         model: ModeModel,
+        draws: Draws,
         limit: float,
         reach: Mapping[str, Reach | None],
         u: FloatArray,
@@ -153,7 +154,6 @@ class Evidence:
         It is looked for from where the laws as weighed have it.  Where tests send to one another the largest of their
         answers counts, and more confidence takes no less damping than less does.
         """
-        draws = model.draws(u)
         furthest = max((found.scruton_number for found in reach.values() if found), default=0.0)
         by_start: dict[tuple[str, float], Required] = {}
 

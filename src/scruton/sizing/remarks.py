@@ -137,8 +137,7 @@ def any_mode_remarks(
         for name, added, reach in zip(every.names, needed.required, needed.reach, strict=True):
             if added and reach is not None and not reach.trusted:
                 yield said(
-                    f"mode {name}: the damping that keeps the risk of any mode (",
-                percent(added), ") lies at Sc ",
+                    f"mode {name}: the damping that keeps the risk of any mode (", percent(added), ") lies at Sc ",
                     scruton_number(reach.scruton_number), ", an extrapolation index of "
                     f"{reach.extrapolation_index:.2f} from the nearest test; transients of {reach.covered_by} of "
                     f"{reach.tests} tests went through the amplitude of the limit",

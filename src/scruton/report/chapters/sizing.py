@@ -90,7 +90,7 @@ def _sizing_blocks(content: Content, pictures: Mapping[str, Picture], of_motion:
             (
                 mode, limit_text(limit), amplitude(limit["limit"], unit),
                 known_to(percent(limit["probability"]), limit["probability"], limit.get("probability_mcse"),
-                          (100.0, "%")),
+                         (100.0, "%")),
                 *(
                     known_to(
                         required_damping(limit["required"][p], PAGE), limit["required"][p],
