@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.stats.thresholds import FEWEST_STEPS, LONG_RUN, ROUGHLY, STUCK_BELOW, TIMES_SPANNED
+from scruton.stats.thresholds import FEWEST_STEPS, LEAST_MORE, LONG_RUN, ROUGHLY, SPARE, STUCK_BELOW, TIMES_SPANNED
 
 FEWEST_DRAWS = 4  # a chain, for a Monte Carlo error
 ONE_SD = np.array([0.1586553, 0.8413447])  # probabilities one standard deviation below and above, as arviz rounds them
@@ -74,6 +74,15 @@ class Convergence:
             "Raise sampler.max_steps in the model card; if walkers are stuck, look whether the record is what "
             "its kind says and choose the transient with start and stop."
         )
+
+    def wanting(self, settings: SamplerSettings) -> float:
+        """How much longer the run should be, over its length: a part where draws alone want, else as long again."""
+        if not bool((self.rhat_nested < settings.max_rhat).all()) or self.stuck:
+            return 1.0
+        draws = settings.min_ess / float(min(self.ess_bulk.min(), self.ess_tail.min()))
+        length = min(TIMES_SPANNED * float(self.tau.max()), LONG_RUN) / self.steps
+        more = SPARE * max(draws, length) - 1.0
+        return min(max(more, LEAST_MORE), 1.0) if math.isfinite(more) else 1.0
 
 
 def effective_draws(chain: FloatArray) -> float:

@@ -8,6 +8,7 @@ both go through the same chunks: a chunk depends only on the walkers' positions 
 """
 
 import contextlib
+import math
 import os
 import zlib
 from collections.abc import Callable, Sequence
@@ -30,7 +31,7 @@ from scruton.stats.samples import Samples
 from scruton.stats.student_t import Conditional, Mixture, StudentT, conditional, fit_mixture
 from scruton.stats.thresholds import ADAPTATIONS, EARLY, FAR_BELOW, MET, OVERDISPERSED
 
-FIRST_CHUNK = 12  # steps; then as many as there were so far, or since the last adaptation
+FIRST_CHUNK = 12  # steps; then as many as seem to be wanted, and at most as many as there were
 LARGEST_CHUNK = 256
 _PART = ("centre", "cholesky", "degrees_of_freedom")  # of a proposal's mixture
 
@@ -183,6 +184,7 @@ def sample(
     """
     stored = checkpoint.load() if checkpoint else None
     total = rounds = 0
+    more = 1.0  # steps that seem to be wanted, over those since the last adaptation
     if stored is None:
         ensembles = _start(posterior, settings, seed)
     else:
@@ -195,16 +197,20 @@ def sample(
             if progress:
                 progress(total, min(expected / settings.min_ess, 1.0))
             # The full verdict only where it may be good, or is the last.
-            last = total >= settings.max_steps
+            last, more = total >= settings.max_steps, 1.0
             if last or promising(chain, expected, settings):
                 acceptance = ensembles.accepted / ensembles.steps
                 verdict = judge(chain, log_prob, ensembles.count, acceptance, settings)
                 if last or verdict.converged:
                     break
-            if rounds < EARLY or (rounds < ADAPTATIONS and 3 * ensembles.steps >= 2 * total):
+                more = verdict.wanting(settings)
+            # A run that is soon long enough is not begun anew.
+            if rounds < EARLY or (rounds < ADAPTATIONS and 2 * ensembles.steps >= total and more >= 1.0):
                 rounds += 1
                 ensembles.adapt(together=rounds > EARLY)
-        chunk = min(max(FIRST_CHUNK, ensembles.steps or total), LARGEST_CHUNK, settings.max_steps - total)
+        first = total if rounds < EARLY else max(total // 2, math.ceil(4 * settings.draws / 3))
+        chunk = max(FIRST_CHUNK, math.ceil(more * ensembles.steps) or first)
+        chunk = min(chunk, LARGEST_CHUNK, settings.max_steps - total)
         posterior.forget()
         ensembles.advance(posterior.log_parts, chunk, settings)
         total += chunk

@@ -16,6 +16,10 @@ TIMES_SPANNED = 6.0  # autocorrelation times
 # A rough number of effective draws may be so much larger in truth.
 ROUGHLY = 2.0  # -
 
+# A run that wants draws alone goes on for as many steps as seem to be wanted, times this, and for this part at least.
+SPARE = 1.2  # -
+LEAST_MORE = 0.25  # of its length
+
 # Shorter chains are not judged: what they say of the autocorrelation is too good.
 FEWEST_STEPS = 15  # steps
 
