@@ -57,7 +57,7 @@ OVERDISPERSED = 1.5  # -
 FAR_BELOW = 25.0  # in log posterior
 
 # So often does a run that has not converged fit its proposals to its draws and start again.
-ADAPTATIONS = 5  # times
+ADAPTATIONS = 8  # times
 
 # The first of them at once; the others where the run since the last one is two thirds of all.
 EARLY = 3  # times
