@@ -32,6 +32,10 @@ def held(after, value):
     return lambda time, response: (time, np.where(time < after, response, value))
 
 
+def rounded(part):
+    return lambda time, response: (time, part * np.ptp(response) * np.round(response / (part * np.ptp(response))))
+
+
 def test_a_clean_campaign_has_no_remark(small_campaign):
     assert found(small_campaign) == []
 
@@ -90,13 +94,53 @@ CM, LEVEL = "time [s],displacement [cm]", ("stable_amplitude = 0.0292\n", "")
         ({"record": "still.csv", "header": CM}, [("amplitude", "still.csv", DOUBT)]),
         ({"record": "decay.csv", "change": held(5.5, 0.0)}, [("dead", "decay.csv", DOUBT)]),
         ({"record": "still.csv", "change": held(4.0, 0.3)}, [("dead", "still.csv", DOUBT)]),
-        ({"record": "still.csv", "change": held(7.0, 0.0)}, []),
+        ({"record": "still.csv", "change": held(7.0, 0.0)}, [("dead", "still.csv", DOUBT)]),
+        ({"record": "still.csv", "change": rounded(2e-5)}, []),
     ],
-    ids=["8.5 Hz", "50 Hz", "cm", "gain 1.4", "gain 0.6", "gain 1.1", "still cm", "zeros", "constant", "few zeros"],
+    ids=[
+        "8.5 Hz", "50 Hz", "cm", "gain 1.4", "gain 0.6", "gain 1.1", "still cm", "zeros", "constant", "few zeros",
+        "rounded",
+    ],
 )  # fmt: skip
 def test_a_slip_in_a_record(with_slip, slip, remarks):
     """The test states no stable amplitude, so that only the records speak of the level."""
     assert found(with_slip(*LEVEL, **slip)) == remarks
+
+
+@pytest.mark.parametrize("name", ["decay.csv", "still.csv"])
+def test_what_stands_still_amid_motion_is_left_out(with_slip, small_campaign, name):
+    """Padding at either end, and a channel that drops out, leave the amplitudes as they were."""
+
+    def dropped(time, response):
+        gone = (time < 0.7) | ((time > 2.0) & (time < 2.4)) | (time > 5.5)
+        return time, np.where(gone, 0.0, response)
+
+    whole = gather(load_campaign(small_campaign), []).cycles[name]
+    cut = gather(load_campaign(with_slip(record=name, change=dropped)), []).cycles[name]
+    assert cut.time[0] > 0.7
+    assert cut.time[-1] < 5.5
+    assert not np.any((cut.time > 2.0) & (cut.time < 2.4))
+    there = np.interp(cut.time, whole.time, whole.amplitude)
+    assert np.abs(cut.amplitude - there).max() < 0.02 * there.max()
+
+
+@pytest.mark.parametrize(("gain", "remarks"), [(1.0, []), (1.4, [("steady level", "decay.csv", DOUBT)])])
+def test_a_steady_record_off_the_level_of_the_transients_is_said(with_slip, small_campaign, gain, remarks):
+    _, growth = np.loadtxt(small_campaign / "growth.csv", delimiter=",", skiprows=1).T
+    third = growth[-growth.size // 3 :]
+    folder = with_slip(
+        *LEVEL, '"decay.csv", kind = "decay"', '"decay.csv", kind = "steady"', record="decay.csv",
+        change=lambda t, y: (t[: third.size], gain * third),
+    )  # fmt: skip
+    assert found(folder) == remarks
+
+
+def test_the_end_of_a_drift_is_no_clipping(with_slip):
+    def drifting(time, response):
+        return time, response + 30.0 * np.ptp(response) + 5.0 * np.ptp(response) * time / time[-1]
+
+    kinds = {kind for kind, _, _ in found(with_slip(record="growth.csv", change=drifting))}
+    assert kinds == {"offset", "mean drift"}
 
 
 def test_growth_filed_as_free_decay(with_slip, small_campaign):

@@ -78,3 +78,28 @@ def test_check_says_it_and_goes_on(small_campaign, tmp_path, capsys):
     assert "growth.csv: set aside: no" in said
     assert "No warnings" not in said
     assert main(["check", str(folder), "--strict"]) == 2
+
+
+def of_decay(campaign, change):
+    def changed(record):
+        return replace(record, response=change(record.time, record.response)) if record.name == "decay.csv" else record
+
+    tests = tuple(replace(test, records=tuple(changed(one) for one in test.records)) for test in campaign.tests)
+    return replace(campaign, tests=tests)
+
+
+@pytest.mark.parametrize(
+    ("rate", "gain", "reason"),
+    [(1.5, 1.0, "a decay that dies out"), (0.0, 200.0, "a largest amplitude of"), (0.05, 1.0, "")],
+    ids=["dies", "another unit", "slow"],
+)
+def test_a_record_of_no_vortex_induced_vibration_is_set_aside(small_campaign, rate, gain, reason):
+    """A model finds a stable amplitude somewhere on the way to nothing."""
+    noise = 1e-4 * np.random.default_rng(5).normal(size=100_000)
+
+    def change(time, response):
+        return gain * response * np.exp(-rate * (time - time[0])) + noise[: time.size]
+
+    kept, cycles = usable(of_decay(load_campaign(small_campaign), change))
+    assert ("decay.csv" in cycles) == (not reason)
+    assert [reason in one.text for one in kept.remarks] == [True] * bool(reason)

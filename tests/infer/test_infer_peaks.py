@@ -413,6 +413,7 @@ def weights_of(log_evidence, error, sampled=(True, True, True)):
         ((0.0, 3.3, -9.0), (0.05, 0.05, 0.05), "n=0 over n=-1: log evidence 3.3 higher"),
         ((0.0, 3.3, -9.0), (0.1, 0.1, 0.1), ""),
         ((0.0, 3.3, 8.0), (0.1, 0.1, np.nan), "n=2 over n=-1: log evidence 8.0 higher"),
+        ((-np.inf, 3.3, 0.0), (np.nan, 0.1, 0.1), "n=0 over n=-1: log evidence far higher"),
     ],
 )
 def test_the_flag_wants_twenty_to_one_beyond_what_the_errors_allow(log_evidence, error, flag):

@@ -18,11 +18,10 @@ from scruton.campaign.thresholds import FAR
 from scruton.envelope import thresholds
 from scruton.envelope.inspection import Inspection
 from scruton.envelope.ringdown import DampingBand, RingDown
-from scruton.envelope.sampling import run_lengths
 from scruton.said import damping, said
 
 # What a record of another kind, level or length than it is filed as would also be noted for.
-CAUSES = ("kind", "stated level", "dead")
+CAUSES = ("kind", "stated level")
 CONSEQUENCES = ("decay start", "growth start", "length")
 
 
@@ -153,8 +152,7 @@ class _End:
 def _ends(test: Test, kind: Kind, inspection: Inspection) -> list[_End]:
     """Where the transients of one kind end, those left out that end in nothing."""
     usable = [record for record in test.records if record.kind is kind and record.name in inspection.qualities]
-    ends = [_End.of(record, inspection) for record in usable if _standing(record, inspection) < thresholds.DEAD]
-    return [end for end in ends if end.tail > 0.0]
+    return [end for end in (_End.of(record, inspection) for record in usable) if end.tail > 0.0]
 
 
 def _apart(growth: _End, decay: _End) -> float:
@@ -168,6 +166,26 @@ def _apart(growth: _End, decay: _End) -> float:
         return factor
     crossed = growth.tail / decay.tail
     return crossed if crossed > thresholds.LEVELS else 1.0
+
+
+def _steady_levels(inspection: Inspection) -> Iterator[Remark]:
+    """Lock-in records, which must stand where the transients of their test settle."""
+    for test in inspection.campaign.tests:
+        ends = [end for kind in (Kind.GROWTH, Kind.DECAY) for end in _ends(test, kind, inspection) if end.settled]
+        for record in test.records:
+            if record.kind is not Kind.STEADY or record.name not in inspection.qualities or not ends:
+                continue
+            level = float(np.median(inspection.cycles[record.name].amplitude))
+            ratio, end = max(((level / end.level, end) for end in ends), key=lambda pair: abs(math.log(pair[0])))
+            factor = max(ratio, 1.0 / ratio)
+            if factor > thresholds.LEVELS:
+                yield Remark(
+                    Severity.SERIOUS if factor > FAR else Severity.DOUBT, "steady level", "record", record.name,
+                    f"stands at {level:.3g}, {ratio:.3g} times the amplitude {end.level:.3g} where {end.name} of its "
+                    "test settles: a unit or gain of one of them, another wind speed, or two stable amplitudes.",
+                    "the record stands at {} times the amplitude where a transient of its test settles", ratio,
+                    factor / thresholds.LEVELS,
+                )  # fmt: skip
 
 
 def _stated_level(inspection: Inspection) -> Iterator[Remark]:
@@ -244,29 +262,6 @@ def _amplitude(inspection: Inspection) -> Iterator[Remark]:
             yield remark if test is not None else replace(remark, severity=Severity.DOUBT)
 
 
-def _dead(inspection: Inspection) -> Iterator[Remark]:
-    """Records that stand still, at zero or at another reading, for a third of their samples or more."""
-    for record, _, _ in inspection.records():
-        share = _standing(record, inspection)
-        if share >= thresholds.DEAD:
-            yield Remark(
-                Severity.DOUBT, "dead", "record", record.name,
-                f"{100 * share:.0f} % of the record do not move, at zero or another constant; start and stop cut it.",
-                "{} % of the record do not move, at zero or another constant,", 100.0 * share, share / thresholds.DEAD,
-            )  # fmt: skip
-
-
-def _standing(record: Record, inspection: Inspection) -> float:
-    """Share of the samples that stand in long stretches of one value (in an envelope, of zero)."""
-    quality = inspection.qualities[record.name]
-    longest = max(3, round(thresholds.STILL * quality.sample_rate / quality.frequency))
-    same = np.diff(record.response) == 0.0
-    if record.is_envelope:
-        same &= record.response[1:] == 0.0
-    lengths = run_lengths(same) + 1
-    return float(np.sum(lengths[lengths > longest])) / record.response.size
-
-
 CHECKS: tuple[Callable[[Inspection], Iterator[Remark]], ...] = (
-    _frequency, _sampling, _kind, _levels, _stated_level, _damping, _amplitude, _dead,
+    _frequency, _sampling, _kind, _levels, _steady_levels, _stated_level, _damping, _amplitude,
 )  # fmt: skip

@@ -9,9 +9,11 @@ from scruton.campaign.schema import Campaign, Record, Rig, Test
 from scruton.envelope.cycles import cycles_from_envelope, demodulate
 from scruton.envelope.quality import RecordQuality, assess
 from scruton.envelope.ringdown import RingDown, ring_down
+from scruton.envelope.stillness import moving
 from scruton.envelope.thresholds import STATED_SD
 from scruton.envelope.transient import front_end_cycles
 from scruton.envelope.types import Cycles
+from scruton.envelope.vibrates import check_vibrates
 from scruton.errors import InputError
 from scruton.shown import fields_in_brief, shown
 
@@ -112,11 +114,14 @@ def usable(
     """
     cycles: dict[str, Cycles] = {}
     failures: dict[str, InputError] = {}
+    campaign = moving(campaign)
     for record, rig, test in records_of(campaign):
         try:
             found = record_cycles(record, rig.frequency.mean, source)
             if test is None and plucks:
                 _check_ring_down(record, found)
+            if test is not None:
+                check_vibrates(record, found, campaign.section.amplitude_unit)
             cycles[record.name] = found
         except InputError as error:
             failures[record.name] = error

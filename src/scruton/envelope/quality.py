@@ -262,14 +262,16 @@ def _clipped_side(time: FloatArray, response: FloatArray, cycles: Cycles) -> str
     Two signs are looked for, in the cycles that reach the extreme: the extreme reading repeated in a row, more
     often than rounding explains, and a top that holds far more samples than a sine's (a sensor that saturates softly).
     """
-    offset = float(np.mean(response))
+    y = response - float(np.mean(response))
+    # where the mean drifts by more than the motion, the end of the drift is the extreme, and its cycles are all top
+    drifts = np.ptp(y) > 2.0 * thresholds.SWEPT * float(np.max(cycles.amplitude))
     sides = [
-        word for word, sign in (("above", 1.0), ("below", -1.0)) if _piled_up(time, sign * (response - offset), cycles)
+        word for word, sign in (("above", 1.0), ("below", -1.0)) if _piled_up(time, sign * y, cycles, softly=not drifts)
     ]
     return " and ".join(sides)
 
 
-def _piled_up(time: FloatArray, y: FloatArray, cycles: Cycles) -> bool:
+def _piled_up(time: FloatArray, y: FloatArray, cycles: Cycles, *, softly: bool) -> bool:
     windows = cut(time, cycles.reference_frequency)
     top = float(np.max(y))
     if top <= 0.0 or len(windows.number) == 0:
@@ -280,6 +282,8 @@ def _piled_up(time: FloatArray, y: FloatArray, cycles: Cycles) -> bool:
     honest = per_cycle / np.pi * np.sqrt(2.0 * min(quantum_of(y), top) / top)
     if np.max(run_lengths(at_top)) >= max(thresholds.RUN, 1.3 * honest + 2.0):
         return True
+    if not softly:
+        return False
     stops = np.stack([windows.first, windows.stop], axis=1).ravel()
     padded = np.append(y, -np.inf)
     highest = np.maximum.reduceat(padded, stops)[::2]

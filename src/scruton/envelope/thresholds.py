@@ -17,6 +17,7 @@ FEWEST_CYCLES = 4  # cycles that the slope of a ring-down needs
 # Clipping.
 TOP = 0.02  # part of the largest reading that counts as its top
 CROWDED = 1.6  # times the samples that a sine has at its top; a strong third harmonic reaches 1.4
+SWEPT = 1.5  # times the range of the motion: a record of more is of a mean that drifts
 RUN = 3  # equal readings in a row at the extreme
 FINEST_QUANTUM = 3e-5  # of the largest reading (16 bits): of finer ones a few that happen to agree would prove much
 UNEVEN = 0.02  # of the largest reading: neighbours of an even crest differ by less, growth and noise included
@@ -60,8 +61,16 @@ BAND_FLOOR = 0.02  # relative error of a band of damping that its scatter cannot
 CLEAR_BAND = 0.1  # relative standard error above which a band of damping contradicts nobody
 SIGMAS = 3.0  # joint standard deviations
 DAMPING_FACTOR = 2.0  # factor by which damping never changes between stating and plucking
-DEAD = 1.0 / 3.0  # of the samples, in stretches that do not move
-STILL = 0.5  # cycles without any change after which the signal does not move
+# Stretches that stand still amid motion: cycles (a wave that is clipped hard stands for half of one), and quanta that
+# the cycle beside them moves by (a decay that sinks into its rounding moves by one or two).
+HELD, MOVES = 1.0, 8.0
+
+# Records in wind that are of no vortex-induced vibration: from five standard deviations of the prior of the first
+# amplitude (A/D or rad) the filter is asked for what its model excludes.
+NO_VORTEX = 5.0
+# A decay has died out where its last quarter is below DIES of its largest amplitude, and is in the noise or scatters by
+# DISORDER of its mean: noise in a narrow band scatters by 0.52, a stable amplitude under 6 % of gusts by less than 0.1.
+DIES, DISORDER = 0.03, 0.3
 
 # Transients that pass the amplitude where they come to stand, by more than gusts make them. Of records of `scruton
 # calibrate` with seed 7 all 30 whose air remembers 1 to 4 relaxation times pass it by 20 to 250 %, and none of 120

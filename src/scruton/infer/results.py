@@ -189,10 +189,13 @@ class LawWeights:
         if best == 0 or gap - 2.0 * float(np.nansum(self.error[[0, best]])) < FAVOURED:
             return ""
         first, other = self.labels[0], self.labels[best]
-        favoured = f"the records favour the law {other} over {first}: log evidence {gap:.1f} higher"
+        higher = (
+            f"{gap:.1f} higher" if np.isfinite(gap) else "far higher"
+        )  # the first has none where it was not sampled
+        favoured = f"the records favour the law {other} over {first}: log evidence {higher}"
         if self.rule.doubted:
             favoured = (
-                f"no law of the card holds, since {self.rule.why}; the log evidence of {other}, {gap:.1f} higher than "
+                f"no law of the card holds, since {self.rule.why}; the log evidence of {other}, {higher} than "
                 f"that of {first}, makes it the nearer, not the true one"
             )
         return (
