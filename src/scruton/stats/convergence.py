@@ -63,7 +63,7 @@ class Convergence:
                 faults.append(f"nested R-hat of {name} is {rhat:.3f} (wanted < {settings.max_rhat:g})")
             elif not min(bulk, tail) >= settings.min_ess:
                 faults.append(f"{name} has {min(bulk, tail):.0f} effective draws (wanted {settings.min_ess:g})")
-        if not self.steps >= min(TIMES_SPANNED * self.tau.max(), LONG_RUN):
+        if not self.steps >= _shortest(self.tau.max()):
             faults.append(
                 f"the run spans {self.steps / self.tau.max():.1f} autocorrelation times (wanted {TIMES_SPANNED:g})"
             )
@@ -80,9 +80,14 @@ class Convergence:
         if not bool((self.rhat_nested < settings.max_rhat).all()) or self.stuck:
             return 1.0
         draws = settings.min_ess / float(min(self.ess_bulk.min(), self.ess_tail.min()))
-        length = min(TIMES_SPANNED * float(self.tau.max()), LONG_RUN) / self.steps
+        length = _shortest(self.tau.max()) / self.steps
         more = SPARE * max(draws, length) - 1.0
         return min(max(more, LEAST_MORE), 1.0) if math.isfinite(more) else 1.0
+
+
+def _shortest(tau: float) -> float:
+    """Steps that a run of this autocorrelation time has to keep."""
+    return min(TIMES_SPANNED * float(tau), LONG_RUN)
 
 
 def effective_draws(chain: FloatArray) -> float:
@@ -97,7 +102,7 @@ def promising(chain: FloatArray, effective: float, settings: SamplerSettings) ->
     """Whether the verdict on chains of about so many effective draws may be good: with room for a rough estimate."""
     chains, draws, _ = chain.shape
     enough = ROUGHLY * effective >= settings.min_ess and draws >= max(settings.draws, FEWEST_STEPS)
-    return bool(enough and draws >= min(TIMES_SPANNED * chains * draws / (ROUGHLY * effective), LONG_RUN))
+    return bool(enough and draws >= _shortest(chains * draws / (ROUGHLY * effective)))
 
 
 def judge(
@@ -130,7 +135,7 @@ def judge(
         bool(np.isfinite(rhat).all() and np.isfinite(bulk).all() and np.isfinite(tail).all())
         and bool((rhat < settings.max_rhat).all())
         and float(min(bulk.min(), tail.min())) >= settings.min_ess
-        and draws >= min(TIMES_SPANNED * float(tau.max()), LONG_RUN)
+        and draws >= _shortest(tau.max())
         and stuck == 0
         and not frozen.any()
     )

@@ -208,6 +208,7 @@ def sample(
             if rounds < EARLY or (rounds < ADAPTATIONS and 2 * ensembles.steps >= total and more >= 1.0):
                 rounds += 1
                 ensembles.adapt(together=rounds > EARLY)
+        # Of a run that begins anew; what is kept of it is long enough to be judged.
         first = total if rounds < EARLY else max(total // 2, math.ceil(4 * settings.draws / 3))
         chunk = max(FIRST_CHUNK, math.ceil(more * ensembles.steps) or first)
         chunk = min(chunk, LARGEST_CHUNK, settings.max_steps - total)
