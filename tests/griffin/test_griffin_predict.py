@@ -423,6 +423,38 @@ def test_extrapolation_is_flagged_from_the_nearest_test() -> None:
     assert "n=-1 (72%), n=0 (20%), n=2 (8%)" in far.flags[0]
 
 
+@pytest.mark.parametrize(
+    ("failed", "law_n", "said"),
+    [
+        ((), None, ""),
+        (("n=2",), None, "hold 5% of the weight of the answer: n=2 (5%);"),
+        (("n=0", "n=1", "n=2"), None, "hold 15% of the weight of the answer: n=0 (5%), n=1 (5%), n=2 (5%);"),
+        (("n=0", "n=1", "n=2"), -1.0, ""),
+        (("n=1",), 1.0, "hold 100% of the weight of the answer: n=1 (100%);"),
+    ],
+)
+def test_laws_that_answer_without_having_converged_are_said(failed, law_n, said) -> None:
+    """From one rig every law has 5 %, whatever the records say; the verdict leaves it out."""
+    shares = {"n=-1": (-1.0, 0.85), "n=0": (0.0, 0.05), "n=1": (1.0, 0.05), "n=2": (2.0, 0.05)}
+    tree = campaign_tree(laws=shares)
+    names = ["test T0", *(f"campaign, {label}" for label in shares)]
+    rows = {"posterior": names, "converged": [name.removeprefix("campaign, ") not in failed for name in names]}
+    assert not any("did not converge" in flag for flag in predict(tree, scruton_number=3.0, law_n=law_n).flags)
+    tree["convergence"] = xr.DataTree(xr.Dataset({name: ("row", values) for name, values in rows.items()}))
+    flags = [flag for flag in predict(tree, scruton_number=3.0, law_n=law_n).flags if "did not converge" in flag]
+    assert len(flags) == bool(said)
+    if said:
+        assert said in flags[0]
+        assert "raise sampler.max_steps in the model card" in flags[0]
+
+
+def test_a_law_that_hardly_answers_need_not_have_converged() -> None:
+    tree = campaign_tree(laws={"n=-1": (-1.0, 0.96), "n=2": (2.0, 0.04)})
+    rows = {"posterior": ["campaign, n=-1", "campaign, n=2"], "converged": [True, False]}
+    tree["convergence"] = xr.DataTree(xr.Dataset({name: ("row", values) for name, values in rows.items()}))
+    assert not any("did not converge" in flag for flag in predict(tree, scruton_number=3.0).flags)
+
+
 def test_only_peak_tests_count_as_near() -> None:
     one = predict(campaign_tree(peak=[1, 0, 1]), scruton_number=10.0)
     assert list(one.extrapolation_indices) == ["T0", "T2"]

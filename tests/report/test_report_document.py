@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+import xarray as xr
 from fake_fit import fake_fit
 from fake_parts import GAP, sizing
 
@@ -440,6 +441,28 @@ def test_nothing_is_priced_or_judged_on_posteriors_that_did_not_converge(three) 
     assert good.modes[0].cost is not None
     assert good.existing is not None
     assert any(trial in flag and "nothing of the sizing rests on that" in flag for flag in good.flags)
+
+
+def test_a_sizing_and_a_report_say_which_laws_answer_without_having_converged(three) -> None:
+    """The law has its share of the weight whatever the records say: the fit is trusted, and the share is told."""
+    tree = three.tree.copy(deep=True)
+    share = xr.DataArray([0.9, 0.1, 0.0, 0.0], coords={"law": tree["laws"]["law"]})
+    tree["laws"] = xr.DataTree(
+        tree["laws"].to_dataset().assign(weight=share, common_weight=share.where(share < 0.5, 0.0))
+    )
+    rows = {"posterior": ["campaign, n=-1", "campaign, n=0"], "converged": [True, False]}
+    tree["convergence"] = xr.DataTree(xr.Dataset({name: ("row", values) for name, values in rows.items()}))
+    mode = Mode("V1", Quantity(0.3, 0.003), Quantity(2e4), 4e6, damping_ratio=Quantity(0.003, 0.001))
+    bridge = Bridge("b", Motion.HEAVING, 12.0, 3.0, 1.225, Quantity(1.0), (limit("0.05"),), (mode,))
+    found = size(tree, bridge)
+    assert found.unconverged == ()
+    (flag,) = [flag for flag in found.flags if "did not converge" in flag]
+    assert "hold 10% of the weight of the answer: n=0 (10%); to mend it raise sampler.max_steps" in flag
+    assert flag in found.to_json()["flags"]
+    assert "hold 10% of the weight" in " ".join(render_text(sizing_summary(found.to_json())).split())
+    page = text_of(compose(material(three, sizing=found.to_json())).chapters[0].blocks)
+    assert "hold 10 % of the weight of the answer: n = 0 (10 %)" in page
+    assert not any("did not converge" in flag for flag in size(tree, bridge, law_n=-1.0).flags)
 
 
 def test_the_gap_is_told_with_where_and_how_far_it_shrinks(three) -> None:

@@ -25,8 +25,8 @@ from scruton.griffin.posterior import (
     test_names,
     unit_of,
 )
-from scruton.griffin.thresholds import X_TRUSTED
-from scruton.infer.joint import SCALES, names_at_prior
+from scruton.griffin.thresholds import UNSETTLED, X_TRUSTED
+from scruton.infer.joint import CAMPAIGN, SCALES, failed, names_at_prior
 from scruton.shown import shown
 from scruton.stats.convergence import monte_carlo_error
 
@@ -242,7 +242,7 @@ def predict(
     for tau in STATED if one_rig(tree) else ():
         known = with_discrepancy(tree, tau)
         at_discrepancy[tau] = predictive_draws(known, sc_of_all, law_n=law_n, seed=seed)[:, 0]
-    remarks = (*asked, *_flags(prediction), *prior_speaks(tree))
+    remarks = (*asked, *_flags(prediction), *prior_speaks(tree), *unsettled_laws(tree, curve.laws))
     return replace(prediction, flags=remarks, at_discrepancy=at_discrepancy)
 
 
@@ -264,6 +264,22 @@ def prior_speaks(tree: "xr.DataTree") -> tuple[str, ...]:
         return ()
     remark = f"the band between settings is the card's prior: the posterior of {scales} equals it"
     return (f"{remark}, as it always does with one rig" if one_rig(tree) else remark,)
+
+
+def unsettled_laws(tree: "xr.DataTree", laws: Mapping[str, float]) -> tuple[str, ...]:
+    """What has to be said where the laws that answer, by their weights, did not all converge; empty otherwise.
+
+    A law to which the records give nothing does not bring the verdict on a fit down, but has its share of the answer.
+    """
+    names = failed(tree)
+    held = {label: weight for label, weight in laws.items() if f"{CAMPAIGN} {label}" in names}
+    if round(sum(held.values()), 6) < UNSETTLED:
+        return ()
+    of_each = ", ".join(f"{label} ({weight:.0%})" for label, weight in held.items())
+    return (
+        f"laws whose posterior did not converge hold {sum(held.values()):.0%} of the weight of the answer: {of_each}; "
+        "to mend it raise sampler.max_steps in the model card, and fit again",
+    )
 
 
 def predictive_draws(

@@ -13,6 +13,10 @@ X_TRUSTED = 0.3
 # 0.4 nats, at 2 it is less by 0.9 and at 4 by 3.2.
 WALK, FARTHEST = 1.0, 4.0
 
+# Part of the weight of the laws from which it is said that they did not converge: a requirement at 95 % confidence may
+# rest on one twentieth of the draws alone, and one idle law of four has as much with one rig.
+UNSETTLED = 0.05
+
 # Part of the draws that must have an amplitude for a band to be given.
 ENOUGH_DRAWS = 0.9
 

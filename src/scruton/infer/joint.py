@@ -188,18 +188,25 @@ def names_at_prior(tree: "xr.DataTree") -> tuple[str, ...]:
     return tuple(text.split(",")) if text else ()
 
 
+def failed(tree: "xr.DataTree") -> list[str]:
+    """Names of all posteriors that did not converge; none where a fit does not say."""
+    if "convergence" not in tree:
+        return []
+    table = tree["convergence"]
+    names = table["posterior"].to_numpy()[~table["converged"].to_numpy().astype(bool)]
+    return list(dict.fromkeys(map(str, names)))
+
+
 def unconverged(tree: "xr.DataTree") -> list[str]:
     """Names of the posteriors that did not converge though predictions or tables rest on them.
 
     Little rests on the campaign model under a law to which the records give no weight, and nothing, where that is the
     reference law, on what a peak test says alone under it; but the model over wind speeds takes every test's own.
     """
-    table = tree["convergence"]
     laws = told_weights(tree) if "laws" in tree else {}
     idle = {f"{CAMPAIGN} {label}" for label, weight in laws.items() if weight <= CARRIES}
     if laws and "speeds" not in tree and not np.isnan(n := float(tree["constant_data"]["law_n"])):
         carried = laws.get(f"n={n:g}", 0.0) > CARRIES
         peaks = () if carried else tree["campaign_posterior"]["peak_test"].to_numpy()
         idle |= {f"{TEST} {name}" for name in peaks}
-    failed = table["posterior"].to_numpy()[~table["converged"].to_numpy().astype(bool)]
-    return [name for name in dict.fromkeys(map(str, failed)) if name not in idle]
+    return [name for name in failed(tree) if name not in idle]

@@ -14,7 +14,7 @@ from scruton.errors import InputError
 from scruton.griffin.curves import law_curves, what_if
 from scruton.griffin.discrepancy import one_rig, with_discrepancy
 from scruton.griffin.posterior import chosen_rig, motion_of, rig_mass_damping_draws
-from scruton.griffin.predict import prior_speaks
+from scruton.griffin.predict import prior_speaks, unsettled_laws
 from scruton.infer.joint import unconverged
 from scruton.infer.results import TRIAL
 from scruton.infer.store import provenance_of
@@ -222,6 +222,7 @@ def part_of(
     said = prior_speaks(tree)
     tree = built_on(tree)
     laws = law_curves(tree, law_n=law_n)
+    said += unsettled_laws(tree, dict(zip(laws.labels, laws.weights.tolist(), strict=True)))
     factor = rig_mass_damping_draws(tree, chosen_rig(tree, rig))
     models = tuple(ModeModel(laws, factor, bridge, mode) for mode in bridge.modes)
     for model in models:
@@ -317,19 +318,15 @@ def built_on(tree: "xr.DataTree") -> "xr.DataTree":
 
 def untrusted(tree: "xr.DataTree") -> list[str]:
     """Posteriors that a sizing rests on and that did not converge: nothing rests on trial functions."""
-    return [name for name in _unconverged(tree) if not name.startswith(TRIAL)]
+    return [name for name in unconverged(tree) if not name.startswith(TRIAL)]
 
 
 def aside(tree: "xr.DataTree") -> list[str]:
     """What has to be said of posteriors that did not converge, and that no sizing rests on."""
-    records = [name.removeprefix(TRIAL).strip() for name in _unconverged(tree) if name.startswith(TRIAL)]
+    records = [name.removeprefix(TRIAL).strip() for name in unconverged(tree) if name.startswith(TRIAL)]
     if not records:
         return []
     return [f"{TRIAL} {', '.join(records)} did not converge; nothing of the sizing rests on that"]
-
-
-def _unconverged(tree: "xr.DataTree") -> list[str]:
-    return unconverged(tree) if "convergence" in tree else []
 
 
 def not_trusted(names: Sequence[str]) -> str:
