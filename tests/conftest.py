@@ -54,9 +54,9 @@ def once(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, Callable[[P
 @pytest.fixture
 def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Draw none, of a sizing or a report: that takes half as long as a sizing."""
-    for place in ("figures", "parts"):
-        # by its module: `scruton.report` by itself is the function
-        monkeypatch.setattr(import_module(f"scruton.report.{place}"), "figures_from", lambda *_: [])
+    # by its module: `scruton.report` by itself is the function; both before any is changed, as one imports the other
+    for place in [import_module(f"scruton.report.{name}") for name in ("figures", "parts")]:
+        monkeypatch.setattr(place, "figures_from", lambda *_: [])
 
 
 SPEC = """
