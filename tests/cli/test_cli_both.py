@@ -5,7 +5,9 @@ import shutil
 
 import pytest
 
+from scruton import report
 from scruton.cli import main
+from scruton.errors import InputError
 from tests.conftest import CARD
 
 TORSION = """
@@ -162,8 +164,11 @@ def test_a_report_sizes_both_motions_as_size_does(deck, sized, tmp_path):
 def test_a_report_of_both_motions_wants_the_bridge_and_a_fit_of_the_other(deck, tmp_path, capsys):
     heaving, torsion, bridge = deck
     out = ["-o", str(tmp_path / "report")]
-    assert main(["report", str(heaving), "--other", str(torsion), *out]) == 2
-    assert "--bridge FILE: its modes of both motions" in capsys.readouterr().err
+    for verb in ("report", "size"):
+        assert main([verb, str(heaving), "--other", str(torsion), *out]) == 2
+        assert "--bridge: the bridge.toml with modes of both motions" in capsys.readouterr().err
+    with pytest.raises(InputError, match=r"other.* bridge: the bridge\.toml with modes of both motions"):
+        report(heaving, tmp_path / "p", other=torsion)
     assert main(["report", str(heaving), "--other", str(heaving), "--bridge", str(bridge), *out]) == 2
     assert "another fit of a heaving section" in capsys.readouterr().err
     assert main(["report", str(heaving), "--other", str(tmp_path), "--bridge", str(bridge), *out]) == 2

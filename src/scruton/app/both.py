@@ -5,7 +5,6 @@ from pathlib import Path
 
 from scruton.app import predict
 from scruton.app.run import Outcome, Run
-from scruton.errors import InputError
 from scruton.report.render_text import render_text
 from scruton.report.wording import TERMINAL
 from scruton.terminal import DONE, NOT_TRUSTED, line_width
@@ -21,11 +20,10 @@ def size(arguments: Namespace) -> Outcome:
     from scruton.infer.store import provenance_of
     from scruton.report.chapters.sizing import sizing_summary
     from scruton.report.chapters.together import both_blocks
-    from scruton.sizing.both import sized_both
+    from scruton.sizing.both import check_other, sized_both
     from scruton.sizing.results import RESULT
 
-    if arguments.bridge is None:
-        raise InputError("command line", "--other", "no bridge", "--bridge FILE: its modes of both motions")
+    check_other(arguments.other, arguments.bridge, "command line", "--")
     folder, rules, asked = predict.asked_of(arguments)
     folders = arguments.results, arguments.other
     fits = [predict.read_fit(results, arguments.effect, "a fit of at least one test") for results in folders]

@@ -31,12 +31,12 @@ def run(arguments: Namespace) -> Outcome:
     InputError for bad input; nothing is written then. What fails once the fit is made is a remark.
     """
     from scruton.infer.store import SUMMARY
+    from scruton.sizing.both import check_other
 
     bridge, limits = arguments.bridge, arguments.limit
     if limits and bridge is None:
         raise InputError("command line", "--limit", f'"{limits[0]}" without a bridge', "--bridge FILE beside it")
-    if arguments.other is not None and bridge is None:
-        raise InputError("command line", "--other", "no bridge", "--bridge FILE: its modes of both motions")
+    check_other(arguments.other, bridge, "command line", "--")
     for form in _office(arguments):
         check_office(form, f"--{form}")
     if (arguments.campaign / SUMMARY).is_file():

@@ -61,6 +61,7 @@ def report(
     from scruton.report.office import check_office
     from scruton.report.parts import Asked
     from scruton.report.saved import beside, chosen_sizing, sizing_remark
+    from scruton.sizing.both import check_other
 
     numbers, rules, office = several(scruton_numbers), several(limits), several(office)
     for form in office:
@@ -78,8 +79,7 @@ def report(
         return build_report(fit, Path(str(out)), design_sc=numbers, office=office)
     folder, loaded = Path(fit), load_fit(fit)
     named, chosen, across = (None if one is None else Path(one) for one in (bridge, sizing, other))
-    if across is not None and named is None:
-        raise InputError("report", "other", "no bridge", "the bridge.toml with modes of both motions")
+    check_other(across, named, "report")
     if named is None and (said := sizing_remark(folder, chosen_sizing(folder, loaded.summary, chosen))):
         logging.getLogger("scruton").warning("%s", said)
     place = folder / "report" if out is None else Path(out)

@@ -23,6 +23,13 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+def check_other(other: Path | None, bridge: Path | None, where: str, dashes: str = "") -> None:
+    """Raise InputError for a fit of the other motion without a bridge; `where` they are asked for, with `dashes`."""
+    if other is not None and bridge is None:
+        wanted = f"{dashes}bridge: the bridge.toml with modes of both motions"
+        raise InputError(where, f"{dashes}other", "no bridge", wanted)
+
+
 def sized_both(
     folders: Sequence[Path],
     fits: "Sequence[tuple[xr.DataTree, Mapping[str, Any]]]",
