@@ -28,7 +28,7 @@ from scruton.stats.moves import LogParts, sweep
 from scruton.stats.optimum import find_optima
 from scruton.stats.posterior import Block, Posterior
 from scruton.stats.samples import Samples
-from scruton.stats.student_t import Conditional, Mixture, StudentT, conditional, fit_mixture
+from scruton.stats.student_t import Conditional, Mixture, NoVolumeError, StudentT, conditional, fit_mixture
 from scruton.stats.thresholds import ADAPTATIONS, EARLY, FAR_BELOW, MET, OVERDISPERSED
 
 FIRST_CHUNK = 12  # steps; then as many as seem to be wanted, and at most as many as there were
@@ -137,8 +137,9 @@ class Ensembles:
         chain = np.concatenate(self.chain)
         recent = np.split(chain[len(chain) // 2 :], self.count, axis=1)
         recent = [np.concatenate(recent)] if together or _met(recent) else recent
-        # Where the walkers fill no volume the old proposals stay: DE and stretch must do.
-        with contextlib.suppress(np.linalg.LinAlgError):
+        # Where the walkers fill no volume no mixture fits them, and the old proposals stay: DE and stretch must do. All
+        # else that goes wrong is an error.
+        with contextlib.suppress(NoVolumeError):
             points = [draws.reshape(-1, draws.shape[-1]) for draws in recent]
             self.proposals = [
                 [
