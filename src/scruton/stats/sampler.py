@@ -20,7 +20,7 @@ from zipfile import BadZipFile
 import emcee
 import numpy as np
 
-from scruton.arrays import FloatArray, thin
+from scruton.arrays import FloatArray, end_to_end, thin
 from scruton.documents import replace_file
 from scruton.errors import InputError
 from scruton.stats.convergence import SamplerSettings, effective_draws, judge, promising
@@ -140,7 +140,7 @@ class Ensembles:
         # Where the walkers fill no volume no mixture fits them, and the old proposals stay: DE and stretch must do. All
         # else that goes wrong is an error.
         with contextlib.suppress(NoVolumeError):
-            points = [draws.reshape(-1, draws.shape[-1]) for draws in recent]
+            points = [end_to_end(draws) for draws in recent]
             self.proposals = [
                 [
                     Conditional(fit_mixture(u[:, np.r_[block.given, block.members]]), block.members, block.given)
@@ -153,7 +153,7 @@ class Ensembles:
 
 def _met(parts: Sequence[FloatArray]) -> bool:
     """Whether ensembles, (steps, walkers, d) each, lie where the others do."""
-    draws = np.array([part.reshape(-1, part.shape[-1]) for part in parts])
+    draws = np.array([end_to_end(part) for part in parts])
     within = draws.var(axis=1).mean(axis=0)
     return bool((draws.mean(axis=1).var(axis=0) < MET**2 * within).all())
 

@@ -217,14 +217,15 @@ def _weighted(points: FloatArray, weight: FloatArray) -> tuple[FloatArray, Float
     return centre, (away * weight[:, None]).T @ away
 
 
-def fit_student_t(points: FloatArray, weight: FloatArray) -> StudentT:
-    """Student-t with the mean and covariance of points (N, d) whose weights (N,) add up to one.
+def fit_student_t(points: FloatArray, weight: FloatArray | None = None) -> StudentT:
+    """Student-t with the mean and covariance of points (N, d) whose weights (N,) add up to one; equal if left out.
 
     Raises
     ------
     NoVolumeError
         If the points fill no volume.
     """
+    weight = np.full(len(points), 1.0 / len(points)) if weight is None else weight
     centre = weight @ points
     deviation = points - centre
     covariance = (deviation * weight[:, None]).T @ deviation
