@@ -19,7 +19,7 @@ from scipy.special import logsumexp
 
 from scruton.arrays import FloatArray
 from scruton.calibrate.bodies import draw_campaign
-from scruton.calibrate.campaigns import simulate_campaign
+from scruton.calibrate.campaigns import campaign_seeds, simulate_campaign
 from scruton.calibrate.quantities import kind_of, new_settings
 from scruton.calibrate.regimes import REGIMES
 from scruton.griffin import predict
@@ -76,8 +76,7 @@ def holds(draws: FloatArray, truth: float) -> bool:
 def campaign_scores(name: str, index: int, seed: int, card: ModelCard) -> Iterator[tuple[str, FloatArray, Errors]]:
     """Of every new setting of one campaign its name, log scores, and errors; a dead truth has none."""
     regime = REGIMES[name]
-    root = np.random.SeedSequence(seed, spawn_key=(list(REGIMES).index(name), index))
-    draw, simulate, chains, fresh, beside = root.spawn(5)
+    draw, simulate, chains, fresh, beside = campaign_seeds(name, index, seed)
     drawn, setup, body = draw_campaign(regime, regime.card(card), draw, beside)
     campaign = simulate_campaign(regime, drawn, setup, simulate, body.rigs)
     fit = fit_campaign(campaign, card, seed=int(chains.spawn(1)[0].generate_state(1)[0]), thorough=False)

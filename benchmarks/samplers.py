@@ -15,7 +15,7 @@ import numpy as np
 from benchmarks import peers, problem
 from benchmarks.fit import emcee_calls
 from benchmarks.result import Figure
-from scruton.arrays import FloatArray
+from scruton.arrays import FloatArray, end_to_end
 from scruton.infer.cards import load_card
 from scruton.infer.models import WindPosterior
 from scruton.stats.sampler import sample
@@ -61,7 +61,7 @@ def ours(posterior: WindPosterior) -> Cost:
             drawing, steps = drawing + seconds, steps - count
         effective = float(samples.convergence.ess_bulk.min())
         rows.append((everything / effective, drawing / effective, effective))
-        chains.append(samples.chain.reshape(-1, samples.chain.shape[-1]))
+        chains.append(end_to_end(samples.chain))
     everything, drawing, effective = np.median(rows[1:], axis=0)
     chain = np.concatenate(chains)
     return Cost("scruton", 1e3 * everything, 1e3 * drawing, effective, chain.mean(axis=0), chain.std(axis=0))
@@ -79,7 +79,7 @@ def with_nutpie(posterior: WindPosterior, gradient: str) -> Cost:
         everything, tuning = time.process_time() - middle, middle - start
         effective = effective_draws(chain)
         rows.append((everything / effective, (everything - tuning) / effective, effective))
-        chains.append(chain.reshape(-1, chain.shape[-1]))
+        chains.append(end_to_end(chain))
     everything, drawing, effective = np.median(rows, axis=0)
     chain = np.concatenate(chains)
     name = f"nutpie, gradient {gradient}"

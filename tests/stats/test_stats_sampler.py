@@ -13,7 +13,7 @@ from scruton.stats.moves import sweep
 from scruton.stats.optimum import find_optimum
 from scruton.stats.posterior import Block, Posterior
 from scruton.stats.priors import Prior
-from scruton.stats.sampler import Checkpoint, sample
+from scruton.stats.sampler import Checkpoint, Ensembles, sample
 from scruton.stats.student_t import Conditional, Mixture, StudentT, conditional, fit_mixture, maximum_likelihood
 
 COVARIANCE = np.array([[1.0, 0.6, 0.0, 0.1], [0.6, 1.5, 0.2, 0.0], [0.0, 0.2, 0.5, 0.3], [0.1, 0.0, 0.3, 2.0]])
@@ -251,6 +251,31 @@ def test_a_mixture_fits_what_no_student_t_does():
     fitted, one, half = fit_mixture(x[:2000]), maximum_likelihood(x[:2000], 5.0), x[2000:]
     assert np.logaddexp.reduce(fitted.log_terms(half)).mean() > one.log_density(half).mean() + 0.3
     assert fitted.weight.sum() == pytest.approx(1.0)
+
+
+def test_only_walkers_that_fill_no_volume_keep_the_old_proposals(monkeypatch):
+    """What else goes wrong in a fit is not hidden."""
+    rng, old = np.random.default_rng(7), [object()]
+    full = rng.standard_normal((50, 20, 2))
+    flat = full[..., :1] * [1.0, 0.0]
+
+    def adapted(chain):
+        ensembles = Ensembles(
+            2, [Block(np.arange(2), np.arange(0))], old, chain[-1], np.zeros(20), None, [chain], [np.zeros(20)]
+        )
+        ensembles.adapt()
+        assert not ensembles.chain
+        return ensembles.proposals
+
+    assert adapted(flat) is old
+    assert isinstance(adapted(full)[0][0], Conditional)
+
+    def broken(_):
+        raise np.linalg.LinAlgError("Singular matrix")
+
+    monkeypatch.setattr("scruton.stats.sampler.fit_mixture", broken)
+    with pytest.raises(np.linalg.LinAlgError, match="Singular"):
+        adapted(full)
 
 
 def test_optimum_and_laplace_covariance():

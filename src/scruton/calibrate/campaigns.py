@@ -46,9 +46,7 @@ def run_campaign(regime_name: str, index: int, seed: int, base: ModelCard) -> di
     """
     regime = REGIMES[regime_name]
     card = regime.card(base)
-    # It depends on nothing but the run's seed, the regime's place and the campaign's number.
-    root = np.random.SeedSequence(seed, spawn_key=(list(REGIMES).index(regime_name), index))
-    draw, simulate, chains, fresh, beside = root.spawn(5)
+    draw, simulate, chains, fresh, beside = campaign_seeds(regime_name, index, seed)
     record: dict[str, Any] = {"regime": regime_name, "definition": regime.digest, "index": index}
     drawn, setup, body = draw_campaign(regime, card, draw, beside)
     rng = np.random.default_rng(fresh)
@@ -74,6 +72,14 @@ def run_campaign(regime_name: str, index: int, seed: int, base: ModelCard) -> di
         for name, (truth, values) in scored.items():
             scores[name] |= held(truth, values, abs(truth) or usual)
     return record | facts | {"scores": scores}
+
+
+def campaign_seeds(regime_name: str, index: int, seed: int) -> list[np.random.SeedSequence]:
+    """Of one campaign's truth, records, chains and new settings, and of what is drawn beside the prior.
+
+    They depend on nothing but the run's seed, the regime's place and the campaign's number.
+    """
+    return np.random.SeedSequence(seed, spawn_key=(list(REGIMES).index(regime_name), index)).spawn(5)
 
 
 def _predicted(fit: Fit, regime: Regime, body: Body, rng: np.random.Generator) -> dict[str, Scored]:

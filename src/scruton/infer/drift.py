@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
-from scruton.arrays import FloatArray, IntArray
+from scruton.arrays import FloatArray, IntArray, end_to_end
 from scruton.dynamics.departure import COLUMNS
 from scruton.infer.joint import evenly, mixed
 from scruton.infer.models import WindPosterior
@@ -64,4 +64,4 @@ def _of_peaks(joint: PeakResult) -> Iterator[tuple[str, IntArray, IntArray, Wind
 def _coordinates(samples: Samples, places: IntArray) -> FloatArray:
     """Sampled coordinates of draws in the order of the tree, (places, d)."""
     chain = joined(samples.chain, samples.ensemble)
-    return np.asarray(chain.reshape(-1, chain.shape[-1])[places])
+    return np.asarray(end_to_end(chain)[places])

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from scruton.arrays import FloatArray
+from scruton.arrays import FloatArray, end_to_end
 from scruton.infer.free_runs import free_runs
 from scruton.infer.hierarchy import SHARED
 from scruton.infer.joint import SCALES, evenly
@@ -59,7 +59,7 @@ def examined(tests: Sequence[TestResult], joint: PeakResult) -> list[Examined]:
 
 def _alone(result: TestResult) -> Examined:
     chain = result.samples.chain
-    terms = result.posterior.log_prior_terms(chain.reshape(-1, chain.shape[-1])).reshape(chain.shape)
+    terms = result.posterior.log_prior_terms(end_to_end(chain)).reshape(chain.shape)
     own, total = result.posterior.named(terms), terms.sum(axis=-1)
     noise, still_air = np.sum([own[name] for name in NOISE], axis=0), own["damping_ratio"]
     factors = (total - noise - still_air, noise, still_air, result.samples.log_prob - total)
@@ -74,7 +74,7 @@ def _of_law(law: LawResult, names: Sequence[str], shape: tuple[int, ...]) -> dic
     test's own noise.  What joins a test to the curve is the model's.  The records are those of all tests.
     """
     posterior, samples = law.posterior, law.samples
-    flat = samples.chain.reshape(-1, samples.chain.shape[-1])
+    flat = end_to_end(samples.chain)
     kept = evenly(len(flat), int(np.prod(shape)))
     u = flat[kept]
     terms = posterior.log_prior_terms(u)
@@ -125,7 +125,7 @@ def _by_cycle(parts: Sequence[Examined], ensemble: np.ndarray, sampling: Samplin
     pointwise, runs = [], []
     for part in parts:
         chain = joined(part.chain, ensemble)[:, ::POINTWISE_THIN]
-        flat = part.posterior.pointwise(chain.reshape(-1, chain.shape[-1]))
+        flat = part.posterior.pointwise(end_to_end(chain))
         pointwise.append(flat.reshape(*chain.shape[:2], -1))
         rng = np.random.default_rng(sampling.seed_of(f"predictive of {part.name}"))
         runs.append(free_runs(part.posterior, part.chain, rng))
@@ -146,4 +146,4 @@ def _by_cycle(parts: Sequence[Examined], ensemble: np.ndarray, sampling: Samplin
 def _log_steady(part: Examined, ensemble: np.ndarray) -> FloatArray:
     """Log likelihood of a test's steady amplitudes, at the draws of the pointwise one."""
     chain = joined(part.chain, ensemble)[:, ::POINTWISE_THIN]
-    return part.posterior.log_steady(chain.reshape(-1, chain.shape[-1])).reshape(chain.shape[:2])
+    return part.posterior.log_steady(end_to_end(chain)).reshape(chain.shape[:2])

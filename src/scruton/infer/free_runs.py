@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from scruton.arrays import FloatArray
+from scruton.arrays import FloatArray, end_to_end
 from scruton.compiled import njit
 from scruton.dynamics.departure import ROUGH, factor_at
 from scruton.dynamics.equation import flow_above_floor
@@ -19,7 +19,7 @@ def free_runs(posterior: WindPosterior, chain: FloatArray, rng: np.random.Genera
     Gives the amplitude without noise and a replicate of the data with turbulence and sensor noise, (RUNS, N) each.
     The initial state of a record is drawn from its distribution after the record's first amplitude.
     """
-    flat = chain.reshape(-1, chain.shape[-1])
+    flat = end_to_end(chain)
     u = flat[np.linspace(0, len(flat) - 1, RUNS).round().astype(int)]
     data = posterior.data
     size = (RUNS, data.size)

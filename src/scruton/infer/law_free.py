@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scruton.arrays import FloatArray, thin
+from scruton.arrays import FloatArray, end_to_end, thin
 from scruton.dynamics.departure import relative_drift
 from scruton.dynamics.laws import index_of
 from scruton.infer.result_schema import dataset
@@ -59,7 +59,7 @@ def law_free_group(
 
 def _numbers(result: TestResult, amplitude: FloatArray, rng: np.random.Generator) -> FloatArray:
     """Draws of the Scruton numbers at which amplitudes (G,) are stable, (SAMPLES, G)."""
-    chain = result.samples.chain.reshape(-1, result.samples.chain.shape[-1])
+    chain = end_to_end(result.samples.chain)
     kept = np.resize(thin(len(chain), SAMPLES), SAMPLES)
     theta = result.posterior.departures(chain[kept], rng)
     sc, relaxation, a_star = (

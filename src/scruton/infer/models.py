@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from scruton.arrays import FloatArray
+from scruton.arrays import FloatArray, end_to_end
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.dynamics.filter import innovations_of
 from scruton.dynamics.laws.law import Law
@@ -165,7 +165,7 @@ class WindPosterior(Posterior):
 
     def standardised(self, chain: FloatArray) -> FloatArray:
         """Innovations over their standard deviations at the median of draws (..., d), (N,)."""
-        innovation, variance = self.innovations(np.median(chain.reshape(-1, chain.shape[-1]), axis=0)[None])
+        innovation, variance = self.innovations(np.median(end_to_end(chain), axis=0)[None])
         return np.asarray(innovation[:, 0] / np.sqrt(variance[:, 0]))
 
 
@@ -257,7 +257,7 @@ class TrialPosterior(Posterior):
 
         a and c are drawn from their distribution given the coordinates.
         """
-        flat = u.reshape(-1, u.shape[-1])
+        flat = end_to_end(u)
         a, c = trial_amplitudes(*self._model(flat), rng.standard_normal((len(flat), 2)))
         b, d = self.rates(u)
         return a.reshape(b.shape), b, c.reshape(b.shape), d

@@ -7,7 +7,7 @@ from dataclasses import astuple, replace
 import numpy as np
 from scipy.special import chdtrc, logsumexp
 
-from scruton.arrays import FloatArray
+from scruton.arrays import FloatArray, end_to_end
 from scruton.campaign.schema import Campaign
 from scruton.dynamics import Setting, force_parameters
 from scruton.infer.hierarchy import CampaignPosterior
@@ -208,7 +208,7 @@ def foretold(law: LawResult) -> float:
     from arviz_stats.base import array_stats
 
     total = 0.0
-    for density in law.posterior.amplitude_density(law.samples.chain.reshape(-1, law.samples.chain.shape[-1])).T:
+    for density in law.posterior.amplitude_density(end_to_end(law.samples.chain)).T:
         log_weights = -density
         with contextlib.suppress(ValueError):  # a tail without any spread: unsmoothed weights are as good
             log_weights, _ = array_stats.psislw(density, axis=-1)
@@ -233,8 +233,7 @@ def stack(result: PeakResult, sampling: Sampling) -> PeakResult:
         left_out = [*records, *rigs]
         scores = np.full((len(chosen), len(left_out)), np.nan)
         for i, law in enumerate(result.laws):
-            draws = law.samples.chain.reshape(-1, law.samples.chain.shape[-1])
-            near = fit_student_t(draws, np.full(len(draws), 1.0 / len(draws)))
+            near = fit_student_t(end_to_end(law.samples.chain))
             for j, name in enumerate(left_out):
                 what = f"stacking, {law.label}, without {name}"
                 if sampling.report:
@@ -266,7 +265,7 @@ def campaign_posterior(
         median = mass.median / mass.mean * density.mean / density.median
         factor = float(_setting(campaign, result).mass_damping_factor) * median
         wind = replace(result.posterior, priors=tuple(p for p in result.posterior.priors if p.name in WIND), n=n)
-        draws = result.samples.chain.reshape(-1, result.samples.chain.shape[-1])
+        draws = end_to_end(result.samples.chain)
         peaks.append(PeakTest(result.test.name, wind, factor, draws, float(np.hypot(mass.log_sd, density.log_sd))))
     shared = tuple(card.prior(name, motion) for name in names)
     return CampaignPosterior(peaks, shared, -1.0 if n is None else n, card.exponent if n is None else None)
@@ -294,7 +293,7 @@ def derive(
     (chains, draws, tests).
     """
     shape = chain.shape[:-1]
-    u = chain.reshape(-1, chain.shape[-1])
+    u = end_to_end(chain)
     amplitude, relaxation, n = posterior.curve(u)
     s, log = posterior.settings(u), posterior.named(u)
     s |= {name: np.exp(posterior.of_tests(u, name)) for name in NOISE}

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scruton.arrays import FloatArray, thin
+from scruton.arrays import FloatArray, end_to_end, thin
 from scruton.campaign.schema import Campaign, Motion, Sweep
 from scruton.dynamics.scruton_number import factor
 from scruton.infer.result_schema import dataset
@@ -206,7 +206,7 @@ def _draw(
     """Group `speeds` of the tree: draws by (chain, draw, velocity), the points used, and what it was conditioned on."""
     data, used = posterior.data, posterior.data.points
     rng = np.random.default_rng(sampling.seed_of(f"{NAME}: functions"))
-    u = samples.chain.reshape(-1, len(posterior.priors))
+    u = end_to_end(samples.chain)
     u = u[rng.permutation(len(u))[: 2 * DRAWS]]
     s_v = posterior.scale_shift(u, rng)
     log_scales, shifts = posterior.named(u)["scales"], posterior.named(u)["shift"]

@@ -31,7 +31,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scruton.arrays import FloatArray
+from scruton.arrays import FloatArray, end_to_end
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.envelope import Cycles, swing
 from scruton.envelope.phase_diffusion import periodogram, phase_steps, step_spectrum, unbroken
@@ -167,7 +167,7 @@ def judge_steady(name: str, cycles: Cycles, samples: Samples, posterior: WindPos
             f"the posterior holds {posterior.data.size} cycles and record {name} {kept.time.size}: "
             "make it with steady_posterior"
         )
-    draws = samples.chain.reshape(-1, samples.chain.shape[-1])
+    draws = end_to_end(samples.chain)
     _, rate, q, r, *_ = posterior.state_space(draws)
     run = kept.part(unbroken(kept))
     left_out = cycles.time.size - kept.time.size

@@ -112,9 +112,9 @@ PHASE_BAND = 3.0  # relaxation rates
 MOST_SAMPLED = 1e7  # -
 
 # So often in a row a sweep of the campaign model moves what no record is read for, and then the discrepancies alone, to
-# each move of the tests' own: it costs little beside a likelihood. With 3 and 0 the slowest coordinate of
-# `examples/closed-box-heaving` forgets in 52 to 67 steps, with 3 and 3 or 6 and 0 in 27 to 34, with 6 and 3 in 24 to
-# 27; that of `examples/rectangle-4to1` in 10 to 12 whatever they are.
+# each move of the tests' own: it costs little beside a likelihood. With 3 and 0 the slowest coordinate of the campaign
+# model of `examples/closed-box-heaving` forgets in nearly twice the steps that it takes with 6 and 3, with 3 and 3 in
+# about as many; that of `examples/rectangle-4to1` in as many whatever they are (`scruton fit`, seeds 0 and 1).
 TURNS_OF_THE_SHARED, TURNS_OF_THE_SCALES = 6, 3  # -
 
 # Of the variance of the logarithm of a test's set-point scatter, what the tests of a campaign share: one tunnel sets

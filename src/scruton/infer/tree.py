@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from scruton.arrays import FloatArray
+from scruton.arrays import FloatArray, end_to_end
 from scruton.campaign.schema import Campaign
 from scruton.documents import as_json
 from scruton.dynamics.cycles import EnvelopeData
@@ -150,7 +150,7 @@ def _test_groups(tests: Sequence[TestResult]) -> dict[str, xr.Dataset]:
     log_prior, likelihood = [], []
     for result in tests:
         chain = result.samples.chain
-        terms = result.posterior.log_prior_terms(chain.reshape(-1, chain.shape[-1])).reshape(chain.shape)
+        terms = result.posterior.log_prior_terms(end_to_end(chain)).reshape(chain.shape)
         log_prior.append({name: result.posterior.named(terms)[name] for name in result.posterior.names})
         likelihood.append({"records": result.samples.log_prob - terms.sum(axis=-1)})
     own = [diagnostics(result.samples) for result in tests]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from scruton.arrays import FloatArray
+from scruton.arrays import FloatArray, end_to_end
 from scruton.infer.examined import leading
 from scruton.infer.free_runs import RUNS
 from scruton.infer.hierarchy import SHARED
@@ -37,7 +37,7 @@ def model_groups(sampled: Sampled, sampling: Sampling) -> dict[str, xr.Dataset]:
     log_prob, chain = (joined(draws, samples.ensemble) for draws in (samples.log_prob, samples.chain))
     kept = np.arange(0, chain.shape[1], max(1, chain.shape[0] * chain.shape[1] // DRAWS))
     chain, log_prob = chain[:, kept], log_prob[:, kept]
-    shape, flat = log_prob.shape, chain.reshape(-1, chain.shape[-1])
+    shape, flat = log_prob.shape, end_to_end(chain)
 
     def group(name: str, values: dict[str, Any], **labels: Any) -> xr.Dataset:
         of_tests = any("test" in one.dims for one in SCHEMA[f"{MODEL}/{name}"] if one.name in values)

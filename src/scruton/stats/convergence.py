@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scruton.arrays import FloatArray
+from scruton.arrays import FloatArray, end_to_end
 from scruton.stats.thresholds import FEWEST_STEPS, LEAST_MORE, LONG_RUN, ROUGHLY, SPARE, STUCK_BELOW, TIMES_SPANNED
 
 FEWEST_DRAWS = 4  # a chain, for a Monte Carlo error
@@ -93,7 +93,7 @@ def _shortest(tau: float) -> float:
 def effective_draws(chain: FloatArray) -> float:
     """Effective draws of the slowest parameter as the scatter of the chains' means tells them: roughly, and at once."""
     scatter = chain.mean(axis=1).var(axis=0, ddof=1)
-    spread = chain.reshape(-1, chain.shape[-1]).var(axis=0)
+    spread = end_to_end(chain).var(axis=0)
     with np.errstate(all="ignore"):
         return float(np.min(len(chain) * spread / scatter))
 

@@ -22,7 +22,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import expit, logsumexp
 
-from scruton.arrays import FloatArray
+from scruton.arrays import FloatArray, end_to_end
 from scruton.stats.optimum import find_optimum
 from scruton.stats.pareto import tail_shape
 from scruton.stats.posterior import Posterior
@@ -139,11 +139,10 @@ def bridge_halves(
     """
     bridges = []
     for (fitted, _), (chain, density) in (halves, halves[::-1]):
-        u = fitted.reshape(-1, fitted.shape[-1])
-        proposal = fit_student_t(u, np.full(len(u), 1.0 / len(u)))
+        proposal = fit_student_t(end_to_end(fitted))
         new = proposal.draw(rng, -(-draws // 2))
         at_new = log_prob(new) - proposal.log_density(new)
-        at_draws = density - proposal.log_density(chain.reshape(-1, u.shape[1])).reshape(density.shape)
+        at_draws = density - proposal.log_density(end_to_end(chain)).reshape(density.shape)
         bridges.append(bridge(at_draws, at_new))
     first, second = bridges
     log_z = float(np.logaddexp(first.log_z, second.log_z) - log(2.0))

@@ -20,7 +20,7 @@ from zipfile import BadZipFile
 import emcee
 import numpy as np
 
-from scruton.arrays import FloatArray, thin
+from scruton.arrays import FloatArray, end_to_end, thin
 from scruton.documents import replace_file
 from scruton.errors import InputError
 from scruton.stats.convergence import SamplerSettings, effective_draws, judge, promising
@@ -28,7 +28,7 @@ from scruton.stats.moves import LogParts, sweep
 from scruton.stats.optimum import find_optima
 from scruton.stats.posterior import Block, Posterior
 from scruton.stats.samples import Samples
-from scruton.stats.student_t import Conditional, Mixture, StudentT, conditional, fit_mixture
+from scruton.stats.student_t import Conditional, Mixture, NoVolumeError, StudentT, conditional, fit_mixture
 from scruton.stats.thresholds import ADAPTATIONS, EARLY, FAR_BELOW, MET, OVERDISPERSED
 
 FIRST_CHUNK = 12  # steps; then as many as seem to be wanted, and at most as many as there were
@@ -137,9 +137,10 @@ class Ensembles:
         chain = np.concatenate(self.chain)
         recent = np.split(chain[len(chain) // 2 :], self.count, axis=1)
         recent = [np.concatenate(recent)] if together or _met(recent) else recent
-        # Where the walkers fill no volume the old proposals stay: DE and stretch must do.
-        with contextlib.suppress(np.linalg.LinAlgError):
-            points = [draws.reshape(-1, draws.shape[-1]) for draws in recent]
+        # Where the walkers fill no volume no mixture fits them, and the old proposals stay: DE and stretch must do. All
+        # else that goes wrong is an error.
+        with contextlib.suppress(NoVolumeError):
+            points = [end_to_end(draws) for draws in recent]
             self.proposals = [
                 [
                     Conditional(fit_mixture(u[:, np.r_[block.given, block.members]]), block.members, block.given)
@@ -152,7 +153,7 @@ class Ensembles:
 
 def _met(parts: Sequence[FloatArray]) -> bool:
     """Whether ensembles, (steps, walkers, d) each, lie where the others do."""
-    draws = np.array([part.reshape(-1, part.shape[-1]) for part in parts])
+    draws = np.array([end_to_end(part) for part in parts])
     within = draws.var(axis=1).mean(axis=0)
     return bool((draws.mean(axis=1).var(axis=0) < MET**2 * within).all())
 

@@ -16,6 +16,10 @@ _ENOUGH = 2000  # draws that a mixture is fitted to
 _PARTS, _WHOLE, _WIDER = 4, 0.15, 1.5
 
 
+class NoVolumeError(ValueError):
+    """Points fill no volume: no proposal can be fitted to them."""
+
+
 @dataclass(frozen=True, eq=False)
 class StudentT:
     """Multivariate Student-t: `centre` (d,), `cholesky` (d, d) lower factor of its scale matrix."""
@@ -146,7 +150,7 @@ def fit_mixture(points: FloatArray) -> Mixture:
 
     Raises
     ------
-    numpy.linalg.LinAlgError
+    NoVolumeError
         If the points fill no volume.
 
     Notes
@@ -167,7 +171,7 @@ def fit_mixture(points: FloatArray) -> Mixture:
         for r, g in zip(share, gain, strict=True):
             weight = r * g
             centre, squares = _weighted(points, weight)
-            parts.append(StudentT(centre, np.linalg.cholesky((squares + d * scale) / (r.sum() + d)), AT_OPTIMUM))
+            parts.append(StudentT(centre, _root((squares + d * scale) / (r.sum() + d)), AT_OPTIMUM))
         mixture = Mixture(share.mean(axis=1), tuple(parts))
         distance = np.stack([p.distance(points) for p in parts])
         gain = (AT_OPTIMUM + d) / (AT_OPTIMUM + distance)
@@ -181,7 +185,7 @@ def maximum_likelihood(points: FloatArray, degrees_of_freedom: float) -> Student
 
     Raises
     ------
-    numpy.linalg.LinAlgError
+    NoVolumeError
         If the points fill no volume.
 
     Notes
@@ -191,11 +195,19 @@ def maximum_likelihood(points: FloatArray, degrees_of_freedom: float) -> Student
     d = points.shape[1]
     centre, scale = np.median(points, axis=0), np.atleast_2d(np.cov(points.T))
     for _ in range(_ROUNDS):
-        z = np.linalg.solve(np.linalg.cholesky(scale), (points - centre).T)
+        z = np.linalg.solve(_root(scale), (points - centre).T)
         weight = (degrees_of_freedom + d) / (degrees_of_freedom + np.einsum("ij,ij->j", z, z))
         centre, squares = _weighted(points, weight)
         scale = squares / len(points)
-    return StudentT(centre, np.linalg.cholesky(scale), degrees_of_freedom)
+    return StudentT(centre, _root(scale), degrees_of_freedom)
+
+
+def _root(scale: FloatArray) -> FloatArray:
+    """Lower Cholesky factor of the scale of points, (d, d)."""
+    try:
+        return np.linalg.cholesky(scale)
+    except np.linalg.LinAlgError as error:
+        raise NoVolumeError("the draws fill no volume: no proposal can be fitted to them") from error
 
 
 def _weighted(points: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -205,18 +217,16 @@ def _weighted(points: FloatArray, weight: FloatArray) -> tuple[FloatArray, Float
     return centre, (away * weight[:, None]).T @ away
 
 
-def fit_student_t(points: FloatArray, weight: FloatArray) -> StudentT:
-    """Student-t with the mean and covariance of points (N, d) whose weights (N,) add up to one.
+def fit_student_t(points: FloatArray, weight: FloatArray | None = None) -> StudentT:
+    """Student-t with the mean and covariance of points (N, d) whose weights (N,) add up to one; equal if left out.
 
     Raises
     ------
-    ValueError
+    NoVolumeError
         If the points fill no volume.
     """
+    weight = np.full(len(points), 1.0 / len(points)) if weight is None else weight
     centre = weight @ points
     deviation = points - centre
     covariance = (deviation * weight[:, None]).T @ deviation
-    try:
-        return StudentT(centre, np.linalg.cholesky(covariance), FITTED_TO_DRAWS)
-    except np.linalg.LinAlgError as error:
-        raise ValueError("the draws fill no volume: no proposal can be fitted to them") from error
+    return StudentT(centre, _root(covariance), FITTED_TO_DRAWS)

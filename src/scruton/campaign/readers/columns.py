@@ -1,7 +1,8 @@
 """What every reader hands back, columns of numbers with name and unit, and what readers of binary files share."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,6 +22,16 @@ RESAVE_OBJECT = (
     "numbers: in MATLAB put the columns into a struct or arrays (t = T.time; y = T.y) and save those, "
     "or write a CSV with writetable"
 )
+
+
+@contextmanager
+def optional(package: str, extra: str, path: Path, what: str) -> Iterator[None]:
+    """Import a package that is an optional extra; InputError that says how to get it where it is not installed."""
+    try:
+        yield
+    except ImportError:
+        found = f"{what}, and no package that reads it"
+        raise InputError(path, "", found, f"{package}: pip install 'scruton[{extra}]'") from None
 
 
 class Clock(NamedTuple):

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from scruton.campaign.readers.columns import Clock, Column, Container
+from scruton.campaign.readers.columns import Clock, Column, Container, optional
 from scruton.campaign.spelling import nearest
-from scruton.errors import InputError
 
 if TYPE_CHECKING:
     from nptdms import TdmsChannel
@@ -44,11 +43,8 @@ class Tdms(Container):
 
 def open_tdms(data: bytes, path: Path) -> Tdms:
     """Open a measurement file (InputError where nptdms is not installed)."""
-    try:
+    with optional("nptdms", "tdms", path, "a TDMS file"):
         from nptdms import TdmsFile
-    except ImportError:
-        found = "a TDMS file, and no package that reads it"
-        raise InputError(path, "", found, "nptdms: pip install 'scruton[tdms]'") from None
     logging.getLogger("nptdms.types").setLevel(logging.CRITICAL)  # it would print the bytes of a damaged name
     groups = TdmsFile.open(io.BytesIO(data)).groups()
     channels = {f"{group.name}/{channel.name}": channel for group in groups for channel in group.channels()}

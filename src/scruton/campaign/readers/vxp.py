@@ -11,10 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from scruton.campaign.readers.columns import Clock, Column, Container, check_claim, element, parse_path
+from scruton.campaign.readers.columns import Clock, Column, Container, check_claim, element, optional, parse_path
 from scruton.campaign.spelling import nearest
 from scruton.campaign.thresholds import JITTER
-from scruton.errors import InputError
 
 _NAME = re.compile(r"(?P<path>.*?)(?P<time>\.time)?(?P<index>\[[^\[\]]*\])?")
 
@@ -87,11 +86,8 @@ def _leaves(node: Mapping[str, Any], path: tuple[str, ...]) -> Iterator[tuple[st
 
 def open_vxp(data: bytes, path: Path) -> Vxp:
     """Open a data set (InputError where zarr is not installed)."""
-    try:
+    with optional("zarr", "vivyd", path, "a data set of VIVyD"):
         import zarr  # noqa: F401
-    except ImportError:
-        found = "a data set of VIVyD, and no package that reads it"
-        raise InputError(path, "", found, "zarr: pip install 'scruton[vivyd]'") from None
     archive = zipfile.ZipFile(io.BytesIO(data))
     entry = archive.getinfo("zarr.json")
     check_claim(entry.file_size, entry.compress_size, path, "zarr.json")
