@@ -229,10 +229,12 @@ def _judged(
 
 
 def _preferred(gains: Mapping[str, float]) -> dict[str, float]:
-    """The same gains, the unknown's less what it must lead a catalogued effect by."""
+    """The same gains, the unknown's less what it must lead a catalogued effect by: against none it stands as it is."""
     found = dict(gains)
     if UNKNOWN in found:
-        found[UNKNOWN] -= thresholds.PREFERENCE_NATS + thresholds.PREFERENCE_SHARE * max(found[UNKNOWN], 0.0)
+        lead = thresholds.PREFERENCE_NATS + thresholds.PREFERENCE_SHARE * max(found[UNKNOWN], 0.0)
+        best = max((gain for name, gain in gains.items() if name in CATALOGUE), default=0.0)
+        found[UNKNOWN] -= min(lead, max(best, 0.0))
     return found
 
 
