@@ -1,5 +1,6 @@
 """Which variants of an effect are tried, from where, and in which records."""
 
+from dataclasses import replace
 from math import comb
 
 import numpy as np
@@ -8,15 +9,17 @@ import pytest
 from scruton.calibrate.challenge.case import simulate_case
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
 from scruton.dynamics.effects.effect import Extent
-from scruton.gap.attribute import Screen, _in_some, weigh
+from scruton.gap import diagnosis
+from scruton.gap.attribute import Candidate, Screen, _in_some, weigh
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import UNKNOWN as UNKNOWN_NAME
-from scruton.gap.diagnosis import _preferred, fit_null
+from scruton.gap.diagnosis import _judged, _preferred, fit_null
 from scruton.gap.further_record import FurtherRecord, in_layout_of, with_record
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
+from scruton.gap.search import Place
 
 
-def null_of(seed: int, index: int, effect: str, severity: float) -> tuple[FittedHypothesis, dict]:
+def null_of(seed: int, index: int, effect: str | None, severity: float) -> tuple[FittedHypothesis, dict]:
     campaign, answer = simulate_case(seed, index, effect, severity, turbulence=(0.01, 0.03), gusts=(0.0, 0.02))
     return fit_null(load_gap(campaign))[1], answer
 
@@ -65,6 +68,21 @@ def test_the_likelihood_has_a_slope_in_the_moment_of_a_jump() -> None:
     best = max(tests, key=lambda test: test.gain)
     found = null.with_variants(best.variant, start=best.start)
     assert np.all(found.value("moment", 0)[1] < 0.1)  # the prior's is 0.3
+
+
+@pytest.mark.parametrize(("named", "held_back"), [(0.1, False), (8.0, True)])
+def test_what_explains_next_to_nothing_holds_no_unknown_back(
+    monkeypatch: pytest.MonkeyPatch, named: float, held_back: bool
+) -> None:
+    """A drift of 0.1 nats, which foretold the records held out no worse, had put off 16 nats for something unknown."""
+    null, _ = null_of(5101, 1, None, 0.0)
+    by = {
+        name: Candidate(name, null.log_evidence + gain, replace(null, log_evidence=null.log_evidence + gain))
+        for name, gain in (("wind_speed_drift", named), (UNKNOWN_NAME, 60.0))
+    }
+    monkeypatch.setattr(diagnosis, "predicts_better", lambda *_, **__: True)
+    weights, _ = _judged(null, [Place(null, by)], by, (), {}, {}, 0.5, 1)
+    assert (weights[UNKNOWN_NAME] < named) is held_back
 
 
 @pytest.mark.parametrize(

@@ -222,7 +222,9 @@ def _judged(
         ahead = gains[UNKNOWN] > max(gains[best.name], 0.0) and line < allowed
         # Nor has what explains less than it leaves.
         ahead = ahead and left <= max(gains[best.name], 0.0)
-        if ahead and leader is not base and not _earned(leader, best, singles[UNKNOWN], rivals[UNKNOWN], workers):
+        # What gains so little that its lead over the unknown would be no preference holds nothing back.
+        rival = leader is not base and gains[best.name] > thresholds.PREFERENCE_NATS
+        if ahead and rival and not _earned(leader, best, singles[UNKNOWN], rivals[UNKNOWN], workers):
             gains[UNKNOWN] = gains[best.name] - thresholds.UNEARNED_NATS
     gains[NONE] = 0.0
     return gains, probabilities(gains, prior, prior_none)
