@@ -123,9 +123,13 @@ def weigh(
 
 
 def _promising(tests: Sequence[ScoreTest], most: int) -> list[ScoreTest]:
-    """The most promising variants of an effect, at most so many, without hopeless ones; the first one first."""
+    """The most promising variants of an effect, at most so many, without hopeless ones; the first one first.
+
+    What is scanned for is never hopeless: at an optimum whose gusts follow its beats or jumps little of it is left to
+    score.
+    """
     ranked = sorted(tests, key=lambda test: -test.gain - np.log(test.variant.weight))[:most]
-    return [test for test in ranked if test.gain >= HOPELESS]
+    return [test for i, test in enumerate(ranked) if test.gain >= HOPELESS or (i == 0 and test.variant.scan)]
 
 
 def log_noticeable(fit: FittedHypothesis) -> float:
