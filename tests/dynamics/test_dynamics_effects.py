@@ -127,3 +127,14 @@ def test_nothing_follows_a_reduced_velocity_that_hardly_changes():
 
 def test_members_are_renumbered_without_holes():
     np.testing.assert_array_equal(compact(np.array([4, -1, 2, 4])), [1, -1, 0, 1])
+
+
+def test_sizes_of_a_drift_are_on_the_scale_of_the_others():
+    """The damping that it adds over the record, over the relaxation rate, is N(0, 0.3^2), about."""
+    one = layout()
+    drift = next(v for v in CATALOGUE["wind_speed_drift"].variants(one) if v.form.startswith("linear drift, {scope}"))
+    scale = drift.parameters[0].scale
+    bare = base(one)[0, 0]
+    pull = 2.0 * bare[Term.DRIVE] / one.reference_amplitude - bare[Term.AERO]
+    rate = bare[Term.STRUCTURAL] + bare[Term.AERO]
+    assert scale * pull / rate == pytest.approx(0.3, rel=0.2)

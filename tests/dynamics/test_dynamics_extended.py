@@ -54,6 +54,10 @@ EFFECTS = {
     "cubic": ({"AERO_SQUARE": 40.0}, lambda a: -40.0 * a**3),
     "fifth": ({"AERO_FOURTH": 8000.0}, lambda a: -8000.0 * a**5),
     "coherence": ({"COHERENCE": 0.02}, lambda a: -LAM * A_STAR * np.exp(-a / 0.02)),
+    "bump": (
+        {"BUMP": 0.1, "BUMP_AT": float(np.log(0.7 * A_STAR)), "BUMP_WIDTH": 0.3},
+        lambda a: -0.1 * a * np.exp(-0.5 * (np.log(a / (0.7 * A_STAR)) / 0.3) ** 2),
+    ),
 }
 
 
@@ -77,7 +81,7 @@ def test_filter_against_a_grid_filter(rng, name, start):
 @njit
 def _with_effects(a, c):
     n = COLUMNS
-    return effect_drift(a, a, c[:n], c[n], c[n + 1] > 0.5, c[n + 2], c[n + 3] > 0.5, c[n + 4 :])
+    return effect_drift(a, a, c[:n], c[n], c[n + 1], c[n + 2], c[n + 3] > 0.5, c[n + 4 :])
 
 
 ALONE = {
@@ -91,6 +95,7 @@ ALONE = {
     "gain": {"GAIN": 0.1},
     "line": {"LINE_COS": 0.002, "LINE_SIN": 0.001, "LINE_RATE": 3.0, "LINE_DECAY": 0.2},
     "hats": {Term(Term.HAT).name: 0.05},
+    "bump": {"BUMP": 0.1, "BUMP_AT": float(np.log(0.7 * A_STAR)), "BUMP_WIDTH": 0.2},
 }
 
 
@@ -110,7 +115,8 @@ def test_every_effect_against_the_plain_filter(rng, name, start):
     turn, chi = c[Term.LINE_RATE] * data.time, c[Term.FORCE_RATE] * data.time
     line = (c[Term.LINE_COS] * np.cos(turn) + c[Term.LINE_SIN] * np.sin(turn)) * np.exp(-c[Term.LINE_DECAY] * data.time)
     force = c[Term.FORCE_COS] * np.cos(chi) + c[Term.FORCE_SIN] * np.sin(chi)
-    late, hats = data.time > c[Term.JUMP_TIME], np.full(size, float(name == "hats"))
+    late = np.clip((data.time - c[Term.JUMP_TIME]) / data.period + 0.5, 0.0, 1.0)
+    hats = np.full(size, float(name in ("hats", "bump")))
     rows = np.column_stack([np.tile(c, (size, 1)), data.place, late, force, hats, np.tile(data.knots, (size, 1))])
     gain = 1.0 + c[Term.GAIN]
     read = replace(data, amplitude=(data.amplitude - line) / gain, standard_error=data.standard_error / gain)

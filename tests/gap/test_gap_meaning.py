@@ -62,7 +62,7 @@ def test_jumps_are_found_where_and_as_they_are() -> None:
     found = null.with_variants(each[0], start=Screen(null).scan(each[0]).start)
     true = [record for rig in answer["rigs"] for record in rig["records"].values()]
     assert len(true) == np.count_nonzero(data.layout.wind)
-    np.testing.assert_allclose(found.value("moment", 0)[0], [-one["jump_time"] for one in true], atol=0.05)
+    np.testing.assert_allclose(found.value("moment", 0)[0], [-one["jump_time"] for one in true], atol=0.02)
     np.testing.assert_array_equal(np.sign(found.value("size", 0)[0]), np.sign([one["jump_drive"] for one in true]))
     assert found.log_evidence > null.log_evidence + 100.0
 

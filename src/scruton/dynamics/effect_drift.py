@@ -16,11 +16,15 @@ _TREND, _SINE, _ARCH, _TREND_DRIVE = (
 )  # fmt: skip
 _JUMP, _JUMP_RATE = int(Term.JUMP), int(Term.JUMP_RATE)
 _HAT = int(Term.HAT)
+_BUMP, _BUMP_AT, _BUMP_WIDTH = int(Term.BUMP), int(Term.BUMP_AT), int(Term.BUMP_WIDTH)
 
 
 @njit(cache=True)
 def effect_drift(a, lagged, c, tau, late, force, hats, knots):  # type: ignore[no-untyped-def]
-    """da/dt and its derivative in a, for coefficients (COLUMNS,) at a place `tau` in the record."""
+    """da/dt and its derivative in a, for coefficients (COLUMNS,) at a place `tau` in the record.
+
+    `late` is the part of the cycle that lies behind a jump.
+    """
     x = c.reshape((COLUMNS, 1))
     wind, still, drive = weather(x, 0, tau, 0.5 * np.sin(np.pi * tau), np.cos(np.pi * tau), late)
     return drift_of(a, lagged, x, 0, wind, still, drive, force, hats, knots)
@@ -33,8 +37,8 @@ def weather(x, w, tau, bow, arch, late):  # type: ignore[no-untyped-def]
     `bow` is sin(pi tau)/2 and `arch` cos(pi tau), which do not depend on the column.
     """
     wind = 1.0 + x[_TREND, w] * tau + x[_SINE, w] * bow + x[_ARCH, w] * arch
-    still = x[_S1, w] + (x[_JUMP_RATE, w] if late else 0.0)
-    drive = x[_C, w] * (1.0 + x[_TREND_DRIVE, w] * tau) * (1.0 + (x[_JUMP, w] if late else 0.0))
+    still = x[_S1, w] + late * x[_JUMP_RATE, w]
+    drive = x[_C, w] * (1.0 + x[_TREND_DRIVE, w] * tau) * (1.0 + late * x[_JUMP, w])
     return wind, still, drive
 
 
@@ -52,8 +56,8 @@ def polynomial(x, w, wind, still, drive, force):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, inline="always")
 def has_hats(c):  # type: ignore[no-untyped-def]
-    """Whether a row of coefficients has excess damping at any knot."""
-    return np.any(c[_HAT : _HAT + HATS] != 0.0)
+    """Whether a row of coefficients has excess damping at any amplitude: the terms of nothing that has a name."""
+    return np.any(c[_HAT : _HAT + HATS] != 0.0) or c[_BUMP] != 0.0
 
 
 @njit(cache=True, inline="always")
@@ -93,7 +97,13 @@ def drift_of(a, lagged, x, w, wind, still, drive, force, hats, knots):  # type: 
     else:
         f += wind * (wind * drive - slow * b)
     if hats:
-        excess, slope = _hat(x, w, np.log(max(a, 1e-300)), knots)
+        log_a = np.log(max(a, 1e-300))
+        excess, slope = _hat(x, w, log_a, knots)
+        if x[_BUMP, w] != 0.0:
+            off = (log_a - x[_BUMP_AT, w]) / x[_BUMP_WIDTH, w]
+            bump = x[_BUMP, w] * np.exp(-0.5 * off * off)
+            excess += bump
+            slope -= bump * off / x[_BUMP_WIDTH, w]
         f -= excess * a
         d -= excess + slope
     return f + force, d

@@ -93,7 +93,7 @@ def _block(data, table, here, low, high, moved, p0, knots, levels, v_out, s_out)
         if lined or forced:
             _oscillations(x, now, data.phase[k], lined, forced)
         if moved:
-            _weather(x, data.place[k], now)
+            _weather(x, data.place[k], now, period)
             if start:
                 _first(x, y, se, period, p0, knots)
                 dt = -1.0
@@ -162,10 +162,12 @@ def _coefficients(x, table, here, record):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, inline="always")
-def _weather(x, place, now):  # type: ignore[no-untyped-def]
+def _weather(x, place, now, period):  # type: ignore[no-untyped-def]
+    """In a cycle about `now`; a jump has its moment within one, so that the likelihood has a slope in it."""
     bow, arch = 0.5 * np.sin(np.pi * place), np.cos(np.pi * place)
     for w in range(row.LANES):
-        wind, still, drive = weather(x, w, place, bow, arch, now > x[_JT, w])
+        late = min(max((now - x[_JT, w]) / period + 0.5, 0.0), 1.0)
+        wind, still, drive = weather(x, w, place, bow, arch, late)
         x[row.WIND, w], x[row.STILL, w], x[row.DRIVE, w] = wind, still, drive
 
 

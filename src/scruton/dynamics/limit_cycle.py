@@ -24,7 +24,7 @@ def _rates(table, amplitude, knots):  # type: ignore[no-untyped-def]
         hats = has_hats(table[w])
         for i in range(amplitude.shape[1]):
             a = amplitude[w, i]
-            rates[w, i] = effect_drift(a, a, table[w], 0.0, False, 0.0, hats, knots)[0]
+            rates[w, i] = effect_drift(a, a, table[w], 0.0, 0.0, 0.0, hats, knots)[0]
     return rates
 
 

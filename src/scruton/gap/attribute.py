@@ -3,9 +3,10 @@
 Score tests from one optimum alone tell which variants are worth a fit.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import comb
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +14,7 @@ from scipy.special import logsumexp, ndtr
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import Effect
-from scruton.dynamics.effects.effect import DAMPING, Parameter, Variant
+from scruton.dynamics.effects.effect import DAMPING, Extent, Parameter, Variant
 from scruton.dynamics.extended import channel_innovations
 from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.thresholds import (
@@ -82,21 +83,30 @@ def weigh(
     What is `known` of one of them, beside another base, is fitted from where it was found, too.
     """
     screen = Screen(base)
-    with ThreadPoolExecutor(workers) as pool:
+    with ThreadPoolExecutor(workers) as pool:  # the filter lets go of the interpreter
         tested = list(pool.map(screen.tests, effects))
-        chosen: list[ScoreTest] = []
-        for effect, tests in zip(effects, tested, strict=True):
-            ranked = sorted(tests, key=lambda test: -test.gain - np.log(test.variant.weight))
-            ranked = ranked[: QUICK_FITS if effect.name in quick else MOST_FITS]
-            bar = ranked[0].gain - FIT_WITHIN - FIT_SHARE * max(ranked[0].gain, 0.0) if ranked else 0.0
-            chosen += [test for test in ranked if test.gain >= max(bar, HOPELESS)]
+        promising = [
+            _promising(tests, QUICK_FITS if effect.name in quick else MOST_FITS)
+            for effect, tests in zip(effects, tested, strict=True)
+        ]
+
+        def fits(tests: Sequence[ScoreTest]) -> list[FittedHypothesis]:
+            return list(pool.map(lambda test: base.with_variants(test.variant, start=test.start), tests))
+
+        chosen = [ranked[0] for ranked in promising if ranked]
+        found = fits(chosen)
+        # Promises hold to second order: what comes near the lesser of what the first one promised and what it kept.
+        kept = {test.variant.effect: fit.log_evidence for test, fit in zip(chosen, found, strict=True)}
+        others = []
+        for first, *ranked in filter(None, promising):
+            least = max(min(first.gain, kept[first.variant.effect] - base.log_evidence), 0.0)
+            others += [test for test in ranked if test.gain >= least - FIT_WITHIN - FIT_SHARE * least]
         if known is not None and known.variant is not None:
-            chosen.append(ScoreTest(known.variant, 0.0, known.optimum))
-        # the filter lets go of the interpreter
-        found = list(pool.map(lambda test: base.with_variants(test.variant, start=test.start), chosen))
+            others.append(ScoreTest(known.variant, 0.0, known.optimum))
+        chosen, found = [*chosen, *others], [*found, *fits(others)]
     candidates = {}
     for effect, tests in zip(effects, tested, strict=True):
-        total = sum(test.variant.weight for test in tests)
+        total = sum(variant.weight for variant in effect.variants(base.hypothesis.data.layout))
         fitted = [(test, fit) for test, fit in zip(chosen, found, strict=True) if test.variant.effect == effect.name]
         # What was not fitted has its share of the prior all the same, so that many hopeless variants dilute.
         logs = [np.log(test.variant.weight / total) + fit.log_evidence + log_noticeable(fit) for test, fit in fitted]
@@ -110,6 +120,16 @@ def weigh(
             evidence, best = base.log_evidence + min(max((t.gain for t in tests), default=-np.inf), -1.0), None
         candidates[effect.name] = Candidate(effect.name, evidence, best)
     return candidates
+
+
+def _promising(tests: Sequence[ScoreTest], most: int) -> list[ScoreTest]:
+    """The most promising variants of an effect, at most so many, without hopeless ones; the first one first.
+
+    What is scanned for is never hopeless: at an optimum whose gusts follow its beats or jumps little of it is left to
+    score.
+    """
+    ranked = sorted(tests, key=lambda test: -test.gain - np.log(test.variant.weight))[:most]
+    return [test for i, test in enumerate(ranked) if test.gain >= HOPELESS or (i == 0 and test.variant.scan)]
 
 
 def log_noticeable(fit: FittedHypothesis) -> float:
@@ -146,7 +166,7 @@ class Screen:
         self.weight = np.exp(-self.log_s)
         self.spread = 1.0 - self.v * self.v * self.weight
         self.table = base.table
-        self._scans: dict[tuple[str, str], tuple[FloatArray, FloatArray, FloatArray]] = {}
+        self._scans: dict[tuple[str, str], tuple[FloatArray, FloatArray, FloatArray, np.ndarray]] = {}
 
     def tests(self, effect: Effect) -> list[ScoreTest]:
         """Screen every variant of an effect."""
@@ -154,8 +174,10 @@ class Screen:
 
     def _test(self, variant: Variant) -> ScoreTest:
         alone = len(variant.parameters) == 1 and variant.parameters[0].log
-        if variant.scan:
+        if variant.scan in ("moment", "detuning"):
             test = self.scan(variant)
+        elif variant.scan:
+            test = self.along(variant)
         else:
             test = self.direct(variant, variant.parameters[0]) if alone else self.linear(variant)
         return test._replace(gain=test.gain + variant.seen)
@@ -204,8 +226,29 @@ class Screen:
             mixed[np.ix_(place, where)] += (a * w) @ c.T + 0.5 * b @ e.T
         schur = curvature - mixed @ self.base.covariance @ mixed.T
         schur = 0.5 * (schur + schur.T)
-        gain = 0.5 * score @ np.linalg.solve(schur, score) - np.log(scales).sum() - 0.5 * np.linalg.slogdet(schur)[1]
-        return ScoreTest(variant, alone + float(gain), first_starts(variant))
+
+        def gain(where: np.ndarray) -> float:
+            among = schur[np.ix_(where, where)]
+            explained = 0.5 * score[where] @ np.linalg.solve(among, score[where])
+            return float(explained - np.log(scales[where]).sum() - 0.5 * np.linalg.slogdet(among)[1])
+
+        if variant.scope.extent is Extent.SOME_RECORDS:
+            places = np.add.outer(np.arange(tested[0].size), first[:-1])
+            order = np.argsort([-gain(place) for place in places])
+            variant, found = _in_some(variant, order, lambda some: gain(places[some].ravel()))
+        else:
+            found = gain(np.arange(scales.size))
+        return ScoreTest(variant, alone + found, first_starts(variant))
+
+    def along(self, variant: Variant) -> ScoreTest:
+        """Test of a variant with many optima in a parameter that records share: the best of its starts."""
+        tests = []
+        starts = next(p.starts for p in variant.parameters if p.name == variant.scan)
+        for start in starts:
+            held = (replace(p, starts=(start,)) if p.name == variant.scan else p for p in variant.parameters)
+            tests.append(self.linear(replace(variant, parameters=tuple(held))))
+        best = max(tests, key=lambda test: test.gain)
+        return ScoreTest(variant, best.gain - float(np.log(len(starts))), best.start)
 
     def direct(self, variant: Variant, parameter: Parameter) -> ScoreTest:
         """Test of a variant of one positive parameter: the likelihood along a grid, the base held still."""
@@ -226,17 +269,29 @@ class Screen:
         form = variant.effect, variant.form
         if form not in self._scans:  # variants that differ in their records alone share one
             self._scans[form] = self._scan_records(variant)
-        grid, gain, slopes = self._scans[form]
-        gain = np.where(variant.scope.records, gain, -np.inf)
-        best, total = np.zeros(scanned.size, dtype=int), 0.0
+        grid, scores, curvatures, seen = self._scans[form]
+        prior = np.array([p for p, _ in _probes(variant)])
+        best, gains = np.zeros(scanned.size, dtype=int), np.zeros(scanned.size)
+        chosen = np.zeros((len(variant.scope.members), prior.size))
         for g in range(scanned.size):
-            # a record too short for the slowest beats has no say, but forbids nothing to the others
-            summed = np.where(np.isfinite(gain), gain, np.minimum(gain.max(axis=0, initial=0.0), 0.0) - 3.0)
-            summed = summed[:, scanned.members == g].sum(axis=1)
+            inside = np.flatnonzero(scanned.members == g)
+            if "phase" in named:  # of every record its own: what records find is their own, too
+                gain, step = _gained(scores[:, inside], curvatures[:, inside], prior)
+                gain = np.where(seen[:, inside], gain, -np.inf)
+                # a record too short for the slowest beats has no say, but forbids nothing to the others
+                gain = np.where(np.isfinite(gain), gain, np.minimum(gain.max(axis=0, initial=0.0), 0.0) - 3.0)
+                summed = gain.sum(axis=1)
+            else:
+                summed, step = _gained(scores[:, inside].sum(axis=1), curvatures[:, inside].sum(axis=1), prior)
             best[g] = int(np.argmax(summed))
-            total += float(summed.max()) - np.log(len(grid))
+            gains[g] = float(logsumexp(summed)) - np.log(len(grid))
+            chosen[inside] = step[best[g]]
+        total = float(gains.sum())
+        if variant.scope.extent is Extent.SOME_RECORDS:
+            variant, total = _in_some(variant, np.argsort(-gains), lambda some: float(gains[some].sum()))
+            best = best[scanned.members[variant.scope.records]]
+            named = {p.name: p for p in variant.parameters}
         start = first_starts(variant) | {scanned.name: grid[best]}
-        chosen = slopes[best[scanned.members], np.arange(gain.shape[1])]
         begin = {"size": chosen[:, 0]}  # where it is nothing, nothing holds the place that was found
         if "phase" in named:
             begin = {"size": np.hypot(*chosen.T), "phase": np.arctan2(chosen[:, 1], chosen[:, 0])}
@@ -244,15 +299,15 @@ class Screen:
             start[name] = np.array([each[named[name].members == g].mean() for g in range(named[name].size)])
         return ScoreTest(variant, total, start)
 
-    def _scan_records(self, variant: Variant) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Grid, gain of every record in wind (G, R), and the best small step there (G, R, probes)."""
+    def _scan_records(self, variant: Variant) -> tuple[FloatArray, FloatArray, FloatArray, np.ndarray]:
+        """Grid; score and curvature of every record in wind, (G, R, probes) and so on; which have a say, (G, R)."""
         layout, records = self.data.layout, len(self.data.layout.records)
         probes = _probes(variant)
         grid = _MOMENTS if variant.scan == "moment" else _DETUNINGS
         nothing = {p.name: np.zeros((1, records)) for p in variant.parameters}
-        gain = np.full((len(grid), records), -np.inf)
-        slopes = np.zeros((len(grid), records, len(probes)))
-        scale = np.array([p for p, _ in probes])
+        seen = np.zeros((len(grid), records), dtype=bool)
+        scores = np.zeros((len(grid), records, len(probes)))
+        curvatures = np.zeros((*scores.shape, len(probes)))
         beats = layout.duration * layout.omega / (2.0 * np.pi)  # at a detuning of 1
         chunk = max(1, 48 // len(probes))
         for begin in range(0, len(grid), chunk):
@@ -273,12 +328,31 @@ class Screen:
                         continue
                     cycles = self.hypothesis.blocks[r][0]
                     a, b, w = jv[rows, cycles], js[rows, cycles], self.weight[cycles]
-                    score = -(a * w) @ self.v[cycles] - 0.5 * b @ self.spread[cycles]
-                    curvature = (a * w) @ a.T + 0.5 * b @ b.T + np.diag(1.0 / scale**2)
-                    _, logdet = np.linalg.slogdet(curvature)
-                    slopes[begin + i, r] = np.linalg.solve(curvature, score)
-                    gain[begin + i, r] = 0.5 * score @ slopes[begin + i, r] - np.log(scale).sum() - 0.5 * logdet
-        return grid, gain, slopes
+                    scores[begin + i, r] = -(a * w) @ self.v[cycles] - 0.5 * b @ self.spread[cycles]
+                    curvatures[begin + i, r] = (a * w) @ a.T + 0.5 * b @ b.T
+                    seen[begin + i, r] = True
+        return grid, scores, curvatures, seen
+
+
+def _gained(score: FloatArray, curvature: FloatArray, prior: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Gain in log evidence and best small step, of scores (..., probes) and curvatures without the prior's."""
+    curvature = curvature + np.diag(1.0 / prior**2)
+    step = np.linalg.solve(curvature, score[..., None])[..., 0]
+    gain = 0.5 * np.sum(score * step, axis=-1) - np.log(prior).sum() - 0.5 * np.linalg.slogdet(curvature)[1]
+    return gain, step
+
+
+def _in_some(variant: Variant, order: np.ndarray, gain: Callable[[np.ndarray], float]) -> tuple[Variant, float]:
+    """A variant in the best of its records, the first of an order of its members, and what it gains in them.
+
+    Any number of records from two to all but one is as probable, and of as many any set.
+    """
+    members, count = variant.scope.members, order.size
+    sets = [(order[:k], 1.0 / ((count - 2) * comb(count, k))) for k in range(2, count)]
+    gains = [gain(some) for some, _ in sets]
+    best = int(np.argmax([one + np.log(share) for one, (_, share) in zip(gains, sets, strict=True)]))
+    some, share = sets[best]
+    return variant.within(np.isin(members, some), share), gains[best]
 
 
 def _in_records(parameter: Parameter, value: float) -> FloatArray:

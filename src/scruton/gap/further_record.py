@@ -10,6 +10,7 @@ from scruton.compiled import njit
 from scruton.dynamics.cycles import Channels
 from scruton.dynamics.effect_drift import effect_drift, has_hats
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
+from scruton.dynamics.effects.effect import Extent
 from scruton.dynamics.effects.terms import Term
 from scruton.dynamics.extended import channel_innovations
 from scruton.dynamics.reading import saturated_reading, third_of_bend
@@ -74,7 +75,10 @@ def in_layout_of(data: GapData, hypothesis: Hypothesis) -> Hypothesis:
         same = [other for other in effects[variant.effect].variants(data.layout) if other.identity == variant.identity]
         if not same:
             raise LookupError(variant.label)
-        variants.append(same[0])
+        same_records = np.zeros(len(data.layout.records), dtype=bool)
+        same_records[: variant.scope.records.size] = variant.scope.records
+        chosen = variant.scope.extent is Extent.SOME_RECORDS  # by what was seen: not by one that is still to come
+        variants.append(same[0].within(same_records) if chosen else same[0])
     return Hypothesis(null_model(data), tuple(variants))
 
 
@@ -112,9 +116,9 @@ def _run(c, start, cycles, period, omega, knots):  # type: ignore[no-untyped-def
         steps = 4
         h = dt / steps
         for _ in range(steps):
-            f0, _ = effect_drift(m, lagged, c, tau, False, force, hats, knots)
+            f0, _ = effect_drift(m, lagged, c, tau, 0.0, force, hats, knots)
             half = max(m + 0.5 * h * f0, 1e-12)
-            f1, _ = effect_drift(half, lagged, c, tau, False, force, hats, knots)
+            f1, _ = effect_drift(half, lagged, c, tau, 0.0, force, hats, knots)
             total += half
             if c[_LAG] > 0.0:
                 lagged += (half - lagged) * (1.0 - np.exp(-h / c[_LAG]))

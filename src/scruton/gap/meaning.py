@@ -8,7 +8,7 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import CATALOGUE
 from scruton.dynamics.effects.effect import BENDS
-from scruton.dynamics.effects.terms import Belongs, Term
+from scruton.dynamics.effects.terms import HATS, Belongs, Term
 from scruton.gap.bands import discrepancy_of_the_unknown
 from scruton.gap.check import SecondLine, knocked
 from scruton.gap.data import GapData
@@ -18,6 +18,7 @@ from scruton.gap.hypothesis import FittedHypothesis
 from scruton.gap.search import best_of
 from scruton.gap.thresholds import COLOURED, PLACES_DESCRIBED, UNKNOWN_NATS, UNMOVED
 
+_EXCESS = slice(Term.HAT, Term.BUMP + 1)
 _COLOUR = {
     True: "what the null model leaves is coloured: something that lasts",
     False: "what the null model leaves is white",
@@ -189,8 +190,8 @@ def describe_unknown(diagnosis: Diagnosis, findings: Sequence[Finding]) -> dict[
 def _of_generic(diagnosis: Diagnosis) -> tuple[float, str, np.ndarray]:
     """How large a generic term is, of what, and the records, (R,) of bool, in which it is more than half of that."""
     layout, table, null = diagnosis.data.layout, diagnosis.final.table, diagnosis.null.table
-    if np.any(table[:, Term.HAT :]):
-        each, what = np.abs(table[:, Term.HAT :] / layout.rate[:, None]).max(axis=1), "of the relaxation damping"
+    if np.any(table[:, _EXCESS]):
+        each, what = np.abs(table[:, _EXCESS] / layout.rate[:, None]).max(axis=1), "of the relaxation damping"
     elif diagnosis.final.hypothesis.variants[-1].scan == "moment":
         each, what = np.abs(table[:, Term.JUMP]), "of the drive"
     elif np.any(table[:, Term.GUST] > null[:, Term.GUST]):
@@ -203,7 +204,13 @@ def _of_generic(diagnosis: Diagnosis) -> tuple[float, str, np.ndarray]:
 
 def _amplitudes(diagnosis: Diagnosis, acting: np.ndarray) -> tuple[float, float]:
     """Range of the amplitudes at which an unknown cause acts, in these records: of hats, where they are large."""
-    hats = np.abs(diagnosis.final.table[:, Term.HAT :] / diagnosis.data.layout.rate[:, None])
+    table = diagnosis.final.table
+    bumps = table[table[:, Term.BUMP] != 0.0]
+    if bumps.size and not known_by_lines(diagnosis):  # as far as half of it
+        half = np.sqrt(2.0 * np.log(2.0)) * bumps[0, Term.BUMP_WIDTH]
+        low, high = np.exp(bumps[0, Term.BUMP_AT] + np.array([-half, half])).tolist()
+        return low, min(high, float(diagnosis.data.layout.largest.max()))
+    hats = np.abs(table[:, Term.HAT : Term.HAT + HATS] / diagnosis.data.layout.rate[:, None])
     if not np.any(hats) or known_by_lines(diagnosis):
         return amplitudes_of(diagnosis.data, acting)
     knots = diagnosis.data.layout.knots[np.any(hats > 0.5 * hats.max(), axis=0)]

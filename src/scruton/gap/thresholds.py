@@ -34,7 +34,8 @@ LINE_NATS = 30.0  # over chance, of a line in the spectrum beside the response
 LINE_SIZE = 0.0015
 ALLOWED_EXCESS = 4.0  # nats of colour and level that noise and fitting leave in the innovations
 ALLOWED_SHARE = 0.12  # of the gain, that may be left, for the form of an effect is never quite its form
-PREFERENCE_NATS = 5.0  # by which the generic term must lead a catalogued effect
+# By which the generic term must lead a catalogued effect; no more than that gains over none.
+PREFERENCE_NATS = 5.0
 PREFERENCE_SHARE = 0.04  # of the generic term's gain, that it must lead by on top
 FURTHER_SHARE = 0.15  # of a further effect's gain, by which it may stay behind the generic term
 GROUP_NATS = 4.0  # effects that close are one group
@@ -54,8 +55,9 @@ MOST_EFFECTS = 3  # at once
 # ---- which variants are fitted
 MOST_FITS = 4  # variants of an effect, at most: time
 QUICK_FITS = 2  # likewise, of those that might join or take a place: the score tests have ranked them
-FIT_WITHIN = 6.0  # nats behind the best score test of its effect at which a variant is still fitted
-FIT_SHARE = 0.4  # of the best score test's gain, added to that, for score tests hold to second order
+# Nats behind the first variant of its effect, by what that promised or kept if less, at which another is still fitted.
+FIT_WITHIN = 6.0
+FIT_SHARE = 0.4  # of that gain, added to it, for score tests hold to second order
 HOPELESS = -1.0  # nats: score tests below are taken at their word
 MOST_DETUNING = 0.2  # of the frequency, to which a force off the response is sought
 DETUNING_MARGIN = 0.05  # beyond it, in which a line may still be such a force's: its width in a short record

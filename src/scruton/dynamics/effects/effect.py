@@ -7,7 +7,7 @@ from enum import StrEnum
 import numpy as np
 
 from scruton.arrays import FloatArray
-from scruton.dynamics.effects.terms import Belongs, IntArray, Layout, Term
+from scruton.dynamics.effects.terms import Belongs, IntArray, Layout, Term, compact
 
 Values = Mapping[str, FloatArray]
 Apply = Callable[[FloatArray, Values, Layout], None]
@@ -27,6 +27,7 @@ class Extent(StrEnum):
     ONE_RECORD = "one record"
     EACH_RECORD = "each record"
     EACH_RECORD_OF_ONE_TEST = "each record of one test"
+    SOME_RECORDS = "some records, each by its own"
     GROUPS = "groups of records"
 
 
@@ -92,6 +93,8 @@ def scopes(layout: Layout, shares: Mapping[Extent, tuple[float, str]], *, wind: 
         Extent.ONE_RECORD: (len(records), lambda: {r: layout.only(np.arange(len(inside)) == r) for r in records}),
         Extent.EACH_RECORD: (len(records), lambda: {-1: layout.each(inside)}),
         Extent.EACH_RECORD_OF_ONE_TEST: (len(tests), lambda: {i: layout.each(layout.test == i) for i in several}),
+        # of all that might be meant: see `Variant.within`
+        Extent.SOME_RECORDS: (len(records) - 2, lambda: {-1: layout.each(inside)}),
     }
     return [
         Scope(extent, members, words, number, weight if number < 0 else weight / cases[extent][0])
@@ -181,6 +184,12 @@ class Variant:
     def __post_init__(self) -> None:
         if not self.size and self.parameters:
             object.__setattr__(self, "size", self.parameters[0].name)
+
+    def within(self, records: IntArray, share: float = 1.0) -> "Variant":
+        """The same in some of its records, (R,) of bool, alone; with a share of its weight."""
+        scope = replace(self.scope, members=compact(np.where(records, self.scope.members, -1)))
+        parameters = (replace(p, members=compact(np.where(records, p.members, -1))) for p in self.parameters)
+        return replace(self, parameters=tuple(parameters), scope=scope, weight=share * self.weight)
 
     @property
     def label(self) -> str:

@@ -1,5 +1,6 @@
 """What is in no catalogue: generic terms that compete under the name `unknown`."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,11 +23,16 @@ from scruton.dynamics.effects.terms import HATS, Belongs, Layout, Term
 _DRIVE = adding(size=Term.JUMP)
 # From some moment of a record on; together of the weight of one form.
 _JUMPS = {
-    Extent.EACH_RECORD: (0.5, "in every record"),
-    Extent.EACH_RECORD_OF_ONE_TEST: (0.25, "in every record of one test"),
-    Extent.ONE_RECORD: (0.25, "in one record"),
+    Extent.IN_WIND: (0.25, "at the same part of every record"),
+    Extent.EACH_RECORD: (0.25, "in every record"),
+    Extent.SOME_RECORDS: (0.25, "in some records"),
+    Extent.EACH_RECORD_OF_ONE_TEST: (0.125, "in every record of one test"),
+    Extent.ONE_RECORD: (0.125, "in one record"),
 }
 _EXCESS = {f"hat{k}": Term.HAT + k for k in range(HATS)}
+_BUMP = adding(size=Term.BUMP)
+_BUMP_PLACES = 12  # over ln(amplitude), from which a bump is sought
+_BUMP_WIDTH = float(np.log(0.2)), 0.5  # prior of ln(standard deviation in ln(amplitude)): hats are half of one apart
 
 
 def discrepancy(form: str, scope: Scope) -> Variant:
@@ -50,6 +56,31 @@ def _jumps(layout: Layout) -> list[Variant]:
     return found
 
 
+def _bump(table: FloatArray, values: Values, layout: Layout) -> None:
+    _BUMP(table, values, layout)
+    acts = values["width"] > 0.0
+    table[:, :, Term.BUMP_AT] = np.log(np.where(acts, values["centre"], 1.0))
+    table[:, :, Term.BUMP_WIDTH] = values["width"]
+
+
+def _bumps(layout: Layout, among: Sequence[Scope]) -> list[Variant]:
+    """Excess damping near one amplitude, which hats are too wide for."""
+    low, high = np.log(layout.knots[[0, -1]]).tolist()
+    places = tuple(np.linspace(low, high, _BUMP_PLACES).tolist())
+    found = []
+    for scope in among:
+        centre = Parameter(
+            "centre", 0.5 * (low + high), (high - low) / np.sqrt(12.0), scope.members, log=True, unit="A/D or rad",
+            starts=places,
+        )  # fmt: skip
+        width = Parameter(
+            "width", *_BUMP_WIDTH, scope.members, log=True, unit="of ln(amplitude)", starts=_BUMP_WIDTH[:1]
+        )
+        bump = sized("damping near one amplitude, {scope}", _bump, scope, weight=0.5)
+        found.append(replace(bump, parameters=(*bump.parameters, centre, width), scan="centre"))
+    return found
+
+
 def _coming_and_going(table: FloatArray, values: Values, _layout: Layout) -> None:
     table[:, :, Term.GUST] = np.hypot(table[:, :, Term.GUST], values["scatter"] * table[:, :, Term.DRIVE])
 
@@ -57,6 +88,7 @@ def _coming_and_going(table: FloatArray, values: Values, _layout: Layout) -> Non
 def _forms(layout: Layout) -> list[Variant]:
     wind = Scope(Extent.IN_WIND, layout.in_wind(), "in wind")
     shared = [Scope(Extent.EVERYWHERE, layout.everywhere(), "everywhere"), wind]
+    bumps = _bumps(layout, shared)
     if np.unique(layout.test[layout.wind]).size > 1:
         shared.append(Scope(Extent.EACH_TEST, layout.by_test(), "of every test by its own"))
     variants = [discrepancy("damping against amplitude, {scope}", scope) for scope in shared]
@@ -72,7 +104,7 @@ def _forms(layout: Layout) -> list[Variant]:
     sizes = tuple(float(np.log(size)) for size in (0.1, 0.05, 0.2, 0.4))
     scatter = Parameter("scatter", sizes[0], 0.7, layout.by_test(), log=True, unit="of the drive", starts=sizes)
     slow = Variant("what comes and goes", (scatter,), _coming_and_going, wind)
-    return [*variants, *_jumps(layout), slow]
+    return [*variants, *bumps, *_jumps(layout), slow]
 
 
 EFFECT = Effect(
@@ -80,7 +112,10 @@ EFFECT = Effect(
     "Something that is not in the catalogue",
     "amplitude",
     Belongs.WIND,
-    (Term.HAT, Term.JUMP, Term.JUMP_TIME, Term.STIFFNESS, Term.STIFFNESS_LINEAR, Term.GUST),
+    (
+        *(Term.HAT, Term.BUMP, Term.BUMP_AT, Term.BUMP_WIDTH, Term.JUMP, Term.JUMP_TIME),
+        *(Term.STIFFNESS, Term.STIFFNESS_LINEAR, Term.GUST),
+    ),
     DAMPING_RATIO,
     _forms,
 )

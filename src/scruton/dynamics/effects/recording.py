@@ -24,6 +24,9 @@ from scruton.dynamics.effects.terms import Belongs, Layout, Term, compact
 
 # Saturation: kind, and level over the largest reading.
 _KINDS = (("hard", 0.0, 0.95), ("rounded", 2.0, 1.0), ("soft", 1.0, 1.6))
+# A change of the wind by s changes the damping by s (2 lambda - l), of which lambda or a little more is usual, so that
+# 0.2 of the wind is what 0.3 of the relaxation damping is.
+_WIND_SCALE = 0.2
 _SHOWN = 0.01  # relative standard deviation of a level that the extreme readings show: the mean may be off
 
 
@@ -53,15 +56,19 @@ def _drifting(layout: Layout) -> list[Variant]:
         Extent.ONE_TEST: (0.7, "in one test"),
         Extent.EACH_RECORD_OF_ONE_TEST: (0.7, "in every record of one test"),
         Extent.EACH_RECORD: (1.0, "in every record by its own"),
+        Extent.SOME_RECORDS: (1.0, "in some records, each by its own"),
         Extent.ONE_RECORD: (1.0, "in one record"),
     }
     every = scopes(layout, shares, wind=True)
     # An S and a mean of its own for every record come too near to a jump in each.
-    shared = [scope for scope in every if scope.extent is not Extent.EACH_RECORD]
+    shared = [scope for scope in every if scope.extent not in (Extent.EACH_RECORD, Extent.SOME_RECORDS)]
     title, two = "linear drift, the drive's part its own, {scope}", adding(size=Term.TREND, drive=Term.TREND_DRIVE)
-    both = [sized(title, two, scope, "size", "drive", weight=0.5 * scope.weight, unit="of the wind") for scope in every]
+    both = [
+        sized(title, two, scope, "size", "drive", weight=0.5 * scope.weight, scale=_WIND_SCALE, unit="of the wind")
+        for scope in every
+    ]
     alike = [
-        sized(f"{form}, {{scope}}", apply, scope, unit="of the wind")
+        sized(f"{form}, {{scope}}", apply, scope, scale=_WIND_SCALE, unit="of the wind")
         for form, apply, allowed in (
             ("linear drift", _drift(Term.TREND, from_start=False), every),
             ("S-shaped drift", _drift(Term.TREND_SINE, from_start=False), every),
@@ -71,7 +78,7 @@ def _drifting(layout: Layout) -> list[Variant]:
         for scope in allowed
     ]
     arch = adding(size=Term.TREND_ARCH)
-    arches = [sized("rise and return, {scope}", arch, scope, unit="of the wind") for scope in shared]
+    arches = [sized("rise and return, {scope}", arch, scope, scale=_WIND_SCALE, unit="of the wind") for scope in shared]
     return both + alike + arches
 
 

@@ -90,9 +90,12 @@ class Term(IntEnum):
     TREND_ARCH = 41, _RUN  # relative change of the wind speed in the middle of the record, along half a sine
     STIFFNESS_FOURTH = 42, _RIG  # relative change of frequency per amplitude^4
     HAT = 43, _WIND  # first of HATS excess damping rates [1/s]; what nobody has named goes to the bridge, too
+    BUMP = 43 + HATS, _WIND  # excess damping rate near one amplitude, at its largest [1/s]
+    BUMP_AT = 44 + HATS, _WIND  # ln of that amplitude
+    BUMP_WIDTH = 45 + HATS, _WIND  # standard deviation in ln(amplitude)
 
 
-COLUMNS = int(Term.HAT) + HATS
+COLUMNS = int(Term.BUMP_WIDTH) + 1
 BELONGS: dict[Term, Belongs] = {term: term.belongs for term in Term}
 
 

@@ -1,0 +1,102 @@
+"""Which variants of an effect are tried, from where, and in which records."""
+
+from dataclasses import replace
+from math import comb
+
+import numpy as np
+import pytest
+
+from scruton.calibrate.challenge.case import simulate_case
+from scruton.dynamics.effects import CATALOGUE, UNKNOWN
+from scruton.dynamics.effects.effect import Extent
+from scruton.gap import diagnosis
+from scruton.gap.attribute import Candidate, Screen, _in_some, weigh
+from scruton.gap.data import load_gap
+from scruton.gap.diagnosis import UNKNOWN as UNKNOWN_NAME
+from scruton.gap.diagnosis import _judged, _preferred, fit_null
+from scruton.gap.further_record import FurtherRecord, in_layout_of, with_record
+from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
+from scruton.gap.search import Place
+
+
+def null_of(
+    seed: int, index: int, effect: str | None, severity: float, gusts: float | tuple[float, float] = (0.0, 0.02)
+) -> tuple[FittedHypothesis, dict]:
+    campaign, answer = simulate_case(seed, index, effect, severity, turbulence=(0.01, 0.03), gusts=gusts)
+    return fit_null(load_gap(campaign))[1], answer
+
+
+def test_a_promise_that_is_not_kept_shuts_out_no_other_form() -> None:
+    """The wake that sets a force promised 77 nats and kept 33; the one that sets the damping, 33 promised, gains 73."""
+    null, _ = null_of(5101, 14, "fluid_memory", 0.1)
+    best = weigh(null, [CATALOGUE["fluid_memory"]])["fluid_memory"].best
+    assert best is not None
+    assert best.hypothesis.variants[-1].label == "the wake's amplitude sets the damping"
+    assert best.log_evidence > null.log_evidence + 50.0
+
+
+def test_a_force_whose_beats_gusts_follow_is_found() -> None:
+    """Its score promised -4 nats, for the null model's gusts had taken it up; it gains 115."""
+    null, _ = null_of(5111, 19, "vortex_shedding_forcing", 0.1, gusts=0.02)
+    found = weigh(null, [CATALOGUE["vortex_shedding_forcing"]])["vortex_shedding_forcing"]
+    assert found.log_evidence > null.log_evidence + 50.0
+
+
+def test_a_bump_is_found_where_it_is() -> None:
+    null, answer = null_of(8102, 1, "damping_bump", 0.2)
+    true = answer["parameters"]["damping_bump"]
+    forms = {test.variant.label: test for test in Screen(null).tests(UNKNOWN)}
+    place = "everywhere" if true["bump_in_still_air"] else "in wind"
+    bump, hats = (forms[f"damping {of} amplitude, {place}"] for of in ("near one", "against"))
+    found, wide = (null.with_variants(test.variant, start=test.start) for test in (bump, hats))
+    centre, sd = (float(x[0]) for x in found.value("centre", 0))
+    assert centre == pytest.approx(np.log(true["bump_amplitude"]), abs=4.0 * sd + 0.05)
+    assert found.log_evidence > max(wide.log_evidence, null.log_evidence) + 10.0
+
+
+def test_what_acts_in_some_records_is_sought_in_those() -> None:
+    null, _ = null_of(5101, 1, "time_jump", 0.4)
+    layout = null.hypothesis.data.layout
+    variant = next(v for v in UNKNOWN.variants(layout) if v.scan and v.scope.extent is Extent.SOME_RECORDS)
+    gains, members = np.full(12, -2.0), variant.scope.members
+    gains[[3, 7, 8]] = 9.0, 4.0, 12.0
+    found, gain = _in_some(variant, np.argsort(-gains), lambda some: float(gains[some].sum()))
+    assert gain == 25.0
+    assert np.flatnonzero(found.scope.records).tolist() == [int(np.flatnonzero(members == k)[0]) for k in (3, 7, 8)]
+    assert found.weight == pytest.approx(variant.weight / (10 * comb(12, 3)))
+    assert all(p.size == 3 for p in found.parameters)
+    # as it stands in the layout with one more record, which is not among them
+    larger = with_record(null.hypothesis.data, FurtherRecord("again", 1.0, 0, still=False, start=0.1, cycles=40))
+    there = in_layout_of(larger, Hypothesis(null.hypothesis.null, (found,))).variants[0]
+    assert there.scope.members.tolist() == [*found.scope.members.tolist(), -1]
+
+
+def test_the_likelihood_has_a_slope_in_the_moment_of_a_jump() -> None:
+    null, _ = null_of(5101, 1, "time_jump", 0.4)
+    tests = [test for test in Screen(null).tests(UNKNOWN) if test.variant.scan == "moment"]
+    best = max(tests, key=lambda test: test.gain)
+    found = null.with_variants(best.variant, start=best.start)
+    assert np.all(found.value("moment", 0)[1] < 0.1)  # the prior's is 0.3
+
+
+@pytest.mark.parametrize(("named", "held_back"), [(0.1, False), (8.0, True)])
+def test_what_explains_next_to_nothing_holds_no_unknown_back(
+    monkeypatch: pytest.MonkeyPatch, named: float, held_back: bool
+) -> None:
+    """A drift of 0.1 nats, which foretold the records held out no worse, had put off 16 nats for something unknown."""
+    null, _ = null_of(5101, 1, None, 0.0)
+    by = {
+        name: Candidate(name, null.log_evidence + gain, replace(null, log_evidence=null.log_evidence + gain))
+        for name, gain in (("wind_speed_drift", named), (UNKNOWN_NAME, 60.0))
+    }
+    monkeypatch.setattr(diagnosis, "predicts_better", lambda *_, **__: True)
+    weights, _ = _judged(null, [Place(null, by)], by, (), {}, {}, 0.5, 1)
+    assert (weights[UNKNOWN_NAME] < named) is held_back
+
+
+@pytest.mark.parametrize(
+    ("named", "left"), [(-2.0, 10.0), (0.0, 10.0), (3.0, 7.0), (9.0, 4.6)],
+)  # fmt: skip
+def test_a_name_is_preferred_where_one_explains_anything(named: float, left: float) -> None:
+    gains = {"coulomb_friction": named, "fluid_memory": -5.0, UNKNOWN_NAME: 10.0}
+    assert _preferred(gains) == {**gains, UNKNOWN_NAME: pytest.approx(left)}
