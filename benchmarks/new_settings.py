@@ -4,14 +4,16 @@
 calibrate` outside the family (or off its curve), and scores the true stable amplitude of new settings: at, between, at
 half and at twice the tested Scruton numbers.  One line a setting, then by place
 
-* how fast the curve may leave its law: sums of the log score for a range of values of WALK
+* how fast the curve may leave its law: sums of the log score of the laws alone for a range of values of WALK
   (`scruton.griffin.thresholds`), less that of the value in use; the largest is the one that the truths ask for;
-* whether the curve that follows from the measured damping (`scruton.griffin.law_free`) would do better than the laws:
-  root mean square error of the logarithm of both medians, and how many 90 % intervals hold the truth.
+* by the laws alone, by the measured damping alone (`scruton.griffin.law_free`) and by both, each weighed by its
+  precision, which is what predicts: root mean square error of the logarithm of the median, how many 90 %
+  intervals hold the truth, and their interval score over the truth (geometric mean).
 """
 
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,8 +34,8 @@ from scruton.infer.fit import fit_campaign
 if TYPE_CHECKING:
     import xarray as xr
 
-# ln(median/truth) and whether the truth is held, by the laws and by the measured damping
-Errors = tuple[float, float, bool, bool] | None
+# ln(median/truth), whether the truth is held, and the interval score, by the laws, the measured damping, and both
+Errors = list[tuple[float, bool, float]] | None
 WALKS = (0.0, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
 
 
@@ -43,7 +45,7 @@ def log_score(curve: SharedCurve, scruton_number: float, truth: float) -> FloatA
     on_curve = curve.at(sc)
     vibrates = np.isfinite(on_curve[:, 0]) & (on_curve[:, 0] > 0.0)
     off, tau = np.log(truth / on_curve[vibrates, 0]), curve.discrepancy[vibrates]
-    grown = curve.spread(sc, on_curve)[vibrates, 0] / tau
+    grown = replace(curve, measured=None).setting(sc, on_curve).spread[vibrates, 0] / tau
     sd = tau * np.sqrt(1.0 + np.array(WALKS)[:, None] * (grown**2 - 1.0) / WALK)
     density = -0.5 * (off / sd) ** 2 - np.log(sd * np.sqrt(2.0 * np.pi))
     return np.asarray(logsumexp(density, axis=1) - np.log(curve.n.size))
@@ -67,10 +69,11 @@ def by_measured_damping(tree: "xr.DataTree", scruton_number: float) -> FloatArra
     return draws
 
 
-def holds(draws: FloatArray, truth: float) -> bool:
-    """Whether the 90 % interval holds the truth."""
-    low, high = np.quantile(draws, [0.05, 0.95])
-    return bool(low <= truth <= high)
+def error_of(draws: FloatArray, truth: float) -> tuple[float, bool, float]:
+    """ln(median/truth), whether the 90 % interval holds the truth, and its interval score over the truth."""
+    low, median, high = np.quantile(draws, [0.05, 0.5, 0.95], method="inverted_cdf")
+    missed = max(low - truth, 0.0) + max(truth - high, 0.0)
+    return float(np.log(median / truth)), bool(low <= truth <= high), float((high - low + 20.0 * missed) / truth)
 
 
 def campaign_scores(name: str, index: int, seed: int, card: ModelCard) -> Iterator[tuple[str, FloatArray, Errors]]:
@@ -85,12 +88,12 @@ def campaign_scores(name: str, index: int, seed: int, card: ModelCard) -> Iterat
     for place, sc in new_settings(regime).items():
         truth = body.curve(sc) * off
         if truth > 0.0:
-            laws, measured = predict(fit.tree, scruton_number=sc).draws, by_measured_damping(fit.tree, sc)
+            both, measured = predict(fit.tree, scruton_number=sc).draws, by_measured_damping(fit.tree, sc)
+            z = np.random.default_rng(0).standard_normal(curve.n.size)
+            laws = replace(curve, measured=None).predictive(np.array([sc]), z)[:, 0]
             errors = None
             if np.isfinite(measured).mean() > 0.5 and np.median(laws) > 0.0:
-                measured = measured[np.isfinite(measured)]
-                medians = np.log([np.median(laws) / truth, np.median(measured) / truth])
-                errors = float(medians[0]), float(medians[1]), holds(laws, truth), holds(measured, truth)
+                errors = [error_of(one, truth) for one in (laws, measured[np.isfinite(measured)], both)]
             yield place, log_score(curve, sc, truth), errors
 
 
@@ -109,10 +112,11 @@ def main(seed: int, specs: list[str]) -> None:
     for place, total in {**sums, "all": np.sum(list(sums.values()), axis=0)}.items():
         print(f"{place}: log score by WALK {dict(zip(WALKS, np.round(total, 2).tolist(), strict=True))}")
     for place, rows in errors.items():
-        table = np.array(rows)
-        rms = np.sqrt(np.mean(table[:, :2] ** 2, axis=0))
-        held = table[:, 2:].sum(axis=0).astype(int)
-        print(f"{place}: {len(rows)}, error by laws {rms[0]:.3f}, by measured damping {rms[1]:.3f}; held {held}")
+        table = np.array(rows, dtype=float)  # (settings, 3, 3)
+        rms = np.sqrt(np.mean(table[:, :, 0] ** 2, axis=0)).round(3)
+        score = np.exp(np.mean(np.log(table[:, :, 2]), axis=0)).round(3)
+        held = table[:, :, 1].sum(axis=0).astype(int)
+        print(f"{place}: {len(rows)}, laws, measured damping, both: error {rms}, held {held}, interval score {score}")
 
 
 if __name__ == "__main__":

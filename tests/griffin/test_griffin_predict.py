@@ -116,7 +116,7 @@ def test_one_row_of_draws_is_one_whole_curve() -> None:
     """The columns share their discrepancy: as many of its standard deviations off the curve at every Scruton number."""
     tree, grid = campaign_tree(tau=0.3, spread=0.1), np.array([0.0, 10.0, 60.0])
     curve = shared_curve(tree, seed=3)
-    away = np.log(predictive_draws(tree, grid, seed=3) / curve.at(grid)) / curve.spread(grid, curve.at(grid))
+    away = np.log(predictive_draws(tree, grid, seed=3) / curve.at(grid)) / curve.setting(grid, curve.at(grid)).spread
     np.testing.assert_allclose(away, away[:, :1] * np.ones(3), rtol=1e-9)
     assert away[:, 0].std() == pytest.approx(1.0, rel=0.1)
 
@@ -126,7 +126,7 @@ def test_the_band_opens_with_the_distance_from_what_was_tested() -> None:
     sc, a_star, slope = TABLE_5[0]
     curve, x = shared_curve(tree), np.array([0.0, 0.5, 3.0, 40.0])
     grid = sc + x / (a_star * slope)
-    spread = curve.spread(grid, curve.at(grid))[0]
+    spread = curve.setting(grid, curve.at(grid)).spread[0]
     beyond = np.log(0.2 * (1.0 + x)).clip(0.0)  # in ln(amplitude), below a fifth of the stable one
     np.testing.assert_allclose(spread, 0.1 * np.sqrt(1.0 + WALK * np.minimum(x + beyond, FARTHEST)), rtol=1e-9)
 

@@ -8,9 +8,10 @@ from sizing_room import LIMIT, at_most, mode_model
 
 from scruton.campaign.quantity import Quantity
 from scruton.griffin.coverage import Coverage
+from scruton.griffin.law_free import LawFree
 from scruton.sizing.mode_shape import sine, uniform
 from scruton.sizing.model import DAMPING, DISCREPANCY, SOURCES, unit_cube
-from scruton.sizing.risk import risk, shares, sobol_shares
+from scruton.sizing.risk import POINTS, probability, risk, shares, sobol_shares
 
 
 @pytest.mark.parametrize(
@@ -244,6 +245,36 @@ def test_what_is_needed_brings_the_amplitude_to_the_limit_where_the_discrepancy_
     assert np.quantile(needed, 0.95) > np.quantile(plain, 0.95)
 
 
+def with_measured(model, off=0.3):
+    """Transients that ask for exp(off) as much damping as the paper's law, from its one test."""
+    amplitude = np.geomspace(0.1, 2.5, 60) * 0.06551
+    numbers = 0.00058 + 0.005139 * (0.06551 / amplitude - 1.0) * np.exp(off)
+    measured = LawFree(amplitude[None], np.tile(numbers, (50, 1))[:, None], np.array([0.00058]), np.array([0.005139]))
+    coverage = Coverage(np.array([0.00058]), amplitude[:1], amplitude[-1:])
+    return replace(model, laws=replace(model.laws, coverage=coverage, measured=measured))
+
+
+@pytest.mark.parametrize("off", [-0.4, 0.4])
+def test_what_is_needed_brings_the_amplitude_to_the_limit_where_the_measured_damping_has_a_say(off):
+    model = with_measured(mode_model(0.15, 0.3, exponents=(-1.0, 0.0), weights=(0.8, 0.2)), off)
+    u, limit = unit_cube(1 << 12, 3), 0.4 * LIMIT
+    draws = model.draws(u)
+    needed = draws.needed(limit)
+    np.testing.assert_allclose(draws.amplitude(needed), limit, rtol=1e-3)
+    laws = replace(model, laws=replace(model.laws, measured=None)).draws(u).needed(limit)
+    more = np.quantile(needed, 0.5) - np.quantile(laws, 0.5)  # what the wind feeds has to be taken away
+    assert np.sign(more) == np.sign(off)
+
+
+def test_each_law_stands_by_itself_beside_what_is_required_with_the_measured_damping():
+    model = with_measured(mode_model(0.15, 0.3), 0.6)
+    alone = replace(model, laws=replace(model.laws, measured=None))
+    both, laws = (risk(one, at_most(0.4 * LIMIT)) for one in (model, alone))
+    assert both.required["0.95"] != laws.required["0.95"]
+    needed = alone.draws(unit_cube(POINTS, 0)).needed(0.4 * LIMIT)
+    np.testing.assert_array_equal(both.curve.by_law["n=-1"], probability(needed, both.curve.added_damping))
+
+
 def test_draws_that_have_settled_are_left_alone_and_come_to_the_same():
     """Against all repetitions for every draw, where the discrepancy grows with the distance."""
     of = mode_model(0.2, 0.45)
@@ -252,9 +283,10 @@ def test_draws_that_have_settled_are_left_alone_and_come_to_the_same():
     target = LIMIT / draws.scale
     sc, on_curve = draws.scruton_number(0.0), target
     for _ in range(25):
-        on_curve = target * np.exp(-draws.curve.spread(sc[:, None], on_curve[:, None])[:, 0] * draws.discrepancy)
+        spread = draws.curve.setting(sc[:, None], on_curve[:, None]).spread[:, 0]
+        on_curve = target * np.exp(-spread * draws.discrepancy)
         sc = draws._inverse(on_curve)
-    assert np.std(draws.curve.spread(sc[:, None], on_curve[:, None])) > 0.0
+    assert np.std(draws.curve.setting(sc[:, None], on_curve[:, None]).spread) > 0.0
     np.testing.assert_allclose(draws.needed(LIMIT), sc / draws.factor - draws.damping_ratio, rtol=1e-7, atol=1e-12)
 
 

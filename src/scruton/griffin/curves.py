@@ -7,16 +7,37 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects.terms import COLUMNS
 from scruton.dynamics.laws import amplitude_ratio, extrapolation_index
 from scruton.errors import InputError
 from scruton.griffin.coverage import Coverage, coverage_of
+from scruton.griffin.law_free import LawFree, law_free
 from scruton.infer.joint import law_weights, mixed
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """Where a new setting is to be expected, beside what the laws say of it; (S, n_sc) arrays.
+
+    Attributes
+    ----------
+    shift : array
+        ln(amplitude) of the curve less that by the laws: what the measured damping moves it by.
+    spread : array
+        Standard deviation of ln(amplitude) of a new setting about the curve.
+    weight : array
+        Of the measured damping, from 0 to 1.
+    """
+
+    shift: FloatArray
+    spread: FloatArray
+    weight: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +46,7 @@ class SharedCurve:
 
     `amplitude` and `relaxation` are A and Sc_lambda at the Scruton number `reference`; `discrepancy` is tau.  Where the
     fit carries an unmodelled effect that was found, `effect` has its amplitude equation, and the curve is that one's.
+    `measured` is the curve by the measured damping, `sample` which of its draws goes with each; None for laws alone.
     """
 
     reference: float
@@ -35,6 +57,8 @@ class SharedCurve:
     laws: Mapping[str, float]
     effect: "EffectCurve | None" = None
     coverage: Coverage | None = None
+    measured: LawFree | None = None
+    sample: NDArray[np.integer] | None = None
 
     def index(self, scruton_numbers: FloatArray, tested: FloatArray | float) -> FloatArray:
         """Extrapolation index from the Scruton number of a test, by the law of each draw, (S, n_sc)."""
@@ -58,23 +82,42 @@ class SharedCurve:
         at = np.full((1, 1), scruton_number)
         return min((float(np.median(self.index(at, sc))) for sc in tested), key=abs)
 
-    def spread(self, scruton_numbers: FloatArray, amplitude: FloatArray) -> FloatArray:
-        """Sd of ln(amplitude) of a new setting about the curve, (S, n_sc), whose amplitude there is given."""
+    def setting(self, scruton_numbers: FloatArray, amplitude: FloatArray) -> Setting:
+        r"""Where a new setting is to be expected whose amplitude by the laws is given, (S, n_sc).
+
+        Notes
+        -----
+        The laws' amplitude is off by a variance that walks away with the distance from what was tested,
+        :math:`d\,\tau^2` (`Coverage.growth`); the one by the measured damping by that of the setting that it was
+        measured at, :math:`\tau^2`, and its own, v.  Each is weighed by its precision.
+        """
         tau = self.discrepancy[:, None]
+        nothing = np.zeros(amplitude.shape)
         if self.coverage is None:
-            return np.broadcast_to(tau, amplitude.shape)
+            return Setting(nothing, np.broadcast_to(tau, amplitude.shape), nothing)
         away, sc = np.full(amplitude.shape, np.inf), np.atleast_1d(scruton_numbers)
         for tested, relaxation in zip(self.coverage.passed, self._relaxation_at_tests, strict=True):
             away = np.minimum(away, np.abs(extrapolation_index(sc, tested, relaxation)))
-        return np.asarray(tau * self.coverage.growth(away, amplitude))
+        growth = self.coverage.growth(away, amplitude)
+        if self.measured is None or self.sample is None:
+            return Setting(nothing, np.asarray(tau * growth), nothing)
+        found, own = self.measured.log_amplitude(np.broadcast_to(sc, amplitude.shape), self.sample)
+        walk = growth**2 - 1.0
+        with np.errstate(divide="ignore", invalid="ignore"):
+            off = found - np.log(amplitude)
+            weight = np.where(np.isfinite(off), walk * tau**2 / ((walk + 1.0) * tau**2 + own), 0.0)
+        weight = np.nan_to_num(weight)  # without a discrepancy the laws hold everywhere
+        shift = weight * np.where(np.isfinite(off), off, 0.0)
+        return Setting(shift, tau * np.sqrt(1.0 + (1.0 - weight) ** 2 * walk + weight**2), weight)
 
     def predictive(self, scruton_numbers: FloatArray, z: FloatArray) -> FloatArray:
         """Stable amplitude of a new setting whose standardised deviation is z, (S,), on (S, n_sc)."""
-        curve = self.at(scruton_numbers)
-        return np.asarray(curve * np.exp(self.spread(scruton_numbers, curve) * z[:, None]))
+        by_laws = self.at(scruton_numbers)
+        setting = self.setting(scruton_numbers, by_laws)
+        return np.asarray(by_laws * np.exp(setting.shift + setting.spread * z[:, None]))
 
     def at(self, scruton_numbers: FloatArray) -> FloatArray:
-        """Stable amplitude on the curve, (S, n_sc), at (n_sc,) or (S, n_sc) Scruton numbers."""
+        """Stable amplitude by the laws, (S, n_sc), at (n_sc,) or (S, n_sc) Scruton numbers; see `setting`."""
         if self.effect is not None:
             return self.effect.at(scruton_numbers)
         x = (np.atleast_1d(scruton_numbers) - self.reference) / self.relaxation[:, None]
@@ -129,7 +172,7 @@ class LawCurves:
     """Draws of the shared curve under each law, (L, S) arrays as of `SharedCurve`, before any law is chosen.
 
     `discrepancy`, tau, is the standard deviation of ln(amplitude) of a setting about the curve.  The weights of the
-    laws, (L,), sum to one.  Where the fit carries an unmodelled `effect`, L is 1.
+    laws, (L,), sum to one.  Where the fit carries an unmodelled `effect`, L is 1.  `measured` as of `SharedCurve`.
     """
 
     reference: float
@@ -141,6 +184,7 @@ class LawCurves:
     labels: tuple[str, ...]
     effect: "EffectCurve | None" = None
     coverage: Coverage | None = None
+    measured: LawFree | None = None
 
     def choose(self, law: "np.ndarray[Any, Any]", draw: "np.ndarray[Any, Any]") -> SharedCurve:
         """Curve whose i-th draw is draw `draw[i]` of law `law[i]`."""
@@ -148,14 +192,15 @@ class LawCurves:
         return SharedCurve(
             self.reference, self.amplitude[law, draw], self.relaxation[law, draw], self.n[law, draw],
             self.discrepancy[law, draw], dict(zip(self.labels, self.weights.tolist(), strict=True)), effect,
-            self.coverage,
+            self.coverage, self.measured, draw % len(self.measured.scruton_number) if self.measured else None,
         )  # fmt: skip
 
 
 def law_curves(tree: "xr.DataTree", *, law_n: float | None = None, near: float | None = None) -> LawCurves:
     """Draws of the curve that the peak tests share, law by law; `law_n` as of `predict`.
 
-    A law that was not fitted starts from one test, the nearest to the Scruton number `near`: see `Start`.
+    The measured damping has no say where one law is asked for, nor where an effect is in the curve.  A law that was not
+    fitted starts from one test, the nearest to the Scruton number `near`: see `Start`.
 
     Raises
     ------
@@ -197,7 +242,7 @@ def law_curves(tree: "xr.DataTree", *, law_n: float | None = None, near: float |
         weights = np.ones(len(weights))  # one law alone, whatever its weight is, perhaps none
     return LawCurves(
         reference, amplitude[kept], relaxation[kept], n[kept], discrepancy[kept], weights[kept] / weights[kept].sum(),
-        tuple(labels), coverage=coverage,
+        tuple(labels), coverage=coverage, measured=law_free(tree) if law_n is None else None,
     )  # fmt: skip
 
 

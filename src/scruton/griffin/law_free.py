@@ -1,6 +1,7 @@
 """The Griffin curve that follows from the measured damping alone, and the straight line through stable amplitudes."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +14,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _NEAR = 0.02  # relaxation Scruton numbers: nearer than this two tests are as good as each other
+_LEVELS = 80  # amplitudes, evenly spaced in ln A, at which the curve is read the other way
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +63,44 @@ class LawFree:
             weights += weight
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.where((wanted >= low) & (weights > 0.0), weighted / weights, np.inf)
+
+    def log_amplitude(self, scruton_number: FloatArray, sample: NDArray[np.integer]) -> tuple[FloatArray, FloatArray]:
+        """Logarithms of the amplitudes that are stable at Scruton numbers (N, K), by draws (N,), and their variance.
+
+        NaN where no transient went through such an amplitude; of several it is the largest.  The variance is over all
+        draws, shaped as the Scruton numbers.
+        """
+        grid, log, variance = self._at_scruton_numbers
+        with np.errstate(invalid="ignore"):
+            inside = (scruton_number >= grid[0]) & (scruton_number <= grid[-1])
+        low = np.clip(np.searchsorted(grid, scruton_number, side="right") - 1, 0, grid.size - 2)
+        part = np.where(inside, (scruton_number - grid[low]) / (grid[low + 1] - grid[low]), np.nan)
+        rows = sample[:, None]
+        found = (1.0 - part) * log[rows, low] + part * log[rows, low + 1]
+        return np.asarray(found), np.asarray((1.0 - part) * variance[low] + part * variance[low + 1])
+
+    @cached_property
+    def _at_scruton_numbers(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Scruton numbers (G,), rising, ln A there by draw (M, G), NaN where there is none, and its variance (G,)."""
+        low, high = self.reach
+        levels, samples = np.linspace(np.log(low), np.log(high), _LEVELS), np.arange(len(self.scruton_number))
+        amplitudes = np.clip(np.exp(levels), low, high)
+        numbers = np.stack([self.scruton_number_of(np.full(samples.size, one), samples) for one in amplitudes], axis=1)
+        middle = np.median(numbers, axis=0)
+        grid = np.unique(middle[np.isfinite(middle)])
+        log = np.full((samples.size, grid.size), np.nan)
+        for k, sc in enumerate(grid):
+            above = numbers >= sc
+            crossed = above[:, :-1] & ~above[:, 1:]
+            last = _LEVELS - 2 - np.argmax(crossed[:, ::-1], axis=1)
+            before, after = numbers[samples, last], numbers[samples, last + 1]
+            with np.errstate(invalid="ignore", divide="ignore"):
+                part = np.where(crossed.any(axis=1), (before - sc) / (before - after), np.nan)
+            log[:, k] = levels[last] + part * (levels[1] - levels[0])
+        known = np.isfinite(log)
+        mean = np.where(known, log, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+        square = np.where(known, (log - mean) ** 2, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+        return grid, log, np.asarray(square)
 
     def _of_test(self, j: int, amplitude: FloatArray, sample: NDArray[np.integer]) -> FloatArray:
         """What test j says, (N,); NaN where it did not go through the amplitude."""

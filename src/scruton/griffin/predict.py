@@ -73,6 +73,8 @@ class Prediction:
         Peak tests whose transients run through the median amplitude of the curve.
     at_discrepancy : mapping
         From one rig: draws where tau is known to be so much, by tau.
+    measured_weight : float
+        Median weight of the measured damping beside the laws: 0 at a tested setting, and where no transient went.
     """
 
     scruton_number: float
@@ -87,6 +89,7 @@ class Prediction:
     chains: int = 1
     covered_by: int = 1
     at_discrepancy: Mapping[float, FloatArray] = field(default_factory=dict)
+    measured_weight: float = 0.0
 
     @property
     def extrapolation_index(self) -> float:
@@ -148,7 +151,8 @@ class Prediction:
                 "damping_ratio": self.damping_ratio,
                 "amplitude": amplitude | {"interval": interval, "mcse": mcse},
                 **({"at_discrepancy": stated} if stated else {}),
-                **{key: getattr(self, key) for key in ("rig", "laws", "extrapolation_index", "discrepancy_sd")},
+                **{key: getattr(self, key) for key in ("rig", "laws", "measured_weight")},
+                **{key: getattr(self, key) for key in ("extrapolation_index", "discrepancy_sd")},
                 "amplitude_coverage": {"tests": self.covered_by, "of": len(self.extrapolation_indices)},
                 "probability_no_vibration": self.dies,
                 "fraction_unbounded": self.unbounded,
@@ -194,7 +198,8 @@ def predict(
     Notes
     -----
     The new setting lies off the curve that the peak tests share by a factor exp(tau z), as they do, with a tau that
-    grows with the distance from what was tested (`scruton.griffin.coverage`).
+    grows with the distance from what was tested (`scruton.griffin.coverage`).  Away from there the curve is led by the
+    damping that transients showed, too (`SharedCurve.setting`).
     """
     if not test_names(tree):
         raise InputError("posterior", "", "no test in wind", "a fit of at least one test: still air says nothing of it")
@@ -226,7 +231,8 @@ def predict(
     # A short run may have kept another number of draws of the rig than of the curve.
     sc_of_all = np.resize(sc, curve.n.size)[:, None]
     draws = curve.predictive(sc_of_all, _deviates(curve, seed))[:, 0]
-    on_curve = curve.at(sc_of_all)
+    by_laws = curve.at(sc_of_all)
+    setting = curve.setting(sc_of_all, by_laws)
     assert curve.coverage is not None
     if asked:
         indices = {start.test: float(start.index(near)) for start in starts(tree)}
@@ -235,8 +241,9 @@ def predict(
         indices = {test: float(np.median(curve.index(sc_of_all, number))) for test, number in tested.items()}
     prediction = Prediction(
         float(np.median(sc)), xi, unit_of(tree), draws, curve.laws, name, indices,
-        float(np.median(curve.spread(sc_of_all, on_curve))), (), int(tree["campaign_posterior"].sizes["chain"]),
-        curve.coverage.tests_at(float(np.median(on_curve))),
+        float(np.median(setting.spread)), (), int(tree["campaign_posterior"].sizes["chain"]),
+        curve.coverage.tests_at(float(np.median(by_laws * np.exp(setting.shift)))),
+        measured_weight=float(np.median(setting.weight)),
     )  # fmt: skip
     at_discrepancy = {}
     for tau in STATED if one_rig(tree) else ():
@@ -346,11 +353,13 @@ def single_draws(
 def _flags(prediction: Prediction) -> tuple[str, ...]:
     flags = []
     place = f"Sc = {prediction.scruton_number:.4g}"
+    weight = f"{prediction.measured_weight:.0%}"
     if abs(prediction.extrapolation_index) > X_TRUSTED:
         flags.append(
             f"{place}: extrapolation index x = {prediction.extrapolation_index:.2f} from the nearest test; beyond "
             f"|x| = {X_TRUSTED:g} laws of aerodynamic damping part, and the interval is that of the laws used: "
-            + ", ".join(f"{law} ({weight:.0%})" for law, weight in prediction.laws.items() if weight > 0.005)
+            + ", ".join(f"{law} ({share:.0%})" for law, share in prediction.laws.items() if share > 0.005)
+            + (f"; beside them the measured damping has a weight of {weight}" if weight != "0%" else "")
         )
     if not prediction.covered_by:
         flags.append(f"{place}: an amplitude beyond the transients of every test: no record tells the damping there")

@@ -133,7 +133,9 @@ class Evidence:
         reach = {name: None if added is None else reach_of(draws, limit, added) for name, added in required.items()}
         by_law = self._by_law(model, draws, limit, reach, u, needed)
         if self.law_free is not None:
-            by_law[LAW_FREE] = required_of(replace(draws, law_free=self.law_free).needed(limit))
+            by_law[LAW_FREE] = required_of(
+                replace(draws, law_free=self.law_free, curve=replace(draws.curve, measured=None)).needed(limit)
+            )
         stated = {
             tau: required_of(replace(model, laws=known).draws(u).needed(limit))
             for tau, known in self.at_discrepancy.items()

@@ -262,16 +262,17 @@ class Draws:
         sc = self.scruton_number(added)
         square = sc.reshape(len(self), -1)
         on_curve = self.on_curve(square)
-        away = np.exp(self.curve.spread(square, on_curve) * self.discrepancy[:, None])
+        setting = self.curve.setting(square, on_curve)
+        away = np.exp(setting.shift + setting.spread * self.discrepancy[:, None])
         return (self.scale[:, None] * on_curve * away).reshape(sc.shape)
 
     def spread(self, added: FloatArray) -> FloatArray:
         """Sd of ln(amplitude) that the discrepancy between settings means, with (1, K) or (N, K) added damping."""
         sc = self.scruton_number(added)
-        return self.curve.spread(sc, self.on_curve(sc))
+        return self.curve.setting(sc, self.on_curve(sc)).spread
 
     def on_curve(self, sc: FloatArray) -> FloatArray:
-        """Amplitude of the section that the mode's comes from, A/D or rad, at (N, K) Scruton numbers."""
+        """Amplitude of the section by the laws that the mode's comes from, A/D or rad, at (N, K) Scruton numbers."""
         return self.curve.at(sc) if self.span is None else self.span.amplitude(sc)
 
     def needed(self, limit: float) -> FloatArray:
@@ -287,10 +288,14 @@ class Draws:
         sc, on_curve = self.scruton_number(0.0), np.array(target)
         left, rest = self, np.arange(len(self))  # draws that still move
         for k in range(_REPETITIONS):
-            spread = left.curve.spread(sc[rest, None], on_curve[rest, None])[:, 0]
-            on_curve[rest] = target[rest] * np.exp(-spread * left.discrepancy)
+            setting = left.curve.setting(sc[rest, None], on_curve[rest, None])
+            off = setting.shift[:, 0] + setting.spread[:, 0] * left.discrepancy
+            on_curve[rest] = target[rest] * np.exp(-off)
             found = left._inverse(on_curve[rest])
-            before, sc[rest] = sc[rest], found
+            before = sc[rest]
+            if k >= _LOOKS[0] and self.curve.measured is not None:
+                found = np.where(np.isfinite(before), 0.5 * (before + found), found)
+            sc[rest] = found
             if k in _LOOKS and self.span is None:
                 with np.errstate(invalid="ignore"):  # infinite ones stay what they are
                     moves = ~((found == before) | (np.abs(found - before) <= _SETTLED * np.abs(found)))
@@ -303,6 +308,7 @@ class Draws:
         curve = replace(
             self.curve, amplitude=self.curve.amplitude[kept], relaxation=self.curve.relaxation[kept],
             n=self.curve.n[kept], discrepancy=self.curve.discrepancy[kept],
+            sample=None if self.curve.sample is None else self.curve.sample[kept],
         )  # fmt: skip
         own = {key: getattr(self, key)[kept] for key in _OWN}
         return replace(self, curve=curve, **own)

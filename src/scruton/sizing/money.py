@@ -193,7 +193,9 @@ def _experiments(
     def steady(sc: float, deviate: FloatArray) -> list[FloatArray]:
         at = np.full((size, 1), sc)
         on_curve = np.clip(draws.on_curve(at), 1e-6, 10.0)
-        return [np.log(on_curve[:, 0]) + curve.spread(at, on_curve)[:, 0] * deviate + STEADY_COV * noise()]
+        setting = curve.setting(at, on_curve)
+        off = setting.shift[:, 0] + setting.spread[:, 0] * deviate
+        return [np.log(on_curve[:, 0]) + off + STEADY_COV * noise()]
 
     bridge_sc = float(np.median(draws.scruton_number(0.0)))
     again = [value + np.std(value) * noise() for value in (np.log(curve.amplitude), np.log(curve.relaxation))]

@@ -1,7 +1,7 @@
 """Probability of exceeding a limit against added damping, what a confidence asks for, and which uncertainty matters."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -128,12 +128,13 @@ def risk(model: ModeModel, limit: Limit, *, seed: int = 0, evidence: Evidence | 
     with np.errstate(invalid="ignore"):
         excess = np.maximum(amplitude - largest, 0.0).mean(axis=0)
         low, middle, high = np.quantile(amplitude, [0.05, 0.5, 0.95], axis=0, method="inverted_cdf")
-    under = {}
+    under, alone = {}, replace(model, laws=replace(model.laws, measured=None))  # each law by itself
     for k, label in enumerate(model.laws.labels):
         if model.laws.weights[k] > 1e-6:
             v = u.copy()
             v[:, LAW] = model.laws.weights[:k].sum() + 0.5 * model.laws.weights[k]
-            under[label] = model.draws(v).needed(largest) if len(model.laws.labels) > 1 else needed
+            same = len(model.laws.labels) == 1 and model.laws.measured is None
+            under[label] = needed if same else alone.draws(v).needed(largest)
     by_law = {label: probability(needs, added) for label, needs in under.items()}
     # The band: for every curve of the section, draws of all else.
     outer, both = unit_cube(_CURVES, seed + 1), np.tile(unit_cube(_INNER, seed + 2), (_CURVES, 1))
