@@ -99,7 +99,7 @@ def fit(
     asked = {"command": "fit", "tests": [test.name for test in loaded.tests] if several(tests) else []}
     found = fit_campaign(loaded, _card(card), seed=seed, report=told, asked=asked)
     if effect is not None:
-        carry(found, effect, seed, told)
+        carry(found, loaded, effect, seed, told)
     for flag in found.flags:
         _log.warning("%s", flag)
     if out is not None:
