@@ -138,6 +138,7 @@ CHANGES = [
     ('"1.19 kg/m^3"', "\u201c1.19 kg/m^3\u201d", r'line 20: .*wanted straight quotes, "\.\.\."'),
     ('rig = "1#"', "rig = A", r'line 19: .*wanted a text in quotes: "A"'),
     ('rig = "1#"', 'rig = "1#"\nrig = "2#"', r"line 20: .*overwrite.*wanted rig once"),
+    ('name = "Sc 1.9"', 'name = "Sc\\n1.9"', r"tests\[0\].name: found 'Sc\\n1.9'; wanted a name on one line"),
     ("[[tests]]", "[section]", r"line 17: .*twice.*wanted section once"),
 ]
 

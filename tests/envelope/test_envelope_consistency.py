@@ -162,6 +162,15 @@ def test_records_of_one_test_in_two_units_are_refused(with_slip, small_campaign,
     check_units(gather(load_campaign(small_campaign), []))
 
 
+def test_a_record_whose_time_has_another_unit_is_refused(with_slip):
+    """Its line is of no motion of the section: a check goes on and says so, a fit has nothing to fit."""
+    folder = with_slip(record="decay.csv", change=lambda time, response: (time / 60.0, response))
+    with pytest.raises(
+        InputError, match=r"decay.csv: tests\[0\].*a line at 472.* Hz, 60 times the f0.*unit of the time"
+    ):
+        check_units(gather(load_campaign(folder), []))
+
+
 def test_what_is_sampled_too_coarsely_for_f0_is_called_an_alias(with_slip):
     folder = with_slip(record="decay.csv", change=resampled(10.0))
     with pytest.raises(

@@ -115,7 +115,17 @@ def _kind(inspection: Inspection) -> Iterator[Remark]:
 
 
 def check_units(inspection: Inspection) -> None:
-    """InputError where the records of one test stand so far apart that one has another unit: nothing fits both."""
+    """InputError where a record in wind can only have another unit, of its time or amplitude: nothing fits it.
+
+    Its line is at another frequency altogether than the rig's, or its test's other records stand at another level.
+    """
+    for record, rig, test in inspection.records():
+        line, stated = inspection.cycles[record.name].reference_frequency, rig.frequency.mean
+        if test is not None and not 1.0 / thresholds.ANOTHER_UNIT < line / stated < thresholds.ANOTHER_UNIT:
+            raise InputError(
+                record.path, record.field, f"a line at {line:.4g} Hz, {figure(line / stated)} times the f0 of its rig",
+                f"a motion near {stated:.4g} Hz: the unit of the time, the sample rate, or another record",
+            )  # fmt: skip
     for test in inspection.campaign.tests:
         growth, decay, ratio = _farthest(test, inspection)
         pairs = [(growth, decay, ratio)] if growth and decay else []
