@@ -1,15 +1,18 @@
 """Folders of results: what survives, what is refused, and what a resumed run is compared with."""
 
+import errno
 import json
 import os
 import subprocess
 import sys
 from contextlib import suppress
 
+import numpy as np
 import pytest
 
-from scruton.documents import read_document, sealed, write_document
+from scruton.documents import read_document, sealed, write_document, write_text
 from scruton.errors import InputError
+from scruton.stats.sampler import Checkpoint
 from scruton.workspace import Workspace, digest, read_manifest
 
 
@@ -250,3 +253,23 @@ def test_documents_that_are_not_as_they_were_written(tmp_path, spoil, message):
     path.write_text(spoil(path.read_text(encoding="utf-8")), encoding="utf-8")
     with pytest.raises(InputError, match=message):
         read_document(path, "a fit", ("median",), version=1)
+
+
+def test_a_full_disk_names_the_file_and_leaves_no_half_of_one(tmp_path, monkeypatch):
+    """Of itself the error of a write names nothing."""
+    path = tmp_path / "fit.json"
+    path.write_text("before")
+
+    def full(_):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr("os.fsync", full)
+    with pytest.raises(OSError, match="No space left") as caught:
+        write_text(path, "after")
+    assert caught.value.filename == str(path)
+    assert [one.name for one in tmp_path.iterdir()] == ["fit.json"]
+    assert path.read_text() == "before"
+    with pytest.raises(OSError, match="No space left") as caught:
+        Checkpoint(tmp_path / "one.npz", "print").save({"a": np.zeros(3)})
+    assert caught.value.filename == str(tmp_path / "one.npz")
+    assert [one.name for one in tmp_path.iterdir()] == ["fit.json"]

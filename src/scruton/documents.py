@@ -3,10 +3,11 @@
 A bit that flipped, a number that was edited, a field that went missing: reading says so instead of computing with it.
 """
 
+import contextlib
 import json
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from hashlib import sha256
@@ -144,14 +145,24 @@ def write_bytes(path: Path, content: bytes) -> None:
     """Write a file in one atomic step."""
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(path.name + ".tmp")
-    try:
+    with written_to(path, temporary):
         with temporary.open("wb") as stream:
             stream.write(content)
             stream.flush()
             os.fsync(stream.fileno())
         replace_file(temporary, path)
-    except OSError:
-        temporary.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def written_to(path: Path, temporary: Path) -> Iterator[None]:
+    """Where writing fails, leave no half of a file, and let the error name the place: that of a full disk does not."""
+    try:
+        yield
+    except OSError as error:
+        with contextlib.suppress(OSError):
+            temporary.unlink(missing_ok=True)
+        if error.filename is None:
+            error.filename = str(path)
         raise
 
 

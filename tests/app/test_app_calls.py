@@ -5,7 +5,7 @@ import logging
 import subprocess
 import sys
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 
 import matplotlib as mpl
 import numpy as np
@@ -157,12 +157,46 @@ def test_the_quick_estimation_has_a_function(small_campaign, caplog):
         scruton.identify(small_campaign, "spline")
 
 
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda campaign, _: scruton.fit(campaign, seed=-1), "fit: seed: found -1; wanted a whole number, zero"),
+        (lambda campaign, _: scruton.fit(campaign, seed="a"), "fit: seed: found 'a'"),
+        (lambda campaign, _: scruton.fit(campaign, out=campaign / "campaign.toml"), "campaign.toml: out: found a file"),
+        (lambda _, fit: scruton.fit(fit), "campaign: found a Fit; wanted a Campaign, its folder, or its campaign.toml"),
+        (lambda campaign, _: scruton.validate(campaign, seed=1.5), "validation: seed: found 1.5"),
+        (lambda campaign, _: scruton.diagnose(campaign, scruton_numbers="x"), "diagnosis: scruton_numbers: found 'x'"),
+        (lambda _, fit: scruton.predict(fit, 30.0, law_n=np.inf), "prediction: law_n: found inf; wanted a number"),
+        (lambda _, fit: scruton.predict(fit, 30.0, seed=1.5), "prediction: seed: found 1.5"),
+        (lambda _, fit: scruton.criticise(fit, [1.0, np.nan]), "criticism: scruton_numbers: found nan"),
+        (lambda *_: scruton.predict(None, 30.0), "fit: found a NoneType; wanted a Fit, or the folder of one"),
+        (lambda *_: scruton.load_bridge("x", "swaying"), "bridge: motion: found 'swaying'; wanted one of: heaving"),
+    ],
+)  # fmt: skip
+def test_what_no_call_takes_is_refused_before_any_work(fit, small_campaign, monkeypatch, call, message):
+    """A folder that cannot be written to lost a whole fit; a law that is no number gave a prediction of none."""
+    monkeypatch.setattr("scruton.infer.fit.fit_campaign", None)
+    with pytest.raises(InputError, match=message):
+        call(small_campaign, fit)
+
+
+def test_the_quick_estimation_says_why_no_transient_is_left(small_campaign):
+    campaign = scruton.load_campaign(small_campaign)
+    (test,) = campaign.tests
+    noise = np.random.default_rng(2).standard_normal(test.records[0].time.size)
+    records = tuple(replace(one, response=noise[: one.time.size]) for one in test.records)
+    with pytest.raises(InputError, match=r"no transient decay\.csv: set aside: no .*; wanted a growth or a decay"):
+        scruton.identify(replace(campaign, tests=(replace(test, records=records),)))
+
+
 def test_a_fit_carries_an_effect(fit, monkeypatch, small_campaign):
     seen = []
     monkeypatch.setattr("scruton.infer.fit.fit_campaign", lambda *_, **__: fit)
-    monkeypatch.setattr("scruton.app.fit.carry", lambda fit, effect, seed, _: seen.append((fit, effect, seed)))
+    monkeypatch.setattr(
+        "scruton.app.fit.carry", lambda fit, read, effect, seed, _: seen.append((fit, read.title, effect, seed))
+    )
     scruton.fit(small_campaign, effect="auto", seed=3)
-    assert seen == [(fit, "auto", 3)]
+    assert seen == [(fit, scruton.load_campaign(small_campaign).title, "auto", 3)]
     with pytest.raises(InputError, match='fit: effect: found "friction"; wanted "coulomb_friction"'):
         scruton.fit(small_campaign, effect="friction")
 

@@ -7,7 +7,9 @@ import pytest
 
 from scruton.campaign import load_campaign
 from scruton.campaign.remarks import Severity, sentences
-from scruton.envelope import gather, review
+from scruton.envelope import gather, review, usable
+from scruton.envelope.consistency import check_units
+from scruton.errors import InputError
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 SERIOUS, DOUBT = Severity.SERIOUS, Severity.DOUBT
@@ -47,12 +49,8 @@ RECORDS = ("decay.csv", "growth.csv", "still.csv")
     ("slip", "remarks"),
     [
         (("7.87 Hz", "8.02 Hz"), []),
-        (("7.87 Hz", "8.1 Hz"), [("frequency", "still.csv", DOUBT)]),
-        (
-            ("7.87 Hz", "8.6 Hz"),
-            [("frequency", f"{name}.csv", severity) for name, severity in
-             (("decay", DOUBT), ("growth", DOUBT), ("still", SERIOUS))],
-        ),
+        (("7.87 Hz", "8.1 Hz"), [("natural frequency", "6#", DOUBT)]),
+        (("7.87 Hz", "8.6 Hz"), [("natural frequency", "6#", SERIOUS)]),
         (
             ("7.87 Hz", "78.7 Hz"),
             [(kind, name, SERIOUS) for kind in ("alias", "frequency") for name in RECORDS]
@@ -133,6 +131,52 @@ def test_a_steady_record_off_the_level_of_the_transients_is_said(with_slip, smal
         change=lambda t, y: (t[: third.size], gain * third),
     )  # fmt: skip
     assert found(folder) == remarks
+
+
+@pytest.mark.parametrize(("factor", "remarks"), [(1.0, []), (1.4, [("sweep level", "Sc 21.7", DOUBT)])])
+def test_a_sweep_off_the_level_of_a_test_at_the_same_wind_speed_is_said(with_slip, factor, remarks):
+    """Points at other speeds say nothing of the test's."""
+    folder = with_slip()
+    (folder / "sweep.csv").write_text(f"wind speed [m/s],A/D\n4.5,0.09\n5.04,{0.0292 * factor:.4f}\n5.5,0.001\n")
+    toml = folder / "campaign.toml"
+    sweep = '\n[[sweeps]]\nrig = "6#"\nair_density = "1.22 kg/m^3"\nfile = "sweep.csv"\n'
+    toml.write_text(toml.read_text(encoding="utf-8") + sweep, encoding="utf-8")
+    assert found(folder) == remarks
+
+
+@pytest.mark.parametrize("kind", ["decay", "steady"])
+def test_records_of_one_test_in_two_units_are_refused(with_slip, small_campaign, kind):
+    """A fit of both went on for minutes, to no end."""
+    _, growth = np.loadtxt(small_campaign / "growth.csv", delimiter=",", skiprows=1).T
+    third = growth[-growth.size // 3 :]
+
+    def change(time, response):
+        return (time, response / 1000.0) if kind == "decay" else (time[: third.size], third / 1000.0)
+
+    folder = with_slip(
+        '"decay.csv", kind = "decay"', f'"decay.csv", kind = "{kind}"', record="decay.csv", change=change
+    )
+    name = "growth.csv" if kind == "decay" else "decay.csv"
+    with pytest.raises(InputError, match=rf"{name}: tests\[0\].*a factor .* off the .*in the same test Sc 21.7.*unit"):
+        check_units(gather(load_campaign(folder), []))
+    check_units(gather(load_campaign(small_campaign), []))
+
+
+def test_a_record_whose_time_has_another_unit_is_refused(with_slip):
+    """Its line is of no motion of the section: a check goes on and says so, a fit has nothing to fit."""
+    folder = with_slip(record="decay.csv", change=lambda time, response: (time / 60.0, response))
+    with pytest.raises(
+        InputError, match=r"decay.csv: tests\[0\].*a line at 472.* Hz, 60 times the f0.*unit of the time"
+    ):
+        check_units(gather(load_campaign(folder), []))
+
+
+def test_what_is_sampled_too_coarsely_for_f0_is_called_an_alias(with_slip):
+    folder = with_slip(record="decay.csv", change=resampled(10.0))
+    with pytest.raises(
+        InputError, match=r"10 samples a second, 1.3 per cycle of the f0 = 7.87 Hz.*alias.*47.2 a second"
+    ):
+        usable(load_campaign(folder), strict=True)
 
 
 def test_the_end_of_a_drift_is_no_clipping(with_slip):

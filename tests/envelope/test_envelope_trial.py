@@ -92,3 +92,9 @@ def test_registry_and_its_errors():
         Polynomial().fit(T[:7], T[:7])
     with pytest.raises(ValueError, match="24 or more"):
         CubicSpline().fit(T[:20], T[:20])
+
+
+def test_a_polynomial_that_the_amplitudes_do_not_determine_is_refused():
+    time = np.linspace(0.0, 30.0, 3000)
+    with pytest.raises(ValueError, match="a polynomial of order 400, which the amplitudes do not determine"):
+        Polynomial(400).fit(time, np.exp(-0.1 * time))

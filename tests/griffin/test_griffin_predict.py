@@ -351,6 +351,21 @@ def test_laws_that_disagree_whether_it_dies_vote_by_weight() -> None:
     assert np.isfinite(one.draws).all()
 
 
+@pytest.mark.parametrize(("sd", "said"), [(0.0013, False), (0.004, True)])
+def test_a_design_damping_that_is_hardly_known_is_said(sd: float, said: bool) -> None:
+    flags = predict(campaign_tree(), damping_ratio=Quantity(0.003, sd)).flags
+    found = [flag for flag in flags if "the standard deviation of the design damping" in flag]
+    assert bool(found) == said
+    assert not said or "133% of its mean" in found[0]
+
+
+def test_rigs_that_lie_off_one_curve_are_said_again_with_every_prediction() -> None:
+    tree = campaign_tree()
+    assert not any("lie on no one curve" in flag for flag in predict(tree, scruton_number=20.0).flags)
+    tree["campaign_posterior"].attrs["off_curve"] = "rigs A and B lie on no one curve"
+    assert "rigs A and B lie on no one curve" in predict(tree, scruton_number=20.0).flags
+
+
 def test_negative_scruton_number_and_unbounded_draws_are_said() -> None:
     one = predict(campaign_tree(spread=0.3, tau=0.1), scruton_number=-15.0)
     assert one.unbounded > 0.05

@@ -14,7 +14,7 @@ from scruton.envelope import Cycles
 from scruton.infer.cards import load_card
 from scruton.infer.fit import steady_amplitude
 from scruton.infer.free_runs import _run, free_runs
-from scruton.infer.models import WIND, SteadyAmplitude, StillAirPosterior, WindPosterior
+from scruton.infer.models import WIND, SteadyAmplitude, StillAirPosterior, WindPosterior, _root
 from scruton.infer.steady import SteadyVerdict
 from scruton.stats.priors import Prior
 from scruton.stats.sampler import sample
@@ -266,3 +266,12 @@ def test_intervals_cover_at_their_nominal_rate():
     error = 3 * np.sqrt(0.9 * 0.1 / cases)
     assert np.abs(hits / cases - 0.9).max() < error, hits / cases
     assert (narrow / cases).min() < 0.75, "independent errors must be seen to fail"
+
+
+def test_a_covariance_that_rounding_spoiled_has_a_root():
+    """After all sampling was done it ended a fit: one of hundreds whose smallest eigenvalue rounds below zero."""
+    good = np.diag([1.0, 2.0])
+    bad = np.array([[1.0, 1.0 + 1e-7], [1.0 + 1e-7, 1.0]])
+    root = _root(np.stack([good, bad, np.full((2, 2), np.nan)]))
+    np.testing.assert_allclose(root @ np.swapaxes(root, 1, 2), [good, bad, np.zeros((2, 2))], atol=1e-6)
+    np.testing.assert_array_equal(_root(good[None]), np.linalg.cholesky(good[None] + 1e-12 * np.eye(2)))

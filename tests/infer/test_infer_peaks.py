@@ -11,6 +11,7 @@ from scruton.dynamics.laws import amplitude_ratio
 from scruton.infer.cards import load_card
 from scruton.infer.fit import envelope, fit_rig, fit_test
 from scruton.infer.models import WIND, SteadyAmplitude
+from scruton.infer.off_curve import off_curve
 from scruton.infer.peaks import (
     campaign_posterior,
     data_of,
@@ -466,3 +467,21 @@ def test_a_checkpoint_knows_all_that_the_likelihood_reads(tests_of, card):
     for changed in changes:
         other = data_of(replace(posterior, tests=[changed, posterior.tests[1]]))
         assert [array.tobytes() for array in other] != plain
+
+
+@pytest.mark.parametrize(("factor", "said"), [(1.0, False), (1.15, False), (1.8, True), (0.55, True)])
+def test_rigs_that_no_curve_joins_are_named_with_the_factor(peaks_of, tests_of, factor, said):
+    """The discrepancy between settings takes any contradiction, and the bands with it."""
+    peaks, (_, tests) = peaks_of("paper"), tests_of("paper")
+    laws = []
+    for law in peaks.laws:
+        amplitude = law.derived["a_star"].copy()
+        amplitude[..., 1] *= factor
+        laws.append(replace(law, derived={**law.derived, "a_star": amplitude}))
+    sentence = off_curve(replace(peaks, laws=tuple(laws)), tests)
+    assert bool(sentence) == said
+    if said:
+        assert all(f" {one.rig.name} " in sentence and one.test.name in sentence for one in tests)
+        assert "lie on no one curve" in sentence
+        told = float(sentence.split(" is ")[1].split(" times")[0])
+        assert told == pytest.approx(factor, rel=0.15) or told == pytest.approx(1.0 / factor, rel=0.15)

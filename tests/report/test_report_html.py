@@ -455,6 +455,8 @@ def entry(median: float, low: float | None, high: float | None) -> dict:
         (entry(0.0579969, 0.0579836, 0.0580094), ("0.05800", "0.05798 to 0.05801")),
         (entry(0.05799690, 0.05799689, 0.05799691), ("0.05799690", "0.05799689 to 0.05799691")),
         (entry(0.0, 0.0, 0.021), ("0.0000", "0.0000 to 0.0210")),
+        (entry(3.1, 0.0042, 11.2), ("3.1", "0.004 to 11.2")),
+        (entry(3.1, 0.000042, 11.2), ("3.1", "0.0 to 11.2")),
     ],
 )
 def test_estimates_have_the_digits_that_they_are_worth(given: dict, text: tuple[str, str]) -> None:

@@ -6,12 +6,13 @@ are, one by itself.  Progress and warnings go to the logger
 """
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from scruton.campaign import Campaign, tests_named, tests_used
+from scruton.app.given import check_given, given_campaign, given_card, given_tree, read_results
+from scruton.campaign import Campaign, tests_named
 from scruton.campaign import load_campaign as _load_campaign
 from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
@@ -19,8 +20,7 @@ from scruton.campaign.spelling import several
 from scruton.errors import InputError
 
 if TYPE_CHECKING:
-    import xarray as xr
-
+    from scruton.app.given import Fitted
     from scruton.dynamics.identify import Identified
     from scruton.gap.results import SavedDiagnosis
     from scruton.griffin import Prediction
@@ -31,8 +31,6 @@ if TYPE_CHECKING:
     from scruton.sizing.bridge import Bridge
     from scruton.sizing.limits import Limit
     from scruton.sizing.results import Sizing
-
-    Fitted = Fit | xr.DataTree | Path | str  # a fit, its tree, or the folder of one
 
 _log = logging.getLogger("scruton")
 
@@ -93,13 +91,14 @@ def fit(
     from scruton.infer.fit import fit_campaign
     from scruton.infer.store import write_fit
 
+    check_given("fit", seed=seed, out=out)
     if effect is not None:
         check_effect_name(effect, "effect", "fit")
-    loaded, told = _campaign(campaign, tests), _Told()
+    loaded, told = given_campaign(campaign, tests), _Told()
     asked = {"command": "fit", "tests": [test.name for test in loaded.tests] if several(tests) else []}
-    found = fit_campaign(loaded, _card(card), seed=seed, report=told, asked=asked)
+    found = fit_campaign(loaded, given_card(card), seed=seed, report=told, asked=asked)
     if effect is not None:
-        carry(found, effect, seed, told)
+        carry(found, loaded, effect, seed, told)
     for flag in found.flags:
         _log.warning("%s", flag)
     if out is not None:
@@ -137,10 +136,11 @@ def predict(
     from scruton.app.options import parse_damping
     from scruton.griffin import predict
 
+    check_given("prediction", seed=seed, law_n=law_n)
     if isinstance(damping_ratio, str):
         damping_ratio = parse_damping(damping_ratio, "damping_ratio", "prediction")
     return predict(
-        _tree(fit), scruton_number=scruton_number, damping_ratio=damping_ratio, rig=rig, law_n=law_n, seed=seed
+        given_tree(fit), scruton_number=scruton_number, damping_ratio=damping_ratio, rig=rig, law_n=law_n, seed=seed
     )
 
 
@@ -181,8 +181,9 @@ def diagnose(
     from scruton.gap.diagnose import examine
     from scruton.gap.results import SavedDiagnosis
 
+    check_given("diagnosis", scruton_numbers=several(scruton_numbers))
     _, content, _, _ = examine(
-        _campaign(campaign, tests), _card(card),
+        given_campaign(campaign, tests), given_card(card),
         thorough=thorough, design_sc=list(several(scruton_numbers)), progress=_Told(),
     )  # fmt: skip
     return SavedDiagnosis(**{field.name: content[field.name] for field in fields(SavedDiagnosis)})
@@ -205,6 +206,8 @@ def load_bridge(path: Path | str, motion: Motion | str = Motion.HEAVING) -> "Bri
     """
     from scruton.sizing.bridge import load_bridge
 
+    if motion not in list(Motion):
+        raise InputError("bridge", "motion", repr(motion), f"one of: {', '.join(Motion)}")
     return load_bridge(Path(path), Motion(motion))
 
 
@@ -261,7 +264,8 @@ def size(
     from scruton.sizing.limits import limit
     from scruton.sizing.study import size
 
-    tree = _tree(fit)
+    check_given("sizing", seed=seed, law_n=law_n)
+    tree = given_tree(fit)
     if not test_names(tree):
         raise InputError("posterior", "", "no test in wind", "a fit of at least one test: still air says nothing of it")
     structure = load_bridge(Path(bridge), motion_of(tree)) if isinstance(bridge, Path | str) else bridge
@@ -289,7 +293,8 @@ def criticise(fit: "Fit | Path | str", scruton_numbers: float | Sequence[float] 
     from scruton.griffin.sensitivity import points_of, prediction_sensitivity
     from scruton.infer.criticism import criticise_tree
 
-    tree, summary = _loaded(fit)
+    check_given("criticism", seed=seed, scruton_numbers=several(scruton_numbers))
+    tree, summary = read_results(fit)
     if "posterior" not in tree:
         wanted = "a fit of at least one test in wind: still air says nothing of the law"
         raise InputError("posterior", "", "a campaign without tests in wind", wanted)
@@ -326,8 +331,9 @@ def validate(
     """
     from scruton.griffin.validate import validate
 
-    loaded = _campaign(campaign)
-    return validate(loaded, _card(card), tests=tests_named(loaded, tests), seed=seed, singles=singles, progress=_Told())
+    check_given("validation", seed=seed)
+    loaded, named = given_campaign(campaign), given_card(card)
+    return validate(loaded, named, tests=tests_named(loaded, tests), seed=seed, singles=singles, progress=_Told())
 
 
 def identify(
@@ -356,7 +362,7 @@ def identify(
     from scruton.app.identify import check_trial, rows_of
 
     check_trial(trial, "identify", "trial")
-    rows, left = rows_of(_campaign(campaign, tests), trial)
+    rows, left = rows_of(given_campaign(campaign, tests), trial)
     for reason in left:
         _log.warning("%s", reason)
     return rows
@@ -372,27 +378,3 @@ class _Told:
         if stage != self._last:
             self._last = stage
             _log.info("%s", stage)
-
-
-def _campaign(campaign: Campaign | Path | str, tests: str | Sequence[str] = ()) -> Campaign:
-    """The campaign, with these tests alone if there are any."""
-    loaded = load_campaign(campaign) if isinstance(campaign, Path | str) else campaign
-    return tests_used(loaded, tests) if several(tests) else loaded
-
-
-def _card(card: "ModelCard | Path | str") -> "ModelCard":
-    from scruton.infer.cards import load_card
-
-    return load_card(card) if isinstance(card, Path | str) else card
-
-
-def _loaded(fit: "Fit | Path | str") -> "tuple[xr.DataTree, Mapping[str, Any]]":
-    from scruton.infer.store import read_tree
-
-    return read_tree(Path(fit)) if isinstance(fit, Path | str) else (fit.tree, fit.summary)
-
-
-def _tree(fit: "Fitted") -> "xr.DataTree":
-    import xarray as xr
-
-    return fit if isinstance(fit, xr.DataTree) else _loaded(fit)[0]

@@ -84,7 +84,7 @@ class FitTask:
             asked={"command": command, "tests": list(self.names)},
         )  # fmt: skip
         if effect is not None:
-            carry(fit, effect, self.seed, stages.within(EFFECT))
+            carry(fit, self.campaign, effect, self.seed, stages.within(EFFECT))
         work.bar.end()
         return fit
 
@@ -123,8 +123,10 @@ class FitTask:
         return law if stage.startswith(CAMPAIGN) else COST_OTHER
 
 
-def carry(fit: "Fit", effect: str, seed: int, progress: Progress) -> None:
+def carry(fit: "Fit", campaign: Campaign, effect: str, seed: int, progress: Progress) -> None:
     """Put an effect, or with "auto" what diagnosis finds, into the tree and the summary of a fit: predictions carry it.
+
+    Diagnosed is the campaign as it was read: a fit leaves out what a diagnosis needs, cycles that are clipped.
 
     InputError for an effect that these records do not support.
     """
@@ -134,7 +136,7 @@ def carry(fit: "Fit", effect: str, seed: int, progress: Progress) -> None:
 
     card = fit.card
     diagnosis = diagnose_data(
-        load_gap(fit.campaign, card), fit.campaign, prior=card.effect_weights, prior_none=card.prior_none,
+        (data := load_gap(campaign, card)), data.campaign, prior=card.effect_weights, prior_none=card.prior_none,
         progress=progress,
     )  # fmt: skip
     name = attach(fit.tree, diagnosis, effect, seed)

@@ -8,6 +8,7 @@ from scruton.campaign import Campaign, load_campaign, tests_used
 from scruton.campaign.schema import Motion
 from scruton.dynamics.identify import Identified, identify
 from scruton.envelope import gather
+from scruton.envelope.inspection import SET_ASIDE
 from scruton.envelope.trial import TRIAL_FUNCTIONS, trial_function
 from scruton.errors import InputError
 from scruton.report.conventions import SCRUTON, conventions, scruton_note, shown_in
@@ -49,11 +50,16 @@ def check_trial(name: str, place: str, field: str) -> None:
 
 def rows_of(campaign: Campaign, trial: str) -> tuple[list[Identified], list[InputError]]:
     """What the paper's procedure finds, and why it finds nothing in other records; InputError where in none of them."""
-    found = list(identify(gather(campaign), trial))
+    inspection = gather(campaign)
+    found = list(identify(inspection, trial))
     rows = [one for one in found if isinstance(one, Identified)]
     left = [one for one in found if isinstance(one, InputError)]
     if not rows:
-        raise left[0] if left else InputError(campaign.path, "tests", "no transient", "a growth or a decay in wind")
+        aside = [str(one.sentence) for one in inspection.campaign.remarks if one.kind == SET_ASIDE]
+        none = InputError(
+            campaign.path, "tests", " ".join(["no transient", *aside]).rstrip("."), "a growth or a decay in wind"
+        )
+        raise left[0] if left else none
     return rows, left
 
 

@@ -1,6 +1,7 @@
 """`load_campaign`: from a folder with a campaign.toml to a `Campaign`."""
 
 import json
+import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -274,9 +275,14 @@ def _odd_units(table: Table) -> Iterator[Remark]:
                 yield from _odd_units(Table(table.file, f"{place}[{i}]" if within is value else place, inner))
 
 
+_BROKEN = re.compile("[\\x00-\\x1f\\x7f-\\x9f\\u2028\\u2029]")  # control characters, and ends of lines
+
+
 def _check_names(tables: Sequence[Table], what: str) -> None:
     first: dict[object, str] = {}
     for table in tables:
+        if _BROKEN.search(name := str(table.values["name"])):
+            raise table.error("name", repr(name), "a name on one line, without control characters")
         before = first.setdefault(table.values["name"], table.at("name"))
         if before != table.at("name"):
             raise table.error("name", f"{show(table.values['name'])}, as in {before}", f"another name for each {what}")

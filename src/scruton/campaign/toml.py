@@ -58,8 +58,41 @@ def parse_toml(data: bytes, path: Path, wanted: str = "a TOML file") -> dict[str
         wanted = f"at most {DEEPEST_TOML} within each other"
         raise InputError(path, "", "tables within tables without end", wanted) from None
     except ValueError as error:  # TOMLDecodeError is one; so is a number of more digits than Python reads
-        raise InputError(path, "", f"text that is not TOML: {error}", wanted) from None
+        line, meant = _slip(text, str(error))
+        raise InputError(path, line, f"text that is not TOML: {error}", meant or wanted) from None
     return content
+
+
+# What people write, and how TOML has it; a slip that the parser's own words do not tell.
+_SLIPS: tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], str]], ...] = (
+    (re.compile("[\u201c\u201d\u201e\u2018\u2019]"), lambda _: 'straight quotes, "..."'),
+    (re.compile(r"=\s*([-+]?)(\.\d+)"), lambda m: f"a digit before the point: {m[1]}0{m[2]}"),
+    (re.compile(r"=\s*([-+]?\d+)\.(?=\s|,|\}|$)"), lambda m: f"a digit after the point, or none: {m[1]}.0"),
+    (re.compile(r"=\s*([-+]?\d+),(\d+)\s*(?:#|$)"), lambda m: f"a point in place of the comma: {m[1]}.{m[2]}"),
+    (
+        re.compile(r"=\s*([-+]?\d[\d.]*\s*(?:[A-Za-z%\u00b0\u00b1+][^\"'#,\]}]*))"),
+        lambda m: f'a quantity with its unit in quotes: "{m[1].strip()}"',
+    ),
+    (
+        re.compile(r"=\s*(?!true|false)([A-Za-z_\u00c0-\uffff][^\"'#,\]}=]*)"),
+        lambda m: f'a text in quotes: "{m[1].strip()}"',
+    ),
+    (re.compile(r'=\s*"[^"]*\\'), lambda _: "forward slashes, or a text in single quotes: 'records\\run1.csv'"),
+)
+
+
+def _slip(text: str, said: str) -> tuple[str, str]:
+    """The line that a parser's words are about, and what is wanted there; empty where nobody can tell."""
+    lines = text.splitlines()
+    found = re.search(r"at line (\d+)", said)
+    number = int(found[1]) if found else len(lines)
+    if not 0 < number <= len(lines) or "Unclosed" in said:
+        return "", ""
+    line = lines[number - 1]
+    if "overwrite" in said or "twice" in said:
+        key = re.match(r"\s*\[*\s*([^\]=]*?)\s*[\]=]", line)
+        return f"line {number}", f"{key[1] if key else 'each key'} once; the other lines of that name gone"
+    return f"line {number}", next((meant(slip) for wrong, meant in _SLIPS if (slip := wrong.search(line))), "")
 
 
 def _numbers(value: object, place: str, depth: int = 0) -> Iterator[tuple[str, int | float]]:

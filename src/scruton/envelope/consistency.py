@@ -16,13 +16,16 @@ from scruton.campaign.schema import Kind, Record, Test
 from scruton.campaign.spelling import figure
 from scruton.campaign.thresholds import FAR
 from scruton.envelope import thresholds
+from scruton.envelope.clipping import CLIPPED
 from scruton.envelope.inspection import Inspection
 from scruton.envelope.ringdown import DampingBand, RingDown
+from scruton.errors import InputError
 from scruton.said import damping, said
 
 # What a record of another kind, level or length than it is filed as would also be noted for.
 CAUSES = ("kind", "stated level")
 CONSEQUENCES = ("decay start", "growth start", "length")
+LEFT_OUT = ("dead", CLIPPED)  # what leaves gaps in a record
 
 
 def review(inspection: Inspection) -> list[Remark]:
@@ -39,8 +42,9 @@ def review(inspection: Inspection) -> list[Remark]:
     """
     slips = [*implausible(inspection.campaign), *(remark for check in CHECKS for remark in check(inspection))]
     slipped = {remark.name for remark in slips if remark.kind in CAUSES}
+    of = {**dict.fromkeys(CONSEQUENCES, slipped), "gap": {one.name for one in slips if one.kind in LEFT_OUT}}
     notes = [remark for quality in inspection.qualities.values() for remark in quality.remarks]
-    return slips + [note for note in notes if note.kind not in CONSEQUENCES or note.name not in slipped]
+    return slips + [note for note in notes if note.name not in of.get(note.kind, ())]
 
 
 def _frequency(inspection: Inspection) -> Iterator[Remark]:
@@ -110,15 +114,40 @@ def _kind(inspection: Inspection) -> Iterator[Remark]:
             )  # fmt: skip
 
 
+def check_units(inspection: Inspection) -> None:
+    """InputError where a record in wind can only have another unit, of its time or amplitude: nothing fits it.
+
+    Its line is at another frequency altogether than the rig's, or its test's other records stand at another level.
+    """
+    for record, rig, test in inspection.records():
+        line, stated = inspection.cycles[record.name].reference_frequency, rig.frequency.mean
+        if test is not None and not 1.0 / thresholds.ANOTHER_UNIT < line / stated < thresholds.ANOTHER_UNIT:
+            raise InputError(
+                record.path, record.field, f"a line at {line:.4g} Hz, {figure(line / stated)} times the f0 of its rig",
+                f"a motion near {stated:.4g} Hz: the unit of the time, the sample rate, or another record",
+            )  # fmt: skip
+    for test in inspection.campaign.tests:
+        growth, decay, ratio = _farthest(test, inspection)
+        pairs = [(growth, decay, ratio)] if growth and decay else []
+        pairs += [(steady, end, max(factor, 1.0 / factor)) for steady, end, factor in _steady_apart(test, inspection)]
+        for one, other, factor in pairs:
+            limit = thresholds.ANOTHER_UNIT * (1.0 if one.settled and other.settled else thresholds.EXTRAPOLATED)
+            if factor > limit:
+                record = next(record for record in test.records if record.name == one.name)
+                raise InputError(
+                    record.path, record.field,
+                    f"an amplitude of {one.level:.3g}, a factor {figure(factor)} off the {other.level:.3g} of "
+                    f"{other.name} in the same test {test.name}",
+                    "two records in the units that are stated for them: mend that of one, or its scale",
+                )  # fmt: skip
+
+
 def _levels(inspection: Inspection) -> Iterator[Remark]:
     """Growths and decays of one test, which must end at one amplitude."""
     for test in inspection.campaign.tests:
-        ends = {kind: _ends(test, kind, inspection) for kind in (Kind.GROWTH, Kind.DECAY)}
-        pairs = [(growth, decay, _apart(growth, decay)) for growth in ends[Kind.GROWTH] for decay in ends[Kind.DECAY]]
-        worst = max(pairs, key=lambda pair: pair[2], default=None)
-        if worst is None or worst[2] <= 1.0:
+        growth, decay, ratio = _farthest(test, inspection)
+        if growth is None or decay is None or ratio <= 1.0:
             continue
-        growth, decay, ratio = worst
         yield Remark(
             Severity.SERIOUS if ratio > FAR else Severity.DOUBT, "levels", "test", test.name,
             f"growth and decay settle at amplitudes that differ by a factor {ratio:.3g} ({growth.name} at "
@@ -126,6 +155,13 @@ def _levels(inspection: Inspection) -> Iterator[Remark]:
             "amplitudes.",
             "growth and decay settle at amplitudes that differ by a factor {}", ratio, ratio / thresholds.LEVELS,
         )  # fmt: skip
+
+
+def _farthest(test: Test, inspection: Inspection) -> "tuple[_End | None, _End | None, float]":
+    """The growth and the decay of a test whose levels contradict each other most, and by what factor."""
+    ends = {kind: _ends(test, kind, inspection) for kind in (Kind.GROWTH, Kind.DECAY)}
+    pairs = [(growth, decay, _apart(growth, decay)) for growth in ends[Kind.GROWTH] for decay in ends[Kind.DECAY]]
+    return max(pairs, key=lambda pair: pair[2], default=(None, None, 1.0))
 
 
 @dataclass(frozen=True)
@@ -168,22 +204,50 @@ def _apart(growth: _End, decay: _End) -> float:
     return crossed if crossed > thresholds.LEVELS else 1.0
 
 
+def _steady_apart(test: Test, inspection: Inspection) -> "Iterator[tuple[_End, _End, float]]":
+    """Lock-in records of a test, each with the transient that settles farthest from it and the ratio to that."""
+    ends = [end for kind in (Kind.GROWTH, Kind.DECAY) for end in _ends(test, kind, inspection) if end.settled]
+    for record in test.records:
+        if record.kind is Kind.STEADY and record.name in inspection.qualities and ends:
+            level = float(np.median(inspection.cycles[record.name].amplitude))
+            pairs = ((level / end.level, end) for end in ends)
+            ratio, end = max(pairs, key=lambda pair: abs(math.log(max(pair[0], 1e-9))))
+            yield _End(record.name, level, level, True), end, max(ratio, 1e-9)
+
+
 def _steady_levels(inspection: Inspection) -> Iterator[Remark]:
     """Lock-in records, which must stand where the transients of their test settle."""
     for test in inspection.campaign.tests:
-        ends = [end for kind in (Kind.GROWTH, Kind.DECAY) for end in _ends(test, kind, inspection) if end.settled]
-        for record in test.records:
-            if record.kind is not Kind.STEADY or record.name not in inspection.qualities or not ends:
-                continue
-            level = float(np.median(inspection.cycles[record.name].amplitude))
-            ratio, end = max(((level / end.level, end) for end in ends), key=lambda pair: abs(math.log(pair[0])))
+        for steady, end, ratio in _steady_apart(test, inspection):
             factor = max(ratio, 1.0 / ratio)
             if factor > thresholds.LEVELS:
                 yield Remark(
-                    Severity.SERIOUS if factor > FAR else Severity.DOUBT, "steady level", "record", record.name,
-                    f"stands at {level:.3g}, {ratio:.3g} times the amplitude {end.level:.3g} where {end.name} of its "
-                    "test settles: a unit or gain of one of them, another wind speed, or two stable amplitudes.",
+                    Severity.SERIOUS if factor > FAR else Severity.DOUBT, "steady level", "record", steady.name,
+                    f"stands at {steady.level:.3g}, {ratio:.3g} times the amplitude {end.level:.3g} where {end.name} "
+                    "of its test settles: a unit or gain of one of them, another wind speed, or two stable amplitudes.",
                     "the record stands at {} times the amplitude where a transient of its test settles", ratio,
+                    factor / thresholds.LEVELS,
+                )  # fmt: skip
+
+
+def _sweep_levels(inspection: Inspection) -> Iterator[Remark]:
+    """Sweeps, which must show what the transients of their rig settle at where both are of one wind speed."""
+    for sweep in inspection.campaign.sweeps:
+        for test in (test for test in inspection.campaign.tests if test.rig == sweep.rig):
+            at = int(np.argmin(np.abs(sweep.wind_speed - test.wind_speed.mean)))
+            there, speed = float(sweep.amplitude[at]), float(sweep.wind_speed[at])
+            ends = [end for kind in (Kind.GROWTH, Kind.DECAY) for end in _ends(test, kind, inspection) if end.settled]
+            if abs(speed - test.wind_speed.mean) > thresholds.ONE_SPEED * speed or not ends or not there > 0.0:
+                continue
+            ratio, end = max(((there / end.level, end) for end in ends), key=lambda pair: abs(math.log(pair[0])))
+            factor = max(ratio, 1.0 / ratio)
+            if factor > thresholds.LEVELS:
+                yield Remark(
+                    Severity.SERIOUS if factor > FAR else Severity.DOUBT, "sweep level", "test", test.name,
+                    f"the sweep {sweep.path.name} of its rig has {there:.3g} at {speed:.4g} m/s, {ratio:.3g} times the "
+                    f"amplitude {end.level:.3g} where {end.name} settles at the same wind speed: a unit or gain of one "
+                    "of them, another damping or wind speed, or two stable amplitudes.",
+                    "the sweep has {} times the amplitude where a transient settles at the same wind speed", ratio,
                     factor / thresholds.LEVELS,
                 )  # fmt: skip
 
@@ -263,5 +327,5 @@ def _amplitude(inspection: Inspection) -> Iterator[Remark]:
 
 
 CHECKS: tuple[Callable[[Inspection], Iterator[Remark]], ...] = (
-    _frequency, _sampling, _kind, _levels, _steady_levels, _stated_level, _damping, _amplitude,
+    _frequency, _sampling, _kind, _levels, _steady_levels, _sweep_levels, _stated_level, _damping, _amplitude,
 )  # fmt: skip

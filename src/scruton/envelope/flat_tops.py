@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from scruton.arrays import FloatArray
+from scruton.arrays import BoolArray, FloatArray
 from scruton.envelope.sampling import quantum_of, run_lengths
 from scruton.envelope.thresholds import FINEST_QUANTUM, UNEVEN
 
@@ -22,6 +22,15 @@ class FlatTop(NamedTuple):
 
     level: float
     nats: float
+
+
+class Side(NamedTuple):
+    """One side of a record: `at_top` are the samples at its extreme reading, (N,); the rest as of `FlatTop`."""
+
+    sign: float
+    level: float
+    nats: float
+    at_top: BoolArray
 
 
 def flat_top(time: FloatArray, response: FloatArray, frequency: float) -> FlatTop:
@@ -46,10 +55,20 @@ def flat_top(time: FloatArray, response: FloatArray, frequency: float) -> FlatTo
     FlatTop
         With 0 nats where nothing is cut off.
     """
+    sides = flat_sides(time, response, frequency)
+    total = sum(side.nats for side in sides)
+    if total > 0.0:
+        return FlatTop(sum(side.nats * side.level for side in sides) / total, total)
+    return FlatTop(float(np.max(np.abs(response - np.mean(response)))), total)
+
+
+def flat_sides(time: FloatArray, response: FloatArray, frequency: float) -> list[Side]:
+    """The sides of a record whose extreme reading is repeated more often than by chance, above first."""
     mean = float(np.mean(response))
     per_cycle = (time.size - 1) / float(time[-1] - time[0]) / frequency
     quantum, sides = quantum_of(response), []
-    for y in (response - mean, mean - response):
+    for sign in (1.0, -1.0):
+        y = sign * (response - mean)
         top = float(np.max(y))
         if not top > 0.0:
             continue
@@ -65,9 +84,6 @@ def flat_top(time: FloatArray, response: FloatArray, frequency: float) -> FlatTo
         lopsided = np.abs(y[pairs - 1] - y[pairs + 2]) > 4.0 * step + UNEVEN * top
         repeated = int(np.sum(np.maximum(rows - 2, 0)) + np.count_nonzero(lopsided))
         if repeated > chance:
-            sides.append(FlatTop(top, repeated * np.log(repeated / chance) - repeated + chance))
-    total = sum(side.nats for side in sides)
-    level = (
-        sum(side.nats * side.level for side in sides) / total if total > 0.0 else float(np.max(np.abs(response - mean)))
-    )
-    return FlatTop(level, total)
+            nats = float(repeated * np.log(repeated / chance) - repeated + chance)
+            sides.append(Side(sign, top, nats, at_top))
+    return sides

@@ -6,11 +6,13 @@ from dataclasses import dataclass, replace
 
 from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Campaign, Record, Rig, Test
+from scruton.envelope.clipping import CLIPPED, unclipped
 from scruton.envelope.cycles import cycles_from_envelope, demodulate
+from scruton.envelope.natural_frequency import retuned
 from scruton.envelope.quality import RecordQuality, assess
 from scruton.envelope.ringdown import RingDown, ring_down
 from scruton.envelope.stillness import moving
-from scruton.envelope.thresholds import STATED_SD
+from scruton.envelope.thresholds import NYQUIST, STATED_SD
 from scruton.envelope.transient import front_end_cycles
 from scruton.envelope.types import Cycles
 from scruton.envelope.vibrates import check_vibrates
@@ -71,7 +73,17 @@ def record_cycles(record: Record, still_air_frequency: float, source: str = REGR
             return cycles_from_envelope(record.time, record.response, still_air_frequency)
         return SOURCES[source](record.time, record.response, near=still_air_frequency, band=record.band)
     except InputError as error:
-        raise InputError(record.path, record.field, error.found, error.wanted) from error
+        found, wanted = error.found, error.wanted
+        rate = (
+            (record.time.size - 1) / max(float(record.time[-1] - record.time[0]), 1e-300) if record.time.size else 0.0
+        )
+        if 0.0 < rate < NYQUIST * still_air_frequency and not record.is_envelope:
+            found = (
+                f"{rate:.4g} samples a second, {rate / still_air_frequency:.2g} per cycle of the f0 = "
+                f"{still_air_frequency:.4g} Hz stated (any line is an alias: {found})"
+            )
+            wanted = f"at least six samples per cycle of f0, {6.0 * still_air_frequency:.3g} a second"
+        raise InputError(record.path, record.field, found, wanted) from error
 
 
 def weigh(
@@ -87,7 +99,12 @@ def weigh(
 
 
 def usable(
-    campaign: Campaign, source: str = REGRESSION, *, strict: bool = False, plucks: bool = True
+    campaign: Campaign,
+    source: str = REGRESSION,
+    *,
+    strict: bool = False,
+    plucks: bool = True,
+    clipped: bool = False,
 ) -> tuple[Campaign, dict[str, Cycles]]:
     """Demodulate every record; one that shows no motion to measure is set aside, and the campaign's remarks say so.
 
@@ -100,6 +117,8 @@ def usable(
         Set nothing aside.
     plucks : bool
         Whether still-air records that oscillate but show no damping are set aside, too.
+    clipped : bool
+        Whether cycles that the sensor cut off are kept: a diagnosis needs them.
 
     Returns
     -------
@@ -110,21 +129,33 @@ def usable(
     ------
     InputError
         For the first record that cannot be used, where it is `strict`, no other is left, or only its records would tell
-        the damping of a rig.
+        the damping of a rig; for a rig whose free decays are of another frequency altogether than stated (`retuned`).
     """
+    campaign = moving(campaign)
+    campaign, cycles = _sifted(campaign if clipped else unclipped(campaign), source, strict, plucks)
+    tuned = retuned(campaign, cycles, refuse=plucks)
+    for (record, rig, _), (_, before, _) in zip(records_of(tuned), records_of(campaign), strict=True):
+        if rig is not before:
+            cycles[record.name] = record_cycles(record, rig.frequency.mean, source)
+    return tuned, cycles
+
+
+def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tuple[Campaign, dict[str, Cycles]]:
+    """What `usable` gives of the records as they are."""
     cycles: dict[str, Cycles] = {}
     failures: dict[str, InputError] = {}
-    campaign = moving(campaign)
+    clipped = {remark.name for remark in campaign.remarks if remark.kind == CLIPPED}
     for record, rig, test in records_of(campaign):
         try:
-            found = record_cycles(record, rig.frequency.mean, source)
+            track = record_cycles(record, rig.frequency.mean, source)
             if test is None and plucks:
-                _check_ring_down(record, found)
+                _check_ring_down(record, track)
             if test is not None:
-                check_vibrates(record, found, campaign.section.amplitude_unit)
-            cycles[record.name] = found
+                check_vibrates(record, track, campaign.section.amplitude_unit)
+            cycles[record.name] = track
         except InputError as error:
-            failures[record.name] = error
+            found = error.found + (" beside the cycles that are clipped" if record.name in clipped else "")
+            failures[record.name] = InputError(error.file, error.field, found, error.wanted)
     if not failures:
         return campaign, cycles
 

@@ -37,7 +37,7 @@ class RecordQuality:
     cycles : int
         Whole cycles that could be demodulated.
     amplitude_range : (float, float)
-        Smallest and largest amplitude, over five cycles each.
+        Smallest and largest amplitude, over five cycles each; none below zero, as noise makes it.
     signal_to_noise : float
         Root mean square of the oscillation over that of the noise per sample.
     frequency : float
@@ -129,7 +129,7 @@ def assess(
         duration=float(record.time[-1] - record.time[0]),
         sample_rate=1.0 / steps.step,
         cycles=len(cycles.time),
-        amplitude_range=(float(np.min(smooth)), float(np.max(smooth))),
+        amplitude_range=(max(float(np.min(smooth)), 0.0), float(np.max(smooth))),
         signal_to_noise=float(np.sqrt(np.mean(cycles.amplitude**2) / 2.0) / cycles.noise_sd),
         frequency=cycles.reference_frequency,
         second_line=line,
@@ -218,7 +218,8 @@ def _signal_remarks(record: Record, cycles: Cycles, line: Line | None) -> Iterat
     if record.band is None and (side := _clipped_side(record.time, record.response, cycles)):
         yield Remark(
             Severity.DOUBT, "clipped", "record", record.name,
-            f"the signal is clipped {side}: samples pile up at the extreme reading.", f"the signal is clipped {side}",
+            f"the signal is clipped {side}: samples pile up at the extreme reading, and amplitudes look too small.",
+            f"the signal is clipped {side} (samples pile up at the extreme reading)",
         )  # fmt: skip
     offset, drift = _offset_and_drift(record, cycles)
     if abs(offset) > thresholds.OFFSET * largest:

@@ -1,41 +1,54 @@
 """Stretches that do not move amid motion: padding, a model that is still held, a channel that drops out."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from scruton.arrays import BoolArray
 from scruton.campaign.remarks import Remark, Severity
-from scruton.campaign.schema import Campaign, Record
+from scruton.campaign.schema import Campaign, Record, Rig
 from scruton.envelope.sampling import quantum_of
 from scruton.envelope.thresholds import HELD, MOVES
+
+LeftOut = tuple[BoolArray, Remark]  # which samples, (N,), and what is said of them
 
 
 def moving(campaign: Campaign) -> Campaign:
     """The campaign without the samples of its records that stand still amid motion, which its remarks then tell."""
-    remarks: list[Remark] = []
 
-    def cut(record: Record, frequency: float) -> Record:
+    def still(record: Record, frequency: float) -> LeftOut | None:
         still = standing_still(record, frequency)
         if not still.any() or still.all():
-            return record
-        time = record.time[still]
+            return None
         share = 100.0 * float(np.mean(still))
         alike = "{} % of the record stand still at one reading amid motion, and are left out,"
         told = (
-            f"{share:.2g} % of the record stand still at one reading amid motion, first at {time[0]:.4g} s (padding, a "
-            "model still held, or a channel that drops out); they are left out."
+            f"{share:.2g} % of the record stand still at one reading amid motion, first at {record.time[still][0]:.4g} "
+            "s (padding, a model still held, or a channel that drops out); they are left out."
         )
-        remarks.append(Remark(Severity.DOUBT, "dead", "record", record.name, told, alike, share))
-        return replace(record, time=record.time[~still], response=record.response[~still])
+        return still, Remark(Severity.DOUBT, "dead", "record", record.name, told, alike, share)
 
-    rigs = tuple(
-        replace(rig, records=tuple(cut(record, rig.frequency.mean) for record in rig.records)) for rig in campaign.rigs
-    )
-    tests = tuple(
-        replace(test, records=tuple(cut(record, campaign.rig(test.rig).frequency.mean) for record in test.records))
-        for test in campaign.tests
-    )
+    return without_samples(campaign, still)
+
+
+def without_samples(campaign: Campaign, rule: Callable[[Record, float], LeftOut | None]) -> Campaign:
+    """The campaign without the samples that a rule, told each record and its rig's frequency [Hz], leaves out."""
+    remarks: list[Remark] = []
+
+    def cut(records: tuple[Record, ...], rig: Rig) -> tuple[Record, ...]:
+        kept = []
+        for record in records:
+            found = rule(record, rig.frequency.mean)
+            if found is not None:
+                gone, remark = found
+                remarks.append(remark)
+                record = replace(record, time=record.time[~gone], response=record.response[~gone])
+            kept.append(record)
+        return tuple(kept)
+
+    rigs = tuple(replace(rig, records=cut(rig.records, rig)) for rig in campaign.rigs)
+    tests = tuple(replace(test, records=cut(test.records, campaign.rig(test.rig))) for test in campaign.tests)
     if not remarks:
         return campaign
     return replace(campaign, rigs=rigs, tests=tests, remarks=(*campaign.remarks, *remarks))

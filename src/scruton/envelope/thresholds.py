@@ -22,6 +22,11 @@ RUN = 3  # equal readings in a row at the extreme
 FINEST_QUANTUM = 3e-5  # of the largest reading (16 bits): of finer ones a few that happen to agree would prove much
 UNEVEN = 0.02  # of the largest reading: neighbours of an even crest differ by less, growth and noise included
 
+# Log likelihood ratio [nats] from which the readings at the extreme are an end of the range and no chance. Where
+# nothing is clipped (records measured, those of `examples`, 30 simulated campaigns) 0.5 was the most; 400 and more
+# where some thirty crests are.
+CUT_OFF = 10.0
+
 # Lines of the spectrum.
 STANDS_OUT = 5.0  # height of a line over the median around it; noise reaches 3 to 4
 # Height of a line over its mirror image: a second line lies on one side of the main one, a modulation on both.
@@ -47,6 +52,7 @@ SECOND_LINE = 0.05  # of the height of the main line
 # Records against what is stated, and against each other.
 STATED_SD = 0.1  # relative, of a damping ratio that is stated without a standard deviation: ring-downs repeat to that
 STILL_FREQUENCY = 0.02  # of f0: a rig is retuned by less, and amplitude moves it by less, between stating and plucking
+ANOTHER_MOTION = 0.2  # of f0, as NEAR: no section is retuned by more, nor does anybody mistype its frequency so
 WIND_FREQUENCY = 0.08  # of f0: added mass and lock-in of the sections at hand move it by up to 3 %
 FINE = 8.0  # samples per stated cycle: six is what demodulation needs, and a thinned record has no harmonic to check
 NYQUIST = 2.2  # samples per stated cycle: below, with the filter's margin, a line is an alias
@@ -56,6 +62,9 @@ LEVELS = 1.25
 # The same where a record ends before it has settled: what it heads for erred by factors up to 6 in `challenge make
 # --cases 90 --seed 5`.
 EXTRAPOLATED = 7.0
+# Factor from which it is another unit: mm for cm is 10, and no two stable amplitudes of one section are so far apart.
+ANOTHER_UNIT = 9.0
+ONE_SPEED = 0.005  # of the wind speed: a sweep and a test that differ by less are of one
 SETTLED = 3.0  # relaxation times after which a transient has shown its stable amplitude to 5 %
 BAND_FLOOR = 0.02  # relative error of a band of damping that its scatter cannot show
 CLEAR_BAND = 0.1  # relative standard error above which a band of damping contradicts nobody

@@ -1,11 +1,13 @@
 """Trial functions that smooth the transient amplitude: Eq. (4) of the paper and what its Fig. 13 compares."""
 
+import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Protocol
 
 import numpy as np
+from numpy.exceptions import RankWarning
 
 from scruton.arrays import FloatArray
 from scruton.shown import fields_in_brief, shown
@@ -152,11 +154,16 @@ class Polynomial:
     order: int = 6
 
     def fit(self, time: FloatArray, amplitude: FloatArray) -> TrialFit:
-        """Fit by least squares; ValueError if there are not more points than coefficients."""
+        """Fit by least squares; ValueError if the points do not determine the coefficients."""
         if len(time) <= self.order + 1:
             raise ValueError(f"a polynomial of order {self.order} needs more than {self.order + 1} amplitudes")
         t, y, weight = block_means(time, amplitude)
-        polynomial = np.polynomial.Polynomial.fit(t, y, self.order, w=np.sqrt(weight))
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", RankWarning)
+            try:
+                polynomial = np.polynomial.Polynomial.fit(t, y, self.order, w=np.sqrt(weight))
+            except RankWarning:
+                raise ValueError(f"a polynomial of order {self.order}, which the amplitudes do not determine") from None
         return TrialFit(_coefficients(polynomial.coef), polynomial, polynomial.deriv())
 
 

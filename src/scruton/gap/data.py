@@ -106,7 +106,7 @@ def load_gap(campaign: Campaign, card: ModelCard | None = None) -> GapData:
         If there is no record, or none that can be demodulated: others are set aside, as the campaign's remarks say.
     """
     card = card or load_card()
-    campaign, cycles = usable(campaign)
+    campaign, cycles = usable(campaign, clipped=True)
     stable = {
         test.name: float(np.median([settled_end(cycles[record.name]) for record in test.records]))
         for test in campaign.tests

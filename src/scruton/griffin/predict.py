@@ -25,8 +25,8 @@ from scruton.griffin.posterior import (
     test_names,
     unit_of,
 )
-from scruton.griffin.thresholds import UNSETTLED, X_TRUSTED
-from scruton.infer.joint import CAMPAIGN, SCALES, failed, names_at_prior
+from scruton.griffin.thresholds import UNSETTLED, WIDE_DAMPING, X_TRUSTED
+from scruton.infer.joint import CAMPAIGN, SCALES, curve_remark, failed, names_at_prior
 from scruton.shown import shown
 from scruton.stats.convergence import monte_carlo_error
 
@@ -249,7 +249,14 @@ def predict(
     for tau in STATED if one_rig(tree) else ():
         known = with_discrepancy(tree, tau)
         at_discrepancy[tau] = predictive_draws(known, sc_of_all, law_n=law_n, seed=seed)[:, 0]
-    remarks = (*asked, *_flags(prediction), *prior_speaks(tree), *unsettled_laws(tree, curve.laws))
+    remarks = (
+        *asked,
+        *_flags(prediction),
+        *_wide(damping_ratio),
+        *prior_speaks(tree),
+        *curve_remark(tree),
+        *unsettled_laws(tree, curve.laws),
+    )
     return replace(prediction, flags=remarks, at_discrepancy=at_discrepancy)
 
 
@@ -348,6 +355,17 @@ def single_draws(
     curve = draws_of(tree, "a_star", test)[:, None] * ratio
     growth = coverage_of(tree, [test]).growth(x, curve)
     return np.asarray(curve * np.exp(tau[:, None] * (z[1][:, None] - z[2][:, None] * growth)))
+
+
+def _wide(design: Quantity | float | None) -> tuple[str, ...]:
+    """What has to be said of a design damping that is known to be hardly more than positive; empty otherwise."""
+    if not isinstance(design, Quantity) or design.relative_sd <= WIDE_DAMPING:
+        return ()
+    low, high = design.interval(0.90)
+    return (
+        f"the standard deviation of the design damping is {design.relative_sd:.0%} of its mean: as a "
+        f"lognormal it lies between {100.0 * low:.2g} % and {100.0 * high:.2g} % with 90 %",
+    )
 
 
 def _flags(prediction: Prediction) -> tuple[str, ...]:

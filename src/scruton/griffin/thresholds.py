@@ -13,6 +13,9 @@ X_TRUSTED = 0.3
 # 0.4 nats, at 2 it is less by 0.9 and at 4 by 3.2.
 WALK, FARTHEST = 1.0, 4.0
 
+# Relative standard deviation of a design damping from which it is said: codes give 0.3 to 0.45.
+WIDE_DAMPING = 0.5
+
 # Part of the weight of the laws from which it is said that they did not converge: a requirement at 95 % confidence may
 # rest on one twentieth of the draws alone, and one idle law of four has as much with one rig.
 UNSETTLED = 0.05

@@ -1,6 +1,6 @@
 """Leave a test out: every rig's stable amplitude predicted from the others, and from each single one."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -155,6 +155,7 @@ def validate(
     """
     from scruton.infer.fit import fit_campaign
 
+    _check_several({test.rig for test in campaign.tests if test.records}, campaign)  # before anything is fitted
     if progress:
         progress("fits", 0.0)
     known: Known = {}
@@ -195,10 +196,7 @@ def predict_left_out(
     fitted = {test["name"]: test.get("alone", test["parameters"]) for test in whole.tests}
     with_records = tests_used(campaign, tuple(fitted))
     peaks = [test.name for test in peak_tests(with_records, {k: v["a_star"]["median"] for k, v in fitted.items()})]
-    if len(peaks) < 2:
-        raise InputError(
-            campaign.path, "tests", f"{len(peaks)} rigs with records in wind", "two or more: one predicts the other"
-        )
+    _check_several(peaks, campaign)
     for name in tests:
         if name not in peaks:
             wanted = f"the peak test of a rig, one of: {', '.join(peaks)}"
@@ -226,6 +224,12 @@ def predict_left_out(
         trusted = trusted and whole.converged
         validations.append(Validation(test, source, prediction, amplitude, stated is not None, trusted))
     return validations
+
+
+def _check_several(rigs: Collection[str], campaign: Campaign) -> None:
+    if len(rigs) < 2:
+        found = f"{len(rigs) or 'no'} rig{'' if len(rigs) == 1 else 's'} with records in wind"
+        raise InputError(campaign.path, "tests", found, "two or more: one predicts the other")
 
 
 def _place(checkpoints: Path | None, number: int) -> Path | None:

@@ -17,6 +17,7 @@ from scruton.campaign.remarks import Severity, sentences
 from scruton.campaign.schema import Campaign, Kind, Record, Rig, Test
 from scruton.dynamics.cycles import EnvelopeData
 from scruton.envelope import Cycles, RingDown, record_cycles, review, usable, weigh
+from scruton.envelope.consistency import check_units
 from scruton.errors import InputError
 from scruton.infer.cards import ModelCard
 from scruton.infer.damping import (
@@ -41,6 +42,7 @@ from scruton.infer.joint import (
     unconverged,
 )
 from scruton.infer.models import WIND, SteadyAmplitude, StillAirPosterior, TrialPosterior, WindPosterior
+from scruton.infer.off_curve import off_curve
 from scruton.infer.peaks import weighed_peaks
 from scruton.infer.results import TRIAL, Fit, RigResult, Sampled, TestResult, TrialResult
 from scruton.infer.sampling import Known, Sampling, fewer_walkers
@@ -105,6 +107,8 @@ def fit_campaign(
         wanted = "at least one [[rigs.records]] or [[tests.records]]"
         raise InputError(campaign.path, "", "no record in any rig or test", wanted)
     ringdowns = dict(ringdowns_of(campaign, cycles))
+    inspection = weigh(campaign, cycles, ringdowns, card.damping_relative_sd)
+    check_units(inspection)
     rigs = {rig.name: fit_rig(campaign, rig, cycles, ringdowns.get(rig.name), sampling) for rig in campaign.rigs}
     tests = [fit_test(campaign, test, rigs[test.rig], cycles, sampling) for test in campaign.tests if test.records]
     levels = {result.test.name: float(np.median(result.derived["a_star"])) for result in tests}
@@ -113,7 +117,7 @@ def fit_campaign(
     misfits = misfit(tests)
     joint = weighed_peaks(campaign, peaks, sampling, white=not misfits, thorough=thorough) if peaks else None
     sampling.flags += [
-        *sentences(review(weigh(campaign, cycles, ringdowns, card.damping_relative_sd)), Severity.DOUBT),
+        *sentences(review(inspection), Severity.DOUBT),
         *misfits,
         *varying_damping(campaign, rigs, tests),
         *departing(tests),
@@ -153,6 +157,9 @@ def assemble(
         priors = {prior.name: prior for prior in sampled.joint.laws[0].posterior.shared if prior.name in SCALES}
         at_prior = left_at_prior(joint_draws(tree).shared, priors)
         tree["campaign_posterior"].attrs["left_at_prior"] = ",".join(at_prior)
+        if apart := off_curve(sampled.joint, list(sampled.tests)):
+            tree["campaign_posterior"].attrs["off_curve"] = apart
+            sampling.flags.append(apart)
     joint = joint_draws(tree)
     sampling.flags += [*unconstrained(sampled, joint), *([remark] if (remark := scales_remark(joint)) else [])]
     # before the speeds are sampled: a record too short for the procedure is refused now

@@ -188,6 +188,12 @@ def names_at_prior(tree: "xr.DataTree") -> tuple[str, ...]:
     return tuple(text.split(",")) if text else ()
 
 
+def curve_remark(tree: "xr.DataTree") -> tuple[str, ...]:
+    """What a fit found of rigs that lie off its curve; empty where nothing."""
+    text = str(tree["campaign_posterior"].attrs.get("off_curve", ""))
+    return (text,) if text else ()
+
+
 def failed(tree: "xr.DataTree") -> list[str]:
     """Names of all posteriors that did not converge; none where a fit does not say."""
     if "convergence" not in tree:

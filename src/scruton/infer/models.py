@@ -135,8 +135,8 @@ class WindPosterior(Posterior):
     def departures(self, u: FloatArray, rng: np.random.Generator) -> FloatArray:
         """Draw the columns of the departure from the law given the records, one draw a walker, (W, COLUMNS)."""
         mean, cov = statics(self.data, *self.state_space(u), n=self.exponents(u), initial_sd=self.initial_sd)
-        root = np.linalg.cholesky(cov + 1e-12 * np.eye(cov.shape[-1]))
-        return np.asarray(mean + np.einsum("wij,wj->wi", root, rng.standard_normal(mean.shape)))
+        mean = np.where(np.isfinite(mean), mean, 0.0)
+        return np.asarray(mean + np.einsum("wij,wj->wi", _root(cov), rng.standard_normal(mean.shape)))
 
     def log_likelihood(self, u: FloatArray) -> FloatArray:
         """State-space likelihood of the transients, normal likelihood of the steady amplitudes, (W,)."""
@@ -167,6 +167,19 @@ class WindPosterior(Posterior):
         """Innovations over their standard deviations at the median of draws (..., d), (N,)."""
         innovation, variance = self.innovations(np.median(end_to_end(chain), axis=0)[None])
         return np.asarray(innovation[:, 0] / np.sqrt(variance[:, 0]))
+
+
+def _root(cov: FloatArray) -> FloatArray:
+    """A root of every covariance, (W, k, k): Cholesky's, and where rounding has left none the symmetric one.
+
+    What a filter that lost its way gives, no numbers or infinite ones, has none, and then nothing departs.
+    """
+    cov = np.where(np.isfinite(cov).all(axis=(1, 2), keepdims=True), cov, 0.0)
+    try:
+        return np.linalg.cholesky(cov + 1e-12 * np.eye(cov.shape[-1]))
+    except np.linalg.LinAlgError:
+        value, vector = np.linalg.eigh(cov)
+        return np.asarray(vector * np.sqrt(np.maximum(value, 0.0))[:, None, :])
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 from scruton.campaign.bounded import relative_to
-from scruton.documents import from_json, read_document, replace_file, write_document
+from scruton.documents import from_json, read_document, replace_file, write_document, written_to
 from scruton.errors import InputError
 from scruton.infer.result_schema import SCHEMA, faults
 from scruton.workspace import digest
@@ -45,9 +45,13 @@ def write_fit(fit: "Fit", folder: Path) -> tuple[Path, Path]:
     folder.mkdir(parents=True, exist_ok=True)
     posterior, summary = folder / POSTERIOR, folder / SUMMARY
     temporary = folder / f"{POSTERIOR}.tmp"
-    with _NETCDF:
-        fit.tree.to_netcdf(temporary, engine="netcdf4")
-    replace_file(temporary, posterior)
+    with written_to(posterior, temporary):
+        with _NETCDF:
+            try:
+                fit.tree.to_netcdf(temporary, engine="netcdf4")
+            except RuntimeError as error:  # the library's "HDF error": a disk that is full, mostly
+                raise OSError(None, f"{error}; a full disk?", str(posterior)) from error
+        replace_file(temporary, posterior)
     write_document(summary, {**fit.summary, "files": {POSTERIOR: digest(posterior)}})
     return posterior, summary
 

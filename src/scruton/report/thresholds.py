@@ -17,6 +17,7 @@ PROBABILITY_SHOWN = 0.005  # of a cause of the gap: smaller ones are shown toget
 SIZES_SHOWN = 6  # parameters of an effect that the terminal lists; all of them are on the page and in gap.json
 PLACES_SHOWN = 12  # places of the gap that the page lists; all of them are in gap.json
 RISK_DRAWS = 1 << 14  # draws that a risk left by dampers is counted on, at the least: what its digits follow
+SMALLEST_WRITTEN = 1e-4  # a bound that is smaller may be written as a zero beside others
 TESTS_ABREAST = 6  # tests with a column of their own in the table of extrapolation; more would not fit the page
 
 # Panels, lines and points of the figures.

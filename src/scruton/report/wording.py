@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from scruton.report.thresholds import RISK_DRAWS
+from scruton.report.thresholds import RISK_DRAWS, SMALLEST_WRITTEN
 
 PARAMETERS = {
     "a_star": "stable amplitude a*",
@@ -82,8 +82,9 @@ def column(values: Sequence[float], digits: int = 4) -> list[str]:
 def rounded(values: Sequence[float]) -> list[str] | None:
     """Write numbers with the digits that their spread is worth, all with as many decimals; None where there is none.
 
-    The last digit is at most a thirtieth of the spread.  More than four significant digits are beyond any laboratory,
-    however narrow an interval; but both ends of it are told apart.  What is not finite is infinite.
+    The last digit is at most a thirtieth of the spread; what is no zero is not written as one.  More than four
+    significant digits are beyond any laboratory, however narrow an interval; but both ends of it are told apart.  What
+    is not finite is infinite.
     """
     finite = [value for value in values if math.isfinite(value)]
     spread, largest = (max(finite) - min(finite), max(map(abs, finite))) if finite else (0.0, 0.0)
@@ -94,7 +95,14 @@ def rounded(values: Sequence[float]) -> list[str] | None:
     size = math.floor(math.log10(largest))
     apart = math.ceil(-math.log10(spread))
     decimals = max(0, min(math.ceil(-math.log10(spread / 30.0)), max(3 - size, apart)))
-    return [f"{value:.{decimals}f}".replace("-", "−") if math.isfinite(value) else "∞" for value in values]
+    return [_with_decimals(value, decimals) if math.isfinite(value) else "∞" for value in values]
+
+
+def _with_decimals(value: float, decimals: int) -> str:
+    text = f"{value:.{decimals}f}"
+    if not float(text) and abs(value) >= SMALLEST_WRITTEN:
+        text = f"{value:.1g}"
+    return text.replace("-", "−")
 
 
 def estimate(entry: Mapping[str, Any], scale: float = 1.0, level: str = "0.90") -> tuple[str, str]:

@@ -21,7 +21,8 @@ from scruton.griffin.posterior import names_of
 from scruton.shown import fields_in_brief, shown
 from scruton.sizing.damper_request import DamperRequest, RiskOf, read_damper
 from scruton.sizing.limits import Limit, limit
-from scruton.sizing.mode_shape import ModeShape, read_shape, read_table, sine, uniform
+from scruton.sizing.mode_shape import ModeShape, read_shape, sine, uniform
+from scruton.sizing.number_table import read_table
 from scruton.sizing.stated import uncertain as _uncertain
 from scruton.sizing.thresholds import DAMPING_COV, DAMPING_TEST_COV, FREQUENCY_COV, MEASURED_FREQUENCY_COV
 from scruton.sizing.transfer import Transfer, amplitude_of_coherence, read_transfer
@@ -317,7 +318,8 @@ def _lock_in_shape(table: Table, digests: dict[str, str]) -> FloatArray:
     rows = read_table(path, wanted)
     usable = rows.shape[1] == 2 and len(rows) > 1 and np.isfinite(rows).all() and (rows >= 0.0).all()
     if not usable or not (np.diff(rows[:, 0]) > 0.0).all() or not rows[:, 1].max() > 0.0:
-        raise InputError(path, "", "other rows", wanted)
+        found = f"rows of {rows.shape[1]} columns, numbers below zero, or velocities that do not rise"
+        raise InputError(path, "", found, wanted)
     digests[name] = sha256(read_bytes(path, LARGEST_TABLE)).hexdigest()
     return np.asarray(rows.T)
 

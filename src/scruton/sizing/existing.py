@@ -9,8 +9,8 @@ import numpy as np
 from scruton.campaign.units import FREQUENCY, Dimension, parse_quantity
 from scruton.errors import InputError
 from scruton.sizing.bridge import Bridge, identified
-from scruton.sizing.mode_shape import read_table
 from scruton.sizing.model import ModeModel
+from scruton.sizing.number_table import read_table
 from scruton.sizing.thresholds import AT_NODE
 from scruton.sizing.together import Exceedance, Placed, against, exceedance_of, with_dampers
 
@@ -66,7 +66,7 @@ def offers(stated: str) -> list[Offer]:
     """
     if stated.lower().endswith(".csv"):
         path = Path(stated)
-        rows = read_table(path, _COLUMNS)
+        rows = read_table(path, _COLUMNS, (_MASS, FREQUENCY, _DAMPING, _POSITION))
         if rows.shape[1] not in (3, 4) or not (np.isfinite(rows).all() and (rows > 0.0).all()):
             raise InputError(path, "", f"rows of {rows.shape[1]} columns, or a number that is not positive", _COLUMNS)
         return [

@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from scruton.arrays import FloatArray
-from scruton.campaign.bounded import read_bytes
-from scruton.campaign.thresholds import LARGEST_NUMBER, LARGEST_TABLE
+from scruton.campaign.thresholds import LARGEST_NUMBER
 from scruton.errors import InputError
 from scruton.shown import fields_in_brief, shown
+from scruton.sizing.number_table import read_table
 from scruton.sizing.thresholds import CLOSEST_POINTS
 
 _PANELS = 64  # of a half wave, and of a shape that is read from a file at least so many times two
@@ -117,32 +117,6 @@ def read_shape(path: Path) -> ModeShape:
         found = f"{len(table)} rows of {table.shape[1]} columns"
         raise InputError(path, "", found, "two columns and at least five rows")
     return make_shape(table[:, 0], table[:, 1], path)
-
-
-def read_table(path: Path, wanted: str) -> FloatArray:
-    """Read the numbers below the header line of a CSV file, (rows, columns).
-
-    Raises
-    ------
-    InputError
-        A file that is not there or holds something else, or begins with numbers: they would be taken for the header.
-    """
-    try:
-        text = read_bytes(path, LARGEST_TABLE, wanted).decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(path, "", f"a file that cannot be read ({error})", wanted) from None
-    lines = [line for line in text.splitlines() if line.strip()]
-    if len(lines) < 2:
-        raise InputError(path, "", f"{len(lines)} lines", wanted)
-    try:
-        rows: FloatArray = np.loadtxt(lines[1:], delimiter=",", ndmin=2)
-    except ValueError as error:
-        raise InputError(path, "", str(error), wanted) from None
-    try:
-        float(lines[0].split(",")[0])
-    except ValueError:
-        return rows
-    raise InputError(path, "line 1", f'numbers ("{lines[0]}")', wanted)
 
 
 def make_shape(position: FloatArray, value: FloatArray, path: Path | str) -> ModeShape:

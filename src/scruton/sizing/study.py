@@ -15,7 +15,7 @@ from scruton.griffin.curves import law_curves, what_if
 from scruton.griffin.discrepancy import one_rig, with_discrepancy
 from scruton.griffin.posterior import chosen_rig, motion_of, rig_mass_damping_draws
 from scruton.griffin.predict import prior_speaks, unsettled_laws
-from scruton.infer.joint import unconverged
+from scruton.infer.joint import curve_remark, unconverged
 from scruton.infer.results import TRIAL
 from scruton.infer.store import provenance_of
 from scruton.progress import Progress
@@ -219,7 +219,7 @@ def part_of(
         raise InputError("sizing", "limits", "no limit", 'at least one, such as --limit jtg or limits = ["jtg"]')
     if bridge.motion is not motion_of(tree):
         raise InputError("bridge", "motion", bridge.motion.value, f"{motion_of(tree).value}, that of the section model")
-    said = prior_speaks(tree)
+    said = (*prior_speaks(tree), *curve_remark(tree))
     tree = built_on(tree)
     laws = law_curves(tree, law_n=law_n)
     said += unsettled_laws(tree, dict(zip(laws.labels, laws.weights.tolist(), strict=True)))

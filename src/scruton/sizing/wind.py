@@ -12,7 +12,7 @@ from scruton.campaign.thresholds import LARGEST_TABLE
 from scruton.campaign.toml import Table, anything, number
 from scruton.campaign.units import SPEED, Dimension
 from scruton.errors import InputError
-from scruton.sizing.mode_shape import read_table
+from scruton.sizing.number_table import read_table
 from scruton.sizing.transfer import TurbulenceClass, read_turbulence
 
 _REACH = 18.0  # of -ln(1 - probability) of the wind speed: half a second a year lies beyond
@@ -55,10 +55,16 @@ def read_wind(table: Table, motion: Motion, width: float, depth: float, digests:
     if "rose" in table:
         path = table.file.parent / table.text("rose", "a CSV file")
         wanted = "one header line, then upper speed [m/s] and hours a year of each class, speeds rising"
-        rows = read_table(path, wanted)
-        usable = rows.shape[1] == 2 and np.isfinite(rows).all() and (rows >= 0.0).all()
-        if not usable or not (np.diff(rows[:, 0], prepend=0.0) > 0.0).all():
-            raise InputError(path, "", "other rows", wanted)
+        rows = read_table(path, wanted, (SPEED,))
+        if rows.shape[1] != 2:
+            raise InputError(path, "", f"rows of {rows.shape[1]} columns", wanted)
+        bad = ~(np.isfinite(rows).all(axis=1) & (rows[:, 1] >= 0.0) & (np.diff(rows[:, 0], prepend=0.0) > 0.0))
+        if bad.any():
+            k = int(np.argmax(bad))
+            found = f"{rows[k, 0]:g} m/s and {rows[k, 1]:g} hours"
+            raise InputError(
+                path, f"row {k + 1}", found, f"a speed above that before, and hours of zero or more; {wanted}"
+            )
         if not 0.0 < rows[:, 1].sum() <= 8790.0:
             raise InputError(path, "hours", f"{rows[:, 1].sum():g} hours in all", "up to the 8,766 of a year")
         digests[table.text("rose", "a CSV file")] = sha256(read_bytes(path, LARGEST_TABLE)).hexdigest()

@@ -21,7 +21,7 @@ import emcee
 import numpy as np
 
 from scruton.arrays import FloatArray, end_to_end, thin
-from scruton.documents import replace_file
+from scruton.documents import replace_file, written_to
 from scruton.errors import InputError
 from scruton.stats.convergence import SamplerSettings, effective_draws, judge, promising
 from scruton.stats.moves import LogParts, sweep
@@ -47,11 +47,12 @@ class Checkpoint:
         """Write atomically: a reader sees the old file or the new one, never a part."""
         self.path.parent.mkdir(parents=True, exist_ok=True)
         temporary = self.path.with_suffix(".tmp")
-        with temporary.open("wb") as stream:
-            np.savez(stream, fingerprint=np.array(self.fingerprint), **arrays)
-            stream.flush()
-            os.fsync(stream.fileno())
-        replace_file(temporary, self.path)
+        with written_to(self.path, temporary):
+            with temporary.open("wb") as stream:
+                np.savez(stream, fingerprint=np.array(self.fingerprint), **arrays)
+                stream.flush()
+                os.fsync(stream.fileno())
+            replace_file(temporary, self.path)
 
     def load(self) -> dict[str, Any] | None:
         """Read what was saved, None if nothing was.

@@ -231,7 +231,7 @@ def expected_costs(content: Content, mode: Content) -> FigureWithCaption:
         best = curve["best_mass"] / 1e3 if by_mass else shown_in(DAMPING)[0] * curve["best_added_damping"]
         panel.plot(best, curve["best_total"], "D", color=style.BLACK, label="least")
         panel.set(xlabel="Mass of all dampers [t]" if by_mass else damping_label(_ADDED))
-        panel.set_ylim(0.0, 4.0 * curve["best_total"])
+        panel.set_ylim(0.0, 4.0 * curve["best_total"] or None)
         _in_money(panel.yaxis, "Expected cost", mode)
     style.below(drawing, axes, columns=4)
     return FigureWithCaption(

@@ -1,0 +1,79 @@
+"""CSV tables of numbers beside a bridge.toml: a rose, a mode shape, a supplier's dampers."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from scruton.arrays import FloatArray
+from scruton.campaign.bounded import read_bytes
+from scruton.campaign.spelling import show
+from scruton.campaign.thresholds import LARGEST_TABLE
+from scruton.campaign.units import Dimension, unit_factor
+from scruton.errors import InputError
+
+_UNIT = re.compile(r"[\[(]\s*([^\])]*?)\s*[\])]\s*$")
+
+
+def read_table(path: Path, wanted: str, dimensions: Sequence[Dimension] = ()) -> FloatArray:
+    """Read the numbers below the header line of a CSV file, (rows, columns).
+
+    Parameters
+    ----------
+    path : Path
+    wanted : str
+        What the file should hold, for the errors.
+    dimensions : sequence of Dimension
+        Of the columns, which are in SI unless their headings state another unit in brackets; of further ones none.
+
+    Raises
+    ------
+    InputError
+        A file that is not there or holds something else, or begins with numbers: they would be taken for the header.
+    """
+    try:
+        text = read_bytes(path, LARGEST_TABLE, wanted).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(path, "", f"a file that cannot be read ({error})", wanted) from None
+    lines = [(number, line.split(",")) for number, line in enumerate(text.splitlines(), 1) if line.strip()]
+    lines = [row for k, row in enumerate(lines) if k == 0 or not row[1][0].lstrip().startswith("#")]
+    if len(lines) < 2:
+        raise InputError(path, "", f"{len(lines) or 'no'} line{'s' if not lines else ''}", wanted)
+    (first, header), *below = lines
+    if _number(header[0]) is not None:
+        raise InputError(path, f"line {first}", f"numbers ({show(','.join(header))})", wanted)
+    rows = []
+    for number, cells in below:
+        row = [_number(cell) for cell in cells]
+        for k, (cell, value) in enumerate(zip(cells, row, strict=True), 1):
+            if value is None:
+                commas = "; commas between the columns, and points in the numbers" if ";" in cell else ""
+                raise InputError(path, f"line {number}, column {k}", show(cell.strip()), f"a number; {wanted}{commas}")
+        if len(row) != len(below[0][1]):
+            found = f"{len(row)} numbers, where the line before has {len(below[0][1])}"
+            raise InputError(path, f"line {number}", found, wanted)
+        rows.append(row)
+    return np.array(rows, dtype=float) * _factors(path, header, len(rows[0]), dimensions)
+
+
+def _number(cell: str) -> float | None:
+    try:
+        return float(cell)
+    except ValueError:
+        return None
+
+
+def _factors(path: Path, header: Sequence[str], columns: int, dimensions: Sequence[Dimension]) -> FloatArray:
+    """Factors to SI of the columns, by the units that their headings state."""
+    factors = np.ones(columns)
+    for k, (heading, dimension) in enumerate(zip(header[:columns], dimensions, strict=False)):
+        stated = _UNIT.search(heading)
+        if stated is None or stated[1] in ("", "-", dimension.unit):
+            continue
+        try:
+            factors[k] = 0.01 if stated[1] == "%" and not dimension.unit else unit_factor(stated[1], dimension)
+        except ValueError as error:
+            wanted = f"the unit of {dimension.name}, such as [{dimension.unit or '-'}]"
+            raise InputError(path, f"header, column {k + 1}", f"{show(heading.strip())} ({error})", wanted) from None
+    return factors
