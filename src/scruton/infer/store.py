@@ -42,10 +42,13 @@ def write_fit(fit: "Fit", folder: Path) -> tuple[Path, Path]:
     -------
     paths : (Path, Path)
     """
+    import dask
+
     folder.mkdir(parents=True, exist_ok=True)
     posterior, summary = folder / POSTERIOR, folder / SUMMARY
     temporary = folder / f"{POSTERIOR}.tmp"
-    with _NETCDF:
+    # nothing in the tree is lazy, but xarray asks who would compute it, and that imports all of distributed
+    with _NETCDF, dask.config.set(scheduler="synchronous"):
         fit.tree.to_netcdf(temporary, engine="netcdf4")
     replace_file(temporary, posterior)
     write_document(summary, {**fit.summary, "files": {POSTERIOR: digest(posterior)}})
