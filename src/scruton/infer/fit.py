@@ -55,6 +55,7 @@ from scruton.infer.tree import build_tree, convergence_group, provenance_of_fit,
 from scruton.progress import Progress
 from scruton.stats import whiteness
 from scruton.stats.priors import Prior, check_support
+from scruton.stats.ranks import effective_draws_of_mean
 
 TRANSIENTS = (Kind.GROWTH, Kind.DECAY)
 LOCK_IN = "lock-in of"  # how the posterior of one lock-in record is named, before the record
@@ -273,12 +274,10 @@ def judge_lock_in(
 
 def steady_amplitude(verdict: SteadyVerdict) -> SteadyAmplitude:
     """Mean amplitude of a lock-in record and its standard error, autocorrelation allowed for."""
-    from arviz_stats.base import array_stats
-
     cycles = verdict.cycles
     a = cycles.amplitude
     mean = float(a.mean())
-    ess = float(array_stats.ess(a[None, :], method="mean", chain_axis=0, draw_axis=1)) if a.size >= 8 else 1.0
+    ess = effective_draws_of_mean(a[None, :]) if a.size >= 8 else 1.0
     ess = ess if np.isfinite(ess) and ess >= 1.0 and verdict.settled else 1.0
     length = float(cycles.time[-1] - cycles.time[0]) + 1.0 / cycles.reference_frequency
     return SteadyAmplitude(mean, float(np.hypot(a.std() / np.sqrt(ess), STEADY_FLOOR * mean)), length)

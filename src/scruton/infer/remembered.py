@@ -6,7 +6,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray
 
-_REMEMBERED = 20_000  # rows
+_REMEMBERED = 4_000  # rows
 _ODD, _HALF = np.uint64(0x9E3779B97F4A7C15), np.uint64(29)  # of the number that a row is known by
 
 
@@ -19,9 +19,16 @@ class Remembered:
     def __init__(self, function: Callable[[FloatArray], FloatArray]) -> None:
         self._function = function
         self._keys, self._values = np.empty(0, dtype=np.uint64), np.empty(0)  # by ascending key
+        self._last: tuple[FloatArray, FloatArray] | None = None
 
     def __call__(self, rows: FloatArray) -> FloatArray:
         """Values of the function, one a row."""
+        # a sweep asks for the same walkers several times in a row
+        if self._last is None or not np.array_equal(rows, self._last[0]):
+            self._last = rows.copy(), self._looked_up(rows)
+        return self._last[1].copy()
+
+    def _looked_up(self, rows: FloatArray) -> FloatArray:
         keys = _numbers(rows)
         at = np.searchsorted(self._keys, keys)
         known = self._keys[np.minimum(at, len(self._keys) - 1)] == keys if len(self._keys) else at < 0
@@ -31,11 +38,12 @@ class Remembered:
             fresh, one, place = np.unique(keys[~known], return_index=True, return_inverse=True)
             found = self._function(rows[~known][one])  # a difference in one coordinate leaves most rows alike
             values[~known] = found[place]
-            kept = len(self._keys) < _REMEMBERED
-            old = (self._keys, self._values) if kept else (keys[known], values[known])
-            every = np.concatenate([old[0], fresh]), np.concatenate([old[1], found])
-            self._keys, first = np.unique(every[0], return_index=True)
-            self._values = every[1][first]
+            before = at[~known][one]
+            if len(self._keys) >= _REMEMBERED:
+                self._keys, first = np.unique(keys[known], return_index=True)
+                self._values = values[known][first]
+                before = np.searchsorted(self._keys, fresh)
+            self._keys, self._values = np.insert(self._keys, before, fresh), np.insert(self._values, before, found)
         return values
 
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from scruton.arrays import FloatArray, end_to_end
+from scruton.stats.ranks import FEWEST_DRAWS, effective_draws_of_mean, rank_statistics
 from scruton.stats.thresholds import FEWEST_STEPS, LEAST_MORE, LONG_RUN, ROUGHLY, SPARE, STUCK_BELOW, TIMES_SPANNED
 
-FEWEST_DRAWS = 4  # a chain, for a Monte Carlo error
 ONE_SD = np.array([0.1586553, 0.8413447])  # probabilities one standard deviation below and above, as arviz rounds them
 MOST = 64  # draws a walker that the diagnostics look at; of a longer run evenly thinned ones, which say as much
 
@@ -116,16 +116,10 @@ def judge(
         Walkers of all ensembles; those of one ensemble are neighbours.
     log_prob : (chains, draws) array
     """
-    from arviz_stats.base import array_stats
-
     chains, draws, _ = chain.shape
     thin = -(-draws // MOST)
     chain, log_prob = chain[:, ::thin], log_prob[:, ::thin]
-    ids = np.repeat(np.arange(ensembles), chains // ensembles)
-    axes = {"chain_axis": 0, "draw_axis": 1}
-    bulk = np.atleast_1d(array_stats.ess(chain, method="bulk", **axes))
-    tail = np.atleast_1d(array_stats.ess(chain, method="tail", prob=(0.05, 0.95), **axes))
-    rhat = np.atleast_1d(array_stats.rhat_nested(chain, superchain_ids=ids, **axes))
+    bulk, tail, rhat = rank_statistics(chain, ensembles)
     mean = log_prob.mean(axis=1)
     stuck = int((mean < np.median(mean) - STUCK_BELOW).sum() + (mean > np.median(mean) + STUCK_BELOW).sum())
     # In a short run an honest walker may reject every proposal; in a long one it may not.
@@ -171,37 +165,13 @@ def monte_carlo_error(draws: FloatArray, probability: float | None = None) -> fl
     if probability is None:
         if not np.isfinite(draws).all():
             return float("inf")
-        return float(np.std(draws, ddof=1) / np.sqrt(_effective_of_halves(draws)))
+        return float(np.std(draws, ddof=1) / np.sqrt(effective_draws_of_mean(draws)))
     if np.quantile(bounded, probability, method="inverted_cdf") == ceiling:
         return float("nan")
     from scipy.special import betaincinv
 
-    ess = _effective_of_halves((bounded <= np.quantile(bounded, probability)).astype(float))
+    ess = effective_draws_of_mean((bounded <= np.quantile(bounded, probability)).astype(float))
     low, high = betaincinv(ess * probability + 1.0, ess * (1.0 - probability) + 1.0, ONE_SD) * bounded.size - 1.0
     ordered = np.sort(bounded, axis=None)
     error = 0.5 * float(ordered[min(math.ceil(high), bounded.size - 1)] - ordered[max(math.floor(low), 0)])
     return error if error <= reach else float("inf")
-
-
-def _effective_of_halves(draws: FloatArray) -> float:
-    """Effective number of draws, (chains, draws), every chain split into its halves.
-
-    By Geyer's initial monotone sequence, as arviz has it (Vehtari et al., Eqs. 10 to 13).
-    """
-    half = draws.shape[1] // 2
-    x = np.concatenate([draws[:, :half], draws[:, -half:]])
-    if np.ptp(x) < np.finfo(float).resolution:
-        return float(x.size)
-    means = x.mean(axis=1)
-    transform = np.fft.rfft(x - means[:, None], 1 << (2 * half - 1).bit_length(), axis=1)
-    covariance = np.fft.irfft(np.abs(transform) ** 2, axis=1)[:, :half].mean(axis=0) / half
-    within = covariance[0] * half / (half - 1.0)
-    rho = 1.0 - (within - covariance) / (covariance[0] + means.var(ddof=1))
-    rho[0] = 1.0
-    last = max(0, (half - 3) // 2)  # the pair that the sum ends with: the first that is not positive
-    pairs = rho[: 2 * last + 2].reshape(-1, 2).sum(axis=1)
-    negative = np.flatnonzero(pairs <= 0.0)
-    last = int(negative[0]) if negative.size else last
-    rest = rho[2 * last] if pairs[last] >= 0.0 else max(rho[2 * last], 0.0)
-    tau = 2.0 * np.minimum.accumulate(pairs[:last]).sum() - 1.0 + rest
-    return float(x.size / max(tau, 1.0 / np.log10(x.size)))

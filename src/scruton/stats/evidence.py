@@ -26,6 +26,7 @@ from scruton.arrays import FloatArray, end_to_end
 from scruton.stats.optimum import find_optimum
 from scruton.stats.pareto import tail_shape
 from scruton.stats.posterior import Posterior
+from scruton.stats.ranks import FEWEST_DRAWS, effective_draws_of_mean
 from scruton.stats.samples import Samples
 from scruton.stats.student_t import StudentT, fit_student_t
 from scruton.stats.thresholds import (
@@ -200,9 +201,7 @@ def _solve(at_draws: FloatArray, at_new: FloatArray, size: float) -> tuple[float
 
 def _effective_size(terms: FloatArray) -> float:
     """Effective number of draws for the mean of (chains, draws) values; at most as many as there are."""
-    from arviz_stats.base import array_stats
-
-    ess = float(array_stats.ess(terms, method="mean", chain_axis=0, draw_axis=1)) if terms.shape[1] >= 4 else nan
+    ess = effective_draws_of_mean(terms) if terms.shape[1] >= FEWEST_DRAWS else nan
     # Constant terms have no variance to divide; too short a chain counts as one draw.
     fallback = float(terms.size if np.ptp(terms) == 0.0 else terms.shape[0])
     return min(max(ess, 1.0), float(terms.size)) if np.isfinite(ess) else fallback

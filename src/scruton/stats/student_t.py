@@ -1,5 +1,6 @@
 """The multivariate Student-t that samplers and evidences propose from."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -40,11 +41,11 @@ class StudentT:
     def log_density(self, x: FloatArray) -> FloatArray:
         """Log density, (size,)."""
         nu, d = self.degrees_of_freedom, self.centre.size
-        return np.asarray(self._inverse[1] - 0.5 * (nu + d) * np.log1p(self.distance(x) / nu))
+        return np.asarray(self.inverse[1] - 0.5 * (nu + d) * np.log1p(self.distance(x) / nu))
 
     def distance(self, x: FloatArray) -> FloatArray:
         """Squared distance from the centre in units of the scale, (size,)."""
-        z = (x - self.centre) @ self._inverse[0]
+        z = (x - self.centre) @ self.inverse[0]
         return np.asarray(np.einsum("ij,ij->i", z, z))
 
     def marginal(self, columns: IntArray) -> "StudentT":
@@ -53,7 +54,7 @@ class StudentT:
         return StudentT(self.centre[columns], np.linalg.cholesky(rows @ rows.T), self.degrees_of_freedom)
 
     @cached_property
-    def _inverse(self) -> tuple[FloatArray, float]:
+    def inverse(self) -> tuple[FloatArray, float]:
         """Transposed inverse of the Cholesky factor, and the logarithm of the normalising constant."""
         nu, d = self.degrees_of_freedom, self.centre.size
         constant = gammaln(0.5 * (nu + d)) - gammaln(0.5 * nu) - 0.5 * d * np.log(nu * np.pi)
@@ -92,50 +93,73 @@ class Conditional:
     given: IntArray
 
     @cached_property
-    def _others(self) -> Mixture:
+    def _others(self) -> "_Stack":
         """What is given, by itself."""
         size = self.given.size
-        parts = (StudentT(p.centre[:size], p.cholesky[:size, :size], p.degrees_of_freedom) for p in self.whole.parts)
-        return Mixture(self.whole.weight, tuple(parts))
+        parts = [StudentT(p.centre[:size], p.cholesky[:size, :size], p.degrees_of_freedom) for p in self.whole.parts]
+        return _Stack(parts)
 
     @cached_property
-    def _slopes(self) -> list[FloatArray]:
-        """Of the regressions on what is given."""
+    def _slopes(self) -> FloatArray:
+        """Of the regressions on what is given, (parts, given, members)."""
         size = self.given.size
-        return [np.linalg.solve(p.cholesky[:size, :size].T, p.cholesky[size:, :size].T) for p in self.whole.parts]
+        roots = np.stack([part.cholesky for part in self.whole.parts])
+        return np.linalg.solve(roots[:, :size, :size].swapaxes(1, 2), roots[:, size:, :size].swapaxes(1, 2))
 
     @cached_property
-    def _residuals(self) -> list[StudentT]:
+    def _residuals(self) -> "_Stack":
         """About the regressions."""
         size = self.given.size
         zero = np.zeros(self.members.size)
-        return [StudentT(zero, p.cholesky[size:, size:], p.degrees_of_freedom) for p in self.whole.parts]
+        return _Stack([StudentT(zero, p.cholesky[size:, size:], p.degrees_of_freedom) for p in self.whole.parts])
 
     def draw(self, x: FloatArray, rng: np.random.RandomState) -> tuple[FloatArray, FloatArray]:
         """Draw the members anew at points (N, d): (N, k), and log ratios of the densities of the way back and there."""
-        parts, size = self.whole.parts, self.given.size
+        size, residuals = self.given.size, self._residuals
+        share = np.log(self.whole.weight)[:, None]
+        centres = np.stack([part.centre[size:] for part in self.whole.parts])[:, None]
         if size:
-            others = x[:, self.given]
-            share = self._others.log_terms(others)
-            centres = [
-                p.centre[size:] + (others - p.centre[:size]) @ b for p, b in zip(parts, self._slopes, strict=True)
-            ]
-        else:
-            share = np.broadcast_to(np.log(self.whole.weight)[:, None], (len(parts), len(x)))
-            centres = [np.broadcast_to(p.centre, (len(x), self.members.size)) for p in parts]
+            away = x[:, self.given] - self._others.centre
+            share = share + self._others.log_density(away)
+            centres = centres + away @ self._slopes
         total = np.cumsum(np.exp(share - share.max(axis=0)), axis=0)
         which = (rng.random_sample(len(x)) * total[-1] >= total[:-1]).sum(axis=0)
-        members = np.empty((len(x), self.members.size))
-        for k, (centre, residual) in enumerate(zip(centres, self._residuals, strict=True)):
-            rows = np.flatnonzero(which == k)
-            members[rows] = centre[rows] + residual.draw(rng, rows.size)
+        members = residuals.draw(which, rng)
+        for k, centre in enumerate(centres):
+            members[which == k] += centre[which == k] if size else centre
 
         def density(points: FloatArray) -> FloatArray:
-            pairs = zip(centres, self._residuals, strict=True)
-            terms = share + np.stack([residual.log_density(points - centre) for centre, residual in pairs])
-            return np.asarray(np.logaddexp.reduce(terms, axis=0))
+            return np.asarray(np.logaddexp.reduce(share + residuals.log_density(points - centres), axis=0))
 
         return members, density(x[:, self.members]) - density(members)
+
+
+class _Stack:
+    """Several Student-t of as many dimensions, side by side."""
+
+    def __init__(self, parts: Sequence[StudentT]) -> None:
+        self.parts = parts
+        self.centre = np.stack([part.centre for part in parts])[:, None]  # (parts, 1, d)
+        self._inverse = np.stack([part.inverse[0] for part in parts])
+        self._constant = np.array([part.inverse[1] for part in parts])[:, None]
+        self._nu = np.array([part.degrees_of_freedom for part in parts])[:, None]
+
+    def log_density(self, away: FloatArray) -> FloatArray:
+        """Log densities at distances (parts, N, d) from their centres, (parts, N)."""
+        z = away @ self._inverse
+        distance = np.einsum("kij,kij->ki", z, z)
+        return np.asarray(self._constant - 0.5 * (self._nu + z.shape[-1]) * np.log1p(distance / self._nu))
+
+    def draw(self, which: IntArray, rng: np.random.RandomState) -> FloatArray:
+        """Draw distances from the centre of the part that is asked for, (N, d)."""
+        fast = np.random.Generator(rng._bit_generator)  # as `StudentT.draw`
+        nu = self._nu[which, 0]
+        z = fast.standard_normal((which.size, self.centre.shape[-1]))
+        z /= np.sqrt(fast.chisquare(nu) / nu)[:, None]
+        for k, part in enumerate(self.parts):
+            rows = which == k
+            z[rows] = z[rows] @ part.cholesky.T
+        return z
 
 
 def conditional(whole: StudentT, members: IntArray, given: IntArray) -> Conditional:
