@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 from scipy.signal import lfilter
 
 from scruton.campaign.schema import Kind, Record
-from scruton.envelope import assess, swing
+from scruton.envelope import assess, beats, swing
 from scruton.envelope.thresholds import SWING
 from scruton.envelope.types import Cycles
 
@@ -77,3 +77,35 @@ def test_the_remark_says_how_far_and_no_other_is_made_of_the_kind():
     assert quality.stable_amplitude == pytest.approx(STABLE, rel=0.02)
     assert [remark.kind for remark in quality.remarks] == ["swing"]
     assert "passes the one where it comes to stand by" in quality.warnings[0]
+
+
+def beating(seconds=60.0):
+    t = np.arange(int(seconds * F)) / F
+    return 0.010 - 0.008 * np.cos(2 * np.pi * t / 7.3)
+
+
+def test_an_amplitude_that_beats_has_no_one_stable_value():
+    low, high = beats(cycles(noisy(beating())))
+    assert (low, high) == pytest.approx((0.0022, 0.0178), rel=0.15)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_gusts_drift_and_transients_are_no_beating(seed):
+    t, rng = np.arange(480) / F, np.random.default_rng(seed)
+    fade = np.exp(-1.0 / F / rng.uniform(0.5, 20.0))
+    gust = lfilter([0.06 * np.sqrt(1 - fade**2)], [1, -fade], rng.standard_normal(t.size + 2000))[2000:]
+    assert beats(cycles(STABLE * (1 + gust))) is None
+    assert beats(cycles(noisy(STABLE * np.exp(0.02 * t)))) is None, "a drift"
+    assert beats(cycles(noisy(STABLE * (1 - 0.9 * np.exp(-0.02 * t))))) is None, "a slow growth"
+    assert beats(cycles(noisy(np.full(6, STABLE)))) is None, "too short to tell"
+
+
+@pytest.mark.parametrize("kind", [Kind.STEADY, Kind.GROWTH])
+def test_who_has_a_beating_record_is_told_that_no_one_amplitude_is_stable(kind):
+    t, rng = np.arange(6000) / 100.0, np.random.default_rng(2)
+    y = np.interp(t, np.arange(480) / F, beating()) * np.cos(2 * np.pi * F * t) + 1e-4 * rng.standard_normal(t.size)
+    quality = assess(Record("s1", Path("s1.csv"), kind, t, y, field="records[0]"))
+    [said] = [one for one in quality.remarks if one.kind == "beat"]
+    assert "no one stable amplitude" in said.text
+    steady = assess(Record("s1", Path("s1.csv"), kind, t, 0.01 * np.cos(2 * np.pi * F * t), field="records[0]"))
+    assert not [one for one in steady.remarks if one.kind == "beat"]

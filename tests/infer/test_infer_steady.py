@@ -16,7 +16,7 @@ from scruton.dynamics import Setting, force_parameters
 from scruton.envelope import Cycles, cycles_from_envelope, demodulate, ring_down
 from scruton.envelope.phase_diffusion import periodogram, phase_steps, step_spectrum, unbroken
 from scruton.infer.cards import ModelCard, load_card
-from scruton.infer.fit import envelope, fit_campaign
+from scruton.infer.fit import envelope, fit_campaign, steady_amplitude
 from scruton.infer.models import WIND
 from scruton.infer.sampling import Sampling
 from scruton.infer.steady import (
@@ -297,3 +297,16 @@ def test_of_records_that_swing_past_their_stable_amplitude_only_where_they_stand
     assert sum("passes the one where it comes to stand" in flag for flag in fit.flags) == 1, "alike, in one sentence"
     assert not any("filed as" in flag for flag in fit.flags)
     assert any("no growth or decay record" in flag for flag in fit.flags), "nothing tells the rate"
+
+
+def test_of_a_record_that_beats_the_mean_counts_and_is_known_to_no_better_than_what_it_beats_by():
+    t, nothing = np.arange(480) / 8.0, np.zeros(480)
+    amplitude = 0.010 - 0.008 * np.cos(2 * np.pi * t / 7.3)
+    cycles = Cycles(t, amplitude, np.full(480, 1e-4), nothing, np.full(480, 8.0), nothing, 8.0, 1e-4)
+    posterior = steady_posterior("beats", cycles, priors(), OMEGA0)
+    samples = Sampling(quick_card(20), 0).run("beats", posterior)
+    found = judge_steady("beats", cycles, samples, posterior)
+    assert not found.usable
+    assert "no one value is stable" in found.explain()
+    mean = steady_amplitude(found)
+    assert mean.standard_error == pytest.approx(amplitude.std(), rel=0.1)

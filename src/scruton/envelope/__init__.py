@@ -10,7 +10,7 @@ from scruton.envelope.lines import Line
 from scruton.envelope.quality import RecordQuality, assess
 from scruton.envelope.relaxation import Relaxation, relaxation
 from scruton.envelope.ringdown import DampingBand, LinearDamping, RingDown, ring_down
-from scruton.envelope.standing import Swing, swing
+from scruton.envelope.standing import Swing, beats, swing
 from scruton.envelope.trial import (
     TRIAL_FUNCTIONS,
     CubicSpline,
@@ -42,6 +42,7 @@ __all__ = [
     "TrialFunction",
     "aerodynamic_damping",
     "assess",
+    "beats",
     "cycles_from_envelope",
     "demodulate",
     "dominant_frequency",

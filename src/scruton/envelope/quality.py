@@ -14,7 +14,7 @@ from scruton.envelope.lines import Line, second_line
 from scruton.envelope.relaxation import Relaxation, relaxation
 from scruton.envelope.ringdown import weighted_line
 from scruton.envelope.sampling import Sampling, quantum_of, run_lengths, sampling
-from scruton.envelope.standing import Swing, swing
+from scruton.envelope.standing import Swing, beats, swing
 from scruton.envelope.types import Cycles
 from scruton.envelope.windows import cut
 from scruton.errors import InputError
@@ -121,6 +121,7 @@ def assess(
     remarks = [
         *(_transient_remarks(record, stable, relaxed) if transient and relaxed and not swung else ()),
         *(_swing_remarks(record, swung) if swung else ()),
+        *(_beat_remarks(record, cycles) if record.kind is Kind.STEADY or (transient and not swung) else ()),
         *_sampling_remarks(record, steps),
         *([] if record.is_envelope else _signal_remarks(record, cycles, line)),
     ]
@@ -190,6 +191,18 @@ def _swing_remarks(record: Record, swung: Swing) -> Iterator[Remark]:
     yield Remark(
         Severity.DOUBT, "swing", "record", record.name, f"{past.format(f'{swung.beyond:.0%}')}, {why}.",
         f"{past.format('{} %')}, {why},", 100.0 * swung.beyond, swung.beyond / thresholds.SWING,
+    )  # fmt: skip
+
+
+def _beat_remarks(record: Record, cycles: Cycles) -> Iterator[Remark]:
+    if (ends := beats(cycles)) is None:
+        return
+    low, high = ends
+    what = "there is no one stable amplitude. What is called so is the mean; hold a limit against the upper end, too"
+    yield Remark(
+        Severity.DOUBT, "beat", "record", record.name,
+        f"the amplitude rises and falls to the end of the record, between {low:.3g} and {high:.3g}: {what}.",
+        f"the amplitude rises and falls to the end, by up to {{}} times: {what},", high / low, high / low,
     )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""Transients that pass the amplitude where they come to stand, and return to it."""
+"""Transients that pass the amplitude where they come to stand, and return to it, and records that never stand."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,9 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.envelope.sampling import run_lengths
 from scruton.envelope.thresholds import (
+    BEATS,
     FEWEST_STANDING,
+    PASSES,
     STANDING,
     SWING,
     SWING_SIGMAS,
@@ -72,6 +74,23 @@ def swing(cycles: Cycles, *, anyway: bool = False) -> Swing | None:
     if anyway or (returned and abs(beyond) > max(UNSETTLED_SWING, UNSETTLED_SIGMAS * scatter)):
         return Swing(abs(float(np.expm1(beyond))), cycles.part(slice(half + 2, None)), settled=False)
     return None
+
+
+def beats(cycles: Cycles) -> tuple[float, float] | None:
+    """5 and 95 % points over the second half of a record whose amplitude rises and falls to the end; None if it stands.
+
+    There is no one stable amplitude then: two states behind the motion pass energy to each other, or the wind changes.
+    """
+    late = np.convolve(cycles.amplitude, np.ones(5) / 5.0, mode="valid")
+    late = late[late.size // 2 :]
+    if late.size < FEWEST_STANDING:
+        return None
+    log = np.log(np.maximum(late, 1e-3 * late.max()))
+    passes = int(np.count_nonzero(np.diff(log > np.median(log))))
+    if not (log.std() > BEATS and passes >= PASSES):
+        return None
+    low, high = np.quantile(late, [0.05, 0.95]).tolist()
+    return low, high
 
 
 def _beyond(log_amplitude: FloatArray, level: float, until: int) -> tuple[int, float]:

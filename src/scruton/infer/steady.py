@@ -33,7 +33,7 @@ import numpy as np
 
 from scruton.arrays import FloatArray, end_to_end
 from scruton.dynamics.cycles import EnvelopeData
-from scruton.envelope import Cycles, swing
+from scruton.envelope import Cycles, beats, swing
 from scruton.envelope.phase_diffusion import periodogram, phase_steps, step_spectrum, unbroken
 from scruton.envelope.thresholds import SWING
 from scruton.infer import thresholds as limits
@@ -162,6 +162,12 @@ def judge_steady(name: str, cycles: Cycles, samples: Samples, posterior: WindPos
         If the posterior is of other cycles.
     """
     kept = stationary_part(cycles)
+    left_out = cycles.time.size - kept.time.size
+    if ends := beats(kept):
+        low, high = ends
+        text = f"the amplitude rises and falls to the end, between {low:.3g} and {high:.3g}: no one value is stable"
+        one = Condition("one stable amplitude", False, high / low, 1.0, float("inf"), text)
+        return SteadyVerdict(name, (one,), kept, left_out, settled=False)
     if posterior.data.size != kept.time.size:
         raise ValueError(
             f"the posterior holds {posterior.data.size} cycles and record {name} {kept.time.size}: "
@@ -170,7 +176,6 @@ def judge_steady(name: str, cycles: Cycles, samples: Samples, posterior: WindPos
     draws = end_to_end(samples.chain)
     _, rate, q, r, *_ = posterior.state_space(draws)
     run = kept.part(unbroken(kept))
-    left_out = cycles.time.size - kept.time.size
     if run.time.size < limits.FEWEST_ADJACENT:
         text = f"it holds only {run.time.size} adjacent cycles (at least {limits.FEWEST_ADJACENT})"
         short = Condition(

@@ -78,8 +78,8 @@ def _plot(fit: Fit, *, reciprocal: bool) -> FigureWithCaption:
         drawing,
         caption=f"{what} against the Scruton number, {figures}. Coloured: what each peak test's records alone predict, "
         "median with 50 and 90 % credible bands, thin beyond an extrapolation index of 0.3. Grey: 90 % predictive band "
-        "of all peak tests together, laws weighed and led by the measured damping away from the tests, for a setting "
-        f"that lies {discrepancy:.0%} off their curve. Dotted: "
+        "of all peak tests together, laws weighed and, away from the tests, led by the damping that the transients "
+        f"show, for a setting that lies {discrepancy:.0%} off their curve. Dotted: "
         "the deterministic procedure of Eqs. (2) to (8). "
         + ("Filled points are measured, open" if _measured(fit) else "Open")
         + " ones are the posterior of each test's own stable amplitude with its 90 % interval. Negative Scruton "
