@@ -91,3 +91,19 @@ def test_rows_that_are_alike_are_asked_for_once():
     np.testing.assert_array_equal(remembered(rows), rows.sum(axis=1))
     np.testing.assert_array_equal(remembered(rows[::-1]), rows[::-1].sum(axis=1))
     assert asked == [3]
+
+
+def test_what_is_asked_for_again_at_once_is_not_computed_again_and_may_be_written_into():
+    asked = []
+
+    def function(rows):
+        asked.append(len(rows))
+        return rows.sum(axis=1)
+
+    rows = np.random.default_rng(3).standard_normal((5, 2))
+    remembered, told = Remembered(function), rows.sum(axis=1)
+    remembered(rows)[:] = 0.0
+    assert np.array_equal(remembered(rows), told)
+    rows[0] += 1.0  # in place, as walkers are moved
+    assert np.array_equal(remembered(rows), rows.sum(axis=1))
+    assert asked == [5, 1]
