@@ -219,6 +219,7 @@ def test_bad_tables_of_records(room: Room, lines: list[str], message: str) -> No
         (GOOD.replace(",", "\t"), r'or the delimiter, delimiter = "\\t"'),
         (GOOD.replace(".", ","), r'line 2: found 4 columns under a header of 2; wanted .*decimal = ","'),
         ("时间 [s],位移 [m]\n".encode("gbk"), r'not utf-8 \(at byte 2\); wanted .*encoding = "gbk"'),
+        (GOOD.encode("utf-16"), r'not utf-8 \(at byte 0\); wanted .*encoding = "utf-16"'),
         (GOOD.encode() + b"1.995,\xff\n", r"found bytes that are not utf-8"),
         (bytes(range(256)), r"found bytes that are not utf-8"),
         (b"time [s],displacement [m]\n\0\0\n", r'line 2, column "time \[s\]": found the text "\?\?"'),

@@ -94,6 +94,17 @@ def test_no_amplitude_is_told_where_no_transient_went():
 # ------------------------------------------------------------------------------------- beside the laws that predict
 
 
+@pytest.mark.parametrize("number", [20.0, np.nan])
+def test_damping_that_is_the_same_at_every_amplitude_or_known_at_none_tells_no_amplitude(number):
+    """There was no grid of Scruton numbers to look into."""
+    curve, _ = weighed()
+    none = replace(curve.measured, scruton_number=np.full((40, 1, 200), number))
+    at = np.array([20.0, 50.0])
+    setting = replace(curve, measured=none).setting(at, curve.at(at))
+    assert not setting.weight.any()
+    np.testing.assert_allclose(setting.spread, replace(curve, measured=None).setting(at, curve.at(at)).spread)
+
+
 def weighed(tau=0.1, off=0.3, reach=(0.1, 3.0)):
     """A curve by the law n = -1, tested at Sc 20, and transients that say exp(off) as much beyond x of 1."""
     sc, a_star, relaxation = 20.0, 0.05, 30.0

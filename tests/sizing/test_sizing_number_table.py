@@ -56,5 +56,11 @@ def test_what_is_wrong_is_named_by_line_and_column(listed, text, message):
         offers(str(listed(text)))
 
 
+def test_a_table_in_another_encoding_is_asked_for_in_utf_8(tmp_path):
+    (path := tmp_path / "suppliers.csv").write_bytes("mass,frequency,damping\n12000,0.29,0.08\n".encode("utf-16"))
+    with pytest.raises(InputError, match=r"not UTF-8 \(at byte 0\); wanted .* in UTF-8"):
+        offers(str(path))
+
+
 def test_further_columns_and_columns_without_a_unit_stay_as_they_are(listed):
     assert read_table(listed("a [t],b [t]\n1,2\n"), "numbers").tolist() == [[1.0, 2.0]]

@@ -71,6 +71,8 @@ class LawFree:
         draws, shaped as the Scruton numbers.
         """
         grid, log, variance = self._at_scruton_numbers
+        if grid.size < 2:  # damping that does not vary with the amplitude, or is known at none
+            return np.full(scruton_number.shape, np.nan), np.full(scruton_number.shape, np.nan)
         with np.errstate(invalid="ignore"):
             inside = (scruton_number >= grid[0]) & (scruton_number <= grid[-1])
         low = np.clip(np.searchsorted(grid, scruton_number, side="right") - 1, 0, grid.size - 2)

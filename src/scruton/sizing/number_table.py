@@ -35,7 +35,7 @@ def read_table(path: Path, wanted: str, dimensions: Sequence[Dimension] = ()) ->
     try:
         text = read_bytes(path, LARGEST_TABLE, wanted).decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InputError(path, "", f"a file that cannot be read ({error})", wanted) from None
+        raise InputError(path, "", f"bytes that are not UTF-8 (at byte {error.start})", f"{wanted}, in UTF-8") from None
     lines = [(number, line.split(",")) for number, line in enumerate(text.splitlines(), 1) if line.strip()]
     lines = [row for k, row in enumerate(lines) if k == 0 or not row[1][0].lstrip().startswith("#")]
     if len(lines) < 2:

@@ -31,6 +31,7 @@ from scruton.stats.samples import Samples
 from scruton.stats.student_t import Conditional, Mixture, NoVolumeError, StudentT, conditional, fit_mixture
 from scruton.stats.thresholds import ADAPTATIONS, EARLY, FAR_BELOW, MET, OVERDISPERSED
 
+BURNT = 4  # one in so many steps of a run, its first, is not kept
 FIRST_CHUNK = 12  # steps; then as many as seem to be wanted, and at most as many as there were
 LARGEST_CHUNK = 256
 _PART = ("centre", "cholesky", "degrees_of_freedom")  # of a proposal's mixture
@@ -124,8 +125,8 @@ class Ensembles:
         self.accepted += float(sampler.backend.accepted.mean())
 
     def kept(self) -> tuple[FloatArray, FloatArray]:
-        """Chains without their first quarter, (walkers, steps, d), and their log posterior, (walkers, steps)."""
-        burn = self.steps // 4
+        """Chains without what is burnt of them, (walkers, steps, d), and their log posterior, (walkers, steps)."""
+        burn = self.steps // BURNT
         return np.swapaxes(np.concatenate(self.chain)[burn:], 0, 1), np.concatenate(self.log_probs)[burn:].T
 
     def adapt(self, *, together: bool = False) -> None:
@@ -211,7 +212,7 @@ def sample(
                 rounds += 1
                 ensembles.adapt(together=rounds > EARLY)
         # Of a run that begins anew; what is kept of it is long enough to be judged.
-        first = total if rounds < EARLY else max(total // 2, math.ceil(4 * settings.draws / 3))
+        first = total if rounds < EARLY else max(total // 2, math.ceil(BURNT * settings.draws / (BURNT - 1)))
         chunk = max(FIRST_CHUNK, math.ceil(more * ensembles.steps) or first)
         chunk = min(chunk, LARGEST_CHUNK, settings.max_steps - total)
         posterior.forget()

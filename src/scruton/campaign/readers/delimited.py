@@ -178,7 +178,8 @@ def open_delimited(data: bytes, path: Path, dialect: CsvDialect) -> Delimited:
         text = data.decode("utf-8-sig" if codecs.lookup(dialect.encoding).name == "utf-8" else dialect.encoding)
     except UnicodeError as error:
         place = f" (at byte {error.start})" if isinstance(error, UnicodeDecodeError) else ""
-        wanted = 'the encoding of the file in the record\'s table, such as encoding = "gbk"'
+        likely = "utf-16" if data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE) else "gbk"
+        wanted = f'the encoding of the file in the record\'s table, such as encoding = "{likely}"'
         raise InputError(path, "", f"bytes that are not {dialect.encoding}{place}", wanted) from None
     text = text.removeprefix("\ufeff").removeprefix("ï»¿")  # a byte-order mark, and one read as Latin letters
     _check_lines(text, path)
