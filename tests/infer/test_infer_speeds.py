@@ -228,7 +228,7 @@ def test_nothing_to_do_with_fewer_than_three_speeds() -> None:
 
 @pytest.mark.parametrize("steady", [(), ("light",), ("light", "heavy")])
 def test_a_known_lock_in_curve_is_predicted_at_an_untested_scruton_number(steady: tuple[str, ...]) -> None:
-    speeds = fit(campaign_points(np.random.default_rng(5), steady), sampling=Sampling(load_card("default"), 2))
+    speeds = fit(campaign_points(np.random.default_rng(5), steady), sampling=Sampling(load_card("default"), 3))
     assert speeds is not None
     assert speeds.samples.convergence.converged
     assert speeds.group.effective_draws > 500
@@ -241,7 +241,7 @@ def test_a_known_lock_in_curve_is_predicted_at_an_untested_scruton_number(steady
     inner = np.quantile(predicted(speeds, v, 20.0), [0.05, 0.95], axis=0)
     assert inner[1, 4] / inner[0, 4] < 1.3  # at the peak, and is worth having
     assert np.all(inner[1] / inner[0] < 2.1)
-    again = fit(campaign_points(np.random.default_rng(5), steady), sampling=Sampling(load_card("default"), 2))
+    again = fit(campaign_points(np.random.default_rng(5), steady), sampling=Sampling(load_card("default"), 3))
     np.testing.assert_array_equal(again.group["ln_amplitude"], speeds.group["ln_amplitude"])
 
 
