@@ -135,8 +135,9 @@ def carry(fit: "Fit", campaign: Campaign, effect: str, seed: int, progress: Prog
     from scruton.gap.diagnosis import diagnose_data
 
     card = fit.card
+    data = load_gap(campaign, card)
     diagnosis = diagnose_data(
-        (data := load_gap(campaign, card)), data.campaign, prior=card.effect_weights, prior_none=card.prior_none,
+        data, data.campaign, prior=card.effect_weights, prior_none=card.prior_none,
         progress=progress,
     )  # fmt: skip
     name = attach(fit.tree, diagnosis, effect, seed)

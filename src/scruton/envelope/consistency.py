@@ -206,28 +206,42 @@ def _apart(growth: _End, decay: _End) -> float:
 
 def _steady_apart(test: Test, inspection: Inspection) -> "Iterator[tuple[_End, _End, float]]":
     """Lock-in records of a test, each with the transient that settles farthest from it and the ratio to that."""
-    ends = [end for kind in (Kind.GROWTH, Kind.DECAY) for end in _ends(test, kind, inspection) if end.settled]
+    ends = _settled(test, inspection)
     for record in test.records:
         if record.kind is Kind.STEADY and record.name in inspection.qualities and ends:
             level = float(np.median(inspection.cycles[record.name].amplitude))
-            pairs = ((level / end.level, end) for end in ends)
-            ratio, end = max(pairs, key=lambda pair: abs(math.log(max(pair[0], 1e-9))))
-            yield _End(record.name, level, level, True), end, max(ratio, 1e-9)
+            yield _End(record.name, level, level, True), *_farthest_from(level, ends)
+
+
+def _settled(test: Test, inspection: Inspection) -> list[_End]:
+    """Where the transients of a test end that have settled."""
+    return [end for kind in (Kind.GROWTH, Kind.DECAY) for end in _ends(test, kind, inspection) if end.settled]
+
+
+def _farthest_from(level: float, ends: list[_End]) -> tuple[_End, float]:
+    """The end that a level is farthest from, and the ratio to it."""
+    pairs = ((end, max(level / end.level, 1e-9)) for end in ends)
+    return max(pairs, key=lambda pair: abs(math.log(pair[1])))
+
+
+def _off_level(kind: str, of: str, name: str, ratio: float, told: str, alike: str) -> Iterator[Remark]:
+    """What is said where an amplitude is so many times the one where a transient settles; nothing where they agree."""
+    factor = max(ratio, 1.0 / ratio)
+    if factor > thresholds.LEVELS:
+        severity = Severity.SERIOUS if factor > FAR else Severity.DOUBT
+        yield Remark(severity, kind, of, name, told, alike, ratio, factor / thresholds.LEVELS)
 
 
 def _steady_levels(inspection: Inspection) -> Iterator[Remark]:
     """Lock-in records, which must stand where the transients of their test settle."""
     for test in inspection.campaign.tests:
         for steady, end, ratio in _steady_apart(test, inspection):
-            factor = max(ratio, 1.0 / ratio)
-            if factor > thresholds.LEVELS:
-                yield Remark(
-                    Severity.SERIOUS if factor > FAR else Severity.DOUBT, "steady level", "record", steady.name,
-                    f"stands at {steady.level:.3g}, {ratio:.3g} times the amplitude {end.level:.3g} where {end.name} "
-                    "of its test settles: a unit or gain of one of them, another wind speed, or two stable amplitudes.",
-                    "the record stands at {} times the amplitude where a transient of its test settles", ratio,
-                    factor / thresholds.LEVELS,
-                )  # fmt: skip
+            yield from _off_level(
+                "steady level", "record", steady.name, ratio,
+                f"stands at {steady.level:.3g}, {ratio:.3g} times the amplitude {end.level:.3g} where {end.name} "
+                "of its test settles: a unit or gain of one of them, another wind speed, or two stable amplitudes.",
+                "the record stands at {} times the amplitude where a transient of its test settles",
+            )  # fmt: skip
 
 
 def _sweep_levels(inspection: Inspection) -> Iterator[Remark]:
@@ -236,20 +250,17 @@ def _sweep_levels(inspection: Inspection) -> Iterator[Remark]:
         for test in (test for test in inspection.campaign.tests if test.rig == sweep.rig):
             at = int(np.argmin(np.abs(sweep.wind_speed - test.wind_speed.mean)))
             there, speed = float(sweep.amplitude[at]), float(sweep.wind_speed[at])
-            ends = [end for kind in (Kind.GROWTH, Kind.DECAY) for end in _ends(test, kind, inspection) if end.settled]
+            ends = _settled(test, inspection)
             if abs(speed - test.wind_speed.mean) > thresholds.ONE_SPEED * speed or not ends or not there > 0.0:
                 continue
-            ratio, end = max(((there / end.level, end) for end in ends), key=lambda pair: abs(math.log(pair[0])))
-            factor = max(ratio, 1.0 / ratio)
-            if factor > thresholds.LEVELS:
-                yield Remark(
-                    Severity.SERIOUS if factor > FAR else Severity.DOUBT, "sweep level", "test", test.name,
-                    f"the sweep {sweep.path.name} of its rig has {there:.3g} at {speed:.4g} m/s, {ratio:.3g} times the "
-                    f"amplitude {end.level:.3g} where {end.name} settles at the same wind speed: a unit or gain of one "
-                    "of them, another damping or wind speed, or two stable amplitudes.",
-                    "the sweep has {} times the amplitude where a transient settles at the same wind speed", ratio,
-                    factor / thresholds.LEVELS,
-                )  # fmt: skip
+            end, ratio = _farthest_from(there, ends)
+            yield from _off_level(
+                "sweep level", "test", test.name, ratio,
+                f"the sweep {sweep.path.name} of its rig has {there:.3g} at {speed:.4g} m/s, {ratio:.3g} times the "
+                f"amplitude {end.level:.3g} where {end.name} settles at the same wind speed: a unit or gain of one "
+                "of them, another damping or wind speed, or two stable amplitudes.",
+                "the sweep has {} times the amplitude where a transient settles at the same wind speed",
+            )  # fmt: skip
 
 
 def _stated_level(inspection: Inspection) -> Iterator[Remark]:

@@ -9,6 +9,7 @@ from scruton.arrays import FloatArray
 from scruton.campaign.remarks import Remark, Severity
 from scruton.campaign.schema import Kind, Record
 from scruton.envelope import thresholds
+from scruton.envelope.clipping import CLIPPED
 from scruton.envelope.cycles import cycles_from_envelope, demodulate
 from scruton.envelope.lines import Line, second_line
 from scruton.envelope.relaxation import Relaxation, relaxation
@@ -230,7 +231,7 @@ def _signal_remarks(record: Record, cycles: Cycles, line: Line | None) -> Iterat
     # a filter rounds what was clipped
     if record.band is None and (side := _clipped_side(record.time, record.response, cycles)):
         yield Remark(
-            Severity.DOUBT, "clipped", "record", record.name,
+            Severity.DOUBT, CLIPPED, "record", record.name,
             f"the signal is clipped {side}: samples pile up at the extreme reading, and amplitudes look too small.",
             f"the signal is clipped {side} (samples pile up at the extreme reading)",
         )  # fmt: skip

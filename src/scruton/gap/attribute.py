@@ -228,9 +228,7 @@ class Screen:
         schur = 0.5 * (schur + schur.T)
 
         def gain(where: np.ndarray) -> float:
-            among = schur[np.ix_(where, where)]
-            explained = 0.5 * score[where] @ np.linalg.solve(among, score[where])
-            return float(explained - np.log(scales[where]).sum() - 0.5 * np.linalg.slogdet(among)[1])
+            return float(_gained(score[where], schur[np.ix_(where, where)], scales[where])[0])
 
         if variant.scope.extent is Extent.SOME_RECORDS:
             places = np.add.outer(np.arange(tested[0].size), first[:-1])
@@ -271,18 +269,19 @@ class Screen:
             self._scans[form] = self._scan_records(variant)
         grid, scores, curvatures, seen = self._scans[form]
         prior = np.array([p for p, _ in _probes(variant)])
+        held = np.diag(1.0 / prior**2)
         best, gains = np.zeros(scanned.size, dtype=int), np.zeros(scanned.size)
         chosen = np.zeros((len(variant.scope.members), prior.size))
         for g in range(scanned.size):
             inside = np.flatnonzero(scanned.members == g)
             if "phase" in named:  # of every record its own: what records find is their own, too
-                gain, step = _gained(scores[:, inside], curvatures[:, inside], prior)
+                gain, step = _gained(scores[:, inside], curvatures[:, inside] + held, prior)
                 gain = np.where(seen[:, inside], gain, -np.inf)
                 # a record too short for the slowest beats has no say, but forbids nothing to the others
                 gain = np.where(np.isfinite(gain), gain, np.minimum(gain.max(axis=0, initial=0.0), 0.0) - 3.0)
                 summed = gain.sum(axis=1)
             else:
-                summed, step = _gained(scores[:, inside].sum(axis=1), curvatures[:, inside].sum(axis=1), prior)
+                summed, step = _gained(scores[:, inside].sum(axis=1), curvatures[:, inside].sum(axis=1) + held, prior)
             best[g] = int(np.argmax(summed))
             gains[g] = float(logsumexp(summed)) - np.log(len(grid))
             chosen[inside] = step[best[g]]
@@ -335,8 +334,7 @@ class Screen:
 
 
 def _gained(score: FloatArray, curvature: FloatArray, prior: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Gain in log evidence and best small step, of scores (..., probes) and curvatures without the prior's."""
-    curvature = curvature + np.diag(1.0 / prior**2)
+    """Gain in log evidence and best small step, of scores (..., d) and curvatures, the prior's with them."""
     step = np.linalg.solve(curvature, score[..., None])[..., 0]
     gain = 0.5 * np.sum(score * step, axis=-1) - np.log(prior).sum() - 0.5 * np.linalg.slogdet(curvature)[1]
     return gain, step

@@ -39,6 +39,10 @@ class Setting:
     spread: FloatArray
     weight: FloatArray
 
+    def off(self, z: FloatArray) -> FloatArray:
+        """ln(amplitude) of settings whose standardised deviation is z, (S,), less that by the laws, (S, n_sc)."""
+        return np.asarray(self.shift + self.spread * z[:, None])
+
 
 @dataclass(frozen=True, eq=False)
 class SharedCurve:
@@ -113,8 +117,7 @@ class SharedCurve:
     def predictive(self, scruton_numbers: FloatArray, z: FloatArray) -> FloatArray:
         """Stable amplitude of a new setting whose standardised deviation is z, (S,), on (S, n_sc)."""
         by_laws = self.at(scruton_numbers)
-        setting = self.setting(scruton_numbers, by_laws)
-        return np.asarray(by_laws * np.exp(setting.shift + setting.spread * z[:, None]))
+        return np.asarray(by_laws * np.exp(self.setting(scruton_numbers, by_laws).off(z)))
 
     def at(self, scruton_numbers: FloatArray) -> FloatArray:
         """Stable amplitude by the laws, (S, n_sc), at (n_sc,) or (S, n_sc) Scruton numbers; see `setting`."""

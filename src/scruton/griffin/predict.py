@@ -230,9 +230,9 @@ def predict(
     curve = shared_curve(tree, law_n=law_n, near=near, seed=seed)
     # A short run may have kept another number of draws of the rig than of the curve.
     sc_of_all = np.resize(sc, curve.n.size)[:, None]
-    draws = curve.predictive(sc_of_all, _deviates(curve, seed))[:, 0]
     by_laws = curve.at(sc_of_all)
     setting = curve.setting(sc_of_all, by_laws)
+    draws = (by_laws * np.exp(setting.off(_deviates(curve, seed))))[:, 0]
     assert curve.coverage is not None
     if asked:
         indices = {start.test: float(start.index(near)) for start in starts(tree)}

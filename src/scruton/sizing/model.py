@@ -262,8 +262,7 @@ class Draws:
         sc = self.scruton_number(added)
         square = sc.reshape(len(self), -1)
         on_curve = self.on_curve(square)
-        setting = self.curve.setting(square, on_curve)
-        away = np.exp(setting.shift + setting.spread * self.discrepancy[:, None])
+        away = np.exp(self.curve.setting(square, on_curve).off(self.discrepancy))
         return (self.scale[:, None] * on_curve * away).reshape(sc.shape)
 
     def spread(self, added: FloatArray) -> FloatArray:
@@ -289,8 +288,7 @@ class Draws:
         left, rest = self, np.arange(len(self))  # draws that still move
         for k in range(_REPETITIONS):
             setting = left.curve.setting(sc[rest, None], on_curve[rest, None])
-            off = setting.shift[:, 0] + setting.spread[:, 0] * left.discrepancy
-            on_curve[rest] = target[rest] * np.exp(-off)
+            on_curve[rest] = target[rest] * np.exp(-setting.off(left.discrepancy)[:, 0])
             found = left._inverse(on_curve[rest])
             before = sc[rest]
             if k >= _LOOKS[0] and self.curve.measured is not None:

@@ -193,8 +193,7 @@ def _experiments(
     def steady(sc: float, deviate: FloatArray) -> list[FloatArray]:
         at = np.full((size, 1), sc)
         on_curve = np.clip(draws.on_curve(at), 1e-6, 10.0)
-        setting = curve.setting(at, on_curve)
-        off = setting.shift[:, 0] + setting.spread[:, 0] * deviate
+        off = curve.setting(at, on_curve).off(deviate)[:, 0]
         return [np.log(on_curve[:, 0]) + off + STEADY_COV * noise()]
 
     bridge_sc = float(np.median(draws.scruton_number(0.0)))
