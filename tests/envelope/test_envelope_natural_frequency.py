@@ -5,7 +5,8 @@ from dataclasses import replace
 import pytest
 
 from scruton.campaign import load_campaign
-from scruton.envelope import gather, usable
+from scruton.envelope import gather, inspection, usable
+from scruton.envelope.inspection import record_cycles
 from scruton.errors import InputError
 
 
@@ -34,3 +35,17 @@ def test_another_frequency_altogether_is_refused(small_campaign):
     with pytest.raises(InputError, match=r"campaign.toml: rigs\[0\].frequency: found 10.2 Hz; wanted .*7.8"):
         usable(campaign)
     assert gather(campaign).campaign.rigs[0].frequency.mean == 10.2  # a check goes on, and remarks on the records
+
+
+def test_a_record_that_fails_at_the_frequency_found_is_set_aside(small_campaign, monkeypatch):
+    """It brought the command down."""
+
+    def fails(record, frequency, *more):
+        if record.name == "decay.csv" and frequency < 8.0:
+            raise InputError(record.path, record.field, "no motion", "one")
+        return record_cycles(record, frequency, *more)
+
+    monkeypatch.setattr(inspection, "record_cycles", fails)
+    kept, cycles = usable(stated(small_campaign, 8.6))
+    assert sorted(cycles) == ["growth.csv", "still.csv"]
+    assert [one.kind for one in kept.remarks] == ["natural frequency", inspection.SET_ASIDE]

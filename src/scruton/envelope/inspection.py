@@ -134,10 +134,7 @@ def usable(
     campaign = moving(campaign)
     campaign, cycles = _sifted(campaign if clipped else unclipped(campaign), source, strict, plucks)
     tuned = retuned(campaign, cycles, refuse=plucks)
-    for (record, rig, _), (_, before, _) in zip(records_of(tuned), records_of(campaign), strict=True):
-        if rig is not before:
-            cycles[record.name] = record_cycles(record, rig.frequency.mean, source)
-    return tuned, cycles
+    return (campaign, cycles) if tuned is campaign else _sifted(tuned, source, strict, plucks)
 
 
 def _sifted(campaign: Campaign, source: str, strict: bool, plucks: bool) -> tuple[Campaign, dict[str, Cycles]]:
