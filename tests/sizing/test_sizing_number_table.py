@@ -2,6 +2,7 @@
 
 import pytest
 
+from scruton.campaign.units import SPEED
 from scruton.errors import InputError
 from scruton.sizing.existing import offers
 from scruton.sizing.number_table import read_table
@@ -64,3 +65,33 @@ def test_a_table_in_another_encoding_is_asked_for_in_utf_8(tmp_path):
 
 def test_further_columns_and_columns_without_a_unit_stay_as_they_are(listed):
     assert read_table(listed("a [t],b [t]\n1,2\n"), "numbers").tolist() == [[1.0, 2.0]]
+
+
+@pytest.mark.parametrize(
+    ("heading", "factor"),
+    [
+        ("speed (10 min mean)", 1.0),
+        ("speed (10 min)", 1.0),
+        ("speed (at 10 m)", 1.0),
+        ("speed [km/h] (10 min mean)", 1.0 / 3.6),
+        ("speed (10 min mean) [km/h]", 1.0 / 3.6),
+        ("speed (km/h)", 1.0 / 3.6),
+        ("speed ()", 1.0),
+    ],
+)
+def test_round_brackets_may_hold_a_remark(listed, heading, factor):
+    """It was taken for a unit, and refused; and a unit before it must not be lost."""
+    path = listed(f"{heading},hours\n36,1\n")
+    assert read_table(path, "numbers", (SPEED,))[0] == pytest.approx([36.0 * factor, 1.0])
+
+
+@pytest.mark.parametrize(
+    "heading",
+    [
+        "speed [10 min mean]", "speed [stone?]", "speed (stone?)", "speed (kg)", "speed (kg m)", "speed (km/h; 10 min)",
+        "speed [m/s] (km/h)",
+    ],
+)  # fmt: skip
+def test_what_may_be_a_unit_is_no_remark(listed, heading):
+    with pytest.raises(InputError, match=r"header, column 1: .*the unit of a speed, such as \[m/s\]"):
+        read_table(listed(f"{heading},hours\n36,1\n"), "numbers", (SPEED,))

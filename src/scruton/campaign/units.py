@@ -187,6 +187,15 @@ def unit_factor(unit: str, dimension: Dimension) -> float:
     raise ValueError(f'the unit "{unit}", which is not that of {dimension.name}')
 
 
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit, of whatever dimension."""
+    try:
+        _root(text)
+    except ValueError:
+        return False
+    return True
+
+
 def odd_unit(text: str) -> str | None:
     """Say what is odd about the unit of a text such as "0.000075 km", or of a bare unit; None where nothing is.
 

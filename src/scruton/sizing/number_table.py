@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -10,10 +11,11 @@ from scruton.arrays import FloatArray
 from scruton.campaign.bounded import read_bytes
 from scruton.campaign.spelling import show
 from scruton.campaign.thresholds import LARGEST_TABLE
-from scruton.campaign.units import Dimension, unit_factor
+from scruton.campaign.units import Dimension, is_unit, unit_factor
 from scruton.errors import InputError
 
-_UNIT = re.compile(r"[\[(]\s*([^\])]*?)\s*[\])]\s*$")
+_BRACKETS = re.compile(r"\[\s*([^\]]*?)\s*\]|\(\s*([^)]*?)\s*\)")
+_WORDS = re.compile(r"[\s;:]+")
 
 
 def read_table(path: Path, wanted: str, dimensions: Sequence[Dimension] = ()) -> FloatArray:
@@ -68,12 +70,39 @@ def _factors(path: Path, header: Sequence[str], columns: int, dimensions: Sequen
     """Factors to SI of the columns, by the units that their headings state."""
     factors = np.ones(columns)
     for k, (heading, dimension) in enumerate(zip(header[:columns], dimensions, strict=False)):
-        stated = _UNIT.search(heading)
-        if stated is None or stated[1] in ("", "-", dimension.unit):
-            continue
+        units = [
+            square or word for square, word in _BRACKETS.findall(heading) if square or not _remark(word, dimension)
+        ]
         try:
-            factors[k] = 0.01 if stated[1] == "%" and not dimension.unit else unit_factor(stated[1], dimension)
+            if len(units) > 1:
+                raise ValueError("more than one unit")
+            factors[k] = _factor(units[0] if units else "", dimension)
         except ValueError as error:
             wanted = f"the unit of {dimension.name}, such as [{dimension.unit or '-'}]"
             raise InputError(path, f"header, column {k + 1}", f"{show(heading.strip())} ({error})", wanted) from None
     return factors
+
+
+def _factor(unit: str, dimension: Dimension) -> float:
+    """Factor to SI of a unit as a heading has it; ValueError for one of another dimension, or that is not known."""
+    if unit in ("", "-", dimension.unit):
+        return 1.0
+    return 0.01 if unit == "%" and not dimension.unit else unit_factor(unit, dimension)
+
+
+def _remark(inside: str, dimension: Dimension) -> bool:
+    """Whether round brackets hold a remark: several words that are no unit together, none of them one of the column.
+
+    A number among them makes them no unit: "10 min".
+    """
+    words = _WORDS.split(inside)
+    if len(words) < 2:
+        return not inside
+    if is_unit(inside) and not any(_number(word) is not None for word in words):
+        return False
+    for word in words:
+        with suppress(ValueError):
+            if _number(word) is None:
+                _factor(word, dimension)
+                return False
+    return True
