@@ -3,10 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from scruton.campaign import load_campaign
 from scruton.dynamics.cycles import ABSENT
 from scruton.envelope.inspection import SET_ASIDE
+from scruton.errors import InputError
 from scruton.gap.data import load_gap
 from scruton.gap.diagnose import left_out_tests
 
@@ -45,3 +47,15 @@ def test_a_test_at_another_wind_speed_is_left_out_and_said_to_be(small_campaign)
     assert flag.startswith("Left out of the diagnosis: slow. ")
     assert f"the peak test alone is read ({test.name})" in flag
     assert "`scruton fit` gives every test parameters of its own" in flag
+
+
+def test_records_of_one_test_in_two_units_are_refused(small_campaign):
+    """A fit refused them, a diagnosis did not."""
+    campaign = load_campaign(small_campaign)
+    (test,) = campaign.tests
+    records = tuple(
+        replace(record, response=record.response / 1000.0) if record.name == "decay.csv" else record
+        for record in test.records
+    )
+    with pytest.raises(InputError, match=r"a factor .* off the .*in the same test"):
+        load_gap(replace(campaign, tests=(replace(test, records=records),)))

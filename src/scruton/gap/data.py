@@ -15,8 +15,10 @@ from scruton.dynamics.effects import Layout
 from scruton.dynamics.effects.aerodynamic import SAME_SPEED
 from scruton.dynamics.effects.terms import HATS
 from scruton.envelope import Cycles, usable
+from scruton.envelope.consistency import check_units
 from scruton.envelope.flat_tops import flat_top
 from scruton.envelope.harmonics import third_harmonic
+from scruton.envelope.inspection import weigh
 from scruton.errors import InputError
 from scruton.gap.thresholds import BEYOND_PEAKS
 from scruton.infer.cards import ModelCard, load_card
@@ -103,10 +105,12 @@ def load_gap(campaign: Campaign, card: ModelCard | None = None) -> GapData:
     Raises
     ------
     InputError
-        If there is no record, or none that can be demodulated: others are set aside, as the campaign's remarks say.
+        If there is no record, or none that can be demodulated: others are set aside, as the campaign's remarks say; if
+        records of one test cannot be of one unit.
     """
     card = card or load_card()
     campaign, cycles = usable(campaign, clipped=True)
+    check_units(weigh(campaign, cycles, {}))
     stable = {
         test.name: float(np.median([settled_end(cycles[record.name]) for record in test.records]))
         for test in campaign.tests
