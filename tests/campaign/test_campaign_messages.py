@@ -11,6 +11,7 @@ import tomli_w
 from campaign_room import TIME, csv
 
 from scruton.campaign import Motion, load_campaign
+from scruton.campaign.toml import parse_toml
 from scruton.errors import InputError
 from scruton.infer.cards import load_card
 from scruton.simulate import write_campaign
@@ -75,3 +76,17 @@ def test_messages_are_as_they_were(kind: str, beside: Path) -> None:
         if found != case["message"]:
             others.append((case["at"], case["change"], found, case["message"]))
     assert others == []
+
+
+def test_a_slip_is_told_by_the_line_that_an_editor_counts():
+    """A line separator in a comment is no line break to TOML."""
+    text = "a = 1 # one\u2028two\u0085three\r\nb = .5\r\n"
+    with pytest.raises(InputError, match=r"line 2: .*wanted a digit before the point: 0\.5"):
+        parse_toml(text.encode(), Path("campaign.toml"))
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be", "utf-32"])
+def test_toml_in_another_unicode_encoding_is_named(encoding: str):
+    name = encoding.upper()[:6]
+    with pytest.raises(InputError, match=f"found text in {name}; wanted a TOML file in UTF-8"):
+        parse_toml("format = 1\n".encode(encoding), Path("campaign.toml"))

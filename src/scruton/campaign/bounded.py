@@ -1,5 +1,6 @@
 """Reading files that somebody else wrote: nothing is read before it is known to be a file, and of a bounded size."""
 
+import codecs
 import os
 import stat
 from collections.abc import Callable
@@ -44,6 +45,14 @@ def read_bytes(path: Path, largest: int, wanted: str | Callable[[Path], str] = "
     if len(data) != status.st_size:
         raise InputError(path, "", "a file that changes while it is read", "one that is complete")
     return data
+
+
+def wide_encoding(data: bytes) -> str | None:
+    """UTF-16 or UTF-32 where a text begins as one does, with its mark or with a Latin letter; else None."""
+    if data.startswith((codecs.BOM_UTF32_LE, codecs.BOM_UTF32_BE)):
+        return "UTF-32"
+    wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) or data[:2].count(0) == 1
+    return "UTF-16" if wide else None
 
 
 def _without_waiting(name: str, flags: int) -> int:

@@ -13,7 +13,7 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any, TypeGuard
 
-from scruton.campaign.bounded import read_bytes
+from scruton.campaign.bounded import read_bytes, wide_encoding
 from scruton.campaign.quantity import Quantity
 from scruton.campaign.spelling import digits, nearest, show
 from scruton.campaign.thresholds import DEEPEST_TOML, LARGEST_NUMBER, LARGEST_TOML, MOST_TABLES
@@ -33,6 +33,8 @@ def read_toml(path: Path, wanted: str = "a file that is there") -> tuple[bytes, 
 
 def toml_text(data: bytes, path: Path) -> str:
     """Decode a TOML file (InputError where it is not UTF-8)."""
+    if (encoding := wide_encoding(data)) is not None:
+        raise InputError(path, "", f"text in {encoding}", "a TOML file in UTF-8")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -83,7 +85,7 @@ _SLIPS: tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], str]], ...] = (
 
 def _slip(text: str, said: str) -> tuple[str, str]:
     """The line that a parser's words are about, and what is wanted there; empty where nobody can tell."""
-    lines = text.splitlines()
+    lines = text.removesuffix("\n").split("\n")  # TOML's line breaks; splitlines knows others
     found = re.search(r"at line (\d+)", said)
     number = int(found[1]) if found else len(lines)
     if not 0 < number <= len(lines) or "Unclosed" in said:
