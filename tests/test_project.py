@@ -3,8 +3,10 @@
 import ast
 import json
 import os
+import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -176,3 +178,21 @@ def test_a_bare_machine_has_no_more_than_the_readme_asks_for():
 
 def test_the_result_of_a_command_on_a_bare_machine_is_its_own():
     assert bare("sh", "-c", 'test "$1" = "two words" && exit 3', "sh", "two words").returncode == 3
+
+
+def test_every_package_that_is_imported_is_declared_by_name():
+    """Not only what another one brings with it."""
+    imported = set()
+    for path in (ROOT / "src").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                imported |= {alias.name.partition(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.module:
+                imported.add(node.module.partition(".")[0])
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    stated = [project["project"]["dependencies"], *project["project"]["optional-dependencies"].values()]
+    lines = [*(line for group in stated for line in group), *project["dependency-groups"]["dev"]]
+    declared = {re.match(r"[\w-]+", line)[0].replace("-", "_").lower() for line in lines}
+    other = {"docx": "python_docx"}
+    third = {other.get(name, name).lower() for name in imported - sys.stdlib_module_names - {"scruton"}}
+    assert third - declared == set()
