@@ -215,3 +215,10 @@ def test_trial_band_of_a_steep_growth_is_the_papers_law(small_results):
     sc = factor * (xi + np.array([0.5, 2.0, 5.0]) * 6.0 / omega0)
     draws, _ = trial_griffin_draws(tree, sc, name)
     np.testing.assert_allclose(np.nanmedian(draws, axis=0), 0.03 / (1 + np.array([0.5, 2.0, 5.0])), rtol=5e-3)
+
+
+@pytest.mark.parametrize("call", [griffin_band, griffin_draws])
+def test_no_scruton_number_is_refused(call) -> None:
+    """It gave a band from nan to nan."""
+    with pytest.raises(InputError, match="scruton_numbers: found no number; wanted one or more"):
+        call(make_tree(), [])

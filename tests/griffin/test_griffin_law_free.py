@@ -190,4 +190,6 @@ def test_one_law_that_is_asked_for_is_that_law_alone():
     with_it, alone = predict(tree, scruton_number=sc), predict(tree, scruton_number=sc, law_n=-1.0)
     assert alone.measured_weight == 0.0 < with_it.measured_weight
     assert with_it.to_json()["measured_weight"] == with_it.measured_weight
-    assert any("the measured damping has a weight of" in flag for flag in with_it.flags)
+    assert any(with_it.measured in flag for flag in with_it.flags)
+    assert with_it.measured == f"beside them the measured damping has a weight of {with_it.measured_weight:.0%}"
+    assert not alone.measured

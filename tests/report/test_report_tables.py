@@ -142,6 +142,15 @@ def test_predictions_print_their_monte_carlo_errors(fit) -> None:
     assert "with a discrepancy of 10 % and of 20 %" in text
 
 
+def test_the_weight_of_the_measured_damping_is_printed_with_that_of_the_laws(fit) -> None:
+    one = predict(fit.tree, scruton_number=30.0)
+    told = replace(one, measured_weight=0.24, flags=())
+    text = " ".join(render_text(prediction_summary([told], fit.summary)).split())
+    assert "; beside them the measured damping has a weight of 24% at Sc = 30. The interval" in text
+    text = render_text(prediction_summary([replace(told, measured_weight=0.004)], fit.summary))
+    assert "measured damping" not in text
+
+
 def test_torsional_predictions_are_printed_in_degrees() -> None:
     twisting = fake_fit(motion=Motion.TORSIONAL, growth=False, sweeps=False, ringdowns=False)
     one = predict(twisting.tree, scruton_number=0.8)

@@ -85,6 +85,14 @@ def index_draws(tree: "xr.DataTree", scruton_numbers: FloatArray, test: str) -> 
     return extrapolation_index(np.atleast_1d(scruton_numbers), sc, relaxation)
 
 
+def given_grid(scruton_numbers: FloatArray | Sequence[float]) -> FloatArray:
+    """Scruton numbers as an array; InputError where there are none, of which a curve would say nothing but NaN."""
+    grid = np.atleast_1d(np.asarray(scruton_numbers, dtype=float))
+    if not grid.size:
+        raise InputError("scruton_numbers", "", "no number", "one or more")
+    return grid
+
+
 def griffin_draws(
     tree: "xr.DataTree",
     scruton_numbers: FloatArray | Sequence[float],
@@ -113,14 +121,14 @@ def griffin_draws(
     Raises
     ------
     InputError
-        If there is no such test.
+        If there is no such test, or no Scruton number.
 
     Notes
     -----
     A'(Sc') = a_star (1 - n x)^(1/n) with x = (Sc' - Sc)/Sc_lambda and Sc_lambda = Sc lambda/(omega0 xi_s), the
     Scruton number that one relaxation rate is worth; for n = -1 this is Eq. (11).
     """
-    grid = np.asarray(scruton_numbers, dtype=float)
+    grid = given_grid(scruton_numbers)
     name = peak_names(tree)[0] if test is None else test
     n = exponent_draws(tree, name)[:, None] if law_n is None else law_n
     return np.asarray(draws_of(tree, "a_star", name)[:, None] * amplitude_ratio(index_draws(tree, grid, name), n))
@@ -156,7 +164,7 @@ def griffin_band(
     law_n: float | None = None,
 ) -> GriffinBand:
     """Credible band of the Griffin curve from one test; parameters as of `griffin_draws`."""
-    grid = np.asarray(scruton_numbers, dtype=float)
+    grid = given_grid(scruton_numbers)
     name = peak_names(tree)[0] if test is None else test
     x = np.median(index_draws(tree, grid, name), axis=0)
     return band(grid, griffin_draws(tree, grid, name, law_n=law_n), unit_of(tree), name, np.abs(x) > X_TRUSTED)
@@ -184,7 +192,7 @@ def trial_griffin_draws(
     Raises
     ------
     InputError
-        If no trial function was fitted to such a record.
+        If no trial function was fitted to such a record, or there is no Scruton number.
 
     Notes
     -----
@@ -213,7 +221,7 @@ def trial_griffin_draws(
     aero = aerodynamic_damping(total_damping(amplitude, rate, omega), amplitude, lambda _: xi_s, omega, omega0)
     curve = griffin_curve(aero, amplitude, 1.0, omega, omega0)
     sc = mass_damping_draws(tree, test)[pick, None] * curve.scruton_number
-    grid = np.asarray(scruton_numbers, dtype=float)
+    grid = given_grid(scruton_numbers)
     draws = np.stack([_read(grid, numbers, values) for numbers, values in zip(sc, amplitude, strict=True)])
     return draws, (float(amplitudes.min()), float(amplitudes.max()))
 

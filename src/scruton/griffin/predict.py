@@ -12,7 +12,7 @@ from scruton.campaign.schema import Quantity
 from scruton.documents import as_json
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.errors import InputError
-from scruton.griffin.bands import INTERVALS, quantiles
+from scruton.griffin.bands import INTERVALS, given_grid, quantiles
 from scruton.griffin.coverage import coverage_of
 from scruton.griffin.curves import SharedCurve, shared_curve, starts, stream, what_if
 from scruton.griffin.discrepancy import STATED, one_rig, with_discrepancy
@@ -110,6 +110,12 @@ class Prediction:
     def sd(self) -> float:
         """Standard deviation of the draws; inf where some are."""
         return float(self.draws.std()) if np.isfinite(self.draws).all() else float("inf")
+
+    @property
+    def measured(self) -> str:
+        """The weight of the measured damping beside the laws, in words; empty where it rounds to none."""
+        weight = f"{self.measured_weight:.0%}"
+        return "" if weight == "0%" else f"beside them the measured damping has a weight of {weight}"
 
     @property
     def dies(self) -> float:
@@ -309,7 +315,7 @@ def predictive_draws(
         Amplitudes: zero where vibration dies, inf where no amplitude is stable. The columns share their discrepancy,
         so each row is one whole Griffin curve.
     """
-    sc = np.atleast_1d(np.asarray(scruton_numbers, dtype=float))
+    sc = given_grid(scruton_numbers)
     curve = shared_curve(tree, law_n=law_n, seed=seed)
     z = _deviates(curve, seed)
     if not what_if(tree, law_n):
@@ -371,13 +377,12 @@ def _wide(design: Quantity | float | None) -> tuple[str, ...]:
 def _flags(prediction: Prediction) -> tuple[str, ...]:
     flags = []
     place = f"Sc = {prediction.scruton_number:.4g}"
-    weight = f"{prediction.measured_weight:.0%}"
     if abs(prediction.extrapolation_index) > X_TRUSTED:
         flags.append(
             f"{place}: extrapolation index x = {prediction.extrapolation_index:.2f} from the nearest test; beyond "
             f"|x| = {X_TRUSTED:g} laws of aerodynamic damping part, and the interval is that of the laws used: "
             + ", ".join(f"{law} ({share:.0%})" for law, share in prediction.laws.items() if share > 0.005)
-            + (f"; beside them the measured damping has a weight of {weight}" if weight != "0%" else "")
+            + (f"; {prediction.measured}" if prediction.measured else "")
         )
     if not prediction.covered_by:
         flags.append(f"{place}: an amplitude beyond the transients of every test: no record tells the damping there")

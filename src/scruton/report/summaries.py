@@ -128,12 +128,13 @@ def _predicted(predictions: "Sequence[Prediction]", summary: dict[str, Any]) -> 
     ]  # fmt: skip
     header = ("Sc", damping_label(), f"amplitude [{unit}]", "90 % interval", "MC errors", "sd", "x", "covered")
     shares = [f"{law} {weight:.0%}" for law, weight in predictions[0].laws.items() if weight > SHARE_SHOWN]
+    measured = [f"{one.measured} at Sc = {one.scruton_number:.4g}" for one in predictions if one.measured]
     lines = [
         "x: extrapolation index; laws agree to 8 % for |x| < 0.2 and part beyond 0.3.",
         "Covered: peak tests whose transients run through the amplitude.",
         "MC errors: Monte Carlo standard errors of the median and of the interval's ends.",
         *([note] if (note := scruton_note(heaving=summary["amplitude_unit"] == "A/D")) else []),
-        f"Laws: {', '.join(shares)}. The interval carries the discrepancy between settings.",
+        f"Laws: {'; '.join([', '.join(shares), *measured])}. The interval carries the discrepancy between settings.",
         *dict.fromkeys(f"! {flag}" for prediction in predictions for flag in prediction.flags),
     ]
     if not summary["converged"]:
