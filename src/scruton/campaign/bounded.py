@@ -47,12 +47,16 @@ def read_bytes(path: Path, largest: int, wanted: str | Callable[[Path], str] = "
     return data
 
 
+def begins_as_utf16(data: bytes) -> bool:
+    """Whether a text begins with the byte-order mark of UTF-16."""
+    return data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+
+
 def wide_encoding(data: bytes) -> str | None:
     """UTF-16 or UTF-32 where a text begins as one does, with its mark or with a Latin letter; else None."""
     if data.startswith((codecs.BOM_UTF32_LE, codecs.BOM_UTF32_BE)):
         return "UTF-32"
-    wide = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) or data[:2].count(0) == 1
-    return "UTF-16" if wide else None
+    return "UTF-16" if begins_as_utf16(data) or data[:2].count(0) == 1 else None
 
 
 def _without_waiting(name: str, flags: int) -> int:

@@ -14,11 +14,10 @@ from scruton.dynamics.cycles import ABSENT, Channels, gaps
 from scruton.dynamics.effects import Layout
 from scruton.dynamics.effects.aerodynamic import SAME_SPEED
 from scruton.dynamics.effects.terms import HATS
-from scruton.envelope import Cycles, usable
+from scruton.envelope import Cycles, usable, weigh
 from scruton.envelope.consistency import check_units
 from scruton.envelope.flat_tops import flat_top
 from scruton.envelope.harmonics import third_harmonic
-from scruton.envelope.inspection import weigh
 from scruton.errors import InputError
 from scruton.gap.thresholds import BEYOND_PEAKS
 from scruton.infer.cards import ModelCard, load_card

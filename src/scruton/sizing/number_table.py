@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Sequence
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -98,11 +97,15 @@ def _remark(inside: str, dimension: Dimension) -> bool:
     words = _WORDS.split(inside)
     if len(words) < 2:
         return not inside
-    if is_unit(inside) and not any(_number(word) is not None for word in words):
+    named = [word for word in words if _number(word) is None]
+    together = len(named) == len(words) and is_unit(inside)
+    return not together and not any(_states(word, dimension) for word in named)
+
+
+def _states(unit: str, dimension: Dimension) -> bool:
+    """Whether a text is a unit of the dimension."""
+    try:
+        _factor(unit, dimension)
+    except ValueError:
         return False
-    for word in words:
-        with suppress(ValueError):
-            if _number(word) is None:
-                _factor(word, dimension)
-                return False
     return True

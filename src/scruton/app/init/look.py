@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.campaign.bounded import begins_as_utf16
 from scruton.campaign.files import Files
 from scruton.campaign.readers import READERS, Container, CsvDialect, is_delimited
 from scruton.campaign.readers.delimited import split_line, uncommented
@@ -129,7 +130,7 @@ def _units(cells: list[str]) -> list[str | None]:
 
 
 def _decoded(data: bytes) -> tuple[str, str]:
-    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+    if begins_as_utf16(data):
         return "utf-16", data.decode("utf-16", errors="replace")
     try:
         return "utf-8", data.decode("utf-8-sig")

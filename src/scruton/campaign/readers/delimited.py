@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from scruton.arrays import FloatArray
+from scruton.campaign.bounded import begins_as_utf16
 from scruton.campaign.readers.columns import Column, Container
 from scruton.campaign.spelling import folded, nearest
 from scruton.campaign.thresholds import LONGEST_HEADING, LONGEST_LINE, MOST_COLUMNS
@@ -178,7 +179,7 @@ def open_delimited(data: bytes, path: Path, dialect: CsvDialect) -> Delimited:
         text = data.decode("utf-8-sig" if codecs.lookup(dialect.encoding).name == "utf-8" else dialect.encoding)
     except UnicodeError as error:
         place = f" (at byte {error.start})" if isinstance(error, UnicodeDecodeError) else ""
-        likely = "utf-16" if data[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE) else "gbk"
+        likely = "utf-16" if begins_as_utf16(data) else "gbk"
         wanted = f'the encoding of the file in the record\'s table, such as encoding = "{likely}"'
         raise InputError(path, "", f"bytes that are not {dialect.encoding}{place}", wanted) from None
     text = text.removeprefix("\ufeff").removeprefix("ï»¿")  # a byte-order mark, and one read as Latin letters
