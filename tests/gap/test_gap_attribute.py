@@ -1,22 +1,28 @@
 """Which variants of an effect are tried, from where, and in which records."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from math import comb
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from scruton.calibrate.challenge.case import simulate_case
+from scruton.campaign.schema import Campaign
 from scruton.dynamics.effects import CATALOGUE, UNKNOWN
-from scruton.dynamics.effects.effect import Extent
+from scruton.dynamics.effects.effect import Extent, size_prior
 from scruton.gap import diagnosis
-from scruton.gap.attribute import Candidate, Screen, _in_some, weigh
+from scruton.gap.attribute import Candidate, Screen, _in_some, log_noticeable, weigh
 from scruton.gap.data import load_gap
 from scruton.gap.diagnosis import UNKNOWN as UNKNOWN_NAME
 from scruton.gap.diagnosis import _judged, _preferred, fit_null
 from scruton.gap.further_record import FurtherRecord, in_layout_of, with_record
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
+from scruton.gap.locate import scope_findings
 from scruton.gap.search import Place
+from scruton.gap.thresholds import NOTICED
 
 
 def null_of(
@@ -69,6 +75,62 @@ def test_what_acts_in_some_records_is_sought_in_those() -> None:
     larger = with_record(null.hypothesis.data, FurtherRecord("again", 1.0, 0, still=False, start=0.1, cycles=40))
     there = in_layout_of(larger, Hypothesis(null.hypothesis.null, (found,))).variants[0]
     assert there.scope.members.tolist() == [*found.scope.members.tolist(), -1]
+
+
+def clipped(campaign: Campaign, rigs: Sequence[str], level: float, sharpness: float) -> Campaign:
+    """The channels of some rigs with a range that ends at a level over their largest reading."""
+
+    def cut(owner: Any, rig: str) -> Any:
+        records = [
+            r for o in (*campaign.rigs, *campaign.tests) if rig in (o.name, getattr(o, "rig", "")) for r in o.records
+        ]
+        end = level * max(float(np.abs(record.response).max()) for record in records)
+
+        def shown(record: Any) -> Any:
+            y = record.response
+            return replace(record, response=y / (1.0 + np.abs(y / end) ** sharpness) ** (1.0 / sharpness))
+
+        return replace(owner, records=tuple(shown(record) for record in owner.records)) if rig in rigs else owner
+
+    return replace(
+        campaign,
+        rigs=tuple(cut(rig, rig.name) for rig in campaign.rigs),
+        tests=tuple(cut(test, test.rig) for test in campaign.tests),
+    )
+
+
+def test_what_acts_in_two_rigs_of_three_is_one_effect() -> None:
+    """One level was asked of all: a gain and settings that differ mended what it did to the third."""
+    campaign, _ = simulate_case(7001, 4, None, 0.0, turbulence=(0.01, 0.03), gusts=(0.0, 0.02))
+    data = load_gap(clipped(campaign, ("rig 1", "rig 2"), level=0.76, sharpness=9.0))
+    found = diagnosis.diagnose_data(data, data.campaign)
+    assert found.found == ("sensor_clipping",)
+    assert {finding.rig for finding in scope_findings(found)} == {"rig 1", "rig 2"}
+
+
+@pytest.mark.parametrize(
+    ("mode", "positive"), [(-5.0, True), (-0.05, True), (0.004, True), (0.1, True), (-0.05, False)],
+)  # fmt: skip
+def test_the_evidence_of_what_nobody_would_notice_is_a_number(mode: float, positive: bool) -> None:
+    """Of a friction whose likelihood falls from zero on, what lies above and what lies beyond were 0, the ratio NaN."""
+    sd, prior_sd = 0.01, 0.3
+
+    def beyond(centre: float, scale: float) -> float:
+        """By quadrature, the density over that at zero."""
+        s = np.linspace(0.0 if positive else -2.0, 2.0, 4_000_001)
+        density = np.exp((2.0 * centre * s - s * s) / (2.0 * scale**2))
+        return float(density[np.abs(s) > NOTICED].sum() / density.sum())
+
+    def found(*members: int) -> float:
+        size = size_prior("size", np.array(members), positive=positive)
+        hypothesis = SimpleNamespace(variants=[SimpleNamespace(parameters=(size,))])
+        value = lambda *_: (np.full(size.size, mode), np.full(size.size, sd))  # noqa: E731
+        return log_noticeable(SimpleNamespace(hypothesis=hypothesis, value=value))  # type: ignore[arg-type]
+
+    posterior, prior = beyond(mode, sd), beyond(0.0, prior_sd)
+    assert found(0) == pytest.approx(np.log(posterior / prior), rel=1e-3, abs=1e-4)
+    posterior, prior = (p * (2.0 - p) for p in (posterior, prior))  # either of two
+    assert found(0, 1) == pytest.approx(np.log(posterior / prior), rel=1e-3, abs=1e-4)
 
 
 def test_the_likelihood_has_a_slope_in_the_moment_of_a_jump() -> None:

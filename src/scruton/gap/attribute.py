@@ -10,7 +10,7 @@ from math import comb
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import logsumexp, ndtr
+from scipy.special import log_ndtr, logsumexp
 
 from scruton.arrays import FloatArray
 from scruton.dynamics.effects import Effect
@@ -141,20 +141,28 @@ def log_noticeable(fit: FittedHypothesis) -> float:
     approximation of their posterior. No gap and one of less than :math:`s_0` are the same thing.
     """
     last = len(fit.hypothesis.variants) - 1
-    inside = np.zeros(2)  # log probability, prior and posterior, that all are smaller
     sized = [p for p in fit.hypothesis.variants[last].parameters if p.unit == DAMPING]
-    for parameter in sized:
-        mode, sd = fit.value(parameter.name, last)
-        low = 0.0 if parameter.positive else -NOTICED
-        for k, (centre, scale) in enumerate(((parameter.location, parameter.scale), (mode, sd))):
-            within = ndtr((NOTICED - centre) / scale) - ndtr((low - centre) / scale)
-            if parameter.positive:
-                within = within / ndtr(centre / scale)
-            inside[k] += float(np.sum(np.log(np.maximum(within, 1e-300)) * np.ones(parameter.size)))
     if not sized:
         return 0.0
-    prior, posterior = np.log(np.maximum(-np.expm1(inside), 1e-300)).tolist()
-    return float(posterior - prior)
+    modes, sds = (np.concatenate(x) for x in zip(*(fit.value(p.name, last) for p in sized), strict=True))
+    centres, scales, positive = (
+        np.concatenate([np.broadcast_to(getattr(p, name), p.size) for p in sized])
+        for name in ("location", "scale", "positive")
+    )
+    return _log_any_beyond(modes, sds, positive) - _log_any_beyond(centres, scales, positive)
+
+
+def _log_any_beyond(centres: FloatArray, scales: FloatArray, positive: np.ndarray) -> float:
+    """Log probability that any of some normal sizes, (n,) each, is noticeable; those that are positive cut at zero.
+
+    In logarithms throughout: of a size whose likelihood falls from zero on, either probability alone is nothing.
+    """
+    above, below = (log_ndtr((side * centres - NOTICED) / scales) for side in (1.0, -1.0))
+    beyond = np.minimum(np.where(positive, above - log_ndtr(centres / scales), np.logaddexp(above, below)), 0.0)
+    with np.errstate(divide="ignore"):
+        within = np.log(-np.expm1(beyond))
+    # the first beyond, or the second and not the first, and so on
+    return float(logsumexp(beyond + np.cumsum(np.r_[0.0, within[:-1]])))
 
 
 class Screen:
@@ -249,16 +257,20 @@ class Screen:
         return ScoreTest(variant, best.gain - float(np.log(len(starts))), best.start)
 
     def direct(self, variant: Variant, parameter: Parameter) -> ScoreTest:
-        """Test of a variant of one positive parameter: the likelihood along a grid, the base held still."""
+        """Test of a variant of one positive parameter: the likelihood along a grid, the base held still.
+
+        Records tell of their own value alone, so that each is sought by itself: what acts in some is found in those.
+        """
         about = (float(parameter.location + parameter.scale * x) for x in _ABOUT)
-        grid = sorted({*parameter.starts, *about})
+        grid = np.array(sorted({*parameter.starts, *about}))
         v, s = self._innovations(variant, [{parameter.name: _in_records(parameter, np.exp(at))} for at in grid])
-        reference = -0.5 * float(np.sum(self.v * self.v * self.weight + self.log_s))
         with np.errstate(all="ignore"):
-            value = -0.5 * np.sum(v * v / s + np.log(s), axis=1) - reference
+            ratio = -0.5 * (v * v / s + np.log(s) - self.v * self.v * self.weight - self.log_s)
+        of_cycle = np.tile(parameter.members[self.data.channels.record], 3)
+        value = np.stack([ratio[:, of_cycle == g].sum(axis=1) for g in range(parameter.size)])
         value = np.where(np.isfinite(value), value, -np.inf)
-        best = int(np.argmax(value))
-        return ScoreTest(variant, float(value[best]), {parameter.name: np.full(parameter.size, float(grid[best]))})
+        gain = float(value.max(axis=1).sum())
+        return ScoreTest(variant, gain, {parameter.name: grid[value.argmax(axis=1)]})
 
     def scan(self, variant: Variant) -> ScoreTest:
         """Test of a variant with many optima: the best place on a grid of its scanned parameter, value by value."""

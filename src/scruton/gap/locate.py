@@ -120,9 +120,17 @@ def scope_findings(diagnosis: Diagnosis) -> list[Finding]:
         numbers = [i for i, variant in enumerate(fit.hypothesis.variants) if variant.effect == name]
         if name not in CATALOGUE or not numbers:
             continue
-        findings = _findings(*_by_rig(_Placed(CATALOGUE[name], numbers[0], fit)))
+        placed = _Placed(CATALOGUE[name], numbers[0], fit)
+        own = placed.size.size
+        findings = _findings(*_by_rig(placed))
         largest = max((abs(finding.excess) for finding in findings), default=0.0)
-        findings = [finding for finding in findings if abs(finding.excess) > thresholds.NEGLIGIBLE_PLACE * largest]
+        # of sizes of their own, those that chance would hardly give among so many
+        surely = -ndtri(0.05 / own) if own > 1 else 0.0
+        findings = [
+            finding
+            for finding in findings
+            if abs(finding.excess) > thresholds.NEGLIGIBLE_PLACE * largest and finding.significance > surely
+        ]
         scoped += sorted(_strongest(findings), key=lambda finding: -finding.significance)
     return scoped
 
@@ -147,12 +155,7 @@ def _by_rig(placed: _Placed) -> tuple[_Placed, np.ndarray]:
     layout, size, hypothesis = placed.data.layout, placed.size, placed.fit.hypothesis
     inside = placed.variant.scope.records
     rigs = np.unique(layout.rig[inside])
-    if size.size > 1 and not size.log:
-        # sizes of their own: those that chance would hardly give among so many
-        value, sd = placed.value()
-        acts = np.abs(value) > -ndtri(0.05 / size.size) * sd
-        return placed, inside & acts[size.members] & (size.members >= 0)
-    if not placed.damps_a_rig or rigs.size < 2 or size.log:
+    if size.size > 1 or not placed.damps_a_rig or rigs.size < 2 or size.log:
         return placed, inside
     members = np.where(inside, np.searchsorted(rigs, layout.rig), -1)
     own_size = replace(size, members=members)
