@@ -100,9 +100,14 @@ def search(
         chain = joined
         if joined and generic > base.log_evidence + _needed_beside(base, null, candidates):
             return [Place(base, candidates), Place(null, {one.name: one for one in joined})]
-    if len(chain) < 2:
-        return [Place(null, singles)]
-    return _settled(null, chain, beside)
+    while len(chain) > 1:
+        places = _settled(null, chain, beside)
+        gains = [place.best.log_evidence - place.base.log_evidence for place in places]
+        # What joined beside a form that another has replaced since may mend nothing any more.
+        if min(gains) >= thresholds.SECOND_NATS:
+            return places
+        chain = [place.best for place, gain in zip(places, gains, strict=True) if gain > min(gains)]
+    return [Place(null, singles)]
 
 
 def _of_frequency(name: str) -> bool:
