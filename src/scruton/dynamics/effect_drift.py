@@ -4,9 +4,10 @@ import numpy as np
 
 from scruton.compiled import njit
 from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
+from scruton.dynamics.friction import hysteresis
 
 _S1, _S2, _S3 = int(Term.STRUCTURAL), int(Term.STRUCTURAL_LINEAR), int(Term.STRUCTURAL_SQUARE)
-_F, _FW = int(Term.FRICTION), int(Term.FRICTION_WIDTH)
+_F, _FW, _FS = int(Term.FRICTION), int(Term.FRICTION_WIDTH), int(Term.FRICTION_SPRING)
 _L1, _C, _L2, _L3, _L5 = (
     int(Term.AERO), int(Term.DRIVE), int(Term.AERO_LINEAR), int(Term.AERO_SQUARE), int(Term.AERO_FOURTH)
 )  # fmt: skip
@@ -73,7 +74,11 @@ def drift_of(a, lagged, x, w, wind, still, drive, force, hats, knots):  # type: 
     """`effect_drift` of column w of a table on end, (COLUMNS or more, W), in a given wind."""
     f = -(still + a * (x[_S2, w] + a * x[_S3, w])) * a
     d = -still - a * (2.0 * x[_S2, w] + 3.0 * a * x[_S3, w])
-    if x[_F, w] != 0.0:
+    if x[_FS, w] != 0.0:
+        loss, steep = hysteresis(a / x[_FW, w])
+        f -= x[_F, w] * loss
+        d -= x[_F, w] * steep / x[_FW, w]
+    elif x[_F, w] != 0.0:
         w2 = x[_FW, w] * x[_FW, w]
         root = np.sqrt(a * a + w2)
         f -= x[_F, w] * a / root

@@ -23,7 +23,7 @@ from scruton.dynamics.drive_moments import gust_decay, moments_of_all, moments_o
 from scruton.dynamics.effect_drift import drift_of, polynomial, rough, weather
 from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
 from scruton.dynamics.moments import noise_drift
-from scruton.dynamics.phase_and_wave import found, turn, wander, wave
+from scruton.dynamics.phase_and_wave import found, stick, turn, wander, wave
 from scruton.dynamics.reading import inverse_reading, saturated_reading
 from scruton.dynamics.thresholds import FAINT
 
@@ -31,6 +31,7 @@ _LAG, _LAG_START = int(Term.LAG), int(Term.LAG_START)
 _FC, _FS, _FR = int(Term.FORCE_COS), int(Term.FORCE_SIN), int(Term.FORCE_RATE)
 _GAIN, _CLIP, _SOFT = int(Term.GAIN), int(Term.CLIP), int(Term.CLIP_SOFT)
 _Q, _R = int(Term.SCATTER), int(Term.NOISE)
+_STICK = int(Term.FRICTION_SPRING)
 _DET, _PQ = int(Term.DETUNING), int(Term.PHASE_SCATTER)
 _BENDS = [int(term) for term in (Term.STIFFNESS_LINEAR, Term.STIFFNESS, Term.STIFFNESS_FOURTH)]
 _H3, _H3R, _JT = int(Term.THIRD), int(Term.THIRD_NOISE), int(Term.JUMP_TIME)
@@ -85,7 +86,7 @@ def _extended_filter(data, log_knots, table, active, p0, v_out, s_out):  # type:
 def _block(data, table, here, low, high, moved, p0, knots, levels, v_out, s_out):  # type: ignore[no-untyped-def]
     """One record, rows `here` of the table; unless they are `moved`, with the amplitudes of the first row."""
     x = np.zeros((row.ROWS, row.LANES))
-    gusty, lined, forced, bent, clipped = _coefficients(x, table, here, data.record[low])
+    gusty, lined, forced, bent, clipped, sticky = _coefficients(x, table, here, data.record[low])
     size, dt, known = data.amplitude.size, -1.0, False
     for k in range(low, high):
         y, se, gap, period, now = data.amplitude[k], data.standard_error[k], data.gap[k], data.period[k], data.time[k]
@@ -121,6 +122,8 @@ def _block(data, table, here, low, high, moved, p0, knots, levels, v_out, s_out)
         faint = y < FAINT * se or not data.has_phase[k]
         known = known and not start
         wander(x, y, data.omega[k], gap + period if known else 0.0)
+        if sticky and known:
+            stick(x, y, data.omega[k] * (gap + period))
         if known and not faint:
             turn(x, y, se, data.phase[k])
         else:
@@ -144,8 +147,8 @@ def _put(x, here, at, v_out, s_out):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _coefficients(x, table, here, record):  # type: ignore[no-untyped-def]
-    """Put rows on end, the last one filling the block; whether any has gusts, a line, forcing, is rough, saturates."""
-    gusty = lined = forced = bent = clipped = False
+    """Put rows on end, the last one filling the block; whether any has gusts, a line, forcing, is rough, saturates, sticks."""
+    gusty = lined = forced = bent = clipped = sticky = False
     for w in range(row.LANES):
         c = table[here[min(w, here.size - 1)], record]
         for i in range(COLUMNS):
@@ -157,8 +160,9 @@ def _coefficients(x, table, here, record):  # type: ignore[no-untyped-def]
         forced |= c[_FC] != 0.0 or c[_FS] != 0.0
         bent |= x[row.ROUGH, w] > 0.0
         clipped |= c[_CLIP] > 0.0
+        sticky |= c[_STICK] != 0.0
     x[row.KEEP] = 1.0
-    return gusty, lined, forced, bent, clipped
+    return gusty, lined, forced, bent, clipped, sticky
 
 
 @njit(cache=True, inline="always")

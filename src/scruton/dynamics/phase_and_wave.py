@@ -3,11 +3,13 @@
 from scruton.compiled import njit
 from scruton.dynamics import row
 from scruton.dynamics.effects.terms import Term
+from scruton.dynamics.friction import spring
 from scruton.dynamics.reading import third_of_bend
 
 _GAIN, _R = int(Term.GAIN), int(Term.NOISE)
 _DET, _PQ = int(Term.DETUNING), int(Term.PHASE_SCATTER)
 _ST1, _ST2, _ST4 = int(Term.STIFFNESS_LINEAR), int(Term.STIFFNESS), int(Term.STIFFNESS_FOURTH)
+_FW, _FS = int(Term.FRICTION_WIDTH), int(Term.FRICTION_SPRING)
 _H3, _H3R = int(Term.THIRD), int(Term.THIRD_NOISE)
 
 
@@ -20,6 +22,15 @@ def wander(x, y, omega, step):  # type: ignore[no-untyped-def]
         pace = omega * ((1.0 + x[_DET, w]) * (1.0 + bend) - 1.0) + x[row.SIDE, w] / a
         x[row.ANGLE, w] += pace * step
         x[row.ANGLE_P, w] += x[_PQ, w] * x[_PQ, w] / (a * a) * step
+
+
+@njit(cache=True)
+def stick(x, y, turned):  # type: ignore[no-untyped-def]
+    """Move the phase on by what friction that builds up over a displacement adds to the frequency."""
+    for w in range(row.LANES):
+        if x[_FS, w] != 0.0:
+            a = max((y - x[row.LINE, w]) / (1.0 + x[_GAIN, w]), 1e-12)
+            x[row.ANGLE, w] += turned * x[_FS, w] / a * spring(a / x[_FW, w])
 
 
 @njit(cache=True, inline="always")

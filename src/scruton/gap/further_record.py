@@ -13,6 +13,7 @@ from scruton.dynamics.effects import CATALOGUE, UNKNOWN
 from scruton.dynamics.effects.effect import Extent
 from scruton.dynamics.effects.terms import Term
 from scruton.dynamics.extended import channel_innovations
+from scruton.dynamics.friction import spring
 from scruton.dynamics.reading import saturated_reading, third_of_bend
 from scruton.gap.data import FLOOR, GapData
 from scruton.gap.hypothesis import FittedHypothesis, Hypothesis
@@ -21,6 +22,7 @@ from scruton.gap.null_model import null_model
 _LAG, _LAG_START, _HAT = int(Term.LAG), int(Term.LAG_START), int(Term.HAT)
 _FC, _FS, _FR = int(Term.FORCE_COS), int(Term.FORCE_SIN), int(Term.FORCE_RATE)
 _GAIN, _CLIP, _SOFT, _THIRD = int(Term.GAIN), int(Term.CLIP), int(Term.CLIP_SOFT), int(Term.THIRD)
+_STICK, _WIDTH = int(Term.FRICTION_SPRING), int(Term.FRICTION_WIDTH)
 _DET, _ST1, _ST2, _ST4 = (
     int(Term.DETUNING), int(Term.STIFFNESS_LINEAR), int(Term.STIFFNESS), int(Term.STIFFNESS_FOURTH)
 )  # fmt: skip
@@ -109,6 +111,8 @@ def _run(c, start, cycles, period, omega, knots):  # type: ignore[no-untyped-def
         mean, total = m, 0.0
         if k > 0:
             phase += (omega * ((1.0 + c[_DET]) * (1.0 + m * (c[_ST1] + m * (c[_ST2] + m * m * c[_ST4]))) - 1.0)) * dt
+            if c[_STICK] != 0.0:
+                phase += omega * dt * c[_STICK] / m * spring(m / c[_WIDTH])
         chi = c[_FR] * k * period - phase
         force = c[_FC] * np.cos(chi) + c[_FS] * np.sin(chi)
         if k > 0:

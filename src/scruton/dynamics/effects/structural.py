@@ -26,9 +26,16 @@ _ALIKE = "in every rig alike"
 
 
 def _rub(table: FloatArray, values: Values, layout: Layout) -> None:
-    add(table, Term.FRICTION, values["size"] * layout.rate * layout.reference_amplitude)
+    # Of one force over the mass: 2 F/(pi omega) is what it takes from the amplitude in unit time.
+    rate = layout.reference_rate * layout.reference_omega / layout.omega
+    add(table, Term.FRICTION, values["size"] * rate * layout.reference_amplitude)
     width = values.get("width", _WIDTH)
     table[:, :, Term.FRICTION_WIDTH] = np.where(values["size"] != 0.0, width * layout.reference_amplitude, 0.0)
+
+
+def _stick(table: FloatArray, values: Values, layout: Layout) -> None:
+    _rub(table, values, layout)
+    add(table, Term.FRICTION_SPRING, 0.5 * np.pi * table[:, :, Term.FRICTION] / layout.omega)
 
 
 def _friction(layout: Layout) -> list[Variant]:
@@ -41,10 +48,13 @@ def _friction(layout: Layout) -> list[Variant]:
     variants = [sized("{scope}", _rub, scope, positive=True) for scope in scopes(layout, sudden)]
     presliding = {Extent.EVERYWHERE: (1.0, "in every rig"), Extent.ONE_RIG: (1.0, "in one rig")}
     centre = float(np.log(0.05))
+    # Below its width it acts like oil, or, as Dahl's, like a spring, which the frequency shows.
+    forms = (("smooth where it is slow, {scope}", _rub), ("with presliding, {scope}", _stick))
     for scope in scopes(layout, presliding):
         width = Parameter("width", centre, 1.0, scope.members, log=True, unit=REFERENCE, starts=(centre,))
-        friction = sized("with presliding, {scope}", _rub, scope, positive=True)
-        variants.append(replace(friction, parameters=(*friction.parameters, width)))
+        for form, apply in forms:
+            friction = sized(form, apply, scope, weight=0.5 * scope.weight, positive=True)
+            variants.append(replace(friction, parameters=(*friction.parameters, width)))
     return variants
 
 
@@ -87,7 +97,7 @@ EFFECTS = (
         "Dry friction",
         "amplitude",
         Belongs.RIG,
-        (Term.FRICTION, Term.FRICTION_WIDTH),
+        (Term.FRICTION, Term.FRICTION_WIDTH, Term.FRICTION_SPRING),
         DAMPING_RATIO,
         _friction,
     ),

@@ -50,7 +50,7 @@ class Term(IntEnum):
     STRUCTURAL_LINEAR = 1, _RIG  # s2 [1/s per amplitude]
     STRUCTURAL_SQUARE = 2, _RIG  # s3 [1/s per amplitude^2]
     FRICTION = 3, _RIG  # F [amplitude/s]
-    FRICTION_WIDTH = 4, _RIG  # a_F
+    FRICTION_WIDTH = 4, _RIG  # a_F; of Dahl's friction the displacement over which it builds up
     AERO = 5, _WIND  # l1 [1/s]
     DRIVE = 6, _WIND  # c [amplitude/s]
     AERO_LINEAR = 7, _WIND  # l2
@@ -93,9 +93,10 @@ class Term(IntEnum):
     BUMP = 43 + HATS, _WIND  # excess damping rate near one amplitude, at its largest [1/s]
     BUMP_AT = 44 + HATS, _WIND  # ln of that amplitude
     BUMP_WIDTH = 45 + HATS, _WIND  # standard deviation in ln(amplitude)
+    FRICTION_SPRING = 46 + HATS, _RIG  # pi F/(2 omega) of Dahl's friction [amplitude]; 0: F a/sqrt(a^2 + a_F^2)
 
 
-COLUMNS = int(Term.BUMP_WIDTH) + 1
+COLUMNS = int(Term.FRICTION_SPRING) + 1
 BELONGS: dict[Term, Belongs] = {term: term.belongs for term in Term}
 
 
