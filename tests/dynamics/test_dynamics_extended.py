@@ -7,6 +7,7 @@ import pytest
 from grid_filter import grid_log_likelihood, gusty_innovations, motion
 from numba import njit
 from scipy.linalg import expm
+from scipy.special import ive
 
 from scruton.dynamics import row
 from scruton.dynamics.cycles import Channels, EnvelopeData
@@ -15,6 +16,7 @@ from scruton.dynamics.effect_drift import effect_drift
 from scruton.dynamics.effects.terms import COLUMNS, HATS, Term
 from scruton.dynamics.extended import channel_innovations
 from scruton.dynamics.filter import innovations_of
+from scruton.dynamics.friction import hysteresis, spring
 from scruton.dynamics.laws.law import Law
 from scruton.dynamics.likelihood import Wind, innovations, pointwise_log_likelihood
 from scruton.dynamics.reading import saturated_reading
@@ -50,6 +52,10 @@ def bare_table(q, **terms):
 EFFECTS = {
     "bare": ({}, lambda a: 0.0),
     "friction": ({"FRICTION": 0.004, "FRICTION_WIDTH": 1e-4}, lambda a: -0.004 * a / np.sqrt(a * a + 1e-8)),
+    "hysteresis": (
+        {"FRICTION": 0.004, "FRICTION_WIDTH": 0.005, "FRICTION_SPRING": 1e-3},
+        lambda a: -0.004 * (1.0 - np.tanh(a / 0.005) / (a / 0.005)),
+    ),
     "quadratic": ({"STRUCTURAL_LINEAR": 2.0}, lambda a: -2.0 * a * a),
     "cubic": ({"AERO_SQUARE": 40.0}, lambda a: -40.0 * a**3),
     "fifth": ({"AERO_FOURTH": 8000.0}, lambda a: -8000.0 * a**5),
@@ -86,6 +92,7 @@ def _with_effects(a, c):
 
 ALONE = {
     "friction": {"FRICTION": 0.004, "FRICTION_WIDTH": 1e-3},
+    "hysteresis": {"FRICTION": 0.004, "FRICTION_WIDTH": 0.01, "FRICTION_SPRING": 1e-3},
     "structural": {"STRUCTURAL": 0.05, "STRUCTURAL_LINEAR": 1.0, "STRUCTURAL_SQUARE": 10.0},
     "aerodynamic": {"AERO_LINEAR": 1.0, "AERO_SQUARE": 10.0, "AERO_FOURTH": 500.0},
     "coherence": {"COHERENCE": 0.02},
@@ -301,6 +308,37 @@ def test_stiffness_shows_in_the_phase():
     wrong, _ = channel_innovations(data, bare_table(1e-6))
     assert np.abs(right[0, n + 1 : 2 * n]).max() < 1e-9
     assert np.abs(wrong[0, n + 1 : 2 * n]).max() > 1e-3
+
+
+@pytest.mark.parametrize("width", [0.002, 0.05])
+def test_friction_that_builds_up_shows_in_the_phase(width):
+    """As a spring that is softer the larger the amplitude, on both sides of where its Bessel function changes form."""
+    t = np.arange(120) * PERIOD
+    a = A_STAR * (0.1 + np.exp(-LAM * t))
+    pace = 2 * np.pi / PERIOD * 1e-3 / a * (1.0 + np.tanh(a / width)) * ive(1, a / width)
+    data = channels(a, 1e-6, phase=np.concatenate([[0.0], np.cumsum(pace[1:] * PERIOD)]))
+    friction = {"FRICTION": 1e-9, "FRICTION_WIDTH": width}
+    right, _ = channel_innovations(data, bare_table(1e-6, FRICTION_SPRING=1e-3, **friction))
+    wrong, _ = channel_innovations(data, bare_table(1e-6, **friction))
+    phase = slice(a.size + 1, 2 * a.size)
+    assert np.abs(right[0, phase]).max() < 1e-5
+    assert np.abs(wrong[0, phase]).max() > 1e-2
+
+
+@pytest.mark.parametrize("r", [0.01, 0.3, 3.7, 3.8, 40.0])
+def test_dahls_loop_has_its_closed_form(r):
+    """First harmonic of the force that follows x = r cos(theta), stepped through four cycles in the displacement."""
+    theta = np.linspace(0.0, 8 * np.pi, 80_001)
+    x, z = r * np.cos(theta), np.zeros(theta.size)
+    for i, dx in enumerate(np.diff(x)):
+        side = np.sign(dx)
+        z[i + 1] = side + (z[i] - side) * np.exp(-abs(dx))
+    last = slice(60_000, 80_000)
+    with_x, against_v = (2 * np.mean(z[last] * wave(theta[last])) for wave in (np.cos, lambda t: -np.sin(t)))
+    loss, slope = hysteresis(r)
+    assert 4 / np.pi * loss == pytest.approx(against_v, rel=1e-3)
+    assert 2 * spring(r) == pytest.approx(with_x, rel=1e-3)
+    assert slope == pytest.approx((hysteresis(1.001 * r)[0] - hysteresis(0.999 * r)[0]) / (0.002 * r), rel=1e-3)
 
 
 @pytest.mark.parametrize("level", [0.06, 0.09, 0.2])

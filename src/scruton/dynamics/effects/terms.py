@@ -6,6 +6,7 @@ r"""The amplitude equation with every term that an effect may add, as a table of
 
 with tau the time in the record from -1/2 to 1/2, a_l the amplitude that the wake remembers, chi the angle between
 the shedding and the response, h slow gusts of the drive (Ornstein-Uhlenbeck), and o what it is off by in a record.
+Friction that builds up over a displacement has another form (`scruton.dynamics.friction`).
 The reading is gain times the (clipped) mean of a over a cycle.  An effect is an object that fills some of these
 coefficients from its parameters: it knows no data and no inference.
 """
