@@ -147,7 +147,7 @@ def _put(x, here, at, v_out, s_out):  # type: ignore[no-untyped-def]
 
 @njit(cache=True)
 def _coefficients(x, table, here, record):  # type: ignore[no-untyped-def]
-    """Put rows on end, the last one filling the block; whether any has gusts, a line, forcing, is rough, clips, sticks."""
+    """Put rows on end, the last filling the block; whether any gusts, has a line, is forced, rough, clips, sticks."""
     gusty = lined = forced = bent = clipped = sticky = False
     for w in range(row.LANES):
         c = table[here[min(w, here.size - 1)], record]

@@ -46,7 +46,11 @@ def _friction(layout: Layout) -> list[Variant]:
         Extent.ALL_RIGS_BUT_ONE: (1.0, "in all rigs but one"),
     }
     variants = [sized("{scope}", _rub, scope, positive=True) for scope in scopes(layout, sudden)]
-    presliding = {Extent.EVERYWHERE: (1.0, "in every rig"), Extent.ONE_RIG: (1.0, "in one rig")}
+    presliding = {
+        Extent.EVERYWHERE: (1.0, "in every rig"),
+        Extent.ONE_RIG: (1.0, "in one rig"),
+        Extent.ALL_RIGS_BUT_ONE: (0.5, "in all rigs but one"),
+    }
     centre = float(np.log(0.05))
     # Below its width it acts like oil, or, as Dahl's, like a spring, which the frequency shows.
     forms = (("smooth where it is slow, {scope}", _rub), ("with presliding, {scope}", _stick))
