@@ -327,9 +327,9 @@ def test_friction_that_builds_up_shows_in_the_phase(width):
 
 @pytest.mark.parametrize("r", [0.01, 0.3, 3.7, 3.8, 40.0])
 def test_dahls_loop_has_its_closed_form(r):
-    """First harmonic of the force that follows x = r cos(theta), stepped through four cycles in the displacement."""
+    """First harmonic of the force that follows x = r cos(theta), stepped in the displacement on its loop."""
     theta = np.linspace(0.0, 8 * np.pi, 80_001)
-    x, z = r * np.cos(theta), np.zeros(theta.size)
+    x, z = r * np.cos(theta), np.full(theta.size, np.tanh(r))
     for i, dx in enumerate(np.diff(x)):
         side = np.sign(dx)
         z[i + 1] = side + (z[i] - side) * np.exp(-abs(dx))

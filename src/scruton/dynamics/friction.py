@@ -26,7 +26,7 @@ def hysteresis(r):  # type: ignore[no-untyped-def]
 def spring(r):  # type: ignore[no-untyped-def]
     """(1 + tanh r) exp(-r) I_1(r), to 1e-6 (Abramowitz and Stegun 9.8.3 and 9.8.4)."""
     if r < 3.75:
-        u = (r / 3.75) ** 2
+        u = r * r / 14.0625
         series = 0.02658733 + u * (0.00301532 + u * 0.00032411)
         series = 0.5 + u * (0.87890594 + u * (0.51498869 + u * (0.15084934 + u * series)))
         return (1.0 + np.tanh(r)) * np.exp(-r) * r * series

@@ -46,18 +46,15 @@ def _friction(layout: Layout) -> list[Variant]:
         Extent.ALL_RIGS_BUT_ONE: (1.0, "in all rigs but one"),
     }
     variants = [sized("{scope}", _rub, scope, positive=True) for scope in scopes(layout, sudden)]
-    presliding = {
-        Extent.EVERYWHERE: (1.0, "in every rig"),
-        Extent.ONE_RIG: (1.0, "in one rig"),
-        Extent.ALL_RIGS_BUT_ONE: (0.5, "in all rigs but one"),
-    }
+    slow = {Extent.EVERYWHERE: (0.5, "in every rig"), Extent.ONE_RIG: (0.5, "in one rig")}
+    presliding = slow | {Extent.ALL_RIGS_BUT_ONE: (0.5, "in all rigs but one")}
     centre = float(np.log(0.05))
     # Below its width it acts like oil, or, as Dahl's, like a spring, which the frequency shows.
-    forms = (("smooth where it is slow, {scope}", _rub), ("with presliding, {scope}", _stick))
-    for scope in scopes(layout, presliding):
-        width = Parameter("width", centre, 1.0, scope.members, log=True, unit=REFERENCE, starts=(centre,))
-        for form, apply in forms:
-            friction = sized(form, apply, scope, weight=0.5 * scope.weight, positive=True)
+    forms = (("smooth where it is slow, {scope}", _rub, slow), ("with presliding, {scope}", _stick, presliding))
+    for form, apply, shares in forms:
+        for scope in scopes(layout, shares):
+            width = Parameter("width", centre, 1.0, scope.members, log=True, unit=REFERENCE, starts=(centre,))
+            friction = sized(form, apply, scope, positive=True)
             variants.append(replace(friction, parameters=(*friction.parameters, width)))
     return variants
 
