@@ -221,6 +221,48 @@ def test_a_growth_that_does_not_bend_yet_says_nothing_of_where_it_settles(with_s
     assert found(with_slip(*LEVEL, record="growth.csv", change=slow)) == [("length", "growth.csv", Severity.NOTE)]
 
 
+def follows(ratio):
+    """Write a record anew as 5 mm times `ratio` of the part of it that is over."""
+
+    def change(time, _):
+        return time, 5.0 * ratio((time - time[0]) / (time[-1] - time[0])) * np.cos(2.0 * np.pi * 7.87 * time)
+
+    return change
+
+
+def growth_to(level, rate):
+    """Van der Pol's growth from a fortieth of its level, of which one exponential knows no rate."""
+    return follows(lambda t: level / np.sqrt(1.0 + 1599.0 * np.exp(-2.0 * rate * t)))
+
+
+def gusty_decay(t):
+    """A decay that is over in a few cycles, and wanders by 2 % from then on."""
+    return 1.0 + 0.3 * np.exp(-150.0 * t) + 0.02 * np.sin(2.0 * np.pi * 0.8 * t)
+
+
+@pytest.mark.parametrize(
+    ("level", "rate", "contradicts"),
+    [
+        (0.45, 6.0, True),
+        (0.45, 15.0, True),
+        (1.0, 15.0, False),
+        (1.0, 6.0, False),
+        (1.0, 4.0, False),
+        (1.0, 2.0, False),
+    ],
+)
+def test_growth_and_decay_that_stand_at_two_levels_are_told_whatever_their_shape(
+    small_campaign, tmp_path, with_slip, level, rate, contradicts
+):
+    folder = with_slip(*LEVEL, record="growth.csv", change=growth_to(level, rate))
+    head, *rows = (folder / "decay.csv").read_text(encoding="utf-8").splitlines()
+    time = np.array([float(row.split(",")[0]) for row in rows])
+    _, y = follows(gusty_decay)(time, None)
+    lines = [f"{t:.6f},{x:.6f}" for t, x in zip(time, y, strict=True)]
+    (folder / "decay.csv").write_text("\n".join([head, *lines]) + "\n", encoding="utf-8")
+    assert ("levels" in {kind for kind, _, _ in found(folder)}) == contradicts
+
+
 @pytest.mark.parametrize("name", sorted(one.parent.name for one in EXAMPLES.glob("*/campaign.toml")))
 def test_the_shipped_examples_have_no_remark(name):
     assert found(EXAMPLES / name) == []

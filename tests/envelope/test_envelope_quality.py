@@ -6,6 +6,7 @@ from scipy.signal import lfilter
 
 from scruton.campaign.schema import Kind, Record
 from scruton.envelope import assess, demodulate, relaxation
+from scruton.envelope.sampling import quantum_of
 from scruton.errors import InputError
 
 F, FS, STABLE, RATE = 8.0, 256.0, 0.05, 0.5
@@ -143,6 +144,30 @@ def test_rounding_is_not_clipping(quantum, kind):
 def test_a_noiseless_sine_in_step_with_the_sampling_is_not_clipped():
     t = np.arange(4000) / FS
     assert assess(Record("r", Path("r"), Kind.STEADY, t, np.cos(2 * np.pi * F * t))).warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("frequency", "rate", "phase", "quantum"),
+    [(5.0, 50.0, 0.3, 0.0), (4.0, 50.0, 0.3, 0.0), (5.0, 50.0, np.pi / 2, 1e-4), (1.25, 1000.0, 0.0, 7.4e-5)],
+)
+@pytest.mark.parametrize("noise", [0.0, 1e-6])
+def test_every_crest_alike_is_not_clipping_and_a_clipped_one_is(frequency, rate, phase, quantum, noise):
+    """Sampled in step with the motion, and rounded or not, the crests of a steady sine hold the same few samples."""
+    t = np.arange(20 * int(rate)) / rate
+    y = np.cos(2.0 * np.pi * frequency * t + phase) + noise * np.random.default_rng(2).standard_normal(t.size)
+
+    def clipped(response):
+        rounded = quantum * np.round(response / quantum) if quantum else response
+        return any("clipped" in line for line in assess(Record("r", Path("r"), Kind.STEADY, t, rounded)).warnings)
+
+    assert not clipped(y)
+    assert clipped(np.clip(y, -0.8, 0.8))
+
+
+@pytest.mark.parametrize(("samples", "quantum"), [(800, 1e-4), (800, 3e-4), (42.4264, 1e-4), (800, 0.0)])
+def test_the_quantum_of_a_sine_in_step_with_the_sampling(samples, quantum):
+    y = 1.35 * np.cos(2.0 * np.pi * np.arange(16_000) / samples)
+    assert quantum_of(quantum * np.round(y / quantum) if quantum else y) == pytest.approx(quantum)
 
 
 def test_offset_and_drift():

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from dataclasses import replace
 
 import arviz as az
 import numpy as np
@@ -15,6 +16,7 @@ from scruton.infer.cards import load_card
 from scruton.infer.fit import fit_campaign
 from scruton.infer.joint import joint_draws, names_at_prior
 from scruton.infer.models import WIND
+from scruton.infer.sampling import Sampling
 from scruton.infer.store import read_tree, write_fit
 
 QUICK = """extends = "{base}"
@@ -328,6 +330,35 @@ def test_an_unconverged_fit_says_what_to_do_exits_1_and_still_predicts(small_cam
     assert not json.loads((tmp_path / "o" / "fit.json").read_text(encoding="utf-8"))["converged"]
     tree, _ = read_tree(tmp_path / "o")
     assert predict(tree, scruton_number=30.0).median == pytest.approx(0.0247, rel=0.1)
+
+
+def test_what_does_not_bring_the_verdict_down_is_not_called_unconverged(small_campaign, quick_card, monkeypatch):
+    """The draws of a law without weight, and of a test alone under it: one verdict, told once."""
+    run = Sampling.run
+
+    def short(self, name, *more, **settings):
+        samples = run(self, name, *more, **settings)
+        if not name.endswith(("n=-1", "Sc 21.7")):
+            return samples
+        self.faults[name] = "not converged after 10 steps"
+        return replace(samples, convergence=replace(samples.convergence, converged=False))
+
+    monkeypatch.setattr(Sampling, "run", short)
+    campaign, card = load_campaign(small_campaign), load_card(quick_card("default"))
+
+    def fit(carried):
+        monkeypatch.setattr("scruton.infer.joint.CARRIES", 0.0 if carried else 1.0)
+        return fit_campaign(campaign, card, thorough=False)
+
+    idle, needed = fit(False), fit(True)
+    assert idle.converged is idle.summary["converged"] is True
+    (said,) = [flag for flag in idle.flags if "test Sc 21.7, campaign, n=-1" in flag]
+    assert "which the verdict does not count" in said
+    assert not any("not converged" in flag for flag in idle.flags)
+    assert not needed.converged
+    assert [flag.split(":")[0] for flag in needed.flags[:2]] == ["test Sc 21.7", "campaign, n=-1"]
+    assert all("not converged after" in flag for flag in needed.flags[:2])
+    assert not any("the verdict does not count" in flag for flag in needed.flags)
 
 
 def test_fewer_walkers_than_a_model_needs_are_made_more(small_campaign, tmp_path):

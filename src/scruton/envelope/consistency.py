@@ -160,29 +160,63 @@ def _levels(inspection: Inspection) -> Iterator[Remark]:
 def _farthest(test: Test, inspection: Inspection) -> "tuple[_End | None, _End | None, float]":
     """The growth and the decay of a test whose levels contradict each other most, and by what factor."""
     ends = {kind: _ends(test, kind, inspection) for kind in (Kind.GROWTH, Kind.DECAY)}
-    pairs = [(growth, decay, _apart(growth, decay)) for growth in ends[Kind.GROWTH] for decay in ends[Kind.DECAY]]
+    beside = [
+        (growth.beside(decay.tail), decay.beside(growth.tail, growth.rate))
+        for growth in ends[Kind.GROWTH]
+        for decay in ends[Kind.DECAY]
+    ]
+    pairs = [(growth, decay, _apart(growth, decay)) for growth, decay in beside]
     return max(pairs, key=lambda pair: pair[2], default=(None, None, 1.0))
 
 
 @dataclass(frozen=True)
 class _End:
-    """Where a transient ends: its mean over the last quarter, and the level that it settles at or heads for."""
+    """Where a transient ends: its mean over the last quarter, and the level that it settles at or heads for.
+
+    Neither is known, as `heads_for` says, of one that does not bend yet.
+    `rate` [1/s] is that of its exponential, where that has settled; `moves` is the change of ln A from the last eighth
+    of the record but one to the last, `moved` that from the first cycles to the last quarter.
+    """
 
     name: str
     tail: float
     level: float
     settled: bool
+    heads_for: bool = True
+    rate: float = 0.0
+    duration: float = 0.0
+    moves: float = 0.0
+    moved: float = 0.0
 
     @classmethod
     def of(cls, record: Record, inspection: Inspection) -> "_End":
         amplitude, fitted = inspection.cycles[record.name].amplitude, inspection.qualities[record.name].relaxation
         tail = float(np.mean(amplitude[-max(3, len(amplitude) // 4) :]))
         assert fitted is not None  # growths and decays have one
-        settled = fitted.rate * float(record.time[-1] - record.time[0]) >= thresholds.SETTLED
+        duration = float(record.time[-1] - record.time[0])
+        settled = fitted.rate * duration >= thresholds.SETTLED
         # a trend that is led on to nothing, or does not bend, says nothing of the level
         leads_on = fitted.bends and fitted.stable_amplitude > 0.0 and not settled
-        heads_for = fitted.stable_amplitude if leads_on else tail
-        return cls(record.name, tail, heads_for, settled)
+        level = fitted.stable_amplitude if leads_on else tail
+        eighth = max(2, len(amplitude) // 8)
+        means = (np.mean(part) for part in (amplitude[:5], amplitude[-2 * eighth : -eighth], amplitude[-eighth:]))
+        first, before, last = (math.log(max(float(mean), 1e-300)) for mean in means)
+        moves, moved = abs(last - before), abs(math.log(max(tail, 1e-300)) - first)
+        rate = fitted.rate if settled else 0.0
+        return cls(record.name, tail, level, settled, leads_on or settled, rate, duration, moves, moved)
+
+    def beside(self, level: float, rate: float = 0.0) -> "_End":
+        """What it says where another has this level: that it stands, however it came there, if it moves too little.
+
+        Its own exponential does not tell that of a growth in proportion to the amplitude, which bends late, nor of a
+        decay that is over after a few cycles, where it follows the gusts. A decay has settled, too, after the time in
+        which a growth does, at the `rate` of that one: no law of one level has it relax more slowly.
+        """
+        to_go = abs(math.log(self.tail / level))
+        stands = self.moves <= thresholds.STILL_MOVES * min(self.moved, to_go)
+        if self.settled or not (stands or rate * self.duration >= thresholds.SETTLED):
+            return self
+        return replace(self, level=self.tail, settled=True, heads_for=True)
 
 
 def _ends(test: Test, kind: Kind, inspection: Inspection) -> list[_End]:
@@ -194,28 +228,33 @@ def _ends(test: Test, kind: Kind, inspection: Inspection) -> list[_End]:
 def _apart(growth: _End, decay: _End) -> float:
     """Factor between the levels of a growth and a decay where it contradicts; 1 where it does not.
 
-    A growth that has not settled yet lies below, and a decay above: only the other order contradicts, unless what they
-    head for is far apart.
+    A growth that has not settled yet lies below, and a decay above: only the other order contradicts, unless what the
+    growth heads for, too, lies far below that of the decay.
     """
-    factor = max(growth.level / decay.level, decay.level / growth.level)
-    if factor > (thresholds.LEVELS if growth.settled and decay.settled else thresholds.EXTRAPOLATED):
-        return factor
+    below = decay.level / growth.level
+    if growth.settled and decay.settled:
+        factor = max(below, 1.0 / below)
+        return factor if factor > thresholds.LEVELS else 1.0
+    if growth.heads_for and decay.heads_for and below > thresholds.EXTRAPOLATED:
+        return below
     crossed = growth.tail / decay.tail
     return crossed if crossed > thresholds.LEVELS else 1.0
 
 
 def _steady_apart(test: Test, inspection: Inspection) -> "Iterator[tuple[_End, _End, float]]":
     """Lock-in records of a test, each with the transient that settles farthest from it and the ratio to that."""
-    ends = _settled(test, inspection)
     for record in test.records:
-        if record.kind is Kind.STEADY and record.name in inspection.qualities and ends:
-            level = float(np.median(inspection.cycles[record.name].amplitude))
+        if record.kind is not Kind.STEADY or record.name not in inspection.qualities:
+            continue
+        level = float(np.median(inspection.cycles[record.name].amplitude))
+        if ends := _settled(test, inspection, level):
             yield _End(record.name, level, level, True), *_farthest_from(level, ends)
 
 
-def _settled(test: Test, inspection: Inspection) -> list[_End]:
-    """Where the transients of a test end that have settled."""
-    return [end for kind in (Kind.GROWTH, Kind.DECAY) for end in _ends(test, kind, inspection) if end.settled]
+def _settled(test: Test, inspection: Inspection, level: float) -> list[_End]:
+    """Where the transients of a test end that have settled, or stand off a level that is compared with them."""
+    ends = (end.beside(level) for kind in (Kind.GROWTH, Kind.DECAY) for end in _ends(test, kind, inspection))
+    return [end for end in ends if end.settled]
 
 
 def _farthest_from(level: float, ends: list[_End]) -> tuple[_End, float]:
@@ -250,8 +289,9 @@ def _sweep_levels(inspection: Inspection) -> Iterator[Remark]:
         for test in (test for test in inspection.campaign.tests if test.rig == sweep.rig):
             at = int(np.argmin(np.abs(sweep.wind_speed - test.wind_speed.mean)))
             there, speed = float(sweep.amplitude[at]), float(sweep.wind_speed[at])
-            ends = _settled(test, inspection)
-            if abs(speed - test.wind_speed.mean) > thresholds.ONE_SPEED * speed or not ends or not there > 0.0:
+            if abs(speed - test.wind_speed.mean) > thresholds.ONE_SPEED * speed or not there > 0.0:
+                continue
+            if not (ends := _settled(test, inspection, there)):
                 continue
             end, ratio = _farthest_from(there, ends)
             yield from _off_level(
@@ -269,10 +309,9 @@ def _stated_level(inspection: Inspection) -> Iterator[Remark]:
         if test.stable_amplitude is None:
             continue
         stated = test.stable_amplitude.mean
-        ends = [*_ends(test, Kind.GROWTH, inspection), *_ends(test, Kind.DECAY, inspection)]
-        for end in ends:
+        for end in _settled(test, inspection, stated):
             ratio = end.level / stated
-            if end.settled and max(ratio, 1.0 / ratio) > thresholds.LEVELS:
+            if max(ratio, 1.0 / ratio) > thresholds.LEVELS:
                 yield Remark(
                     Severity.SERIOUS if max(ratio, 1.0 / ratio) > FAR else Severity.DOUBT, "stated level", "record",
                     end.name,

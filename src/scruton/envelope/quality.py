@@ -17,7 +17,7 @@ from scruton.envelope.ringdown import weighted_line
 from scruton.envelope.sampling import Sampling, quantum_of, run_lengths, sampling
 from scruton.envelope.standing import Swing, beats, swing
 from scruton.envelope.types import Cycles
-from scruton.envelope.windows import cut
+from scruton.envelope.windows import Windows, cut
 from scruton.errors import InputError
 from scruton.shown import fields_in_brief, shown
 
@@ -275,19 +275,26 @@ def _clipped_side(time: FloatArray, response: FloatArray, cycles: Cycles) -> str
     """Say where a record is clipped: "above", "below", "above and below", or "" where it is not.
 
     Two signs are looked for, in the cycles that reach the extreme: the extreme reading repeated in a row, more
-    often than rounding explains, and a top that holds far more samples than a sine's (a sensor that saturates softly).
+    often than rounding explains, and a top that holds far more samples than a sine's (a sensor that saturates softly):
+    than a sine's on the average, and than those of the sine that was followed, at the very times of the samples. Where
+    these keep step with the motion, every crest has the same few.
     """
     y = response - float(np.mean(response))
     # where the mean drifts by more than the motion, the end of the drift is the extreme, and its cycles are all top
     drifts = np.ptp(y) > 2.0 * thresholds.SWEPT * float(np.max(cycles.amplitude))
+    windows = cut(time, cycles.reference_frequency)
+    turned = 2.0 * np.pi * cycles.reference_frequency * (time - cycles.time[0])
+    sine = np.interp(time, cycles.time, cycles.amplitude) * np.cos(turned + np.interp(time, cycles.time, cycles.phase))
     sides = [
-        word for word, sign in (("above", 1.0), ("below", -1.0)) if _piled_up(time, sign * y, cycles, softly=not drifts)
+        word
+        for word, sign in (("above", 1.0), ("below", -1.0))
+        if _piled_up(sign * y, None if drifts else sign * sine, windows)
     ]
     return " and ".join(sides)
 
 
-def _piled_up(time: FloatArray, y: FloatArray, cycles: Cycles, *, softly: bool) -> bool:
-    windows = cut(time, cycles.reference_frequency)
+def _piled_up(y: FloatArray, sine: FloatArray | None, windows: Windows) -> bool:
+    """Whether the samples of a record pile up at its top; no softness is looked for where no sine is given."""
     top = float(np.max(y))
     if top <= 0.0 or len(windows.number) == 0:
         return False
@@ -297,17 +304,22 @@ def _piled_up(time: FloatArray, y: FloatArray, cycles: Cycles, *, softly: bool) 
     honest = per_cycle / np.pi * np.sqrt(2.0 * min(quantum_of(y), top) / top)
     if np.max(run_lengths(at_top)) >= max(thresholds.RUN, 1.3 * honest + 2.0):
         return True
-    if not softly:
+    if sine is None:
         return False
+    usual = max(float(np.arccos(1.0 - thresholds.TOP) / np.pi), _share_at_top(sine, windows))
+    return _share_at_top(y, windows) > thresholds.CROWDED * usual
+
+
+def _share_at_top(y: FloatArray, windows: Windows) -> float:
+    """Share of samples near the largest reading, in the cycles that reach it; 0 where they are too few to tell."""
+    top = float(np.max(y))
     stops = np.stack([windows.first, windows.stop], axis=1).ravel()
-    padded = np.append(y, -np.inf)
-    highest = np.maximum.reduceat(padded, stops)[::2]
+    highest = np.maximum.reduceat(np.append(y, -np.inf), stops)[::2]
     reach = highest > top * (1.0 - 0.25 * thresholds.TOP)
     if np.count_nonzero(reach) < 3:
-        return False
+        return 0.0
     crowd = np.add.reduceat(np.append(y > top * (1.0 - thresholds.TOP), False).astype(float), stops)[::2]
-    share = np.sum(crowd[reach]) / np.sum((windows.stop - windows.first)[reach])
-    return bool(share > thresholds.CROWDED * np.arccos(1.0 - thresholds.TOP) / np.pi)
+    return float(np.sum(crowd[reach]) / np.sum((windows.stop - windows.first)[reach]))
 
 
 def _offset_and_drift(record: Record, cycles: Cycles) -> tuple[float, float]:

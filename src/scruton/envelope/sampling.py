@@ -54,14 +54,19 @@ def equal_steps(time: FloatArray, response: FloatArray, steps: Sampling) -> tupl
 
 
 def quantum_of(response: FloatArray) -> float:
-    """Quantum of a rounded record: the step that all its steps are multiples of; 0 where there is none."""
+    """Quantum of a rounded record: the step that all its steps are multiples of; 0 where there is none.
+
+    It is the smallest step, or a half or a third of it: where samples keep step with the motion few steps differ.
+    """
     steps = np.abs(np.diff(response[:20_000]))
     steps = steps[steps > 1e-7 * np.ptp(response)]
     if len(steps) == 0:
         return 0.0
-    quantum = float(np.min(steps))
-    multiples = steps / quantum
-    return quantum if np.median(np.abs(multiples - np.round(multiples))) < 0.02 else 0.0
+    for quantum in float(np.min(steps)) / np.arange(1.0, 4.0):
+        multiples = steps / quantum
+        if np.median(np.abs(multiples - np.round(multiples))) < 0.02:
+            return float(quantum)
+    return 0.0
 
 
 def run_lengths(flag: BoolArray) -> IntArray:

@@ -66,6 +66,10 @@ EXTRAPOLATED = 7.0
 ANOTHER_UNIT = 9.0
 ONE_SPEED = 0.005  # of the wind speed: a sweep and a test that differ by less are of one
 SETTLED = 3.0  # relaxation times after which a transient has shown its stable amplitude to 5 %
+# Or what it changes by, in ln A from one eighth of the record to the next at the end, over what it changed by in all,
+# and over what it would have to change by yet. Closed forms of n = -1 to 2, from 0.001 to 10 times their one level and
+# over 0.02 to 40 relaxation times, come so near to rest away from it only where they lie a factor EXTRAPOLATED off.
+STILL_MOVES = 0.05
 BAND_FLOOR = 0.02  # relative error of a band of damping that its scatter cannot show
 CLEAR_BAND = 0.1  # relative standard error above which a band of damping contradicts nobody
 SIGMAS = 3.0  # joint standard deviations

@@ -171,14 +171,24 @@ def assemble(
             tree["speeds"] = xr.DataTree(speeds.group)
             samples[SPEEDS] = speeds.samples
     tree["convergence"] = xr.DataTree(convergence_group(samples))
-    convergence = convergence_frame(tree)
-    summary = summarise(
-        sampled, joint, convergence, provenance, sampling.flags, converged=not unconverged(tree), misfit=misfit
-    )
+    convergence, needed = convergence_frame(tree), unconverged(tree)
+    flags = (*of_convergence(sampling.faults, needed), *sampling.flags)
+    summary = summarise(sampled, joint, convergence, provenance, flags, converged=not needed, misfit=misfit)
     return Fit(
-        campaign, card, tree, sampled.cycles, sampled.ringdowns, fronts, convergence, tuple(sampling.flags),
-        summary["converged"], summary,
+        campaign, card, tree, sampled.cycles, sampled.ringdowns, fronts, convergence, flags, summary["converged"],
+        summary,
     )  # fmt: skip
+
+
+def of_convergence(faults: Mapping[str, str], needed: Sequence[str]) -> list[str]:
+    """What is said of posteriors that did not converge: of each that is needed, then of all others in one sentence.
+
+    Only those that are needed bring the verdict on a fit down, and only they are called not converged.
+    """
+    spare = [name for name in faults if name not in needed]
+    said = f"sampled to less than the card's criteria, which the verdict does not count: {', '.join(spare)}; little or "
+    said += "nothing that is printed or predicted rests on their draws"
+    return [f"{name}: {faults[name]}" for name in needed] + ([said] if spare else [])
 
 
 def admit(card: ModelCard, where: str, priors: Sequence[Prior], values: Sequence[float]) -> None:

@@ -1,5 +1,7 @@
 """Peak tests that no single Griffin curve joins: by what factor each lies off, in a sentence that names its rig.
 
+Where no one rig does, two groups of them may, each of which has a curve of its own.
+
 The discrepancy between settings grows until it takes any contradiction, and the band with it: what it took is said.
 """
 
@@ -8,13 +10,17 @@ import numpy as np
 from scruton.arrays import FloatArray
 from scruton.dynamics.laws import amplitude_ratio
 from scruton.infer.results import PeakResult, TestResult
-from scruton.infer.thresholds import OFF_CURVE
+from scruton.infer.thresholds import GROUPS_APART, OFF_CURVE
 
 _SURE = (0.05, 0.5, 0.95)
+_WHY = (
+    "A unit, a mass or a damping ratio is wrong, or section, wind or law is another; the discrepancy between settings "
+    "takes it, and with it the band of predictions"
+)
 
 
 def off_curve(joint: PeakResult, tests: list[TestResult]) -> str:
-    """Name the rig farthest off what the others foretell, or both of two; empty where they agree."""
+    """Name the rig farthest off what the others foretell, both of two, or two groups; empty where they agree."""
     names = joint.tests
     if len(names) < 2:
         return ""
@@ -28,7 +34,10 @@ def off_curve(joint: PeakResult, tests: list[TestResult]) -> str:
     worst = max((_nearest(k, told, (a, sc, rate, n)) for k in range(len(names))), key=lambda one: one[0])
     excess, k, j, (low, middle, high) = worst
     if excess <= np.log(OFF_CURVE):
-        return ""
+        a_ref, relaxation = (law.derived[f"reference_{key}"].reshape(-1, 1) for key in ("amplitude", "relaxation"))
+        with np.errstate(all="ignore"):
+            curve = a_ref * amplitude_ratio((sc - law.posterior.reference[0]) / relaxation, n[:, None])
+        return _groups(np.log(a) - np.log(curve), [rigs[name] for name in names], law.label)
     by = f"{np.exp(middle):.3g} times (90 % {np.exp(low):.2g} to {np.exp(high):.2g})"
     if len(names) == 2:
         what = (
@@ -40,10 +49,32 @@ def off_curve(joint: PeakResult, tests: list[TestResult]) -> str:
             f"rig {rigs[names[k]]} lies off the curve of the others: the stable amplitude of test {names[k]} is {by} "
         )
         what += f"what the nearest of them, test {names[j]} of rig {rigs[names[j]]}, foretells by {law.label}"
-    return (
-        f"{what}. A unit, a mass or a damping ratio is wrong, or section, wind or law is another; the discrepancy "
-        "between settings takes it, and with it the band of predictions"
-    )
+    return f"{what}. {_WHY}"
+
+
+def _groups(off: FloatArray, rigs: list[str], law: str) -> str:
+    """Name two groups of at least two rigs that lie on two curves, by how far ln of each amplitude is off one (S, J).
+
+    The gap between them is far larger than the discrepancy usual between rigs, and than the range of either.
+    """
+    off = off[np.isfinite(off).all(axis=1)]
+    if not len(off):
+        return ""
+    # of each rig the median: between draws of rigs whose damping is hardly known the gap would close
+    middle_of = np.median(off, axis=0)
+    order = np.argsort(middle_of)
+    for split in range(2, len(rigs) - 1):
+        lower, upper = order[:split], order[split:]
+        gap = float(middle_of[upper[0]] - middle_of[lower[-1]])
+        apart = off[:, upper].mean(axis=1) - off[:, lower].mean(axis=1)
+        low, middle, high = np.exp(np.quantile(apart, _SURE)).tolist()
+        if min(np.exp(gap), low) > GROUPS_APART and gap > max(np.ptp(middle_of[lower]), np.ptp(middle_of[upper])):
+            named = [", ".join(rigs[k] for k in sorted(group)) for group in (upper, lower)]
+            return (
+                f"rigs {named[0]} and rigs {named[1]} lie on two curves: by {law} the stable amplitudes of the former "
+                f"are {middle:.3g} times (90 % {low:.2g} to {high:.2g}) those of the latter. {_WHY}"
+            )
+    return ""
 
 
 def _nearest(k: int, told: list[int], of: tuple[FloatArray, ...]) -> tuple[float, int, int, tuple[float, float, float]]:

@@ -40,7 +40,8 @@ class Sampling:
     """How the posteriors of one run are sampled: card, seed, where checkpoints lie, whom to tell.
 
     What an earlier run drew of the very same posterior is `known`, and is not drawn again: what is left of a campaign
-    has most of its posteriors in common with the whole.
+    has most of its posteriors in common with the whole. `faults` says of each posterior that did not converge what is
+    wrong with its draws; which of them bring the verdict down is for `scruton.infer.joint.unconverged` to say.
     """
 
     card: ModelCard
@@ -49,6 +50,7 @@ class Sampling:
     report: Progress | None = None
     known: Known = field(default_factory=dict)
     flags: list[str] = field(default_factory=list)
+    faults: dict[str, str] = field(default_factory=dict)
 
     def seed_of(self, name: str) -> np.random.SeedSequence:
         """Seed of the posterior called `name`."""
@@ -88,7 +90,7 @@ class Sampling:
             kind = ExcludedByPriorsError if isinstance(error, ImpossibleError) else InputError
             raise kind(name, "", str(error), "a record and priors that agree") from error
         self.known[what] = fingerprint, samples
-        fault = samples.convergence.explain(posterior.names, settings)
-        if fault:
-            self.flags.append(f"{name}: {fault}")
+        self.faults.pop(name, None)  # of a sampling that counts no longer
+        if fault := samples.convergence.explain(posterior.names, settings):
+            self.faults[name] = fault
         return samples
