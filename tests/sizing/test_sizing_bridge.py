@@ -159,6 +159,16 @@ def test_a_bare_damping_ratio_is_never_certain(bridge_file):
         (mode("") + "[cost]\nfailure = -1", {}, "cost.failure", "zero or more"),
         (mode("") + '[wind]\nrose = "r.csv"', {}, "r.csv", "upper speed"),
         (mode(""), {"coherence": "{ mean = 0.9, sd = 0.5 }"}, "coherence", "fits between 0 and 1"),
+        (mode(""), {"limits": '["jtg", "0.4 deg"]'}, "limits[1]", "the modes are heaving"),
+        (mode(""), {"limits": '["motion-sickness: 2"]'}, "limits[0]", "a share of people, a bare number, up to 1"),
+        (mode("") + "[damper]\nnumber = 3\nposition = [0.2, 0.5]", {}, "damper.position", "number = 3"),
+        (mode("") + "[damper]\nnumber = 3\nposition = { V1 = [0.2, 0.5] }", {}, "damper.position", "for mode V1"),
+        (
+            mode("") + '[wind]\nrose = "r.csv"\nweibull_scale = "7 m/s"',
+            {},
+            "wind.weibull_scale",
+            "either a rose or a Weibull distribution",
+        ),
     ],
 )
 def test_bad_input_is_named_with_its_place(bridge_file, text, changes, field, words):
@@ -284,7 +294,7 @@ def test_every_rule_cites_a_source():
     ("text", "words"),
     [("foo", "one of"), ("jgt", '"jtg"'), ("0 m", "greater than zero"), ("-0.1 m", "greater than zero"),
      ("jtg: x", "factor"), ("peak-acceleration", "its value"), ("amplitude: 3", "m"), ("0.3 kg", "a length"),
-     ("0.1 +/- 0.01 m", "without a standard deviation"),
+     ("motion-sickness: 1.01", "up to 1"), ("0.1 +/- 0.01 m", "without a standard deviation"),
      ("", "a rule")],
 )  # fmt: skip
 def test_a_limit_that_is_none_is_refused(text, words):

@@ -91,6 +91,10 @@ def read_damper(table: Table) -> DamperRequest:
     """Read the table; InputError for what is wrong with it."""
     values = table.read(_FIELDS)
     values["positions"] = values.pop("position")
+    for mode, places in values["positions"].items():
+        if "number" in table and 1 < len(places) != values["number"]:
+            found = f"{len(places)} places" + (f" for mode {mode}" if mode else "")
+            raise table.error("position", found, f"as many as there are dampers, number = {values['number']}, or one")
     smallest, largest = values["smallest_mass_ratio"], values["largest_mass_ratio"]
     if smallest is None:
         values["smallest_mass_ratio"] = min(SMALLEST_MASS_RATIO, largest)

@@ -50,4 +50,6 @@ def limit(text: str, file: str = "command line", field: str = "--limit") -> Limi
     value = parse_quantity(raw, rule.dimension, file, field)
     if value.sd is not None:
         raise InputError(file, field, f'"{text}"', "a limit without a standard deviation")
+    if value.mean > rule.largest:
+        raise InputError(file, field, f'"{text}"', f"{rule.dimension.name}, up to {rule.largest:g}")
     return Limit(rule, value.mean, text)
