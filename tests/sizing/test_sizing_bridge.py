@@ -293,7 +293,8 @@ def test_every_rule_cites_a_source():
 
 @pytest.mark.parametrize(
     ("text", "words"),
-    [("foo", "one of"), ("jgt", '"jtg"'), ("0 m", "greater than zero"), ("-0.1 m", "greater than zero"),
+    [("foo", "one of"), ("kd: tolerabel", 'or "tolerable"'),
+     ("jgt", '"jtg"'), ("0 m", "greater than zero"), ("-0.1 m", "greater than zero"),
      ("jtg: x", "factor"), ("peak-acceleration", "its value"), ("amplitude: 3", "m"), ("0.3 kg", "a length"),
      ("motion-sickness: 1.01", "up to 1"), ("0.1 +/- 0.01 m", "without a standard deviation"),
      ("", "a rule")],

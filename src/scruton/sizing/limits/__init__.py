@@ -41,6 +41,8 @@ def limit(text: str, file: str = "command line", field: str = "--limit") -> Limi
         return Limit(rule, rule.value, text)
     if rest.lower() in rule.classes:
         return Limit(rule, rule.classes[rest.lower()], text)
+    if rule.classes and not rest.startswith(tuple("0123456789+-.")):
+        raise InputError(file, field, f'"{text}"', f"{rule.dimension.spelling} or {nearest(rest.lower(), rule.classes)}")
     raw: object = rest
     if not rule.dimension.unit:
         try:
