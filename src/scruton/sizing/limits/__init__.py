@@ -42,7 +42,8 @@ def limit(text: str, file: str = "command line", field: str = "--limit") -> Limi
     if rest.lower() in rule.classes:
         return Limit(rule, rule.classes[rest.lower()], text)
     if rule.classes and not rest.startswith(tuple("0123456789+-.")):
-        raise InputError(file, field, f'"{text}"', f"{rule.dimension.spelling} or {nearest(rest.lower(), rule.classes)}")
+        wanted = f"{rule.dimension.spelling} or {nearest(rest.lower(), rule.classes)}"
+        raise InputError(file, field, f'"{text}"', wanted)
     raw: object = rest
     if not rule.dimension.unit:
         try:
