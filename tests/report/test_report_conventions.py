@@ -222,6 +222,8 @@ def test_no_identifier_stands_in_prose(heaving):
         "reading": "K_D = 11 where V_cr is 20 m/s",
     }
     content["inputs"] = {"numbers": [
+        {"name": "limits[1]", "value": "kd: 30 mm/s^2", "origin": "default",
+         "source": "K_D = f^2 y, by BD 49/01; the partial factor gamma_v"},
         {"name": "modes[0].damping_ratio.mean", "value": 0.003, "origin": "stated", "source": ""},
         {"name": "modes[0].damping_ratio.sd", "value": 0.001, "origin": "default", "source": "by judgement"},
         {"name": "damper.largest_stroke", "value": 0.6, "origin": "default", "source": "room"},
@@ -244,6 +246,7 @@ def test_no_identifier_stands_in_prose(heaving):
     assert rows["bridge, damper, number"][1] == "1", "as stated, without padding"
     assert rows["bridge, damper, the risk is that of"][1] == "mode"
     assert rows["bridge, transfer, turbulence"][1] == "1.011", "computed: four digits"
+    assert rows["bridge, limit 2"][1] == "BD 49/01, 30 mm/s²"
     assert rows["section, depth"][1] == "0.075 m"
     assert all(row[2] and row[3] for row in rows.values())
 

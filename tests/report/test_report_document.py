@@ -23,7 +23,7 @@ from scruton.report import equations
 from scruton.report.chapters import Material, compose
 from scruton.report.chapters.gap import gap_chapter
 from scruton.report.chapters.required import required_tables
-from scruton.report.chapters.sizing import sizing_summary
+from scruton.report.chapters.sizing import sizing_chapter, sizing_summary
 from scruton.report.charts import griffin_chart, risk_chart
 from scruton.report.document import (
     Callout,
@@ -270,6 +270,25 @@ def test_the_line_by_hand_is_written_out(unit: str, line: str) -> None:
         assert part in note, (part, note)
     (plain,) = (table.note for table in required_tables(content, TERMINAL))
     assert plain.isascii()
+
+
+def test_a_required_damping_that_lies_far_from_the_tests_is_marked_where_it_is_first_told(three) -> None:
+    content = sizing()
+    limit = content["modes"][0]["limits"][0]
+    reach = {"scruton_number": 35.2, "extrapolation_index": 1.4, "covered_by": 1, "tests": 3, "trusted": False}
+    limit |= {"required": dict.fromkeys(CONFIDENCES, 0.004), "reach": {"0.95": reach}}
+    content["modes"][0] |= {"shares": {"needed": []}}
+    for blocks in (sizing_summary(content), sizing_chapter(material(three, sizing=content))):
+        table = next(one for one in blocks if getattr(one, "name", "") in ("required", "required_damping"))
+        assert [cell.endswith(" !") for cell in table.rows[0][4:]] == [p == "0.95" for p in CONFIDENCES]
+        assert "far from what was tested" in table.note
+    limit |= {"required": limit["required"] | {"0.95": None}}
+    (table,) = required_tables(content, TERMINAL)
+    (there,) = (row for row in table.rows if row[0] == "Sc there")
+    assert there[1 + CONFIDENCES.index("0.95")] == "> 35.2", "with all that can be added, at the least"
+    limit |= {"reach": {"0.95": reach | {"trusted": True}}}
+    table = next(one for one in sizing_summary(content) if getattr(one, "name", "") == "required")
+    assert "!" not in "".join(table.rows[0]) + table.note
 
 
 def two_modes() -> dict:

@@ -144,7 +144,8 @@ def test_a_bare_damping_ratio_is_never_certain(bridge_file):
         (mode('mass = { mean = "20 t/m", minimum = 15 }'), {}, "mass.minimum", "unit"),
         (mode("") + '[wind]\nweibull_scale = "7 m/s"\nweibull_shape = 0.05', {}, "weibull_shape", "between 0.5 and 20"),
         (mode("") + mode(""), {}, "modes", "twice"),
-        (mode("") + "[damper]\nrisk = 2", {}, "damper.risk", "between 0 and 1"),
+        (mode("") + "[damper]\nrisk = 2", {}, "damper.risk", "between 0.001 and 1"),
+        (mode("") + "[damper]\nrisk = 1e-6", {}, "damper.risk", "draws tell no less"),
         (mode("") + "[damper]\nnumber = 0", {}, "damper.number", "1 to 16"),
         (mode("") + "[damper]\nposition = 1.5", {}, "damper.position", "a fraction of the span"),
         (mode("") + "[damper]\nposition = { V9 = 0.5 }", {}, "damper.position", "one of: V1"),
@@ -159,6 +160,16 @@ def test_a_bare_damping_ratio_is_never_certain(bridge_file):
         (mode("") + "[cost]\nfailure = -1", {}, "cost.failure", "zero or more"),
         (mode("") + '[wind]\nrose = "r.csv"', {}, "r.csv", "upper speed"),
         (mode(""), {"coherence": "{ mean = 0.9, sd = 0.5 }"}, "coherence", "fits between 0 and 1"),
+        (mode(""), {"limits": '["jtg", "0.4 deg"]'}, "limits[1]", "the modes are heaving"),
+        (mode(""), {"limits": '["motion-sickness: 2"]'}, "limits[0]", "a share of people, a bare number, up to 1"),
+        (mode("") + "[damper]\nnumber = 3\nposition = [0.2, 0.5]", {}, "damper.position", "number = 3"),
+        (mode("") + "[damper]\nnumber = 3\nposition = { V1 = [0.2, 0.5] }", {}, "damper.position", "for mode V1"),
+        (
+            mode("") + '[wind]\nrose = "r.csv"\nweibull_scale = "7 m/s"',
+            {},
+            "wind.weibull_scale",
+            "either a rose or a Weibull distribution",
+        ),
     ],
 )
 def test_bad_input_is_named_with_its_place(bridge_file, text, changes, field, words):
@@ -282,9 +293,10 @@ def test_every_rule_cites_a_source():
 
 @pytest.mark.parametrize(
     ("text", "words"),
-    [("foo", "one of"), ("jgt", '"jtg"'), ("0 m", "greater than zero"), ("-0.1 m", "greater than zero"),
+    [("foo", "one of"), ("kd: tolerabel", 'or "tolerable"'),
+     ("jgt", '"jtg"'), ("0 m", "greater than zero"), ("-0.1 m", "greater than zero"),
      ("jtg: x", "factor"), ("peak-acceleration", "its value"), ("amplitude: 3", "m"), ("0.3 kg", "a length"),
-     ("0.1 +/- 0.01 m", "without a standard deviation"),
+     ("motion-sickness: 1.01", "up to 1"), ("0.1 +/- 0.01 m", "without a standard deviation"),
      ("", "a rule")],
 )  # fmt: skip
 def test_a_limit_that_is_none_is_refused(text, words):

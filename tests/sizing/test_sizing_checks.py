@@ -81,6 +81,18 @@ def test_a_limit_below_every_transient_is_beyond_the_records():
     assert f"law-free: more than {100.0 * LARGEST_ADDED:.0f} %" in sentence
 
 
+def test_a_limit_that_no_damping_keeps_is_an_extrapolation_too():
+    """What cannot be had is said of a place that was not tested, as what can."""
+    found = risk(model(), at_most(0.01 * LIMIT), evidence=Card(None, measured(), None, {}))
+    assert found.required["0.95"] is None
+    reach = found.reach["0.95"]
+    assert reach.scruton_number == pytest.approx(0.003 + LARGEST_ADDED)
+    assert (reach.covered_by, reach.trusted) == (0, False)
+    (sentence,) = remarks("V1", "0.95", found)
+    assert f"(more than {100.0 * LARGEST_ADDED:.0f} %) lies at Sc 0.053" in sentence
+    assert list(farther_limits("V1", checked(), [checked(), found]))
+
+
 def test_the_extrapolation_is_that_of_the_damping_that_is_required():
     found = checked()
     for name, added in found.required.items():

@@ -284,7 +284,10 @@ def test_a_supplier_s_list(tmp_path):
     assert second.dampers[0].mass == 15000.0
     assert offers("12 t, 0.29 Hz, 0.08")[0].dampers == first.dampers
     path.write_text("mass,frequency,damping\n12000,-0.29,0.08\n", encoding="utf-8")
-    with pytest.raises(InputError, match="not positive"):
+    with pytest.raises(InputError, match=r"list\.csv: row 1, column 2: found -0\.29; wanted a number greater"):
+        offers(str(path))
+    path.write_text("mass,frequency\n12000,0.29\n", encoding="utf-8")
+    with pytest.raises(InputError, match="rows of 2 columns"):
         offers(str(path))
 
 
@@ -362,3 +365,17 @@ def test_a_bridge_that_its_dampers_stop_has_a_table_too(tight, monkeypatch):
 def test_there_is_no_table_without_dampers(tight):
     model, _ = tight
     assert damper_table(model, LIMIT, (), 0) is None
+
+
+def test_a_table_of_strongly_damped_dampers_stays_below_critical_damping():
+    model = bridge_mode(DamperRequest(**FREE))
+    table = damper_table(model, LIMIT, (TunedMass(0.02, 0.98, 0.4),), 0)
+    assert table.damping[-1] * 0.4 >= 1.0
+    assert np.isfinite(table.probability).all()
+
+
+def test_a_share_of_the_risk_that_no_draws_tell_leaves_none_of_them():
+    """Modes that share a small risk are each sized for less than the draws can tell."""
+    found = damper(bridge_mode(DamperRequest()), LIMIT, 0, risk=1e-5)
+    assert found.achievable
+    assert found.probability < 1e-4

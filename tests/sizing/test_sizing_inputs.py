@@ -1,5 +1,6 @@
 """A decision can be rebuilt: every number of the bridge stands in sizing.json, stated or default, and its files do."""
 
+from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from scruton.documents import as_json, from_json
 from scruton.sizing.bridge import load_bridge, with_damping
 from scruton.sizing.existing import as_built
 from scruton.sizing.inputs import COMPUTED, DEFAULT, STATED, Inputs, inputs_of
+from scruton.sizing.limits import limit
 
 BRIDGE = """
 format = 1
@@ -71,6 +73,20 @@ def test_every_number_says_where_it_comes_from(bridge):
     assert (rows["coherence.family"].value, rows["coherence.family"].origin) == ("known", DEFAULT)
     assert rows["modes[0].damping_ratio.sd"].value == pytest.approx(0.45 * rows["modes[0].damping_ratio.mean"].value)
     assert all(row.source for row in rows.values() if row.origin != STATED)
+
+
+def test_a_limit_says_what_value_it_has_and_who_says_so(bridge):
+    """The value of a rule that is named alone is the code's, and decides as much as one that is stated."""
+    texts = ("jtg", "kd", "kd: acceptable", "iso2631: 0.4 m/s^2")
+    bridge = replace(bridge, limits=tuple(map(limit, texts[:3])))
+    rows = [row for row in inputs_of(bridge, texts).numbers if row.name.startswith("limits[")]
+    assert [row.value for row in rows] == ["jtg: 1", "kd: 30 mm/s^2", *texts[2:]]
+    assert [row.origin for row in rows] == [DEFAULT, DEFAULT, STATED, "command line"]
+    assert [row.source.split(" (")[0] for row in rows[1:]] == [
+        "K_D = f^2 y, an acceleration over 4 pi^2, by BD 49/01", "2 mm/s^2, by BD 49/01", "--limit iso2631: 0.4 m/s^2",
+    ]  # fmt: skip
+    assert rows[0].source.startswith("the partial factor gamma_v, a bare number, by JTG/T 3360-01-2018")
+    assert [limit(row.value).value for row in rows] == [limit(text).value for text in texts], "as it can be read again"
 
 
 def test_what_the_command_line_and_the_finished_bridge_say_is_marked_as_theirs(bridge):

@@ -89,3 +89,10 @@ def test_same_seed_same_worth():
     model = mode_model(0.2, 0.45)
     first, again = (information(model, LIMIT, COST, ADDED, seed=2, points=1 << 12) for _ in range(2))
     assert first.worth == again.worth
+
+
+def test_knowing_everything_never_costs():
+    """Where nothing is bought whatever is known, the noise of two estimates of one cost is no value."""
+    free = Cost("EUR", fixed=1e9, per_percent=1.0, failure=1e3)
+    for seed in range(4):
+        assert information(mode_model(0.1, 0.45), LIMIT, free, ADDED, seed=seed).perfect >= 0.0

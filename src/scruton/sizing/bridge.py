@@ -220,6 +220,8 @@ def load_bridge(path: Path, motion: Motion) -> Bridge:
     if both:
         values["limits"] = tuple(rule for rule in values["limits"] if motion in rule.rule.functions)
         values["others"] = others
+    for i, rule in enumerate(values["limits"]):
+        rule.check(motion, str(path), f"limits[{i}]")
     values["transfer"] = read_transfer(top)
     values["coherence_amplitude"] = amplitude_of_coherence(top, motion, values["depth"], both=both)
     values["cost"] = Cost(**top.table("cost").read(_COST)) if "cost" in top else None

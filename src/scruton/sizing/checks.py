@@ -26,7 +26,7 @@ Required = Mapping[str, float | None]
 
 @dataclass(frozen=True)
 class Reach:
-    """How far the setting that a required damping makes lies from what was tested.
+    """How far the setting that a required damping makes lies from what was tested, or that with all that can be added.
 
     Attributes
     ----------
@@ -130,7 +130,9 @@ class Evidence:
         on: numbers that are the same by what they mean are the same.
         """
         draws = model.draws(u)
-        reach = {name: None if added is None else reach_of(draws, limit, added) for name, added in required.items()}
+        reach = {
+            name: reach_of(draws, limit, LARGEST_ADDED if added is None else added) for name, added in required.items()
+        }
         by_law = self._by_law(model, draws, limit, reach, u, needed)
         if self.law_free is not None:
             by_law[LAW_FREE] = required_of(

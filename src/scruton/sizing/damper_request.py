@@ -15,6 +15,7 @@ from scruton.sizing.thresholds import (
     FREQUENCY_TOLERANCE,
     KEPT_DETUNING,
     LARGEST_STROKE,
+    LEAST_RISK,
     MASS_TOLERANCE,
     SMALLEST_MASS_RATIO,
     STOP_STIFFNESS,
@@ -91,6 +92,10 @@ def read_damper(table: Table) -> DamperRequest:
     """Read the table; InputError for what is wrong with it."""
     values = table.read(_FIELDS)
     values["positions"] = values.pop("position")
+    for mode, places in values["positions"].items():
+        if "number" in table and 1 < len(places) != values["number"]:
+            found = f"{len(places)} places" + (f" for mode {mode}" if mode else "")
+            raise table.error("position", found, f"as many as there are dampers, number = {values['number']}, or one")
     smallest, largest = values["smallest_mass_ratio"], values["largest_mass_ratio"]
     if smallest is None:
         values["smallest_mass_ratio"] = min(SMALLEST_MASS_RATIO, largest)
@@ -121,7 +126,11 @@ def _positions(table: Table, key: str) -> dict[str, tuple[float, ...]]:
 _MOST = 16
 _RATIO = Dimension("a bare number", "", 0.5)
 _ACCELERATION = Dimension("an acceleration", "m/s^2", 0.02)
-_PROBABILITY = number(_RATIO, 0.05, good=lambda share: share < 1.0, wanted="a number between 0 and 1")
+_RISK = number(
+    _RATIO, 0.05, good=lambda risk: LEAST_RISK <= risk < 1.0,
+    wanted=f"a number between {LEAST_RISK:g} and 1: draws tell no less",
+)  # fmt: skip
+_SHARE = number(_RATIO, 0.05, good=lambda share: share < 1.0, wanted="a number between 0 and 1")
 _OPTIONAL = number(_RATIO, None, good=lambda share: share < 1.0, wanted="a number between 0 and 1")
 
 
@@ -131,11 +140,11 @@ def _tolerance(default: float) -> Field:
 
 _FIELDS = {
     "number": whole(1, _MOST, 1),
-    "risk": _PROBABILITY,
+    "risk": _RISK,
     "risk_of": choice(RiskOf, RiskOf.MODE),
     "largest_stroke": number(LENGTH, None),
     "smallest_mass_ratio": _OPTIONAL,
-    "largest_mass_ratio": _PROBABILITY,
+    "largest_mass_ratio": _SHARE,
     "kept_detuning": bare(0.0, 0.2, KEPT_DETUNING, "a relative error of the frequency from 0 to 0.2, such as 0.02"),
     "position": Field(_positions, {}),
     "lever_arm": number(LENGTH, None),

@@ -25,6 +25,7 @@ DAMPING = np.geomspace(0.4, 2.5, 7)
 _CHECKED = 48  # places off the grid where the interpolation is held against the draws
 _DIGITS = 4
 _LEAST = 1e-4  # a risk below this is read as this: a sixth of what a draw is worth
+_MOST = 0.99  # damping ratio of a damper: one above is read as this
 _LEAST_STROKE = 1e-4  # [m] that of a bridge that does not vibrate: a shorter one is read as this
 
 
@@ -85,7 +86,7 @@ def damper_table(model: ModeModel, limit: float, dampers: Sequence[TunedMass], s
 
     def left(mass: float, tuning: float, damping: float) -> tuple[float, float]:
         other = (
-            TunedMass(mass * one.mass_ratio, tuning * one.frequency_ratio, damping * one.damping_ratio)
+            TunedMass(mass * one.mass_ratio, tuning * one.frequency_ratio, min(damping * one.damping_ratio, _MOST))
             for one in dampers
         )
         risk, stroke = over.risk_and_stroke(tuple(other))

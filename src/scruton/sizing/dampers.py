@@ -19,6 +19,7 @@ from scruton.sizing.tmd_tuning import TuningDraws
 
 TUNING_DRAWS, CHECK_DRAWS = 1 << 11, 1 << 15
 _CORRECTIONS = 4
+_LEAST_RISK = 0.5 / CHECK_DRAWS  # that is aimed at: none of the draws exceeds the limit
 _LIGHTER, _HEAVIER = 5, 3  # masses that are looked at, from a tenth of the dampers' to theirs and on to three times
 _COST_POINTS = 12  # more masses at the most, about that of least cost
 _STEP = 1.02  # of the mass, once it is a matter of little
@@ -135,13 +136,13 @@ def damper(model: ModeModel, limit: float, seed: int, *, risk: float | None = No
 
     # A design is best for the draws that it was made with: on others it leaves more.  It is held to the risk on draws
     # that check it, less what those may err by; what is told is of a third set.
-    most = asked_risk - RISK_MARGIN * float(np.sqrt(asked_risk * (1.0 - asked_risk) / CHECK_DRAWS))
+    most = max(asked_risk - RISK_MARGIN * float(np.sqrt(asked_risk * (1.0 - asked_risk) / CHECK_DRAWS)), 0.0)
 
     def left_by(dampers: tuple[TunedMass, ...]) -> float:
         return max(check.probability(dampers, error) for error in (tuning.errors if dampers else (None,)))
 
     asked, ratios = _asked(model, asked_risk), _mass_ratios(request)
-    aim, found = most, None
+    aim, found = max(most, _LEAST_RISK), None
     for _ in range(_CORRECTIONS):
         found = design(
             tuning, risk=aim, frequency=mode.frequency.mean, modal_mass=mode.modal_mass, mass_ratios=ratios,
@@ -150,7 +151,7 @@ def damper(model: ModeModel, limit: float, seed: int, *, risk: float | None = No
         left = left_by(found.dampers)
         if left <= most or not found.achievable:
             break
-        aim *= most / left
+        aim = max(aim * most / left, _LEAST_RISK)
     assert found is not None
     if found.achievable:
         found = _until_kept(found, lambda dampers: left_by(dampers) <= most, ratios[1])

@@ -67,8 +67,12 @@ def offers(stated: str) -> list[Offer]:
     if stated.lower().endswith(".csv"):
         path = Path(stated)
         rows = read_table(path, _COLUMNS, (_MASS, FREQUENCY, _DAMPING, _POSITION))
-        if rows.shape[1] not in (3, 4) or not (np.isfinite(rows).all() and (rows > 0.0).all()):
-            raise InputError(path, "", f"rows of {rows.shape[1]} columns, or a number that is not positive", _COLUMNS)
+        if rows.shape[1] not in (3, 4):
+            raise InputError(path, "", f"rows of {rows.shape[1]} columns", _COLUMNS)
+        if (bad := ~(np.isfinite(rows) & (rows > 0.0))).any():
+            row, column = np.argwhere(bad)[0]
+            wanted = f"a number greater than zero; {_COLUMNS}"
+            raise InputError(path, f"row {row + 1}, column {column + 1}", f"{rows[row, column]:g}", wanted)
         return [
             Offer(f"{path.name}, {k}", (_checked(Placed(*row), path, f"row {k}"),))
             for k, row in enumerate(rows.tolist(), 1)

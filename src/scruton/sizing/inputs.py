@@ -13,6 +13,7 @@ from scruton.campaign.quantity import Quantity
 from scruton.campaign.schema import Motion
 from scruton.shown import fields_in_brief, shown
 from scruton.sizing.bridge import Bridge, Mode
+from scruton.sizing.limits import limit
 from scruton.sizing.mode_shape import ModeShape
 from scruton.sizing.thresholds import (
     DAMPING_TEST_COV,
@@ -113,6 +114,7 @@ def inputs_of(bridge: Bridge, limits: tuple[str, ...]) -> Inputs:
         if (lost_at := said.pop("coherence_amplitude", {}).get(bridge.motion.value)) is not None:
             said["coherence_amplitude"] = lost_at
     rows = [_row(said, bridge, name, value) for name, value in _leaves(bridge, "")]
+    rows += [_limit(bridge, f"limits[{k}]", text) for k, text in enumerate(limits)]
     rows += _unsaid(bridge)
     if bridge.motion is Motion.TORSIONAL:
         rows = [replace(row, name=re.sub(r"^(modes\[\d+\])\.mass\b", r"\1.inertia", row.name)) for row in rows]
@@ -145,6 +147,17 @@ def _row(said: Any, bridge: Bridge, name: str, value: Any) -> Input:
         return Input(name, value, DEFAULT, "the end stop")
     computed = re.fullmatch(r"modes\[\d+\]\.modal_mass", name) is not None
     return Input(name, value, COMPUTED if computed else DEFAULT, _source(written, value))
+
+
+def _limit(bridge: Bridge, name: str, text: str) -> Input:
+    """A limit with the value of its parameter, which is the code's own where the text has none."""
+    found = limit(text)
+    size = f"{found.value:g} {found.rule.dimension.unit}".strip()
+    if text == found.rule.name:
+        return Input(name, f"{text}: {size}", DEFAULT, f"{found.rule.dimension.name}, by {found.rule.source}")
+    source = f"{size}, by {found.rule.source}" if text.partition(":")[2].strip().lower() in found.rule.classes else ""
+    stated = text in (rule.text for rule in bridge.limits)
+    return Input(name, text, STATED if stated else "command line", source or ("" if stated else f"--limit {text}"))
 
 
 def _unsaid(bridge: Bridge) -> Iterator[Input]:

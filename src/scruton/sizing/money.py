@@ -177,7 +177,8 @@ def information(
     for name, (tells, outcome) in _experiments(model, draws, u, seed).items():
         worth.append(Worth(name, "sample", _saving(certain if tells else mean, outcome)))
     worth.sort(key=lambda item: (item.kind, -item.value))
-    return Information(now - float(certain.min(axis=1).mean()), tuple(worth))
+    # never below zero: the least cost now has less noise than the draws
+    return Information(max(now - float(certain.min(axis=1).mean()), 0.0), tuple(worth))
 
 
 def _experiments(

@@ -52,14 +52,16 @@ def coherence_remarks(model: ModeModel, risk: Risk, seed: int) -> list[str]:
     need = max(float(np.quantile(needs, 0.95, method="inverted_cdf")), 0.0)
     otherwise = [damping(need, ".3f")] if need <= LARGEST_ADDED else percent(None)
     required = risk.required[ASKED]
-    asked = [damping(required, ".3f")] if required else [risk.required_text[ASKED]]
+    asked = [*([damping(required, ".3f")] if required else percent(None)), " of added damping"]
+    if required == 0.0:
+        asked = ["no added damping"]
     below = model.bridge.motion.amplitude_text(lost_at.mean)
     remarks: list[str] = [
         said(
             f"mode {model.mode.name}: the force loses its coherence along the span below A_c = {below}, so that "
             f"{risk.rule} needs ",
             asked,
-            f" of added damping with {100.0 * float(ASKED):.0f} % confidence, and ",
+            f" with {100.0 * float(ASKED):.0f} % confidence, and ",
             otherwise,
             " were it coherent at every amplitude, as what is asked for without a law and by hand takes it to be: the "
             "difference rests on A_c, which no section model tells",
@@ -80,7 +82,8 @@ def farther_limits(name: str, deciding: Risk, risks: Sequence[Risk]) -> Iterator
     """A remark on every limit that does not govern, and whose damping lies far from what was tested."""
     for found in risks:
         reach, added = found.reach.get(ASKED), found.required[ASKED]
-        if found is not deciding and found.outside is None and added and reach is not None and not reach.trusted:
+        far = reach is not None and not reach.trusted
+        if found is not deciding and found.outside is None and added != 0.0 and reach is not None and far:
             yield said(
                 f"mode {name}: what ", named(found),
                 f", which does not govern, requires at {100.0 * float(ASKED):.0f} % (",
@@ -135,7 +138,7 @@ def any_mode_remarks(
     keeping = listed([*percent(added), f" ({name})"] for name, added in zip(every.names, needed.required, strict=True))
     if request.risk_of is RiskOf.ANY:
         for name, added, reach in zip(every.names, needed.required, needed.reach, strict=True):
-            if added and reach is not None and not reach.trusted:
+            if added != 0.0 and reach is not None and not reach.trusted:
                 yield said(
                     f"mode {name}: the damping that keeps the risk of any mode (", percent(added), ") lies at Sc ",
                     scruton_number(reach.scruton_number), ", an extrapolation index of "

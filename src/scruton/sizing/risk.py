@@ -181,7 +181,7 @@ def remarks(name: str, asked: str, found: Risk, *, coherent: bool = True) -> lis
     by_law = listed([f"{label}: ", *percent(value)] for label, value in others.items())
     where = said(f"mode {name}: the damping required at {100.0 * float(asked):.0f} % (", percent(added), ")")
     sentences: list[str] = []
-    if added and reach is not None and not reach.trusted:
+    if added != 0.0 and reach is not None and not reach.trusted:
         told = "no transient went through the amplitude of the limit there, so it is the law's alone"
         if reach.covered_by:
             told = f"transients of {reach.covered_by} of {reach.tests} tests went through the amplitude of the limit"

@@ -53,6 +53,9 @@ def read_wind(table: Table, motion: Motion, width: float, depth: float, digests:
     classes = read_turbulence(table, motion, width, depth)
     share = _WIND["share"].read(table, "share")
     if "rose" in table:
+        for key in ("weibull_scale", "weibull_shape"):
+            if key in table:
+                raise table.refusal(key, "either a rose or a Weibull distribution")
         path = table.file.parent / table.text("rose", "a CSV file")
         wanted = "one header line, then upper speed [m/s] and hours a year of each class, speeds rising"
         rows = read_table(path, wanted, (SPEED,))

@@ -9,6 +9,8 @@ from scruton.report.chapters.material import Material
 from scruton.report.conventions import DAMPING, damping_words, shown_in, with_unit
 from scruton.report.document import Table
 from scruton.report.wording import number, stated
+from scruton.sizing.limits import limit
+from scruton.sizing.limits.rule import limit_words
 
 _HEADER = ("input", "value", "stated or default", "source")
 # Units of numbers in SI, by the last of their names; none where it is not here.
@@ -95,13 +97,19 @@ def _of_bridge(sizing: Mapping[str, Any]) -> Iterator[Row]:
         if others and default:
             origin += f"; {' and '.join(default)} by default"
         sources = dict.fromkeys(one["source"] for one in parts.values() if one["source"])
-        yield _name(name, modes), value, origin, "; ".join(sources) or "bridge.toml"
+        source = "; ".join(sources) or "bridge.toml"
+        if name.startswith("limits["):
+            value = limit_words(number_of, limit(number_of).rule.title)
+            value, source = (text.replace("^2", "²") for text in (value, source))
+        yield _name(name, modes), value, origin, source
 
 
 def _name(name: str, modes: list[str]) -> str:
     """A place in bridge.toml in words: "modes[0].mass" is "mode V1, mass"."""
     if name.startswith("program."):
         return name.replace(".", ", ").replace("_", " ")
+    if place := re.match(r"limits\[(\d+)\]$", name):
+        return f"bridge, limit {int(place[1]) + 1}"
     place = re.match(r"modes\[(\d+)\]\.", name)
     words = [_words(part) for part in name[place.end() if place else 0 :].split(".")]
     if place:

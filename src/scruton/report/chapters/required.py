@@ -10,6 +10,10 @@ from scruton.report.wording import Notation, law_text, limit_text, share
 from scruton.sizing.checks import CONFIDENCES, LAW_FREE
 from scruton.sizing.thresholds import LARGEST_ADDED
 
+FAR = (
+    f"!: far from what was tested (x beyond {X_TRUSTED:g}, or no transient through that amplitude); what it rests on "
+    "stands below."
+)
 _SHARES = [share(float(p)) for p in CONFIDENCES]
 
 
@@ -82,17 +86,30 @@ def required_damping(value: float | None, of: Notation, error: float | None = No
     return f"> {text}" if value is None else text if value else "none"
 
 
+def far(limit: Content, confidence: str) -> str:
+    """The sign of a required damping that lies far from what was tested; empty for others, and for none."""
+    reach = limit.get("reach", {}).get(confidence)
+    return " !" if limit["required"][confidence] != 0.0 and reach and not reach["trusted"] else ""
+
+
+def far_note(content: Content) -> str:
+    """What the sign of `far` means, where it stands in the table of all modes."""
+    marked = any(far(limit, p) for mode in content["modes"] for limit in mode["limits"] for p in CONFIDENCES)
+    return FAR if marked else ""
+
+
 def _reach_rows(limit: Content, of: Notation) -> list[tuple[str, ...]]:
     """How far each required damping lies from what was tested."""
     reach = [limit.get("reach", {}).get(p) for p in CONFIDENCES]
     if not any(reach):
         return []
 
-    def row(label: str, write: Callable[[Content], str]) -> tuple[str, ...]:
-        return label, *("" if at is None else write(at) for at in reach)
+    def row(label: str, write: Callable[[Content], str], beyond: str = "") -> tuple[str, ...]:
+        more = [beyond if limit["required"][p] is None else "" for p in CONFIDENCES]
+        return label, *("" if at is None else sign + write(at) for at, sign in zip(reach, more, strict=True))
 
     return [
-        row("Sc there", lambda at: scruton(at["scruton_number"], of.number, 3)),
+        row("Sc there", lambda at: scruton(at["scruton_number"], of.number, 3), "> "),
         row("x there", lambda at: of.number(at["extrapolation_index"], 2) + ("" if at["trusted"] else " !")),
         row("tests through that amplitude", lambda at: f"{at['covered_by']} of {at['tests']}"),
     ]

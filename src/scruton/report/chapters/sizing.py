@@ -9,7 +9,7 @@ import numpy as np
 
 from scruton.report.chapters.hours import hours_left, hours_note, hours_rows
 from scruton.report.chapters.material import Material
-from scruton.report.chapters.required import required_damping, required_tables
+from scruton.report.chapters.required import far, far_note, required_damping, required_tables
 from scruton.report.chapters.together import (
     TOGETHER,
     both_blocks,
@@ -82,6 +82,7 @@ def _sizing_blocks(content: Content, pictures: Mapping[str, Picture], of_motion:
         "so that the stable amplitude in lock-in stays below the limit; its confidence is the probability that it "
         "suffices, all uncertainties taken together."
     )
+    error = "±: Monte Carlo standard error." if any("required_mcse" in limit for _, limit in limits(content)) else ""
     yield Table(
         "required_damping",
         f"Added {damping_words()} that keeps the amplitude below the limit, by confidence",
@@ -95,13 +96,13 @@ def _sizing_blocks(content: Content, pictures: Mapping[str, Picture], of_motion:
                     known_to(
                         required_damping(limit["required"][p], PAGE), limit["required"][p],
                         limit.get("required_mcse", {}).get(p), shown_in(DAMPING),
-                    )
+                    ) + far(limit, p)
                     for p in CONFIDENCES
                 ),
             )
             for mode, limit in limits(content)
         ],
-        "±: Monte Carlo standard error." if any("required_mcse" in limit for _, limit in limits(content)) else "",
+        f"{error} {far_note(content)}".strip(),
         numeric=(False, False, *[True] * 6),
     )  # fmt: skip
     if readings := [*_readings(content)]:
@@ -306,14 +307,14 @@ def sizing_summary(content: Content) -> Iterator[Block]:
         (
             mode, limit["rule"], TERMINAL.number(factor * limit["limit"]), f"{limit['probability']:.3f}",
             *(
-                required_damping(limit["required"][p], TERMINAL, limit.get("required_mcse", {}).get(p))
+                required_damping(limit["required"][p], TERMINAL, limit.get("required_mcse", {}).get(p)) + far(limit, p)
                 for p in CONFIDENCES
             ),
         )
         for mode, limit in limits(content)
     ]  # fmt: skip
     header = ("mode", "limit", f"[{unit}]", "P without", *_SHARES)
-    note = "\n".join([*_monte_carlo(content), *_readings(content)])
+    note = "\n".join([*filter(None, [far_note(content)]), *_monte_carlo(content), *_readings(content)])
     yield Table("required", f"Added {damping_words()} by confidence", header, required, note)
     yield from required_tables(content, TERMINAL)
     without = [

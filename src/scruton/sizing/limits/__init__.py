@@ -41,6 +41,9 @@ def limit(text: str, file: str = "command line", field: str = "--limit") -> Limi
         return Limit(rule, rule.value, text)
     if rest.lower() in rule.classes:
         return Limit(rule, rule.classes[rest.lower()], text)
+    if rule.classes and not rest.startswith(tuple("0123456789+-.")):
+        wanted = f"{rule.dimension.spelling} or {nearest(rest.lower(), rule.classes)}"
+        raise InputError(file, field, f'"{text}"', wanted)
     raw: object = rest
     if not rule.dimension.unit:
         try:
@@ -50,4 +53,6 @@ def limit(text: str, file: str = "command line", field: str = "--limit") -> Limi
     value = parse_quantity(raw, rule.dimension, file, field)
     if value.sd is not None:
         raise InputError(file, field, f'"{text}"', "a limit without a standard deviation")
+    if value.mean > rule.largest:
+        raise InputError(file, field, f'"{text}"', f"{rule.dimension.name}, up to {rule.largest:g}")
     return Limit(rule, value.mean, text)

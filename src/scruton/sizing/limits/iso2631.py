@@ -94,5 +94,6 @@ RULES = (
         of_edge(lambda f, share: share / motion_sickness(f, 1.0)),
         holds_between(0.1, 0.5),
         reading=lambda share: f"{100.0 * share:.2g} % of unadapted adults may vomit within 20 minutes",
+        largest=1.0,
     ),
 )  # fmt: skip

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from math import isfinite, pi, sqrt
+from math import inf, isfinite, pi, sqrt
 
 from scruton.campaign.schema import Motion
 from scruton.campaign.units import Dimension
@@ -30,6 +30,8 @@ class Rule:
         Default of the rule's parameter, in its SI unit; None where the user has to state it.
     dimension : Dimension
         Of the parameter.
+    largest : float
+        That the parameter can have.
     functions : mapping
         By motion, (frequency [Hz], width [m], depth [m], parameter) -> amplitude [m] or [rad]; a rule without a motion
         does not apply to it.
@@ -51,6 +53,7 @@ class Rule:
     outside: Callable[[float, float, float], str] = lambda _f, _b, _d: ""
     classes: Mapping[str, float] = field(default_factory=dict)
     reading: Callable[[float], str] = lambda _value: ""
+    largest: float = inf
 
 
 @shown(fields_in_brief)
@@ -70,13 +73,16 @@ class Limit:
         InputError
             Where the rule says nothing of this motion.
         """
-        function = self.rule.functions.get(motion)
-        if function is None:
+        self.check(motion)
+        return self.rule.functions[motion](frequency, width, depth, self.value)
+
+    def check(self, motion: Motion, file: str = "command line", field: str = "--limit") -> None:
+        """Raise InputError, of this field of this file, where the rule says nothing of this motion."""
+        if motion not in self.rule.functions:
+            known = " and ".join(motion.value for motion in self.rule.functions)
             raise InputError(
-                "limit", self.rule.name, f"a {motion.value} mode",
-                f"a rule for it; this one is for {' and '.join(known.value for known in self.rule.functions)} modes",
-            )  # fmt: skip
-        return function(frequency, width, depth, self.value)
+                file, field, f'"{self.text}", a limit for {known} modes', f"a rule for it: the modes are {motion.value}"
+            )
 
     def reading(self, motion: Motion, frequency: float, width: float, depth: float, amplitude: float) -> str:
         """What the code says of an amplitude [m] or [rad] of this mode; the limit is proportional to its parameter."""
